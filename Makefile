@@ -1,0 +1,25 @@
+# A thin front over CMake and scripts/.
+PRESET ?= release
+JOBS ?= $(shell nproc)
+
+.PHONY: all build test demo bench install deps
+all: build
+
+deps:
+	scripts/install-dependencies
+
+build: deps
+	cmake --preset $(PRESET) -Wno-dev --log-level=WARNING
+	cmake --build --preset $(PRESET) -j $(JOBS)
+
+test: build
+	scripts/test $(PRESET)
+
+demo: build
+	scripts/demo build/$(PRESET)/bin/marrow
+
+bench: build
+	build/$(PRESET)/bin/marrow-bench
+
+install: build
+	cmake --install build/$(PRESET)

@@ -1,0 +1,12 @@
+/// Marrow: from scans to surfaces. Includes everything.
+#pragma once
+
+#include <marrow/error.h>
+#include <marrow/histo_pyramid.h>
+#include <marrow/isosurface.h>
+#include <marrow/measure.h>
+#include <marrow/mesh.h>
+#include <marrow/mesh_io.h>
+#include <marrow/progress.h>
+#include <marrow/scan_io.h>
+#include <marrow/volume.h>

@@ -1,0 +1,106 @@
+/// Sampled volumes: where the samples lie in space, and the samples themselves.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <type_traits>
+
+#include <marrow/buffer.h>
+
+namespace marrow {
+
+using Vec3d = std::array<double, 3>;
+using Mat3d = std::array<Vec3d, 3>;  ///< m[row][column]
+
+/// The types a sample can have.
+enum class SampleType { uint8, int8, uint16, int16, int32, float32, float64 };
+
+/// Bytes of one sample.
+std::size_t sample_size(SampleType type);
+/// The type's name: "uint8", "int16", "float32", ...
+const char* sample_type_name(SampleType type);
+
+/// The SampleType of a C++ type.
+template <class T>
+constexpr SampleType sample_type_of() {
+    if constexpr (std::is_same_v<T, std::uint8_t>) return SampleType::uint8;
+    else if constexpr (std::is_same_v<T, std::int8_t>) return SampleType::int8;
+    else if constexpr (std::is_same_v<T, std::uint16_t>) return SampleType::uint16;
+    else if constexpr (std::is_same_v<T, std::int16_t>) return SampleType::int16;
+    else if constexpr (std::is_same_v<T, std::int32_t>) return SampleType::int32;
+    else if constexpr (std::is_same_v<T, float>) return SampleType::float32;
+    else {
+        static_assert(std::is_same_v<T, double>, "not a sample type");
+        return SampleType::float64;
+    }
+}
+
+/// Where the samples of a volume lie: sample (i, j, k) is at origin + direction * (spacing .* (i, j, k)).
+/// Physical space is LPS millimetres (x to the patient's left, y to posterior, z to superior), as in DICOM and ITK.
+struct Geometry {
+    std::array<std::int64_t, 3> dims{0, 0, 0};  ///< samples along i, j, k; i is fastest in memory
+    Vec3d spacing{1, 1, 1};                     ///< mm between neighbouring samples along each index axis, > 0
+    Vec3d origin{0, 0, 0};                      ///< position of sample (0, 0, 0)
+    /// Column a is the unit vector of index axis a. It need not be orthogonal (a tilted gantry shears it) and may mirror.
+    Mat3d direction{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+
+    /// direction * diag(spacing): the linear part of index -> physical.
+    Mat3d index_to_physical() const;
+    /// The position of (possibly fractional) index (i, j, k).
+    Vec3d physical(const Vec3d& index) const;
+    /// dims[0] * dims[1] * dims[2].
+    std::int64_t sample_count() const { return dims[0] * dims[1] * dims[2]; }
+};
+
+/// \throw InputError where dims are negative or overflow, spacing is not positive and finite, the origin is not finite,
+/// or the direction is singular.
+void check_geometry(const Geometry& geometry);
+
+class Volume;
+
+/// A borrowed volume: geometry and a pointer to dims[2] * dims[1] * dims[0] samples, x fastest, without padding.
+/// The samples must outlive the view.
+struct VolumeView {
+    VolumeView() = default;
+    template <class T>
+    VolumeView(const T* samples, const Geometry& g) : geometry(g), type(sample_type_of<T>()), data(samples) {}
+    VolumeView(const Volume& volume);
+    VolumeView(Volume&&) = delete;  // the view would outlive its samples
+
+    Geometry geometry;
+    SampleType type = SampleType::uint8;
+    const void* data = nullptr;
+};
+
+/// An owned volume.
+class Volume {
+  public:
+    Volume() = default;
+    /// Allocates, uninitialised. \throw InputError as check_geometry, LimitError where the memory is not to be had.
+    Volume(const Geometry& geometry, SampleType type);
+
+    const Geometry& geometry() const { return geometry_; }
+    /// Moves the volume in space. \pre the same dims. \throw InputError as check_geometry.
+    void set_geometry(const Geometry& geometry);
+    SampleType type() const { return type_; }
+    const void* data() const { return samples_.data(); }
+    void* data() { return samples_.data(); }
+    /// The samples as T. \pre T is the volume's sample type.
+    template <class T>
+    const T* samples() const {
+        return reinterpret_cast<const T*>(samples_.data());
+    }
+    template <class T>
+    T* samples() {
+        return reinterpret_cast<T*>(samples_.data());
+    }
+    std::size_t bytes() const { return samples_.size(); }
+
+  private:
+    Geometry geometry_;
+    SampleType type_ = SampleType::uint8;
+    Buffer<std::byte> samples_;
+};
+
+}  // namespace marrow

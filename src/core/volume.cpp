@@ -1,0 +1,98 @@
+#include <marrow/volume.h>
+
+#include <cmath>
+#include <limits>
+#include <new>
+#include <string>
+
+#include <marrow/error.h>
+
+namespace marrow {
+
+std::size_t sample_size(SampleType type) {
+    switch (type) {
+        case SampleType::uint8:
+        case SampleType::int8: return 1;
+        case SampleType::uint16:
+        case SampleType::int16: return 2;
+        case SampleType::int32:
+        case SampleType::float32: return 4;
+        case SampleType::float64: return 8;
+    }
+    throw InputError("unknown sample type");
+}
+
+const char* sample_type_name(SampleType type) {
+    switch (type) {
+        case SampleType::uint8: return "uint8";
+        case SampleType::int8: return "int8";
+        case SampleType::uint16: return "uint16";
+        case SampleType::int16: return "int16";
+        case SampleType::int32: return "int32";
+        case SampleType::float32: return "float32";
+        case SampleType::float64: return "float64";
+    }
+    throw InputError("unknown sample type");
+}
+
+Mat3d Geometry::index_to_physical() const {
+    Mat3d m = direction;
+    for (Vec3d& row : m) {
+        for (int axis = 0; axis < 3; ++axis) row[axis] *= spacing[axis];
+    }
+    return m;
+}
+
+Vec3d Geometry::physical(const Vec3d& index) const {
+    const Mat3d m = index_to_physical();
+    Vec3d p = origin;
+    for (int row = 0; row < 3; ++row) {
+        for (int axis = 0; axis < 3; ++axis) p[row] += m[row][axis] * index[axis];
+    }
+    return p;
+}
+
+void check_geometry(const Geometry& g) {
+    std::int64_t samples = 1;
+    for (int axis = 0; axis < 3; ++axis) {
+        if (g.dims[axis] < 0) throw InputError("volume: negative size along axis " + std::to_string(axis));
+        if (__builtin_mul_overflow(samples, g.dims[axis], &samples) || g.dims[axis] > std::int64_t{1} << 30) {
+            throw InputError("volume: size along axis " + std::to_string(axis) + " is out of range");
+        }
+        if (!(g.spacing[axis] > 0) || !std::isfinite(g.spacing[axis])) {
+            throw InputError("volume: spacing along axis " + std::to_string(axis) + " is not a positive number");
+        }
+        if (!std::isfinite(g.origin[axis])) throw InputError("volume: the origin is not finite");
+    }
+    const Mat3d& d = g.direction;
+    const double determinant = d[0][0] * (d[1][1] * d[2][2] - d[1][2] * d[2][1]) -
+                               d[0][1] * (d[1][0] * d[2][2] - d[1][2] * d[2][0]) +
+                               d[0][2] * (d[1][0] * d[2][1] - d[1][1] * d[2][0]);
+    if (!(std::abs(determinant) > 1e-6) || !std::isfinite(determinant)) {
+        throw InputError("volume: the direction matrix is singular");
+    }
+}
+
+VolumeView::VolumeView(const Volume& volume)
+    : geometry(volume.geometry()), type(volume.type()), data(volume.data()) {}
+
+Volume::Volume(const Geometry& geometry, SampleType type) : geometry_(geometry), type_(type) {
+    check_geometry(geometry);
+    std::int64_t bytes = 0;
+    if (__builtin_mul_overflow(geometry.sample_count(), static_cast<std::int64_t>(sample_size(type)), &bytes)) {
+        throw LimitError("volume: more samples than memory can hold");
+    }
+    try {
+        samples_.resize(static_cast<std::size_t>(bytes));
+    } catch (const std::exception&) {
+        throw LimitError("volume: " + std::to_string(bytes >> 20) + " MiB of memory are not to be had");
+    }
+}
+
+void Volume::set_geometry(const Geometry& geometry) {
+    check_geometry(geometry);
+    if (geometry.dims != geometry_.dims) throw InputError("volume: set_geometry cannot change the dims");
+    geometry_ = geometry;
+}
+
+}  // namespace marrow
