@@ -1,5 +1,6 @@
 #include <marrow/buffer.h>
 
+#include <cstdint>
 #include <new>
 
 #if defined(__linux__)
@@ -10,23 +11,30 @@ namespace marrow {
 
 namespace {
 
-// Above this, memory comes in huge pages: the first touch of 4 KiB pages costs more than writing the output.
-constexpr std::size_t kHugePage = std::size_t{2} << 20;
-constexpr std::size_t kLarge = 2 * kHugePage;
+constexpr std::align_val_t kAlignment{64};
+
+// The first touch of 4 KiB pages takes longer than writing the output; whole huge pages within the memory
+// halve it.
+void advise_huge_pages([[maybe_unused]] void* memory, [[maybe_unused]] std::size_t bytes) {
+#if defined(__linux__)
+    constexpr std::uintptr_t kHugePage = std::uintptr_t{2} << 20;
+    const auto begin = (reinterpret_cast<std::uintptr_t>(memory) + kHugePage - 1) & ~(kHugePage - 1);
+    const auto end = (reinterpret_cast<std::uintptr_t>(memory) + bytes) & ~(kHugePage - 1);
+    if (begin < end)
+        madvise(reinterpret_cast<void*>(begin), end - begin, MADV_HUGEPAGE);  // only advice: may fail
+#endif
+}
 
 }  // namespace
 
 void* allocate_pages(std::size_t bytes) {
-    if (bytes < kLarge) return ::operator new (bytes, std::align_val_t{64});
-    void* memory = ::operator new (bytes, std::align_val_t{kHugePage});
-#if defined(__linux__)
-    madvise(memory, bytes, MADV_HUGEPAGE);  // advice: where it is not taken, small pages do
-#endif
+    void* memory = ::operator new(bytes, kAlignment);
+    advise_huge_pages(memory, bytes);
     return memory;
 }
 
-void free_pages(void* memory, std::size_t bytes) noexcept {
-    ::operator delete (memory, std::align_val_t{bytes < kLarge ? 64 : kHugePage});
+void free_pages(void* memory, std::size_t) noexcept {
+    ::operator delete(memory, kAlignment);
 }
 
 }  // namespace marrow
