@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <map>
 
@@ -345,6 +346,10 @@ Volume load_dicom(const std::vector<std::filesystem::path>& files, const std::fi
     Found found = find_stacks(files, options);
     info.warnings = found.warnings;
     Stack& stack = choose(found, wanted, options, info.warnings);
+    for (const Slice& s : stack.slices) {
+        if (!s.file->refusal.empty())
+            throw InputError(fmt::format("{}: {}", shown(s.file->path), s.file->refusal));
+    }
     const Geometry geometry = sorted_geometry(stack, info.warnings);
     info.series = describe(stack);
 

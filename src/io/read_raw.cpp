@@ -155,7 +155,7 @@ Volume load_raw(const RawImage& image, const Progress& progress) {
     for (const auto& path : image.files) {
         const std::uint64_t offset = image.file_offset >= 0 ? static_cast<std::uint64_t>(image.file_offset)
                                                             : size_of_file(path) - share;
-        ByteStream stream(path, image.compressed, offset);
+        ByteStream stream(path, image.compressed ? Compression::zlib : Compression::none, offset);
         stream.skip(static_cast<std::uint64_t>(image.data_offset));
         for (std::size_t left = share / stored; left > 0;) {
             const std::size_t count = std::min(left, chunk_samples);
