@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include <marrow/error.h>
 
@@ -200,7 +201,7 @@ std::optional<std::vector<double>> DicomSet::decimals(DicomTag tag, std::size_t 
     for (std::size_t at = 0; !value.empty() && at <= value.size();) {
         const std::size_t end = std::min(value.find('\\', at), value.size());
         const auto one = number(std::string_view(value).substr(at, end - at));
-        if (!one) return {};
+        if (!one || !std::isfinite(*one)) return {};
         out.push_back(*one);
         at = end + 1;
     }

@@ -30,7 +30,7 @@ class DicomSet {
     std::string text(DicomTag tag) const;
     /// The number of an element of VR US.
     std::optional<int> unsigned_short(DicomTag tag) const;
-    /// The numbers of a decimal string "1\2\3"; nothing where there are not exactly `count`.
+    /// The numbers of a decimal string "1\2\3"; nothing where there are not exactly `count` finite ones.
     std::optional<std::vector<double>> decimals(DicomTag tag, std::size_t count) const;
     std::optional<double> decimal(DicomTag tag) const;
     /// The items of a sequence. \throw InputError where it is damaged.

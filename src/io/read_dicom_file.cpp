@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 
 #include <marrow/error.h>
@@ -26,8 +27,12 @@ void read_frame(DicomFrame& frame, const DicomSet& position, const DicomSet& ori
     // PixelSpacing is row spacing \ column spacing: the step down comes first
     if (const auto s = measures.decimals(0x00280030, 2)) frame.spacing = {(*s)[1], (*s)[0]};
     frame.thickness = measures.decimal(0x00180050);
-    frame.intercept = rescale.decimal(0x00281052);
-    frame.slope = rescale.decimal(0x00281053);
+    const auto present = [&](DicomTag tag) -> std::optional<double> {
+        if (rescale.text(tag).empty()) return {};
+        return rescale.decimal(tag).value_or(NAN);
+    };
+    frame.intercept = present(0x00281052);
+    frame.slope = present(0x00281053);
 }
 
 // Each frame's own functional groups go before the shared ones, and those before the file itself.

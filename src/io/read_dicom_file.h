@@ -20,7 +20,7 @@ struct DicomFrame {
     std::optional<Vec3d> along_column;  ///< the same of increasing row index
     std::optional<std::array<double, 2>> spacing;  ///< mm between columns, then between rows: x, y
     std::optional<double> thickness;               ///< mm
-    std::optional<double> slope, intercept;
+    std::optional<double> slope, intercept;        ///< NaN where they are there but are no numbers
 };
 
 struct DicomFile {

@@ -109,7 +109,7 @@ void set_columns(Geometry& geometry, const Mat3d& m) {
         const double length = std::hypot(m[0][axis], m[1][axis], m[2][axis]);
         geometry.spacing[axis] = length;
         for (int row = 0; row < 3; ++row)
-            geometry.direction[row][axis] = length > 0 ? m[row][axis] / length : 0;
+            geometry.direction[row][axis] = length > 0 ? m[row][axis] / length + 0.0 : 0;  // + 0.0: no -0
     }
 }
 
