@@ -8,7 +8,8 @@
 
 namespace marrow {
 
-/// The patient space of written coordinates: x to the Left, y to Posterior, z to Superior; or Right, Anterior, Superior.
+/// The patient space of written coordinates: x to the Left, y to Posterior, z to Superior; or Right,
+/// Anterior, Superior.
 enum class Space { LPS, RAS };
 
 struct MeshWriteOptions {
@@ -16,7 +17,8 @@ struct MeshWriteOptions {
     Progress progress = {};
 };
 
-/// Writes a mesh; the ending picks the format. The file appears whole or not at all, and an old one stays until then.
+/// Writes a mesh; the ending picks the format. The file appears whole or not at all, and an old one stays
+/// until then.
 ///
 /// | ending | format           | normals | says its space by     |
 /// | ------ | ---------------- | ------- | --------------------- |
