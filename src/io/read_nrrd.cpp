@@ -278,7 +278,10 @@ void read_geometry(const Header& header, const std::vector<double>& sizes, RawIm
         for (int i = 0; i < 3; ++i) {
             const std::size_t a = space[i];
             const double mm = unit(header, units[a]);
-            if (std::isnan(spacings[a])) image.has_spacing = false;
+            if (std::isnan(spacings[a]))
+                image.has_spacing = false;
+            else if (!(spacings[a] > 0))
+                header.refuse("'spacings' holds a value that is not positive");
             m[i][i] = std::isnan(spacings[a]) ? 1 : spacings[a] * mm;
             // the minimum is the first sample's place, or the outer face of its cell
             if (!std::isnan(mins[a]))
