@@ -50,26 +50,50 @@ struct RowBits {
     std::uint64_t crossed_z(std::size_t w) const { return rows[kRow][w] ^ rows[kNextZ][w]; }
 };
 
+// Calls f(w, active) for every word of a row with cells that the surface passes through: those whose eight
+// corners are neither all outside nor all inside.
+template <class F>
+HWY_INLINE void for_each_active_word(const RowBits& row, const F& f) {
+    const auto any = [&](std::size_t w) {
+        return row.rows[kRow][w] | row.rows[kNextY][w] | row.rows[kNextZ][w] | row.rows[kNextYZ][w];
+    };
+    const auto all = [&](std::size_t w) {
+        return row.rows[kRow][w] & row.rows[kNextY][w] & row.rows[kNextZ][w] & row.rows[kNextYZ][w];
+    };
+    std::uint64_t any_here = any(0), all_here = all(0);
+    for (std::size_t w = 0; w < row.words; ++w) {
+        const bool last = w + 1 == row.words;
+        const std::uint64_t any_next = last ? 0 : any(w + 1), all_next = last ? 0 : all(w + 1);
+        const std::uint64_t some_inside = any_here | any_here >> 1 | any_next << 63;
+        const std::uint64_t all_inside = all_here & (all_here >> 1 | all_next << 63);
+        const std::uint64_t active = some_inside & ~all_inside & row.valid(w);
+        if (active != 0) f(w, active);
+        any_here = any_next;
+        all_here = all_next;
+    }
+}
+
 // The eight corners of 64 cells, bit-sliced: bit i of corners[v] is corner v of cell i.
 struct CellBits {
     std::uint64_t corners[8];
-    std::uint64_t active;
 
     CellBits(const RowBits& row, std::size_t w) {
-        std::uint64_t any = 0, all = ~std::uint64_t{0};
         for (int r = 0; r < 4; ++r) {
             corners[2 * r] = row.rows[r][w];
             corners[2 * r + 1] = row.next_x(static_cast<Row>(r), w);
-            any |= corners[2 * r] | corners[2 * r + 1];
-            all &= corners[2 * r] & corners[2 * r + 1];
         }
-        active = any & ~all & row.valid(w);
     }
 
     // The case of cell i.
     unsigned cell_case(int i) const {
+        if (i == 63) return last_case();
+        // Both ends of an edge along x lie side by side.
+        const auto pair = [&](int r) { return static_cast<unsigned>(corners[2 * r] >> i & 3); };
+        return pair(0) | pair(1) << 2 | pair(2) << 4 | pair(3) << 6;
+    }
+    unsigned last_case() const {
         unsigned c = 0;
-        for (int v = 0; v < 8; ++v) c |= static_cast<unsigned>(corners[v] >> i & 1) << v;
+        for (int v = 0; v < 8; ++v) c |= static_cast<unsigned>(corners[v] >> 63) << v;
         return c;
     }
 };
