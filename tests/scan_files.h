@@ -37,6 +37,7 @@ class TemporaryFolder {
 
 inline fs::path write_file(const fs::path& path, const std::string& bytes) {
     fs::create_directories(path.parent_path());
+    fs::remove(path);  // some file systems write through when a file is truncated and written again
     std::ofstream(path, std::ios::binary) << bytes;
     return path;
 }

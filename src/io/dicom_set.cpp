@@ -249,10 +249,10 @@ DicomEncoding guessed(std::string_view bytes, std::size_t at) {
 }
 
 // What a deflated data set inflates to, from `at` in the file.
-std::vector<char> inflated(const std::filesystem::path& path, std::size_t at) {
+Buffer<char> inflated(const std::filesystem::path& path, std::size_t at) {
     constexpr std::size_t most = std::size_t{1} << 30;
     ByteStream stream(path, Compression::deflate, at);
-    std::vector<char> out;
+    Buffer<char> out;
     for (std::size_t step = 1 << 20;; step = out.size()) {
         const std::size_t before = out.size();
         if (before + step > most)

@@ -9,6 +9,8 @@
 #include <string_view>
 #include <vector>
 
+#include <marrow/buffer.h>
+
 namespace marrow {
 
 /// A tag as one number: (0028,0010) is 0x00280010.
@@ -51,7 +53,7 @@ struct DicomBytes {
     DicomBytes(DicomBytes&&) = default;
     DicomBytes& operator=(DicomBytes&&) = default;
 
-    std::vector<char> bytes;  ///< of the file, or what a deflated file inflates to
+    Buffer<char> bytes;  ///< of the file, or what a deflated file inflates to
     std::string transfer_syntax;
     DicomEncoding encoding;
     DicomSet set;

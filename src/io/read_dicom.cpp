@@ -83,14 +83,15 @@ SeriesInfo describe(const DicomStack& stack) {
 }
 
 std::string listed(const std::vector<const DicomStack*>& stacks) {
+    constexpr std::size_t most = 20;
     std::string out;
-    for (const DicomStack* s : stacks) {
-        const SeriesInfo info = describe(*s);
+    for (std::size_t i = 0; i < std::min(stacks.size(), most); ++i) {
+        const SeriesInfo info = describe(*stacks[i]);
         out += fmt::format("{}{} ({}, {}, {} x {} x {}, {} files)", out.empty() ? "" : "; ", info.id,
                            info.modality.empty() ? "modality unknown" : info.modality,
                            shown(info.description), info.dims[0], info.dims[1], info.dims[2], info.files);
     }
-    return out;
+    return stacks.size() > most ? out + fmt::format("; and {} more", stacks.size() - most) : out;
 }
 
 DicomStack& choose(Found& found, const std::filesystem::path& wanted, const ScanOptions& options,
@@ -158,7 +159,7 @@ bool load_slices(const DicomStack& stack, const ScanOptions& options, double beg
     std::atomic<bool> fits = true;
     for_each_slice(files.size(), options.threads, options.progress, begin, 1, [&](std::size_t i) {
         if (!fits) return;
-        const std::vector<std::int32_t> stored = decode_dicom(*files[i].first);
+        const Buffer<std::int32_t> stored = decode_dicom(*files[i].first);
         for (const std::size_t k : files[i].second) {
             const DicomSlice& slice = stack.slices[k];
             const auto [slope, intercept] = rescale_of(slice);

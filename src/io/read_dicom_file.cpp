@@ -59,10 +59,10 @@ void read_frames(DicomFile& file, const DicomSet& set) {
     }
 }
 
-// A series' description for a message: no control characters; letters beyond ASCII only where they are UTF-8.
-std::string description(const DicomSet& set) {
+// Text that may end up in messages: no control characters; letters beyond ASCII only where they are UTF-8.
+std::string readable(const DicomSet& set, DicomTag tag) {
     const bool utf8 = set.text(0x00080005) == "ISO_IR 192";
-    std::string out = set.text(0x0008103e);
+    std::string out = set.text(tag);
     for (char& c : out) {
         const auto byte = static_cast<unsigned char>(c);
         if (byte < 0x20 || byte == 0x7f || (byte > 0x7f && !utf8)) c = '?';
@@ -123,10 +123,10 @@ std::optional<DicomFile> read_dicom_header(const std::filesystem::path& path) {
     file.columns = set.unsigned_short(0x00280011).value_or(0);
     file.rows = set.unsigned_short(0x00280010).value_or(0);
     if (file.columns == 0 || file.rows == 0 || parsed.pixels_at == 0) return {};
-    file.series_uid = set.text(0x0020000e);
+    file.series_uid = readable(set, 0x0020000e);
     file.frame_of_reference = set.text(0x00200052);
-    file.description = description(set);
-    file.modality = set.text(0x00080060);
+    file.description = readable(set, 0x0008103e);
+    file.modality = readable(set, 0x00080060);
     file.echo = set.text(0x00180086);
     file.transfer_syntax = parsed.transfer_syntax;
     file.localizer = set.text(0x00080008).find("LOCALIZER") != std::string::npos;
@@ -180,7 +180,7 @@ void unpack_cells(const char* cells, std::size_t count, int cell_size, int bits,
         unpack<std::uint32_t>(cells, count, bits, high_bit, is_signed, out);
 }
 
-void decode_plain(const DicomFile& file, DicomBytes& parsed, std::vector<std::int32_t>& out) {
+void decode_plain(const DicomFile& file, DicomBytes& parsed, Buffer<std::int32_t>& out) {
     const std::size_t cell_size = static_cast<std::size_t>(file.bits_allocated) / 8;
     const std::size_t needed = out.size() * cell_size;
     const std::size_t held = std::min(parsed.bytes.size() - parsed.pixels_at, parsed.pixels_size.value_or(0));
@@ -194,7 +194,7 @@ void decode_plain(const DicomFile& file, DicomBytes& parsed, std::vector<std::in
                  file.is_signed, out.data());
 }
 
-void decode_compressed(const DicomFile& file, const DicomBytes& parsed, std::vector<std::int32_t>& out) {
+void decode_compressed(const DicomFile& file, const DicomBytes& parsed, Buffer<std::int32_t>& out) {
     if (file.high_bit != file.bits_stored - 1)
         throw InputError("has compressed samples whose high bit is not the top one");
     const auto parts = fragments(parsed);  // the first is the offset table
@@ -220,12 +220,12 @@ void decode_compressed(const DicomFile& file, const DicomBytes& parsed, std::vec
 
 }  // namespace
 
-std::vector<std::int32_t> decode_dicom(const DicomFile& file) {
+Buffer<std::int32_t> decode_dicom(const DicomFile& file) {
     if (!file.refusal.empty()) throw InputError(fmt::format("{}: {}", shown(file.path), file.refusal));
     DicomBytes parsed = parse_dicom(file.path, true);
     try {
         const std::size_t count = static_cast<std::size_t>(file.columns * file.rows) * file.frames.size();
-        std::vector<std::int32_t> out(count);
+        Buffer<std::int32_t> out(count);
         if (parsed.pixels_size)
             decode_plain(file, parsed, out);
         else

@@ -6,9 +6,9 @@
 #include <filesystem>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
+#include <marrow/buffer.h>
 #include <marrow/volume.h>
 
 namespace marrow {
@@ -41,6 +41,6 @@ std::optional<DicomFile> read_dicom_header(const std::filesystem::path& path);
 
 /// The stored values of all frames, not yet rescaled: columns fastest, then rows, then frames.
 /// \throw IoError; InputError where they are damaged, truncated or of a kind that is not read.
-std::vector<std::int32_t> decode_dicom(const DicomFile& file);
+Buffer<std::int32_t> decode_dicom(const DicomFile& file);
 
 }  // namespace marrow

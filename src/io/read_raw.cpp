@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <cstring>
 #include <type_traits>
 
 #include <marrow/error.h>
@@ -49,9 +48,19 @@ std::size_t stored_size(StoredType type) {
     return with_stored_type(type, [](auto v) { return sizeof v; });
 }
 
+template <class Word, class Swap>
+void swap_words(void* data, std::size_t count, Swap&& swap) {
+    auto* words = static_cast<Word*>(data);
+    for (std::size_t i = 0; i < count; ++i) words[i] = swap(words[i]);
+}
+
 void swap_bytes(void* data, std::size_t count, std::size_t size) {
-    auto* bytes = static_cast<unsigned char*>(data);
-    for (std::size_t i = 0; i < count; ++i) std::reverse(bytes + i * size, bytes + (i + 1) * size);
+    if (size == 2)
+        swap_words<std::uint16_t>(data, count, [](std::uint16_t w) { return __builtin_bswap16(w); });
+    if (size == 4)
+        swap_words<std::uint32_t>(data, count, [](std::uint32_t w) { return __builtin_bswap32(w); });
+    if (size == 8)
+        swap_words<std::uint64_t>(data, count, [](std::uint64_t w) { return __builtin_bswap64(w); });
 }
 
 template <class S, class T>
@@ -139,12 +148,9 @@ Volume load_raw(const RawImage& image, const Progress& progress) {
 
     const std::size_t stored = stored_size(image.type);
     const std::size_t kept = sample_size(volume.type());
-    const bool as_is =
-        image.slope == 1 && image.intercept == 0 && with_stored_type(image.type, []<class S>(S) {
-            return std::is_same_v<S, float> || std::is_same_v<S, double> || sizeof(S) <= 2 ||
-                   std::is_same_v<S, std::int32_t>;
-        });
-    const bool swap = image.big_endian != (std::endian::native == std::endian::big) && stored > 1;
+    const bool as_is = image.slope == 1 && image.intercept == 0 && image.type != StoredType::uint32 &&
+                       image.type != StoredType::uint64 && image.type != StoredType::int64;
+    const bool swap = image.big_endian != (std::endian::native == std::endian::big);
     constexpr std::size_t chunk_samples = std::size_t{1} << 20;
     std::vector<std::byte> chunk(as_is ? 0 : chunk_samples * stored);
 

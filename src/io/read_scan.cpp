@@ -164,12 +164,17 @@ std::vector<SeriesInfo> list_series(const fs::path& path, std::string* format) {
     const Input input = identify(path);
     if (format) *format = input.format;
     if (input.format == "DICOM") return list_dicom(input.files, {});
+    Geometry geometry;
+    bool has_spacing = false;
     if (input.format == "TIFF" || input.format == "slices") {
-        const PictureStack stack = read_picture_header(input.files, {});
-        return {series_of(path, stack.geometry, stack.files.size())};
+        geometry = read_picture_header(input.files, {}).geometry;
+    } else {
+        const RawImage image = read_raw_header(input, {});
+        geometry = image.geometry;
+        has_spacing = image.has_spacing;
     }
-    const RawImage image = read_raw_header(input, {});
-    return {series_of(path, image.geometry, image.files.size())};
+    if (!has_spacing) geometry.spacing = {0, 0, 0};
+    return {series_of(path, geometry, input.files.size())};
 }
 
 }  // namespace marrow
