@@ -77,10 +77,13 @@ std::uint32_t count_loops(const RowBits& row) {
     return loops;
 }
 
-// The crossed edges along y and z that only one cell of the row has: those at its first and last samples.
-std::uint32_t count_ends(const RowBits& row, std::int64_t nx) {
+// The crossed edges along y and z that only one cell of the row has: those at the bits where its cells start
+// and end.
+std::uint32_t count_ends(const RowBits& row, std::int64_t cells_x) {
     std::uint32_t ends = 0;
-    for (const std::int64_t x : {std::int64_t{0}, nx - 1}) {
+    for (const std::int64_t x : {std::int64_t{0}, cells_x}) {
+        if (x == 64 * static_cast<std::int64_t>(row.words))
+            continue;  // behind the samples of a closed surface
         const auto at = [&](Row r) { return row.rows[r][x / 64] >> (x % 64); };
         ends += (at(kRow) ^ at(kNextY)) & 1;
         ends += (at(kRow) ^ at(kNextZ)) & 1;
@@ -103,7 +106,7 @@ void count_rows_target(const InsideBits& bits, std::size_t row_begin, std::size_
         counts.points[r] = along_x + along_y + along_z;
         counts.along_x[r] = along_x;
         counts.along_y[r] = along_y;
-        counts.triangles[r] = row.has_cells ? 2 * count_loops(row) + count_ends(row, bits.dims[0]) : 0;
+        counts.triangles[r] = row.has_cells ? 2 * count_loops(row) + count_ends(row, bits.cells_x) : 0;
     }
 }
 
@@ -122,7 +125,7 @@ void count_rows(const InsideBits& bits, std::size_t row_begin, std::size_t row_e
 
 void count_triangles(const InsideBits& bits, std::size_t row_begin, std::size_t row_end,
                      RowCounts& counts) noexcept {
-    const auto ny = static_cast<std::size_t>(bits.dims[1]);
+    const auto ny = static_cast<std::size_t>(bits.ny);
     const auto& x = counts.along_x;
     const auto& y = counts.along_y;
     const auto along_z = [&](std::size_t r) { return counts.points[r] - x[r] - y[r]; };

@@ -70,7 +70,7 @@ std::uint32_t* emit_row(const RowBits& row, RunningIds ids, const Case* cases,
 void emit_triangles_target(const EmitInput& input, std::size_t row_begin, std::size_t row_end,
                            std::uint32_t* out) {
     const InsideBits& bits = input.bits;
-    const auto ny = static_cast<std::size_t>(bits.dims[1]);
+    const auto ny = static_cast<std::size_t>(bits.ny);
     const auto points = input.points.leaves();
     const auto triangles = input.triangles.leaves();
     const Case* cases = input.frame.mirrored ? kMirroredCases.data() : kCases.data();

@@ -71,10 +71,10 @@ int thread_count(int wanted) {
 InsideBits classify(const VolumeView& volume, double isovalue, const IsosurfaceOptions& options,
                     IsosurfaceStats& stats) {
     InsideBits bits(volume.geometry.dims, options.closed);
-    Stage stage(options.progress, 0, 0.3, static_cast<std::size_t>(bits.dims[2]));
+    Stage stage(options.progress, 0, 0.3, static_cast<std::size_t>(bits.nz));
     std::atomic<std::int64_t> non_finite = 0;
-    tbb::parallel_for(std::int64_t{0}, bits.dims[2], [&](std::int64_t z) {
-        non_finite += classify_slices(volume, isovalue, z, z + 1, bits);
+    tbb::parallel_for(std::int64_t{0}, bits.nz, [&](std::int64_t z) {
+        non_finite += classify_slice(volume, isovalue, z, bits, nullptr);
         stage.step();
     });
     stats.non_finite_samples = non_finite;
@@ -95,12 +95,12 @@ struct Counts {
 
 Counts count(const InsideBits& bits, const IsosurfaceOptions& options) {
     RowCounts rows(bits.rows());
-    Stage stage(options.progress, 0.3, 0.4, static_cast<std::size_t>(bits.dims[2]));
-    tbb::parallel_for(std::int64_t{0}, bits.dims[2], [&](std::int64_t z) {
+    Stage stage(options.progress, 0.3, 0.4, static_cast<std::size_t>(bits.nz));
+    tbb::parallel_for(std::int64_t{0}, bits.nz, [&](std::int64_t z) {
         count_rows(bits, bits.row_index(0, z), bits.row_index(0, z + 1), rows);
         stage.step();
     });
-    tbb::parallel_for(std::int64_t{0}, bits.dims[2], [&](std::int64_t z) {
+    tbb::parallel_for(std::int64_t{0}, bits.nz, [&](std::int64_t z) {
         count_triangles(bits, bits.row_index(0, z), bits.row_index(0, z + 1), rows);
     });
     return {HistoPyramid(std::move(rows.points)), HistoPyramid(std::move(rows.triangles)),

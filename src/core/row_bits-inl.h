@@ -21,24 +21,24 @@ enum Row { kRow = 0, kNextY = 1, kNextZ = 2, kNextYZ = 3 };
 struct RowBits {
     const std::uint64_t* rows[4];
     std::size_t words;
-    std::uint64_t last_valid;  // in the last word: the samples that have a next one along x
+    std::uint64_t last_valid;  // valid(w) of the last word
     bool has_cells;
 
     RowBits(const InsideBits& bits, std::size_t row) : words(bits.words_per_row) {
-        const auto ny = static_cast<std::size_t>(bits.dims[1]);
-        const bool last_y = row % ny == ny - 1,
-                   last_z = row / ny == static_cast<std::size_t>(bits.dims[2]) - 1;
+        const auto ny = static_cast<std::size_t>(bits.ny);
+        const bool last_y = row % ny == ny - 1, last_z = row / ny == static_cast<std::size_t>(bits.nz) - 1;
         const std::size_t step_y = last_y ? 0 : 1, step_z = last_z ? 0 : ny;
         rows[kRow] = bits.row(row);
         rows[kNextY] = bits.row(row + step_y);
         rows[kNextZ] = bits.row(row + step_z);
         rows[kNextYZ] = bits.row(row + step_y + step_z);
-        const int last_cells = static_cast<int>((bits.dims[0] - 1) % 64);
-        last_valid = (std::uint64_t{1} << last_cells) - 1;
-        has_cells = !last_y && !last_z && bits.dims[0] > 1;
+        const std::int64_t cells_in_last_word = bits.cells_x - 64 * static_cast<std::int64_t>(words - 1);
+        last_valid =
+            cells_in_last_word == 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << cells_in_last_word) - 1;
+        has_cells = !last_y && !last_z;
     }
 
-    // Samples of word w that have a next one along x.
+    // The bits of word w at which a cell starts, and an edge along x.
     std::uint64_t valid(std::size_t w) const { return w + 1 < words ? ~std::uint64_t{0} : last_valid; }
     // The samples one further along x, for each sample of word w.
     std::uint64_t next_x(Row r, std::size_t w) const {
