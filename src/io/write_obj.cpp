@@ -26,7 +26,9 @@ char* put_index(char* to, std::uint64_t index) {
 }  // namespace
 
 void write_obj(MeshOutput& output) {
-    const auto& [points, normals, triangles] = output.mesh;
+    const auto& points = output.mesh.points;
+    const auto& normals = output.mesh.normals;
+    const auto& triangles = output.mesh.triangles;
     output.text("# Marrow " + space_mark(output.space) + "\n");
 
     constexpr std::size_t vector_chars = 3 + 3 * (kFloatChars + 1);

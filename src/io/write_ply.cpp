@@ -6,7 +6,9 @@
 namespace marrow {
 
 void write_ply(MeshOutput& output) {
-    const auto& [points, normals, triangles] = output.mesh;
+    const auto& points = output.mesh.points;
+    const auto& normals = output.mesh.normals;
+    const auto& triangles = output.mesh.triangles;
     const bool signed_indices = points.size() <= std::numeric_limits<std::int32_t>::max();
 
     std::string header = "ply\nformat binary_little_endian 1.0\n";

@@ -24,7 +24,8 @@ Vec3f facet_normal(const Vec3f& a, const Vec3f& b, const Vec3f& c) {
 }  // namespace
 
 void write_stl(MeshOutput& output) {
-    const auto& [points, normals, triangles] = output.mesh;
+    const auto& points = output.mesh.points;
+    const auto& triangles = output.mesh.triangles;
     if (triangles.size() > std::numeric_limits<std::uint32_t>::max())
         throw LimitError("an STL file counts at most 4294967295 triangles and this mesh has " +
                          std::to_string(triangles.size()) + "; write .ply or .vtp");

@@ -29,7 +29,9 @@ void begin_array(MeshOutput& output, std::uint64_t bytes) {
 
 template <class Index>
 void write_arrays(MeshOutput& output, const char* index_type) {
-    const auto& [points, normals, triangles] = output.mesh;
+    const auto& points = output.mesh.points;
+    const auto& normals = output.mesh.normals;
+    const auto& triangles = output.mesh.triangles;
     const std::uint64_t point_bytes = points.size() * sizeof(Vec3f);
     const std::uint64_t normal_bytes = normals.size() * sizeof(Vec3f);
     const std::uint64_t corner_bytes = triangles.size() * 3 * sizeof(Index);
