@@ -12,7 +12,8 @@ namespace marrow {
 void* allocate_pages(std::size_t bytes);
 void free_pages(void* memory, std::size_t bytes) noexcept;
 
-/// An allocator that leaves new elements uninitialised, so that output is touched once, by the thread that writes it.
+/// An allocator that leaves new elements uninitialised, so that output is touched once, by the thread that
+/// writes it.
 template <class T>
 struct PageAllocator {
     using value_type = T;

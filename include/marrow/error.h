@@ -15,7 +15,8 @@ struct InputError : Error {
     using Error::Error;
 };
 
-/// The content is readable but its geometry is ambiguous or would distort: several series, uneven slices, no spacing.
+/// The content is readable but its geometry is ambiguous or would distort: several series, uneven slices, no
+/// spacing.
 struct GeometryError : InputError {
     using InputError::InputError;
 };

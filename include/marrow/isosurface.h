@@ -28,20 +28,20 @@ struct IsosurfaceStats {
 
 /// Extracts the surface where the trilinear interpolant crosses `isovalue`.
 ///
-/// A sample is inside if it is finite and >= isovalue. Every grid edge with one end inside has one point, shared by the
-/// triangles around it; where the face between inside corners is ambiguous they are separated, the same way from both
-/// sides, so that the surface has no holes. Without `closed` it is open where it meets the volume's border.
-/// The order of points and triangles, and every bit of them, does not depend on `threads` or the processor.
+/// A sample is inside if it is finite and >= isovalue. Every grid edge with one end inside has one point,
+/// shared by the triangles around it; where the face between inside corners is ambiguous they are separated,
+/// the same way from both sides, so that the surface has no holes. Without `closed` it is open where it meets
+/// the volume's border. The order of points and triangles, and every bit of them, does not depend on
+/// `threads` or the processor.
 ///
-/// Marching cubes after Lorensen and Cline 1987; histogram pyramid after Ziegler et al. 2006 and Dyken et al. 2008.
-/// `stats`, where given, receives what was found.
-/// \throw InputError a NaN or infinite isovalue or bad geometry; LimitError more than 2^32 - 1 points or triangles'
-/// memory not to be had; Cancelled.
+/// Marching cubes after Lorensen and Cline 1987; histogram pyramid after Ziegler et al. 2006 and Dyken et al.
+/// 2008. `stats`, where given, receives what was found. \throw InputError a NaN or infinite isovalue or bad
+/// geometry; LimitError more than 2^32 - 1 points or triangles' memory not to be had; Cancelled.
 Mesh extract_isosurface(const VolumeView& volume, double isovalue, const IsosurfaceOptions& options = {},
                         IsosurfaceStats* stats = nullptr);
 
-/// The same surface by traditional table-driven marching cubes: every cell is visited and every triangle has its own
-/// three points (no normals). The comparison of Visutsak 2020 and the oracle of the tests; slow.
+/// The same surface by traditional table-driven marching cubes: every cell is visited and every triangle has
+/// its own three points (no normals). The comparison of Visutsak 2020 and the oracle of the tests; slow.
 Mesh extract_isosurface_classic(const VolumeView& volume, double isovalue, bool closed = false);
 
 }  // namespace marrow

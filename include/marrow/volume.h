@@ -24,12 +24,18 @@ const char* sample_type_name(SampleType type);
 /// The SampleType of a C++ type.
 template <class T>
 constexpr SampleType sample_type_of() {
-    if constexpr (std::is_same_v<T, std::uint8_t>) return SampleType::uint8;
-    else if constexpr (std::is_same_v<T, std::int8_t>) return SampleType::int8;
-    else if constexpr (std::is_same_v<T, std::uint16_t>) return SampleType::uint16;
-    else if constexpr (std::is_same_v<T, std::int16_t>) return SampleType::int16;
-    else if constexpr (std::is_same_v<T, std::int32_t>) return SampleType::int32;
-    else if constexpr (std::is_same_v<T, float>) return SampleType::float32;
+    if constexpr (std::is_same_v<T, std::uint8_t>)
+        return SampleType::uint8;
+    else if constexpr (std::is_same_v<T, std::int8_t>)
+        return SampleType::int8;
+    else if constexpr (std::is_same_v<T, std::uint16_t>)
+        return SampleType::uint16;
+    else if constexpr (std::is_same_v<T, std::int16_t>)
+        return SampleType::int16;
+    else if constexpr (std::is_same_v<T, std::int32_t>)
+        return SampleType::int32;
+    else if constexpr (std::is_same_v<T, float>)
+        return SampleType::float32;
     else {
         static_assert(std::is_same_v<T, double>, "not a sample type");
         return SampleType::float64;
@@ -37,12 +43,14 @@ constexpr SampleType sample_type_of() {
 }
 
 /// Where the samples of a volume lie: sample (i, j, k) is at origin + direction * (spacing .* (i, j, k)).
-/// Physical space is LPS millimetres (x to the patient's left, y to posterior, z to superior), as in DICOM and ITK.
+/// Physical space is LPS millimetres (x to the patient's left, y to posterior, z to superior), as in DICOM
+/// and ITK.
 struct Geometry {
     std::array<std::int64_t, 3> dims{0, 0, 0};  ///< samples along i, j, k; i is fastest in memory
-    Vec3d spacing{1, 1, 1};                     ///< mm between neighbouring samples along each index axis, > 0
-    Vec3d origin{0, 0, 0};                      ///< position of sample (0, 0, 0)
-    /// Column a is the unit vector of index axis a. It need not be orthogonal (a tilted gantry shears it) and may mirror.
+    Vec3d spacing{1, 1, 1};  ///< mm between neighbouring samples along each index axis, > 0
+    Vec3d origin{0, 0, 0};   ///< position of sample (0, 0, 0)
+    /// Column a is the unit vector of index axis a. It need not be orthogonal (a tilted gantry shears it) and
+    /// may mirror.
     Mat3d direction{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
 
     /// direction * diag(spacing): the linear part of index -> physical.
@@ -53,14 +61,14 @@ struct Geometry {
     std::int64_t sample_count() const { return dims[0] * dims[1] * dims[2]; }
 };
 
-/// \throw InputError where dims are negative or overflow, spacing is not positive and finite, the origin is not finite,
-/// or the direction is singular.
+/// \throw InputError where dims are negative or overflow, spacing is not positive and finite, the origin is
+/// not finite, or the direction is singular.
 void check_geometry(const Geometry& geometry);
 
 class Volume;
 
-/// A borrowed volume: geometry and a pointer to dims[2] * dims[1] * dims[0] samples, x fastest, without padding.
-/// The samples must outlive the view.
+/// A borrowed volume: geometry and a pointer to dims[2] * dims[1] * dims[0] samples, x fastest, without
+/// padding. The samples must outlive the view.
 struct VolumeView {
     VolumeView() = default;
     template <class T>
@@ -77,7 +85,8 @@ struct VolumeView {
 class Volume {
   public:
     Volume() = default;
-    /// Allocates, uninitialised. \throw InputError as check_geometry, LimitError where the memory is not to be had.
+    /// Allocates, uninitialised. \throw InputError as check_geometry, LimitError where the memory is not to
+    /// be had.
     Volume(const Geometry& geometry, SampleType type);
 
     const Geometry& geometry() const { return geometry_; }

@@ -17,8 +17,8 @@ constexpr std::size_t kLarge = 2 * kHugePage;
 }  // namespace
 
 void* allocate_pages(std::size_t bytes) {
-    if (bytes < kLarge) return ::operator new(bytes, std::align_val_t{64});
-    void* memory = ::operator new(bytes, std::align_val_t{kHugePage});
+    if (bytes < kLarge) return ::operator new (bytes, std::align_val_t{64});
+    void* memory = ::operator new (bytes, std::align_val_t{kHugePage});
 #if defined(__linux__)
     madvise(memory, bytes, MADV_HUGEPAGE);  // advice: where it is not taken, small pages do
 #endif
@@ -26,7 +26,7 @@ void* allocate_pages(std::size_t bytes) {
 }
 
 void free_pages(void* memory, std::size_t bytes) noexcept {
-    ::operator delete(memory, std::align_val_t{bytes < kLarge ? 64 : kHugePage});
+    ::operator delete (memory, std::align_val_t{bytes < kLarge ? 64 : kHugePage});
 }
 
 }  // namespace marrow

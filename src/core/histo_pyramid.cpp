@@ -21,7 +21,8 @@ std::vector<std::uint64_t> sum_children(const std::vector<Count>& children, std:
     return parents;
 }
 
-// The child whose half-open output range [start, start + count) holds the key; the key becomes relative to it.
+// The child whose half-open output range [start, start + count) holds the key; the key becomes relative to
+// it.
 template <class Count>
 std::size_t descend(const std::vector<Count>& level, std::size_t first_child, std::uint64_t& key) {
     std::size_t child = first_child;
@@ -50,7 +51,8 @@ HistoPyramid::HistoPyramid(std::vector<std::uint32_t> leaves, std::size_t branch
 HistoPyramid::Location HistoPyramid::locate(std::uint64_t key) const {
     if (key >= total()) throw InputError("histogram pyramid: key beyond the number of outputs");
     std::size_t node = 0;  // the apex
-    for (std::size_t level = upper_.size() - 1; level-- > 0;) node = descend(upper_[level], node * branching_, key);
+    for (std::size_t level = upper_.size() - 1; level-- > 0;)
+        node = descend(upper_[level], node * branching_, key);
     const std::size_t leaf = descend(leaves_, node * branching_, key);
     return {leaf, key};
 }

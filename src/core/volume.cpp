@@ -12,25 +12,36 @@ namespace marrow {
 std::size_t sample_size(SampleType type) {
     switch (type) {
         case SampleType::uint8:
-        case SampleType::int8: return 1;
+        case SampleType::int8:
+            return 1;
         case SampleType::uint16:
-        case SampleType::int16: return 2;
+        case SampleType::int16:
+            return 2;
         case SampleType::int32:
-        case SampleType::float32: return 4;
-        case SampleType::float64: return 8;
+        case SampleType::float32:
+            return 4;
+        case SampleType::float64:
+            return 8;
     }
     throw InputError("unknown sample type");
 }
 
 const char* sample_type_name(SampleType type) {
     switch (type) {
-        case SampleType::uint8: return "uint8";
-        case SampleType::int8: return "int8";
-        case SampleType::uint16: return "uint16";
-        case SampleType::int16: return "int16";
-        case SampleType::int32: return "int32";
-        case SampleType::float32: return "float32";
-        case SampleType::float64: return "float64";
+        case SampleType::uint8:
+            return "uint8";
+        case SampleType::int8:
+            return "int8";
+        case SampleType::uint16:
+            return "uint16";
+        case SampleType::int16:
+            return "int16";
+        case SampleType::int32:
+            return "int32";
+        case SampleType::float32:
+            return "float32";
+        case SampleType::float64:
+            return "float64";
     }
     throw InputError("unknown sample type");
 }
@@ -60,7 +71,8 @@ void check_geometry(const Geometry& g) {
             throw InputError("volume: size along axis " + std::to_string(axis) + " is out of range");
         }
         if (!(g.spacing[axis] > 0) || !std::isfinite(g.spacing[axis])) {
-            throw InputError("volume: spacing along axis " + std::to_string(axis) + " is not a positive number");
+            throw InputError("volume: spacing along axis " + std::to_string(axis) +
+                             " is not a positive number");
         }
         if (!std::isfinite(g.origin[axis])) throw InputError("volume: the origin is not finite");
     }
@@ -79,7 +91,8 @@ VolumeView::VolumeView(const Volume& volume)
 Volume::Volume(const Geometry& geometry, SampleType type) : geometry_(geometry), type_(type) {
     check_geometry(geometry);
     std::int64_t bytes = 0;
-    if (__builtin_mul_overflow(geometry.sample_count(), static_cast<std::int64_t>(sample_size(type)), &bytes)) {
+    if (__builtin_mul_overflow(geometry.sample_count(), static_cast<std::int64_t>(sample_size(type)),
+                               &bytes)) {
         throw LimitError("volume: more samples than memory can hold");
     }
     try {

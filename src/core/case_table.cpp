@@ -1,0 +1,132 @@
+#include "case_table.h"
+
+namespace marrow::internal {
+
+namespace {
+
+constexpr bool is_inside(int cell_case, int corner) {
+    return (cell_case >> corner & 1) != 0;
+}
+
+constexpr int edge_between(int corner_a, int corner_b) {
+    for (int e = 0; e < kEdges; ++e) {
+        const int first = kEdgeCorners[e][0], second = kEdgeCorners[e][1];
+        if ((first == corner_a && second == corner_b) || (first == corner_b && second == corner_a)) return e;
+    }
+    return -1;
+}
+
+// Bit f is set where the edge lies in face f: face 2 * axis + side holds the corners with that coordinate.
+constexpr int faces_of_edge(int edge) {
+    const int a = kEdgeCorners[edge][0], b = kEdgeCorners[edge][1];
+    int faces = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+        if ((a >> axis & 1) == (b >> axis & 1)) faces |= 1 << (2 * axis + (a >> axis & 1));
+    }
+    return faces;
+}
+
+// The lines that the surface draws on the faces: next[e] is the edge that follows e round its loop, -1 where
+// not crossed.
+struct Lines {
+    int next[kEdges] = {-1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1};
+};
+
+constexpr Lines draw_lines(int cell_case) {
+    Lines lines;
+    for (const auto& ring : kFaceCorners) {
+        for (int start = 0; start < 4; ++start) {
+            // A run of inside corners starts where the walk enters; a line to where it leaves cuts it off.
+            if (is_inside(cell_case, ring[start]) || !is_inside(cell_case, ring[(start + 1) % 4])) continue;
+            int last = start + 1;
+            while (is_inside(cell_case, ring[(last + 1) % 4])) ++last;
+            const int enter = edge_between(ring[start], ring[(start + 1) % 4]);
+            const int leave = edge_between(ring[last % 4], ring[(last + 1) % 4]);
+            lines.next[enter] = leave;
+        }
+    }
+    return lines;
+}
+
+// What a diagonal costs: forbidden in a face, else the squared distance of the edges' midpoints, so short
+// ones win.
+constexpr int diagonal_cost(int edge_a, int edge_b) {
+    if (faces_of_edge(edge_a) & faces_of_edge(edge_b)) return 1000;
+    int cost = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+        const int a = (kEdgeCorners[edge_a][0] >> axis & 1) + (kEdgeCorners[edge_a][1] >> axis & 1);
+        const int b = (kEdgeCorners[edge_b][0] >> axis & 1) + (kEdgeCorners[edge_b][1] >> axis & 1);
+        cost += (a - b) * (a - b);
+    }
+    return cost;
+}
+
+struct Loop {
+    int size = 0;
+    int edges[kEdges] = {};
+};
+
+// The cheapest triangulation of a loop, over all of them: the triangle on side (i, j) takes the best third
+// point.
+constexpr void triangulate(const Loop& loop, Case& result) {
+    int cost[kEdges][kEdges] = {};
+    int third[kEdges][kEdges] = {};
+    for (int width = 2; width < loop.size; ++width) {
+        for (int i = 0; i + width < loop.size; ++i) {
+            const int j = i + width;
+            cost[i][j] = 1 << 20;
+            for (int k = i + 1; k < j; ++k) {
+                int sum = cost[i][k] + cost[k][j];
+                if (k > i + 1) sum += diagonal_cost(loop.edges[i], loop.edges[k]);
+                if (k < j - 1) sum += diagonal_cost(loop.edges[k], loop.edges[j]);
+                if (sum < cost[i][j]) {
+                    cost[i][j] = sum;
+                    third[i][j] = k;
+                }
+            }
+        }
+    }
+    int stack[kEdges][2] = {{0, loop.size - 1}};
+    int depth = 1;
+    while (depth > 0) {
+        --depth;
+        const int i = stack[depth][0], j = stack[depth][1];
+        if (j - i < 2) continue;
+        const int k = third[i][j];
+        int slot = 3 * result.triangles++;
+        for (int corner : {i, k, j}) result.edges[slot++] = static_cast<std::uint8_t>(loop.edges[corner]);
+        stack[depth][0] = k, stack[depth][1] = j, ++depth;
+        stack[depth][0] = i, stack[depth][1] = k, ++depth;
+    }
+}
+
+constexpr Case derive(int cell_case) {
+    Case result;
+    Lines lines = draw_lines(cell_case);
+    for (int first = 0; first < kEdges; ++first) {
+        if (lines.next[first] < 0) continue;
+        Loop loop;
+        for (int e = first; lines.next[e] >= 0;) {
+            loop.edges[loop.size++] = e;
+            result.crossed = static_cast<std::uint16_t>(result.crossed | 1 << e);
+            const int next = lines.next[e];
+            lines.next[e] = -1;
+            e = next;
+        }
+        ++result.loops;
+        triangulate(loop, result);
+    }
+    return result;
+}
+
+constexpr std::array<Case, 256> derive_all() {
+    std::array<Case, 256> cases{};
+    for (int c = 0; c < 256; ++c) cases[static_cast<std::size_t>(c)] = derive(c);
+    return cases;
+}
+
+}  // namespace
+
+constexpr std::array<Case, 256> kCases = derive_all();
+
+}  // namespace marrow::internal

@@ -1,0 +1,50 @@
+/// The 256 cases of a cell: which edges the surface crosses and how their points join into triangles.
+///
+/// The table is not copied from anywhere but derived, at compile time, from one rule for the faces:
+///
+///   walk round a face; the surface cuts off each unbroken run of inside corners.
+///
+/// Two diagonal inside corners of a face are thus always separated (the outside joins between them). The rule
+/// looks at the face alone, so the two cells that share a face draw the same lines on it and no hole can
+/// open. The lines of the six faces close into loops; each loop of k points becomes k - 2 triangles, chosen
+/// so that no diagonal lies in a face (a neighbour could have the same line there, and four triangles would
+/// meet in it).
+///
+/// Corner v of a cell is at (v & 1, v >> 1 & 1, v >> 2): x is bit 0, y bit 1, z bit 2. Bit v of a case is set
+/// where corner v is inside.
+///
+/// Edges are numbered so that the running point ids of `emit` stay in one vector (see emit.cpp):
+///
+///   0..3   along x at (y, z) = (0,0) (1,0) (0,1) (1,1)
+///   4, 5   along y at x = 0, z = 0, 1        8, 9    the same at x = 1
+///   6, 7   along z at x = 0, y = 0, 1        10, 11  the same at x = 1
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+namespace marrow::internal {
+
+inline constexpr int kEdges = 12;
+inline constexpr int kMaxTriangles = 5;
+
+/// The two corners of each edge, the one with the lower coordinate first.
+inline constexpr std::uint8_t kEdgeCorners[kEdges][2] = {{0, 1}, {2, 3}, {4, 5}, {6, 7}, {0, 2}, {4, 6},
+                                                         {0, 4}, {2, 6}, {1, 3}, {5, 7}, {1, 5}, {3, 7}};
+
+/// The corners of each face, counter-clockwise seen from outside the cell: x = 0, 1, y = 0, 1, z = 0, 1.
+inline constexpr std::uint8_t kFaceCorners[6][4] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4},
+                                                    {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
+
+struct Case {
+    std::uint16_t crossed = 0;  ///< bit e: edge e has a point
+    std::uint8_t loops = 0;
+    std::uint8_t triangles = 0;
+    /// Edge numbers, three a triangle, counter-clockwise seen from outside the surface; 0 beyond.
+    std::array<std::uint8_t, 16> edges{};
+};
+
+/// The table, indexed by case.
+extern const std::array<Case, 256> kCases;
+
+}  // namespace marrow::internal

@@ -1,0 +1,35 @@
+/// Pass 3: crossed edges -> points and normals; active cells -> triangles.
+#pragma once
+
+#include <cstdint>
+
+#include <marrow/histo_pyramid.h>
+#include <marrow/mesh.h>
+#include <marrow/volume.h>
+
+#include "frame.h"
+#include "inside_bits.h"
+
+namespace marrow::internal {
+
+/// What emission reads: the volume and the results of the passes before.
+struct EmitInput {
+    const VolumeView& volume;
+    double isovalue;
+    const Frame& frame;
+    const InsideBits& bits;
+    const HistoPyramid& points;     ///< over the grid's rows, as count_rows
+    const HistoPyramid& triangles;  ///< the same
+};
+
+/// Writes the points, and unless `normals` is null the normals, of the rows [row_begin, row_end) to their
+/// places in the whole output. Order: rows by (z, y); in a row the edges along x, then y, then z; among these
+/// by x.
+void emit_points(const EmitInput& input, std::size_t row_begin, std::size_t row_end, Vec3f* points,
+                 Vec3f* normals) noexcept;
+
+/// Writes the triangles of the rows of cells [row_begin, row_end) to their places. Order: cells by (z, y, x).
+void emit_triangles(const EmitInput& input, std::size_t row_begin, std::size_t row_end,
+                    Triangle* triangles) noexcept;
+
+}  // namespace marrow::internal

@@ -1,0 +1,80 @@
+// Bit logic on the rows around a row of cells, 64 cells at a time. Included once per SIMD target.
+#if defined(MARROW_ROW_BITS_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef MARROW_ROW_BITS_INL_H
+#undef MARROW_ROW_BITS_INL_H
+#else
+#define MARROW_ROW_BITS_INL_H
+#endif
+
+#include <cstdint>
+
+#include "inside_bits.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace marrow::internal::HWY_NAMESPACE {
+
+// The row's neighbours in the grid: (y + 1, z), (y, z + 1), (y + 1, z + 1).
+enum Row { kRow = 0, kNextY = 1, kNextZ = 2, kNextYZ = 3 };
+
+// The four rows of samples around a row of cells. Where the grid ends, a missing row stands for its
+// neighbour, so that no edge towards it is crossed.
+struct RowBits {
+    const std::uint64_t* rows[4];
+    std::size_t words;
+    std::uint64_t last_valid;  // in the last word: the samples that have a next one along x
+    bool has_cells;
+
+    RowBits(const InsideBits& bits, std::size_t row) : words(bits.words_per_row) {
+        const auto ny = static_cast<std::size_t>(bits.dims[1]);
+        const bool last_y = row % ny == ny - 1,
+                   last_z = row / ny == static_cast<std::size_t>(bits.dims[2]) - 1;
+        const std::size_t step_y = last_y ? 0 : 1, step_z = last_z ? 0 : ny;
+        rows[kRow] = bits.row(row);
+        rows[kNextY] = bits.row(row + step_y);
+        rows[kNextZ] = bits.row(row + step_z);
+        rows[kNextYZ] = bits.row(row + step_y + step_z);
+        const int last_cells = static_cast<int>((bits.dims[0] - 1) % 64);
+        last_valid = (std::uint64_t{1} << last_cells) - 1;
+        has_cells = !last_y && !last_z && bits.dims[0] > 1;
+    }
+
+    // Samples of word w that have a next one along x.
+    std::uint64_t valid(std::size_t w) const { return w + 1 < words ? ~std::uint64_t{0} : last_valid; }
+    // The samples one further along x, for each sample of word w.
+    std::uint64_t next_x(Row r, std::size_t w) const {
+        const std::uint64_t carry = w + 1 < words ? rows[r][w + 1] : 0;
+        return rows[r][w] >> 1 | carry << 63;
+    }
+    std::uint64_t crossed_x(Row r, std::size_t w) const { return (rows[r][w] ^ next_x(r, w)) & valid(w); }
+    std::uint64_t crossed_y(std::size_t w) const { return rows[kRow][w] ^ rows[kNextY][w]; }
+    std::uint64_t crossed_z(std::size_t w) const { return rows[kRow][w] ^ rows[kNextZ][w]; }
+};
+
+// The eight corners of 64 cells, bit-sliced: bit i of corners[v] is corner v of cell i.
+struct CellBits {
+    std::uint64_t corners[8];
+    std::uint64_t active;
+
+    CellBits(const RowBits& row, std::size_t w) {
+        std::uint64_t any = 0, all = ~std::uint64_t{0};
+        for (int r = 0; r < 4; ++r) {
+            corners[2 * r] = row.rows[r][w];
+            corners[2 * r + 1] = row.next_x(static_cast<Row>(r), w);
+            any |= corners[2 * r] | corners[2 * r + 1];
+            all &= corners[2 * r] & corners[2 * r + 1];
+        }
+        active = any & ~all & row.valid(w);
+    }
+
+    // The case of cell i.
+    unsigned cell_case(int i) const {
+        unsigned c = 0;
+        for (int v = 0; v < 8; ++v) c |= static_cast<unsigned>(corners[v] >> i & 1) << v;
+        return c;
+    }
+};
+
+}  // namespace marrow::internal::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif
