@@ -25,7 +25,7 @@ struct Surface {
 struct StageSeconds {
     double read = 0;
     double extract = 0;
-    double refine = 0;  ///< nothing refines yet
+    double refine = 0;
     double write = 0;   ///< meshes and picture
     double total = 0;
 };

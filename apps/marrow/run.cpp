@@ -7,6 +7,7 @@
 #include <marrow/histogram.h>
 #include <marrow/isosurface.h>
 #include <marrow/mesh_io.h>
+#include <marrow/refine.h>
 #include <marrow/scan_io.h>
 
 #include "picture.h"
@@ -169,6 +170,10 @@ void extract(const Settings& settings, const Console& console, Voice& voice) {
             if (surface.mesh.triangles.empty()) throw_empty(surface.isovalue, scan);
             surfaces.push_back(std::move(surface));
         });
+        if (settings.largest)
+            seconds.refine += voice.stage("refine", [&](const Progress&) {
+                surfaces.back().mesh = largest_component(surfaces.back().mesh);
+            });
     }
     if (non_finite_samples > 0)
         warnings.push_back(fmt::format("{} samples are NaN or infinite and count as outside", non_finite_samples));

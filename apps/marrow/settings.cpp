@@ -97,6 +97,7 @@ std::variant<Settings, int> parse_command_line(int argc, const char* const* argv
     app.add_option("--space", space, "axes of the written coordinates: LPS (default) or RAS")->type_name("SPACE");
     app.add_option("--threads", settings.threads, "threads to use; 0: all (default)")->type_name("N");
     app.add_flag("--open", settings.open, "leave the surface open where the scan ends");
+    app.add_flag("--largest", settings.largest, "keep only the largest connected piece");
     app.add_flag("--json", settings.json, "print the results as one JSON object");
     app.add_flag("-q,--quiet", settings.quiet, "print errors only (and JSON, if asked for)");
     app.add_flag("-v,--verbose", settings.verbose, "say how long each stage took");

@@ -39,6 +39,7 @@ struct Settings {
     Space space = Space::LPS;
     int threads = 0;
     bool open = false;
+    bool largest = false;
     bool json = false;
     bool quiet = false;
     bool verbose = false;

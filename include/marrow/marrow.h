@@ -10,5 +10,6 @@
 #include <marrow/mesh.h>
 #include <marrow/mesh_io.h>
 #include <marrow/progress.h>
+#include <marrow/refine.h>
 #include <marrow/scan_io.h>
 #include <marrow/volume.h>
