@@ -1,0 +1,145 @@
+#include "arms.h"
+
+#include <malloc.h>
+#include <vtkCellArray.h>
+#include <vtkCharArray.h>
+#include <vtkDoubleArray.h>
+#include <vtkFloatArray.h>
+#include <vtkFlyingEdges3D.h>
+#include <vtkImageData.h>
+#include <vtkIntArray.h>
+#include <vtkMarchingCubes.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkPolyData.h>
+#include <vtkShortArray.h>
+#include <vtkSignedCharArray.h>
+#include <vtkUnsignedCharArray.h>
+#include <vtkUnsignedShortArray.h>
+
+#include <chrono>
+#include <limits>
+
+#include <marrow/isosurface.h>
+
+namespace marrow::bench {
+
+namespace {
+
+double milliseconds_since(std::chrono::steady_clock::time_point start) {
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+}
+
+template <class Array>
+vtkSmartPointer<vtkDataArray> borrow(const VolumeView& volume) {
+    vtkNew<Array> array;
+    using T = typename Array::ValueType;
+    array->SetArray(const_cast<T*>(static_cast<const T*>(volume.data)), volume.geometry.sample_count(), 1);
+    return array;
+}
+
+// The same samples as a vtkImageData, not copied.
+vtkSmartPointer<vtkImageData> vtk_image(const VolumeView& volume) {
+    const Geometry& g = volume.geometry;
+    vtkNew<vtkImageData> image;
+    image->SetDimensions(static_cast<int>(g.dims[0]), static_cast<int>(g.dims[1]),
+                         static_cast<int>(g.dims[2]));
+    image->SetSpacing(g.spacing.data());
+    image->SetOrigin(g.origin.data());
+    const auto scalars = [&] {
+        switch (volume.type) {
+            case SampleType::uint8:
+                return borrow<vtkUnsignedCharArray>(volume);
+            case SampleType::int8:
+                return borrow<vtkSignedCharArray>(volume);
+            case SampleType::uint16:
+                return borrow<vtkUnsignedShortArray>(volume);
+            case SampleType::int16:
+                return borrow<vtkShortArray>(volume);
+            case SampleType::int32:
+                return borrow<vtkIntArray>(volume);
+            case SampleType::float32:
+                return borrow<vtkFloatArray>(volume);
+            case SampleType::float64:
+                break;
+        }
+        return borrow<vtkDoubleArray>(volume);
+    }();
+    image->GetPointData()->SetScalars(scalars);
+    return image;
+}
+
+std::int64_t mesh_bytes(const Mesh& mesh) {
+    return static_cast<std::int64_t>((mesh.points.size() + mesh.normals.size()) * sizeof(Vec3f) +
+                                     mesh.triangles.size() * sizeof(Triangle));
+}
+
+Arm marrow_arm(const VolumeView& volume, double isovalue, int threads, bool normals) {
+    return {normals ? "marrow" : "marrow-no-normals", [=] {
+                const auto start = std::chrono::steady_clock::now();
+                IsosurfaceStats stats;
+                const Mesh mesh =
+                    extract_isosurface(volume, isovalue, {.normals = normals, .threads = threads}, &stats);
+                return Result{milliseconds_since(start), static_cast<std::int64_t>(mesh.points.size()),
+                              static_cast<std::int64_t>(mesh.triangles.size()), mesh_bytes(mesh),
+                              stats.scratch_bytes};
+            }};
+}
+
+template <class Filter>
+Arm vtk_arm(const std::string& name, const VolumeView& volume, double isovalue, bool normals) {
+    return {name, [=, image = vtk_image(volume)] {
+                const auto start = std::chrono::steady_clock::now();
+                vtkNew<Filter> filter;
+                filter->SetInputData(image);
+                filter->SetValue(0, isovalue);
+                filter->SetComputeNormals(normals);
+                filter->ComputeGradientsOff();
+                filter->ComputeScalarsOff();
+                filter->Update();
+                const double milliseconds = milliseconds_since(start);
+                vtkPolyData* surface = filter->GetOutput();
+                return Result{milliseconds, surface->GetNumberOfPoints(), surface->GetNumberOfPolys(),
+                              static_cast<std::int64_t>(surface->GetActualMemorySize()) * 1024};
+            }};
+}
+
+Arm classic_arm(const VolumeView& volume, double isovalue) {
+    return {"classic", [=] {
+                const auto start = std::chrono::steady_clock::now();
+                const Mesh mesh = extract_isosurface_classic(volume, isovalue);
+                return Result{milliseconds_since(start), static_cast<std::int64_t>(mesh.points.size()),
+                              static_cast<std::int64_t>(mesh.triangles.size()), mesh_bytes(mesh), 0};
+            }};
+}
+
+}  // namespace
+
+std::vector<Arm> make_arms(const VolumeView& volume, double isovalue, int threads) {
+    std::vector<Arm> arms{
+        marrow_arm(volume, isovalue, threads, true),
+        marrow_arm(volume, isovalue, threads, false),
+        vtk_arm<vtkFlyingEdges3D>("flying-edges", volume, isovalue, true),
+        vtk_arm<vtkFlyingEdges3D>("flying-edges-no-normals", volume, isovalue, false),
+    };
+    if (threads == 1) {  // these have no threads
+        arms.push_back(vtk_arm<vtkMarchingCubes>("vtk-marching-cubes", volume, isovalue, true));
+        arms.push_back(classic_arm(volume, isovalue));
+    }
+    return arms;
+}
+
+void set_memory(Memory memory) {
+    if (memory == Memory::fresh) {
+        mallopt(M_MMAP_MAX, 1 << 16);
+        mallopt(M_MMAP_THRESHOLD, 1 << 17);
+        mallopt(M_TRIM_THRESHOLD, 1 << 17);
+        malloc_trim(0);
+    } else {
+        mallopt(M_MMAP_MAX, 0);
+        mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
+        mallopt(M_TOP_PAD, 1 << 26);
+    }
+}
+
+}  // namespace marrow::bench
