@@ -25,8 +25,8 @@ int main(int argc, char** argv) {
     try {
         const auto parsed = marrow::parse_command_line(argc, argv, std::cout);
         if (const int* exit_code = std::get_if<int>(&parsed)) return *exit_code;
-        return marrow::run(std::get<marrow::Settings>(parsed), {std::cout, std::cerr, isatty(STDERR_FILENO) != 0},
-                           stop);
+        return marrow::run(std::get<marrow::Settings>(parsed),
+                           {std::cout, std::cerr, isatty(STDERR_FILENO) != 0}, stop);
     } catch (const marrow::UsageError& error) {
         std::cerr << "marrow: " << error.what() << '\n';
         return marrow::kUsage;

@@ -53,7 +53,8 @@ vtkNew<vtkPolyData> to_vtk(const Mesh& mesh) {
     constexpr int kBorrowed = 1;
     const auto vectors = [](const Buffer<Vec3f>& from, vtkFloatArray* to) {
         to->SetNumberOfComponents(3);
-        to->SetArray(const_cast<float*>(from.data()->data()), static_cast<vtkIdType>(3 * from.size()), kBorrowed);
+        to->SetArray(const_cast<float*>(from.data()->data()), static_cast<vtkIdType>(3 * from.size()),
+                     kBorrowed);
     };
     vtkNew<vtkFloatArray> coordinates, normals;
     vectors(mesh.points, coordinates);
@@ -75,7 +76,9 @@ vtkNew<vtkPolyData> to_vtk(const Mesh& mesh) {
     return result;
 }
 
-double dot(const Vec3d& a, const Vec3f& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+double dot(const Vec3d& a, const Vec3f& b) {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
 
 // From the patient's front, a little from the left and above, head up, as near as all points fit.
 void aim(vtkCamera* camera, const std::vector<PictureSurface>& surfaces) {
@@ -90,7 +93,8 @@ void aim(vtkCamera* camera, const std::vector<PictureSurface>& surfaces) {
     Vec3d lower{1e300, 1e300, 1e300}, upper{-1e300, -1e300, -1e300};
     const auto each_point = [&](auto visit) {
         for (const PictureSurface& surface : surfaces) {
-            for (const Vec3f& p : surface.mesh->points) visit(Vec3d{dot(right, p), dot(up, p), dot(towards, p)});
+            for (const Vec3f& p : surface.mesh->points)
+                visit(Vec3d{dot(right, p), dot(up, p), dot(towards, p)});
         }
     };
     each_point([&](const Vec3d& p) {
@@ -121,37 +125,53 @@ void aim(vtkCamera* camera, const std::vector<PictureSurface>& surfaces) {
 
 // Opaque surfaces with ambient occlusion, then translucent ones over them, nearest last.
 void shade(vtkRenderer* renderer) {
+    const auto sequence = [](std::initializer_list<vtkRenderPass*> passes) {
+        vtkNew<vtkRenderPassCollection> steps;
+        for (vtkRenderPass* pass : passes) steps->AddItem(pass);
+        vtkNew<vtkSequencePass> result;
+        result->SetPasses(steps);
+        return result;
+    };
     vtkNew<vtkLightsPass> lights;
     vtkNew<vtkOpaquePass> opaque;
+    vtkNew<vtkCameraPass> camera;
+    camera->SetDelegatePass(sequence({lights, opaque}));
     vtkNew<vtkSSAOPass> occlusion;
-    occlusion->SetDelegatePass(opaque);
+    occlusion->SetDelegatePass(camera);
     occlusion->SetRadius(20);  // mm
     occlusion->SetBias(0.5);   // mm
-    occlusion->SetKernelSize(32);
+    occlusion->SetKernelSize(24);
     occlusion->BlurOn();
     vtkNew<vtkTranslucentPass> translucent;
     vtkNew<vtkDualDepthPeelingPass> peeling;
     peeling->SetTranslucentPass(translucent);
-    peeling->SetMaximumNumberOfPeels(8);
-    vtkNew<vtkRenderPassCollection> steps;
-    steps->AddItem(lights);
-    steps->AddItem(occlusion);
-    steps->AddItem(peeling);
-    vtkNew<vtkSequencePass> sequence;
-    sequence->SetPasses(steps);
-    vtkNew<vtkCameraPass> camera;
-    camera->SetDelegatePass(sequence);
-    renderer->SetPass(camera);
+    peeling->SetMaximumNumberOfPeels(3);
+    renderer->SetPass(sequence({occlusion, peeling}));
 }
 
 // Like glass: clear where it faces the camera, denser towards its outline.
-void make_translucent(vtkActor* actor, double opacity) {
+void make_translucent(vtkActor* actor) {
     actor->ForceTranslucentOn();
     actor->GetProperty()->BackfaceCullingOn();
-    const std::string code = "//VTK::Light::Impl\n"
+    actor->GetShaderProperty()->AddFragmentShaderReplacement(
+        "//VTK::Light::Impl", true,
+        "//VTK::Light::Impl\n"
         "  float facing = abs(normalVCVSOutput.z);\n"
-        "  gl_FragData[0].a = mix(1.0, " + std::to_string(opacity) + ", pow(facing, 0.6));\n";
-    actor->GetShaderProperty()->AddFragmentShaderReplacement("//VTK::Light::Impl", true, code, false);
+        "  gl_FragData[0].a = mix(1.0, 0.15, pow(facing, 0.8));\n",
+        false);
+}
+
+vtkNew<vtkActor> to_actor(const PictureSurface& surface) {
+    vtkNew<vtkPolyDataMapper> mapper;
+    mapper->SetInputData(to_vtk(*surface.mesh));
+    vtkNew<vtkActor> actor;
+    actor->SetMapper(mapper);
+    vtkProperty* look = actor->GetProperty();
+    look->SetColor(surface.colour[0], surface.colour[1], surface.colour[2]);
+    look->SetSpecular(0.15);
+    look->SetSpecularPower(25);
+    if (surface.translucent) make_translucent(actor);
+    return actor;
 }
 
 }  // namespace
@@ -172,23 +192,13 @@ void write_picture(const std::vector<PictureSurface>& surfaces, const std::files
     renderer->GradientBackgroundOn();
     renderer->SetBackground(0.10, 0.12, 0.15);   // bottom
     renderer->SetBackground2(0.30, 0.36, 0.43);  // top
-    for (const PictureSurface& surface : surfaces) {
-        vtkNew<vtkPolyDataMapper> mapper;
-        mapper->SetInputData(to_vtk(*surface.mesh));
-        vtkNew<vtkActor> actor;
-        actor->SetMapper(mapper);
-        vtkProperty* look = actor->GetProperty();
-        look->SetColor(surface.colour[0], surface.colour[1], surface.colour[2]);
-        look->SetSpecular(0.15);
-        look->SetSpecularPower(25);
-        if (surface.opacity < 1) make_translucent(actor, surface.opacity);
-        renderer->AddActor(actor);
-    }
+    for (const PictureSurface& surface : surfaces) renderer->AddActor(to_actor(surface));
     aim(renderer->GetActiveCamera(), surfaces);
     renderer->ResetCameraClippingRange();
-
-    vtkNew<vtkLightKit> lights;
+    vtkNew<vtkLightKit> lights;  // key, fill and back lights that go with the camera
     lights->SetKeyLightAngle(45, -35);
+    lights->SetKeyToFillRatio(2.2);
+    lights->SetKeyToBackRatio(2.2);
     lights->AddLightsToRenderer(renderer);
     shade(renderer);
 

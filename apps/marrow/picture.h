@@ -11,9 +11,9 @@ namespace marrow {
 
 /// A surface in a picture.
 struct PictureSurface {
-    const Mesh* mesh;             ///< LPS millimetres, with normals
+    const Mesh* mesh;              ///< LPS millimetres, with normals
     std::array<double, 3> colour;  ///< red, green, blue from 0 to 1
-    double opacity;               ///< 1: opaque
+    bool translucent;              ///< like glass, so that the surfaces inside show
 };
 
 /// Pictures are drawn by OpenGL through an X display. \throw IoError, with advice, where there is none.

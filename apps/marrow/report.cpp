@@ -18,7 +18,9 @@ Json bounds(const MeshMeasures& m, Space space) {
     return {Vec3f{-m.upper[0], -m.upper[1], m.lower[2]}, Vec3f{-m.lower[0], -m.lower[1], m.upper[2]}};
 }
 
-Json text_or_null(const std::string& text) { return text.empty() ? Json() : Json(text); }
+Json text_or_null(const std::string& text) {
+    return text.empty() ? Json() : Json(text);
+}
 
 Json surface_numbers(const Surface& surface, Space space) {
     const MeshMeasures m = measure(surface.mesh);
@@ -84,7 +86,8 @@ void print_text(std::ostream& out, const std::vector<Surface>& surfaces) {
     }
 }
 
-void print_series(std::ostream& out, const std::string& format, const std::vector<SeriesInfo>& series, bool json) {
+void print_series(std::ostream& out, const std::string& format, const std::vector<SeriesInfo>& series,
+                  bool json) {
     if (json) {
         Json list = Json::array();
         for (const SeriesInfo& s : series) {
@@ -105,7 +108,8 @@ void print_series(std::ostream& out, const std::string& format, const std::vecto
         if (!s.description.empty()) out << fmt::format("  description  {}\n", s.description);
         if (!s.modality.empty()) out << fmt::format("  modality     {}\n", s.modality);
         out << fmt::format("  samples      {} x {} x {}\n", s.dims[0], s.dims[1], s.dims[2]);
-        out << fmt::format("  spacing      {:g} x {:g} x {:g} mm\n", s.spacing[0], s.spacing[1], s.spacing[2]);
+        out << fmt::format("  spacing      {:g} x {:g} x {:g} mm\n", s.spacing[0], s.spacing[1],
+                           s.spacing[2]);
         out << fmt::format("  files        {}\n", s.files);
     }
 }

@@ -26,12 +26,12 @@ struct StageSeconds {
     double read = 0;
     double extract = 0;
     double refine = 0;
-    double write = 0;   ///< meshes and picture
+    double write = 0;  ///< meshes and picture
     double total = 0;
 };
 
-/// Prints one JSON object. With one surface its numbers stand beside the rest; with several, in the array `surfaces`.
-/// Bounds are in `space`, as written.
+/// Prints one JSON object. With one surface its numbers stand beside the rest; with several, in the array
+/// `surfaces`. Bounds are in `space`, as written.
 void print_json(std::ostream& out, const ScanInfo& info, const std::vector<Surface>& surfaces, Space space,
                 const std::vector<std::string>& warnings, const StageSeconds& seconds);
 
@@ -39,6 +39,7 @@ void print_json(std::ostream& out, const ScanInfo& info, const std::vector<Surfa
 void print_text(std::ostream& out, const std::vector<Surface>& surfaces);
 
 /// Prints what an input holds, as text or one JSON object.
-void print_series(std::ostream& out, const std::string& format, const std::vector<SeriesInfo>& series, bool json);
+void print_series(std::ostream& out, const std::string& format, const std::vector<SeriesInfo>& series,
+                  bool json);
 
 }  // namespace marrow

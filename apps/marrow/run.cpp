@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <chrono>
 #include <new>
 #include <ostream>
@@ -83,25 +84,30 @@ class Voice {
     const std::atomic<bool>& stop_;
 };
 
-// Presets are Hounsfield units, which only CT has. Formats without a modality pass if they hold air; then the returned
-// text says what was assumed.
-std::string check_preset(const Preset& preset, const ScanInfo& info, const Volume& scan) {
+// Presets are Hounsfield units, which only CT has. Formats without a modality pass if they hold air; the
+// returned text says that this was assumed.
+std::string check_presets(const Settings& settings, const ScanInfo& info, const Volume& scan) {
     constexpr double kAir = -500;  // below this there is only air and lung
-    const std::string& modality = info.series.modality;
-    const std::string advice = "use --isovalue otsu or --isovalue N";
-    if (modality == "CT") return {};
-    if (!modality.empty() || info.format == "DICOM")
-        throw UsageError(fmt::format("--type {} is in Hounsfield units, which only CT has, and this scan's modality "
-                                     "is {}: {}",
-                                     preset.name, modality.empty() ? "not stated" : modality, advice));
+    const auto has_preset = [](const SurfaceRequest& request) { return request.preset != nullptr; };
+    const auto first = std::find_if(settings.surfaces.begin(), settings.surfaces.end(), has_preset);
+    if (first == settings.surfaces.end() || info.series.modality == "CT") return {};
+
+    const auto refuse = [&](const std::string& reason) {
+        throw UsageError(
+            fmt::format("--type {} is in Hounsfield units, which only CT has, and {}: use --isovalue otsu "
+                        "or --isovalue N",
+                        first->name, reason));
+    };
+    if (!info.series.modality.empty()) refuse("this scan's modality is " + info.series.modality);
+    if (info.format == "DICOM") refuse("this scan does not state its modality");
     const double lowest = histogram(scan).lower;
     if (lowest > kAir)
-        throw UsageError(fmt::format("--type {} is in Hounsfield units, but {} does not say that this is CT, and its "
-                                     "lowest sample, {:g}, is not air: {}",
-                                     preset.name, info.format, lowest, advice));
-    return fmt::format("{} does not say that this is CT; its lowest sample, {:g}, looks like air in Hounsfield units, "
-                       "so {} is taken as >= {:g}",
-                       info.format, lowest, preset.name, preset.isovalue);
+        refuse(fmt::format("{} does not say whether this is CT, and its lowest sample, {:g}, is not air",
+                           info.format, lowest));
+    return fmt::format(
+        "{} does not say whether this is CT; its samples are taken for Hounsfield units because the "
+        "lowest, {:g}, looks like air",
+        info.format, lowest);
 }
 
 double choose_isovalue(const SurfaceRequest& request, const Volume& scan) {
@@ -121,18 +127,20 @@ void check_folder(const fs::path& file) {
     if (file.empty()) return;
     const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
     if (!fs::is_directory(folder))
-        throw IoError(fmt::format("cannot write '{}': there is no folder '{}'", file.string(), folder.string()));
+        throw IoError(
+            fmt::format("cannot write '{}': there is no folder '{}'", file.string(), folder.string()));
 }
 
+// The surface of the highest isovalue lies innermost; those around it are drawn translucent.
 void draw(const std::vector<Surface>& surfaces, const Settings& settings) {
     constexpr std::array<double, 3> kNeutral{0.80, 0.81, 0.80};
-    const auto is_bone = [](const SurfaceRequest& r) { return r.preset && r.preset->name == "bone"; };
-    const bool around_bone = std::any_of(settings.surfaces.begin(), settings.surfaces.end(), is_bone);
+    double innermost = surfaces.front().isovalue;
+    for (const Surface& surface : surfaces) innermost = std::max(innermost, surface.isovalue);
     std::vector<PictureSurface> drawn;
     for (std::size_t i = 0; i < surfaces.size(); ++i) {
         const Preset* preset = settings.surfaces[i].preset;
-        drawn.push_back({&surfaces[i].mesh, preset ? preset->colour : kNeutral,
-                         preset && around_bone ? preset->opacity_around_bone : 1});
+        drawn.push_back(
+            {&surfaces[i].mesh, preset ? preset->colour : kNeutral, surfaces[i].isovalue < innermost});
     }
     write_picture(drawn, settings.picture);
 }
@@ -148,18 +156,17 @@ void extract(const Settings& settings, const Console& console, Voice& voice) {
     ScanInfo info;
     Volume scan;
     seconds.read = voice.stage("read", [&](const Progress& progress) {
-        scan = read_scan(settings.input, {settings.series, settings.spacing, settings.threads, progress}, &info);
+        scan =
+            read_scan(settings.input, {settings.series, settings.spacing, settings.threads, progress}, &info);
     });
     std::vector<std::string> warnings = info.warnings;
+    const std::string assumed = check_presets(settings, info, scan);
+    if (!assumed.empty()) warnings.push_back(assumed);
 
     std::vector<Surface> surfaces;
     std::int64_t non_finite_samples = 0;
     for (std::size_t i = 0; i < settings.surfaces.size(); ++i) {
         const SurfaceRequest& request = settings.surfaces[i];
-        if (request.preset) {
-            const std::string assumed = check_preset(*request.preset, info, scan);
-            if (!assumed.empty()) warnings.push_back(assumed);
-        }
         seconds.extract += voice.stage("extract", [&](const Progress& progress) {
             IsosurfaceStats stats;
             Surface surface{request.name, choose_isovalue(request, scan), {}, files[i]};
@@ -176,7 +183,8 @@ void extract(const Settings& settings, const Console& console, Voice& voice) {
             });
     }
     if (non_finite_samples > 0)
-        warnings.push_back(fmt::format("{} samples are NaN or infinite and count as outside", non_finite_samples));
+        warnings.push_back(
+            fmt::format("{} samples are NaN or infinite and count as outside", non_finite_samples));
     for (const std::string& warning : warnings) voice.warn(warning);
 
     seconds.write = voice.stage("write", [&](const Progress& progress) {

@@ -4,10 +4,10 @@
 #include <set>
 #include <string_view>
 
+#include <fmt/format.h>
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
-#include <fmt/format.h>
 
 #include "settings.h"
 
@@ -64,7 +64,8 @@ std::string preset_list() {
 std::string footer() {
     return fmt::format(
         "Presets in Hounsfield units: {}.\n"
-        "Two surfaces of a scan: repeat --isovalue or --type; OUT is then a folder or a pattern with {{name}}.\n"
+        "Two surfaces of a scan: repeat --isovalue or --type; OUT is then a folder or a pattern with "
+        "{{name}}.\n"
         "Exit codes: 0 ok, 2 usage, 3 unreadable or not writable, 4 ambiguous or refused geometry,\n"
         "5 empty surface, 130 cancelled.\n"
         "For research use only; not a medical device.",
@@ -84,17 +85,22 @@ std::variant<Settings, int> parse_command_line(int argc, const char* const* argv
     const char* input_help =
         "DICOM folder or file; NIfTI, NRRD, MetaImage or TIFF file; folder of slice images";
     app.add_option("INPUT", settings.input, input_help);
-    app.add_option("-o,--output", settings.output, "mesh to write: .stl, .ply, .obj or .vtp")->type_name("OUT");
-    app.add_option("--isovalue", isovalues, "surface where samples reach N, or 'otsu' to choose N from the samples")
+    app.add_option("-o,--output", settings.output, "mesh to write: .stl, .ply, .obj or .vtp")
+        ->type_name("OUT");
+    app.add_option("--isovalue", isovalues,
+                   "surface where samples reach N, or 'otsu' to choose N from the samples")
         ->type_name("N|otsu")
         ->allow_extra_args(false);
     app.add_option("--type", types, "surface of a tissue in CT: bone, skin, soft, fat or muscle")
         ->type_name("TYPE")
         ->allow_extra_args(false);
     app.add_option("--picture", settings.picture, "picture of the surfaces to write")->type_name("FILE.png");
-    app.add_option("--series", settings.series, "DICOM series to read, as 'marrow info' lists it")->type_name("UID");
-    app.add_option("--spacing", spacing, "mm between samples, for images that do not say")->type_name("X,Y,Z");
-    app.add_option("--space", space, "axes of the written coordinates: LPS (default) or RAS")->type_name("SPACE");
+    app.add_option("--series", settings.series, "DICOM series to read, as 'marrow info' lists it")
+        ->type_name("UID");
+    app.add_option("--spacing", spacing, "mm between samples, for images that do not say")
+        ->type_name("X,Y,Z");
+    app.add_option("--space", space, "axes of the written coordinates: LPS (default) or RAS")
+        ->type_name("SPACE");
     app.add_option("--threads", settings.threads, "threads to use; 0: all (default)")->type_name("N");
     app.add_flag("--open", settings.open, "leave the surface open where the scan ends");
     app.add_flag("--largest", settings.largest, "keep only the largest connected piece");

@@ -45,8 +45,8 @@ struct Settings {
     bool verbose = false;
 };
 
-/// Understands the command line. Where it asks for help or the version, that goes to `out` and the result is the exit
-/// code 0. \throw UsageError
+/// Understands the command line. Where it asks for help or the version, that goes to `out` and the result is
+/// the exit code 0. \throw UsageError
 std::variant<Settings, int> parse_command_line(int argc, const char* const* argv, std::ostream& out);
 
 /// The file of each requested surface, in order; empty paths without an output.

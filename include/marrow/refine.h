@@ -5,9 +5,9 @@
 
 namespace marrow {
 
-/// The connected piece of a mesh with the most triangles; the first of equals. Points, normals and triangles keep
-/// their order. Of a hollow object this is the outer shell alone: cavities are pieces of their own.
-/// \pre triangles name points that are there
+/// The connected piece of a mesh with the most triangles; the first of equals. Points, normals and triangles
+/// keep their order. Of a hollow object this is the outer shell alone: cavities are pieces of their own. \pre
+/// triangles name points that are there
 Mesh largest_component(const Mesh& mesh);
 
 }  // namespace marrow

@@ -49,9 +49,8 @@ Histogram histogram(const VolumeView& volume, int bins) {
     check_geometry(volume.geometry);
     if (bins < 2) throw InputError("a histogram needs at least 2 bins");
     const std::int64_t n = volume.geometry.sample_count();
-    return internal::with_sample_type(volume.type, [&]<class T>(T) {
-        return count_samples(static_cast<const T*>(volume.data), n, bins);
-    });
+    return internal::with_sample_type(
+        volume.type, [&]<class T>(T) { return count_samples(static_cast<const T*>(volume.data), n, bins); });
 }
 
 double otsu_isovalue(const Histogram& histogram) {
