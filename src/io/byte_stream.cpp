@@ -85,7 +85,7 @@ std::uint64_t size_of_file(const std::filesystem::path& path) {
     return size;
 }
 
-ByteStream::ByteStream(const std::filesystem::path& path, bool compressed, std::uint64_t offset)
+ByteStream::ByteStream(const std::filesystem::path& path, Compression compression, std::uint64_t offset)
     : state_(std::make_unique<State>()) {
     size_of_file(path);  // a pipe or a device would block
     state_->path = path;
@@ -94,9 +94,9 @@ ByteStream::ByteStream(const std::filesystem::path& path, bool compressed, std::
     if (!state_->file || fseeko(state_->file, static_cast<off_t>(offset), SEEK_SET) != 0) {
         throw IoError(fmt::format("{}: cannot be opened: {}", shown(path), std::strerror(errno)));
     }
-    if (compressed) {
-        if (inflateInit2(&state_->zip, 15 + 32) != Z_OK)
-            throw LimitError("zlib: no memory");  // 32: gzip or zlib
+    if (compression != Compression::none) {
+        const int window_bits = compression == Compression::deflate ? -15 : 15 + 32;  // 32: gzip or zlib
+        if (inflateInit2(&state_->zip, window_bits) != Z_OK) throw LimitError("zlib: no memory");
         state_->compressed = true;
         state_->input.resize(1 << 16);
     }
@@ -136,7 +136,7 @@ void ByteStream::verify_end() {
 }
 
 std::string head_of(const std::filesystem::path& path, std::size_t size) {
-    ByteStream stream(path, false);
+    ByteStream stream(path, Compression::none);
     std::string head(std::min<std::uint64_t>(size, size_of_file(path)), '\0');
     head.resize(stream.read_some(head.data(), head.size()));
     return head;

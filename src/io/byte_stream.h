@@ -9,12 +9,17 @@
 
 namespace marrow {
 
+enum class Compression {
+    none,
+    zlib,     ///< gzip or zlib
+    deflate,  ///< the same without header and checksum
+};
+
 /// Reads a file from front to back. Only regular files are opened.
 class ByteStream {
   public:
-    /// Opens `path` at `offset`; `compressed`: what follows is a gzip or zlib stream.
-    /// \throw IoError where it cannot be opened or is not a regular file.
-    ByteStream(const std::filesystem::path& path, bool compressed, std::uint64_t offset = 0);
+    /// Opens `path` at `offset`. \throw IoError where it cannot be opened or is not a regular file.
+    ByteStream(const std::filesystem::path& path, Compression compression, std::uint64_t offset = 0);
     ~ByteStream();
     ByteStream(const ByteStream&) = delete;
     ByteStream& operator=(const ByteStream&) = delete;

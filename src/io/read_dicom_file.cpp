@@ -1,112 +1,67 @@
 #include "read_dicom_file.h"
 
 #include <fmt/format.h>
-#include <gdcmPixmapReader.h>
-#include <gdcmReader.h>
-#include <gdcmSequenceOfItems.h>
-#include <gdcmTrace.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
-#include <set>
 
 #include <marrow/error.h>
 
-#include "byte_stream.h"
+#include "dicom_codec.h"
+#include "dicom_set.h"
 #include "header_text.h"
 
 namespace marrow {
 
 namespace {
 
-using gdcm::DataSet;
-using gdcm::Tag;
-
-const Tag pixel_data(0x7fe0, 0x0010);
-
-// GDCM writes its warnings to stderr; what matters becomes an exception here.
-void silence_gdcm() {
-    static const bool once = [] {
-        gdcm::Trace::DebugOff();
-        gdcm::Trace::WarningOff();
-        gdcm::Trace::ErrorOff();
-        return true;
-    }();
-    static_cast<void>(once);
-}
-
-// The bytes of an element; nothing where it is absent or empty.
-std::string_view bytes(const DataSet& set, const Tag& tag) {
-    if (!set.FindDataElement(tag)) return {};
-    const gdcm::ByteValue* value = set.GetDataElement(tag).GetByteValue();
-    return value ? std::string_view(value->GetPointer(), value->GetLength()) : std::string_view();
-}
-
-std::string text(const DataSet& set, const Tag& tag) {
-    std::string_view value = bytes(set, tag);
-    while (!value.empty() && value.back() == '\0') value.remove_suffix(1);
-    return std::string(trimmed(value));
-}
-
-std::optional<int> unsigned_short(const DataSet& set, const Tag& tag) {
-    const std::string_view value = bytes(set, tag);
-    std::uint16_t number = 0;
-    if (value.size() < sizeof number) return {};
-    std::memcpy(&number, value.data(), sizeof number);
-    return number;
-}
-
-// The numbers of a decimal string "1\2\3"; nothing where there are not exactly `count`.
-std::optional<std::vector<double>> decimals(const DataSet& set, const Tag& tag, std::size_t count) {
-    const std::string value = text(set, tag);
-    std::vector<double> out;
-    for (std::size_t at = 0; !value.empty() && at <= value.size();) {
-        const std::size_t end = std::min(value.find('\\', at), value.size());
-        const auto one = number(std::string_view(value).substr(at, end - at));
-        if (!one) return {};
-        out.push_back(*one);
-        at = end + 1;
-    }
-    if (out.size() != count) return {};
-    return out;
-}
-
-std::optional<double> decimal(const DataSet& set, const Tag& tag) {
-    const auto one = decimals(set, tag, 1);
-    return one ? std::optional((*one)[0]) : std::nullopt;
-}
-
-gdcm::SmartPointer<gdcm::SequenceOfItems> sequence(const DataSet& set, const Tag& tag) {
-    return set.FindDataElement(tag) ? set.GetDataElement(tag).GetValueAsSQ() : nullptr;
-}
-
-// Item `i` of a sequence; nothing where it is absent.
-const DataSet* item(const DataSet* set, const Tag& tag, std::size_t i = 1) {
-    if (!set) return nullptr;
-    const auto items = sequence(*set, tag);
-    return items && items->GetNumberOfItems() >= i ? &items->GetItem(i).GetNestedDataSet() : nullptr;
-}
-
 // Takes what the sets say about a frame: the file itself, or the frame's functional groups.
-void read_frame(DicomFrame& frame, const DataSet& position, const DataSet& orientation,
-                const DataSet& measures, const DataSet& rescale) {
-    if (const auto p = decimals(position, Tag(0x0020, 0x0032), 3))
-        frame.position = Vec3d{(*p)[0], (*p)[1], (*p)[2]};
-    if (const auto o = decimals(orientation, Tag(0x0020, 0x0037), 6)) {
+void read_frame(DicomFrame& frame, const DicomSet& position, const DicomSet& orientation,
+                const DicomSet& measures, const DicomSet& rescale) {
+    if (const auto p = position.decimals(0x00200032, 3)) frame.position = Vec3d{(*p)[0], (*p)[1], (*p)[2]};
+    if (const auto o = orientation.decimals(0x00200037, 6)) {
         frame.along_row = Vec3d{(*o)[0], (*o)[1], (*o)[2]};
         frame.along_column = Vec3d{(*o)[3], (*o)[4], (*o)[5]};
     }
     // PixelSpacing is row spacing \ column spacing: the step down comes first
-    if (const auto s = decimals(measures, Tag(0x0028, 0x0030), 2)) frame.spacing = {(*s)[1], (*s)[0]};
-    frame.thickness = decimal(measures, Tag(0x0018, 0x0050));
-    frame.intercept = decimal(rescale, Tag(0x0028, 0x1052));
-    frame.slope = decimal(rescale, Tag(0x0028, 0x1053));
+    if (const auto s = measures.decimals(0x00280030, 2)) frame.spacing = {(*s)[1], (*s)[0]};
+    frame.thickness = measures.decimal(0x00180050);
+    const auto present = [&](DicomTag tag) -> std::optional<double> {
+        if (rescale.text(tag).empty()) return {};
+        return rescale.decimal(tag).value_or(NAN);
+    };
+    frame.intercept = present(0x00281052);
+    frame.slope = present(0x00281053);
+}
+
+// Each frame's own functional groups go before the shared ones, and those before the file itself.
+void read_frames(DicomFile& file, const DicomSet& set) {
+    const std::vector<DicomSet> per_frame = set.items(0x52009230);
+    const std::vector<DicomSet> shared = set.items(0x52009229);
+    if (!per_frame.empty() && per_frame.size() != file.frames.size()) {
+        throw InputError(
+            fmt::format("it describes {} frames and has {}", per_frame.size(), file.frames.size()));
+    }
+    const auto group = [&](std::size_t frame, DicomTag tag) {
+        if (!per_frame.empty()) {
+            if (auto own = per_frame[frame].items(tag); !own.empty()) return own[0];
+        }
+        if (!shared.empty()) {
+            if (auto common = shared[0].items(tag); !common.empty()) return common[0];
+        }
+        return set;
+    };
+    for (std::size_t i = 0; i < file.frames.size(); ++i) {
+        read_frame(file.frames[i], group(i, 0x00209113), group(i, 0x00209116), group(i, 0x00289110),
+                   group(i, 0x00289145));
+    }
 }
 
 // A series' description for a message: no control characters; letters beyond ASCII only where they are UTF-8.
-std::string description(const DataSet& set) {
-    const bool utf8 = text(set, Tag(0x0008, 0x0005)) == "ISO_IR 192";
-    std::string out = text(set, Tag(0x0008, 0x103e));
+std::string description(const DicomSet& set) {
+    const bool utf8 = set.text(0x00080005) == "ISO_IR 192";
+    std::string out = set.text(0x0008103e);
     for (char& c : out) {
         const auto byte = static_cast<unsigned char>(c);
         if (byte < 0x20 || byte == 0x7f || (byte > 0x7f && !utf8)) c = '?';
@@ -114,16 +69,19 @@ std::string description(const DataSet& set) {
     return out;
 }
 
+bool is_plain_syntax(const std::string& uid) {
+    return uid.empty() || uid == "1.2.840.10008.1.2" || uid == "1.2.840.10008.1.2.1" ||
+           uid == "1.2.840.10008.1.2.2" || uid == "1.2.840.10008.1.2.1.99";
+}
+
 // Why the pixels of a file cannot be read; empty where they can.
-std::string refusal(const DicomFile& file, const DataSet& set, const gdcm::TransferSyntax& syntax,
-                    std::size_t frames) {
-    if (unsigned_short(set, Tag(0x0028, 0x0002)).value_or(1) != 1)
-        return "is in colour; only grey scans are read";
-    const std::string photometric = text(set, Tag(0x0028, 0x0004));
-    if (!photometric.empty() && photometric != "MONOCHROME1" && photometric != "MONOCHROME2") {
-        return fmt::format("is in colour ({}); only grey scans are read", photometric);
+std::string refusal(const DicomFile& file, const DicomSet& set) {
+    const std::string photometric = set.text(0x00280004);
+    if (set.unsigned_short(0x00280002).value_or(1) != 1 ||
+        (!photometric.empty() && photometric != "MONOCHROME1" && photometric != "MONOCHROME2")) {
+        return fmt::format("is in colour ({}); only grey scans are read", shown(photometric));
     }
-    if (set.FindDataElement(Tag(0x0028, 0x3000))) return "has a modality lookup table, which is not read";
+    if (set.has(0x00283000)) return "has a modality lookup table, which is not read";
     if (file.bits_allocated != 8 && file.bits_allocated != 16 && file.bits_allocated != 32) {
         return fmt::format("has {} bits per sample; 8, 16 or 32 are read", file.bits_allocated);
     }
@@ -131,87 +89,47 @@ std::string refusal(const DicomFile& file, const DataSet& set, const gdcm::Trans
         file.high_bit < file.bits_stored - 1 || file.high_bit >= file.bits_allocated) {
         return "has a pixel format that contradicts itself (BitsAllocated, BitsStored, HighBit)";
     }
-    using Syntax = gdcm::TransferSyntax;
-    for (const auto video :
-         {Syntax::MPEG2MainProfile, Syntax::MPEG2MainProfileHighLevel,
-          Syntax::MPEG4AVCH264HighProfileLevel4_1, Syntax::MPEG4AVCH264BDcompatibleHighProfileLevel4_1}) {
-        if (syntax == video)
-            return fmt::format("is a video (transfer syntax {}), which is not read", syntax.GetString());
+    if (!is_plain_syntax(file.transfer_syntax) && !is_compressed_syntax(file.transfer_syntax)) {
+        return fmt::format("has pixels in the transfer syntax {}, which is not read",
+                           shown(file.transfer_syntax));
     }
-    if (frames > 1 && !set.FindDataElement(Tag(0x5200, 0x9230))) {
-        return fmt::format("holds {} frames without a position for each", frames);
+    if (file.frames.size() > 1 && !set.has(0x52009230)) {
+        return fmt::format("holds {} frames without a position for each", file.frames.size());
     }
     return {};
 }
 
 }  // namespace
 
-bool is_dicom(std::string_view head) {
-    if (head.size() >= 132 && head.substr(128, 4) == "DICM") return true;
-    // Without a preamble a data set begins with group 0002 or 0008, in either byte order, and a small element
-    // number.
-    using namespace std::string_view_literals;
-    if (head.size() < 8) return false;
-    const std::string_view group = head.substr(0, 2);
-    const bool little = (group == "\x08\0"sv || group == "\x02\0"sv) && head[3] == '\0';
-    const bool big = (group == "\0\x08"sv || group == "\0\x02"sv) && head[2] == '\0';
-    return little || big;
-}
-
 std::optional<DicomFile> read_dicom_header(const std::filesystem::path& path) {
-    silence_gdcm();
-    size_of_file(path);
-    gdcm::Reader reader;
-    reader.SetFileName(path.c_str());
-    bool parsed = false;
-    try {
-        // the pixels are left out
-        parsed = reader.ReadUpToTag(pixel_data, {pixel_data});
-    } catch (const std::exception&) {
-    }
-    if (!parsed) throw InputError(fmt::format("{}: is not a DICOM file, or a damaged one", shown(path)));
-
-    const DataSet& set = reader.GetFile().GetDataSet();
-    const gdcm::TransferSyntax syntax = reader.GetFile().GetHeader().GetDataSetTransferSyntax();
+    const DicomBytes parsed = parse_dicom(path, false);
+    const DicomSet& set = parsed.set;
     DicomFile file;
     file.path = path;
-    file.columns = unsigned_short(set, Tag(0x0028, 0x0011)).value_or(0);
-    file.rows = unsigned_short(set, Tag(0x0028, 0x0010)).value_or(0);
-    if (file.columns == 0 || file.rows == 0) return {};
-    file.series_uid = text(set, Tag(0x0020, 0x000e));
-    file.frame_of_reference = text(set, Tag(0x0020, 0x0052));
+    file.columns = set.unsigned_short(0x00280011).value_or(0);
+    file.rows = set.unsigned_short(0x00280010).value_or(0);
+    if (file.columns == 0 || file.rows == 0 || parsed.pixels_at == 0) return {};
+    file.series_uid = set.text(0x0020000e);
+    file.frame_of_reference = set.text(0x00200052);
     file.description = description(set);
-    file.modality = text(set, Tag(0x0008, 0x0060));
-    file.echo = text(set, Tag(0x0018, 0x0086));
-    file.rescale_type = text(set, Tag(0x0028, 0x1054));
-    file.transfer_syntax = syntax.GetString() ? syntax.GetString() : "unknown";
-    file.localizer = text(set, Tag(0x0008, 0x0008)).find("LOCALIZER") != std::string::npos;
-    file.bits_allocated = unsigned_short(set, Tag(0x0028, 0x0100)).value_or(0);
-    file.bits_stored = unsigned_short(set, Tag(0x0028, 0x0101)).value_or(file.bits_allocated);
-    file.high_bit = unsigned_short(set, Tag(0x0028, 0x0102)).value_or(file.bits_stored - 1);
-    file.is_signed = unsigned_short(set, Tag(0x0028, 0x0103)).value_or(0) == 1;
+    file.modality = set.text(0x00080060);
+    file.echo = set.text(0x00180086);
+    file.transfer_syntax = parsed.transfer_syntax;
+    file.localizer = set.text(0x00080008).find("LOCALIZER") != std::string::npos;
+    file.bits_allocated = set.unsigned_short(0x00280100).value_or(0);
+    file.bits_stored = set.unsigned_short(0x00280101).value_or(file.bits_allocated);
+    file.high_bit = set.unsigned_short(0x00280102).value_or(file.bits_stored - 1);
+    file.is_signed = set.unsigned_short(0x00280103).value_or(0) == 1;
 
-    const double claimed = decimal(set, Tag(0x0028, 0x0008)).value_or(1);
-    if (!(claimed >= 1) || claimed > 1e6)
+    const double claimed = set.decimal(0x00280008).value_or(1);
+    if (!(claimed >= 1) || claimed > 1e5)
         throw InputError(fmt::format("{}: claims {} frames", shown(path), claimed));
     file.frames.resize(static_cast<std::size_t>(claimed));
-    file.refusal = refusal(file, set, syntax, file.frames.size());
-
-    const auto per_frame = sequence(set, Tag(0x5200, 0x9230));
-    const DataSet* shared = item(&set, Tag(0x5200, 0x9229));
-    if (per_frame && per_frame->GetNumberOfItems() != file.frames.size()) {
-        throw InputError(fmt::format("{}: describes {} of its {} frames", shown(path),
-                                     per_frame->GetNumberOfItems(), file.frames.size()));
-    }
-    for (std::size_t i = 0; i < file.frames.size(); ++i) {
-        const DataSet* own = per_frame ? &per_frame->GetItem(i + 1).GetNestedDataSet() : nullptr;
-        const auto group = [&](const Tag& tag) -> const DataSet& {
-            if (const DataSet* found = item(own, tag)) return *found;
-            if (const DataSet* found = item(shared, tag)) return *found;
-            return set;
-        };
-        read_frame(file.frames[i], group(Tag(0x0020, 0x9113)), group(Tag(0x0020, 0x9116)),
-                   group(Tag(0x0028, 0x9110)), group(Tag(0x0028, 0x9145)));
+    file.refusal = refusal(file, set);
+    try {
+        read_frames(file, set);
+    } catch (const InputError& error) {
+        throw InputError(fmt::format("{}: {}", shown(path), error.what()));
     }
     return file;
 }
@@ -220,12 +138,10 @@ namespace {
 
 // Takes the stored bits out of each cell of type T, and extends the sign: the other bits can hold anything.
 template <class T>
-void unpack(const char* cells, std::size_t count, int bits, int high_bit, bool is_signed,
-            std::vector<std::int32_t>& out, const std::filesystem::path& path) {
+void unpack(const char* cells, std::size_t count, int bits, int high_bit, bool is_signed, std::int32_t* out) {
     const int drop = high_bit + 1 - bits;
     const std::uint32_t mask = bits == 32 ? ~0u : (1u << bits) - 1;
     const std::uint32_t sign = 1u << (bits - 1);
-    out.resize(count);
     std::uint32_t beyond = 0;
     for (std::size_t i = 0; i < count; ++i) {
         T cell;
@@ -237,69 +153,78 @@ void unpack(const char* cells, std::size_t count, int bits, int high_bit, bool i
             beyond |= value >> 31;
         out[i] = static_cast<std::int32_t>(value);
     }
-    if (beyond) throw InputError(fmt::format("{}: has samples beyond 2^31, which are not read", shown(path)));
+    if (beyond) throw InputError("has samples beyond 2^31, which are not read");
+}
+
+void unpack_cells(const char* cells, std::size_t count, int cell_size, int bits, int high_bit, bool is_signed,
+                  std::int32_t* out) {
+    if (cell_size == 1)
+        unpack<std::uint8_t>(cells, count, bits, high_bit, is_signed, out);
+    else if (cell_size == 2)
+        unpack<std::uint16_t>(cells, count, bits, high_bit, is_signed, out);
+    else
+        unpack<std::uint32_t>(cells, count, bits, high_bit, is_signed, out);
+}
+
+void decode_plain(const DicomFile& file, DicomBytes& parsed, std::vector<std::int32_t>& out) {
+    const std::size_t cell_size = static_cast<std::size_t>(file.bits_allocated) / 8;
+    const std::size_t needed = out.size() * cell_size;
+    const std::size_t held = std::min(parsed.bytes.size() - parsed.pixels_at, parsed.pixels_size.value_or(0));
+    if (held < needed)
+        throw InputError(fmt::format("has {} bytes of pixels instead of {}; it is truncated", held, needed));
+    char* cells = parsed.bytes.data() + parsed.pixels_at;
+    if (parsed.encoding.big_endian && parsed.pixels_are_words) {
+        for (std::size_t i = 0; i + 1 < held; i += 2) std::swap(cells[i], cells[i + 1]);
+    }
+    unpack_cells(cells, out.size(), static_cast<int>(cell_size), file.bits_stored, file.high_bit,
+                 file.is_signed, out.data());
+}
+
+void decode_compressed(const DicomFile& file, const DicomBytes& parsed, std::vector<std::int32_t>& out) {
+    if (file.high_bit != file.bits_stored - 1)
+        throw InputError("has compressed samples whose high bit is not the top one");
+    const auto parts = fragments(parsed);  // the first is the offset table
+    const std::size_t frames = file.frames.size();
+    if (parts.size() < 2) throw InputError("has no pixels");
+    const std::size_t area = out.size() / frames;
+    for (std::size_t i = 0; i < frames; ++i) {
+        std::string stream;
+        if (frames == 1) {
+            for (std::size_t part = 1; part < parts.size(); ++part) stream += parts[part];
+        } else if (parts.size() == frames + 1) {
+            stream = parts[i + 1];
+        } else {
+            throw InputError(
+                fmt::format("has {} frames in {} fragments, which is not read", frames, parts.size() - 1));
+        }
+        const DecodedFrame frame = decode_frame(file.transfer_syntax, stream, file.columns, file.rows,
+                                                file.bits_allocated, file.bits_stored, file.is_signed);
+        unpack_cells(frame.cells.data(), area, frame.cell_size, frame.bits, frame.bits - 1, file.is_signed,
+                     out.data() + i * area);
+    }
 }
 
 }  // namespace
 
 std::vector<std::int32_t> decode_dicom(const DicomFile& file) {
-    silence_gdcm();
-    const auto damaged = [&](std::string_view why) {
-        return InputError(fmt::format("{}: its pixels cannot be decoded: {}", shown(file.path), why));
-    };
     if (!file.refusal.empty()) throw InputError(fmt::format("{}: {}", shown(file.path), file.refusal));
-
-    const std::size_t count = static_cast<std::size_t>(file.columns * file.rows) * file.frames.size();
-    const std::size_t size = static_cast<std::size_t>(file.bits_allocated) / 8;
-    std::string decoded;  // of a compressed file
-    std::string_view cells;
-    int bits = file.bits_stored, high_bit = file.high_bit;
-    bool is_signed = file.is_signed;
-
-    gdcm::Reader plain;
-    gdcm::PixmapReader compressed;
-    const gdcm::TransferSyntax syntax(gdcm::TransferSyntax::GetTSType(file.transfer_syntax.c_str()));
+    DicomBytes parsed = parse_dicom(file.path, true);
     try {
-        if (!syntax.IsEncapsulated()) {
-            plain.SetFileName(file.path.c_str());
-            if (!plain.Read()) throw damaged("the file is truncated or damaged");
-            cells = bytes(plain.GetFile().GetDataSet(), pixel_data);
-        } else {
-            compressed.SetFileName(file.path.c_str());
-            if (!compressed.Read()) throw damaged(fmt::format("transfer syntax {}", file.transfer_syntax));
-            const gdcm::Pixmap& pixmap = compressed.GetPixmap();
-            decoded.resize(pixmap.GetBufferLength());
-            if (!pixmap.GetBuffer(decoded.data()))
-                throw damaged(fmt::format("transfer syntax {}", file.transfer_syntax));
-            // What was compressed may differ from what the header says: believe the codec.
-            const gdcm::PixelFormat& format = pixmap.GetPixelFormat();
-            if (format.GetBitsAllocated() != file.bits_allocated || format.GetSamplesPerPixel() != 1) {
-                throw damaged("they are not what the header describes");
-            }
-            bits = format.GetBitsStored();
-            high_bit = format.GetHighBit();
-            is_signed = format.GetPixelRepresentation() == 1;
-            cells = decoded;
-        }
-    } catch (const Error&) {
-        throw;
+        const std::size_t count = static_cast<std::size_t>(file.columns * file.rows) * file.frames.size();
+        // a frame compresses to some bytes at least, and plain ones are as large as they are
+        if (count / 1000 > parsed.bytes.size() * 8)
+            throw InputError("claims far more pixels than it can hold");
+        std::vector<std::int32_t> out(count);
+        if (parsed.pixels_size)
+            decode_plain(file, parsed, out);
+        else
+            decode_compressed(file, parsed, out);
+        return out;
+    } catch (const InputError& error) {
+        throw InputError(fmt::format("{}: {}", shown(file.path), error.what()));
     } catch (const std::bad_alloc&) {
         throw LimitError(fmt::format("{}: does not fit in memory", shown(file.path)));
-    } catch (const std::exception& error) {
-        throw damaged(error.what());
     }
-    if (cells.size() < count * size) {
-        throw damaged(fmt::format("{} bytes are there, {} are needed; the file is truncated", cells.size(),
-                                  count * size));
-    }
-    std::vector<std::int32_t> out;
-    if (size == 1)
-        unpack<std::uint8_t>(cells.data(), count, bits, high_bit, is_signed, out, file.path);
-    else if (size == 2)
-        unpack<std::uint16_t>(cells.data(), count, bits, high_bit, is_signed, out, file.path);
-    else
-        unpack<std::uint32_t>(cells.data(), count, bits, high_bit, is_signed, out, file.path);
-    return out;
 }
 
 }  // namespace marrow

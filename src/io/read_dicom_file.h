@@ -20,12 +20,12 @@ struct DicomFrame {
     std::optional<Vec3d> along_column;  ///< the same of increasing row index
     std::optional<std::array<double, 2>> spacing;  ///< mm between columns, then between rows: x, y
     std::optional<double> thickness;               ///< mm
-    std::optional<double> slope, intercept;
+    std::optional<double> slope, intercept;        ///< NaN where they are there but are no numbers
 };
 
 struct DicomFile {
     std::filesystem::path path;
-    std::string series_uid, frame_of_reference, description, modality, echo, rescale_type;
+    std::string series_uid, frame_of_reference, description, modality, echo;
     std::string transfer_syntax;  ///< UID
     std::string refusal;          ///< why its pixels cannot be read; empty: they can
     bool localizer = false;       ///< a scout image, by ImageType
@@ -34,10 +34,6 @@ struct DicomFile {
     bool is_signed = false;
     std::vector<DicomFrame> frames;
 };
-
-/// True where the first bytes (at least 132 where there are so many) look like DICOM, with or without a
-/// preamble.
-bool is_dicom(std::string_view head);
 
 /// Reads a header. Nothing where the file is DICOM without an image: a report, a structure set, a directory.
 /// \throw IoError; InputError where it is damaged.

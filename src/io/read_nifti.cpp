@@ -49,11 +49,15 @@ struct Bytes {
     }
 };
 
+bool is_gzip(const std::filesystem::path& path) {
+    return head_of(path, 2) == "\x1f\x8b";
+}
+
 Header parse(const std::filesystem::path& path) {
     constexpr std::size_t size1 = 348, size2 = 540;
-    const bool compressed = head_of(path, 2) == "\x1f\x8b";
+    const auto compression = is_gzip(path) ? Compression::zlib : Compression::none;
     std::string bytes(size2, '\0');
-    bytes.resize(ByteStream(path, compressed).read_some(bytes.data(), bytes.size()));
+    bytes.resize(ByteStream(path, compression).read_some(bytes.data(), bytes.size()));
 
     Header header{path};
     const auto is_not_nifti = [&](const char* what) {
@@ -246,7 +250,7 @@ RawImage read_nifti_header(const std::filesystem::path& given) {
     }
 
     image.files = {header.pair ? partner(header.path, ".img") : header.path};
-    image.compressed = head_of(image.files[0], 2) == "\x1f\x8b";
+    image.compressed = is_gzip(image.files[0]);
     const double least = header.pair ? 0 : 352;
     if (header.vox_offset != std::floor(header.vox_offset) || !(std::abs(header.vox_offset) < 1e15))
         header.refuse("vox_offset is not a count of bytes");

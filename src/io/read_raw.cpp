@@ -109,7 +109,7 @@ void set_columns(Geometry& geometry, const Mat3d& m) {
         const double length = std::hypot(m[0][axis], m[1][axis], m[2][axis]);
         geometry.spacing[axis] = length;
         for (int row = 0; row < 3; ++row)
-            geometry.direction[row][axis] = length > 0 ? m[row][axis] / length : 0;
+            geometry.direction[row][axis] = length > 0 ? m[row][axis] / length + 0.0 : 0;  // + 0.0: no -0
     }
 }
 
@@ -155,7 +155,7 @@ Volume load_raw(const RawImage& image, const Progress& progress) {
     for (const auto& path : image.files) {
         const std::uint64_t offset = image.file_offset >= 0 ? static_cast<std::uint64_t>(image.file_offset)
                                                             : size_of_file(path) - share;
-        ByteStream stream(path, image.compressed, offset);
+        ByteStream stream(path, image.compressed ? Compression::zlib : Compression::none, offset);
         stream.skip(static_cast<std::uint64_t>(image.data_offset));
         for (std::size_t left = share / stored; left > 0;) {
             const std::size_t count = std::min(left, chunk_samples);

@@ -8,9 +8,9 @@
 #include <marrow/error.h>
 
 #include "byte_stream.h"
+#include "dicom_set.h"
 #include "header_text.h"
 #include "read_dicom.h"
-#include "read_dicom_file.h"
 #include "read_images.h"
 #include "read_raw.h"
 
