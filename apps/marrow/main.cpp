@@ -22,6 +22,7 @@ void stop_on(int signal) {
 int main(int argc, char** argv) {
     stop_on(SIGINT);
     stop_on(SIGTERM);
+    std::signal(SIGXFSZ, SIG_IGN);  // a file that grows beyond its limit is an error like a full disk
     try {
         const auto parsed = marrow::parse_command_line(argc, argv, std::cout);
         if (const int* exit_code = std::get_if<int>(&parsed)) return *exit_code;

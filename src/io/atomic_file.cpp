@@ -34,7 +34,7 @@ AtomicFile::AtomicFile(const fs::path& target) : named_(target) {
     target_ = fs::weakly_canonical(target, error);
     if (error) fail(error.value());
     const fs::file_status status = fs::status(target_, error);
-    if (fs::is_directory(status)) fail(EISDIR);
+    if (!target_.has_filename() || fs::is_directory(status)) fail(EISDIR);
     // A rename would put a plain file in place of a device or a pipe.
     if (fs::exists(status) && !fs::is_regular_file(status))
         throw IoError("cannot write '" + named_.string() + "': it is not a regular file");

@@ -8,6 +8,7 @@
 namespace marrow {
 
 Mesh largest_component(const Mesh& mesh) {
+    if (mesh.triangles.empty()) return {};
     const std::vector<std::uint32_t> component = internal::lowest_connected_points(mesh);
     std::vector<std::uint64_t> triangles_in(mesh.points.size(), 0);
     for (const Triangle& t : mesh.triangles) ++triangles_in[component[t[0]]];
