@@ -3,27 +3,23 @@
 
 #include <cstddef>
 #include <memory>
+#include <new>
 #include <utility>
 #include <vector>
 
 namespace marrow {
 
-/// Raw memory for large arrays; on Linux, backed by huge pages where that pays. \throw std::bad_alloc
-void* allocate_pages(std::size_t bytes);
-void free_pages(void* memory, std::size_t bytes) noexcept;
-
-/// An allocator that leaves new elements uninitialised, so that output is touched once, by the thread that
-/// writes it.
+/// An allocator that leaves new elements uninitialised, so that output is touched once, by the thread that writes it.
 template <class T>
-struct PageAllocator {
+struct UninitializedAllocator {
     using value_type = T;
 
-    PageAllocator() = default;
+    UninitializedAllocator() = default;
     template <class U>
-    PageAllocator(const PageAllocator<U>&) noexcept {}
+    UninitializedAllocator(const UninitializedAllocator<U>&) noexcept {}
 
-    T* allocate(std::size_t n) { return static_cast<T*>(allocate_pages(n * sizeof(T))); }
-    void deallocate(T* p, std::size_t n) noexcept { free_pages(p, n * sizeof(T)); }
+    T* allocate(std::size_t n) { return std::allocator<T>().allocate(n); }
+    void deallocate(T* p, std::size_t n) noexcept { std::allocator<T>().deallocate(p, n); }
 
     template <class U>
     void construct(U* p) noexcept {
@@ -33,11 +29,11 @@ struct PageAllocator {
     void construct(U* p, Args&&... args) {
         ::new (static_cast<void*>(p)) U(std::forward<Args>(args)...);
     }
-    friend bool operator==(PageAllocator, PageAllocator) { return true; }
+    friend bool operator==(UninitializedAllocator, UninitializedAllocator) { return true; }
 };
 
 /// A std::vector whose resize() does not write. Elements must be written before they are read.
 template <class T>
-using Buffer = std::vector<T, PageAllocator<T>>;
+using Buffer = std::vector<T, UninitializedAllocator<T>>;
 
 }  // namespace marrow

@@ -1,5 +1,7 @@
 #include "case_table.h"
 
+#include <utility>
+
 namespace marrow::internal {
 
 namespace {
@@ -125,8 +127,16 @@ constexpr std::array<Case, 256> derive_all() {
     return cases;
 }
 
+constexpr std::array<Case, 256> turn_over(std::array<Case, 256> cases) {
+    for (Case& c : cases) {
+        for (std::size_t t = 0; t < c.triangles; ++t) std::swap(c.edges[3 * t + 1], c.edges[3 * t + 2]);
+    }
+    return cases;
+}
+
 }  // namespace
 
 constexpr std::array<Case, 256> kCases = derive_all();
+constexpr std::array<Case, 256> kMirroredCases = turn_over(kCases);
 
 }  // namespace marrow::internal

@@ -44,7 +44,8 @@ struct Case {
     std::array<std::uint8_t, 16> edges{};
 };
 
-/// The table, indexed by case.
-extern const std::array<Case, 256> kCases;
+/// The table, indexed by case; and the same with every triangle turned over, for grids that are mirrored in
+/// space.
+extern const std::array<Case, 256> kCases, kMirroredCases;
 
 }  // namespace marrow::internal

@@ -35,7 +35,7 @@ template <class T>
 Vec3f edge_point(const Field<T>& field, const Frame& frame, const std::array<std::int64_t, 3>& cell, int edge,
                  const T* (&corners)[8]) {
     const int first = kEdgeCorners[edge][0], second = kEdgeCorners[edge][1];
-    const int axis = second - first == 1 ? 0 : second - first == 2 ? 1 : 2;
+    const std::size_t axis = second - first == 1 ? 0 : second - first == 2 ? 1 : 2;
     Real<T> t = Real<T>(0.5);
     if (corners[first] != nullptr && corners[second] != nullptr) {
         t = edge_fraction<Real<T>>(static_cast<Real<T>>(*corners[first]) * kSampleScale<T>,

@@ -1,5 +1,6 @@
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "emit_points.cpp"
+#include <hwy/cache_control.h>
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
@@ -29,46 +30,54 @@ class PointBatch {
     using R = Real<T>;
     using S = Staged<T>;
 
-    PointBatch(const Frame& frame, double isovalue, Vec3f* points, Vec3f* normals)
-        : frame_(frame),
-          isovalue_(static_cast<R>(isovalue) * kSampleScale<T>),
+    PointBatch(const EmitInput& input, Vec3f* points, Vec3f* normals)
+        : dims_(input.volume.geometry.dims),
+          stride_{1, dims_[0], dims_[0] * dims_[1]},
+          frame_(input.frame),
+          isovalue_(static_cast<R>(input.isovalue) * kSampleScale<T>),
           points_(points),
           normals_(normals) {}
 
-    void set_row(const Vec3f& base) { base_ = base; }
-
-    // An edge along `axis` from sample p at x, whose stencil lies within the volume.
-    HWY_INLINE void add(const T* p, std::int64_t x, int axis, const std::int64_t (&stride)[3]) {
-        const T* q = p + stride[axis];
-        ends_[0][size_] = scaled(*p);
-        ends_[1][size_] = scaled(*q);
-        if (normals_ != nullptr) {
-            for (int a = 0; a < 3; ++a) {
-                slopes_[a][size_] = staged(p[stride[a]]) - staged(p[-stride[a]]);
-                slopes_[3 + a][size_] = staged(q[stride[a]]) - staged(q[-stride[a]]);
-            }
-        }
-        place(x, axis);
+    // From now on, edges start in the row of samples (y, z), of which `samples` is the first.
+    void set_row(std::int64_t y, std::int64_t z, const T* samples) {
+        y_ = y;
+        z_ = z;
+        row_ = samples;
+        base_ = frame_.row_base(y, z);
     }
 
-    // The same with one-sided differences, twice as steep, where the stencil leaves the volume.
-    void add_at_border(const T* p, const std::int64_t (&index)[3], int axis, const std::int64_t (&stride)[3],
-                       const std::array<std::int64_t, 3>& dims) {
-        const T* q = p + stride[axis];
+    // Edges along kAxis from the row's samples at xs, whose stencils lie within the volume.
+    template <int kAxis>
+    void add(const std::int32_t* xs, std::size_t count) {
+        while (count > 0) {
+            const std::size_t n = std::min(count, kCapacity - size_);
+            if (normals_ != nullptr)
+                stage<kAxis, true>(xs, n);
+            else
+                stage<kAxis, false>(xs, n);
+            xs += n;
+            count -= n;
+            size_ += n;
+            if (size_ == kCapacity) flush();
+        }
+    }
+
+    // One edge anywhere: with one-sided differences, twice as steep, where its stencil leaves the volume.
+    void add_at_border(std::int64_t x, int axis) {
+        const std::int64_t first[3] = {x, y_, z_};
+        std::int64_t second[3] = {x, y_, z_};
+        ++second[axis];
+        if (!within(first) || !within(second)) return add_leaving(x, axis, within(first));
+        const T* p = row_ + x;
+        const T* q = p + stride_[axis];
         ends_[0][size_] = scaled(*p);
         ends_[1][size_] = scaled(*q);
         for (int a = 0; a < 3; ++a) {
-            slopes_[a][size_] = slope_at_border(p, index[a], stride[a], dims[a]);
-            slopes_[3 + a][size_] = slope_at_border(q, index[a] + (a == axis), stride[a], dims[a]);
+            slopes_[a][size_] = slope_at_border(p, first[a], a);
+            slopes_[3 + a][size_] = slope_at_border(q, second[a], a);
         }
-        place(index[0], axis);
-    }
-
-    // An edge that leaves the volume: its outer end has no value, so the point is in the middle.
-    void add_leaving(std::int64_t x, int axis, bool first_inside) {
-        flush();
-        *points_++ = frame_.point(base_, static_cast<float>(x), axis, 0.5f);
-        if (normals_ != nullptr) *normals_++ = along_edge(axis, first_inside);
+        place(x, axis, size_);
+        if (++size_ == kCapacity) flush();
     }
 
     void flush() {
@@ -91,24 +100,62 @@ class PointBatch {
         else
             return static_cast<S>(sample);
     }
-    static S slope_at_border(const T* p, std::int64_t i, std::int64_t stride, std::int64_t n) {
-        if (i > 0 && i + 1 < n) return staged(p[stride]) - staged(p[-stride]);
-        if (i + 1 < n) return 2 * (staged(p[stride]) - staged(p[0]));
-        if (i > 0) return 2 * (staged(p[0]) - staged(p[-stride]));
+
+    template <int kAxis, bool kNormals>
+    HWY_INLINE void stage(const std::int32_t* HWY_RESTRICT xs, std::size_t count) {
+        const std::int64_t step_y = stride_[1], step_z = stride_[2];
+        const std::int64_t step = kAxis == 0 ? 1 : kAxis == 1 ? step_y : step_z;
+        for (std::size_t k = 0; k < count; ++k) {
+            const T* HWY_RESTRICT p = row_ + xs[k];
+            const T* HWY_RESTRICT q = p + step;
+            const std::size_t slot = size_ + k;
+            // The surface goes on in the next slice, whose stencil ends here.
+            hwy::Prefetch(p + 3 * step_z);
+            ends_[0][slot] = scaled(*p);
+            ends_[1][slot] = scaled(*q);
+            if constexpr (kNormals) {
+                slopes_[0][slot] = staged(p[1]) - staged(p[-1]);
+                slopes_[1][slot] = staged(p[step_y]) - staged(p[-step_y]);
+                slopes_[2][slot] = staged(p[step_z]) - staged(p[-step_z]);
+                slopes_[3][slot] = staged(q[1]) - staged(q[-1]);
+                slopes_[4][slot] = staged(q[step_y]) - staged(q[-step_y]);
+                slopes_[5][slot] = staged(q[step_z]) - staged(q[-step_z]);
+            }
+            place(xs[k], kAxis, slot);
+        }
+    }
+
+    HWY_INLINE void place(std::int64_t x, int axis, std::size_t slot) {
+        x_[slot] = static_cast<float>(x);
+        axis_[slot] = axis;
+        for (std::size_t r = 0; r < 3; ++r) row_base_[r][slot] = base_[r];
+    }
+
+    S slope_at_border(const T* p, std::int64_t i, int axis) const {
+        const std::int64_t step = stride_[axis], n = dims_[axis];
+        if (i > 0 && i + 1 < n) return staged(p[step]) - staged(p[-step]);
+        if (i + 1 < n) return 2 * (staged(p[step]) - staged(p[0]));
+        if (i > 0) return 2 * (staged(p[0]) - staged(p[-step]));
         return 0;
     }
 
-    Vec3f along_edge(int axis, bool first_inside) const {
-        Vec3f n = frame_.axis[axis];
-        if (!first_inside) n = {-n[0], -n[1], -n[2]};
-        return n;
+    bool within(const std::int64_t (&index)[3]) const {
+        bool inside = true;
+        for (std::size_t a = 0; a < 3; ++a) inside &= index[a] >= 0 && index[a] < dims_[a];
+        return inside;
     }
 
-    HWY_INLINE void place(std::int64_t x, int axis) {
-        x_[size_] = static_cast<float>(x);
-        axis_[size_] = axis;
-        for (int r = 0; r < 3; ++r) row_base_[r][size_] = base_[r];
-        if (++size_ == kCapacity) flush();
+    // An edge out of the volume: its outer end has no value, so the point is in the middle.
+    void add_leaving(std::int64_t x, int axis, bool first_inside) {
+        flush();
+        *points_++ = frame_.point(base_, static_cast<float>(x), static_cast<std::size_t>(axis), 0.5f);
+        if (normals_ != nullptr) *normals_++ = along_edge(axis, first_inside);
+    }
+
+    Vec3f along_edge(int axis, bool first_inside) const {
+        Vec3f n = frame_.axis[static_cast<std::size_t>(axis)];
+        if (!first_inside) n = {-n[0], -n[1], -n[2]};
+        return n;
     }
 
     template <class D, class V = hn::Vec<D>>
@@ -194,15 +241,15 @@ class PointBatch {
             const auto t = load_float(d, fraction_ + i);
             const auto x = hn::Load(d, x_ + i);
             const auto axis = hn::Load(di, axis_ + i);
-            hn::Vec<decltype(d)> step[3];
-            for (int a = 0; a < 3; ++a) {
-                step[a] = hn::IfThenElseZero(hn::RebindMask(d, hn::Eq(axis, hn::Set(di, a))), t);
-            }
-            for (int r = 0; r < 3; ++r) {
+            const auto along_y = hn::RebindMask(d, hn::Eq(axis, hn::Set(di, 1)));
+            const auto along_z = hn::RebindMask(d, hn::Eq(axis, hn::Set(di, 2)));
+            for (std::size_t r = 0; r < 3; ++r) {
                 const auto& m = frame_.matrix[r];
-                auto p = hn::Add(hn::Load(d, row_base_[r] + i), hn::Mul(hn::Set(d, m[0]), x));
-                for (int a = 0; a < 3; ++a) p = hn::Add(p, hn::Mul(hn::Set(d, m[a]), step[a]));
-                hn::Store(p, d, position_[r] + i);
+                const auto along_x = hn::Set(d, m[0]);
+                const auto along_edge = hn::IfThenElse(along_z, hn::Set(d, m[2]),
+                                                       hn::IfThenElse(along_y, hn::Set(d, m[1]), along_x));
+                const auto first = hn::Add(hn::Load(d, row_base_[r] + i), hn::Mul(along_x, x));
+                hn::Store(hn::Add(first, hn::Mul(along_edge, t)), d, position_[r] + i);
             }
         }
     }
@@ -237,10 +284,15 @@ class PointBatch {
         output += size_;
     }
 
+    const std::array<std::int64_t, 3> dims_;
+    const std::int64_t stride_[3];
     const Frame& frame_;
     const R isovalue_;
     Vec3f* points_;
     Vec3f* normals_;
+
+    std::int64_t y_ = 0, z_ = 0;
+    const T* row_ = nullptr;
     Vec3f base_{};
     std::size_t size_ = 0;
 
@@ -254,61 +306,59 @@ class PointBatch {
     alignas(64) float position_[3][kCapacity];
 };
 
-// Calls f with the position of every set bit of a row's words.
-template <class Words, class F>
-HWY_INLINE void for_each_bit(std::size_t words, const Words& word, const F& f) {
+// The positions of the set bits of a row's words.
+template <class Words>
+HWY_INLINE std::size_t list_bits(std::size_t words, const Words& word, std::int32_t* HWY_RESTRICT positions) {
+    std::size_t count = 0;
     for (std::size_t w = 0; w < words; ++w) {
         for (std::uint64_t bits = word(w); bits != 0; bits &= bits - 1) {
-            f(static_cast<std::int64_t>(64 * w) + __builtin_ctzll(bits));
+            positions[count++] = static_cast<std::int32_t>(64 * w) + __builtin_ctzll(bits);
         }
     }
+    return count;
 }
 
 template <class T>
 void emit_points_of(const EmitInput& input, std::size_t row_begin, std::size_t row_end, Vec3f* points,
                     Vec3f* normals) {
-    const auto& dims = input.volume.geometry.dims;
+    const auto [nx, ny, nz] = input.volume.geometry.dims;
     const InsideBits& bits = input.bits;
-    const std::int64_t pad = bits.pad;
-    const std::int64_t stride[3] = {1, dims[0], dims[0] * dims[1]};
+    const std::int32_t pad = bits.pad;
     const T* samples = static_cast<const T*>(input.volume.data);
-    PointBatch<T> batch(input.frame, input.isovalue, points, normals);
+    PointBatch<T> batch(input, points, normals);
+    Buffer<std::int32_t> positions(bits.words_per_row * 64);
 
     for (std::size_t r = row_begin; r < row_end; ++r) {
         if (input.points.leaves()[r] == 0) continue;
         const RowBits row(bits, r);
         const std::int64_t y = static_cast<std::int64_t>(r) % bits.dims[1] - pad;
         const std::int64_t z = static_cast<std::int64_t>(r) / bits.dims[1] - pad;
-        const T* row_samples = samples + z * stride[2] + y * stride[1];
-        const bool inner_row = y >= 1 && y + 2 < dims[1] && z >= 1 && z + 2 < dims[2];
-        batch.set_row(input.frame.row_base(y, z));
+        batch.set_row(y, z, samples + (z * ny + y) * nx);
+        // Stencils reach one sample back and two ahead.
+        const bool inner_row = y >= 1 && y + 2 < ny && z >= 1 && z + 2 < nz;
 
-        const auto add = [&](std::int64_t grid_x, int axis) HWY_ATTR {
-            const std::int64_t x = grid_x - pad;
-            if (HWY_LIKELY(inner_row && x >= 1 && x + 2 < dims[0])) {
-                batch.add(row_samples + x, x, axis, stride);
-                return;
+        const auto add = [&]<int kAxis>(std::integral_constant<int, kAxis>, std::size_t count) HWY_ATTR {
+            std::int32_t* x = positions.data();
+            std::int32_t* const end = x + count;
+            if (pad != 0) {
+                for (std::size_t k = 0; k < count; ++k) x[k] -= pad;
             }
-            const std::int64_t first[3] = {x, y, z};
-            bool leaves = false;
-            for (int a = 0; a < 3; ++a) {
-                leaves |= first[a] < 0 || first[a] + (a == axis) >= dims[a];
+            if (inner_row) {
+                for (; x < end && *x < 1; ++x) batch.add_at_border(*x, kAxis);
+                std::int32_t* inner_end = end;
+                while (inner_end > x && inner_end[-1] + 2 >= nx) --inner_end;
+                batch.template add<kAxis>(x, static_cast<std::size_t>(inner_end - x));
+                x = inner_end;
             }
-            if (leaves) {
-                batch.add_leaving(x, axis, first[axis] >= 0);
-            } else {
-                batch.add_at_border(row_samples + x, first, axis, stride, dims);
-            }
+            for (; x < end; ++x) batch.add_at_border(*x, kAxis);
         };
-        for_each_bit(
-            row.words, [&](std::size_t w) HWY_ATTR { return row.crossed_x(kRow, w); },
-            [&](std::int64_t x) HWY_ATTR { add(x, 0); });
-        for_each_bit(
-            row.words, [&](std::size_t w) HWY_ATTR { return row.crossed_y(w); },
-            [&](std::int64_t x) HWY_ATTR { add(x, 1); });
-        for_each_bit(
-            row.words, [&](std::size_t w) HWY_ATTR { return row.crossed_z(w); },
-            [&](std::int64_t x) HWY_ATTR { add(x, 2); });
+        using X = std::integral_constant<int, 0>;
+        using Y = std::integral_constant<int, 1>;
+        using Z = std::integral_constant<int, 2>;
+        const auto list = [&](auto&& word) HWY_ATTR { return list_bits(row.words, word, positions.data()); };
+        add(X{}, list([&](std::size_t w) HWY_ATTR { return row.crossed_x(kRow, w); }));
+        add(Y{}, list([&](std::size_t w) HWY_ATTR { return row.crossed_y(w); }));
+        add(Z{}, list([&](std::size_t w) HWY_ATTR { return row.crossed_z(w); }));
     }
     batch.flush();
 }

@@ -3,6 +3,8 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include <cstring>
+
 #include "case_table.h"
 #include "emit.h"
 #include "row_bits-inl.h"
@@ -32,7 +34,7 @@ RowIds row_ids(const InsideBits& bits, std::size_t r, std::uint64_t first_point)
 // Every point on the edges around a row of cells belongs to the next active cell, so ids are never looked up:
 // eight counters run along, one for each edge of the cell but those at its far x. An edge that is crossed
 // uses its counter and advances it; the far edges along y and z are then simply the next values. Edge numbers
-// (case_table.h) are chosen so that lanes and the bits of `crossed` correspond.
+// (case_table.h) are chosen so that counters and the bits of `crossed` correspond.
 class RunningIds {
   public:
     RunningIds(const RowIds& row, const RowIds& next_y, const RowIds& next_z, const RowIds& next_yz)
@@ -40,28 +42,36 @@ class RunningIds {
 
     // Writes the ids of the cell's twelve edges (meaningless where not crossed) and moves on.
     HWY_INLINE void next(std::uint32_t crossed, std::uint32_t* HWY_RESTRICT ids) {
-        for (unsigned edge = 0; edge < 8; ++edge) {
-            ids[edge] = counters_[edge];
-            counters_[edge] += crossed >> edge & 1;
-        }
-        for (unsigned edge = 8; edge < 12; ++edge) ids[edge] = counters_[edge - 4];
+        constexpr Counters kEdge = {0, 1, 2, 3, 4, 5, 6, 7};
+        const Counters advanced = counters_ + (((Counters{} + crossed) >> kEdge) & 1);
+        std::memcpy(ids + 4, &advanced, sizeof advanced);  // of which the upper half, the far edges, stays
+        std::memcpy(ids, &counters_, sizeof counters_);
+        counters_ = advanced;
     }
 
   private:
-    alignas(32) std::uint32_t counters_[8];
+    typedef std::uint32_t Counters __attribute__((vector_size(32)));
+    Counters counters_;
 };
 
-HWY_INLINE std::uint32_t* emit_row(const RowBits& row, RunningIds ids, bool mirrored, std::uint32_t* out) {
-    alignas(16) std::uint32_t edge_ids[kEdges];
+// Writes the triangles of a row of cells; `end` is the end of the memory that may be written.
+std::uint32_t* emit_row(const RowBits& row, RunningIds ids, const Case* cases,
+                        std::uint32_t* HWY_RESTRICT out, const std::uint32_t* end) {
+    alignas(32) std::uint32_t edge_ids[kEdges];
     for (std::size_t w = 0; w < row.words; ++w) {
         const CellBits cells(row, w);
         for (std::uint64_t active = cells.active; active != 0; active &= active - 1) {
-            const Case& c = kCases[cells.cell_case(__builtin_ctzll(active))];
+            const Case& c = cases[cells.cell_case(__builtin_ctzll(active))];
             ids.next(c.crossed, edge_ids);
-            for (int t = 0; t < 3 * c.triangles; t += 3) {
-                out[t] = edge_ids[c.edges[t]];
-                out[t + 1] = edge_ids[c.edges[t + 1 + mirrored]];
-                out[t + 2] = edge_ids[c.edges[t + 2 - mirrored]];
+            if (HWY_LIKELY(end - out >= 3 * kMaxTriangles)) {
+                // Two triangles are the most frequent case: write them without asking, and overwrite what was
+                // too much.
+                for (int k = 0; k < 6; ++k) out[k] = edge_ids[c.edges[k]];
+                if (c.triangles > 2) {
+                    for (int k = 6; k < 3 * kMaxTriangles; ++k) out[k] = edge_ids[c.edges[k]];
+                }
+            } else {
+                for (int k = 0; k < 3 * c.triangles; ++k) out[k] = edge_ids[c.edges[k]];
             }
             out += 3 * c.triangles;
         }
@@ -70,25 +80,38 @@ HWY_INLINE std::uint32_t* emit_row(const RowBits& row, RunningIds ids, bool mirr
 }
 
 void emit_triangles_target(const EmitInput& input, std::size_t row_begin, std::size_t row_end,
-                           Triangle* triangles) {
+                           std::uint32_t* out) {
     const InsideBits& bits = input.bits;
     const auto ny = static_cast<std::size_t>(bits.dims[1]);
-    const auto point_counts = input.points.leaves();
-    const auto triangle_counts = input.triangles.leaves();
+    const auto points = input.points.leaves();
+    const auto triangles = input.triangles.leaves();
+    const Case* cases = input.frame.mirrored ? kMirroredCases.data() : kCases.data();
+    const std::uint32_t* end =
+        out + 3 * (input.triangles.first_output(row_end) - input.triangles.first_output(row_begin));
     // The first points of the rows (y, z) and (y, z + 1), which advance together.
     std::uint64_t first = input.points.first_output(row_begin);
     std::uint64_t first_next_z = input.points.first_output(row_begin + ny);
-    std::uint32_t* out = triangles->data();
+    RowIds ids{}, ids_next_z{};
+    bool ids_known = false;  // by the row before
 
     for (std::size_t r = row_begin; r < row_end; ++r) {
-        if (triangle_counts[r] != 0) {
-            const RunningIds ids(row_ids(bits, r, first), row_ids(bits, r + 1, first + point_counts[r]),
-                                 row_ids(bits, r + ny, first_next_z),
-                                 row_ids(bits, r + ny + 1, first_next_z + point_counts[r + ny]));
-            out = emit_row(RowBits(bits, r), ids, input.frame.mirrored, out);
+        const std::uint64_t first_next_y = first + points[r];
+        const std::uint64_t first_next_yz = first_next_z + (r + ny < points.size() ? points[r + ny] : 0);
+        if (triangles[r] != 0) {
+            if (!ids_known) {
+                ids = row_ids(bits, r, first);
+                ids_next_z = row_ids(bits, r + ny, first_next_z);
+            }
+            const RowIds ids_next_y = row_ids(bits, r + 1, first_next_y);
+            const RowIds ids_next_yz = row_ids(bits, r + ny + 1, first_next_yz);
+            out = emit_row(RowBits(bits, r), RunningIds(ids, ids_next_y, ids_next_z, ids_next_yz), cases, out,
+                           end);
+            ids = ids_next_y;
+            ids_next_z = ids_next_yz;
         }
-        first += point_counts[r];
-        if (r + ny < point_counts.size()) first_next_z += point_counts[r + ny];
+        ids_known = triangles[r] != 0;
+        first = first_next_y;
+        first_next_z = first_next_yz;
     }
 }
 
@@ -103,7 +126,7 @@ HWY_EXPORT(emit_triangles_target);
 void emit_triangles(const EmitInput& input, std::size_t row_begin, std::size_t row_end,
                     Triangle* triangles) noexcept {
     const std::uint64_t first = input.triangles.first_output(row_begin);
-    HWY_DYNAMIC_DISPATCH(emit_triangles_target)(input, row_begin, row_end, triangles + first);
+    HWY_DYNAMIC_DISPATCH(emit_triangles_target)(input, row_begin, row_end, triangles[first].data());
 }
 
 }  // namespace marrow::internal

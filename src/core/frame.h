@@ -39,13 +39,9 @@ struct Frame {
     Vec3f row_base(std::int64_t y, std::int64_t z) const;
 
     /// The position of the point at fraction t along `axis` from sample x of the row.
-    Vec3f point(const Vec3f& base, float x, int axis, float t) const {
-        const Vec3f step{axis == 0 ? t : 0, axis == 1 ? t : 0, axis == 2 ? t : 0};
+    Vec3f point(const Vec3f& base, float x, std::size_t axis, float t) const {
         Vec3f p;
-        for (std::size_t r = 0; r < 3; ++r) {
-            p[r] = base[r] + matrix[r][0] * x + matrix[r][0] * step[0] + matrix[r][1] * step[1] +
-                   matrix[r][2] * step[2];
-        }
+        for (std::size_t r = 0; r < 3; ++r) p[r] = (base[r] + matrix[r][0] * x) + matrix[r][axis] * t;
         return p;
     }
 

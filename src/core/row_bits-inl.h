@@ -68,8 +68,14 @@ struct CellBits {
 
     // The case of cell i.
     unsigned cell_case(int i) const {
+        if (i == 63) return last_case();
+        // Both ends of an edge along x lie side by side.
+        const auto pair = [&](int r) { return static_cast<unsigned>(corners[2 * r] >> i & 3); };
+        return pair(0) | pair(1) << 2 | pair(2) << 4 | pair(3) << 6;
+    }
+    unsigned last_case() const {
         unsigned c = 0;
-        for (int v = 0; v < 8; ++v) c |= static_cast<unsigned>(corners[v] >> i & 1) << v;
+        for (int v = 0; v < 8; ++v) c |= static_cast<unsigned>(corners[v] >> 63) << v;
         return c;
     }
 };
