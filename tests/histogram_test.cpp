@@ -22,7 +22,9 @@ Volume row(std::initializer_list<T> values) {
                       [&](auto x, auto, auto) { return begin[x]; });
 }
 
-Histogram histogram_of(const Volume& volume, int bins = 256) { return histogram(volume, bins); }
+Histogram histogram_of(const Volume& volume, int bins = 256) {
+    return histogram(volume, bins);
+}
 
 TEST(Histogram, CountsEveryFiniteSampleOnce) {
     const Histogram h = histogram_of(row<double>({-3, kNan, 0, 1, 5, HUGE_VAL, 5}), 4);  // bins 2 wide

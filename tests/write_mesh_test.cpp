@@ -248,6 +248,9 @@ TEST(WriteMesh, RefusesAndLeavesNothing) {
     Mesh uneven = ball();
     uneven.normals.pop_back();
     EXPECT_THROW(write_mesh(uneven, folder / "a.ply"), InputError);
+    Mesh dangling = ball();
+    dangling.triangles.back()[1] = static_cast<std::uint32_t>(dangling.points.size());
+    EXPECT_THROW(write_mesh(dangling, folder / "a.stl"), InputError);
     EXPECT_EQ(folder.files(), Names{"file"});
     EXPECT_EQ(content(folder / "file"), "old");
 }

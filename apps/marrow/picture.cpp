@@ -53,7 +53,7 @@ vtkNew<vtkPolyData> to_vtk(const Mesh& mesh) {
     constexpr int kBorrowed = 1;
     const auto vectors = [](const Buffer<Vec3f>& from, vtkFloatArray* to) {
         to->SetNumberOfComponents(3);
-        to->SetArray(const_cast<float*>(from.data()->data()), static_cast<vtkIdType>(3 * from.size()),
+        to->SetArray(const_cast<float*>(from.data()->data()), 3 * static_cast<vtkIdType>(from.size()),
                      kBorrowed);
     };
     vtkNew<vtkFloatArray> coordinates, normals;
@@ -63,7 +63,7 @@ vtkNew<vtkPolyData> to_vtk(const Mesh& mesh) {
     points->SetData(coordinates);
 
     vtkNew<vtkTypeInt64Array> corners;
-    corners->SetNumberOfValues(static_cast<vtkIdType>(3 * mesh.triangles.size()));
+    corners->SetNumberOfValues(3 * static_cast<vtkIdType>(mesh.triangles.size()));
     vtkTypeInt64* next = corners->GetPointer(0);
     for (const Triangle& t : mesh.triangles) next = std::copy(t.begin(), t.end(), next);
     vtkNew<vtkCellArray> triangles;

@@ -35,8 +35,8 @@ MeshFormat mesh_format(const std::filesystem::path& output);
 /// | .vtp   | VTK XML PolyData, appended raw, float32   | point   | string array SPACE in field data   |
 ///
 /// The `SPACE` mark is the one 3D Slicer reads. Coordinates read back with the same bits from every format.
-/// \throw InputError an unknown ending, or normals that do not match the points; LimitError more triangles
-/// than the format can count; IoError the system said no; Cancelled.
+/// \throw InputError an unknown ending, normals that do not match the points, or triangles that name none;
+/// LimitError more triangles than the format can count; IoError the system said no; Cancelled.
 void write_mesh(const Mesh& mesh, const std::filesystem::path& output, const MeshWriteOptions& options = {});
 
 }  // namespace marrow

@@ -20,10 +20,16 @@ MeshFormat mesh_format(const std::filesystem::path& output) {
 
 void write_mesh(const Mesh& mesh, const std::filesystem::path& output, const MeshWriteOptions& options) {
     const MeshFormat format = mesh_format(output);
+    const auto refuse = [&](const std::string& reason) {
+        throw InputError("cannot write '" + output.string() + "': " + reason);
+    };
     if (!mesh.normals.empty() && mesh.normals.size() != mesh.points.size())
-        throw InputError("cannot write '" + output.string() + "': the mesh has " +
-                         std::to_string(mesh.points.size()) + " points but " +
-                         std::to_string(mesh.normals.size()) + " normals");
+        refuse("the mesh has " + std::to_string(mesh.points.size()) + " points but " +
+               std::to_string(mesh.normals.size()) + " normals");
+    for (const Triangle& t : mesh.triangles) {
+        if (std::max({t[0], t[1], t[2]}) >= mesh.points.size())
+            refuse("a triangle of the mesh names a point that is not there");
+    }
     AtomicFile file(output);
     MeshOutput to(mesh, file, options);
     if (format == MeshFormat::stl) write_stl(to);

@@ -10,9 +10,9 @@ namespace {
 class AppendedArrays {
   public:
     std::string element(const char* type, const char* name, int components, std::uint64_t bytes) {
-        const std::string text = std::string("<DataArray type=\"") + type + "\" Name=\"" + name +
-                                 "\" NumberOfComponents=\"" + std::to_string(components) +
-                                 "\" format=\"appended\" offset=\"" + std::to_string(offset_) + "\"/>\n";
+        std::string text = std::string("<DataArray type=\"") + type + "\" Name=\"" + name +
+                           "\" NumberOfComponents=\"" + std::to_string(components) +
+                           "\" format=\"appended\" offset=\"" + std::to_string(offset_) + "\"/>\n";
         offset_ += sizeof bytes + bytes;
         return text;
     }
