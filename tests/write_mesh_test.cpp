@@ -166,8 +166,8 @@ TEST_P(EveryFormat, SaysItsSpaceWhere3DSlicerLooks) {
             EXPECT_EQ(text.find("# Marrow SPACE=" + name + " UNITS=mm\n"), 0u);
             break;
         case MeshFormat::vtp: {
-            auto* mark =
-                vtkStringArray::SafeDownCast(read_back(file)->GetFieldData()->GetAbstractArray("SPACE"));
+            const auto data = read_back(file);
+            auto* mark = vtkStringArray::SafeDownCast(data->GetFieldData()->GetAbstractArray("SPACE"));
             ASSERT_TRUE(mark);
             EXPECT_EQ(mark->GetValue(0), name);
         }
