@@ -71,29 +71,40 @@ int thread_count(int wanted) {
 InsideBits classify(const VolumeView& volume, double isovalue, const IsosurfaceOptions& options,
                     IsosurfaceStats& stats) {
     InsideBits bits(volume.geometry.dims, options.closed);
-    Stage stage(options.progress, 0, 0.3, static_cast<std::size_t>(bits.dims[2]));
+    Stage stage(options.progress, 0, 0.3, static_cast<std::size_t>(bits.nz));
     std::atomic<std::int64_t> non_finite = 0;
-    tbb::parallel_for(std::int64_t{0}, bits.dims[2], [&](std::int64_t z) {
-        non_finite += classify_slices(volume, isovalue, z, z + 1, bits);
+    tbb::parallel_for(std::int64_t{0}, bits.nz, [&](std::int64_t z) {
+        non_finite += classify_slice(volume, isovalue, z, bits, nullptr);
         stage.step();
     });
     stats.non_finite_samples = non_finite;
     return bits;
 }
 
-// The histogram pyramids of points and of triangles, over rows.
+// The histogram pyramids of points and of triangles, over rows; and how many of a row's points lie along x
+// and y.
 struct Counts {
     HistoPyramid points, triangles;
+    std::vector<std::uint32_t> along_x, along_y;
+
+    std::int64_t bytes() const {
+        return static_cast<std::int64_t>(points.bytes() + triangles.bytes() +
+                                         (along_x.size() + along_y.size()) * sizeof(std::uint32_t));
+    }
 };
 
 Counts count(const InsideBits& bits, const IsosurfaceOptions& options) {
-    std::vector<std::uint32_t> points(bits.rows()), triangles(bits.rows());
-    Stage stage(options.progress, 0.3, 0.4, static_cast<std::size_t>(bits.dims[2]));
-    tbb::parallel_for(std::int64_t{0}, bits.dims[2], [&](std::int64_t z) {
-        count_rows(bits, bits.row_index(0, z), bits.row_index(0, z + 1), points.data(), triangles.data());
+    RowCounts rows(bits.rows());
+    Stage stage(options.progress, 0.3, 0.4, static_cast<std::size_t>(bits.nz));
+    tbb::parallel_for(std::int64_t{0}, bits.nz, [&](std::int64_t z) {
+        count_rows(bits, bits.row_index(0, z), bits.row_index(0, z + 1), rows);
         stage.step();
     });
-    return {HistoPyramid(std::move(points)), HistoPyramid(std::move(triangles))};
+    tbb::parallel_for(std::int64_t{0}, bits.nz, [&](std::int64_t z) {
+        count_triangles(bits, bits.row_index(0, z), bits.row_index(0, z + 1), rows);
+    });
+    return {HistoPyramid(std::move(rows.points)), HistoPyramid(std::move(rows.triangles)),
+            std::move(rows.along_x), std::move(rows.along_y)};
 }
 
 Mesh allocate(const Counts& counts, bool normals) {
@@ -161,7 +172,8 @@ Mesh extract(const VolumeView& volume, double isovalue, const IsosurfaceOptions&
     const auto counted = Clock::now();
     Mesh mesh = allocate(counts, options.normals);
     const Frame frame(volume.geometry);
-    emit({volume, isovalue, frame, bits, counts.points, counts.triangles}, options, mesh);
+    emit({volume, isovalue, frame, bits, counts.points, counts.triangles, counts.along_x, counts.along_y},
+         options, mesh);
 
     stats.classify_seconds = std::chrono::duration<double>(classified - start).count();
     stats.count_seconds = std::chrono::duration<double>(counted - classified).count();
