@@ -1,9 +1,11 @@
 // Slices worked on side by side.
 #pragma once
 
+#include <oneapi/tbb/info.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <mutex>
 
@@ -19,7 +21,8 @@ void for_each_slice(std::size_t count, int threads, const Progress& progress, do
     std::mutex mutex;
     std::size_t done = 0;
     report(progress, begin);
-    oneapi::tbb::task_arena arena(threads > 0 ? threads : oneapi::tbb::task_arena::automatic);
+    const int most = oneapi::tbb::info::default_concurrency();  // oneTBB warns on stderr when asked for more
+    oneapi::tbb::task_arena arena(threads > 0 ? std::min(threads, most) : most);
     arena.execute([&] {
         oneapi::tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
             work(i);

@@ -211,11 +211,14 @@ Vec3d to_lps(const Header& header, RawImage& image) {
     if (name == "right-anterior-superior" || name == "ras") return {-1, -1, 1};
     if (name == "left-anterior-superior" || name == "las") return {1, -1, 1};
     if (name == "scanner-xyz" || name == "3d-right-handed" || name == "3d-left-handed") {
+        const bool mirrored =
+            name ==
+            "3d-left-handed";  // LPS is right-handed: one axis turns, so that the body is not mirrored
         image.warnings.push_back(
-            fmt::format("the space '{}' does not say how the patient lies; its axes are taken "
-                        "as left, posterior, superior",
-                        name));
-        return {1, 1, 1};
+            fmt::format("the space '{}' does not say how the patient lies; its axes are taken as left, "
+                        "posterior, {}",
+                        name, mirrored ? "inferior" : "superior"));
+        return {1, 1, mirrored ? -1.0 : 1.0};
     }
     header.refuse(fmt::format("the space {} is not read", shown(*space)));
 }
@@ -278,7 +281,10 @@ void read_geometry(const Header& header, const std::vector<double>& sizes, RawIm
         for (int i = 0; i < 3; ++i) {
             const std::size_t a = space[i];
             const double mm = unit(header, units[a]);
-            if (std::isnan(spacings[a])) image.has_spacing = false;
+            if (std::isnan(spacings[a]))
+                image.has_spacing = false;
+            else if (!(spacings[a] > 0))
+                header.refuse("'spacings' holds a value that is not positive");
             m[i][i] = std::isnan(spacings[a]) ? 1 : spacings[a] * mm;
             // the minimum is the first sample's place, or the outer face of its cell
             if (!std::isnan(mins[a]))

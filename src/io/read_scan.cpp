@@ -11,7 +11,7 @@
 #include "dicom_set.h"
 #include "header_text.h"
 #include "read_dicom.h"
-#include "read_images.h"
+#include "read_pictures.h"
 #include "read_raw.h"
 
 namespace marrow {
@@ -146,7 +146,7 @@ Volume read_scan(const fs::path& path, const ScanOptions& options, ScanInfo* inf
         throw InputError(fmt::format("{}: has no series to choose from", shown(path)));
     } else if (input.format == "TIFF" || input.format == "slices") {
         if (!options.spacing) refuse_without_spacing(path);
-        const PictureStack stack = read_picture_headers(input.files, options);
+        const PictureStack stack = read_picture_header(input.files, options);
         found.series = series_of(path, stack.geometry, stack.files.size());
         volume = load_pictures(stack, options);
     } else {
@@ -165,7 +165,7 @@ std::vector<SeriesInfo> list_series(const fs::path& path, std::string* format) {
     if (format) *format = input.format;
     if (input.format == "DICOM") return list_dicom(input.files, {});
     if (input.format == "TIFF" || input.format == "slices") {
-        const PictureStack stack = read_picture_headers(input.files, {});
+        const PictureStack stack = read_picture_header(input.files, {});
         return {series_of(path, stack.geometry, stack.files.size())};
     }
     const RawImage image = read_raw_header(input, {});
