@@ -145,6 +145,16 @@ void draw(const std::vector<Surface>& surfaces, const Settings& settings, const 
     write_picture(drawn, settings.picture, progress);
 }
 
+ScanOptions scan_options(const Settings& settings) {
+    ScanOptions options;
+    options.series = settings.series;
+    options.spacing = settings.spacing;
+    options.resample = settings.resample;
+    options.volume = settings.volume;
+    options.threads = settings.threads;
+    return options;
+}
+
 void extract(const Settings& settings, const Console& console, Voice& voice) {
     const Clock::time_point start = Clock::now();
     const std::vector<fs::path> files = output_files(settings);
@@ -156,8 +166,9 @@ void extract(const Settings& settings, const Console& console, Voice& voice) {
     ScanInfo info;
     Volume scan;
     seconds.read = voice.stage("read", [&](const Progress& progress) {
-        scan =
-            read_scan(settings.input, {settings.series, settings.spacing, settings.threads, progress}, &info);
+        ScanOptions options = scan_options(settings);
+        options.progress = progress;
+        scan = read_scan(settings.inputs.front(), options, &info);
     });
     std::vector<std::string> warnings = info.warnings;
     const std::string assumed = check_presets(settings, info, scan);
@@ -203,10 +214,36 @@ void extract(const Settings& settings, const Console& console, Voice& voice) {
         print_text(console.out, surfaces);
 }
 
-void inform(const Settings& settings, const Console& console) {
-    std::string format;
-    const std::vector<SeriesInfo> series = list_series(settings.input, &format);
-    print_series(console.out, format, series, settings.json);
+// Looks at all inputs; one that cannot be read does not hide the others. Returns the first failure's code.
+ExitCode inform(const Settings& settings, const Console& console, const std::atomic<bool>& stop) {
+    ScanOptions options = scan_options(settings);
+    options.progress = [&](double) { return !stop.load(std::memory_order_relaxed); };
+    std::vector<Finding> findings;
+    ExitCode code = kOk;
+    for (const fs::path& input : settings.inputs) {
+        Finding finding{input, {}, {}};
+        const auto fail = [&](ExitCode failure, const char* what) {
+            finding.refusal = what;
+            if (code == kOk) code = failure;
+        };
+        try {
+            finding.report = inspect_scan(input, options);
+        } catch (const Cancelled&) {
+            throw;
+        } catch (const GeometryError& error) {
+            fail(kGeometry, error.what());
+        } catch (const Error& error) {
+            fail(kUnreadable, error.what());
+        }
+        if (!settings.json && !finding.refusal.empty())
+            console.err << "marrow: " << finding.refusal << '\n';
+        findings.push_back(std::move(finding));
+    }
+    if (settings.json)
+        print_findings_json(console.out, findings, settings.show_patient);
+    else
+        print_findings(console.out, findings, settings.show_patient);
+    return code;
 }
 
 }  // namespace
@@ -218,13 +255,14 @@ int run(const Settings& settings, const Console& console, const std::atomic<bool
     };
     try {
         Voice voice(settings, console, stop);
+        ExitCode code = kOk;
         if (settings.info)
-            inform(settings, console);
+            code = inform(settings, console, stop);
         else
             extract(settings, console, voice);
         console.out.flush();
         if (!console.out) throw IoError("cannot write the results to standard output");
-        return kOk;
+        return code;
     } catch (const Cancelled& error) {
         return fail(kCancelled, error.what());
     } catch (const UsageError& error) {

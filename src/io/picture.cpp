@@ -4,6 +4,7 @@
 #include <png.h>
 #include <tiffio.h>
 
+#include <algorithm>
 #include <array>
 #include <csetjmp>
 #include <cstdio>
@@ -168,6 +169,30 @@ SampleType tiff_type(TIFF* tiff) {
     throw odd_samples;
 }
 
+// The tiles at the right and lower edge reach beyond the picture.
+void read_tiles(TIFF* tiff, std::uint32_t columns, std::uint32_t rows, std::size_t sample,
+                unsigned char* to) {
+    std::uint32_t width = 0, height = 0;
+    TIFFGetField(tiff, TIFFTAG_TILEWIDTH, &width);
+    TIFFGetField(tiff, TIFFTAG_TILELENGTH, &height);
+    const std::uint64_t size = TIFFTileSize64(tiff);
+    constexpr std::uint64_t largest = std::uint64_t{1} << 28;
+    if (width == 0 || height == 0 || size > largest || size != std::uint64_t{width} * height * sample)
+        throw damaged;
+    Bytes tile(size);
+    for (std::uint32_t top = 0; top < rows; top += std::min(height, rows - top)) {
+        for (std::uint32_t left = 0; left < columns; left += std::min(width, columns - left)) {
+            const auto got = TIFFReadEncodedTile(tiff, TIFFComputeTile(tiff, left, top, 0, 0), tile.data(),
+                                                 static_cast<tmsize_t>(size));
+            if (got != static_cast<tmsize_t>(size)) throw damaged;
+            const std::size_t wide = std::min(width, columns - left) * sample;
+            for (std::uint32_t row = 0; row < std::min(height, rows - top); ++row)
+                std::memcpy(to + ((top + row) * std::size_t{columns} + left) * sample,
+                            tile.data() + row * std::size_t{width} * sample, wide);
+        }
+    }
+}
+
 Picture read_tiff(const std::filesystem::path& path, void* to) {
     size_of_file(path);
     const std::unique_ptr<TIFFOpenOptions, void (*)(TIFFOpenOptions*)> options(TIFFOpenOptionsAlloc(),
@@ -175,7 +200,8 @@ Picture read_tiff(const std::filesystem::path& path, void* to) {
     if (!options) throw LimitError("libtiff: no memory");
     TIFFOpenOptionsSetErrorHandlerExtR(options.get(), tiff_ignore, nullptr);
     TIFFOpenOptionsSetWarningHandlerExtR(options.get(), tiff_ignore, nullptr);
-    const std::unique_ptr<TIFF, void (*)(TIFF*)> tiff(TIFFOpenExt(path.c_str(), "r", options.get()),
+    // m: read it; a mapped file that shrinks meanwhile would end the process
+    const std::unique_ptr<TIFF, void (*)(TIFF*)> tiff(TIFFOpenExt(path.c_str(), "rm", options.get()),
                                                       TIFFClose);
     if (!tiff) throw damaged;
 
@@ -186,7 +212,6 @@ Picture read_tiff(const std::filesystem::path& path, void* to) {
         TIFFGetField(tiff.get(), TIFFTAG_IMAGEWIDTH, &columns);
         TIFFGetField(tiff.get(), TIFFTAG_IMAGELENGTH, &rows);
         const SampleType type = tiff_type(tiff.get());
-        if (TIFFIsTiled(tiff.get())) throw Unreadable{"is tiled, which is not read; save it in strips"};
         if (out.pages == 0) {
             out.columns = columns;
             out.rows = rows;
@@ -195,10 +220,15 @@ Picture read_tiff(const std::filesystem::path& path, void* to) {
             throw Unreadable{"has pages that differ in size or sample type"};
         }
         const std::size_t size = columns * sample_size(type);
-        if (static_cast<std::size_t>(TIFFScanlineSize64(tiff.get())) != size) throw damaged;
-        for (std::uint32_t row = 0; to && row < rows; ++row, line += size) {
-            if (TIFFReadScanline(tiff.get(), line, row) != 1) throw damaged;
+        if (TIFFIsTiled(tiff.get())) {
+            if (to) read_tiles(tiff.get(), columns, rows, sample_size(type), line);
+        } else {
+            if (static_cast<std::size_t>(TIFFScanlineSize64(tiff.get())) != size) throw damaged;
+            for (std::uint32_t row = 0; to && row < rows; ++row) {
+                if (TIFFReadScanline(tiff.get(), line + row * size, row) != 1) throw damaged;
+            }
         }
+        if (to) line += rows * size;
         if (TIFFLastDirectory(tiff.get())) return ++out.pages, out;
     }
     throw damaged;  // a page is announced that is not there

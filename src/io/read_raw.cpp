@@ -89,8 +89,8 @@ std::uint64_t checked_share(const RawImage& image) {
     const double samples = static_cast<double>(image.geometry.dims[0]) *
                            static_cast<double>(image.geometry.dims[1]) *
                            static_cast<double>(image.geometry.dims[2]);
-    const double share =
-        samples * static_cast<double>(stored_size(image.type)) / static_cast<double>(image.files.size());
+    const double share = samples * static_cast<double>(stored_size(image.type)) *
+                         static_cast<double>(image.volumes) / static_cast<double>(image.files.size());
     for (const auto& path : image.files) {
         const double held = static_cast<double>(size_of_file(path)) -
                             static_cast<double>(std::max<std::int64_t>(image.file_offset, 0));
@@ -142,6 +142,28 @@ SampleType loaded_type(const RawImage& image) {
     }
 }
 
+void check_claims(const RawImage& image) {
+    checked_share(image);
+}
+
+void choose_volume(RawImage& image, double count, std::optional<std::int64_t> volume) {
+    if (!volume && count != 1) {
+        throw GeometryError(
+            fmt::format("{}: holds {:.0f} volumes; choose one with --volume K (options.volume), from 0 to {:.0f}",
+                        shown(image.files[0]), count, count - 1));
+    }
+    if (volume && (*volume < 0 || static_cast<double>(*volume) >= count)) {
+        throw GeometryError(fmt::format("{}: has no volume {}; there are {:.0f}, counted from 0",
+                                        shown(image.files[0]), *volume, count));
+    }
+    if (count > 1 && image.files.size() > 1)
+        throw InputError(fmt::format("{}: several volumes in several files are not read", shown(image.files[0])));
+    if (count > 9e15)
+        throw InputError(fmt::format("{}: claims {:.0f} volumes", shown(image.files[0]), count));
+    image.volumes = static_cast<std::int64_t>(count);
+    image.volume = volume.value_or(0);
+}
+
 Volume load_raw(const RawImage& image, const Progress& progress) {
     const std::uint64_t share = checked_share(image);
     Volume volume(image.geometry, loaded_type(image));
@@ -157,12 +179,13 @@ Volume load_raw(const RawImage& image, const Progress& progress) {
     auto* out = static_cast<std::byte*>(volume.data());
     const std::size_t total = volume.bytes() / kept;
     std::size_t done = 0;
+    const auto volumes = static_cast<std::uint64_t>(image.volumes);
     report(progress, 0);
     for (const auto& path : image.files) {
         const std::uint64_t offset = image.file_offset >= 0 ? static_cast<std::uint64_t>(image.file_offset)
-                                                            : size_of_file(path) - share;
+                                                            : size_of_file(path) - share * volumes;
         ByteStream stream(path, image.compressed ? Compression::zlib : Compression::none, offset);
-        stream.skip(static_cast<std::uint64_t>(image.data_offset));
+        stream.skip(static_cast<std::uint64_t>(image.data_offset) + static_cast<std::uint64_t>(image.volume) * share);
         for (std::size_t left = share / stored; left > 0;) {
             const std::size_t count = std::min(left, chunk_samples);
             std::byte* to = as_is ? out + done * kept : chunk.data();
