@@ -71,8 +71,10 @@ DecodedFrame decode_jpeg(std::string_view stream, std::int64_t columns, std::int
 }
 
 DecodedFrame decode_jpeg_ls(std::string_view stream, std::int64_t columns, std::int64_t rows) {
+    // A marker stops CharLS 2.4 where the bits run out; without one it counts 2^31 of them that are not there.
+    const std::string bounded = std::string(stream) + "\xff\xd9";
     try {
-        charls::jpegls_decoder decoder(stream, true);
+        charls::jpegls_decoder decoder(bounded, true);
         const charls::frame_info& info = decoder.frame_info();
         check_size(info.width, info.height, info.component_count, info.bits_per_sample, columns, rows);
         DecodedFrame out{{}, info.bits_per_sample <= 8 ? 1 : 2, info.bits_per_sample};
