@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <ostream>
 
 #include <sys/resource.h>
@@ -99,12 +100,11 @@ Json finding_json(const Finding& finding, bool show_patient) {
         return json;
     }
     const ScanReport& report = finding.report;
-    json["refused"] = report.chosen || report.series.size() != 1 ? Json()
-                                                                 : Json(report.series.front().refusal);
+    json["refused"] = report.chosen ? Json() : Json(report.reason);
     json["format"] = report.format;
     json["files"] = report.files;
     json["chosen"] = report.chosen ? Json(*report.chosen) : Json();
-    json["reason"] = report.reason;
+    json["reason"] = report.chosen ? Json(report.reason) : Json();
     json["warnings"] = report.warnings;
     json["series"] = Json::array();
     for (const SeriesReport& s : report.series) {
@@ -133,7 +133,8 @@ std::string shown_mm(double value) {
     return value > 0 ? fmt::format("{:.4g}", value) : "?";
 }
 
-void print_one(std::ostream& out, const SeriesReport& s, bool is_chosen, bool show_patient) {
+// `is_only`: why it is refused has been said.
+void print_one(std::ostream& out, const SeriesReport& s, bool is_chosen, bool is_only, bool show_patient) {
     const auto line = [&](std::string_view name, const std::string& text) {
         if (!text.empty()) out << fmt::format("  {:<16} {}\n", name, text);
     };
@@ -146,13 +147,15 @@ void print_one(std::ostream& out, const SeriesReport& s, bool is_chosen, bool sh
     line("spacing", fmt::format("{} x {} x {} mm", shown_mm(s.series.spacing[0]),
                                 shown_mm(s.series.spacing[1]), shown_mm(s.series.spacing[2])));
     if (s.tilt > 0) line("gantry tilt", fmt::format("{:.1f} degrees", s.tilt));
-    for (const std::string& gap : s.gaps) line("gap", gap);
+    constexpr std::size_t most_gaps = 5;
+    for (std::size_t i = 0; i < std::min(most_gaps, s.gaps.size()); ++i) line("gap", s.gaps[i]);
+    if (s.gaps.size() > most_gaps) line("gap", fmt::format("{} more", s.gaps.size() - most_gaps));
     if (s.hounsfield) line("values", *s.hounsfield ? "Hounsfield units" : "not Hounsfield units");
     if (s.smallest_feature > 0)
         line("smallest detail", fmt::format("{:.3g} mm, two samples wide", s.smallest_feature));
-    line("memory", fmt::format("{:.1f} MiB for the samples", static_cast<double>(s.memory) / (1 << 20)));
+    if (s.memory > 0) line("memory", fmt::format("{:.1f} MiB for the samples", static_cast<double>(s.memory) / (1 << 20)));
     for (const std::string& warning : s.warnings) line("warning", warning);
-    line("refused", s.refusal);
+    if (!is_only) line("refused", s.refusal);
 }
 
 }  // namespace
@@ -167,9 +170,9 @@ void print_findings(std::ostream& out, const std::vector<Finding>& findings, boo
         if (report.chosen)
             out << "the series marked * would be read: " << report.reason << '\n';
         else
-            out << "none would be read: " << report.reason << '\n';
+            out << "nothing would be read: " << report.reason << '\n';
         for (std::size_t i = 0; i < report.series.size(); ++i)
-            print_one(out, report.series[i], report.chosen == i, show_patient);
+            print_one(out, report.series[i], report.chosen == i, report.series.size() == 1, show_patient);
     }
 }
 

@@ -113,13 +113,36 @@ struct Memory {
     }
 };
 
+// OpenJPEG spends time and memory on what the start of a stream claims, so that is looked at before: SIZ, ITU-T
+// T.800 A.5.1.
+void check_jpeg2000_start(std::string_view stream, std::int64_t columns, std::int64_t rows) {
+    constexpr std::size_t siz_size = 42;
+    if (stream.size() < siz_size) throw InputError("its JPEG 2000 pixels are truncated");
+    const auto at = [&](std::size_t offset, std::size_t size) {
+        std::int64_t out = 0;
+        for (std::size_t i = 0; i < size; ++i)
+            out = out << 8 | static_cast<unsigned char>(stream[offset + i]);
+        return out;
+    };
+    const std::int64_t width = at(8, 4) - at(16, 4), height = at(12, 4) - at(20, 4);
+    check_size(width, height, at(40, 2), 8, columns, rows);
+    // tiles as small as 32 x 32 are already rare
+    const std::int64_t tile = std::min(at(24, 4), width) * std::min(at(28, 4), height);
+    if (tile < std::min<std::int64_t>(32 * 32, width * height))
+        throw InputError("its JPEG 2000 pixels come in tiles too small to be true");
+}
+
 DecodedFrame decode_jpeg2000(std::string_view stream, std::int64_t columns, std::int64_t rows) {
     using namespace std::string_view_literals;
     const InputError damaged("its JPEG 2000 pixels are damaged or truncated");
-    const bool bare = stream.starts_with("\xff\x4f\xff\x51"sv);
+    // some files wrap the stream into the boxes of JP2, which mean nothing here
+    const std::size_t start = stream.find("\xff\x4f\xff\x51"sv);
+    if (start == stream.npos) throw damaged;
+    stream.remove_prefix(start);
+    check_jpeg2000_start(stream, columns, rows);
     Memory memory{stream};
-    const std::unique_ptr<opj_codec_t, void (*)(opj_codec_t*)> codec(
-        opj_create_decompress(bare ? OPJ_CODEC_J2K : OPJ_CODEC_JP2), opj_destroy_codec);
+    const std::unique_ptr<opj_codec_t, void (*)(opj_codec_t*)> codec(opj_create_decompress(OPJ_CODEC_J2K),
+                                                                     opj_destroy_codec);
     const std::unique_ptr<opj_stream_t, void (*)(opj_stream_t*)> source(opj_stream_default_create(OPJ_TRUE),
                                                                         opj_stream_destroy);
     if (!codec || !source) throw LimitError("OpenJPEG: no memory");

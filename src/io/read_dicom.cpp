@@ -29,7 +29,8 @@ struct Found {
 
 constexpr double headers_done = 0.2;  // of the progress
 
-Found find_stacks(const std::vector<std::filesystem::path>& paths, const ScanOptions& options) {
+Found find_stacks(const std::vector<std::filesystem::path>& paths, const std::filesystem::path& wanted,
+                  const ScanOptions& options) {
     std::vector<std::optional<DicomFile>> headers(paths.size());
     std::vector<std::string> failures(paths.size());
     for_each_slice(paths.size(), options.threads, options.progress, 0, headers_done, [&](std::size_t i) {
@@ -48,9 +49,10 @@ Found find_stacks(const std::vector<std::filesystem::path>& paths, const ScanOpt
         else if (failures[i].empty())
             ++without_image;
     }
-    for (const auto& failure : failures) {
+    for (std::size_t i = 0; i < paths.size(); ++i) {
+        const std::string& failure = failures[i];
         if (failure.empty()) continue;
-        if (found.files.empty()) throw InputError(failure);
+        if (found.files.empty() || paths[i] == wanted) throw InputError(failure);
         found.warnings.push_back(failure + "; it is left out");
     }
     if (found.files.empty()) {
@@ -333,7 +335,7 @@ SeriesReport report_on(DicomStack& stack, const ScanOptions& options) {
 
 ScanReport inspect_dicom(const std::vector<std::filesystem::path>& files, const std::filesystem::path& wanted,
                          const ScanOptions& options) {
-    Found found = find_stacks(files, options);
+    Found found = find_stacks(files, wanted, options);
     ScanReport out{"DICOM", files.size(), {}, {}, {}, found.warnings};
     const Choice choice = choose(found, wanted, options);
     for (DicomStack& s : found.stacks) out.series.push_back(report_on(s, options));
@@ -343,7 +345,7 @@ ScanReport inspect_dicom(const std::vector<std::filesystem::path>& files, const 
         if (out.series[at].refusal.empty())
             out.chosen = at;
         else
-            out.reason = "the only one that could be read is refused";
+            out.reason = out.series[at].refusal;
     } else {
         out.reason = fmt::format("{} series could be read: choose one", choice.candidates.size());
     }
@@ -352,7 +354,7 @@ ScanReport inspect_dicom(const std::vector<std::filesystem::path>& files, const 
 
 Volume load_dicom(const std::vector<std::filesystem::path>& files, const std::filesystem::path& wanted,
                   const ScanOptions& options, ScanInfo& info) {
-    Found found = find_stacks(files, options);
+    Found found = find_stacks(files, wanted, options);
     info.warnings = found.warnings;
     const Choice choice = choose(found, wanted, options);
     DicomStack& stack = only(choice);

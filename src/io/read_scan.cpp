@@ -31,10 +31,10 @@ constexpr std::size_t head_size = 352;
 // The format of a file by its first bytes, else by its name; empty where neither tells.
 std::string format_of(const fs::path& path) {
     const std::string head = head_of(path, head_size);
+    if (head.size() >= 132 && head.compare(128, 4, "DICM") == 0) return "DICOM";  // what is before may be TIFF
     if (head.starts_with("NRRD000")) return "NRRD";
     if (is_tiff(head)) return "TIFF";
     if (is_picture(head)) return "slices";
-    if (head.size() >= 132 && head.compare(128, 4, "DICM") == 0) return "DICOM";
     const std::string end = ending(path);
     if (end == ".nii" || end == ".nii.gz" || end == ".hdr" || end == ".hdr.gz" || end == ".img" ||
         end == ".img.gz")
@@ -75,17 +75,17 @@ std::vector<fs::path> dicom_among(std::vector<fs::path> files) {
 }
 
 Input identify_folder(const fs::path& folder) {
-    Input input{"DICOM", dicom_among(files_in(folder, true)), {}};
+    const std::vector<fs::path> all = files_in(folder, true);
+    Input input{"DICOM", dicom_among(all), {}};
     if (!input.files.empty()) return input;
     input = {"slices", files_in(folder, false), {}};
-    const std::size_t all = input.files.size();
     std::erase_if(input.files, [](const fs::path& file) { return !is_picture(head_of(file, head_size)); });
     if (!input.files.empty()) return input;
-    if (all == 0) throw InputError(fmt::format("{}: the folder holds no files", shown(folder)));
+    if (all.empty()) throw InputError(fmt::format("{}: the folder holds no files", shown(folder)));
     throw InputError(
         fmt::format("{}: none of the folder's {} files is DICOM or a picture; name a NIfTI, NRRD or "
                     "MetaImage file itself",
-                    shown(folder), all));
+                    shown(folder), all.size()));
 }
 
 Input identify(const fs::path& path) {
@@ -94,6 +94,7 @@ Input identify(const fs::path& path) {
     size_of_file(path);
     const std::string format = format_of(path);
     if (format.empty()) {
+        if (head_of(path, 2) == "PK") throw InputError(fmt::format("{}: is an archive; unpack it first", shown(path)));
         throw InputError(fmt::format(
             "{}: is not a scan that can be read (DICOM, NIfTI, NRRD, MetaImage, TIFF, PNG)", shown(path)));
     }
@@ -207,7 +208,7 @@ ScanReport inspect_scan(const fs::path& path, const ScanOptions& options) {
     series.memory = static_cast<std::uint64_t>(geometry.sample_count()) * sample_size(type);
     if (!series.refusal.empty()) {
         out.chosen.reset();
-        out.reason = "it is refused";
+        out.reason = series.refusal;
     }
     out.series.push_back(std::move(series));
     return out;
