@@ -13,27 +13,11 @@
 #include <string>
 #include <vector>
 
-#include <unistd.h>
+#include "temporary_folder.h"
 
 namespace marrow::test {
 
 namespace fs = std::filesystem;
-
-/// A folder that is empty at first and gone at the end.
-class TemporaryFolder {
-  public:
-    TemporaryFolder() {
-        std::string name = (fs::temp_directory_path() / "marrow-XXXXXX").string();
-        path_ = mkdtemp(name.data());
-    }
-    ~TemporaryFolder() { fs::remove_all(path_); }
-    TemporaryFolder(const TemporaryFolder&) = delete;
-    fs::path operator/(const fs::path& name) const { return path_ / name; }
-    const fs::path& path() const { return path_; }
-
-  private:
-    fs::path path_;
-};
 
 inline fs::path write_file(const fs::path& path, const std::string& bytes) {
     fs::create_directories(path.parent_path());
