@@ -1,16 +1,12 @@
 // Slices as pictures.
 #include <gtest/gtest.h>
 
-#include <cstdio>
-#include <cstdlib>
-
-#include <jpeglib.h>
 #include <tiffio.h>
 
 #include <marrow/error.h>
 
 #include "reading_checks.h"
-#include "scan_files.h"
+#include "small_scans.h"
 
 namespace marrow::test {
 namespace {
@@ -65,22 +61,6 @@ TEST(ReadPictures, TiffOfSeveralPages) {
     contains(refusal<GeometryError>(path), "--spacing");
 }
 
-// A BMP of 8 bits, rows from the bottom as usual.
-std::string bmp(int columns, int rows, const std::vector<std::uint8_t>& samples, bool colour) {
-    std::string palette, lines;
-    for (int i = 0; i < 256; ++i)
-        palette += bytes_of(static_cast<std::uint32_t>(i * (colour ? 0x000100 : 0x010101)));
-    for (int r = rows - 1; r >= 0; --r) {
-        std::string line(samples.begin() + r * columns, samples.begin() + (r + 1) * columns);
-        line.resize((line.size() + 3) / 4 * 4);
-        lines += line;
-    }
-    const std::uint32_t data = 14 + 40 + 1024;
-    return "BM" + bytes_of(static_cast<std::uint32_t>(data + lines.size())) + bytes_of(std::uint32_t{0}) +
-           bytes_of(data) + bytes_of(std::uint32_t{40}) + bytes_of(columns) + bytes_of(rows) +
-           bytes_of(std::uint16_t{1}) + bytes_of(std::uint16_t{8}) + std::string(24, '\0') + palette + lines;
-}
-
 TEST(ReadPictures, BmpRunsFromTheBottom) {
     TemporaryFolder folder;
     ScanOptions options;
@@ -92,37 +72,11 @@ TEST(ReadPictures, BmpRunsFromTheBottom) {
     contains(refusal<InputError>(write_file(folder / "a.bmp", bmp(3, 2, grey, true)), options), "colour");
 }
 
-std::string jpeg(int columns, int rows, std::uint8_t value) {
-    jpeg_compress_struct out{};
-    jpeg_error_mgr errors{};
-    out.err = jpeg_std_error(&errors);
-    jpeg_create_compress(&out);
-    unsigned char* bytes = nullptr;
-    unsigned long size = 0;
-    jpeg_mem_dest(&out, &bytes, &size);
-    out.image_width = static_cast<JDIMENSION>(columns);
-    out.image_height = static_cast<JDIMENSION>(rows);
-    out.input_components = 1;
-    out.in_color_space = JCS_GRAYSCALE;
-    jpeg_set_defaults(&out);
-    jpeg_start_compress(&out, TRUE);
-    std::vector<unsigned char> line(static_cast<std::size_t>(columns), value);
-    for (int r = 0; r < rows; ++r) {
-        JSAMPROW row = line.data();
-        jpeg_write_scanlines(&out, &row, 1);
-    }
-    jpeg_finish_compress(&out);
-    std::string whole(reinterpret_cast<char*>(bytes), size);
-    jpeg_destroy_compress(&out);
-    std::free(bytes);
-    return whole;
-}
-
 TEST(ReadPictures, JpegWholeOrNotAtAll) {
     TemporaryFolder folder;
     ScanOptions options;
     options.spacing = Vec3d{1, 1, 1};
-    const std::string whole = jpeg(16, 24, 99);
+    const std::string whole = grey_jpeg_8(16, 24, std::vector<std::uint8_t>(16 * 24, 99));
     EXPECT_EQ(samples_of<std::uint8_t>(read_scan(write_file(folder / "a.jpg", whole), options)),
               std::vector<std::uint8_t>(16 * 24, 99));
     for (std::size_t size = 0; size < whole.size(); ++size) {

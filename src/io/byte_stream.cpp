@@ -102,9 +102,7 @@ ByteStream::ByteStream(const std::filesystem::path& path, Compression compressio
         throw IoError(fmt::format("{}: cannot be opened: {}", shown(path), std::strerror(errno)));
     }
     if (!S_ISREG(status.st_mode)) throw IoError(fmt::format("{}: is not a regular file", shown(path)));
-    if (::lseek(state_->descriptor, static_cast<off_t>(offset), SEEK_SET) < 0) {
-        throw IoError(fmt::format("{}: cannot be read: {}", shown(path), std::strerror(errno)));
-    }
+    if (offset > 0) seek(offset);
     if (compression != Compression::none) {
         const int window_bits = compression == Compression::deflate ? -15 : 15 + 32;  // 32: gzip or zlib
         if (inflateInit2(&state_->zip, window_bits) != Z_OK) throw LimitError("zlib: no memory");
@@ -132,6 +130,12 @@ void ByteStream::skip(std::uint64_t size) {
         const std::size_t part = std::min<std::uint64_t>(size, bin.size());
         read(bin.data(), part);
         size -= part;
+    }
+}
+
+void ByteStream::seek(std::uint64_t offset) {
+    if (::lseek(state_->descriptor, static_cast<off_t>(offset), SEEK_SET) < 0) {
+        throw IoError(fmt::format("{}: cannot be read: {}", shown(state_->path), std::strerror(errno)));
     }
 }
 

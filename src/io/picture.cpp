@@ -147,6 +147,42 @@ Picture read_jpeg(const std::filesystem::path& path, void* to) {
 
 // --- TIFF
 
+// A file for libtiff, which takes some failures to read for the end of the file.
+class TiffFile {
+  public:
+    explicit TiffFile(const std::filesystem::path& path) : stream_(path, Compression::none), size_(size_of_file(path)) {}
+
+    void check() const {
+        if (!failure_.empty()) throw IoError(failure_);
+    }
+
+    static tmsize_t read(thandle_t self, void* to, tmsize_t size) {
+        auto& file = *static_cast<TiffFile*>(self);
+        try {
+            file.stream_.seek(file.at_);
+            const std::size_t got = file.stream_.read_some(to, static_cast<std::size_t>(size));
+            file.at_ += got;
+            return static_cast<tmsize_t>(got);
+        } catch (const Error& error) {
+            file.failure_ = error.what();
+            return -1;
+        }
+    }
+    static tmsize_t write(thandle_t, void*, tmsize_t) { return -1; }
+    static toff_t seek(thandle_t self, toff_t to, int from) {
+        auto& file = *static_cast<TiffFile*>(self);
+        file.at_ = to + (from == SEEK_SET ? 0 : from == SEEK_CUR ? file.at_ : file.size_);
+        return file.at_;
+    }
+    static int close(thandle_t) { return 0; }
+    static toff_t size(thandle_t self) { return static_cast<TiffFile*>(self)->size_; }
+
+  private:
+    ByteStream stream_;
+    std::uint64_t size_, at_ = 0;
+    std::string failure_;
+};
+
 int tiff_ignore(TIFF*, void*, const char*, const char*, va_list) {
     return 1;
 }  // 1: go no further, to stderr
@@ -193,16 +229,17 @@ void read_tiles(TIFF* tiff, std::uint32_t columns, std::uint32_t rows, std::size
     }
 }
 
-Picture read_tiff(const std::filesystem::path& path, void* to) {
-    size_of_file(path);
+Picture read_tiff_pages(TiffFile& file, void* to) {
     const std::unique_ptr<TIFFOpenOptions, void (*)(TIFFOpenOptions*)> options(TIFFOpenOptionsAlloc(),
                                                                                TIFFOpenOptionsFree);
     if (!options) throw LimitError("libtiff: no memory");
     TIFFOpenOptionsSetErrorHandlerExtR(options.get(), tiff_ignore, nullptr);
     TIFFOpenOptionsSetWarningHandlerExtR(options.get(), tiff_ignore, nullptr);
     // m: read it; a mapped file that shrinks meanwhile would end the process
-    const std::unique_ptr<TIFF, void (*)(TIFF*)> tiff(TIFFOpenExt(path.c_str(), "rm", options.get()),
-                                                      TIFFClose);
+    const std::unique_ptr<TIFF, void (*)(TIFF*)> tiff(
+        TIFFClientOpenExt("", "rm", &file, TiffFile::read, TiffFile::write, TiffFile::seek, TiffFile::close,
+                          TiffFile::size, nullptr, nullptr, options.get()),
+        TIFFClose);
     if (!tiff) throw damaged;
 
     Picture out;
@@ -232,6 +269,18 @@ Picture read_tiff(const std::filesystem::path& path, void* to) {
         if (TIFFLastDirectory(tiff.get())) return ++out.pages, out;
     }
     throw damaged;  // a page is announced that is not there
+}
+
+Picture read_tiff(const std::filesystem::path& path, void* to) {
+    TiffFile file(path);
+    try {
+        const Picture out = read_tiff_pages(file, to);
+        file.check();
+        return out;
+    } catch (const Unreadable&) {
+        file.check();
+        throw;
+    }
 }
 
 // --- BMP: 8 bits with a grey palette, not compressed
