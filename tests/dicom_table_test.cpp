@@ -219,6 +219,7 @@ TEST(DicomTable, ScoutsAreLeftOut) {
 TEST(DicomTable, FilesWithoutAnImageAreLeftOut) {
     TemporaryFolder folder;
     DicomWriter report;
+    report.text(0x00080016, "UI", "1.2.840.10008.5.1.4.1.1.88.11");
     report.write(folder / "report");
     contains(refusal<InputError>(folder.path()), "none of 1 DICOM files holds an image");
     write_series(folder, 2);
@@ -508,7 +509,8 @@ TEST(DicomTable, UnknownTransferSyntaxAndVideoAreRefusedByName) {
 TEST(DicomTable, DicomdirStandsForItsFolder) {
     TemporaryFolder folder;
     DicomWriter directory;
-    directory.elements.erase(0x00280002);
+    directory.elements.erase(0x00080016);
+    directory.elements[0x00041220] = {"SQ", ""};
     directory.write(folder / "DICOMDIR");
     write_series(folder, 3, "IMAGES/IM");
     ScanInfo info;

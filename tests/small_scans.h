@@ -114,8 +114,6 @@ inline std::vector<SmallScan> small_scans() {
     const auto single = [](const std::string& name, const std::string& bytes, std::size_t tail) {
         return SmallScan{name, {{name, bytes}}, true, tail};
     };
-    constexpr std::size_t end_of_fragments = 8 + 1 + 2;  // the delimiter, padding, and a stream's own end mark
-
     std::vector<SmallScan> out;
     out.push_back({"a.nii", {{"a.nii", nifti.header() + data}}});
     out.push_back({"b.nii.gz", {{"b.nii.gz", gzipped(nifti.header() + data)}}});
@@ -132,19 +130,13 @@ inline std::vector<SmallScan> small_scans() {
     out.push_back(folder_of_slices("big", [](DicomWriter& s) { s.form = Form::explicit_big; }));
     out.push_back(folder_of_slices("deflated", [](DicomWriter& s) { s.form = Form::deflated; }));
     out.push_back(folder_of_slices("rle", [](DicomWriter& s) { s.form = Form::run_length; }));
-    out.back().tail = 10;
-    out.push_back(single("jpeg.dcm", compressed("1.2.840.10008.1.2.4.50", grey_jpeg_8(wide, wide, picture8), 8),
-                         end_of_fragments));
+    out.push_back(single("jpeg.dcm", compressed("1.2.840.10008.1.2.4.50", grey_jpeg_8(wide, wide, picture8), 8), 0));
     out.push_back(single("progressive.dcm",
-                         compressed("1.2.840.10008.1.2.4.55", flat_jpeg(wide, wide, {1, 4000, 0, 900}, 12, true), 12),
-                         end_of_fragments));
+                         compressed("1.2.840.10008.1.2.4.55", flat_jpeg(wide, wide, {1, 4000, 0, 900}, 12, true), 12), 0));
     out.push_back(single("lossless.dcm",
-                         compressed("1.2.840.10008.1.2.4.57", lossless_jpeg(wide, wide, picture, 12, 4, true), 12),
-                         end_of_fragments));
-    out.push_back(single("jpegls.dcm", compressed("1.2.840.10008.1.2.4.80", jpeg_ls(wide, wide, picture, 12), 12),
-                         end_of_fragments));
-    out.push_back(single("j2k.dcm", compressed("1.2.840.10008.1.2.4.90", jpeg_2000(wide, wide, picture, 12), 12),
-                         end_of_fragments));
+                         compressed("1.2.840.10008.1.2.4.57", lossless_jpeg(wide, wide, picture, 12, 4, true), 12), 0));
+    out.push_back(single("jpegls.dcm", compressed("1.2.840.10008.1.2.4.80", jpeg_ls(wide, wide, picture, 12), 12), 0));
+    out.push_back(single("j2k.dcm", compressed("1.2.840.10008.1.2.4.90", jpeg_2000(wide, wide, picture, 12), 12), 0));
     out.push_back(single("i.png", png(wide, wide, picture), 16));  // a checksum and an end
     out.push_back(single("j.tif", tiff(wide, wide, {picture, picture}), 0));
     out.push_back(single("k.jpg", grey_jpeg_8(wide, wide, picture8), 0));

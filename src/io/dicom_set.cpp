@@ -259,7 +259,10 @@ Buffer<char> inflated(const std::filesystem::path& path, std::size_t at) {
             throw LimitError(fmt::format("{}: inflates to more than 1 GiB", shown(path)));
         out.resize(before + step);
         out.resize(before + stream.read_some(out.data() + before, step));
-        if (out.size() < before + step) return out;
+        if (out.size() < before + step) {
+            stream.verify_end();
+            return out;
+        }
     }
 }
 

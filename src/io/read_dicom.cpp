@@ -25,6 +25,7 @@ struct Found {
     std::vector<DicomFile> files;
     std::vector<DicomStack> stacks;  // they point into files
     std::vector<std::string> warnings;
+    std::string damage;  // of a file that may be a slice of any of them; empty: none
 };
 
 constexpr double headers_done = 0.2;  // of the progress
@@ -53,7 +54,8 @@ Found find_stacks(const std::vector<std::filesystem::path>& paths, const std::fi
         const std::string& failure = failures[i];
         if (failure.empty()) continue;
         if (found.files.empty() || paths[i] == wanted) throw InputError(failure);
-        found.warnings.push_back(failure + "; it is left out");
+        if (found.damage.empty())
+            found.damage = failure + "; it may belong to the scan: mend it or take it out of the folder";
     }
     if (found.files.empty()) {
         throw InputError(fmt::format("{}: none of {} DICOM files holds an image",
@@ -340,7 +342,9 @@ ScanReport inspect_dicom(const std::vector<std::filesystem::path>& files, const 
     const Choice choice = choose(found, wanted, options);
     for (DicomStack& s : found.stacks) out.series.push_back(report_on(s, options));
     out.reason = choice.reason;
-    if (choice.candidates.size() == 1) {
+    if (!found.damage.empty()) {
+        out.reason = found.damage;
+    } else if (choice.candidates.size() == 1) {
         const auto at = static_cast<std::size_t>(choice.candidates[0] - found.stacks.data());
         if (out.series[at].refusal.empty())
             out.chosen = at;
@@ -358,6 +362,7 @@ Volume load_dicom(const std::vector<std::filesystem::path>& files, const std::fi
     info.warnings = found.warnings;
     const Choice choice = choose(found, wanted, options);
     DicomStack& stack = only(choice);
+    if (!found.damage.empty()) throw InputError(found.damage);
     if (choice.passes_over) info.warnings.push_back(choice.reason);
     check_readable(stack);
     info.series = describe(stack);

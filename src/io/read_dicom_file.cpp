@@ -139,6 +139,19 @@ std::string refusal(const DicomFile& file, const DicomSet& set) {
     return {};
 }
 
+// By what a data set says that it is. One that ends before it says so is no report either.
+bool should_have_pixels(const DicomSet& set) {
+    static constexpr std::string_view images[] = {
+        "1.2.840.10008.5.1.4.1.1.2",   "1.2.840.10008.5.1.4.1.1.2.1", "1.2.840.10008.5.1.4.1.1.2.2",
+        "1.2.840.10008.5.1.4.1.1.4",   "1.2.840.10008.5.1.4.1.1.4.1", "1.2.840.10008.5.1.4.1.1.4.4",
+        "1.2.840.10008.5.1.4.1.1.128", "1.2.840.10008.5.1.4.1.1.130", "1.2.840.10008.5.1.4.1.1.20",
+        "1.2.840.10008.5.1.4.1.1.7"};  // CT, MR, PET, NM, secondary capture
+    constexpr DicomTag sop_class = 0x00080016, directory_records = 0x00041220;
+    if (set.has(directory_records)) return false;
+    const std::string uid = set.text(sop_class);
+    return uid.empty() || std::find(std::begin(images), std::end(images), uid) != std::end(images);
+}
+
 }  // namespace
 
 std::optional<DicomFile> read_dicom_header(const std::filesystem::path& path) {
@@ -148,7 +161,11 @@ std::optional<DicomFile> read_dicom_header(const std::filesystem::path& path) {
     file.path = path;
     file.columns = set.unsigned_short(0x00280011).value_or(0);
     file.rows = set.unsigned_short(0x00280010).value_or(0);
-    if (file.columns == 0 || file.rows == 0 || parsed.pixels_at == 0) return {};
+    if (file.columns == 0 || file.rows == 0 || parsed.pixels_at == 0) {
+        if (should_have_pixels(set))
+            throw InputError(fmt::format("{}: the DICOM file has no pixels; it is truncated", shown(path)));
+        return {};
+    }
     file.series_uid = readable(set, 0x0020000e);
     file.frame_of_reference = set.text(0x00200052);
     file.description = readable(set, 0x0008103e);

@@ -69,9 +69,18 @@ std::vector<fs::path> files_in(const fs::path& folder, bool nested) {
     return out;
 }
 
-std::vector<fs::path> dicom_among(std::vector<fs::path> files) {
-    std::erase_if(files, [](const fs::path& file) { return !is_dicom(head_of(file, head_size)); });
-    return files;
+// What is cut off within the zeros before its mark counts as DICOM where other files are; it is refused later.
+std::vector<fs::path> dicom_among(const std::vector<fs::path>& files) {
+    std::vector<fs::path> dicom, perhaps;
+    for (const fs::path& file : files) {
+        const std::string head = head_of(file, head_size);
+        if (is_dicom(head))
+            dicom.push_back(file);
+        else if (head.size() <= 132 && head.find_first_not_of(std::string_view("\0DICM", 5)) == head.npos)
+            perhaps.push_back(file);
+    }
+    if (!dicom.empty()) dicom.insert(dicom.end(), perhaps.begin(), perhaps.end());
+    return dicom;
 }
 
 Input identify_folder(const fs::path& folder) {
