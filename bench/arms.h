@@ -24,8 +24,8 @@ struct Arm {
     std::function<Result()> run;
 };
 
-/// marrow, marrow-no-normals, flying-edges, flying-edges-no-normals, vtk-marching-cubes, classic.
-/// The volume must outlive them; all read the same buffer.
+/// marrow, marrow-next, marrow-no-normals, flying-edges, flying-edges-no-normals, vtk-marching-cubes,
+/// classic. The volume must outlive them; all read the same buffer.
 std::vector<Arm> make_arms(const VolumeView& volume, double isovalue, int threads);
 
 /// Whether large allocations come from freshly mapped pages every time, as in a program's first call, or from

@@ -9,7 +9,8 @@
 
 namespace marrow {
 
-/// An allocator that leaves new elements uninitialised, so that output is touched once, by the thread that writes it.
+/// An allocator that leaves new elements uninitialised, so that output is touched once, by the thread that
+/// writes it.
 template <class T>
 struct UninitializedAllocator {
     using value_type = T;

@@ -38,6 +38,8 @@ class HistoPyramid {
     std::span<const std::vector<std::uint64_t>> levels() const { return upper_; }
     std::size_t branching() const { return branching_; }
     std::size_t bytes() const;
+    /// Gives the leaves' memory back, for the next pyramid; this one is then empty.
+    std::vector<std::uint32_t> release_leaves();
 
   private:
     std::size_t branching_ = 16;

@@ -3,6 +3,8 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
+#include <vector>
 
 #include <marrow/mesh.h>
 #include <marrow/progress.h>
@@ -39,6 +41,31 @@ struct IsosurfaceStats {
 /// geometry; LimitError more than 2^32 - 1 points or triangles' memory not to be had; Cancelled.
 Mesh extract_isosurface(const VolumeView& volume, double isovalue, const IsosurfaceOptions& options = {},
                         IsosurfaceStats* stats = nullptr);
+
+/// Extracts from one volume again and again, for sliders and sweeps.
+///
+/// It remembers what range of values lies in each block of samples, which does not depend on the isovalue,
+/// and keeps its buffers: the next isovalue reads only the blocks that the surface leaves or enters. The mesh
+/// is byte for byte the one that extract_isosurface makes. Not for use by two threads at once.
+class IsosurfaceExtractor {
+  public:
+    /// Borrows the volume's samples, which must outlive it and not change. \throw InputError as
+    /// extract_isosurface
+    explicit IsosurfaceExtractor(const VolumeView& volume, const IsosurfaceOptions& options = {});
+    ~IsosurfaceExtractor();
+    IsosurfaceExtractor(IsosurfaceExtractor&&) noexcept;
+    IsosurfaceExtractor& operator=(IsosurfaceExtractor&&) noexcept;
+
+    /// The surface at `isovalue`, valid until the next call. With `level` > 0, a preview from every
+    /// 2^level-th sample along each axis, at their true places; its samples are copied on first use. \throw
+    /// as extract_isosurface; after Cancelled the extractor is as good as before. \pre level >= 0
+    const Mesh& extract(double isovalue, int level = 0, IsosurfaceStats* stats = nullptr);
+
+  private:
+    struct Level;
+    std::unique_ptr<IsosurfaceOptions> options_;  // levels refer to it, also after a move
+    std::vector<std::unique_ptr<Level>> levels_;
+};
 
 /// The same surface by traditional table-driven marching cubes: every cell is visited and every triangle has
 /// its own three points (no normals). The comparison of Visutsak 2020 and the oracle of the tests; slow.

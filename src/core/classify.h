@@ -5,13 +5,19 @@
 
 #include <marrow/volume.h>
 
+#include "block_ranges.h"
 #include "inside_bits.h"
 
 namespace marrow::internal {
 
-/// Writes the inside bits of grid slices [z_begin, z_end), padding included.
-/// Returns how many of their samples are NaN or infinite.
-std::int64_t classify_slices(const VolumeView& volume, double isovalue, std::int64_t z_begin,
-                             std::int64_t z_end, InsideBits& bits) noexcept;
+/// Writes the inside bits of a slice of the grid, and unless `ranges` is null the ranges of its blocks.
+/// Returns how many of its samples are NaN or infinite.
+std::int64_t classify_slice(const VolumeView& volume, double isovalue, std::int64_t grid_z, InsideBits& bits,
+                            BlockRanges* ranges) noexcept;
+
+/// Changes the inside bits of a slice from one isovalue to another, reading only blocks whose range holds one
+/// of them.
+void reclassify_slice(const VolumeView& volume, double from, double to, std::int64_t grid_z, InsideBits& bits,
+                      BlockRanges& ranges) noexcept;
 
 }  // namespace marrow::internal

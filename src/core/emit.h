@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include <marrow/histo_pyramid.h>
 #include <marrow/mesh.h>
@@ -18,8 +19,10 @@ struct EmitInput {
     double isovalue;
     const Frame& frame;
     const InsideBits& bits;
-    const HistoPyramid& points;     ///< over the grid's rows, as count_rows
-    const HistoPyramid& triangles;  ///< the same
+    const HistoPyramid& points;  ///< over the grid's rows, as RowCounts
+    const HistoPyramid& triangles;
+    const std::vector<std::uint32_t>& along_x;  ///< as RowCounts
+    const std::vector<std::uint32_t>& along_y;
 };
 
 /// Writes the points, and unless `normals` is null the normals, of the rows [row_begin, row_end) to their

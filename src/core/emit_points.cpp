@@ -306,13 +306,15 @@ class PointBatch {
     alignas(64) float position_[3][kCapacity];
 };
 
-// The positions of the set bits of a row's words.
+// The samples x of the set bits of a row's words.
 template <class Words>
-HWY_INLINE std::size_t list_bits(std::size_t words, const Words& word, std::int32_t* HWY_RESTRICT positions) {
+HWY_INLINE std::size_t list_bits(std::size_t words, const Words& word, std::int64_t first_x,
+                                 std::int32_t* HWY_RESTRICT positions) {
     std::size_t count = 0;
     for (std::size_t w = 0; w < words; ++w) {
         for (std::uint64_t bits = word(w); bits != 0; bits &= bits - 1) {
-            positions[count++] = static_cast<std::int32_t>(64 * w) + __builtin_ctzll(bits);
+            positions[count++] = static_cast<std::int32_t>(64 * static_cast<std::int64_t>(w) - first_x) +
+                                 __builtin_ctzll(bits);
         }
     }
     return count;
@@ -323,7 +325,6 @@ void emit_points_of(const EmitInput& input, std::size_t row_begin, std::size_t r
                     Vec3f* normals) {
     const auto [nx, ny, nz] = input.volume.geometry.dims;
     const InsideBits& bits = input.bits;
-    const std::int32_t pad = bits.pad;
     const T* samples = static_cast<const T*>(input.volume.data);
     PointBatch<T> batch(input, points, normals);
     Buffer<std::int32_t> positions(bits.words_per_row * 64);
@@ -331,8 +332,8 @@ void emit_points_of(const EmitInput& input, std::size_t row_begin, std::size_t r
     for (std::size_t r = row_begin; r < row_end; ++r) {
         if (input.points.leaves()[r] == 0) continue;
         const RowBits row(bits, r);
-        const std::int64_t y = static_cast<std::int64_t>(r) % bits.dims[1] - pad;
-        const std::int64_t z = static_cast<std::int64_t>(r) / bits.dims[1] - pad;
+        const std::int64_t y = static_cast<std::int64_t>(r) % bits.ny - bits.pad;
+        const std::int64_t z = static_cast<std::int64_t>(r) / bits.ny - bits.pad;
         batch.set_row(y, z, samples + (z * ny + y) * nx);
         // Stencils reach one sample back and two ahead.
         const bool inner_row = y >= 1 && y + 2 < ny && z >= 1 && z + 2 < nz;
@@ -340,9 +341,6 @@ void emit_points_of(const EmitInput& input, std::size_t row_begin, std::size_t r
         const auto add = [&]<int kAxis>(std::integral_constant<int, kAxis>, std::size_t count) HWY_ATTR {
             std::int32_t* x = positions.data();
             std::int32_t* const end = x + count;
-            if (pad != 0) {
-                for (std::size_t k = 0; k < count; ++k) x[k] -= pad;
-            }
             if (inner_row) {
                 for (; x < end && *x < 1; ++x) batch.add_at_border(*x, kAxis);
                 std::int32_t* inner_end = end;
@@ -355,7 +353,8 @@ void emit_points_of(const EmitInput& input, std::size_t row_begin, std::size_t r
         using X = std::integral_constant<int, 0>;
         using Y = std::integral_constant<int, 1>;
         using Z = std::integral_constant<int, 2>;
-        const auto list = [&](auto&& word) HWY_ATTR { return list_bits(row.words, word, positions.data()); };
+        const auto list = [&](auto&& word)
+                              HWY_ATTR { return list_bits(row.words, word, bits.first_x, positions.data()); };
         add(X{}, list([&](std::size_t w) HWY_ATTR { return row.crossed_x(kRow, w); }));
         add(Y{}, list([&](std::size_t w) HWY_ATTR { return row.crossed_y(w); }));
         add(Z{}, list([&](std::size_t w) HWY_ATTR { return row.crossed_z(w); }));

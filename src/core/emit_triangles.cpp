@@ -17,18 +17,6 @@ struct RowIds {
     std::uint32_t x, y, z;
 };
 
-RowIds row_ids(const InsideBits& bits, std::size_t r, std::uint64_t first_point) {
-    const RowBits row(bits, r);
-    std::uint64_t along_x = 0, along_y = 0;
-    for (std::size_t w = 0; w < row.words; ++w) {
-        along_x += static_cast<std::uint64_t>(__builtin_popcountll(row.crossed_x(kRow, w)));
-        along_y += static_cast<std::uint64_t>(__builtin_popcountll(row.crossed_y(w)));
-    }
-    const auto first = static_cast<std::uint32_t>(first_point);
-    return {first, static_cast<std::uint32_t>(first + along_x),
-            static_cast<std::uint32_t>(first + along_x + along_y)};
-}
-
 // The ids of the points on a cell's edges while cells pass by in x.
 //
 // Every point on the edges around a row of cells belongs to the next active cell, so ids are never looked up:
@@ -58,9 +46,9 @@ class RunningIds {
 std::uint32_t* emit_row(const RowBits& row, RunningIds ids, const Case* cases,
                         std::uint32_t* HWY_RESTRICT out, const std::uint32_t* end) {
     alignas(32) std::uint32_t edge_ids[kEdges];
-    for (std::size_t w = 0; w < row.words; ++w) {
+    for_each_active_word(row, [&](std::size_t w, std::uint64_t active) HWY_ATTR {
         const CellBits cells(row, w);
-        for (std::uint64_t active = cells.active; active != 0; active &= active - 1) {
+        for (; active != 0; active &= active - 1) {
             const Case& c = cases[cells.cell_case(__builtin_ctzll(active))];
             ids.next(c.crossed, edge_ids);
             if (HWY_LIKELY(end - out >= 3 * kMaxTriangles)) {
@@ -75,41 +63,35 @@ std::uint32_t* emit_row(const RowBits& row, RunningIds ids, const Case* cases,
             }
             out += 3 * c.triangles;
         }
-    }
+    });
     return out;
 }
 
 void emit_triangles_target(const EmitInput& input, std::size_t row_begin, std::size_t row_end,
                            std::uint32_t* out) {
     const InsideBits& bits = input.bits;
-    const auto ny = static_cast<std::size_t>(bits.dims[1]);
+    const auto ny = static_cast<std::size_t>(bits.ny);
     const auto points = input.points.leaves();
     const auto triangles = input.triangles.leaves();
     const Case* cases = input.frame.mirrored ? kMirroredCases.data() : kCases.data();
     const std::uint32_t* end =
         out + 3 * (input.triangles.first_output(row_end) - input.triangles.first_output(row_begin));
+    const auto ids_of_row = [&](std::size_t r, std::uint64_t first_point) {
+        const auto first = static_cast<std::uint32_t>(first_point);
+        return RowIds{first, first + input.along_x[r], first + input.along_x[r] + input.along_y[r]};
+    };
     // The first points of the rows (y, z) and (y, z + 1), which advance together.
     std::uint64_t first = input.points.first_output(row_begin);
     std::uint64_t first_next_z = input.points.first_output(row_begin + ny);
-    RowIds ids{}, ids_next_z{};
-    bool ids_known = false;  // by the row before
 
     for (std::size_t r = row_begin; r < row_end; ++r) {
         const std::uint64_t first_next_y = first + points[r];
         const std::uint64_t first_next_yz = first_next_z + (r + ny < points.size() ? points[r + ny] : 0);
         if (triangles[r] != 0) {
-            if (!ids_known) {
-                ids = row_ids(bits, r, first);
-                ids_next_z = row_ids(bits, r + ny, first_next_z);
-            }
-            const RowIds ids_next_y = row_ids(bits, r + 1, first_next_y);
-            const RowIds ids_next_yz = row_ids(bits, r + ny + 1, first_next_yz);
-            out = emit_row(RowBits(bits, r), RunningIds(ids, ids_next_y, ids_next_z, ids_next_yz), cases, out,
-                           end);
-            ids = ids_next_y;
-            ids_next_z = ids_next_yz;
+            const RunningIds ids(ids_of_row(r, first), ids_of_row(r + 1, first_next_y),
+                                 ids_of_row(r + ny, first_next_z), ids_of_row(r + ny + 1, first_next_yz));
+            out = emit_row(RowBits(bits, r), ids, cases, out, end);
         }
-        ids_known = triangles[r] != 0;
         first = first_next_y;
         first_next_z = first_next_yz;
     }

@@ -68,6 +68,11 @@ std::uint64_t HistoPyramid::first_output(std::size_t leaf) const {
     return sum;
 }
 
+std::vector<std::uint32_t> HistoPyramid::release_leaves() {
+    upper_.clear();
+    return std::exchange(leaves_, {});
+}
+
 std::size_t HistoPyramid::bytes() const {
     std::size_t bytes = leaves_.size() * sizeof(std::uint32_t);
     for (const auto& level : upper_) bytes += level.size() * sizeof(std::uint64_t);

@@ -9,21 +9,30 @@
 
 namespace marrow::internal {
 
-/// The inside bits of a grid, 64 to a word, rows along x; bits beyond a row's end are 0.
-/// A closed surface is extracted on a grid with one more sample all round, all of them outside: `pad` is then
-/// 1 and grid coordinates are the volume's plus one.
+/// The inside bits of a grid of rows along x, 64 to a word; bits behind a row's end are 0.
+/// A closed surface is extracted on a grid with outside all round: a slice more at both ends of z, a row more
+/// at both ends of y, and along x a whole word of zeros before the samples, so that theirs stay aligned;
+/// behind them follow zeros.
 struct InsideBits {
-    std::array<std::int64_t, 3> dims{0, 0, 0};  ///< of the grid, padding included
-    int pad = 0;
+    int pad = 0;                  ///< 1 for a closed surface: grid y and z are the volume's plus one
+    std::int64_t first_x = 0;     ///< the bit of a row's first sample
+    std::int64_t cells_x = 0;     ///< a cell starts at each of a row's bits below this
+    std::int64_t ny = 0, nz = 0;  ///< rows of the grid, those around the volume included
     std::size_t words_per_row = 0;
-    Buffer<std::uint64_t>
-        words;  ///< one more than the rows need, so that a row's last word may be read across its end
+    Buffer<std::uint64_t> words;
 
-    InsideBits(const std::array<std::int64_t, 3>& volume_dims, bool closed);
+    InsideBits(const std::array<std::int64_t, 3>& volume_dims, bool closed)
+        : pad(closed ? 1 : 0),
+          first_x(64 * pad),
+          cells_x(first_x + volume_dims[0] - 1 + pad),
+          ny(volume_dims[1] + 2 * pad),
+          nz(volume_dims[2] + 2 * pad),
+          words_per_row(static_cast<std::size_t>((first_x + volume_dims[0] + 63) / 64)),
+          words(words_per_row * rows()) {}
 
-    std::size_t rows() const { return static_cast<std::size_t>(dims[1] * dims[2]); }
+    std::size_t rows() const { return static_cast<std::size_t>(ny * nz); }
     std::size_t row_index(std::int64_t y, std::int64_t z) const {
-        return static_cast<std::size_t>(z * dims[1] + y);
+        return static_cast<std::size_t>(z * ny + y);
     }
     std::uint64_t* row(std::size_t index) { return words.data() + index * words_per_row; }
     const std::uint64_t* row(std::size_t index) const { return words.data() + index * words_per_row; }

@@ -11,10 +11,13 @@
 #include <limits>
 #include <mutex>
 #include <new>
+#include <optional>
 #include <string>
+#include <utility>
 
 #include "classify.h"
 #include "count.h"
+#include "dispatch.h"
 #include "emit.h"
 
 namespace marrow {
@@ -49,9 +52,12 @@ class Stage {
     std::mutex mutex_;
 };
 
-void check(const VolumeView& volume, double isovalue) {
-    check_geometry(volume.geometry);
+void check(double isovalue) {
     if (!std::isfinite(isovalue)) throw InputError("isovalue is not a finite number");
+}
+
+void check(const VolumeView& volume) {
+    check_geometry(volume.geometry);
     if (volume.data == nullptr && volume.geometry.sample_count() > 0)
         throw InputError("volume has no samples");
 }
@@ -61,58 +67,91 @@ bool has_cells(const Geometry& geometry, bool closed) {
     return fewest >= (closed ? 1 : 2);
 }
 
-// oneTBB warns on stderr when asked for more threads than there are.
-int thread_count(int wanted) {
-    const auto most =
-        static_cast<int>(tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism));
-    return wanted > 0 ? std::min(wanted, most) : most;
+// Everything an extraction needs beside its result. Kept between extractions, it saves reading what cannot
+// have changed.
+struct Extraction {
+    Extraction(const VolumeView& view, const IsosurfaceOptions& extraction_options, bool keep_ranges)
+        : volume(view),
+          options(extraction_options),
+          frame(view.geometry),
+          bits(view.geometry.dims, extraction_options.closed),
+          rows(bits.rows()) {
+        if (keep_ranges) ranges.emplace(view.geometry.dims);
+    }
+
+    const VolumeView volume;
+    const IsosurfaceOptions& options;
+    const Frame frame;
+    InsideBits bits;
+    RowCounts rows;
+    std::optional<BlockRanges> ranges;
+    std::optional<double> classified_for;  // the isovalue that bits (and ranges) are right for
+    std::int64_t non_finite_samples = 0;
+
+    std::size_t slices() const { return static_cast<std::size_t>(bits.nz); }
+};
+
+void classify(Extraction& e, double isovalue) {
+    Stage stage(e.options.progress, 0, 0.3, e.slices());
+    BlockRanges* ranges = e.ranges ? &*e.ranges : nullptr;
+    if (const auto from = std::exchange(e.classified_for, std::nullopt)) {
+        tbb::parallel_for(std::int64_t{0}, e.bits.nz, [&](std::int64_t z) {
+            reclassify_slice(e.volume, *from, isovalue, z, e.bits, *ranges);
+            stage.step();
+        });
+    } else {
+        std::atomic<std::int64_t> non_finite = 0;
+        tbb::parallel_for(std::int64_t{0}, e.bits.nz, [&](std::int64_t z) {
+            non_finite += classify_slice(e.volume, isovalue, z, e.bits, ranges);
+            stage.step();
+        });
+        e.non_finite_samples = non_finite;
+    }
+    if (ranges != nullptr) e.classified_for = isovalue;
 }
 
-InsideBits classify(const VolumeView& volume, double isovalue, const IsosurfaceOptions& options,
-                    IsosurfaceStats& stats) {
-    InsideBits bits(volume.geometry.dims, options.closed);
-    Stage stage(options.progress, 0, 0.3, static_cast<std::size_t>(bits.dims[2]));
-    std::atomic<std::int64_t> non_finite = 0;
-    tbb::parallel_for(std::int64_t{0}, bits.dims[2], [&](std::int64_t z) {
-        non_finite += classify_slices(volume, isovalue, z, z + 1, bits);
-        stage.step();
-    });
-    stats.non_finite_samples = non_finite;
-    return bits;
-}
-
-// The histogram pyramids of points and of triangles, over rows.
-struct Counts {
+// The histogram pyramids over rows.
+struct Pyramids {
     HistoPyramid points, triangles;
 };
 
-Counts count(const InsideBits& bits, const IsosurfaceOptions& options) {
-    std::vector<std::uint32_t> points(bits.rows()), triangles(bits.rows());
-    Stage stage(options.progress, 0.3, 0.4, static_cast<std::size_t>(bits.dims[2]));
-    tbb::parallel_for(std::int64_t{0}, bits.dims[2], [&](std::int64_t z) {
-        count_rows(bits, bits.row_index(0, z), bits.row_index(0, z + 1), points.data(), triangles.data());
+Pyramids count(Extraction& e) {
+    e.rows.points.resize(
+        e.bits.rows());  // the extraction before may have been cancelled with them in its pyramids
+    e.rows.triangles.resize(e.bits.rows());
+    Stage stage(e.options.progress, 0.3, 0.4, e.slices());
+    tbb::parallel_for(std::int64_t{0}, e.bits.nz, [&](std::int64_t z) {
+        count_rows(e.bits, e.bits.row_index(0, z), e.bits.row_index(0, z + 1), e.rows);
         stage.step();
     });
-    return {HistoPyramid(std::move(points)), HistoPyramid(std::move(triangles))};
+    tbb::parallel_for(std::int64_t{0}, e.bits.nz, [&](std::int64_t z) {
+        count_triangles(e.bits, e.bits.row_index(0, z), e.bits.row_index(0, z + 1), e.rows);
+    });
+    return {HistoPyramid(std::move(e.rows.points)), HistoPyramid(std::move(e.rows.triangles))};
 }
 
-Mesh allocate(const Counts& counts, bool normals) {
-    const std::uint64_t points = counts.points.total(), triangles = counts.triangles.total();
+// Resizes without keeping, or touching, what was there.
+template <class T>
+void resize_discarding(Buffer<T>& buffer, std::uint64_t size) {
+    buffer.clear();
+    buffer.resize(size);
+}
+
+void allocate(const Pyramids& pyramids, bool normals, Mesh& mesh) {
+    const std::uint64_t points = pyramids.points.total(), triangles = pyramids.triangles.total();
     if (points > std::numeric_limits<std::uint32_t>::max()) {
         throw LimitError(
             "the surface has " + std::to_string(points) +
             " points, more than the 2^32 - 1 that triangles can name; crop or coarsen the volume");
     }
-    Mesh mesh;
     try {
-        mesh.points.resize(points);
-        if (normals) mesh.normals.resize(points);
-        mesh.triangles.resize(triangles);
+        resize_discarding(mesh.points, points);
+        resize_discarding(mesh.normals, normals ? points : 0);
+        resize_discarding(mesh.triangles, triangles);
     } catch (const std::exception&) {
         throw LimitError("no memory for " + std::to_string(points) + " points and " +
                          std::to_string(triangles) + " triangles");
     }
-    return mesh;
 }
 
 // The first row whose whole output lies at or behind `key`: where a share of the output starts.
@@ -135,11 +174,13 @@ void for_each_share(const HistoPyramid& pyramid, std::size_t shares, Stage& stag
     });
 }
 
-void emit(const EmitInput& input, const IsosurfaceOptions& options, Mesh& mesh) {
+void emit(const Extraction& e, const Pyramids& pyramids, double isovalue, Mesh& mesh) {
+    const EmitInput input{e.volume,        isovalue,           e.frame,        e.bits,
+                          pyramids.points, pyramids.triangles, e.rows.along_x, e.rows.along_y};
     const std::size_t shares =
         kSharesPerThread * static_cast<std::size_t>(tbb::this_task_arena::max_concurrency());
-    Stage stage(options.progress, 0.4, 1, 2 * shares);
-    Vec3f* normals = options.normals ? mesh.normals.data() : nullptr;
+    Stage stage(e.options.progress, 0.4, 1, 2 * shares);
+    Vec3f* normals = e.options.normals ? mesh.normals.data() : nullptr;
     for_each_share(input.points, shares, stage, [&](std::size_t row_begin, std::size_t row_end) {
         emit_points(input, row_begin, row_end, mesh.points.data(), normals);
     });
@@ -148,39 +189,113 @@ void emit(const EmitInput& input, const IsosurfaceOptions& options, Mesh& mesh) 
     });
 }
 
-double seconds_since(Clock::time_point start) {
-    return std::chrono::duration<double>(Clock::now() - start).count();
+// The story: classify, count, allocate, emit.
+void extract(Extraction& e, double isovalue, Mesh& mesh, IsosurfaceStats* stats) {
+    const auto start = Clock::now();
+    classify(e, isovalue);
+    const auto classified = Clock::now();
+    Pyramids pyramids = count(e);
+    const auto counted = Clock::now();
+    allocate(pyramids, e.options.normals, mesh);
+    emit(e, pyramids, isovalue, mesh);
+    const auto emitted = Clock::now();
+    const std::size_t scratch = e.bits.bytes() + pyramids.points.bytes() + pyramids.triangles.bytes() +
+                                2 * e.bits.rows() * sizeof(std::uint32_t) +
+                                (e.ranges ? e.ranges->bytes() : 0);
+    e.rows.points = pyramids.points.release_leaves();
+    e.rows.triangles = pyramids.triangles.release_leaves();
+    if (stats == nullptr) return;
+    const auto seconds = [](Clock::time_point from, Clock::time_point to) {
+        return std::chrono::duration<double>(to - from).count();
+    };
+    *stats = {e.non_finite_samples, static_cast<std::int64_t>(scratch), seconds(start, classified),
+              seconds(classified, counted), seconds(counted, emitted)};
 }
 
-Mesh extract(const VolumeView& volume, double isovalue, const IsosurfaceOptions& options,
-             IsosurfaceStats& stats) {
-    const auto start = Clock::now();
-    const InsideBits bits = classify(volume, isovalue, options, stats);
-    const auto classified = Clock::now();
-    const Counts counts = count(bits, options);
-    const auto counted = Clock::now();
-    Mesh mesh = allocate(counts, options.normals);
-    const Frame frame(volume.geometry);
-    emit({volume, isovalue, frame, bits, counts.points, counts.triangles}, options, mesh);
+// Runs f with as many threads as are asked for; oneTBB would warn on stderr when asked for more than there
+// are.
+template <class F>
+void with_threads(int wanted, const F& f) {
+    const auto most =
+        static_cast<int>(tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism));
+    tbb::task_arena(wanted > 0 ? std::min(wanted, most) : most).execute(f);
+}
 
-    stats.classify_seconds = std::chrono::duration<double>(classified - start).count();
-    stats.count_seconds = std::chrono::duration<double>(counted - classified).count();
-    stats.emit_seconds = seconds_since(counted);
-    stats.scratch_bytes =
-        static_cast<std::int64_t>(bits.bytes() + counts.points.bytes() + counts.triangles.bytes());
-    return mesh;
+// Every `step`-th sample along each axis.
+Volume subsampled(const VolumeView& volume, std::int64_t step) {
+    const auto& dims = volume.geometry.dims;
+    Geometry geometry = volume.geometry;
+    for (std::size_t a = 0; a < 3; ++a) {
+        geometry.dims[a] = (dims[a] + step - 1) / step;
+        geometry.spacing[a] *= static_cast<double>(step);
+    }
+    Volume result(geometry, volume.type);
+    with_sample_type(volume.type, [&](auto sample) {
+        using T = decltype(sample);
+        const auto [nx, ny, nz] = geometry.dims;
+        tbb::parallel_for(std::int64_t{0}, nz, [&, nx = nx, ny = ny](std::int64_t z) {
+            for (std::int64_t y = 0; y < ny; ++y) {
+                const T* from = static_cast<const T*>(volume.data) + (z * dims[1] + y) * step * dims[0];
+                T* to = result.samples<T>() + (z * ny + y) * nx;
+                for (std::int64_t x = 0; x < nx; ++x) to[x] = from[x * step];
+            }
+        });
+    });
+    return result;
 }
 
 }  // namespace
 
 Mesh extract_isosurface(const VolumeView& volume, double isovalue, const IsosurfaceOptions& options,
                         IsosurfaceStats* stats) {
-    check(volume, isovalue);
-    IsosurfaceStats unused;
-    IsosurfaceStats& found = stats != nullptr ? *stats : unused;
-    if (!has_cells(volume.geometry, options.closed)) return {};
-    tbb::task_arena arena(thread_count(options.threads));
-    return arena.execute([&] { return extract(volume, isovalue, options, found); });
+    check(volume);
+    check(isovalue);
+    Mesh mesh;
+    if (stats != nullptr) *stats = {};
+    if (!has_cells(volume.geometry, options.closed)) return mesh;
+    with_threads(options.threads, [&] {
+        Extraction extraction(volume, options, false);
+        extract(extraction, isovalue, mesh, stats);
+    });
+    return mesh;
+}
+
+struct IsosurfaceExtractor::Level {
+    Level(Volume&& samples, const IsosurfaceOptions& options)
+        : owned(std::move(samples)), extraction(owned, options, true) {}
+    Level(const VolumeView& samples, const IsosurfaceOptions& options) : extraction(samples, options, true) {}
+
+    Volume owned;  // empty for level 0, which borrows
+    Extraction extraction;
+    Mesh mesh;
+};
+
+IsosurfaceExtractor::IsosurfaceExtractor(const VolumeView& volume, const IsosurfaceOptions& options)
+    : options_(std::make_unique<IsosurfaceOptions>(options)) {
+    check(volume);
+    levels_.push_back(std::make_unique<Level>(volume, *options_));
+}
+
+IsosurfaceExtractor::~IsosurfaceExtractor() = default;
+IsosurfaceExtractor::IsosurfaceExtractor(IsosurfaceExtractor&&) noexcept = default;
+IsosurfaceExtractor& IsosurfaceExtractor::operator=(IsosurfaceExtractor&&) noexcept = default;
+
+const Mesh& IsosurfaceExtractor::extract(double isovalue, int level, IsosurfaceStats* stats) {
+    check(isovalue);
+    if (level < 0 || level > 30) throw InputError("preview level must be 0 to 30");
+    const auto index = static_cast<std::size_t>(level);
+    if (index >= levels_.size()) levels_.resize(index + 1);
+    if (stats != nullptr) *stats = {};
+    with_threads(options_->threads, [&] {
+        if (!levels_[index]) {
+            levels_[index] = std::make_unique<Level>(
+                subsampled(levels_[0]->extraction.volume, std::int64_t{1} << level), *options_);
+        }
+        Level& l = *levels_[index];
+        if (has_cells(l.extraction.volume.geometry, options_->closed))
+            marrow::extract(l.extraction, isovalue, l.mesh, stats);
+    });
+    return levels_[index]->mesh;
 }
 
 }  // namespace marrow

@@ -1,0 +1,84 @@
+// The same bytes from every SIMD target that the machine has.
+#include <gtest/gtest.h>
+
+#include <hwy/targets.h>
+
+#include <marrow/isosurface.h>
+
+#include "fields.h"
+#include "mesh_checks.h"
+
+namespace marrow::test {
+namespace {
+
+std::vector<std::int64_t> available_targets() {
+    std::vector<std::int64_t> targets;
+    for (std::int64_t left = hwy::SupportedTargets(); left != 0; left &= left - 1)
+        targets.push_back(left & -left);
+    return targets;
+}
+
+// Makes every dispatch choose one target while it lives.
+class Forced {
+  public:
+    explicit Forced(std::int64_t target) { set(target); }
+    ~Forced() { set(0); }
+
+  private:
+    static void set(std::int64_t targets) {
+        hwy::SetSupportedTargetsForTest(targets);
+        hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+    }
+};
+
+template <class T>
+std::uint64_t hash_on(std::int64_t target, bool closed) {
+    const Forced forced(target);
+    const Volume volume = sampled<T>(grid(201, 40, 30), [](auto x, auto y, auto z) {
+        return 60 +
+               40 * std::sin(0.2 * static_cast<double>(x) + 0.1 * static_cast<double>(z)) *
+                   std::cos(0.31 * static_cast<double>(y)) +
+               static_cast<double>((x * 7919 + y * 104729 + z * 1299709) % 23);
+    });
+    const IsosurfaceOptions options{.closed = closed};
+    IsosurfaceExtractor extractor(volume, options);
+    extractor.extract(50);
+    const std::uint64_t next = mesh_hash(extractor.extract(66.5));
+    EXPECT_EQ(next, mesh_hash(extract_isosurface(volume, 66.5, options)));
+    return next;
+}
+
+template <class T>
+class SimdTargets : public testing::Test {};
+using SampleTypes =
+    testing::Types<std::uint8_t, std::int8_t, std::uint16_t, std::int16_t, std::int32_t, float, double>;
+TYPED_TEST_SUITE(SimdTargets, SampleTypes);
+
+TYPED_TEST(SimdTargets, AgreeByteForByte) {
+    const auto targets = available_targets();
+    ASSERT_FALSE(targets.empty());
+    for (const bool closed : {false, true}) {
+        const std::uint64_t best = hash_on<TypeParam>(targets.front(), closed);
+        for (const std::int64_t target : targets) {
+            EXPECT_EQ(hash_on<TypeParam>(target, closed), best) << hwy::TargetName(target);
+        }
+    }
+}
+
+TEST(SimdTargets, RandomGridsAreClosedAndClassicOnEach) {
+    for (const std::int64_t target : available_targets()) {
+        const Forced forced(target);
+        Random random(77);
+        for (int i = 0; i < 2000; ++i) {
+            const RandomGrid g = random_grid(random);
+            const Mesh mesh = extract_isosurface(g.volume, g.isovalue, {.closed = true, .threads = 1});
+            ASSERT_EQ(manifold_fault(mesh), "") << hwy::TargetName(target) << " grid " << i;
+            ASSERT_EQ(triangle_positions(mesh),
+                      triangle_positions(extract_isosurface_classic(g.volume, g.isovalue, true)))
+                << hwy::TargetName(target) << " grid " << i;
+        }
+    }
+}
+
+}  // namespace
+}  // namespace marrow::test
