@@ -1,0 +1,295 @@
+#include "picture.h"
+
+#include <fmt/format.h>
+#include <png.h>
+#include <tiffio.h>
+
+#include <array>
+#include <csetjmp>
+#include <cstdio>
+#include <cstring>
+#include <memory>
+#include <vector>
+
+#include <jpeglib.h>
+
+#include <marrow/error.h>
+
+#include "byte_stream.h"
+#include "header_text.h"
+
+namespace marrow {
+
+namespace {
+
+using Bytes = std::vector<unsigned char>;
+
+Bytes content(const std::filesystem::path& path) {
+    Bytes out(size_of_file(path));
+    ByteStream(path, Compression::none).read(out.data(), out.size());
+    return out;
+}
+
+struct Unreadable {
+    std::string why;
+};
+const Unreadable damaged{"the picture is damaged or truncated"};
+const Unreadable in_colour{"is in colour; only grey pictures are read, convert it first"};
+const Unreadable odd_samples{"has samples that are not read; save it in grey with 8 or 16 bits"};
+
+// --- PNG. libpng reports errors by longjmp: what stands between setjmp and its calls has no destructors.
+
+struct PngSource {
+    const unsigned char* at;
+    const unsigned char* end;
+};
+
+void png_take(png_structp png, png_bytep to, png_size_t count) {
+    auto* source = static_cast<PngSource*>(png_get_io_ptr(png));
+    if (static_cast<png_size_t>(source->end - source->at) < count) png_error(png, "truncated");
+    std::memcpy(to, source->at, count);
+    source->at += count;
+}
+void png_fail(png_structp png, png_const_charp) {
+    png_longjmp(png, 1);
+}
+void png_ignore(png_structp, png_const_charp) {}
+
+struct PngHeader {
+    png_uint_32 columns, rows;
+    int depth, colour, interlace;
+};
+
+bool png_header(png_structp png, png_infop info, PngHeader* out) {
+    if (setjmp(png_jmpbuf(png))) return false;
+    png_read_info(png, info);
+    png_get_IHDR(png, info, &out->columns, &out->rows, &out->depth, &out->colour, &out->interlace, nullptr,
+                 nullptr);
+    return true;
+}
+
+bool png_samples(png_structp png, png_infop info, const PngHeader* header, unsigned char* to,
+                 std::size_t line) {
+    if (setjmp(png_jmpbuf(png))) return false;
+    if (header->depth == 16) png_set_swap(png);  // the file is big-endian
+    const int passes = png_set_interlace_handling(png);
+    for (int pass = 0; pass < passes; ++pass) {
+        for (png_uint_32 row = 0; row < header->rows; ++row) png_read_row(png, to + row * line, nullptr);
+    }
+    png_read_end(png, info);
+    return true;
+}
+
+Picture read_png(const std::filesystem::path& path, void* to) {
+    const Bytes bytes = content(path);
+    PngSource source{bytes.data(), bytes.data() + bytes.size()};
+    struct Reader {
+        png_structp png = png_create_read_struct(PNG_LIBPNG_VER_STRING, nullptr, png_fail, png_ignore);
+        png_infop info = png ? png_create_info_struct(png) : nullptr;
+        ~Reader() { png_destroy_read_struct(&png, &info, nullptr); }
+    } reader;
+    if (!reader.info) throw LimitError("libpng: no memory");
+    png_set_read_fn(reader.png, &source, png_take);
+    PngHeader header{};
+    if (!png_header(reader.png, reader.info, &header)) throw damaged;
+    if (header.colour != PNG_COLOR_TYPE_GRAY) throw in_colour;
+    if (header.depth != 8 && header.depth != 16) throw odd_samples;
+    const std::size_t line = header.columns * static_cast<std::size_t>(header.depth / 8);
+    if (to && !png_samples(reader.png, reader.info, &header, static_cast<unsigned char*>(to), line))
+        throw damaged;
+    return {header.columns, header.rows, 1, header.depth == 8 ? SampleType::uint8 : SampleType::uint16};
+}
+
+// --- JPEG, in the same way
+
+struct JpegErrors {
+    jpeg_error_mgr base;
+    std::jmp_buf out;
+};
+
+void jpeg_fail(j_common_ptr jpeg) {
+    std::longjmp(reinterpret_cast<JpegErrors*>(jpeg->err)->out, 1);
+}
+void jpeg_ignore(j_common_ptr) {}
+
+bool jpeg_decode(jpeg_decompress_struct* jpeg, JpegErrors* errors, const unsigned char* bytes,
+                 std::size_t size, unsigned char* to) {
+    if (setjmp(errors->out)) return false;
+    jpeg_mem_src(jpeg, bytes, static_cast<unsigned long>(size));
+    jpeg_read_header(jpeg, TRUE);
+    if (!to || jpeg->num_components != 1) return true;
+    jpeg_start_decompress(jpeg);
+    while (jpeg->output_scanline < jpeg->output_height) {
+        JSAMPROW row = to + static_cast<std::size_t>(jpeg->output_scanline) * jpeg->output_width;
+        jpeg_read_scanlines(jpeg, &row, 1);
+    }
+    jpeg_finish_decompress(jpeg);
+    return errors->base.num_warnings == 0;  // libjpeg fills up truncated pictures and only warns
+}
+
+Picture read_jpeg(const std::filesystem::path& path, void* to) {
+    const Bytes bytes = content(path);
+    JpegErrors errors{};
+    struct Decompress : jpeg_decompress_struct {
+        Decompress() : jpeg_decompress_struct{} {}
+        ~Decompress() { jpeg_destroy_decompress(this); }
+    } jpeg;
+    jpeg.err = jpeg_std_error(&errors.base);
+    errors.base.error_exit = jpeg_fail;
+    errors.base.output_message = jpeg_ignore;
+    jpeg_create_decompress(&jpeg);
+    if (!jpeg_decode(&jpeg, &errors, bytes.data(), bytes.size(), static_cast<unsigned char*>(to)))
+        throw damaged;
+    if (jpeg.num_components != 1) throw in_colour;
+    return {jpeg.image_width, jpeg.image_height, 1, SampleType::uint8};
+}
+
+// --- TIFF
+
+int tiff_ignore(TIFF*, void*, const char*, const char*, va_list) {
+    return 1;
+}  // 1: go no further, to stderr
+
+SampleType tiff_type(TIFF* tiff) {
+    std::uint16_t bits = 1, format = SAMPLEFORMAT_UINT, channels = 1, photometric = PHOTOMETRIC_MINISBLACK;
+    TIFFGetFieldDefaulted(tiff, TIFFTAG_BITSPERSAMPLE, &bits);
+    TIFFGetFieldDefaulted(tiff, TIFFTAG_SAMPLEFORMAT, &format);
+    TIFFGetFieldDefaulted(tiff, TIFFTAG_SAMPLESPERPIXEL, &channels);
+    TIFFGetFieldDefaulted(tiff, TIFFTAG_PHOTOMETRIC, &photometric);
+    if (channels != 1 || (photometric != PHOTOMETRIC_MINISBLACK && photometric != PHOTOMETRIC_MINISWHITE))
+        throw in_colour;
+    if (format == SAMPLEFORMAT_UINT && bits == 8) return SampleType::uint8;
+    if (format == SAMPLEFORMAT_UINT && bits == 16) return SampleType::uint16;
+    if (format == SAMPLEFORMAT_INT && bits == 8) return SampleType::int8;
+    if (format == SAMPLEFORMAT_INT && bits == 16) return SampleType::int16;
+    if (format == SAMPLEFORMAT_INT && bits == 32) return SampleType::int32;
+    if (format == SAMPLEFORMAT_IEEEFP && bits == 32) return SampleType::float32;
+    if (format == SAMPLEFORMAT_IEEEFP && bits == 64) return SampleType::float64;
+    throw odd_samples;
+}
+
+Picture read_tiff(const std::filesystem::path& path, void* to) {
+    size_of_file(path);
+    const std::unique_ptr<TIFFOpenOptions, void (*)(TIFFOpenOptions*)> options(TIFFOpenOptionsAlloc(),
+                                                                               TIFFOpenOptionsFree);
+    if (!options) throw LimitError("libtiff: no memory");
+    TIFFOpenOptionsSetErrorHandlerExtR(options.get(), tiff_ignore, nullptr);
+    TIFFOpenOptionsSetWarningHandlerExtR(options.get(), tiff_ignore, nullptr);
+    const std::unique_ptr<TIFF, void (*)(TIFF*)> tiff(TIFFOpenExt(path.c_str(), "r", options.get()),
+                                                      TIFFClose);
+    if (!tiff) throw damaged;
+
+    Picture out;
+    auto* line = static_cast<unsigned char*>(to);
+    for (out.pages = 0; out.pages == 0 || TIFFReadDirectory(tiff.get()); ++out.pages) {
+        std::uint32_t columns = 0, rows = 0;
+        TIFFGetField(tiff.get(), TIFFTAG_IMAGEWIDTH, &columns);
+        TIFFGetField(tiff.get(), TIFFTAG_IMAGELENGTH, &rows);
+        const SampleType type = tiff_type(tiff.get());
+        if (TIFFIsTiled(tiff.get())) throw Unreadable{"is tiled, which is not read; save it in strips"};
+        if (out.pages == 0) {
+            out.columns = columns;
+            out.rows = rows;
+            out.type = type;
+        } else if (out.columns != columns || out.rows != rows || out.type != type) {
+            throw Unreadable{"has pages that differ in size or sample type"};
+        }
+        const std::size_t size = columns * sample_size(type);
+        if (static_cast<std::size_t>(TIFFScanlineSize64(tiff.get())) != size) throw damaged;
+        for (std::uint32_t row = 0; to && row < rows; ++row, line += size) {
+            if (TIFFReadScanline(tiff.get(), line, row) != 1) throw damaged;
+        }
+        if (TIFFLastDirectory(tiff.get())) return ++out.pages, out;
+    }
+    throw damaged;  // a page is announced that is not there
+}
+
+// --- BMP: 8 bits with a grey palette, not compressed
+
+Picture read_bmp(const std::filesystem::path& path, void* to) {
+    const Bytes bytes = content(path);
+    const auto at = [&](std::size_t offset, std::size_t size) {
+        if (bytes.size() < offset + size) throw damaged;
+        std::uint32_t out = 0;
+        for (std::size_t i = 0; i < size; ++i)
+            out |= static_cast<std::uint32_t>(bytes[offset + i]) << (8 * i);
+        return out;
+    };
+    const std::size_t data = at(10, 4), header = at(14, 4);
+    if (header < 40 || header > 200) throw Unreadable{"is a kind of BMP that is not read"};
+    const auto columns = static_cast<std::int32_t>(at(18, 4)), rows = static_cast<std::int32_t>(at(22, 4));
+    const std::uint32_t bits = at(28, 2), compression = at(30, 4), used = at(46, 4);
+    if (bits == 24 || bits == 32) throw in_colour;
+    if (bits != 8 || compression != 0 || used > 256) throw odd_samples;
+    if (columns <= 0 || rows == 0 || rows == INT32_MIN) throw damaged;
+    std::array<unsigned char, 256> grey{};
+    for (std::size_t i = 0; i < (used ? used : 256); ++i) {
+        const std::uint32_t colour = at(14 + header + 4 * i, 4);
+        grey[i] = static_cast<unsigned char>(colour);
+        if ((colour & 0xff) != (colour >> 8 & 0xff) || (colour & 0xff) != (colour >> 16 & 0xff))
+            throw in_colour;
+    }
+    const std::size_t height = static_cast<std::size_t>(rows > 0 ? rows : -static_cast<std::int64_t>(rows));
+    const std::size_t width = static_cast<std::size_t>(columns), line = (width + 3) / 4 * 4;
+    if (data > bytes.size() || (bytes.size() - data) / line < height) throw damaged;
+    for (std::size_t row = 0; to && row < height; ++row) {
+        const std::size_t from =
+            rows > 0 ? height - 1 - row : row;  // upside down unless the height is negative
+        for (std::size_t i = 0; i < width; ++i)
+            static_cast<unsigned char*>(to)[row * width + i] = grey[bytes[data + from * line + i]];
+    }
+    return {columns, static_cast<std::int64_t>(height), 1, SampleType::uint8};
+}
+
+bool is_png(std::string_view head) {
+    return head.starts_with("\x89PNG\r\n\x1a\n");
+}
+bool is_jpeg(std::string_view head) {
+    return head.starts_with("\xff\xd8\xff");
+}
+bool is_bmp(std::string_view head) {
+    using namespace std::string_view_literals;
+    return head.starts_with("BM") && head.size() >= 10 && head.substr(6, 4) == "\0\0\0\0"sv;
+}
+
+}  // namespace
+
+bool is_tiff(std::string_view head) {
+    using namespace std::string_view_literals;
+    return head.starts_with("II*\0"sv) || head.starts_with("MM\0*"sv) || head.starts_with("II+\0"sv) ||
+           head.starts_with("MM\0+"sv);
+}
+
+bool is_picture(std::string_view head) {
+    return is_png(head) || is_tiff(head) || is_jpeg(head) || is_bmp(head);
+}
+
+Picture read_picture(const std::filesystem::path& path, void* to) {
+    const std::string head = head_of(path, 16);
+    try {
+        Picture out;
+        if (is_png(head))
+            out = read_png(path, to);
+        else if (is_tiff(head))
+            out = read_tiff(path, to);
+        else if (is_jpeg(head))
+            out = read_jpeg(path, to);
+        else if (is_bmp(head))
+            out = read_bmp(path, to);
+        else
+            throw Unreadable{"is not a PNG, TIFF, JPEG or BMP picture"};
+        // no compression that is read here makes more than 2000 bytes of one
+        if (static_cast<double>(out.columns) * static_cast<double>(out.rows) *
+                static_cast<double>(out.pages) * static_cast<double>(sample_size(out.type)) >
+            2000.0 * static_cast<double>(size_of_file(path))) {
+            throw Unreadable{"claims more samples than it can hold"};
+        }
+        return out;
+    } catch (const Unreadable& error) {
+        throw InputError(fmt::format("{}: {}", shown(path), error.why));
+    } catch (const std::bad_alloc&) {
+        throw LimitError(fmt::format("{}: the picture does not fit in memory", shown(path)));
+    }
+}
+
+}  // namespace marrow

@@ -1,0 +1,241 @@
+#include "read_dicom_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include <marrow/error.h>
+
+#include "byte_stream.h"
+#include "dicom_codec.h"
+#include "dicom_set.h"
+#include "header_text.h"
+
+namespace marrow {
+
+namespace {
+
+// Takes what the sets say about a frame: the file itself, or the frame's functional groups.
+void read_frame(DicomFrame& frame, const DicomSet& position, const DicomSet& orientation,
+                const DicomSet& measures, const DicomSet& rescale) {
+    if (const auto p = position.decimals(0x00200032, 3)) frame.position = Vec3d{(*p)[0], (*p)[1], (*p)[2]};
+    if (const auto o = orientation.decimals(0x00200037, 6)) {
+        frame.along_row = Vec3d{(*o)[0], (*o)[1], (*o)[2]};
+        frame.along_column = Vec3d{(*o)[3], (*o)[4], (*o)[5]};
+    }
+    // PixelSpacing is row spacing \ column spacing: the step down comes first
+    if (const auto s = measures.decimals(0x00280030, 2)) frame.spacing = {(*s)[1], (*s)[0]};
+    frame.thickness = measures.decimal(0x00180050);
+    const auto present = [&](DicomTag tag) -> std::optional<double> {
+        if (rescale.text(tag).empty()) return {};
+        return rescale.decimal(tag).value_or(NAN);
+    };
+    frame.intercept = present(0x00281052);
+    frame.slope = present(0x00281053);
+}
+
+// Each frame's own functional groups go before the shared ones, and those before the file itself.
+void read_frames(DicomFile& file, const DicomSet& set) {
+    const std::vector<DicomSet> per_frame = set.items(0x52009230);
+    const std::vector<DicomSet> shared = set.items(0x52009229);
+    if (!per_frame.empty() && per_frame.size() != file.frames.size()) {
+        throw InputError(
+            fmt::format("it describes {} frames and has {}", per_frame.size(), file.frames.size()));
+    }
+    const auto group = [&](std::size_t frame, DicomTag tag) {
+        if (!per_frame.empty()) {
+            if (auto own = per_frame[frame].items(tag); !own.empty()) return own[0];
+        }
+        if (!shared.empty()) {
+            if (auto common = shared[0].items(tag); !common.empty()) return common[0];
+        }
+        return set;
+    };
+    for (std::size_t i = 0; i < file.frames.size(); ++i) {
+        read_frame(file.frames[i], group(i, 0x00209113), group(i, 0x00209116), group(i, 0x00289110),
+                   group(i, 0x00289145));
+    }
+}
+
+// Text that may end up in messages: no control characters; letters beyond ASCII only where they are UTF-8.
+std::string readable(const DicomSet& set, DicomTag tag) {
+    const bool utf8 = set.text(0x00080005) == "ISO_IR 192";
+    std::string out = set.text(tag);
+    for (char& c : out) {
+        const auto byte = static_cast<unsigned char>(c);
+        if (byte < 0x20 || byte == 0x7f || (byte > 0x7f && !utf8)) c = '?';
+    }
+    return out;
+}
+
+const char* const deflated_syntax = "1.2.840.10008.1.2.1.99";
+
+bool is_plain_syntax(const std::string& uid) {
+    return uid.empty() || uid == "1.2.840.10008.1.2" || uid == "1.2.840.10008.1.2.1" ||
+           uid == "1.2.840.10008.1.2.2" || uid == deflated_syntax;
+}
+
+// Why the pixels of a file cannot be read; empty where they can.
+std::string refusal(const DicomFile& file, const DicomSet& set) {
+    const std::string photometric = set.text(0x00280004);
+    if (set.unsigned_short(0x00280002).value_or(1) != 1 ||
+        (!photometric.empty() && photometric != "MONOCHROME1" && photometric != "MONOCHROME2")) {
+        return fmt::format("is in colour ({}); only grey scans are read", shown(photometric));
+    }
+    if (set.has(0x00283000)) return "has a modality lookup table, which is not read";
+    if (file.bits_allocated != 8 && file.bits_allocated != 16 && file.bits_allocated != 32) {
+        return fmt::format("has {} bits per sample; 8, 16 or 32 are read", file.bits_allocated);
+    }
+    if (file.bits_stored < 1 || file.bits_stored > file.bits_allocated ||
+        file.high_bit < file.bits_stored - 1 || file.high_bit >= file.bits_allocated) {
+        return "has a pixel format that contradicts itself (BitsAllocated, BitsStored, HighBit)";
+    }
+    if (!is_plain_syntax(file.transfer_syntax) && !is_compressed_syntax(file.transfer_syntax)) {
+        return fmt::format("has pixels in the transfer syntax {}, which is not read",
+                           shown(file.transfer_syntax));
+    }
+    // what a byte can become: deflate gives at most 1032; an empty slice in JPEG 2000 is far smaller than its
+    // header
+    const double inflation = is_compressed_syntax(file.transfer_syntax) ? 20000
+                             : file.transfer_syntax == deflated_syntax  ? 1032
+                                                                        : 1;
+    const double claimed = static_cast<double>(file.columns * file.rows) *
+                           static_cast<double>(file.frames.size()) * file.bits_allocated / 8;
+    if (claimed > inflation * static_cast<double>(size_of_file(file.path))) {
+        return fmt::format("claims {:.0f} bytes of pixels and is too small for them; it is truncated",
+                           claimed);
+    }
+    if (file.frames.size() > 1 && !set.has(0x52009230)) {
+        return fmt::format("holds {} frames without a position for each", file.frames.size());
+    }
+    return {};
+}
+
+}  // namespace
+
+std::optional<DicomFile> read_dicom_header(const std::filesystem::path& path) {
+    const DicomBytes parsed = parse_dicom(path, false);
+    const DicomSet& set = parsed.set;
+    DicomFile file;
+    file.path = path;
+    file.columns = set.unsigned_short(0x00280011).value_or(0);
+    file.rows = set.unsigned_short(0x00280010).value_or(0);
+    if (file.columns == 0 || file.rows == 0 || parsed.pixels_at == 0) return {};
+    file.series_uid = readable(set, 0x0020000e);
+    file.frame_of_reference = set.text(0x00200052);
+    file.description = readable(set, 0x0008103e);
+    file.modality = readable(set, 0x00080060);
+    file.echo = set.text(0x00180086);
+    file.transfer_syntax = parsed.transfer_syntax;
+    file.localizer = set.text(0x00080008).find("LOCALIZER") != std::string::npos;
+    file.bits_allocated = set.unsigned_short(0x00280100).value_or(0);
+    file.bits_stored = set.unsigned_short(0x00280101).value_or(file.bits_allocated);
+    file.high_bit = set.unsigned_short(0x00280102).value_or(file.bits_stored - 1);
+    file.is_signed = set.unsigned_short(0x00280103).value_or(0) == 1;
+
+    const double claimed = set.decimal(0x00280008).value_or(1);
+    if (!(claimed >= 1) || claimed > 1e5)
+        throw InputError(fmt::format("{}: claims {} frames", shown(path), claimed));
+    file.frames.resize(static_cast<std::size_t>(claimed));
+    file.refusal = refusal(file, set);
+    try {
+        read_frames(file, set);
+    } catch (const InputError& error) {
+        throw InputError(fmt::format("{}: {}", shown(path), error.what()));
+    }
+    return file;
+}
+
+namespace {
+
+// Takes the stored bits out of each cell of type T, and extends the sign: the other bits can hold anything.
+template <class T>
+void unpack(const char* cells, std::size_t count, int bits, int high_bit, bool is_signed, std::int32_t* out) {
+    const int drop = high_bit + 1 - bits;
+    const std::uint32_t mask = bits == 32 ? ~0u : (1u << bits) - 1;
+    const std::uint32_t sign = 1u << (bits - 1);
+    std::uint32_t beyond = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+        T cell;
+        std::memcpy(&cell, cells + i * sizeof(T), sizeof(T));
+        std::uint32_t value = (static_cast<std::uint32_t>(cell) >> drop) & mask;
+        if (is_signed)
+            value = (value ^ sign) - sign;
+        else
+            beyond |= value >> 31;
+        out[i] = static_cast<std::int32_t>(value);
+    }
+    if (beyond) throw InputError("has samples beyond 2^31, which are not read");
+}
+
+void unpack_cells(const char* cells, std::size_t count, int cell_size, int bits, int high_bit, bool is_signed,
+                  std::int32_t* out) {
+    if (cell_size == 1)
+        unpack<std::uint8_t>(cells, count, bits, high_bit, is_signed, out);
+    else if (cell_size == 2)
+        unpack<std::uint16_t>(cells, count, bits, high_bit, is_signed, out);
+    else
+        unpack<std::uint32_t>(cells, count, bits, high_bit, is_signed, out);
+}
+
+void decode_plain(const DicomFile& file, DicomBytes& parsed, Buffer<std::int32_t>& out) {
+    const std::size_t cell_size = static_cast<std::size_t>(file.bits_allocated) / 8;
+    const std::size_t needed = out.size() * cell_size;
+    const std::size_t held = std::min(parsed.bytes.size() - parsed.pixels_at, parsed.pixels_size.value_or(0));
+    if (held < needed)
+        throw InputError(fmt::format("has {} bytes of pixels instead of {}; it is truncated", held, needed));
+    char* cells = parsed.bytes.data() + parsed.pixels_at;
+    if (parsed.encoding.big_endian && parsed.pixels_are_words) {
+        for (std::size_t i = 0; i + 1 < held; i += 2) std::swap(cells[i], cells[i + 1]);
+    }
+    unpack_cells(cells, out.size(), static_cast<int>(cell_size), file.bits_stored, file.high_bit,
+                 file.is_signed, out.data());
+}
+
+void decode_compressed(const DicomFile& file, const DicomBytes& parsed, Buffer<std::int32_t>& out) {
+    if (file.high_bit != file.bits_stored - 1)
+        throw InputError("has compressed samples whose high bit is not the top one");
+    const auto parts = fragments(parsed);  // the first is the offset table
+    const std::size_t frames = file.frames.size();
+    if (parts.size() < 2) throw InputError("has no pixels");
+    const std::size_t area = out.size() / frames;
+    for (std::size_t i = 0; i < frames; ++i) {
+        std::string stream;
+        if (frames == 1) {
+            for (std::size_t part = 1; part < parts.size(); ++part) stream += parts[part];
+        } else if (parts.size() == frames + 1) {
+            stream = parts[i + 1];
+        } else {
+            throw InputError(
+                fmt::format("has {} frames in {} fragments, which is not read", frames, parts.size() - 1));
+        }
+        const DecodedFrame frame = decode_frame(file.transfer_syntax, stream, file.columns, file.rows,
+                                                file.bits_allocated, file.bits_stored, file.is_signed);
+        unpack_cells(frame.cells.data(), area, frame.cell_size, frame.bits, frame.bits - 1, file.is_signed,
+                     out.data() + i * area);
+    }
+}
+
+}  // namespace
+
+Buffer<std::int32_t> decode_dicom(const DicomFile& file) {
+    if (!file.refusal.empty()) throw InputError(fmt::format("{}: {}", shown(file.path), file.refusal));
+    DicomBytes parsed = parse_dicom(file.path, true);
+    try {
+        const std::size_t count = static_cast<std::size_t>(file.columns * file.rows) * file.frames.size();
+        Buffer<std::int32_t> out(count);
+        if (parsed.pixels_size)
+            decode_plain(file, parsed, out);
+        else
+            decode_compressed(file, parsed, out);
+        return out;
+    } catch (const InputError& error) {
+        throw InputError(fmt::format("{}: {}", shown(file.path), error.what()));
+    } catch (const std::bad_alloc&) {
+        throw LimitError(fmt::format("{}: does not fit in memory", shown(file.path)));
+    }
+}
+
+}  // namespace marrow

@@ -1,0 +1,189 @@
+#include "read_raw.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <type_traits>
+
+#include <marrow/error.h>
+
+#include "byte_stream.h"
+#include "header_text.h"
+
+namespace marrow {
+
+namespace {
+
+// Calls `f` with a value of the C++ type of `type`.
+template <class F>
+auto with_stored_type(StoredType type, F&& f) {
+    switch (type) {
+        case StoredType::uint8:
+            return f(std::uint8_t{});
+        case StoredType::int8:
+            return f(std::int8_t{});
+        case StoredType::uint16:
+            return f(std::uint16_t{});
+        case StoredType::int16:
+            return f(std::int16_t{});
+        case StoredType::uint32:
+            return f(std::uint32_t{});
+        case StoredType::int32:
+            return f(std::int32_t{});
+        case StoredType::uint64:
+            return f(std::uint64_t{});
+        case StoredType::int64:
+            return f(std::int64_t{});
+        case StoredType::float32:
+            return f(float{});
+        case StoredType::float64:
+            return f(double{});
+    }
+    throw InputError("unknown sample type");
+}
+
+std::size_t stored_size(StoredType type) {
+    return with_stored_type(type, [](auto v) { return sizeof v; });
+}
+
+template <class Word, class Swap>
+void swap_words(void* data, std::size_t count, Swap&& swap) {
+    auto* words = static_cast<Word*>(data);
+    for (std::size_t i = 0; i < count; ++i) words[i] = swap(words[i]);
+}
+
+void swap_bytes(void* data, std::size_t count, std::size_t size) {
+    if (size == 2)
+        swap_words<std::uint16_t>(data, count, [](std::uint16_t w) { return __builtin_bswap16(w); });
+    if (size == 4)
+        swap_words<std::uint32_t>(data, count, [](std::uint32_t w) { return __builtin_bswap32(w); });
+    if (size == 8)
+        swap_words<std::uint64_t>(data, count, [](std::uint64_t w) { return __builtin_bswap64(w); });
+}
+
+template <class S, class T>
+void convert(const S* from, T* to, std::size_t count, const RawImage& image) {
+    constexpr bool may_round = std::is_integral_v<S> && sizeof(S) == 8;
+    for (std::size_t i = 0; i < count; ++i) {
+        const auto value = static_cast<double>(from[i]);
+        if constexpr (may_round) {
+            if (std::abs(value) >= 9007199254740992.0) {  // 2^53
+                throw InputError(
+                    fmt::format("{}: a 64-bit sample is beyond 2^53 and cannot be kept exactly; "
+                                "convert the file to a smaller type",
+                                shown(image.files[0])));
+            }
+        }
+        to[i] = static_cast<T>(image.slope * value + image.intercept);
+    }
+}
+
+// Refuses headers that claim more than their files can hold, before memory is spent on them.
+// Returns how many bytes each file holds.
+std::uint64_t checked_share(const RawImage& image) {
+    // What deflate can make of a byte: 258 bytes of a repeated match from two bits.
+    constexpr double most_inflation = 1032;
+
+    const double samples = static_cast<double>(image.geometry.dims[0]) *
+                           static_cast<double>(image.geometry.dims[1]) *
+                           static_cast<double>(image.geometry.dims[2]);
+    const double share =
+        samples * static_cast<double>(stored_size(image.type)) / static_cast<double>(image.files.size());
+    for (const auto& path : image.files) {
+        const double held = static_cast<double>(size_of_file(path)) -
+                            static_cast<double>(std::max<std::int64_t>(image.file_offset, 0));
+        const double needed = share + static_cast<double>(image.data_offset);
+        if (needed > (image.compressed ? held * most_inflation : held)) {
+            throw InputError(
+                fmt::format("{}: the header claims {:.0f} bytes of samples but the file holds {:.0f}; "
+                            "it is truncated or not what the header describes",
+                            shown(path), share, std::max(held, 0.0)));
+        }
+    }
+    check_geometry(image.geometry);
+    const auto count = static_cast<std::uint64_t>(image.geometry.sample_count());
+    if (count % image.files.size() != 0) {
+        throw InputError(fmt::format("{}: {} data files do not share {} samples evenly",
+                                     shown(image.files[0]), image.files.size(), count));
+    }
+    return count / image.files.size() * stored_size(image.type);
+}
+
+}  // namespace
+
+void set_columns(Geometry& geometry, const Mat3d& m) {
+    for (int axis = 0; axis < 3; ++axis) {
+        const double length = std::hypot(m[0][axis], m[1][axis], m[2][axis]);
+        geometry.spacing[axis] = length;
+        for (int row = 0; row < 3; ++row)
+            geometry.direction[row][axis] = length > 0 ? m[row][axis] / length + 0.0 : 0;  // + 0.0: no -0
+    }
+}
+
+SampleType loaded_type(const RawImage& image) {
+    const bool rescaled = image.slope != 1 || image.intercept != 0;
+    switch (image.type) {
+        case StoredType::uint8:
+            return rescaled ? SampleType::float32 : SampleType::uint8;
+        case StoredType::int8:
+            return rescaled ? SampleType::float32 : SampleType::int8;
+        case StoredType::uint16:
+            return rescaled ? SampleType::float32 : SampleType::uint16;
+        case StoredType::int16:
+            return rescaled ? SampleType::float32 : SampleType::int16;
+        case StoredType::int32:
+            return rescaled ? SampleType::float64 : SampleType::int32;
+        case StoredType::float32:
+            return SampleType::float32;
+        default:
+            return SampleType::float64;
+    }
+}
+
+Volume load_raw(const RawImage& image, const Progress& progress) {
+    const std::uint64_t share = checked_share(image);
+    Volume volume(image.geometry, loaded_type(image));
+
+    const std::size_t stored = stored_size(image.type);
+    const std::size_t kept = sample_size(volume.type());
+    const bool as_is = image.slope == 1 && image.intercept == 0 && image.type != StoredType::uint32 &&
+                       image.type != StoredType::uint64 && image.type != StoredType::int64;
+    const bool swap = image.big_endian != (std::endian::native == std::endian::big);
+    constexpr std::size_t chunk_samples = std::size_t{1} << 20;
+    std::vector<std::byte> chunk(as_is ? 0 : chunk_samples * stored);
+
+    auto* out = static_cast<std::byte*>(volume.data());
+    const std::size_t total = volume.bytes() / kept;
+    std::size_t done = 0;
+    report(progress, 0);
+    for (const auto& path : image.files) {
+        const std::uint64_t offset = image.file_offset >= 0 ? static_cast<std::uint64_t>(image.file_offset)
+                                                            : size_of_file(path) - share;
+        ByteStream stream(path, image.compressed ? Compression::zlib : Compression::none, offset);
+        stream.skip(static_cast<std::uint64_t>(image.data_offset));
+        for (std::size_t left = share / stored; left > 0;) {
+            const std::size_t count = std::min(left, chunk_samples);
+            std::byte* to = as_is ? out + done * kept : chunk.data();
+            stream.read(to, count * stored);
+            if (swap) swap_bytes(to, count, stored);
+            if (!as_is) {
+                with_stored_type(image.type, [&]<class S>(S) {
+                    const auto* from = reinterpret_cast<const S*>(chunk.data());
+                    if (volume.type() == SampleType::float32)
+                        convert(from, volume.samples<float>() + done, count, image);
+                    else
+                        convert(from, volume.samples<double>() + done, count, image);
+                });
+            }
+            done += count;
+            left -= count;
+            report(progress, static_cast<double>(done) / static_cast<double>(total));
+        }
+        stream.verify_end();
+    }
+    return volume;
+}
+
+}  // namespace marrow

@@ -1,0 +1,48 @@
+// Samples that lie in a file as they are in memory, or gzipped: what NIfTI, NRRD and MetaImage come down to.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <marrow/scan_io.h>
+
+namespace marrow {
+
+/// The types a file can hold. Those that a Volume has not become float64, exactly or not at all.
+enum class StoredType { uint8, int8, uint16, int16, uint32, int32, uint64, int64, float32, float64 };
+
+/// What a header says, checked for sense but not yet against the data.
+struct RawImage {
+    Geometry geometry;        ///< in LPS
+    bool has_spacing = true;  ///< false: the spacing is 1 for want of a better one
+    StoredType type = StoredType::uint8;
+    bool big_endian = false;
+    bool compressed = false;                   ///< gzip or zlib
+    std::vector<std::filesystem::path> files;  ///< in order, of equal shares
+    std::int64_t file_offset =
+        0;  ///< bytes before the (compressed) data in each file; -1: they end with the file
+    std::int64_t data_offset = 0;  ///< bytes before the samples, counted after decompression
+    double slope = 1;              ///< value = slope * stored + intercept
+    double intercept = 0;
+    std::vector<std::string> warnings;
+};
+
+/// What the three headers say. \throw IoError, InputError, GeometryError.
+RawImage read_nifti_header(const std::filesystem::path& path);
+RawImage read_nrrd_header(const std::filesystem::path& path);
+RawImage read_metaimage_header(const std::filesystem::path& path);
+
+/// Reads the samples. The type stays as stored; where slope and intercept ask for it, and for types that a
+/// Volume has not, it is float32 or, where float32 would not be exact, float64. \throw InputError where the
+/// files are smaller than the header claims, before memory is allocated.
+Volume load_raw(const RawImage& image, const Progress& progress);
+
+/// The type load_raw will give.
+SampleType loaded_type(const RawImage& image);
+
+/// Sets spacing and direction from the columns of an index-to-millimetre matrix, where not all zero.
+void set_columns(Geometry& geometry, const Mat3d& index_to_physical);
+
+}  // namespace marrow

@@ -1,0 +1,180 @@
+// What an input is, and who reads it.
+#include <marrow/scan_io.h>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include <marrow/error.h>
+
+#include "byte_stream.h"
+#include "dicom_set.h"
+#include "header_text.h"
+#include "read_dicom.h"
+#include "read_pictures.h"
+#include "read_raw.h"
+
+namespace marrow {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Input {
+    std::string format;           // as in the table of scan_io.h
+    std::vector<fs::path> files;  // of a folder, those that matter
+    fs::path wanted;              // DICOM: the one file that was named
+};
+
+constexpr std::size_t head_size = 352;
+
+// The format of a file by its first bytes, else by its name; empty where neither tells.
+std::string format_of(const fs::path& path) {
+    const std::string head = head_of(path, head_size);
+    if (head.starts_with("NRRD000")) return "NRRD";
+    if (is_tiff(head)) return "TIFF";
+    if (is_picture(head)) return "slices";
+    if (head.size() >= 132 && head.compare(128, 4, "DICM") == 0) return "DICOM";
+    const std::string end = ending(path);
+    if (end == ".nii" || end == ".nii.gz" || end == ".hdr" || end == ".hdr.gz" || end == ".img" ||
+        end == ".img.gz")
+        return "NIfTI";
+    if (end == ".nrrd" || end == ".nhdr") return "NRRD";
+    if (end == ".mha" || end == ".mhd") return "MetaImage";
+    if (end == ".dcm" || end == ".dicom" || end == ".ima" || is_dicom(head)) return "DICOM";
+    return "";
+}
+
+fs::path folder_of(const fs::path& file) {
+    return file.has_parent_path() ? file.parent_path() : fs::path(".");
+}
+
+// Regular files in a folder, in a fixed order.
+std::vector<fs::path> files_in(const fs::path& folder, bool nested) {
+    std::vector<fs::path> out;
+    const auto add = [&](const fs::directory_entry& entry) {
+        std::error_code ignored;
+        if (entry.is_regular_file(ignored)) out.push_back(entry.path());
+    };
+    try {
+        if (nested) {
+            for (const auto& entry : fs::recursive_directory_iterator(folder)) add(entry);
+        } else {
+            for (const auto& entry : fs::directory_iterator(folder)) add(entry);
+        }
+    } catch (const fs::filesystem_error& error) {
+        throw IoError(fmt::format("{}: cannot be listed: {}", shown(folder), error.code().message()));
+    }
+    std::sort(out.begin(), out.end(), natural_less);
+    return out;
+}
+
+std::vector<fs::path> dicom_among(std::vector<fs::path> files) {
+    std::erase_if(files, [](const fs::path& file) { return !is_dicom(head_of(file, head_size)); });
+    return files;
+}
+
+Input identify_folder(const fs::path& folder) {
+    Input input{"DICOM", dicom_among(files_in(folder, true)), {}};
+    if (!input.files.empty()) return input;
+    input = {"slices", files_in(folder, false), {}};
+    const std::size_t all = input.files.size();
+    std::erase_if(input.files, [](const fs::path& file) { return !is_picture(head_of(file, head_size)); });
+    if (!input.files.empty()) return input;
+    if (all == 0) throw InputError(fmt::format("{}: the folder holds no files", shown(folder)));
+    throw InputError(
+        fmt::format("{}: none of the folder's {} files is DICOM or a picture; name a NIfTI, NRRD or "
+                    "MetaImage file itself",
+                    shown(folder), all));
+}
+
+Input identify(const fs::path& path) {
+    std::error_code ignored;
+    if (fs::is_directory(path, ignored)) return identify_folder(path);
+    size_of_file(path);
+    const std::string format = format_of(path);
+    if (format.empty()) {
+        throw InputError(fmt::format(
+            "{}: is not a scan that can be read (DICOM, NIfTI, NRRD, MetaImage, TIFF, PNG)", shown(path)));
+    }
+    if (format != "DICOM") return {format, {path}, {}};
+    if (!is_dicom(head_of(path, head_size)))
+        throw InputError(fmt::format("{}: is not a DICOM file", shown(path)));
+    // one file stands for its series, whose other files are beside it
+    Input input{format, dicom_among(files_in(folder_of(path), false)), {}};
+    for (const fs::path& file : input.files) {
+        if (fs::equivalent(file, path, ignored)) input.wanted = file;
+    }
+    return input;
+}
+
+RawImage read_raw_header(const Input& input, const ScanOptions& options) {
+    const fs::path& path = input.files[0];
+    RawImage image = input.format == "NIfTI"  ? read_nifti_header(path)
+                     : input.format == "NRRD" ? read_nrrd_header(path)
+                                              : read_metaimage_header(path);
+    if (image.has_spacing && options.spacing) {
+        throw InputError(fmt::format("{}: has a spacing of its own; do not give one", shown(path)));
+    }
+    if (options.spacing) image.geometry.spacing = *options.spacing;
+    return image;
+}
+
+SeriesInfo series_of(const fs::path& path, const Geometry& geometry, std::size_t files) {
+    return {"", path.filename().string(), "", geometry.dims, geometry.spacing, files};
+}
+
+[[noreturn]] void refuse_without_spacing(const fs::path& path) {
+    throw GeometryError(
+        fmt::format("{}: does not say how far apart its samples are; give it with --spacing X,Y,Z "
+                    "(options.spacing), in mm",
+                    shown(path)));
+}
+
+}  // namespace
+
+Volume read_scan(const fs::path& path, const ScanOptions& options, ScanInfo* info) {
+    const Input input = identify(path);
+    ScanInfo found;
+    found.format = input.format;
+    Volume volume;
+    if (input.format == "DICOM") {
+        if (options.spacing)
+            throw InputError(fmt::format("{}: DICOM has a spacing of its own; do not give one", shown(path)));
+        volume = load_dicom(input.files, input.wanted, options, found);
+    } else if (!options.series.empty()) {
+        throw InputError(fmt::format("{}: has no series to choose from", shown(path)));
+    } else if (input.format == "TIFF" || input.format == "slices") {
+        if (!options.spacing) refuse_without_spacing(path);
+        const PictureStack stack = read_picture_header(input.files, options);
+        found.series = series_of(path, stack.geometry, stack.files.size());
+        volume = load_pictures(stack, options);
+    } else {
+        const RawImage image = read_raw_header(input, options);
+        if (!image.has_spacing && !options.spacing) refuse_without_spacing(path);
+        found.series = series_of(path, image.geometry, image.files.size());
+        found.warnings = image.warnings;
+        volume = load_raw(image, options.progress);
+    }
+    if (info) *info = std::move(found);
+    return volume;
+}
+
+std::vector<SeriesInfo> list_series(const fs::path& path, std::string* format) {
+    const Input input = identify(path);
+    if (format) *format = input.format;
+    if (input.format == "DICOM") return list_dicom(input.files, {});
+    Geometry geometry;
+    bool has_spacing = false;
+    if (input.format == "TIFF" || input.format == "slices") {
+        geometry = read_picture_header(input.files, {}).geometry;
+    } else {
+        const RawImage image = read_raw_header(input, {});
+        geometry = image.geometry;
+        has_spacing = image.has_spacing;
+    }
+    if (!has_spacing) geometry.spacing = {0, 0, 0};
+    return {series_of(path, geometry, input.files.size())};
+}
+
+}  // namespace marrow

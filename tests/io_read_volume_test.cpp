@@ -1,0 +1,622 @@
+// NIfTI, NRRD, MetaImage and pictures.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <numeric>
+
+#include <jpeglib.h>
+
+#include <marrow/error.h>
+
+#include "reading_checks.h"
+#include "scan_files.h"
+
+namespace marrow::test {
+namespace {
+
+using namespace std::string_literals;
+
+constexpr int nx = 4, ny = 3, nz = 2;
+
+std::vector<std::int16_t> samples() {
+    std::vector<std::int16_t> out(nx * ny * nz);
+    std::iota(out.begin(), out.end(), std::int16_t{-7});
+    return out;
+}
+
+NiftiWriter nifti() {
+    NiftiWriter out;
+    out.dim = {3, nx, ny, nz};
+    return out;
+}
+
+std::string nrrd(const std::string& fields, const std::string& encoding = "raw") {
+    return "NRRD0004\n# made by a test\ntype: short\ndimension: 3\nsizes: 4 3 2\nendian: little\nencoding: " +
+           encoding + "\n" + fields;
+}
+
+std::string metaimage(const std::string& fields, const std::string& file = "LOCAL") {
+    return "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\nDimSize = 4 3 "
+           "2\n"
+           "ElementType = MET_SHORT\n" +
+           fields + "ElementDataFile = " + file + "\n";
+}
+
+// --- geometry
+
+TEST(ReadGeometry, ShearedAndObliqueTheSameInNiftiNrrdAndMetaImage) {
+    // LPS columns: x (1.5, 0.2, 0), y (-0.1, 0.9, 0.3), z (0.4, 0, -2.5): oblique, sheared, mirrored
+    const Vec3d origin{-12.5, 30.25, 7}, corner{-12.5 + 4.5 - 0.2 + 0.4, 30.25 + 0.6 + 1.8, 7 + 0.6 - 2.5};
+    TemporaryFolder folder;
+    NiftiWriter n = nifti();
+    n.sform_code = 1;
+    n.srow = {{{-1.5f, 0.1f, -0.4f, 12.5f}, {-0.2f, -0.9f, 0, -30.25f}, {0, 0.3f, -2.5f, 7}}};
+    const std::string data = bytes_of(samples());
+    const std::vector<fs::path> same = {
+        write_file(folder / "a.nii", n.header() + data),
+        write_file(
+            folder / "b.nrrd",
+            nrrd("space: left-posterior-superior\nspace directions: (1.5,0.2,0) (-0.1,0.9,0.3) (0.4,0,-2.5)\n"
+                 "space origin: (-12.5,30.25,7)\n\n") +
+                data),
+        write_file(folder / "c.nrrd", nrrd("space: right-anterior-superior\nspace directions: (-1.5,-0.2,0) "
+                                           "(0.1,-0.9,0.3) (-0.4,0,-2.5)\n"
+                                           "space origin: (12.5,-30.25,7)\n\n") +
+                                          data),
+        write_file(folder / "d.nrrd",
+                   nrrd("space: LAS\nspace directions: (1.5,-0.2,0) (-0.1,-0.9,0.3) (0.4,0,-2.5)\n"
+                        "space origin: (-12.5,-30.25,7)\n\n") +
+                       data),
+        write_file(folder / "e.mha",
+                   metaimage("TransformMatrix = 1.5 0.2 0 -0.1 0.9 0.3 0.4 0 -2.5\nOffset = -12.5 30.25 7\n"
+                             "ElementSpacing = 1 1 1\n") +
+                       data)};
+    for (const auto& path : same) {
+        SCOPED_TRACE(path.filename());
+        ScanInfo info;
+        const Volume v = read_scan(path, {}, &info);
+        EXPECT_EQ(samples_of<std::int16_t>(v), samples());
+        expect_at(v.geometry(), {0, 0, 0}, origin, 1e-5);
+        expect_at(v.geometry(), {3, 2, 1}, corner, 1e-5);
+        EXPECT_NEAR(v.geometry().spacing[2], std::hypot(0.4, 2.5), 1e-6);
+        EXPECT_TRUE(info.warnings.empty());
+    }
+}
+
+TEST(ReadNifti, SformGoesBeforeQformAndQformBeforeSpacing) {
+    TemporaryFolder folder;
+    NiftiWriter n = nifti();
+    n.pixdim = {-1, 2, 3, 4};  // qfac -1
+    n.quaternion = {0, 0, 1};  // half a turn about z
+    n.offset = {10, 20, 30};
+    n.srow = {{{1, 0, 0, 1}, {0, 1, 0, 2}, {0, 0, 1, 3}}};
+    n.qform_code = n.sform_code = 1;
+    const auto read = [&](ScanInfo* info = nullptr) {
+        return read_scan(write_file(folder / "n.nii", n.header() + bytes_of(samples())), {}, info).geometry();
+    };
+    expect_at(read(), {1, 1, 1}, {-2, -3, 4}, 1e-6);
+    n.sform_code = 0;
+    expect_at(read(), {1, 1, 1}, {-(10 - 2), -(20 - 3), 30 - 4}, 1e-6);
+    n.qform_code = 0;
+    ScanInfo info;
+    expect_at(read(&info), {1, 1, 1}, {-2, -3, 4}, 1e-6);
+    ASSERT_EQ(info.warnings.size(), 1u);
+    contains(info.warnings[0], "neither sform nor qform");
+}
+
+TEST(ReadNifti, UnitsOfLength) {
+    TemporaryFolder folder;
+    NiftiWriter n = nifti();
+    n.units = 3;  // micrometres
+    n.pixdim = {1, 500, 500, 2000};
+    const Geometry g = read_scan(write_file(folder / "n.nii", n.header() + bytes_of(samples()))).geometry();
+    EXPECT_NEAR(g.spacing[2], 2, 1e-9);
+}
+
+TEST(ReadNrrd, SpacingsAndMinsWithoutASpace) {
+    TemporaryFolder folder;
+    const auto read = [&](const std::string& fields) {
+        return read_scan(write_file(folder / "n.nrrd", nrrd(fields) + "\n" + bytes_of(samples()))).geometry();
+    };
+    expect_at(read("spacings: 2 3 4\naxis mins: 10 20 30\n"), {1, 1, 1}, {12, 23, 34});
+    expect_at(read("spacings: 2 3 4\naxis mins: 10 20 30\ncenters: cell cell node\n"), {0, 0, 0},
+              {11, 21.5, 30});
+    expect_at(read("space: LPS\nspace units: \"um\" \"um\" \"um\"\nspace directions: (500,0,0) (0,500,0) "
+                   "(0,0,1000)\nspace origin: (1000,0,0)\n"),
+              {1, 0, 1}, {1.5, 0, 1});
+}
+
+TEST(ReadNrrd, LeftHandedSpaceIsNotMirrored) {
+    TemporaryFolder folder;
+    ScanInfo info;
+    const auto read = [&](const std::string& space) {
+        return read_scan(write_file(folder / "n.nrrd",
+                                    nrrd("space: " + space + "\nspacings: 2 3 4\n\n") + bytes_of(samples())),
+                         {}, &info)
+            .geometry();
+    };
+    expect_at(read("3D-left-handed"), {1, 1, 1}, {2, 3, -4});
+    contains(info.warnings.at(0), "does not say how the patient lies");
+    expect_at(read("3D-right-handed"), {1, 1, 1}, {2, 3, 4});
+    contains(info.warnings.at(0), "does not say how the patient lies");
+}
+
+TEST(ReadGeometry, WithoutASpacingOneMustBeGivenAndOnlyThen) {
+    TemporaryFolder folder;
+    ScanOptions options;
+    options.spacing = Vec3d{0.5, 0.5, 2};
+    const fs::path bare = write_file(folder / "n.nrrd", nrrd("\n") + bytes_of(samples()));
+    const fs::path bare_too = write_file(folder / "m.mha", metaimage("") + bytes_of(samples()));
+    for (const auto& path : {bare, bare_too}) {
+        contains(refusal<GeometryError>(path), "--spacing");
+        EXPECT_EQ(read_scan(path, options).geometry().spacing[2], 2);
+    }
+    const fs::path own = write_file(folder / "n.nii", nifti().header() + bytes_of(samples()));
+    contains(refusal<InputError>(own, options), "spacing of its own");
+}
+
+TEST(ReadGeometry, BadNumbersAreRefused) {
+    TemporaryFolder folder;
+    NiftiWriter zero = nifti(), negative = nifti(), infinite = nifti(), singular = nifti();
+    zero.pixdim[2] = 0;
+    negative.dim[2] = -3;
+    infinite.pixdim[1] = INFINITY;
+    singular.sform_code = 1;
+    for (const auto& n : {zero, negative, infinite, singular}) {
+        refusal<InputError>(write_file(folder / "n.nii", n.header() + bytes_of(samples())));
+    }
+    for (const char* fields :
+         {"spacings: 0 1 1\n", "spacings: 1 inf 1\n", "spacings: -1 1 1\n", "spacings: 1 1\n",
+          "spacings: 1 x 1\n", "space: LPS\nspace directions: (1,0,0) (1,0,0) (0,0,1)\n",
+          "space: left-up\nspacings: 1 1 1\n"}) {
+        SCOPED_TRACE(fields);
+        refusal<InputError>(write_file(folder / "n.nrrd", nrrd(fields) + "\n" + bytes_of(samples())));
+    }
+    for (const char* fields :
+         {"ElementSpacing = 0 1 1\n", "ElementSpacing = 1 nan 1\n", "ElementSpacing = 1 1\n",
+          "ElementSpacing = 1 1 1\nTransformMatrix = 1 0 0 1 0 0 0 0 1\n"}) {
+        SCOPED_TRACE(fields);
+        refusal<InputError>(write_file(folder / "m.mha", metaimage(fields) + bytes_of(samples())));
+    }
+}
+
+// --- samples
+
+template <class T>
+void expect_nifti_type(std::int16_t datatype, bool big_endian) {
+    TemporaryFolder folder;
+    NiftiWriter n = nifti();
+    n.datatype = datatype;
+    n.big_endian = big_endian;
+    std::vector<T> values;
+    for (int i = 0; i < nx * ny * nz; ++i) values.push_back(static_cast<T>(i % 2 ? i * 1000003 : -i * 71));
+    const Volume v = read_scan(write_file(folder / "n.nii", n.header() + bytes_of(values, big_endian)));
+    EXPECT_EQ(samples_of<T>(v), values);
+}
+
+TEST(ReadNifti, TypesStayAsTheyAre) {
+    for (const bool big : {false, true}) {
+        expect_nifti_type<std::uint8_t>(2, big);
+        expect_nifti_type<std::int16_t>(4, big);
+        expect_nifti_type<std::int32_t>(8, big);
+        expect_nifti_type<float>(16, big);
+        expect_nifti_type<double>(64, big);
+        expect_nifti_type<std::int8_t>(256, big);
+        expect_nifti_type<std::uint16_t>(512, big);
+    }
+}
+
+TEST(ReadNifti, LargeIntegersBecomeExactDoublesOrAreRefused) {
+    TemporaryFolder folder;
+    NiftiWriter n = nifti();
+    n.datatype = 1024;
+    std::vector<std::int64_t> values(nx * ny * nz, 3);
+    values[5] = (std::int64_t{1} << 53) - 1;
+    const fs::path path = folder / "n.nii";
+    EXPECT_EQ(samples_of<double>(read_scan(write_file(path, n.header() + bytes_of(values))))[5],
+              9007199254740991.0);
+    values[5] += 2;
+    contains(refusal<InputError>(write_file(path, n.header() + bytes_of(values))), "2^53");
+    n.datatype = 768;
+    std::vector<std::uint32_t> words(nx * ny * nz, 4294967295u);
+    EXPECT_EQ(samples_of<double>(read_scan(write_file(path, n.header() + bytes_of(words))))[0], 4294967295.0);
+}
+
+TEST(ReadNifti, SlopeAndIntercept) {
+    TemporaryFolder folder;
+    NiftiWriter n = nifti();
+    const auto read = [&] {
+        return read_scan(write_file(folder / "n.nii", n.header() + bytes_of(samples())));
+    };
+    n.slope = 0, n.intercept = 5;
+    EXPECT_EQ(samples_of<std::int16_t>(read()), samples());
+    n.slope = 1, n.intercept = 0;
+    EXPECT_EQ(samples_of<std::int16_t>(read()), samples());
+    n.slope = NAN;
+    EXPECT_EQ(samples_of<std::int16_t>(read()), samples());
+    n.slope = 0.5, n.intercept = -1;
+    EXPECT_EQ(samples_of<float>(read())[0], -4.5f);
+    n.slope = INFINITY;
+    write_file(folder / "n.nii", n.header() + bytes_of(samples()));
+    contains(refusal<InputError>(folder / "n.nii"), "scl_slope");
+}
+
+TEST(ReadNifti, PairsAndGzip) {
+    TemporaryFolder folder;
+    NiftiWriter n = nifti();
+    const std::string data = bytes_of(samples());
+    EXPECT_EQ(
+        samples_of<std::int16_t>(read_scan(write_file(folder / "a.nii.gz", gzipped(n.header() + data)))),
+        samples());
+    n.pair = true;
+    write_file(folder / "b.hdr", n.header());
+    write_file(folder / "b.img", data);
+    EXPECT_EQ(samples_of<std::int16_t>(read_scan(folder / "b.hdr")), samples());
+    EXPECT_EQ(samples_of<std::int16_t>(read_scan(folder / "b.img")), samples());
+    write_file(folder / "c.hdr.gz", gzipped(n.header()));
+    contains(refusal<IoError>(folder / "c.hdr.gz"), ".img");
+    write_file(folder / "c.img.gz", gzipped(data));
+    EXPECT_EQ(samples_of<std::int16_t>(read_scan(folder / "c.hdr.gz")), samples());
+    EXPECT_EQ(samples_of<std::int16_t>(read_scan(folder / "c.img.gz")), samples());
+}
+
+TEST(ReadVolume, MoreThanOneValuePerPointIsRefused) {
+    TemporaryFolder folder;
+    NiftiWriter series = nifti(), colour = nifti(), complex = nifti();
+    series.dim = {4, nx, ny, nz, 2};
+    colour.datatype = 128;
+    complex.datatype = 32;
+    const std::string data(4096, '\1');
+    contains(refusal<InputError>(write_file(folder / "a.nii", series.header() + data)), "2 volumes");
+    contains(refusal<InputError>(write_file(folder / "a.nii", colour.header() + data)), "colour");
+    contains(refusal<InputError>(write_file(folder / "a.nii", complex.header() + data)), "complex");
+    contains(refusal<InputError>(write_file(
+                 folder / "b.nrrd",
+                 "NRRD0004\ntype: uchar\ndimension: 4\nsizes: 3 4 3 2\nencoding: raw\nspace: LPS\n"
+                 "kinds: vector domain domain domain\nspace directions: none (1,0,0) (0,1,0) (0,0,1)\n\n" +
+                     data)),
+             "one value per point");
+    contains(
+        refusal<InputError>(write_file(
+            folder / "c.mha", metaimage("ElementNumberOfChannels = 3\nElementSpacing = 1 1 1\n") + data)),
+        "one value per point");
+    // a fourth axis of one value is none
+    series.dim = {5, nx, ny, nz, 1, 1};
+    EXPECT_EQ(samples_of<std::int16_t>(
+                  read_scan(write_file(folder / "a.nii", series.header() + bytes_of(samples())))),
+              samples());
+}
+
+TEST(ReadNrrd, WaysToPlaceTheData) {
+    TemporaryFolder folder;
+    const std::string data = bytes_of(samples()), space = "spacings: 1 1 1\n";
+    write_file(folder / "data.raw", data);
+    write_file(folder / "later.raw", "twelve bytes" + data);
+    write_file(folder / "data.raw.gz", gzipped(data));
+    write_file(folder / "later.raw.gz", gzipped("twelve bytes" + data));
+    write_file(folder / "sub/s07.raw", data.substr(0, data.size() / 2));
+    write_file(folder / "sub/s08.raw", data.substr(data.size() / 2));
+    const std::vector<std::string> headers = {
+        nrrd(space + "data file: data.raw\n"),
+        nrrd(space + "datafile: ./data.raw"),  // no line end
+        nrrd(space + "byte skip: 12\ndata file: later.raw\n"),
+        nrrd(space + "byte skip: -1\ndata file: later.raw\n"),
+        nrrd(space + "data file: data.raw.gz\n", "gzip"),
+        nrrd(space + "byteskip: 12\ndata file: later.raw.gz\n", "gz"),
+        nrrd(space + "data file: sub/s%02d.raw 7 8 1\n"),
+        nrrd(space + "data file: LIST\nsub/s07.raw\nsub/s08.raw\n"),
+    };
+    for (const auto& header : headers) {
+        SCOPED_TRACE(header);
+        EXPECT_EQ(samples_of<std::int16_t>(read_scan(write_file(folder / "n.nhdr", header))), samples());
+    }
+    EXPECT_EQ(samples_of<std::int16_t>(read_scan(
+                  write_file(folder / "n.nrrd", nrrd(space + "key:=value\r\n\n", "gzip") + gzipped(data)))),
+              samples());
+    for (const char* encoding : {"ascii", "hex", "bzip2"}) {
+        contains(refusal<InputError>(
+                     write_file(folder / "n.nhdr", nrrd(space + "data file: data.raw\n", encoding))),
+                 encoding);
+    }
+    contains(refusal<IoError>(write_file(folder / "n.nhdr", nrrd(space + "data file: missing.raw\n"))),
+             "missing.raw");
+}
+
+TEST(ReadMetaImage, WaysToPlaceTheData) {
+    TemporaryFolder folder;
+    const std::string data = bytes_of(samples()), space = "ElementSpacing = 1 1 1\n";
+    write_file(folder / "data.raw", data);
+    write_file(folder / "later.raw", "twelve bytes" + data);
+    write_file(folder / "data.zraw", deflated(data, 15));
+    write_file(folder / "s1", data.substr(0, data.size() / 2));
+    write_file(folder / "s2", data.substr(data.size() / 2));
+    for (const auto& header :
+         {metaimage(space, "data.raw"), metaimage(space + "HeaderSize = 12\n", "later.raw"),
+          metaimage(space + "HeaderSize = -1\n", "later.raw"),
+          metaimage(space + "CompressedData = True\n", "data.zraw"), metaimage(space, "LIST\ns1\ns2")}) {
+        SCOPED_TRACE(header);
+        EXPECT_EQ(samples_of<std::int16_t>(read_scan(write_file(folder / "m.mhd", header))), samples());
+    }
+    EXPECT_EQ(samples_of<std::int16_t>(read_scan(write_file(
+                  folder / "m.mha", metaimage(space + "CompressedData = True\n") + deflated(data, 15)))),
+              samples());
+    contains(refusal<InputError>(
+                 write_file(folder / "m.mhd", metaimage(space + "BinaryData = False\n", "data.raw"))),
+             "text");
+}
+
+TEST(ReadVolume, DataOutsideTheHeadersFolderAreRefused) {
+    TemporaryFolder folder;
+    const fs::path outside = write_file(folder / "secret.raw", bytes_of(samples()));
+    for (const std::string& name : {"../secret.raw"s, outside.string(), "sub/../../secret.raw"s}) {
+        SCOPED_TRACE(name);
+        contains(refusal<InputError>(
+                     write_file(folder / "in/n.nhdr", nrrd("spacings: 1 1 1\ndata file: " + name + "\n"))),
+                 "not in the header's folder");
+        contains(refusal<InputError>(write_file(folder / "in/n.nhdr",
+                                                nrrd("spacings: 1 1 1\ndata file: LIST\n" + name + "\n"))),
+                 "not in the header's folder");
+        contains(
+            refusal<InputError>(write_file(folder / "in/m.mhd", metaimage("ElementSpacing = 1 1 1\n", name))),
+            "not in the header's folder");
+    }
+}
+
+TEST(ReadVolume, ClaimsBeyondTheFileAreRefusedAtOnce) {
+    TemporaryFolder folder;
+    NiftiWriter n = nifti();
+    n.dim = {3, 10000, 10000, 10000};
+    const std::string some(100, '\0');
+    const std::string sizes = "sizes: 10000 10000 10000\n";
+    const std::vector<fs::path> files = {
+        write_file(folder / "a.nii", n.header() + some),
+        write_file(folder / "a.nii.gz", gzipped(n.header() + some)),
+        write_file(folder / "b.nrrd",
+                   "NRRD0004\ntype: short\ndimension: 3\nendian: little\nspacings: 1 1 1\nencoding: raw\n" +
+                       sizes + "\n" + some),
+        write_file(folder / "c.nrrd",
+                   "NRRD0004\ntype: short\ndimension: 3\nendian: little\nspacings: 1 1 1\nencoding: gzip\n" +
+                       sizes + "\n" + gzipped(some)),
+        write_file(folder / "d.nrrd",
+                   "NRRD0004\ntype: short\ndimension: 3\nendian: little\nspacings: 1 1 1\nencoding: "
+                   "raw\nsizes: 4000000000000000 4000000000000000 4000000000000000\n\n" +
+                       some),
+        write_file(folder / "e.mha",
+                   "ObjectType = Image\nNDims = 3\nDimSize = 10000 10000 10000\nElementSpacing = 1 1 "
+                   "1\nElementType = MET_SHORT\nElementDataFile = LOCAL\n" +
+                       some)};
+    for (const auto& path : files) {
+        SCOPED_TRACE(path.filename());
+        contains(refusal<InputError>(path), "claims");
+    }
+}
+
+// --- pictures
+
+TEST(ReadPictures, FolderOfSlicesInNaturalOrder) {
+    TemporaryFolder folder;
+    ScanOptions options;
+    options.spacing = Vec3d{0.5, 0.5, 2};
+    std::vector<std::uint16_t> expected;
+    for (int k = 1; k <= 12; ++k) {  // "slice 2" comes before "slice 10"
+        const std::vector<std::uint16_t> slice = {1, 2, static_cast<std::uint16_t>(1000 * k), 4, 5, 65535};
+        write_file(folder / ("slice " + std::to_string(k) + ".png"), png(3, 2, slice));
+        expected.insert(expected.end(), slice.begin(), slice.end());
+    }
+    write_file(folder / "notes.txt", "not a slice");
+    contains(refusal<GeometryError>(folder.path()), "--spacing");
+    ScanInfo info;
+    const Volume v = read_scan(folder.path(), options, &info);
+    EXPECT_EQ(samples_of<std::uint16_t>(v), expected);
+    expect_at(v.geometry(), {2, 1, 11}, {1, 0.5, 22});
+    EXPECT_EQ(info.format, "slices");
+    EXPECT_EQ(info.series.files, 12u);
+
+    write_file(folder / "slice 5.png", png(2, 2, std::vector<std::uint16_t>{1, 2, 3, 4}));
+    contains(refusal<InputError>(folder.path(), options), "slice 5.png");
+}
+
+TEST(ReadPictures, EightBitsAndColour) {
+    TemporaryFolder folder;
+    ScanOptions options;
+    options.spacing = Vec3d{1, 1, 1};
+    const std::vector<std::uint8_t> grey = {0, 1, 2, 253, 254, 255};
+    EXPECT_EQ(samples_of<std::uint8_t>(read_scan(write_file(folder / "a.png", png(3, 2, grey)), options)),
+              grey);
+    contains(refusal<InputError>(write_file(folder / "b.png", png(2, 1, grey, 3)), options), "colour");
+}
+
+TEST(ReadPictures, TiffOfSeveralPages) {
+    TemporaryFolder folder;
+    ScanOptions options;
+    options.spacing = Vec3d{1, 1, 3};
+    const fs::path path =
+        write_file(folder / "t.tif", tiff(3, 2, {{1, 2, 3, 4, 5, 6}, {7, 8, 9, 10, 11, 65535}}));
+    testing::internal::CaptureStderr();
+    ScanInfo info;
+    const Volume v = read_scan(path, options, &info);
+    EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+    EXPECT_EQ(samples_of<std::uint16_t>(v),
+              (std::vector<std::uint16_t>{1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 65535}));
+    EXPECT_EQ(v.geometry().dims[2], 2);
+    EXPECT_EQ(info.format, "TIFF");
+    contains(refusal<GeometryError>(path), "--spacing");
+}
+
+// A BMP of 8 bits, rows from the bottom as usual.
+std::string bmp(int columns, int rows, const std::vector<std::uint8_t>& samples, bool colour) {
+    std::string palette, lines;
+    for (int i = 0; i < 256; ++i)
+        palette += bytes_of(static_cast<std::uint32_t>(i * (colour ? 0x000100 : 0x010101)));
+    for (int r = rows - 1; r >= 0; --r) {
+        std::string line(samples.begin() + r * columns, samples.begin() + (r + 1) * columns);
+        line.resize((line.size() + 3) / 4 * 4);
+        lines += line;
+    }
+    const std::uint32_t data = 14 + 40 + 1024;
+    return "BM" + bytes_of(static_cast<std::uint32_t>(data + lines.size())) + bytes_of(std::uint32_t{0}) +
+           bytes_of(data) + bytes_of(std::uint32_t{40}) + bytes_of(columns) + bytes_of(rows) +
+           bytes_of(std::uint16_t{1}) + bytes_of(std::uint16_t{8}) + std::string(24, '\0') + palette + lines;
+}
+
+TEST(ReadPictures, BmpRunsFromTheBottom) {
+    TemporaryFolder folder;
+    ScanOptions options;
+    options.spacing = Vec3d{1, 1, 1};
+    const std::vector<std::uint8_t> grey = {0, 1, 2, 253, 254, 255};
+    const std::string whole = bmp(3, 2, grey, false);
+    EXPECT_EQ(samples_of<std::uint8_t>(read_scan(write_file(folder / "a.bmp", whole), options)), grey);
+    refusal<InputError>(write_file(folder / "a.bmp", whole.substr(0, whole.size() - 1)), options);
+    contains(refusal<InputError>(write_file(folder / "a.bmp", bmp(3, 2, grey, true)), options), "colour");
+}
+
+std::string jpeg(int columns, int rows, std::uint8_t value) {
+    jpeg_compress_struct out{};
+    jpeg_error_mgr errors{};
+    out.err = jpeg_std_error(&errors);
+    jpeg_create_compress(&out);
+    unsigned char* bytes = nullptr;
+    unsigned long size = 0;
+    jpeg_mem_dest(&out, &bytes, &size);
+    out.image_width = static_cast<JDIMENSION>(columns);
+    out.image_height = static_cast<JDIMENSION>(rows);
+    out.input_components = 1;
+    out.in_color_space = JCS_GRAYSCALE;
+    jpeg_set_defaults(&out);
+    jpeg_start_compress(&out, TRUE);
+    std::vector<unsigned char> line(static_cast<std::size_t>(columns), value);
+    for (int r = 0; r < rows; ++r) {
+        JSAMPROW row = line.data();
+        jpeg_write_scanlines(&out, &row, 1);
+    }
+    jpeg_finish_compress(&out);
+    std::string whole(reinterpret_cast<char*>(bytes), size);
+    jpeg_destroy_compress(&out);
+    std::free(bytes);
+    return whole;
+}
+
+TEST(ReadPictures, JpegWholeOrNotAtAll) {
+    TemporaryFolder folder;
+    ScanOptions options;
+    options.spacing = Vec3d{1, 1, 1};
+    const std::string whole = jpeg(16, 24, 99);
+    EXPECT_EQ(samples_of<std::uint8_t>(read_scan(write_file(folder / "a.jpg", whole), options)),
+              std::vector<std::uint8_t>(16 * 24, 99));
+    for (std::size_t size = 0; size < whole.size(); ++size) {
+        write_file(folder / "a.jpg", whole.substr(0, size));
+        EXPECT_THROW(read_scan(folder / "a.jpg", options), InputError) << size;
+    }
+}
+
+// --- what cannot be read
+
+TEST(ReadScan, MissingEmptyAndForeign) {
+    TemporaryFolder folder;
+    contains(refusal<IoError>(folder / "nothing.nii"), "no such file");
+    fs::create_directory(folder / "empty");
+    contains(refusal<InputError>(folder / "empty"), "no files");
+    contains(refusal<InputError>(write_file(folder / "letter.nii", "Dear colleague")), "not a NIfTI file");
+    contains(refusal<InputError>(write_file(folder / "letter.nrrd", "Dear colleague")), "not a NRRD file");
+    contains(refusal<InputError>(write_file(folder / "letter.mha", "Dear colleague")),
+             "not a MetaImage file");
+    contains(refusal<InputError>(write_file(folder / "letter.txt", "Dear colleague")), "not a scan");
+    contains(refusal<InputError>(write_file(folder / "zero.nii", "")), "not a NIfTI file");
+    refusal<IoError>("/dev/null");
+    EXPECT_THROW(list_series(folder / "nothing.nii"), IoError);
+}
+
+TEST(ReadScan, NamesInMessagesAreEscaped) {
+    TemporaryFolder folder;
+    contains(refusal<InputError>(write_file(folder / "a\nb\x1b[31m.nii", "no")), "a\\x0ab\\x1b[31m.nii");
+}
+
+TEST(ReadScan, ListingNeedsNoSamples) {
+    TemporaryFolder folder;
+    std::string format;
+    const auto series = list_series(write_file(folder / "n.nii", nifti().header()), &format);
+    ASSERT_EQ(series.size(), 1u);
+    EXPECT_EQ(format, "NIfTI");
+    EXPECT_EQ(series[0].dims, (std::array<std::int64_t, 3>{nx, ny, nz}));
+}
+
+TEST(ReadScan, TruncatedAnywhereIsNeverReadAndNothingIsPrinted) {
+    TemporaryFolder folder;
+    const std::string data = bytes_of(samples());
+    const std::vector<std::pair<fs::path, std::string>> files = {
+        {folder / "a.nii", nifti().header() + data},
+        {folder / "b.nii.gz", gzipped(nifti().header() + data)},
+        {folder / "c.nrrd", nrrd("spacings: 1 1 1\n\n") + data},
+        {folder / "d.nrrd", nrrd("spacings: 1 1 1\n\n", "gzip") + gzipped(data)},
+        {folder / "e.mha", metaimage("ElementSpacing = 1 1 1\n") + data},
+        {folder / "f.mha", metaimage("ElementSpacing = 1 1 1\nCompressedData = True\n") + deflated(data, 15)},
+        {folder / "g.png", png(4, 3, std::vector<std::uint16_t>(12, 500))},
+        {folder / "h.tif", tiff(3, 2, {{1, 2, 3, 4, 5, 6}, {7, 8, 9, 10, 11, 12}})}};
+    testing::internal::CaptureStderr();
+    for (const auto& [path, whole] : files) {
+        SCOPED_TRACE(path.filename());
+        const bool picture = (path.extension() == ".png") || (path.extension() == ".tif");
+        ScanOptions options;
+        if (picture) options.spacing = Vec3d{1, 1, 1};
+        EXPECT_NO_THROW(read_scan(write_file(path, whole), options));
+        const std::size_t marks =
+            (path.extension() == ".png") ? 16 : 0;  // what follows a PNG's pixels: a checksum and an end
+        for (std::size_t size = 0; size + marks < whole.size(); ++size) {
+            write_file(path, whole.substr(0, size));
+            EXPECT_THROW(read_scan(path, options), Error) << size << " of " << whole.size();
+        }
+    }
+    EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+}
+
+TEST(ReadScan, FlippedBytesNeverCrash) {
+    TemporaryFolder folder;
+    std::uint32_t random = 7;
+    const auto next = [&] { return random = random * 1664525u + 1013904223u; };
+    const std::string data = bytes_of(samples());
+    const std::vector<std::pair<fs::path, std::string>> files = {
+        {folder / "a.nii", nifti().header() + data},
+        {folder / "b.nii.gz", gzipped(nifti().header() + data)},
+        {folder / "c.nrrd", nrrd("space: LPS\nspace directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: "
+                                 "(1,2,3)\nkinds: domain domain domain\n\n") +
+                                data},
+        {folder / "e.mha",
+         metaimage("ElementSpacing = 1 1 1\nOffset = 1 2 3\nTransformMatrix = 1 0 0 0 1 0 0 0 1\n") + data},
+        {folder / "g.png", png(4, 3, std::vector<std::uint16_t>(12, 500))},
+        {folder / "h.tif", tiff(3, 2, {{1, 2, 3, 4, 5, 6}, {7, 8, 9, 10, 11, 12}})}};
+    testing::internal::CaptureStderr();
+    for (const auto& [path, whole] : files) {
+        SCOPED_TRACE(path.filename());
+        for (int n = 0; n < 500; ++n) {
+            std::string bytes = whole;
+            for (int flip = 0; flip < 2; ++flip)
+                bytes[next() / 16 % bytes.size()] = static_cast<char>(next() >> 24);
+            write_file(path, bytes);
+            try {
+                ScanOptions options;
+                if (n % 2) options.spacing = Vec3d{1, 1, 1};
+                read_scan(path, options);
+            } catch (const Error&) {  // anything else fails the test
+            }
+        }
+    }
+    EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+}
+
+TEST(ReadScan, RawFilesReportProgressAndStop) {
+    TemporaryFolder folder;
+    NiftiWriter n;
+    n.dim = {3, 128, 128, 200};
+    const fs::path path =
+        write_file(folder / "n.nii", n.header() + std::string(std::size_t{2} * 128 * 128 * 200, '\1'));
+    int calls = 0;
+    ScanOptions options;
+    options.progress = [&](double) { return ++calls < 3; };
+    EXPECT_THROW(read_scan(path, options), Cancelled);
+    EXPECT_EQ(calls, 3);
+}
+
+}  // namespace
+}  // namespace marrow::test
