@@ -12,22 +12,31 @@ namespace marrow {
 /// Anterior, Superior.
 enum class Space { LPS, RAS };
 
+/// The formats that are written; see write_mesh.
+enum class MeshFormat { stl, ply, obj, vtp };
+
 struct MeshWriteOptions {
-    Space space = Space::LPS;
-    Progress progress = {};
+    Space space = Space::LPS;  ///< RAS negates x and y of points and normals
+    Progress progress = {};    ///< called while writing
 };
+
+/// The format that an ending (in either case) stands for. \throw InputError an unknown ending; the message
+/// lists them.
+MeshFormat mesh_format(const std::filesystem::path& output);
 
 /// Writes a mesh; the ending picks the format. The file appears whole or not at all, and an old one stays
 /// until then.
 ///
-/// | ending | format           | normals | says its space by     |
-/// | ------ | ---------------- | ------- | --------------------- |
-/// | .stl   | binary STL       | facet   | `SPACE=LPS` in header |
-/// | .ply   | binary PLY       | point   | comment               |
-/// | .obj   | text OBJ         | point   | comment               |
-/// | .vtp   | VTK XML PolyData | point   | field data            |
+/// | ending | format                                    | normals | says its space by                  |
+/// | ------ | ----------------------------------------- | ------- | ---------------------------------- |
+/// | .stl   | binary STL                                | facet   | `SPACE=LPS UNITS=mm` in its header |
+/// | .ply   | binary little-endian PLY, float32         | point   | the same in a comment              |
+/// | .obj   | text OBJ, digits that read back exactly   | point   | the same in a comment              |
+/// | .vtp   | VTK XML PolyData, appended raw, float32   | point   | string array SPACE in field data   |
 ///
-/// \throw InputError an unknown ending; IoError the system said no; Cancelled.
+/// The `SPACE` mark is the one 3D Slicer reads. Coordinates read back with the same bits from every format.
+/// \throw InputError an unknown ending, normals that do not match the points, or triangles that name none;
+/// LimitError more triangles than the format can count; IoError the system said no; Cancelled.
 void write_mesh(const Mesh& mesh, const std::filesystem::path& output, const MeshWriteOptions& options = {});
 
 }  // namespace marrow

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "check_mesh.h"
+#include "components.h"
 
 namespace marrow {
 
@@ -63,26 +64,14 @@ void count_edges(const Mesh& mesh, MeshMeasures& measures) {
     measures.euler_characteristic = measures.points - edges + measures.triangles;
 }
 
-// Union-find over points, with path halving.
-std::uint32_t find_root(std::vector<std::uint32_t>& parent, std::uint32_t p) {
-    while (parent[p] != p) p = parent[p] = parent[parent[p]];
-    return p;
-}
-
 std::int64_t count_components(const Mesh& mesh) {
-    std::vector<std::uint32_t> parent(mesh.points.size());
-    std::iota(parent.begin(), parent.end(), 0u);
     std::vector<bool> used(mesh.points.size(), false);
     for (const Triangle& t : mesh.triangles) {
         for (std::uint32_t p : t) used[p] = true;
-        for (std::size_t c = 1; c < 3; ++c) {
-            const std::uint32_t a = find_root(parent, t[0]), b = find_root(parent, t[c]);
-            // The lower index leads, so that chains stay short where points come in the order of space.
-            if (a != b) parent[std::max(a, b)] = std::min(a, b);
-        }
     }
+    const std::vector<std::uint32_t> lowest = internal::lowest_connected_points(mesh);
     std::int64_t components = 0;
-    for (std::uint32_t p = 0; p < parent.size(); ++p) components += used[p] && parent[p] == p;
+    for (std::uint32_t p = 0; p < lowest.size(); ++p) components += used[p] && lowest[p] == p;
     return components;
 }
 

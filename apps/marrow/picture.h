@@ -1,0 +1,26 @@
+// A rendered view of surfaces, for a first look and for front pages.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <vector>
+
+#include <marrow/mesh.h>
+
+namespace marrow {
+
+/// A surface in a picture.
+struct PictureSurface {
+    const Mesh* mesh;              ///< LPS millimetres, with normals
+    std::array<double, 3> colour;  ///< red, green, blue from 0 to 1
+    bool translucent;              ///< like glass, so that the surfaces inside show
+};
+
+/// Pictures are drawn by OpenGL through an X display. \throw IoError, with advice, where there is none.
+void require_display();
+
+/// Draws the surfaces from the patient's front left, head up, to a PNG file that appears whole or not at all.
+/// \throw IoError no display, or the file cannot be written
+void write_picture(const std::vector<PictureSurface>& surfaces, const std::filesystem::path& file);
+
+}  // namespace marrow

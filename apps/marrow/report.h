@@ -1,0 +1,45 @@
+// What the command line says about its results.
+#pragma once
+
+#include <filesystem>
+#include <iosfwd>
+#include <string>
+#include <vector>
+
+#include <marrow/measure.h>
+#include <marrow/mesh.h>
+#include <marrow/mesh_io.h>
+#include <marrow/scan_io.h>
+
+namespace marrow {
+
+/// One extracted surface.
+struct Surface {
+    std::string name;
+    double isovalue = 0;
+    Mesh mesh;
+    std::filesystem::path output;  ///< empty: not written
+};
+
+/// How long each stage took, on the wall.
+struct StageSeconds {
+    double read = 0;
+    double extract = 0;
+    double refine = 0;
+    double write = 0;  ///< meshes and picture
+    double total = 0;
+};
+
+/// Prints one JSON object. With one surface its numbers stand beside the rest; with several, in the array
+/// `surfaces`. Bounds are in `space`, as written.
+void print_json(std::ostream& out, const ScanInfo& info, const std::vector<Surface>& surfaces, Space space,
+                const std::vector<std::string>& warnings, const StageSeconds& seconds);
+
+/// Prints one line a surface.
+void print_text(std::ostream& out, const std::vector<Surface>& surfaces);
+
+/// Prints what an input holds, as text or one JSON object.
+void print_series(std::ostream& out, const std::string& format, const std::vector<SeriesInfo>& series,
+                  bool json);
+
+}  // namespace marrow

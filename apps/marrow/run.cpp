@@ -1,0 +1,244 @@
+#include <algorithm>
+#include <chrono>
+#include <new>
+#include <ostream>
+
+#include <fmt/format.h>
+
+#include <marrow/histogram.h>
+#include <marrow/isosurface.h>
+#include <marrow/mesh_io.h>
+#include <marrow/refine.h>
+#include <marrow/scan_io.h>
+
+#include "picture.h"
+#include "report.h"
+#include "run.h"
+
+namespace marrow {
+namespace fs = std::filesystem;
+namespace {
+
+/// No sample lies across the isovalue.
+struct EmptySurface : Error {
+    using Error::Error;
+};
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+/// The words on stderr, and the flag that stops the work.
+class Voice {
+  public:
+    Voice(const Settings& settings, const Console& console, const std::atomic<bool>& stop)
+        : settings_(settings), console_(console), stop_(stop) {}
+
+    void warn(const std::string& text) {
+        if (!settings_.quiet) console_.err << "marrow: warning: " << text << '\n';
+    }
+
+    /// Does a stage's work, with a bar where err is a terminal, and returns the seconds it took.
+    template <class Work>
+    double stage(const char* name, Work work) {
+        const bool bar = console_.terminal && !settings_.quiet;
+        const Clock::time_point start = Clock::now();
+        Clock::time_point drawn = start;
+        const Progress progress = [&](double fraction) {
+            if (bar && seconds_since(drawn) > 0.1) {
+                drawn = Clock::now();
+                draw(name, fraction);
+            }
+            return !stop_.load(std::memory_order_relaxed);
+        };
+        const auto erase = [&] {
+            if (drawn != start) console_.err << "\r\x1b[K" << std::flush;
+        };
+        try {
+            report(progress, 0);
+            work(progress);
+        } catch (...) {
+            erase();
+            throw;
+        }
+        erase();
+        const double seconds = seconds_since(start);
+        if (settings_.verbose && !settings_.quiet)
+            console_.err << fmt::format("{:<8} {:8.3f} s\n", name, seconds);
+        return seconds;
+    }
+
+  private:
+    void draw(const char* name, double fraction) {
+        constexpr int kWidth = 40;
+        const int done = static_cast<int>(fraction * kWidth);
+        console_.err << fmt::format("\r{:<8} [{:#<{}}{:.<{}}] {:3.0f}%", name, "", done, "", kWidth - done,
+                                    fraction * 100)
+                     << std::flush;
+    }
+
+    const Settings& settings_;
+    const Console& console_;
+    const std::atomic<bool>& stop_;
+};
+
+// Presets are Hounsfield units, which only CT has. Formats without a modality pass if they hold air; the
+// returned text says that this was assumed.
+std::string check_presets(const Settings& settings, const ScanInfo& info, const Volume& scan) {
+    constexpr double kAir = -500;  // below this there is only air and lung
+    const auto has_preset = [](const SurfaceRequest& request) { return request.preset != nullptr; };
+    const auto first = std::find_if(settings.surfaces.begin(), settings.surfaces.end(), has_preset);
+    if (first == settings.surfaces.end() || info.series.modality == "CT") return {};
+
+    const auto refuse = [&](const std::string& reason) {
+        throw UsageError(
+            fmt::format("--type {} is in Hounsfield units, which only CT has, and {}: use --isovalue otsu "
+                        "or --isovalue N",
+                        first->name, reason));
+    };
+    if (!info.series.modality.empty()) refuse("this scan's modality is " + info.series.modality);
+    if (info.format == "DICOM") refuse("this scan does not state its modality");
+    const double lowest = histogram(scan).lower;
+    if (lowest > kAir)
+        refuse(fmt::format("{} does not say whether this is CT, and its lowest sample, {:g}, is not air",
+                           info.format, lowest));
+    return fmt::format(
+        "{} does not say whether this is CT; its samples are taken for Hounsfield units because the "
+        "lowest, {:g}, looks like air",
+        info.format, lowest);
+}
+
+double choose_isovalue(const SurfaceRequest& request, const Volume& scan) {
+    if (request.preset) return request.preset->isovalue;
+    return request.isovalue ? *request.isovalue : otsu_isovalue(histogram(scan));
+}
+
+[[noreturn]] void throw_empty(double isovalue, const Volume& scan) {
+    const Histogram samples = histogram(scan);
+    if (samples.counts.empty()) throw EmptySurface("the scan has no finite sample, so there is no surface");
+    throw EmptySurface(fmt::format("no surface at isovalue {:g}: samples range from {:g} to {:g}", isovalue,
+                                   samples.lower, samples.upper));
+}
+
+// Before the work, so that a mistake does not cost it.
+void check_folder(const fs::path& file) {
+    if (file.empty()) return;
+    const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
+    if (!fs::is_directory(folder))
+        throw IoError(
+            fmt::format("cannot write '{}': there is no folder '{}'", file.string(), folder.string()));
+}
+
+// The surface of the highest isovalue lies innermost; those around it are drawn translucent.
+void draw(const std::vector<Surface>& surfaces, const Settings& settings) {
+    constexpr std::array<double, 3> kNeutral{0.80, 0.81, 0.80};
+    double innermost = surfaces.front().isovalue;
+    for (const Surface& surface : surfaces) innermost = std::max(innermost, surface.isovalue);
+    std::vector<PictureSurface> drawn;
+    for (std::size_t i = 0; i < surfaces.size(); ++i) {
+        const Preset* preset = settings.surfaces[i].preset;
+        drawn.push_back(
+            {&surfaces[i].mesh, preset ? preset->colour : kNeutral, surfaces[i].isovalue < innermost});
+    }
+    write_picture(drawn, settings.picture);
+}
+
+void extract(const Settings& settings, const Console& console, Voice& voice) {
+    const Clock::time_point start = Clock::now();
+    const std::vector<fs::path> files = output_files(settings);
+    for (const fs::path& file : files) check_folder(file);
+    check_folder(settings.picture);
+    if (!settings.picture.empty()) require_display();
+
+    StageSeconds seconds;
+    ScanInfo info;
+    Volume scan;
+    seconds.read = voice.stage("read", [&](const Progress& progress) {
+        scan =
+            read_scan(settings.input, {settings.series, settings.spacing, settings.threads, progress}, &info);
+    });
+    std::vector<std::string> warnings = info.warnings;
+    const std::string assumed = check_presets(settings, info, scan);
+    if (!assumed.empty()) warnings.push_back(assumed);
+
+    std::vector<Surface> surfaces;
+    std::int64_t non_finite_samples = 0;
+    for (std::size_t i = 0; i < settings.surfaces.size(); ++i) {
+        const SurfaceRequest& request = settings.surfaces[i];
+        seconds.extract += voice.stage("extract", [&](const Progress& progress) {
+            IsosurfaceStats stats;
+            Surface surface{request.name, choose_isovalue(request, scan), {}, files[i]};
+            surface.mesh = extract_isosurface(
+                scan, surface.isovalue,
+                {.closed = !settings.open, .threads = settings.threads, .progress = progress}, &stats);
+            non_finite_samples = stats.non_finite_samples;
+            if (surface.mesh.triangles.empty()) throw_empty(surface.isovalue, scan);
+            surfaces.push_back(std::move(surface));
+        });
+        if (settings.largest)
+            seconds.refine += voice.stage("refine", [&](const Progress&) {
+                surfaces.back().mesh = largest_component(surfaces.back().mesh);
+            });
+    }
+    if (non_finite_samples > 0)
+        warnings.push_back(
+            fmt::format("{} samples are NaN or infinite and count as outside", non_finite_samples));
+    for (const std::string& warning : warnings) voice.warn(warning);
+
+    seconds.write = voice.stage("write", [&](const Progress& progress) {
+        for (const Surface& surface : surfaces) {
+            if (!surface.output.empty()) write_mesh(surface.mesh, surface.output, {settings.space, progress});
+        }
+    });
+    if (!settings.picture.empty())
+        seconds.write += voice.stage("picture", [&](const Progress&) { draw(surfaces, settings); });
+
+    seconds.total = seconds_since(start);
+    if (settings.json)
+        print_json(console.out, info, surfaces, settings.space, warnings, seconds);
+    else if (!settings.quiet)
+        print_text(console.out, surfaces);
+}
+
+void inform(const Settings& settings, const Console& console) {
+    std::string format;
+    const std::vector<SeriesInfo> series = list_series(settings.input, &format);
+    print_series(console.out, format, series, settings.json);
+}
+
+}  // namespace
+
+int run(const Settings& settings, const Console& console, const std::atomic<bool>& stop) {
+    const auto fail = [&](ExitCode code, const char* what) {
+        console.err << "marrow: " << what << '\n';
+        return code;
+    };
+    try {
+        Voice voice(settings, console, stop);
+        if (settings.info)
+            inform(settings, console);
+        else
+            extract(settings, console, voice);
+        console.out.flush();
+        if (!console.out) throw IoError("cannot write the results to standard output");
+        return kOk;
+    } catch (const Cancelled& error) {
+        return fail(kCancelled, error.what());
+    } catch (const UsageError& error) {
+        return fail(kUsage, error.what());
+    } catch (const EmptySurface& error) {
+        return fail(kEmpty, error.what());
+    } catch (const GeometryError& error) {
+        return fail(kGeometry, error.what());
+    } catch (const Error& error) {
+        return fail(kUnreadable, error.what());
+    } catch (const std::bad_alloc&) {
+        return fail(kUnreadable, "not enough memory for this scan");
+    } catch (const std::exception& error) {
+        return fail(kUnreadable, error.what());
+    }
+}
+
+}  // namespace marrow

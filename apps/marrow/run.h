@@ -1,0 +1,25 @@
+// The command line's work, without the process around it.
+#pragma once
+
+#include <atomic>
+#include <iosfwd>
+
+#include "settings.h"
+
+namespace marrow {
+
+/// Where the results and the words about the work go.
+struct Console {
+    std::ostream& out;      ///< results
+    std::ostream& err;      ///< errors, warnings, progress
+    bool terminal = false;  ///< err is a terminal: draw a progress bar
+};
+
+/// Exit codes; see the footer of --help.
+enum ExitCode { kOk = 0, kUsage = 2, kUnreadable = 3, kGeometry = 4, kEmpty = 5, kCancelled = 130 };
+
+/// Does what the settings ask for and returns the exit code; errors become one line on console.err.
+/// Stops soon after `stop` becomes true; what was being written then leaves no trace.
+int run(const Settings& settings, const Console& console, const std::atomic<bool>& stop);
+
+}  // namespace marrow

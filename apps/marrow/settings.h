@@ -1,0 +1,56 @@
+// What the command line asks for.
+#pragma once
+
+#include <filesystem>
+#include <iosfwd>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include <marrow/error.h>
+#include <marrow/mesh_io.h>
+#include <marrow/volume.h>
+
+#include "presets.h"
+
+namespace marrow {
+
+/// The command line does not make sense, by itself or for this scan.
+struct UsageError : Error {
+    using Error::Error;
+};
+
+/// One surface to extract: at `isovalue`, at `preset`, or by Otsu's method where both are absent.
+struct SurfaceRequest {
+    std::string name;  ///< replaces {name} in the output; as given on the command line
+    std::optional<double> isovalue;
+    const Preset* preset = nullptr;
+};
+
+struct Settings {
+    bool info = false;  ///< say what is in the input instead of extracting
+    std::filesystem::path input;
+    std::filesystem::path output;   ///< file, folder or pattern with {name}; empty: no mesh
+    std::filesystem::path picture;  ///< empty: none
+    std::vector<SurfaceRequest> surfaces;
+    std::string series;
+    std::optional<Vec3d> spacing;  ///< mm
+    Space space = Space::LPS;
+    int threads = 0;
+    bool open = false;
+    bool largest = false;
+    bool json = false;
+    bool quiet = false;
+    bool verbose = false;
+};
+
+/// Understands the command line. Where it asks for help or the version, that goes to `out` and the result is
+/// the exit code 0. \throw UsageError
+std::variant<Settings, int> parse_command_line(int argc, const char* const* argv, std::ostream& out);
+
+/// The file of each requested surface, in order; empty paths without an output.
+/// \throw UsageError several surfaces for one file, two of the same name, or an unknown ending
+std::vector<std::filesystem::path> output_files(const Settings& settings);
+
+}  // namespace marrow

@@ -1,0 +1,87 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <marrow/error.h>
+#include <marrow/histogram.h>
+
+#include "dispatch.h"
+
+namespace marrow {
+namespace {
+
+template <class T>
+Histogram count_samples(const T* samples, std::int64_t n, int bins) {
+    T lower = std::numeric_limits<T>::max();
+    T upper = std::numeric_limits<T>::lowest();
+    std::int64_t finite = n;
+    for (std::int64_t i = 0; i < n; ++i) {
+        if constexpr (std::is_floating_point_v<T>) {
+            if (!std::isfinite(samples[i])) {
+                --finite;
+                continue;
+            }
+        }
+        lower = std::min(lower, samples[i]);
+        upper = std::max(upper, samples[i]);
+    }
+    Histogram result;
+    result.non_finite_samples = n - finite;
+    if (finite == 0) return result;
+    result.lower = static_cast<double>(lower);
+    result.upper = static_cast<double>(upper);
+    result.counts.assign(static_cast<std::size_t>(bins), 0);
+
+    // Halves, because the whole range of doubles is wider than a double can hold.
+    const double half_range = result.upper / 2 - result.lower / 2;
+    for (std::int64_t i = 0; i < n; ++i) {
+        const double value = static_cast<double>(samples[i]);
+        if (!std::isfinite(value)) continue;
+        const double fraction = half_range > 0 ? (value / 2 - result.lower / 2) / half_range : 0;
+        ++result.counts[static_cast<std::size_t>(std::min(static_cast<int>(fraction * bins), bins - 1))];
+    }
+    return result;
+}
+
+}  // namespace
+
+Histogram histogram(const VolumeView& volume, int bins) {
+    check_geometry(volume.geometry);
+    if (bins < 2) throw InputError("a histogram needs at least 2 bins");
+    const std::int64_t n = volume.geometry.sample_count();
+    return internal::with_sample_type(
+        volume.type, [&]<class T>(T) { return count_samples(static_cast<const T*>(volume.data), n, bins); });
+}
+
+double otsu_isovalue(const Histogram& histogram) {
+    const auto& counts = histogram.counts;
+    if (std::count_if(counts.begin(), counts.end(), [](std::int64_t c) { return c > 0; }) < 2)
+        throw InputError(
+            "all samples have the same value, so Otsu's method finds no isovalue: give --isovalue N");
+
+    double all = 0, all_moment = 0;  // moments in bins; the range cancels out
+    for (std::size_t i = 0; i < counts.size(); ++i) {
+        all += static_cast<double>(counts[i]);
+        all_moment += static_cast<double>(counts[i]) * static_cast<double>(i);
+    }
+    double best = -1;
+    std::size_t first = 0, last = 0;  // borders with the best variance; border b lies below bin b
+    double below = 0, below_moment = 0;
+    for (std::size_t border = 1; border < counts.size(); ++border) {
+        below += static_cast<double>(counts[border - 1]);
+        below_moment += static_cast<double>(counts[border - 1]) * static_cast<double>(border - 1);
+        const double above = all - below;
+        if (below == 0 || above == 0) continue;
+        const double distance = below_moment / below - (all_moment - below_moment) / above;
+        const double variance = below * above * distance * distance;
+        if (variance > best) {
+            best = variance;
+            first = border;
+        }
+        if (variance == best) last = border;
+    }
+    const double fraction = static_cast<double>(first + last) / 2 / static_cast<double>(counts.size());
+    return histogram.lower * (1 - fraction) + histogram.upper * fraction;
+}
+
+}  // namespace marrow

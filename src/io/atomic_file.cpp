@@ -1,0 +1,84 @@
+#include <cerrno>
+#include <string>
+#include <system_error>
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <marrow/atomic_file.h>
+#include <marrow/error.h>
+
+namespace marrow {
+namespace fs = std::filesystem;
+
+namespace {
+
+fs::path folder_of(const fs::path& file) {
+    const fs::path folder = file.parent_path();
+    return folder.empty() ? fs::path(".") : folder;
+}
+
+// A rename is on the disk once its folder is. Some file systems cannot flush a folder and say EINVAL.
+int flush_folder(const fs::path& folder) {
+    const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (descriptor < 0) return errno;
+    const int error = ::fsync(descriptor) == 0 || errno == EINVAL ? 0 : errno;
+    ::close(descriptor);
+    return error;
+}
+
+}  // namespace
+
+AtomicFile::AtomicFile(const fs::path& target) : named_(target) {
+    std::error_code error;
+    target_ = fs::weakly_canonical(target, error);
+    if (error) fail(error.value());
+    const fs::file_status status = fs::status(target_, error);
+    if (!target_.has_filename() || fs::is_directory(status)) fail(EISDIR);
+    // A rename would put a plain file in place of a device or a pipe.
+    if (fs::exists(status) && !fs::is_regular_file(status))
+        throw IoError("cannot write '" + named_.string() + "': it is not a regular file");
+
+    const std::string stem = ".marrow-" + std::to_string(::getpid()) + "-";
+    for (int attempt = 0; descriptor_ < 0; ++attempt) {
+        temporary_ = folder_of(target_) / (stem + std::to_string(attempt) + ".tmp");
+        descriptor_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+        if (descriptor_ < 0 && errno != EEXIST) fail(errno);
+    }
+}
+
+AtomicFile::~AtomicFile() {
+    if (descriptor_ >= 0) ::close(descriptor_);
+    if (!temporary_.empty()) ::unlink(temporary_.c_str());
+}
+
+void AtomicFile::write(const void* data, std::size_t bytes) {
+    const char* next = static_cast<const char*>(data);
+    while (bytes > 0) {
+        const ssize_t written = ::write(descriptor_, next, bytes);
+        if (written < 0) {
+            if (errno == EINTR) continue;
+            fail(errno);
+        }
+        next += written;
+        bytes -= static_cast<std::size_t>(written);
+    }
+}
+
+void AtomicFile::commit() {
+    if (::fsync(descriptor_) != 0) fail(errno);
+    const int descriptor = descriptor_;
+    descriptor_ = -1;
+    if (::close(descriptor) != 0) fail(errno);
+    if (::rename(temporary_.c_str(), target_.c_str()) != 0) fail(errno);
+    temporary_.clear();
+    if (const int error = flush_folder(folder_of(target_))) fail(error);
+}
+
+void AtomicFile::fail(int error) const {
+    std::string reason = std::generic_category().message(error);
+    if (error == ENOENT) reason = "there is no folder '" + folder_of(named_).string() + "'";
+    throw IoError("cannot write '" + named_.string() + "': " + reason);
+}
+
+}  // namespace marrow

@@ -1,0 +1,299 @@
+#include "command_line.h"
+
+#include <fstream>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace marrow::test {
+namespace {
+
+using Json = nlohmann::json;
+using Names = std::set<std::string>;
+using testing::Test;
+
+class CommandLine : public Test {
+  protected:
+    void SetUp() override { write_nrrd(scan, 24, 25, 13, ball(12, 12, 6, 8)); }
+
+    Outcome extract(std::vector<std::string> options) {
+        options.insert(options.begin(), scan);
+        return marrow_with(options);
+    }
+    Json extract_json(std::vector<std::string> options) {
+        options.push_back("--json");
+        const Outcome outcome = extract(options);
+        EXPECT_EQ(outcome.code, 0) << outcome.err;
+        return Json::parse(outcome.out);
+    }
+    static std::vector<std::string> keys(const Json& json) {
+        std::vector<std::string> result;
+        for (const auto& [key, value] : json.items()) result.push_back(key);
+        return result;
+    }
+
+    const TemporaryFolder folder;
+    const std::string scan = folder / "ball.nrrd";
+    const std::string mesh = folder / "ball.ply";
+};
+
+TEST_F(CommandLine, WritesTheMeshAndSaysWhatItIs) {
+    const Outcome outcome = extract({"-o", mesh, "--isovalue", "0"});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(outcome.err, "");
+    const std::string header = content(mesh).substr(0, 400);
+    const auto count = [&](const std::string& element) {
+        return std::stoi(header.substr(header.find(element) + element.size()));
+    };
+    EXPECT_EQ(outcome.out, mesh + ": " + std::to_string(count("element vertex ")) + " points, " +
+                               std::to_string(count("element face ")) + " triangles at isovalue 0\n");
+}
+
+TEST_F(CommandLine, JsonHoldsTheNumbersOfTheMesh) {
+    const Json json = extract_json({"-o", mesh, "--isovalue", "0"});
+    EXPECT_EQ(Json(keys(json)),
+              Json({"area_mm2", "boundary_edges", "bounds_mm", "components", "euler_characteristic", "input",
+                    "isovalue", "nonmanifold_edges", "output", "peak_memory_bytes", "points", "seconds",
+                    "triangles", "volume_mm3", "warnings"}));
+    EXPECT_EQ(json["input"]["format"], "NRRD");
+    EXPECT_EQ(json["input"]["dims"], Json({24, 25, 13}));
+    EXPECT_EQ(json["input"]["spacing_mm"], Json({1.0, 1.0, 2.0}));
+    EXPECT_TRUE(json["input"]["modality"].is_null());
+    EXPECT_EQ(json["components"], 1);
+    EXPECT_EQ(json["boundary_edges"], 0);
+    EXPECT_EQ(json["nonmanifold_edges"], 0);
+    EXPECT_EQ(json["euler_characteristic"], 2);
+    EXPECT_EQ(json["points"].get<int>() - json["triangles"].get<int>() / 2, 2);
+    EXPECT_NEAR(json["volume_mm3"].get<double>() / (4.0 / 3 * 3.14159265 * 8 * 8 * 8), 1, 0.03);
+    EXPECT_NEAR(json["area_mm2"].get<double>() / (4 * 3.14159265 * 8 * 8), 1, 0.03);
+    EXPECT_NEAR(json["bounds_mm"][0][1].get<double>(), 20 + 12 - 8, 0.1);
+    EXPECT_EQ(json["output"], mesh);
+    EXPECT_EQ(json["warnings"], Json::array());
+    EXPECT_EQ(json["seconds"].size(), 5u);
+    EXPECT_GE(json["seconds"]["total"].get<double>(),
+              json["seconds"]["read"].get<double>() + json["seconds"]["extract"].get<double>());
+    EXPECT_GT(json["peak_memory_bytes"].get<std::int64_t>(), 1 << 20);
+}
+
+TEST_F(CommandLine, RasTurnsWhatIsWritten) {
+    const Json lps = extract_json({"-o", mesh, "--isovalue", "0"})["bounds_mm"];
+    const std::string first = content(mesh);
+    const Json ras = extract_json({"-o", mesh, "--isovalue", "0", "--space", "RAS"})["bounds_mm"];
+    EXPECT_NE(content(mesh), first);
+    for (int axis = 0; axis < 2; ++axis) {
+        EXPECT_EQ(ras[0][axis], -lps[1][axis].get<double>());
+        EXPECT_EQ(ras[1][axis], -lps[0][axis].get<double>());
+    }
+    EXPECT_EQ(ras[0][2], lps[0][2]);
+}
+
+TEST_F(CommandLine, ClosesTheSurfaceWhereTheScanEnds) {
+    write_nrrd(scan, 24, 25, 13, ball(0, 12, 6, 8));
+    EXPECT_EQ(extract_json({"-o", mesh, "--isovalue", "0"})["boundary_edges"], 0);
+    EXPECT_GT(extract_json({"-o", mesh, "--isovalue", "0", "--open"})["boundary_edges"], 0);
+}
+
+TEST_F(CommandLine, KeepsOnlyTheLargestPiece) {
+    const auto large = ball(7, 12, 6, 6), small = ball(19, 12, 6, 4);
+    write_nrrd(scan, 24, 25, 13,
+               [&](int x, int y, int z) { return std::max(large(x, y, z), small(x, y, z)); });
+    EXPECT_EQ(extract_json({"-o", mesh, "--isovalue", "0"})["components"], 2);
+    const Json json = extract_json({"-o", mesh, "--isovalue", "0", "--largest"});
+    EXPECT_EQ(json["components"], 1);
+    EXPECT_LT(json["bounds_mm"][1][0].get<double>(), 10 + 14);
+}
+
+TEST_F(CommandLine, OtsuPartsDarkFromBright) {
+    write_nrrd(scan, 24, 25, 13, [](int x, int, int) { return x < 12 ? -70 : 130; });
+    EXPECT_NEAR(extract_json({"-o", mesh, "--isovalue", "otsu"})["isovalue"].get<double>(), 30, 1);
+}
+
+TEST_F(CommandLine, WritesSeveralSurfacesByName) {
+    const Outcome outcome = extract({"-o", folder / "{name}.stl", "--isovalue", "0", "--isovalue", "5e2"});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(folder.files(), (Names{"0.stl", "5e2.stl", "ball.nrrd"}));
+    EXPECT_GT(content(folder / "0.stl").size(), content(folder / "5e2.stl").size());
+}
+
+TEST_F(CommandLine, WritesSeveralSurfacesToAFolder) {
+    const Json json = extract_json({"-o", folder.path(), "--type", "bone", "--isovalue", "otsu"});
+    EXPECT_EQ(folder.files(), (Names{"ball.nrrd", "bone.stl", "otsu.stl"}));
+    ASSERT_EQ(json["surfaces"].size(), 2u);
+    EXPECT_EQ(json["surfaces"][1]["name"], "bone");
+    EXPECT_EQ(json["surfaces"][1]["isovalue"], 226);
+    EXPECT_EQ(json["surfaces"][1]["output"], (folder / "bone.stl").string());
+}
+
+TEST_F(CommandLine, RefusesWhatMakesNoSense) {
+    const std::vector<std::vector<std::string>> commands{
+        {},
+        {scan},
+        {scan, "-o", mesh},
+        {scan, "-o", folder / "a.xyz", "--isovalue", "0"},
+        {scan, "-o", mesh, "--isovalue", "bright"},
+        {scan, "-o", mesh, "--isovalue", "1,5"},
+        {scan, "-o", mesh, "--isovalue", "nan"},
+        {scan, "-o", mesh, "--isovalue", "inf"},
+        {scan, "-o", mesh, "--type", "brain"},
+        {scan, "-o", mesh, "--isovalue", "0", "--isovalue", "1"},
+        {scan, "-o", folder / "{name}.stl", "--isovalue", "0", "--isovalue", "0"},
+        {scan, "-o", mesh, "--isovalue", "0", "--spacing", "1,2"},
+        {scan, "-o", mesh, "--isovalue", "0", "--spacing", "1,2,0"},
+        {scan, "-o", mesh, "--isovalue", "0", "--spacing", "1,2,3,4"},
+        {scan, "-o", mesh, "--isovalue", "0", "--space", "LAS"},
+        {scan, "-o", mesh, "--isovalue", "0", "--threads", "-1"},
+        {scan, "-o", mesh, "--isovalue", "0", "--picture", "a.jpg"},
+        {scan, "-o", mesh, "--isovalue", "0", "--smooth", "3"},
+        {scan, scan, "-o", mesh, "--isovalue", "0"},
+        {"info"},
+    };
+    for (const auto& command : commands) {
+        const Outcome outcome = marrow_with(command);
+        EXPECT_EQ(outcome.code, 2) << testing::PrintToString(command) << outcome.err;
+        EXPECT_NE(outcome.err, "");
+    }
+    EXPECT_EQ(folder.files(), Names{"ball.nrrd"});
+}
+
+TEST_F(CommandLine, SaysTheRangeWhereNothingIsFound) {
+    for (const std::string isovalue : {"1001", "-2000"}) {
+        const bool open = isovalue[0] == '-';  // capped, all inside has a surface: the box
+        const Outcome outcome = extract({"-o", mesh, "--isovalue", isovalue, open ? "--open" : "-v"});
+        EXPECT_EQ(outcome.code, 5);
+        EXPECT_NE(
+            outcome.err.find("no surface at isovalue " + isovalue + ": samples range from -1000 to 1000"),
+            outcome.err.npos)
+            << outcome.err;
+    }
+    EXPECT_EQ(folder.files(), Names{"ball.nrrd"});
+}
+
+TEST_F(CommandLine, WritesNoneOfSeveralSurfacesIfOneIsEmpty) {
+    EXPECT_EQ(extract({"-o", folder / "{name}.stl", "--isovalue", "0", "--isovalue", "5000"}).code, 5);
+    EXPECT_EQ(folder.files(), Names{"ball.nrrd"});
+}
+
+TEST_F(CommandLine, TakesSamplesWithAirForHounsfieldUnitsAndSaysSo) {
+    const Outcome outcome = extract({"-o", mesh, "--type", "bone"});
+    EXPECT_EQ(outcome.code, 0);
+    EXPECT_NE(outcome.err.find("warning: NRRD does not say whether this is CT"), outcome.err.npos)
+        << outcome.err;
+    EXPECT_EQ(extract_json({"-o", mesh, "--type", "skin", "-q"})["isovalue"], -300);
+}
+
+TEST_F(CommandLine, RefusesPresetsWithoutHounsfieldUnits) {
+    write_nrrd(scan, 24, 25, 13, [](int x, int, int) { return 40 * x; });
+    const Outcome outcome = extract({"-o", mesh, "--type", "bone"});
+    EXPECT_EQ(outcome.code, 2);
+    EXPECT_NE(outcome.err.find("--isovalue otsu"), outcome.err.npos) << outcome.err;
+    EXPECT_EQ(folder.files(), Names{"ball.nrrd"});
+}
+
+TEST_F(CommandLine, SaysWhyItCannotReadOrWrite) {
+    put_content(folder / "text.dcm",
+                "This is not a DICOM file, but it is long enough to look at its preamble.\n");
+    put_content(folder / "cut.nii", std::string("\x5c\x01\0\0", 4) + std::string(344, '\0'));
+    std::filesystem::create_directory(folder / "empty");
+    const Names before = folder.files();
+    const std::vector<std::pair<std::string, std::string>> pairs{
+        {folder / "missing.nrrd", mesh},     {folder / "text.dcm", mesh},
+        {folder / "cut.nii", mesh},          {folder / "empty", mesh},
+        {scan, folder / "missing/ball.ply"}, {scan, folder / "text.dcm/ball.ply"},
+    };
+    for (const auto& [input, output] : pairs) {
+        const Outcome outcome = marrow_with({input, "-o", output, "--isovalue", "0"});
+        EXPECT_EQ(outcome.code, 3) << input << " " << outcome.err;
+        EXPECT_EQ(outcome.err.find("marrow: "), 0u);
+        EXPECT_EQ(outcome.err.find('\n'), outcome.err.size() - 1) << outcome.err;
+        EXPECT_EQ(outcome.out, "");
+    }
+    EXPECT_EQ(folder.files(), before);
+}
+
+TEST_F(CommandLine, StopsWithoutATraceWhenAskedTo) {
+    put_content(mesh, "old");
+    const Outcome outcome = marrow_with({scan, "-o", mesh, "--isovalue", "0"}, true);
+    EXPECT_EQ(outcome.code, 130);
+    EXPECT_EQ(outcome.err, "marrow: cancelled\n");
+    EXPECT_EQ(content(mesh), "old");
+    EXPECT_EQ(folder.files(), (Names{"ball.nrrd", "ball.ply"}));
+}
+
+TEST_F(CommandLine, QuietSaysNothingAndVerboseSaysTheStages) {
+    const Outcome quiet = extract({"-o", mesh, "--type", "bone", "-q"});
+    EXPECT_EQ(quiet.code, 0);
+    EXPECT_EQ(quiet.out + quiet.err, "");
+    const Outcome verbose = extract({"-o", mesh, "--isovalue", "0", "-v"});
+    for (const char* stage : {"read ", "extract ", "write "})
+        EXPECT_NE(verbose.err.find(stage), verbose.err.npos) << verbose.err;
+}
+
+TEST_F(CommandLine, FailsWhenTheResultsCannotBePrinted) {
+    std::ofstream full("/dev/full");
+    std::ostringstream err;
+    Settings settings;
+    settings.input = scan;
+    settings.output = mesh;
+    settings.surfaces = {{"0", 0.0, nullptr}};
+    EXPECT_EQ(run(settings, {full, err}, std::atomic<bool>{false}), 3);
+    EXPECT_EQ(err.str(), "marrow: cannot write the results to standard output\n");
+}
+
+TEST_F(CommandLine, InfoSaysWhatIsThere) {
+    const Outcome text = marrow_with({"info", scan});
+    EXPECT_EQ(text.code, 0) << text.err;
+    EXPECT_NE(text.out.find("24 x 25 x 13"), text.out.npos) << text.out;
+    EXPECT_NE(text.out.find("1 x 1 x 2 mm"), text.out.npos) << text.out;
+    const Json json = Json::parse(marrow_with({"info", scan, "--json"}).out);
+    EXPECT_EQ(json["format"], "NRRD");
+    EXPECT_EQ(json["series"][0]["dims"], Json({24, 25, 13}));
+    EXPECT_EQ(marrow_with({"info", folder / "missing"}).code, 3);
+}
+
+TEST_F(CommandLine, HelpAndVersionGoToStdout) {
+    EXPECT_EQ(marrow_with({"--version"}).out, "marrow 0.1.0\n");
+    const Outcome help = marrow_with({"--help"});
+    EXPECT_EQ(help.code, 0);
+    EXPECT_NE(help.out.find("bone >= 226"), help.out.npos);
+    EXPECT_NE(help.out.find("not a medical device"), help.out.npos);
+}
+
+// Scans that are not part of the repository.
+class CommandLineOnScans : public Test {
+  protected:
+    void SetUp() override {
+        const char* data = std::getenv("MARROW_TEST_DATA");
+        if (!data) GTEST_SKIP() << "MARROW_TEST_DATA is not set";
+        scans = data;
+    }
+    std::string scan(const std::string& name) {
+        if (!std::filesystem::exists(scans / name)) return {};
+        return scans / name;
+    }
+    std::filesystem::path scans;
+    const TemporaryFolder folder;
+};
+
+TEST_F(CommandLineOnScans, PresetsFitCtOnly) {
+    const std::string ct = scan("slicer_cthead_dcm"), mr = scan("knee_t2_2echo_bigendian");
+    if (ct.empty() || mr.empty()) GTEST_SKIP() << "the scans are not there";
+    const Outcome head = marrow_with({ct, "-o", folder / "head.stl", "--type", "bone", "--json"});
+    EXPECT_EQ(head.code, 0) << head.err;
+    EXPECT_EQ(Json::parse(head.out)["input"]["modality"], "CT");
+
+    const Json series = Json::parse(marrow_with({"info", mr, "--json"}).out)["series"];
+    ASSERT_GE(series.size(), 2u);
+    const Outcome several = marrow_with({mr, "-o", folder / "knee.stl", "--isovalue", "otsu"});
+    EXPECT_EQ(several.code, 4) << several.err;
+    const std::string first = series[0]["series"];
+    const Outcome preset = marrow_with({mr, "--series", first, "-o", folder / "knee.stl", "--type", "bone"});
+    EXPECT_EQ(preset.code, 2) << preset.err;
+    EXPECT_NE(preset.err.find("--isovalue otsu"), preset.err.npos) << preset.err;
+    EXPECT_EQ(folder.files(), Names{"head.stl"});
+    const Outcome otsu =
+        marrow_with({mr, "--series", first, "-o", folder / "knee.stl", "--isovalue", "otsu"});
+    EXPECT_EQ(otsu.code, 0) << otsu.err;
+}
+
+}  // namespace
+}  // namespace marrow::test

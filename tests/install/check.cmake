@@ -1,0 +1,30 @@
+# Installs Marrow to a fresh folder, builds the program beside this file against it, and runs it where there is a scan.
+# Given: SOURCE (this folder), MARROW_BUILD, WORK (a folder to use), GENERATOR, CXX, CXX_FLAGS.
+function(must_run)
+  execute_process(COMMAND ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
+  if(NOT result EQUAL 0)
+    message(FATAL_ERROR "failed (${result}): ${ARGN}\n${output}")
+  endif()
+endfunction()
+
+file(REMOVE_RECURSE ${WORK})
+must_run(${CMAKE_COMMAND} --install ${MARROW_BUILD} --prefix ${WORK}/prefix)
+must_run(${CMAKE_COMMAND} -S ${SOURCE} -B ${WORK}/app -G ${GENERATOR} -D CMAKE_PREFIX_PATH=${WORK}/prefix
+  -D CMAKE_CXX_COMPILER=${CXX} -D CMAKE_CXX_FLAGS=${CXX_FLAGS})
+must_run(${CMAKE_COMMAND} --build ${WORK}/app)
+must_run(${WORK}/prefix/bin/marrow --version)
+
+set(head $ENV{MARROW_TEST_DATA}/slicer_cthead_dcm)
+if(NOT EXISTS ${head})
+  message("built against the installed Marrow; not run, because there is no scan in MARROW_TEST_DATA")
+  return()
+endif()
+file(GLOB_RECURSE slices ${head}/*)
+list(GET slices 0 slice)
+get_filename_component(folder ${slice} DIRECTORY)
+file(CREATE_LINK ${folder} ${WORK}/head-ct SYMBOLIC)
+must_run(${CMAKE_COMMAND} -E chdir ${WORK} ${WORK}/app/app)
+file(SIZE ${WORK}/skull.stl size)
+if(size LESS 100000)
+  message(FATAL_ERROR "skull.stl has only ${size} bytes")
+endif()
