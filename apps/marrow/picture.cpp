@@ -185,7 +185,8 @@ void require_display() {
     throw IoError("--picture needs a display and there is none: run 'xvfb-run -a marrow ...'");
 }
 
-void write_picture(const std::vector<PictureSurface>& surfaces, const std::filesystem::path& file) {
+void write_picture(const std::vector<PictureSurface>& surfaces, const std::filesystem::path& file,
+                   const Progress& progress) {
     require_display();
 
     vtkNew<vtkRenderer> renderer;
@@ -224,6 +225,7 @@ void write_picture(const std::vector<PictureSurface>& surfaces, const std::files
     if (!png || png->GetNumberOfValues() == 0)
         throw IoError("cannot draw '" + file.string() + "': VTK made no picture");
 
+    report(progress, 1);  // drawing cannot be stopped, writing can
     AtomicFile out(file);
     out.write(png->GetPointer(0), static_cast<std::size_t>(png->GetNumberOfValues()));
     out.commit();

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include <marrow/mesh.h>
+#include <marrow/progress.h>
 
 namespace marrow {
 
@@ -20,7 +21,8 @@ struct PictureSurface {
 void require_display();
 
 /// Draws the surfaces from the patient's front left, head up, to a PNG file that appears whole or not at all.
-/// \throw IoError no display, or the file cannot be written
-void write_picture(const std::vector<PictureSurface>& surfaces, const std::filesystem::path& file);
+/// \throw IoError no display, or the file cannot be written; Cancelled
+void write_picture(const std::vector<PictureSurface>& surfaces, const std::filesystem::path& file,
+                   const Progress& progress);
 
 }  // namespace marrow

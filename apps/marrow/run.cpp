@@ -132,7 +132,7 @@ void check_folder(const fs::path& file) {
 }
 
 // The surface of the highest isovalue lies innermost; those around it are drawn translucent.
-void draw(const std::vector<Surface>& surfaces, const Settings& settings) {
+void draw(const std::vector<Surface>& surfaces, const Settings& settings, const Progress& progress) {
     constexpr std::array<double, 3> kNeutral{0.80, 0.81, 0.80};
     double innermost = surfaces.front().isovalue;
     for (const Surface& surface : surfaces) innermost = std::max(innermost, surface.isovalue);
@@ -142,7 +142,7 @@ void draw(const std::vector<Surface>& surfaces, const Settings& settings) {
         drawn.push_back(
             {&surfaces[i].mesh, preset ? preset->colour : kNeutral, surfaces[i].isovalue < innermost});
     }
-    write_picture(drawn, settings.picture);
+    write_picture(drawn, settings.picture, progress);
 }
 
 void extract(const Settings& settings, const Console& console, Voice& voice) {
@@ -193,7 +193,8 @@ void extract(const Settings& settings, const Console& console, Voice& voice) {
         }
     });
     if (!settings.picture.empty())
-        seconds.write += voice.stage("picture", [&](const Progress&) { draw(surfaces, settings); });
+        seconds.write +=
+            voice.stage("picture", [&](const Progress& progress) { draw(surfaces, settings, progress); });
 
     seconds.total = seconds_since(start);
     if (settings.json)
