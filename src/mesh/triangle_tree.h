@@ -1,7 +1,6 @@
 /// The nearest place on a mesh.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <vector>
 
@@ -10,8 +9,8 @@
 
 namespace marrow::internal {
 
-/// The triangles of a mesh under a binary tree of boxes, in the order of a space-filling curve, so that close
-/// triangles share small boxes. The mesh must outlive it.
+/// A copy of a mesh's triangles under a balanced binary tree of boxes, parted at the median of the longest
+/// axis.
 class TriangleTree {
   public:
     /// \pre mesh has triangles, and they name points that are there
@@ -21,15 +20,19 @@ class TriangleTree {
     double distance(const Vec3d& place) const;
 
   private:
+    struct Corners {
+        Vec3f a, b, c;
+    };
     struct Box {
         Vec3f lower, upper;
     };
+    void part(std::size_t node, std::size_t first, std::size_t size);
+    double squared_distance_to_box(std::size_t node, const Vec3d& place) const;
     double squared_distance_to_leaf(std::size_t leaf, const Vec3d& place) const;
 
-    const Mesh& mesh_;
-    std::vector<std::uint32_t> order_;  ///< triangles along the curve; kLeafSize a leaf
-    std::size_t leaves_;                ///< a power of two
-    std::vector<Box> boxes_;            ///< node 1 is the root, those below n are 2 n and 2 n + 1
+    std::vector<Corners> triangles_;  ///< in the order of the leaves, kLeafSize each
+    std::size_t leaves_;              ///< a power of two; the last ones may be empty
+    std::vector<Box> boxes_;          ///< node 1 is the root, those below n are 2 n and 2 n + 1
 };
 
 }  // namespace marrow::internal
