@@ -8,6 +8,7 @@
 #include <marrow/mesh_io.h>
 #include <marrow/refine.h>
 #include <marrow/scan_io.h>
+#include <marrow/slabs.h>
 
 #include "picture.h"
 #include "report.h"
@@ -65,6 +66,11 @@ void check_folder(const fs::path& file) {
             fmt::format("cannot write '{}': there is no folder '{}'", file.string(), folder.string()));
 }
 
+void warn_of_non_finite(std::int64_t samples, std::vector<std::string>& warnings) {
+    if (samples > 0)
+        warnings.push_back(fmt::format("{} samples are NaN or infinite and count as outside", samples));
+}
+
 // The surface of the highest isovalue lies innermost; those around it are drawn translucent.
 void draw(const std::vector<Surface>& surfaces, const Settings& settings, const Progress& progress) {
     constexpr std::array<double, 3> kNeutral{0.80, 0.81, 0.80};
@@ -116,9 +122,7 @@ void extract(const Settings& settings, const Console& console, Voice& voice) {
                 surfaces.back().mesh = largest_component(surfaces.back().mesh);
             });
     }
-    if (non_finite_samples > 0)
-        warnings.push_back(
-            fmt::format("{} samples are NaN or infinite and count as outside", non_finite_samples));
+    warn_of_non_finite(non_finite_samples, warnings);
     for (const std::string& warning : warnings) voice.warn(warning);
 
     seconds.write = voice.stage("write", [&](const Progress& progress) {
@@ -137,6 +141,46 @@ void extract(const Settings& settings, const Console& console, Voice& voice) {
         print_text(console.out, surfaces);
 }
 
+// With --max-memory: reads, extracts and writes slab by slab.
+void extract_in_slabs(const Settings& settings, const Console& console, Voice& voice, std::size_t memory) {
+    const Clock::time_point start = Clock::now();
+    const SurfaceRequest& request = settings.surfaces.front();
+    Surface surface{request.name, *request.isovalue, {}, output_files(settings).front(), Surface::Size{}};
+    check_folder(surface.output);
+
+    StageSeconds seconds;
+    ScanInfo info;
+    const SliceSource source =
+        open_slices(settings.input, {settings.series, settings.spacing, settings.threads, {}}, &info);
+    SurfaceWriter writer(surface.output, {settings.space, {}});
+    SurfaceSink sink = writer.sink();
+    const auto begin = sink.begin;
+    sink.begin = [&](std::uint64_t points, std::uint64_t triangles, bool normals) {
+        if (triangles == 0)
+            throw EmptySurface(
+                fmt::format("no surface at isovalue {:g}: no sample lies across it", surface.isovalue));
+        surface.in_slabs = {points, triangles};
+        begin(points, triangles, normals);
+    };
+    IsosurfaceStats stats;
+    seconds.extract = voice.stage("extract", [&](const Progress& progress) {
+        // Normals as in a surface that is extracted whole, so that the file has the same bytes.
+        extract_isosurface_in_slabs(
+            source, surface.isovalue, sink, {.memory = memory},
+            {.closed = !settings.open, .threads = settings.threads, .progress = progress}, &stats);
+    });
+    seconds.write = voice.stage("write", [&](const Progress&) { writer.commit(); });
+
+    std::vector<std::string> warnings = info.warnings;
+    warn_of_non_finite(stats.non_finite_samples, warnings);
+    for (const std::string& warning : warnings) voice.warn(warning);
+    seconds.total = seconds_since(start);
+    if (settings.json)
+        print_json(console.out, info, {surface}, settings.space, warnings, seconds);
+    else if (!settings.quiet)
+        print_text(console.out, {surface});
+}
+
 void inform(const Settings& settings, const Console& console) {
     std::string format;
     const std::vector<SeriesInfo> series = list_series(settings.input, &format);
@@ -150,6 +194,8 @@ int run(const Settings& settings, const Console& console, const std::atomic<bool
         Voice voice(settings.quiet, settings.verbose, console, stop);
         if (settings.info)
             inform(settings, console);
+        else if (settings.max_memory)
+            extract_in_slabs(settings, console, voice, *settings.max_memory);
         else
             extract(settings, console, voice);
     });

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include <marrow/progress.h>
+#include <marrow/slabs.h>
 #include <marrow/volume.h>
 
 namespace marrow {
@@ -63,6 +64,10 @@ struct ScanInfo {
 /// series without `options.series`, uneven slices, no spacing; LimitError too big; Cancelled.
 Volume read_scan(const std::filesystem::path& input, const ScanOptions& options = {},
                  ScanInfo* info = nullptr);
+
+/// Opens a scan that is read slice by slice, for volumes that do not fit in memory: NIfTI, NRRD and MetaImage that are not
+/// compressed. Samples and geometry are those of read_scan. \throw as read_scan; InputError input that can only be read whole
+SliceSource open_slices(const std::filesystem::path& input, const ScanOptions& options = {}, ScanInfo* info = nullptr);
 
 /// Lists what an input holds, without reading samples; an unknown spacing is 0.
 /// \throw as read_scan.

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include <marrow/scan_io.h>
+#include <marrow/slabs.h>
 
 namespace marrow {
 
@@ -38,6 +39,9 @@ RawImage read_metaimage_header(const std::filesystem::path& path);
 /// Volume has not, it is float32 or, where float32 would not be exact, float64. \throw InputError where the
 /// files are smaller than the header claims, before memory is allocated.
 Volume load_raw(const RawImage& image, const Progress& progress);
+
+/// The same samples, slice by slice. \throw as load_raw, and InputError where they are compressed.
+SliceSource raw_slices(const RawImage& image);
 
 /// The type load_raw will give.
 SampleType loaded_type(const RawImage& image);
