@@ -1,6 +1,4 @@
 #include <algorithm>
-#include <chrono>
-#include <new>
 #include <ostream>
 
 #include <fmt/format.h>
@@ -15,75 +13,11 @@
 #include "picture.h"
 #include "report.h"
 #include "run.h"
+#include "voice.h"
 
 namespace marrow {
 namespace fs = std::filesystem;
 namespace {
-
-/// No sample lies across the isovalue.
-struct EmptySurface : Error {
-    using Error::Error;
-};
-
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-    return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
-/// The words on stderr, and the flag that stops the work.
-class Voice {
-  public:
-    Voice(const Settings& settings, const Console& console, const std::atomic<bool>& stop)
-        : settings_(settings), console_(console), stop_(stop) {}
-
-    void warn(const std::string& text) {
-        if (!settings_.quiet) console_.err << "marrow: warning: " << text << '\n';
-    }
-
-    /// Does a stage's work, with a bar where err is a terminal, and returns the seconds it took.
-    template <class Work>
-    double stage(const char* name, Work work) {
-        const bool bar = console_.terminal && !settings_.quiet;
-        const Clock::time_point start = Clock::now();
-        Clock::time_point drawn = start;
-        const Progress progress = [&](double fraction) {
-            if (bar && seconds_since(drawn) > 0.1) {
-                drawn = Clock::now();
-                draw(name, fraction);
-            }
-            return !stop_.load(std::memory_order_relaxed);
-        };
-        const auto erase = [&] {
-            if (drawn != start) console_.err << "\r\x1b[K" << std::flush;
-        };
-        try {
-            report(progress, 0);
-            work(progress);
-        } catch (...) {
-            erase();
-            throw;
-        }
-        erase();
-        const double seconds = seconds_since(start);
-        if (settings_.verbose && !settings_.quiet)
-            console_.err << fmt::format("{:<8} {:8.3f} s\n", name, seconds);
-        return seconds;
-    }
-
-  private:
-    void draw(const char* name, double fraction) {
-        constexpr int kWidth = 40;
-        const int done = static_cast<int>(fraction * kWidth);
-        console_.err << fmt::format("\r{:<8} [{:#<{}}{:.<{}}] {:3.0f}%", name, "", done, "", kWidth - done,
-                                    fraction * 100)
-                     << std::flush;
-    }
-
-    const Settings& settings_;
-    const Console& console_;
-    const std::atomic<bool>& stop_;
-};
 
 // Presets are Hounsfield units, which only CT has. Formats without a modality pass if they hold air; the
 // returned text says that this was assumed.
@@ -256,36 +190,15 @@ void inform(const Settings& settings, const Console& console) {
 }  // namespace
 
 int run(const Settings& settings, const Console& console, const std::atomic<bool>& stop) {
-    const auto fail = [&](ExitCode code, const char* what) {
-        console.err << "marrow: " << what << '\n';
-        return code;
-    };
-    try {
-        Voice voice(settings, console, stop);
+    return exit_code_of(console, [&] {
+        Voice voice(settings.quiet, settings.verbose, console, stop);
         if (settings.info)
             inform(settings, console);
         else if (settings.max_memory)
             extract_in_slabs(settings, console, voice, *settings.max_memory);
         else
             extract(settings, console, voice);
-        console.out.flush();
-        if (!console.out) throw IoError("cannot write the results to standard output");
-        return kOk;
-    } catch (const Cancelled& error) {
-        return fail(kCancelled, error.what());
-    } catch (const UsageError& error) {
-        return fail(kUsage, error.what());
-    } catch (const EmptySurface& error) {
-        return fail(kEmpty, error.what());
-    } catch (const GeometryError& error) {
-        return fail(kGeometry, error.what());
-    } catch (const Error& error) {
-        return fail(kUnreadable, error.what());
-    } catch (const std::bad_alloc&) {
-        return fail(kUnreadable, "not enough memory for this scan");
-    } catch (const std::exception& error) {
-        return fail(kUnreadable, error.what());
-    }
+    });
 }
 
 }  // namespace marrow
