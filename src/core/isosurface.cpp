@@ -1,5 +1,7 @@
 #include <marrow/isosurface.h>
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -56,13 +58,13 @@ void classify(Extraction& e, double isovalue) {
     Stage stage(e.options.progress, 0, 0.3, e.slices());
     BlockRanges* ranges = e.ranges ? &*e.ranges : nullptr;
     if (const auto from = std::exchange(e.classified_for, std::nullopt)) {
-        parallel_for(0, e.bits.nz, [&](std::int64_t z) {
+        tbb::parallel_for(std::int64_t{0}, e.bits.nz, [&](std::int64_t z) {
             reclassify_slice(e.volume, *from, isovalue, z, e.bits, *ranges);
             stage.step();
         });
     } else {
         std::atomic<std::int64_t> non_finite = 0;
-        parallel_for(0, e.bits.nz, [&](std::int64_t z) {
+        tbb::parallel_for(std::int64_t{0}, e.bits.nz, [&](std::int64_t z) {
             non_finite += classify_slice(e.volume, isovalue, z, e.bits, ranges);
             stage.step();
         });
@@ -81,11 +83,11 @@ Pyramids count(Extraction& e) {
         e.bits.rows());  // the extraction before may have been cancelled with them in its pyramids
     e.rows.triangles.resize(e.bits.rows());
     Stage stage(e.options.progress, 0.3, 0.4, e.slices());
-    parallel_for(0, e.bits.nz, [&](std::int64_t z) {
+    tbb::parallel_for(std::int64_t{0}, e.bits.nz, [&](std::int64_t z) {
         count_rows(e.bits, e.bits.row_index(0, z), e.bits.row_index(0, z + 1), e.rows);
         stage.step();
     });
-    parallel_for(0, e.bits.nz, [&](std::int64_t z) {
+    tbb::parallel_for(std::int64_t{0}, e.bits.nz, [&](std::int64_t z) {
         count_triangles(e.bits, e.bits.row_index(0, z), e.bits.row_index(0, z + 1), e.rows);
     });
     return {HistoPyramid(std::move(e.rows.points)), HistoPyramid(std::move(e.rows.triangles))};
@@ -166,7 +168,7 @@ Volume subsampled(const VolumeView& volume, std::int64_t step) {
     with_sample_type(volume.type, [&](auto sample) {
         using T = decltype(sample);
         const auto [nx, ny, nz] = geometry.dims;
-        parallel_for(0, nz, [&, nx = nx, ny = ny](std::int64_t z) {
+        tbb::parallel_for(std::int64_t{0}, nz, [&, nx = nx, ny = ny](std::int64_t z) {
             for (std::int64_t y = 0; y < ny; ++y) {
                 const T* from = static_cast<const T*>(volume.data) + (z * dims[1] + y) * step * dims[0];
                 T* to = result.samples<T>() + (z * ny + y) * nx;

@@ -9,21 +9,7 @@
 
 #include <marrow/error.h>
 
-#if defined(__SANITIZE_THREAD__)
-extern "C" void __tsan_acquire(void*);
-extern "C" void __tsan_release(void*);
-#endif
-
 namespace marrow::internal {
-
-#if defined(__SANITIZE_THREAD__)
-void LoopOrder::release() {
-    __tsan_release(this);
-}
-void LoopOrder::acquire() {
-    __tsan_acquire(this);
-}
-#endif
 
 void check_isovalue(double isovalue) {
     if (!std::isfinite(isovalue)) throw InputError("isovalue is not a finite number");

@@ -6,13 +6,12 @@
 #include <functional>
 #include <mutex>
 
+#include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
 #include <marrow/histo_pyramid.h>
 #include <marrow/progress.h>
 #include <marrow/volume.h>
-
-#include "parallel_for.h"
 
 namespace marrow::internal {
 
@@ -53,8 +52,7 @@ void for_each_share(const HistoPyramid& pyramid, std::size_t row_begin, std::siz
                         total = pyramid.first_output(row_end) - first;
     if (total == 0) return;
     const std::size_t shares = share_count();
-    parallel_for(0, static_cast<std::int64_t>(shares), [&](std::int64_t index) {
-        const auto share = static_cast<std::size_t>(index);
+    tbb::parallel_for(std::size_t{0}, shares, [&](std::size_t share) {
         const std::size_t begin = row_at(pyramid, first + total * share / shares);
         const std::size_t end =
             share + 1 == shares ? row_end : row_at(pyramid, first + total * (share + 1) / shares);

@@ -1,5 +1,7 @@
 #include <marrow/slabs.h>
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <atomic>
 #include <optional>
@@ -58,7 +60,7 @@ class Window {
         }
         const std::int64_t bits_end = std::min(end, bits_.nz);
         std::atomic<std::int64_t> non_finite = 0;
-        parallel_for(classified_, std::max(classified_, bits_end), [&](std::int64_t z) {
+        tbb::parallel_for(classified_, std::max(classified_, bits_end), [&](std::int64_t z) {
             non_finite += classify_slice(volume_, isovalue_, z, bits_, nullptr);
         });
         non_finite_ += non_finite;
@@ -97,14 +99,14 @@ void count(Window& window, std::int64_t slices, RowCounts& rows, const Progress&
     for (std::int64_t z = 0; z < bits.nz; z += slices) {
         const std::int64_t end = std::min(z + slices, bits.nz);
         window.advance(end + 1, 0);
-        parallel_for(z, end, [&](std::int64_t slice) {
+        tbb::parallel_for(z, end, [&](std::int64_t slice) {
             count_rows(bits, bits.row_index(0, slice), bits.row_index(0, slice + 1), rows);
         });
         // The next slab begins with bits that are there already; no sample is needed again.
         window.release(end, -1);
         report(progress, 0.4 * static_cast<double>(end) / static_cast<double>(bits.nz));
     }
-    parallel_for(0, bits.nz, [&](std::int64_t slice) {
+    tbb::parallel_for(std::int64_t{0}, bits.nz, [&](std::int64_t slice) {
         count_triangles(bits, bits.row_index(0, slice), bits.row_index(0, slice + 1), rows);
     });
 }
