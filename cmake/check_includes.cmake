@@ -2,8 +2,8 @@
 #
 # Public headers stand on the standard library alone. src/core adds Highway and oneTBB. Everything else reaches Marrow
 # through include/marrow, and its own folder by "name.h"; no room reaches into another.
-set(third_party "vtk[A-Z]|itk|gdcm|charls/|openjpeg|Q[A-Z]|cuda|X11/|CLI/|fmt/|nlohmann/|spdlog/|zlib|tbb/|oneapi/|hwy/")
-set(core_third_party "vtk[A-Z]|itk|gdcm|charls/|openjpeg|Q[A-Z]|cuda|X11/|CLI/|fmt/|nlohmann/|spdlog/|zlib")
+set(third_party "vtk[A-Z]|itk|gdcm|charls/|openjpeg|gdal|ogr_|cpl_|Q[A-Z]|cuda|X11/|CLI/|fmt/|nlohmann/|spdlog/|zlib|tbb/|oneapi/|hwy/")
+set(core_third_party "vtk[A-Z]|itk|gdcm|charls/|openjpeg|gdal|ogr_|cpl_|Q[A-Z]|cuda|X11/|CLI/|fmt/|nlohmann/|spdlog/|zlib")
 set(faults "")
 
 # Checks the files of `folder`: no <include> that starts as `forbidden`, and only own files in quotes.
@@ -32,7 +32,7 @@ endfunction()
 check_room(include/marrow "${third_party}")
 check_room(src/core "${core_third_party}")
 check_room(src/mesh "${core_third_party}")
-foreach(room src/io apps/marrow bench)
+foreach(room src/io src/terrain apps/marrow bench)
   check_room(${room} "")
 endforeach()
 

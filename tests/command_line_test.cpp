@@ -155,6 +155,37 @@ TEST_F(CommandLine, RefusesWhatMakesNoSense) {
     EXPECT_EQ(folder.files(), Names{"ball.nrrd"});
 }
 
+// Thirty slices or so at a time, and then one.
+TEST_F(CommandLine, WithinLittleMemoryTheFileHasTheSameBytes) {
+    write_nrrd(scan, 150, 140, 90, [](int x, int y, int z) {
+        return 500 * std::sin(0.2 * x) * std::sin(0.15 * y) * std::cos(0.21 * z) +
+               (7 * x + 11 * y + 13 * z) % 40;
+    });
+    for (const std::string ending : {".stl", ".ply"}) {
+        for (const std::string space : {"LPS", "RAS"}) {
+            const std::string whole = folder / ("whole" + ending), slabs = folder / ("slabs" + ending);
+            ASSERT_EQ(extract({"-o", whole, "--isovalue", "100", "--space", space}).code, 0);
+            for (const std::string memory : {"2M", "600K"}) {
+                const Json json = extract_json(
+                    {"-o", slabs, "--isovalue", "100", "--space", space, "--max-memory", memory});
+                EXPECT_TRUE(content(whole) == content(slabs)) << ending << space << memory;
+                EXPECT_GT(json["triangles"], 10000);
+                EXPECT_TRUE(json["components"].is_null());
+            }
+        }
+    }
+    const Names written{"ball.nrrd", "whole.stl", "whole.ply", "slabs.stl", "slabs.ply"};
+    EXPECT_EQ(extract({"-o", folder / "a.obj", "--isovalue", "100", "--max-memory", "2M"}).code, 3);
+    EXPECT_EQ(extract({"-o", folder / "a.stl", "--isovalue", "100", "--max-memory", "100K"}).code, 3);
+    EXPECT_EQ(extract({"-o", folder / "a.stl", "--isovalue", "900", "--max-memory", "2M"}).code, 5);
+    EXPECT_EQ(extract({"-o", folder / "a.stl", "--type", "bone", "--max-memory", "2M"}).code, 2);
+    EXPECT_EQ(extract({"-o", folder / "a.stl", "--isovalue", "100", "--max-memory", "much"}).code, 2);
+    EXPECT_EQ(
+        marrow_with({scan, "-o", folder / "a.stl", "--isovalue", "100", "--max-memory", "2M"}, true).code,
+        130);
+    EXPECT_EQ(folder.files(), written);
+}
+
 TEST_F(CommandLine, SaysTheRangeWhereNothingIsFound) {
     for (const std::string isovalue : {"1001", "-2000"}) {
         const bool open = isovalue[0] == '-';  // capped, all inside has a surface: the box

@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include <marrow/error.h>
+#include <marrow/isosurface.h>
 
 #include "reading_checks.h"
 #include "scan_files.h"
@@ -45,6 +47,39 @@ TEST(ReadReal, SmallHeadIsTheSameInDicomAndNrrd) {
                       {p[0], p[1], p[2] - 92 * 1.5}, 1e-3);
         }
     }
+}
+
+// Every point of one surface lies within 1e-3 mm of one of the other's.
+void expect_points_among(const Mesh& points, const Mesh& others, float shift_z) {
+    using Cell = std::array<long, 3>;
+    const auto cell_of = [](const Vec3f& p) {
+        return Cell{std::lround(p[0] * 500), std::lround(p[1] * 500), std::lround(p[2] * 500)};
+    };
+    std::multimap<Cell, Vec3f> cells;
+    for (const Vec3f& p : others.points) cells.emplace(cell_of(p), p);
+    for (Vec3f p : points.points) {
+        p[2] += shift_z;
+        const Cell c = cell_of(p);
+        double nearest = 1;
+        for (int n = 0; n < 27; ++n) {
+            const auto [begin, end] = cells.equal_range({c[0] + n % 3 - 1, c[1] + n / 3 % 3 - 1, c[2] + n / 9 - 1});
+            for (auto q = begin; q != end; ++q) {
+                nearest = std::min<double>(nearest, std::hypot(p[0] - q->second[0], p[1] - q->second[1], p[2] - q->second[2]));
+            }
+        }
+        ASSERT_LE(nearest, 1e-3);
+    }
+}
+
+TEST(ReadReal, SmallHeadGivesTheSamePointsInDicomAndNrrd) {
+    MARROW_TEST_SCAN(dicom, "slicer_cthead_dcm");
+    MARROW_TEST_SCAN(nrrd, "vtk_headsq/vtk_headsq/headsq/quarter.nhdr");
+    const Volume a = read_scan(dicom), b = read_scan(nrrd);
+    const Mesh from_dicom = extract_isosurface(a, 1150.5), from_nrrd = extract_isosurface(b, 1150.5);
+    ASSERT_GT(from_dicom.points.size(), 10000u);
+    ASSERT_EQ(from_dicom.points.size(), from_nrrd.points.size());
+    expect_points_among(from_dicom, from_nrrd, -92 * 1.5f);
+    expect_points_among(from_nrrd, from_dicom, 92 * 1.5f);
 }
 
 TEST(ReadReal, HeadAndFeetUnderOneSeriesNumberAreTwoVolumes) {

@@ -1,6 +1,8 @@
 // NIfTI, NRRD and MetaImage.
 #include <gtest/gtest.h>
 
+#include <cstring>
+
 #include <cmath>
 #include <numeric>
 
@@ -560,6 +562,55 @@ TEST(ReadScan, RawFilesReportProgressAndStop) {
     options.progress = [&](double) { return ++calls < 3; };
     EXPECT_THROW(read_scan(path, options), Cancelled);
     EXPECT_EQ(calls, 3);
+}
+
+// Reads a file whole and slice by slice.
+void expect_same_slices(const fs::path& file) {
+    const Volume whole = read_scan(file);
+    const SliceSource source = open_slices(file);
+    EXPECT_EQ(source.geometry.dims, whole.geometry().dims);
+    EXPECT_EQ(source.geometry.origin, whole.geometry().origin);
+    ASSERT_EQ(source.type, whole.type());
+    const std::int64_t nz = whole.geometry().dims[2];
+    const std::size_t slice = whole.bytes() / static_cast<std::size_t>(nz);
+    for (std::int64_t begin = 0; begin < nz; ++begin) {
+        for (std::int64_t end = begin + 1; end <= nz; ++end) {
+            std::string bytes(slice * static_cast<std::size_t>(end - begin), '\0');
+            source.read(begin, end, bytes.data());
+            EXPECT_EQ(
+                std::memcmp(bytes.data(),
+                            static_cast<const char*>(whole.data()) + slice * static_cast<std::size_t>(begin),
+                            bytes.size()),
+                0);
+        }
+    }
+}
+
+TEST(ReadSlices, AreThoseOfTheWholeVolume) {
+    TemporaryFolder folder;
+    std::vector<std::int16_t> samples(5 * 4 * 6);
+    for (std::size_t i = 0; i < samples.size(); ++i) samples[i] = static_cast<std::int16_t>(i * 771);
+    const std::string header =
+        "NRRD0005\ntype: int16\ndimension: 3\nsizes: 5 4 6\nspace: left-posterior-superior\n"
+        "space directions: (1,0,0) (0,1,0) (0,0,2)\nspace origin: (1,2,3)\n";
+    for (const bool big : {false, true}) {
+        const std::string endian = big ? "endian: big\n" : "endian: little\n";
+        expect_same_slices(
+            write_file(folder / "a.nrrd", header + endian + "encoding: raw\n\n" + bytes_of(samples, big)));
+        // Two slices to a file.
+        for (int part = 0; part < 3; ++part) {
+            const std::vector<std::int16_t> share(samples.begin() + 40 * part,
+                                                  samples.begin() + 40 * (part + 1));
+            write_file(folder / ("part" + std::to_string(part)), bytes_of(share, big));
+        }
+        expect_same_slices(write_file(
+            folder / "b.nhdr", header + endian + "encoding: raw\ndata file: LIST\npart0\npart1\npart2\n"));
+    }
+    const fs::path compressed = write_file(
+        folder / "c.nrrd", header + "endian: little\nencoding: gzip\n\n" + gzipped(bytes_of(samples)));
+    EXPECT_THROW(open_slices(compressed), InputError);
+    EXPECT_THROW(open_slices(write_file(folder / "d.png", png<std::uint8_t>(2, 2, {1, 2, 3, 4}))),
+                 InputError);
 }
 
 }  // namespace

@@ -17,12 +17,11 @@ struct Preset {
 // `fat` encloses muscle and bone too. Air is -1000 HU and water 0 HU by definition. Where the limits come
 // from:
 //
-// bone    226: the lower limit of the "Bone (CT)" preset of Materialise Mimics, and of InVesalius.
+// bone    226: the lower limit that InVesalius proposes for bone, as in the project of the example skull.
 // muscle   10: the lower end of muscle in common tables of Hounsfield units (10 to 40).
 // soft   -100: the density of typical fat: lean tissue and skin, with the denser half of the fat.
-// fat    -150: the lower end of the range by which fat is commonly measured in CT (-150 to -50).
-// skin   -300: between fat and air. Half-way between tissue and air would be about -500; the higher value
-// leaves out
+// fat    -150: the lower end of the range by which fat is often measured in CT (-150 to -50).
+// skin   -300: between fat and air. Half-way between tissue and air would be about -500; the higher value leaves out
 //              more of hair, cloth and head rest, and still encloses all fat.
 inline constexpr std::array<Preset, 5> kPresets{{
     {"bone", 226, {0.95, 0.91, 0.83}},

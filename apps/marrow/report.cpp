@@ -24,17 +24,23 @@ Json text_or_null(const std::string& text) {
 }
 
 Json surface_numbers(const Surface& surface, Space space) {
+    const auto [points, triangles] = surface.size();
+    Json numbers{{"isovalue", surface.isovalue}, {"points", points}, {"triangles", triangles}};
+    if (surface.in_slabs) {  // what takes the whole surface is not known
+        for (const char* name : {"components", "boundary_edges", "nonmanifold_edges", "euler_characteristic",
+                                 "area_mm2", "volume_mm3", "bounds_mm"})
+            numbers[name] = Json();
+        return numbers;
+    }
     const MeshMeasures m = measure(surface.mesh);
-    return {{"isovalue", surface.isovalue},
-            {"points", m.points},
-            {"triangles", m.triangles},
-            {"components", m.components},
-            {"boundary_edges", m.boundary_edges},
-            {"nonmanifold_edges", m.nonmanifold_edges},
-            {"euler_characteristic", m.euler_characteristic},
-            {"area_mm2", m.area},
-            {"volume_mm3", m.volume},
-            {"bounds_mm", bounds(m, space)}};
+    numbers.update({{"components", m.components},
+                    {"boundary_edges", m.boundary_edges},
+                    {"nonmanifold_edges", m.nonmanifold_edges},
+                    {"euler_characteristic", m.euler_characteristic},
+                    {"area_mm2", m.area},
+                    {"volume_mm3", m.volume},
+                    {"bounds_mm", bounds(m, space)}});
+    return numbers;
 }
 
 std::int64_t peak_memory_bytes() {
@@ -83,7 +89,7 @@ void print_text(std::ostream& out, const std::vector<Surface>& surfaces) {
     for (const Surface& surface : surfaces) {
         out << fmt::format("{}: {} points, {} triangles at isovalue {:g}\n",
                            surface.output.empty() ? surface.name : surface.output.string(),
-                           surface.mesh.points.size(), surface.mesh.triangles.size(), surface.isovalue);
+                           surface.size().points, surface.size().triangles, surface.isovalue);
     }
 }
 

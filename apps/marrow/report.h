@@ -1,8 +1,10 @@
 // What the command line says about its results.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <iosfwd>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,6 +21,13 @@ struct Surface {
     double isovalue = 0;
     Mesh mesh;
     std::filesystem::path output;  ///< empty: not written
+    /// Written slab by slab: only its size is known, and the mesh is empty.
+    struct Size {
+        std::uint64_t points = 0, triangles = 0;
+    };
+    std::optional<Size> in_slabs = {};
+
+    Size size() const { return in_slabs.value_or(Size{mesh.points.size(), mesh.triangles.size()}); }
 };
 
 /// How long each stage took, on the wall.

@@ -1,6 +1,4 @@
 #include <algorithm>
-#include <chrono>
-#include <new>
 #include <ostream>
 
 #include <fmt/format.h>
@@ -10,79 +8,16 @@
 #include <marrow/mesh_io.h>
 #include <marrow/refine.h>
 #include <marrow/scan_io.h>
+#include <marrow/slabs.h>
 
 #include "picture.h"
 #include "report.h"
 #include "run.h"
+#include "voice.h"
 
 namespace marrow {
 namespace fs = std::filesystem;
 namespace {
-
-/// No sample lies across the isovalue.
-struct EmptySurface : Error {
-    using Error::Error;
-};
-
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-    return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
-/// The words on stderr, and the flag that stops the work.
-class Voice {
-  public:
-    Voice(const Settings& settings, const Console& console, const std::atomic<bool>& stop)
-        : settings_(settings), console_(console), stop_(stop) {}
-
-    void warn(const std::string& text) {
-        if (!settings_.quiet) console_.err << "marrow: warning: " << text << '\n';
-    }
-
-    /// Does a stage's work, with a bar where err is a terminal, and returns the seconds it took.
-    template <class Work>
-    double stage(const char* name, Work work) {
-        const bool bar = console_.terminal && !settings_.quiet;
-        const Clock::time_point start = Clock::now();
-        Clock::time_point drawn = start;
-        const Progress progress = [&](double fraction) {
-            if (bar && seconds_since(drawn) > 0.1) {
-                drawn = Clock::now();
-                draw(name, fraction);
-            }
-            return !stop_.load(std::memory_order_relaxed);
-        };
-        const auto erase = [&] {
-            if (drawn != start) console_.err << "\r\x1b[K" << std::flush;
-        };
-        try {
-            report(progress, 0);
-            work(progress);
-        } catch (...) {
-            erase();
-            throw;
-        }
-        erase();
-        const double seconds = seconds_since(start);
-        if (settings_.verbose && !settings_.quiet)
-            console_.err << fmt::format("{:<8} {:8.3f} s\n", name, seconds);
-        return seconds;
-    }
-
-  private:
-    void draw(const char* name, double fraction) {
-        constexpr int kWidth = 40;
-        const int done = static_cast<int>(fraction * kWidth);
-        console_.err << fmt::format("\r{:<8} [{:#<{}}{:.<{}}] {:3.0f}%", name, "", done, "", kWidth - done,
-                                    fraction * 100)
-                     << std::flush;
-    }
-
-    const Settings& settings_;
-    const Console& console_;
-    const std::atomic<bool>& stop_;
-};
 
 // Presets are Hounsfield units, which only CT has. Formats without a modality pass if they hold air; the
 // returned text says that this was assumed.
@@ -129,6 +64,11 @@ void check_folder(const fs::path& file) {
     if (!fs::is_directory(folder))
         throw IoError(
             fmt::format("cannot write '{}': there is no folder '{}'", file.string(), folder.string()));
+}
+
+void warn_of_non_finite(std::int64_t samples, std::vector<std::string>& warnings) {
+    if (samples > 0)
+        warnings.push_back(fmt::format("{} samples are NaN or infinite and count as outside", samples));
 }
 
 // The surface of the highest isovalue lies innermost; those around it are drawn translucent.
@@ -193,9 +133,7 @@ void extract(const Settings& settings, const Console& console, Voice& voice) {
                 surfaces.back().mesh = largest_component(surfaces.back().mesh);
             });
     }
-    if (non_finite_samples > 0)
-        warnings.push_back(
-            fmt::format("{} samples are NaN or infinite and count as outside", non_finite_samples));
+    warn_of_non_finite(non_finite_samples, warnings);
     for (const std::string& warning : warnings) voice.warn(warning);
 
     seconds.write = voice.stage("write", [&](const Progress& progress) {
@@ -212,6 +150,46 @@ void extract(const Settings& settings, const Console& console, Voice& voice) {
         print_json(console.out, info, surfaces, settings.space, warnings, seconds);
     else if (!settings.quiet)
         print_text(console.out, surfaces);
+}
+
+// With --max-memory: reads, extracts and writes slab by slab.
+void extract_in_slabs(const Settings& settings, const Console& console, Voice& voice, std::size_t memory) {
+    const Clock::time_point start = Clock::now();
+    const SurfaceRequest& request = settings.surfaces.front();
+    Surface surface{request.name, *request.isovalue, {}, output_files(settings).front(), Surface::Size{}};
+    check_folder(surface.output);
+
+    StageSeconds seconds;
+    ScanInfo info;
+    const SliceSource source =
+        open_slices(settings.inputs.front(), scan_options(settings), &info);
+    SurfaceWriter writer(surface.output, {settings.space, {}});
+    SurfaceSink sink = writer.sink();
+    const auto begin = sink.begin;
+    sink.begin = [&](std::uint64_t points, std::uint64_t triangles, bool normals) {
+        if (triangles == 0)
+            throw EmptySurface(
+                fmt::format("no surface at isovalue {:g}: no sample lies across it", surface.isovalue));
+        surface.in_slabs = {points, triangles};
+        begin(points, triangles, normals);
+    };
+    IsosurfaceStats stats;
+    seconds.extract = voice.stage("extract", [&](const Progress& progress) {
+        // Normals as in a surface that is extracted whole, so that the file has the same bytes.
+        extract_isosurface_in_slabs(
+            source, surface.isovalue, sink, {.memory = memory},
+            {.closed = !settings.open, .threads = settings.threads, .progress = progress}, &stats);
+    });
+    seconds.write = voice.stage("write", [&](const Progress&) { writer.commit(); });
+
+    std::vector<std::string> warnings = info.warnings;
+    warn_of_non_finite(stats.non_finite_samples, warnings);
+    for (const std::string& warning : warnings) voice.warn(warning);
+    seconds.total = seconds_since(start);
+    if (settings.json)
+        print_json(console.out, info, {surface}, settings.space, warnings, seconds);
+    else if (!settings.quiet)
+        print_text(console.out, {surface});
 }
 
 // Looks at all inputs; one that cannot be read does not hide the others. Returns the first failure's code.
@@ -249,35 +227,15 @@ ExitCode inform(const Settings& settings, const Console& console, const std::ato
 }  // namespace
 
 int run(const Settings& settings, const Console& console, const std::atomic<bool>& stop) {
-    const auto fail = [&](ExitCode code, const char* what) {
-        console.err << "marrow: " << what << '\n';
-        return code;
-    };
-    try {
-        Voice voice(settings, console, stop);
-        ExitCode code = kOk;
-        if (settings.info)
-            code = inform(settings, console, stop);
+    return exit_code_of(console, [&] {
+        Voice voice(settings.quiet, settings.verbose, console, stop);
+        if (settings.info) return inform(settings, console, stop);
+        if (settings.max_memory)
+            extract_in_slabs(settings, console, voice, *settings.max_memory);
         else
             extract(settings, console, voice);
-        console.out.flush();
-        if (!console.out) throw IoError("cannot write the results to standard output");
-        return code;
-    } catch (const Cancelled& error) {
-        return fail(kCancelled, error.what());
-    } catch (const UsageError& error) {
-        return fail(kUsage, error.what());
-    } catch (const EmptySurface& error) {
-        return fail(kEmpty, error.what());
-    } catch (const GeometryError& error) {
-        return fail(kGeometry, error.what());
-    } catch (const Error& error) {
-        return fail(kUnreadable, error.what());
-    } catch (const std::bad_alloc&) {
-        return fail(kUnreadable, "not enough memory for this scan");
-    } catch (const std::exception& error) {
-        return fail(kUnreadable, error.what());
-    }
+        return kOk;
+    });
 }
 
 }  // namespace marrow

@@ -54,6 +54,23 @@ Vec3d parse_spacing(std::string_view text) {
     return spacing;
 }
 
+// "800M", "1.5G" or bytes.
+std::size_t parse_memory(const std::string& text) {
+    double unit = 1;
+    std::string_view number = text;
+    if (!number.empty()) {
+        const char last = number.back();
+        if (last == 'K' || last == 'k') unit = 1024.0;
+        if (last == 'M' || last == 'm') unit = 1024.0 * 1024;
+        if (last == 'G' || last == 'g') unit = 1024.0 * 1024 * 1024;
+        if (unit > 1) number.remove_suffix(1);
+    }
+    const std::optional<double> value = parse_number(number);
+    if (!value || *value <= 0 || *value * unit > 1e18)
+        throw UsageError(fmt::format("--max-memory takes a size such as 800M or 4G, not '{}'", text));
+    return static_cast<std::size_t>(*value * unit);
+}
+
 std::string preset_list() {
     std::string list;
     for (const Preset& preset : kPresets)
@@ -66,6 +83,7 @@ std::string footer() {
         "Presets in Hounsfield units: {}.\n"
         "Two surfaces of a scan: repeat --isovalue or --type; OUT is then a folder or a pattern with "
         "{{name}}.\n"
+        "Terrain from elevation rasters: see marrow terrain --help.\n"
         "Exit codes: 0 ok, 2 usage, 3 unreadable or not writable, 4 ambiguous or refused geometry,\n"
         "5 empty surface, 130 cancelled.\n"
         "For research use only; not a medical device.",
@@ -77,7 +95,7 @@ std::string footer() {
 std::variant<Settings, int> parse_command_line(int argc, const char* const* argv, std::ostream& out) {
     Settings settings;
     std::vector<std::string> isovalues, types;
-    std::string spacing, space = "LPS";
+    std::string spacing, space = "LPS", max_memory;
 
     CLI::App app("Turns CT and MRI scans into surfaces.", "marrow");
     app.set_version_flag("--version", "marrow " MARROW_VERSION);
@@ -109,6 +127,10 @@ std::variant<Settings, int> parse_command_line(int argc, const char* const* argv
     app.add_option("--space", space, "axes of the written coordinates: LPS (default) or RAS")
         ->type_name("SPACE");
     app.add_option("--threads", settings.threads, "threads to use; 0: all (default)")->type_name("N");
+    app.add_option("--max-memory", max_memory,
+                   "read and write slab by slab within this much memory: uncompressed NRRD, MetaImage or "
+                   "NIfTI to .stl or .ply, with --isovalue N")
+        ->type_name("SIZE");
     app.add_flag("--open", settings.open, "leave the surface open where the scan ends");
     app.add_flag("--largest", settings.largest, "keep only the largest connected piece");
     app.add_flag("-q,--quiet", settings.quiet, "print errors only (and JSON, if asked for)");
@@ -149,6 +171,14 @@ std::variant<Settings, int> parse_command_line(int argc, const char* const* argv
     if (settings.threads < 0) throw UsageError("--threads takes a number from 0 (all) upwards");
     if (!settings.picture.empty() && settings.picture.extension() != ".png")
         throw UsageError(fmt::format("--picture writes .png, not '{}'", settings.picture.string()));
+    if (!max_memory.empty()) {
+        settings.max_memory = parse_memory(max_memory);
+        const bool plain = settings.surfaces.size() == 1 && settings.surfaces.front().isovalue;
+        if (!plain || settings.output.empty() || !settings.picture.empty() || settings.largest)
+            throw UsageError(
+                "--max-memory never has the whole surface: it goes with one --isovalue N and -o, and not "
+                "with --type, --largest or --picture");
+    }
     output_files(settings);  // so that a mistake shows before the work
     return settings;
 }

@@ -41,6 +41,7 @@ struct Settings {
     std::optional<std::int64_t> volume;
     Space space = Space::LPS;
     int threads = 0;
+    std::optional<std::size_t> max_memory;  ///< bytes; read and write slab by slab within them
     bool open = false;
     bool largest = false;
     bool json = false;

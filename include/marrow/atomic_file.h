@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <string_view>
 
@@ -21,9 +22,11 @@ class AtomicFile {
     AtomicFile(const AtomicFile&) = delete;
     AtomicFile& operator=(const AtomicFile&) = delete;
 
-    /// Appends; unbuffered, so hand over large pieces.
+    /// Writes behind what was written last; unbuffered, so hand over large pieces.
     void write(const void* data, std::size_t bytes);
     void write(std::string_view text) { write(text.data(), text.size()); }
+    /// The next write goes to this many bytes from the start.
+    void seek(std::uint64_t offset);
     /// Puts the file in its place. Nothing may be written afterwards.
     void commit();
 

@@ -12,4 +12,5 @@
 #include <marrow/progress.h>
 #include <marrow/refine.h>
 #include <marrow/scan_io.h>
+#include <marrow/slabs.h>
 #include <marrow/volume.h>

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 
 #include <marrow/mesh.h>
 #include <marrow/progress.h>
+#include <marrow/slabs.h>
 
 namespace marrow {
 
@@ -38,5 +40,23 @@ MeshFormat mesh_format(const std::filesystem::path& output);
 /// \throw InputError an unknown ending, normals that do not match the points, or triangles that name none;
 /// LimitError more triangles than the format can count; IoError the system said no; Cancelled.
 void write_mesh(const Mesh& mesh, const std::filesystem::path& output, const MeshWriteOptions& options = {});
+
+/// Writes a surface part by part, with no more in memory than a part: .stl and .ply. The file has the same bytes as
+/// write_mesh's of the whole, and appears with commit() or not at all.
+class SurfaceWriter {
+  public:
+    /// options.progress is not called. \throw as write_mesh; InputError a format that cannot be written in parts
+    explicit SurfaceWriter(const std::filesystem::path& output, const MeshWriteOptions& options = {});
+    ~SurfaceWriter();
+
+    /// What to hand to extract_isosurface_in_slabs; it must not outlive the writer.
+    SurfaceSink sink();
+    /// Puts the file in its place. \pre all parts were written
+    void commit();
+
+  private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
 
 }  // namespace marrow

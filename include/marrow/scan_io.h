@@ -10,6 +10,7 @@
 #include <vector>
 
 #include <marrow/progress.h>
+#include <marrow/slabs.h>
 #include <marrow/volume.h>
 
 namespace marrow {
@@ -101,6 +102,10 @@ struct ScanReport {
 /// Looks at an input as read_scan would with these options, without reading samples.
 /// \throw as read_scan, where there is no image at all.
 ScanReport inspect_scan(const std::filesystem::path& input, const ScanOptions& options = {});
+
+/// Opens a scan that is read slice by slice, for volumes that do not fit in memory: NIfTI, NRRD and MetaImage that are not
+/// compressed. Samples and geometry are those of read_scan. \throw as read_scan; InputError input that can only be read whole
+SliceSource open_slices(const std::filesystem::path& input, const ScanOptions& options = {}, ScanInfo* info = nullptr);
 
 /// Lists what an input holds, without reading samples. \throw as inspect_scan.
 std::vector<SeriesInfo> list_series(const std::filesystem::path& input, std::string* format = nullptr);

@@ -19,24 +19,34 @@ struct InsideBits {
     std::int64_t cells_x = 0;     ///< a cell starts at each of a row's bits below this
     std::int64_t ny = 0, nz = 0;  ///< rows of the grid, those around the volume included
     std::size_t words_per_row = 0;
-    Buffer<std::uint64_t> words;
+    Buffer<std::uint64_t> owned;  ///< empty where the words lie in borrowed memory
+    std::uint64_t* words = nullptr;
 
     InsideBits(const std::array<std::int64_t, 3>& volume_dims, bool closed)
+        : InsideBits(volume_dims, closed, nullptr) {
+        owned.resize(word_count());
+        words = owned.data();
+    }
+    /// In memory of word_count() words that outlives it.
+    InsideBits(const std::array<std::int64_t, 3>& volume_dims, bool closed, std::uint64_t* memory)
         : pad(closed ? 1 : 0),
           first_x(64 * pad),
           cells_x(first_x + volume_dims[0] - 1 + pad),
           ny(volume_dims[1] + 2 * pad),
           nz(volume_dims[2] + 2 * pad),
           words_per_row(static_cast<std::size_t>((first_x + volume_dims[0] + 63) / 64)),
-          words(words_per_row * rows()) {}
+          words(memory) {}
+    InsideBits(const InsideBits&) = delete;
+    InsideBits& operator=(const InsideBits&) = delete;
 
+    std::size_t word_count() const { return words_per_row * rows(); }
     std::size_t rows() const { return static_cast<std::size_t>(ny * nz); }
     std::size_t row_index(std::int64_t y, std::int64_t z) const {
         return static_cast<std::size_t>(z * ny + y);
     }
-    std::uint64_t* row(std::size_t index) { return words.data() + index * words_per_row; }
-    const std::uint64_t* row(std::size_t index) const { return words.data() + index * words_per_row; }
-    std::size_t bytes() const { return words.size() * sizeof(std::uint64_t); }
+    std::uint64_t* row(std::size_t index) { return words + index * words_per_row; }
+    const std::uint64_t* row(std::size_t index) const { return words + index * words_per_row; }
+    std::size_t bytes() const { return word_count() * sizeof(std::uint64_t); }
 };
 
 }  // namespace marrow::internal

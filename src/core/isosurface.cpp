@@ -1,15 +1,10 @@
 #include <marrow/isosurface.h>
 
-#include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <atomic>
 #include <chrono>
-#include <cmath>
-#include <limits>
-#include <mutex>
 #include <new>
 #include <optional>
 #include <string>
@@ -19,6 +14,7 @@
 #include "count.h"
 #include "dispatch.h"
 #include "emit.h"
+#include "pipeline.h"
 
 namespace marrow {
 
@@ -28,43 +24,10 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// Each thread takes its work in this many shares, so that none waits long for the slowest.
-constexpr std::size_t kSharesPerThread = 8;
-
-// Reports one stage's part of the whole, from one thread at a time.
-class Stage {
-  public:
-    Stage(const Progress& progress, double begin, double end, std::size_t steps)
-        : progress_(progress),
-          begin_(begin),
-          per_step_((end - begin) / static_cast<double>(std::max<std::size_t>(steps, 1))) {}
-
-    void step() {
-        if (!progress_) return;
-        const std::lock_guard lock(mutex_);
-        report(progress_, begin_ + per_step_ * static_cast<double>(++done_));
-    }
-
-  private:
-    const Progress& progress_;
-    const double begin_, per_step_;
-    std::size_t done_ = 0;
-    std::mutex mutex_;
-};
-
-void check(double isovalue) {
-    if (!std::isfinite(isovalue)) throw InputError("isovalue is not a finite number");
-}
-
 void check(const VolumeView& volume) {
     check_geometry(volume.geometry);
     if (volume.data == nullptr && volume.geometry.sample_count() > 0)
         throw InputError("volume has no samples");
-}
-
-bool has_cells(const Geometry& geometry, bool closed) {
-    const std::int64_t fewest = *std::min_element(geometry.dims.begin(), geometry.dims.end());
-    return fewest >= (closed ? 1 : 2);
 }
 
 // Everything an extraction needs beside its result. Kept between extractions, it saves reading what cannot
@@ -154,39 +117,20 @@ void allocate(const Pyramids& pyramids, bool normals, Mesh& mesh) {
     }
 }
 
-// The first row whose whole output lies at or behind `key`: where a share of the output starts.
-std::size_t row_at(const HistoPyramid& pyramid, std::uint64_t key) {
-    if (key >= pyramid.total()) return pyramid.leaves().size();
-    const auto [row, remainder] = pyramid.locate(key);
-    return row + (remainder > 0 ? 1 : 0);
-}
-
-// Runs f(row_begin, row_end) over equal shares of a pyramid's output.
-template <class F>
-void for_each_share(const HistoPyramid& pyramid, std::size_t shares, Stage& stage, const F& f) {
-    const std::uint64_t total = pyramid.total();
-    if (total == 0) return;
-    tbb::parallel_for(std::size_t{0}, shares, [&](std::size_t share) {
-        const std::size_t row_begin = row_at(pyramid, total * share / shares);
-        const std::size_t row_end = row_at(pyramid, total * (share + 1) / shares);
-        if (row_begin < row_end) f(row_begin, row_end);
-        stage.step();
-    });
-}
-
 void emit(const Extraction& e, const Pyramids& pyramids, double isovalue, Mesh& mesh) {
     const EmitInput input{e.volume,        isovalue,           e.frame,        e.bits,
                           pyramids.points, pyramids.triangles, e.rows.along_x, e.rows.along_y};
-    const std::size_t shares =
-        kSharesPerThread * static_cast<std::size_t>(tbb::this_task_arena::max_concurrency());
-    Stage stage(e.options.progress, 0.4, 1, 2 * shares);
+    Stage stage(e.options.progress, 0.4, 1, 2 * share_count());
     Vec3f* normals = e.options.normals ? mesh.normals.data() : nullptr;
-    for_each_share(input.points, shares, stage, [&](std::size_t row_begin, std::size_t row_end) {
+    for_each_share(input.points, 0, e.bits.rows(), [&](std::size_t row_begin, std::size_t row_end) {
         emit_points(input, row_begin, row_end, mesh.points.data(), normals);
+        stage.step();
     });
-    for_each_share(input.triangles, shares, stage, [&](std::size_t row_begin, std::size_t row_end) {
+    for_each_share(input.triangles, 0, e.bits.rows(), [&](std::size_t row_begin, std::size_t row_end) {
         emit_triangles(input, row_begin, row_end, mesh.triangles.data());
+        stage.step();
     });
+    report(e.options.progress, 1);
 }
 
 // The story: classify, count, allocate, emit.
@@ -210,15 +154,6 @@ void extract(Extraction& e, double isovalue, Mesh& mesh, IsosurfaceStats* stats)
     };
     *stats = {e.non_finite_samples, static_cast<std::int64_t>(scratch), seconds(start, classified),
               seconds(classified, counted), seconds(counted, emitted)};
-}
-
-// Runs f with as many threads as are asked for; oneTBB would warn on stderr when asked for more than there
-// are.
-template <class F>
-void with_threads(int wanted, const F& f) {
-    const auto most =
-        static_cast<int>(tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism));
-    tbb::task_arena(wanted > 0 ? std::min(wanted, most) : most).execute(f);
 }
 
 // Every `step`-th sample along each axis.
@@ -249,7 +184,7 @@ Volume subsampled(const VolumeView& volume, std::int64_t step) {
 Mesh extract_isosurface(const VolumeView& volume, double isovalue, const IsosurfaceOptions& options,
                         IsosurfaceStats* stats) {
     check(volume);
-    check(isovalue);
+    check_isovalue(isovalue);
     Mesh mesh;
     if (stats != nullptr) *stats = {};
     if (!has_cells(volume.geometry, options.closed)) return mesh;
@@ -281,7 +216,7 @@ IsosurfaceExtractor::IsosurfaceExtractor(IsosurfaceExtractor&&) noexcept = defau
 IsosurfaceExtractor& IsosurfaceExtractor::operator=(IsosurfaceExtractor&&) noexcept = default;
 
 const Mesh& IsosurfaceExtractor::extract(double isovalue, int level, IsosurfaceStats* stats) {
-    check(isovalue);
+    check_isovalue(isovalue);
     if (level < 0 || level > 30) throw InputError("preview level must be 0 to 30");
     const auto index = static_cast<std::size_t>(level);
     if (index >= levels_.size()) levels_.resize(index + 1);

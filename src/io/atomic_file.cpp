@@ -65,6 +65,10 @@ void AtomicFile::write(const void* data, std::size_t bytes) {
     }
 }
 
+void AtomicFile::seek(std::uint64_t offset) {
+    if (::lseek(descriptor_, static_cast<off_t>(offset), SEEK_SET) < 0) fail(errno);
+}
+
 void AtomicFile::commit() {
     if (::fsync(descriptor_) != 0) fail(errno);
     const int descriptor = descriptor_;

@@ -11,6 +11,7 @@
 #include <marrow/atomic_file.h>
 #include <marrow/mesh.h>
 #include <marrow/mesh_io.h>
+#include <marrow/slabs.h>
 
 namespace marrow {
 
@@ -28,13 +29,12 @@ char* put(char* to, const T& value) {
     return to + sizeof value;
 }
 
-/// A mesh on its way into a file.
+/// Surfaces on their way into a file.
 class MeshOutput {
   public:
-    MeshOutput(const Mesh& mesh, AtomicFile& file, const MeshWriteOptions& options)
-        : mesh(mesh), space(options.space), file_(file), progress_(options.progress) {}
+    MeshOutput(AtomicFile& file, const MeshWriteOptions& options)
+        : space(options.space), file_(file), progress_(options.progress) {}
 
-    const Mesh& mesh;
     const Space space;
 
     /// A point or normal in the space that is written.
@@ -63,9 +63,26 @@ class MeshOutput {
     std::vector<char> piece_;
 };
 
-void write_stl(MeshOutput& output);
-void write_ply(MeshOutput& output);
-void write_obj(MeshOutput& output);
-void write_vtp(MeshOutput& output);
+/// A whole mesh as the only part of its surface.
+inline SurfacePart whole(const Mesh& mesh) {
+    return {0, mesh.points, mesh.normals, 0, mesh.triangles};
+}
+
+void write_obj(MeshOutput& output, const Mesh& mesh);
+void write_vtp(MeshOutput& output, const Mesh& mesh);
+
+// STL and PLY have records of one size, so that a surface can also be written part by part.
+void write_stl_header(MeshOutput& output, std::uint64_t triangles);
+void write_stl_facets(MeshOutput& output, const SurfacePart& part);
+inline constexpr std::uint64_t kStlHeaderBytes = 84, kStlFacetBytes = 50;
+
+/// The text before the points.
+std::string ply_header(Space space, std::uint64_t points, bool normals, std::uint64_t triangles);
+void write_ply_points(MeshOutput& output, const SurfacePart& part);
+void write_ply_faces(MeshOutput& output, const SurfacePart& part);
+inline constexpr std::uint64_t kPlyFaceBytes = 13;
+constexpr std::uint64_t ply_point_bytes(bool normals) {
+    return normals ? 24 : 12;
+}
 
 }  // namespace marrow

@@ -90,7 +90,8 @@ std::uint64_t checked_share(const RawImage& image) {
                            static_cast<double>(image.geometry.dims[1]) *
                            static_cast<double>(image.geometry.dims[2]);
     const double share = samples * static_cast<double>(stored_size(image.type)) *
-                         static_cast<double>(image.volumes) / static_cast<double>(image.files.size());
+                         static_cast<double>(image.volumes - image.volume) /
+                         static_cast<double>(image.files.size());
     for (const auto& path : image.files) {
         const double held = static_cast<double>(size_of_file(path)) -
                             static_cast<double>(std::max<std::int64_t>(image.file_offset, 0));
@@ -109,6 +110,43 @@ std::uint64_t checked_share(const RawImage& image) {
                                      shown(image.files[0]), image.files.size(), count));
     }
     return count / image.files.size() * stored_size(image.type);
+}
+
+// Reads the next `count` samples of a stream into `out`, of the loaded type; calls done(n) after every n of them.
+template <class Done>
+void read_samples(ByteStream& stream, const RawImage& image, std::size_t count, std::byte* out,
+                  const Done& done) {
+    constexpr std::size_t chunk_samples = std::size_t{1} << 20;
+    const SampleType type = loaded_type(image);
+    const std::size_t stored = stored_size(image.type);
+    const bool as_is = image.slope == 1 && image.intercept == 0 && image.type != StoredType::uint32 &&
+                       image.type != StoredType::uint64 && image.type != StoredType::int64;
+    const bool swap = image.big_endian != (std::endian::native == std::endian::big);
+    std::vector<std::byte> chunk(as_is ? 0 : std::min(count, chunk_samples) * stored);
+    while (count > 0) {
+        const std::size_t n = std::min(count, chunk_samples);
+        std::byte* to = as_is ? out : chunk.data();
+        stream.read(to, n * stored);
+        if (swap) swap_bytes(to, n, stored);
+        if (!as_is) {
+            with_stored_type(image.type, [&]<class S>(S) {
+                const auto* from = reinterpret_cast<const S*>(chunk.data());
+                if (type == SampleType::float32)
+                    convert(from, reinterpret_cast<float*>(out), n, image);
+                else
+                    convert(from, reinterpret_cast<double*>(out), n, image);
+            });
+        }
+        out += n * sample_size(type);
+        count -= n;
+        done(n);
+    }
+}
+
+// Where a file's share of the samples starts, for data that is not compressed; where the compressed data starts, else.
+std::uint64_t data_begin(const RawImage& image, const std::filesystem::path& path, std::uint64_t share) {
+    return image.file_offset >= 0 ? static_cast<std::uint64_t>(image.file_offset)
+                                  : size_of_file(path) - share * static_cast<std::uint64_t>(image.volumes);
 }
 
 }  // namespace
@@ -158,55 +196,65 @@ void choose_volume(RawImage& image, double count, std::optional<std::int64_t> vo
     }
     if (count > 1 && image.files.size() > 1)
         throw InputError(fmt::format("{}: several volumes in several files are not read", shown(image.files[0])));
-    if (count > 9e15)
-        throw InputError(fmt::format("{}: claims {:.0f} volumes", shown(image.files[0]), count));
+    const auto& dims = image.geometry.dims;
+    const double bytes = static_cast<double>(dims[0]) * static_cast<double>(dims[1]) *
+                         static_cast<double>(dims[2]) * static_cast<double>(stored_size(image.type));
+    if (count * bytes > 9e18)
+        throw InputError(fmt::format("{}: the header claims {:.0f} volumes of {:.0f} bytes", shown(image.files[0]),
+                                     count, bytes));
     image.volumes = static_cast<std::int64_t>(count);
     image.volume = volume.value_or(0);
+    image.data_offset += image.volume * static_cast<std::int64_t>(bytes);
 }
 
 Volume load_raw(const RawImage& image, const Progress& progress) {
     const std::uint64_t share = checked_share(image);
     Volume volume(image.geometry, loaded_type(image));
-
-    const std::size_t stored = stored_size(image.type);
     const std::size_t kept = sample_size(volume.type());
-    const bool as_is = image.slope == 1 && image.intercept == 0 && image.type != StoredType::uint32 &&
-                       image.type != StoredType::uint64 && image.type != StoredType::int64;
-    const bool swap = image.big_endian != (std::endian::native == std::endian::big);
-    constexpr std::size_t chunk_samples = std::size_t{1} << 20;
-    std::vector<std::byte> chunk(as_is ? 0 : chunk_samples * stored);
-
-    auto* out = static_cast<std::byte*>(volume.data());
     const std::size_t total = volume.bytes() / kept;
+    const std::size_t in_file = share / stored_size(image.type);
+    auto* out = static_cast<std::byte*>(volume.data());
     std::size_t done = 0;
-    const auto volumes = static_cast<std::uint64_t>(image.volumes);
     report(progress, 0);
     for (const auto& path : image.files) {
-        const std::uint64_t offset = image.file_offset >= 0 ? static_cast<std::uint64_t>(image.file_offset)
-                                                            : size_of_file(path) - share * volumes;
-        ByteStream stream(path, image.compressed ? Compression::zlib : Compression::none, offset);
-        stream.skip(static_cast<std::uint64_t>(image.data_offset) + static_cast<std::uint64_t>(image.volume) * share);
-        for (std::size_t left = share / stored; left > 0;) {
-            const std::size_t count = std::min(left, chunk_samples);
-            std::byte* to = as_is ? out + done * kept : chunk.data();
-            stream.read(to, count * stored);
-            if (swap) swap_bytes(to, count, stored);
-            if (!as_is) {
-                with_stored_type(image.type, [&]<class S>(S) {
-                    const auto* from = reinterpret_cast<const S*>(chunk.data());
-                    if (volume.type() == SampleType::float32)
-                        convert(from, volume.samples<float>() + done, count, image);
-                    else
-                        convert(from, volume.samples<double>() + done, count, image);
-                });
-            }
-            done += count;
-            left -= count;
+        ByteStream stream(path, image.compressed ? Compression::zlib : Compression::none,
+                          data_begin(image, path, share));
+        stream.skip(static_cast<std::uint64_t>(image.data_offset));
+        read_samples(stream, image, in_file, out + done * kept, [&](std::size_t n) {
+            done += n;
             report(progress, static_cast<double>(done) / static_cast<double>(total));
-        }
+        });
         stream.verify_end();
     }
     return volume;
+}
+
+SliceSource raw_slices(const RawImage& image) {
+    if (image.compressed) {
+        throw InputError(
+            fmt::format("{}: is compressed and can only be read whole; decompress it, or do without "
+                        "a memory limit",
+                        shown(image.files[0])));
+    }
+    const std::uint64_t share = checked_share(image);
+    const auto read = [image, share](std::int64_t z_begin, std::int64_t z_end, void* to) {
+        const std::size_t stored = stored_size(image.type), kept = sample_size(loaded_type(image));
+        const auto area = static_cast<std::size_t>(image.geometry.dims[0] * image.geometry.dims[1]);
+        const std::size_t in_file = share / stored;
+        auto* out = static_cast<std::byte*>(to);
+        std::size_t at = static_cast<std::size_t>(z_begin) * area;
+        for (const std::size_t end = static_cast<std::size_t>(z_end) * area; at < end;) {
+            const auto& path = image.files[at / in_file];
+            const std::size_t first = at % in_file, count = std::min(end - at, in_file - first);
+            ByteStream stream(path, Compression::none,
+                              data_begin(image, path, share) + static_cast<std::uint64_t>(image.data_offset) +
+                                  first * stored);
+            read_samples(stream, image, count, out, [](std::size_t) {});
+            out += count * kept;
+            at += count;
+        }
+    };
+    return {image.geometry, loaded_type(image), read};
 }
 
 }  // namespace marrow

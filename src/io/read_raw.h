@@ -8,6 +8,7 @@
 #include <vector>
 
 #include <marrow/scan_io.h>
+#include <marrow/slabs.h>
 
 namespace marrow {
 
@@ -38,7 +39,8 @@ RawImage read_nifti_header(const std::filesystem::path& path, std::optional<std:
 RawImage read_nrrd_header(const std::filesystem::path& path);
 RawImage read_metaimage_header(const std::filesystem::path& path, std::optional<std::int64_t> volume);
 
-/// Makes `image` the named one of `count` volumes that lie one after the other. \throw as above.
+/// Makes `image`, which is otherwise complete, the named one of `count` volumes that lie one after the other.
+/// \throw as above.
 void choose_volume(RawImage& image, double count, std::optional<std::int64_t> volume);
 
 /// \throw InputError where the files are smaller than the header claims.
@@ -48,6 +50,9 @@ void check_claims(const RawImage& image);
 /// Volume has not, it is float32 or, where float32 would not be exact, float64. \throw InputError where the
 /// files are smaller than the header claims, before memory is allocated.
 Volume load_raw(const RawImage& image, const Progress& progress);
+
+/// The same samples, slice by slice. \throw as load_raw, and InputError where they are compressed.
+SliceSource raw_slices(const RawImage& image);
 
 /// The type load_raw will give.
 SampleType loaded_type(const RawImage& image);

@@ -182,6 +182,22 @@ Volume read_scan(const fs::path& path, const ScanOptions& options, ScanInfo* inf
     return volume;
 }
 
+SliceSource open_slices(const fs::path& path, const ScanOptions& options, ScanInfo* info) {
+    const Input input = identify(path);
+    if (input.format != "NIfTI" && input.format != "NRRD" && input.format != "MetaImage") {
+        throw InputError(
+            fmt::format("{}: {} can only be read whole; without a memory limit, or convert it to NRRD, "
+                        "MetaImage or NIfTI without compression",
+                        shown(path), input.format));
+    }
+    check_options(input, path, options);
+    const RawImage image = read_raw_header(input, options);
+    if (!image.has_spacing && !options.spacing) throw GeometryError(needs_spacing(path));
+    SliceSource source = raw_slices(image);
+    if (info) *info = {input.format, series_of(path, image.geometry, image.files.size()), image.warnings};
+    return source;
+}
+
 ScanReport inspect_scan(const fs::path& path, const ScanOptions& options) {
     const Input input = identify(path);
     check_options(input, path, options);

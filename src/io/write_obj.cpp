@@ -25,10 +25,10 @@ char* put_index(char* to, std::uint64_t index) {
 
 }  // namespace
 
-void write_obj(MeshOutput& output) {
-    const auto& points = output.mesh.points;
-    const auto& normals = output.mesh.normals;
-    const auto& triangles = output.mesh.triangles;
+void write_obj(MeshOutput& output, const Mesh& mesh) {
+    const auto& points = mesh.points;
+    const auto& normals = mesh.normals;
+    const auto& triangles = mesh.triangles;
     output.text("# Marrow " + space_mark(output.space) + "\n");
 
     constexpr std::size_t vector_chars = 3 + 3 * (kFloatChars + 1);

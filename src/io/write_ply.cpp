@@ -5,27 +5,29 @@
 
 namespace marrow {
 
-void write_ply(MeshOutput& output) {
-    const auto& points = output.mesh.points;
-    const auto& normals = output.mesh.normals;
-    const auto& triangles = output.mesh.triangles;
-    const bool signed_indices = points.size() <= std::numeric_limits<std::int32_t>::max();
-
+std::string ply_header(Space space, std::uint64_t points, bool normals, std::uint64_t triangles) {
+    const bool signed_indices = points <= std::numeric_limits<std::int32_t>::max();
     std::string header = "ply\nformat binary_little_endian 1.0\n";
-    header += "comment Marrow " + space_mark(output.space) + "\n";
-    header += "element vertex " + std::to_string(points.size()) + "\n";
+    header += "comment Marrow " + space_mark(space) + "\n";
+    header += "element vertex " + std::to_string(points) + "\n";
     header += "property float x\nproperty float y\nproperty float z\n";
-    if (!normals.empty()) header += "property float nx\nproperty float ny\nproperty float nz\n";
-    header += "element face " + std::to_string(triangles.size()) + "\n";
+    if (normals) header += "property float nx\nproperty float ny\nproperty float nz\n";
+    header += "element face " + std::to_string(triangles) + "\n";
     header += std::string("property list uchar ") + (signed_indices ? "int" : "uint") + " vertex_indices\n";
-    output.text(header + "end_header\n");
+    return header + "end_header\n";
+}
 
-    output.items<24>(points.size(), 0, 0.5, [&](std::size_t i, char* to) {
-        to = put(to, output.oriented(points[i]));
-        return normals.empty() ? to : put(to, output.oriented(normals[i]));
+void write_ply_points(MeshOutput& output, const SurfacePart& part) {
+    output.items<ply_point_bytes(true)>(part.points.size(), 0, 0.5, [&](std::size_t i, char* to) {
+        to = put(to, output.oriented(part.points[i]));
+        return part.normals.empty() ? to : put(to, output.oriented(part.normals[i]));
     });
-    output.items<13>(triangles.size(), 0.5, 1,
-                     [&](std::size_t i, char* to) { return put(put(to, std::uint8_t{3}), triangles[i]); });
+}
+
+void write_ply_faces(MeshOutput& output, const SurfacePart& part) {
+    output.items<kPlyFaceBytes>(part.triangles.size(), 0.5, 1, [&](std::size_t i, char* to) {
+        return put(put(to, std::uint8_t{3}), part.triangles[i]);
+    });
 }
 
 }  // namespace marrow

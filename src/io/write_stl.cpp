@@ -23,25 +23,24 @@ Vec3f facet_normal(const Vec3f& a, const Vec3f& b, const Vec3f& c) {
 
 }  // namespace
 
-void write_stl(MeshOutput& output) {
-    const auto& points = output.mesh.points;
-    const auto& triangles = output.mesh.triangles;
-    if (triangles.size() > std::numeric_limits<std::uint32_t>::max())
+void write_stl_header(MeshOutput& output, std::uint64_t triangles) {
+    if (triangles > std::numeric_limits<std::uint32_t>::max())
         throw LimitError("an STL file counts at most 4294967295 triangles and this mesh has " +
-                         std::to_string(triangles.size()) + "; write .ply or .vtp");
-
+                         std::to_string(triangles) + "; write .ply or .vtp");
     // Readers take a header that starts with "solid" for the text format.
     std::string header = "Marrow " + space_mark(output.space);
     header.resize(80, ' ');
     char count[4];
-    put(count, static_cast<std::uint32_t>(triangles.size()));
+    put(count, static_cast<std::uint32_t>(triangles));
     output.text(header.append(count, sizeof count));
+}
 
-    output.items<50>(triangles.size(), 0, 1, [&](std::size_t i, char* to) {
-        const Triangle& t = triangles[i];
-        const Vec3f a = output.oriented(points[t[0]]);
-        const Vec3f b = output.oriented(points[t[1]]);
-        const Vec3f c = output.oriented(points[t[2]]);
+void write_stl_facets(MeshOutput& output, const SurfacePart& part) {
+    output.items<kStlFacetBytes>(part.triangles.size(), 0, 1, [&](std::size_t i, char* to) {
+        const Triangle& t = part.triangles[i];
+        const Vec3f a = output.oriented(part.points[t[0] - part.first_point]);
+        const Vec3f b = output.oriented(part.points[t[1] - part.first_point]);
+        const Vec3f c = output.oriented(part.points[t[2] - part.first_point]);
         to = put(to, facet_normal(a, b, c));
         to = put(put(put(to, a), b), c);
         return put(to, std::uint16_t{0});

@@ -28,10 +28,10 @@ void begin_array(MeshOutput& output, std::uint64_t bytes) {
 }
 
 template <class Index>
-void write_arrays(MeshOutput& output, const char* index_type) {
-    const auto& points = output.mesh.points;
-    const auto& normals = output.mesh.normals;
-    const auto& triangles = output.mesh.triangles;
+void write_arrays(MeshOutput& output, const Mesh& mesh, const char* index_type) {
+    const auto& points = mesh.points;
+    const auto& normals = mesh.normals;
+    const auto& triangles = mesh.triangles;
     const std::uint64_t point_bytes = points.size() * sizeof(Vec3f);
     const std::uint64_t normal_bytes = normals.size() * sizeof(Vec3f);
     const std::uint64_t corner_bytes = triangles.size() * 3 * sizeof(Index);
@@ -75,12 +75,12 @@ void write_arrays(MeshOutput& output, const char* index_type) {
 
 }  // namespace
 
-void write_vtp(MeshOutput& output) {
+void write_vtp(MeshOutput& output, const Mesh& mesh) {
     constexpr std::size_t int32_max = std::numeric_limits<std::int32_t>::max();
-    if (output.mesh.points.size() <= int32_max && output.mesh.triangles.size() <= int32_max / 3)
-        write_arrays<std::int32_t>(output, "Int32");
+    if (mesh.points.size() <= int32_max && mesh.triangles.size() <= int32_max / 3)
+        write_arrays<std::int32_t>(output, mesh, "Int32");
     else
-        write_arrays<std::int64_t>(output, "Int64");
+        write_arrays<std::int64_t>(output, mesh, "Int64");
 }
 
 }  // namespace marrow

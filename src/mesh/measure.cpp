@@ -3,11 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <string>
 #include <vector>
 
-#include <marrow/error.h>
-
+#include "check_mesh.h"
 #include "components.h"
 
 namespace marrow {
@@ -103,13 +101,7 @@ MeshMeasures measure(const Mesh& mesh) {
     MeshMeasures m;
     m.points = static_cast<std::int64_t>(mesh.points.size());
     m.triangles = static_cast<std::int64_t>(mesh.triangles.size());
-    for (const Triangle& t : mesh.triangles) {
-        for (std::uint32_t p : t) {
-            if (p >= mesh.points.size())
-                throw InputError("mesh: a triangle names point " + std::to_string(p) +
-                                 ", which is not there");
-        }
-    }
+    internal::check_triangles(mesh);
     count_edges(mesh, m);
     m.components = count_components(mesh);
     sum_area_and_volume(mesh, m);

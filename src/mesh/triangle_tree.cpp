@@ -1,0 +1,132 @@
+#include "triangle_tree.h"
+
+#include <tbb/parallel_invoke.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <limits>
+#include <utility>
+
+#include "vector.h"
+
+namespace marrow::internal {
+
+namespace {
+
+constexpr std::size_t kLeafSize = 4;
+constexpr float kFar = std::numeric_limits<float>::infinity();
+
+double squared_distance_to_segment(const Vec3d& place, const Vec3d& a, const Vec3d& b) {
+    const Vec3d along = b - a, from_a = place - a;
+    const double squared_length = dot(along, along);
+    const double t = squared_length > 0 ? std::clamp(dot(from_a, along) / squared_length, 0.0, 1.0) : 0;
+    const Vec3d apart = from_a - t * along;
+    return dot(apart, apart);
+}
+
+double squared_distance_to_triangle(const Vec3d& place, const Vec3d& a, const Vec3d& b, const Vec3d& c) {
+    const Vec3d n = cross(b - a, c - a);
+    const double squared_area = dot(n, n);
+    const bool above = squared_area > 0 && dot(cross(b - a, place - a), n) >= 0 &&
+                       dot(cross(c - b, place - b), n) >= 0 && dot(cross(a - c, place - c), n) >= 0;
+    if (above) {
+        const double height = dot(place - a, n);
+        return height * height / squared_area;
+    }
+    return std::min({squared_distance_to_segment(place, a, b), squared_distance_to_segment(place, b, c),
+                     squared_distance_to_segment(place, c, a)});
+}
+
+}  // namespace
+
+TriangleTree::TriangleTree(const Mesh& mesh)
+    : leaves_(std::bit_ceil((mesh.triangles.size() + kLeafSize - 1) / kLeafSize)),
+      boxes_(2 * leaves_, Box{{kFar, kFar, kFar}, {-kFar, -kFar, -kFar}}) {  // empty
+    triangles_.reserve(mesh.triangles.size());
+    for (const Triangle& t : mesh.triangles)
+        triangles_.push_back({mesh.points[t[0]], mesh.points[t[1]], mesh.points[t[2]]});
+    part(1, 0, leaves_ * kLeafSize);
+}
+
+// Sorts the triangles [first, first + size), as far as there are any, under a node.
+void TriangleTree::part(std::size_t node, std::size_t first, std::size_t size) {
+    const auto begin = triangles_.begin() + static_cast<std::ptrdiff_t>(std::min(first, triangles_.size()));
+    const auto end =
+        triangles_.begin() + static_cast<std::ptrdiff_t>(std::min(first + size, triangles_.size()));
+    Box& box = boxes_[node];
+    for (auto t = begin; t != end; ++t) {
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            box.lower[axis] = std::min({box.lower[axis], t->a[axis], t->b[axis], t->c[axis]});
+            box.upper[axis] = std::max({box.upper[axis], t->a[axis], t->b[axis], t->c[axis]});
+        }
+    }
+    if (node >= leaves_) return;
+    const std::size_t half = size / 2;
+    if (first + half < triangles_.size()) {
+        std::size_t axis = 0;
+        for (const std::size_t other : {1u, 2u}) {
+            if (box.upper[other] - box.lower[other] > box.upper[axis] - box.lower[axis]) axis = other;
+        }
+        const auto middle = [axis](const Corners& t) { return (t.a[axis] + t.b[axis]) + t.c[axis]; };
+        std::nth_element(begin, begin + static_cast<std::ptrdiff_t>(half), end,
+                         [&](const Corners& s, const Corners& t) { return middle(s) < middle(t); });
+    }
+    const auto left = [&] { part(2 * node, first, half); };
+    const auto right = [&] { part(2 * node + 1, first + half, half); };
+    if (size > 4096) {
+        tbb::parallel_invoke(left, right);
+    } else {
+        left();
+        right();
+    }
+}
+
+double TriangleTree::squared_distance_to_box(std::size_t node, const Vec3d& place) const {
+    double sum = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        const double outside =
+            std::max({boxes_[node].lower[axis] - place[axis], place[axis] - boxes_[node].upper[axis], 0.0});
+        sum += outside * outside;
+    }
+    return sum;
+}
+
+double TriangleTree::squared_distance_to_leaf(std::size_t leaf, const Vec3d& place) const {
+    double nearest = std::numeric_limits<double>::infinity();
+    const std::size_t end = std::min((leaf + 1) * kLeafSize, triangles_.size());
+    for (std::size_t i = leaf * kLeafSize; i < end; ++i) {
+        const Corners& t = triangles_[i];
+        nearest = std::min(
+            nearest, squared_distance_to_triangle(place, to_double(t.a), to_double(t.b), to_double(t.c)));
+    }
+    return nearest;
+}
+
+double TriangleTree::distance(const Vec3d& place) const {
+    struct Node {
+        std::size_t index;
+        double squared_distance;  // to its box
+    };
+    std::array<Node, 64> stack;
+    std::size_t depth = 0;
+    stack[depth++] = {1, squared_distance_to_box(1, place)};
+    double nearest = std::numeric_limits<double>::infinity();
+    while (depth > 0) {
+        const Node node = stack[--depth];
+        if (node.squared_distance >= nearest) continue;
+        if (node.index >= leaves_) {
+            nearest = std::min(nearest, squared_distance_to_leaf(node.index - leaves_, place));
+            continue;
+        }
+        const std::size_t child = 2 * node.index;
+        Node near{child, squared_distance_to_box(child, place)};
+        Node far{child + 1, squared_distance_to_box(child + 1, place)};
+        if (far.squared_distance < near.squared_distance) std::swap(near, far);
+        if (far.squared_distance < nearest) stack[depth++] = far;
+        if (near.squared_distance < nearest) stack[depth++] = near;  // first
+    }
+    return std::sqrt(nearest);
+}
+
+}  // namespace marrow::internal

@@ -1,0 +1,119 @@
+// `marrow terrain` on the command line.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "temporary_folder.h"
+#include "terrain.h"
+
+namespace marrow::test {
+namespace {
+
+struct Outcome {
+    int code;
+    std::string out;
+    std::string err;
+};
+
+Outcome terrain_with(const std::vector<std::string>& arguments, bool stop = false) {
+    std::vector<const char*> argv{"marrow terrain"};
+    for (const std::string& argument : arguments) argv.push_back(argument.c_str());
+    std::ostringstream out, err;
+    const std::atomic<bool> stopped{stop};
+    try {
+        const auto parsed = parse_terrain_command(static_cast<int>(argv.size()), argv.data(), out);
+        if (const int* code = std::get_if<int>(&parsed)) return {*code, out.str(), err.str()};
+        const int code = run_terrain(std::get<TerrainSettings>(parsed), {out, err}, stopped);
+        return {code, out.str(), err.str()};
+    } catch (const UsageError& error) {
+        return {kUsage, out.str(), error.what()};
+    }
+}
+
+/// An Arc/Info ASCII grid: a tent, 100 m high, on 65 x 49 samples of 5 m.
+std::filesystem::path write_grid(const std::filesystem::path& file) {
+    std::ostringstream text;
+    text << "ncols 65\nnrows 49\nxllcorner 1000\nyllcorner 2000\ncellsize 5\nNODATA_value -9999\n";
+    for (int row = 0; row < 49; ++row) {
+        for (int column = 0; column < 65; ++column)
+            text << 100 - std::max(std::abs(column - 32) * 3, std::abs(row - 24) * 4) << ' ';
+        text << '\n';
+    }
+    put_content(file, text.str());
+    return file;
+}
+
+TEST(TerrainCommand, WritesABlockAndSaysWhatItIs) {
+    const TemporaryFolder folder;
+    const std::string grid = write_grid(folder / "tent.asc");
+    const Outcome outcome = terrain_with({grid, "-o", folder / "block.stl", "--base", "4", "--json"});
+    ASSERT_EQ(outcome.code, kOk) << outcome.err;
+    const auto json = nlohmann::json::parse(outcome.out);
+    EXPECT_EQ(json["input"]["format"], "AAIGrid");
+    EXPECT_EQ(json["input"]["heights_m"], (std::vector<double>{4, 100}));
+    EXPECT_EQ(json["input"]["centre_m"], (std::vector<double>{1162.5, 2122.5}));
+    ASSERT_EQ(json["levels"].size(), 1u);
+    const auto& level = json["levels"][0];
+    EXPECT_EQ(level["boundary_edges"], 0);
+    EXPECT_EQ(level["euler_characteristic"], 2);
+    EXPECT_EQ(level["bounds_mm"][1][0], 75) << "150 mm wide where nothing else is said";
+    EXPECT_NEAR(level["bounds_mm"][1][2].get<double>(), 4 + 96 * 150.0 / 320, 1e-4);
+    EXPECT_LT(level["height_error"]["rms_of_cell"].get<double>(), 1e-5);
+    EXPECT_EQ(json["warnings"].size(), 1u) << "the grid names no coordinates";
+    EXPECT_EQ(std::filesystem::file_size(folder / "block.stl"),
+              84 + 50 * level["triangles"].get<std::size_t>());
+}
+
+TEST(TerrainCommand, WritesLevelsEachOfHalfTheResolution) {
+    const TemporaryFolder folder;
+    const std::string grid = write_grid(folder / "tent.asc");
+    const Outcome outcome = terrain_with({grid, "-o", folder / "levels/", "--levels", "3", "--json"});
+    ASSERT_EQ(outcome.code, kOk) << outcome.err;
+    const auto levels = nlohmann::json::parse(outcome.out)["levels"];
+    ASSERT_EQ(levels.size(), 3u);
+    for (std::size_t i = 0; i < 3; ++i) {
+        EXPECT_EQ(levels[i]["cell_m"][2], 5 << i);
+        EXPECT_EQ(levels[i]["output"], (folder / ("levels/level" + std::to_string(i) + ".stl")).string());
+        EXPECT_TRUE(std::filesystem::exists(levels[i]["output"].get<std::string>()));
+        if (i > 0) {
+            EXPECT_LT(levels[i]["triangles"], 0.3 * levels[i - 1]["triangles"].get<double>());
+        }
+    }
+    EXPECT_EQ(terrain_with({grid, "-o", folder / "{name}.ply", "--levels", "2"}).code, kOk);
+    EXPECT_TRUE(std::filesystem::exists(folder / "level1.ply"));
+}
+
+TEST(TerrainCommand, RefusesWhatMakesNoSense) {
+    const TemporaryFolder folder;
+    const std::string grid = write_grid(folder / "tent.asc"), out = folder / "x.stl";
+    EXPECT_EQ(terrain_with({}).code, kUsage);
+    EXPECT_EQ(terrain_with({grid}).code, kUsage);
+    EXPECT_EQ(terrain_with({grid, "-o", folder / "x.doc"}).code, kUsage);
+    EXPECT_EQ(terrain_with({grid, "-o", out, "--levels", "2"}).code, kUsage) << "two levels, one file";
+    EXPECT_EQ(terrain_with({grid, "-o", out, "--levels", "0"}).code, kUsage);
+    EXPECT_EQ(terrain_with({grid, "-o", out, "--picture", "x.jpg"}).code, kUsage);
+    for (const char* option : {"--base", "--size", "--exaggerate", "--cell"}) {
+        for (const char* value : {"0", "-1", "nan", "x"})
+            EXPECT_EQ(terrain_with({grid, "-o", out, option, value}).code, kUsage) << option << ' ' << value;
+    }
+    EXPECT_EQ(terrain_with({folder / "missing.tif", "-o", out}).code, kUnreadable);
+    EXPECT_EQ(terrain_with({grid, "-o", out}, true).code, kCancelled);
+    EXPECT_EQ(folder.files(), (std::set<std::string>{"tent.asc"}));
+}
+
+TEST(TerrainCommand, IsReachedThroughMarrow) {
+    const TemporaryFolder folder;
+    const std::string grid = write_grid(folder / "tent.asc");
+    const std::string command = std::string("'") + MARROW_PROGRAM + "' terrain '" + grid + "' -q -o '";
+    EXPECT_EQ(std::system((command + (folder / "tent.ply").string() + "'").c_str()), 0);
+    EXPECT_TRUE(std::filesystem::exists(folder / "tent.ply"));
+    EXPECT_EQ(WEXITSTATUS(std::system((command + "/nowhere/tent.ply' 2>/dev/null").c_str())), kUnreadable);
+}
+
+}  // namespace
+}  // namespace marrow::test
