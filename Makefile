@@ -20,7 +20,8 @@ demo: build
 
 # Each target searches for SECONDS, from the seeds and what was found before.
 SECONDS ?= 60
-fuzz: deps
+fuzz:
+	scripts/install-dependencies fuzz
 	scripts/fuzz $(SECONDS)
 
 bench: build
