@@ -32,6 +32,7 @@ struct Arm {
 std::size_t read_with_itk(const std::string& folder) {
     using Image = itk::Image<short, 3>;
     const auto names = itk::GDCMSeriesFileNames::New();
+    names->SetRecursive(true);
     names->SetDirectory(folder);
     const auto reader = itk::ImageSeriesReader<Image>::New();
     reader->SetImageIO(itk::GDCMImageIO::New());
@@ -76,6 +77,7 @@ int main(int argc, char** argv) {
     std::printf("%-20s %10s %10s\n", folder.size() > 20 ? "seconds" : folder.c_str(), "median", "least");
     for (Arm& arm : arms) {
         std::sort(arm.seconds.begin(), arm.seconds.end());
-        std::printf("%-20s %10.3f %10.3f\n", arm.name.c_str(), arm.seconds[arm.seconds.size() / 2], arm.seconds[0]);
+        std::printf("%-20s %10.3f %10.3f\n", arm.name.c_str(), arm.seconds[arm.seconds.size() / 2],
+                    arm.seconds[0]);
     }
 }

@@ -10,9 +10,10 @@
 #include "io/dicom_codec.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-    static const std::array<std::string, 7> syntaxes = {
-        "1.2.840.10008.1.2.4.50", "1.2.840.10008.1.2.4.51", "1.2.840.10008.1.2.4.57", "1.2.840.10008.1.2.4.70",
-        "1.2.840.10008.1.2.4.80", "1.2.840.10008.1.2.4.90", "1.2.840.10008.1.2.5"};
+    static const std::array<std::string, 7> syntaxes = {"1.2.840.10008.1.2.4.50", "1.2.840.10008.1.2.4.51",
+                                                        "1.2.840.10008.1.2.4.57", "1.2.840.10008.1.2.4.70",
+                                                        "1.2.840.10008.1.2.4.80", "1.2.840.10008.1.2.4.90",
+                                                        "1.2.840.10008.1.2.5"};
     constexpr std::size_t head = 4;
     if (size < head) return 0;
     const int columns = data[1] + 1, rows = data[2] + 1, allocated = data[3] % 2 ? 8 : 16;

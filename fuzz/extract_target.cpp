@@ -41,7 +41,8 @@ bool is_closed(const Mesh& mesh) {
 }
 
 template <class T>
-void check(const std::uint8_t* data, std::size_t size, const Geometry& geometry, double isovalue, bool closed) {
+void check(const std::uint8_t* data, std::size_t size, const Geometry& geometry, double isovalue,
+           bool closed) {
     std::vector<T> samples(static_cast<std::size_t>(geometry.sample_count()));
     auto* bytes = reinterpret_cast<std::uint8_t*>(samples.data());
     for (std::size_t i = 0; i < samples.size() * sizeof(T); ++i) bytes[i] = data[i % size];
@@ -78,6 +79,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     if (type == 0) check<std::uint8_t>(samples, rest, geometry, isovalue & 0xff, closed);
     if (type == 1) check<std::int16_t>(samples, rest, geometry, isovalue, closed);
     if (type == 2) check<float>(samples, rest, geometry, isovalue / 8.0, closed);
-    if (type == 3) check<std::uint16_t>(samples, rest, geometry, static_cast<std::uint16_t>(isovalue), closed);
+    if (type == 3)
+        check<std::uint16_t>(samples, rest, geometry, static_cast<std::uint16_t>(isovalue), closed);
     return 0;
 }

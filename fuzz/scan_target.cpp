@@ -19,7 +19,8 @@ namespace fs = std::filesystem;
 // A folder in memory where there is one, gone at the end.
 struct Place {
     fs::path folder = [] {
-        std::string name = (fs::exists("/dev/shm") ? "/dev/shm" : "/tmp") + std::string("/marrow-fuzz-XXXXXX");
+        std::string name =
+            (fs::exists("/dev/shm") ? "/dev/shm" : "/tmp") + std::string("/marrow-fuzz-XXXXXX");
         if (!mkdtemp(name.data())) std::abort();
         return name;
     }();
@@ -31,8 +32,8 @@ bool read(const fs::path& path, const marrow::ScanOptions& options) {
     try {
         const marrow::Volume volume = marrow::read_scan(path, options);
         marrow::check_geometry(volume.geometry());
-        const std::size_t expected = static_cast<std::size_t>(volume.geometry().sample_count()) *
-                                     marrow::sample_size(volume.type());
+        const std::size_t expected =
+            static_cast<std::size_t>(volume.geometry().sample_count()) * marrow::sample_size(volume.type());
         if (volume.bytes() != expected) std::abort();
         // what was never written is found by MemorySanitizer only, but what is not there by all
         volatile unsigned char sum = 0;

@@ -1,7 +1,7 @@
 // What is left when the system says no: each call that can fail fails once, for every format.
 #include <cerrno>
-#include <csignal>
 #include <chrono>
+#include <csignal>
 #include <thread>
 
 #include <fcntl.h>
@@ -40,7 +40,8 @@ Process run(std::vector<std::string> arguments, const std::vector<std::string>& 
     const std::string err = scratch / "err";
     posix_spawn_file_actions_t actions;
     posix_spawn_file_actions_init(&actions);
-    posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, err.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666);
+    posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, err.c_str(), O_WRONLY | O_CREAT | O_TRUNC,
+                                     0666);
     pid_t pid = 0;
     const int error = posix_spawn(&pid, MARROW_PROGRAM, &actions, nullptr, argv.data(), environment.data());
     posix_spawn_file_actions_destroy(&actions);
@@ -102,7 +103,8 @@ void fail_each(const std::vector<std::string>& command, const TemporaryFolder& f
     ADD_FAILURE() << "still failing";
 }
 
-std::vector<std::string> command_for(const SmallScan& scan, const TemporaryFolder& folder, const fs::path& mesh) {
+std::vector<std::string> command_for(const SmallScan& scan, const TemporaryFolder& folder,
+                                     const fs::path& mesh) {
     std::vector<std::string> command{folder / scan.name, "-o", mesh, "--isovalue", "0.5", "-q"};
     if (scan.needs_spacing) command.insert(command.end(), {"--spacing", "1,1,1"});
     return command;
@@ -119,12 +121,14 @@ TEST(Faults, AHeaderThatClaimsATrillionSamplesCostsNothing) {
         {"b.nii.gz", gzipped(nifti.header())},
         {"c.nrrd", "NRRD0004\ndimension: 3" + text + "encoding: raw\n\n"},
         {"d.nrrd", "NRRD0004\ndimension: 3" + text + "encoding: gzip\n\n"},
-        {"e.mha", "ObjectType = Image\nNDims = 3\nDimSize = 10000 10000 10000\nElementSpacing = 1 1 1\nElementType = "
-                  "MET_SHORT\nElementDataFile = LOCAL\n"}};
+        {"e.mha",
+         "ObjectType = Image\nNDims = 3\nDimSize = 10000 10000 10000\nElementSpacing = 1 1 1\nElementType = "
+         "MET_SHORT\nElementDataFile = LOCAL\n"}};
     for (const auto& [name, bytes] : files) {
         SCOPED_TRACE(name);
         write_file(folder / name, bytes + std::string(400 - std::min<std::size_t>(400, bytes.size()), '\0'));
-        const Process process = run({folder / name, "-o", folder / "mesh.stl", "--isovalue", "0"}, {}, scratch);
+        const Process process =
+            run({folder / name, "-o", folder / "mesh.stl", "--isovalue", "0"}, {}, scratch);
         EXPECT_EQ(process.code, 3);
         EXPECT_NE(process.err.find("claims"), process.err.npos) << process.err;
         EXPECT_LT(process.peak_bytes, 100 << 20);
@@ -211,7 +215,6 @@ TEST(Faults, DevicesAreNoPlaceForAMesh) {
     EXPECT_EQ(device.code, 3);
     EXPECT_NE(device.err.find("not a regular file"), device.err.npos) << device.err;
     EXPECT_TRUE(fs::is_symlink(folder / "full.stl"));
-
 }
 
 TEST(Faults, ReadOnlyFoldersAreRefused) {

@@ -70,7 +70,7 @@ struct DicomWriter {
 
     Form form = Form::explicit_little;
     std::map<std::uint32_t, std::pair<std::string, std::string>>
-        elements;  ///< tag -> VR, value in little-endian
+        elements;                        ///< tag -> VR, value in little-endian
     std::string compressed_syntax;       ///< where not empty, the pixels are these fragments
     std::string offset_table;            ///< of them
     std::vector<std::string> fragments;  ///< of an even number of bytes each
@@ -199,7 +199,8 @@ struct DicomWriter {
         return encapsulated("", {stream});
     }
 
-    static std::string encapsulated(const std::string& offset_table, const std::vector<std::string>& fragments) {
+    static std::string encapsulated(const std::string& offset_table,
+                                    const std::vector<std::string>& fragments) {
         std::string out = bytes_of(std::uint16_t{0x7fe0}) + bytes_of(std::uint16_t{0x0010}) + "OB" +
                           std::string(2, '\0') + std::string(4, '\xff') + item(offset_table);
         for (const auto& fragment : fragments) out += item(fragment);

@@ -80,7 +80,8 @@ inline std::vector<SmallScan> small_scans() {
         picture8.push_back(static_cast<std::uint8_t>(picture.back()));
     }
     const std::string data = bytes_of(samples);
-    const std::string nrrd = "NRRD0004\ntype: short\ndimension: 3\nsizes: 4 4 4\nendian: little\nspacings: 1 1 1\n";
+    const std::string nrrd =
+        "NRRD0004\ntype: short\ndimension: 3\nsizes: 4 4 4\nendian: little\nspacings: 1 1 1\n";
     const std::string meta =
         "ObjectType = Image\nNDims = 3\nDimSize = 4 4 4\nElementType = MET_SHORT\nElementSpacing = 1 1 1\n";
     NiftiWriter nifti, pair;
@@ -94,7 +95,8 @@ inline std::vector<SmallScan> small_scans() {
         s.position("0\\0\\" + std::to_string(k));
         return s;
     };
-    const auto folder_of_slices = [&](const std::string& name, const std::function<void(DicomWriter&)>& change) {
+    const auto folder_of_slices = [&](const std::string& name,
+                                      const std::function<void(DicomWriter&)>& change) {
         SmallScan out{name, {}};
         for (int k = 0; k < n; ++k) {
             DicomWriter s = slice(k);
@@ -130,13 +132,18 @@ inline std::vector<SmallScan> small_scans() {
     out.push_back(folder_of_slices("big", [](DicomWriter& s) { s.form = Form::explicit_big; }));
     out.push_back(folder_of_slices("deflated", [](DicomWriter& s) { s.form = Form::deflated; }));
     out.push_back(folder_of_slices("rle", [](DicomWriter& s) { s.form = Form::run_length; }));
-    out.push_back(single("jpeg.dcm", compressed("1.2.840.10008.1.2.4.50", grey_jpeg_8(wide, wide, picture8), 8), 0));
-    out.push_back(single("progressive.dcm",
-                         compressed("1.2.840.10008.1.2.4.55", flat_jpeg(wide, wide, {1, 4000, 0, 900}, 12, true), 12), 0));
-    out.push_back(single("lossless.dcm",
-                         compressed("1.2.840.10008.1.2.4.57", lossless_jpeg(wide, wide, picture, 12, 4, true), 12), 0));
-    out.push_back(single("jpegls.dcm", compressed("1.2.840.10008.1.2.4.80", jpeg_ls(wide, wide, picture, 12), 12), 0));
-    out.push_back(single("j2k.dcm", compressed("1.2.840.10008.1.2.4.90", jpeg_2000(wide, wide, picture, 12), 12), 0));
+    out.push_back(
+        single("jpeg.dcm", compressed("1.2.840.10008.1.2.4.50", grey_jpeg_8(wide, wide, picture8), 8), 0));
+    out.push_back(single(
+        "progressive.dcm",
+        compressed("1.2.840.10008.1.2.4.55", flat_jpeg(wide, wide, {1, 4000, 0, 900}, 12, true), 12), 0));
+    out.push_back(
+        single("lossless.dcm",
+               compressed("1.2.840.10008.1.2.4.57", lossless_jpeg(wide, wide, picture, 12, 4, true), 12), 0));
+    out.push_back(
+        single("jpegls.dcm", compressed("1.2.840.10008.1.2.4.80", jpeg_ls(wide, wide, picture, 12), 12), 0));
+    out.push_back(
+        single("j2k.dcm", compressed("1.2.840.10008.1.2.4.90", jpeg_2000(wide, wide, picture, 12), 12), 0));
     out.push_back(single("i.png", png(wide, wide, picture), 16));  // a checksum and an end
     out.push_back(single("j.tif", tiff(wide, wide, {picture, picture}), 0));
     out.push_back(single("k.jpg", grey_jpeg_8(wide, wide, picture8), 0));

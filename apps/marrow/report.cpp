@@ -144,7 +144,8 @@ void print_one(std::ostream& out, const SeriesReport& s, bool is_chosen, bool is
     const auto line = [&](std::string_view name, const std::string& text) {
         if (!text.empty()) out << fmt::format("  {:<16} {}\n", name, text);
     };
-    out << (is_chosen ? "\n* " : "\n  ") << (s.series.id.empty() ? s.series.description : s.series.id) << '\n';
+    out << (is_chosen ? "\n* " : "\n  ") << (s.series.id.empty() ? s.series.description : s.series.id)
+        << '\n';
     if (!s.series.id.empty()) line("description", s.series.description);
     if (show_patient) line("patient", s.patient_name);
     line("modality", s.series.modality);
@@ -159,7 +160,8 @@ void print_one(std::ostream& out, const SeriesReport& s, bool is_chosen, bool is
     if (s.hounsfield) line("values", *s.hounsfield ? "Hounsfield units" : "not Hounsfield units");
     if (s.smallest_feature > 0)
         line("smallest detail", fmt::format("{:.3g} mm, two samples wide", s.smallest_feature));
-    if (s.memory > 0) line("memory", fmt::format("{:.1f} MiB for the samples", static_cast<double>(s.memory) / (1 << 20)));
+    if (s.memory > 0)
+        line("memory", fmt::format("{:.1f} MiB for the samples", static_cast<double>(s.memory) / (1 << 20)));
     for (const std::string& warning : s.warnings) line("warning", warning);
     if (!is_only) line("refused", s.refusal);
 }

@@ -161,8 +161,7 @@ void extract_in_slabs(const Settings& settings, const Console& console, Voice& v
 
     StageSeconds seconds;
     ScanInfo info;
-    const SliceSource source =
-        open_slices(settings.inputs.front(), scan_options(settings), &info);
+    const SliceSource source = open_slices(settings.inputs.front(), scan_options(settings), &info);
     SurfaceWriter writer(surface.output, {settings.space, {}});
     SurfaceSink sink = writer.sink();
     const auto begin = sink.begin;
@@ -213,8 +212,7 @@ ExitCode inform(const Settings& settings, const Console& console, const std::ato
         } catch (const Error& error) {
             fail(kUnreadable, error.what());
         }
-        if (!settings.json && !finding.refusal.empty())
-            console.err << "marrow: " << finding.refusal << '\n';
+        if (!settings.json && !finding.refusal.empty()) console.err << "marrow: " << finding.refusal << '\n';
         findings.push_back(std::move(finding));
     }
     if (settings.json)

@@ -118,7 +118,8 @@ std::variant<Settings, int> parse_command_line(int argc, const char* const* argv
             ->type_name("UID");
         to.add_option("--spacing", spacing, "mm between samples, for images that do not say")
             ->type_name("X,Y,Z");
-        to.add_flag("--resample", settings.resample, "make uneven DICOM slices even, by linear interpolation");
+        to.add_flag("--resample", settings.resample,
+                    "make uneven DICOM slices even, by linear interpolation");
         to.add_option("--volume", settings.volume, "volume of a 4D NIfTI or MetaImage file, counted from 0")
             ->type_name("K");
         to.add_flag("--json", settings.json, "print the results as one JSON object");

@@ -30,10 +30,10 @@ struct SurfaceRequest {
 };
 
 struct Settings {
-    bool info = false;  ///< say what is in the inputs instead of extracting
+    bool info = false;                          ///< say what is in the inputs instead of extracting
     std::vector<std::filesystem::path> inputs;  ///< one, save for info
-    std::filesystem::path output;   ///< file, folder or pattern with {name}; empty: no mesh
-    std::filesystem::path picture;  ///< empty: none
+    std::filesystem::path output;               ///< file, folder or pattern with {name}; empty: no mesh
+    std::filesystem::path picture;              ///< empty: none
     std::vector<SurfaceRequest> surfaces;
     std::string series;
     std::optional<Vec3d> spacing;  ///< mm

@@ -200,9 +200,10 @@ Vec3d step_of(const DicomStack& stack, const Vec3d& normal, std::vector<double>*
         std::string list;
         for (std::size_t i = 0; i < std::min(odd.size(), most); ++i) list += odd[i] + ", ";
         if (odd.size() > most) list += fmt::format("{} more such gaps, ", odd.size() - most);
-        refuse(stack, fmt::format("its slices are uneven: {}{:.4g} mm elsewhere; --resample (options.resample) "
-                                  "makes them even",
-                                  list, usual));
+        refuse(stack,
+               fmt::format("its slices are uneven: {}{:.4g} mm elsewhere; --resample (options.resample) "
+                           "makes them even",
+                           list, usual));
     }
     const Vec3d whole = *slices[n - 1].frame().position - *slices[0].frame().position;
     const double extent = dot(whole, normal);
@@ -240,12 +241,12 @@ StackPlace place_of(const DicomStack& stack, const ScanOptions& options) {
         first.spacing ? *first.spacing : std::array<double, 2>{(*given)[0], (*given)[1]};
     if (!(in_plane[0] > 0) || !(in_plane[1] > 0)) refuse(stack, "its PixelSpacing is not positive");
     if (!has_place(first) && !given) {
-        refuse(stack, "its slices have no position and orientation (ImagePositionPatient, "
-                      "ImageOrientationPatient); --spacing X,Y,Z (options.spacing) stacks them by their number");
+        refuse(stack,
+               "its slices have no position and orientation (ImagePositionPatient, "
+               "ImageOrientationPatient); --spacing X,Y,Z (options.spacing) stacks them by their number");
     }
     if (n == 1 && !given) {
-        refuse(stack,
-               "is a single slice; --spacing X,Y,Z (options.spacing) gives it a thickness in mm");
+        refuse(stack, "is a single slice; --spacing X,Y,Z (options.spacing) gives it a thickness in mm");
     }
 
     Mat3d axes{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};  // axes[a]: the direction of index axis a
@@ -254,7 +255,8 @@ StackPlace place_of(const DicomStack& stack, const ScanOptions& options) {
         axes = axes_of(stack);
         g.origin = *first.position;
         const Vec3d normal = axes[2];
-        step = n == 1 ? (*given)[2] * normal : step_of(stack, normal, options.resample ? &out.uneven : nullptr);
+        step =
+            n == 1 ? (*given)[2] * normal : step_of(stack, normal, options.resample ? &out.uneven : nullptr);
         out.tilt = std::acos(std::min(1.0, dot(step, normal) / length(step))) * 180 / M_PI;
         if (out.tilt > 0.1) {
             out.warnings.push_back(fmt::format(

@@ -221,7 +221,8 @@ class Decoder {
     }
 
     void read_frame(int marker) {
-        if (bits_ != 0 || marker > 0xc3) refuse("are of a kind that is not read (hierarchical or arithmetic)");
+        if (bits_ != 0 || marker > 0xc3)
+            refuse("are of a kind that is not read (hierarchical or arithmetic)");
         lossless_ = marker == 0xc3;
         progressive_ = marker == 0xc2;
         bits_ = static_cast<int>(byte());
@@ -304,13 +305,26 @@ class Decoder {
                 } else {
                     const int a = x[i - 1], b = above[i], c = above[i - 1];
                     switch (scan.first) {  // table H.1
-                        case 1: predicted = a; break;
-                        case 2: predicted = b; break;
-                        case 3: predicted = c; break;
-                        case 4: predicted = a + b - c; break;
-                        case 5: predicted = a + ((b - c) >> 1); break;
-                        case 6: predicted = b + ((a - c) >> 1); break;
-                        default: predicted = (a + b) / 2;
+                        case 1:
+                            predicted = a;
+                            break;
+                        case 2:
+                            predicted = b;
+                            break;
+                        case 3:
+                            predicted = c;
+                            break;
+                        case 4:
+                            predicted = a + b - c;
+                            break;
+                        case 5:
+                            predicted = a + ((b - c) >> 1);
+                            break;
+                        case 6:
+                            predicted = b + ((a - c) >> 1);
+                            break;
+                        default:
+                            predicted = (a + b) / 2;
                     }
                 }
                 const int size = scan.dc->take(in);

@@ -150,7 +150,8 @@ Picture read_jpeg(const std::filesystem::path& path, void* to) {
 // A file for libtiff, which takes some failures to read for the end of the file.
 class TiffFile {
   public:
-    explicit TiffFile(const std::filesystem::path& path) : stream_(path, Compression::none), size_(size_of_file(path)) {}
+    explicit TiffFile(const std::filesystem::path& path)
+        : stream_(path, Compression::none), size_(size_of_file(path)) {}
 
     void check() const {
         if (!failure_.empty()) throw IoError(failure_);

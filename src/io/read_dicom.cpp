@@ -79,7 +79,8 @@ SeriesInfo describe(const DicomStack& stack) {
     for (const DicomSlice& s : stack.slices) files.push_back(s.file);
     std::sort(files.begin(), files.end());
     info.files = static_cast<std::size_t>(std::unique(files.begin(), files.end()) - files.begin());
-    if (const auto spacing = stack.slices[0].frame().spacing) info.spacing = {(*spacing)[0], (*spacing)[1], 0};
+    if (const auto spacing = stack.slices[0].frame().spacing)
+        info.spacing = {(*spacing)[0], (*spacing)[1], 0};
     try {
         info.spacing = place_of(stack, {}).geometry.spacing;
     } catch (const InputError&) {  // it can be listed all the same
@@ -101,7 +102,7 @@ std::string listed(const std::vector<const DicomStack*>& stacks) {
 
 struct Choice {
     std::vector<DicomStack*> candidates;
-    std::string reason;       // why these
+    std::string reason;        // why these
     bool passes_over = false;  // scouts or single images
 };
 
@@ -118,9 +119,8 @@ Choice choose(Found& found, const std::filesystem::path& wanted, const ScanOptio
         if (chosen.empty())
             chosen = keep([&](const DicomStack* s) { return s->first().series_uid == options.series; });
         if (chosen.empty()) {
-            throw GeometryError(
-                fmt::format("there is no series {}; there are: {}", shown(options.series),
-                            listed({choice.candidates.begin(), choice.candidates.end()})));
+            throw GeometryError(fmt::format("there is no series {}; there are: {}", shown(options.series),
+                                            listed({choice.candidates.begin(), choice.candidates.end()})));
         }
         return {std::move(chosen), "it was asked for", false};
     }
@@ -135,8 +135,8 @@ Choice choose(Found& found, const std::filesystem::path& wanted, const ScanOptio
     choice.reason = "there is no other";
     auto volumes = keep([](const DicomStack* s) { return s->slices.size() > 1 && !s->first().localizer; });
     if (!volumes.empty() && volumes.size() < choice.candidates.size()) {
-        choice.reason = fmt::format("{} scout or single images are left out",
-                                    choice.candidates.size() - volumes.size());
+        choice.reason =
+            fmt::format("{} scout or single images are left out", choice.candidates.size() - volumes.size());
         choice.candidates = std::move(volumes);
         choice.passes_over = true;
     }
@@ -174,7 +174,8 @@ void drop_duplicates(DicomStack& stack, std::vector<std::string>& warnings) {
         if (decoded.size() > 4) decoded.clear();
         const std::size_t area = static_cast<std::size_t>(s.file->columns * s.file->rows);
         DicomWorkspace& memory = decoded[s.file];
-        const std::int32_t* all = memory.stored.empty() ? decode_dicom(*s.file, memory) : memory.stored.data();
+        const std::int32_t* all =
+            memory.stored.empty() ? decode_dicom(*s.file, memory) : memory.stored.data();
         return std::vector<std::int32_t>(all + s.index * area, all + (s.index + 1) * area);
     };
     std::vector<std::size_t> dropped;
@@ -203,9 +204,10 @@ void drop_duplicates(DicomStack& stack, std::vector<std::string>& warnings) {
         std::string list;
         for (std::size_t i = 0; i < std::min(groups.size(), most_listed); ++i)
             list += fmt::format("{}{}", i ? "; " : "", groups[i]);
-        throw GeometryError(fmt::format("series {}: slices with different pixels lie at the same place, as of "
-                                        "several volumes in one: {}{}",
-                                        stack.id, list, groups.size() > most_listed ? "; and more" : ""));
+        throw GeometryError(
+            fmt::format("series {}: slices with different pixels lie at the same place, as of "
+                        "several volumes in one: {}{}",
+                        stack.id, list, groups.size() > most_listed ? "; and more" : ""));
     }
     if (dropped.empty()) return;
     warnings.push_back(fmt::format("{} slices are there twice and count once, such as {}", dropped.size(),

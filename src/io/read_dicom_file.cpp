@@ -123,7 +123,7 @@ std::string refusal(const DicomFile& file, const DicomSet& set) {
         return "has a pixel format that contradicts itself (BitsAllocated, BitsStored, HighBit)";
     }
     // deflate makes at most 1032 bytes of one
-    const double inflation = file.transfer_syntax == deflated_syntax  ? 1032
+    const double inflation = file.transfer_syntax == deflated_syntax ? 1032
                              : is_plain_syntax(file.transfer_syntax) ? 1
                                                                      : most_inflation(file.transfer_syntax);
     if (inflation == 0) {

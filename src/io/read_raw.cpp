@@ -186,22 +186,23 @@ void check_claims(const RawImage& image) {
 
 void choose_volume(RawImage& image, double count, std::optional<std::int64_t> volume) {
     if (!volume && count != 1) {
-        throw GeometryError(
-            fmt::format("{}: holds {:.0f} volumes; choose one with --volume K (options.volume), from 0 to {:.0f}",
-                        shown(image.files[0]), count, count - 1));
+        throw GeometryError(fmt::format(
+            "{}: holds {:.0f} volumes; choose one with --volume K (options.volume), from 0 to {:.0f}",
+            shown(image.files[0]), count, count - 1));
     }
     if (volume && (*volume < 0 || static_cast<double>(*volume) >= count)) {
         throw GeometryError(fmt::format("{}: has no volume {}; there are {:.0f}, counted from 0",
                                         shown(image.files[0]), *volume, count));
     }
     if (count > 1 && image.files.size() > 1)
-        throw InputError(fmt::format("{}: several volumes in several files are not read", shown(image.files[0])));
+        throw InputError(
+            fmt::format("{}: several volumes in several files are not read", shown(image.files[0])));
     const auto& dims = image.geometry.dims;
     const double bytes = static_cast<double>(dims[0]) * static_cast<double>(dims[1]) *
                          static_cast<double>(dims[2]) * static_cast<double>(stored_size(image.type));
     if (count * bytes > 9e18)
-        throw InputError(fmt::format("{}: the header claims {:.0f} volumes of {:.0f} bytes", shown(image.files[0]),
-                                     count, bytes));
+        throw InputError(fmt::format("{}: the header claims {:.0f} volumes of {:.0f} bytes",
+                                     shown(image.files[0]), count, bytes));
     image.volumes = static_cast<std::int64_t>(count);
     image.volume = volume.value_or(0);
     image.data_offset += image.volume * static_cast<std::int64_t>(bytes);

@@ -31,7 +31,8 @@ constexpr std::size_t head_size = 352;
 // The format of a file by its first bytes, else by its name; empty where neither tells.
 std::string format_of(const fs::path& path) {
     const std::string head = head_of(path, head_size);
-    if (head.size() >= 132 && head.compare(128, 4, "DICM") == 0) return "DICOM";  // what is before may be TIFF
+    if (head.size() >= 132 && head.compare(128, 4, "DICM") == 0)
+        return "DICOM";  // what is before may be TIFF
     if (head.starts_with("NRRD000")) return "NRRD";
     if (is_tiff(head)) return "TIFF";
     if (is_picture(head)) return "slices";
@@ -103,7 +104,8 @@ Input identify(const fs::path& path) {
     size_of_file(path);
     const std::string format = format_of(path);
     if (format.empty()) {
-        if (head_of(path, 2) == "PK") throw InputError(fmt::format("{}: is an archive; unpack it first", shown(path)));
+        if (head_of(path, 2) == "PK")
+            throw InputError(fmt::format("{}: is an archive; unpack it first", shown(path)));
         throw InputError(fmt::format(
             "{}: is not a scan that can be read (DICOM, NIfTI, NRRD, MetaImage, TIFF, PNG)", shown(path)));
     }
@@ -145,15 +147,17 @@ void check_options(const Input& input, const fs::path& path, const ScanOptions& 
     if (!dicom && !options.series.empty())
         throw InputError(fmt::format("{}: has no series to choose from", shown(path)));
     if (!dicom && options.resample)
-        throw InputError(fmt::format("{}: its samples are even already; only DICOM is resampled", shown(path)));
+        throw InputError(
+            fmt::format("{}: its samples are even already; only DICOM is resampled", shown(path)));
     if (options.volume && input.format != "NIfTI" && input.format != "MetaImage")
         throw InputError(fmt::format("{}: has no volumes to choose from", shown(path)));
 }
 
 std::string needs_spacing(const fs::path& path) {
-    return fmt::format("{}: does not say how far apart its samples are; give it with --spacing X,Y,Z "
-                       "(options.spacing), in mm",
-                       shown(path));
+    return fmt::format(
+        "{}: does not say how far apart its samples are; give it with --spacing X,Y,Z "
+        "(options.spacing), in mm",
+        shown(path));
 }
 
 }  // namespace
