@@ -263,7 +263,7 @@ TEST_F(CommandLine, FailsWhenTheResultsCannotBePrinted) {
     std::ofstream full("/dev/full");
     std::ostringstream err;
     Settings settings;
-    settings.input = scan;
+    settings.inputs = {scan};
     settings.output = mesh;
     settings.surfaces = {{"0", 0.0, nullptr}};
     EXPECT_EQ(run(settings, {full, err}, std::atomic<bool>{false}), 3);

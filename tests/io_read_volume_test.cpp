@@ -1,14 +1,10 @@
-// NIfTI, NRRD, MetaImage and pictures.
+// NIfTI, NRRD and MetaImage.
 #include <gtest/gtest.h>
 
 #include <cstring>
 
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 #include <numeric>
-
-#include <jpeglib.h>
 
 #include <marrow/error.h>
 
@@ -87,7 +83,7 @@ TEST(ReadGeometry, ShearedAndObliqueTheSameInNiftiNrrdAndMetaImage) {
     }
 }
 
-TEST(ReadNifti, SformGoesBeforeQformAndQformBeforeSpacing) {
+TEST(NiftiTable, SformGoesBeforeQformAndQformBeforeSpacing) {
     TemporaryFolder folder;
     NiftiWriter n = nifti();
     n.pixdim = {-1, 2, 3, 4};  // qfac -1
@@ -108,7 +104,7 @@ TEST(ReadNifti, SformGoesBeforeQformAndQformBeforeSpacing) {
     contains(info.warnings[0], "neither sform nor qform");
 }
 
-TEST(ReadNifti, UnitsOfLength) {
+TEST(NiftiTable, UnitsOfLength) {
     TemporaryFolder folder;
     NiftiWriter n = nifti();
     n.units = 3;  // micrometres
@@ -198,7 +194,7 @@ void expect_nifti_type(std::int16_t datatype, bool big_endian) {
     EXPECT_EQ(samples_of<T>(v), values);
 }
 
-TEST(ReadNifti, TypesStayAsTheyAre) {
+TEST(NiftiTable, TypesStayAsTheyAre) {
     for (const bool big : {false, true}) {
         expect_nifti_type<std::uint8_t>(2, big);
         expect_nifti_type<std::int16_t>(4, big);
@@ -210,7 +206,7 @@ TEST(ReadNifti, TypesStayAsTheyAre) {
     }
 }
 
-TEST(ReadNifti, LargeIntegersBecomeExactDoublesOrAreRefused) {
+TEST(NiftiTable, LargeIntegersBecomeExactDoublesOrAreRefused) {
     TemporaryFolder folder;
     NiftiWriter n = nifti();
     n.datatype = 1024;
@@ -226,7 +222,7 @@ TEST(ReadNifti, LargeIntegersBecomeExactDoublesOrAreRefused) {
     EXPECT_EQ(samples_of<double>(read_scan(write_file(path, n.header() + bytes_of(words))))[0], 4294967295.0);
 }
 
-TEST(ReadNifti, SlopeAndIntercept) {
+TEST(NiftiTable, SlopeAndIntercept) {
     TemporaryFolder folder;
     NiftiWriter n = nifti();
     const auto read = [&] {
@@ -245,7 +241,7 @@ TEST(ReadNifti, SlopeAndIntercept) {
     contains(refusal<InputError>(folder / "n.nii"), "scl_slope");
 }
 
-TEST(ReadNifti, PairsAndGzip) {
+TEST(NiftiTable, PairsAndGzip) {
     TemporaryFolder folder;
     NiftiWriter n = nifti();
     const std::string data = bytes_of(samples());
@@ -264,16 +260,87 @@ TEST(ReadNifti, PairsAndGzip) {
     EXPECT_EQ(samples_of<std::int16_t>(read_scan(folder / "c.img.gz")), samples());
 }
 
+TEST(NiftiTable, FourDimensionsNeedAVolume) {
+    TemporaryFolder folder;
+    NiftiWriter series = nifti();
+    series.dim = {5, nx, ny, nz, 2, 3};
+    std::string data;
+    for (int v = 0; v < 6; ++v) {
+        auto shifted = samples();
+        for (auto& s : shifted) s = static_cast<std::int16_t>(s + 100 * v);
+        data += bytes_of(shifted);
+    }
+    const fs::path plain = write_file(folder / "a.nii", series.header() + data);
+    const fs::path zipped = write_file(folder / "b.nii.gz", gzipped(series.header() + data));
+    const fs::path meta = write_file(
+        folder / "c.mha",
+        "ObjectType = Image\nNDims = 4\nDimSize = 4 3 2 6\nElementType = MET_SHORT\nElementSpacing = 1 1 1 "
+        "1\nElementDataFile = LOCAL\n" + data);
+    for (const auto& path : {plain, zipped, meta}) {
+        SCOPED_TRACE(path.filename());
+        contains(refusal<GeometryError>(path), "6 volumes; choose one with --volume");
+        ScanOptions options;
+        options.volume = 4;
+        const auto read = samples_of<std::int16_t>(read_scan(path, options));
+        EXPECT_EQ(read[0], samples()[0] + 400);
+        EXPECT_EQ(read[23], samples()[23] + 400);
+        options.volume = 6;
+        contains(refusal<GeometryError>(path, options), "no volume 6");
+        options.volume = -1;
+        refusal<GeometryError>(path, options);
+    }
+    // the last volume must be there even when the first is asked for
+    write_file(folder / "a.nii", series.header() + data.substr(0, data.size() - 1));
+    ScanOptions first;
+    first.volume = 0;
+    contains(refusal<InputError>(folder / "a.nii", first), "truncated");
+    // an axis of one value is none
+    series.dim = {5, nx, ny, nz, 1, 1};
+    EXPECT_EQ(samples_of<std::int16_t>(
+                  read_scan(write_file(folder / "a.nii", series.header() + bytes_of(samples())))),
+              samples());
+}
+
+TEST(NiftiTable, ColourComplexAndVectorsAreRefused) {
+    TemporaryFolder folder;
+    const std::string data(4096, '\1');
+    for (const auto& [datatype, what] :
+         {std::pair(128, "colour"), std::pair(2304, "colour"), std::pair(32, "complex"),
+          std::pair(1792, "complex"), std::pair(2048, "complex"), std::pair(1, "type 1"), std::pair(0, "type 0")}) {
+        NiftiWriter n = nifti();
+        n.datatype = static_cast<std::int16_t>(datatype);
+        contains(refusal<InputError>(write_file(folder / "a.nii", n.header() + data)), what);
+    }
+    NiftiWriter vectors = nifti();
+    vectors.dim = {5, nx, ny, nz, 1, 3};
+    contains(refusal<GeometryError>(write_file(folder / "a.nii", vectors.header() + data)), "3 volumes");
+}
+
+TEST(NiftiTable, BadDimensionsAndSpacingsAreRefused) {
+    TemporaryFolder folder;
+    const auto refused = [&](const NiftiWriter& n) {
+        return refusal<InputError>(write_file(folder / "a.nii", n.header() + bytes_of(samples())));
+    };
+    for (const int count : {0, 8, -1, 300}) {
+        NiftiWriter n = nifti();
+        n.dim[0] = static_cast<std::int16_t>(count);
+        contains(refused(n), "dim[0]");
+    }
+    for (const std::size_t axis : {1u, 2u, 3u}) {
+        for (const int size : {0, -5}) {
+            NiftiWriter n = nifti();
+            n.dim[axis] = static_cast<std::int16_t>(size);
+            contains(refused(n), "is not a size");
+        }
+        NiftiWriter n = nifti();
+        n.pixdim[axis] = 0;
+        contains(refused(n), "is not a spacing");
+    }
+}
+
 TEST(ReadVolume, MoreThanOneValuePerPointIsRefused) {
     TemporaryFolder folder;
-    NiftiWriter series = nifti(), colour = nifti(), complex = nifti();
-    series.dim = {4, nx, ny, nz, 2};
-    colour.datatype = 128;
-    complex.datatype = 32;
     const std::string data(4096, '\1');
-    contains(refusal<InputError>(write_file(folder / "a.nii", series.header() + data)), "2 volumes");
-    contains(refusal<InputError>(write_file(folder / "a.nii", colour.header() + data)), "colour");
-    contains(refusal<InputError>(write_file(folder / "a.nii", complex.header() + data)), "complex");
     contains(refusal<InputError>(write_file(
                  folder / "b.nrrd",
                  "NRRD0004\ntype: uchar\ndimension: 4\nsizes: 3 4 3 2\nencoding: raw\nspace: LPS\n"
@@ -284,11 +351,6 @@ TEST(ReadVolume, MoreThanOneValuePerPointIsRefused) {
         refusal<InputError>(write_file(
             folder / "c.mha", metaimage("ElementNumberOfChannels = 3\nElementSpacing = 1 1 1\n") + data)),
         "one value per point");
-    // a fourth axis of one value is none
-    series.dim = {5, nx, ny, nz, 1, 1};
-    EXPECT_EQ(samples_of<std::int16_t>(
-                  read_scan(write_file(folder / "a.nii", series.header() + bytes_of(samples())))),
-              samples());
 }
 
 TEST(ReadNrrd, WaysToPlaceTheData) {
@@ -392,124 +454,6 @@ TEST(ReadVolume, ClaimsBeyondTheFileAreRefusedAtOnce) {
     for (const auto& path : files) {
         SCOPED_TRACE(path.filename());
         contains(refusal<InputError>(path), "claims");
-    }
-}
-
-// --- pictures
-
-TEST(ReadPictures, FolderOfSlicesInNaturalOrder) {
-    TemporaryFolder folder;
-    ScanOptions options;
-    options.spacing = Vec3d{0.5, 0.5, 2};
-    std::vector<std::uint16_t> expected;
-    for (int k = 1; k <= 12; ++k) {  // "slice 2" comes before "slice 10"
-        const std::vector<std::uint16_t> slice = {1, 2, static_cast<std::uint16_t>(1000 * k), 4, 5, 65535};
-        write_file(folder / ("slice " + std::to_string(k) + ".png"), png(3, 2, slice));
-        expected.insert(expected.end(), slice.begin(), slice.end());
-    }
-    write_file(folder / "notes.txt", "not a slice");
-    contains(refusal<GeometryError>(folder.path()), "--spacing");
-    ScanInfo info;
-    const Volume v = read_scan(folder.path(), options, &info);
-    EXPECT_EQ(samples_of<std::uint16_t>(v), expected);
-    expect_at(v.geometry(), {2, 1, 11}, {1, 0.5, 22});
-    EXPECT_EQ(info.format, "slices");
-    EXPECT_EQ(info.series.files, 12u);
-
-    write_file(folder / "slice 5.png", png(2, 2, std::vector<std::uint16_t>{1, 2, 3, 4}));
-    contains(refusal<InputError>(folder.path(), options), "slice 5.png");
-}
-
-TEST(ReadPictures, EightBitsAndColour) {
-    TemporaryFolder folder;
-    ScanOptions options;
-    options.spacing = Vec3d{1, 1, 1};
-    const std::vector<std::uint8_t> grey = {0, 1, 2, 253, 254, 255};
-    EXPECT_EQ(samples_of<std::uint8_t>(read_scan(write_file(folder / "a.png", png(3, 2, grey)), options)),
-              grey);
-    contains(refusal<InputError>(write_file(folder / "b.png", png(2, 1, grey, 3)), options), "colour");
-}
-
-TEST(ReadPictures, TiffOfSeveralPages) {
-    TemporaryFolder folder;
-    ScanOptions options;
-    options.spacing = Vec3d{1, 1, 3};
-    const fs::path path =
-        write_file(folder / "t.tif", tiff(3, 2, {{1, 2, 3, 4, 5, 6}, {7, 8, 9, 10, 11, 65535}}));
-    testing::internal::CaptureStderr();
-    ScanInfo info;
-    const Volume v = read_scan(path, options, &info);
-    EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
-    EXPECT_EQ(samples_of<std::uint16_t>(v),
-              (std::vector<std::uint16_t>{1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 65535}));
-    EXPECT_EQ(v.geometry().dims[2], 2);
-    EXPECT_EQ(info.format, "TIFF");
-    contains(refusal<GeometryError>(path), "--spacing");
-}
-
-// A BMP of 8 bits, rows from the bottom as usual.
-std::string bmp(int columns, int rows, const std::vector<std::uint8_t>& samples, bool colour) {
-    std::string palette, lines;
-    for (int i = 0; i < 256; ++i)
-        palette += bytes_of(static_cast<std::uint32_t>(i * (colour ? 0x000100 : 0x010101)));
-    for (int r = rows - 1; r >= 0; --r) {
-        std::string line(samples.begin() + r * columns, samples.begin() + (r + 1) * columns);
-        line.resize((line.size() + 3) / 4 * 4);
-        lines += line;
-    }
-    const std::uint32_t data = 14 + 40 + 1024;
-    return "BM" + bytes_of(static_cast<std::uint32_t>(data + lines.size())) + bytes_of(std::uint32_t{0}) +
-           bytes_of(data) + bytes_of(std::uint32_t{40}) + bytes_of(columns) + bytes_of(rows) +
-           bytes_of(std::uint16_t{1}) + bytes_of(std::uint16_t{8}) + std::string(24, '\0') + palette + lines;
-}
-
-TEST(ReadPictures, BmpRunsFromTheBottom) {
-    TemporaryFolder folder;
-    ScanOptions options;
-    options.spacing = Vec3d{1, 1, 1};
-    const std::vector<std::uint8_t> grey = {0, 1, 2, 253, 254, 255};
-    const std::string whole = bmp(3, 2, grey, false);
-    EXPECT_EQ(samples_of<std::uint8_t>(read_scan(write_file(folder / "a.bmp", whole), options)), grey);
-    refusal<InputError>(write_file(folder / "a.bmp", whole.substr(0, whole.size() - 1)), options);
-    contains(refusal<InputError>(write_file(folder / "a.bmp", bmp(3, 2, grey, true)), options), "colour");
-}
-
-std::string jpeg(int columns, int rows, std::uint8_t value) {
-    jpeg_compress_struct out{};
-    jpeg_error_mgr errors{};
-    out.err = jpeg_std_error(&errors);
-    jpeg_create_compress(&out);
-    unsigned char* bytes = nullptr;
-    unsigned long size = 0;
-    jpeg_mem_dest(&out, &bytes, &size);
-    out.image_width = static_cast<JDIMENSION>(columns);
-    out.image_height = static_cast<JDIMENSION>(rows);
-    out.input_components = 1;
-    out.in_color_space = JCS_GRAYSCALE;
-    jpeg_set_defaults(&out);
-    jpeg_start_compress(&out, TRUE);
-    std::vector<unsigned char> line(static_cast<std::size_t>(columns), value);
-    for (int r = 0; r < rows; ++r) {
-        JSAMPROW row = line.data();
-        jpeg_write_scanlines(&out, &row, 1);
-    }
-    jpeg_finish_compress(&out);
-    std::string whole(reinterpret_cast<char*>(bytes), size);
-    jpeg_destroy_compress(&out);
-    std::free(bytes);
-    return whole;
-}
-
-TEST(ReadPictures, JpegWholeOrNotAtAll) {
-    TemporaryFolder folder;
-    ScanOptions options;
-    options.spacing = Vec3d{1, 1, 1};
-    const std::string whole = jpeg(16, 24, 99);
-    EXPECT_EQ(samples_of<std::uint8_t>(read_scan(write_file(folder / "a.jpg", whole), options)),
-              std::vector<std::uint8_t>(16 * 24, 99));
-    for (std::size_t size = 0; size < whole.size(); ++size) {
-        write_file(folder / "a.jpg", whole.substr(0, size));
-        EXPECT_THROW(read_scan(folder / "a.jpg", options), InputError) << size;
     }
 }
 

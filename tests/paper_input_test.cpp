@@ -155,7 +155,9 @@ void expect_surface_back(const PaperInput& input) {
     write_slices(work / "jpg", input.slices, "jpg");
     const test::Outcome outcome = surface_of_folder(work / "jpg", input, work / "jpg.ply");
     ASSERT_EQ(outcome.code, kOk) << outcome.err;
-    const Volume decoded = read_scan(work / "jpg", {"", input.slices.geometry().spacing});
+    ScanOptions options;
+    options.spacing = input.slices.geometry().spacing;
+    const Volume decoded = read_scan(work / "jpg", options);
     const Mesh surface = extract_isosurface(decoded, input.isovalue, {.closed = true});
     write_mesh(surface, work / "from_decoded.ply");
     EXPECT_TRUE(test::content(work / "jpg.ply") == test::content(work / "from_decoded.ply"));

@@ -13,27 +13,11 @@
 #include <string>
 #include <vector>
 
-#include <unistd.h>
+#include "temporary_folder.h"
 
 namespace marrow::test {
 
 namespace fs = std::filesystem;
-
-/// A folder that is empty at first and gone at the end.
-class TemporaryFolder {
-  public:
-    TemporaryFolder() {
-        std::string name = (fs::temp_directory_path() / "marrow-XXXXXX").string();
-        path_ = mkdtemp(name.data());
-    }
-    ~TemporaryFolder() { fs::remove_all(path_); }
-    TemporaryFolder(const TemporaryFolder&) = delete;
-    fs::path operator/(const fs::path& name) const { return path_ / name; }
-    const fs::path& path() const { return path_; }
-
-  private:
-    fs::path path_;
-};
 
 inline fs::path write_file(const fs::path& path, const std::string& bytes) {
     fs::create_directories(path.parent_path());
@@ -87,6 +71,9 @@ struct DicomWriter {
     Form form = Form::explicit_little;
     std::map<std::uint32_t, std::pair<std::string, std::string>>
         elements;  ///< tag -> VR, value in little-endian
+    std::string compressed_syntax;       ///< where not empty, the pixels are these fragments
+    std::string offset_table;            ///< of them
+    std::vector<std::string> fragments;  ///< of an even number of bytes each
 
     DicomWriter() {
         text(0x00080008, "CS", "ORIGINAL\\PRIMARY\\AXIAL");
@@ -156,7 +143,9 @@ struct DicomWriter {
     std::string data_set() const {
         std::string out;
         for (const auto& [tag, e] : elements) {
-            if (tag == 0x7fe00010 && form == Form::run_length)
+            if (tag == 0x7fe00010 && !compressed_syntax.empty())
+                out += encapsulated(offset_table, fragments);
+            else if (tag == 0x7fe00010 && form == Form::run_length)
                 out += run_length_pixels(e.second);
             else
                 out += element(tag, e.first, e.second, form);
@@ -175,7 +164,7 @@ struct DicomWriter {
                                                            {Form::explicit_big, "1.2.840.10008.1.2.2"},
                                                            {Form::deflated, "1.2.840.10008.1.2.1.99"},
                                                            {Form::run_length, "1.2.840.10008.1.2.5"}};
-        std::string uid = syntax.at(form);
+        std::string uid = compressed_syntax.empty() ? syntax.at(form) : compressed_syntax;
         if (uid.size() % 2 != 0) uid += '\0';
         const std::string set = data_set();
         return std::string(128, '\0') + "DICM" + element(0x00020010, "UI", uid, Form::explicit_little) +
@@ -207,10 +196,14 @@ struct DicomWriter {
         stream.resize(64);
         stream += segments[0] + segments[1];
         if (stream.size() % 2 != 0) stream += '\0';
-        const std::string end =
-            bytes_of(std::uint16_t{0xfffe}) + bytes_of(std::uint16_t{0xe0dd}) + std::string(4, '\0');
-        return bytes_of(std::uint16_t{0x7fe0}) + bytes_of(std::uint16_t{0x0010}) + "OB" +
-               std::string(2, '\0') + std::string(4, '\xff') + item("") + item(stream) + end;
+        return encapsulated("", {stream});
+    }
+
+    static std::string encapsulated(const std::string& offset_table, const std::vector<std::string>& fragments) {
+        std::string out = bytes_of(std::uint16_t{0x7fe0}) + bytes_of(std::uint16_t{0x0010}) + "OB" +
+                          std::string(2, '\0') + std::string(4, '\xff') + item(offset_table);
+        for (const auto& fragment : fragments) out += item(fragment);
+        return out + bytes_of(std::uint16_t{0xfffe}) + bytes_of(std::uint16_t{0xe0dd}) + std::string(4, '\0');
     }
 };
 

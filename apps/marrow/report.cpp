@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <ostream>
 
 #include <sys/resource.h>
@@ -92,32 +93,100 @@ void print_text(std::ostream& out, const std::vector<Surface>& surfaces) {
     }
 }
 
-void print_series(std::ostream& out, const std::string& format, const std::vector<SeriesInfo>& series,
-                  bool json) {
-    if (json) {
-        Json list = Json::array();
-        for (const SeriesInfo& s : series) {
-            list.push_back({{"series", text_or_null(s.id)},
-                            {"description", text_or_null(s.description)},
-                            {"modality", text_or_null(s.modality)},
-                            {"dims", s.dims},
-                            {"spacing_mm", s.spacing},
-                            {"files", s.files}});
-        }
-        print(out, {{"format", format}, {"series", list}});
-        return;
+namespace {
+
+Json number_or_null(double value) {
+    return value > 0 ? Json(value) : Json();
+}
+
+Json finding_json(const Finding& finding, bool show_patient) {
+    Json json{{"input", finding.input.string()}};
+    if (!finding.refusal.empty()) {
+        json["refused"] = finding.refusal;
+        return json;
     }
-    out << fmt::format("{}, {} series\n", format, series.size());
-    for (const SeriesInfo& s : series) {
-        out << '\n';
-        if (!s.id.empty()) out << fmt::format("  series       {}\n", s.id);
-        if (!s.description.empty()) out << fmt::format("  description  {}\n", s.description);
-        if (!s.modality.empty()) out << fmt::format("  modality     {}\n", s.modality);
-        out << fmt::format("  samples      {} x {} x {}\n", s.dims[0], s.dims[1], s.dims[2]);
-        out << fmt::format("  spacing      {:g} x {:g} x {:g} mm\n", s.spacing[0], s.spacing[1],
-                           s.spacing[2]);
-        out << fmt::format("  files        {}\n", s.files);
+    const ScanReport& report = finding.report;
+    json["refused"] = report.chosen ? Json() : Json(report.reason);
+    json["format"] = report.format;
+    json["files"] = report.files;
+    json["chosen"] = report.chosen ? Json(*report.chosen) : Json();
+    json["reason"] = report.chosen ? Json(report.reason) : Json();
+    json["warnings"] = report.warnings;
+    json["series"] = Json::array();
+    for (const SeriesReport& s : report.series) {
+        const Vec3d& spacing = s.series.spacing;
+        Json one{{"series", text_or_null(s.series.id)},
+                 {"description", text_or_null(s.series.description)},
+                 {"modality", text_or_null(s.series.modality)},
+                 {"dims", s.series.dims},
+                 {"spacing_mm",
+                  {number_or_null(spacing[0]), number_or_null(spacing[1]), number_or_null(spacing[2])}},
+                 {"files", s.series.files},
+                 {"tilt_degrees", s.tilt},
+                 {"gaps", s.gaps},
+                 {"hounsfield_units", s.hounsfield ? Json(*s.hounsfield) : Json()},
+                 {"smallest_feature_mm", number_or_null(s.smallest_feature)},
+                 {"memory_bytes", s.memory},
+                 {"warnings", s.warnings},
+                 {"refused", text_or_null(s.refusal)}};
+        if (show_patient) one["patient"] = text_or_null(s.patient_name);
+        json["series"].push_back(std::move(one));
     }
+    return json;
+}
+
+std::string shown_mm(double value) {
+    return value > 0 ? fmt::format("{:.4g}", value) : "?";
+}
+
+// `is_only`: why it is refused has been said.
+void print_one(std::ostream& out, const SeriesReport& s, bool is_chosen, bool is_only, bool show_patient) {
+    const auto line = [&](std::string_view name, const std::string& text) {
+        if (!text.empty()) out << fmt::format("  {:<16} {}\n", name, text);
+    };
+    out << (is_chosen ? "\n* " : "\n  ") << (s.series.id.empty() ? s.series.description : s.series.id) << '\n';
+    if (!s.series.id.empty()) line("description", s.series.description);
+    if (show_patient) line("patient", s.patient_name);
+    line("modality", s.series.modality);
+    line("samples", fmt::format("{} x {} x {} in {} files", s.series.dims[0], s.series.dims[1],
+                                s.series.dims[2], s.series.files));
+    line("spacing", fmt::format("{} x {} x {} mm", shown_mm(s.series.spacing[0]),
+                                shown_mm(s.series.spacing[1]), shown_mm(s.series.spacing[2])));
+    if (s.tilt > 0) line("gantry tilt", fmt::format("{:.1f} degrees", s.tilt));
+    constexpr std::size_t most_gaps = 5;
+    for (std::size_t i = 0; i < std::min(most_gaps, s.gaps.size()); ++i) line("gap", s.gaps[i]);
+    if (s.gaps.size() > most_gaps) line("gap", fmt::format("{} more", s.gaps.size() - most_gaps));
+    if (s.hounsfield) line("values", *s.hounsfield ? "Hounsfield units" : "not Hounsfield units");
+    if (s.smallest_feature > 0)
+        line("smallest detail", fmt::format("{:.3g} mm, two samples wide", s.smallest_feature));
+    if (s.memory > 0) line("memory", fmt::format("{:.1f} MiB for the samples", static_cast<double>(s.memory) / (1 << 20)));
+    for (const std::string& warning : s.warnings) line("warning", warning);
+    if (!is_only) line("refused", s.refusal);
+}
+
+}  // namespace
+
+void print_findings(std::ostream& out, const std::vector<Finding>& findings, bool show_patient) {
+    for (const Finding& finding : findings) {
+        if (!finding.refusal.empty()) continue;
+        const ScanReport& report = finding.report;
+        if (findings.size() > 1) out << finding.input.string() << ": ";
+        out << fmt::format("{}, {} files, {} series\n", report.format, report.files, report.series.size());
+        for (const std::string& warning : report.warnings) out << "warning: " << warning << '\n';
+        if (report.chosen)
+            out << "the series marked * would be read: " << report.reason << '\n';
+        else
+            out << "nothing would be read: " << report.reason << '\n';
+        for (std::size_t i = 0; i < report.series.size(); ++i)
+            print_one(out, report.series[i], report.chosen == i, report.series.size() == 1, show_patient);
+    }
+}
+
+void print_findings_json(std::ostream& out, const std::vector<Finding>& findings, bool show_patient) {
+    if (findings.size() == 1) return print(out, finding_json(findings.front(), show_patient));
+    Json inputs = Json::array();
+    for (const Finding& finding : findings) inputs.push_back(finding_json(finding, show_patient));
+    print(out, {{"inputs", std::move(inputs)}});
 }
 
 }  // namespace marrow

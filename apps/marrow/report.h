@@ -47,8 +47,17 @@ void print_json(std::ostream& out, const ScanInfo& info, const std::vector<Surfa
 /// Prints one line a surface.
 void print_text(std::ostream& out, const std::vector<Surface>& surfaces);
 
-/// Prints what an input holds, as text or one JSON object.
-void print_series(std::ostream& out, const std::string& format, const std::vector<SeriesInfo>& series,
-                  bool json);
+/// What `marrow info` found in one input.
+struct Finding {
+    std::filesystem::path input;
+    ScanReport report;
+    std::string refusal;  ///< why there is no report; empty: there is
+};
+
+/// Prints findings as text; those without a report are left out.
+void print_findings(std::ostream& out, const std::vector<Finding>& findings, bool show_patient);
+
+/// Prints them as one JSON object: that of the input, or an array `inputs` of several.
+void print_findings_json(std::ostream& out, const std::vector<Finding>& findings, bool show_patient);
 
 }  // namespace marrow

@@ -85,6 +85,16 @@ void draw(const std::vector<Surface>& surfaces, const Settings& settings, const 
     write_picture(drawn, settings.picture, progress);
 }
 
+ScanOptions scan_options(const Settings& settings) {
+    ScanOptions options;
+    options.series = settings.series;
+    options.spacing = settings.spacing;
+    options.resample = settings.resample;
+    options.volume = settings.volume;
+    options.threads = settings.threads;
+    return options;
+}
+
 void extract(const Settings& settings, const Console& console, Voice& voice) {
     const Clock::time_point start = Clock::now();
     const std::vector<fs::path> files = output_files(settings);
@@ -96,8 +106,9 @@ void extract(const Settings& settings, const Console& console, Voice& voice) {
     ScanInfo info;
     Volume scan;
     seconds.read = voice.stage("read", [&](const Progress& progress) {
-        scan =
-            read_scan(settings.input, {settings.series, settings.spacing, settings.threads, progress}, &info);
+        ScanOptions options = scan_options(settings);
+        options.progress = progress;
+        scan = read_scan(settings.inputs.front(), options, &info);
     });
     std::vector<std::string> warnings = info.warnings;
     const std::string assumed = check_presets(settings, info, scan);
@@ -150,8 +161,7 @@ void extract_in_slabs(const Settings& settings, const Console& console, Voice& v
 
     StageSeconds seconds;
     ScanInfo info;
-    const SliceSource source =
-        open_slices(settings.input, {settings.series, settings.spacing, settings.threads, {}}, &info);
+    const SliceSource source = open_slices(settings.inputs.front(), scan_options(settings), &info);
     SurfaceWriter writer(surface.output, {settings.space, {}});
     SurfaceSink sink = writer.sink();
     const auto begin = sink.begin;
@@ -181,10 +191,36 @@ void extract_in_slabs(const Settings& settings, const Console& console, Voice& v
         print_text(console.out, {surface});
 }
 
-void inform(const Settings& settings, const Console& console) {
-    std::string format;
-    const std::vector<SeriesInfo> series = list_series(settings.input, &format);
-    print_series(console.out, format, series, settings.json);
+// Looks at all inputs; one that cannot be read does not hide the others. Returns the first failure's code.
+ExitCode inform(const Settings& settings, const Console& console, const std::atomic<bool>& stop) {
+    ScanOptions options = scan_options(settings);
+    options.progress = [&](double) { return !stop.load(std::memory_order_relaxed); };
+    std::vector<Finding> findings;
+    ExitCode code = kOk;
+    for (const fs::path& input : settings.inputs) {
+        Finding finding{input, {}, {}};
+        const auto fail = [&](ExitCode failure, const char* what) {
+            finding.refusal = what;
+            if (code == kOk) code = failure;
+        };
+        try {
+            finding.report = inspect_scan(input, options);
+        } catch (const Cancelled&) {
+            throw;
+        } catch (const GeometryError& error) {
+            fail(kGeometry, error.what());
+        } catch (const Error& error) {
+            fail(kUnreadable, error.what());
+        }
+        if (!settings.json && !finding.refusal.empty())
+            console.err << "marrow: " << finding.refusal << '\n';
+        findings.push_back(std::move(finding));
+    }
+    if (settings.json)
+        print_findings_json(console.out, findings, settings.show_patient);
+    else
+        print_findings(console.out, findings, settings.show_patient);
+    return code;
 }
 
 }  // namespace
@@ -192,12 +228,10 @@ void inform(const Settings& settings, const Console& console) {
 int run(const Settings& settings, const Console& console, const std::atomic<bool>& stop) {
     return exit_code_of(console, [&] {
         Voice voice(settings.quiet, settings.verbose, console, stop);
-        if (settings.info)
-            inform(settings, console);
-        else if (settings.max_memory)
-            extract_in_slabs(settings, console, voice, *settings.max_memory);
-        else
-            extract(settings, console, voice);
+        if (settings.info) return inform(settings, console, stop);
+        if (settings.max_memory) extract_in_slabs(settings, console, voice, *settings.max_memory);
+        else extract(settings, console, voice);
+        return kOk;
     });
 }
 

@@ -102,7 +102,7 @@ std::variant<Settings, int> parse_command_line(int argc, const char* const* argv
     app.footer(footer());
     const char* input_help =
         "DICOM folder or file; NIfTI, NRRD, MetaImage or TIFF file; folder of slice images";
-    app.add_option("INPUT", settings.input, input_help);
+    app.add_option("INPUT", settings.inputs, input_help)->expected(1);
     app.add_option("-o,--output", settings.output, "mesh to write: .stl, .ply, .obj or .vtp")
         ->type_name("OUT");
     app.add_option("--isovalue", isovalues,
@@ -113,10 +113,17 @@ std::variant<Settings, int> parse_command_line(int argc, const char* const* argv
         ->type_name("TYPE")
         ->allow_extra_args(false);
     app.add_option("--picture", settings.picture, "picture of the surfaces to write")->type_name("FILE.png");
-    app.add_option("--series", settings.series, "DICOM series to read, as 'marrow info' lists it")
-        ->type_name("UID");
-    app.add_option("--spacing", spacing, "mm between samples, for images that do not say")
-        ->type_name("X,Y,Z");
+    const auto add_scan_options = [&](CLI::App& to) {
+        to.add_option("--series", settings.series, "DICOM series to read, as 'marrow info' lists it")
+            ->type_name("UID");
+        to.add_option("--spacing", spacing, "mm between samples, for images that do not say")
+            ->type_name("X,Y,Z");
+        to.add_flag("--resample", settings.resample, "make uneven DICOM slices even, by linear interpolation");
+        to.add_option("--volume", settings.volume, "volume of a 4D NIfTI or MetaImage file, counted from 0")
+            ->type_name("K");
+        to.add_flag("--json", settings.json, "print the results as one JSON object");
+    };
+    add_scan_options(app);
     app.add_option("--space", space, "axes of the written coordinates: LPS (default) or RAS")
         ->type_name("SPACE");
     app.add_option("--threads", settings.threads, "threads to use; 0: all (default)")->type_name("N");
@@ -126,13 +133,14 @@ std::variant<Settings, int> parse_command_line(int argc, const char* const* argv
         ->type_name("SIZE");
     app.add_flag("--open", settings.open, "leave the surface open where the scan ends");
     app.add_flag("--largest", settings.largest, "keep only the largest connected piece");
-    app.add_flag("--json", settings.json, "print the results as one JSON object");
     app.add_flag("-q,--quiet", settings.quiet, "print errors only (and JSON, if asked for)");
     app.add_flag("-v,--verbose", settings.verbose, "say how long each stage took");
 
-    CLI::App* info = app.add_subcommand("info", "Say what is in a scan.");
-    info->add_option("INPUT", settings.input, input_help)->required();
-    info->add_flag("--json", settings.json, "print one JSON object");
+    CLI::App* info = app.add_subcommand(
+        "info", "Say what is in scans: which series would be read and why, and what is wrong with them.");
+    info->add_option("INPUT", settings.inputs, input_help)->required();
+    add_scan_options(*info);
+    info->add_flag("--show-patient", settings.show_patient, "print patients' names");
 
     try {
         app.parse(argc, argv);
@@ -147,7 +155,8 @@ std::variant<Settings, int> parse_command_line(int argc, const char* const* argv
     }
 
     settings.info = info->parsed();
-    if (settings.input.empty()) throw UsageError("which scan? give a file or folder (see marrow --help)");
+    if (settings.inputs.empty()) throw UsageError("which scan? give a file or folder (see marrow --help)");
+    if (!spacing.empty()) settings.spacing = parse_spacing(spacing);
     if (settings.info) return settings;
 
     if (settings.output.empty() && settings.picture.empty())
@@ -156,7 +165,6 @@ std::variant<Settings, int> parse_command_line(int argc, const char* const* argv
     for (const std::string& text : types) settings.surfaces.push_back(parse_type(text));
     if (settings.surfaces.empty())
         throw UsageError("which surface? give --isovalue N, --isovalue otsu, or for CT --type bone");
-    if (!spacing.empty()) settings.spacing = parse_spacing(spacing);
     if (space != "LPS" && space != "RAS")
         throw UsageError(fmt::format("--space takes LPS or RAS, not '{}'", space));
     if (space == "RAS") settings.space = Space::RAS;

@@ -1,6 +1,7 @@
 // What the command line asks for.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <iosfwd>
 #include <optional>
@@ -29,13 +30,15 @@ struct SurfaceRequest {
 };
 
 struct Settings {
-    bool info = false;  ///< say what is in the input instead of extracting
-    std::filesystem::path input;
+    bool info = false;  ///< say what is in the inputs instead of extracting
+    std::vector<std::filesystem::path> inputs;  ///< one, save for info
     std::filesystem::path output;   ///< file, folder or pattern with {name}; empty: no mesh
     std::filesystem::path picture;  ///< empty: none
     std::vector<SurfaceRequest> surfaces;
     std::string series;
     std::optional<Vec3d> spacing;  ///< mm
+    bool resample = false;
+    std::optional<std::int64_t> volume;
     Space space = Space::LPS;
     int threads = 0;
     std::optional<std::size_t> max_memory;  ///< bytes; read and write slab by slab within them
@@ -44,6 +47,7 @@ struct Settings {
     bool json = false;
     bool quiet = false;
     bool verbose = false;
+    bool show_patient = false;  ///< with info
 };
 
 /// Understands the command line. Where it asks for help or the version, that goes to `out` and the result is

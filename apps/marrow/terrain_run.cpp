@@ -100,6 +100,7 @@ int run_terrain(const TerrainSettings& settings, const Console& console, const s
     return exit_code_of(console, [&] {
         Voice voice(settings.quiet, settings.verbose, console, stop);
         extract_levels(settings, console, voice);
+        return kOk;
     });
 }
 

@@ -80,7 +80,7 @@ class Voice {
     const std::atomic<bool>& stop_;
 };
 
-/// Does the work and returns the exit code; errors become one line on console.err.
+/// Does the work and returns its exit code; errors become one line on console.err.
 template <class Work>
 int exit_code_of(const Console& console, Work work) {
     const auto fail = [&](ExitCode code, const char* what) {
@@ -88,10 +88,10 @@ int exit_code_of(const Console& console, Work work) {
         return code;
     };
     try {
-        work();
+        const ExitCode code = work();
         console.out.flush();
         if (!console.out) throw IoError("cannot write the results to standard output");
-        return kOk;
+        return code;
     } catch (const Cancelled& error) {
         return fail(kCancelled, error.what());
     } catch (const UsageError& error) {

@@ -6,9 +6,12 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <cstdio>
 #include <cstring>
 #include <vector>
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <marrow/error.h>
 
@@ -18,24 +21,28 @@ namespace marrow {
 
 struct ByteStream::State {
     std::filesystem::path path;
-    std::FILE* file = nullptr;
+    int descriptor = -1;
     bool compressed = false;
     bool ended = false;  // of the compressed stream
     z_stream zip{};
     std::vector<unsigned char> input;
 
     ~State() {
-        if (file) std::fclose(file);
+        if (descriptor >= 0) ::close(descriptor);
         if (compressed) inflateEnd(&zip);
     }
 
     std::size_t read_file(void* to, std::size_t size) {
-        errno = 0;
-        const std::size_t got = std::fread(to, 1, size, file);
-        if (got < size && std::ferror(file)) {
-            throw IoError(fmt::format("{}: cannot be read: {}", shown(path), std::strerror(errno)));
+        std::size_t done = 0;
+        while (done < size) {
+            const ssize_t got = ::read(descriptor, static_cast<char*>(to) + done, size - done);
+            if (got == 0) break;
+            if (got > 0)
+                done += static_cast<std::size_t>(got);
+            else if (errno != EINTR)
+                throw IoError(fmt::format("{}: cannot be read: {}", shown(path), std::strerror(errno)));
         }
-        return got;
+        return done;
     }
 
     // False at the end of the file.
@@ -87,13 +94,15 @@ std::uint64_t size_of_file(const std::filesystem::path& path) {
 
 ByteStream::ByteStream(const std::filesystem::path& path, Compression compression, std::uint64_t offset)
     : state_(std::make_unique<State>()) {
-    size_of_file(path);  // a pipe or a device would block
     state_->path = path;
-    errno = 0;
-    state_->file = std::fopen(path.c_str(), "rb");
-    if (!state_->file || fseeko(state_->file, static_cast<off_t>(offset), SEEK_SET) != 0) {
+    // O_NONBLOCK: to open a pipe would wait for its writer
+    state_->descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    struct stat status {};
+    if (state_->descriptor < 0 || ::fstat(state_->descriptor, &status) != 0) {
         throw IoError(fmt::format("{}: cannot be opened: {}", shown(path), std::strerror(errno)));
     }
+    if (!S_ISREG(status.st_mode)) throw IoError(fmt::format("{}: is not a regular file", shown(path)));
+    if (offset > 0) seek(offset);
     if (compression != Compression::none) {
         const int window_bits = compression == Compression::deflate ? -15 : 15 + 32;  // 32: gzip or zlib
         if (inflateInit2(&state_->zip, window_bits) != Z_OK) throw LimitError("zlib: no memory");
@@ -124,6 +133,12 @@ void ByteStream::skip(std::uint64_t size) {
     }
 }
 
+void ByteStream::seek(std::uint64_t offset) {
+    if (::lseek(state_->descriptor, static_cast<off_t>(offset), SEEK_SET) < 0) {
+        throw IoError(fmt::format("{}: cannot be read: {}", shown(state_->path), std::strerror(errno)));
+    }
+}
+
 void ByteStream::verify_end() {
     if (!state_->compressed) return;
     std::array<char, 4096> bin;
@@ -137,7 +152,7 @@ void ByteStream::verify_end() {
 
 std::string head_of(const std::filesystem::path& path, std::size_t size) {
     ByteStream stream(path, Compression::none);
-    std::string head(std::min<std::uint64_t>(size, size_of_file(path)), '\0');
+    std::string head(size, '\0');
     head.resize(stream.read_some(head.data(), head.size()));
     return head;
 }

@@ -29,6 +29,8 @@ class ByteStream {
     /// Reads `size` bytes. \throw as read_some, and InputError where the file ends before.
     void read(void* to, std::size_t size);
     void skip(std::uint64_t size);
+    /// Goes to `offset` in the file. \pre it is not compressed.
+    void seek(std::uint64_t offset);
     /// Where little is left, reads on to the end of a compressed stream, whose checksum is then verified.
     void verify_end();
 

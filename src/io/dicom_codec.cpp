@@ -1,90 +1,32 @@
 #include "dicom_codec.h"
 
 #include <fmt/format.h>
-#include <gdcmFragment.h>
-#include <gdcmJPEG2000Codec.h>
-#include <gdcmJPEGCodec.h>
-#include <gdcmJPEGLSCodec.h>
-#include <gdcmSequenceOfFragments.h>
-#include <gdcmTrace.h>
+
+#include <charls/charls.h>
+#include <openjpeg.h>
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 #include <memory>
-#include <optional>
 
 #include <marrow/error.h>
+
+#include "grey_jpeg.h"
 
 namespace marrow {
 
 namespace {
 
-// What a stream says of itself. GDCM's codecs trust it, so it is compared with the header first.
-struct StreamInfo {
-    std::int64_t columns = 0, rows = 0;
-    int components = 0, bits = 0;
-    bool lossy = false;  // JPEG by cosine transform
-};
-
-class Cursor {
-  public:
-    Cursor(std::string_view bytes, std::size_t at) : bytes_(bytes), at_(at) {}
-    bool has(std::size_t count) const { return at_ <= bytes_.size() && bytes_.size() - at_ >= count; }
-    std::uint32_t take(int size) {
-        std::uint32_t out = 0;
-        for (int i = 0; i < size; ++i) out = out << 8 | static_cast<unsigned char>(bytes_[at_++]);
-        return out;
+void check_size(std::int64_t columns, std::int64_t rows, std::int64_t components, int bits,
+                std::int64_t wanted_columns, std::int64_t wanted_rows) {
+    if (columns != wanted_columns || rows != wanted_rows || components != 1) {
+        throw InputError(
+            fmt::format("its compressed pixels are {} x {} of {} components, its header says {} x {} of one",
+                        columns, rows, components, wanted_columns, wanted_rows));
     }
-    void skip(std::size_t count) { at_ += count; }
-
-  private:
-    std::string_view bytes_;
-    std::size_t at_;
-};
-
-// The frame header of JPEG and JPEG-LS.
-std::optional<StreamInfo> jpeg_info(std::string_view stream) {
-    Cursor in(stream, 0);
-    if (!in.has(2) || in.take(2) != 0xffd8) return {};
-    while (in.has(4)) {
-        std::uint32_t marker = in.take(2);
-        while (marker == 0xffff && in.has(3)) marker = 0xff00 | in.take(1);  // fill bytes
-        if (marker >> 8 != 0xff) return {};
-        const std::uint32_t size = in.take(2);
-        const std::uint32_t code = marker & 0xff;
-        const bool is_frame =
-            (code >= 0xc0 && code <= 0xcf && code != 0xc4 && code != 0xc8 && code != 0xcc) || code == 0xf7;
-        if (size < 2) return {};
-        if (is_frame) {
-            if (!in.has(6)) return {};
-            StreamInfo info;
-            info.lossy = code != 0xc3 && code != 0xf7;
-            info.bits = static_cast<int>(in.take(1));
-            info.rows = in.take(2);
-            info.columns = in.take(2);
-            info.components = static_cast<int>(in.take(1));
-            return info;
-        }
-        in.skip(size - 2);
-    }
-    return {};
-}
-
-// The SIZ segment of JPEG 2000, which comes first; the stream may be in a JP2 box.
-std::optional<StreamInfo> jpeg2000_info(std::string_view stream) {
-    using namespace std::string_view_literals;
-    const std::size_t start = stream.find("\xff\x4f\xff\x51"sv);
-    Cursor in(stream, start == stream.npos ? stream.size() : start + 4);
-    if (!in.has(39)) return {};
-    in.skip(4);
-    StreamInfo info;
-    const std::int64_t right = in.take(4), bottom = in.take(4), left = in.take(4), top = in.take(4);
-    in.skip(16);
-    info.columns = right - left;
-    info.rows = bottom - top;
-    info.components = static_cast<int>(in.take(2));
-    info.bits = static_cast<int>(in.take(1) & 0x7f) + 1;
-    return info;
+    if (bits < 2 || bits > 16)
+        throw InputError(fmt::format("its compressed samples have {} bits; 2 to 16 are read", bits));
 }
 
 // Run lengths (PackBits), one segment for each byte of a cell, the highest first: DICOM PS3.5 annex G.
@@ -121,104 +63,156 @@ std::vector<char> decode_run_lengths(std::string_view stream, std::size_t area, 
     return cells;
 }
 
-bool is_rle(const std::string& uid) {
-    return uid == "1.2.840.10008.1.2.5";
-}
-bool is_jpeg2000(const std::string& uid) {
-    return uid == "1.2.840.10008.1.2.4.90" || uid == "1.2.840.10008.1.2.4.91";
-}
-
-bool is_jpeg_ls(const std::string& uid) {
-    return uid == "1.2.840.10008.1.2.4.80" || uid == "1.2.840.10008.1.2.4.81";
+DecodedFrame decode_jpeg(std::string_view stream, std::int64_t columns, std::int64_t rows) {
+    const GreyJpeg picture = decode_grey_jpeg(stream, columns, rows);
+    DecodedFrame out{std::vector<char>(picture.samples.size() * 2), 2, picture.bits};
+    std::memcpy(out.cells.data(), picture.samples.data(), out.cells.size());
+    return out;
 }
 
-// GDCM writes its warnings to stderr; what matters becomes an exception here.
-void silence_gdcm() {
-    static const bool once = [] {
-        gdcm::Trace::DebugOff();
-        gdcm::Trace::WarningOff();
-        gdcm::Trace::ErrorOff();
-        return true;
-    }();
-    static_cast<void>(once);
+DecodedFrame decode_jpeg_ls(std::string_view stream, std::int64_t columns, std::int64_t rows) {
+    // A marker stops CharLS 2.4 where the bits run out; without one it counts 2^31 of them that are not there.
+    const std::string bounded = std::string(stream) + "\xff\xd9";
+    try {
+        charls::jpegls_decoder decoder(bounded, true);
+        const charls::frame_info& info = decoder.frame_info();
+        check_size(info.width, info.height, info.component_count, info.bits_per_sample, columns, rows);
+        DecodedFrame out{{}, info.bits_per_sample <= 8 ? 1 : 2, info.bits_per_sample};
+        out.cells.resize(decoder.destination_size());
+        decoder.decode(out.cells.data(), out.cells.size());
+        return out;
+    } catch (const charls::jpegls_error& error) {
+        throw InputError(fmt::format("its JPEG-LS pixels are damaged or truncated ({})", error.what()));
+    }
+}
+
+// A stream in memory, for OpenJPEG.
+struct Memory {
+    std::string_view bytes;
+    std::size_t at = 0;
+
+    static OPJ_SIZE_T read(void* to, OPJ_SIZE_T size, void* self) {
+        auto& m = *static_cast<Memory*>(self);
+        const std::size_t count = std::min<std::size_t>(size, m.bytes.size() - m.at);
+        if (count == 0) return static_cast<OPJ_SIZE_T>(-1);
+        std::memcpy(to, m.bytes.data() + m.at, count);
+        m.at += count;
+        return count;
+    }
+    static OPJ_OFF_T skip(OPJ_OFF_T size, void* self) {
+        auto& m = *static_cast<Memory*>(self);
+        if (size < 0 || static_cast<std::size_t>(size) > m.bytes.size() - m.at) return -1;
+        m.at += static_cast<std::size_t>(size);
+        return size;
+    }
+    static OPJ_BOOL seek(OPJ_OFF_T to, void* self) {
+        auto& m = *static_cast<Memory*>(self);
+        if (to < 0 || static_cast<std::size_t>(to) > m.bytes.size()) return OPJ_FALSE;
+        m.at = static_cast<std::size_t>(to);
+        return OPJ_TRUE;
+    }
+};
+
+// OpenJPEG spends time and memory on what the start of a stream claims, so that is looked at before: SIZ, ITU-T
+// T.800 A.5.1.
+void check_jpeg2000_start(std::string_view stream, std::int64_t columns, std::int64_t rows) {
+    constexpr std::size_t siz_size = 42;
+    if (stream.size() < siz_size) throw InputError("its JPEG 2000 pixels are truncated");
+    const auto at = [&](std::size_t offset, std::size_t size) {
+        std::int64_t out = 0;
+        for (std::size_t i = 0; i < size; ++i)
+            out = out << 8 | static_cast<unsigned char>(stream[offset + i]);
+        return out;
+    };
+    const std::int64_t width = at(8, 4) - at(16, 4), height = at(12, 4) - at(20, 4);
+    check_size(width, height, at(40, 2), 8, columns, rows);
+    // tiles as small as 32 x 32 are already rare
+    const std::int64_t tile = std::min(at(24, 4), width) * std::min(at(28, 4), height);
+    if (tile < std::min<std::int64_t>(32 * 32, width * height))
+        throw InputError("its JPEG 2000 pixels come in tiles too small to be true");
+}
+
+DecodedFrame decode_jpeg2000(std::string_view stream, std::int64_t columns, std::int64_t rows) {
+    using namespace std::string_view_literals;
+    const InputError damaged("its JPEG 2000 pixels are damaged or truncated");
+    // some files wrap the stream into the boxes of JP2, which mean nothing here
+    const std::size_t start = stream.find("\xff\x4f\xff\x51"sv);
+    if (start == stream.npos) throw damaged;
+    stream.remove_prefix(start);
+    check_jpeg2000_start(stream, columns, rows);
+    Memory memory{stream};
+    const std::unique_ptr<opj_codec_t, void (*)(opj_codec_t*)> codec(opj_create_decompress(OPJ_CODEC_J2K),
+                                                                     opj_destroy_codec);
+    const std::unique_ptr<opj_stream_t, void (*)(opj_stream_t*)> source(opj_stream_default_create(OPJ_TRUE),
+                                                                        opj_stream_destroy);
+    if (!codec || !source) throw LimitError("OpenJPEG: no memory");
+    opj_stream_set_user_data(source.get(), &memory, nullptr);
+    opj_stream_set_user_data_length(source.get(), stream.size());
+    opj_stream_set_read_function(source.get(), Memory::read);
+    opj_stream_set_skip_function(source.get(), Memory::skip);
+    opj_stream_set_seek_function(source.get(), Memory::seek);
+    opj_dparameters_t parameters;
+    opj_set_default_decoder_parameters(&parameters);
+    opj_image_t* made = nullptr;
+    if (!opj_setup_decoder(codec.get(), &parameters) || !opj_decoder_set_strict_mode(codec.get(), OPJ_TRUE) ||
+        !opj_read_header(source.get(), codec.get(), &made)) {
+        opj_image_destroy(made);
+        throw damaged;
+    }
+    const std::unique_ptr<opj_image_t, void (*)(opj_image_t*)> image(made, opj_image_destroy);
+    const auto size = [&] {
+        const opj_image_comp_t& c = image->comps[0];
+        check_size(c.w, c.h, image->numcomps, static_cast<int>(c.prec), columns, rows);
+    };
+    if (image->numcomps < 1) throw damaged;
+    size();
+    if (!opj_decode(codec.get(), source.get(), image.get()) ||
+        !opj_end_decompress(codec.get(), source.get()))
+        throw damaged;
+    size();
+    const opj_image_comp_t& component = image->comps[0];
+    if (!component.data) throw damaged;
+    const std::size_t area = static_cast<std::size_t>(columns * rows);
+    DecodedFrame out{std::vector<char>(area * 2), 2, static_cast<int>(component.prec)};
+    for (std::size_t i = 0; i < area; ++i) {
+        const auto cell = static_cast<std::uint16_t>(component.data[i]);
+        std::memcpy(out.cells.data() + 2 * i, &cell, 2);
+    }
+    return out;
+}
+
+constexpr const char* run_lengths = "1.2.840.10008.1.2.5";
+constexpr std::array jpeg = {"1.2.840.10008.1.2.4.50", "1.2.840.10008.1.2.4.51", "1.2.840.10008.1.2.4.53",
+                             "1.2.840.10008.1.2.4.55", "1.2.840.10008.1.2.4.57", "1.2.840.10008.1.2.4.70"};
+constexpr std::array jpeg_ls = {"1.2.840.10008.1.2.4.80", "1.2.840.10008.1.2.4.81"};
+constexpr std::array jpeg_2000 = {"1.2.840.10008.1.2.4.90", "1.2.840.10008.1.2.4.91"};
+
+template <class Uids>
+bool is_one_of(const Uids& uids, const std::string& uid) {
+    return std::find(uids.begin(), uids.end(), uid) != uids.end();
 }
 
 }  // namespace
 
-bool is_compressed_syntax(const std::string& uid) {
-    static constexpr std::array known = {
-        "1.2.840.10008.1.2.4.50", "1.2.840.10008.1.2.4.51", "1.2.840.10008.1.2.4.53",
-        "1.2.840.10008.1.2.4.55", "1.2.840.10008.1.2.4.57", "1.2.840.10008.1.2.4.70",
-        "1.2.840.10008.1.2.4.80", "1.2.840.10008.1.2.4.81", "1.2.840.10008.1.2.4.90",
-        "1.2.840.10008.1.2.4.91", "1.2.840.10008.1.2.5"};
-    return std::find(known.begin(), known.end(), uid) != known.end();
+double most_inflation(const std::string& uid) {
+    if (uid == run_lengths) return 64;         // 128 equal bytes are written as two
+    if (is_one_of(jpeg, uid)) return 1024;     // a bit for each block of 64 samples
+    if (is_one_of(jpeg_ls, uid) || is_one_of(jpeg_2000, uid)) return 20000;  // an empty slice is almost nothing
+    return 0;
 }
 
 DecodedFrame decode_frame(const std::string& syntax_uid, std::string_view stream, std::int64_t columns,
-                          std::int64_t rows, int bits_allocated, int bits_stored, bool is_signed) {
-    silence_gdcm();
-    DecodedFrame out;
-    out.bits = bits_stored;
-    out.cell_size = bits_allocated / 8;
-    const std::size_t area = static_cast<std::size_t>(columns * rows);
-    if (is_rle(syntax_uid)) {
-        out.cells = decode_run_lengths(stream, area, static_cast<std::size_t>(out.cell_size));
-        return out;
-    }
-    const auto info = is_jpeg2000(syntax_uid) ? jpeg2000_info(stream) : jpeg_info(stream);
-    if (!info) throw InputError("its compressed pixels are damaged");
-    if (info->columns != columns || info->rows != rows || info->components != 1) {
-        throw InputError(
-            fmt::format("its compressed pixels are {} x {} of {} components, its header says {} x {} of one",
-                        info->columns, info->rows, info->components, columns, rows));
-    }
-    if (info->bits < 2 || info->bits > 16) {
-        throw InputError(fmt::format("its compressed samples have {} bits; 2 to 16 are read", info->bits));
-    }
-    out.bits = info->bits;
-    out.cell_size = info->bits <= 8 ? 1 : 2;
-
-    std::unique_ptr<gdcm::ImageCodec> codec;
-    if (is_jpeg2000(syntax_uid))
-        codec = std::make_unique<gdcm::JPEG2000Codec>();
-    else if (is_jpeg_ls(syntax_uid))
-        codec = std::make_unique<gdcm::JPEGLSCodec>();
-    else
-        codec = std::make_unique<gdcm::JPEGCodec>();
-    const std::array<unsigned, 3> dims{static_cast<unsigned>(columns), static_cast<unsigned>(rows), 1};
-    codec->SetNumberOfDimensions(2);
-    codec->SetDimensions(dims.data());
-    codec->SetPlanarConfiguration(0);
-    codec->SetPhotometricInterpretation(gdcm::PhotometricInterpretation::MONOCHROME2);
-    // GDCM chooses between its JPEG libraries of 8, 12 and 16 bits by what is allocated; the last does not do
-    // lossy.
-    const auto bits = static_cast<unsigned short>(out.bits);
-    const auto allocated = static_cast<unsigned short>(info->lossy && bits == 12 ? 12 : out.cell_size * 8);
-    codec->SetPixelFormat(
-        gdcm::PixelFormat(1, allocated, bits, static_cast<unsigned short>(bits - 1), is_signed ? 1 : 0));
-
-    std::string even(stream);
-    if (even.size() % 2 != 0) even += '\0';
-    gdcm::Fragment fragment;
-    fragment.SetByteValue(even.data(), static_cast<std::uint32_t>(even.size()));
-    const auto fragments = gdcm::SequenceOfFragments::New();
-    fragments->AddFragment(fragment);
-    gdcm::DataElement compressed(gdcm::Tag(0x7fe0, 0x0010)), plain;
-    compressed.SetValue(*fragments);
-    bool good = false;
+                          std::int64_t rows, int bits_allocated, int bits_stored) {
     try {
-        good = codec->Decode(compressed, plain);
+        if (is_one_of(jpeg, syntax_uid)) return decode_jpeg(stream, columns, rows);
+        if (is_one_of(jpeg_ls, syntax_uid)) return decode_jpeg_ls(stream, columns, rows);
+        if (is_one_of(jpeg_2000, syntax_uid)) return decode_jpeg2000(stream, columns, rows);
     } catch (const std::bad_alloc&) {
         throw LimitError("its pixels do not fit in memory");
-    } catch (const std::exception&) {
     }
-    const gdcm::ByteValue* value = good ? plain.GetByteValue() : nullptr;
-    const std::size_t needed = area * static_cast<std::size_t>(out.cell_size);
-    if (!value || value->GetLength() < needed) {
-        throw InputError(fmt::format("its compressed pixels (transfer syntax {}) are damaged", syntax_uid));
-    }
-    out.cells.assign(value->GetPointer(), value->GetPointer() + needed);
-    return out;
+    const std::size_t cell_size = static_cast<std::size_t>(bits_allocated) / 8;
+    const std::size_t area = static_cast<std::size_t>(columns * rows);
+    return {decode_run_lengths(stream, area, cell_size), static_cast<int>(cell_size), bits_stored};
 }
 
 }  // namespace marrow

@@ -294,48 +294,104 @@ void parse(DicomBytes& file, const std::filesystem::path& path) {
 
 }  // namespace
 
-DicomBytes parse_dicom(const std::filesystem::path& path, bool with_pixels) {
-    constexpr std::size_t usual_header = 1 << 16;
-    const std::size_t size = size_of_file(path);
-    const auto attempt = [&](std::size_t first) {
-        DicomBytes file;
-        file.bytes.resize(first);
-        ByteStream(path, Compression::none).read(file.bytes.data(), first);
-        parse(file, path);
-        return file;
-    };
+namespace {
+
+// Parses the first `size` bytes of a file.
+DicomBytes parse_head(const std::filesystem::path& path, std::size_t size, Buffer<char> memory) {
+    DicomBytes file;
+    file.bytes = std::move(memory);
+    file.bytes.resize(size);
+    ByteStream(path, Compression::none).read(file.bytes.data(), size);
     try {
-        if (!with_pixels && size > usual_header) {
-            try {
-                DicomBytes file = attempt(usual_header);
-                if (file.pixels_at > 0) return file;
-            } catch (const NeedsMore&) {
-            }
-        }
-        return attempt(size);
-    } catch (const NeedsMore&) {
-        throw InputError(fmt::format("{}: the DICOM file is truncated or damaged", shown(path)));
+        parse(file, path);
     } catch (const Damaged&) {
         throw InputError(fmt::format("{}: is not a DICOM file, or a damaged one", shown(path)));
     }
+    return file;
 }
 
-std::vector<std::string_view> fragments(const DicomBytes& file) {
+}  // namespace
+
+DicomBytes parse_dicom(const std::filesystem::path& path, Buffer<char> memory) {
+    try {
+        return parse_head(path, size_of_file(path), std::move(memory));
+    } catch (const NeedsMore&) {
+        throw InputError(fmt::format("{}: the DICOM file is truncated or damaged", shown(path)));
+    }
+}
+
+DicomBytes parse_dicom_header(const std::filesystem::path& path) {
+    constexpr std::size_t usual_header = 1 << 14;
+    if (size_of_file(path) > usual_header) {
+        try {
+            DicomBytes file = parse_head(path, usual_header, {});
+            if (file.pixels_at > 0) return file;
+        } catch (const NeedsMore&) {
+        }
+    }
+    return parse_dicom(path);
+}
+
+namespace {
+
+struct Fragments {
+    std::string_view offset_table;
+    std::vector<std::string_view> parts;
+    std::vector<std::size_t> starts;  // of their items, counted as the offset table does
+};
+
+Fragments fragments(const DicomBytes& file) {
     const std::string_view bytes(file.bytes.data(), file.bytes.size());
-    std::vector<std::string_view> out;
+    Fragments out;
     try {
         DicomParser parser(bytes, {false, false}, file.pixels_at);
-        for (;;) {
+        std::size_t first = 0;
+        for (bool table = true;; table = false) {
+            const std::size_t start = parser.at();
             const auto h = parser.header();
-            if (h.tag == sequence_end) return out;
+            if (h.tag == sequence_end && !table) return out;
             if (h.tag != item_start || h.length == undefined_length) throw Damaged();
-            out.push_back(parser.value(h, 0).value);
+            const std::string_view value = parser.value(h, 0).value;
+            if (table) {
+                out.offset_table = value;
+                first = parser.at();
+            } else {
+                out.parts.push_back(value);
+                out.starts.push_back(start - first);
+            }
         }
     } catch (const NeedsMore&) {
         throw InputError("its pixel data are truncated");
     } catch (const Damaged&) {
         throw InputError("its pixel data are damaged");
     }
+}
+
+}  // namespace
+
+std::vector<std::string> compressed_frames(const DicomBytes& file, std::size_t frames) {
+    const Fragments all = fragments(file);
+    if (all.parts.empty()) throw InputError("has no pixels");
+    std::vector<std::string> out(frames);
+    const bool one_each = all.parts.size() == frames;
+    if (frames > 1 && !one_each && all.offset_table.size() != 4 * frames) {
+        throw InputError(
+            fmt::format("has {} frames in {} fragments and no table of which belong together; decompress it "
+                        "with another program first",
+                        frames, all.parts.size()));
+    }
+    std::size_t frame = 0;
+    for (std::size_t i = 0; i < all.parts.size(); ++i) {
+        if (one_each) {
+            frame = i;
+        } else if (frames > 1 && frame + 1 < frames &&
+                   all.starts[i] == number_at(all.offset_table, 4 * (frame + 1), 4, false)) {
+            ++frame;
+        }
+        out[frame] += all.parts[i];
+    }
+    if (frame + 1 != frames) throw InputError("its table of frames does not fit its pixel data");
+    return out;
 }
 
 }  // namespace marrow

@@ -1,4 +1,4 @@
-// The elements of a DICOM file. Parsed here because GDCM ends the process on some damaged files.
+// The elements of a DICOM file.
 #pragma once
 
 #include <cstdint>
@@ -67,12 +67,15 @@ struct DicomBytes {
 /// True where the first bytes (132 where there are so many) look like DICOM, with or without a preamble.
 bool is_dicom(std::string_view head);
 
-/// Parses a file up to its pixel data; `with_pixels`: `bytes` then holds these as well.
-/// \throw IoError; InputError where it is not DICOM or damaged.
-DicomBytes parse_dicom(const std::filesystem::path& path, bool with_pixels);
+/// Parses a file up to its pixel data. \throw IoError; InputError where it is not DICOM or damaged.
+DicomBytes parse_dicom_header(const std::filesystem::path& path);
 
-/// The fragments of compressed pixel data; the first is the offset table.
+/// Parses a file; `bytes` holds all of it, in `memory` that had another use before.
+/// \throw as parse_dicom_header.
+DicomBytes parse_dicom(const std::filesystem::path& path, Buffer<char> memory = {});
+
+/// The compressed streams of `frames` frames, put together from their fragments.
 /// \throw InputError where they are damaged, in words that go after the file's name.
-std::vector<std::string_view> fragments(const DicomBytes& file);
+std::vector<std::string> compressed_frames(const DicomBytes& file, std::size_t frames);
 
 }  // namespace marrow

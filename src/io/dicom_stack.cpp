@@ -50,10 +50,21 @@ bool belongs(const DicomSlice& s, const DicomStack& stack) {
            close(f.spacing, g.spacing, scaled);
 }
 
-// Sorts by the place along the normal, where the slices have one.
+bool has_place(const DicomFrame& frame) {
+    return frame.position && frame.along_row && frame.along_column;
+}
+
+// Sorts by the place along the normal; slices without one by their number, which is a guess that only
+// options.spacing lets pass.
 void sort_slices(DicomStack& stack) {
     const DicomFrame first = stack.slices[0].frame();
-    if (!first.position || !first.along_row || !first.along_column) return;
+    if (!has_place(first)) {
+        std::stable_sort(stack.slices.begin(), stack.slices.end(),
+                         [](const DicomSlice& a, const DicomSlice& b) {
+                             return a.file->instance.value_or(0) < b.file->instance.value_or(0);
+                         });
+        return;
+    }
     const Vec3d across = cross(*first.along_row, *first.along_column);
     for (DicomSlice& s : stack.slices) s.along = dot(*s.frame().position, across) / length(across);
     std::stable_sort(stack.slices.begin(), stack.slices.end(),
@@ -71,6 +82,11 @@ double usual_gap(std::vector<double> gaps) {
     const auto middle = gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2);
     std::nth_element(gaps.begin(), middle, gaps.end());
     return *middle;
+}
+
+// By more than 1 % or 0.01 mm.
+bool is_uneven(double gap, double usual) {
+    return std::abs(gap - usual) > std::min(0.01, 0.01 * usual);
 }
 
 // Cuts a sorted stack where it is far apart: head and feet under one number are two volumes, not one with a
@@ -127,69 +143,147 @@ std::vector<DicomStack> stacks_of(const std::vector<DicomFile>& files) {
     return stacks;
 }
 
-Geometry geometry_of(const DicomStack& stack, std::vector<std::string>& warnings) {
-    const auto refuse = [&](const std::string& why) {
-        return GeometryError(fmt::format("series {}: {}", stack.id, why));
-    };
-    const DicomFile& file = stack.first();
-    const DicomFrame first = stack.slices[0].frame();
-    if (!first.position || !first.along_row || !first.along_column) {
-        throw refuse(
-            "its slices have no position and orientation (ImagePositionPatient, ImageOrientationPatient)");
+std::vector<std::vector<std::size_t>> slices_at_one_place(const DicomStack& stack) {
+    constexpr double nothing = 1e-4;  // mm
+    std::vector<std::vector<std::size_t>> out;
+    if (!has_place(stack.slices[0].frame())) return out;
+    const std::vector<double> gaps = gaps_of(stack.slices);
+    for (std::size_t i = 0; i < gaps.size(); ++i) {
+        if (gaps[i] >= nothing) continue;
+        if (i == 0 || gaps[i - 1] >= nothing) out.push_back({i});
+        out.back().push_back(i + 1);
     }
-    if (!first.spacing || !((*first.spacing)[0] > 0) || !((*first.spacing)[1] > 0))
-        throw refuse("has no PixelSpacing");
-    const Vec3d &x = *first.along_row, &y = *first.along_column;
-    if (!(std::abs(length(x) - 1) < 1e-3 && std::abs(length(y) - 1) < 1e-3 && std::abs(dot(x, y)) < 1e-3)) {
-        throw refuse("its ImageOrientationPatient is not two perpendicular unit vectors");
-    }
-    const Vec3d cross_xy = cross(x, y);
-    const Vec3d normal = 1 / length(cross_xy) * cross_xy;
+    return out;
+}
 
+std::vector<std::string> uneven_gaps(const DicomStack& stack) {
+    std::vector<std::string> out;
+    const std::vector<double> gaps = gaps_of(stack.slices);
+    if (gaps.empty() || !has_place(stack.slices[0].frame())) return out;
+    const double usual = usual_gap(gaps);
+    for (std::size_t i = 0; i < gaps.size(); ++i) {
+        if (is_uneven(gaps[i], usual))
+            out.push_back(fmt::format("{:.4g} mm between {} and {}", gaps[i], stack.slices[i].name(),
+                                      stack.slices[i + 1].name()));
+    }
+    return out;
+}
+
+namespace {
+
+[[noreturn]] void refuse(const DicomStack& stack, const std::string& why) {
+    throw GeometryError(fmt::format("series {}: {}", stack.id, why));
+}
+
+// The first slice's axes x and y, and the third across them.
+Mat3d axes_of(const DicomStack& stack) {
+    const Vec3d &x = *stack.slices[0].frame().along_row, &y = *stack.slices[0].frame().along_column;
+    if (!(std::abs(length(x) - 1) < 1e-3 && std::abs(length(y) - 1) < 1e-3 && std::abs(dot(x, y)) < 1e-3))
+        refuse(stack, "its ImageOrientationPatient is not two perpendicular unit vectors");
+    const Vec3d across = cross(x, y);
+    return {1 / length(x) * x, 1 / length(y) * y, 1 / length(across) * across};
+}
+
+// The step from slice to slice, which must be one and the same for all, save for its length where `uneven`
+// is not null.
+Vec3d step_of(const DicomStack& stack, const Vec3d& normal, std::vector<double>* uneven) {
     const std::vector<DicomSlice>& slices = stack.slices;
     const std::size_t n = slices.size();
-    Vec3d step = normal;
-    if (n == 1) {
-        const double thickness = first.thickness.value_or(0) > 0 ? *first.thickness : 1;
-        step = thickness * normal;
-        warnings.push_back("the series has a single slice");
-    } else {
-        const std::vector<double> gaps = gaps_of(slices);
-        const double usual = usual_gap(gaps);
-        const double tolerance = std::min(0.01, 0.01 * usual);
-        const auto pair = [&](std::size_t i) {
-            return fmt::format("{} and {}", slices[i].name(), slices[i + 1].name());
-        };
-        for (std::size_t i = 0; i + 1 < n; ++i) {
-            if (gaps[i] < 1e-4) throw refuse(fmt::format("two slices lie at the same place: {}", pair(i)));
-        }
-        for (std::size_t i = 0; i + 1 < n; ++i) {
-            if (std::abs(gaps[i] - usual) > tolerance) {
-                throw refuse(fmt::format("its slices are uneven: {:.4g} mm between {}, {:.4g} mm elsewhere",
-                                         gaps[i], pair(i), usual));
-            }
-        }
-        step =
-            1 / static_cast<double>(n - 1) * (*slices[n - 1].frame().position - *slices[0].frame().position);
-        for (std::size_t i = 0; i + 1 < n; ++i) {
-            const Vec3d off = *slices[i + 1].frame().position - *slices[i].frame().position - step;
-            if (length(off - dot(off, normal) * normal) > 0.01 + tolerance) {
-                throw refuse(fmt::format("its slices are shifted sideways between {}", pair(i)));
-            }
-        }
-        const double tilt = std::acos(std::min(1.0, dot(step, normal) / length(step))) * 180 / M_PI;
-        if (tilt > 0.1)
-            warnings.push_back(fmt::format(
-                "the gantry is tilted by {:.1f} degrees; the volume is sheared accordingly", tilt));
+    const double usual = usual_gap(gaps_of(slices));
+    for (const auto& group : slices_at_one_place(stack)) {
+        refuse(stack, fmt::format("two slices lie at the same place: {} and {}", slices[group[0]].name(),
+                                  slices[group[1]].name()));
     }
-    Geometry g;
+    const std::vector<std::string> odd = uneven_gaps(stack);
+    if (!odd.empty() && !uneven) {
+        constexpr std::size_t most = 5;
+        std::string list;
+        for (std::size_t i = 0; i < std::min(odd.size(), most); ++i) list += odd[i] + ", ";
+        if (odd.size() > most) list += fmt::format("{} more such gaps, ", odd.size() - most);
+        refuse(stack, fmt::format("its slices are uneven: {}{:.4g} mm elsewhere; --resample (options.resample) "
+                                  "makes them even",
+                                  list, usual));
+    }
+    const Vec3d whole = *slices[n - 1].frame().position - *slices[0].frame().position;
+    const double extent = dot(whole, normal);
+    for (std::size_t i = 0; i + 1 < n; ++i) {
+        const Vec3d next = *slices[i + 1].frame().position - *slices[i].frame().position;
+        const Vec3d off = next - dot(next, normal) / extent * whole;
+        if (length(off - dot(off, normal) * normal) > 0.01 + std::min(0.01, 0.01 * usual)) {
+            refuse(stack, fmt::format("its slices are shifted sideways between {} and {}", slices[i].name(),
+                                      slices[i + 1].name()));
+        }
+    }
+    double steps = static_cast<double>(n - 1);
+    if (!odd.empty()) {
+        steps = std::max(1.0, std::round(extent / usual));
+        if (steps > 1e5) refuse(stack, "its slices are too uneven to be made even");
+        for (const DicomSlice& s : slices) uneven->push_back((s.along - slices[0].along) / extent * steps);
+    }
+    return 1 / steps * whole;
+}
+
+}  // namespace
+
+StackPlace place_of(const DicomStack& stack, const ScanOptions& options) {
+    const DicomFile& file = stack.first();
+    const DicomFrame first = stack.slices[0].frame();
+    const std::size_t n = stack.slices.size();
+    const auto& given = options.spacing;
+    StackPlace out;
+    Geometry& g = out.geometry;
     g.dims = {file.columns, file.rows, static_cast<std::int64_t>(n)};
-    g.spacing = {(*first.spacing)[0], (*first.spacing)[1], length(step)};
-    g.origin = *slices[0].frame().position;
+
+    if (!first.spacing && !given)
+        refuse(stack, "has no PixelSpacing; give it with --spacing X,Y,Z (options.spacing), in mm");
+    const std::array<double, 2> in_plane =
+        first.spacing ? *first.spacing : std::array<double, 2>{(*given)[0], (*given)[1]};
+    if (!(in_plane[0] > 0) || !(in_plane[1] > 0)) refuse(stack, "its PixelSpacing is not positive");
+    if (!has_place(first) && !given) {
+        refuse(stack, "its slices have no position and orientation (ImagePositionPatient, "
+                      "ImageOrientationPatient); --spacing X,Y,Z (options.spacing) stacks them by their number");
+    }
+    if (n == 1 && !given) {
+        refuse(stack,
+               "is a single slice; --spacing X,Y,Z (options.spacing) gives it a thickness in mm");
+    }
+
+    Mat3d axes{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};  // axes[a]: the direction of index axis a
+    Vec3d step{0, 0, given ? (*given)[2] : 0};
+    if (has_place(first)) {
+        axes = axes_of(stack);
+        g.origin = *first.position;
+        const Vec3d normal = axes[2];
+        step = n == 1 ? (*given)[2] * normal : step_of(stack, normal, options.resample ? &out.uneven : nullptr);
+        out.tilt = std::acos(std::min(1.0, dot(step, normal) / length(step))) * 180 / M_PI;
+        if (out.tilt > 0.1) {
+            out.warnings.push_back(fmt::format(
+                "the gantry is tilted by {:.1f} degrees; the volume is sheared accordingly", out.tilt));
+        } else {
+            out.tilt = 0;
+        }
+    } else {
+        out.warnings.push_back(
+            "the slices have no position: they are stacked by their number, and may lie mirrored");
+    }
+    g.spacing = {in_plane[0], in_plane[1], length(step)};
+    if (given) {
+        for (int axis = 0; axis < 3; ++axis) {
+            if (std::abs(g.spacing[axis] - (*given)[axis]) > 0.01 * g.spacing[axis])
+                refuse(stack, fmt::format("its spacing is {:.4g} x {:.4g} x {:.4g} mm; do not give another",
+                                          g.spacing[0], g.spacing[1], g.spacing[2]));
+        }
+    }
     for (int row = 0; row < 3; ++row)
-        g.direction[row] = {x[row] / length(x), y[row] / length(y), step[row] / length(step)};
+        g.direction[row] = {axes[0][row], axes[1][row], step[row] / length(step)};
+    if (!out.uneven.empty()) {
+        g.dims[2] = std::lround(out.uneven.back()) + 1;
+        out.warnings.push_back(
+            fmt::format("{} uneven slices are resampled to {}, {:.4g} mm apart, linear between neighbours", n,
+                        g.dims[2], length(step)));
+    }
     check_geometry(g);
-    return g;
+    return out;
 }
 
 }  // namespace marrow

@@ -2,6 +2,7 @@
 // refused.
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -33,9 +34,28 @@ struct DicomStack {
 /// Sorts the frames of `files`, which must outlive the result, into stacks: the largest first.
 std::vector<DicomStack> stacks_of(const std::vector<DicomFile>& files);
 
-/// Where the volume lies: the origin is the first slice's, the third axis goes from slice to slice, slanted
-/// for a tilted gantry (with a warning). \throw GeometryError where the slices are uneven (by more than 1 %
-/// or 0.01 mm), at one place, shifted sideways, or without position, orientation or spacing.
-Geometry geometry_of(const DicomStack& stack, std::vector<std::string>& warnings);
+/// Groups of slices that lie at one place, as indices into the stack's slices; places of one slice are left
+/// out.
+std::vector<std::vector<std::size_t>> slices_at_one_place(const DicomStack& stack);
+
+/// Where the volume of a stack lies.
+struct StackPlace {
+    Geometry geometry;
+    /// Where uneven slices lie, as fractional indices along the third axis of `geometry`, which is even; empty
+    /// where the slices are even themselves.
+    std::vector<double> uneven;
+    double tilt = 0;  ///< of the gantry, degrees
+    std::vector<std::string> warnings;
+};
+
+/// The origin is the first slice's, the third axis goes from slice to slice, slanted for a tilted gantry (with
+/// a warning). `options.spacing` fills in what the headers leave out; `options.resample` makes uneven slices
+/// even. \throw GeometryError where the slices are uneven (by more than 1 % or 0.01 mm), at one place, shifted
+/// sideways, single, or without position, orientation or spacing, and the options do not help; where the
+/// options contradict the headers.
+StackPlace place_of(const DicomStack& stack, const ScanOptions& options);
+
+/// "4 mm between 'a' and 'b'" for gaps that differ from the usual one.
+std::vector<std::string> uneven_gaps(const DicomStack& stack);
 
 }  // namespace marrow

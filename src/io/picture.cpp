@@ -4,6 +4,7 @@
 #include <png.h>
 #include <tiffio.h>
 
+#include <algorithm>
 #include <array>
 #include <csetjmp>
 #include <cstdio>
@@ -146,6 +147,42 @@ Picture read_jpeg(const std::filesystem::path& path, void* to) {
 
 // --- TIFF
 
+// A file for libtiff, which takes some failures to read for the end of the file.
+class TiffFile {
+  public:
+    explicit TiffFile(const std::filesystem::path& path) : stream_(path, Compression::none), size_(size_of_file(path)) {}
+
+    void check() const {
+        if (!failure_.empty()) throw IoError(failure_);
+    }
+
+    static tmsize_t read(thandle_t self, void* to, tmsize_t size) {
+        auto& file = *static_cast<TiffFile*>(self);
+        try {
+            file.stream_.seek(file.at_);
+            const std::size_t got = file.stream_.read_some(to, static_cast<std::size_t>(size));
+            file.at_ += got;
+            return static_cast<tmsize_t>(got);
+        } catch (const Error& error) {
+            file.failure_ = error.what();
+            return -1;
+        }
+    }
+    static tmsize_t write(thandle_t, void*, tmsize_t) { return -1; }
+    static toff_t seek(thandle_t self, toff_t to, int from) {
+        auto& file = *static_cast<TiffFile*>(self);
+        file.at_ = to + (from == SEEK_SET ? 0 : from == SEEK_CUR ? file.at_ : file.size_);
+        return file.at_;
+    }
+    static int close(thandle_t) { return 0; }
+    static toff_t size(thandle_t self) { return static_cast<TiffFile*>(self)->size_; }
+
+  private:
+    ByteStream stream_;
+    std::uint64_t size_, at_ = 0;
+    std::string failure_;
+};
+
 int tiff_ignore(TIFF*, void*, const char*, const char*, va_list) {
     return 1;
 }  // 1: go no further, to stderr
@@ -168,15 +205,41 @@ SampleType tiff_type(TIFF* tiff) {
     throw odd_samples;
 }
 
-Picture read_tiff(const std::filesystem::path& path, void* to) {
-    size_of_file(path);
+// The tiles at the right and lower edge reach beyond the picture.
+void read_tiles(TIFF* tiff, std::uint32_t columns, std::uint32_t rows, std::size_t sample,
+                unsigned char* to) {
+    std::uint32_t width = 0, height = 0;
+    TIFFGetField(tiff, TIFFTAG_TILEWIDTH, &width);
+    TIFFGetField(tiff, TIFFTAG_TILELENGTH, &height);
+    const std::uint64_t size = TIFFTileSize64(tiff);
+    constexpr std::uint64_t largest = std::uint64_t{1} << 28;
+    if (width == 0 || height == 0 || size > largest || size != std::uint64_t{width} * height * sample)
+        throw damaged;
+    Bytes tile(size);
+    for (std::uint32_t top = 0; top < rows; top += std::min(height, rows - top)) {
+        for (std::uint32_t left = 0; left < columns; left += std::min(width, columns - left)) {
+            const auto got = TIFFReadEncodedTile(tiff, TIFFComputeTile(tiff, left, top, 0, 0), tile.data(),
+                                                 static_cast<tmsize_t>(size));
+            if (got != static_cast<tmsize_t>(size)) throw damaged;
+            const std::size_t wide = std::min(width, columns - left) * sample;
+            for (std::uint32_t row = 0; row < std::min(height, rows - top); ++row)
+                std::memcpy(to + ((top + row) * std::size_t{columns} + left) * sample,
+                            tile.data() + row * std::size_t{width} * sample, wide);
+        }
+    }
+}
+
+Picture read_tiff_pages(TiffFile& file, void* to) {
     const std::unique_ptr<TIFFOpenOptions, void (*)(TIFFOpenOptions*)> options(TIFFOpenOptionsAlloc(),
                                                                                TIFFOpenOptionsFree);
     if (!options) throw LimitError("libtiff: no memory");
     TIFFOpenOptionsSetErrorHandlerExtR(options.get(), tiff_ignore, nullptr);
     TIFFOpenOptionsSetWarningHandlerExtR(options.get(), tiff_ignore, nullptr);
-    const std::unique_ptr<TIFF, void (*)(TIFF*)> tiff(TIFFOpenExt(path.c_str(), "r", options.get()),
-                                                      TIFFClose);
+    // m: read it; a mapped file that shrinks meanwhile would end the process
+    const std::unique_ptr<TIFF, void (*)(TIFF*)> tiff(
+        TIFFClientOpenExt("", "rm", &file, TiffFile::read, TiffFile::write, TiffFile::seek, TiffFile::close,
+                          TiffFile::size, nullptr, nullptr, options.get()),
+        TIFFClose);
     if (!tiff) throw damaged;
 
     Picture out;
@@ -186,7 +249,6 @@ Picture read_tiff(const std::filesystem::path& path, void* to) {
         TIFFGetField(tiff.get(), TIFFTAG_IMAGEWIDTH, &columns);
         TIFFGetField(tiff.get(), TIFFTAG_IMAGELENGTH, &rows);
         const SampleType type = tiff_type(tiff.get());
-        if (TIFFIsTiled(tiff.get())) throw Unreadable{"is tiled, which is not read; save it in strips"};
         if (out.pages == 0) {
             out.columns = columns;
             out.rows = rows;
@@ -195,13 +257,30 @@ Picture read_tiff(const std::filesystem::path& path, void* to) {
             throw Unreadable{"has pages that differ in size or sample type"};
         }
         const std::size_t size = columns * sample_size(type);
-        if (static_cast<std::size_t>(TIFFScanlineSize64(tiff.get())) != size) throw damaged;
-        for (std::uint32_t row = 0; to && row < rows; ++row, line += size) {
-            if (TIFFReadScanline(tiff.get(), line, row) != 1) throw damaged;
+        if (TIFFIsTiled(tiff.get())) {
+            if (to) read_tiles(tiff.get(), columns, rows, sample_size(type), line);
+        } else {
+            if (static_cast<std::size_t>(TIFFScanlineSize64(tiff.get())) != size) throw damaged;
+            for (std::uint32_t row = 0; to && row < rows; ++row) {
+                if (TIFFReadScanline(tiff.get(), line + row * size, row) != 1) throw damaged;
+            }
         }
+        if (to) line += rows * size;
         if (TIFFLastDirectory(tiff.get())) return ++out.pages, out;
     }
     throw damaged;  // a page is announced that is not there
+}
+
+Picture read_tiff(const std::filesystem::path& path, void* to) {
+    TiffFile file(path);
+    try {
+        const Picture out = read_tiff_pages(file, to);
+        file.check();
+        return out;
+    } catch (const Unreadable&) {
+        file.check();
+        throw;
+    }
 }
 
 // --- BMP: 8 bits with a grey palette, not compressed

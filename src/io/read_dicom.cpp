@@ -2,10 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <oneapi/tbb/enumerable_thread_specific.h>
+
 #include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <map>
+#include <type_traits>
 
 #include <marrow/error.h>
 
@@ -26,7 +29,8 @@ struct Found {
 
 constexpr double headers_done = 0.2;  // of the progress
 
-Found find_stacks(const std::vector<std::filesystem::path>& paths, const ScanOptions& options) {
+Found find_stacks(const std::vector<std::filesystem::path>& paths, const std::filesystem::path& wanted,
+                  const ScanOptions& options) {
     std::vector<std::optional<DicomFile>> headers(paths.size());
     std::vector<std::string> failures(paths.size());
     for_each_slice(paths.size(), options.threads, options.progress, 0, headers_done, [&](std::size_t i) {
@@ -45,9 +49,10 @@ Found find_stacks(const std::vector<std::filesystem::path>& paths, const ScanOpt
         else if (failures[i].empty())
             ++without_image;
     }
-    for (const auto& failure : failures) {
+    for (std::size_t i = 0; i < paths.size(); ++i) {
+        const std::string& failure = failures[i];
         if (failure.empty()) continue;
-        if (found.files.empty()) throw InputError(failure);
+        if (found.files.empty() || paths[i] == wanted) throw InputError(failure);
         found.warnings.push_back(failure + "; it is left out");
     }
     if (found.files.empty()) {
@@ -72,12 +77,10 @@ SeriesInfo describe(const DicomStack& stack) {
     for (const DicomSlice& s : stack.slices) files.push_back(s.file);
     std::sort(files.begin(), files.end());
     info.files = static_cast<std::size_t>(std::unique(files.begin(), files.end()) - files.begin());
-    std::vector<std::string> ignored;
+    if (const auto spacing = stack.slices[0].frame().spacing) info.spacing = {(*spacing)[0], (*spacing)[1], 0};
     try {
-        info.spacing = geometry_of(stack, ignored).spacing;
+        info.spacing = place_of(stack, {}).geometry.spacing;
     } catch (const InputError&) {  // it can be listed all the same
-        if (const auto spacing = stack.slices[0].frame().spacing)
-            info.spacing = {(*spacing)[0], (*spacing)[1], 0};
     }
     return info;
 }
@@ -94,13 +97,18 @@ std::string listed(const std::vector<const DicomStack*>& stacks) {
     return stacks.size() > most ? out + fmt::format("; and {} more", stacks.size() - most) : out;
 }
 
-DicomStack& choose(Found& found, const std::filesystem::path& wanted, const ScanOptions& options,
-                   std::vector<std::string>& warnings) {
+struct Choice {
     std::vector<DicomStack*> candidates;
-    for (DicomStack& s : found.stacks) candidates.push_back(&s);
+    std::string reason;       // why these
+    bool passes_over = false;  // scouts or single images
+};
+
+Choice choose(Found& found, const std::filesystem::path& wanted, const ScanOptions& options) {
+    Choice choice;
+    for (DicomStack& s : found.stacks) choice.candidates.push_back(&s);
     const auto keep = [&](auto&& condition) {
         std::vector<DicomStack*> kept;
-        std::copy_if(candidates.begin(), candidates.end(), std::back_inserter(kept), condition);
+        std::copy_if(choice.candidates.begin(), choice.candidates.end(), std::back_inserter(kept), condition);
         return kept;
     };
     if (!options.series.empty()) {
@@ -108,35 +116,44 @@ DicomStack& choose(Found& found, const std::filesystem::path& wanted, const Scan
         if (chosen.empty())
             chosen = keep([&](const DicomStack* s) { return s->first().series_uid == options.series; });
         if (chosen.empty()) {
-            throw GeometryError(fmt::format("there is no series {}; there are: {}", shown(options.series),
-                                            listed({candidates.begin(), candidates.end()})));
+            throw GeometryError(
+                fmt::format("there is no series {}; there are: {}", shown(options.series),
+                            listed({choice.candidates.begin(), choice.candidates.end()})));
         }
-        candidates = std::move(chosen);
-    } else if (!wanted.empty()) {
-        candidates = keep([&](const DicomStack* s) {
+        return {std::move(chosen), "it was asked for", false};
+    }
+    if (!wanted.empty()) {
+        auto chosen = keep([&](const DicomStack* s) {
             return std::any_of(s->slices.begin(), s->slices.end(),
                                [&](const DicomSlice& slice) { return slice.file->path == wanted; });
         });
-        if (candidates.empty()) throw InputError(fmt::format("{}: holds no image", shown(wanted)));
-    } else {
-        // scouts and single images are no volumes, unless there is nothing else
-        const auto volumes =
-            keep([](const DicomStack* s) { return s->slices.size() > 1 && !s->first().localizer; });
-        if (!volumes.empty() && volumes.size() < candidates.size()) {
-            warnings.push_back(
-                fmt::format("{} scout or single images are left out", candidates.size() - volumes.size()));
-            candidates = volumes;
-        }
+        if (chosen.empty()) throw InputError(fmt::format("{}: holds no image", shown(wanted)));
+        return {std::move(chosen), "the file that was named belongs to it", false};
     }
-    if (candidates.size() > 1) {
+    choice.reason = "there is no other";
+    auto volumes = keep([](const DicomStack* s) { return s->slices.size() > 1 && !s->first().localizer; });
+    if (!volumes.empty() && volumes.size() < choice.candidates.size()) {
+        choice.reason = fmt::format("{} scout or single images are left out",
+                                    choice.candidates.size() - volumes.size());
+        choice.candidates = std::move(volumes);
+        choice.passes_over = true;
+    }
+    return choice;
+}
+
+DicomStack& only(const Choice& choice) {
+    if (choice.candidates.size() > 1) {
         throw GeometryError(fmt::format("there are {} series; choose one with --series (options.series): {}",
-                                        candidates.size(), listed({candidates.begin(), candidates.end()})));
+                                        choice.candidates.size(),
+                                        listed({choice.candidates.begin(), choice.candidates.end()})));
     }
-    return *candidates[0];
+    return *choice.candidates[0];
 }
 
 struct Rescale {
     double slope, intercept;
+
+    friend bool operator==(const Rescale&, const Rescale&) = default;
 };
 
 Rescale rescale_of(const DicomSlice& s) {
@@ -147,8 +164,58 @@ Rescale rescale_of(const DicomSlice& s) {
     return r;
 }
 
-// Decodes into `volume`. Returns false where it is int16 and a value does not fit.
-bool load_slices(const DicomStack& stack, const ScanOptions& options, double begin, Volume& volume) {
+// Of slices at one place with the same values only the first stays. \throw GeometryError where they differ.
+void drop_duplicates(DicomStack& stack, std::vector<std::string>& warnings) {
+    constexpr std::size_t most_listed = 5;
+    std::map<const DicomFile*, DicomWorkspace> decoded;
+    const auto stored = [&](const DicomSlice& s) {
+        if (decoded.size() > 4) decoded.clear();
+        const std::size_t area = static_cast<std::size_t>(s.file->columns * s.file->rows);
+        DicomWorkspace& memory = decoded[s.file];
+        const std::int32_t* all = memory.stored.empty() ? decode_dicom(*s.file, memory) : memory.stored.data();
+        return std::vector<std::int32_t>(all + s.index * area, all + (s.index + 1) * area);
+    };
+    std::vector<std::size_t> dropped;
+    std::vector<std::string> groups;
+    for (const auto& group : slices_at_one_place(stack)) {
+        const DicomSlice& first = stack.slices[group[0]];
+        const auto pixels = stored(first);
+        const Rescale rescale = rescale_of(first);
+        bool same = true;
+        for (std::size_t i = 1; same && i < group.size(); ++i) {
+            const DicomSlice& other = stack.slices[group[i]];
+            same = *first.frame().position == *other.frame().position && rescale_of(other) == rescale &&
+                   stored(other) == pixels;
+        }
+        if (same) {
+            dropped.insert(dropped.end(), group.begin() + 1, group.end());
+            continue;
+        }
+        std::string names;
+        for (const std::size_t i : group)
+            names += fmt::format("{}{}", names.empty() ? "" : " and ", stack.slices[i].name());
+        groups.push_back(names);
+        if (groups.size() > most_listed) break;
+    }
+    if (!groups.empty()) {
+        std::string list;
+        for (std::size_t i = 0; i < std::min(groups.size(), most_listed); ++i)
+            list += fmt::format("{}{}", i ? "; " : "", groups[i]);
+        throw GeometryError(fmt::format("series {}: slices with different pixels lie at the same place, as of "
+                                        "several volumes in one: {}{}",
+                                        stack.id, list, groups.size() > most_listed ? "; and more" : ""));
+    }
+    if (dropped.empty()) return;
+    warnings.push_back(fmt::format("{} slices are there twice and count once, such as {}", dropped.size(),
+                                   stack.slices[dropped[0]].name()));
+    for (auto i = dropped.rbegin(); i != dropped.rend(); ++i)
+        stack.slices.erase(stack.slices.begin() + static_cast<std::ptrdiff_t>(*i));
+}
+
+// Decodes into `volume`, reporting progress from `begin` to 1. Where the volume is int16 and a value does not
+// fit, stops and returns the progress it came to.
+std::optional<double> load_slices(const DicomStack& stack, const ScanOptions& options, double begin,
+                                  Volume& volume) {
     // a file of many frames is decoded once
     std::map<const DicomFile*, std::vector<std::size_t>> slices_of;
     for (std::size_t k = 0; k < stack.slices.size(); ++k) slices_of[stack.slices[k].file].push_back(k);
@@ -157,13 +224,20 @@ bool load_slices(const DicomStack& stack, const ScanOptions& options, double beg
 
     const std::size_t area = static_cast<std::size_t>(volume.geometry().dims[0] * volume.geometry().dims[1]);
     std::atomic<bool> fits = true;
-    for_each_slice(files.size(), options.threads, options.progress, begin, 1, [&](std::size_t i) {
+    double reached = begin;
+    const Progress progress = [&](double fraction) {
+        if (!fits) return true;  // what is read again counts from here
+        reached = fraction;
+        return !options.progress || options.progress(fraction);
+    };
+    oneapi::tbb::enumerable_thread_specific<DicomWorkspace> workspaces;
+    for_each_slice(files.size(), options.threads, progress, begin, 1, [&](std::size_t i) {
         if (!fits) return;
-        const Buffer<std::int32_t> stored = decode_dicom(*files[i].first);
+        const std::int32_t* stored = decode_dicom(*files[i].first, workspaces.local());
         for (const std::size_t k : files[i].second) {
             const DicomSlice& slice = stack.slices[k];
             const auto [slope, intercept] = rescale_of(slice);
-            const std::int32_t* from = stored.data() + slice.index * area;
+            const std::int32_t* from = stored + slice.index * area;
             if (volume.type() == SampleType::float32) {
                 float* to = volume.samples<float>() + k * area;
                 for (std::size_t j = 0; j < area; ++j)
@@ -181,48 +255,139 @@ bool load_slices(const DicomStack& stack, const ScanOptions& options, double beg
             }
         }
     });
-    return fits;
+    if (fits) return {};
+    return reached;
+}
+
+// Slices at `places`, fractional indices along the third axis of `even`, made even: linear between neighbours.
+template <class T>
+Volume resampled(const Volume& uneven, const std::vector<double>& places, const Geometry& even) {
+    Volume out(even, uneven.type());
+    const std::size_t area = static_cast<std::size_t>(even.dims[0] * even.dims[1]);
+    std::size_t below = 0;
+    for (std::size_t k = 0; k < static_cast<std::size_t>(even.dims[2]); ++k) {
+        const auto place = static_cast<double>(k);
+        while (below + 2 < places.size() && places[below + 1] <= place) ++below;
+        const double share =
+            std::clamp((place - places[below]) / (places[below + 1] - places[below]), 0.0, 1.0);
+        const T *a = uneven.samples<T>() + below * area, *b = a + area;
+        T* to = out.samples<T>() + k * area;
+        for (std::size_t j = 0; j < area; ++j) {
+            const double value = (1 - share) * a[j] + share * b[j];
+            if constexpr (std::is_integral_v<T>)
+                to[j] = static_cast<T>(std::lround(value));
+            else
+                to[j] = static_cast<T>(value);
+        }
+    }
+    return out;
+}
+
+Volume made_even(Volume volume, const StackPlace& place) {
+    if (place.uneven.empty()) return volume;
+    return volume.type() == SampleType::int16 ? resampled<std::int16_t>(volume, place.uneven, place.geometry)
+                                              : resampled<float>(volume, place.uneven, place.geometry);
+}
+
+void check_readable(const DicomStack& stack) {
+    for (const DicomSlice& s : stack.slices) {
+        if (!s.file->refusal.empty())
+            throw InputError(fmt::format("{}: {}", shown(s.file->path), s.file->refusal));
+    }
+}
+
+bool is_rescaled(const DicomStack& stack) {
+    return std::any_of(stack.slices.begin(), stack.slices.end(),
+                       [](const DicomSlice& s) { return s.frame().slope.has_value(); });
+}
+
+SeriesReport report_on(DicomStack& stack, const ScanOptions& options) {
+    SeriesReport out;
+    out.series = describe(stack);
+    out.patient_name = stack.first().patient_name;
+    const std::string& modality = stack.first().modality;
+    if (modality == "CT")
+        out.hounsfield = is_rescaled(stack);
+    else if (!modality.empty())
+        out.hounsfield = false;
+    out.gaps = uneven_gaps(stack);
+    try {
+        check_readable(stack);
+        drop_duplicates(stack, out.warnings);
+        const StackPlace place = place_of(stack, options);
+        for (const DicomSlice& s : stack.slices) rescale_of(s);
+        out.series.dims = place.geometry.dims;
+        out.series.spacing = place.geometry.spacing;
+        out.tilt = place.tilt;
+        out.warnings.insert(out.warnings.end(), place.warnings.begin(), place.warnings.end());
+    } catch (const InputError& error) {
+        out.refusal = error.what();
+    }
+    const auto& spacing = out.series.spacing;
+    if (*std::min_element(spacing.begin(), spacing.end()) > 0)
+        out.smallest_feature = 2 * *std::max_element(spacing.begin(), spacing.end());
+    out.memory = static_cast<std::uint64_t>(out.series.dims[0] * out.series.dims[1] * out.series.dims[2]) *
+                 sample_size(SampleType::int16);
+    return out;
 }
 
 }  // namespace
 
-std::vector<SeriesInfo> list_dicom(const std::vector<std::filesystem::path>& files,
-                                   const ScanOptions& options) {
-    const Found found = find_stacks(files, options);
-    std::vector<SeriesInfo> out;
-    for (const DicomStack& s : found.stacks) out.push_back(describe(s));
+ScanReport inspect_dicom(const std::vector<std::filesystem::path>& files, const std::filesystem::path& wanted,
+                         const ScanOptions& options) {
+    Found found = find_stacks(files, wanted, options);
+    ScanReport out{"DICOM", files.size(), {}, {}, {}, found.warnings};
+    const Choice choice = choose(found, wanted, options);
+    for (DicomStack& s : found.stacks) out.series.push_back(report_on(s, options));
+    out.reason = choice.reason;
+    if (choice.candidates.size() == 1) {
+        const auto at = static_cast<std::size_t>(choice.candidates[0] - found.stacks.data());
+        if (out.series[at].refusal.empty())
+            out.chosen = at;
+        else
+            out.reason = out.series[at].refusal;
+    } else {
+        out.reason = fmt::format("{} series could be read: choose one", choice.candidates.size());
+    }
     return out;
 }
 
 Volume load_dicom(const std::vector<std::filesystem::path>& files, const std::filesystem::path& wanted,
                   const ScanOptions& options, ScanInfo& info) {
-    Found found = find_stacks(files, options);
+    Found found = find_stacks(files, wanted, options);
     info.warnings = found.warnings;
-    DicomStack& stack = choose(found, wanted, options, info.warnings);
-    for (const DicomSlice& s : stack.slices) {
-        if (!s.file->refusal.empty())
-            throw InputError(fmt::format("{}: {}", shown(s.file->path), s.file->refusal));
-    }
-    const Geometry geometry = geometry_of(stack, info.warnings);
+    const Choice choice = choose(found, wanted, options);
+    DicomStack& stack = only(choice);
+    if (choice.passes_over) info.warnings.push_back(choice.reason);
+    check_readable(stack);
     info.series = describe(stack);
+    drop_duplicates(stack, info.warnings);
+    const StackPlace place = place_of(stack, options);
+    info.warnings.insert(info.warnings.end(), place.warnings.begin(), place.warnings.end());
+    info.series.dims = place.geometry.dims;
+    info.series.spacing = place.geometry.spacing;
 
-    bool integral = true, rescaled = false;
+    bool integral = true;
     for (const DicomSlice& s : stack.slices) {
         const auto [slope, intercept] = rescale_of(s);
         integral &= slope == std::floor(slope) && intercept == std::floor(intercept) &&
                     std::abs(slope) < 32768 && std::abs(intercept) < 1e9;
-        rescaled |= s.frame().slope.has_value();
     }
-    if (stack.first().modality == "CT" && !rescaled)
+    if (stack.first().modality == "CT" && !is_rescaled(stack))
         info.warnings.push_back("the CT has no rescale slope: its values are not HU");
 
+    Geometry as_stored = place.geometry;
+    as_stored.dims[2] = static_cast<std::int64_t>(stack.slices.size());
+    double begin = headers_done;
     if (integral) {
-        Volume volume(geometry, SampleType::int16);
-        if (load_slices(stack, options, headers_done, volume)) return volume;
+        Volume volume(as_stored, SampleType::int16);
+        const std::optional<double> reached = load_slices(stack, options, begin, volume);
+        if (!reached) return made_even(std::move(volume), place);
+        begin = *reached;
     }
-    Volume volume(geometry, SampleType::float32);
-    load_slices(stack, options, headers_done, volume);
-    return volume;
+    Volume volume(as_stored, SampleType::float32);
+    load_slices(stack, options, begin, volume);
+    return made_even(std::move(volume), place);
 }
 
 }  // namespace marrow

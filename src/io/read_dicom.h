@@ -9,12 +9,12 @@
 
 namespace marrow {
 
-/// The series among `files`, split where their geometry differs. \throw InputError where there is none.
-std::vector<SeriesInfo> list_dicom(const std::vector<std::filesystem::path>& files,
-                                   const ScanOptions& options);
+/// The series among `files`, split where their geometry differs. `wanted`: where not empty, the file that the
+/// series to choose holds. \throw InputError where there is none.
+ScanReport inspect_dicom(const std::vector<std::filesystem::path>& files, const std::filesystem::path& wanted,
+                         const ScanOptions& options);
 
-/// Reads one series. `wanted`: where not empty, the series this file belongs to.
-/// \throw as read_scan.
+/// Reads one series. \throw as read_scan.
 Volume load_dicom(const std::vector<std::filesystem::path>& files, const std::filesystem::path& wanted,
                   const ScanOptions& options, ScanInfo& info);
 

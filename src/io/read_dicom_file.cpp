@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 
@@ -44,18 +45,22 @@ void read_frames(DicomFile& file, const DicomSet& set) {
         throw InputError(
             fmt::format("it describes {} frames and has {}", per_frame.size(), file.frames.size()));
     }
-    const auto group = [&](std::size_t frame, DicomTag tag) {
-        if (!per_frame.empty()) {
-            if (auto own = per_frame[frame].items(tag); !own.empty()) return own[0];
-        }
-        if (!shared.empty()) {
-            if (auto common = shared[0].items(tag); !common.empty()) return common[0];
-        }
-        return set;
-    };
+    constexpr std::array<DicomTag, 4> tags = {0x00209113, 0x00209116, 0x00289110, 0x00289145};
+    std::array<DicomSet, 4> common;
+    for (std::size_t i = 0; i < tags.size(); ++i) {
+        const auto items = shared.empty() ? std::vector<DicomSet>() : shared[0].items(tags[i]);
+        common[i] = items.empty() ? set : items[0];
+    }
     for (std::size_t i = 0; i < file.frames.size(); ++i) {
-        read_frame(file.frames[i], group(i, 0x00209113), group(i, 0x00209116), group(i, 0x00289110),
-                   group(i, 0x00289145));
+        std::array<std::vector<DicomSet>, 4> own;
+        std::array<const DicomSet*, 4> groups;
+        for (std::size_t t = 0; t < tags.size(); ++t) {
+            if (!per_frame.empty()) own[t] = per_frame[i].items(tags[t]);
+            groups[t] = own[t].empty() ? &common[t] : own[t].data();
+        }
+        read_frame(file.frames[i], *groups[0], *groups[1], *groups[2], *groups[3]);
+        // one place for all frames is none
+        if (file.frames.size() > 1 && per_frame.empty()) file.frames[i].position.reset();
     }
 }
 
@@ -77,6 +82,31 @@ bool is_plain_syntax(const std::string& uid) {
            uid == "1.2.840.10008.1.2.2" || uid == deflated_syntax;
 }
 
+// The syntaxes that people meet and that are not read, by name.
+std::string named_syntax(const std::string& uid) {
+    static constexpr std::pair<std::string_view, const char*> names[] = {
+        {"1.2.840.10008.1.2.4.92", "JPEG 2000 of several components"},
+        {"1.2.840.10008.1.2.4.93", "JPEG 2000 of several components"},
+        {"1.2.840.10008.1.2.4.94", "JPIP"},
+        {"1.2.840.10008.1.2.4.95", "JPIP"},
+        {"1.2.840.10008.1.2.4.100", "MPEG-2 video"},
+        {"1.2.840.10008.1.2.4.101", "MPEG-2 video"},
+        {"1.2.840.10008.1.2.4.102", "MPEG-4 video"},
+        {"1.2.840.10008.1.2.4.103", "MPEG-4 video"},
+        {"1.2.840.10008.1.2.4.104", "MPEG-4 video"},
+        {"1.2.840.10008.1.2.4.105", "MPEG-4 video"},
+        {"1.2.840.10008.1.2.4.106", "MPEG-4 video"},
+        {"1.2.840.10008.1.2.4.107", "HEVC video"},
+        {"1.2.840.10008.1.2.4.108", "HEVC video"},
+        {"1.2.840.10008.1.2.4.201", "high-throughput JPEG 2000"},
+        {"1.2.840.10008.1.2.4.202", "high-throughput JPEG 2000"},
+        {"1.2.840.10008.1.2.4.203", "high-throughput JPEG 2000"}};
+    for (const auto& [known, name] : names) {
+        if (uid == known) return fmt::format("{} ({})", name, uid);
+    }
+    return shown(uid);
+}
+
 // Why the pixels of a file cannot be read; empty where they can.
 std::string refusal(const DicomFile& file, const DicomSet& set) {
     const std::string photometric = set.text(0x00280004);
@@ -92,23 +122,19 @@ std::string refusal(const DicomFile& file, const DicomSet& set) {
         file.high_bit < file.bits_stored - 1 || file.high_bit >= file.bits_allocated) {
         return "has a pixel format that contradicts itself (BitsAllocated, BitsStored, HighBit)";
     }
-    if (!is_plain_syntax(file.transfer_syntax) && !is_compressed_syntax(file.transfer_syntax)) {
+    // deflate makes at most 1032 bytes of one
+    const double inflation = file.transfer_syntax == deflated_syntax  ? 1032
+                             : is_plain_syntax(file.transfer_syntax) ? 1
+                                                                     : most_inflation(file.transfer_syntax);
+    if (inflation == 0) {
         return fmt::format("has pixels in the transfer syntax {}, which is not read",
-                           shown(file.transfer_syntax));
+                           named_syntax(file.transfer_syntax));
     }
-    // what a byte can become: deflate gives at most 1032; an empty slice in JPEG 2000 is far smaller than its
-    // header
-    const double inflation = is_compressed_syntax(file.transfer_syntax) ? 20000
-                             : file.transfer_syntax == deflated_syntax  ? 1032
-                                                                        : 1;
     const double claimed = static_cast<double>(file.columns * file.rows) *
                            static_cast<double>(file.frames.size()) * file.bits_allocated / 8;
     if (claimed > inflation * static_cast<double>(size_of_file(file.path))) {
         return fmt::format("claims {:.0f} bytes of pixels and is too small for them; it is truncated",
                            claimed);
-    }
-    if (file.frames.size() > 1 && !set.has(0x52009230)) {
-        return fmt::format("holds {} frames without a position for each", file.frames.size());
     }
     return {};
 }
@@ -116,7 +142,7 @@ std::string refusal(const DicomFile& file, const DicomSet& set) {
 }  // namespace
 
 std::optional<DicomFile> read_dicom_header(const std::filesystem::path& path) {
-    const DicomBytes parsed = parse_dicom(path, false);
+    const DicomBytes parsed = parse_dicom_header(path);
     const DicomSet& set = parsed.set;
     DicomFile file;
     file.path = path;
@@ -127,7 +153,10 @@ std::optional<DicomFile> read_dicom_header(const std::filesystem::path& path) {
     file.frame_of_reference = set.text(0x00200052);
     file.description = readable(set, 0x0008103e);
     file.modality = readable(set, 0x00080060);
+    file.patient_name = readable(set, 0x00100010);
     file.echo = set.text(0x00180086);
+    if (const auto instance = integer(set.text(0x00200013)); instance && std::abs(*instance) < 1000000000)
+        file.instance = static_cast<int>(*instance);
     file.transfer_syntax = parsed.transfer_syntax;
     file.localizer = set.text(0x00080008).find("LOCALIZER") != std::string::npos;
     file.bits_allocated = set.unsigned_short(0x00280100).value_or(0);
@@ -197,22 +226,11 @@ void decode_plain(const DicomFile& file, DicomBytes& parsed, Buffer<std::int32_t
 void decode_compressed(const DicomFile& file, const DicomBytes& parsed, Buffer<std::int32_t>& out) {
     if (file.high_bit != file.bits_stored - 1)
         throw InputError("has compressed samples whose high bit is not the top one");
-    const auto parts = fragments(parsed);  // the first is the offset table
-    const std::size_t frames = file.frames.size();
-    if (parts.size() < 2) throw InputError("has no pixels");
-    const std::size_t area = out.size() / frames;
+    const std::size_t frames = file.frames.size(), area = out.size() / frames;
+    const std::vector<std::string> streams = compressed_frames(parsed, frames);
     for (std::size_t i = 0; i < frames; ++i) {
-        std::string stream;
-        if (frames == 1) {
-            for (std::size_t part = 1; part < parts.size(); ++part) stream += parts[part];
-        } else if (parts.size() == frames + 1) {
-            stream = parts[i + 1];
-        } else {
-            throw InputError(
-                fmt::format("has {} frames in {} fragments, which is not read", frames, parts.size() - 1));
-        }
-        const DecodedFrame frame = decode_frame(file.transfer_syntax, stream, file.columns, file.rows,
-                                                file.bits_allocated, file.bits_stored, file.is_signed);
+        const DecodedFrame frame = decode_frame(file.transfer_syntax, streams[i], file.columns, file.rows,
+                                                file.bits_allocated, file.bits_stored);
         unpack_cells(frame.cells.data(), area, frame.cell_size, frame.bits, frame.bits - 1, file.is_signed,
                      out.data() + i * area);
     }
@@ -220,22 +238,24 @@ void decode_compressed(const DicomFile& file, const DicomBytes& parsed, Buffer<s
 
 }  // namespace
 
-Buffer<std::int32_t> decode_dicom(const DicomFile& file) {
+const std::int32_t* decode_dicom(const DicomFile& file, DicomWorkspace& workspace) {
     if (!file.refusal.empty()) throw InputError(fmt::format("{}: {}", shown(file.path), file.refusal));
-    DicomBytes parsed = parse_dicom(file.path, true);
+    DicomBytes parsed = parse_dicom(file.path, std::move(workspace.bytes));
     try {
-        const std::size_t count = static_cast<std::size_t>(file.columns * file.rows) * file.frames.size();
-        Buffer<std::int32_t> out(count);
+        workspace.stored.resize(static_cast<std::size_t>(file.columns * file.rows) * file.frames.size());
+        if (parsed.pixels_size.has_value() == !is_plain_syntax(file.transfer_syntax))
+            throw InputError("its pixel data are not in the form that its transfer syntax says");
         if (parsed.pixels_size)
-            decode_plain(file, parsed, out);
+            decode_plain(file, parsed, workspace.stored);
         else
-            decode_compressed(file, parsed, out);
-        return out;
+            decode_compressed(file, parsed, workspace.stored);
     } catch (const InputError& error) {
         throw InputError(fmt::format("{}: {}", shown(file.path), error.what()));
     } catch (const std::bad_alloc&) {
         throw LimitError(fmt::format("{}: does not fit in memory", shown(file.path)));
     }
+    workspace.bytes = std::move(parsed.bytes);
+    return workspace.stored.data();
 }
 
 }  // namespace marrow

@@ -28,7 +28,9 @@ struct DicomFile {
     std::string series_uid, frame_of_reference, description, modality, echo;
     std::string transfer_syntax;  ///< UID
     std::string refusal;          ///< why its pixels cannot be read; empty: they can
+    std::string patient_name;     ///< never shown unless asked for
     bool localizer = false;       ///< a scout image, by ImageType
+    std::optional<int> instance;  ///< InstanceNumber: the order of last resort
     std::int64_t columns = 0, rows = 0;
     int bits_allocated = 0, bits_stored = 0, high_bit = 0;
     bool is_signed = false;
@@ -39,8 +41,15 @@ struct DicomFile {
 /// \throw IoError; InputError where it is damaged.
 std::optional<DicomFile> read_dicom_header(const std::filesystem::path& path);
 
-/// The stored values of all frames, not yet rescaled: columns fastest, then rows, then frames.
-/// \throw IoError; InputError where they are damaged, truncated or of a kind that is not read.
-Buffer<std::int32_t> decode_dicom(const DicomFile& file);
+/// Memory for decoding, used again from file to file: fresh pages cost as much as the decoding itself.
+struct DicomWorkspace {
+    Buffer<char> bytes;
+    Buffer<std::int32_t> stored;
+};
+
+/// The stored values of all frames, not yet rescaled: columns fastest, then rows, then frames. They lie in
+/// `workspace` until its next use. \throw IoError; InputError where they are damaged, truncated or of a kind
+/// that is not read.
+const std::int32_t* decode_dicom(const DicomFile& file, DicomWorkspace& workspace);
 
 }  // namespace marrow

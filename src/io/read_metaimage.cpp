@@ -97,7 +97,8 @@ StoredType stored_type(const Header& header) {
     return at->second;
 }
 
-void read_geometry(const Header& header, RawImage& image) {
+// Returns how many volumes there are: the product of the sizes beyond three.
+double read_geometry(const Header& header, RawImage& image) {
     const std::string* text = header.find({"ndims"});
     const auto axes = text ? integer(*text) : std::nullopt;
     if (!axes || *axes < 1 || *axes > 10) header.refuse("NDims is missing or not a number from 1 to 10");
@@ -105,11 +106,11 @@ void read_geometry(const Header& header, RawImage& image) {
     text = header.find({"dimsize"});
     if (!text) header.refuse("DimSize is missing");
     const auto sizes = header.numbers(*text, n);
+    double volumes = 1;
     for (std::size_t a = 0; a < n; ++a) {
         if (!(sizes[a] >= 1) || sizes[a] != std::floor(sizes[a]) || sizes[a] > 9e15)
             header.refuse("DimSize holds a value that is not a size");
-        if (a >= 3 && sizes[a] != 1)
-            header.refuse(fmt::format("it is {}-dimensional; only volumes are read", n));
+        if (a >= 3) volumes *= sizes[a];
     }
     if (n < 3) header.refuse("is not three-dimensional");
 
@@ -142,6 +143,7 @@ void read_geometry(const Header& header, RawImage& image) {
         for (int row = 0; row < 3; ++row) m[row][axis] *= spacing[axis] * mm;
     }
     set_columns(g, m);
+    return volumes;
 }
 
 void read_data_place(const Header& header, RawImage& image) {
@@ -176,7 +178,7 @@ void read_data_place(const Header& header, RawImage& image) {
 
 }  // namespace
 
-RawImage read_metaimage_header(const std::filesystem::path& path) {
+RawImage read_metaimage_header(const std::filesystem::path& path, std::optional<std::int64_t> volume) {
     const Header header = parse(path);
     if (const std::string* object = header.find({"objecttype"}); object && lower(*object) != "image") {
         header.refuse(fmt::format("holds an object of type {}, not an image", shown(*object)));
@@ -188,8 +190,9 @@ RawImage read_metaimage_header(const std::filesystem::path& path) {
     }
     RawImage image;
     image.type = stored_type(header);
-    read_geometry(header, image);
+    const double volumes = read_geometry(header, image);
     read_data_place(header, image);
+    choose_volume(image, volumes, volume);
     return image;
 }
 

@@ -219,7 +219,7 @@ std::filesystem::path partner(const std::filesystem::path& path, const char* wan
 
 }  // namespace
 
-RawImage read_nifti_header(const std::filesystem::path& given) {
+RawImage read_nifti_header(const std::filesystem::path& given, std::optional<std::int64_t> volume) {
     size_of_file(given);
     const bool is_img = ending(given) == ".img" || ending(given) == ".img.gz";
     const Header header = parse(is_img ? partner(given, ".hdr") : given);
@@ -229,13 +229,11 @@ RawImage read_nifti_header(const std::filesystem::path& given) {
 
     if (header.dim[0] < 1 || header.dim[0] > 7)
         header.refuse(fmt::format("dim[0] is {}, not a number from 1 to 7", header.dim[0]));
+    double volumes = 1;
     for (std::int64_t axis = 1; axis <= header.dim[0]; ++axis) {
         const std::int64_t size = header.dim[static_cast<std::size_t>(axis)];
         if (size <= 0) header.refuse(fmt::format("dim[{}] is {}, which is not a size", axis, size));
-        if (axis > 3 && size != 1) {
-            header.refuse(
-                fmt::format("it holds {} volumes along axis {}; extract one of them first", size, axis));
-        }
+        if (axis > 3) volumes *= static_cast<double>(size);
     }
     if (header.dim[0] < 3) header.refuse("it is not three-dimensional");
     for (std::size_t axis = 0; axis < 3; ++axis) image.geometry.dims[axis] = header.dim[axis + 1];
@@ -250,6 +248,7 @@ RawImage read_nifti_header(const std::filesystem::path& given) {
     }
 
     image.files = {header.pair ? partner(header.path, ".img") : header.path};
+    choose_volume(image, volumes, volume);
     image.compressed = is_gzip(image.files[0]);
     const double least = header.pair ? 0 : 352;
     if (header.vox_offset != std::floor(header.vox_offset) || !(std::abs(header.vox_offset) < 1e15))

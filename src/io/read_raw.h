@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,15 +26,24 @@ struct RawImage {
     std::int64_t file_offset =
         0;  ///< bytes before the (compressed) data in each file; -1: they end with the file
     std::int64_t data_offset = 0;  ///< bytes before the samples, counted after decompression
+    std::int64_t volumes = 1;      ///< of this size that lie one after the other
+    std::int64_t volume = 0;       ///< the one to read
     double slope = 1;              ///< value = slope * stored + intercept
     double intercept = 0;
     std::vector<std::string> warnings;
 };
 
-/// What the three headers say. \throw IoError, InputError, GeometryError.
-RawImage read_nifti_header(const std::filesystem::path& path);
+/// What the three headers say. `volume`: which one of several, counted from 0.
+/// \throw IoError, InputError; GeometryError where there are several volumes and none is named.
+RawImage read_nifti_header(const std::filesystem::path& path, std::optional<std::int64_t> volume);
 RawImage read_nrrd_header(const std::filesystem::path& path);
-RawImage read_metaimage_header(const std::filesystem::path& path);
+RawImage read_metaimage_header(const std::filesystem::path& path, std::optional<std::int64_t> volume);
+
+/// Makes `image` the named one of `count` volumes that lie one after the other. \throw as above.
+void choose_volume(RawImage& image, double count, std::optional<std::int64_t> volume);
+
+/// \throw InputError where the files are smaller than the header claims.
+void check_claims(const RawImage& image);
 
 /// Reads the samples. The type stays as stored; where slope and intercept ask for it, and for types that a
 /// Volume has not, it is float32 or, where float32 would not be exact, float64. \throw InputError where the

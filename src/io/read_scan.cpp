@@ -31,10 +31,10 @@ constexpr std::size_t head_size = 352;
 // The format of a file by its first bytes, else by its name; empty where neither tells.
 std::string format_of(const fs::path& path) {
     const std::string head = head_of(path, head_size);
+    if (head.size() >= 132 && head.compare(128, 4, "DICM") == 0) return "DICOM";  // what is before may be TIFF
     if (head.starts_with("NRRD000")) return "NRRD";
     if (is_tiff(head)) return "TIFF";
     if (is_picture(head)) return "slices";
-    if (head.size() >= 132 && head.compare(128, 4, "DICM") == 0) return "DICOM";
     const std::string end = ending(path);
     if (end == ".nii" || end == ".nii.gz" || end == ".hdr" || end == ".hdr.gz" || end == ".img" ||
         end == ".img.gz")
@@ -75,17 +75,17 @@ std::vector<fs::path> dicom_among(std::vector<fs::path> files) {
 }
 
 Input identify_folder(const fs::path& folder) {
-    Input input{"DICOM", dicom_among(files_in(folder, true)), {}};
+    const std::vector<fs::path> all = files_in(folder, true);
+    Input input{"DICOM", dicom_among(all), {}};
     if (!input.files.empty()) return input;
     input = {"slices", files_in(folder, false), {}};
-    const std::size_t all = input.files.size();
     std::erase_if(input.files, [](const fs::path& file) { return !is_picture(head_of(file, head_size)); });
     if (!input.files.empty()) return input;
-    if (all == 0) throw InputError(fmt::format("{}: the folder holds no files", shown(folder)));
+    if (all.empty()) throw InputError(fmt::format("{}: the folder holds no files", shown(folder)));
     throw InputError(
         fmt::format("{}: none of the folder's {} files is DICOM or a picture; name a NIfTI, NRRD or "
                     "MetaImage file itself",
-                    shown(folder), all));
+                    shown(folder), all.size()));
 }
 
 Input identify(const fs::path& path) {
@@ -94,12 +94,14 @@ Input identify(const fs::path& path) {
     size_of_file(path);
     const std::string format = format_of(path);
     if (format.empty()) {
+        if (head_of(path, 2) == "PK") throw InputError(fmt::format("{}: is an archive; unpack it first", shown(path)));
         throw InputError(fmt::format(
             "{}: is not a scan that can be read (DICOM, NIfTI, NRRD, MetaImage, TIFF, PNG)", shown(path)));
     }
     if (format != "DICOM") return {format, {path}, {}};
     if (!is_dicom(head_of(path, head_size)))
         throw InputError(fmt::format("{}: is not a DICOM file", shown(path)));
+    if (lower(path.filename().native()).starts_with("dicomdir")) return identify_folder(folder_of(path));
     // one file stands for its series, whose other files are beside it
     Input input{format, dicom_among(files_in(folder_of(path), false)), {}};
     for (const fs::path& file : input.files) {
@@ -110,9 +112,9 @@ Input identify(const fs::path& path) {
 
 RawImage read_raw_header(const Input& input, const ScanOptions& options) {
     const fs::path& path = input.files[0];
-    RawImage image = input.format == "NIfTI"  ? read_nifti_header(path)
+    RawImage image = input.format == "NIfTI"  ? read_nifti_header(path, options.volume)
                      : input.format == "NRRD" ? read_nrrd_header(path)
-                                              : read_metaimage_header(path);
+                                              : read_metaimage_header(path, options.volume);
     if (image.has_spacing && options.spacing) {
         throw InputError(fmt::format("{}: has a spacing of its own; do not give one", shown(path)));
     }
@@ -124,11 +126,25 @@ SeriesInfo series_of(const fs::path& path, const Geometry& geometry, std::size_t
     return {"", path.filename().string(), "", geometry.dims, geometry.spacing, files};
 }
 
-[[noreturn]] void refuse_without_spacing(const fs::path& path) {
-    throw GeometryError(
-        fmt::format("{}: does not say how far apart its samples are; give it with --spacing X,Y,Z "
-                    "(options.spacing), in mm",
-                    shown(path)));
+bool is_pictures(const Input& input) {
+    return input.format == "TIFF" || input.format == "slices";
+}
+
+// Options that mean nothing for an input are refused, not passed over.
+void check_options(const Input& input, const fs::path& path, const ScanOptions& options) {
+    const bool dicom = input.format == "DICOM";
+    if (!dicom && !options.series.empty())
+        throw InputError(fmt::format("{}: has no series to choose from", shown(path)));
+    if (!dicom && options.resample)
+        throw InputError(fmt::format("{}: its samples are even already; only DICOM is resampled", shown(path)));
+    if (options.volume && input.format != "NIfTI" && input.format != "MetaImage")
+        throw InputError(fmt::format("{}: has no volumes to choose from", shown(path)));
+}
+
+std::string needs_spacing(const fs::path& path) {
+    return fmt::format("{}: does not say how far apart its samples are; give it with --spacing X,Y,Z "
+                       "(options.spacing), in mm",
+                       shown(path));
 }
 
 }  // namespace
@@ -138,20 +154,17 @@ Volume read_scan(const fs::path& path, const ScanOptions& options, ScanInfo* inf
     ScanInfo found;
     found.format = input.format;
     Volume volume;
+    check_options(input, path, options);
     if (input.format == "DICOM") {
-        if (options.spacing)
-            throw InputError(fmt::format("{}: DICOM has a spacing of its own; do not give one", shown(path)));
         volume = load_dicom(input.files, input.wanted, options, found);
-    } else if (!options.series.empty()) {
-        throw InputError(fmt::format("{}: has no series to choose from", shown(path)));
-    } else if (input.format == "TIFF" || input.format == "slices") {
-        if (!options.spacing) refuse_without_spacing(path);
+    } else if (is_pictures(input)) {
+        if (!options.spacing) throw GeometryError(needs_spacing(path));
         const PictureStack stack = read_picture_header(input.files, options);
         found.series = series_of(path, stack.geometry, stack.files.size());
         volume = load_pictures(stack, options);
     } else {
         const RawImage image = read_raw_header(input, options);
-        if (!image.has_spacing && !options.spacing) refuse_without_spacing(path);
+        if (!image.has_spacing && !options.spacing) throw GeometryError(needs_spacing(path));
         found.series = series_of(path, image.geometry, image.files.size());
         found.warnings = image.warnings;
         volume = load_raw(image, options.progress);
@@ -162,6 +175,7 @@ Volume read_scan(const fs::path& path, const ScanOptions& options, ScanInfo* inf
 
 SliceSource open_slices(const fs::path& path, const ScanOptions& options, ScanInfo* info) {
     const Input input = identify(path);
+    check_options(input, path, options);
     if (input.format != "NIfTI" && input.format != "NRRD" && input.format != "MetaImage") {
         throw InputError(
             fmt::format("{}: {} can only be read whole; without a memory limit, or convert it to NRRD, "
@@ -169,27 +183,59 @@ SliceSource open_slices(const fs::path& path, const ScanOptions& options, ScanIn
                         shown(path), input.format));
     }
     const RawImage image = read_raw_header(input, options);
-    if (!image.has_spacing && !options.spacing) refuse_without_spacing(path);
+    if (!image.has_spacing && !options.spacing) throw GeometryError(needs_spacing(path));
     SliceSource source = raw_slices(image);
     if (info) *info = {input.format, series_of(path, image.geometry, image.files.size()), image.warnings};
     return source;
 }
 
-std::vector<SeriesInfo> list_series(const fs::path& path, std::string* format) {
+ScanReport inspect_scan(const fs::path& path, const ScanOptions& options) {
     const Input input = identify(path);
-    if (format) *format = input.format;
-    if (input.format == "DICOM") return list_dicom(input.files, {});
+    check_options(input, path, options);
+    if (input.format == "DICOM") return inspect_dicom(input.files, input.wanted, options);
+    ScanReport out{input.format, input.files.size(), {}, 0, "there is no other", {}};
+    SeriesReport series;
     Geometry geometry;
-    bool has_spacing = false;
-    if (input.format == "TIFF" || input.format == "slices") {
-        geometry = read_picture_header(input.files, {}).geometry;
+    SampleType type{};
+    bool has_spacing = options.spacing.has_value();
+    if (is_pictures(input)) {
+        const PictureStack stack = read_picture_header(input.files, options);
+        geometry = stack.geometry;
+        type = stack.picture.type;
     } else {
-        const RawImage image = read_raw_header(input, {});
+        const RawImage image = read_raw_header(input, options);
         geometry = image.geometry;
-        has_spacing = image.has_spacing;
+        type = loaded_type(image);
+        has_spacing |= image.has_spacing;
+        series.warnings = image.warnings;
+        try {
+            check_claims(image);
+        } catch (const Error& error) {
+            series.refusal = error.what();
+        }
     }
-    if (!has_spacing) geometry.spacing = {0, 0, 0};
-    return {series_of(path, geometry, input.files.size())};
+    if (!has_spacing) {
+        geometry.spacing = {0, 0, 0};
+        series.refusal = needs_spacing(path);
+    } else {
+        series.smallest_feature = 2 * *std::max_element(geometry.spacing.begin(), geometry.spacing.end());
+    }
+    series.series = series_of(path, geometry, input.files.size());
+    series.memory = static_cast<std::uint64_t>(geometry.sample_count()) * sample_size(type);
+    if (!series.refusal.empty()) {
+        out.chosen.reset();
+        out.reason = series.refusal;
+    }
+    out.series.push_back(std::move(series));
+    return out;
+}
+
+std::vector<SeriesInfo> list_series(const fs::path& path, std::string* format) {
+    const ScanReport report = inspect_scan(path);
+    if (format) *format = report.format;
+    std::vector<SeriesInfo> out;
+    for (const SeriesReport& s : report.series) out.push_back(s.series);
+    return out;
 }
 
 }  // namespace marrow

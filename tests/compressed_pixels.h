@@ -1,0 +1,170 @@
+// Pixels as compressed DICOM has them, by small encoders that share nothing with the readers.
+#pragma once
+
+#include <charls/charls.h>
+#include <openjpeg.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include "scan_files.h"
+
+namespace marrow::test {
+
+/// Bits of JPEG: the highest first, a zero byte after each 0xff.
+class JpegBits {
+  public:
+    void put(std::uint32_t bits, int count) {
+        for (int i = count - 1; i >= 0; --i) {
+            byte_ = static_cast<unsigned char>(byte_ << 1 | (bits >> i & 1));
+            if (++filled_ < 8) continue;
+            out_ += static_cast<char>(byte_);
+            if (byte_ == 0xff) out_ += '\0';
+            filled_ = 0;
+        }
+    }
+    /// A difference: its size as a code of five bits, then its bits.
+    void put_difference(int value) {
+        int size = 0;
+        while (std::abs(value) >> size) ++size;
+        put(static_cast<std::uint32_t>(size), 5);
+        if (size < 16) put(static_cast<std::uint32_t>(value < 0 ? value + (1 << size) - 1 : value), size);
+    }
+    std::string bytes() {
+        while (filled_ != 0) put(1, 1);
+        return std::exchange(out_, {});
+    }
+
+  private:
+    std::string out_;
+    unsigned char byte_ = 0;
+    int filled_ = 0;
+};
+
+inline std::string jpeg_segment(int marker, const std::string& content) {
+    return std::string("\xff") + static_cast<char>(marker) +
+           bytes_of(static_cast<std::uint16_t>(content.size() + 2), true) + content;
+}
+
+/// The start of a grey JPEG: sizes from 0 to 16 have codes of five bits; the only AC code is one zero bit: end of
+/// block.
+inline std::string jpeg_start(int frame_marker, int bits, int columns, int rows) {
+    std::string dc = std::string(1, '\0') + std::string(4, '\0') + '\x11' + std::string(11, '\0');
+    for (char size = 0; size <= 16; ++size) dc += size;
+    const std::string ac = std::string("\x10\x01", 2) + std::string(15, '\0') + '\0';
+    return "\xff\xd8" + jpeg_segment(0xc4, dc) + jpeg_segment(0xc4, ac) +
+           jpeg_segment(frame_marker, static_cast<char>(bits) + bytes_of(static_cast<std::uint16_t>(rows), true) +
+                                          bytes_of(static_cast<std::uint16_t>(columns), true) +
+                                          std::string("\x01\x01\x11\x00", 4));
+}
+
+inline std::string jpeg_scan(int first, int last, int approximation, const std::string& bits) {
+    return jpeg_segment(0xda, std::string("\x01\x01\x00", 3) + static_cast<char>(first) +
+                                  static_cast<char>(last) + static_cast<char>(approximation)) +
+           bits;
+}
+
+/// Lossless JPEG with any of the seven predictors; with a restart after each row where asked.
+inline std::string lossless_jpeg(int columns, int rows, const std::vector<std::uint16_t>& samples, int bits,
+                                 int predictor, bool restarts) {
+    std::string out = jpeg_start(0xc3, bits, columns, rows);
+    if (restarts) out += jpeg_segment(0xdd, bytes_of(static_cast<std::uint16_t>(columns), true));
+    JpegBits code;
+    std::string coded;
+    for (int y = 0; y < rows; ++y) {
+        if (restarts && y > 0) coded += code.bytes() + "\xff" + static_cast<char>(0xd0 + (y - 1) % 8);
+        const bool first_row = y == 0 || restarts;
+        for (int x = 0; x < columns; ++x) {
+            const auto at = [&](int i, int j) { return static_cast<int>(samples[static_cast<std::size_t>(j * columns + i)]); };
+            int p = 1 << (bits - 1);
+            if (first_row && x > 0) {
+                p = at(x - 1, y);
+            } else if (!first_row && x == 0) {
+                p = at(x, y - 1);
+            } else if (!first_row) {
+                const int a = at(x - 1, y), b = at(x, y - 1), c = at(x - 1, y - 1);
+                const int predictions[] = {a, b, c, a + b - c, a + ((b - c) >> 1), b + ((a - c) >> 1), (a + b) / 2};
+                p = predictions[predictor - 1];
+            }
+            const auto difference = static_cast<std::int16_t>(at(x, y) - p);
+            code.put_difference(difference);
+        }
+    }
+    coded += code.bytes();
+    return out + jpeg_scan(predictor, 0, 0, coded) + "\xff\xd9";
+}
+
+/// JPEG by cosine transform of a picture that is flat in each block of 8 x 8: `values`, one for each block, are
+/// kept exactly. Progressive: the lowest bit comes in a second scan.
+inline std::string flat_jpeg(int columns, int rows, const std::vector<int>& values, int bits, bool progressive) {
+    // a quantization of 1: the first coefficient is 8 times the value about the middle
+    std::string out = jpeg_start(progressive ? 0xc2 : 0xc1, bits, columns, rows);
+    out.insert(2, jpeg_segment(0xdb, std::string(1, '\0') + std::string(64, '\1')));
+    JpegBits code, rest;
+    int last = 0;
+    for (const int value : values) {
+        const int c = 8 * (value - (1 << (bits - 1))) + 1;  // + 1: a lowest bit to send, lost in rounding
+        const int sent = progressive ? c >> 1 : c;
+        code.put_difference(sent - last);
+        last = sent;
+        if (progressive)
+            rest.put(static_cast<std::uint32_t>(c & 1), 1);
+        else
+            code.put(0, 1);
+    }
+    if (!progressive) return out + jpeg_scan(0, 63, 0, code.bytes()) + "\xff\xd9";
+    return out + jpeg_scan(0, 0, 0x01, code.bytes()) + jpeg_scan(0, 0, 0x10, rest.bytes()) + "\xff\xd9";
+}
+
+inline std::string jpeg_ls(int columns, int rows, const std::vector<std::uint16_t>& samples, int bits) {
+    charls::jpegls_encoder encoder;
+    encoder.frame_info({static_cast<std::uint32_t>(columns), static_cast<std::uint32_t>(rows), bits, 1});
+    std::string out(encoder.estimated_destination_size(), '\0');
+    encoder.destination(out.data(), out.size());
+    out.resize(encoder.encode(samples.data(), samples.size() * sizeof(std::uint16_t)));
+    return out;
+}
+
+inline std::string jpeg_2000(int columns, int rows, const std::vector<std::uint16_t>& samples, int bits) {
+    opj_image_cmptparm_t form{};
+    form.dx = form.dy = 1;
+    form.w = static_cast<OPJ_UINT32>(columns);
+    form.h = static_cast<OPJ_UINT32>(rows);
+    form.prec = static_cast<OPJ_UINT32>(bits);
+    opj_image_t* image = opj_image_create(1, &form, OPJ_CLRSPC_GRAY);
+    image->x1 = form.w;
+    image->y1 = form.h;
+    std::copy(samples.begin(), samples.end(), image->comps[0].data);
+    opj_cparameters_t parameters;
+    opj_set_default_encoder_parameters(&parameters);
+    parameters.numresolution = 1;  // pictures of a few samples
+    parameters.tcp_numlayers = 1;
+    parameters.cp_disto_alloc = 1;
+    opj_codec_t* codec = opj_create_compress(OPJ_CODEC_J2K);
+    opj_setup_encoder(codec, &parameters, image);
+    std::string out;
+    opj_stream_t* stream = opj_stream_default_create(OPJ_FALSE);
+    opj_stream_set_user_data(stream, &out, nullptr);
+    opj_stream_set_write_function(stream, [](void* from, OPJ_SIZE_T size, void* to) {
+        static_cast<std::string*>(to)->append(static_cast<const char*>(from), size);
+        return size;
+    });
+    opj_start_compress(codec, image, stream);
+    opj_encode(codec, stream);
+    opj_end_compress(codec, stream);
+    opj_stream_destroy(stream);
+    opj_destroy_codec(codec);
+    opj_image_destroy(image);
+    return out;
+}
+
+/// Pads to an even number of bytes, as fragments must have.
+inline std::string even(std::string stream) {
+    if (stream.size() % 2 != 0) stream += '\0';
+    return stream;
+}
+
+}  // namespace marrow::test

@@ -1,0 +1,155 @@
+// One small valid scan of each format, written by the tests: what is damaged, made to fail, and fuzzed.
+#pragma once
+
+#include <cstdio>
+#include <cstdlib>
+
+#include <jpeglib.h>
+
+#include "compressed_pixels.h"
+#include "scan_files.h"
+
+namespace marrow::test {
+
+/// A scan of 4 x 4 x 4 samples (pictures: 16 x 16 and one or two pages) with values on both sides of 0.5.
+struct SmallScan {
+    std::string name;                          ///< of the file or folder that is read
+    std::map<std::string, std::string> files;  ///< name -> bytes
+    bool needs_spacing = false;
+    /// Bytes at the end that hold no samples: checksums, marks of the end, padding.
+    std::size_t tail = 0;
+
+    void write(const fs::path& folder) const {
+        for (const auto& [file, bytes] : files) write_file(folder / file, bytes);
+    }
+};
+
+inline std::string grey_jpeg_8(int columns, int rows, const std::vector<std::uint8_t>& samples) {
+    jpeg_compress_struct out{};
+    jpeg_error_mgr errors{};
+    out.err = jpeg_std_error(&errors);
+    jpeg_create_compress(&out);
+    unsigned char* bytes = nullptr;
+    unsigned long size = 0;
+    jpeg_mem_dest(&out, &bytes, &size);
+    out.image_width = static_cast<JDIMENSION>(columns);
+    out.image_height = static_cast<JDIMENSION>(rows);
+    out.input_components = 1;
+    out.in_color_space = JCS_GRAYSCALE;
+    jpeg_set_defaults(&out);
+    jpeg_start_compress(&out, TRUE);
+    for (int r = 0; r < rows; ++r) {
+        std::vector<unsigned char> line(samples.begin() + r * columns, samples.begin() + (r + 1) * columns);
+        JSAMPROW row = line.data();
+        jpeg_write_scanlines(&out, &row, 1);
+    }
+    jpeg_finish_compress(&out);
+    std::string whole(reinterpret_cast<char*>(bytes), size);
+    jpeg_destroy_compress(&out);
+    std::free(bytes);
+    return whole;
+}
+
+/// A BMP of 8 bits, rows from the bottom as usual.
+inline std::string bmp(int columns, int rows, const std::vector<std::uint8_t>& samples, bool colour = false) {
+    std::string palette, lines;
+    for (int i = 0; i < 256; ++i)
+        palette += bytes_of(static_cast<std::uint32_t>(i * (colour ? 0x000100 : 0x010101)));
+    for (int r = rows - 1; r >= 0; --r) {
+        std::string line(samples.begin() + r * columns, samples.begin() + (r + 1) * columns);
+        line.resize((line.size() + 3) / 4 * 4);
+        lines += line;
+    }
+    const std::uint32_t data = 14 + 40 + 1024;
+    return "BM" + bytes_of(static_cast<std::uint32_t>(data + lines.size())) + bytes_of(std::uint32_t{0}) +
+           bytes_of(data) + bytes_of(std::uint32_t{40}) + bytes_of(columns) + bytes_of(rows) +
+           bytes_of(std::uint16_t{1}) + bytes_of(std::uint16_t{8}) + std::string(24, '\0') + palette + lines;
+}
+
+inline std::vector<SmallScan> small_scans() {
+    constexpr int n = 4, wide = 16;
+    std::vector<std::int16_t> samples;
+    for (int i = 0; i < n * n * n; ++i) {
+        const bool inside = i % n % 3 && i / n % n % 3 && i / n / n % 3;
+        samples.push_back(static_cast<std::int16_t>(inside ? 900 + i : 0));
+    }
+    std::vector<std::uint16_t> picture;
+    std::vector<std::uint8_t> picture8;
+    for (int i = 0; i < wide * wide; ++i) {
+        picture.push_back(static_cast<std::uint16_t>(i % wide > 5 && i / wide > 5 ? 200 + i % 50 : 0));
+        picture8.push_back(static_cast<std::uint8_t>(picture.back()));
+    }
+    const std::string data = bytes_of(samples);
+    const std::string nrrd = "NRRD0004\ntype: short\ndimension: 3\nsizes: 4 4 4\nendian: little\nspacings: 1 1 1\n";
+    const std::string meta =
+        "ObjectType = Image\nNDims = 3\nDimSize = 4 4 4\nElementType = MET_SHORT\nElementSpacing = 1 1 1\n";
+    NiftiWriter nifti, pair;
+    nifti.dim = pair.dim = {3, n, n, n};
+    pair.pair = true;
+
+    using Form = DicomWriter::Form;
+    const auto slice = [&](int k) {
+        DicomWriter s;
+        s.pixels<std::int16_t>(n, n, {samples.begin() + k * n * n, samples.begin() + (k + 1) * n * n});
+        s.position("0\\0\\" + std::to_string(k));
+        return s;
+    };
+    const auto folder_of_slices = [&](const std::string& name, const std::function<void(DicomWriter&)>& change) {
+        SmallScan out{name, {}};
+        for (int k = 0; k < n; ++k) {
+            DicomWriter s = slice(k);
+            change(s);
+            out.files[name + "/" + std::to_string(k)] = s.bytes();
+        }
+        return out;
+    };
+    const auto compressed = [&](const std::string& syntax, const std::string& stream, int bits) {
+        DicomWriter s;
+        s.pixel_format(bits > 8 ? 16 : 8, bits, false);
+        s.pixels(wide, wide, picture);
+        s.compressed_syntax = syntax;
+        s.fragments = {even(stream)};
+        return s.bytes();
+    };
+    const auto single = [](const std::string& name, const std::string& bytes, std::size_t tail) {
+        return SmallScan{name, {{name, bytes}}, true, tail};
+    };
+    constexpr std::size_t end_of_fragments = 8 + 1 + 2;  // the delimiter, padding, and a stream's own end mark
+
+    std::vector<SmallScan> out;
+    out.push_back({"a.nii", {{"a.nii", nifti.header() + data}}});
+    out.push_back({"b.nii.gz", {{"b.nii.gz", gzipped(nifti.header() + data)}}});
+    out.push_back({"c.hdr", {{"c.hdr", pair.header()}, {"c.img", data}}});
+    out.push_back({"d.nrrd", {{"d.nrrd", nrrd + "encoding: raw\n\n" + data}}});
+    out.push_back({"e.nrrd", {{"e.nrrd", nrrd + "encoding: gzip\n\n" + gzipped(data)}}});
+    out.push_back({"f.nhdr", {{"f.nhdr", nrrd + "encoding: raw\ndata file: f.raw\n"}, {"f.raw", data}}});
+    out.push_back({"g.mha", {{"g.mha", meta + "ElementDataFile = LOCAL\n" + data}}});
+    out.push_back({"h.mhd",
+                   {{"h.mhd", meta + "CompressedData = True\nElementDataFile = h.zraw\n"},
+                    {"h.zraw", deflated(data, 15)}}});
+    out.push_back(folder_of_slices("dicom", [](DicomWriter&) {}));
+    out.push_back(folder_of_slices("implicit", [](DicomWriter& s) { s.form = Form::implicit_little; }));
+    out.push_back(folder_of_slices("big", [](DicomWriter& s) { s.form = Form::explicit_big; }));
+    out.push_back(folder_of_slices("deflated", [](DicomWriter& s) { s.form = Form::deflated; }));
+    out.push_back(folder_of_slices("rle", [](DicomWriter& s) { s.form = Form::run_length; }));
+    out.back().tail = 10;
+    out.push_back(single("jpeg.dcm", compressed("1.2.840.10008.1.2.4.50", grey_jpeg_8(wide, wide, picture8), 8),
+                         end_of_fragments));
+    out.push_back(single("progressive.dcm",
+                         compressed("1.2.840.10008.1.2.4.55", flat_jpeg(wide, wide, {1, 4000, 0, 900}, 12, true), 12),
+                         end_of_fragments));
+    out.push_back(single("lossless.dcm",
+                         compressed("1.2.840.10008.1.2.4.57", lossless_jpeg(wide, wide, picture, 12, 4, true), 12),
+                         end_of_fragments));
+    out.push_back(single("jpegls.dcm", compressed("1.2.840.10008.1.2.4.80", jpeg_ls(wide, wide, picture, 12), 12),
+                         end_of_fragments));
+    out.push_back(single("j2k.dcm", compressed("1.2.840.10008.1.2.4.90", jpeg_2000(wide, wide, picture, 12), 12),
+                         end_of_fragments));
+    out.push_back(single("i.png", png(wide, wide, picture), 16));  // a checksum and an end
+    out.push_back(single("j.tif", tiff(wide, wide, {picture, picture}), 0));
+    out.push_back(single("k.jpg", grey_jpeg_8(wide, wide, picture8), 0));
+    out.push_back(single("l.bmp", bmp(wide, wide, picture8), 0));
+    return out;
+}
+
+}  // namespace marrow::test
