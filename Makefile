@@ -2,7 +2,7 @@
 PRESET ?= release
 JOBS ?= $(shell nproc)
 
-.PHONY: all build test demo bench install deps
+.PHONY: all build test demo bench paper install deps
 all: build
 
 deps:
@@ -20,6 +20,9 @@ demo: build
 
 bench: build
 	build/$(PRESET)/bin/marrow-bench
+
+paper: build
+	scripts/paper build/$(PRESET)/bin/marrow-paper
 
 install: build
 	cmake --install build/$(PRESET)

@@ -1,6 +1,9 @@
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
+#include <thread>
 
 #include <X11/Xlib.h>
 #include <vtkActor.h>
@@ -38,10 +41,6 @@
 #include <marrow/volume.h>
 
 #include "picture.h"
-
-#include <chrono>
-#include <cstdlib>
-#include <thread>
 
 VTK_MODULE_INIT(vtkRenderingOpenGL2);
 
