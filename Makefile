@@ -2,7 +2,7 @@
 PRESET ?= release
 JOBS ?= $(shell nproc)
 
-.PHONY: all build test demo bench fuzz install deps
+.PHONY: all build test demo bench paper fuzz install deps
 all: build
 
 deps:
@@ -26,6 +26,9 @@ fuzz:
 
 bench: build
 	build/$(PRESET)/bin/marrow-bench
+
+paper: build
+	scripts/paper build/$(PRESET)/bin/marrow-paper
 
 install: build
 	cmake --install build/$(PRESET)

@@ -170,7 +170,7 @@ class PaperSlices : public testing::TestWithParam<std::int64_t> {};
 INSTANTIATE_TEST_SUITE_P(Of, PaperSlices, testing::Values(32, 64, 128));
 
 TEST_P(PaperSlices, OfACtGiveItsSurfaceBack) {
-    const auto ct = test::cranium();
+    const auto ct = bench::cranium();
     if (!ct) GTEST_SKIP() << "no Cranium: install invesalius-examples";
     expect_surface_back(from_ct(*ct, GetParam()));
 }
@@ -185,9 +185,10 @@ TEST_P(PaperSlices, OfAnMrGiveItsSurfaceBack) {
 
 // What 8 bits cost: the surface of the windowed slices lies close to that of the scan in Hounsfield units.
 TEST(PaperInput, EightBitsMoveTheSurfaceLittle) {
-    const auto ct = test::cranium();
+    auto ct = bench::cranium();
     if (!ct) GTEST_SKIP() << "no Cranium: install invesalius-examples";
     const PaperInput input = from_ct(*ct, ct->geometry().dims[2]);  // every slice as it is
+    ct->set_geometry(input.slices.geometry());                      // pictures do not say how they lie
     const MeshDistance moved =
         mesh_distance(extract_isosurface(input.slices, input.isovalue), extract_isosurface(*ct, 226), 20'000);
     EXPECT_GT(moved.mean, 0);

@@ -75,7 +75,7 @@ double hills(int i, int j) {
 
 // Rough ground: noise up to several samples high, with flat parts and heights that are whole multiples.
 double rough(int i, int j) {
-    const auto h = static_cast<std::uint32_t>(i * 73856093) ^ static_cast<std::uint32_t>(j * 19349663);
+    const auto h = static_cast<std::uint32_t>(i) * 73856093u ^ static_cast<std::uint32_t>(j) * 19349663u;
     if ((i / 9 + j / 7) % 3 == 0) return 20 * static_cast<double>((i / 9 + j / 7) % 5);
     return static_cast<double>((h * 2654435761u >> 16) % 61);
 }

@@ -1,6 +1,9 @@
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
+#include <thread>
 
 #include <X11/Xlib.h>
 #include <vtkActor.h>
@@ -176,13 +179,17 @@ vtkNew<vtkActor> to_actor(const PictureSurface& surface) {
 
 }  // namespace
 
-// VTK would end the process.
+// Without one, VTK would end the process. An X server resets itself when its last client leaves, and refuses newcomers
+// meanwhile: so ask again for a second, and stay connected until VTK is.
 void require_display() {
-    if (Display* display = XOpenDisplay(nullptr)) {
-        XCloseDisplay(display);
-        return;
+    static Display* display = nullptr;
+    for (int attempt = 0; display == nullptr && attempt < 10; ++attempt) {
+        if (attempt > 0) std::this_thread::sleep_for(std::chrono::milliseconds(100));
+        display = XOpenDisplay(nullptr);
+        if (std::getenv("DISPLAY") == nullptr) break;
     }
-    throw IoError("--picture needs a display and there is none: run 'xvfb-run -a marrow ...'");
+    if (display == nullptr)
+        throw IoError("--picture needs a display and there is none: run 'xvfb-run -a marrow ...'");
 }
 
 void write_picture(const std::vector<PictureSurface>& surfaces, const std::filesystem::path& file,

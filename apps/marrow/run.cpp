@@ -57,15 +57,6 @@ double choose_isovalue(const SurfaceRequest& request, const Volume& scan) {
                                    samples.lower, samples.upper));
 }
 
-// Before the work, so that a mistake does not cost it.
-void check_folder(const fs::path& file) {
-    if (file.empty()) return;
-    const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
-    if (!fs::is_directory(folder))
-        throw IoError(
-            fmt::format("cannot write '{}': there is no folder '{}'", file.string(), folder.string()));
-}
-
 void warn_of_non_finite(std::int64_t samples, std::vector<std::string>& warnings) {
     if (samples > 0)
         warnings.push_back(fmt::format("{} samples are NaN or infinite and count as outside", samples));
@@ -223,6 +214,14 @@ ExitCode inform(const Settings& settings, const Console& console, const std::ato
 }
 
 }  // namespace
+
+void check_folder(const fs::path& file) {
+    if (file.empty()) return;
+    const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
+    if (!fs::is_directory(folder))
+        throw IoError(
+            fmt::format("cannot write '{}': there is no folder '{}'", file.string(), folder.string()));
+}
 
 int run(const Settings& settings, const Console& console, const std::atomic<bool>& stop) {
     return exit_code_of(console, [&] {

@@ -18,6 +18,10 @@ struct Console {
 /// Exit codes; see the footer of --help.
 enum ExitCode { kOk = 0, kUsage = 2, kUnreadable = 3, kGeometry = 4, kEmpty = 5, kCancelled = 130 };
 
+/// Called before the work, so that a mistake does not cost it. \throw IoError where there is no folder for the
+/// file; an empty path is no file.
+void check_folder(const std::filesystem::path& file);
+
 /// Does what the settings ask for and returns the exit code; errors become one line on console.err.
 /// Stops soon after `stop` becomes true; what was being written then leaves no trace.
 int run(const Settings& settings, const Console& console, const std::atomic<bool>& stop);

@@ -50,6 +50,9 @@ std::string level_text(const TerrainInfo& info, const Mesh& mesh, const fs::path
 void extract_levels(const TerrainSettings& settings, const Console& console, Voice& voice) {
     constexpr std::array<double, 3> kGround{0.66, 0.62, 0.53};
     const std::vector<fs::path> files = level_files(settings);
+    if (!settings.output.has_filename() && !settings.output.empty()) fs::create_directories(settings.output);
+    for (const fs::path& file : files) check_folder(file);
+    check_folder(settings.picture);
     if (!settings.picture.empty()) require_display();
     const Clock::time_point start = Clock::now();
     Json json;
@@ -74,9 +77,7 @@ void extract_levels(const TerrainSettings& settings, const Console& console, Voi
             json["warnings"] = info.warnings;
         }
         write_seconds += voice.stage("write", [&](const Progress& progress) {
-            if (files[level].empty()) return;
-            if (!settings.output.has_filename()) fs::create_directories(settings.output);
-            write_mesh(mesh, files[level], {.progress = progress});
+            if (!files[level].empty()) write_mesh(mesh, files[level], {.progress = progress});
         });
         if (level == 0 && !settings.picture.empty()) {
             write_seconds += voice.stage("picture", [&](const Progress& progress) {

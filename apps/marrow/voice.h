@@ -80,7 +80,7 @@ class Voice {
     const std::atomic<bool>& stop_;
 };
 
-/// Does the work, which returns the exit code; errors become one line on console.err.
+/// Does the work and returns its exit code; errors become one line on console.err.
 template <class Work>
 int exit_code_of(const Console& console, Work work) {
     const auto fail = [&](ExitCode code, const char* what) {

@@ -188,6 +188,7 @@ Volume read_scan(const fs::path& path, const ScanOptions& options, ScanInfo* inf
 
 SliceSource open_slices(const fs::path& path, const ScanOptions& options, ScanInfo* info) {
     const Input input = identify(path);
+    check_options(input, path, options);
     if (input.format != "NIfTI" && input.format != "NRRD" && input.format != "MetaImage") {
         throw InputError(
             fmt::format("{}: {} can only be read whole; without a memory limit, or convert it to NRRD, "

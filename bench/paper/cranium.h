@@ -9,7 +9,7 @@
 
 #include <marrow/volume.h>
 
-namespace marrow::test {
+namespace marrow::bench {
 
 /// The scan: int16 HU, 256 x 256 x 108; none where the package is not installed.
 inline std::optional<Volume> cranium() {
@@ -18,6 +18,7 @@ inline std::optional<Volume> cranium() {
     Geometry g;
     g.dims = {256, 256, 108};
     g.spacing = {0.957031, 0.957031, 1.5};
+    g.direction[1][1] = -1;  // rows run to the patient's front
     Volume scan(g, SampleType::int16);
     const std::string unpack = "tar -xzOf " + project + " --wildcards '*matrix.dat'";
     const std::unique_ptr<FILE, int (*)(FILE*)> pipe(popen(unpack.c_str(), "r"), pclose);
@@ -25,4 +26,4 @@ inline std::optional<Volume> cranium() {
     return scan;
 }
 
-}  // namespace marrow::test
+}  // namespace marrow::bench

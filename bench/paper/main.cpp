@@ -1,0 +1,188 @@
+// marrow-paper: Table 1 of Visutsak 2020 with our models and arms, and pictures as in its Figure 13.
+#include <fmt/format.h>
+
+#include <tbb/global_control.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+
+#include <marrow/error.h>
+#include <marrow/measure.h>
+
+#include "arms.h"
+#include "models.h"
+#include "picture.h"
+
+namespace marrow::bench {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kWindow = 3;  // mm, of the roughness
+
+struct Settings {
+    fs::path data, out;
+    int rounds = 21;
+    bool pictures = true;
+};
+
+/// What is found out about one arm on one model.
+struct Row {
+    std::string model, arm;
+    Mesh mesh;
+    double milliseconds;  // median
+};
+
+double median(std::vector<double> values) {
+    std::sort(values.begin(), values.end());
+    return values[values.size() / 2];
+}
+
+// Every arm once a round, so that whatever slows the machine for a while slows them all; one thread.
+std::vector<Row> run_arms(const Model& model, int rounds) {
+    const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+    const std::vector<Arm> arms = make_arms(model.volume, model.isovalue);
+    std::vector<std::vector<double>> times(arms.size());
+    std::vector<Row> rows(arms.size());
+    for (int round = -1; round < rounds; ++round) {  // the first is not counted
+        for (std::size_t a = 0; a < arms.size(); ++a) {
+            double milliseconds = 0;
+            rows[a].mesh = arms[a].run(milliseconds);
+            if (round >= 0) times[a].push_back(milliseconds);
+        }
+    }
+    for (std::size_t a = 0; a < arms.size(); ++a) {
+        rows[a].model = model.name;
+        rows[a].arm = arms[a].name;
+        rows[a].milliseconds = median(times[a]);
+    }
+    return rows;
+}
+
+const Row& find_arm(const std::vector<Row>& rows, const std::string& arm) {
+    return *std::find_if(rows.begin(), rows.end(), [&](const Row& row) { return row.arm == arm; });
+}
+
+/// A row of Table 1 as printed.
+struct Printed {
+    const char* model;
+    int points_before, points_after;
+    double seconds_before, seconds_after;
+};
+constexpr Printed kPrinted[] = {
+    {"Sphenoid", 45440, 38800, 0.345, 0.295},      {"Right-temporal", 39600, 32200, 0.338, 0.277},
+    {"Right-maxilla", 38560, 31900, 0.324, 0.268}, {"Ethmoid", 49800, 43800, 0.382, 0.333},
+    {"Ankle bone", 63120, 52900, 0.595, 0.500},    {"Teeth", 69760, 59200, 0.467, 0.397},
+};
+
+std::string less(double value, double than) {
+    return value == than ? "-" : fmt::format("{:.1f} %", 100 * (1 - value / than));
+}
+
+constexpr const char* kTable1Head =
+    "| model | points: paper, MC | MC + HP | fewer | here, classic | Marrow | fewer | time: paper, MC | MC + "
+    "HP | "
+    "less | here, classic | Marrow | less |\n"
+    "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n";
+
+std::string table_1_line(const std::vector<Row>& rows) {
+    const Row& classic = rows.front();
+    const Row& marrow = find_arm(rows, "Marrow");
+    const Printed& p = *std::find_if(std::begin(kPrinted), std::end(kPrinted),
+                                     [&](const Printed& printed) { return classic.model == printed.model; });
+    return fmt::format(
+        "| {} | {} | {} | {} | {} | {} | {} | {:.3f} s | {:.3f} s | {} | {:.2f} ms | {:.2f} ms | {} |\n",
+        p.model, p.points_before, p.points_after, less(p.points_after, p.points_before),
+        classic.mesh.points.size(), marrow.mesh.points.size(),
+        less(static_cast<double>(marrow.mesh.points.size()), static_cast<double>(classic.mesh.points.size())),
+        p.seconds_before, p.seconds_after, less(p.seconds_after, p.seconds_before), classic.milliseconds,
+        marrow.milliseconds, less(marrow.milliseconds, classic.milliseconds));
+}
+
+constexpr const char* kTableHead =
+    "| model | arm | points | fewer points | triangles | ms | less time | times as fast | roughness, 1/mm | "
+    "smallest angle | distance to Marrow, mean / max mm |\n"
+    "| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n";
+
+// The first arm is what points and time are compared with.
+std::string table_lines(const std::vector<Row>& rows) {
+    std::string lines;
+    const Row& classic = rows.front();
+    const Row& marrow = find_arm(rows, "Marrow");
+    for (const Row& row : rows) {
+        const Roughness rough = roughness(row.mesh, kWindow);
+        const MeshDistance apart = mesh_distance(row.mesh, marrow.mesh, 50'000);
+        lines +=
+            fmt::format("| {} | {} | {} | {} | {} | {:.2f} | {} | {:.1f} | {} | {:.2g} | {:.1g} / {:.1g} |\n",
+                        row.model, row.arm, row.mesh.points.size(),
+                        less(static_cast<double>(row.mesh.points.size()),
+                             static_cast<double>(classic.mesh.points.size())),
+                        row.mesh.triangles.size(), row.milliseconds,
+                        less(row.milliseconds, classic.milliseconds), classic.milliseconds / row.milliseconds,
+                        rough.points > 0 ? fmt::format("{:.4f}", rough.roughness) : "-",
+                        triangle_quality(row.mesh).smallest_angle, apart.mean, apart.max);
+    }
+    return lines;
+}
+
+std::string file_name(std::string model) {
+    std::transform(model.begin(), model.end(), model.begin(),
+                   [](unsigned char c) { return c == ' ' ? '-' : static_cast<char>(std::tolower(c)); });
+    return model + ".png";
+}
+
+void run(const Settings& settings) {
+    fs::create_directories(settings.out);
+    std::vector<std::string> notes;
+    const std::vector<Model> models = cut_models(settings.data, notes);
+    std::string table_1 = kTable1Head, table = kTableHead;
+    std::string sources = "| model | cut from | samples | isovalue |\n| --- | --- | --- | --- |\n";
+    for (const Model& model : models) {
+        const std::vector<Row> rows = run_arms(model, settings.rounds);
+        table_1 += table_1_line(rows);
+        table += table_lines(rows);
+        const auto& dims = model.volume.geometry().dims;
+        sources += fmt::format("| {} | {} | {} x {} x {} | {} HU |\n", model.name, model.source, dims[0],
+                               dims[1], dims[2], model.isovalue);
+        if (settings.pictures)
+            draw_shaded_and_edges(find_arm(rows, "Marrow, normals").mesh, model.view,
+                                  settings.out / file_name(model.name));
+        fmt::print(stderr, "{}\n", model.name);
+    }
+    std::string text;
+    for (const std::string& note : notes) text += "Note: " + note + ".\n\n";
+    text += table_1 + "\n" + table + "\n" + sources;
+    fmt::print("{}", text);
+    std::ofstream(settings.out / "table.md") << text;
+}
+
+}  // namespace
+}  // namespace marrow::bench
+
+int main(int argc, char** argv) {
+    marrow::bench::Settings settings;
+    if (const char* data = std::getenv("MARROW_TEST_DATA")) settings.data = data;
+    bool no_pictures = false;
+    CLI::App app(
+        "Cuts the six models of Visutsak 2020 out of real scans, extracts each by every arm with one "
+        "thread,\n"
+        "and writes Table 1 as OUT/table.md and a picture of each model.");
+    app.add_option("OUT", settings.out, "a folder")->required();
+    app.add_option("--data", settings.data,
+                   "where vhf_head_ct and vhf_ankle_ct are; default: MARROW_TEST_DATA");
+    app.add_option("--rounds", settings.rounds, "counted rounds; medians are shown")
+        ->capture_default_str()
+        ->check(CLI::PositiveNumber);
+    app.add_flag("--no-pictures", no_pictures, "the table alone, which needs no display");
+    CLI11_PARSE(app, argc, argv);
+    settings.pictures = !no_pictures;
+    try {
+        marrow::bench::run(settings);
+        return 0;
+    } catch (const std::exception& error) {
+        fmt::print(stderr, "marrow-paper: {}\n", error.what());
+        return 3;
+    }
+}
