@@ -36,7 +36,7 @@ int main(int argc, char** argv) {
     const auto codec = [&](char syntax, const std::string& name, const std::string& stream) {
         write_file(folder / "codec" / name, syntax + head.substr(1) + stream);
     };
-    codec(0, "jpeg", grey_jpeg_8(12, 12, std::vector<std::uint8_t>(144, 9)));
+    codec(0, "jpeg", jpeg_8(12, 12, std::vector<std::uint8_t>(144, 9)));
     codec(1, "jpeg12", flat_jpeg(12, 12, {1, 4000, 0, 900}, 12, false));
     codec(1, "progressive", flat_jpeg(12, 12, {1, 4000, 0, 900}, 12, true));
     codec(2, "lossless", lossless_jpeg(12, 12, samples, 12, 7, true));

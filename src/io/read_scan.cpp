@@ -172,7 +172,7 @@ Volume read_scan(const fs::path& path, const ScanOptions& options, ScanInfo* inf
         volume = load_dicom(input.files, input.wanted, options, found);
     } else if (is_pictures(input)) {
         if (!options.spacing) throw GeometryError(needs_spacing(path));
-        const PictureStack stack = read_picture_header(input.files, options);
+        const PictureStack stack = read_picture_headers(input.files, options);
         found.series = series_of(path, stack.geometry, stack.files.size());
         volume = load_pictures(stack, options);
     } else {
@@ -213,7 +213,7 @@ ScanReport inspect_scan(const fs::path& path, const ScanOptions& options) {
     SampleType type{};
     bool has_spacing = options.spacing.has_value();
     if (is_pictures(input)) {
-        const PictureStack stack = read_picture_header(input.files, options);
+        const PictureStack stack = read_picture_headers(input.files, options);
         geometry = stack.geometry;
         type = stack.picture.type;
     } else {
