@@ -102,26 +102,25 @@ inline std::string lossless_jpeg(int columns, int rows, const std::vector<std::u
 }
 
 /// JPEG by cosine transform of a picture that is flat in each block of 8 x 8: `values`, one for each block, are
-/// kept exactly. Progressive: the lowest bit comes in a second scan.
+/// kept exactly. Progressive: the lowest bit comes in a scan of its own, at last.
 inline std::string flat_jpeg(int columns, int rows, const std::vector<int>& values, int bits,
                              bool progressive) {
     // a quantization of 1: the first coefficient is 8 times the value about the middle
     std::string out = jpeg_start(progressive ? 0xc2 : 0xc1, bits, columns, rows);
     out.insert(2, jpeg_segment(0xdb, std::string(1, '\0') + std::string(64, '\1')));
-    JpegBits code, rest;
+    JpegBits code, rest, ends;
     int last = 0;
     for (const int value : values) {
         const int c = 8 * (value - (1 << (bits - 1))) + 1;  // + 1: a lowest bit to send, lost in rounding
         const int sent = progressive ? c >> 1 : c;
         code.put_difference(sent - last);
         last = sent;
-        if (progressive)
-            rest.put(static_cast<std::uint32_t>(c & 1), 1);
-        else
-            code.put(0, 1);
+        if (progressive) rest.put(static_cast<std::uint32_t>(c & 1), 1);
+        (progressive ? ends : code).put(0, 1);
     }
     if (!progressive) return out + jpeg_scan(0, 63, 0, code.bytes()) + "\xff\xd9";
-    return out + jpeg_scan(0, 0, 0x01, code.bytes()) + jpeg_scan(0, 0, 0x10, rest.bytes()) + "\xff\xd9";
+    return out + jpeg_scan(0, 0, 0x01, code.bytes()) + jpeg_scan(1, 63, 0, ends.bytes()) +
+           jpeg_scan(0, 0, 0x10, rest.bytes()) + "\xff\xd9";
 }
 
 inline std::string jpeg_ls(int columns, int rows, const std::vector<std::uint16_t>& samples, int bits) {

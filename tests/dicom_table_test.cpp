@@ -464,6 +464,30 @@ TEST(DicomTable, LossyTransferSyntaxesGiveNearlyTheSamePixels) {
     }
 }
 
+// Each scan is work for the whole picture, so a small file of many could keep a reader busy for hours.
+TEST(DicomTable, JpegOfManyScansIsRefused) {
+    TemporaryFolder folder;
+    constexpr int width = 16, height = 8;
+    const std::string whole = flat_jpeg(width, height, {1, 200}, 8, true);
+    const std::string no_news = jpeg_scan(1, 63, 0, "\x3f");  // two blocks without coefficients
+    DicomWriter s;
+    s.pixel_format(8, 8, false);
+    s.pixels(width, height, std::vector<std::uint8_t>(width * height));
+    s.compressed_syntax = "1.2.840.10008.1.2.4.55";
+    ScanOptions options;
+    options.spacing = Vec3d{1, 1, 1};
+    for (const int scans : {10, 1000}) {
+        std::string stream = whole;
+        for (int i = 0; i < scans; ++i) stream.insert(whole.size() - 2, no_news);
+        s.fragments = {even(stream)};
+        s.write(folder / "one.dcm");
+        if (scans == 10)
+            EXPECT_NO_THROW(read_scan(folder / "one.dcm", options));
+        else
+            contains(refusal<InputError>(folder / "one.dcm", options), "JPEG");
+    }
+}
+
 TEST(DicomTable, CompressedFramesAreFoundByTheirTable) {
     TemporaryFolder folder;
     DicomWriter s = enhanced(3);
