@@ -385,6 +385,39 @@ TEST(DicomTable, MoreFramesThanBytesAreRefused) {
     contains(refusal<InputError>(folder.path()), "truncated");
 }
 
+TEST(DicomTable, FramesWithoutEndAreRefusedBeforeTheyCost) {
+    TemporaryFolder folder;
+    DicomWriter frames = enhanced(5);
+    frames.elements.erase(0x52009230);
+    frames.text(0x00280008, "IS", "99999");
+    frames.write(folder / "frames.dcm");
+    contains(refusal<InputError>(folder.path()), "claims 99999 frames");
+    frames.text(0x00280008, "IS", "99");
+    frames.write(folder / "frames.dcm");
+    contains(refusal<InputError>(folder.path()), "too small");
+}
+
+// Each frame is compared with the volumes there are, which a hostile file makes as many as it has frames.
+TEST(DicomTable, ASeriesOfThousandsOfVolumesIsRefused) {
+    TemporaryFolder folder;
+    constexpr int count = 3000;
+    DicomWriter frames;
+    frames.text(0x00280008, "IS", std::to_string(count));
+    frames.pixels(1, 1, std::vector<std::int16_t>(count));
+    std::string groups;
+    for (int i = 0; i < count; ++i) {
+        std::string spacing = std::to_string(1 + i) + "\\1";
+        if (spacing.size() % 2 != 0) spacing += ' ';
+        const auto form = DicomWriter::Form::explicit_little;
+        const std::string measures = DicomWriter::element(0x00280030, "DS", spacing, form);
+        groups +=
+            DicomWriter::item(DicomWriter::element(0x00289110, "SQ", DicomWriter::item(measures), form));
+    }
+    frames.elements[0x52009230] = {"SQ", groups};
+    frames.write(folder / "frames.dcm");
+    contains(refusal<InputError>(folder.path()), "more than 2000 volumes");
+}
+
 TEST(DicomTable, OddFrameOfMultiFrameIsRefusedOrSplit) {
     // the frames of one file are held to the same rules as files
     TemporaryFolder folder;

@@ -44,6 +44,7 @@ const Unreadable odd_samples{"has samples that are not read; save it in grey wit
 struct Target {
     const Picture* expected = nullptr;
     void* to = nullptr;
+    const Step* step = nullptr;  // for pages; other pictures are one step
 
     // A file that changed since its header was read must not be written past its room.
     bool takes(const Picture& header) const { return to && header == *expected; }
@@ -335,6 +336,7 @@ Picture read_tiff_pages(TiffFile& file, const Target& target) {
             (TIFFIsTiled(tiff.get()) ? read_tiles : read_strips)(tiff.get(), columns, rows, pixel,
                                                                  pixels.empty() ? page : pixels.data());
             if (!pixels.empty()) keep_grey(pixels, area, channels, type, page);
+            (*target.step)(1 / static_cast<double>(known.pages));
         }
         if (TIFFLastDirectory(tiff.get())) return ++out.pages, out;
     }
@@ -453,8 +455,15 @@ Picture read_picture_header(const std::filesystem::path& path) {
     return read_picture(path, {});
 }
 
-bool read_picture(const std::filesystem::path& path, const Picture& expected, void* to) {
-    return read_picture(path, {&expected, to}) == expected;
+bool read_picture(const std::filesystem::path& path, const Picture& expected, void* to, const Step& step) {
+    bool paged = false;
+    const Step page = [&](double part) {
+        paged = true;
+        step(part);
+    };
+    if (read_picture(path, {&expected, to, &page}) != expected) return false;
+    if (!paged) step(1);
+    return true;
 }
 
 }  // namespace marrow

@@ -7,6 +7,8 @@
 
 #include <marrow/volume.h>
 
+#include "parallel_slices.h"
+
 namespace marrow {
 
 /// True for the content of a PNG, TIFF, JPEG or BMP file, known by its first bytes.
@@ -26,7 +28,7 @@ Picture read_picture_header(const std::filesystem::path& path);
 
 /// Reads the samples of a picture whose header is `expected` still: columns fastest, then rows from the top, then pages, as
 /// they are stored; of three equal channels one. False where the header is another, `to` being of no use then.
-/// \throw as read_picture_header; InputError where it is truncated, or in colour.
-bool read_picture(const std::filesystem::path& path, const Picture& expected, void* to);
+/// \throw as read_picture_header; InputError where it is truncated, or in colour; Cancelled.
+bool read_picture(const std::filesystem::path& path, const Picture& expected, void* to, const Step& step);
 
 }  // namespace marrow

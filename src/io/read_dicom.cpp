@@ -34,13 +34,15 @@ Found find_stacks(const std::vector<std::filesystem::path>& paths, const std::fi
                   const ScanOptions& options) {
     std::vector<std::optional<DicomFile>> headers(paths.size());
     std::vector<std::string> failures(paths.size());
-    for_each_slice(paths.size(), options.threads, options.progress, 0, headers_done, [&](std::size_t i) {
-        try {
-            headers[i] = read_dicom_header(paths[i]);
-        } catch (const InputError& error) {
-            failures[i] = error.what();
-        }
-    });
+    for_each_slice(paths.size(), options.threads, options.progress, 0, headers_done,
+                   [&](std::size_t i, const Step& step) {
+                       try {
+                           headers[i] = read_dicom_header(paths[i]);
+                       } catch (const InputError& error) {
+                           failures[i] = error.what();
+                       }
+                       step(1);
+                   });
 
     Found found;
     std::size_t without_image = 0;
@@ -175,7 +177,7 @@ void drop_duplicates(DicomStack& stack, std::vector<std::string>& warnings) {
         const std::size_t area = static_cast<std::size_t>(s.file->columns * s.file->rows);
         DicomWorkspace& memory = decoded[s.file];
         const std::int32_t* all =
-            memory.stored.empty() ? decode_dicom(*s.file, memory) : memory.stored.data();
+            memory.stored.empty() ? decode_dicom(*s.file, memory, [](double) {}) : memory.stored.data();
         return std::vector<std::int32_t>(all + s.index * area, all + (s.index + 1) * area);
     };
     std::vector<std::size_t> dropped;
@@ -235,9 +237,9 @@ std::optional<double> load_slices(const DicomStack& stack, const ScanOptions& op
         return !options.progress || options.progress(fraction);
     };
     oneapi::tbb::enumerable_thread_specific<DicomWorkspace> workspaces;
-    for_each_slice(files.size(), options.threads, progress, begin, 1, [&](std::size_t i) {
+    for_each_slice(files.size(), options.threads, progress, begin, 1, [&](std::size_t i, const Step& step) {
         if (!fits) return;
-        const std::int32_t* stored = decode_dicom(*files[i].first, workspaces.local());
+        const std::int32_t* stored = decode_dicom(*files[i].first, workspaces.local(), step);
         for (const std::size_t k : files[i].second) {
             const DicomSlice& slice = stack.slices[k];
             const auto [slope, intercept] = rescale_of(slice);

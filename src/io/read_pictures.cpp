@@ -59,8 +59,9 @@ PictureStack read_picture_headers(std::vector<std::filesystem::path> files, cons
     if (options.spacing) stack.geometry.spacing = *options.spacing;
     check_geometry(stack.geometry);
     for_each_slice(stack.files.size(), options.threads, options.progress, 0, headers_done,
-                   [&](std::size_t i) {
+                   [&](std::size_t i, const Step& step) {
                        if (read_picture_header(stack.files[i]) != picture) refuse_odd(stack, i);
+                       step(1);
                    });
     return stack;
 }
@@ -69,9 +70,9 @@ Volume load_pictures(const PictureStack& stack, const ScanOptions& options) {
     Volume volume(stack.geometry, stack.picture.type);
     const std::size_t file_bytes = volume.bytes() / stack.files.size();
     for_each_slice(stack.files.size(), options.threads, options.progress, headers_done, 1,
-                   [&](std::size_t i) {
+                   [&](std::size_t i, const Step& step) {
                        auto* to = static_cast<std::byte*>(volume.data()) + i * file_bytes;
-                       if (!read_picture(stack.files[i], stack.picture, to)) refuse_odd(stack, i);
+                       if (!read_picture(stack.files[i], stack.picture, to, step)) refuse_odd(stack, i);
                    });
     return volume;
 }

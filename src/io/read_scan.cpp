@@ -71,9 +71,10 @@ std::vector<fs::path> files_in(const fs::path& folder, bool nested) {
 }
 
 // What is cut off within the zeros before its mark counts as DICOM where other files are; it is refused later.
-std::vector<fs::path> dicom_among(const std::vector<fs::path>& files) {
+std::vector<fs::path> dicom_among(const std::vector<fs::path>& files, const Progress& progress) {
     std::vector<fs::path> dicom, perhaps;
     for (const fs::path& file : files) {
+        report(progress, 0);  // a folder may hold many files, far away
         const std::string head = head_of(file, head_size);
         if (is_dicom(head))
             dicom.push_back(file);
@@ -84,9 +85,9 @@ std::vector<fs::path> dicom_among(const std::vector<fs::path>& files) {
     return dicom;
 }
 
-Input identify_folder(const fs::path& folder) {
+Input identify_folder(const fs::path& folder, const Progress& progress) {
     const std::vector<fs::path> all = files_in(folder, true);
-    Input input{"DICOM", dicom_among(all), {}};
+    Input input{"DICOM", dicom_among(all, progress), {}};
     if (!input.files.empty()) return input;
     input = {"slices", files_in(folder, false), {}};
     std::erase_if(input.files, [](const fs::path& file) { return !is_picture(head_of(file, head_size)); });
@@ -98,9 +99,9 @@ Input identify_folder(const fs::path& folder) {
                     shown(folder), all.size()));
 }
 
-Input identify(const fs::path& path) {
+Input identify(const fs::path& path, const Progress& progress) {
     std::error_code ignored;
-    if (fs::is_directory(path, ignored)) return identify_folder(path);
+    if (fs::is_directory(path, ignored)) return identify_folder(path, progress);
     size_of_file(path);
     const std::string format = format_of(path);
     if (format.empty()) {
@@ -112,9 +113,10 @@ Input identify(const fs::path& path) {
     if (format != "DICOM") return {format, {path}, {}};
     if (!is_dicom(head_of(path, head_size)))
         throw InputError(fmt::format("{}: is not a DICOM file", shown(path)));
-    if (lower(path.filename().native()).starts_with("dicomdir")) return identify_folder(folder_of(path));
+    if (lower(path.filename().native()).starts_with("dicomdir"))
+        return identify_folder(folder_of(path), progress);
     // one file stands for its series, whose other files are beside it
-    Input input{format, dicom_among(files_in(folder_of(path), false)), {}};
+    Input input{format, dicom_among(files_in(folder_of(path), false), progress), {}};
     for (const fs::path& file : input.files) {
         if (fs::equivalent(file, path, ignored)) input.wanted = file;
     }
@@ -163,7 +165,7 @@ std::string needs_spacing(const fs::path& path) {
 }  // namespace
 
 Volume read_scan(const fs::path& path, const ScanOptions& options, ScanInfo* info) {
-    const Input input = identify(path);
+    const Input input = identify(path, options.progress);
     ScanInfo found;
     found.format = input.format;
     Volume volume;
@@ -187,7 +189,7 @@ Volume read_scan(const fs::path& path, const ScanOptions& options, ScanInfo* inf
 }
 
 SliceSource open_slices(const fs::path& path, const ScanOptions& options, ScanInfo* info) {
-    const Input input = identify(path);
+    const Input input = identify(path, options.progress);
     check_options(input, path, options);
     if (input.format != "NIfTI" && input.format != "NRRD" && input.format != "MetaImage") {
         throw InputError(
@@ -195,7 +197,6 @@ SliceSource open_slices(const fs::path& path, const ScanOptions& options, ScanIn
                         "MetaImage or NIfTI without compression",
                         shown(path), input.format));
     }
-    check_options(input, path, options);
     const RawImage image = read_raw_header(input, options);
     if (!image.has_spacing && !options.spacing) throw GeometryError(needs_spacing(path));
     SliceSource source = raw_slices(image);
@@ -204,7 +205,7 @@ SliceSource open_slices(const fs::path& path, const ScanOptions& options, ScanIn
 }
 
 ScanReport inspect_scan(const fs::path& path, const ScanOptions& options) {
-    const Input input = identify(path);
+    const Input input = identify(path, options.progress);
     check_options(input, path, options);
     if (input.format == "DICOM") return inspect_dicom(input.files, input.wanted, options);
     ScanReport out{input.format, input.files.size(), {}, 0, "there is no other", {}};
