@@ -1,9 +1,11 @@
-// Runs a target over stored inputs: files, and the files of folders. For compilers without libFuzzer, and for tests.
+// Runs a target over stored inputs, and over copies of them with damage: files, and the files of folders. For compilers
+// without libFuzzer, and for tests.
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -11,11 +13,26 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
 
 namespace {
 
+void run(const std::vector<char>& bytes) {
+    LLVMFuzzerTestOneInput(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
+}
+
 void replay(const std::filesystem::path& path) {
     std::ifstream in(path, std::ios::binary);
-    const std::vector<char> bytes{std::istreambuf_iterator<char>(in), {}};
+    const std::vector<char> whole{std::istreambuf_iterator<char>(in), {}};
     std::fprintf(stderr, "%s\n", path.c_str());  // the last one named is the one that crashed
-    LLVMFuzzerTestOneInput(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
+    run(whole);
+    if (whole.empty()) return;
+    constexpr int copies = 200;
+    std::minstd_rand random;  // the same damage each time
+    const auto below = [&](std::size_t limit) { return random() % limit; };
+    for (int n = 0; n < copies; ++n) {
+        std::vector<char> damaged = whole;
+        for (auto flips = below(4); flips > 0; --flips)
+            damaged[below(damaged.size())] = static_cast<char>(below(256));
+        if (n % 2) damaged.resize(below(damaged.size()));
+        run(damaged);
+    }
 }
 
 }  // namespace
