@@ -5,34 +5,13 @@
 #include <bit>
 #include <utility>
 
-#include "vector.h"
+#include "triangle_distance.h"
 
 namespace marrow::internal {
 
 namespace {
 
 constexpr float kFar = std::numeric_limits<float>::infinity();
-
-double squared_distance_to_segment(const Vec3d& place, const Vec3d& a, const Vec3d& b) {
-    const Vec3d along = b - a, from_a = place - a;
-    const double squared_length = dot(along, along);
-    const double t = squared_length > 0 ? std::clamp(dot(from_a, along) / squared_length, 0.0, 1.0) : 0;
-    const Vec3d apart = from_a - t * along;
-    return dot(apart, apart);
-}
-
-double squared_distance_to_triangle(const Vec3d& place, const Vec3d& a, const Vec3d& b, const Vec3d& c) {
-    const Vec3d n = cross(b - a, c - a);
-    const double squared_area = dot(n, n);
-    const bool above = squared_area > 0 && dot(cross(b - a, place - a), n) >= 0 &&
-                       dot(cross(c - b, place - b), n) >= 0 && dot(cross(a - c, place - c), n) >= 0;
-    if (above) {
-        const double height = dot(place - a, n);
-        return height * height / squared_area;
-    }
-    return std::min({squared_distance_to_segment(place, a, b), squared_distance_to_segment(place, b, c),
-                     squared_distance_to_segment(place, c, a)});
-}
 
 }  // namespace
 
@@ -100,7 +79,7 @@ void TriangleTree::approach_leaf(std::size_t leaf, const Vec3d& place, Nearest& 
     }
 }
 
-TriangleTree::Nearest TriangleTree::nearest(const Vec3d& place) const {
+TriangleTree::Nearest TriangleTree::nearest(const Vec3d& place, double enough) const {
     struct Node {
         std::size_t index;
         double squared_distance;  // to its box
@@ -109,7 +88,7 @@ TriangleTree::Nearest TriangleTree::nearest(const Vec3d& place) const {
     std::size_t depth = 0;
     stack[depth++] = {1, squared_distance_to_box(1, place)};
     Nearest squared{std::numeric_limits<double>::infinity(), 0};
-    while (depth > 0) {
+    while (depth > 0 && squared.distance > enough * enough) {
         const Node node = stack[--depth];
         if (node.squared_distance >= squared.distance) continue;
         if (node.index >= leaves_) {

@@ -20,14 +20,15 @@ class TriangleTree {
     /// \pre mesh has triangles, and they name points that are there
     explicit TriangleTree(const Mesh& mesh);
 
-    /// The distance from a place to the nearest one on a triangle.
-    double distance(const Vec3d& place) const { return nearest(place).distance; }
+    /// The distance from a place to the nearest one on a triangle; or to any that is no further than `enough`.
+    double distance(const Vec3d& place, double enough = 0) const { return nearest(place, enough).distance; }
 
     struct Nearest {
         double distance;
         std::uint32_t triangle;  ///< of the mesh
     };
-    Nearest nearest(const Vec3d& place) const;
+    /// The nearest triangle; or the first found that is no further than `enough`.
+    Nearest nearest(const Vec3d& place, double enough = 0) const;
 
     /// Calls f(t, triangle) for each triangle of the mesh that the ray from `origin` meets at
     /// origin + t * direction, 0 <= t <= t_max, in no order. Triangles along the ray are not met.
@@ -37,6 +38,9 @@ class TriangleTree {
     struct Box {
         Vec3f lower, upper;
     };
+    static Box box_of(const Triangle& t, const Mesh& mesh) {
+        return Corners{mesh.points[t[0]], mesh.points[t[1]], mesh.points[t[2]], 0}.box();
+    }
     /// Calls f(triangle) for each triangle of the mesh whose box shares a place with `box`, in no order.
     template <class F>
     void for_each_in(const Box& box, F f) const;
