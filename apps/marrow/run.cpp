@@ -6,10 +6,10 @@
 #include <marrow/histogram.h>
 #include <marrow/isosurface.h>
 #include <marrow/mesh_io.h>
-#include <marrow/refine.h>
 #include <marrow/scan_io.h>
 #include <marrow/slabs.h>
 
+#include "check_run.h"
 #include "picture.h"
 #include "report.h"
 #include "run.h"
@@ -105,6 +105,12 @@ void extract(const Settings& settings, const Console& console, Voice& voice) {
     const std::string assumed = check_presets(settings, info, scan);
     if (!assumed.empty()) warnings.push_back(assumed);
 
+    const Steps& steps = settings.steps;
+    if (steps.change_volume())
+        seconds.filter = voice.stage("filter", [&](const Progress& progress) {
+            filter_scan(scan, steps, settings.threads, progress);
+        });
+
     std::vector<Surface> surfaces;
     std::int64_t non_finite_samples = 0;
     for (std::size_t i = 0; i < settings.surfaces.size(); ++i) {
@@ -119,10 +125,19 @@ void extract(const Settings& settings, const Console& console, Voice& voice) {
             if (surface.mesh.triangles.empty()) throw_empty(surface.isovalue, scan);
             surfaces.push_back(std::move(surface));
         });
-        if (settings.largest)
-            seconds.refine += voice.stage("refine", [&](const Progress&) {
-                surfaces.back().mesh = largest_component(surfaces.back().mesh);
+        if (steps.change_surface())
+            seconds.refine += voice.stage("refine", [&](const Progress& progress) {
+                Surface& surface = surfaces.back();
+                surface.steps =
+                    refine_surface(surface.mesh, steps, scan.geometry().index_to_physical(), progress);
+                if (surface.mesh.triangles.empty())
+                    throw EmptySurface(
+                        fmt::format("no piece of the surface at isovalue {:g} encloses {:g} mm3",
+                                    surface.isovalue, steps.components.min_volume));
             });
+        for (const StepReport& step : surfaces.back().steps) {
+            if (!step.note.empty()) warnings.push_back(fmt::format("{}: {}", step.name, step.note));
+        }
     }
     warn_of_non_finite(non_finite_samples, warnings);
     for (const std::string& warning : warnings) voice.warn(warning);
@@ -132,6 +147,13 @@ void extract(const Settings& settings, const Console& console, Voice& voice) {
             if (!surface.output.empty()) write_mesh(surface.mesh, surface.output, {settings.space, progress});
         }
     });
+    if (settings.verify)
+        seconds.verify = voice.stage("verify", [&](const Progress& progress) {
+            for (const Surface& surface : surfaces) {
+                report(progress, 0);
+                if (!surface.output.empty()) verify(surface.mesh, surface.output, settings.space);
+            }
+        });
     if (!settings.picture.empty())
         seconds.write +=
             voice.stage("picture", [&](const Progress& progress) { draw(surfaces, settings, progress); });
@@ -147,7 +169,7 @@ void extract(const Settings& settings, const Console& console, Voice& voice) {
 void extract_in_slabs(const Settings& settings, const Console& console, Voice& voice, std::size_t memory) {
     const Clock::time_point start = Clock::now();
     const SurfaceRequest& request = settings.surfaces.front();
-    Surface surface{request.name, *request.isovalue, {}, output_files(settings).front(), Surface::Size{}};
+    Surface surface{request.name, *request.isovalue, {}, output_files(settings).front(), {}, Surface::Size{}};
     check_folder(surface.output);
 
     StageSeconds seconds;
@@ -227,6 +249,7 @@ int run(const Settings& settings, const Console& console, const std::atomic<bool
     return exit_code_of(console, [&] {
         Voice voice(settings.quiet, settings.verbose, console, stop);
         if (settings.info) return inform(settings, console, stop);
+        if (settings.check) return check(settings, console, voice);
         if (settings.max_memory)
             extract_in_slabs(settings, console, voice, *settings.max_memory);
         else

@@ -14,6 +14,7 @@
 #include <marrow/volume.h>
 
 #include "presets.h"
+#include "steps.h"
 
 namespace marrow {
 
@@ -43,11 +44,15 @@ struct Settings {
     int threads = 0;
     std::optional<std::size_t> max_memory;  ///< bytes; read and write slab by slab within them
     bool open = false;
-    bool largest = false;
+    Steps steps;
+    bool verify = false;  ///< read what was written and compare
     bool json = false;
     bool quiet = false;
     bool verbose = false;
     bool show_patient = false;  ///< with info
+    bool check = false;         ///< check the meshes in inputs instead of extracting
+    double min_wall = 0;        ///< mm, with check
+    bool strict = false;        ///< with check
 };
 
 /// Understands the command line. Where it asks for help or the version, that goes to `out` and the result is
