@@ -71,6 +71,24 @@ std::size_t parse_memory(const std::string& text) {
     return static_cast<std::size_t>(*value * unit);
 }
 
+SweepSettings check_sweep(SweepSettings sweep, const std::string& from, const std::string& to, const fs::path& output) {
+    const auto number = [](const char* option, const std::string& text) -> std::optional<double> {
+        if (text.empty()) return {};
+        const auto value = parse_number(text);
+        if (!value) throw UsageError(fmt::format("{} takes a finite number, not '{}'", option, text));
+        return value;
+    };
+    sweep.from = number("--from", from);
+    sweep.to = number("--to", to);
+    if (sweep.from && sweep.to && !(*sweep.from < *sweep.to)) throw UsageError("--from must be below --to");
+    if (sweep.samples < 2 || sweep.samples > 100'000) throw UsageError("-n takes a number from 2 to 100000");
+    if (!output.empty() && output.extension() != ".csv" && output.extension() != ".json")
+        throw UsageError(fmt::format("sweep writes .csv or .json, not '{}'", output.string()));
+    if (!sweep.plot.empty() && sweep.plot.extension() != ".svg")
+        throw UsageError(fmt::format("--plot writes .svg, not '{}'", sweep.plot.string()));
+    return sweep;
+}
+
 std::string preset_list() {
     std::string list;
     for (const Preset& preset : kPresets)
@@ -83,7 +101,7 @@ std::string footer() {
         "Presets in Hounsfield units: {}.\n"
         "Two surfaces of a scan: repeat --isovalue or --type; OUT is then a folder or a pattern with "
         "{{name}}.\n"
-        "Terrain from elevation rasters: see marrow terrain --help.\n"
+        "Which isovalue to trust: see marrow sweep --help. Terrain: see marrow terrain --help.\n"
         "Exit codes: 0 ok, 2 usage, 3 unreadable or not writable, 4 ambiguous or refused geometry,\n"
         "5 empty surface, 130 cancelled.\n"
         "For research use only; not a medical device.",
@@ -142,10 +160,29 @@ std::variant<Settings, int> parse_command_line(int argc, const char* const* argv
     add_scan_options(*info);
     info->add_flag("--show-patient", settings.show_patient, "print patients' names");
 
+    SweepSettings sweep;
+    std::string from, to;
+    CLI::App* swept = app.add_subcommand(
+        "sweep", "Measure the closed surfaces at many isovalues: volume, area, components and triangles.");
+    swept->footer(
+        "Plateaus are stretches where the isovalue matters least: three steps or more, each of which moves the\n"
+        "surface by at most half of what a step moves it on average (mm: change of volume over area).");
+    swept->add_option("INPUT", settings.inputs, input_help)->required()->expected(1);
+    swept->add_option("--from", from, "first isovalue; default: the least sample")->type_name("A");
+    swept->add_option("--to", to, "last isovalue; default: the largest sample")->type_name("B");
+    swept->add_option("-n,--samples", sweep.samples, "isovalues, evenly from A to B; default: 100")->type_name("N");
+    swept->add_option("-o,--output", settings.output, "table to write: .csv or .json; else it is printed")
+        ->type_name("OUT");
+    swept->add_option("--plot", sweep.plot, "drawing to write")->type_name("FILE.svg");
+    swept->add_option("--threads", settings.threads, "threads to use; 0: all (default)")->type_name("N");
+    add_scan_options(*swept);
+    swept->add_flag("-q,--quiet", settings.quiet, "print errors only (and JSON, if asked for)");
+    swept->add_flag("-v,--verbose", settings.verbose, "say how long each stage took");
+
     try {
         app.parse(argc, argv);
     } catch (const CLI::CallForHelp&) {
-        out << (info->parsed() ? info : &app)->help();
+        out << (info->parsed() ? info : swept->parsed() ? swept : &app)->help();
         return 0;
     } catch (const CLI::CallForVersion& version) {
         out << version.what() << '\n';
@@ -158,6 +195,11 @@ std::variant<Settings, int> parse_command_line(int argc, const char* const* argv
     if (settings.inputs.empty()) throw UsageError("which scan? give a file or folder (see marrow --help)");
     if (!spacing.empty()) settings.spacing = parse_spacing(spacing);
     if (settings.info) return settings;
+    if (settings.threads < 0) throw UsageError("--threads takes a number from 0 (all) upwards");
+    if (swept->parsed()) {
+        settings.sweep = check_sweep(std::move(sweep), from, to, settings.output);
+        return settings;
+    }
 
     if (settings.output.empty() && settings.picture.empty())
         throw UsageError("where to? give -o OUT.stl (or .ply, .obj, .vtp), --picture FILE.png, or both");
@@ -168,7 +210,6 @@ std::variant<Settings, int> parse_command_line(int argc, const char* const* argv
     if (space != "LPS" && space != "RAS")
         throw UsageError(fmt::format("--space takes LPS or RAS, not '{}'", space));
     if (space == "RAS") settings.space = Space::RAS;
-    if (settings.threads < 0) throw UsageError("--threads takes a number from 0 (all) upwards");
     if (!settings.picture.empty() && settings.picture.extension() != ".png")
         throw UsageError(fmt::format("--picture writes .png, not '{}'", settings.picture.string()));
     if (!max_memory.empty()) {

@@ -14,6 +14,7 @@
 #include <marrow/volume.h>
 
 #include "presets.h"
+#include "sweep.h"
 
 namespace marrow {
 
@@ -31,6 +32,7 @@ struct SurfaceRequest {
 
 struct Settings {
     bool info = false;  ///< say what is in the inputs instead of extracting
+    std::optional<SweepSettings> sweep;  ///< measure the surfaces of many isovalues instead; output is .csv or .json
     std::vector<std::filesystem::path> inputs;  ///< one, save for info
     std::filesystem::path output;   ///< file, folder or pattern with {name}; empty: no mesh
     std::filesystem::path picture;  ///< empty: none

@@ -13,4 +13,5 @@
 #include <marrow/refine.h>
 #include <marrow/scan_io.h>
 #include <marrow/slabs.h>
+#include <marrow/sweep.h>
 #include <marrow/volume.h>
