@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <map>
 #include <ostream>
 
 #include <fmt/format.h>
@@ -77,6 +78,19 @@ void draw(const std::vector<Surface>& surfaces, const Settings& settings, const 
     write_picture(drawn, settings.picture, progress);
 }
 
+// Each file once, with all surfaces that go into it.
+void write_surfaces(const std::vector<Surface>& surfaces, const Settings& settings,
+                    const Progress& progress) {
+    std::map<fs::path, std::vector<MeshObject>> objects_of;
+    for (std::size_t i = 0; i < surfaces.size(); ++i) {
+        if (surfaces[i].output.empty()) continue;
+        MeshObject object{&surfaces[i].mesh, surfaces[i].name};
+        if (const Preset* preset = settings.surfaces[i].preset) object.colour = preset->colour;
+        objects_of[surfaces[i].output].push_back(std::move(object));
+    }
+    for (const auto& [file, objects] : objects_of) write_meshes(objects, file, {settings.space, progress});
+}
+
 ScanOptions scan_options(const Settings& settings) {
     ScanOptions options;
     options.series = settings.series;
@@ -128,11 +142,8 @@ void extract(const Settings& settings, const Console& console, Voice& voice) {
     warn_of_non_finite(non_finite_samples, warnings);
     for (const std::string& warning : warnings) voice.warn(warning);
 
-    seconds.write = voice.stage("write", [&](const Progress& progress) {
-        for (const Surface& surface : surfaces) {
-            if (!surface.output.empty()) write_mesh(surface.mesh, surface.output, {settings.space, progress});
-        }
-    });
+    seconds.write =
+        voice.stage("write", [&](const Progress& progress) { write_surfaces(surfaces, settings, progress); });
     if (!settings.picture.empty())
         seconds.write +=
             voice.stage("picture", [&](const Progress& progress) { draw(surfaces, settings, progress); });
@@ -205,10 +216,12 @@ void sweep(const Settings& settings, const Console& console, Voice& voice) {
     const Histogram samples = histogram(scan);
     const double from = wanted.from.value_or(samples.lower), to = wanted.to.value_or(samples.upper);
     if (!(from < to))
-        throw EmptySurface(fmt::format("there are no isovalues between {:g} and {:g}; samples range from {:g} to {:g}", from, to,
-                                       samples.lower, samples.upper));
+        throw EmptySurface(
+            fmt::format("there are no isovalues between {:g} and {:g}; samples range from {:g} to {:g}", from,
+                        to, samples.lower, samples.upper));
     std::vector<double> isovalues;
-    for (int i = 0; i < wanted.samples; ++i) isovalues.push_back(from + (to - from) * i / (wanted.samples - 1));
+    for (int i = 0; i < wanted.samples; ++i)
+        isovalues.push_back(from + (to - from) * i / (wanted.samples - 1));
     std::vector<SweepSample> measured;
     voice.stage("sweep", [&](const Progress& progress) {
         measured = sweep_isovalues(scan, isovalues, {settings.threads, progress});
@@ -225,7 +238,8 @@ void sweep(const Settings& settings, const Console& console, Voice& voice) {
         console.out << sweep_csv(measured, plateaus);
     } else if (!settings.quiet) {
         for (const Plateau& p : plateaus)
-            console.out << fmt::format("plateau from {:g} to {:g}\n", measured[p.first].isovalue, measured[p.last].isovalue);
+            console.out << fmt::format("plateau from {:g} to {:g}\n", measured[p.first].isovalue,
+                                       measured[p.last].isovalue);
         if (plateaus.empty()) console.out << "no plateau\n";
     }
 }
@@ -251,8 +265,7 @@ ExitCode inform(const Settings& settings, const Console& console, const std::ato
         } catch (const Error& error) {
             fail(kUnreadable, error.what());
         }
-        if (!settings.json && !finding.refusal.empty())
-            console.err << "marrow: " << finding.refusal << '\n';
+        if (!settings.json && !finding.refusal.empty()) console.err << "marrow: " << finding.refusal << '\n';
         findings.push_back(std::move(finding));
     }
     if (settings.json)
@@ -276,9 +289,12 @@ int run(const Settings& settings, const Console& console, const std::atomic<bool
     return exit_code_of(console, [&] {
         Voice voice(settings.quiet, settings.verbose, console, stop);
         if (settings.info) return inform(settings, console, stop);
-        if (settings.sweep) sweep(settings, console, voice);
-        else if (settings.max_memory) extract_in_slabs(settings, console, voice, *settings.max_memory);
-        else extract(settings, console, voice);
+        if (settings.sweep)
+            sweep(settings, console, voice);
+        else if (settings.max_memory)
+            extract_in_slabs(settings, console, voice, *settings.max_memory);
+        else
+            extract(settings, console, voice);
         return kOk;
     });
 }

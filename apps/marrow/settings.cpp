@@ -71,7 +71,18 @@ std::size_t parse_memory(const std::string& text) {
     return static_cast<std::size_t>(*value * unit);
 }
 
-SweepSettings check_sweep(SweepSettings sweep, const std::string& from, const std::string& to, const fs::path& output) {
+// Whether that can be written, in this space.
+void check_format(const Settings& settings, const fs::path& output) {
+    try {
+        if (mesh_format(output) == MeshFormat::glb && settings.space != Space::LPS)
+            throw UsageError("--space does not go with .glb, which has axes of its own");
+    } catch (const InputError& error) {
+        throw UsageError(error.what());
+    }
+}
+
+SweepSettings check_sweep(SweepSettings sweep, const std::string& from, const std::string& to,
+                          const fs::path& output) {
     const auto number = [](const char* option, const std::string& text) -> std::optional<double> {
         if (text.empty()) return {};
         const auto value = parse_number(text);
@@ -99,8 +110,9 @@ std::string preset_list() {
 std::string footer() {
     return fmt::format(
         "Presets in Hounsfield units: {}.\n"
-        "Two surfaces of a scan: repeat --isovalue or --type; OUT is then a folder or a pattern with "
-        "{{name}}.\n"
+        "Two surfaces of a scan: repeat --isovalue or --type; OUT is then .3mf, .glb, .vtp or .obj, which "
+        "hold\n"
+        "several, or a folder or a pattern with {{name}}.\n"
         "Which isovalue to trust: see marrow sweep --help. Terrain: see marrow terrain --help.\n"
         "Exit codes: 0 ok, 2 usage, 3 unreadable or not writable, 4 ambiguous or refused geometry,\n"
         "5 empty surface, 130 cancelled.\n"
@@ -121,7 +133,8 @@ std::variant<Settings, int> parse_command_line(int argc, const char* const* argv
     const char* input_help =
         "DICOM folder or file; NIfTI, NRRD, MetaImage or TIFF file; folder of slice images";
     app.add_option("INPUT", settings.inputs, input_help)->expected(1);
-    app.add_option("-o,--output", settings.output, "mesh to write: .stl, .ply, .obj or .vtp")
+    app.add_option("-o,--output", settings.output,
+                   "mesh to write: .stl, .ply, .obj (also .gz), .vtp, .3mf or .glb")
         ->type_name("OUT");
     app.add_option("--isovalue", isovalues,
                    "surface where samples reach N, or 'otsu' to choose N from the samples")
@@ -136,7 +149,8 @@ std::variant<Settings, int> parse_command_line(int argc, const char* const* argv
             ->type_name("UID");
         to.add_option("--spacing", spacing, "mm between samples, for images that do not say")
             ->type_name("X,Y,Z");
-        to.add_flag("--resample", settings.resample, "make uneven DICOM slices even, by linear interpolation");
+        to.add_flag("--resample", settings.resample,
+                    "make uneven DICOM slices even, by linear interpolation");
         to.add_option("--volume", settings.volume, "volume of a 4D NIfTI or MetaImage file, counted from 0")
             ->type_name("K");
         to.add_flag("--json", settings.json, "print the results as one JSON object");
@@ -165,12 +179,14 @@ std::variant<Settings, int> parse_command_line(int argc, const char* const* argv
     CLI::App* swept = app.add_subcommand(
         "sweep", "Measure the closed surfaces at many isovalues: volume, area, components and triangles.");
     swept->footer(
-        "Plateaus are stretches where the isovalue matters least: three steps or more, each of which moves the\n"
+        "Plateaus are stretches where the isovalue matters least: three steps or more, each of which moves "
+        "the\n"
         "surface by at most half of what a step moves it on average (mm: change of volume over area).");
     swept->add_option("INPUT", settings.inputs, input_help)->required()->expected(1);
     swept->add_option("--from", from, "first isovalue; default: the least sample")->type_name("A");
     swept->add_option("--to", to, "last isovalue; default: the largest sample")->type_name("B");
-    swept->add_option("-n,--samples", sweep.samples, "isovalues, evenly from A to B; default: 100")->type_name("N");
+    swept->add_option("-n,--samples", sweep.samples, "isovalues, evenly from A to B; default: 100")
+        ->type_name("N");
     swept->add_option("-o,--output", settings.output, "table to write: .csv or .json; else it is printed")
         ->type_name("OUT");
     swept->add_option("--plot", sweep.plot, "drawing to write")->type_name("FILE.svg");
@@ -202,7 +218,8 @@ std::variant<Settings, int> parse_command_line(int argc, const char* const* argv
     }
 
     if (settings.output.empty() && settings.picture.empty())
-        throw UsageError("where to? give -o OUT.stl (or .ply, .obj, .vtp), --picture FILE.png, or both");
+        throw UsageError(
+            "where to? give -o OUT.stl (or .ply, .obj, .vtp, .3mf, .glb), --picture FILE.png, or both");
     for (const std::string& text : isovalues) settings.surfaces.push_back(parse_isovalue(text));
     for (const std::string& text : types) settings.surfaces.push_back(parse_type(text));
     if (settings.surfaces.empty())
@@ -232,20 +249,20 @@ std::vector<fs::path> output_files(const Settings& settings) {
     if (!settings.output.has_filename() || fs::is_directory(settings.output))
         pattern = (settings.output / "{name}.stl").string();
     const std::size_t at = pattern.find(kName);
-    if (at == pattern.npos && files.size() > 1)
-        throw UsageError(fmt::format(
-            "several surfaces do not fit in one file '{}': give a folder or a pattern such as '{{name}}.stl'",
-            pattern));
-
+    check_format(settings, pattern);
+    if (at == pattern.npos) {
+        if (files.size() > 1 && !holds_several(mesh_format(pattern)))
+            throw UsageError(
+                fmt::format("several surfaces do not fit in one file '{}': give a .3mf, .glb, .vtp or .obj, "
+                            "a folder or a "
+                            "pattern such as '{{name}}.stl'",
+                            pattern));
+        std::fill(files.begin(), files.end(), fs::path(pattern));
+        return files;
+    }
     for (std::size_t i = 0; i < files.size(); ++i) {
         std::string file = pattern;
-        if (at != pattern.npos) file.replace(at, kName.size(), settings.surfaces[i].name);
-        files[i] = file;
-        try {
-            mesh_format(files[i]);
-        } catch (const InputError& error) {
-            throw UsageError(error.what());
-        }
+        files[i] = file.replace(at, kName.size(), settings.surfaces[i].name);
     }
     if (std::set<fs::path>(files.begin(), files.end()).size() < files.size())
         throw UsageError("two surfaces of the same name would be written to one file: ask for each once");

@@ -56,8 +56,8 @@ struct Settings {
 /// the exit code 0. \throw UsageError
 std::variant<Settings, int> parse_command_line(int argc, const char* const* argv, std::ostream& out);
 
-/// The file of each requested surface, in order; empty paths without an output.
-/// \throw UsageError several surfaces for one file, two of the same name, or an unknown ending
+/// The file of each requested surface, in order, the same for all where it holds several; empty paths without an
+/// output. \throw UsageError several surfaces for a file that holds one, two of the same name, or an unknown ending
 std::vector<std::filesystem::path> output_files(const Settings& settings);
 
 }  // namespace marrow
