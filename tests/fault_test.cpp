@@ -159,7 +159,7 @@ TEST(Faults, WhereAFileCannotBeOpenedNothingIsWritten) {
 
 TEST(Faults, WhereWritingFailsTheOldMeshStays) {
     const SmallScan scan = small_scans().front();
-    for (const char* ending : {".stl", ".ply", ".obj", ".vtp"}) {
+    for (const char* ending : {".stl", ".ply", ".obj", ".vtp", ".3mf", ".glb", ".stl.gz"}) {
         SCOPED_TRACE(ending);
         TemporaryFolder folder;
         scan.write(folder.path());
