@@ -118,7 +118,8 @@ std::variant<Settings, int> parse_command_line(int argc, const char* const* argv
             ->type_name("UID");
         to.add_option("--spacing", spacing, "mm between samples, for images that do not say")
             ->type_name("X,Y,Z");
-        to.add_flag("--resample", settings.resample, "make uneven DICOM slices even, by linear interpolation");
+        to.add_flag("--resample", settings.resample,
+                    "make uneven DICOM slices even, by linear interpolation");
         to.add_option("--volume", settings.volume, "volume of a 4D NIfTI or MetaImage file, counted from 0")
             ->type_name("K");
         to.add_flag("--json", settings.json, "print the results as one JSON object");
@@ -132,6 +133,11 @@ std::variant<Settings, int> parse_command_line(int argc, const char* const* argv
                    "NIfTI to .stl or .ply, with --isovalue N")
         ->type_name("SIZE");
     app.add_flag("--open", settings.open, "leave the surface open where the scan ends");
+    app.add_option(
+           "--snap", settings.snap,
+           "fewer points and no slivers: join points round samples that the surface comes within this part "
+           "of an edge of; 0 <= T < 0.5, 0: off (default), 0.3 is a good value")
+        ->type_name("T");
     app.add_flag("--largest", settings.largest, "keep only the largest connected piece");
     app.add_flag("-q,--quiet", settings.quiet, "print errors only (and JSON, if asked for)");
     app.add_flag("-v,--verbose", settings.verbose, "say how long each stage took");
@@ -171,13 +177,17 @@ std::variant<Settings, int> parse_command_line(int argc, const char* const* argv
     if (settings.threads < 0) throw UsageError("--threads takes a number from 0 (all) upwards");
     if (!settings.picture.empty() && settings.picture.extension() != ".png")
         throw UsageError(fmt::format("--picture writes .png, not '{}'", settings.picture.string()));
+    if (!(settings.snap >= 0 && settings.snap < 0.5))
+        throw UsageError(
+            fmt::format("--snap takes a part of an edge, 0 <= T < 0.5, not {:g}", settings.snap));
     if (!max_memory.empty()) {
         settings.max_memory = parse_memory(max_memory);
         const bool plain = settings.surfaces.size() == 1 && settings.surfaces.front().isovalue;
-        if (!plain || settings.output.empty() || !settings.picture.empty() || settings.largest)
+        if (!plain || settings.output.empty() || !settings.picture.empty() || settings.largest ||
+            settings.snap > 0)
             throw UsageError(
                 "--max-memory never has the whole surface: it goes with one --isovalue N and -o, and not "
-                "with --type, --largest or --picture");
+                "with --type, --largest, --snap or --picture");
     }
     output_files(settings);  // so that a mistake shows before the work
     return settings;

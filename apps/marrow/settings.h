@@ -43,6 +43,7 @@ struct Settings {
     int threads = 0;
     std::optional<std::size_t> max_memory;  ///< bytes; read and write slab by slab within them
     bool open = false;
+    double snap = 0;  ///< as IsosurfaceOptions::snap
     bool largest = false;
     bool json = false;
     bool quiet = false;
