@@ -81,16 +81,18 @@ class Fans {
 
         // Round the rim from any of its points, or from its one beginning.
         std::uint32_t start = rim_[0].from;
-        std::size_t beginnings = 0;
-        for (std::size_t k = 0; k < rim; ++k) {
-            if (mark(rim_[k].from).reached != now_) start = rim_[k].from, ++beginnings;
+        if (at_border) {
+            std::size_t beginnings = 0;
+            for (std::size_t k = 0; k < rim; ++k) {
+                if (mark(rim_[k].from).reached != now_) start = rim_[k].from, ++beginnings;
+            }
+            if (beginnings != 1) return false;
         }
-        if (beginnings != (at_border ? 1u : 0u)) return false;
         std::uint32_t at = start;
         std::size_t steps = 0;
         do at = mark(at).next, ++steps;
         while (at != start && mark(at).left == now_);
-        return steps == rim;
+        return steps == rim && (at_border || at == start);
     }
 
   private:

@@ -40,6 +40,7 @@ struct Extraction {
           options(extraction_options),
           frame(view.geometry),
           bits(view.geometry.dims, extraction_options.closed),
+          active(bits),
           rows(bits.rows()) {
         if (keep_ranges) ranges.emplace(view.geometry.dims);
     }
@@ -48,6 +49,7 @@ struct Extraction {
     const IsosurfaceOptions& options;
     const Frame frame;
     InsideBits bits;
+    ActiveWords active;
     RowCounts rows;
     std::optional<BlockRanges> ranges;
     std::optional<double> classified_for;  // the isovalue that bits (and ranges) are right for
@@ -86,7 +88,7 @@ Pyramids count(Extraction& e) {
     e.rows.triangles.resize(e.bits.rows());
     Stage stage(e.options.progress, 0.3, 0.4, e.slices());
     tbb::parallel_for(std::int64_t{0}, e.bits.nz, [&](std::int64_t z) {
-        count_rows(e.bits, e.bits.row_index(0, z), e.bits.row_index(0, z + 1), e.rows);
+        count_rows(e.bits, e.bits.row_index(0, z), e.bits.row_index(0, z + 1), e.rows, e.active);
         stage.step();
     });
     tbb::parallel_for(std::int64_t{0}, e.bits.nz, [&](std::int64_t z) {
@@ -129,7 +131,7 @@ std::size_t snap_whole(const EmitInput& input, const IsosurfaceOptions& options,
 
 // Returns the memory that took beside the mesh.
 std::size_t emit(const Extraction& e, const Pyramids& pyramids, double isovalue, Mesh& mesh) {
-    const EmitInput input{e.volume,        isovalue,           e.frame,        e.bits,
+    const EmitInput input{e.volume,        isovalue,           e.frame,        e.bits,        e.active,
                           pyramids.points, pyramids.triangles, e.rows.along_x, e.rows.along_y};
     Stage stage(e.options.progress, 0.4, e.options.snap > 0 ? 0.6 : 1, 2 * share_count());
     Vec3f* normals = e.options.normals ? mesh.normals.data() : nullptr;
@@ -156,8 +158,8 @@ void extract(Extraction& e, double isovalue, Mesh& mesh, IsosurfaceStats* stats)
     allocate(pyramids, e.options.normals, mesh);
     const std::size_t snapping = emit(e, pyramids, isovalue, mesh);
     const auto emitted = Clock::now();
-    const std::size_t scratch = e.bits.bytes() + pyramids.points.bytes() + pyramids.triangles.bytes() +
-                                2 * e.bits.rows() * sizeof(std::uint32_t) +
+    const std::size_t scratch = e.bits.bytes() + e.active.bytes() + pyramids.points.bytes() +
+                                pyramids.triangles.bytes() + 2 * e.bits.rows() * sizeof(std::uint32_t) +
                                 (e.ranges ? e.ranges->bytes() : 0) + snapping;
     e.rows.points = pyramids.points.release_leaves();
     e.rows.triangles = pyramids.triangles.release_leaves();

@@ -7,7 +7,7 @@
 // 2. Sample by sample, those of its points that hang together become one, if the triangles that are left
 //    round it make one fan. If not, those too close to the sample are moved away from it.
 // 3. A point that lies nearly on the line between the two others of a triangle is moved aside.
-// 4. Points and triangles are numbered anew, without those that collapsed.
+// 4. What is left moves together and is numbered anew.
 //
 // Whether points can join depends on what joined before, so the order is fixed: blocks of slices, which have
 // no triangle in common but at their borders, at the same time; then the slices at the borders.
@@ -19,6 +19,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -31,6 +32,8 @@ namespace marrow::internal {
 
 namespace {
 
+using HWY_NAMESPACE::for_each_active_word;
+using HWY_NAMESPACE::kRow;
 using HWY_NAMESPACE::RowBits;
 
 // A point of the surface as the nearer end of its edge sees it. Lengths are in edges.
@@ -84,7 +87,8 @@ class Snapping {
           stage_(progress, 0.6, 1, 2 * blocks_ - 1),
           samples_(mesh.points.size()),
           points_(mesh.points.size()),
-          joined_(mesh.points.size()) {
+          joined_(mesh.points.size()),
+          end_triangle_(slices_) {
         for (std::int64_t z = 0; z <= input.bits.nz; ++z) {
             first_point_.push_back(
                 static_cast<std::uint32_t>(input.points.first_output(input.bits.row_index(0, z))));
@@ -103,7 +107,7 @@ class Snapping {
     }
 
     std::size_t bytes() const {
-        return joined_.size() * (sizeof samples_[0] + sizeof points_[0] + 2 * sizeof joined_[0]);
+        return joined_.size() * (sizeof samples_[0] + sizeof points_[0] + sizeof joined_[0]);
     }
 
     void find_samples() {
@@ -112,10 +116,9 @@ class Snapping {
             for (std::size_t r = begin; r < end; ++r) {
                 if (input_.points.leaves()[r] == 0) continue;
                 const RowBits row(input_.bits, r);
-                find_samples_along(0, r, point, row.words,
-                                   [&](std::size_t w) { return row.crossed_x(HWY_NAMESPACE::kRow, w); });
-                find_samples_along(1, r, point, row.words, [&](std::size_t w) { return row.crossed_y(w); });
-                find_samples_along(2, r, point, row.words, [&](std::size_t w) { return row.crossed_z(w); });
+                find_samples_along(0, r, point, [&](std::size_t w) { return row.crossed_x(kRow, w); });
+                find_samples_along(1, r, point, [&](std::size_t w) { return row.crossed_y(w); });
+                find_samples_along(2, r, point, [&](std::size_t w) { return row.crossed_z(w); });
             }
         });
     }
@@ -135,13 +138,28 @@ class Snapping {
         });
     }
 
-    // Moves a point aside that lies nearly on the line between the others of a triangle, as far as it may
-    // still move.
+    // Takes out the triangles that collapsed. Points keep their numbers; triangles name those that others became.
+    void take_out_collapsed() {
+        tbb::parallel_for(std::size_t{0}, slices_, [&](std::size_t z) {
+            Triangle* const triangles = mesh_.triangles.data();
+            std::uint64_t left = first_triangle_[z];
+            for (std::uint64_t t = left; t < first_triangle_[z + 1]; ++t) {
+                const auto [p, q, r] = triangles[t];
+                const Triangle corners{joined_[p], joined_[q], joined_[r]};
+                triangles[left] = corners;
+                left += (corners[0] != corners[1]) & (corners[1] != corners[2]) & (corners[2] != corners[0]);
+            }
+            end_triangle_[z] = left;
+        });
+    }
+
+    // Moves a point aside that lies nearly on the line between the others of a triangle, as far as it may still
+    // move.
     void move_aside() {
         std::vector<std::vector<std::uint64_t>> flat(slices_);  // triangles by slice
         tbb::parallel_for(std::size_t{0}, slices_, [&](std::size_t z) {
-            for (std::uint64_t t = first_triangle_[z]; t < first_triangle_[z + 1]; ++t) {
-                if (!collapsed(t) && find_flat_corner(t)) flat[z].push_back(t);
+            for (std::uint64_t t = first_triangle_[z]; t < end_triangle_[z]; ++t) {
+                if (find_flat_corner(t)) flat[z].push_back(t);
             }
         });
         for (const auto& triangles : flat) {
@@ -151,44 +169,47 @@ class Snapping {
         }
     }
 
-    // Leaves out the points that became others and the triangles that collapsed.
-    void renumber() {
-        std::vector<std::uint64_t> first_kept(slices_ + 1), first_left(slices_ + 1);
-        std::vector<std::uint32_t> number(joined_.size());
+    // Numbers the points that are left anew and moves everything to the front.
+    void close_up() {
+        std::vector<std::uint32_t>& number = joined_;  // of the points that are left
+        std::vector<std::uint32_t> kept(slices_ + 1, 0);
         tbb::parallel_for(std::size_t{0}, slices_, [&](std::size_t z) {
-            std::uint64_t kept = 0, left = 0;
-            for (std::uint32_t p = first_point_[z]; p < first_point_[z + 1]; ++p) kept += joined_[p] == p;
-            for (std::uint64_t t = first_triangle_[z]; t < first_triangle_[z + 1]; ++t) left += !collapsed(t);
-            first_kept[z + 1] = kept;
-            first_left[z + 1] = left;
+            for (std::uint32_t p = first_point_[z]; p < first_point_[z + 1]; ++p)
+                kept[z + 1] += joined_[p] == p;
         });
-        for (std::size_t z = 0; z < slices_; ++z) {
-            first_kept[z + 1] += first_kept[z];
-            first_left[z + 1] += first_left[z];
-        }
-        Mesh mesh;
-        mesh.points.resize(first_kept.back());
-        mesh.normals.resize(mesh_.normals.empty() ? 0 : first_kept.back());
-        mesh.triangles.resize(first_left.back());
+        std::partial_sum(kept.begin(), kept.end(), kept.begin());
         tbb::parallel_for(std::size_t{0}, slices_, [&](std::size_t z) {
-            auto kept = static_cast<std::uint32_t>(first_kept[z]);
+            std::uint32_t next = kept[z], to = first_point_[z];
             for (std::uint32_t p = first_point_[z]; p < first_point_[z + 1]; ++p) {
                 if (joined_[p] != p) continue;
-                mesh.points[kept] = mesh_.points[p];
-                if (!mesh.normals.empty()) mesh.normals[kept] = mesh_.normals[p];
-                number[p] = kept++;
+                mesh_.points[to] = mesh_.points[p];
+                if (!mesh_.normals.empty()) mesh_.normals[to] = mesh_.normals[p];
+                ++to;
+                number[p] = next++;
             }
         });
         tbb::parallel_for(std::size_t{0}, slices_, [&](std::size_t z) {
-            std::uint64_t left = first_left[z];
-            for (std::uint64_t t = first_triangle_[z]; t < first_triangle_[z + 1]; ++t) {
-                if (collapsed(t)) continue;
-                const Triangle& corners = mesh_.triangles[t];
-                mesh.triangles[left++] = {number[joined_[corners[0]]], number[joined_[corners[1]]],
-                                          number[joined_[corners[2]]]};
+            for (std::uint64_t t = first_triangle_[z]; t < end_triangle_[z]; ++t) {
+                for (std::uint32_t& p : mesh_.triangles[t]) p = number[p];
             }
         });
-        mesh_ = std::move(mesh);
+        std::uint64_t end = 0;
+        for (std::size_t z = 0; z < slices_; ++z) {
+            const auto move = [](auto& buffer, std::uint64_t from, std::uint64_t to, std::uint64_t count) {
+                const auto first = buffer.begin() + static_cast<std::ptrdiff_t>(from);
+                std::copy(first, first + static_cast<std::ptrdiff_t>(count),
+                          buffer.begin() + static_cast<std::ptrdiff_t>(to));
+            };
+            const std::uint64_t points = kept[z + 1] - kept[z],
+                                triangles = end_triangle_[z] - first_triangle_[z];
+            move(mesh_.points, first_point_[z], kept[z], points);
+            if (!mesh_.normals.empty()) move(mesh_.normals, first_point_[z], kept[z], points);
+            move(mesh_.triangles, first_triangle_[z], end, triangles);
+            end += triangles;
+        }
+        mesh_.points.resize(kept.back());
+        if (!mesh_.normals.empty()) mesh_.normals.resize(kept.back());
+        mesh_.triangles.resize(end);
     }
 
   private:
@@ -198,8 +219,7 @@ class Snapping {
 
     // For the points on the edges along an axis that start in a row, in the order of `point`, which advances.
     template <class Words>
-    void find_samples_along(std::uint8_t axis, std::size_t row, std::uint32_t& point, std::size_t words,
-                            const Words& crossed) {
+    void find_samples_along(std::uint8_t axis, std::size_t row, std::uint32_t& point, const Words& crossed) {
         const InsideBits& bits = input_.bits;
         const auto& dims = input_.volume.geometry.dims;
         const std::int64_t y = static_cast<std::int64_t>(row) % bits.ny - bits.pad;
@@ -218,7 +238,7 @@ class Snapping {
         for (std::size_t r = 0; r < 3; ++r) per_edge[r] = input_.frame.matrix[r][axis] / squared;
         const std::uint64_t steps[3] = {1, row_samples_, slice_samples_};
 
-        for (std::size_t w = 0; w < words; ++w) {
+        for_each_active_word(input_.active, row, [&](std::size_t w) {
             for (std::uint64_t set = crossed(w); set != 0; set &= set - 1, ++point) {
                 const std::size_t bit = 64 * w + static_cast<std::size_t>(__builtin_ctzll(set));
                 const std::int64_t x = static_cast<std::int64_t>(bit) - bits.first_x;
@@ -233,13 +253,7 @@ class Snapping {
                                   static_cast<std::uint8_t>(row_faces | face(0, x))};
                 joined_[point] = point;
             }
-        }
-    }
-
-    bool collapsed(std::uint64_t triangle) const {
-        const Triangle& t = mesh_.triangles[triangle];
-        const std::uint32_t a = joined_[t[0]], b = joined_[t[1]], c = joined_[t[2]];
-        return a == b || b == c || c == a;
+        });
     }
 
     // Joins round the samples of slices [begin, end). Their points are in these slices and the one before,
@@ -279,15 +293,27 @@ class Snapping {
             return p;
         };
         const auto link = [&](std::uint32_t p, std::uint32_t q) {
-            if (samples_[p] != samples_[q] || samples_[p] < first_sample || samples_[p] >= end_sample) return;
+            if (samples_[p] < first_sample || samples_[p] >= end_sample) return;
             const std::uint32_t a = find_first(p), b = find_first(q);
             first_of[std::max(a, b) - first_point] = std::min(a, b);
         };
+        // Few sides link points, and which is not to be foreseen: they are collected without a branch.
+        constexpr std::size_t kBatch = 512;
+        std::array<std::array<std::uint32_t, 2>, kBatch + 3> sides;
+        std::size_t found = 0;
         for (std::uint64_t t = first_triangle_[back(2)]; t < first_triangle_[end]; ++t) {
-            const Triangle& corners = mesh_.triangles[t];
-            link(corners[0], corners[1]);
-            link(corners[1], corners[2]);
-            link(corners[2], corners[0]);
+            const auto [p, q, r] = mesh_.triangles[t];
+            const std::uint64_t of_p = samples_[p], of_q = samples_[q], of_r = samples_[r];
+            sides[found] = {p, q};
+            found += of_p == of_q;
+            sides[found] = {q, r};
+            found += of_q == of_r;
+            sides[found] = {r, p};
+            found += of_r == of_p;
+            if (found >= kBatch || t + 1 == first_triangle_[end]) {
+                for (std::size_t k = 0; k < found; ++k) link(sides[k][0], sides[k][1]);
+                found = 0;
+            }
         }
         std::vector<std::uint32_t> next(end_point - first_point, kNone);
         for (std::uint32_t p = end_point; p-- > first_point;) {
@@ -383,10 +409,9 @@ class Snapping {
 
     std::optional<FlatCorner> find_flat_corner(std::uint64_t triangle) const {
         constexpr double kSlope = 0.11;  // 6.3 degrees
-        std::array<std::uint32_t, 3> corners;
+        const Triangle& corners = mesh_.triangles[triangle];
         std::array<Vec3d, 3> at;
         for (std::size_t c = 0; c < 3; ++c) {
-            corners[c] = joined_[mesh_.triangles[triangle][c]];
             const Vec3f& point = mesh_.points[corners[c]];
             at[c] = {point[0], point[1], point[2]};
         }
@@ -429,7 +454,8 @@ class Snapping {
     std::vector<NearPoint> points_;
     std::vector<std::uint32_t> joined_;  // the first of the points that a point became one with
     std::vector<std::uint32_t> first_point_;
-    std::vector<std::uint64_t> first_triangle_;
+    std::vector<std::uint64_t> first_triangle_,
+        end_triangle_;  // of each slice; the end after some were taken out
 };
 
 }  // namespace
@@ -438,8 +464,9 @@ std::size_t snap(const EmitInput& input, double limit, const Progress& progress,
     Snapping snapping(input, limit, progress, mesh);
     snapping.find_samples();
     snapping.join();
+    snapping.take_out_collapsed();
     snapping.move_aside();
-    snapping.renumber();
+    snapping.close_up();
     report(progress, 1);
     return snapping.bytes();
 }
