@@ -133,9 +133,12 @@ void extract(const Settings& settings, const Console& console, Voice& voice) {
         seconds.extract += voice.stage("extract", [&](const Progress& progress) {
             IsosurfaceStats stats;
             Surface surface{request.name, choose_isovalue(request, scan), {}, files[i]};
-            surface.mesh = extract_isosurface(
-                scan, surface.isovalue,
-                {.closed = !settings.open, .threads = settings.threads, .progress = progress}, &stats);
+            surface.mesh = extract_isosurface(scan, surface.isovalue,
+                                              {.closed = !settings.open,
+                                               .snap = settings.snap,
+                                               .threads = settings.threads,
+                                               .progress = progress},
+                                              &stats);
             non_finite_samples = stats.non_finite_samples;
             if (surface.mesh.triangles.empty()) throw_empty(surface.isovalue, scan);
             surfaces.push_back(std::move(surface));

@@ -223,6 +223,11 @@ std::variant<Settings, int> parse_command_line(int argc, const char* const* argv
                    "NIfTI to .stl or .ply, with --isovalue N")
         ->type_name("SIZE");
     app.add_flag("--open", settings.open, "leave the surface open where the scan ends");
+    app.add_option(
+           "--snap", settings.snap,
+           "fewer points and no slivers: join points round samples that the surface comes within this part "
+           "of an edge of; 0 <= T < 0.5, 0: off (default), 0.3 is a good value")
+        ->type_name("T");
     Steps& steps = settings.steps;
     app.add_option(
            "--crop", crop,
@@ -337,15 +342,17 @@ std::variant<Settings, int> parse_command_line(int argc, const char* const* argv
     check_steps(steps);
     if (!settings.picture.empty() && settings.picture.extension() != ".png")
         throw UsageError(fmt::format("--picture writes .png, not '{}'", settings.picture.string()));
+    if (!(settings.snap >= 0 && settings.snap < 0.5))
+        throw UsageError(
+            fmt::format("--snap takes a part of an edge, 0 <= T < 0.5, not {:g}", settings.snap));
     if (!max_memory.empty()) {
         settings.max_memory = parse_memory(max_memory);
         const bool plain = settings.surfaces.size() == 1 && settings.surfaces.front().isovalue;
         if (!plain || settings.output.empty() || !settings.picture.empty() || settings.verify ||
-            steps.change_volume() || steps.change_surface())
+            settings.snap > 0 || steps.change_volume() || steps.change_surface())
             throw UsageError(
                 "--max-memory never has the whole scan or surface: it goes with one --isovalue N and -o, and "
-                "not "
-                "with --type, --picture, --verify or what changes scan or surface");
+                "not with --type, --snap, --picture, --verify or what changes scan or surface");
     }
     const std::vector<fs::path> files = output_files(settings);  // so that a mistake shows before the work
     if (settings.verify) check_readable(files);

@@ -46,6 +46,7 @@ struct Settings {
     int threads = 0;
     std::optional<std::size_t> max_memory;  ///< bytes; read and write slab by slab within them
     bool open = false;
+    double snap = 0;  ///< as IsosurfaceOptions::snap
     Steps steps;
     bool verify = false;  ///< read what was written and compare
     bool json = false;
