@@ -428,8 +428,8 @@ TEST(DicomTable, LosslessTransferSyntaxesGiveTheSamePixels) {
             options.spacing = Vec3d{1, 1, 1};
             const Volume v = read_scan(path, options);
             for (std::size_t i = 0; i < samples.size(); ++i) {
-                const double value = v.type() == SampleType::int16 ? v.samples<std::int16_t>()[i]
-                                                                   : v.samples<float>()[i];
+                const double value =
+                    v.type() == SampleType::int16 ? v.samples<std::int16_t>()[i] : v.samples<float>()[i];
                 ASSERT_EQ(value, samples[i]) << i;
             }
         }
@@ -555,11 +555,14 @@ TEST(DicomTable, OneScanInAllFormatsGivesTheSamePoints) {
     write_file(folder / "a.nii.gz", gzipped(nifti.header() + raw));
     write_file(folder / "b.nrrd",
                "NRRD0004\ntype: short\ndimension: 3\nsizes: 12 12 12\nendian: little\nencoding: raw\nspace: "
-               "LPS\nspace directions: (0.4,0.3,0) (0,0,-0.75) (-0.9,1.2,0.25)\nspace origin: (5,-7,3)\n\n" + raw);
-    write_file(folder / "c.mha",
-               "ObjectType = Image\nNDims = 3\nDimSize = 12 12 12\nElementType = MET_SHORT\nElementSpacing = 1 1 "
-               "1\nTransformMatrix = 0.4 0.3 0 0 0 -0.75 -0.9 1.2 0.25\nOffset = 5 -7 3\nElementDataFile = "
-               "LOCAL\n" + raw);
+               "LPS\nspace directions: (0.4,0.3,0) (0,0,-0.75) (-0.9,1.2,0.25)\nspace origin: (5,-7,3)\n\n" +
+                   raw);
+    write_file(
+        folder / "c.mha",
+        "ObjectType = Image\nNDims = 3\nDimSize = 12 12 12\nElementType = MET_SHORT\nElementSpacing = 1 1 "
+        "1\nTransformMatrix = 0.4 0.3 0 0 0 -0.75 -0.9 1.2 0.25\nOffset = 5 -7 3\nElementDataFile = "
+        "LOCAL\n" +
+            raw);
     const Volume first = read_scan(folder / "dicom");
     const Mesh mesh = extract_isosurface(first, 0);
     ASSERT_GT(mesh.points.size(), 100u);

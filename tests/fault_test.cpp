@@ -1,7 +1,7 @@
 // What is left when the system says no: each call that can fail fails once, for every format.
 #include <cerrno>
-#include <csignal>
 #include <chrono>
+#include <csignal>
 #include <thread>
 
 #include <fcntl.h>
@@ -38,7 +38,8 @@ Process run(std::vector<std::string> arguments, const std::vector<std::string>& 
     const std::string err = scratch / "err";
     posix_spawn_file_actions_t actions;
     posix_spawn_file_actions_init(&actions);
-    posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, err.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666);
+    posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, err.c_str(), O_WRONLY | O_CREAT | O_TRUNC,
+                                     0666);
     pid_t pid = 0;
     const int error = posix_spawn(&pid, MARROW_PROGRAM, &actions, nullptr, argv.data(), environment.data());
     posix_spawn_file_actions_destroy(&actions);
@@ -98,7 +99,8 @@ void fail_each(const std::vector<std::string>& command, const TemporaryFolder& f
     ADD_FAILURE() << "still failing";
 }
 
-std::vector<std::string> command_for(const SmallScan& scan, const TemporaryFolder& folder, const fs::path& mesh) {
+std::vector<std::string> command_for(const SmallScan& scan, const TemporaryFolder& folder,
+                                     const fs::path& mesh) {
     std::vector<std::string> command{folder / scan.name, "-o", mesh, "--isovalue", "0.5", "-q"};
     if (scan.needs_spacing) command.insert(command.end(), {"--spacing", "1,1,1"});
     return command;
@@ -184,7 +186,6 @@ TEST(Faults, DevicesAreNoPlaceForAMesh) {
     EXPECT_EQ(device.code, 3);
     EXPECT_NE(device.err.find("not a regular file"), device.err.npos) << device.err;
     EXPECT_TRUE(fs::is_symlink(folder / "full.stl"));
-
 }
 
 TEST(Faults, ReadOnlyFoldersAreRefused) {

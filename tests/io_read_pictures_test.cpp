@@ -102,7 +102,8 @@ TEST(ReadPictures, TiledTiff) {
             for (std::uint32_t x = 0; x < width; x += side) {
                 std::vector<std::uint16_t> tile;
                 for (std::uint32_t i = 0; i < side * side; ++i)
-                    tile.push_back(static_cast<std::uint16_t>(10000 * page + 100 * (y + i / side) + x + i % side));
+                    tile.push_back(
+                        static_cast<std::uint16_t>(10000 * page + 100 * (y + i / side) + x + i % side));
                 TIFFWriteTile(out, tile.data(), x, y, 0, 0);
             }
         }

@@ -62,9 +62,11 @@ void expect_points_among(const Mesh& points, const Mesh& others, float shift_z) 
         const Cell c = cell_of(p);
         double nearest = 1;
         for (int n = 0; n < 27; ++n) {
-            const auto [begin, end] = cells.equal_range({c[0] + n % 3 - 1, c[1] + n / 3 % 3 - 1, c[2] + n / 9 - 1});
+            const auto [begin, end] =
+                cells.equal_range({c[0] + n % 3 - 1, c[1] + n / 3 % 3 - 1, c[2] + n / 9 - 1});
             for (auto q = begin; q != end; ++q) {
-                nearest = std::min<double>(nearest, std::hypot(p[0] - q->second[0], p[1] - q->second[1], p[2] - q->second[2]));
+                nearest = std::min<double>(
+                    nearest, std::hypot(p[0] - q->second[0], p[1] - q->second[1], p[2] - q->second[2]));
             }
         }
         ASSERT_LE(nearest, 1e-3);

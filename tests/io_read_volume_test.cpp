@@ -275,7 +275,8 @@ TEST(NiftiTable, FourDimensionsNeedAVolume) {
     const fs::path meta = write_file(
         folder / "c.mha",
         "ObjectType = Image\nNDims = 4\nDimSize = 4 3 2 6\nElementType = MET_SHORT\nElementSpacing = 1 1 1 "
-        "1\nElementDataFile = LOCAL\n" + data);
+        "1\nElementDataFile = LOCAL\n" +
+            data);
     for (const auto& path : {plain, zipped, meta}) {
         SCOPED_TRACE(path.filename());
         contains(refusal<GeometryError>(path), "6 volumes; choose one with --volume");
@@ -306,7 +307,8 @@ TEST(NiftiTable, ColourComplexAndVectorsAreRefused) {
     const std::string data(4096, '\1');
     for (const auto& [datatype, what] :
          {std::pair(128, "colour"), std::pair(2304, "colour"), std::pair(32, "complex"),
-          std::pair(1792, "complex"), std::pair(2048, "complex"), std::pair(1, "type 1"), std::pair(0, "type 0")}) {
+          std::pair(1792, "complex"), std::pair(2048, "complex"), std::pair(1, "type 1"),
+          std::pair(0, "type 0")}) {
         NiftiWriter n = nifti();
         n.datatype = static_cast<std::int16_t>(datatype);
         contains(refusal<InputError>(write_file(folder / "a.nii", n.header() + data)), what);
