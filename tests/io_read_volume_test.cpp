@@ -166,9 +166,9 @@ TEST(ReadGeometry, BadNumbersAreRefused) {
         refusal<InputError>(write_file(folder / "n.nii", n.header() + bytes_of(samples())));
     }
     for (const char* fields :
-         {"spacings: 0 1 1\n", "spacings: 1 inf 1\n", "spacings: -1 1 1\n", "spacings: 1 1\n",
-          "spacings: 1 x 1\n", "space: LPS\nspace directions: (1,0,0) (1,0,0) (0,0,1)\n",
-          "space: left-up\nspacings: 1 1 1\n"}) {
+         {"spacings: 0 1 1\n", "spacings: 1e-320 1 1\n", "spacings: 1e300 1 1\n", "spacings: 1 inf 1\n",
+          "spacings: -1 1 1\n", "spacings: 1 1\n", "spacings: 1 x 1\n",
+          "space: LPS\nspace directions: (1,0,0) (1,0,0) (0,0,1)\n", "space: left-up\nspacings: 1 1 1\n"}) {
         SCOPED_TRACE(fields);
         refusal<InputError>(write_file(folder / "n.nrrd", nrrd(fields) + "\n" + bytes_of(samples())));
     }
@@ -416,7 +416,11 @@ TEST(ReadMetaImage, WaysToPlaceTheData) {
 TEST(ReadVolume, DataOutsideTheHeadersFolderAreRefused) {
     TemporaryFolder folder;
     const fs::path outside = write_file(folder / "secret.raw", bytes_of(samples()));
-    for (const std::string& name : {"../secret.raw"s, outside.string(), "sub/../../secret.raw"s}) {
+    fs::create_directories(folder / "in/sub");
+    fs::create_symlink(outside, folder / "in/link.raw");
+    fs::create_directory_symlink(folder.path(), folder / "in/linked");
+    for (const std::string& name : {"../secret.raw"s, outside.string(), "sub/../../secret.raw"s, "link.raw"s,
+                                    "linked/secret.raw"s, "linked/missing.raw"s}) {
         SCOPED_TRACE(name);
         contains(refusal<InputError>(
                      write_file(folder / "in/n.nhdr", nrrd("spacings: 1 1 1\ndata file: " + name + "\n"))),

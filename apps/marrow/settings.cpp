@@ -116,6 +116,35 @@ std::size_t parse_memory(const std::string& text) {
     return static_cast<std::size_t>(*value * unit);
 }
 
+// Whether that can be written, in this space.
+void check_format(const Settings& settings, const fs::path& output) {
+    try {
+        if (mesh_format(output) == MeshFormat::glb && settings.space != Space::LPS)
+            throw UsageError("--space does not go with .glb, which has axes of its own");
+    } catch (const InputError& error) {
+        throw UsageError(error.what());
+    }
+}
+
+SweepSettings check_sweep(SweepSettings sweep, const std::string& from, const std::string& to,
+                          const fs::path& output) {
+    const auto number = [](const char* option, const std::string& text) -> std::optional<double> {
+        if (text.empty()) return {};
+        const auto value = parse_number(text);
+        if (!value) throw UsageError(fmt::format("{} takes a finite number, not '{}'", option, text));
+        return value;
+    };
+    sweep.from = number("--from", from);
+    sweep.to = number("--to", to);
+    if (sweep.from && sweep.to && !(*sweep.from < *sweep.to)) throw UsageError("--from must be below --to");
+    if (sweep.samples < 2 || sweep.samples > 100'000) throw UsageError("-n takes a number from 2 to 100000");
+    if (!output.empty() && output.extension() != ".csv" && output.extension() != ".json")
+        throw UsageError(fmt::format("sweep writes .csv or .json, not '{}'", output.string()));
+    if (!sweep.plot.empty() && sweep.plot.extension() != ".svg")
+        throw UsageError(fmt::format("--plot writes .svg, not '{}'", sweep.plot.string()));
+    return sweep;
+}
+
 std::string preset_list() {
     std::string list;
     for (const Preset& preset : kPresets)
@@ -126,16 +155,28 @@ std::string preset_list() {
 std::string footer() {
     return fmt::format(
         "Presets in Hounsfield units: {}.\n"
-        "Two surfaces of a scan: repeat --isovalue or --type; OUT is then a folder or a pattern with "
-        "{{name}}.\n"
+        "Two surfaces of a scan: repeat --isovalue or --type; OUT is then .3mf, .glb, .vtp or .obj, which "
+        "hold\n"
+        "several, or a folder or a pattern with {{name}}.\n"
         "Order of the steps, whatever that of the options: crop, median, blur, isotropic; extract; "
         "components,\n"
         "smooth, reduce (keep, triangles, max-error); write, verify.\n"
-        "Terrain from elevation rasters: see marrow terrain --help.\n"
+        "Which isovalue to trust: see marrow sweep --help. Terrain: see marrow terrain --help.\n"
         "Exit codes: 0 ok, 2 usage, 3 unreadable or not writable, 4 ambiguous or refused geometry,\n"
         "5 empty surface, 6 a check failed, 130 cancelled.\n"
         "For research use only; not a medical device.",
         preset_list());
+}
+
+// What --verify asks for: files of one surface each that can be read again.
+void check_readable(const std::vector<fs::path>& files) {
+    for (const fs::path& file : files) {
+        if (file.empty() || !can_read_mesh(file))
+            throw UsageError(
+                fmt::format("--verify reads .stl, .ply, .obj and .vtp, not '{}'", file.string()));
+    }
+    if (std::set<fs::path>(files.begin(), files.end()).size() < files.size())
+        throw UsageError("--verify takes one surface a file: give a folder or a pattern with {name}");
 }
 
 }  // namespace
@@ -151,7 +192,8 @@ std::variant<Settings, int> parse_command_line(int argc, const char* const* argv
     const char* input_help =
         "DICOM folder or file; NIfTI, NRRD, MetaImage or TIFF file; folder of slice images";
     app.add_option("INPUT", settings.inputs, input_help)->expected(1);
-    app.add_option("-o,--output", settings.output, "mesh to write: .stl, .ply, .obj or .vtp")
+    app.add_option("-o,--output", settings.output,
+                   "mesh to write: .stl, .ply, .obj (also .gz), .vtp, .3mf or .glb")
         ->type_name("OUT");
     app.add_option("--isovalue", isovalues,
                    "surface where samples reach N, or 'otsu' to choose N from the samples")
@@ -181,6 +223,11 @@ std::variant<Settings, int> parse_command_line(int argc, const char* const* argv
                    "NIfTI to .stl or .ply, with --isovalue N")
         ->type_name("SIZE");
     app.add_flag("--open", settings.open, "leave the surface open where the scan ends");
+    app.add_option(
+           "--snap", settings.snap,
+           "fewer points and no slivers: join points round samples that the surface comes within this part "
+           "of an edge of; 0 <= T < 0.5, 0: off (default), 0.3 is a good value")
+        ->type_name("T");
     Steps& steps = settings.steps;
     app.add_option(
            "--crop", crop,
@@ -232,10 +279,31 @@ std::variant<Settings, int> parse_command_line(int argc, const char* const* argv
     check->add_flag("--json", settings.json, "print the results as one JSON object");
     check->add_flag("-q,--quiet", settings.quiet, "print errors only (and JSON, if asked for)");
 
+    SweepSettings sweep;
+    std::string from, to;
+    CLI::App* swept = app.add_subcommand(
+        "sweep", "Measure the closed surfaces at many isovalues: volume, area, components and triangles.");
+    swept->footer(
+        "Plateaus are stretches where the isovalue matters least: three steps or more, each of which moves "
+        "the\n"
+        "surface by at most half of what a step moves it on average (mm: change of volume over area).");
+    swept->add_option("INPUT", settings.inputs, input_help)->required()->expected(1);
+    swept->add_option("--from", from, "first isovalue; default: the least sample")->type_name("A");
+    swept->add_option("--to", to, "last isovalue; default: the largest sample")->type_name("B");
+    swept->add_option("-n,--samples", sweep.samples, "isovalues, evenly from A to B; default: 100")
+        ->type_name("N");
+    swept->add_option("-o,--output", settings.output, "table to write: .csv or .json; else it is printed")
+        ->type_name("OUT");
+    swept->add_option("--plot", sweep.plot, "drawing to write")->type_name("FILE.svg");
+    swept->add_option("--threads", settings.threads, "threads to use; 0: all (default)")->type_name("N");
+    add_scan_options(*swept);
+    swept->add_flag("-q,--quiet", settings.quiet, "print errors only (and JSON, if asked for)");
+    swept->add_flag("-v,--verbose", settings.verbose, "say how long each stage took");
+
     try {
         app.parse(argc, argv);
     } catch (const CLI::CallForHelp&) {
-        out << (info->parsed() ? info : check->parsed() ? check : &app)->help();
+        out << (info->parsed() ? info : check->parsed() ? check : swept->parsed() ? swept : &app)->help();
         return 0;
     } catch (const CLI::CallForVersion& version) {
         out << version.what() << '\n';
@@ -253,9 +321,15 @@ std::variant<Settings, int> parse_command_line(int argc, const char* const* argv
     if (settings.inputs.empty()) throw UsageError("which scan? give a file or folder (see marrow --help)");
     if (!spacing.empty()) settings.spacing = parse_spacing(spacing);
     if (settings.info) return settings;
+    if (settings.threads < 0) throw UsageError("--threads takes a number from 0 (all) upwards");
+    if (swept->parsed()) {
+        settings.sweep = check_sweep(std::move(sweep), from, to, settings.output);
+        return settings;
+    }
 
     if (settings.output.empty() && settings.picture.empty())
-        throw UsageError("where to? give -o OUT.stl (or .ply, .obj, .vtp), --picture FILE.png, or both");
+        throw UsageError(
+            "where to? give -o OUT.stl (or .ply, .obj, .vtp, .3mf, .glb), --picture FILE.png, or both");
     for (const std::string& text : isovalues) settings.surfaces.push_back(parse_isovalue(text));
     for (const std::string& text : types) settings.surfaces.push_back(parse_type(text));
     if (settings.surfaces.empty())
@@ -266,20 +340,22 @@ std::variant<Settings, int> parse_command_line(int argc, const char* const* argv
     if (!crop.empty()) parse_crop(crop, settings.space, steps);
     steps.components.cavities = !no_cavities;
     check_steps(steps);
-    if (settings.threads < 0) throw UsageError("--threads takes a number from 0 (all) upwards");
     if (!settings.picture.empty() && settings.picture.extension() != ".png")
         throw UsageError(fmt::format("--picture writes .png, not '{}'", settings.picture.string()));
+    if (!(settings.snap >= 0 && settings.snap < 0.5))
+        throw UsageError(
+            fmt::format("--snap takes a part of an edge, 0 <= T < 0.5, not {:g}", settings.snap));
     if (!max_memory.empty()) {
         settings.max_memory = parse_memory(max_memory);
         const bool plain = settings.surfaces.size() == 1 && settings.surfaces.front().isovalue;
         if (!plain || settings.output.empty() || !settings.picture.empty() || settings.verify ||
-            steps.change_volume() || steps.change_surface())
+            settings.snap > 0 || steps.change_volume() || steps.change_surface())
             throw UsageError(
                 "--max-memory never has the whole scan or surface: it goes with one --isovalue N and -o, and "
-                "not "
-                "with --type, --picture, --verify or what changes scan or surface");
+                "not with --type, --snap, --picture, --verify or what changes scan or surface");
     }
-    output_files(settings);  // so that a mistake shows before the work
+    const std::vector<fs::path> files = output_files(settings);  // so that a mistake shows before the work
+    if (settings.verify) check_readable(files);
     return settings;
 }
 
@@ -291,21 +367,20 @@ std::vector<fs::path> output_files(const Settings& settings) {
     if (!settings.output.has_filename() || fs::is_directory(settings.output))
         pattern = (settings.output / "{name}.stl").string();
     const std::size_t at = pattern.find(kName);
-    if (at == pattern.npos && files.size() > 1)
-        throw UsageError(fmt::format(
-            "several surfaces do not fit in one file '{}': give a folder or a pattern such as '{{name}}.stl'",
-            pattern));
-
+    check_format(settings, pattern);
+    if (at == pattern.npos) {
+        if (files.size() > 1 && !holds_several(mesh_format(pattern)))
+            throw UsageError(
+                fmt::format("several surfaces do not fit in one file '{}': give a .3mf, .glb, .vtp or .obj, "
+                            "a folder or a "
+                            "pattern such as '{{name}}.stl'",
+                            pattern));
+        std::fill(files.begin(), files.end(), fs::path(pattern));
+        return files;
+    }
     for (std::size_t i = 0; i < files.size(); ++i) {
         std::string file = pattern;
-        if (at != pattern.npos) file.replace(at, kName.size(), settings.surfaces[i].name);
-        files[i] = file;
-        try {
-            if (!can_read_mesh(files[i]) && settings.verify)
-                throw UsageError(fmt::format("--verify reads .stl, .ply, .obj and .vtp, not '{}'", file));
-        } catch (const InputError& error) {
-            throw UsageError(error.what());
-        }
+        files[i] = file.replace(at, kName.size(), settings.surfaces[i].name);
     }
     if (std::set<fs::path>(files.begin(), files.end()).size() < files.size())
         throw UsageError("two surfaces of the same name would be written to one file: ask for each once");

@@ -15,6 +15,7 @@
 
 #include "presets.h"
 #include "steps.h"
+#include "sweep.h"
 
 namespace marrow {
 
@@ -31,7 +32,8 @@ struct SurfaceRequest {
 };
 
 struct Settings {
-    bool info = false;                          ///< say what is in the inputs instead of extracting
+    bool info = false;  ///< say what is in the inputs instead of extracting
+    std::optional<SweepSettings> sweep;  ///< measure the surfaces of many isovalues instead; output is .csv or .json
     std::vector<std::filesystem::path> inputs;  ///< one, save for info
     std::filesystem::path output;               ///< file, folder or pattern with {name}; empty: no mesh
     std::filesystem::path picture;              ///< empty: none
@@ -44,6 +46,7 @@ struct Settings {
     int threads = 0;
     std::optional<std::size_t> max_memory;  ///< bytes; read and write slab by slab within them
     bool open = false;
+    double snap = 0;  ///< as IsosurfaceOptions::snap
     Steps steps;
     bool verify = false;  ///< read what was written and compare
     bool json = false;
@@ -59,8 +62,8 @@ struct Settings {
 /// the exit code 0. \throw UsageError
 std::variant<Settings, int> parse_command_line(int argc, const char* const* argv, std::ostream& out);
 
-/// The file of each requested surface, in order; empty paths without an output.
-/// \throw UsageError several surfaces for one file, two of the same name, or an unknown ending
+/// The file of each requested surface, in order, the same for all where it holds several; empty paths without an
+/// output. \throw UsageError several surfaces for a file that holds one, two of the same name, or an unknown ending
 std::vector<std::filesystem::path> output_files(const Settings& settings);
 
 }  // namespace marrow

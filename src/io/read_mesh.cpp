@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "byte_stream.h"
+#include "mesh_output.h"
 #include "header_text.h"
 #include "mesh_input.h"
 
@@ -161,8 +162,20 @@ Mesh read_mesh(const std::filesystem::path& path, std::optional<Space>* stated) 
     const MeshFormat format = mesh_format(path);
     if (!can_read_mesh(path)) throw InputError(shown(path) + ": only .stl, .ply, .obj and .vtp can be read");
     MeshInput input{path, {}};
-    input.bytes.resize(size_of_file(path));
-    ByteStream(path, Compression::none).read(input.bytes.data(), input.bytes.size());
+    if (is_gzipped(path)) {
+        constexpr std::size_t kChunk = std::size_t{1} << 20;
+        ByteStream stream(path, Compression::zlib);
+        std::size_t size = 0, read = 0;
+        do {
+            input.bytes.resize(size + kChunk);
+            read = stream.read_some(input.bytes.data() + size, kChunk);
+            size += read;
+        } while (read > 0);
+        input.bytes.resize(size);
+    } else {
+        input.bytes.resize(size_of_file(path));
+        ByteStream(path, Compression::none).read(input.bytes.data(), input.bytes.size());
+    }
     std::optional<Space> space;
     Mesh mesh;
     if (format == MeshFormat::stl) mesh = read_stl(input, space);
