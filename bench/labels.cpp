@@ -34,17 +34,32 @@ Volume with_labels(const Volume& map, std::size_t most, std::vector<std::int64_t
         using T = decltype(sample);
         for (std::int64_t i = 0; i < map.geometry().sample_count(); ++i) {
             const auto label = static_cast<std::size_t>(map.samples<T>()[i]);
-            result.samples<std::uint16_t>()[i] = static_cast<std::uint16_t>(label < kept.size() && kept[label] ? label : 0);
+            result.samples<std::uint16_t>()[i] =
+                static_cast<std::uint16_t>(label < kept.size() && kept[label] ? label : 0);
         }
     };
     switch (map.type()) {
-        case SampleType::uint8: copy(std::uint8_t{}); break;
-        case SampleType::int8: copy(std::int8_t{}); break;
-        case SampleType::uint16: copy(std::uint16_t{}); break;
-        case SampleType::int16: copy(std::int16_t{}); break;
-        case SampleType::int32: copy(std::int32_t{}); break;
-        case SampleType::float32: copy(float{}); break;
-        case SampleType::float64: copy(double{}); break;
+        case SampleType::uint8:
+            copy(std::uint8_t{});
+            break;
+        case SampleType::int8:
+            copy(std::int8_t{});
+            break;
+        case SampleType::uint16:
+            copy(std::uint16_t{});
+            break;
+        case SampleType::int16:
+            copy(std::int16_t{});
+            break;
+        case SampleType::int32:
+            copy(std::int32_t{});
+            break;
+        case SampleType::float32:
+            copy(float{});
+            break;
+        case SampleType::float64:
+            copy(double{});
+            break;
     }
     return result;
 }
@@ -56,7 +71,8 @@ std::size_t triangles_of(const std::vector<LabelSurface>& surfaces) {
 }
 
 void run(const std::string& input, std::size_t most, int rounds, int threads) {
-    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads));
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
+                                    static_cast<std::size_t>(threads));
     std::vector<std::int64_t> labels;
     const Volume map = with_labels(read_scan(input), most, labels);
     const auto image = vtk_image(map);
@@ -107,7 +123,8 @@ void run(const std::string& input, std::size_t most, int rounds, int threads) {
 
 int main(int argc, char** argv) {
     CLI::App app(
-        "Times extract_labels beside one extraction a label. ratio: of the arm's time to the first's, on the wall and of "
+        "Times extract_labels beside one extraction a label. ratio: of the arm's time to the first's, on the "
+        "wall and of "
         "processors.");
     std::string input;
     std::size_t labels = 20;

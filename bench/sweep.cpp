@@ -50,7 +50,8 @@ void run(const std::string& input, double from, double to, int steps, int rounds
         {"marrow sweep",
          [&] {
              std::size_t triangles = 0;
-             for (const SweepSample& s : sweep_isovalues(scan, isovalues)) triangles += static_cast<std::size_t>(s.triangles);
+             for (const SweepSample& s : sweep_isovalues(scan, isovalues))
+                 triangles += static_cast<std::size_t>(s.triangles);
              return triangles;
          }},
         {"flying edges alone", [&] { return flying_edges(false); }},
@@ -59,7 +60,8 @@ void run(const std::string& input, double from, double to, int steps, int rounds
          [&] {
              IsosurfaceExtractor extractor(scan, {.normals = false, .closed = true});
              std::size_t triangles = 0;
-             for (const double v : isovalues) triangles += static_cast<std::size_t>(marrow::measure(extractor.extract(v)).triangles);
+             for (const double v : isovalues)
+                 triangles += static_cast<std::size_t>(marrow::measure(extractor.extract(v)).triangles);
              return triangles;
          }},
     };

@@ -30,7 +30,8 @@ inline double processor_seconds() {
 }
 
 inline double median(std::vector<Seconds>& times, double Seconds::*part) {
-    std::sort(times.begin(), times.end(), [&](const Seconds& a, const Seconds& b) { return a.*part < b.*part; });
+    std::sort(times.begin(), times.end(),
+              [&](const Seconds& a, const Seconds& b) { return a.*part < b.*part; });
     return times[times.size() / 2].*part;
 }
 
@@ -44,15 +45,18 @@ inline void measure(std::span<const Arm> arms, int rounds) {
             const double begin = processor_seconds();
             const auto start = std::chrono::steady_clock::now();
             triangles[a] = arms[a].work();
-            const double wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+            const double wall =
+                std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
             times[a].push_back({wall, processor_seconds() - begin});
         }
     }
     const Seconds first{median(times[0], &Seconds::wall), median(times[0], &Seconds::processor)};
     for (std::size_t a = 0; a < arms.size(); ++a) {
-        const double wall = median(times[a], &Seconds::wall), processor = median(times[a], &Seconds::processor);
-        fmt::print("{:<46} {:8.3f} s {:8.3f} s of processors  ratio {:5.1f} {:5.1f}  {} triangles\n", arms[a].name, wall,
-                   processor, wall / first.wall, processor / first.processor, triangles[a]);
+        const double wall = median(times[a], &Seconds::wall),
+                     processor = median(times[a], &Seconds::processor);
+        fmt::print("{:<46} {:8.3f} s {:8.3f} s of processors  ratio {:5.1f} {:5.1f}  {} triangles\n",
+                   arms[a].name, wall, processor, wall / first.wall, processor / first.processor,
+                   triangles[a]);
     }
 }
 

@@ -38,7 +38,9 @@ TEST(LabelTable, ReadsItkSnaps) {
 }
 
 TEST(LabelTable, ReadsPlainOnes) {
-    const LabelTable table = table_of("1 Precentral_L 2001\r\n2\tPrecentral R\n3, liver\n-4;\"the \xc3\xbc one\"\n7 vessel 2 9\n8,hot,255,0,0");
+    const LabelTable table = table_of(
+        "1 Precentral_L 2001\r\n2\tPrecentral R\n3, liver\n-4;\"the \xc3\xbc one\"\n7 vessel 2 "
+        "9\n8,hot,255,0,0");
     EXPECT_EQ(table.at(1).name, "Precentral_L");
     EXPECT_FALSE(table.at(1).colour);
     EXPECT_EQ(table.at(2).name, "Precentral R");

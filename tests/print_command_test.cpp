@@ -20,8 +20,8 @@ class Sweep : public testing::Test {
 };
 
 TEST_F(Sweep, WritesATableAndAPlot) {
-    const Outcome outcome = marrow_with({"sweep", scan, "--from", "-500", "--to", "500", "-n", "11", "-o", folder / "a.csv",
-                                         "--plot", folder / "a.svg"});
+    const Outcome outcome = marrow_with({"sweep", scan, "--from", "-500", "--to", "500", "-n", "11", "-o",
+                                         folder / "a.csv", "--plot", folder / "a.svg"});
     EXPECT_EQ(outcome.code, 0) << outcome.err;
     std::istringstream table(content(folder / "a.csv"));
     std::string line;
@@ -46,7 +46,8 @@ TEST_F(Sweep, SaysTheNumbersOfTheSurfaceItself) {
     const Outcome outcome = marrow_with({"sweep", scan, "--from", "0", "--to", "100", "-n", "2", "--json"});
     ASSERT_EQ(outcome.code, 0) << outcome.err;
     const Json first = Json::parse(outcome.out)["sweep"][0];
-    const Json alone = Json::parse(marrow_with({scan, "-o", folder / "a.stl", "--isovalue", "0", "--json"}).out);
+    const Json alone =
+        Json::parse(marrow_with({scan, "-o", folder / "a.stl", "--isovalue", "0", "--json"}).out);
     for (const char* name : {"isovalue", "components", "triangles"}) EXPECT_EQ(first[name], alone[name]);
     for (const char* name : {"volume_mm3", "area_mm2"})
         EXPECT_NEAR(first[name].get<double>(), alone[name].get<double>(), 1e-5 * alone[name].get<double>());
@@ -60,8 +61,12 @@ TEST_F(Sweep, GoesOverAllSamplesWhereItIsNotTold) {
 }
 
 TEST_F(Sweep, RefusesWhatMakesNoSense) {
-    for (const std::vector<std::string>& more : std::vector<std::vector<std::string>>{
-             {"--from", "5", "--to", "5"}, {"--from", "x"}, {"-n", "1"}, {"-o", "a.txt"}, {"--plot", "a.png"}}) {
+    for (const std::vector<std::string>& more :
+         std::vector<std::vector<std::string>>{{"--from", "5", "--to", "5"},
+                                               {"--from", "x"},
+                                               {"-n", "1"},
+                                               {"-o", "a.txt"},
+                                               {"--plot", "a.png"}}) {
         std::vector<std::string> command{"sweep", scan};
         command.insert(command.end(), more.begin(), more.end());
         EXPECT_EQ(marrow_with(command).code, kUsage) << more[0];
@@ -111,12 +116,14 @@ TEST_F(LabelMap, BecomesOneFileOfNamedSurfaces) {
         EXPECT_GT(s["volume_mm3"], 0);
     }
     const std::string file = content(folder / "all.glb");
-    EXPECT_NE(file.find("\"name\":\"liver\",\"pbrMetallicRoughness\":{\"baseColorFactor\":[1,0,0,1]"), file.npos);
+    EXPECT_NE(file.find("\"name\":\"liver\",\"pbrMetallicRoughness\":{\"baseColorFactor\":[1,0,0,1]"),
+              file.npos);
 }
 
 TEST_F(LabelMap, BecomesAFileForEachLabel) {
     EXPECT_EQ(marrow_with({map, "--labels", table, "-o", folder / "part {name}.stl"}).code, 0);
-    EXPECT_EQ(folder.files(), (Names{"map.nrrd", "table.ctbl", "part liver.stl", "part a_b.stl", "part label-12.stl"}));
+    EXPECT_EQ(folder.files(),
+              (Names{"map.nrrd", "table.ctbl", "part liver.stl", "part a_b.stl", "part label-12.stl"}));
 }
 
 TEST_F(LabelMap, TellsLabelsOfOneNameApart) {
@@ -127,7 +134,8 @@ TEST_F(LabelMap, TellsLabelsOfOneNameApart) {
 
 TEST_F(LabelMap, RelaxationCanBeLeftOut) {
     const auto volume = [&](const std::string& passes) {
-        const Outcome outcome = marrow_with({map, "-o", folder / "a.glb", "--labels", "--relax", passes, "--json"});
+        const Outcome outcome =
+            marrow_with({map, "-o", folder / "a.glb", "--labels", "--relax", passes, "--json"});
         EXPECT_EQ(outcome.code, 0) << outcome.err;
         return Json::parse(outcome.out)["surfaces"][0]["volume_mm3"].get<double>();
     };

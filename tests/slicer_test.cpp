@@ -18,7 +18,8 @@ class Slicer : public testing::Test {
     // What it prints, with everything it says.
     std::string slicer(const std::string& arguments) const {
         const std::string output = folder / "said";
-        const std::string command = "HOME='" + folder.path().string() + "' prusa-slicer " + arguments + " > '" + output + "' 2>&1";
+        const std::string command =
+            "HOME='" + folder.path().string() + "' prusa-slicer " + arguments + " > '" + output + "' 2>&1";
         EXPECT_EQ(std::system(command.c_str()), 0) << content(output);
         return content(output);
     }
@@ -26,12 +27,12 @@ class Slicer : public testing::Test {
     void expect_sliced(const std::string& mesh, const std::string& options) const {
         const std::string info = slicer("--info '" + mesh + "'");
         EXPECT_NE(info.find("manifold = yes"), info.npos) << info;
-        for (const char* repair : {"facets_removed", "degenerate_facets", "edges_fixed", "facets_reversed", "backwards_edges",
-                                   "open_edges", "manifold = no"})
+        for (const char* repair : {"facets_removed", "degenerate_facets", "edges_fixed", "facets_reversed",
+                                   "backwards_edges", "open_edges", "manifold = no"})
             EXPECT_EQ(info.find(repair), info.npos) << info;
         const std::string code = folder / "sliced.gcode";
-        const std::string said = slicer("--export-gcode --center 100,100 --layer-height 0.3 " + options + " '" + mesh +
-                                        "' -o '" + code + "'");
+        const std::string said = slicer("--export-gcode --center 100,100 --layer-height 0.3 " + options +
+                                        " '" + mesh + "' -o '" + code + "'");
         EXPECT_NE(said.find("Slicing result exported"), said.npos) << said;
         EXPECT_GT(std::filesystem::file_size(code), 10000u);
     }

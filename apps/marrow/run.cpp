@@ -10,10 +10,10 @@
 #include <marrow/label_table.h>
 #include <marrow/labels.h>
 #include <marrow/mesh_io.h>
-#include <marrow/refine.h>
 #include <marrow/scan_io.h>
 #include <marrow/slabs.h>
 
+#include "check_run.h"
 #include "picture.h"
 #include "report.h"
 #include "run.h"
@@ -84,7 +84,8 @@ void draw(const std::vector<Surface>& surfaces, const Settings& settings, const 
 void write_surfaces(const std::vector<Surface>& surfaces, Space space, const Progress& progress) {
     std::map<fs::path, std::vector<MeshObject>> objects_of;
     for (const Surface& surface : surfaces) {
-        if (!surface.output.empty()) objects_of[surface.output].push_back({&surface.mesh, surface.name, surface.colour});
+        if (!surface.output.empty())
+            objects_of[surface.output].push_back({&surface.mesh, surface.name, surface.colour});
     }
     for (const auto& [file, objects] : objects_of) write_meshes(objects, file, {space, progress});
 }
@@ -118,6 +119,12 @@ void extract(const Settings& settings, const Console& console, Voice& voice) {
     const std::string assumed = check_presets(settings, info, scan);
     if (!assumed.empty()) warnings.push_back(assumed);
 
+    const Steps& steps = settings.steps;
+    if (steps.change_volume())
+        seconds.filter = voice.stage("filter", [&](const Progress& progress) {
+            filter_scan(scan, steps, settings.threads, progress);
+        });
+
     std::vector<Surface> surfaces;
     std::int64_t non_finite_samples = 0;
     for (std::size_t i = 0; i < settings.surfaces.size(); ++i) {
@@ -126,23 +133,42 @@ void extract(const Settings& settings, const Console& console, Voice& voice) {
             IsosurfaceStats stats;
             Surface surface{request.name, choose_isovalue(request, scan), {}, files[i]};
             if (request.preset) surface.colour = request.preset->colour;
-            surface.mesh = extract_isosurface(
-                scan, surface.isovalue,
-                {.closed = !settings.open, .threads = settings.threads, .progress = progress}, &stats);
+            surface.mesh = extract_isosurface(scan, surface.isovalue,
+                                              {.closed = !settings.open,
+                                               .snap = settings.snap,
+                                               .threads = settings.threads,
+                                               .progress = progress},
+                                              &stats);
             non_finite_samples = stats.non_finite_samples;
             if (surface.mesh.triangles.empty()) throw_empty(surface.isovalue, scan);
             surfaces.push_back(std::move(surface));
         });
-        if (settings.largest)
-            seconds.refine += voice.stage("refine", [&](const Progress&) {
-                surfaces.back().mesh = largest_component(surfaces.back().mesh);
+        if (steps.change_surface())
+            seconds.refine += voice.stage("refine", [&](const Progress& progress) {
+                Surface& surface = surfaces.back();
+                surface.steps =
+                    refine_surface(surface.mesh, steps, scan.geometry().index_to_physical(), progress);
+                if (surface.mesh.triangles.empty())
+                    throw EmptySurface(
+                        fmt::format("no piece of the surface at isovalue {:g} encloses {:g} mm3",
+                                    surface.isovalue, steps.components.min_volume));
             });
+        for (const StepReport& step : surfaces.back().steps) {
+            if (!step.note.empty()) warnings.push_back(fmt::format("{}: {}", step.name, step.note));
+        }
     }
     warn_of_non_finite(non_finite_samples, warnings);
     for (const std::string& warning : warnings) voice.warn(warning);
 
-    seconds.write =
-        voice.stage("write", [&](const Progress& progress) { write_surfaces(surfaces, settings.space, progress); });
+    seconds.write = voice.stage(
+        "write", [&](const Progress& progress) { write_surfaces(surfaces, settings.space, progress); });
+    if (settings.verify)
+        seconds.verify = voice.stage("verify", [&](const Progress& progress) {
+            for (const Surface& surface : surfaces) {
+                report(progress, 0);
+                if (!surface.output.empty()) verify(surface.mesh, surface.output, settings.space);
+            }
+        });
     if (!settings.picture.empty())
         seconds.write +=
             voice.stage("picture", [&](const Progress& progress) { draw(surfaces, settings, progress); });
@@ -158,7 +184,8 @@ void extract(const Settings& settings, const Console& console, Voice& voice) {
 std::string file_name(const std::string& name) {
     std::string file;
     for (const char c : name) {
-        const bool unwelcome = static_cast<unsigned char>(c) <= ' ' || std::string_view("/\\:*?\"<>|").find(c) != std::string_view::npos;
+        const bool unwelcome = static_cast<unsigned char>(c) <= ' ' ||
+                               std::string_view("/\\:*?\"<>|").find(c) != std::string_view::npos;
         file += unwelcome ? '_' : c;
     }
     return file.empty() || file.front() == '.' ? "_" + file : file;
@@ -170,7 +197,8 @@ void extract_label_map(const Settings& settings, const Console& console, Voice& 
     for (const fs::path& file : output_files(settings)) check_folder(file);
     check_folder(settings.picture);
     if (!settings.picture.empty()) require_display();
-    const LabelTable table = settings.label_table.empty() ? LabelTable{} : read_label_table(settings.label_table);
+    const LabelTable table =
+        settings.label_table.empty() ? LabelTable{} : read_label_table(settings.label_table);
 
     StageSeconds seconds;
     ScanInfo info;
@@ -184,8 +212,8 @@ void extract_label_map(const Settings& settings, const Console& console, Voice& 
 
     std::vector<Surface> surfaces;
     seconds.extract = voice.stage("extract", [&](const Progress& progress) {
-        for (LabelSurface& found :
-             extract_labels(map, {.relax = settings.relax, .threads = settings.threads, .progress = progress})) {
+        for (LabelSurface& found : extract_labels(
+                 map, {.relax = settings.relax, .threads = settings.threads, .progress = progress})) {
             Surface surface{fmt::format("label-{}", found.label), 0, std::move(found.mesh), {}};
             surface.colour = default_label_colour(found.label);
             if (const auto entry = table.find(found.label); entry != table.end()) {
@@ -196,7 +224,8 @@ void extract_label_map(const Settings& settings, const Console& console, Voice& 
             surfaces.push_back(std::move(surface));
         }
     });
-    if (surfaces.empty()) throw EmptySurface("the label map holds nothing but background, so there is no surface");
+    if (surfaces.empty())
+        throw EmptySurface("the label map holds nothing but background, so there is no surface");
 
     std::map<std::string, int> uses;
     std::vector<std::string> names;
@@ -227,7 +256,7 @@ void extract_label_map(const Settings& settings, const Console& console, Voice& 
 void extract_in_slabs(const Settings& settings, const Console& console, Voice& voice, std::size_t memory) {
     const Clock::time_point start = Clock::now();
     const SurfaceRequest& request = settings.surfaces.front();
-    Surface surface{request.name, *request.isovalue, {}, output_files(settings).front(), Surface::Size{}};
+    Surface surface{request.name, *request.isovalue, {}, output_files(settings).front(), {}, Surface::Size{}};
     check_folder(surface.output);
 
     StageSeconds seconds;
@@ -357,9 +386,11 @@ int run(const Settings& settings, const Console& console, const std::atomic<bool
     return exit_code_of(console, [&] {
         Voice voice(settings.quiet, settings.verbose, console, stop);
         if (settings.info) return inform(settings, console, stop);
+        if (settings.check) return check(settings, console, voice);
         if (settings.sweep)
             sweep(settings, console, voice);
-        else if (settings.labels) extract_label_map(settings, console, voice);
+        else if (settings.labels)
+            extract_label_map(settings, console, voice);
         else if (settings.max_memory)
             extract_in_slabs(settings, console, voice, *settings.max_memory);
         else

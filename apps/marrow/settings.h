@@ -14,6 +14,7 @@
 #include <marrow/volume.h>
 
 #include "presets.h"
+#include "steps.h"
 #include "sweep.h"
 
 namespace marrow {
@@ -34,8 +35,8 @@ struct Settings {
     bool info = false;  ///< say what is in the inputs instead of extracting
     std::optional<SweepSettings> sweep;  ///< measure the surfaces of many isovalues instead; output is .csv or .json
     std::vector<std::filesystem::path> inputs;  ///< one, save for info
-    std::filesystem::path output;   ///< file, folder or pattern with {name}; empty: no mesh
-    std::filesystem::path picture;  ///< empty: none
+    std::filesystem::path output;               ///< file, folder or pattern with {name}; empty: no mesh
+    std::filesystem::path picture;              ///< empty: none
     std::vector<SurfaceRequest> surfaces;
     bool labels = false;                 ///< the input is a label map: a surface for each label
     std::filesystem::path label_table;  ///< names and colours; empty: none
@@ -48,11 +49,16 @@ struct Settings {
     int threads = 0;
     std::optional<std::size_t> max_memory;  ///< bytes; read and write slab by slab within them
     bool open = false;
-    bool largest = false;
+    double snap = 0;  ///< as IsosurfaceOptions::snap
+    Steps steps;
+    bool verify = false;  ///< read what was written and compare
     bool json = false;
     bool quiet = false;
     bool verbose = false;
     bool show_patient = false;  ///< with info
+    bool check = false;         ///< check the meshes in inputs instead of extracting
+    double min_wall = 0;        ///< mm, with check
+    bool strict = false;        ///< with check
 };
 
 /// Understands the command line. Where it asks for help or the version, that goes to `out` and the result is

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <marrow/atomic_file.h>
+#include <marrow/check.h>
 #include <marrow/error.h>
+#include <marrow/filter.h>
 #include <marrow/histo_pyramid.h>
 #include <marrow/histogram.h>
 #include <marrow/isosurface.h>

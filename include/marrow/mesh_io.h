@@ -1,4 +1,4 @@
-/// Writing meshes.
+/// Writing meshes, and reading them back.
 #pragma once
 
 #include <array>
@@ -64,6 +64,18 @@ void write_mesh(const Mesh& mesh, const std::filesystem::path& output, const Mes
 /// Writes surfaces into one file. \throw as write_mesh; InputError several for a format that holds one, or none
 void write_meshes(std::span<const MeshObject> objects, const std::filesystem::path& output,
                   const MeshWriteOptions& options = {});
+
+/// Whether read_mesh takes files of that ending. \throw as mesh_format
+bool can_read_mesh(const std::filesystem::path& input);
+
+/// Reads a mesh: binary and text STL, PLY and VTP, and OBJ; the ending says which. Points come back with the bits
+/// that they have in the file, polygons as fans of triangles, without normals. STL names no points: those of the
+/// same coordinates become one, in the order of the file.
+///
+/// Coordinates are millimetres in LPS: x and y are negated where the file's mark says RAS. `space`, where given,
+/// receives what the mark says; nothing where there is none, and the file is then taken for LPS. \throw
+/// InputError an unknown ending, or a file that is not what it should be; IoError; LimitError 2^32 points
+Mesh read_mesh(const std::filesystem::path& input, std::optional<Space>* space = nullptr);
 
 /// Writes a surface part by part, with no more in memory than a part: .stl and .ply, not compressed. The file has the same bytes as
 /// write_mesh's of the whole, and appears with commit() or not at all.

@@ -119,6 +119,9 @@ void extract_isosurface_in_slabs(const SliceSource& source, double isovalue, con
                                  IsosurfaceStats* stats) {
     check_geometry(source.geometry);
     check_isovalue(isovalue);
+    if (options.snap != 0)
+        throw InputError(
+            "a surface that is extracted in slabs cannot be snapped: it is never there as a whole");
     if (stats != nullptr) *stats = {};
     if (!has_cells(source.geometry, options.closed)) return sink.begin(0, 0, options.normals);
 

@@ -22,7 +22,8 @@ struct Word {
     std::optional<double> number() const {
         double value = 0;
         const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-        if (quoted || error != std::errc{} || end != text.data() + text.size() || !std::isfinite(value)) return {};
+        if (quoted || error != std::errc{} || end != text.data() + text.size() || !std::isfinite(value))
+            return {};
         return value;
     }
 };
@@ -72,7 +73,8 @@ LabelEntry entry_of(const std::vector<Word>& words) {
 LabelTable read_label_table(const std::filesystem::path& file) {
     constexpr std::uint64_t kMost = 16 << 20;  // a table is text of a few lines
     const std::uint64_t size = size_of_file(file);
-    if (size > kMost) throw InputError(fmt::format("'{}' is too large to be a table of labels", file.string()));
+    if (size > kMost)
+        throw InputError(fmt::format("'{}' is too large to be a table of labels", file.string()));
     const std::string text = head_of(file, static_cast<std::size_t>(size));
     LabelTable table;
     int line_number = 0;
@@ -85,10 +87,12 @@ LabelTable read_label_table(const std::filesystem::path& file) {
         const auto label = words.front().number();
         const bool is_label = label && std::trunc(*label) == *label && std::abs(*label) < 9e15;
         if (!is_label || words.size() < 2)
-            throw InputError(fmt::format("'{}', line {}: a label and its name are expected, such as '3 liver'", file.string(),
-                                         line_number));
+            throw InputError(
+                fmt::format("'{}', line {}: a label and its name are expected, such as '3 liver'",
+                            file.string(), line_number));
         if (!table.emplace(static_cast<std::int64_t>(*label), entry_of(words)).second)
-            throw InputError(fmt::format("'{}', line {}: label {} stands there twice", file.string(), line_number, *label));
+            throw InputError(fmt::format("'{}', line {}: label {} stands there twice", file.string(),
+                                         line_number, *label));
     }
     return table;
 }

@@ -5,6 +5,7 @@
 #include <bit>
 #include <cstddef>
 #include <cstring>
+#include <filesystem>
 #include <functional>
 #include <span>
 #include <string>
@@ -29,6 +30,9 @@ char* put(char* to, const T& value) {
     std::memcpy(to, &value, sizeof value);
     return to + sizeof value;
 }
+
+/// Whether a mesh file of that name is compressed.
+bool is_gzipped(const std::filesystem::path& file);
 
 /// Surfaces on their way into a file.
 class MeshOutput {

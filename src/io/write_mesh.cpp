@@ -16,10 +16,6 @@ std::string lower_case(std::string text) {
     return text;
 }
 
-bool is_gzipped(const std::filesystem::path& output) {
-    return lower_case(output.extension().string()) == ".gz";
-}
-
 MeshOutput::Write into(AtomicFile& file) {
     return [&](const void* data, std::size_t bytes) { file.write(data, bytes); };
 }
@@ -66,6 +62,10 @@ void write_content(MeshFormat format, MeshOutput& to, MeshObjects objects) {
 }
 
 }  // namespace
+
+bool is_gzipped(const std::filesystem::path& file) {
+    return lower_case(file.extension().string()) == ".gz";
+}
 
 MeshFormat mesh_format(const std::filesystem::path& output) {
     const bool gzipped = is_gzipped(output);
