@@ -352,7 +352,8 @@ Buffer<std::uint64_t> inner_samples(const InsideBits& bits, std::int64_t nx) {
 template <class T>
 void emit_points_of(const EmitInput& input, std::size_t row_begin, std::size_t row_end, Vec3f* points,
                     Vec3f* normals) {
-    const auto [nx, ny, nz] = input.volume.geometry.dims;
+    const std::int64_t nx = input.volume.geometry.dims[0], ny = input.volume.geometry.dims[1],
+                       nz = input.volume.geometry.dims[2];  // no binding: clang 14 lets lambdas not see those
     const InsideBits& bits = input.bits;
     const T* samples = static_cast<const T*>(input.volume.data);
     const Buffer<std::uint64_t> inner = inner_samples(bits, nx);
