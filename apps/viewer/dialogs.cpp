@@ -119,6 +119,7 @@ ExportDialog::ExportDialog(Session& session, Surfaces& surfaces, const QString& 
     file_->setObjectName("file");
     file_->setMinimumWidth(420);
     auto* browse = new QPushButton(tr("Browse…"));
+    browse->setAutoDefault(false);
     file_row->addWidget(file_, 1);
     file_row->addWidget(browse);
     form->addRow(tr("To"), file_row);
@@ -255,6 +256,7 @@ PictureDialog::PictureDialog(bool turntable, const QSize& size, const QString& f
     file_->setObjectName("file");
     file_->setMinimumWidth(380);
     auto* browse = new QPushButton(tr("Browse…"));
+    browse->setAutoDefault(false);
     row->addWidget(file_, 1);
     row->addWidget(browse);
     form->addRow(turntable ? tr("Folder") : tr("To"), row);

@@ -47,7 +47,9 @@ int main(int argc, char** argv) {
     }
     if (!spacing.empty()) options.spacing = Vec3d{spacing[0], spacing[1], spacing[2]};
 
-    QSurfaceFormat::setDefaultFormat(QVTKOpenGLNativeWidget::defaultFormat());
+    QSurfaceFormat format = QVTKOpenGLNativeWidget::defaultFormat();
+    format.setSamples(0);  // edges are smoothed by VTK
+    QSurfaceFormat::setDefaultFormat(format);
     QApplication::setAttribute(Qt::AA_EnableHighDpiScaling);
     QApplication::setAttribute(Qt::AA_UseHighDpiPixmaps);
     vtkObject::GlobalWarningDisplayOff();

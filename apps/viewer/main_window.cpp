@@ -26,6 +26,12 @@ namespace {
 
 constexpr int kRecent = 8;
 
+// Shows as many digits as the value has.
+class IsovalueBox : public QDoubleSpinBox {
+  public:
+    QString textFromValue(double value) const override { return QString::number(value, 'g', 10); }
+};
+
 QString from_path(const fs::path& path) {
     return QString::fromStdString(path.string());
 }
@@ -91,6 +97,7 @@ MainWindow::MainWindow(QWidget* parent) : QMainWindow(parent) {
 
     facts_ = new QLabel;
     facts_->setObjectName("facts");
+    facts_->setContentsMargins(8, 0, 0, 0);
     statusBar()->addWidget(facts_, 1);
     progress_ = new QProgressBar;
     progress_->setRange(0, 1000);
@@ -216,6 +223,12 @@ void MainWindow::make_actions() {
     action("full_screen", tr("Full screen"), QKeySequence("F11"), tr("Full screen"))->setCheckable(true);
     action("keys", tr("Keys and mouse"), QKeySequence("F1"), tr("Keys and mouse"));
     action("about", tr("About Marrow Viewer"), {}, tr("About"));
+    for (const auto& [name, text] : {std::pair{"open_folder", tr("Open")},
+                                     {"reset", tr("Reset")},
+                                     {"turntable", tr("Turn")},
+                                     {"screenshot", tr("Picture")},
+                                     {"export", tr("Export")}})
+        actions_[name]->setIconText(text);
     action("escape", tr("Cancel"), QKeySequence("Esc"), tr("Stop what is under way"));
 
     struct WindowPreset {
@@ -288,34 +301,30 @@ void MainWindow::make_tool_bar() {
     bar->setObjectName("tools");
     bar->setMovable(false);
     bar->setContextMenuPolicy(Qt::PreventContextMenu);
-    const auto button = [&](const char* name, const QString& text = {}) {
+    const auto button = [&](const char* name) {
         auto* b = new QToolButton;
         b->setDefaultAction(actions_[name]);
         b->setToolButtonStyle(Qt::ToolButtonTextOnly);
         b->setFocusPolicy(Qt::TabFocus);
-        if (!text.isEmpty()) b->setText(text);
         bar->addWidget(b);
         return b;
     };
-    QToolButton* open = button("open_folder", tr("Open"));
+    QToolButton* open = button("open_folder");
     open->setPopupMode(QToolButton::InstantPopup);
     auto* ways = new QMenu(open);
     ways->addActions({actions_["open"], actions_["open_folder"]});
     ways->addMenu(recent_);
     open->setMenu(ways);
     bar->addSeparator();
-    for (const char* name : {"undo", "redo"}) {
-        QToolButton* b = button(name, QString());
-        b->setToolButtonStyle(Qt::ToolButtonIconOnly);
-        actions_[name]->setIconText(QString(name) == "undo" ? tr("Undo") : tr("Redo"));
-        b->setToolButtonStyle(Qt::ToolButtonTextOnly);
-    }
+    actions_["undo"]->setIconText(tr("Undo"));
+    actions_["redo"]->setIconText(tr("Redo"));
+    for (const char* name : {"undo", "redo"}) button(name);
     bar->addSeparator();
     for (const char* name : {"surface", "edges", "wireframe", "points"}) button(name);
     bar->addSeparator();
     for (const char* name : {"anterior", "posterior", "left", "right", "superior", "inferior"})
         button(name)->setObjectName("side");
-    button("reset", tr("Reset"));
+    button("reset");
     bar->addSeparator();
     for (const char* name : {"navigate", "distance", "angle"}) button(name);
     bar->addSeparator();
@@ -337,8 +346,8 @@ void MainWindow::make_tool_bar() {
     auto* space = new QWidget;
     space->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Preferred);
     bar->addWidget(space);
-    button("screenshot", tr("Screenshot"));
-    button("export", tr("Export"))->setObjectName("export");
+    button("screenshot");
+    button("export")->setObjectName("export");
 }
 
 QWidget* MainWindow::make_welcome() {
@@ -391,7 +400,7 @@ QWidget* MainWindow::make_bottom() {
     auto* label = new QLabel(tr("Isovalue"));
     label->setProperty("role", "heading");
     top->addWidget(label);
-    isovalue_ = new QDoubleSpinBox;
+    isovalue_ = new IsovalueBox;
     isovalue_->setObjectName("isovalue");
     isovalue_->setKeyboardTracking(false);
     isovalue_->setToolTip(tr("The surface is where samples reach this value"));

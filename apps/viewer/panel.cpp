@@ -220,8 +220,10 @@ Panel::Panel(Session& session, Surfaces& surfaces, QWidget* parent)
     connect(opacity_, &QSlider::sliderReleased, this, [this] { session_.seal(); });
 
     largest_ = new QCheckBox(tr("Largest piece only"));
+    largest_->setObjectName("largest");
     largest_->setToolTip(tr("Leaves out table, head rest and specks (--largest)"));
     open_ = new QCheckBox(tr("Open where the scan ends"));
+    open_->setObjectName("open");
     open_->setToolTip(tr("Otherwise surfaces are closed there, as a printer needs (--open)"));
     layout->addWidget(largest_);
     layout->addWidget(open_);

@@ -108,7 +108,7 @@ struct SurfaceView::Scene {
     Marks marks;
     OrientationCube cube;
     bool cut = false;
-    std::function<void()> on_render, on_start, on_end;
+    std::function<void()> on_frame_start, on_frame_end, on_start, on_end;
 };
 
 SurfaceView::SurfaceView(Session& session, Surfaces& surfaces, QWidget* parent)
@@ -148,14 +148,16 @@ SurfaceView::SurfaceView(Session& session, Surfaces& surfaces, QWidget* parent)
     scene_->cube.add_to(scene_->corner);
     set_light_background(false);
 
-    // All frames are drawn by draw(), at most one for each turn of the event loop.
-    vtkRenderWindowInteractor* interactor = window->GetInteractor();
-    interactor->SetInteractorStyle(scene_->style);
-    interactor->EnableRenderOff();
-    scene_->on_render = [this] { request_draw(); };
+    window->GetInteractor()->SetInteractorStyle(scene_->style);
+    scene_->on_frame_start = [this] {
+        frame_timer_.start();
+        prepare_camera();
+    };
+    scene_->on_frame_end = [this] { finish_frame(); };
     scene_->on_start = [this] { set_moving(true); };
     scene_->on_end = [this] { set_moving(false); };
-    observe(interactor, vtkCommand::RenderEvent, &scene_->on_render);
+    observe(window, vtkCommand::StartEvent, &scene_->on_frame_start);
+    observe(window, vtkCommand::EndEvent, &scene_->on_frame_end);
     observe(scene_->style, vtkCommand::StartInteractionEvent, &scene_->on_start);
     observe(scene_->style, vtkCommand::EndInteractionEvent, &scene_->on_end);
     drawing_.setSingleShot(true);
@@ -430,19 +432,18 @@ void SurfaceView::prepare_camera() {
 }
 
 void SurfaceView::draw() {
-    if (!isValid() || !isVisible()) return;
-    QElapsedTimer timer;
-    timer.start();
-    prepare_camera();
-    scene_->window->Render();
-    scene_->window->WaitForCompletion();
-    frame_ = static_cast<double>(timer.nsecsElapsed()) / 1e6;
+    if (isValid() && isVisible()) scene_->window->Render();
+}
+
+void SurfaceView::finish_frame() {
+    scene_->window->WaitForCompletion();  // so that the time is that of drawing, not of asking for it
+    frame_ = static_cast<double>(frame_timer_.nsecsElapsed()) / 1e6;
     all_frames_ += frame_;
     const bool full = std::all_of(scene_->surfaces.begin(), scene_->surfaces.end(), [](const auto& entry) {
         return entry.second.full && entry.second.actor->GetMapper() == entry.second.full_mapper;
     });
     if (full) full_frame_ = frame_;
-    if (!software_) {
+    if (++frames_ == 1) {
         const char* capabilities = scene_->window->ReportCapabilities();
         software_ =
             capabilities && (std::strstr(capabilities, "llvmpipe") || std::strstr(capabilities, "softpipe"));
@@ -455,7 +456,6 @@ QImage SurfaceView::picture(const QSize& size) {
     vtkRenderWindow* window = scene_->window;
     const int before[2]{window->GetSize()[0], window->GetSize()[1]};
     window->SetSize(size.width() * kOversampling, size.height() * kOversampling);
-    prepare_camera();
     vtkNew<vtkWindowToImageFilter> filter;
     filter->SetInput(window);
     filter->ReadFrontBufferOff();

@@ -48,6 +48,7 @@ class SurfaceView : public QVTKOpenGLNativeWidget {
     double drawing_milliseconds() const { return all_frames_; }
     /// OpenGL runs on the processor; known after the first frame.
     bool software() const { return software_; }
+    int frames() const { return frames_; }
     /// A change waits to be drawn.
     bool stale() const { return drawing_.isActive(); }
 
@@ -67,6 +68,7 @@ class SurfaceView : public QVTKOpenGLNativeWidget {
     void request_draw();
     void draw();
     void prepare_camera();
+    void finish_frame();
     void set_moving(bool moving);
     void choose_detail();
     void aim(const Vec3d& towards, const Vec3d& up);
@@ -77,6 +79,8 @@ class SurfaceView : public QVTKOpenGLNativeWidget {
     Surfaces& surfaces_;
     std::unique_ptr<Scene> scene_;
     QTimer drawing_;
+    QElapsedTimer frame_timer_;
+    int frames_ = 0;
     QPoint pressed_;
     bool pressed_valid_ = false;
     bool light_ = false, moving_ = false, software_ = false, fitted_ = false;

@@ -51,7 +51,7 @@ QMenu::separator { height: 1px; background: #3a4049; margin: 5px 8px; }
 QMenu::indicator { width: 13px; height: 13px; left: 7px; }
 QToolBar { background: #1b1e23; border: none; border-bottom: 1px solid #0f1114; spacing: 3px; padding: 5px 10px; }
 QToolBar::separator { background: #343a43; width: 1px; margin: 5px 7px; }
-QToolButton { color: #cfd5dc; border: 1px solid transparent; border-radius: 6px; padding: 4px 9px; background: transparent; }
+QToolButton { color: #cfd5dc; border: 1px solid transparent; border-radius: 6px; padding: 4px 8px; background: transparent; }
 QToolButton:hover { background: #2c3138; }
 QToolButton:pressed { background: #23272d; }
 QToolButton:checked { background: #2f4a6b; color: white; border-color: #3f6596; }
@@ -103,6 +103,9 @@ QSlider::sub-page:horizontal { background: #4a7ab5; border-radius: 2px; }
 QSlider::handle:horizontal { width: 14px; height: 14px; margin: -5px 0; border-radius: 7px; background: #d5dbe2; }
 QSlider::handle:horizontal:focus { background: white; }
 QCheckBox { spacing: 7px; }
+QCheckBox::indicator { width: 13px; height: 13px; border: 1px solid #4d5560; border-radius: 4px; background: #141619; }
+QCheckBox::indicator:hover, QCheckBox::indicator:focus { border-color: #6bacf5; }
+QCheckBox::indicator:checked { background: #3f83d6; border-color: #6bacf5; }
 QSplitter::handle { background: #0f1114; }
 QSplitter::handle:hover { background: #346fb8; }
 QStatusBar { background: #15171b; color: #8b949e; }
