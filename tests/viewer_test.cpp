@@ -1,5 +1,6 @@
 // The viewer, driven by mouse and keys: what it then knows, and what it shows.
 #include <cmath>
+#include <random>
 
 #include <QDialog>
 #include <QListWidget>
@@ -7,6 +8,7 @@
 #include <QTableWidget>
 
 #include <marrow/isosurface.h>
+#include <marrow/refine.h>
 
 #include "cranium.h"
 #include "dicom_series.h"
@@ -388,6 +390,107 @@ TEST_F(BallViewer, PicturesHaveTheSizeAskedFor) {
     EXPECT_GT(count(picture(), warm), 1000);
     view()->set_light_background(true);
     EXPECT_GT(qGray(picture().pixel(3, 3)), 200);
+}
+
+// Whatever comes, in whatever order: it goes on, and in the end shows what was asked for.
+TEST_F(BallViewer, Survives2000RandomEvents) {
+    write_nrrd(folder / "other.nrrd", 90, 70, 60,
+               [](int x, int y, int z) { return (x * y + z * 31) % 1700 - 1000; });
+    put_content(folder / "bad.nrrd", "NRRD0005\ntype: int16\n\n");
+    const std::vector<std::filesystem::path> inputs{scan, folder / "other.nrrd", folder / "bad.nrrd"};
+    const std::vector<int> keys{Qt::Key_W, Qt::Key_S, Qt::Key_R,      Qt::Key_1,  Qt::Key_2,
+                                Qt::Key_3, Qt::Key_4, Qt::Key_5,      Qt::Key_6,  Qt::Key_C,
+                                Qt::Key_F, Qt::Key_D, Qt::Key_A,      Qt::Key_N,  Qt::Key_T,
+                                Qt::Key_X, Qt::Key_B, Qt::Key_Escape, Qt::Key_Tab};
+    std::mt19937 random(20260719);
+    const auto any = [&](int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); };
+    const auto place = [&](QWidget* widget) { return QPoint(any(widget->width()), any(widget->height())); };
+    for (int event = 0; event < 2000; ++event) {
+        const std::vector<QWidget*> widgets{view(), window->slice_view(Plane::axial),
+                                            window->slice_view(Plane::coronal),
+                                            window->slice_view(Plane::sagittal), window->histogram_bar()};
+        QWidget* widget = widgets[static_cast<std::size_t>(any(5))];
+        const auto button =
+            std::array{Qt::LeftButton, Qt::MiddleButton, Qt::RightButton}[static_cast<std::size_t>(any(3))];
+        switch (any(14)) {
+            case 0:
+            case 1:
+                QTest::mouseClick(widget, button, any(4) ? Qt::NoModifier : Qt::ShiftModifier, place(widget));
+                break;
+            case 2:
+            case 3: {
+                const QPoint from = place(widget), to = place(widget);
+                QTest::mousePress(widget, button, Qt::NoModifier, from);
+                for (int i = 1; i <= 3; ++i) {
+                    QMouseEvent move(QEvent::MouseMove, from + (to - from) * i / 3, Qt::NoButton, button,
+                                     Qt::NoModifier);
+                    QApplication::sendEvent(widget, &move);
+                }
+                if (any(10)) QTest::mouseRelease(widget, button, Qt::NoModifier, to);
+                break;
+            }
+            case 4: {
+                QWheelEvent wheel(place(widget), widget->mapToGlobal(QPoint(5, 5)), QPoint(),
+                                  QPoint(0, any(2) ? 120 : -120), Qt::NoButton,
+                                  any(3) ? Qt::NoModifier : Qt::ControlModifier, Qt::NoScrollPhase, false);
+                QApplication::sendEvent(widget, &wheel);
+                break;
+            }
+            case 5:
+            case 6:
+                key(keys[static_cast<std::size_t>(any(static_cast<int>(keys.size())))]);
+                break;
+            case 7:
+                key(Qt::Key_Z, any(2) ? Qt::ControlModifier : Qt::ControlModifier | Qt::ShiftModifier);
+                break;
+            case 8:
+                QTest::keyClick(widget, std::array{Qt::Key_Left, Qt::Key_Right, Qt::Key_PageUp,
+                                                   Qt::Key_PageDown}[static_cast<std::size_t>(any(4))]);
+                break;
+            case 9:
+                if (any(8) == 0) window->open(inputs[static_cast<std::size_t>(any(3))]);
+                break;
+            case 10:
+                if (any(8) == 0) window->resize(700 + any(700), 500 + any(500));
+                break;
+            case 11: {
+                const auto chips = window->findChildren<QPushButton*>("chip");
+                QTest::mouseClick(chips[any(static_cast<int>(chips.size()))], Qt::LeftButton);
+                break;
+            }
+            case 12:
+                if (session().parameters().surfaces.size() < 4)
+                    session().add_surface("s", session().current()->isovalue + any(200) - 100, {},
+                                          0.2 + 0.2 * any(5));
+                else
+                    session().remove_surface(
+                        session().parameters().surfaces[static_cast<std::size_t>(any(4))].id);
+                break;
+            case 13:
+                for (const char* name : {"largest", "open"})
+                    if (any(4) == 0) window->findChild<QCheckBox*>(name)->click();
+                break;
+        }
+        if (any(3) == 0) QApplication::processEvents();
+        ASSERT_TRUE(session().current());
+        for (std::size_t a = 0; a < 3; ++a) {
+            ASSERT_GE(session().crosshair()[a], 0);
+            ASSERT_LE(session().crosshair()[a],
+                      static_cast<double>(session().scan()->volume.geometry().dims[a] - 1));
+        }
+    }
+    for (QAction* action : window->findChildren<QAction*>("turntable"))
+        if (action->isChecked()) action->trigger();
+    ASSERT_TRUE(settle());
+    const Parameters& p = session().parameters();
+    for (const viewer::SurfaceParameters& surface : p.surfaces) {
+        const auto shape = window->surfaces().exact(surface.id);
+        ASSERT_TRUE(shape);
+        Mesh expected = extract_isosurface(session().scan()->volume, surface.isovalue, {.closed = !p.open});
+        if (p.largest) expected = largest_component(expected);
+        EXPECT_EQ(shape->mesh->points, expected.points);
+        EXPECT_EQ(shape->mesh->triangles, expected.triangles);
+    }
 }
 
 // The whole story on a real head.

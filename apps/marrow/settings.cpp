@@ -84,6 +84,7 @@ std::string footer() {
         "Two surfaces of a scan: repeat --isovalue or --type; OUT is then a folder or a pattern with "
         "{{name}}.\n"
         "Terrain from elevation rasters: see marrow terrain --help.\n"
+        "To look at a scan and find the isovalue: marrow view INPUT.\n"
         "Exit codes: 0 ok, 2 usage, 3 unreadable or not writable, 4 ambiguous or refused geometry,\n"
         "5 empty surface, 130 cancelled.\n"
         "For research use only; not a medical device.",

@@ -14,6 +14,7 @@ namespace {
 
 QDialogButtonBox* buttons(QDialog* dialog, const QString& accept, QPushButton*& button) {
     auto* box = new QDialogButtonBox(QDialogButtonBox::Cancel);
+    box->button(QDialogButtonBox::Cancel)->setIcon({});
     button = box->addButton(accept, QDialogButtonBox::AcceptRole);
     button->setDefault(true);
     button->setObjectName("accept");
@@ -135,7 +136,7 @@ ExportDialog::ExportDialog(Session& session, Surfaces& surfaces, const QString& 
     commands_ = new QPlainTextEdit;
     commands_->setObjectName("commands");
     commands_->setReadOnly(true);
-    commands_->setMaximumHeight(80);
+    commands_->setMaximumHeight(64);
     layout->addWidget(commands_);
     layout->addWidget(buttons(this, tr("Export"), export_));
 

@@ -9,6 +9,7 @@
 #include <QSurfaceFormat>
 
 #include "main_window.h"
+#include "measure_run.h"
 #include "theme.h"
 
 int main(int argc, char** argv) {
@@ -33,6 +34,10 @@ int main(int argc, char** argv) {
     arguments
         .add_option("--volume", options.volume, "volume of a 4D NIfTI or MetaImage file, counted from 0")
         ->type_name("K");
+    bool measure = false;
+    arguments.add_flag(
+        "--measure", measure,
+        "open INPUT, move the isovalue, export, print the times that a person waits, and quit");
     try {
         arguments.parse(argc, argv);
     } catch (const CLI::CallForHelp&) {
@@ -61,6 +66,13 @@ int main(int argc, char** argv) {
 
     viewer::MainWindow window;
     window.show();
+    if (measure) {
+        if (input.empty()) {
+            std::cerr << "marrow-viewer: which scan shall be measured? (see marrow-viewer --help)\n";
+            return 2;
+        }
+        return viewer::measure_viewer(window, input, options);
+    }
     if (!input.empty()) window.open(input, options);
     return QApplication::exec();
 }

@@ -403,6 +403,7 @@ QWidget* MainWindow::make_bottom() {
     isovalue_ = new IsovalueBox;
     isovalue_->setObjectName("isovalue");
     isovalue_->setKeyboardTracking(false);
+    isovalue_->setButtonSymbols(QAbstractSpinBox::NoButtons);
     isovalue_->setToolTip(tr("The surface is where samples reach this value"));
     isovalue_->setMinimumWidth(120);
     isovalue_->setLocale(QLocale::c());

@@ -46,7 +46,7 @@ CutFace::CutFace() {
 
     texture_->SetInputData(pixels_);
     texture_->InterpolateOn();
-    texture_->SetEdgeClamp(true);
+    texture_->SetWrap(vtkTexture::ClampToEdge);
     vtkNew<vtkPolyDataMapper> mapper;
     mapper->SetInputData(quad_);
     actor_->SetMapper(mapper);

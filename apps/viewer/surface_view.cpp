@@ -333,36 +333,46 @@ void SurfaceView::set_crosshair_visible(bool visible) {
     request_draw();
 }
 
-// As near as the box round all that is visible fits.
+// As near as all that is visible fits. Some thousand points of each surface stand for all.
 void SurfaceView::aim(const Vec3d& towards, const Vec3d& up_hint) {
-    double bounds[6]{1e300, -1e300, 1e300, -1e300, 1e300, -1e300};
-    for (const auto& [id, drawn] : scene_->surfaces) {
-        const Shape* shape = drawn.full ? drawn.full.get() : drawn.preview.get();
-        if (!shape || shape->mesh->points.empty() || !drawn.actor->GetVisibility()) continue;
-        const double* b = shape->polydata->GetBounds();
-        for (int a = 0; a < 3; ++a) {
-            bounds[2 * a] = std::min(bounds[2 * a], b[2 * a]);
-            bounds[2 * a + 1] = std::max(bounds[2 * a + 1], b[2 * a + 1]);
-        }
-    }
-    if (bounds[0] > bounds[1]) return;
     const Vec3d right = unit(cross(up_hint, towards)), up = cross(towards, right);
-    const Vec3d centre{(bounds[0] + bounds[1]) / 2, (bounds[2] + bounds[3]) / 2, (bounds[4] + bounds[5]) / 2};
+    const auto each_point = [&](auto visit) {
+        for (const auto& [id, drawn] : scene_->surfaces) {
+            const Shape* shape = drawn.full ? drawn.full.get() : drawn.preview.get();
+            if (!shape || !drawn.actor->GetVisibility()) continue;
+            const auto& points = shape->mesh->points;
+            const std::size_t step = 1 + points.size() / 20000;
+            for (std::size_t i = 0; i < points.size(); i += step) {
+                const Vec3d p{points[i][0], points[i][1], points[i][2]};
+                visit(Vec3d{dot(right, p), dot(up, p), dot(towards, p)});
+            }
+        }
+    };
+    Vec3d lower{1e300, 1e300, 1e300}, upper{-1e300, -1e300, -1e300};
+    each_point([&](const Vec3d& p) {
+        for (std::size_t a = 0; a < 3; ++a) {
+            lower[a] = std::min(lower[a], p[a]);
+            upper[a] = std::max(upper[a], p[a]);
+        }
+    });
+    if (lower[0] > upper[0]) return;
+    Vec3d middle;
+    for (std::size_t a = 0; a < 3; ++a) middle[a] = (lower[a] + upper[a]) / 2;
     const double slope = std::tan(kViewAngle / 2 * M_PI / 180);
     const double aspect = std::max(0.1, static_cast<double>(width()) / std::max(1, height()));
     double distance = 1;
-    for (int corner = 0; corner < 8; ++corner) {
-        Vec3d p;
-        for (int a = 0; a < 3; ++a)
-            p[static_cast<std::size_t>(a)] =
-                bounds[2 * a + (corner >> a & 1)] - centre[static_cast<std::size_t>(a)];
-        const double across = std::max(std::abs(dot(right, p)) / aspect, std::abs(dot(up, p)));
-        distance = std::max(distance, 1.04 * across / slope + dot(towards, p));
+    each_point([&](const Vec3d& p) {
+        const double across = std::max(std::abs(p[0] - middle[0]) / aspect, std::abs(p[1] - middle[1]));
+        distance = std::max(distance, 1.12 * across / slope + p[2] - middle[2]);
+    });
+    Vec3d focal, position;
+    for (std::size_t a = 0; a < 3; ++a) {
+        focal[a] = middle[0] * right[a] + middle[1] * up[a] + middle[2] * towards[a];
+        position[a] = focal[a] + distance * towards[a];
     }
     vtkCamera* camera = scene_->main->GetActiveCamera();
-    camera->SetFocalPoint(centre.data());
-    camera->SetPosition(centre[0] + distance * towards[0], centre[1] + distance * towards[1],
-                        centre[2] + distance * towards[2]);
+    camera->SetFocalPoint(focal.data());
+    camera->SetPosition(position.data());
     camera->SetViewUp(up.data());
     request_draw();
 }

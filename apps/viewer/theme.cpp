@@ -75,11 +75,9 @@ QPushButton#chip { border-radius: 12px; padding: 3px 12px; background: #23272d; 
 QPushButton#chip:hover { background: #2f353d; }
 QPushButton#chip:checked { background: #4a3a1c; border-color: #b98a35; color: #ffd9a0; }
 QPushButton#chip:disabled { color: #50565e; }
-QLineEdit, QDoubleSpinBox, QSpinBox, QComboBox { background: #141619; border: 1px solid #343a43; border-radius: 6px;
+QLineEdit, QDoubleSpinBox, QPlainTextEdit { background: #141619; border: 1px solid #343a43; border-radius: 6px;
   padding: 4px 7px; selection-background-color: #346fb8; }
-QLineEdit:focus, QDoubleSpinBox:focus, QSpinBox:focus, QComboBox:focus { border-color: #4a7ab5; }
-QComboBox::drop-down { border: none; width: 20px; }
-QDoubleSpinBox::up-button, QDoubleSpinBox::down-button, QSpinBox::up-button, QSpinBox::down-button { width: 16px; border: none; }
+QLineEdit:focus, QDoubleSpinBox:focus { border-color: #4a7ab5; }
 QLineEdit#surface_name { background: transparent; border: 1px solid transparent; padding: 2px 3px; }
 QLineEdit#surface_name:focus { background: #141619; border-color: #4a7ab5; }
 QLabel[role="heading"] { color: #f0f3f6; font-weight: 600; }
@@ -112,7 +110,7 @@ QStatusBar { background: #15171b; color: #8b949e; }
 QStatusBar::item { border: none; }
 QProgressBar { background: #141619; border: 1px solid #343a43; border-radius: 5px; height: 10px; text-align: center; }
 QProgressBar::chunk { background: #3f83d6; border-radius: 4px; }
-QLineEdit#command { font-family: "JetBrains Mono", "DejaVu Sans Mono", monospace; font-size: 12px; color: #b7d7a8; background: #101214;
+QLineEdit#command, QPlainTextEdit#commands { font-family: "JetBrains Mono", "DejaVu Sans Mono", monospace; font-size: 12px; color: #b7d7a8; background: #101214;
   border-color: #24282e; }
 QScrollArea { border: none; background: transparent; }
 )");
