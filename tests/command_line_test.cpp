@@ -1,4 +1,5 @@
 #include "command_line.h"
+#include "check_run.h"
 
 #include <fstream>
 
@@ -54,7 +55,7 @@ TEST_F(CommandLine, JsonHoldsTheNumbersOfTheMesh) {
     EXPECT_EQ(Json(keys(json)),
               Json({"area_mm2", "boundary_edges", "bounds_mm", "components", "euler_characteristic", "input",
                     "isovalue", "nonmanifold_edges", "output", "peak_memory_bytes", "points", "seconds",
-                    "triangles", "volume_mm3", "warnings"}));
+                    "steps", "triangles", "volume_mm3", "warnings"}));
     EXPECT_EQ(json["input"]["format"], "NRRD");
     EXPECT_EQ(json["input"]["dims"], Json({24, 25, 13}));
     EXPECT_EQ(json["input"]["spacing_mm"], Json({1.0, 1.0, 2.0}));
@@ -69,7 +70,7 @@ TEST_F(CommandLine, JsonHoldsTheNumbersOfTheMesh) {
     EXPECT_NEAR(json["bounds_mm"][0][1].get<double>(), 20 + 12 - 8, 0.1);
     EXPECT_EQ(json["output"], mesh);
     EXPECT_EQ(json["warnings"], Json::array());
-    EXPECT_EQ(json["seconds"].size(), 5u);
+    EXPECT_EQ(json["seconds"].size(), 7u);
     EXPECT_GE(json["seconds"]["total"].get<double>(),
               json["seconds"]["read"].get<double>() + json["seconds"]["extract"].get<double>());
     EXPECT_GT(json["peak_memory_bytes"].get<std::int64_t>(), 1 << 20);
@@ -157,7 +158,7 @@ TEST_F(CommandLine, RefusesWhatMakesNoSense) {
         {scan, "-o", mesh, "--isovalue", "0", "--snap", "nan"},
         {scan, "-o", mesh, "--isovalue", "0", "--snap", "0.3", "--max-memory", "1G"},
         {scan, "-o", mesh, "--isovalue", "0", "--picture", "a.jpg"},
-        {scan, "-o", mesh, "--isovalue", "0", "--smooth", "3"},
+        {scan, "-o", mesh, "--isovalue", "0", "--smoothest"},
         {scan, scan, "-o", mesh, "--isovalue", "0"},
         {"info"},
     };
@@ -198,6 +199,116 @@ TEST_F(CommandLine, WithinLittleMemoryTheFileHasTheSameBytes) {
         marrow_with({scan, "-o", folder / "a.stl", "--isovalue", "100", "--max-memory", "2M"}, true).code,
         130);
     EXPECT_EQ(folder.files(), written);
+}
+
+TEST_F(CommandLine, FiltersTheScanInItsSpace) {
+    // The scan is at (10, 20, 30) with samples 1 x 1 x 2 mm apart.
+    const Json whole = extract_json({"-o", mesh, "--isovalue", "0"});
+    const Json mm = extract_json({"-o", mesh, "--isovalue", "0", "--crop", "12,22.5,0,100,34,50"});
+    EXPECT_EQ(mm["bounds_mm"][0][0], whole["bounds_mm"][0][0]);
+    EXPECT_NEAR(mm["bounds_mm"][1][0].get<double>(), 22, 1) << "closed within a sample of the cut";
+    const Json samples = extract_json({"-o", mesh, "--isovalue", "0", "--crop", "vox:2,12,0,24,2,10"});
+    EXPECT_EQ(samples["bounds_mm"], mm["bounds_mm"]);
+    const Json ras =
+        extract_json({"-o", mesh, "--isovalue", "0", "--space", "RAS", "--crop", "-22.5,-12,-100,0,34,50"});
+    EXPECT_EQ(ras["volume_mm3"], mm["volume_mm3"]);
+    EXPECT_EQ(extract({"-o", mesh, "--isovalue", "0", "--crop", "vox:2,99,0,24,2,10"}).code, 3);
+    EXPECT_EQ(extract({"-o", mesh, "--isovalue", "0", "--crop", "500,600,0,24,2,10"}).code, 3);
+
+    const Json even =
+        extract_json({"-o", mesh, "--isovalue", "0", "--median", "1", "--blur", "0.7", "--isotropic", "1"});
+    EXPECT_NEAR(even["volume_mm3"].get<double>() / whole["volume_mm3"].get<double>(), 1, 0.1);
+    EXPECT_GT(even["triangles"], whole["triangles"]);
+}
+
+TEST_F(CommandLine, RefinesTheSurfaceAndReportsEachStep) {
+    write_nrrd(scan, 40, 25, 13, [](int x, int y, int z) {
+        return std::max({ball(12, 12, 6, 8)(x, y, z), ball(31, 12, 6, 4)(x, y, z),
+                         x == 37 && y == 3 && z == 2 ? 900.0 : -1e3});
+    });
+    const Json json = extract_json({"-o", mesh, "--isovalue", "0", "--clean-small", "20", "--smooth", "10",
+                                    "--smooth-bound", "--keep", "0.5", "--max-error", "1", "--verify"});
+    ASSERT_EQ(json["steps"].size(), 3u);
+    EXPECT_EQ(json["steps"][0]["step"], "components");
+    EXPECT_EQ(json["steps"][0]["components"], Json({3, 2}));
+    EXPECT_EQ(json["steps"][1]["step"], "smooth");
+    EXPECT_EQ(json["steps"][1]["deviation_mm"], Json());
+    EXPECT_EQ(json["steps"][2]["step"], "reduce");
+    EXPECT_LE(json["steps"][2]["deviation_mm"]["max"], 1);
+    const int before = json["steps"][2]["triangles"][0], after = json["triangles"];
+    EXPECT_NEAR(after, before / 2, 2);
+    EXPECT_EQ(json["boundary_edges"], 0);
+    EXPECT_EQ(json["nonmanifold_edges"], 0);
+    EXPECT_EQ(extract_json({"-o", mesh, "--isovalue", "0", "--components", "2"})["components"], 2);
+    EXPECT_EQ(extract_json({"-o", mesh, "--isovalue", "0", "--triangles", "50"})["triangles"], 50);
+    EXPECT_EQ(extract({"-o", mesh, "--isovalue", "0", "--clean-small", "1e9"}).code, 5);
+    const Outcome text = extract({"-o", mesh, "--isovalue", "0", "--smooth", "5"});
+    EXPECT_NE(text.out.find("\n  smooth:"), text.out.npos) << text.out;
+}
+
+TEST_F(CommandLine, RefusesStepsThatMakeNoSense) {
+    for (const std::vector<std::string>& options :
+         std::vector<std::vector<std::string>>{{"--keep", "0"},
+                                               {"--keep", "1.5"},
+                                               {"--keep", "0.5", "--triangles", "9"},
+                                               {"--triangles", "0"},
+                                               {"--max-error", "-1"},
+                                               {"--smooth-bound"},
+                                               {"--smooth", "-2"},
+                                               {"--median", "17"},
+                                               {"--blur", "nan"},
+                                               {"--components", "-1"},
+                                               {"--clean-small", "-5"},
+                                               {"--crop", "1,2,3"},
+                                               {"--crop", "5,1,0,9,0,9"},
+                                               {"--crop", "vox:0.5,1,0,9,0,9"},
+                                               {"--max-memory", "1M", "--smooth", "3"}}) {
+        std::vector<std::string> all{"-o", mesh, "--isovalue", "0"};
+        all.insert(all.end(), options.begin(), options.end());
+        EXPECT_EQ(extract(all).code, 2) << options.front() << " " << options.back();
+    }
+    EXPECT_EQ(folder.files(), Names{"ball.nrrd"});
+}
+
+TEST_F(CommandLine, ChecksMeshes) {
+    const std::string stl = folder / "ball.stl";
+    ASSERT_EQ(extract({"-o", stl, "--isovalue", "0.5", "--verify"}).code, 0);
+    const Outcome text = marrow_with({"check", stl, "--strict"});
+    EXPECT_EQ(text.code, 0) << text.out;
+    EXPECT_EQ(text.out.find(stl + ": sound"), 0u) << text.out;
+    const Json json = Json::parse(marrow_with({"check", stl, "--json", "--min-wall", "2"}).out);
+    EXPECT_EQ(json["closed"], true);
+    EXPECT_EQ(json["genus"], 0);
+    EXPECT_EQ(json["space"], "LPS");
+    EXPECT_EQ(json["thin_walls"]["triangles"], 0);
+    EXPECT_EQ(marrow_with({"check", stl, "--strict", "--min-wall", "30"}).code, 6);
+
+    std::string bytes = content(stl);  // one triangle less
+    bytes[80] = static_cast<char>(bytes[80] - 1);
+    if (bytes[80] == -1) bytes[81] = static_cast<char>(bytes[81] - 1);
+    bytes.resize(bytes.size() - 50);
+    put_content(stl, bytes);
+    EXPECT_EQ(marrow_with({"check", stl}).code, 0);
+    EXPECT_EQ(marrow_with({"check", stl, "--strict"}).code, 6);
+    EXPECT_EQ(Json::parse(marrow_with({"check", stl, "--json"}).out)["boundary_edges"], 3);
+    EXPECT_EQ(marrow_with({"check", folder / "missing.stl"}).code, 3);
+    EXPECT_EQ(marrow_with({"check", scan}).code, 3);
+}
+
+TEST_F(CommandLine, VerifyFindsAnotherMesh) {
+    ASSERT_EQ(extract({"-o", mesh, "--isovalue", "0"}).code, 0);
+    const Mesh written = read_mesh(mesh);
+    EXPECT_NO_THROW(verify(written, mesh, Space::LPS));
+    EXPECT_THROW(verify(written, mesh, Space::RAS), CheckFailed);
+    Mesh other = written;
+    for (Triangle& t : other.triangles) std::swap(t[0], t[1]);
+    EXPECT_THROW(verify(other, mesh, Space::LPS), CheckFailed) << "inside out";
+    other = written;
+    other.triangles.pop_back();
+    EXPECT_THROW(verify(other, mesh, Space::LPS), CheckFailed);
+    other = written;
+    for (Vec3f& p : other.points) p[0] = -p[0];
+    EXPECT_THROW(verify(other, mesh, Space::LPS), CheckFailed);
 }
 
 TEST_F(CommandLine, SaysTheRangeWhereNothingIsFound) {

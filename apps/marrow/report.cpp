@@ -113,7 +113,7 @@ void print_text(std::ostream& out, const std::vector<Surface>& surfaces) {
                                          : fmt::format("at isovalue {:g}", surface.isovalue));
         for (const StepReport& step : surface.steps) {
             const auto change = [](double before, double after) { return 100 * (after / before - 1); };
-            out << fmt::format("  {:<11}{} of {} triangles, volume {:+.3f} %, area {:+.3f} %",
+            out << fmt::format("  {:<12}{} of {} triangles, volume {:+.3f} %, area {:+.3f} %",
                                step.name + ":", step.after.triangles, step.before.triangles,
                                change(step.before.volume, step.after.volume),
                                change(step.before.area, step.after.area));

@@ -26,7 +26,6 @@ namespace {
 // Presets are Hounsfield units, which only CT has. Formats without a modality pass if they hold air; the
 // returned text says that this was assumed.
 std::string check_presets(const Settings& settings, const ScanInfo& info, const Volume& scan) {
-    constexpr double kAir = -500;  // below this there is only air and lung
     const auto has_preset = [](const SurfaceRequest& request) { return request.preset != nullptr; };
     const auto first = std::find_if(settings.surfaces.begin(), settings.surfaces.end(), has_preset);
     if (first == settings.surfaces.end() || info.series.modality == "CT") return {};

@@ -162,6 +162,7 @@ std::string footer() {
         "components,\n"
         "smooth, reduce (keep, triangles, max-error); write, verify.\n"
         "Which isovalue to trust: see marrow sweep --help. Terrain: see marrow terrain --help.\n"
+        "To look at a scan and find the isovalue: marrow view INPUT.\n"
         "Exit codes: 0 ok, 2 usage, 3 unreadable or not writable, 4 ambiguous or refused geometry,\n"
         "5 empty surface, 6 a check failed, 130 cancelled.\n"
         "For research use only; not a medical device.",

@@ -15,6 +15,8 @@ constexpr int kMostNeighbours = 32;
 constexpr double kThin = 0.05;
 constexpr double kTurn = 0.2;  // the least cosine between a triangle's normals before and after
 
+constexpr double kSecondBest = 9;  // how much more than its best an edge's error may be, squared
+
 std::size_t bucket_of(float error) {
     return std::bit_cast<std::uint32_t>(error) >> 19;  // 16 buckets an octave
 }
@@ -177,23 +179,32 @@ bool EdgeCollapse::links_meet_twice(Half h) {
 }
 
 // Whether the triangles round `point` that do not have `other` neither turn over nor thin out when it goes to
-// `place`.
+// `place`. A triangle that is thin already has no normal to speak of: it is asked to face as its fan does.
 bool EdgeCollapse::keeps_shape(std::uint32_t point, std::uint32_t other, const Vec3d& place) const {
     const Vec3d& old_place = points_[point].place;
+    Vec3d fan_normal{};
+    for_each_outgoing(point, [&](Half out) {
+        const Vec3d &u = points_[to(out)].place, &w = points_[from(prev(out))].place;
+        fan_normal = fan_normal + cross(u - old_place, w - old_place);
+    });
     bool keeps = true;
     for_each_outgoing(point, [&](Half out) {
         const std::uint32_t i = to(out), j = from(prev(out));
         if (!keeps || i == other || j == other) return;
         const Vec3d &u = points_[i].place, &w = points_[j].place;
-        const Vec3d old_normal = cross(u - old_place, w - old_place), normal = cross(u - place, w - place);
-        const double old_area = dot(old_normal, old_normal), area = dot(normal, normal);
-        const double cosine = dot(old_normal, normal);
-        const bool turns = old_area > 0 && !(cosine > 0 && cosine * cosine > kTurn * kTurn * old_area * area);
-        const auto longest = [&](const Vec3d& p) {
-            return std::max({dot(u - p, u - p), dot(w - p, w - p), dot(w - u, w - u)});
+        // Heights over the longest edge, squared: no thinner than kThin, or than before.
+        const auto squared_height = [&](const Vec3d& p, const Vec3d& normal) {
+            const double longest = std::max({dot(u - p, u - p), dot(w - p, w - p), dot(w - u, w - u)});
+            return longest > 0 ? dot(normal, normal) / (longest * longest) : 0;
         };
-        const double l = longest(place), old_l = longest(old_place);
-        const bool thins = !(area > kThin * kThin * l * l) && !(area * old_l * old_l > old_area * l * l);
+        const Vec3d old_normal = cross(u - old_place, w - old_place), normal = cross(u - place, w - place);
+        const double height = squared_height(place, normal),
+                     old_height = squared_height(old_place, old_normal);
+        const bool was_thin = !(old_height > kThin * kThin);
+        const Vec3d& facing = was_thin ? fan_normal : old_normal;
+        const double cosine = dot(facing, normal), sizes = dot(facing, facing) * dot(normal, normal);
+        const bool turns = sizes > 0 && !(cosine > 0 && cosine * cosine > kTurn * kTurn * sizes);
+        const bool thins = !(height > kThin * kThin) && height < old_height;
         keeps = !turns && !thins;
     });
     return keeps;
@@ -212,10 +223,21 @@ bool EdgeCollapse::guard_accepts(Half h, const Vec3d& place) {
     return guard_->accept(gone, patch_);
 }
 
-// Merges the end of h into its beginning, which moves to `place`; false where that would do harm.
-bool EdgeCollapse::collapse(Half h, const Vec3d& place) {
+// Merges the end of h into its beginning, at the best place or at one of the ends; false where that would do
+// harm.
+bool EdgeCollapse::collapse(Half h) {
     const std::uint32_t a = from(h), b = to(h);
-    if (!links_meet_twice(h) || !keeps_shape(a, b, place) || !keeps_shape(b, a, place)) return false;
+    if (!links_meet_twice(h)) return false;
+    const auto keeps = [&](const Vec3d& p) { return keeps_shape(a, b, p) && keeps_shape(b, a, p); };
+    auto [place, error] = target(h);
+    if (!keeps(place)) {
+        Quadric q = points_[a].quadric;
+        q += points_[b].quadric;
+        const bool a_is_better = q.mean(points_[a].place) <= q.mean(points_[b].place);
+        place = points_[a_is_better ? a : b].place;
+        const double most = std::min<double>(max_squared_error_, kSecondBest * error);
+        if (!(q.mean(place) <= most) || !keeps(place)) return false;
+    }
     if (guard_ && !guard_accepts(h, place)) return false;
     const Half g = twin_[h];
     for_each_outgoing(b, [&](Half out) { from_[out] = a; });
@@ -253,7 +275,7 @@ void EdgeCollapse::reduce_to(std::size_t triangles, const Progress& progress) {
                 report(progress, static_cast<double>(from_count - alive_) /
                                      static_cast<double>(from_count - triangles));
             const std::uint32_t kept = from(entry.half);
-            if (!collapse(entry.half, target(entry.half).place)) continue;
+            if (!collapse(entry.half)) continue;
             for_each_outgoing(kept, [&](Half out) {
                 if (!is_fixed(out)) queue(out, target(out).error);
             });

@@ -65,7 +65,7 @@ class EdgeCollapse {
     bool links_meet_twice(Half h);
     bool keeps_shape(std::uint32_t point, std::uint32_t other, const Vec3d& place) const;
     bool guard_accepts(Half h, const Vec3d& place);
-    bool collapse(Half h, const Vec3d& place);
+    bool collapse(Half h);
     template <class F>
     void for_each_outgoing(std::uint32_t point, F f) const;
 
