@@ -60,7 +60,7 @@ TEST_F(Slicer, TakesTheSkullInStlAnd3mf) {
         // Between the integers of a CT: no sample lies on it, so no triangle is without area.
         const Outcome outcome = marrow_with({scan, "-o", mesh, "--isovalue", "225.5", "--largest"});
         ASSERT_EQ(outcome.code, 0) << outcome.err;
-        expect_sliced(mesh, "--scale 0.2");
+        expect_sliced(mesh, "--scale 0.1");
     }
 }
 
