@@ -1,10 +1,4 @@
 // marrow-bench-sweep: sweep_isovalues beside one run of Flying Edges an isovalue, in one process on the same samples.
-#include <time.h>
-
-#include <algorithm>
-#include <chrono>
-#include <functional>
-
 #include <fmt/core.h>
 #include <tbb/global_control.h>
 #include <vtkFlyingEdges3D.h>
@@ -19,35 +13,11 @@
 #include <marrow/scan_io.h>
 #include <marrow/sweep.h>
 
+#include "timing.h"
 #include "vtk_image.h"
 
 namespace marrow::bench {
 namespace {
-
-struct Seconds {
-    double wall, processor;
-};
-
-Seconds time_of(const std::function<void()>& work) {
-    const auto processor = [] {
-        timespec t{};
-        clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-        return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-    };
-    const double begin = processor();
-    const auto start = std::chrono::steady_clock::now();
-    work();
-    return {std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(),
-            processor() - begin};
-}
-
-Seconds median(std::vector<Seconds> times) {
-    const auto middle = [&](double Seconds::*part) {
-        std::sort(times.begin(), times.end(), [&](auto& a, auto& b) { return a.*part < b.*part; });
-        return times[times.size() / 2].*part;
-    };
-    return {middle(&Seconds::wall), middle(&Seconds::processor)};
-}
 
 void run(const std::string& input, double from, double to, int steps, int rounds, int threads) {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
@@ -57,52 +27,46 @@ void run(const std::string& input, double from, double to, int steps, int rounds
     for (int i = 0; i < steps; ++i) isovalues.push_back(from + (to - from) * i / (steps - 1));
     const auto image = vtk_image(scan);
 
-    const auto flying_edges = [&](double isovalue, bool measures) {
-        vtkNew<vtkFlyingEdges3D> filter;
-        filter->SetInputData(image);
-        filter->SetValue(0, isovalue);
-        filter->Update();
-        if (!measures || filter->GetOutput()->GetNumberOfPolys() == 0) return;
-        vtkNew<vtkMassProperties> mass;
-        mass->SetInputConnection(filter->GetOutputPort());
-        mass->Update();
-        vtkNew<vtkPolyDataConnectivityFilter> connectivity;
-        connectivity->SetInputConnection(filter->GetOutputPort());
-        connectivity->SetExtractionModeToAllRegions();
-        connectivity->Update();
-    };
-    struct Arm {
-        const char* name;
-        std::function<void()> work;
+    const auto flying_edges = [&](bool measures) {
+        std::size_t triangles = 0;
+        for (const double isovalue : isovalues) {
+            vtkNew<vtkFlyingEdges3D> filter;
+            filter->SetInputData(image);
+            filter->SetValue(0, isovalue);
+            filter->Update();
+            triangles += static_cast<std::size_t>(filter->GetOutput()->GetNumberOfPolys());
+            if (!measures || filter->GetOutput()->GetNumberOfPolys() == 0) continue;
+            vtkNew<vtkMassProperties> mass;
+            mass->SetInputConnection(filter->GetOutputPort());
+            mass->Update();
+            vtkNew<vtkPolyDataConnectivityFilter> connectivity;
+            connectivity->SetInputConnection(filter->GetOutputPort());
+            connectivity->SetExtractionModeToAllRegions();
+            connectivity->Update();
+        }
+        return triangles;
     };
     const Arm arms[] = {
-        {"marrow sweep", [&] { sweep_isovalues(scan, isovalues); }},
-        {"flying edges alone",
+        {"marrow sweep",
          [&] {
-             for (double v : isovalues) flying_edges(v, false);
+             std::size_t triangles = 0;
+             for (const SweepSample& s : sweep_isovalues(scan, isovalues))
+                 triangles += static_cast<std::size_t>(s.triangles);
+             return triangles;
          }},
-        {"flying edges, mass properties, connectivity",
-         [&] {
-             for (double v : isovalues) flying_edges(v, true);
-         }},
+        {"flying edges alone", [&] { return flying_edges(false); }},
+        {"flying edges, mass properties, connectivity", [&] { return flying_edges(true); }},
         {"marrow's cached extractor and measure()",
          [&] {
              IsosurfaceExtractor extractor(scan, {.normals = false, .closed = true});
-             for (double v : isovalues) measure(extractor.extract(v));
+             std::size_t triangles = 0;
+             for (const double v : isovalues)
+                 triangles += static_cast<std::size_t>(marrow::measure(extractor.extract(v)).triangles);
+             return triangles;
          }},
     };
-    std::vector<Seconds> times[std::size(arms)];
-    for (int round = 0; round < rounds; ++round) {
-        for (std::size_t a = 0; a < std::size(arms); ++a) times[a].push_back(time_of(arms[a].work));
-    }
-    fmt::print("{} isovalues from {:g} to {:g}, {} threads, medians of {} interleaved rounds\n", steps, from,
-               to, threads, rounds);
-    const Seconds own = median(times[0]);
-    for (std::size_t a = 0; a < std::size(arms); ++a) {
-        const Seconds s = median(times[a]);
-        fmt::print("{:<45} {:8.3f} s  {:8.3f} s of processors  ratio {:6.1f} ({:.1f})\n", arms[a].name,
-                   s.wall, s.processor, s.wall / own.wall, s.processor / own.processor);
-    }
+    fmt::print("{} isovalues from {:g} to {:g}, {} threads\n", steps, from, to, threads);
+    measure(arms, rounds);
 }
 
 }  // namespace

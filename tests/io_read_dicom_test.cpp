@@ -48,6 +48,35 @@ TEST(ReadDicom, ValuesBeyondInt16GiveFloat) {
     EXPECT_EQ(read[0], 1.0f);
 }
 
+TEST(ReadDicom, TheLimitsOfInt16AreKeptAndOneMoreGivesFloat) {
+    for (const int bits : {16, 32}) {
+        for (const int slope : {1, -1, 16384, 16385, -32767}) {
+            for (const int limit : {-32768, 32767}) {
+                for (const int more : {0, limit > 0 ? 1 : -1}) {
+                    SCOPED_TRACE(testing::Message() << bits << " bits, " << slope << ", " << limit + more);
+                    const int intercept = limit + more - slope;
+                    TemporaryFolder folder;
+                    write_series(folder, 2, "s", [&](DicomWriter& s, int) {
+                        s.pixel_format(bits, bits, true);
+                        if (bits == 16)
+                            s.pixels<std::int16_t>(columns, rows, {0, 0, 0, 0, 0, 1});
+                        else
+                            s.pixels<std::int32_t>(columns, rows, {0, 0, 0, 0, 0, 1});
+                        s.rescale(std::to_string(slope), std::to_string(intercept));
+                    });
+                    const Volume read = read_scan(folder.path());
+                    const bool fits = more == 0 && intercept >= -32768 && intercept <= 32767;  // of 0 and 1
+                    ASSERT_EQ(read.type(), fits ? SampleType::int16 : SampleType::float32);
+                    if (fits)
+                        EXPECT_EQ(read.samples<std::int16_t>()[5], limit);
+                    else
+                        EXPECT_EQ(read.samples<float>()[5], static_cast<float>(limit + more));
+                }
+            }
+        }
+    }
+}
+
 TEST(ReadDicom, EightAndThirtyTwoBitSamples) {
     TemporaryFolder narrow, wide;
     write_series(narrow, 2, "s", [](DicomWriter& s, int) {

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <cstring>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -86,6 +87,38 @@ TEST(TerrainCommand, WritesLevelsEachOfHalfTheResolution) {
     }
     EXPECT_EQ(terrain_with({grid, "-o", folder / "{name}.ply", "--levels", "2"}).code, kOk);
     EXPECT_TRUE(std::filesystem::exists(folder / "level1.ply"));
+}
+
+TEST(TerrainCommand, WritesLevelsAsNodesOfOneScene) {
+    const TemporaryFolder folder;
+    const std::string grid = write_grid(folder / "tent.asc");
+    const Outcome outcome = terrain_with({grid, "-o", folder / "levels.glb", "--levels", "3", "--json"});
+    ASSERT_EQ(outcome.code, kOk) << outcome.err;
+    const auto levels = nlohmann::json::parse(outcome.out)["levels"];
+    const std::string glb = content(folder / "levels.glb");
+    ASSERT_EQ(glb.substr(0, 4), "glTF");
+    std::uint32_t bytes;
+    std::memcpy(&bytes, glb.data() + 12, sizeof bytes);
+    const auto scene = nlohmann::json::parse(glb.substr(20, bytes));
+    ASSERT_EQ(scene["nodes"].size(), 3u);
+    for (std::size_t i = 0; i < 3; ++i) {
+        EXPECT_EQ(scene["nodes"][i]["name"], "level" + std::to_string(i));
+        const auto& mesh = scene["meshes"][scene["nodes"][i]["mesh"].get<std::size_t>()];
+        const auto& indices = scene["accessors"][mesh["primitives"][0]["indices"].get<std::size_t>()];
+        EXPECT_EQ(indices["count"], 3 * levels[i]["triangles"].get<std::size_t>());
+    }
+}
+
+TEST(TerrainCommand, FilesClaimNoPatientSpace) {
+    const TemporaryFolder folder;
+    const std::string grid = write_grid(folder / "tent.asc");
+    for (const char* ending : {"stl", "ply", "obj", "vtp"}) {
+        const auto file = folder / (std::string("tent.") + ending);
+        ASSERT_EQ(terrain_with({grid, "-o", file}).code, kOk);
+        const std::string head = content(file).substr(0, 2000);
+        EXPECT_EQ(head.find("SPACE"), head.npos) << ending;
+        EXPECT_EQ(head.find("LPS"), head.npos) << ending;
+    }
 }
 
 TEST(TerrainCommand, RefusesWhatMakesNoSense) {

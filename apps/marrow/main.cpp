@@ -10,19 +10,21 @@
 
 namespace {
 
-// `marrow terrain` is a program of its own, so that scans do not wait until GDAL is loaded.
-int become_terrain(char** arguments) {
-    const auto program = std::filesystem::read_symlink("/proc/self/exe").parent_path() / "marrow-terrain";
+// `marrow terrain` and `marrow view` are programs of their own, so that scans do not wait until GDAL or Qt is loaded.
+int become(const char* name, const char* option, char** arguments) {
+    const auto program = std::filesystem::read_symlink("/proc/self/exe").parent_path() / name;
     execv(program.c_str(), arguments);
     std::cerr << "marrow: cannot start '" << program.string() << "': " << std::strerror(errno)
-              << "; build Marrow with MARROW_TERRAIN for terrain\n";
+              << "; build Marrow with " << option << "\n";
     return marrow::kUnreadable;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-    if (argc > 1 && std::string_view(argv[1]) == "terrain") return become_terrain(argv + 1);
+    const std::string_view first = argc > 1 ? argv[1] : "";
+    if (first == "terrain") return become("marrow-terrain", "MARROW_TERRAIN", argv + 1);
+    if (first == "view") return become("marrow-viewer", "MARROW_VIEWER", argv + 1);
     const std::atomic<bool>& stop = marrow::stopped_by_signals();
     try {
         const auto parsed = marrow::parse_command_line(argc, argv, std::cout);

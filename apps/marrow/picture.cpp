@@ -83,12 +83,12 @@ double dot(const Vec3d& a, const Vec3f& b) {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-// From the patient's front, a little from the left and above, head up, as near as all points fit.
-void aim(vtkCamera* camera, const std::vector<PictureSurface>& surfaces) {
+// Upright, as near as all points fit.
+void aim(vtkCamera* camera, const std::vector<PictureSurface>& surfaces, const PictureView& view) {
     constexpr double kRadians = 3.14159265358979323846 / 180;
-    constexpr double kTurn = 33 * kRadians, kRise = 8 * kRadians;
+    const double turn = view.turn * kRadians, rise = view.rise * kRadians;
     constexpr double kViewAngle = 20, kMargin = 1.12;
-    const double ct = std::cos(kTurn), st = std::sin(kTurn), cr = std::cos(kRise), sr = std::sin(kRise);
+    const double ct = std::cos(turn), st = std::sin(turn), cr = std::cos(rise), sr = std::sin(rise);
     const Vec3d towards{st * cr, -ct * cr, sr};  // from the patient to the camera; LPS: -y is anterior
     const Vec3d right{ct, st, 0};
     const Vec3d up{-st * sr, ct * sr, cr};
@@ -193,7 +193,7 @@ void require_display() {
 }
 
 void write_picture(const std::vector<PictureSurface>& surfaces, const std::filesystem::path& file,
-                   const Progress& progress) {
+                   const Progress& progress, const PictureView& view) {
     require_display();
 
     vtkNew<vtkRenderer> renderer;
@@ -201,7 +201,7 @@ void write_picture(const std::vector<PictureSurface>& surfaces, const std::files
     renderer->SetBackground(0.10, 0.12, 0.15);   // bottom
     renderer->SetBackground2(0.30, 0.36, 0.43);  // top
     for (const PictureSurface& surface : surfaces) renderer->AddActor(to_actor(surface));
-    aim(renderer->GetActiveCamera(), surfaces);
+    aim(renderer->GetActiveCamera(), surfaces, view);
     renderer->ResetCameraClippingRange();
     vtkNew<vtkLightKit> lights;  // key, fill and back lights that go with the camera
     lights->SetKeyLightAngle(45, -35);

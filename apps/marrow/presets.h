@@ -31,6 +31,15 @@ inline constexpr std::array<Preset, 5> kPresets{{
     {"muscle", 10, {0.72, 0.32, 0.28}},
 }};
 
+inline constexpr double kAir = -500;  ///< HU; below this there is only air and lung
+
+/// Whether samples are Hounsfield units: those of CT, or of a format that does not state the modality and holds air.
+/// `lowest` is the lowest sample.
+constexpr bool presets_apply(std::string_view modality, std::string_view format, double lowest) {
+    if (!modality.empty()) return modality == "CT";
+    return format != "DICOM" && lowest <= kAir;
+}
+
 /// The preset of that name, or null.
 constexpr const Preset* find_preset(std::string_view name) {
     for (const Preset& preset : kPresets) {

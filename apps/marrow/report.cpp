@@ -38,7 +38,12 @@ Json step_numbers(const StepReport& step) {
 
 Json surface_numbers(const Surface& surface, Space space) {
     const auto [points, triangles] = surface.size();
-    Json numbers{{"isovalue", surface.isovalue}, {"points", points}, {"triangles", triangles}};
+    Json numbers;
+    if (surface.label)
+        numbers["label"] = *surface.label;
+    else
+        numbers["isovalue"] = surface.isovalue;
+    numbers.update({{"points", points}, {"triangles", triangles}});
     if (surface.in_slabs) {  // what takes the whole surface is not known
         for (const char* name : {"components", "boundary_edges", "nonmanifold_edges", "euler_characteristic",
                                  "area_mm2", "volume_mm3", "bounds_mm", "steps"})
@@ -79,7 +84,7 @@ void print_json(std::ostream& out, const ScanInfo& info, const std::vector<Surfa
                      {"dims", info.series.dims},
                      {"spacing_mm", info.series.spacing},
                      {"series", text_or_null(info.series.id)}};
-    if (surfaces.size() == 1) {
+    if (surfaces.size() == 1 && !surfaces.front().label) {
         json.update(surface_numbers(surfaces.front(), space));
     } else {
         for (const Surface& surface : surfaces) {
@@ -94,15 +99,18 @@ void print_json(std::ostream& out, const ScanInfo& info, const std::vector<Surfa
                        {"refine", seconds.refine}, {"write", seconds.write},   {"verify", seconds.verify},
                        {"total", seconds.total}};
     json["peak_memory_bytes"] = peak_memory_bytes();
-    if (surfaces.size() == 1) json["output"] = text_or_null(surfaces.front().output.string());
+    if (surfaces.size() == 1 && !surfaces.front().label)
+        json["output"] = text_or_null(surfaces.front().output.string());
     print(out, json);
 }
 
 void print_text(std::ostream& out, const std::vector<Surface>& surfaces) {
     for (const Surface& surface : surfaces) {
-        out << fmt::format("{}: {} points, {} triangles at isovalue {:g}\n",
+        out << fmt::format("{}: {} points, {} triangles {}\n",
                            surface.output.empty() ? surface.name : surface.output.string(),
-                           surface.size().points, surface.size().triangles, surface.isovalue);
+                           surface.size().points, surface.size().triangles,
+                           surface.label ? fmt::format("of label {}, {}", *surface.label, surface.name)
+                                         : fmt::format("at isovalue {:g}", surface.isovalue));
         for (const StepReport& step : surface.steps) {
             const auto change = [](double before, double after) { return 100 * (after / before - 1); };
             out << fmt::format("  {:<12}{} of {} triangles, volume {:+.3f} %, area {:+.3f} %",

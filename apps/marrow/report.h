@@ -1,6 +1,7 @@
 // What the command line says about its results.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <iosfwd>
@@ -29,6 +30,8 @@ struct Surface {
         std::uint64_t points = 0, triangles = 0;
     };
     std::optional<Size> in_slabs = {};
+    std::optional<std::array<double, 3>> colour = {};  ///< red, green, blue from 0 to 1
+    std::optional<std::int64_t> label = {};  ///< of a label map, instead of the isovalue
 
     Size size() const { return in_slabs.value_or(Size{mesh.points.size(), mesh.triangles.size()}); }
 };

@@ -7,6 +7,8 @@
 #include <marrow/atomic_file.h>
 #include <marrow/histogram.h>
 #include <marrow/isosurface.h>
+#include <marrow/label_table.h>
+#include <marrow/labels.h>
 #include <marrow/mesh_io.h>
 #include <marrow/scan_io.h>
 #include <marrow/slabs.h>
@@ -24,7 +26,6 @@ namespace {
 // Presets are Hounsfield units, which only CT has. Formats without a modality pass if they hold air; the
 // returned text says that this was assumed.
 std::string check_presets(const Settings& settings, const ScanInfo& info, const Volume& scan) {
-    constexpr double kAir = -500;  // below this there is only air and lung
     const auto has_preset = [](const SurfaceRequest& request) { return request.preset != nullptr; };
     const auto first = std::find_if(settings.surfaces.begin(), settings.surfaces.end(), has_preset);
     if (first == settings.surfaces.end() || info.series.modality == "CT") return {};
@@ -79,16 +80,13 @@ void draw(const std::vector<Surface>& surfaces, const Settings& settings, const 
 }
 
 // Each file once, with all surfaces that go into it.
-void write_surfaces(const std::vector<Surface>& surfaces, const Settings& settings,
-                    const Progress& progress) {
+void write_surfaces(const std::vector<Surface>& surfaces, Space space, const Progress& progress) {
     std::map<fs::path, std::vector<MeshObject>> objects_of;
-    for (std::size_t i = 0; i < surfaces.size(); ++i) {
-        if (surfaces[i].output.empty()) continue;
-        MeshObject object{&surfaces[i].mesh, surfaces[i].name};
-        if (const Preset* preset = settings.surfaces[i].preset) object.colour = preset->colour;
-        objects_of[surfaces[i].output].push_back(std::move(object));
+    for (const Surface& surface : surfaces) {
+        if (!surface.output.empty())
+            objects_of[surface.output].push_back({&surface.mesh, surface.name, surface.colour});
     }
-    for (const auto& [file, objects] : objects_of) write_meshes(objects, file, {settings.space, progress});
+    for (const auto& [file, objects] : objects_of) write_meshes(objects, file, {space, progress});
 }
 
 ScanOptions scan_options(const Settings& settings) {
@@ -133,6 +131,7 @@ void extract(const Settings& settings, const Console& console, Voice& voice) {
         seconds.extract += voice.stage("extract", [&](const Progress& progress) {
             IsosurfaceStats stats;
             Surface surface{request.name, choose_isovalue(request, scan), {}, files[i]};
+            if (request.preset) surface.colour = request.preset->colour;
             surface.mesh = extract_isosurface(scan, surface.isovalue,
                                               {.closed = !settings.open,
                                                .snap = settings.snap,
@@ -160,8 +159,8 @@ void extract(const Settings& settings, const Console& console, Voice& voice) {
     warn_of_non_finite(non_finite_samples, warnings);
     for (const std::string& warning : warnings) voice.warn(warning);
 
-    seconds.write =
-        voice.stage("write", [&](const Progress& progress) { write_surfaces(surfaces, settings, progress); });
+    seconds.write = voice.stage(
+        "write", [&](const Progress& progress) { write_surfaces(surfaces, settings.space, progress); });
     if (settings.verify)
         seconds.verify = voice.stage("verify", [&](const Progress& progress) {
             for (const Surface& surface : surfaces) {
@@ -176,6 +175,78 @@ void extract(const Settings& settings, const Console& console, Voice& voice) {
     seconds.total = seconds_since(start);
     if (settings.json)
         print_json(console.out, info, surfaces, settings.space, warnings, seconds);
+    else if (!settings.quiet)
+        print_text(console.out, surfaces);
+}
+
+// What a surface's file may be named by.
+std::string file_name(const std::string& name) {
+    std::string file;
+    for (const char c : name) {
+        const bool unwelcome = static_cast<unsigned char>(c) <= ' ' ||
+                               std::string_view("/\\:*?\"<>|").find(c) != std::string_view::npos;
+        file += unwelcome ? '_' : c;
+    }
+    return file.empty() || file.front() == '.' ? "_" + file : file;
+}
+
+// With --labels: a surface for each label of a map.
+void extract_label_map(const Settings& settings, const Console& console, Voice& voice) {
+    const Clock::time_point start = Clock::now();
+    for (const fs::path& file : output_files(settings)) check_folder(file);
+    check_folder(settings.picture);
+    if (!settings.picture.empty()) require_display();
+    const LabelTable table =
+        settings.label_table.empty() ? LabelTable{} : read_label_table(settings.label_table);
+
+    StageSeconds seconds;
+    ScanInfo info;
+    Volume map;
+    seconds.read = voice.stage("read", [&](const Progress& progress) {
+        ScanOptions options = scan_options(settings);
+        options.progress = progress;
+        map = read_scan(settings.inputs.front(), options, &info);
+    });
+    for (const std::string& warning : info.warnings) voice.warn(warning);
+
+    std::vector<Surface> surfaces;
+    seconds.extract = voice.stage("extract", [&](const Progress& progress) {
+        for (LabelSurface& found : extract_labels(
+                 map, {.relax = settings.relax, .threads = settings.threads, .progress = progress})) {
+            Surface surface{fmt::format("label-{}", found.label), 0, std::move(found.mesh), {}};
+            surface.colour = default_label_colour(found.label);
+            if (const auto entry = table.find(found.label); entry != table.end()) {
+                if (!entry->second.name.empty()) surface.name = entry->second.name;
+                if (entry->second.colour) surface.colour = entry->second.colour;
+            }
+            surface.label = found.label;
+            surfaces.push_back(std::move(surface));
+        }
+    });
+    if (surfaces.empty())
+        throw EmptySurface("the label map holds nothing but background, so there is no surface");
+
+    std::map<std::string, int> uses;
+    std::vector<std::string> names;
+    for (const Surface& surface : surfaces) ++uses[file_name(surface.name)];
+    for (const Surface& surface : surfaces) {
+        const std::string name = file_name(surface.name);
+        names.push_back(uses[name] > 1 ? fmt::format("{}-{}", name, *surface.label) : name);
+    }
+    const std::vector<fs::path> files = files_for(settings, names);
+    for (std::size_t i = 0; i < surfaces.size(); ++i) surfaces[i].output = files[i];
+    seconds.write = voice.stage(
+        "write", [&](const Progress& progress) { write_surfaces(surfaces, settings.space, progress); });
+    if (!settings.picture.empty()) {
+        seconds.write += voice.stage("picture", [&](const Progress& progress) {
+            std::vector<PictureSurface> drawn;
+            for (const Surface& surface : surfaces) drawn.push_back({&surface.mesh, *surface.colour, false});
+            write_picture(drawn, settings.picture, progress);
+        });
+    }
+    seconds.total = seconds_since(start);
+    if (settings.json)
+        print_json(console.out, info, surfaces, settings.space, info.warnings, seconds);
     else if (!settings.quiet)
         print_text(console.out, surfaces);
 }
@@ -317,6 +388,8 @@ int run(const Settings& settings, const Console& console, const std::atomic<bool
         if (settings.check) return check(settings, console, voice);
         if (settings.sweep)
             sweep(settings, console, voice);
+        else if (settings.labels)
+            extract_label_map(settings, console, voice);
         else if (settings.max_memory)
             extract_in_slabs(settings, console, voice, *settings.max_memory);
         else

@@ -162,6 +162,7 @@ std::string footer() {
         "components,\n"
         "smooth, reduce (keep, triangles, max-error); write, verify.\n"
         "Which isovalue to trust: see marrow sweep --help. Terrain: see marrow terrain --help.\n"
+        "To look at a scan and find the isovalue: marrow view INPUT.\n"
         "Exit codes: 0 ok, 2 usage, 3 unreadable or not writable, 4 ambiguous or refused geometry,\n"
         "5 empty surface, 6 a check failed, 130 cancelled.\n"
         "For research use only; not a medical device.",
@@ -202,6 +203,16 @@ std::variant<Settings, int> parse_command_line(int argc, const char* const* argv
     app.add_option("--type", types, "surface of a tissue in CT: bone, skin, soft, fat or muscle")
         ->type_name("TYPE")
         ->allow_extra_args(false);
+    CLI::Option* labels =
+        app.add_option("--labels", settings.label_table,
+                       "INPUT is a label map: a surface for each label; TABLE has names and colours "
+                       "(3D Slicer, ITK-SNAP or plain)")
+            ->type_name("[TABLE]")
+            ->expected(0, 1);
+    app.add_option("--relax", settings.relax,
+                   "passes that smooth the surfaces of labels; 0: none; default: 40")
+        ->type_name("N")
+        ->needs(labels);
     app.add_option("--picture", settings.picture, "picture of the surfaces to write")->type_name("FILE.png");
     const auto add_scan_options = [&](CLI::App& to) {
         to.add_option("--series", settings.series, "DICOM series to read, as 'marrow info' lists it")
@@ -332,7 +343,8 @@ std::variant<Settings, int> parse_command_line(int argc, const char* const* argv
             "where to? give -o OUT.stl (or .ply, .obj, .vtp, .3mf, .glb), --picture FILE.png, or both");
     for (const std::string& text : isovalues) settings.surfaces.push_back(parse_isovalue(text));
     for (const std::string& text : types) settings.surfaces.push_back(parse_type(text));
-    if (settings.surfaces.empty())
+    settings.labels = labels->count() > 0;
+    if (settings.surfaces.empty() && !settings.labels)
         throw UsageError("which surface? give --isovalue N, --isovalue otsu, or for CT --type bone");
     if (space != "LPS" && space != "RAS")
         throw UsageError(fmt::format("--space takes LPS or RAS, not '{}'", space));
@@ -345,6 +357,15 @@ std::variant<Settings, int> parse_command_line(int argc, const char* const* argv
     if (!(settings.snap >= 0 && settings.snap < 0.5))
         throw UsageError(
             fmt::format("--snap takes a part of an edge, 0 <= T < 0.5, not {:g}", settings.snap));
+    if (settings.labels) {
+        if (!settings.surfaces.empty() || settings.open || settings.snap > 0 || settings.verify ||
+            !max_memory.empty() || steps.change_volume() || steps.change_surface())
+            throw UsageError(
+                "--labels makes closed surfaces that meet: it goes with --relax, and not with --isovalue, "
+                "--type, --open, "
+                "--snap, --max-memory, --verify or what changes scan or surface");
+        if (settings.relax < 0) throw UsageError("--relax takes a number from 0 upwards");
+    }
     if (!max_memory.empty()) {
         settings.max_memory = parse_memory(max_memory);
         const bool plain = settings.surfaces.size() == 1 && settings.surfaces.front().isovalue;
@@ -360,7 +381,14 @@ std::variant<Settings, int> parse_command_line(int argc, const char* const* argv
 }
 
 std::vector<fs::path> output_files(const Settings& settings) {
-    std::vector<fs::path> files(settings.surfaces.size());
+    std::vector<std::string> names;
+    for (const SurfaceRequest& surface : settings.surfaces) names.push_back(surface.name);
+    if (settings.labels) names = {"label"};  // what they are is not known before the map is read
+    return files_for(settings, names);
+}
+
+std::vector<fs::path> files_for(const Settings& settings, const std::vector<std::string>& names) {
+    std::vector<fs::path> files(names.size());
     if (settings.output.empty()) return files;
 
     std::string pattern = settings.output.string();
@@ -369,7 +397,7 @@ std::vector<fs::path> output_files(const Settings& settings) {
     const std::size_t at = pattern.find(kName);
     check_format(settings, pattern);
     if (at == pattern.npos) {
-        if (files.size() > 1 && !holds_several(mesh_format(pattern)))
+        if ((files.size() > 1 || settings.labels) && !holds_several(mesh_format(pattern)))
             throw UsageError(
                 fmt::format("several surfaces do not fit in one file '{}': give a .3mf, .glb, .vtp or .obj, "
                             "a folder or a "
@@ -380,7 +408,7 @@ std::vector<fs::path> output_files(const Settings& settings) {
     }
     for (std::size_t i = 0; i < files.size(); ++i) {
         std::string file = pattern;
-        files[i] = file.replace(at, kName.size(), settings.surfaces[i].name);
+        files[i] = file.replace(at, kName.size(), names[i]);
     }
     if (std::set<fs::path>(files.begin(), files.end()).size() < files.size())
         throw UsageError("two surfaces of the same name would be written to one file: ask for each once");

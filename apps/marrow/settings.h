@@ -38,6 +38,9 @@ struct Settings {
     std::filesystem::path output;               ///< file, folder or pattern with {name}; empty: no mesh
     std::filesystem::path picture;              ///< empty: none
     std::vector<SurfaceRequest> surfaces;
+    bool labels = false;                 ///< the input is a label map: a surface for each label
+    std::filesystem::path label_table;  ///< names and colours; empty: none
+    int relax = 40;                     ///< passes over the surfaces of labels
     std::string series;
     std::optional<Vec3d> spacing;  ///< mm
     bool resample = false;
@@ -65,5 +68,8 @@ std::variant<Settings, int> parse_command_line(int argc, const char* const* argv
 /// The file of each requested surface, in order, the same for all where it holds several; empty paths without an
 /// output. \throw UsageError several surfaces for a file that holds one, two of the same name, or an unknown ending
 std::vector<std::filesystem::path> output_files(const Settings& settings);
+
+/// The files of surfaces of these names, in order; as output_files. \throw UsageError as there
+std::vector<std::filesystem::path> files_for(const Settings& settings, const std::vector<std::string>& names);
 
 }  // namespace marrow

@@ -14,7 +14,7 @@ namespace marrow {
 
 struct TerrainSettings {
     std::filesystem::path input;
-    std::filesystem::path output;   ///< file; folder or pattern with {name} for several levels
+    std::filesystem::path output;   ///< file; folder, pattern with {name} or .glb for several levels
     std::filesystem::path picture;  ///< of the first level; empty: none
     double cell = 0;                ///< metres; 0: the raster's own
     double exaggerate = 1;
@@ -32,7 +32,7 @@ struct TerrainSettings {
 std::variant<TerrainSettings, int> parse_terrain_command(int argc, const char* const* argv,
                                                          std::ostream& out);
 
-/// The file of each level. \throw UsageError an unknown ending, or several levels for one file
+/// The file of each level; the same for all where they go into one .glb. \throw UsageError an unknown ending, or several levels for one file
 std::vector<std::filesystem::path> level_files(const TerrainSettings& settings);
 
 /// As run() for scans.

@@ -49,12 +49,16 @@ std::string level_text(const TerrainInfo& info, const Mesh& mesh, const fs::path
 
 void extract_levels(const TerrainSettings& settings, const Console& console, Voice& voice) {
     constexpr std::array<double, 3> kGround{0.66, 0.62, 0.53};
+    constexpr PictureView kFromAbove{20, 38};  // from the south
     const std::vector<fs::path> files = level_files(settings);
     if (!settings.output.has_filename() && !settings.output.empty()) fs::create_directories(settings.output);
     for (const fs::path& file : files) check_folder(file);
     check_folder(settings.picture);
     if (!settings.picture.empty()) require_display();
     const Clock::time_point start = Clock::now();
+    // Levels that go into one file wait for the last.
+    const bool in_one_file = files.size() > 1 && files[0] == files[1];
+    std::vector<Mesh> waiting;
     Json json;
     double extract_seconds = 0, write_seconds = 0, cell = settings.cell;
     for (std::size_t level = 0; level < files.size(); ++level) {
@@ -77,11 +81,12 @@ void extract_levels(const TerrainSettings& settings, const Console& console, Voi
             json["warnings"] = info.warnings;
         }
         write_seconds += voice.stage("write", [&](const Progress& progress) {
-            if (!files[level].empty()) write_mesh(mesh, files[level], {.progress = progress});
+            if (!files[level].empty() && !in_one_file)
+                write_mesh(mesh, files[level], {Space::none, progress});
         });
         if (level == 0 && !settings.picture.empty()) {
             write_seconds += voice.stage("picture", [&](const Progress& progress) {
-                write_picture({{&mesh, kGround, false}}, settings.picture, progress);
+                write_picture({{&mesh, kGround, false}}, settings.picture, progress, kFromAbove);
             });
         }
         if (settings.json)
@@ -89,6 +94,15 @@ void extract_levels(const TerrainSettings& settings, const Console& console, Voi
         else if (!settings.quiet)
             console.out << level_text(info, mesh, files[level]);
         cell = 2 * info.cell[2];
+        if (in_one_file) waiting.push_back(std::move(mesh));
+    }
+    if (in_one_file) {
+        std::vector<MeshObject> objects;
+        for (const Mesh& mesh : waiting)
+            objects.push_back({&mesh, fmt::format("level{}", objects.size()), kGround});
+        write_seconds += voice.stage("write", [&](const Progress& progress) {
+            write_meshes(objects, files.front(), {Space::none, progress});
+        });
     }
     json["seconds"] = {
         {"extract", extract_seconds}, {"write", write_seconds}, {"total", seconds_since(start)}};

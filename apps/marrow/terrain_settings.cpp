@@ -24,7 +24,8 @@ std::variant<TerrainSettings, int> parse_terrain_command(int argc, const char* c
     app.footer(fmt::format(
         "The model is in mm: x to the east, y to the north, z up. Without --size and --base it has true "
         "size.\n"
-        "Several levels: OUT is a folder or a pattern with {{name}}, which becomes level0, level1, ...\n"
+        "Several levels: OUT is a folder or a pattern with {{name}}, which becomes level0, level1, ...,\n"
+        "or a .glb file, in which they are nodes of these names.\n"
         "Exit codes: as of marrow."));
     app.add_option("DEM", settings.input,
                    "GeoTIFF, USGS DEM, SRTM .hgt, DTED, Arc/Info or ERDAS grid, PNG heights")
@@ -57,7 +58,8 @@ std::variant<TerrainSettings, int> parse_terrain_command(int argc, const char* c
         throw UsageError(fmt::format("{} (see marrow terrain --help)", error.what()));
     }
     if (settings.output.empty() && settings.picture.empty())
-        throw UsageError("where to? give -o OUT.stl (or .ply, .obj, .vtp, .3mf, .glb), --picture FILE.png, or both");
+        throw UsageError(
+            "where to? give -o OUT.stl (or .ply, .obj, .vtp, .3mf, .glb), --picture FILE.png, or both");
     const auto check_positive = [](const char* option, double value) {
         if (!(value > 0 && value < 1e12)) throw UsageError(fmt::format("{} takes a positive number", option));
     };
@@ -85,10 +87,12 @@ std::vector<fs::path> level_files(const TerrainSettings& settings) {
     if (!settings.output.has_filename() || fs::is_directory(settings.output))
         pattern = (settings.output / "{name}.stl").string();
     const std::size_t at = pattern.find(kName);
-    if (at == pattern.npos && files.size() > 1)
-        throw UsageError(fmt::format(
-            "{} levels do not fit in one file '{}': give a folder or a pattern such as '{{name}}.stl'",
-            files.size(), pattern));
+    // Scenes keep levels apart; elsewhere they would lie in each other.
+    if (at == pattern.npos && files.size() > 1 && fs::path(pattern).extension() != ".glb")
+        throw UsageError(
+            fmt::format("{} levels do not fit in one file '{}': give a .glb file, a folder or a pattern "
+                        "such as '{{name}}.stl'",
+                        files.size(), pattern));
     for (std::size_t level = 0; level < files.size(); ++level) {
         std::string file = pattern;
         if (at != pattern.npos) file.replace(at, kName.size(), fmt::format("level{}", level));

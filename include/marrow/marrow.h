@@ -8,6 +8,7 @@
 #include <marrow/histo_pyramid.h>
 #include <marrow/histogram.h>
 #include <marrow/isosurface.h>
+#include <marrow/label_table.h>
 #include <marrow/labels.h>
 #include <marrow/measure.h>
 #include <marrow/mesh.h>

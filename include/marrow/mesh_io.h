@@ -15,8 +15,8 @@
 namespace marrow {
 
 /// The patient space of written coordinates: x to the Left, y to Posterior, z to Superior; or Right,
-/// Anterior, Superior.
-enum class Space { LPS, RAS };
+/// Anterior, Superior; or none, for what is no patient: then files name no space.
+enum class Space { LPS, RAS, none };
 
 /// The formats that are written; see write_mesh.
 enum class MeshFormat { stl, ply, obj, vtp, threemf, glb };

@@ -76,7 +76,7 @@ class Fans {
             from.next = rim_[k].to;
         }
         for (std::size_t k = 0; k < beside; ++k)
-            simple = simple & ((mark(beside_[k]).left == now_) | (mark(beside_[k]).reached == now_));
+            simple = simple && (mark(beside_[k]).left == now_ || mark(beside_[k]).reached == now_);
         if (!simple) return false;
 
         // Round the rim from any of its points, or from its one beginning.

@@ -145,9 +145,9 @@ class Snapping {
             std::uint64_t left = first_triangle_[z];
             for (std::uint64_t t = left; t < first_triangle_[z + 1]; ++t) {
                 const auto [p, q, r] = triangles[t];
-                const Triangle corners{joined_[p], joined_[q], joined_[r]};
-                triangles[left] = corners;
-                left += (corners[0] != corners[1]) & (corners[1] != corners[2]) & (corners[2] != corners[0]);
+                const std::uint32_t a = joined_[p], b = joined_[q], c = joined_[r];
+                triangles[left] = {a, b, c};
+                left += (a != b) & (b != c) & (c != a);
             }
             end_triangle_[z] = left;
         });

@@ -21,6 +21,7 @@ static_assert(std::endian::native == std::endian::little, "binary meshes are wri
 
 /// The mark that written meshes carry.
 inline std::string space_mark(Space space) {
+    if (space == Space::none) return "UNITS=mm";
     return space == Space::RAS ? "SPACE=RAS UNITS=mm" : "SPACE=LPS UNITS=mm";
 }
 

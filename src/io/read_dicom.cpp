@@ -218,6 +218,18 @@ void drop_duplicates(DicomStack& stack, std::vector<std::string>& warnings) {
         stack.slices.erase(stack.slices.begin() + static_cast<std::ptrdiff_t>(*i));
 }
 
+// Into int16, computed in the type of `slope`; false where a value does not fit.
+template <class Wide>
+bool rescale(const std::int32_t* from, std::size_t count, Wide slope, Wide intercept, std::int16_t* to) {
+    std::make_unsigned_t<Wide> beyond = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+        const Wide value = slope * from[i] + intercept;
+        to[i] = static_cast<std::int16_t>(value);
+        beyond |= (static_cast<std::make_unsigned_t<Wide>>(value) + 32768) >> 16;
+    }
+    return beyond == 0;
+}
+
 // Decodes into `volume`, reporting progress from `begin` to 1. Where the volume is int16 and a value does not
 // fit, stops and returns the progress it came to.
 std::optional<double> load_slices(const DicomStack& stack, const ScanOptions& options, double begin,
@@ -251,12 +263,11 @@ std::optional<double> load_slices(const DicomStack& stack, const ScanOptions& op
             } else {
                 std::int16_t* to = volume.samples<std::int16_t>() + k * area;
                 const auto m = static_cast<std::int64_t>(slope), b = static_cast<std::int64_t>(intercept);
-                bool all_fit = true;
-                for (std::size_t j = 0; j < area; ++j) {
-                    const std::int64_t value = m * from[j] + b;
-                    to[j] = static_cast<std::int16_t>(value);
-                    all_fit &= to[j] == value;
-                }
+                // in 32 bits, which are faster, where they hold 2^14 * 2^16 + 10^9
+                const bool narrow = slice.file->bits_stored <= 16 && std::abs(m) <= 1 << 14;
+                const bool all_fit = narrow ? rescale(from, area, static_cast<std::int32_t>(m),
+                                                      static_cast<std::int32_t>(b), to)
+                                            : rescale(from, area, m, b, to);
                 if (!all_fit) fits = false;
             }
         }

@@ -95,7 +95,7 @@ void write_meshes(std::span<const MeshObject> objects, const std::filesystem::pa
     if (objects.size() > 1 && !holds_several(format))
         throw InputError("cannot write '" + output.string() + "': it holds one surface and there are " +
                          std::to_string(objects.size()) + "; write .3mf, .glb, .vtp or .obj");
-    if (format == MeshFormat::glb && options.space != Space::LPS)
+    if (format == MeshFormat::glb && options.space == Space::RAS)
         throw InputError("cannot write '" + output.string() + "' in RAS: glTF has axes of its own");
     for (const MeshObject& object : objects) check_mesh(*object.mesh, output);
 

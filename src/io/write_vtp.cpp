@@ -74,7 +74,8 @@ void write_arrays(MeshOutput& output, MeshObjects objects, const char* index_typ
     AppendedArrays arrays;
     std::string header = "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" ";
     header += "byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<PolyData>\n<FieldData>\n";
-    header += text_array("SPACE", {output.space == Space::RAS ? "RAS" : "LPS"});
+    if (output.space != Space::none)
+        header += text_array("SPACE", {output.space == Space::RAS ? "RAS" : "LPS"});
     if (apart) header += text_array("Names", names);
     header += "</FieldData>\n";
     header += "<Piece NumberOfPoints=\"" + std::to_string(points) + "\" NumberOfVerts=\"0\" ";

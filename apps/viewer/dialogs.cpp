@@ -1,0 +1,274 @@
+#include "dialogs.h"
+
+#include <QDialogButtonBox>
+#include <QDir>
+#include <QFileDialog>
+#include <QFormLayout>
+#include <QGuiApplication>
+#include <QHBoxLayout>
+#include <QHeaderView>
+#include <QVBoxLayout>
+
+namespace marrow::viewer {
+namespace {
+
+QDialogButtonBox* buttons(QDialog* dialog, const QString& accept, QPushButton*& button) {
+    auto* box = new QDialogButtonBox(QDialogButtonBox::Cancel);
+    box->button(QDialogButtonBox::Cancel)->setIcon({});
+    button = box->addButton(accept, QDialogButtonBox::AcceptRole);
+    button->setDefault(true);
+    button->setObjectName("accept");
+    QObject::connect(box, &QDialogButtonBox::accepted, dialog, &QDialog::accept);
+    QObject::connect(box, &QDialogButtonBox::rejected, dialog, &QDialog::reject);
+    return box;
+}
+
+}  // namespace
+
+SeriesDialog::SeriesDialog(const ScanReport& report, QWidget* parent) : QDialog(parent) {
+    setObjectName("series_dialog");
+    setWindowTitle(tr("Several series"));
+    auto* layout = new QVBoxLayout(this);
+    layout->setContentsMargins(18, 16, 18, 16);
+    layout->setSpacing(12);
+    layout->addWidget(new QLabel(tr("This folder holds several series. Which one?")));
+    table_ = new QTableWidget(static_cast<int>(report.series.size()), 6);
+    table_->setObjectName("series");
+    table_->setHorizontalHeaderLabels(
+        {tr("Series"), tr("Modality"), tr("Samples"), tr("Spacing, mm"), tr("Files"), tr("Remarks")});
+    table_->setSelectionBehavior(QAbstractItemView::SelectRows);
+    table_->setSelectionMode(QAbstractItemView::SingleSelection);
+    table_->setEditTriggers(QAbstractItemView::NoEditTriggers);
+    table_->verticalHeader()->hide();
+    int best = -1;
+    std::int64_t most = 0;
+    for (int row = 0; row < table_->rowCount(); ++row) {
+        const SeriesReport& series = report.series[static_cast<std::size_t>(row)];
+        const SeriesInfo& info = series.series;
+        ids_.push_back(info.id);
+        const QString remarks = QString::fromStdString(!series.refusal.empty()    ? series.refusal
+                                                       : !series.warnings.empty() ? series.warnings.front()
+                                                                                  : std::string());
+        const QStringList texts{QString::fromStdString(info.description),
+                                QString::fromStdString(info.modality),
+                                QString("%1 × %2 × %3").arg(info.dims[0]).arg(info.dims[1]).arg(info.dims[2]),
+                                QString("%1 × %2 × %3")
+                                    .arg(info.spacing[0], 0, 'g', 3)
+                                    .arg(info.spacing[1], 0, 'g', 3)
+                                    .arg(info.spacing[2], 0, 'g', 3),
+                                QString::number(info.files),
+                                remarks};
+        for (int column = 0; column < texts.size(); ++column) {
+            auto* item = new QTableWidgetItem(texts[column]);
+            if (!series.refusal.empty()) item->setFlags(Qt::NoItemFlags);
+            item->setToolTip(column == 5 ? remarks : QString::fromStdString(info.id));
+            table_->setItem(row, column, item);
+        }
+        const std::int64_t samples = info.dims[0] * info.dims[1] * info.dims[2];
+        if (series.refusal.empty() && samples > most) most = samples, best = row;
+    }
+    table_->resizeColumnsToContents();
+    table_->horizontalHeader()->setStretchLastSection(true);
+    layout->addWidget(table_, 1);
+    layout->addWidget(buttons(this, tr("Open"), open_));
+    connect(table_, &QTableWidget::itemSelectionChanged, this,
+            [this] { open_->setEnabled(!table_->selectedItems().empty()); });
+    connect(table_, &QTableWidget::itemDoubleClicked, this, &QDialog::accept);
+    if (best >= 0) table_->selectRow(best);
+    resize(860, 340);
+}
+
+std::string SeriesDialog::chosen() const {
+    const QList<QTableWidgetItem*> items = table_->selectedItems();
+    return items.empty() ? std::string() : ids_[static_cast<std::size_t>(items.front()->row())];
+}
+
+ExportDialog::ExportDialog(Session& session, Surfaces& surfaces, const QString& folder, QWidget* parent)
+    : QDialog(parent), session_(session), surfaces_(surfaces) {
+    setObjectName("export_dialog");
+    setWindowTitle(tr("Export"));
+    auto* layout = new QVBoxLayout(this);
+    layout->setContentsMargins(18, 16, 18, 16);
+    layout->setSpacing(12);
+    auto* form = new QFormLayout;
+    form->setSpacing(9);
+    layout->addLayout(form);
+
+    what_ = new QComboBox;
+    what_->setObjectName("what");
+    const SurfaceParameters* current = session_.current();
+    what_->addItem(current ? current->name : QString());
+    int visible = 0;
+    for (const SurfaceParameters& s : session_.parameters().surfaces) visible += s.visible;
+    if (visible > 1) what_->addItem(tr("All %1 visible surfaces, one file each").arg(visible));
+    form->addRow(tr("Surface"), what_);
+
+    format_ = new QComboBox;
+    format_->setObjectName("format");
+    for (const ExportFormat& format : kExportFormats)
+        format_->addItem(tr(format.name), QString(format.ending));
+    form->addRow(tr("Format"), format_);
+
+    space_ = new QComboBox;
+    space_->setObjectName("space");
+    space_->addItem(tr("LPS: as DICOM, ITK and 3D Slicer's files"));
+    space_->addItem(tr("RAS: x to the right, y to anterior"));
+    form->addRow(tr("Axes"), space_);
+
+    auto* file_row = new QHBoxLayout;
+    file_ = new QLineEdit;
+    file_->setObjectName("file");
+    file_->setMinimumWidth(420);
+    auto* browse = new QPushButton(tr("Browse…"));
+    browse->setAutoDefault(false);
+    file_row->addWidget(file_, 1);
+    file_row->addWidget(browse);
+    form->addRow(tr("To"), file_row);
+    file_->setText(QDir(folder).filePath(current ? file_name(*current, ending()) : QString()));
+    size_ = new QLabel;
+    size_->setObjectName("size");
+    size_->setProperty("role", "faint");
+    form->addRow(QString(), size_);
+
+    auto* same = new QLabel(tr("The same bytes come from"));
+    same->setProperty("role", "faint");
+    layout->addWidget(same);
+    commands_ = new QPlainTextEdit;
+    commands_->setObjectName("commands");
+    commands_->setReadOnly(true);
+    commands_->setMaximumHeight(64);
+    layout->addWidget(commands_);
+    layout->addWidget(buttons(this, tr("Export"), export_));
+
+    connect(browse, &QPushButton::clicked, this, [this] {
+        const QString chosen =
+            all() ? QFileDialog::getExistingDirectory(this, tr("Folder"), QFileInfo(file_->text()).path())
+                  : QFileDialog::getSaveFileName(this, tr("Export"), file_->text());
+        if (!chosen.isEmpty()) file_->setText(chosen);
+    });
+    connect(what_, qOverload<int>(&QComboBox::currentIndexChanged), this, [this] {
+        const SurfaceParameters* c = session_.current();
+        const QFileInfo before(file_->text());
+        if (all())
+            file_->setText(before.path());
+        else if (c)
+            file_->setText(QDir(before.filePath()).filePath(file_name(*c, ending())));
+        follow();
+    });
+    connect(format_, qOverload<int>(&QComboBox::currentIndexChanged), this, [this] {
+        if (!all()) {
+            const QFileInfo before(file_->text());
+            file_->setText(
+                QDir(before.path()).filePath(before.completeBaseName() + QString::fromStdString(ending())));
+        }
+        follow();
+    });
+    connect(space_, qOverload<int>(&QComboBox::currentIndexChanged), this, &ExportDialog::follow);
+    connect(file_, &QLineEdit::textChanged, this, &ExportDialog::follow);
+    connect(&surfaces_, &Surfaces::shape_changed, this, &ExportDialog::follow);
+    follow();
+}
+
+std::string ExportDialog::ending() const {
+    return format_->currentData().toString().toStdString();
+}
+
+Space ExportDialog::space() const {
+    return space_->currentIndex() == 1 ? Space::RAS : Space::LPS;
+}
+
+std::vector<ExportFile> ExportDialog::files() const {
+    const std::filesystem::path path = file_->text().toStdString();
+    if (!all()) return {{session_.parameters().current, path}};
+    std::vector<ExportFile> result;
+    for (const SurfaceParameters& surface : session_.parameters().surfaces) {
+        if (!surface.visible) continue;
+        // Two surfaces may have one name.
+        std::filesystem::path file = path / file_name(surface, ending()).toStdString();
+        for (int n = 2;
+             std::any_of(result.begin(), result.end(), [&](const ExportFile& f) { return f.file == file; });
+             ++n)
+            file = path / (file_name(surface, "").toStdString() + "-" + std::to_string(n) + ending());
+        result.push_back({surface.id, file});
+    }
+    return result;
+}
+
+QString ExportDialog::commands() const {
+    return commands_->toPlainText();
+}
+
+void ExportDialog::follow() {
+    const Scan* scan = session_.scan();
+    if (!scan) return;
+    QStringList lines;
+    double bytes = 0;
+    QString obstacle;
+    for (const ExportFile& file : files()) {
+        const SurfaceParameters* surface = session_.parameters().find(file.surface);
+        if (!surface) continue;
+        lines << shell_line(command_arguments(*scan, session_.parameters(), *surface, file.file, space()));
+        const std::shared_ptr<const Shape> shape = surfaces_.exact(file.surface);
+        if (!shape)
+            obstacle = tr("Full resolution is being extracted…");
+        else if (shape->mesh->triangles.empty())
+            obstacle = tr("“%1” is empty: there is no surface at %2.")
+                           .arg(surface->name)
+                           .arg(surface->isovalue, 0, 'g', 6);
+        else
+            bytes += estimated_bytes(file.file.extension().string(), shape->mesh->points.size(),
+                                     shape->mesh->triangles.size());
+        try {
+            mesh_format(file.file);
+        } catch (const InputError& error) {
+            obstacle = QString::fromUtf8(error.what());
+        }
+    }
+    commands_->setPlainText(lines.join("\n"));
+    size_->setText(!obstacle.isEmpty() ? obstacle : tr("About %1").arg(size_text(bytes)));
+    export_->setEnabled(obstacle.isEmpty() && !file_->text().isEmpty());
+}
+
+PictureDialog::PictureDialog(bool turntable, const QSize& size, const QString& file, QWidget* parent)
+    : QDialog(parent) {
+    setObjectName("picture_dialog");
+    setWindowTitle(turntable ? tr("Turntable as pictures") : tr("Screenshot"));
+    auto* layout = new QVBoxLayout(this);
+    layout->setContentsMargins(18, 16, 18, 16);
+    layout->setSpacing(12);
+    auto* form = new QFormLayout;
+    form->setSpacing(9);
+    layout->addLayout(form);
+    const auto number = [&](const char* name, const QString& label, int least, int most, int value) {
+        auto* box = new QSpinBox;
+        box->setObjectName(name);
+        box->setRange(least, most);
+        box->setValue(value);
+        form->addRow(label, box);
+        return box;
+    };
+    width_ = number("width", tr("Width, pixels"), 16, 4096, size.width());
+    height_ = number("height", tr("Height, pixels"), 16, 4096, size.height());
+    frames_ = number("frames", tr("Pictures in a turn"), 2, 3600, 72);
+    frames_->setVisible(turntable);
+    form->labelForField(frames_)->setVisible(turntable);
+    auto* row = new QHBoxLayout;
+    file_ = new QLineEdit(file);
+    file_->setObjectName("file");
+    file_->setMinimumWidth(380);
+    auto* browse = new QPushButton(tr("Browse…"));
+    browse->setAutoDefault(false);
+    row->addWidget(file_, 1);
+    row->addWidget(browse);
+    form->addRow(turntable ? tr("Folder") : tr("To"), row);
+    QPushButton* accept = nullptr;
+    layout->addWidget(buttons(this, tr("Save"), accept));
+    connect(browse, &QPushButton::clicked, this, [this, turntable] {
+        const QString chosen =
+            turntable ? QFileDialog::getExistingDirectory(this, tr("Folder"), file_->text())
+                      : QFileDialog::getSaveFileName(this, tr("Screenshot"), file_->text(), "PNG (*.png)");
+        if (!chosen.isEmpty()) file_->setText(chosen);
+    });
+}
+
+}  // namespace marrow::viewer

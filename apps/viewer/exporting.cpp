@@ -1,0 +1,91 @@
+#include "exporting.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+#include <presets.h>
+
+namespace marrow::viewer {
+namespace {
+
+// The shortest digits that are read back as this number.
+std::string number_text(double value) {
+    char text[40];
+    return {text, std::to_chars(text, text + sizeof text, value).ptr};
+}
+
+double digits(std::size_t n) {
+    return std::floor(std::log10(static_cast<double>(std::max<std::size_t>(n, 1)))) + 1;
+}
+
+}  // namespace
+
+double estimated_bytes(const std::string& ending, std::size_t points, std::size_t triangles) {
+    const auto p = static_cast<double>(points), t = static_cast<double>(triangles);
+    if (ending == ".stl") return 84 + 50 * t;
+    if (ending == ".ply") return 300 + 24 * p + 13 * t;
+    if (ending == ".vtp") return 1000 + 24 * p + 16 * t;
+    return 60 + 62 * p + t * (2 + 3 * (2 * digits(points) + 3));  // text: as long as its digits
+}
+
+QString size_text(double bytes) {
+    if (bytes < 1e6) return QString::number(bytes / 1e3, 'f', bytes < 1e4 ? 1 : 0) + " kB";
+    if (bytes < 1e9) return QString::number(bytes / 1e6, 'f', 1) + " MB";
+    return QString::number(bytes / 1e9, 'f', 2) + " GB";
+}
+
+std::vector<std::string> command_arguments(const Scan& scan, const Parameters& parameters,
+                                           const SurfaceParameters& surface,
+                                           const std::filesystem::path& output, Space space) {
+    std::vector<std::string> result{std::filesystem::absolute(scan.input).lexically_normal().string(), "-o",
+                                    output.string()};
+    const auto add = [&](const char* option, const std::string& value) {
+        result.emplace_back(option);
+        result.push_back(value);
+    };
+    const auto preset = std::find_if(kPresets.begin(), kPresets.end(),
+                                     [&](const Preset& p) { return p.isovalue == surface.isovalue; });
+    if (scan.hounsfield && preset != kPresets.end())
+        add("--type", std::string(preset->name));
+    else if (scan.otsu && *scan.otsu == surface.isovalue)
+        add("--isovalue", "otsu");
+    else
+        add("--isovalue", number_text(surface.isovalue));
+    if (parameters.largest) result.emplace_back("--largest");
+    if (parameters.open) result.emplace_back("--open");
+    if (space == Space::RAS) add("--space", "RAS");
+
+    const ScanOptions& options = scan.options;
+    if (!options.series.empty()) add("--series", options.series);
+    if (options.spacing) {
+        const Vec3d& s = *options.spacing;
+        add("--spacing", number_text(s[0]) + "," + number_text(s[1]) + "," + number_text(s[2]));
+    }
+    if (options.resample) result.emplace_back("--resample");
+    if (options.volume) add("--volume", std::to_string(*options.volume));
+    return result;
+}
+
+QString shell_line(const std::vector<std::string>& arguments) {
+    QString line = "marrow";
+    for (const std::string& argument : arguments) {
+        QString text = QString::fromStdString(argument);
+        constexpr std::string_view kPlain =
+            "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./,:=+@";
+        if (argument.empty() || argument.find_first_not_of(kPlain) != std::string::npos)
+            text = "'" + text.replace("'", "'\\''") + "'";
+        line += " " + text;
+    }
+    return line;
+}
+
+QString file_name(const SurfaceParameters& surface, const std::string& ending) {
+    QString name;
+    for (const QChar c : surface.name.simplified())
+        name += c.isLetterOrNumber() || c == '-' || c == '_' || c == '.' ? c : QChar('-');
+    while (name.startsWith('.') || name.startsWith('-')) name.remove(0, 1);
+    return (name.isEmpty() ? QString("surface") : name) + QString::fromStdString(ending);
+}
+
+}  // namespace marrow::viewer

@@ -1,0 +1,235 @@
+#include "histogram_bar.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <QKeyEvent>
+#include <QMouseEvent>
+#include <QPainter>
+#include <QPainterPath>
+#include <QWheelEvent>
+
+namespace marrow::viewer {
+namespace {
+
+constexpr double kMargin = 12, kTop = 16, kAxis = 18;
+
+// 1, 2 or 5 times a power of ten, at least `least`.
+double round_step(double least) {
+    const double power = std::pow(10, std::floor(std::log10(least)));
+    for (const double factor : {1.0, 2.0, 5.0}) {
+        if (factor * power >= least) return factor * power;
+    }
+    return 10 * power;
+}
+
+bool whole_numbers(SampleType type) {
+    return type != SampleType::float32 && type != SampleType::float64;
+}
+
+}  // namespace
+
+HistogramBar::HistogramBar(Session& session, QWidget* parent) : QWidget(parent), session_(session) {
+    setFocusPolicy(Qt::StrongFocus);
+    setMinimumHeight(84);
+    setMouseTracking(true);
+    setCursor(Qt::SizeHorCursor);
+    setToolTip(
+        tr("How often each value occurs, on a logarithmic scale.\n"
+           "Drag the line, or use the arrow and page keys. The wheel zooms."));
+    connect(&session_, &Session::scan_changed, this, &HistogramBar::follow_scan);
+    connect(&session_, &Session::parameters_changed, this, [this] { update(); });
+}
+
+// All values, but without a long tail of very few samples, such as metal.
+void HistogramBar::follow_scan() {
+    const Histogram& h = session_.scan()->histogram;
+    lower_ = h.lower;
+    upper_ = h.upper > h.lower ? h.upper : h.lower + 1;
+    highest_ = 1;
+    std::int64_t all = 0;
+    for (const std::int64_t n : h.counts) {
+        all += n;
+        highest_ = std::max(highest_, std::log1p(static_cast<double>(n)));
+    }
+    const double bin = (upper_ - lower_) / static_cast<double>(std::max<std::size_t>(h.counts.size(), 1));
+    std::int64_t above = 0;
+    std::size_t last = h.counts.size();
+    while (last > 1 && above <= all / 20000) above += h.counts[--last];
+    const double end = lower_ + bin * static_cast<double>(last + 1);
+    if (end - lower_ < 0.7 * (upper_ - lower_)) upper_ = lower_ + 1.2 * (end - lower_);
+    update();
+}
+
+QRectF HistogramBar::plot() const {
+    return QRectF(rect()).adjusted(kMargin, kTop, -kMargin, -kAxis);
+}
+
+double HistogramBar::x_of(double value) const {
+    return plot().left() + (value - lower_) / (upper_ - lower_) * plot().width();
+}
+
+double HistogramBar::value_at(double x) const {
+    return lower_ + (x - plot().left()) / plot().width() * (upper_ - lower_);
+}
+
+double HistogramBar::step() const {
+    const Scan* scan = session_.scan();
+    if (!scan) return 1;
+    const double range = scan->histogram.upper - scan->histogram.lower;
+    if (range <= 0) return 1;
+    return whole_numbers(scan->volume.type()) && range >= 100 ? 1 : round_step(range / 2000);
+}
+
+double HistogramBar::top_of(double count) const {
+    return plot().bottom() - std::log1p(count) / highest_ * plot().height();
+}
+
+void HistogramBar::paintEvent(QPaintEvent*) {
+    QPainter painter(this);
+    painter.setRenderHint(QPainter::Antialiasing);
+    const QRectF area = plot();
+    const Scan* scan = session_.scan();
+    if (!scan) return;
+    const Histogram& h = scan->histogram;
+    const SurfaceParameters* current = session_.current();
+
+    // The bins as steps; what is inside the surface in its colour.
+    QPainterPath bins;
+    bins.moveTo(area.left(), area.bottom());
+    const double bin = (h.upper - h.lower) / static_cast<double>(std::max<std::size_t>(h.counts.size(), 1));
+    for (std::size_t i = 0; i < h.counts.size(); ++i) {
+        const double from = x_of(h.lower + bin * static_cast<double>(i));
+        const double to = x_of(h.lower + bin * static_cast<double>(i + 1));
+        const double top = top_of(static_cast<double>(h.counts[i]));
+        bins.lineTo(from, top);
+        bins.lineTo(to, top);
+    }
+    bins.lineTo(x_of(h.upper), area.bottom());
+    bins.lineTo(area.left(), area.bottom());
+    bins.closeSubpath();
+    const double at = current ? x_of(current->isovalue) : area.left();
+    painter.save();
+    painter.setClipRect(area);
+    painter.fillPath(bins, QColor(255, 255, 255, 46));
+    if (current) {
+        painter.setClipRect(area.intersected(QRectF(QPointF(at, area.top()), area.bottomRight())));
+        QLinearGradient gradient(area.topLeft(), area.bottomLeft());
+        QColor strong = current->colour, weak = current->colour;
+        strong.setAlpha(215);
+        weak.setAlpha(120);
+        gradient.setColorAt(0, strong);
+        gradient.setColorAt(1, weak);
+        painter.fillPath(bins, gradient);
+    }
+    painter.restore();
+
+    // The axis.
+    QFont small = font();
+    small.setPixelSize(10);
+    painter.setFont(small);
+    painter.setPen(QColor(255, 255, 255, 40));
+    painter.drawLine(area.bottomLeft(), area.bottomRight());
+    const double tick = round_step((upper_ - lower_) / std::max(2.0, area.width() / 90));
+    for (double value = std::ceil(lower_ / tick) * tick; value <= upper_; value += tick) {
+        const double x = x_of(value);
+        painter.setPen(QColor(255, 255, 255, 60));
+        painter.drawLine(QPointF(x, area.bottom()), QPointF(x, area.bottom() + 3));
+        painter.setPen(QColor(168, 176, 186));
+        painter.drawText(QRectF(x - 45, area.bottom() + 3, 90, 14), Qt::AlignCenter,
+                         QString::number(std::abs(value) < tick / 2 ? 0 : value, 'g', 6));
+    }
+
+    // The other surfaces, then the one that moves.
+    for (const SurfaceParameters& surface : session_.parameters().surfaces) {
+        if (!surface.visible || (current && surface.id == current->id)) continue;
+        const double x = x_of(surface.isovalue);
+        if (x < area.left() || x > area.right()) continue;
+        painter.setPen(QPen(surface.colour, 1, Qt::DashLine));
+        painter.drawLine(QPointF(x, area.top()), QPointF(x, area.bottom()));
+    }
+    if (!current || at < area.left() - 1 || at > area.right() + 1) return;
+    const QColor accent = dragging_ || hasFocus() ? QColor(255, 196, 87) : QColor(240, 168, 48);
+    painter.setPen(QPen(accent, 2));
+    painter.drawLine(QPointF(at, kTop - 2), QPointF(at, area.bottom()));
+    const QString text = QString::number(current->isovalue, 'g', 6);
+    QFont bold = small;
+    bold.setPixelSize(11);
+    bold.setBold(true);
+    painter.setFont(bold);
+    const double wide = QFontMetricsF(bold).horizontalAdvance(text) + 12;
+    QRectF flag(at - wide / 2, 1, wide, kTop);
+    flag.moveLeft(std::clamp(flag.left(), 0.0, std::max(0.0, width() - wide)));
+    painter.setPen(Qt::NoPen);
+    painter.setBrush(accent);
+    painter.drawRoundedRect(flag, 4, 4);
+    painter.setPen(QColor(25, 20, 8));
+    painter.drawText(flag, Qt::AlignCenter, text);
+}
+
+void HistogramBar::set_from(double x) {
+    const double s = step();
+    const double value = std::clamp(value_at(x), lower_, upper_);
+    session_.set_isovalue(std::round(value / s) * s);
+}
+
+void HistogramBar::mousePressEvent(QMouseEvent* event) {
+    if (event->button() != Qt::LeftButton || !session_.scan()) return;
+    dragging_ = true;
+    session_.seal();
+    set_from(event->localPos().x());
+}
+
+void HistogramBar::mouseMoveEvent(QMouseEvent* event) {
+    if (dragging_) set_from(event->localPos().x());
+}
+
+void HistogramBar::mouseReleaseEvent(QMouseEvent* event) {
+    if (event->button() != Qt::LeftButton || !dragging_) return;
+    dragging_ = false;
+    session_.seal();
+    update();
+    emit released();
+}
+
+void HistogramBar::wheelEvent(QWheelEvent* event) {
+    const Scan* scan = session_.scan();
+    if (!scan || scan->histogram.upper <= scan->histogram.lower) return;
+    const double hand = value_at(event->position().x());
+    const double factor = std::pow(0.85, event->angleDelta().y() / 120.0);
+    const double all = scan->histogram.upper - scan->histogram.lower;
+    const double range = std::clamp((upper_ - lower_) * factor, all / 1000, all);
+    const double part = (hand - lower_) / (upper_ - lower_);
+    lower_ = std::clamp(hand - part * range, scan->histogram.lower, scan->histogram.upper - range);
+    upper_ = lower_ + range;
+    update();
+    event->accept();
+}
+
+void HistogramBar::keyPressEvent(QKeyEvent* event) {
+    const SurfaceParameters* current = session_.current();
+    double steps = 0;
+    switch (event->key()) {
+        case Qt::Key_Left:
+        case Qt::Key_Down:
+            steps = -1;
+            break;
+        case Qt::Key_Right:
+        case Qt::Key_Up:
+            steps = 1;
+            break;
+        case Qt::Key_PageDown:
+            steps = -10;
+            break;
+        case Qt::Key_PageUp:
+            steps = 10;
+            break;
+        default:
+            break;
+    }
+    if (steps == 0 || !current) return QWidget::keyPressEvent(event);
+    const double s = step();
+    session_.set_isovalue((std::round(current->isovalue / s) + steps) * s);
+}
+
+}  // namespace marrow::viewer

@@ -1,0 +1,335 @@
+#include "slice_view.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <QKeyEvent>
+#include <QMouseEvent>
+#include <QPainter>
+#include <QPainterPath>
+#include <QWheelEvent>
+
+#include "scene_parts.h"
+
+namespace marrow::viewer {
+namespace {
+
+const char* plane_name(Plane plane) {
+    return plane == Plane::axial ? "Axial" : plane == Plane::coronal ? "Coronal" : "Sagittal";
+}
+
+}  // namespace
+
+SliceView::SliceView(Session& session, Plane plane, QWidget* parent)
+    : QWidget(parent), session_(session), plane_(plane) {
+    setFocusPolicy(Qt::StrongFocus);
+    setMinimumSize(140, 110);
+    setCursor(Qt::CrossCursor);
+    connect(&session_, &Session::scan_changed, this, &SliceView::follow_scan);
+    connect(&session_, &Session::crosshair_changed, this, &SliceView::follow_crosshair);
+    connect(&session_, &Session::parameters_changed, this, &SliceView::follow_parameters);
+    connect(&session_, &Session::picking_changed, this, [this] { update(); });
+}
+
+void SliceView::follow_scan() {
+    frame_ = slice_frame(session_.scan()->volume.geometry(), plane_);
+    number_ = -1;
+    reset_view();
+    follow_crosshair();
+}
+
+std::int64_t SliceView::slice_number() const {
+    return std::llround(session_.crosshair()[static_cast<std::size_t>(frame_.through)]);
+}
+
+void SliceView::follow_crosshair() {
+    if (!session_.scan()) return;
+    if (slice_number() != number_) {
+        number_ = slice_number();
+        samples_ = slice_samples(session_.scan()->volume, frame_, number_);
+        contours_.clear();
+        redraw_samples();
+        follow_parameters();
+    }
+    update();
+}
+
+void SliceView::follow_parameters() {
+    if (!session_.scan() || samples_.empty()) return;
+    const Parameters& p = session_.parameters();
+    if (!(p.window == window_)) redraw_samples();
+    std::vector<Contour> contours;
+    for (const SurfaceParameters& surface : p.surfaces) {
+        if (!surface.visible) continue;
+        const auto known = std::find_if(contours_.begin(), contours_.end(),
+                                        [&](const Contour& c) { return c.isovalue == surface.isovalue; });
+        contours.push_back({surface.id, surface.isovalue,
+                            known != contours_.end()
+                                ? known->lines
+                                : slice_contour(samples_, frame_.size, surface.isovalue)});
+    }
+    contours_ = std::move(contours);
+    update();
+}
+
+void SliceView::redraw_samples() {
+    window_ = session_.parameters().window;
+    image_ =
+        QImage(static_cast<int>(frame_.size[0]), static_cast<int>(frame_.size[1]), QImage::Format_Grayscale8);
+    const double black = window_.centre - window_.width / 2, scale = 255 / std::max(window_.width, 1e-12);
+    const float* from = samples_.data();
+    for (int y = 0; y < image_.height(); ++y) {
+        uchar* to = image_.scanLine(y);
+        for (int x = 0; x < image_.width(); ++x, ++from)
+            to[x] = static_cast<uchar>(std::isfinite(*from) ? std::clamp((*from - black) * scale, 0.0, 255.0)
+                                                            : 0);
+    }
+    update();
+}
+
+QVector<QLineF> SliceView::contour_of(int id) const {
+    for (const Contour& contour : contours_) {
+        if (contour.id == id) return contour.lines;
+    }
+    return {};
+}
+
+void SliceView::reset_view() {
+    zoom_ = 1;
+    pan_ = {};
+    update();
+}
+
+// From samples to pixels of the widget.
+QTransform SliceView::to_widget() const {
+    const double wide = static_cast<double>(frame_.size[0]) * frame_.pixel.width();
+    const double high = static_cast<double>(frame_.size[1]) * frame_.pixel.height();
+    const double scale = zoom_ * std::min((width() - 8) / wide, (height() - 8) / high);
+    QTransform transform;
+    transform.translate(width() / 2.0 + pan_.x(), height() / 2.0 + pan_.y());
+    transform.scale(scale * frame_.pixel.width(), scale * frame_.pixel.height());
+    transform.translate(-static_cast<double>(frame_.size[0] - 1) / 2,
+                        -static_cast<double>(frame_.size[1] - 1) / 2);
+    return transform;
+}
+
+QPointF SliceView::place_of(const Vec3d& index) const {
+    return to_widget().map(frame_.to_slice(index));
+}
+
+Vec3d SliceView::index_at(const QPointF& place) const {
+    Vec3d index = frame_.to_index(to_widget().inverted().map(place), session_.crosshair());
+    return index;
+}
+
+void SliceView::paintEvent(QPaintEvent*) {
+    QPainter painter(this);
+    painter.fillRect(rect(), Qt::black);
+    if (!session_.scan() || samples_.empty()) return;
+    const QTransform transform = to_widget();
+    painter.setRenderHint(QPainter::SmoothPixmapTransform);
+    // Pixels have extent, samples have not: the image reaches half a sample beyond the outer ones.
+    painter.drawImage(transform.mapRect(QRectF(-0.5, -0.5, image_.width(), image_.height())), image_);
+
+    painter.setRenderHint(QPainter::Antialiasing);
+    for (const Contour& contour : contours_) {
+        const SurfaceParameters* surface = session_.parameters().find(contour.id);
+        if (!surface) continue;
+        const bool current = surface->id == session_.parameters().current;
+        QVector<QLineF> lines = contour.lines;
+        for (QLineF& line : lines) line = transform.map(line);
+        painter.setPen(QPen(surface->colour, current ? 1.6 : 1.1));
+        painter.drawLines(lines);
+    }
+
+    // The crosshair, in the colours of the planes that it stands for, open in the middle.
+    const QPointF at = transform.map(frame_.to_slice(session_.crosshair()));
+    const std::array<Plane, 2> others = plane_ == Plane::axial ? std::array{Plane::sagittal, Plane::coronal}
+                                        : plane_ == Plane::coronal ? std::array{Plane::sagittal, Plane::axial}
+                                                                   : std::array{Plane::coronal, Plane::axial};
+    constexpr double kGap = 7;
+    const auto pen = [](Plane plane) {
+        QColor colour = plane_colour(plane);
+        colour.setAlpha(200);
+        return QPen(colour, 1);
+    };
+    painter.setRenderHint(QPainter::Antialiasing, false);
+    painter.setPen(pen(others[0]));
+    painter.drawLine(QPointF(at.x(), 0), QPointF(at.x(), at.y() - kGap));
+    painter.drawLine(QPointF(at.x(), at.y() + kGap), QPointF(at.x(), height()));
+    painter.setPen(pen(others[1]));
+    painter.drawLine(QPointF(0, at.y()), QPointF(at.x() - kGap, at.y()));
+    painter.drawLine(QPointF(at.x() + kGap, at.y()), QPointF(width(), at.y()));
+
+    painter.setRenderHint(QPainter::Antialiasing);
+    paint_marks(painter, transform);
+    paint_words(painter);
+}
+
+// Measurements: bright where they lie in this slice, faint where they are seen through it.
+void SliceView::paint_marks(QPainter& painter, const QTransform& transform) {
+    const Geometry& geometry = session_.scan()->volume.geometry();
+    const auto mark = [&](const std::vector<Vec3d>& points, const QString& text) {
+        QPolygonF places;
+        bool here = true;
+        for (const Vec3d& p : points) {
+            const Vec3d index = index_of(geometry, p);
+            places << transform.map(frame_.to_slice(index));
+            here = here && std::abs(index[static_cast<std::size_t>(frame_.through)] -
+                                    static_cast<double>(number_)) < 1;
+        }
+        QColor colour(77, 199, 242, here ? 255 : 90);
+        painter.setPen(QPen(colour, 1.8));
+        painter.setBrush(Qt::NoBrush);
+        painter.drawPolyline(places);
+        painter.setBrush(colour);
+        for (const QPointF& place : places) painter.drawEllipse(place, 2.5, 2.5);
+        if (text.isEmpty() || !here) return;
+        const QPointF middle = points.size() == 2 ? (places[0] + places[1]) / 2 : places[1];
+        QPainterPath path;
+        path.addText(middle + QPointF(8, -6), font(), text);
+        painter.strokePath(path, QPen(QColor(0, 0, 0, 200), 3));
+        painter.fillPath(path, Qt::white);
+    };
+    for (const Measurement& measurement : session_.parameters().measurements)
+        mark(measurement.points, measurement.text());
+    if (!session_.picked().empty()) mark(session_.picked(), {});
+}
+
+void SliceView::paint_words(QPainter& painter) {
+    const QRectF area = QRectF(rect()).adjusted(8, 5, -8, -5);
+    const auto word = [&](int flags, const QString& text, const QColor& colour) {
+        QRectF shadow = area.translated(1, 1);
+        painter.setPen(QColor(0, 0, 0, 220));
+        painter.drawText(shadow, flags, text);
+        painter.setPen(colour);
+        painter.drawText(area, flags, text);
+    };
+    QFont small = font();
+    small.setPixelSize(11);
+    painter.setFont(small);
+    const QColor faint(205, 212, 220);
+    // Where the slice is, along the patient's axis that it is nearest to.
+    const Vec3d p = session_.crosshair_position();
+    const std::size_t axis = plane_ == Plane::axial ? 2 : plane_ == Plane::coronal ? 1 : 0;
+    const char* side = plane_ == Plane::axial     ? (p[2] < 0 ? "I" : "S")
+                       : plane_ == Plane::coronal ? (p[1] < 0 ? "A" : "P")
+                                                  : (p[0] < 0 ? "R" : "L");
+    word(Qt::AlignTop | Qt::AlignRight, QString("%1 %2 mm").arg(side).arg(std::abs(p[axis]), 0, 'f', 1),
+         faint);
+    const std::int64_t slices =
+        session_.scan()->volume.geometry().dims[static_cast<std::size_t>(frame_.through)];
+    word(Qt::AlignBottom | Qt::AlignRight, QString("%1 / %2").arg(number_ + 1).arg(slices), faint);
+    const QPointF in_slice = frame_.to_slice(session_.crosshair());
+    const auto u = std::clamp<std::int64_t>(std::llround(in_slice.x()), 0, frame_.size[0] - 1);
+    const auto v = std::clamp<std::int64_t>(std::llround(in_slice.y()), 0, frame_.size[1] - 1);
+    const double value = samples_[static_cast<std::size_t>(v * frame_.size[0] + u)];
+    word(Qt::AlignBottom | Qt::AlignLeft,
+         QString::number(value, 'g', 6) + (session_.scan()->hounsfield ? " HU" : ""), faint);
+
+    QFont bold = small;
+    bold.setBold(true);
+    painter.setFont(bold);
+    word(Qt::AlignTop | Qt::AlignLeft, tr(plane_name(plane_)), plane_colour(plane_));
+    const QColor direction(150, 160, 172);
+    word(Qt::AlignVCenter | Qt::AlignLeft, frame_.left, direction);
+    word(Qt::AlignVCenter | Qt::AlignRight, frame_.right, direction);
+    word(Qt::AlignTop | Qt::AlignHCenter, frame_.top, direction);
+    word(Qt::AlignBottom | Qt::AlignHCenter, frame_.bottom, direction);
+    if (hasFocus()) {
+        QColor edge = plane_colour(plane_);
+        edge.setAlpha(170);
+        painter.setBrush(Qt::NoBrush);
+        painter.setPen(QPen(edge, 1));
+        painter.drawRect(QRectF(rect()).adjusted(0.5, 0.5, -0.5, -0.5));
+    }
+}
+
+void SliceView::mousePressEvent(QMouseEvent* event) {
+    if (!session_.scan()) return;
+    last_ = event->localPos();
+    dragging_ = event->button() == Qt::LeftButton && event->modifiers() & Qt::ShiftModifier ? Qt::MiddleButton
+                                                                                            : event->button();
+    if (dragging_ == Qt::LeftButton) {
+        const Vec3d index = index_at(last_);
+        const auto& dims = session_.scan()->volume.geometry().dims;
+        bool inside = true;
+        for (std::size_t a = 0; a < 3; ++a)
+            inside = inside && index[a] >= -0.5 && index[a] <= static_cast<double>(dims[a]) - 0.5;
+        if (session_.tool() == Tool::navigate)
+            session_.set_crosshair(index);
+        else if (inside) {
+            // On the slice that is seen, not between two.
+            Vec3d exact = index;
+            exact[static_cast<std::size_t>(frame_.through)] = static_cast<double>(number_);
+            session_.click(session_.scan()->volume.geometry().physical(exact));
+        }
+    }
+}
+
+void SliceView::mouseMoveEvent(QMouseEvent* event) {
+    if (!session_.scan() || dragging_ == Qt::NoButton) return;
+    const QPointF moved = event->localPos() - last_;
+    last_ = event->localPos();
+    if (dragging_ == Qt::LeftButton && session_.tool() == Tool::navigate) {
+        session_.set_crosshair(index_at(last_));
+    } else if (dragging_ == Qt::MiddleButton) {
+        pan_ += moved;
+        update();
+    } else if (dragging_ == Qt::RightButton) {
+        session_.change(tr("window"), "window", [&](Parameters& p) {
+            p.window.width = std::max(p.window.width * std::exp(moved.x() / 150), 1e-6);
+            p.window.centre += moved.y() / 300 * p.window.width;
+        });
+    }
+}
+
+void SliceView::mouseReleaseEvent(QMouseEvent*) {
+    if (dragging_ == Qt::RightButton) session_.seal();
+    dragging_ = Qt::NoButton;
+}
+
+void SliceView::wheelEvent(QWheelEvent* event) {
+    const double steps = event->angleDelta().y() / 120.0;
+    if (event->modifiers() & Qt::ControlModifier) {
+        const double before = zoom_;
+        zoom_ = std::clamp(zoom_ * std::pow(1.2, steps), 0.2, 40.0);
+        // What is under the hand stays there.
+        const QPointF hand = event->position() - QPointF(width() / 2.0, height() / 2.0);
+        pan_ = hand - (hand - pan_) * (zoom_ / before);
+        update();
+    } else {
+        go(steps > 0 ? std::ceil(steps) : std::floor(steps));
+    }
+    event->accept();
+}
+
+void SliceView::keyPressEvent(QKeyEvent* event) {
+    switch (event->key()) {
+        case Qt::Key_Up:
+        case Qt::Key_Right:
+            return go(1);
+        case Qt::Key_Down:
+        case Qt::Key_Left:
+            return go(-1);
+        case Qt::Key_PageUp:
+            return go(10);
+        case Qt::Key_PageDown:
+            return go(-10);
+        default:
+            QWidget::keyPressEvent(event);
+    }
+}
+
+// Towards superior, posterior or left.
+void SliceView::go(double slices) {
+    if (!session_.scan()) return;
+    Vec3d index = session_.crosshair();
+    const auto axis = static_cast<std::size_t>(frame_.through);
+    const std::size_t patient = plane_ == Plane::axial ? 2 : plane_ == Plane::coronal ? 1 : 0;
+    const bool against = session_.scan()->volume.geometry().direction[patient][axis] < 0;
+    index[axis] = std::round(index[axis]) + (against ? -slices : slices);
+    session_.set_crosshair(index);
+}
+
+}  // namespace marrow::viewer

@@ -1,0 +1,71 @@
+#include "worker.h"
+
+namespace marrow::viewer {
+
+Worker::Worker() : thread_([this] { run(); }) {}
+
+Worker::~Worker() {
+    {
+        const std::lock_guard lock(mutex_);
+        stop_ = true;
+        interrupt_ = true;
+    }
+    wake_.notify_one();
+    thread_.join();
+}
+
+void Worker::post(Key key, Job job) {
+    {
+        const std::lock_guard lock(mutex_);
+        waiting_[key] = std::move(job);
+        if (running_ && key <= *running_) {
+            if (key == *running_) again_ = false;
+            interrupt_ = true;
+        }
+    }
+    wake_.notify_one();
+}
+
+void Worker::forget(Key key) {
+    const std::lock_guard lock(mutex_);
+    waiting_.erase(key);
+    if (running_ == key) {
+        again_ = false;
+        interrupt_ = true;
+    }
+}
+
+void Worker::forget_all() {
+    const std::lock_guard lock(mutex_);
+    waiting_.clear();
+    again_ = false;
+    interrupt_ = true;
+}
+
+void Worker::run() {
+    const Progress unless_interrupted = [this](double) {
+        return !interrupt_.load(std::memory_order_relaxed);
+    };
+    std::unique_lock lock(mutex_);
+    while (true) {
+        running_.reset();
+        wake_.wait(lock, [this] { return stop_ || !waiting_.empty(); });
+        if (stop_) return;
+        auto job = waiting_.extract(waiting_.begin());
+        running_ = job.key();
+        again_ = true;
+        interrupt_ = false;
+        lock.unlock();
+        bool done = true;
+        try {
+            job.mapped()(unless_interrupted);
+        } catch (const Cancelled&) {
+            done = false;
+        }
+        if (done) job = {};  // what it holds is freed outside the lock
+        lock.lock();
+        if (!done && again_) waiting_.insert(std::move(job));
+    }
+}
+
+}  // namespace marrow::viewer

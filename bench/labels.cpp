@@ -1,0 +1,144 @@
+// marrow-bench-labels: all labels of a map in one pass, beside one extraction a label, in one process on the same samples.
+#include <fmt/core.h>
+#include <tbb/global_control.h>
+#include <tbb/parallel_for.h>
+#include <vtkDiscreteFlyingEdges3D.h>
+#include <vtkPolyData.h>
+
+#include <CLI/CLI.hpp>
+
+#include <marrow/isosurface.h>
+#include <marrow/labels.h>
+#include <marrow/scan_io.h>
+
+#include "timing.h"
+#include "vtk_image.h"
+
+namespace marrow::bench {
+namespace {
+
+// The map with the commonest labels alone, as 16-bit samples.
+Volume with_labels(const Volume& map, std::size_t most, std::vector<std::int64_t>& labels) {
+    std::vector<LabelSurface> surfaces = extract_labels(map, {.relax = 0, .normals = false});
+    std::sort(surfaces.begin(), surfaces.end(),
+              [](const auto& a, const auto& b) { return a.mesh.points.size() > b.mesh.points.size(); });
+    if (surfaces.size() > most) surfaces.resize(most);
+    std::vector<bool> kept(65536, false);
+    for (const LabelSurface& s : surfaces) {
+        if (s.label < 0 || s.label > 65535) throw InputError("labels must be from 0 to 65535");
+        labels.push_back(s.label);
+        kept[static_cast<std::size_t>(s.label)] = true;
+    }
+    Volume result(map.geometry(), SampleType::uint16);
+    const auto copy = [&](auto sample) {
+        using T = decltype(sample);
+        for (std::int64_t i = 0; i < map.geometry().sample_count(); ++i) {
+            const auto label = static_cast<std::size_t>(map.samples<T>()[i]);
+            result.samples<std::uint16_t>()[i] =
+                static_cast<std::uint16_t>(label < kept.size() && kept[label] ? label : 0);
+        }
+    };
+    switch (map.type()) {
+        case SampleType::uint8:
+            copy(std::uint8_t{});
+            break;
+        case SampleType::int8:
+            copy(std::int8_t{});
+            break;
+        case SampleType::uint16:
+            copy(std::uint16_t{});
+            break;
+        case SampleType::int16:
+            copy(std::int16_t{});
+            break;
+        case SampleType::int32:
+            copy(std::int32_t{});
+            break;
+        case SampleType::float32:
+            copy(float{});
+            break;
+        case SampleType::float64:
+            copy(double{});
+            break;
+    }
+    return result;
+}
+
+std::size_t triangles_of(const std::vector<LabelSurface>& surfaces) {
+    std::size_t triangles = 0;
+    for (const LabelSurface& s : surfaces) triangles += s.mesh.triangles.size();
+    return triangles;
+}
+
+void run(const std::string& input, std::size_t most, int rounds, int threads) {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
+                                    static_cast<std::size_t>(threads));
+    std::vector<std::int64_t> labels;
+    const Volume map = with_labels(read_scan(input), most, labels);
+    const auto image = vtk_image(map);
+    const std::int64_t samples = map.geometry().sample_count();
+
+    const auto one_by_one = [&](bool normals) {
+        Volume mask(map.geometry(), SampleType::uint8);
+        std::size_t triangles = 0;
+        for (const std::int64_t label : labels) {
+            tbb::parallel_for(tbb::blocked_range<std::int64_t>(0, samples, 1 << 16), [&](const auto& range) {
+                const auto wanted = static_cast<std::uint16_t>(label);
+                for (std::int64_t i = range.begin(); i < range.end(); ++i)
+                    mask.samples<std::uint8_t>()[i] = map.samples<std::uint16_t>()[i] == wanted;
+            });
+            triangles += extract_isosurface(mask, 0.5, {.normals = normals, .closed = true}).triangles.size();
+        }
+        return triangles;
+    };
+    const auto flying_edges = [&](bool normals) {
+        std::size_t triangles = 0;
+        for (const std::int64_t label : labels) {
+            vtkNew<vtkDiscreteFlyingEdges3D> filter;
+            filter->SetInputData(image);
+            filter->SetValue(0, static_cast<double>(label));
+            filter->SetComputeNormals(normals);
+            filter->SetComputeGradients(false);
+            filter->SetComputeScalars(false);
+            filter->Update();
+            triangles += static_cast<std::size_t>(filter->GetOutput()->GetNumberOfPolys());
+        }
+        return triangles;
+    };
+    const Arm arms[] = {
+        {"all at once", [&] { return triangles_of(extract_labels(map, {.relax = 0, .normals = false})); }},
+        {"all at once, relaxed, with normals", [&] { return triangles_of(extract_labels(map)); }},
+        {"one extraction a label", [&] { return one_by_one(false); }},
+        {"one extraction a label, with normals", [&] { return one_by_one(true); }},
+        {"vtkDiscreteFlyingEdges3D", [&] { return flying_edges(false); }},
+        {"vtkDiscreteFlyingEdges3D, with normals", [&] { return flying_edges(true); }},
+    };
+    fmt::print("{} labels of {} x {} x {} samples, {} threads\n", labels.size(), map.geometry().dims[0],
+               map.geometry().dims[1], map.geometry().dims[2], threads);
+    measure(arms, rounds);
+}
+
+}  // namespace
+}  // namespace marrow::bench
+
+int main(int argc, char** argv) {
+    CLI::App app(
+        "Times extract_labels beside one extraction a label. ratio: of the arm's time to the first's, on the "
+        "wall and of "
+        "processors.");
+    std::string input;
+    std::size_t labels = 20;
+    int rounds = 5, threads = 1;
+    app.add_option("INPUT", input, "a label map")->required();
+    app.add_option("--labels", labels, "how many, those with the largest surfaces")->capture_default_str();
+    app.add_option("--rounds", rounds)->capture_default_str()->check(CLI::PositiveNumber);
+    app.add_option("--threads", threads)->capture_default_str()->check(CLI::PositiveNumber);
+    CLI11_PARSE(app, argc, argv);
+    try {
+        marrow::bench::run(input, labels, rounds, threads);
+        return 0;
+    } catch (const std::exception& error) {
+        fmt::print(stderr, "marrow-bench-labels: {}\n", error.what());
+        return 3;
+    }
+}

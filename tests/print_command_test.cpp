@@ -1,0 +1,164 @@
+// marrow sweep, label maps and files of several surfaces, as the command line has them.
+#include <cstdio>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "command_line.h"
+
+namespace marrow::test {
+namespace {
+
+using Json = nlohmann::json;
+using Names = std::set<std::string>;
+
+class Sweep : public testing::Test {
+  protected:
+    void SetUp() override { write_nrrd(scan, 24, 25, 13, ball(12, 12, 6, 8)); }
+    const TemporaryFolder folder;
+    const std::string scan = folder / "ball.nrrd";
+};
+
+TEST_F(Sweep, WritesATableAndAPlot) {
+    const Outcome outcome = marrow_with({"sweep", scan, "--from", "-500", "--to", "500", "-n", "11", "-o",
+                                         folder / "a.csv", "--plot", folder / "a.svg"});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    std::istringstream table(content(folder / "a.csv"));
+    std::string line;
+    std::getline(table, line);
+    EXPECT_EQ(line, "isovalue,volume_mm3,area_mm2,components,triangles,shift_mm,plateau");
+    double last_volume = 1e9;
+    for (int i = 0; i < 11; ++i) {
+        ASSERT_TRUE(std::getline(table, line));
+        double isovalue = 0, volume = 0;
+        ASSERT_EQ(std::sscanf(line.c_str(), "%lf,%lf", &isovalue, &volume), 2);
+        EXPECT_EQ(isovalue, -500 + 100 * i);
+        EXPECT_LT(volume, last_volume);
+        last_volume = volume;
+    }
+    EXPECT_FALSE(std::getline(table, line));
+    const std::string svg = content(folder / "a.svg");
+    EXPECT_EQ(svg.find("<svg "), 0u);
+    EXPECT_NE(svg.find("</svg>"), svg.npos);
+}
+
+TEST_F(Sweep, SaysTheNumbersOfTheSurfaceItself) {
+    const Outcome outcome = marrow_with({"sweep", scan, "--from", "0", "--to", "100", "-n", "2", "--json"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    const Json first = Json::parse(outcome.out)["sweep"][0];
+    const Json alone =
+        Json::parse(marrow_with({scan, "-o", folder / "a.stl", "--isovalue", "0", "--json"}).out);
+    for (const char* name : {"isovalue", "components", "triangles"}) EXPECT_EQ(first[name], alone[name]);
+    for (const char* name : {"volume_mm3", "area_mm2"})
+        EXPECT_NEAR(first[name].get<double>(), alone[name].get<double>(), 1e-5 * alone[name].get<double>());
+}
+
+TEST_F(Sweep, GoesOverAllSamplesWhereItIsNotTold) {
+    const Outcome outcome = marrow_with({"sweep", scan, "-n", "3"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(outcome.out.find("\n-1000,"), outcome.out.find('\n'));
+    EXPECT_NE(outcome.out.find("\n1000,"), outcome.out.npos);
+}
+
+TEST_F(Sweep, RefusesWhatMakesNoSense) {
+    for (const std::vector<std::string>& more :
+         std::vector<std::vector<std::string>>{{"--from", "5", "--to", "5"},
+                                               {"--from", "x"},
+                                               {"-n", "1"},
+                                               {"-o", "a.txt"},
+                                               {"--plot", "a.png"}}) {
+        std::vector<std::string> command{"sweep", scan};
+        command.insert(command.end(), more.begin(), more.end());
+        EXPECT_EQ(marrow_with(command).code, kUsage) << more[0];
+    }
+    EXPECT_EQ(marrow_with({"sweep", scan}, true).code, kCancelled);
+}
+
+TEST_F(Sweep, SeveralSurfacesGoIntoOneFile) {
+    const Outcome outcome =
+        marrow_with({scan, "-o", folder / "two.glb", "--type", "bone", "--type", "skin", "--json"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(folder.files(), (Names{"ball.nrrd", "two.glb"}));
+    const std::string file = content(folder / "two.glb");
+    EXPECT_NE(file.find("\"name\":\"bone\""), file.npos);
+    EXPECT_NE(file.find("\"name\":\"skin\""), file.npos);
+    EXPECT_EQ(marrow_with({scan, "-o", folder / "two.stl", "--type", "bone", "--type", "skin"}).code, kUsage);
+    EXPECT_EQ(marrow_with({scan, "-o", folder / "a.glb", "--type", "bone", "--space", "RAS"}).code, kUsage);
+}
+
+class LabelMap : public testing::Test {
+  protected:
+    void SetUp() override {
+        write_nrrd(map, 12, 6, 5, [](int x, int y, int z) {
+            const bool inside = x > 0 && x < 11 && y > 0 && y < 5 && z > 0 && z < 4;
+            return !inside ? 0 : x < 6 ? 3 : x < 9 ? 7 : 12;
+        });
+        put_content(folder / "table.ctbl", "3 liver 255 0 0 255\n7 a/b 0 255 0 255\n");
+    }
+    const TemporaryFolder folder;
+    const std::string map = folder / "map.nrrd";
+    const std::string table = folder / "table.ctbl";
+};
+
+TEST_F(LabelMap, BecomesOneFileOfNamedSurfaces) {
+    const Outcome outcome = marrow_with({map, "--labels", table, "-o", folder / "all.glb", "--json"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    const Json surfaces = Json::parse(outcome.out)["surfaces"];
+    ASSERT_EQ(surfaces.size(), 3u);
+    EXPECT_EQ(surfaces[0]["label"], 3);
+    EXPECT_EQ(surfaces[0]["name"], "liver");
+    EXPECT_EQ(surfaces[1]["name"], "a/b");
+    EXPECT_EQ(surfaces[2]["name"], "label-12");
+    for (const Json& s : surfaces) {
+        EXPECT_EQ(s["boundary_edges"], 0);
+        EXPECT_EQ(s["nonmanifold_edges"], 0);
+        EXPECT_EQ(s["euler_characteristic"], 2);
+        EXPECT_GT(s["volume_mm3"], 0);
+    }
+    const std::string file = content(folder / "all.glb");
+    EXPECT_NE(file.find("\"name\":\"liver\",\"pbrMetallicRoughness\":{\"baseColorFactor\":[1,0,0,1]"),
+              file.npos);
+}
+
+TEST_F(LabelMap, BecomesAFileForEachLabel) {
+    EXPECT_EQ(marrow_with({map, "--labels", table, "-o", folder / "part {name}.stl"}).code, 0);
+    EXPECT_EQ(folder.files(),
+              (Names{"map.nrrd", "table.ctbl", "part liver.stl", "part a_b.stl", "part label-12.stl"}));
+}
+
+TEST_F(LabelMap, TellsLabelsOfOneNameApart) {
+    put_content(table, "3 part\n7 part\n");
+    EXPECT_EQ(marrow_with({map, "--labels", table, "-o", folder / "{name}.stl"}).code, 0);
+    EXPECT_EQ(folder.files(), (Names{"map.nrrd", "table.ctbl", "part-3.stl", "part-7.stl", "label-12.stl"}));
+}
+
+TEST_F(LabelMap, RelaxationCanBeLeftOut) {
+    const auto volume = [&](const std::string& passes) {
+        const Outcome outcome =
+            marrow_with({map, "-o", folder / "a.glb", "--labels", "--relax", passes, "--json"});
+        EXPECT_EQ(outcome.code, 0) << outcome.err;
+        return Json::parse(outcome.out)["surfaces"][0]["volume_mm3"].get<double>();
+    };
+    EXPECT_NE(volume("0"), volume("40"));
+}
+
+TEST_F(LabelMap, RefusesWhatMakesNoSense) {
+    const auto code = [&](std::vector<std::string> more) {
+        std::vector<std::string> command{map, "--labels", table};
+        command.insert(command.end(), more.begin(), more.end());
+        return marrow_with(command).code;
+    };
+    EXPECT_EQ(code({"-o", folder / "a.stl"}), kUsage);
+    EXPECT_EQ(code({"-o", folder / "a.glb", "--isovalue", "1"}), kUsage);
+    EXPECT_EQ(code({"-o", folder / "a.glb", "--relax", "-1"}), kUsage);
+    EXPECT_EQ(code({}), kUsage);
+    EXPECT_EQ(marrow_with({map, "-o", folder / "a.glb", "--isovalue", "1", "--relax", "3"}).code, kUsage);
+    EXPECT_EQ(marrow_with({map, "--labels", folder / "missing", "-o", folder / "a.glb"}).code, kUnreadable);
+    put_content(table, "nonsense");
+    EXPECT_EQ(code({"-o", folder / "a.glb"}), kUnreadable);
+    write_nrrd(map, 3, 3, 3, [](int, int, int) { return 0; });
+    EXPECT_EQ(marrow_with({map, "--labels", "-o", folder / "a.glb"}).code, kEmpty);
+}
+
+}  // namespace
+}  // namespace marrow::test
