@@ -79,8 +79,9 @@ struct SimplifyStats {
 /// handles; so no piece vanishes, and a piece of few triangles may keep the result above `triangles`. Points on
 /// open or non-manifold edges stay. With max_error the result is measured, and made again with less freedom
 /// where it lies too far away, until it keeps the error everywhere. Normals, where there are any, become those
-/// of the triangles. The same bits for any number of threads. \throw InputError negative triangles, a
-/// max_error that is not positive, triangles that name no point; LimitError 2^32 / 3 triangles; Cancelled
+/// of the triangles. Without max_error and `stats` nothing is measured, which is faster. The same bits for any
+/// number of threads. \throw InputError negative triangles, a max_error that is not positive, triangles that name
+/// no point; LimitError 2^32 / 3 triangles; Cancelled
 Mesh simplify(const Mesh& mesh, const SimplifyOptions& options, SimplifyStats* stats = nullptr);
 
 }  // namespace marrow

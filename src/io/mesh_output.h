@@ -75,7 +75,7 @@ class MeshOutput {
 
   private:
     const Write write_;
-    const Progress& progress_;
+    const Progress progress_;  // a copy: a SurfaceWriter outlives its options
     double share_begin_ = 0, share_end_ = 1;
     std::vector<char> piece_;
 };

@@ -24,8 +24,8 @@ struct Attempt {
     std::vector<std::uint32_t> to_blame;
 };
 
-Attempt attempt(const Mesh& mesh, const TriangleTree& tree, const SimplifyOptions& options,
-                double guarded, const std::vector<bool>& fixed) {
+Attempt attempt(const Mesh& mesh, const TriangleTree& tree, const SimplifyOptions& options, double guarded,
+                const std::vector<bool>& fixed) {
     const double max_error = options.max_error;
     DeviationGuard guard(mesh, tree, guarded);
     EdgeCollapse collapse(mesh, guarded, std::isfinite(max_error) ? &guard : nullptr);
@@ -84,8 +84,16 @@ Mesh simplify(const Mesh& mesh, const SimplifyOptions& options, SimplifyStats* s
     if (mesh.triangles.size() >= (std::size_t{1} << 32) / 3)
         throw LimitError("simplify: the mesh has more than 2^32 / 3 triangles");
     SimplifyStats found;
-    Mesh result = mesh;
-    if (mesh.triangles.size() > static_cast<std::size_t>(options.triangles)) {
+    if (mesh.triangles.size() <= static_cast<std::size_t>(options.triangles)) {
+        if (stats) *stats = found;
+        return mesh;
+    }
+    Mesh result;
+    if (!std::isfinite(options.max_error) && !stats) {  // nothing to measure
+        EdgeCollapse collapse(mesh, options.max_error);
+        collapse.reduce_to(static_cast<std::size_t>(options.triangles), options.progress);
+        result = collapse.mesh();
+    } else {
         // The guard looks at few places of each triangle; the measurement finds the few worse ones between.
         // The next attempt is more careful, and leaves what is round them.
         const TriangleTree tree(mesh);
@@ -100,11 +108,13 @@ Mesh simplify(const Mesh& mesh, const SimplifyOptions& options, SimplifyStats* s
             result = std::move(a.mesh);
             found.backed_off = false;
         }
-        if (!found.backed_off && !same_topology(mesh, result)) {
-            result = mesh;
-            found = {{}, true};
-        }
-        if (!found.backed_off && !mesh.normals.empty()) result.normals = point_normals(result);
+    }
+    // The link condition keeps the topology; a mesh to print is worth looking again.
+    if (found.backed_off || !same_topology(mesh, result)) {
+        result = mesh;
+        found = {{}, true};
+    } else if (!mesh.normals.empty()) {
+        result.normals = point_normals(result);
     }
     if (stats) *stats = found;
     return result;
