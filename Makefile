@@ -2,7 +2,7 @@
 PRESET ?= release
 JOBS ?= $(shell nproc)
 
-.PHONY: all build test demo bench paper install deps
+.PHONY: all build test demo bench paper viewer fuzz install deps
 all: build
 
 deps:
@@ -18,11 +18,20 @@ test: build
 demo: build
 	scripts/demo build/$(PRESET)/bin/marrow
 
+# Each target searches for SECONDS, from the seeds and what was found before.
+SECONDS ?= 60
+fuzz:
+	scripts/install-dependencies fuzz
+	scripts/fuzz $(SECONDS)
+
 bench: build
 	build/$(PRESET)/bin/marrow-bench
 
 paper: build
 	scripts/paper build/$(PRESET)/bin/marrow-paper
+
+viewer: build
+	build/$(PRESET)/bin/marrow-viewer
 
 install: build
 	cmake --install build/$(PRESET)

@@ -2,20 +2,11 @@
 
 #include <malloc.h>
 #include <vtkCellArray.h>
-#include <vtkCharArray.h>
-#include <vtkDoubleArray.h>
-#include <vtkFloatArray.h>
 #include <vtkFlyingEdges3D.h>
 #include <vtkImageData.h>
-#include <vtkIntArray.h>
 #include <vtkMarchingCubes.h>
 #include <vtkNew.h>
-#include <vtkPointData.h>
 #include <vtkPolyData.h>
-#include <vtkShortArray.h>
-#include <vtkSignedCharArray.h>
-#include <vtkUnsignedCharArray.h>
-#include <vtkUnsignedShortArray.h>
 
 #include <chrono>
 #include <limits>
@@ -23,51 +14,14 @@
 
 #include <marrow/isosurface.h>
 
+#include "vtk_image.h"
+
 namespace marrow::bench {
 
 namespace {
 
 double milliseconds_since(std::chrono::steady_clock::time_point start) {
     return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-}
-
-template <class Array>
-vtkSmartPointer<vtkDataArray> borrow(const VolumeView& volume) {
-    vtkNew<Array> array;
-    using T = typename Array::ValueType;
-    array->SetArray(const_cast<T*>(static_cast<const T*>(volume.data)), volume.geometry.sample_count(), 1);
-    return array;
-}
-
-// The same samples as a vtkImageData, not copied.
-vtkSmartPointer<vtkImageData> vtk_image(const VolumeView& volume) {
-    const Geometry& g = volume.geometry;
-    vtkNew<vtkImageData> image;
-    image->SetDimensions(static_cast<int>(g.dims[0]), static_cast<int>(g.dims[1]),
-                         static_cast<int>(g.dims[2]));
-    image->SetSpacing(g.spacing.data());
-    image->SetOrigin(g.origin.data());
-    const auto scalars = [&] {
-        switch (volume.type) {
-            case SampleType::uint8:
-                return borrow<vtkUnsignedCharArray>(volume);
-            case SampleType::int8:
-                return borrow<vtkSignedCharArray>(volume);
-            case SampleType::uint16:
-                return borrow<vtkUnsignedShortArray>(volume);
-            case SampleType::int16:
-                return borrow<vtkShortArray>(volume);
-            case SampleType::int32:
-                return borrow<vtkIntArray>(volume);
-            case SampleType::float32:
-                return borrow<vtkFloatArray>(volume);
-            case SampleType::float64:
-                break;
-        }
-        return borrow<vtkDoubleArray>(volume);
-    }();
-    image->GetPointData()->SetScalars(scalars);
-    return image;
 }
 
 std::int64_t mesh_bytes(const Mesh& mesh) {

@@ -2,8 +2,8 @@
 #
 # Public headers stand on the standard library alone. src/core adds Highway and oneTBB. Everything else reaches Marrow
 # through include/marrow, and its own folder by "name.h"; no room reaches into another.
-set(third_party "vtk[A-Z]|itk|gdcm|charls/|openjpeg|gdal|ogr_|cpl_|Q[A-Z]|cuda|X11/|CLI/|fmt/|nlohmann/|spdlog/|zlib|tbb/|oneapi/|hwy/")
-set(core_third_party "vtk[A-Z]|itk|gdcm|charls/|openjpeg|gdal|ogr_|cpl_|Q[A-Z]|cuda|X11/|CLI/|fmt/|nlohmann/|spdlog/|zlib")
+set(third_party "vtk[A-Z]|itk|gdcm|charls/|dcmtk/|openjpeg|gdal|ogr_|cpl_|Q[A-Z]|cuda|X11/|CLI/|fmt/|nlohmann/|spdlog/|zlib|tbb/|oneapi/|hwy/")
+set(core_third_party "vtk[A-Z]|itk|gdcm|charls/|dcmtk/|openjpeg|gdal|ogr_|cpl_|Q[A-Z]|cuda|X11/|CLI/|fmt/|nlohmann/|spdlog/|zlib")
 set(faults "")
 
 # Checks the files of `folder`: no <include> that starts as `forbidden`, and only own files in quotes.

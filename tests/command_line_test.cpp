@@ -103,6 +103,16 @@ TEST_F(CommandLine, KeepsOnlyTheLargestPiece) {
     EXPECT_LT(json["bounds_mm"][1][0].get<double>(), 10 + 14);
 }
 
+TEST_F(CommandLine, SnapsToFewerPoints) {
+    const Json plain = extract_json({"-o", mesh, "--isovalue", "0"});
+    const Json snapped = extract_json({"-o", mesh, "--isovalue", "0", "--snap", "0.3"});
+    EXPECT_LE(snapped["points"].get<double>(), 0.75 * plain["points"].get<double>());
+    EXPECT_EQ(snapped["boundary_edges"], 0);
+    EXPECT_EQ(snapped["nonmanifold_edges"], 0);
+    EXPECT_EQ(snapped["euler_characteristic"], plain["euler_characteristic"]);
+    EXPECT_EQ(extract_json({"-o", mesh, "--isovalue", "0", "--snap", "0"})["points"], plain["points"]);
+}
+
 TEST_F(CommandLine, OtsuPartsDarkFromBright) {
     write_nrrd(scan, 24, 25, 13, [](int x, int, int) { return x < 12 ? -70 : 130; });
     EXPECT_NEAR(extract_json({"-o", mesh, "--isovalue", "otsu"})["isovalue"].get<double>(), 30, 1);
@@ -142,6 +152,10 @@ TEST_F(CommandLine, RefusesWhatMakesNoSense) {
         {scan, "-o", mesh, "--isovalue", "0", "--spacing", "1,2,3,4"},
         {scan, "-o", mesh, "--isovalue", "0", "--space", "LAS"},
         {scan, "-o", mesh, "--isovalue", "0", "--threads", "-1"},
+        {scan, "-o", mesh, "--isovalue", "0", "--snap", "0.5"},
+        {scan, "-o", mesh, "--isovalue", "0", "--snap", "-0.1"},
+        {scan, "-o", mesh, "--isovalue", "0", "--snap", "nan"},
+        {scan, "-o", mesh, "--isovalue", "0", "--snap", "0.3", "--max-memory", "1G"},
         {scan, "-o", mesh, "--isovalue", "0", "--picture", "a.jpg"},
         {scan, "-o", mesh, "--isovalue", "0", "--smooth", "3"},
         {scan, scan, "-o", mesh, "--isovalue", "0"},

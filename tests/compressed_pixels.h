@@ -56,7 +56,8 @@ inline std::string jpeg_start(int frame_marker, int bits, int columns, int rows)
     for (char size = 0; size <= 16; ++size) dc += size;
     const std::string ac = std::string("\x10\x01", 2) + std::string(15, '\0') + '\0';
     return "\xff\xd8" + jpeg_segment(0xc4, dc) + jpeg_segment(0xc4, ac) +
-           jpeg_segment(frame_marker, static_cast<char>(bits) + bytes_of(static_cast<std::uint16_t>(rows), true) +
+           jpeg_segment(frame_marker, static_cast<char>(bits) +
+                                          bytes_of(static_cast<std::uint16_t>(rows), true) +
                                           bytes_of(static_cast<std::uint16_t>(columns), true) +
                                           std::string("\x01\x01\x11\x00", 4));
 }
@@ -78,7 +79,9 @@ inline std::string lossless_jpeg(int columns, int rows, const std::vector<std::u
         if (restarts && y > 0) coded += code.bytes() + "\xff" + static_cast<char>(0xd0 + (y - 1) % 8);
         const bool first_row = y == 0 || restarts;
         for (int x = 0; x < columns; ++x) {
-            const auto at = [&](int i, int j) { return static_cast<int>(samples[static_cast<std::size_t>(j * columns + i)]); };
+            const auto at = [&](int i, int j) {
+                return static_cast<int>(samples[static_cast<std::size_t>(j * columns + i)]);
+            };
             int p = 1 << (bits - 1);
             if (first_row && x > 0) {
                 p = at(x - 1, y);
@@ -86,7 +89,8 @@ inline std::string lossless_jpeg(int columns, int rows, const std::vector<std::u
                 p = at(x, y - 1);
             } else if (!first_row) {
                 const int a = at(x - 1, y), b = at(x, y - 1), c = at(x - 1, y - 1);
-                const int predictions[] = {a, b, c, a + b - c, a + ((b - c) >> 1), b + ((a - c) >> 1), (a + b) / 2};
+                const int predictions[] = {
+                    a, b, c, a + b - c, a + ((b - c) >> 1), b + ((a - c) >> 1), (a + b) / 2};
                 p = predictions[predictor - 1];
             }
             const auto difference = static_cast<std::int16_t>(at(x, y) - p);
@@ -98,25 +102,25 @@ inline std::string lossless_jpeg(int columns, int rows, const std::vector<std::u
 }
 
 /// JPEG by cosine transform of a picture that is flat in each block of 8 x 8: `values`, one for each block, are
-/// kept exactly. Progressive: the lowest bit comes in a second scan.
-inline std::string flat_jpeg(int columns, int rows, const std::vector<int>& values, int bits, bool progressive) {
+/// kept exactly. Progressive: the lowest bit comes in a scan of its own, at last.
+inline std::string flat_jpeg(int columns, int rows, const std::vector<int>& values, int bits,
+                             bool progressive) {
     // a quantization of 1: the first coefficient is 8 times the value about the middle
     std::string out = jpeg_start(progressive ? 0xc2 : 0xc1, bits, columns, rows);
     out.insert(2, jpeg_segment(0xdb, std::string(1, '\0') + std::string(64, '\1')));
-    JpegBits code, rest;
+    JpegBits code, rest, ends;
     int last = 0;
     for (const int value : values) {
         const int c = 8 * (value - (1 << (bits - 1))) + 1;  // + 1: a lowest bit to send, lost in rounding
         const int sent = progressive ? c >> 1 : c;
         code.put_difference(sent - last);
         last = sent;
-        if (progressive)
-            rest.put(static_cast<std::uint32_t>(c & 1), 1);
-        else
-            code.put(0, 1);
+        if (progressive) rest.put(static_cast<std::uint32_t>(c & 1), 1);
+        (progressive ? ends : code).put(0, 1);
     }
     if (!progressive) return out + jpeg_scan(0, 63, 0, code.bytes()) + "\xff\xd9";
-    return out + jpeg_scan(0, 0, 0x01, code.bytes()) + jpeg_scan(0, 0, 0x10, rest.bytes()) + "\xff\xd9";
+    return out + jpeg_scan(0, 0, 0x01, code.bytes()) + jpeg_scan(1, 63, 0, ends.bytes()) +
+           jpeg_scan(0, 0, 0x10, rest.bytes()) + "\xff\xd9";
 }
 
 inline std::string jpeg_ls(int columns, int rows, const std::vector<std::uint16_t>& samples, int bits) {

@@ -36,7 +36,7 @@ inline std::vector<std::int16_t> volume_samples(int slices) {
 
 // `count` slices 2 mm apart.
 inline void write_series(const TemporaryFolder& folder, int count, const std::string& prefix = "slice",
-                  const std::function<void(DicomWriter&, int)>& change = {}) {
+                         const std::function<void(DicomWriter&, int)>& change = {}) {
     for (int k = 0; k < count; ++k) {
         DicomWriter s = slice(k, 2.0 * k);
         if (change) change(s, k);

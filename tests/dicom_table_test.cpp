@@ -219,6 +219,7 @@ TEST(DicomTable, ScoutsAreLeftOut) {
 TEST(DicomTable, FilesWithoutAnImageAreLeftOut) {
     TemporaryFolder folder;
     DicomWriter report;
+    report.text(0x00080016, "UI", "1.2.840.10008.5.1.4.1.1.88.11");
     report.write(folder / "report");
     contains(refusal<InputError>(folder.path()), "none of 1 DICOM files holds an image");
     write_series(folder, 2);
@@ -384,6 +385,39 @@ TEST(DicomTable, MoreFramesThanBytesAreRefused) {
     contains(refusal<InputError>(folder.path()), "truncated");
 }
 
+TEST(DicomTable, FramesWithoutEndAreRefusedBeforeTheyCost) {
+    TemporaryFolder folder;
+    DicomWriter frames = enhanced(5);
+    frames.elements.erase(0x52009230);
+    frames.text(0x00280008, "IS", "99999");
+    frames.write(folder / "frames.dcm");
+    contains(refusal<InputError>(folder.path()), "claims 99999 frames");
+    frames.text(0x00280008, "IS", "99");
+    frames.write(folder / "frames.dcm");
+    contains(refusal<InputError>(folder.path()), "too small");
+}
+
+// Each frame is compared with the volumes there are, which a hostile file makes as many as it has frames.
+TEST(DicomTable, ASeriesOfThousandsOfVolumesIsRefused) {
+    TemporaryFolder folder;
+    constexpr int count = 3000;
+    DicomWriter frames;
+    frames.text(0x00280008, "IS", std::to_string(count));
+    frames.pixels(1, 1, std::vector<std::int16_t>(count));
+    std::string groups;
+    for (int i = 0; i < count; ++i) {
+        std::string spacing = std::to_string(1 + i) + "\\1";
+        if (spacing.size() % 2 != 0) spacing += ' ';
+        const auto form = DicomWriter::Form::explicit_little;
+        const std::string measures = DicomWriter::element(0x00280030, "DS", spacing, form);
+        groups +=
+            DicomWriter::item(DicomWriter::element(0x00289110, "SQ", DicomWriter::item(measures), form));
+    }
+    frames.elements[0x52009230] = {"SQ", groups};
+    frames.write(folder / "frames.dcm");
+    contains(refusal<InputError>(folder.path()), "more than 2000 volumes");
+}
+
 TEST(DicomTable, OddFrameOfMultiFrameIsRefusedOrSplit) {
     // the frames of one file are held to the same rules as files
     TemporaryFolder folder;
@@ -428,8 +462,8 @@ TEST(DicomTable, LosslessTransferSyntaxesGiveTheSamePixels) {
             options.spacing = Vec3d{1, 1, 1};
             const Volume v = read_scan(path, options);
             for (std::size_t i = 0; i < samples.size(); ++i) {
-                const double value = v.type() == SampleType::int16 ? v.samples<std::int16_t>()[i]
-                                                                   : v.samples<float>()[i];
+                const double value =
+                    v.type() == SampleType::int16 ? v.samples<std::int16_t>()[i] : v.samples<float>()[i];
                 ASSERT_EQ(value, samples[i]) << i;
             }
         }
@@ -460,6 +494,30 @@ TEST(DicomTable, LossyTransferSyntaxesGiveNearlyTheSamePixels) {
                         << x << ' ' << y;
             }
         }
+    }
+}
+
+// Each scan is work for the whole picture, so a small file of many could keep a reader busy for hours.
+TEST(DicomTable, JpegOfManyScansIsRefused) {
+    TemporaryFolder folder;
+    constexpr int width = 16, height = 8;
+    const std::string whole = flat_jpeg(width, height, {1, 200}, 8, true);
+    const std::string no_news = jpeg_scan(1, 63, 0, "\x3f");  // two blocks without coefficients
+    DicomWriter s;
+    s.pixel_format(8, 8, false);
+    s.pixels(width, height, std::vector<std::uint8_t>(width * height));
+    s.compressed_syntax = "1.2.840.10008.1.2.4.55";
+    ScanOptions options;
+    options.spacing = Vec3d{1, 1, 1};
+    for (const int scans : {10, 1000}) {
+        std::string stream = whole;
+        for (int i = 0; i < scans; ++i) stream.insert(whole.size() - 2, no_news);
+        s.fragments = {even(stream)};
+        s.write(folder / "one.dcm");
+        if (scans == 10)
+            EXPECT_NO_THROW(read_scan(folder / "one.dcm", options));
+        else
+            contains(refusal<InputError>(folder / "one.dcm", options), "JPEG");
     }
 }
 
@@ -508,7 +566,8 @@ TEST(DicomTable, UnknownTransferSyntaxAndVideoAreRefusedByName) {
 TEST(DicomTable, DicomdirStandsForItsFolder) {
     TemporaryFolder folder;
     DicomWriter directory;
-    directory.elements.erase(0x00280002);
+    directory.elements.erase(0x00080016);
+    directory.elements[0x00041220] = {"SQ", ""};
     directory.write(folder / "DICOMDIR");
     write_series(folder, 3, "IMAGES/IM");
     ScanInfo info;
@@ -555,11 +614,14 @@ TEST(DicomTable, OneScanInAllFormatsGivesTheSamePoints) {
     write_file(folder / "a.nii.gz", gzipped(nifti.header() + raw));
     write_file(folder / "b.nrrd",
                "NRRD0004\ntype: short\ndimension: 3\nsizes: 12 12 12\nendian: little\nencoding: raw\nspace: "
-               "LPS\nspace directions: (0.4,0.3,0) (0,0,-0.75) (-0.9,1.2,0.25)\nspace origin: (5,-7,3)\n\n" + raw);
-    write_file(folder / "c.mha",
-               "ObjectType = Image\nNDims = 3\nDimSize = 12 12 12\nElementType = MET_SHORT\nElementSpacing = 1 1 "
-               "1\nTransformMatrix = 0.4 0.3 0 0 0 -0.75 -0.9 1.2 0.25\nOffset = 5 -7 3\nElementDataFile = "
-               "LOCAL\n" + raw);
+               "LPS\nspace directions: (0.4,0.3,0) (0,0,-0.75) (-0.9,1.2,0.25)\nspace origin: (5,-7,3)\n\n" +
+                   raw);
+    write_file(
+        folder / "c.mha",
+        "ObjectType = Image\nNDims = 3\nDimSize = 12 12 12\nElementType = MET_SHORT\nElementSpacing = 1 1 "
+        "1\nTransformMatrix = 0.4 0.3 0 0 0 -0.75 -0.9 1.2 0.25\nOffset = 5 -7 3\nElementDataFile = "
+        "LOCAL\n" +
+            raw);
     const Volume first = read_scan(folder / "dicom");
     const Mesh mesh = extract_isosurface(first, 0);
     ASSERT_GT(mesh.points.size(), 100u);

@@ -62,8 +62,9 @@ bool is_the_one(const char* call) {
 
 int remember(int descriptor, const char* path, int flags) {
     if (descriptor >= 0 && descriptor < static_cast<int>(descriptors.size()))
-        descriptors[static_cast<std::size_t>(descriptor)] =
-            !is_ours(path) ? other : (flags & O_ACCMODE) == O_RDONLY ? reading : writing;
+        descriptors[static_cast<std::size_t>(descriptor)] = !is_ours(path)                    ? other
+                                                            : (flags & O_ACCMODE) == O_RDONLY ? reading
+                                                                                              : writing;
     return descriptor;
 }
 

@@ -110,7 +110,8 @@ TEST(Info, OddRealFilesAreRightOrRefusedInOneLine) {
     MARROW_TEST_SCAN(data, "");
     std::vector<std::string> files;
     for (const auto& entry : fs::recursive_directory_iterator(data)) {
-        if (entry.is_regular_file() && entry.path().lexically_relative(data).begin()->native().starts_with("n_"))
+        if (entry.is_regular_file() &&
+            entry.path().lexically_relative(data).begin()->native().starts_with("n_"))
             files.push_back(entry.path());
     }
     if (files.empty()) GTEST_SKIP() << "no odd files in MARROW_TEST_DATA";

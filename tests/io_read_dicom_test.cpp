@@ -6,6 +6,7 @@
 
 #include <marrow/error.h>
 
+#include "compressed_pixels.h"
 #include "dicom_series.h"
 #include "reading_checks.h"
 
@@ -170,6 +171,46 @@ TEST(ReadDicom, ProgressGrowsAndStops) {
         options.progress = [&](double) { return --left > 0; };
         options.threads = calls % 2 + 1;
         EXPECT_THROW(read_scan(folder.path(), options), Cancelled) << calls;
+    }
+}
+
+TEST(ReadDicom, CompressedFramesOfOneFileReportProgressAndStop) {
+    constexpr int width = 16, height = 8, count = 12;
+    TemporaryFolder folder;
+    DicomWriter frames;
+    frames.elements.erase(0x00200032);
+    frames.text(0x00280008, "IS", std::to_string(count));
+    frames.pixels(width, height, std::vector<std::int16_t>(width * height * count));
+    frames.pixel_format(16, 12, false);
+    frames.compressed_syntax = "1.2.840.10008.1.2.4.80";
+    std::vector<std::int16_t> expected;
+    for (int k = 0; k < count; ++k) {
+        std::vector<std::uint16_t> samples;
+        for (int i = 0; i < width * height; ++i) samples.push_back(static_cast<std::uint16_t>(100 * k + i));
+        frames.fragments.push_back(even(jpeg_ls(width, height, samples, 12)));
+        expected.insert(expected.end(), samples.begin(), samples.end());
+    }
+    frames.write(folder / "frames.dcm");
+    ScanOptions options;
+    options.spacing = Vec3d{1, 1, 1};
+    for (const int threads : {1, 2}) {
+        options.threads = threads;
+        double last = 0;
+        int calls = 0;
+        options.progress = [&](double fraction) {
+            EXPECT_GE(fraction, last);
+            last = fraction;
+            ++calls;
+            return true;
+        };
+        EXPECT_EQ(samples_of<std::int16_t>(read_scan(folder.path(), options)), expected);
+        EXPECT_EQ(last, 1);
+        EXPECT_GE(calls, count);
+        for (int stop = 1; stop <= calls; ++stop) {
+            int left = stop;
+            options.progress = [&](double) { return --left > 0; };
+            EXPECT_THROW(read_scan(folder.path(), options), Cancelled) << stop;
+        }
     }
 }
 

@@ -62,9 +62,11 @@ void expect_points_among(const Mesh& points, const Mesh& others, float shift_z) 
         const Cell c = cell_of(p);
         double nearest = 1;
         for (int n = 0; n < 27; ++n) {
-            const auto [begin, end] = cells.equal_range({c[0] + n % 3 - 1, c[1] + n / 3 % 3 - 1, c[2] + n / 9 - 1});
+            const auto [begin, end] =
+                cells.equal_range({c[0] + n % 3 - 1, c[1] + n / 3 % 3 - 1, c[2] + n / 9 - 1});
             for (auto q = begin; q != end; ++q) {
-                nearest = std::min<double>(nearest, std::hypot(p[0] - q->second[0], p[1] - q->second[1], p[2] - q->second[2]));
+                nearest = std::min<double>(
+                    nearest, std::hypot(p[0] - q->second[0], p[1] - q->second[1], p[2] - q->second[2]));
             }
         }
         ASSERT_LE(nearest, 1e-3);
@@ -101,6 +103,28 @@ TEST(ReadReal, HeadAndFeetUnderOneSeriesNumberAreTwoVolumes) {
 TEST(ReadReal, TiltedScanWithGapsIsRefused) {
     MARROW_TEST_SCAN(scan, "qa_ct_ge_tilt");
     contains(refusal<GeometryError>(scan), "uneven");
+}
+
+TEST(ReadReal, TiltedScanWithGapsIsResampledInPlace) {
+    MARROW_TEST_SCAN(scan, "qa_ct_ge_tilt");
+    ScanOptions options;
+    options.resample = true;
+    ScanInfo info;
+    const Geometry g = read_scan(scan, options, &info).geometry();
+    EXPECT_EQ(g.dims[2], 37);
+    const double along = g.direction[1][1] * g.direction[1][2] + g.direction[2][1] * g.direction[2][2];
+    EXPECT_NEAR(std::abs(along), std::sin(18.5 * M_PI / 180), 1e-3);
+    ASSERT_EQ(info.warnings.size(), 2u);
+    contains(info.warnings[0], "tilted by 18.5 degrees");
+    contains(info.warnings[1], "28 uneven slices are resampled to 37");
+}
+
+TEST(ReadReal, UnevenAndMixedSetsAreRefused) {
+    MARROW_TEST_SCAN(sets, "n_dicom2nifti_failing/nasty_dicom/dicom2nifti/data/failing");
+    contains(refusal<GeometryError>(sets / "sliceincrement/001"), "uneven: 10 mm between");
+    contains(refusal<GeometryError>(sets / "sliceincrement/002"), "uneven: 1.499 mm between");
+    contains(refusal<GeometryError>(sets / "sliceorientation/001"), "2 series");
+    contains(refusal<GeometryError>(sets / "notavolume/001"), "same place");
 }
 
 TEST(ReadReal, TiltedScanIsSheared) {

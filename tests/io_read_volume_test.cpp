@@ -166,9 +166,9 @@ TEST(ReadGeometry, BadNumbersAreRefused) {
         refusal<InputError>(write_file(folder / "n.nii", n.header() + bytes_of(samples())));
     }
     for (const char* fields :
-         {"spacings: 0 1 1\n", "spacings: 1 inf 1\n", "spacings: -1 1 1\n", "spacings: 1 1\n",
-          "spacings: 1 x 1\n", "space: LPS\nspace directions: (1,0,0) (1,0,0) (0,0,1)\n",
-          "space: left-up\nspacings: 1 1 1\n"}) {
+         {"spacings: 0 1 1\n", "spacings: 1e-320 1 1\n", "spacings: 1e300 1 1\n", "spacings: 1 inf 1\n",
+          "spacings: -1 1 1\n", "spacings: 1 1\n", "spacings: 1 x 1\n",
+          "space: LPS\nspace directions: (1,0,0) (1,0,0) (0,0,1)\n", "space: left-up\nspacings: 1 1 1\n"}) {
         SCOPED_TRACE(fields);
         refusal<InputError>(write_file(folder / "n.nrrd", nrrd(fields) + "\n" + bytes_of(samples())));
     }
@@ -275,7 +275,8 @@ TEST(NiftiTable, FourDimensionsNeedAVolume) {
     const fs::path meta = write_file(
         folder / "c.mha",
         "ObjectType = Image\nNDims = 4\nDimSize = 4 3 2 6\nElementType = MET_SHORT\nElementSpacing = 1 1 1 "
-        "1\nElementDataFile = LOCAL\n" + data);
+        "1\nElementDataFile = LOCAL\n" +
+            data);
     for (const auto& path : {plain, zipped, meta}) {
         SCOPED_TRACE(path.filename());
         contains(refusal<GeometryError>(path), "6 volumes; choose one with --volume");
@@ -306,7 +307,8 @@ TEST(NiftiTable, ColourComplexAndVectorsAreRefused) {
     const std::string data(4096, '\1');
     for (const auto& [datatype, what] :
          {std::pair(128, "colour"), std::pair(2304, "colour"), std::pair(32, "complex"),
-          std::pair(1792, "complex"), std::pair(2048, "complex"), std::pair(1, "type 1"), std::pair(0, "type 0")}) {
+          std::pair(1792, "complex"), std::pair(2048, "complex"), std::pair(1, "type 1"),
+          std::pair(0, "type 0")}) {
         NiftiWriter n = nifti();
         n.datatype = static_cast<std::int16_t>(datatype);
         contains(refusal<InputError>(write_file(folder / "a.nii", n.header() + data)), what);
@@ -414,7 +416,11 @@ TEST(ReadMetaImage, WaysToPlaceTheData) {
 TEST(ReadVolume, DataOutsideTheHeadersFolderAreRefused) {
     TemporaryFolder folder;
     const fs::path outside = write_file(folder / "secret.raw", bytes_of(samples()));
-    for (const std::string& name : {"../secret.raw"s, outside.string(), "sub/../../secret.raw"s}) {
+    fs::create_directories(folder / "in/sub");
+    fs::create_symlink(outside, folder / "in/link.raw");
+    fs::create_directory_symlink(folder.path(), folder / "in/linked");
+    for (const std::string& name : {"../secret.raw"s, outside.string(), "sub/../../secret.raw"s, "link.raw"s,
+                                    "linked/secret.raw"s, "linked/missing.raw"s}) {
         SCOPED_TRACE(name);
         contains(refusal<InputError>(
                      write_file(folder / "in/n.nhdr", nrrd("spacings: 1 1 1\ndata file: " + name + "\n"))),

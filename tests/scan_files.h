@@ -70,7 +70,7 @@ struct DicomWriter {
 
     Form form = Form::explicit_little;
     std::map<std::uint32_t, std::pair<std::string, std::string>>
-        elements;  ///< tag -> VR, value in little-endian
+        elements;                        ///< tag -> VR, value in little-endian
     std::string compressed_syntax;       ///< where not empty, the pixels are these fragments
     std::string offset_table;            ///< of them
     std::vector<std::string> fragments;  ///< of an even number of bytes each
@@ -199,7 +199,8 @@ struct DicomWriter {
         return encapsulated("", {stream});
     }
 
-    static std::string encapsulated(const std::string& offset_table, const std::vector<std::string>& fragments) {
+    static std::string encapsulated(const std::string& offset_table,
+                                    const std::vector<std::string>& fragments) {
         std::string out = bytes_of(std::uint16_t{0x7fe0}) + bytes_of(std::uint16_t{0x0010}) + "OB" +
                           std::string(2, '\0') + std::string(4, '\xff') + item(offset_table);
         for (const auto& fragment : fragments) out += item(fragment);
@@ -245,7 +246,7 @@ struct NiftiWriter {
     }
 };
 
-/// A grey (channels 1) or colour (3) PNG of 8 or 16 bits; samples in rows, big-endian as PNG has them.
+/// A PNG of 8 or 16 bits: grey (channels 1), grey and opacity (2), RGB (3), RGB and opacity (4); samples in rows, big-endian as PNG has them.
 template <class T>
 std::string png(int columns, int rows, const std::vector<T>& samples, int channels = 1) {
     const auto chunk = [](const std::string& type, const std::string& data) {
@@ -257,7 +258,7 @@ std::string png(int columns, int rows, const std::vector<T>& samples, int channe
     };
     std::string header = bytes_of(columns, true) + bytes_of(rows, true);
     header += static_cast<char>(8 * sizeof(T));
-    header += channels == 1 ? '\0' : '\2';
+    header += "\0\4\2\6"[channels - 1];
     header += std::string(3, '\0');
     std::string lines;
     const std::size_t line = static_cast<std::size_t>(columns * channels);

@@ -3,6 +3,7 @@
 
 #include <cstdio>
 #include <cstdlib>
+#include <limits>
 
 #include <jpeglib.h>
 
@@ -24,7 +25,8 @@ struct SmallScan {
     }
 };
 
-inline std::string grey_jpeg_8(int columns, int rows, const std::vector<std::uint8_t>& samples) {
+/// A grey (channels 1) or RGB (3) JPEG of 8 bits.
+inline std::string jpeg_8(int columns, int rows, const std::vector<std::uint8_t>& samples, int channels = 1) {
     jpeg_compress_struct out{};
     jpeg_error_mgr errors{};
     out.err = jpeg_std_error(&errors);
@@ -34,12 +36,13 @@ inline std::string grey_jpeg_8(int columns, int rows, const std::vector<std::uin
     jpeg_mem_dest(&out, &bytes, &size);
     out.image_width = static_cast<JDIMENSION>(columns);
     out.image_height = static_cast<JDIMENSION>(rows);
-    out.input_components = 1;
-    out.in_color_space = JCS_GRAYSCALE;
+    out.input_components = channels;
+    out.in_color_space = channels == 1 ? JCS_GRAYSCALE : JCS_RGB;
     jpeg_set_defaults(&out);
     jpeg_start_compress(&out, TRUE);
     for (int r = 0; r < rows; ++r) {
-        std::vector<unsigned char> line(samples.begin() + r * columns, samples.begin() + (r + 1) * columns);
+        const auto at = samples.begin() + r * columns * channels;
+        std::vector<unsigned char> line(at, at + columns * channels);
         JSAMPROW row = line.data();
         jpeg_write_scanlines(&out, &row, 1);
     }
@@ -50,20 +53,40 @@ inline std::string grey_jpeg_8(int columns, int rows, const std::vector<std::uin
     return whole;
 }
 
-/// A BMP of 8 bits, rows from the bottom as usual.
-inline std::string bmp(int columns, int rows, const std::vector<std::uint8_t>& samples, bool colour = false) {
+/// A BMP, rows from the bottom as usual: of 8 bits with a palette, which `colour` makes green, or of 24 or 32 bits in equal
+/// channels, or green.
+inline std::string bmp(int columns, int rows, const std::vector<std::uint8_t>& samples, bool colour = false,
+                       int bits = 8) {
+    const auto shade = [&](int grey) {
+        return bytes_of(static_cast<std::uint32_t>(grey * (colour ? 0x000100 : 0x010101)));
+    };
     std::string palette, lines;
-    for (int i = 0; i < 256; ++i)
-        palette += bytes_of(static_cast<std::uint32_t>(i * (colour ? 0x000100 : 0x010101)));
+    for (int i = 0; bits == 8 && i < 256; ++i) palette += shade(i);
     for (int r = rows - 1; r >= 0; --r) {
-        std::string line(samples.begin() + r * columns, samples.begin() + (r + 1) * columns);
+        std::string line;
+        for (int i = r * columns; i < (r + 1) * columns; ++i) {
+            const std::uint8_t grey = samples[static_cast<std::size_t>(i)];
+            line += bits == 8 ? std::string(1, static_cast<char>(grey))
+                              : shade(grey).substr(0, static_cast<std::size_t>(bits / 8));
+        }
         line.resize((line.size() + 3) / 4 * 4);
         lines += line;
     }
-    const std::uint32_t data = 14 + 40 + 1024;
+    const auto data = static_cast<std::uint32_t>(14 + 40 + palette.size());
     return "BM" + bytes_of(static_cast<std::uint32_t>(data + lines.size())) + bytes_of(std::uint32_t{0}) +
            bytes_of(data) + bytes_of(std::uint32_t{40}) + bytes_of(columns) + bytes_of(rows) +
-           bytes_of(std::uint16_t{1}) + bytes_of(std::uint16_t{8}) + std::string(24, '\0') + palette + lines;
+           bytes_of(std::uint16_t{1}) + bytes_of(static_cast<std::uint16_t>(bits)) + std::string(24, '\0') +
+           palette + lines;
+}
+
+/// Grey samples in several equal channels, the fourth being opacity.
+template <class T>
+std::vector<T> in_channels(const std::vector<T>& grey, int channels) {
+    std::vector<T> out;
+    for (const T sample : grey) {
+        for (int c = 0; c < channels; ++c) out.push_back(c == 3 ? std::numeric_limits<T>::max() : sample);
+    }
+    return out;
 }
 
 inline std::vector<SmallScan> small_scans() {
@@ -80,7 +103,8 @@ inline std::vector<SmallScan> small_scans() {
         picture8.push_back(static_cast<std::uint8_t>(picture.back()));
     }
     const std::string data = bytes_of(samples);
-    const std::string nrrd = "NRRD0004\ntype: short\ndimension: 3\nsizes: 4 4 4\nendian: little\nspacings: 1 1 1\n";
+    const std::string nrrd =
+        "NRRD0004\ntype: short\ndimension: 3\nsizes: 4 4 4\nendian: little\nspacings: 1 1 1\n";
     const std::string meta =
         "ObjectType = Image\nNDims = 3\nDimSize = 4 4 4\nElementType = MET_SHORT\nElementSpacing = 1 1 1\n";
     NiftiWriter nifti, pair;
@@ -94,7 +118,8 @@ inline std::vector<SmallScan> small_scans() {
         s.position("0\\0\\" + std::to_string(k));
         return s;
     };
-    const auto folder_of_slices = [&](const std::string& name, const std::function<void(DicomWriter&)>& change) {
+    const auto folder_of_slices = [&](const std::string& name,
+                                      const std::function<void(DicomWriter&)>& change) {
         SmallScan out{name, {}};
         for (int k = 0; k < n; ++k) {
             DicomWriter s = slice(k);
@@ -114,8 +139,6 @@ inline std::vector<SmallScan> small_scans() {
     const auto single = [](const std::string& name, const std::string& bytes, std::size_t tail) {
         return SmallScan{name, {{name, bytes}}, true, tail};
     };
-    constexpr std::size_t end_of_fragments = 8 + 1 + 2;  // the delimiter, padding, and a stream's own end mark
-
     std::vector<SmallScan> out;
     out.push_back({"a.nii", {{"a.nii", nifti.header() + data}}});
     out.push_back({"b.nii.gz", {{"b.nii.gz", gzipped(nifti.header() + data)}}});
@@ -132,23 +155,25 @@ inline std::vector<SmallScan> small_scans() {
     out.push_back(folder_of_slices("big", [](DicomWriter& s) { s.form = Form::explicit_big; }));
     out.push_back(folder_of_slices("deflated", [](DicomWriter& s) { s.form = Form::deflated; }));
     out.push_back(folder_of_slices("rle", [](DicomWriter& s) { s.form = Form::run_length; }));
-    out.back().tail = 10;
-    out.push_back(single("jpeg.dcm", compressed("1.2.840.10008.1.2.4.50", grey_jpeg_8(wide, wide, picture8), 8),
-                         end_of_fragments));
-    out.push_back(single("progressive.dcm",
-                         compressed("1.2.840.10008.1.2.4.55", flat_jpeg(wide, wide, {1, 4000, 0, 900}, 12, true), 12),
-                         end_of_fragments));
-    out.push_back(single("lossless.dcm",
-                         compressed("1.2.840.10008.1.2.4.57", lossless_jpeg(wide, wide, picture, 12, 4, true), 12),
-                         end_of_fragments));
-    out.push_back(single("jpegls.dcm", compressed("1.2.840.10008.1.2.4.80", jpeg_ls(wide, wide, picture, 12), 12),
-                         end_of_fragments));
-    out.push_back(single("j2k.dcm", compressed("1.2.840.10008.1.2.4.90", jpeg_2000(wide, wide, picture, 12), 12),
-                         end_of_fragments));
+    out.push_back(
+        single("jpeg.dcm", compressed("1.2.840.10008.1.2.4.50", jpeg_8(wide, wide, picture8), 8), 0));
+    out.push_back(single(
+        "progressive.dcm",
+        compressed("1.2.840.10008.1.2.4.55", flat_jpeg(wide, wide, {1, 4000, 0, 900}, 12, true), 12), 0));
+    out.push_back(
+        single("lossless.dcm",
+               compressed("1.2.840.10008.1.2.4.57", lossless_jpeg(wide, wide, picture, 12, 4, true), 12), 0));
+    out.push_back(
+        single("jpegls.dcm", compressed("1.2.840.10008.1.2.4.80", jpeg_ls(wide, wide, picture, 12), 12), 0));
+    out.push_back(
+        single("j2k.dcm", compressed("1.2.840.10008.1.2.4.90", jpeg_2000(wide, wide, picture, 12), 12), 0));
     out.push_back(single("i.png", png(wide, wide, picture), 16));  // a checksum and an end
     out.push_back(single("j.tif", tiff(wide, wide, {picture, picture}), 0));
-    out.push_back(single("k.jpg", grey_jpeg_8(wide, wide, picture8), 0));
+    out.push_back(single("k.jpg", jpeg_8(wide, wide, picture8), 0));
     out.push_back(single("l.bmp", bmp(wide, wide, picture8), 0));
+    out.push_back(single("m.bmp", bmp(wide, wide, picture8, false, 24), 0));
+    out.push_back(single("n.png", png(wide, wide, in_channels(picture8, 3), 3), 16));
+    out.push_back(single("o.jpg", jpeg_8(wide, wide, in_channels(picture8, 3), 3), 0));
     return out;
 }
 

@@ -59,6 +59,9 @@ vtkSmartPointer<vtkPolyData> read_back(const std::filesystem::path& file) {
             return read(vtkNew<vtkOBJReader>().Get(), file);
         case MeshFormat::vtp:
             return read(vtkNew<vtkXMLPolyDataReader>().Get(), file);
+        case MeshFormat::threemf:
+        case MeshFormat::glb:
+            break;  // see mesh_formats_test.cpp
     }
     return nullptr;
 }
@@ -170,7 +173,11 @@ TEST_P(EveryFormat, SaysItsSpaceWhere3DSlicerLooks) {
             auto* mark = vtkStringArray::SafeDownCast(data->GetFieldData()->GetAbstractArray("SPACE"));
             ASSERT_TRUE(mark);
             EXPECT_EQ(mark->GetValue(0), name);
+            break;
         }
+        case MeshFormat::threemf:
+        case MeshFormat::glb:
+            FAIL() << "see mesh_formats_test.cpp";
     }
 }
 
@@ -235,6 +242,10 @@ TEST(WriteStl, GivesATriangleWithoutAreaNoNormal) {
 TEST(WriteMesh, TakesEndingsInEitherCase) {
     EXPECT_EQ(mesh_format("a/B.STL"), MeshFormat::stl);
     EXPECT_EQ(mesh_format("a.b.Ply"), MeshFormat::ply);
+    EXPECT_EQ(mesh_format("a.Obj.GZ"), MeshFormat::obj);
+    EXPECT_EQ(mesh_format("a.3MF"), MeshFormat::threemf);
+    EXPECT_EQ(mesh_format("a.glb"), MeshFormat::glb);
+    EXPECT_THROW(mesh_format("a.gz"), InputError);
 }
 
 TEST(WriteMesh, RefusesAndLeavesNothing) {

@@ -23,12 +23,25 @@ Json text_or_null(const std::string& text) {
     return text.empty() ? Json() : Json(text);
 }
 
+Json step_numbers(const StepReport& step) {
+    const auto pair = [](auto before, auto after) { return Json{before, after}; };
+    return {{"step", step.name},
+            {"triangles", pair(step.before.triangles, step.after.triangles)},
+            {"components", pair(step.before.components, step.after.components)},
+            {"boundary_edges", pair(step.before.boundary_edges, step.after.boundary_edges)},
+            {"nonmanifold_edges", pair(step.before.nonmanifold_edges, step.after.nonmanifold_edges)},
+            {"volume_mm3", pair(step.before.volume, step.after.volume)},
+            {"area_mm2", pair(step.before.area, step.after.area)},
+            {"deviation_mm",
+             step.deviation ? Json{{"max", step.deviation->max}, {"mean", step.deviation->mean}} : Json()}};
+}
+
 Json surface_numbers(const Surface& surface, Space space) {
     const auto [points, triangles] = surface.size();
     Json numbers{{"isovalue", surface.isovalue}, {"points", points}, {"triangles", triangles}};
     if (surface.in_slabs) {  // what takes the whole surface is not known
         for (const char* name : {"components", "boundary_edges", "nonmanifold_edges", "euler_characteristic",
-                                 "area_mm2", "volume_mm3", "bounds_mm"})
+                                 "area_mm2", "volume_mm3", "bounds_mm", "steps"})
             numbers[name] = Json();
         return numbers;
     }
@@ -40,6 +53,8 @@ Json surface_numbers(const Surface& surface, Space space) {
                     {"area_mm2", m.area},
                     {"volume_mm3", m.volume},
                     {"bounds_mm", bounds(m, space)}});
+    numbers["steps"] = Json::array();
+    for (const StepReport& step : surface.steps) numbers["steps"].push_back(step_numbers(step));
     return numbers;
 }
 
@@ -75,10 +90,8 @@ void print_json(std::ostream& out, const ScanInfo& info, const std::vector<Surfa
         }
     }
     json["warnings"] = warnings;
-    json["seconds"] = {{"read", seconds.read},
-                       {"extract", seconds.extract},
-                       {"refine", seconds.refine},
-                       {"write", seconds.write},
+    json["seconds"] = {{"read", seconds.read},     {"filter", seconds.filter}, {"extract", seconds.extract},
+                       {"refine", seconds.refine}, {"write", seconds.write},   {"verify", seconds.verify},
                        {"total", seconds.total}};
     json["peak_memory_bytes"] = peak_memory_bytes();
     if (surfaces.size() == 1) json["output"] = text_or_null(surfaces.front().output.string());
@@ -90,6 +103,17 @@ void print_text(std::ostream& out, const std::vector<Surface>& surfaces) {
         out << fmt::format("{}: {} points, {} triangles at isovalue {:g}\n",
                            surface.output.empty() ? surface.name : surface.output.string(),
                            surface.size().points, surface.size().triangles, surface.isovalue);
+        for (const StepReport& step : surface.steps) {
+            const auto change = [](double before, double after) { return 100 * (after / before - 1); };
+            out << fmt::format("  {:<11}{} of {} triangles, volume {:+.3f} %, area {:+.3f} %",
+                               step.name + ":", step.after.triangles, step.before.triangles,
+                               change(step.before.volume, step.after.volume),
+                               change(step.before.area, step.after.area));
+            if (step.deviation)
+                out << fmt::format(", moved {:.3g} mm at most and {:.3g} mm on average", step.deviation->max,
+                                   step.deviation->mean);
+            out << '\n';
+        }
     }
 }
 
@@ -144,7 +168,8 @@ void print_one(std::ostream& out, const SeriesReport& s, bool is_chosen, bool is
     const auto line = [&](std::string_view name, const std::string& text) {
         if (!text.empty()) out << fmt::format("  {:<16} {}\n", name, text);
     };
-    out << (is_chosen ? "\n* " : "\n  ") << (s.series.id.empty() ? s.series.description : s.series.id) << '\n';
+    out << (is_chosen ? "\n* " : "\n  ") << (s.series.id.empty() ? s.series.description : s.series.id)
+        << '\n';
     if (!s.series.id.empty()) line("description", s.series.description);
     if (show_patient) line("patient", s.patient_name);
     line("modality", s.series.modality);
@@ -159,7 +184,8 @@ void print_one(std::ostream& out, const SeriesReport& s, bool is_chosen, bool is
     if (s.hounsfield) line("values", *s.hounsfield ? "Hounsfield units" : "not Hounsfield units");
     if (s.smallest_feature > 0)
         line("smallest detail", fmt::format("{:.3g} mm, two samples wide", s.smallest_feature));
-    if (s.memory > 0) line("memory", fmt::format("{:.1f} MiB for the samples", static_cast<double>(s.memory) / (1 << 20)));
+    if (s.memory > 0)
+        line("memory", fmt::format("{:.1f} MiB for the samples", static_cast<double>(s.memory) / (1 << 20)));
     for (const std::string& warning : s.warnings) line("warning", warning);
     if (!is_only) line("refused", s.refusal);
 }

@@ -13,6 +13,8 @@
 #include <marrow/mesh_io.h>
 #include <marrow/scan_io.h>
 
+#include "steps.h"
+
 namespace marrow {
 
 /// One extracted surface.
@@ -20,7 +22,8 @@ struct Surface {
     std::string name;
     double isovalue = 0;
     Mesh mesh;
-    std::filesystem::path output;  ///< empty: not written
+    std::filesystem::path output;        ///< empty: not written
+    std::vector<StepReport> steps = {};  ///< what was done to it
     /// Written slab by slab: only its size is known, and the mesh is empty.
     struct Size {
         std::uint64_t points = 0, triangles = 0;
@@ -33,9 +36,11 @@ struct Surface {
 /// How long each stage took, on the wall.
 struct StageSeconds {
     double read = 0;
+    double filter = 0;
     double extract = 0;
     double refine = 0;
     double write = 0;  ///< meshes and picture
+    double verify = 0;
     double total = 0;
 };
 
@@ -44,7 +49,7 @@ struct StageSeconds {
 void print_json(std::ostream& out, const ScanInfo& info, const std::vector<Surface>& surfaces, Space space,
                 const std::vector<std::string>& warnings, const StageSeconds& seconds);
 
-/// Prints one line a surface.
+/// Prints one line a surface, and one below for each step that changed it.
 void print_text(std::ostream& out, const std::vector<Surface>& surfaces);
 
 /// What `marrow info` found in one input.

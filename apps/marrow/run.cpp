@@ -1,15 +1,17 @@
 #include <algorithm>
+#include <map>
 #include <ostream>
 
 #include <fmt/format.h>
 
+#include <marrow/atomic_file.h>
 #include <marrow/histogram.h>
 #include <marrow/isosurface.h>
 #include <marrow/mesh_io.h>
-#include <marrow/refine.h>
 #include <marrow/scan_io.h>
 #include <marrow/slabs.h>
 
+#include "check_run.h"
 #include "picture.h"
 #include "report.h"
 #include "run.h"
@@ -75,6 +77,19 @@ void draw(const std::vector<Surface>& surfaces, const Settings& settings, const 
     write_picture(drawn, settings.picture, progress);
 }
 
+// Each file once, with all surfaces that go into it.
+void write_surfaces(const std::vector<Surface>& surfaces, const Settings& settings,
+                    const Progress& progress) {
+    std::map<fs::path, std::vector<MeshObject>> objects_of;
+    for (std::size_t i = 0; i < surfaces.size(); ++i) {
+        if (surfaces[i].output.empty()) continue;
+        MeshObject object{&surfaces[i].mesh, surfaces[i].name};
+        if (const Preset* preset = settings.surfaces[i].preset) object.colour = preset->colour;
+        objects_of[surfaces[i].output].push_back(std::move(object));
+    }
+    for (const auto& [file, objects] : objects_of) write_meshes(objects, file, {settings.space, progress});
+}
+
 ScanOptions scan_options(const Settings& settings) {
     ScanOptions options;
     options.series = settings.series;
@@ -104,6 +119,12 @@ void extract(const Settings& settings, const Console& console, Voice& voice) {
     const std::string assumed = check_presets(settings, info, scan);
     if (!assumed.empty()) warnings.push_back(assumed);
 
+    const Steps& steps = settings.steps;
+    if (steps.change_volume())
+        seconds.filter = voice.stage("filter", [&](const Progress& progress) {
+            filter_scan(scan, steps, settings.threads, progress);
+        });
+
     std::vector<Surface> surfaces;
     std::int64_t non_finite_samples = 0;
     for (std::size_t i = 0; i < settings.surfaces.size(); ++i) {
@@ -111,26 +132,42 @@ void extract(const Settings& settings, const Console& console, Voice& voice) {
         seconds.extract += voice.stage("extract", [&](const Progress& progress) {
             IsosurfaceStats stats;
             Surface surface{request.name, choose_isovalue(request, scan), {}, files[i]};
-            surface.mesh = extract_isosurface(
-                scan, surface.isovalue,
-                {.closed = !settings.open, .threads = settings.threads, .progress = progress}, &stats);
+            surface.mesh = extract_isosurface(scan, surface.isovalue,
+                                              {.closed = !settings.open,
+                                               .snap = settings.snap,
+                                               .threads = settings.threads,
+                                               .progress = progress},
+                                              &stats);
             non_finite_samples = stats.non_finite_samples;
             if (surface.mesh.triangles.empty()) throw_empty(surface.isovalue, scan);
             surfaces.push_back(std::move(surface));
         });
-        if (settings.largest)
-            seconds.refine += voice.stage("refine", [&](const Progress&) {
-                surfaces.back().mesh = largest_component(surfaces.back().mesh);
+        if (steps.change_surface())
+            seconds.refine += voice.stage("refine", [&](const Progress& progress) {
+                Surface& surface = surfaces.back();
+                surface.steps =
+                    refine_surface(surface.mesh, steps, scan.geometry().index_to_physical(), progress);
+                if (surface.mesh.triangles.empty())
+                    throw EmptySurface(
+                        fmt::format("no piece of the surface at isovalue {:g} encloses {:g} mm3",
+                                    surface.isovalue, steps.components.min_volume));
             });
+        for (const StepReport& step : surfaces.back().steps) {
+            if (!step.note.empty()) warnings.push_back(fmt::format("{}: {}", step.name, step.note));
+        }
     }
     warn_of_non_finite(non_finite_samples, warnings);
     for (const std::string& warning : warnings) voice.warn(warning);
 
-    seconds.write = voice.stage("write", [&](const Progress& progress) {
-        for (const Surface& surface : surfaces) {
-            if (!surface.output.empty()) write_mesh(surface.mesh, surface.output, {settings.space, progress});
-        }
-    });
+    seconds.write =
+        voice.stage("write", [&](const Progress& progress) { write_surfaces(surfaces, settings, progress); });
+    if (settings.verify)
+        seconds.verify = voice.stage("verify", [&](const Progress& progress) {
+            for (const Surface& surface : surfaces) {
+                report(progress, 0);
+                if (!surface.output.empty()) verify(surface.mesh, surface.output, settings.space);
+            }
+        });
     if (!settings.picture.empty())
         seconds.write +=
             voice.stage("picture", [&](const Progress& progress) { draw(surfaces, settings, progress); });
@@ -146,7 +183,7 @@ void extract(const Settings& settings, const Console& console, Voice& voice) {
 void extract_in_slabs(const Settings& settings, const Console& console, Voice& voice, std::size_t memory) {
     const Clock::time_point start = Clock::now();
     const SurfaceRequest& request = settings.surfaces.front();
-    Surface surface{request.name, *request.isovalue, {}, output_files(settings).front(), Surface::Size{}};
+    Surface surface{request.name, *request.isovalue, {}, output_files(settings).front(), {}, Surface::Size{}};
     check_folder(surface.output);
 
     StageSeconds seconds;
@@ -181,6 +218,56 @@ void extract_in_slabs(const Settings& settings, const Console& console, Voice& v
         print_text(console.out, {surface});
 }
 
+void write_file(const fs::path& file, const std::string& text) {
+    AtomicFile out(file);
+    out.write(text);
+    out.commit();
+}
+
+void sweep(const Settings& settings, const Console& console, Voice& voice) {
+    const SweepSettings& wanted = *settings.sweep;
+    check_folder(settings.output);
+    check_folder(wanted.plot);
+    ScanInfo info;
+    Volume scan;
+    voice.stage("read", [&](const Progress& progress) {
+        ScanOptions options = scan_options(settings);
+        options.progress = progress;
+        scan = read_scan(settings.inputs.front(), options, &info);
+    });
+    for (const std::string& warning : info.warnings) voice.warn(warning);
+
+    const Histogram samples = histogram(scan);
+    const double from = wanted.from.value_or(samples.lower), to = wanted.to.value_or(samples.upper);
+    if (!(from < to))
+        throw EmptySurface(
+            fmt::format("there are no isovalues between {:g} and {:g}; samples range from {:g} to {:g}", from,
+                        to, samples.lower, samples.upper));
+    std::vector<double> isovalues;
+    for (int i = 0; i < wanted.samples; ++i)
+        isovalues.push_back(from + (to - from) * i / (wanted.samples - 1));
+    std::vector<SweepSample> measured;
+    voice.stage("sweep", [&](const Progress& progress) {
+        measured = sweep_isovalues(scan, isovalues, {settings.threads, progress});
+    });
+    const std::vector<Plateau> plateaus = find_plateaus(measured);
+
+    if (!settings.output.empty())
+        write_file(settings.output, settings.output.extension() == ".json" ? sweep_json(measured, plateaus)
+                                                                           : sweep_csv(measured, plateaus));
+    if (!wanted.plot.empty()) write_file(wanted.plot, sweep_svg(measured, plateaus));
+    if (settings.json) {
+        console.out << sweep_json(measured, plateaus);
+    } else if (!settings.quiet && settings.output.empty()) {
+        console.out << sweep_csv(measured, plateaus);
+    } else if (!settings.quiet) {
+        for (const Plateau& p : plateaus)
+            console.out << fmt::format("plateau from {:g} to {:g}\n", measured[p.first].isovalue,
+                                       measured[p.last].isovalue);
+        if (plateaus.empty()) console.out << "no plateau\n";
+    }
+}
+
 // Looks at all inputs; one that cannot be read does not hide the others. Returns the first failure's code.
 ExitCode inform(const Settings& settings, const Console& console, const std::atomic<bool>& stop) {
     ScanOptions options = scan_options(settings);
@@ -202,8 +289,7 @@ ExitCode inform(const Settings& settings, const Console& console, const std::ato
         } catch (const Error& error) {
             fail(kUnreadable, error.what());
         }
-        if (!settings.json && !finding.refusal.empty())
-            console.err << "marrow: " << finding.refusal << '\n';
+        if (!settings.json && !finding.refusal.empty()) console.err << "marrow: " << finding.refusal << '\n';
         findings.push_back(std::move(finding));
     }
     if (settings.json)
@@ -227,8 +313,13 @@ int run(const Settings& settings, const Console& console, const std::atomic<bool
     return exit_code_of(console, [&] {
         Voice voice(settings.quiet, settings.verbose, console, stop);
         if (settings.info) return inform(settings, console, stop);
-        if (settings.max_memory) extract_in_slabs(settings, console, voice, *settings.max_memory);
-        else extract(settings, console, voice);
+        if (settings.check) return check(settings, console, voice);
+        if (settings.sweep)
+            sweep(settings, console, voice);
+        else if (settings.max_memory)
+            extract_in_slabs(settings, console, voice, *settings.max_memory);
+        else
+            extract(settings, console, voice);
         return kOk;
     });
 }

@@ -16,7 +16,15 @@ struct Console {
 };
 
 /// Exit codes; see the footer of --help.
-enum ExitCode { kOk = 0, kUsage = 2, kUnreadable = 3, kGeometry = 4, kEmpty = 5, kCancelled = 130 };
+enum ExitCode {
+    kOk = 0,
+    kUsage = 2,
+    kUnreadable = 3,
+    kGeometry = 4,
+    kEmpty = 5,
+    kCheckFailed = 6,
+    kCancelled = 130
+};
 
 /// Called before the work, so that a mistake does not cost it. \throw IoError where there is no folder for the
 /// file; an empty path is no file.

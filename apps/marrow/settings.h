@@ -14,6 +14,8 @@
 #include <marrow/volume.h>
 
 #include "presets.h"
+#include "steps.h"
+#include "sweep.h"
 
 namespace marrow {
 
@@ -31,9 +33,10 @@ struct SurfaceRequest {
 
 struct Settings {
     bool info = false;  ///< say what is in the inputs instead of extracting
+    std::optional<SweepSettings> sweep;  ///< measure the surfaces of many isovalues instead; output is .csv or .json
     std::vector<std::filesystem::path> inputs;  ///< one, save for info
-    std::filesystem::path output;   ///< file, folder or pattern with {name}; empty: no mesh
-    std::filesystem::path picture;  ///< empty: none
+    std::filesystem::path output;               ///< file, folder or pattern with {name}; empty: no mesh
+    std::filesystem::path picture;              ///< empty: none
     std::vector<SurfaceRequest> surfaces;
     std::string series;
     std::optional<Vec3d> spacing;  ///< mm
@@ -43,19 +46,24 @@ struct Settings {
     int threads = 0;
     std::optional<std::size_t> max_memory;  ///< bytes; read and write slab by slab within them
     bool open = false;
-    bool largest = false;
+    double snap = 0;  ///< as IsosurfaceOptions::snap
+    Steps steps;
+    bool verify = false;  ///< read what was written and compare
     bool json = false;
     bool quiet = false;
     bool verbose = false;
     bool show_patient = false;  ///< with info
+    bool check = false;         ///< check the meshes in inputs instead of extracting
+    double min_wall = 0;        ///< mm, with check
+    bool strict = false;        ///< with check
 };
 
 /// Understands the command line. Where it asks for help or the version, that goes to `out` and the result is
 /// the exit code 0. \throw UsageError
 std::variant<Settings, int> parse_command_line(int argc, const char* const* argv, std::ostream& out);
 
-/// The file of each requested surface, in order; empty paths without an output.
-/// \throw UsageError several surfaces for one file, two of the same name, or an unknown ending
+/// The file of each requested surface, in order, the same for all where it holds several; empty paths without an
+/// output. \throw UsageError several surfaces for a file that holds one, two of the same name, or an unknown ending
 std::vector<std::filesystem::path> output_files(const Settings& settings);
 
 }  // namespace marrow

@@ -29,7 +29,7 @@ std::variant<TerrainSettings, int> parse_terrain_command(int argc, const char* c
     app.add_option("DEM", settings.input,
                    "GeoTIFF, USGS DEM, SRTM .hgt, DTED, Arc/Info or ERDAS grid, PNG heights")
         ->required();
-    app.add_option("-o,--output", settings.output, "mesh to write: .stl, .ply, .obj or .vtp")
+    app.add_option("-o,--output", settings.output, "mesh to write: .stl, .ply, .obj, .vtp, .3mf or .glb")
         ->type_name("OUT");
     app.add_option(
            "--base", settings.base,
@@ -57,7 +57,7 @@ std::variant<TerrainSettings, int> parse_terrain_command(int argc, const char* c
         throw UsageError(fmt::format("{} (see marrow terrain --help)", error.what()));
     }
     if (settings.output.empty() && settings.picture.empty())
-        throw UsageError("where to? give -o OUT.stl (or .ply, .obj, .vtp), --picture FILE.png, or both");
+        throw UsageError("where to? give -o OUT.stl (or .ply, .obj, .vtp, .3mf, .glb), --picture FILE.png, or both");
     const auto check_positive = [](const char* option, double value) {
         if (!(value > 0 && value < 1e12)) throw UsageError(fmt::format("{} takes a positive number", option));
     };

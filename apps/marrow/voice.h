@@ -21,6 +21,11 @@ struct EmptySurface : Error {
     using Error::Error;
 };
 
+/// What was written is not what was to be written.
+struct CheckFailed : Error {
+    using Error::Error;
+};
+
 using Clock = std::chrono::steady_clock;
 
 inline double seconds_since(Clock::time_point start) {
@@ -98,6 +103,8 @@ int exit_code_of(const Console& console, Work work) {
         return fail(kUsage, error.what());
     } catch (const EmptySurface& error) {
         return fail(kEmpty, error.what());
+    } catch (const CheckFailed& error) {
+        return fail(kCheckFailed, error.what());
     } catch (const GeometryError& error) {
         return fail(kGeometry, error.what());
     } catch (const Error& error) {

@@ -111,8 +111,8 @@ Arm vtk_arm(const VolumeView& volume, double isovalue) {
 
 std::vector<Arm> make_arms(const VolumeView& volume, double isovalue) {
     const auto classic = [=] { return extract_isosurface_classic(volume, isovalue); };
-    const auto marrow = [=](bool normals) {
-        return extract_isosurface(volume, isovalue, {.normals = normals, .threads = 1});
+    const auto marrow = [=](bool normals, double snap = 0) {
+        return extract_isosurface(volume, isovalue, {.normals = normals, .snap = snap, .threads = 1});
     };
     return {
         {"classic", [=](double& ms) { return timed(ms, classic); }},
@@ -120,6 +120,7 @@ std::vector<Arm> make_arms(const VolumeView& volume, double isovalue) {
         vtk_arm(volume, isovalue),
         {"Marrow", [=](double& ms) { return timed(ms, [&] { return marrow(false); }); }},
         {"Marrow, normals", [=](double& ms) { return timed(ms, [&] { return marrow(true); }); }},
+        {"Marrow, snap 0.3", [=](double& ms) { return timed(ms, [&] { return marrow(false, 0.3); }); }},
     };
 }
 

@@ -33,6 +33,9 @@ struct Row {
     std::string model, arm;
     Mesh mesh;
     double milliseconds;  // median
+    Roughness rough;
+    double smallest_angle;  // degrees
+    MeshDistance apart;     // from Marrow's, unsnapped
 };
 
 double median(std::vector<double> values) {
@@ -63,6 +66,15 @@ std::vector<Row> run_arms(const Model& model, int rounds) {
 
 const Row& find_arm(const std::vector<Row>& rows, const std::string& arm) {
     return *std::find_if(rows.begin(), rows.end(), [&](const Row& row) { return row.arm == arm; });
+}
+
+void measure_surfaces(std::vector<Row>& rows) {
+    const Mesh& marrow = find_arm(rows, "Marrow").mesh;
+    for (Row& row : rows) {
+        row.rough = roughness(row.mesh, kWindow);
+        row.smallest_angle = triangle_quality(row.mesh).smallest_angle;
+        row.apart = mesh_distance(row.mesh, marrow, 50'000);
+    }
 }
 
 /// A row of Table 1 as printed.
@@ -110,10 +122,7 @@ constexpr const char* kTableHead =
 std::string table_lines(const std::vector<Row>& rows) {
     std::string lines;
     const Row& classic = rows.front();
-    const Row& marrow = find_arm(rows, "Marrow");
     for (const Row& row : rows) {
-        const Roughness rough = roughness(row.mesh, kWindow);
-        const MeshDistance apart = mesh_distance(row.mesh, marrow.mesh, 50'000);
         lines +=
             fmt::format("| {} | {} | {} | {} | {} | {:.2f} | {} | {:.1f} | {} | {:.2g} | {:.1g} / {:.1g} |\n",
                         row.model, row.arm, row.mesh.points.size(),
@@ -121,10 +130,27 @@ std::string table_lines(const std::vector<Row>& rows) {
                              static_cast<double>(classic.mesh.points.size())),
                         row.mesh.triangles.size(), row.milliseconds,
                         less(row.milliseconds, classic.milliseconds), classic.milliseconds / row.milliseconds,
-                        rough.points > 0 ? fmt::format("{:.4f}", rough.roughness) : "-",
-                        triangle_quality(row.mesh).smallest_angle, apart.mean, apart.max);
+                        row.rough.points > 0 ? fmt::format("{:.4f}", row.rough.roughness) : "-",
+                        row.smallest_angle, row.apart.mean, row.apart.max);
     }
     return lines;
+}
+
+constexpr const char* kSnappingHead =
+    "| model | points: Marrow | snapped | fewer | smallest angle: Marrow | snapped | roughness: Marrow | "
+    "snapped "
+    "| largest distance, mm | time: snapped / Marrow |\n"
+    "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n";
+
+std::string snapping_line(const std::vector<Row>& rows) {
+    const Row& before = find_arm(rows, "Marrow");
+    const Row& after = find_arm(rows, "Marrow, snap 0.3");
+    return fmt::format(
+        "| {} | {} | {} | {} | {:.2g} | {:.2g} | {:.4f} | {:.4f} | {:.3f} | {:.1f} |\n", before.model,
+        before.mesh.points.size(), after.mesh.points.size(),
+        less(static_cast<double>(after.mesh.points.size()), static_cast<double>(before.mesh.points.size())),
+        before.smallest_angle, after.smallest_angle, before.rough.roughness, after.rough.roughness,
+        after.apart.max, after.milliseconds / before.milliseconds);
 }
 
 std::string file_name(std::string model) {
@@ -137,12 +163,14 @@ void run(const Settings& settings) {
     fs::create_directories(settings.out);
     std::vector<std::string> notes;
     const std::vector<Model> models = cut_models(settings.data, notes);
-    std::string table_1 = kTable1Head, table = kTableHead;
+    std::string table_1 = kTable1Head, table = kTableHead, snapping = kSnappingHead;
     std::string sources = "| model | cut from | samples | isovalue |\n| --- | --- | --- | --- |\n";
     for (const Model& model : models) {
-        const std::vector<Row> rows = run_arms(model, settings.rounds);
+        std::vector<Row> rows = run_arms(model, settings.rounds);
+        measure_surfaces(rows);
         table_1 += table_1_line(rows);
         table += table_lines(rows);
+        snapping += snapping_line(rows);
         const auto& dims = model.volume.geometry().dims;
         sources += fmt::format("| {} | {} | {} x {} x {} | {} HU |\n", model.name, model.source, dims[0],
                                dims[1], dims[2], model.isovalue);
@@ -153,7 +181,7 @@ void run(const Settings& settings) {
     }
     std::string text;
     for (const std::string& note : notes) text += "Note: " + note + ".\n\n";
-    text += table_1 + "\n" + table + "\n" + sources;
+    text += table_1 + "\n" + table + "\n" + snapping + "\n" + sources;
     fmt::print("{}", text);
     std::ofstream(settings.out / "table.md") << text;
 }

@@ -9,6 +9,12 @@
 
 namespace marrow {
 
+namespace internal {
+/// Asks the system for huge pages under a large array: the first touch of each page is what memory costs
+/// most, and there are 512 times fewer.
+void advise_huge_pages(void* begin, std::size_t bytes) noexcept;
+}  // namespace internal
+
 /// An allocator that leaves new elements uninitialised, so that output is touched once, by the thread that
 /// writes it.
 template <class T>
@@ -19,7 +25,11 @@ struct UninitializedAllocator {
     template <class U>
     UninitializedAllocator(const UninitializedAllocator<U>&) noexcept {}
 
-    T* allocate(std::size_t n) { return std::allocator<T>().allocate(n); }
+    T* allocate(std::size_t n) {
+        T* p = std::allocator<T>().allocate(n);
+        internal::advise_huge_pages(p, n * sizeof(T));
+        return p;
+    }
     void deallocate(T* p, std::size_t n) noexcept { std::allocator<T>().deallocate(p, n); }
 
     template <class U>

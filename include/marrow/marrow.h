@@ -2,10 +2,13 @@
 #pragma once
 
 #include <marrow/atomic_file.h>
+#include <marrow/check.h>
 #include <marrow/error.h>
+#include <marrow/filter.h>
 #include <marrow/histo_pyramid.h>
 #include <marrow/histogram.h>
 #include <marrow/isosurface.h>
+#include <marrow/labels.h>
 #include <marrow/measure.h>
 #include <marrow/mesh.h>
 #include <marrow/mesh_io.h>
@@ -13,4 +16,5 @@
 #include <marrow/refine.h>
 #include <marrow/scan_io.h>
 #include <marrow/slabs.h>
+#include <marrow/sweep.h>
 #include <marrow/volume.h>

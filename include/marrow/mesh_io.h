@@ -1,8 +1,12 @@
-/// Writing meshes.
+/// Writing meshes, and reading them back.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <memory>
+#include <optional>
+#include <span>
+#include <string>
 
 #include <marrow/mesh.h>
 #include <marrow/progress.h>
@@ -15,10 +19,10 @@ namespace marrow {
 enum class Space { LPS, RAS };
 
 /// The formats that are written; see write_mesh.
-enum class MeshFormat { stl, ply, obj, vtp };
+enum class MeshFormat { stl, ply, obj, vtp, threemf, glb };
 
 struct MeshWriteOptions {
-    Space space = Space::LPS;  ///< RAS negates x and y of points and normals
+    Space space = Space::LPS;  ///< RAS negates x and y of points and normals; not for .glb
     Progress progress = {};    ///< called while writing
 };
 
@@ -26,22 +30,54 @@ struct MeshWriteOptions {
 /// lists them.
 MeshFormat mesh_format(const std::filesystem::path& output);
 
+/// Whether a format keeps several surfaces apart in one file.
+bool holds_several(MeshFormat format);
+
+/// One surface in a file.
+struct MeshObject {
+    const Mesh* mesh = nullptr;                        ///< borrowed
+    std::string name = {};                             ///< UTF-8; what is not is replaced
+    std::optional<std::array<double, 3>> colour = {};  ///< red, green, blue from 0 to 1, sRGB
+};
+
 /// Writes a mesh; the ending picks the format. The file appears whole or not at all, and an old one stays
 /// until then.
 ///
-/// | ending | format                                    | normals | says its space by                  |
-/// | ------ | ----------------------------------------- | ------- | ---------------------------------- |
-/// | .stl   | binary STL                                | facet   | `SPACE=LPS UNITS=mm` in its header |
-/// | .ply   | binary little-endian PLY, float32         | point   | the same in a comment              |
-/// | .obj   | text OBJ, digits that read back exactly   | point   | the same in a comment              |
-/// | .vtp   | VTK XML PolyData, appended raw, float32   | point   | string array SPACE in field data   |
+/// | ending | format                                    | normals | several, names, colours | says its space by                  |
+/// | ------ | ----------------------------------------- | ------- | ----------------------- | ---------------------------------- |
+/// | .stl   | binary STL                                | facet   | no                      | `SPACE=LPS UNITS=mm` in its header |
+/// | .ply   | binary little-endian PLY, float32         | point   | no                      | the same in a comment              |
+/// | .obj   | text OBJ, digits that read back exactly   | point   | objects, names          | the same in a comment              |
+/// | .vtp   | VTK XML PolyData, appended raw, float32   | point   | cell arrays             | string array SPACE in field data   |
+/// | .3mf   | 3MF core, unit millimetre, exact digits   | no      | objects, names, colours | the same in its Description        |
+/// | .glb   | binary glTF 2.0, float32 metres, Y up     | point   | nodes, names, colours   | being glTF: +X left, +Y up, +Z to the front |
 ///
-/// The `SPACE` mark is the one 3D Slicer reads. Coordinates read back with the same bits from every format.
-/// \throw InputError an unknown ending, normals that do not match the points, or triangles that name none;
-/// LimitError more triangles than the format can count; IoError the system said no; Cancelled.
+/// .stl.gz, .ply.gz and .obj.gz are the same compressed by gzip (.3mf is compressed by itself). The `SPACE` mark is the one
+/// 3D Slicer reads. Coordinates read back with the same bits from every format but .glb, where they are rounded once, to
+/// metres. In .vtp, several surfaces or a colour make the cell arrays `Surface` (counted from 0, in the order of the field
+/// data's `Names`) and `Colors` (RGB).
+/// \throw InputError an unknown ending, normals that do not match the points, triangles that name none, or RAS for .glb;
+/// LimitError more than the format can count (.stl 2^32 - 1 triangles, .glb and .3mf 4 GiB); IoError the system said no;
+/// Cancelled.
 void write_mesh(const Mesh& mesh, const std::filesystem::path& output, const MeshWriteOptions& options = {});
 
-/// Writes a surface part by part, with no more in memory than a part: .stl and .ply. The file has the same bytes as
+/// Writes surfaces into one file. \throw as write_mesh; InputError several for a format that holds one, or none
+void write_meshes(std::span<const MeshObject> objects, const std::filesystem::path& output,
+                  const MeshWriteOptions& options = {});
+
+/// Whether read_mesh takes files of that ending. \throw as mesh_format
+bool can_read_mesh(const std::filesystem::path& input);
+
+/// Reads a mesh: binary and text STL, PLY and VTP, and OBJ; the ending says which. Points come back with the bits
+/// that they have in the file, polygons as fans of triangles, without normals. STL names no points: those of the
+/// same coordinates become one, in the order of the file.
+///
+/// Coordinates are millimetres in LPS: x and y are negated where the file's mark says RAS. `space`, where given,
+/// receives what the mark says; nothing where there is none, and the file is then taken for LPS. \throw
+/// InputError an unknown ending, or a file that is not what it should be; IoError; LimitError 2^32 points
+Mesh read_mesh(const std::filesystem::path& input, std::optional<Space>* space = nullptr);
+
+/// Writes a surface part by part, with no more in memory than a part: .stl and .ply, not compressed. The file has the same bytes as
 /// write_mesh's of the whole, and appears with commit() or not at all.
 class SurfaceWriter {
   public:

@@ -40,20 +40,20 @@ namespace marrow {
 /// - Refused: colour, vectors, complex numbers, NRRD of more than three dimensions, NRRD as text or bzip2, video,
 ///   modality lookup tables, data files outside their header's folder, headers that claim more than their file holds.
 struct ScanOptions {
-    std::string series;            ///< SeriesInfo::id of the one to read; empty: the only one
+    std::string series;  ///< SeriesInfo::id of the one to read; empty: the only one
     /// mm; for input that does not say: pictures, DICOM with a single slice or without positions. InputError
     /// where the input has its own.
     std::optional<Vec3d> spacing;
     /// Uneven DICOM slices become even ones, as far apart as most are: linear between neighbours.
     bool resample = false;
     std::optional<std::int64_t> volume;  ///< which one of a 4D NIfTI or MetaImage file, counted from 0
-    int threads = 0;         ///< for decoding; 0: all
-    Progress progress = {};  ///< called while reading
+    int threads = 0;                     ///< for decoding; 0: all
+    Progress progress = {};              ///< called while reading
 };
 
 /// One series or image found in an input.
 struct SeriesInfo {
-    std::string id;           ///< SeriesInstanceUID, with /1, /2 where it holds several volumes; empty outside DICOM
+    std::string id;  ///< SeriesInstanceUID, with /1, /2 where it holds several volumes; empty outside DICOM
     std::string description;  ///< SeriesDescription or file name; never a patient's name
     std::string modality;     ///< "CT", "MR", ... or empty where the format does not say
     std::array<std::int64_t, 3> dims{0, 0, 0};
@@ -73,10 +73,6 @@ struct ScanInfo {
 /// series without `options.series`, uneven slices, no spacing; LimitError too big; Cancelled.
 Volume read_scan(const std::filesystem::path& input, const ScanOptions& options = {},
                  ScanInfo* info = nullptr);
-
-/// Opens a scan that is read slice by slice, for volumes that do not fit in memory: NIfTI, NRRD and MetaImage that are not
-/// compressed. Samples and geometry are those of read_scan. \throw as read_scan; InputError input that can only be read whole
-SliceSource open_slices(const std::filesystem::path& input, const ScanOptions& options = {}, ScanInfo* info = nullptr);
 
 /// What there is to say about one series before its samples are read.
 struct SeriesReport {
@@ -106,6 +102,11 @@ struct ScanReport {
 /// Looks at an input as read_scan would with these options, without reading samples.
 /// \throw as read_scan, where there is no image at all.
 ScanReport inspect_scan(const std::filesystem::path& input, const ScanOptions& options = {});
+
+/// Opens a scan that is read slice by slice, for volumes that do not fit in memory: NIfTI, NRRD and MetaImage that are not
+/// compressed. Samples and geometry are those of read_scan. \throw as read_scan; InputError input that can only be read whole
+SliceSource open_slices(const std::filesystem::path& input, const ScanOptions& options = {},
+                        ScanInfo* info = nullptr);
 
 /// Lists what an input holds, without reading samples. \throw as inspect_scan.
 std::vector<SeriesInfo> list_series(const std::filesystem::path& input, std::string* format = nullptr);

@@ -62,7 +62,7 @@ struct Geometry {
 };
 
 /// \throw InputError where dims are negative or overflow, spacing is not positive and finite, the origin is
-/// not finite, or the direction is singular.
+/// not finite, the direction is singular, or a corner lies beyond what float32 holds.
 void check_geometry(const Geometry& geometry);
 
 class Volume;

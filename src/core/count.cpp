@@ -10,11 +10,15 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include <algorithm>
+
 #include "count.h"
 #include "row_bits-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace marrow::internal::HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
 
 HWY_INLINE std::uint32_t popcount(std::uint64_t bits) {
     return static_cast<std::uint32_t>(__builtin_popcountll(bits));
@@ -67,14 +71,47 @@ std::uint32_t count_loops(const CellBits& cells, std::uint64_t active) {
     return loops;
 }
 
-std::uint32_t count_loops(const RowBits& row) {
-    std::uint32_t loops = 0;
-    for_each_active_word(row, [&](std::size_t w, std::uint64_t active) HWY_ATTR {
-        const CellBits cells(row, w);
-        loops +=
-            HWY_LIKELY((may_have_loops(cells) & active) == 0) ? popcount(active) : count_loops(cells, active);
-    });
-    return loops;
+// Loops in the cells of word w.
+HWY_INLINE std::uint32_t count_loops(const RowBits& row, std::size_t w) {
+    const CellBits cells(row, w);
+    const std::uint64_t active = cells.active() & row.valid(w);
+    if (HWY_LIKELY((may_have_loops(cells) & active) == 0)) return popcount(active);
+    return count_loops(cells, active);
+}
+
+// Marks the words of a row in which any of its edges may be crossed or its cells be active: where the four
+// rows differ at a sample or the one behind, or the row itself changes. At a row's end that may mark a word
+// for what follows in memory, which costs a look and no more. \returns whether any is marked
+HWY_INLINE bool mark_active_words(const RowBits& row, std::uint64_t* HWY_RESTRICT mask) {
+    const hn::ScalableTag<std::uint64_t> d;
+    constexpr std::size_t kLanes = hn::MaxLanes(d);
+    static_assert(kLanes <= InsideBits::kSlack);
+    std::uint64_t any = 0;
+    for (std::size_t begin = 0; begin < row.words; begin += 64) {
+        const std::size_t count = std::min<std::size_t>(64, row.words - begin);
+        std::uint64_t marked = 0;
+        for (std::size_t w = 0; w < count; w += kLanes) {
+            const auto load = [&](Row r, std::size_t i)
+                                  HWY_ATTR { return hn::LoadU(d, row.rows[r] + begin + i); };
+            const auto difference = [&](std::size_t i) HWY_ATTR {
+                const auto here = load(kRow, i);
+                return hn::Or(hn::Or(hn::Xor(here, load(kNextY, i)), hn::Xor(here, load(kNextZ, i))),
+                              hn::Xor(here, load(kNextYZ, i)));
+            };
+            const auto here = load(kRow, w);
+            const auto next_x = hn::Or(hn::ShiftRight<1>(here), hn::ShiftLeft<63>(load(kRow, w + 1)));
+            const auto differs = difference(w);
+            const auto active =
+                hn::Or(hn::Or(differs, hn::ShiftLeft<63>(difference(w + 1))), hn::Xor(here, next_x));
+            std::uint64_t bits = 0;
+            hn::StoreMaskBits(d, hn::Ne(active, hn::Zero(d)), reinterpret_cast<std::uint8_t*>(&bits));
+            marked |= bits << w;
+        }
+        marked &= ~std::uint64_t{0} >> (64 - count);
+        mask[begin / 64] = marked;
+        any |= marked;
+    }
+    return any != 0;
 }
 
 // The crossed edges along y and z that only one cell of the row has: those at the bits where its cells start
@@ -93,20 +130,24 @@ std::uint32_t count_ends(const RowBits& row, std::int64_t cells_x) {
     return ends;
 }
 
-void count_rows_target(const InsideBits& bits, std::size_t row_begin, std::size_t row_end,
-                       RowCounts& counts) {
+void count_rows_target(const InsideBits& bits, std::size_t row_begin, std::size_t row_end, RowCounts& counts,
+                       ActiveWords& active) {
     for (std::size_t r = row_begin; r < row_end; ++r) {
         const RowBits row(bits, r);
-        std::uint32_t along_x = 0, along_y = 0, along_z = 0;
-        for (std::size_t w = 0; w < row.words; ++w) {
-            along_x += popcount(row.crossed_x(kRow, w));
-            along_y += popcount(row.crossed_y(w));
-            along_z += popcount(row.crossed_z(w));
+        std::uint32_t along_x = 0, along_y = 0, along_z = 0, loops = 0, ends = 0;
+        if (mark_active_words(row, active.row(r))) {
+            for_each_active_word(active, r, [&](std::size_t w) HWY_ATTR {
+                along_x += popcount(row.crossed_x(kRow, w));
+                along_y += popcount(row.crossed_y(w));
+                along_z += popcount(row.crossed_z(w));
+                loops += count_loops(row, w);
+            });
+            ends = count_ends(row, bits.cells_x);
         }
         counts.points[r] = along_x + along_y + along_z;
         counts.along_x[r] = along_x;
         counts.along_y[r] = along_y;
-        counts.triangles[r] = row.has_cells ? 2 * count_loops(row) + count_ends(row, bits.cells_x) : 0;
+        counts.triangles[r] = row.has_cells ? 2 * loops + ends : 0;
     }
 }
 
@@ -118,9 +159,9 @@ namespace marrow::internal {
 
 HWY_EXPORT(count_rows_target);
 
-void count_rows(const InsideBits& bits, std::size_t row_begin, std::size_t row_end,
-                RowCounts& counts) noexcept {
-    HWY_DYNAMIC_DISPATCH(count_rows_target)(bits, row_begin, row_end, counts);
+void count_rows(const InsideBits& bits, std::size_t row_begin, std::size_t row_end, RowCounts& counts,
+                ActiveWords& active) noexcept {
+    HWY_DYNAMIC_DISPATCH(count_rows_target)(bits, row_begin, row_end, counts, active);
 }
 
 void count_triangles(const InsideBits& bits, std::size_t row_begin, std::size_t row_end,

@@ -19,6 +19,7 @@ struct EmitInput {
     double isovalue;
     const Frame& frame;
     const InsideBits& bits;
+    const ActiveWords& active;
     const HistoPyramid& points;  ///< over the grid's rows, as RowCounts
     const HistoPyramid& triangles;
     const std::vector<std::uint32_t>& along_x;  ///< as RowCounts

@@ -5,7 +5,7 @@
 #include <hwy/highway.h>
 
 #include <algorithm>
-#include <cstring>
+#include <bit>
 #include <limits>
 #include <type_traits>
 
@@ -22,8 +22,9 @@ namespace hn = hwy::HWY_NAMESPACE;
 template <class T>
 using Staged = std::conditional_t<std::is_integral_v<T> && sizeof(T) <= 2, std::int32_t, Real<T>>;
 
-// Crossed edges wait here until there are enough to interpolate as whole vectors; lanes may belong to
-// different rows and axes. The output is written in the order in which edges are added.
+// Crossed edges wait here until there are enough to fetch their samples in one long loop and to interpolate
+// them as whole vectors; neighbours in the batch may belong to different rows and axes. The output is written
+// in the order in which edges are added.
 template <class T>
 class PointBatch {
   public:
@@ -40,58 +41,68 @@ class PointBatch {
 
     // From now on, edges start in the row of samples (y, z), of which `samples` is the first.
     void set_row(std::int64_t y, std::int64_t z, const T* samples) {
+        finish_row();
         y_ = y;
         z_ = z;
         row_ = samples;
         base_ = frame_.row_base(y, z);
     }
+    // From now on, they run along this axis.
+    void set_axis(int axis) {
+        finish_axis();
+        axis_ = axis;
+    }
 
-    // Edges along kAxis from the row's samples at xs, whose stencils lie within the volume.
-    template <int kAxis>
-    void add(const std::int32_t* xs, std::size_t count) {
-        while (count > 0) {
-            const std::size_t n = std::min(count, kCapacity - size_);
-            if (normals_ != nullptr)
-                stage<kAxis, true>(xs, n);
-            else
-                stage<kAxis, false>(xs, n);
-            xs += n;
-            count -= n;
-            size_ += n;
-            if (size_ == kCapacity) flush();
+    // The edges from the samples x + i of the row, i the bits that are set; their stencils lie within the volume.
+    HWY_INLINE void add(std::uint64_t bits, std::int32_t x) {
+        if (HWY_UNLIKELY(size_ > kCapacity - 64)) flush();
+        const auto count = static_cast<std::size_t>(__builtin_popcountll(bits));
+        std::int32_t* xs = x_ + size_;
+        // Most words have few. Write so many without asking, and overwrite what was too much.
+        for (std::size_t k = 0; k < count; k += 4) {
+            for (std::size_t i = k; i < k + 4; ++i) {
+                xs[i] = x + std::countr_zero(bits);
+                bits &= bits - 1;
+            }
         }
+        size_ += count;
     }
 
     // One edge anywhere: with one-sided differences, twice as steep, where its stencil leaves the volume.
-    void add_at_border(std::int64_t x, int axis) {
+    void add_at_border(std::int32_t x) {
+        if (size_ > kCapacity - 64) flush();
+        stage();
         const std::int64_t first[3] = {x, y_, z_};
         std::int64_t second[3] = {x, y_, z_};
-        ++second[axis];
-        if (!within(first) || !within(second)) return add_leaving(x, axis, within(first));
+        ++second[axis_];
+        if (!within(first) || !within(second)) return add_leaving(x, within(first));
         const T* p = row_ + x;
-        const T* q = p + stride_[axis];
+        const T* q = p + stride_[axis_];
+        x_[size_] = x;
+        axes_[size_] = axis_;
+        for (std::size_t r = 0; r < 3; ++r) row_base_[r][size_] = base_[r];
         ends_[0][size_] = scaled(*p);
         ends_[1][size_] = scaled(*q);
         for (int a = 0; a < 3; ++a) {
             slopes_[a][size_] = slope_at_border(p, first[a], a);
             slopes_[3 + a][size_] = slope_at_border(q, second[a], a);
         }
-        place(x, axis, size_);
-        if (++size_ == kCapacity) flush();
+        staged_ = of_row_ = of_axis_ = ++size_;
     }
 
     void flush() {
+        stage();
         if (size_ == 0) return;
         // The lanes beyond the last edge compute on what lies there and are not written.
         interpolate();
         if (normals_ != nullptr) store(normal_[0], normal_[1], normal_[2], normals_);
         place_points();
         store(position_[0], position_[1], position_[2], points_);
-        size_ = 0;
+        size_ = of_axis_ = of_row_ = staged_ = 0;
     }
 
   private:
-    static constexpr std::size_t kCapacity = 64;
+    static constexpr std::size_t kCapacity = 192;
 
     static S staged(T sample) { return static_cast<S>(sample); }
     static S scaled(T sample) {
@@ -101,34 +112,51 @@ class PointBatch {
             return static_cast<S>(sample);
     }
 
-    template <int kAxis, bool kNormals>
-    HWY_INLINE void stage(const std::int32_t* HWY_RESTRICT xs, std::size_t count) {
-        const std::int64_t step_y = stride_[1], step_z = stride_[2];
-        const std::int64_t step = kAxis == 0 ? 1 : kAxis == 1 ? step_y : step_z;
-        for (std::size_t k = 0; k < count; ++k) {
-            const T* HWY_RESTRICT p = row_ + xs[k];
-            const T* HWY_RESTRICT q = p + step;
-            const std::size_t slot = size_ + k;
-            // The surface goes on in the next slice, whose stencil ends here.
-            hwy::Prefetch(p + 3 * step_z);
-            ends_[0][slot] = scaled(*p);
-            ends_[1][slot] = scaled(*q);
-            if constexpr (kNormals) {
-                slopes_[0][slot] = staged(p[1]) - staged(p[-1]);
-                slopes_[1][slot] = staged(p[step_y]) - staged(p[-step_y]);
-                slopes_[2][slot] = staged(p[step_z]) - staged(p[-step_z]);
-                slopes_[3][slot] = staged(q[1]) - staged(q[-1]);
-                slopes_[4][slot] = staged(q[step_y]) - staged(q[-step_y]);
-                slopes_[5][slot] = staged(q[step_z]) - staged(q[-step_z]);
-            }
-            place(xs[k], kAxis, slot);
+    // Notes the axis of the edges added since it did so last: eight at a time, of which the next axis
+    // overwrites what was too much.
+    HWY_INLINE void finish_axis() {
+        for (std::size_t k = of_axis_; k < size_; k += 8) std::fill_n(axes_ + k, 8, axis_);
+        of_axis_ = size_;
+    }
+    // The same for the row.
+    HWY_INLINE void finish_row() {
+        finish_axis();
+        for (std::size_t k = of_row_; k < size_; k += 8) {
+            std::fill_n(rows_ + k, 8, row_);
+            for (std::size_t r = 0; r < 3; ++r) std::fill_n(row_base_[r] + k, 8, base_[r]);
         }
+        of_row_ = size_;
     }
 
-    HWY_INLINE void place(std::int64_t x, int axis, std::size_t slot) {
-        x_[slot] = static_cast<float>(x);
-        axis_[slot] = axis;
-        for (std::size_t r = 0; r < 3; ++r) row_base_[r][slot] = base_[r];
+    // Fetches the samples of the edges added since it did so last.
+    void stage() {
+        finish_row();
+        if (normals_ != nullptr)
+            stage_edges<true>();
+        else
+            stage_edges<false>();
+        staged_ = size_;
+    }
+
+    template <bool kNormals>
+    HWY_INLINE void stage_edges() {
+        const std::int64_t step_y = stride_[1], step_z = stride_[2];
+        for (std::size_t k = staged_; k < size_; ++k) {
+            const T* HWY_RESTRICT p = rows_[k] + x_[k];
+            const T* HWY_RESTRICT q = p + stride_[axes_[k]];
+            // The surface goes on in the next slice, whose stencil ends here.
+            hwy::Prefetch(p + 3 * step_z);
+            ends_[0][k] = scaled(*p);
+            ends_[1][k] = scaled(*q);
+            if constexpr (kNormals) {
+                slopes_[0][k] = staged(p[1]) - staged(p[-1]);
+                slopes_[1][k] = staged(p[step_y]) - staged(p[-step_y]);
+                slopes_[2][k] = staged(p[step_z]) - staged(p[-step_z]);
+                slopes_[3][k] = staged(q[1]) - staged(q[-1]);
+                slopes_[4][k] = staged(q[step_y]) - staged(q[-step_y]);
+                slopes_[5][k] = staged(q[step_z]) - staged(q[-step_z]);
+            }
+        }
     }
 
     S slope_at_border(const T* p, std::int64_t i, int axis) const {
@@ -146,10 +174,10 @@ class PointBatch {
     }
 
     // An edge out of the volume: its outer end has no value, so the point is in the middle.
-    void add_leaving(std::int64_t x, int axis, bool first_inside) {
+    void add_leaving(std::int64_t x, bool first_inside) {
         flush();
-        *points_++ = frame_.point(base_, static_cast<float>(x), static_cast<std::size_t>(axis), 0.5f);
-        if (normals_ != nullptr) *normals_++ = along_edge(axis, first_inside);
+        *points_++ = frame_.point(base_, static_cast<float>(x), static_cast<std::size_t>(axis_), 0.5f);
+        if (normals_ != nullptr) *normals_++ = along_edge(axis_, first_inside);
     }
 
     Vec3f along_edge(int axis, bool first_inside) const {
@@ -229,7 +257,7 @@ class PointBatch {
         if (squared > R(0.5) && squared < R(2)) return;
         const bool first_inside =
             static_cast<R>(ends_[0][k]) >= isovalue_ && std::isfinite(static_cast<R>(ends_[0][k]));
-        const Vec3f along = along_edge(axis_[k], first_inside);
+        const Vec3f along = along_edge(axes_[k], first_inside);
         for (int r = 0; r < 3; ++r) normal_[r][k] = along[r];
     }
 
@@ -239,8 +267,8 @@ class PointBatch {
         const hn::RebindToSigned<decltype(d)> di;
         for (std::size_t i = 0; i < size_; i += hn::Lanes(d)) {
             const auto t = load_float(d, fraction_ + i);
-            const auto x = hn::Load(d, x_ + i);
-            const auto axis = hn::Load(di, axis_ + i);
+            const auto x = hn::ConvertTo(d, hn::Load(di, x_ + i));
+            const auto axis = hn::Load(di, axes_ + i);
             const auto along_y = hn::RebindMask(d, hn::Eq(axis, hn::Set(di, 1)));
             const auto along_z = hn::RebindMask(d, hn::Eq(axis, hn::Set(di, 2)));
             for (std::size_t r = 0; r < 3; ++r) {
@@ -294,40 +322,42 @@ class PointBatch {
     std::int64_t y_ = 0, z_ = 0;
     const T* row_ = nullptr;
     Vec3f base_{};
-    std::size_t size_ = 0;
+    int axis_ = 0;
+    // Edges; and up to which their axis is noted, their row, and their samples fetched.
+    std::size_t size_ = 0, of_axis_ = 0, of_row_ = 0, staged_ = 0;
 
     alignas(64) S ends_[2][kCapacity] = {};
     alignas(64) S slopes_[6][kCapacity] = {};
-    alignas(64) float x_[kCapacity] = {};
-    alignas(64) std::int32_t axis_[kCapacity] = {};
-    alignas(64) float row_base_[3][kCapacity] = {};
+    alignas(64) std::int32_t x_[kCapacity] = {};
+    // With room for what is written too much.
+    alignas(64) std::int32_t axes_[kCapacity + 8] = {};
+    alignas(64) const T* rows_[kCapacity + 8] = {};
+    alignas(64) float row_base_[3][kCapacity + 8] = {};
     alignas(64) R fraction_[kCapacity] = {};
     alignas(64) R normal_[3][kCapacity];
     alignas(64) float position_[3][kCapacity];
 };
 
-// The samples x of the set bits of a row's words.
-template <class Words>
-HWY_INLINE std::size_t list_bits(std::size_t words, const Words& word, std::int64_t first_x,
-                                 std::int32_t* HWY_RESTRICT positions) {
-    std::size_t count = 0;
-    for (std::size_t w = 0; w < words; ++w) {
-        for (std::uint64_t bits = word(w); bits != 0; bits &= bits - 1) {
-            positions[count++] = static_cast<std::int32_t>(64 * static_cast<std::int64_t>(w) - first_x) +
-                                 __builtin_ctzll(bits);
-        }
+// For each of a row's words, the samples x whose stencils lie in it: they reach one sample back and two ahead.
+Buffer<std::uint64_t> inner_samples(const InsideBits& bits, std::int64_t nx) {
+    Buffer<std::uint64_t> inner(bits.words_per_row);
+    std::fill(inner.begin(), inner.end(), std::uint64_t{0});
+    for (std::int64_t x = 1; x + 2 < nx; ++x) {
+        const std::int64_t bit = bits.first_x + x;
+        inner[static_cast<std::size_t>(bit / 64)] |= std::uint64_t{1} << bit % 64;
     }
-    return count;
+    return inner;
 }
 
 template <class T>
 void emit_points_of(const EmitInput& input, std::size_t row_begin, std::size_t row_end, Vec3f* points,
                     Vec3f* normals) {
-    const auto [nx, ny, nz] = input.volume.geometry.dims;
+    const std::int64_t nx = input.volume.geometry.dims[0], ny = input.volume.geometry.dims[1],
+                       nz = input.volume.geometry.dims[2];  // no binding: clang 14 lets lambdas not see those
     const InsideBits& bits = input.bits;
     const T* samples = static_cast<const T*>(input.volume.data);
+    const Buffer<std::uint64_t> inner = inner_samples(bits, nx);
     PointBatch<T> batch(input, points, normals);
-    Buffer<std::int32_t> positions(bits.words_per_row * 64);
 
     for (std::size_t r = row_begin; r < row_end; ++r) {
         if (input.points.leaves()[r] == 0) continue;
@@ -335,29 +365,27 @@ void emit_points_of(const EmitInput& input, std::size_t row_begin, std::size_t r
         const std::int64_t y = static_cast<std::int64_t>(r) % bits.ny - bits.pad;
         const std::int64_t z = static_cast<std::int64_t>(r) / bits.ny - bits.pad;
         batch.set_row(y, z, samples + (z * ny + y) * nx);
-        // Stencils reach one sample back and two ahead.
         const bool inner_row = y >= 1 && y + 2 < ny && z >= 1 && z + 2 < nz;
 
-        const auto add = [&]<int kAxis>(std::integral_constant<int, kAxis>, std::size_t count) HWY_ATTR {
-            std::int32_t* x = positions.data();
-            std::int32_t* const end = x + count;
-            if (inner_row) {
-                for (; x < end && *x < 1; ++x) batch.add_at_border(*x, kAxis);
-                std::int32_t* inner_end = end;
-                while (inner_end > x && inner_end[-1] + 2 >= nx) --inner_end;
-                batch.template add<kAxis>(x, static_cast<std::size_t>(inner_end - x));
-                x = inner_end;
-            }
-            for (; x < end; ++x) batch.add_at_border(*x, kAxis);
+        const auto add = [&](int axis, auto&& crossed) HWY_ATTR {
+            batch.set_axis(axis);
+            for_each_active_word(input.active, r, [&](std::size_t w) HWY_ATTR {
+                std::uint64_t left = crossed(w);
+                const std::uint64_t safe = inner_row ? inner[w] : 0;
+                const auto x = static_cast<std::int32_t>(64 * static_cast<std::int64_t>(w) - bits.first_x);
+                if (HWY_LIKELY((left & ~safe) == 0)) return batch.add(left, x);
+                for (; left != 0; left &= left - 1) {
+                    const std::uint64_t lowest = left & (~left + 1);
+                    if ((lowest & safe) != 0)
+                        batch.add(lowest, x);
+                    else
+                        batch.add_at_border(x + std::countr_zero(left));
+                }
+            });
         };
-        using X = std::integral_constant<int, 0>;
-        using Y = std::integral_constant<int, 1>;
-        using Z = std::integral_constant<int, 2>;
-        const auto list = [&](auto&& word)
-                              HWY_ATTR { return list_bits(row.words, word, bits.first_x, positions.data()); };
-        add(X{}, list([&](std::size_t w) HWY_ATTR { return row.crossed_x(kRow, w); }));
-        add(Y{}, list([&](std::size_t w) HWY_ATTR { return row.crossed_y(w); }));
-        add(Z{}, list([&](std::size_t w) HWY_ATTR { return row.crossed_z(w); }));
+        add(0, [&](std::size_t w) HWY_ATTR { return row.crossed_x(kRow, w); });
+        add(1, [&](std::size_t w) HWY_ATTR { return row.crossed_y(w); });
+        add(2, [&](std::size_t w) HWY_ATTR { return row.crossed_z(w); });
     }
     batch.flush();
 }

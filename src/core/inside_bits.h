@@ -1,6 +1,7 @@
 /// One bit a sample: inside the surface or not.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -19,15 +20,19 @@ struct InsideBits {
     std::int64_t cells_x = 0;     ///< a cell starts at each of a row's bits below this
     std::int64_t ny = 0, nz = 0;  ///< rows of the grid, those around the volume included
     std::size_t words_per_row = 0;
+    /// Words behind the last row that may be read (their values mean nothing), so that vectors need not stop
+    /// at a row's end.
+    static constexpr std::size_t kSlack = 16;
     Buffer<std::uint64_t> owned;  ///< empty where the words lie in borrowed memory
     std::uint64_t* words = nullptr;
 
     InsideBits(const std::array<std::int64_t, 3>& volume_dims, bool closed)
         : InsideBits(volume_dims, closed, nullptr) {
-        owned.resize(word_count());
+        owned.resize(word_count() + kSlack);
+        std::fill_n(owned.end() - kSlack, kSlack, std::uint64_t{0});
         words = owned.data();
     }
-    /// In memory of word_count() words that outlives it.
+    /// In memory of word_count() + kSlack words that outlives it.
     InsideBits(const std::array<std::int64_t, 3>& volume_dims, bool closed, std::uint64_t* memory)
         : pad(closed ? 1 : 0),
           first_x(64 * pad),
@@ -47,6 +52,20 @@ struct InsideBits {
     std::uint64_t* row(std::size_t index) { return words + index * words_per_row; }
     const std::uint64_t* row(std::size_t index) const { return words + index * words_per_row; }
     std::size_t bytes() const { return word_count() * sizeof(std::uint64_t); }
+};
+
+/// The level above the bits: a bit for each of a row's words, set where the surface may touch the edges or the
+/// cells that start at the word's samples. What comes after counting looks at these words only.
+struct ActiveWords {
+    explicit ActiveWords(const InsideBits& bits)
+        : masks_per_row((bits.words_per_row + 63) / 64), masks(masks_per_row * bits.rows()) {}
+
+    std::size_t masks_per_row;
+    Buffer<std::uint64_t> masks;
+
+    std::uint64_t* row(std::size_t index) { return masks.data() + index * masks_per_row; }
+    const std::uint64_t* row(std::size_t index) const { return masks.data() + index * masks_per_row; }
+    std::size_t bytes() const { return masks.size() * sizeof(std::uint64_t); }
 };
 
 }  // namespace marrow::internal

@@ -15,6 +15,7 @@
 #include "dispatch.h"
 #include "emit.h"
 #include "pipeline.h"
+#include "snap.h"
 
 namespace marrow {
 
@@ -24,7 +25,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-void check(const VolumeView& volume) {
+void check(const VolumeView& volume, const IsosurfaceOptions& options) {
+    if (!(options.snap >= 0 && options.snap < 0.5)) throw InputError("snap must be at least 0 and below 0.5");
     check_geometry(volume.geometry);
     if (volume.data == nullptr && volume.geometry.sample_count() > 0)
         throw InputError("volume has no samples");
@@ -38,6 +40,7 @@ struct Extraction {
           options(extraction_options),
           frame(view.geometry),
           bits(view.geometry.dims, extraction_options.closed),
+          active(bits),
           rows(bits.rows()) {
         if (keep_ranges) ranges.emplace(view.geometry.dims);
     }
@@ -46,6 +49,7 @@ struct Extraction {
     const IsosurfaceOptions& options;
     const Frame frame;
     InsideBits bits;
+    ActiveWords active;
     RowCounts rows;
     std::optional<BlockRanges> ranges;
     std::optional<double> classified_for;  // the isovalue that bits (and ranges) are right for
@@ -84,7 +88,7 @@ Pyramids count(Extraction& e) {
     e.rows.triangles.resize(e.bits.rows());
     Stage stage(e.options.progress, 0.3, 0.4, e.slices());
     tbb::parallel_for(std::int64_t{0}, e.bits.nz, [&](std::int64_t z) {
-        count_rows(e.bits, e.bits.row_index(0, z), e.bits.row_index(0, z + 1), e.rows);
+        count_rows(e.bits, e.bits.row_index(0, z), e.bits.row_index(0, z + 1), e.rows, e.active);
         stage.step();
     });
     tbb::parallel_for(std::int64_t{0}, e.bits.nz, [&](std::int64_t z) {
@@ -117,10 +121,19 @@ void allocate(const Pyramids& pyramids, bool normals, Mesh& mesh) {
     }
 }
 
-void emit(const Extraction& e, const Pyramids& pyramids, double isovalue, Mesh& mesh) {
-    const EmitInput input{e.volume,        isovalue,           e.frame,        e.bits,
+std::size_t snap_whole(const EmitInput& input, const IsosurfaceOptions& options, Mesh& mesh) {
+    try {
+        return snap(input, options.snap, options.progress, mesh);
+    } catch (const std::bad_alloc&) {
+        throw LimitError("no memory to snap " + std::to_string(mesh.points.size()) + " points");
+    }
+}
+
+// Returns the memory that took beside the mesh.
+std::size_t emit(const Extraction& e, const Pyramids& pyramids, double isovalue, Mesh& mesh) {
+    const EmitInput input{e.volume,        isovalue,           e.frame,        e.bits,        e.active,
                           pyramids.points, pyramids.triangles, e.rows.along_x, e.rows.along_y};
-    Stage stage(e.options.progress, 0.4, 1, 2 * share_count());
+    Stage stage(e.options.progress, 0.4, e.options.snap > 0 ? 0.6 : 1, 2 * share_count());
     Vec3f* normals = e.options.normals ? mesh.normals.data() : nullptr;
     for_each_share(input.points, 0, e.bits.rows(), [&](std::size_t row_begin, std::size_t row_end) {
         emit_points(input, row_begin, row_end, mesh.points.data(), normals);
@@ -130,10 +143,12 @@ void emit(const Extraction& e, const Pyramids& pyramids, double isovalue, Mesh& 
         emit_triangles(input, row_begin, row_end, mesh.triangles.data());
         stage.step();
     });
+    if (e.options.snap > 0) return snap_whole(input, e.options, mesh);
     report(e.options.progress, 1);
+    return 0;
 }
 
-// The story: classify, count, allocate, emit.
+// The story: classify, count, allocate, emit, and where wanted snap.
 void extract(Extraction& e, double isovalue, Mesh& mesh, IsosurfaceStats* stats) {
     const auto start = Clock::now();
     classify(e, isovalue);
@@ -141,11 +156,11 @@ void extract(Extraction& e, double isovalue, Mesh& mesh, IsosurfaceStats* stats)
     Pyramids pyramids = count(e);
     const auto counted = Clock::now();
     allocate(pyramids, e.options.normals, mesh);
-    emit(e, pyramids, isovalue, mesh);
+    const std::size_t snapping = emit(e, pyramids, isovalue, mesh);
     const auto emitted = Clock::now();
-    const std::size_t scratch = e.bits.bytes() + pyramids.points.bytes() + pyramids.triangles.bytes() +
-                                2 * e.bits.rows() * sizeof(std::uint32_t) +
-                                (e.ranges ? e.ranges->bytes() : 0);
+    const std::size_t scratch = e.bits.bytes() + e.active.bytes() + pyramids.points.bytes() +
+                                pyramids.triangles.bytes() + 2 * e.bits.rows() * sizeof(std::uint32_t) +
+                                (e.ranges ? e.ranges->bytes() : 0) + snapping;
     e.rows.points = pyramids.points.release_leaves();
     e.rows.triangles = pyramids.triangles.release_leaves();
     if (stats == nullptr) return;
@@ -183,7 +198,7 @@ Volume subsampled(const VolumeView& volume, std::int64_t step) {
 
 Mesh extract_isosurface(const VolumeView& volume, double isovalue, const IsosurfaceOptions& options,
                         IsosurfaceStats* stats) {
-    check(volume);
+    check(volume, options);
     check_isovalue(isovalue);
     Mesh mesh;
     if (stats != nullptr) *stats = {};
@@ -207,7 +222,7 @@ struct IsosurfaceExtractor::Level {
 
 IsosurfaceExtractor::IsosurfaceExtractor(const VolumeView& volume, const IsosurfaceOptions& options)
     : options_(std::make_unique<IsosurfaceOptions>(options)) {
-    check(volume);
+    check(volume, options);
     levels_.push_back(std::make_unique<Level>(volume, *options_));
 }
 

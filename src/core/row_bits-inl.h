@@ -13,6 +13,8 @@
 HWY_BEFORE_NAMESPACE();
 namespace marrow::internal::HWY_NAMESPACE {
 
+namespace hn = hwy::HWY_NAMESPACE;
+
 // The row's neighbours in the grid: (y + 1, z), (y, z + 1), (y + 1, z + 1).
 enum Row { kRow = 0, kNextY = 1, kNextZ = 2, kNextYZ = 3 };
 
@@ -50,26 +52,13 @@ struct RowBits {
     std::uint64_t crossed_z(std::size_t w) const { return rows[kRow][w] ^ rows[kNextZ][w]; }
 };
 
-// Calls f(w, active) for every word of a row with cells that the surface passes through: those whose eight
-// corners are neither all outside nor all inside.
+// Calls f(w) for each active word of a row, in order.
 template <class F>
-HWY_INLINE void for_each_active_word(const RowBits& row, const F& f) {
-    const auto any = [&](std::size_t w) {
-        return row.rows[kRow][w] | row.rows[kNextY][w] | row.rows[kNextZ][w] | row.rows[kNextYZ][w];
-    };
-    const auto all = [&](std::size_t w) {
-        return row.rows[kRow][w] & row.rows[kNextY][w] & row.rows[kNextZ][w] & row.rows[kNextYZ][w];
-    };
-    std::uint64_t any_here = any(0), all_here = all(0);
-    for (std::size_t w = 0; w < row.words; ++w) {
-        const bool last = w + 1 == row.words;
-        const std::uint64_t any_next = last ? 0 : any(w + 1), all_next = last ? 0 : all(w + 1);
-        const std::uint64_t some_inside = any_here | any_here >> 1 | any_next << 63;
-        const std::uint64_t all_inside = all_here & (all_here >> 1 | all_next << 63);
-        const std::uint64_t active = some_inside & ~all_inside & row.valid(w);
-        if (active != 0) f(w, active);
-        any_here = any_next;
-        all_here = all_next;
+HWY_INLINE void for_each_active_word(const ActiveWords& active, std::size_t row, const F& f) {
+    const std::uint64_t* mask = active.row(row);
+    for (std::size_t m = 0; m < active.masks_per_row; ++m) {
+        for (std::uint64_t left = mask[m]; left != 0; left &= left - 1)
+            f(64 * m + static_cast<std::size_t>(__builtin_ctzll(left)));
     }
 }
 
@@ -84,17 +73,27 @@ struct CellBits {
         }
     }
 
-    // The case of cell i.
-    unsigned cell_case(int i) const {
-        if (i == 63) return last_case();
-        // Both ends of an edge along x lie side by side.
-        const auto pair = [&](int r) { return static_cast<unsigned>(corners[2 * r] >> i & 3); };
-        return pair(0) | pair(1) << 2 | pair(2) << 4 | pair(3) << 6;
+    // The cells that the surface passes through: those whose corners are neither all outside nor all inside.
+    std::uint64_t active() const {
+        std::uint64_t some = 0, all = ~std::uint64_t{0};
+        for (const std::uint64_t c : corners) {
+            some |= c;
+            all &= c;
+        }
+        return some & ~all;
     }
-    unsigned last_case() const {
-        unsigned c = 0;
-        for (int v = 0; v < 8; ++v) c |= static_cast<unsigned>(corners[v] >> 63) << v;
-        return c;
+    // The cases of the 64 cells.
+    HWY_INLINE void cell_cases(std::uint8_t* HWY_RESTRICT cases) const {
+        const hn::CappedTag<std::uint8_t, 64> d;
+        for (std::size_t i = 0; i < 64; i += hn::MaxLanes(d)) {
+            auto c = hn::Zero(d);
+            for (unsigned v = 0; v < 8; ++v) {
+                const std::uint64_t bits = corners[v] >> i;
+                const auto inside = hn::LoadMaskBits(d, reinterpret_cast<const std::uint8_t*>(&bits));
+                c = hn::Or(c, hn::IfThenElseZero(inside, hn::Set(d, static_cast<std::uint8_t>(1u << v))));
+            }
+            hn::StoreU(c, d, cases + i);
+        }
     }
 };
 

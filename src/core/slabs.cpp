@@ -27,7 +27,7 @@ class Window {
           slice_samples_(static_cast<std::size_t>(source.geometry.dims[0] * source.geometry.dims[1])),
           slice_bytes_(slice_samples_ * sample_size(source.type)),
           samples_(slice_bytes_ * static_cast<std::size_t>(source.geometry.dims[2])),
-          bit_memory_(InsideBits(source.geometry.dims, closed, nullptr).word_count()),
+          bit_memory_(InsideBits(source.geometry.dims, closed, nullptr).word_count() + InsideBits::kSlack),
           bits_(source.geometry.dims, closed, bit_memory_.data()) {
         volume_.geometry = source.geometry;
         volume_.type = source.type;
@@ -94,13 +94,14 @@ class Window {
 };
 
 // First reading: what every row makes.
-void count(Window& window, std::int64_t slices, RowCounts& rows, const Progress& progress) {
+void count(Window& window, std::int64_t slices, RowCounts& rows, ActiveWords& active,
+           const Progress& progress) {
     const InsideBits& bits = window.bits();
     for (std::int64_t z = 0; z < bits.nz; z += slices) {
         const std::int64_t end = std::min(z + slices, bits.nz);
         window.advance(end + 1, 0);
         tbb::parallel_for(z, end, [&](std::int64_t slice) {
-            count_rows(bits, bits.row_index(0, slice), bits.row_index(0, slice + 1), rows);
+            count_rows(bits, bits.row_index(0, slice), bits.row_index(0, slice + 1), rows, active);
         });
         // The next slab begins with bits that are there already; no sample is needed again.
         window.release(end, -1);
@@ -118,6 +119,9 @@ void extract_isosurface_in_slabs(const SliceSource& source, double isovalue, con
                                  IsosurfaceStats* stats) {
     check_geometry(source.geometry);
     check_isovalue(isovalue);
+    if (options.snap != 0)
+        throw InputError(
+            "a surface that is extracted in slabs cannot be snapped: it is never there as a whole");
     if (stats != nullptr) *stats = {};
     if (!has_cells(source.geometry, options.closed)) return sink.begin(0, 0, options.normals);
 
@@ -125,10 +129,11 @@ void extract_isosurface_in_slabs(const SliceSource& source, double isovalue, con
         Window window(source, isovalue, options.closed);
         const InsideBits& bits = window.bits();
         RowCounts rows(bits.rows());
+        ActiveWords active(bits);
 
         // Stencils reach one slice back and two ahead, and the part's last slice of points is made with it: 5 more.
         constexpr std::int64_t kHalo = 5;
-        const std::size_t counts = 18 * bits.rows();
+        const std::size_t counts = 18 * bits.rows() + active.bytes();
         const std::size_t least = counts + (kHalo + 1) * window.bytes_per_slice();
         if (limits.memory < least) {
             throw LimitError("this volume cannot be worked on in less than " +
@@ -137,7 +142,7 @@ void extract_isosurface_in_slabs(const SliceSource& source, double isovalue, con
         const std::size_t for_slabs = limits.memory - counts;
         const std::int64_t most = limits.slices > 0 ? limits.slices : bits.nz;
         const auto fit = static_cast<std::int64_t>(for_slabs / window.bytes_per_slice()) - kHalo;
-        count(window, std::min(most, std::max<std::int64_t>(fit, 1)), rows, options.progress);
+        count(window, std::min(most, std::max<std::int64_t>(fit, 1)), rows, active, options.progress);
 
         const HistoPyramid points(std::move(rows.points)), triangles(std::move(rows.triangles));
         check_point_count(points.total());
@@ -146,7 +151,7 @@ void extract_isosurface_in_slabs(const SliceSource& source, double isovalue, con
         SparseArray<Vec3f> point_memory(points.total()), normal_memory(options.normals ? points.total() : 0);
         SparseArray<Triangle> triangle_memory(triangles.total());
         const Frame frame(source.geometry);
-        const EmitInput input{window.volume(), isovalue,  frame,        bits,
+        const EmitInput input{window.volume(), isovalue,  frame,        bits,        active,
                               points,          triangles, rows.along_x, rows.along_y};
         const std::size_t point_bytes = sizeof(Vec3f) * (options.normals ? 2 : 1);
         const auto slice_row = [&](std::int64_t z) { return bits.row_index(0, std::min(z, bits.nz)); };

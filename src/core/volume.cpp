@@ -70,7 +70,7 @@ void check_geometry(const Geometry& g) {
         if (__builtin_mul_overflow(samples, g.dims[axis], &samples) || g.dims[axis] > std::int64_t{1} << 30) {
             throw InputError("volume: size along axis " + std::to_string(axis) + " is out of range");
         }
-        if (!(g.spacing[axis] > 0) || !std::isfinite(g.spacing[axis])) {
+        if (!(g.spacing[axis] >= std::numeric_limits<float>::min()) || !std::isfinite(g.spacing[axis])) {
             throw InputError("volume: spacing along axis " + std::to_string(axis) +
                              " is not a positive number");
         }
@@ -82,6 +82,15 @@ void check_geometry(const Geometry& g) {
                                d[0][2] * (d[1][0] * d[2][1] - d[1][1] * d[2][0]);
     if (!(std::abs(determinant) > 1e-6) || !std::isfinite(determinant)) {
         throw InputError("volume: the direction matrix is singular");
+    }
+    for (int corner = 0; corner < 8; ++corner) {
+        Vec3d index;
+        for (int axis = 0; axis < 3; ++axis)
+            index[axis] = corner >> axis & 1 ? static_cast<double>(g.dims[axis]) : 0;
+        for (const double coordinate : g.physical(index)) {
+            if (!(std::abs(coordinate) <= std::numeric_limits<float>::max()))
+                throw InputError("volume: its coordinates are beyond all bounds");
+        }
     }
 }
 

@@ -152,7 +152,7 @@ void ByteStream::verify_end() {
 
 std::string head_of(const std::filesystem::path& path, std::size_t size) {
     ByteStream stream(path, Compression::none);
-    std::string head(size, '\0');
+    std::string head(std::min<std::uint64_t>(size, size_of_file(path)), '\0');
     head.resize(stream.read_some(head.data(), head.size()));
     return head;
 }

@@ -166,8 +166,7 @@ DecodedFrame decode_jpeg2000(std::string_view stream, std::int64_t columns, std:
     };
     if (image->numcomps < 1) throw damaged;
     size();
-    if (!opj_decode(codec.get(), source.get(), image.get()) ||
-        !opj_end_decompress(codec.get(), source.get()))
+    if (!opj_decode(codec.get(), source.get(), image.get()) || !opj_end_decompress(codec.get(), source.get()))
         throw damaged;
     size();
     const opj_image_comp_t& component = image->comps[0];
@@ -195,9 +194,10 @@ bool is_one_of(const Uids& uids, const std::string& uid) {
 }  // namespace
 
 double most_inflation(const std::string& uid) {
-    if (uid == run_lengths) return 64;         // 128 equal bytes are written as two
-    if (is_one_of(jpeg, uid)) return 1024;     // a bit for each block of 64 samples
-    if (is_one_of(jpeg_ls, uid) || is_one_of(jpeg_2000, uid)) return 20000;  // an empty slice is almost nothing
+    if (uid == run_lengths) return 64;      // 128 equal bytes are written as two
+    if (is_one_of(jpeg, uid)) return 1024;  // a bit for each block of 64 samples
+    if (is_one_of(jpeg_ls, uid) || is_one_of(jpeg_2000, uid))
+        return 20000;  // an empty slice is almost nothing
     return 0;
 }
 

@@ -253,13 +253,16 @@ Buffer<char> inflated(const std::filesystem::path& path, std::size_t at) {
     constexpr std::size_t most = std::size_t{1} << 30;
     ByteStream stream(path, Compression::deflate, at);
     Buffer<char> out;
-    for (std::size_t step = 1 << 20;; step = out.size()) {
+    for (std::size_t step = 1 << 16;; step = out.size()) {
         const std::size_t before = out.size();
         if (before + step > most)
             throw LimitError(fmt::format("{}: inflates to more than 1 GiB", shown(path)));
         out.resize(before + step);
         out.resize(before + stream.read_some(out.data() + before, step));
-        if (out.size() < before + step) return out;
+        if (out.size() < before + step) {
+            stream.verify_end();
+            return out;
+        }
     }
 }
 

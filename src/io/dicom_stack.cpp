@@ -39,15 +39,15 @@ bool close(const std::optional<V>& a, const std::optional<V>& b, double toleranc
     return true;
 }
 
+// Whether a slice of the same series goes with others of it.
 bool belongs(const DicomSlice& s, const DicomStack& stack) {
     constexpr double turned = 1e-3, scaled = 1e-4;
     const DicomFile &a = *s.file, &b = stack.first();
     const DicomFrame &f = s.frame(), &g = stack.slices[0].frame();
-    return a.series_uid == b.series_uid && a.frame_of_reference == b.frame_of_reference &&
-           a.columns == b.columns && a.rows == b.rows && a.echo == b.echo && a.localizer == b.localizer &&
-           a.modality == b.modality && f.position.has_value() == g.position.has_value() &&
-           close(f.along_row, g.along_row, turned) && close(f.along_column, g.along_column, turned) &&
-           close(f.spacing, g.spacing, scaled);
+    return a.frame_of_reference == b.frame_of_reference && a.columns == b.columns && a.rows == b.rows &&
+           a.echo == b.echo && a.localizer == b.localizer && a.modality == b.modality &&
+           f.position.has_value() == g.position.has_value() && close(f.along_row, g.along_row, turned) &&
+           close(f.along_column, g.along_column, turned) && close(f.spacing, g.spacing, scaled);
 }
 
 bool has_place(const DicomFrame& frame) {
@@ -114,22 +114,30 @@ std::string DicomSlice::name() const {
 }
 
 std::vector<DicomStack> stacks_of(const std::vector<DicomFile>& files) {
-    std::vector<DicomStack> alike;
+    constexpr std::size_t most = 2000;  // in one series; each slice is compared with all
+    std::map<std::string_view, std::vector<DicomStack>> alike;  // of each series
     for (const DicomFile& file : files) {
+        std::vector<DicomStack>& series = alike[file.series_uid];
         for (std::size_t i = 0; i < file.frames.size(); ++i) {
             const DicomSlice slice{&file, i};
-            const auto at = std::find_if(alike.begin(), alike.end(),
+            const auto at = std::find_if(series.begin(), series.end(),
                                          [&](const DicomStack& s) { return belongs(slice, s); });
-            if (at != alike.end())
+            if (at != series.end())
                 at->slices.push_back(slice);
+            else if (series.size() < most)
+                series.push_back({"", {slice}});
             else
-                alike.push_back({"", {slice}});
+                throw InputError(
+                    fmt::format("{}: its series falls into more than {} volumes of different geometry",
+                                slice.name(), most));
         }
     }
     std::vector<DicomStack> stacks;
-    for (DicomStack& stack : alike) {
-        sort_slices(stack);
-        for (DicomStack& part : split_where_far(std::move(stack))) stacks.push_back(std::move(part));
+    for (auto& [uid, series] : alike) {
+        for (DicomStack& stack : series) {
+            sort_slices(stack);
+            for (DicomStack& part : split_where_far(std::move(stack))) stacks.push_back(std::move(part));
+        }
     }
     std::stable_sort(stacks.begin(), stacks.end(), [](const DicomStack& a, const DicomStack& b) {
         return a.slices.size() > b.slices.size();
@@ -200,9 +208,10 @@ Vec3d step_of(const DicomStack& stack, const Vec3d& normal, std::vector<double>*
         std::string list;
         for (std::size_t i = 0; i < std::min(odd.size(), most); ++i) list += odd[i] + ", ";
         if (odd.size() > most) list += fmt::format("{} more such gaps, ", odd.size() - most);
-        refuse(stack, fmt::format("its slices are uneven: {}{:.4g} mm elsewhere; --resample (options.resample) "
-                                  "makes them even",
-                                  list, usual));
+        refuse(stack,
+               fmt::format("its slices are uneven: {}{:.4g} mm elsewhere; --resample (options.resample) "
+                           "makes them even",
+                           list, usual));
     }
     const Vec3d whole = *slices[n - 1].frame().position - *slices[0].frame().position;
     const double extent = dot(whole, normal);
@@ -217,7 +226,7 @@ Vec3d step_of(const DicomStack& stack, const Vec3d& normal, std::vector<double>*
     double steps = static_cast<double>(n - 1);
     if (!odd.empty()) {
         steps = std::max(1.0, std::round(extent / usual));
-        if (steps > 1e5) refuse(stack, "its slices are too uneven to be made even");
+        if (steps > 10 * static_cast<double>(n)) refuse(stack, "its slices are too uneven to be made even");
         for (const DicomSlice& s : slices) uneven->push_back((s.along - slices[0].along) / extent * steps);
     }
     return 1 / steps * whole;
@@ -240,12 +249,12 @@ StackPlace place_of(const DicomStack& stack, const ScanOptions& options) {
         first.spacing ? *first.spacing : std::array<double, 2>{(*given)[0], (*given)[1]};
     if (!(in_plane[0] > 0) || !(in_plane[1] > 0)) refuse(stack, "its PixelSpacing is not positive");
     if (!has_place(first) && !given) {
-        refuse(stack, "its slices have no position and orientation (ImagePositionPatient, "
-                      "ImageOrientationPatient); --spacing X,Y,Z (options.spacing) stacks them by their number");
+        refuse(stack,
+               "its slices have no position and orientation (ImagePositionPatient, "
+               "ImageOrientationPatient); --spacing X,Y,Z (options.spacing) stacks them by their number");
     }
     if (n == 1 && !given) {
-        refuse(stack,
-               "is a single slice; --spacing X,Y,Z (options.spacing) gives it a thickness in mm");
+        refuse(stack, "is a single slice; --spacing X,Y,Z (options.spacing) gives it a thickness in mm");
     }
 
     Mat3d axes{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};  // axes[a]: the direction of index axis a
@@ -254,7 +263,8 @@ StackPlace place_of(const DicomStack& stack, const ScanOptions& options) {
         axes = axes_of(stack);
         g.origin = *first.position;
         const Vec3d normal = axes[2];
-        step = n == 1 ? (*given)[2] * normal : step_of(stack, normal, options.resample ? &out.uneven : nullptr);
+        step =
+            n == 1 ? (*given)[2] * normal : step_of(stack, normal, options.resample ? &out.uneven : nullptr);
         out.tilt = std::acos(std::min(1.0, dot(step, normal) / length(step))) * 180 / M_PI;
         if (out.tilt > 0.1) {
             out.warnings.push_back(fmt::format(

@@ -1,4 +1,4 @@
-// JPEG of one component, in the forms that medical images have and common libraries do not read.
+// JPEG of one component, in the forms that medical images have and common libraries do not read, decoded by DCMTK.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@ struct GreyJpeg {
 };
 
 /// Decodes a whole stream, Huffman-coded: by cosine transform, sequential or progressive, with 8 or 12 bits, or
-/// lossless with 2 to 16 (ITU-T T.81 processes 1, 2, 4, 6, 8, 10, 12 and 14). \throw InputError where it is
+/// lossless with 2 to 16. \throw InputError where it is
 /// damaged, truncated, of another kind or not of this size, in words that go after a file's name.
 GreyJpeg decode_grey_jpeg(std::string_view stream, std::int64_t columns, std::int64_t rows);
 

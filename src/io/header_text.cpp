@@ -87,7 +87,14 @@ std::string ending(const std::filesystem::path& path) {
 std::filesystem::path beside(const std::filesystem::path& header, std::string_view name) {
     const std::filesystem::path folder = header.parent_path();
     const std::filesystem::path named = std::filesystem::path(trimmed(name)).lexically_normal();
-    if (named.empty() || named.is_absolute() || *named.begin() == "..") {
+    const auto lies_within = [](const std::filesystem::path& relative) {
+        return !relative.empty() && !relative.is_absolute() && *relative.begin() != "..";
+    };
+    // a symbolic link must not lead out of the folder either
+    std::error_code error;
+    const auto real_folder = std::filesystem::weakly_canonical(folder.empty() ? "." : folder, error);
+    const auto real_file = std::filesystem::weakly_canonical(folder / named, error);
+    if (error || !lies_within(named) || !lies_within(real_file.lexically_relative(real_folder))) {
         throw InputError(
             fmt::format("{}: its data file {} is not in the header's folder; put both into one folder",
                         shown(header), shown(name)));

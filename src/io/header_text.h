@@ -35,7 +35,7 @@ std::optional<double> millimetres(std::string_view unit);
 std::string ending(const std::filesystem::path& path);
 
 /// A data file named in a header, beside or below that header.
-/// \throw InputError where the name leaves the header's folder.
+/// \throw InputError where the name, or a symbolic link, leaves the header's folder.
 std::filesystem::path beside(const std::filesystem::path& header, std::string_view name);
 
 }  // namespace marrow

@@ -5,10 +5,12 @@
 #include <bit>
 #include <cstddef>
 #include <cstring>
+#include <filesystem>
+#include <functional>
+#include <span>
 #include <string>
 #include <vector>
 
-#include <marrow/atomic_file.h>
 #include <marrow/mesh.h>
 #include <marrow/mesh_io.h>
 #include <marrow/slabs.h>
@@ -29,18 +31,29 @@ char* put(char* to, const T& value) {
     return to + sizeof value;
 }
 
+/// Whether a mesh file of that name is compressed.
+bool is_gzipped(const std::filesystem::path& file);
+
 /// Surfaces on their way into a file.
 class MeshOutput {
   public:
-    MeshOutput(AtomicFile& file, const MeshWriteOptions& options)
-        : space(options.space), file_(file), progress_(options.progress) {}
+    using Write = std::function<void(const void* data, std::size_t bytes)>;
+
+    MeshOutput(Write write, const MeshWriteOptions& options)
+        : space(options.space), write_(std::move(write)), progress_(options.progress) {}
 
     const Space space;
 
     /// A point or normal in the space that is written.
     Vec3f oriented(const Vec3f& v) const { return space == Space::RAS ? Vec3f{-v[0], -v[1], v[2]} : v; }
 
-    void text(const std::string& text) { file_.write(text); }
+    void text(const std::string& text) { write_(text.data(), text.size()); }
+
+    /// From now on, progress from 0 to 1 is that of object `index` of so many.
+    void set_share(std::size_t index, std::size_t objects) {
+        share_begin_ = static_cast<double>(index) / static_cast<double>(objects);
+        share_end_ = static_cast<double>(index + 1) / static_cast<double>(objects);
+    }
 
     /// Writes items 0 to count - 1 in large pieces: `encode(i, to)` puts at most `MaxBytes` at `to` and
     /// returns the end. Progress goes from `from` to `until`.
@@ -52,14 +65,17 @@ class MeshOutput {
             const std::size_t last = std::min(first + kPiece, count);
             char* end = piece_.data();
             for (std::size_t i = first; i < last; ++i) end = encode(i, end);
-            file_.write(piece_.data(), static_cast<std::size_t>(end - piece_.data()));
-            report(progress_, from + (until - from) * static_cast<double>(last) / static_cast<double>(count));
+            write_(piece_.data(), static_cast<std::size_t>(end - piece_.data()));
+            const double fraction =
+                from + (until - from) * static_cast<double>(last) / static_cast<double>(count);
+            report(progress_, share_begin_ + (share_end_ - share_begin_) * fraction);
         }
     }
 
   private:
-    AtomicFile& file_;
+    const Write write_;
     const Progress& progress_;
+    double share_begin_ = 0, share_end_ = 1;
     std::vector<char> piece_;
 };
 
@@ -68,8 +84,23 @@ inline SurfacePart whole(const Mesh& mesh) {
     return {0, mesh.points, mesh.normals, 0, mesh.triangles};
 }
 
-void write_obj(MeshOutput& output, const Mesh& mesh);
-void write_vtp(MeshOutput& output, const Mesh& mesh);
+using MeshObjects = std::span<const MeshObject>;
+
+void write_obj(MeshOutput& output, MeshObjects objects);
+void write_vtp(MeshOutput& output, MeshObjects objects);
+void write_glb(MeshOutput& output, MeshObjects objects);
+/// The model part of a 3MF file, which is a ZIP archive.
+void write_3mf_model(MeshOutput& output, MeshObjects objects);
+inline constexpr char k3mfModelName[] = "3D/3dmodel.model";
+/// Its other parts.
+struct ZipPart {
+    const char* name;
+    const char* text;
+};
+std::span<const ZipPart> parts_of_3mf();
+
+/// A name as UTF-8 without control characters: what is not so becomes U+FFFD.
+std::string clean_name(const std::string& name);
 
 // STL and PLY have records of one size, so that a surface can also be written part by part.
 void write_stl_header(MeshOutput& output, std::uint64_t triangles);

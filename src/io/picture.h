@@ -1,4 +1,4 @@
-// Grey pictures: PNG, TIFF, JPEG, BMP, decoded by libpng, libtiff and libjpeg with errors as exceptions.
+// Grey pictures, be it in three equal channels: PNG, TIFF, JPEG, BMP, decoded by libpng, libtiff and libjpeg with errors as exceptions.
 #pragma once
 
 #include <cstdint>
@@ -6,6 +6,8 @@
 #include <string_view>
 
 #include <marrow/volume.h>
+
+#include "parallel_slices.h"
 
 namespace marrow {
 
@@ -21,9 +23,12 @@ struct Picture {
     friend bool operator==(const Picture&, const Picture&) = default;
 };
 
-/// Reads a picture's header and, where `to` is not null, its samples: columns fastest, then rows from the
-/// top, then pages, as they are stored. \pre `to` has room for what the header says. \throw IoError;
-/// InputError where it is damaged, truncated, in colour, or of a kind that is not read.
-Picture read_picture(const std::filesystem::path& path, void* to);
+/// \throw IoError; InputError where it is damaged, of a kind that is not read, or claims more than it can hold.
+Picture read_picture_header(const std::filesystem::path& path);
+
+/// Reads the samples of a picture whose header is `expected` still: columns fastest, then rows from the top, then pages, as
+/// they are stored; of three equal channels one. False where the header is another, `to` being of no use then.
+/// \throw as read_picture_header; InputError where it is truncated, or in colour; Cancelled.
+bool read_picture(const std::filesystem::path& path, const Picture& expected, void* to, const Step& step);
 
 }  // namespace marrow

@@ -25,6 +25,7 @@ struct Found {
     std::vector<DicomFile> files;
     std::vector<DicomStack> stacks;  // they point into files
     std::vector<std::string> warnings;
+    std::string damage;  // of a file that may be a slice of any of them; empty: none
 };
 
 constexpr double headers_done = 0.2;  // of the progress
@@ -33,13 +34,15 @@ Found find_stacks(const std::vector<std::filesystem::path>& paths, const std::fi
                   const ScanOptions& options) {
     std::vector<std::optional<DicomFile>> headers(paths.size());
     std::vector<std::string> failures(paths.size());
-    for_each_slice(paths.size(), options.threads, options.progress, 0, headers_done, [&](std::size_t i) {
-        try {
-            headers[i] = read_dicom_header(paths[i]);
-        } catch (const InputError& error) {
-            failures[i] = error.what();
-        }
-    });
+    for_each_slice(paths.size(), options.threads, options.progress, 0, headers_done,
+                   [&](std::size_t i, const Step& step) {
+                       try {
+                           headers[i] = read_dicom_header(paths[i]);
+                       } catch (const InputError& error) {
+                           failures[i] = error.what();
+                       }
+                       step(1);
+                   });
 
     Found found;
     std::size_t without_image = 0;
@@ -53,7 +56,8 @@ Found find_stacks(const std::vector<std::filesystem::path>& paths, const std::fi
         const std::string& failure = failures[i];
         if (failure.empty()) continue;
         if (found.files.empty() || paths[i] == wanted) throw InputError(failure);
-        found.warnings.push_back(failure + "; it is left out");
+        if (found.damage.empty())
+            found.damage = failure + "; it may belong to the scan: mend it or take it out of the folder";
     }
     if (found.files.empty()) {
         throw InputError(fmt::format("{}: none of {} DICOM files holds an image",
@@ -77,7 +81,8 @@ SeriesInfo describe(const DicomStack& stack) {
     for (const DicomSlice& s : stack.slices) files.push_back(s.file);
     std::sort(files.begin(), files.end());
     info.files = static_cast<std::size_t>(std::unique(files.begin(), files.end()) - files.begin());
-    if (const auto spacing = stack.slices[0].frame().spacing) info.spacing = {(*spacing)[0], (*spacing)[1], 0};
+    if (const auto spacing = stack.slices[0].frame().spacing)
+        info.spacing = {(*spacing)[0], (*spacing)[1], 0};
     try {
         info.spacing = place_of(stack, {}).geometry.spacing;
     } catch (const InputError&) {  // it can be listed all the same
@@ -99,7 +104,7 @@ std::string listed(const std::vector<const DicomStack*>& stacks) {
 
 struct Choice {
     std::vector<DicomStack*> candidates;
-    std::string reason;       // why these
+    std::string reason;        // why these
     bool passes_over = false;  // scouts or single images
 };
 
@@ -116,9 +121,8 @@ Choice choose(Found& found, const std::filesystem::path& wanted, const ScanOptio
         if (chosen.empty())
             chosen = keep([&](const DicomStack* s) { return s->first().series_uid == options.series; });
         if (chosen.empty()) {
-            throw GeometryError(
-                fmt::format("there is no series {}; there are: {}", shown(options.series),
-                            listed({choice.candidates.begin(), choice.candidates.end()})));
+            throw GeometryError(fmt::format("there is no series {}; there are: {}", shown(options.series),
+                                            listed({choice.candidates.begin(), choice.candidates.end()})));
         }
         return {std::move(chosen), "it was asked for", false};
     }
@@ -133,8 +137,8 @@ Choice choose(Found& found, const std::filesystem::path& wanted, const ScanOptio
     choice.reason = "there is no other";
     auto volumes = keep([](const DicomStack* s) { return s->slices.size() > 1 && !s->first().localizer; });
     if (!volumes.empty() && volumes.size() < choice.candidates.size()) {
-        choice.reason = fmt::format("{} scout or single images are left out",
-                                    choice.candidates.size() - volumes.size());
+        choice.reason =
+            fmt::format("{} scout or single images are left out", choice.candidates.size() - volumes.size());
         choice.candidates = std::move(volumes);
         choice.passes_over = true;
     }
@@ -172,7 +176,8 @@ void drop_duplicates(DicomStack& stack, std::vector<std::string>& warnings) {
         if (decoded.size() > 4) decoded.clear();
         const std::size_t area = static_cast<std::size_t>(s.file->columns * s.file->rows);
         DicomWorkspace& memory = decoded[s.file];
-        const std::int32_t* all = memory.stored.empty() ? decode_dicom(*s.file, memory) : memory.stored.data();
+        const std::int32_t* all =
+            memory.stored.empty() ? decode_dicom(*s.file, memory, [](double) {}) : memory.stored.data();
         return std::vector<std::int32_t>(all + s.index * area, all + (s.index + 1) * area);
     };
     std::vector<std::size_t> dropped;
@@ -201,9 +206,10 @@ void drop_duplicates(DicomStack& stack, std::vector<std::string>& warnings) {
         std::string list;
         for (std::size_t i = 0; i < std::min(groups.size(), most_listed); ++i)
             list += fmt::format("{}{}", i ? "; " : "", groups[i]);
-        throw GeometryError(fmt::format("series {}: slices with different pixels lie at the same place, as of "
-                                        "several volumes in one: {}{}",
-                                        stack.id, list, groups.size() > most_listed ? "; and more" : ""));
+        throw GeometryError(
+            fmt::format("series {}: slices with different pixels lie at the same place, as of "
+                        "several volumes in one: {}{}",
+                        stack.id, list, groups.size() > most_listed ? "; and more" : ""));
     }
     if (dropped.empty()) return;
     warnings.push_back(fmt::format("{} slices are there twice and count once, such as {}", dropped.size(),
@@ -231,9 +237,9 @@ std::optional<double> load_slices(const DicomStack& stack, const ScanOptions& op
         return !options.progress || options.progress(fraction);
     };
     oneapi::tbb::enumerable_thread_specific<DicomWorkspace> workspaces;
-    for_each_slice(files.size(), options.threads, progress, begin, 1, [&](std::size_t i) {
+    for_each_slice(files.size(), options.threads, progress, begin, 1, [&](std::size_t i, const Step& step) {
         if (!fits) return;
-        const std::int32_t* stored = decode_dicom(*files[i].first, workspaces.local());
+        const std::int32_t* stored = decode_dicom(*files[i].first, workspaces.local(), step);
         for (const std::size_t k : files[i].second) {
             const DicomSlice& slice = stack.slices[k];
             const auto [slope, intercept] = rescale_of(slice);
@@ -340,7 +346,9 @@ ScanReport inspect_dicom(const std::vector<std::filesystem::path>& files, const 
     const Choice choice = choose(found, wanted, options);
     for (DicomStack& s : found.stacks) out.series.push_back(report_on(s, options));
     out.reason = choice.reason;
-    if (choice.candidates.size() == 1) {
+    if (!found.damage.empty()) {
+        out.reason = found.damage;
+    } else if (choice.candidates.size() == 1) {
         const auto at = static_cast<std::size_t>(choice.candidates[0] - found.stacks.data());
         if (out.series[at].refusal.empty())
             out.chosen = at;
@@ -358,6 +366,7 @@ Volume load_dicom(const std::vector<std::filesystem::path>& files, const std::fi
     info.warnings = found.warnings;
     const Choice choice = choose(found, wanted, options);
     DicomStack& stack = only(choice);
+    if (!found.damage.empty()) throw InputError(found.damage);
     if (choice.passes_over) info.warnings.push_back(choice.reason);
     check_readable(stack);
     info.series = describe(stack);

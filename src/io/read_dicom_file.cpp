@@ -107,6 +107,21 @@ std::string named_syntax(const std::string& uid) {
     return shown(uid);
 }
 
+// How many bytes of pixels a byte of the file can become; 0 where the syntax is not read.
+double inflation_of(const std::string& transfer_syntax) {
+    if (transfer_syntax == deflated_syntax) return 1032;
+    return is_plain_syntax(transfer_syntax) ? 1 : most_inflation(transfer_syntax);
+}
+
+// What is wrong with so many frames; empty where the file can hold them.
+std::string overclaim(const DicomFile& file, double frames) {
+    const double claimed =
+        static_cast<double>(file.columns * file.rows) * frames * static_cast<double>(file.bits_allocated) / 8;
+    if (claimed <= inflation_of(file.transfer_syntax) * static_cast<double>(size_of_file(file.path)))
+        return {};
+    return fmt::format("claims {:.0f} bytes of pixels and is too small for them; it is truncated", claimed);
+}
+
 // Why the pixels of a file cannot be read; empty where they can.
 std::string refusal(const DicomFile& file, const DicomSet& set) {
     const std::string photometric = set.text(0x00280004);
@@ -122,21 +137,24 @@ std::string refusal(const DicomFile& file, const DicomSet& set) {
         file.high_bit < file.bits_stored - 1 || file.high_bit >= file.bits_allocated) {
         return "has a pixel format that contradicts itself (BitsAllocated, BitsStored, HighBit)";
     }
-    // deflate makes at most 1032 bytes of one
-    const double inflation = file.transfer_syntax == deflated_syntax  ? 1032
-                             : is_plain_syntax(file.transfer_syntax) ? 1
-                                                                     : most_inflation(file.transfer_syntax);
-    if (inflation == 0) {
+    if (inflation_of(file.transfer_syntax) == 0) {
         return fmt::format("has pixels in the transfer syntax {}, which is not read",
                            named_syntax(file.transfer_syntax));
     }
-    const double claimed = static_cast<double>(file.columns * file.rows) *
-                           static_cast<double>(file.frames.size()) * file.bits_allocated / 8;
-    if (claimed > inflation * static_cast<double>(size_of_file(file.path))) {
-        return fmt::format("claims {:.0f} bytes of pixels and is too small for them; it is truncated",
-                           claimed);
-    }
-    return {};
+    return overclaim(file, 1);
+}
+
+// By what a data set says that it is. One that ends before it says so is no report either.
+bool should_have_pixels(const DicomSet& set) {
+    static constexpr std::string_view images[] = {
+        "1.2.840.10008.5.1.4.1.1.2",   "1.2.840.10008.5.1.4.1.1.2.1", "1.2.840.10008.5.1.4.1.1.2.2",
+        "1.2.840.10008.5.1.4.1.1.4",   "1.2.840.10008.5.1.4.1.1.4.1", "1.2.840.10008.5.1.4.1.1.4.4",
+        "1.2.840.10008.5.1.4.1.1.128", "1.2.840.10008.5.1.4.1.1.130", "1.2.840.10008.5.1.4.1.1.20",
+        "1.2.840.10008.5.1.4.1.1.7"};  // CT, MR, PET, NM, secondary capture
+    constexpr DicomTag sop_class = 0x00080016, directory_records = 0x00041220;
+    if (set.has(directory_records)) return false;
+    const std::string uid = set.text(sop_class);
+    return uid.empty() || std::find(std::begin(images), std::end(images), uid) != std::end(images);
 }
 
 }  // namespace
@@ -148,7 +166,11 @@ std::optional<DicomFile> read_dicom_header(const std::filesystem::path& path) {
     file.path = path;
     file.columns = set.unsigned_short(0x00280011).value_or(0);
     file.rows = set.unsigned_short(0x00280010).value_or(0);
-    if (file.columns == 0 || file.rows == 0 || parsed.pixels_at == 0) return {};
+    if (file.columns == 0 || file.rows == 0 || parsed.pixels_at == 0) {
+        if (should_have_pixels(set))
+            throw InputError(fmt::format("{}: the DICOM file has no pixels; it is truncated", shown(path)));
+        return {};
+    }
     file.series_uid = readable(set, 0x0020000e);
     file.frame_of_reference = set.text(0x00200052);
     file.description = readable(set, 0x0008103e);
@@ -164,11 +186,14 @@ std::optional<DicomFile> read_dicom_header(const std::filesystem::path& path) {
     file.high_bit = set.unsigned_short(0x00280102).value_or(file.bits_stored - 1);
     file.is_signed = set.unsigned_short(0x00280103).value_or(0) == 1;
 
-    const double claimed = set.decimal(0x00280008).value_or(1);
-    if (!(claimed >= 1) || claimed > 1e5)
-        throw InputError(fmt::format("{}: claims {} frames", shown(path), claimed));
-    file.frames.resize(static_cast<std::size_t>(claimed));
     file.refusal = refusal(file, set);
+    const double frames = set.decimal(0x00280008).value_or(1);
+    // no memory for frames that cannot be there
+    if (!(frames >= 1) || frames > static_cast<double>(size_of_file(path)))
+        throw InputError(fmt::format("{}: claims {} frames", shown(path), frames));
+    if (const std::string why = overclaim(file, frames); file.refusal.empty() && !why.empty())
+        throw InputError(fmt::format("{}: {}", shown(path), why));
+    file.frames.resize(static_cast<std::size_t>(frames));
     try {
         read_frames(file, set);
     } catch (const InputError& error) {
@@ -223,32 +248,36 @@ void decode_plain(const DicomFile& file, DicomBytes& parsed, Buffer<std::int32_t
                  file.is_signed, out.data());
 }
 
-void decode_compressed(const DicomFile& file, const DicomBytes& parsed, Buffer<std::int32_t>& out) {
+void decode_compressed(const DicomFile& file, const DicomBytes& parsed, Buffer<std::int32_t>& out,
+                       const Step& step) {
     if (file.high_bit != file.bits_stored - 1)
         throw InputError("has compressed samples whose high bit is not the top one");
     const std::size_t frames = file.frames.size(), area = out.size() / frames;
     const std::vector<std::string> streams = compressed_frames(parsed, frames);
-    for (std::size_t i = 0; i < frames; ++i) {
+    for_each_part(frames, [&](std::size_t i) {
         const DecodedFrame frame = decode_frame(file.transfer_syntax, streams[i], file.columns, file.rows,
                                                 file.bits_allocated, file.bits_stored);
         unpack_cells(frame.cells.data(), area, frame.cell_size, frame.bits, frame.bits - 1, file.is_signed,
                      out.data() + i * area);
-    }
+        step(1 / static_cast<double>(frames));
+    });
 }
 
 }  // namespace
 
-const std::int32_t* decode_dicom(const DicomFile& file, DicomWorkspace& workspace) {
+const std::int32_t* decode_dicom(const DicomFile& file, DicomWorkspace& workspace, const Step& step) {
     if (!file.refusal.empty()) throw InputError(fmt::format("{}: {}", shown(file.path), file.refusal));
     DicomBytes parsed = parse_dicom(file.path, std::move(workspace.bytes));
     try {
         workspace.stored.resize(static_cast<std::size_t>(file.columns * file.rows) * file.frames.size());
         if (parsed.pixels_size.has_value() == !is_plain_syntax(file.transfer_syntax))
             throw InputError("its pixel data are not in the form that its transfer syntax says");
-        if (parsed.pixels_size)
+        if (parsed.pixels_size) {
             decode_plain(file, parsed, workspace.stored);
-        else
-            decode_compressed(file, parsed, workspace.stored);
+            step(1);
+        } else {
+            decode_compressed(file, parsed, workspace.stored, step);
+        }
     } catch (const InputError& error) {
         throw InputError(fmt::format("{}: {}", shown(file.path), error.what()));
     } catch (const std::bad_alloc&) {

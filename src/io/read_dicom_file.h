@@ -11,6 +11,8 @@
 #include <marrow/buffer.h>
 #include <marrow/volume.h>
 
+#include "parallel_slices.h"
+
 namespace marrow {
 
 /// What differs between the frames of a file. Nothing where the file does not say.
@@ -48,8 +50,8 @@ struct DicomWorkspace {
 };
 
 /// The stored values of all frames, not yet rescaled: columns fastest, then rows, then frames. They lie in
-/// `workspace` until its next use. \throw IoError; InputError where they are damaged, truncated or of a kind
-/// that is not read.
-const std::int32_t* decode_dicom(const DicomFile& file, DicomWorkspace& workspace);
+/// `workspace` until its next use. Calls `step` after each frame, or once. \throw IoError; InputError where they are
+/// damaged, truncated or of a kind that is not read; Cancelled.
+const std::int32_t* decode_dicom(const DicomFile& file, DicomWorkspace& workspace, const Step& step);
 
 }  // namespace marrow

@@ -248,12 +248,12 @@ RawImage read_nifti_header(const std::filesystem::path& given, std::optional<std
     }
 
     image.files = {header.pair ? partner(header.path, ".img") : header.path};
-    choose_volume(image, volumes, volume);
     image.compressed = is_gzip(image.files[0]);
     const double least = header.pair ? 0 : 352;
     if (header.vox_offset != std::floor(header.vox_offset) || !(std::abs(header.vox_offset) < 1e15))
         header.refuse("vox_offset is not a count of bytes");
     image.data_offset = static_cast<std::int64_t>(std::max(header.vox_offset, least));
+    choose_volume(image, volumes, volume);
     return image;
 }
 

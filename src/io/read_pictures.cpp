@@ -36,8 +36,20 @@ bool natural_less(const std::filesystem::path& left, const std::filesystem::path
     return a < b;  // "01" and "1"
 }
 
-PictureStack read_picture_header(std::vector<std::filesystem::path> files, const ScanOptions& options) {
-    const Picture picture = read_picture(files.front(), nullptr);
+namespace {
+
+constexpr double headers_done = 0.2;  // of the progress
+
+[[noreturn]] void refuse_odd(const PictureStack& stack, std::size_t i) {
+    throw InputError(
+        fmt::format("{}: differs in size or sample type from {}; the slices of a volume are alike",
+                    shown(stack.files[i]), shown(stack.files.front())));
+}
+
+}  // namespace
+
+PictureStack read_picture_headers(std::vector<std::filesystem::path> files, const ScanOptions& options) {
+    const Picture picture = read_picture_header(files.front());
     if (files.size() > 1 && picture.pages != 1) {
         throw InputError(fmt::format("{}: has several pages; name this file alone", shown(files.front())));
     }
@@ -46,20 +58,22 @@ PictureStack read_picture_header(std::vector<std::filesystem::path> files, const
                            picture.pages * static_cast<std::int64_t>(stack.files.size())};
     if (options.spacing) stack.geometry.spacing = *options.spacing;
     check_geometry(stack.geometry);
+    for_each_slice(stack.files.size(), options.threads, options.progress, 0, headers_done,
+                   [&](std::size_t i, const Step& step) {
+                       if (read_picture_header(stack.files[i]) != picture) refuse_odd(stack, i);
+                       step(1);
+                   });
     return stack;
 }
 
 Volume load_pictures(const PictureStack& stack, const ScanOptions& options) {
     Volume volume(stack.geometry, stack.picture.type);
     const std::size_t file_bytes = volume.bytes() / stack.files.size();
-    for_each_slice(stack.files.size(), options.threads, options.progress, 0, 1, [&](std::size_t i) {
-        if (read_picture(stack.files[i], nullptr) != stack.picture) {
-            throw InputError(
-                fmt::format("{}: differs in size or sample type from {}; the slices of a volume are alike",
-                            shown(stack.files[i]), shown(stack.files.front())));
-        }
-        read_picture(stack.files[i], static_cast<std::byte*>(volume.data()) + i * file_bytes);
-    });
+    for_each_slice(stack.files.size(), options.threads, options.progress, headers_done, 1,
+                   [&](std::size_t i, const Step& step) {
+                       auto* to = static_cast<std::byte*>(volume.data()) + i * file_bytes;
+                       if (!read_picture(stack.files[i], stack.picture, to, step)) refuse_odd(stack, i);
+                   });
     return volume;
 }
 

@@ -20,10 +20,10 @@ struct PictureStack {
     Geometry geometry;
 };
 
-/// Reads the first header. Where options give no spacing it is 1. \throw IoError, InputError.
-PictureStack read_picture_header(std::vector<std::filesystem::path> files, const ScanOptions& options);
+/// Reads the headers, which must be alike. Where options give no spacing it is 1. \throw IoError, InputError, Cancelled.
+PictureStack read_picture_headers(std::vector<std::filesystem::path> files, const ScanOptions& options);
 
-/// Reads the samples. \throw IoError; InputError, also for slices that differ in size or type; Cancelled.
+/// Reads the samples. \throw IoError; InputError, also for slices in colour; Cancelled.
 Volume load_pictures(const PictureStack& stack, const ScanOptions& options);
 
 }  // namespace marrow

@@ -90,7 +90,8 @@ std::uint64_t checked_share(const RawImage& image) {
                            static_cast<double>(image.geometry.dims[1]) *
                            static_cast<double>(image.geometry.dims[2]);
     const double share = samples * static_cast<double>(stored_size(image.type)) *
-                         static_cast<double>(image.volumes) / static_cast<double>(image.files.size());
+                         static_cast<double>(image.volumes - image.volume) /
+                         static_cast<double>(image.files.size());
     for (const auto& path : image.files) {
         const double held = static_cast<double>(size_of_file(path)) -
                             static_cast<double>(std::max<std::int64_t>(image.file_offset, 0));
@@ -142,13 +143,10 @@ void read_samples(ByteStream& stream, const RawImage& image, std::size_t count, 
     }
 }
 
-// Where a file's data starts, compressed or not, and how much of it lies before the chosen volume's samples.
+// Where a file's share of the samples starts, for data that is not compressed; where the compressed data starts, else.
 std::uint64_t data_begin(const RawImage& image, const std::filesystem::path& path, std::uint64_t share) {
     return image.file_offset >= 0 ? static_cast<std::uint64_t>(image.file_offset)
                                   : size_of_file(path) - share * static_cast<std::uint64_t>(image.volumes);
-}
-std::uint64_t bytes_before(const RawImage& image, std::uint64_t share) {
-    return static_cast<std::uint64_t>(image.data_offset) + static_cast<std::uint64_t>(image.volume) * share;
 }
 
 }  // namespace
@@ -188,20 +186,26 @@ void check_claims(const RawImage& image) {
 
 void choose_volume(RawImage& image, double count, std::optional<std::int64_t> volume) {
     if (!volume && count != 1) {
-        throw GeometryError(
-            fmt::format("{}: holds {:.0f} volumes; choose one with --volume K (options.volume), from 0 to {:.0f}",
-                        shown(image.files[0]), count, count - 1));
+        throw GeometryError(fmt::format(
+            "{}: holds {:.0f} volumes; choose one with --volume K (options.volume), from 0 to {:.0f}",
+            shown(image.files[0]), count, count - 1));
     }
     if (volume && (*volume < 0 || static_cast<double>(*volume) >= count)) {
         throw GeometryError(fmt::format("{}: has no volume {}; there are {:.0f}, counted from 0",
                                         shown(image.files[0]), *volume, count));
     }
     if (count > 1 && image.files.size() > 1)
-        throw InputError(fmt::format("{}: several volumes in several files are not read", shown(image.files[0])));
-    if (count > 9e15)
-        throw InputError(fmt::format("{}: claims {:.0f} volumes", shown(image.files[0]), count));
+        throw InputError(
+            fmt::format("{}: several volumes in several files are not read", shown(image.files[0])));
+    const auto& dims = image.geometry.dims;
+    const double bytes = static_cast<double>(dims[0]) * static_cast<double>(dims[1]) *
+                         static_cast<double>(dims[2]) * static_cast<double>(stored_size(image.type));
+    if (count * bytes > 9e18)
+        throw InputError(fmt::format("{}: the header claims {:.0f} volumes of {:.0f} bytes",
+                                     shown(image.files[0]), count, bytes));
     image.volumes = static_cast<std::int64_t>(count);
     image.volume = volume.value_or(0);
+    image.data_offset += image.volume * static_cast<std::int64_t>(bytes);
 }
 
 Volume load_raw(const RawImage& image, const Progress& progress) {
@@ -216,7 +220,7 @@ Volume load_raw(const RawImage& image, const Progress& progress) {
     for (const auto& path : image.files) {
         ByteStream stream(path, image.compressed ? Compression::zlib : Compression::none,
                           data_begin(image, path, share));
-        stream.skip(bytes_before(image, share));
+        stream.skip(static_cast<std::uint64_t>(image.data_offset));
         read_samples(stream, image, in_file, out + done * kept, [&](std::size_t n) {
             done += n;
             report(progress, static_cast<double>(done) / static_cast<double>(total));
@@ -244,7 +248,8 @@ SliceSource raw_slices(const RawImage& image) {
             const auto& path = image.files[at / in_file];
             const std::size_t first = at % in_file, count = std::min(end - at, in_file - first);
             ByteStream stream(path, Compression::none,
-                              data_begin(image, path, share) + bytes_before(image, share) + first * stored);
+                              data_begin(image, path, share) + static_cast<std::uint64_t>(image.data_offset) +
+                                  first * stored);
             read_samples(stream, image, count, out, [](std::size_t) {});
             out += count * kept;
             at += count;

@@ -39,7 +39,8 @@ RawImage read_nifti_header(const std::filesystem::path& path, std::optional<std:
 RawImage read_nrrd_header(const std::filesystem::path& path);
 RawImage read_metaimage_header(const std::filesystem::path& path, std::optional<std::int64_t> volume);
 
-/// Makes `image` the named one of `count` volumes that lie one after the other. \throw as above.
+/// Makes `image`, which is otherwise complete, the named one of `count` volumes that lie one after the other.
+/// \throw as above.
 void choose_volume(RawImage& image, double count, std::optional<std::int64_t> volume);
 
 /// \throw InputError where the files are smaller than the header claims.

@@ -31,7 +31,8 @@ constexpr std::size_t head_size = 352;
 // The format of a file by its first bytes, else by its name; empty where neither tells.
 std::string format_of(const fs::path& path) {
     const std::string head = head_of(path, head_size);
-    if (head.size() >= 132 && head.compare(128, 4, "DICM") == 0) return "DICOM";  // what is before may be TIFF
+    if (head.size() >= 132 && head.compare(128, 4, "DICM") == 0)
+        return "DICOM";  // what is before may be TIFF
     if (head.starts_with("NRRD000")) return "NRRD";
     if (is_tiff(head)) return "TIFF";
     if (is_picture(head)) return "slices";
@@ -69,14 +70,24 @@ std::vector<fs::path> files_in(const fs::path& folder, bool nested) {
     return out;
 }
 
-std::vector<fs::path> dicom_among(std::vector<fs::path> files) {
-    std::erase_if(files, [](const fs::path& file) { return !is_dicom(head_of(file, head_size)); });
-    return files;
+// What is cut off within the zeros before its mark counts as DICOM where other files are; it is refused later.
+std::vector<fs::path> dicom_among(const std::vector<fs::path>& files, const Progress& progress) {
+    std::vector<fs::path> dicom, perhaps;
+    for (const fs::path& file : files) {
+        report(progress, 0);  // a folder may hold many files, far away
+        const std::string head = head_of(file, head_size);
+        if (is_dicom(head))
+            dicom.push_back(file);
+        else if (head.size() <= 132 && head.find_first_not_of(std::string_view("\0DICM", 5)) == head.npos)
+            perhaps.push_back(file);
+    }
+    if (!dicom.empty()) dicom.insert(dicom.end(), perhaps.begin(), perhaps.end());
+    return dicom;
 }
 
-Input identify_folder(const fs::path& folder) {
+Input identify_folder(const fs::path& folder, const Progress& progress) {
     const std::vector<fs::path> all = files_in(folder, true);
-    Input input{"DICOM", dicom_among(all), {}};
+    Input input{"DICOM", dicom_among(all, progress), {}};
     if (!input.files.empty()) return input;
     input = {"slices", files_in(folder, false), {}};
     std::erase_if(input.files, [](const fs::path& file) { return !is_picture(head_of(file, head_size)); });
@@ -88,22 +99,24 @@ Input identify_folder(const fs::path& folder) {
                     shown(folder), all.size()));
 }
 
-Input identify(const fs::path& path) {
+Input identify(const fs::path& path, const Progress& progress) {
     std::error_code ignored;
-    if (fs::is_directory(path, ignored)) return identify_folder(path);
+    if (fs::is_directory(path, ignored)) return identify_folder(path, progress);
     size_of_file(path);
     const std::string format = format_of(path);
     if (format.empty()) {
-        if (head_of(path, 2) == "PK") throw InputError(fmt::format("{}: is an archive; unpack it first", shown(path)));
+        if (head_of(path, 2) == "PK")
+            throw InputError(fmt::format("{}: is an archive; unpack it first", shown(path)));
         throw InputError(fmt::format(
             "{}: is not a scan that can be read (DICOM, NIfTI, NRRD, MetaImage, TIFF, PNG)", shown(path)));
     }
     if (format != "DICOM") return {format, {path}, {}};
     if (!is_dicom(head_of(path, head_size)))
         throw InputError(fmt::format("{}: is not a DICOM file", shown(path)));
-    if (lower(path.filename().native()).starts_with("dicomdir")) return identify_folder(folder_of(path));
+    if (lower(path.filename().native()).starts_with("dicomdir"))
+        return identify_folder(folder_of(path), progress);
     // one file stands for its series, whose other files are beside it
-    Input input{format, dicom_among(files_in(folder_of(path), false)), {}};
+    Input input{format, dicom_among(files_in(folder_of(path), false), progress), {}};
     for (const fs::path& file : input.files) {
         if (fs::equivalent(file, path, ignored)) input.wanted = file;
     }
@@ -136,21 +149,23 @@ void check_options(const Input& input, const fs::path& path, const ScanOptions& 
     if (!dicom && !options.series.empty())
         throw InputError(fmt::format("{}: has no series to choose from", shown(path)));
     if (!dicom && options.resample)
-        throw InputError(fmt::format("{}: its samples are even already; only DICOM is resampled", shown(path)));
+        throw InputError(
+            fmt::format("{}: its samples are even already; only DICOM is resampled", shown(path)));
     if (options.volume && input.format != "NIfTI" && input.format != "MetaImage")
         throw InputError(fmt::format("{}: has no volumes to choose from", shown(path)));
 }
 
 std::string needs_spacing(const fs::path& path) {
-    return fmt::format("{}: does not say how far apart its samples are; give it with --spacing X,Y,Z "
-                       "(options.spacing), in mm",
-                       shown(path));
+    return fmt::format(
+        "{}: does not say how far apart its samples are; give it with --spacing X,Y,Z "
+        "(options.spacing), in mm",
+        shown(path));
 }
 
 }  // namespace
 
 Volume read_scan(const fs::path& path, const ScanOptions& options, ScanInfo* info) {
-    const Input input = identify(path);
+    const Input input = identify(path, options.progress);
     ScanInfo found;
     found.format = input.format;
     Volume volume;
@@ -159,7 +174,7 @@ Volume read_scan(const fs::path& path, const ScanOptions& options, ScanInfo* inf
         volume = load_dicom(input.files, input.wanted, options, found);
     } else if (is_pictures(input)) {
         if (!options.spacing) throw GeometryError(needs_spacing(path));
-        const PictureStack stack = read_picture_header(input.files, options);
+        const PictureStack stack = read_picture_headers(input.files, options);
         found.series = series_of(path, stack.geometry, stack.files.size());
         volume = load_pictures(stack, options);
     } else {
@@ -174,7 +189,7 @@ Volume read_scan(const fs::path& path, const ScanOptions& options, ScanInfo* inf
 }
 
 SliceSource open_slices(const fs::path& path, const ScanOptions& options, ScanInfo* info) {
-    const Input input = identify(path);
+    const Input input = identify(path, options.progress);
     check_options(input, path, options);
     if (input.format != "NIfTI" && input.format != "NRRD" && input.format != "MetaImage") {
         throw InputError(
@@ -190,7 +205,7 @@ SliceSource open_slices(const fs::path& path, const ScanOptions& options, ScanIn
 }
 
 ScanReport inspect_scan(const fs::path& path, const ScanOptions& options) {
-    const Input input = identify(path);
+    const Input input = identify(path, options.progress);
     check_options(input, path, options);
     if (input.format == "DICOM") return inspect_dicom(input.files, input.wanted, options);
     ScanReport out{input.format, input.files.size(), {}, 0, "there is no other", {}};
@@ -199,7 +214,7 @@ ScanReport inspect_scan(const fs::path& path, const ScanOptions& options) {
     SampleType type{};
     bool has_spacing = options.spacing.has_value();
     if (is_pictures(input)) {
-        const PictureStack stack = read_picture_header(input.files, options);
+        const PictureStack stack = read_picture_headers(input.files, options);
         geometry = stack.geometry;
         type = stack.picture.type;
     } else {

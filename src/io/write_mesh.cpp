@@ -1,25 +1,26 @@
 #include <algorithm>
 #include <string>
 
+#include <marrow/atomic_file.h>
 #include <marrow/mesh_io.h>
 
+#include "deflate.h"
 #include "mesh_output.h"
 
 namespace marrow {
+namespace {
 
-MeshFormat mesh_format(const std::filesystem::path& output) {
-    std::string ending = output.extension().string();
-    std::transform(ending.begin(), ending.end(), ending.begin(),
+std::string lower_case(std::string text) {
+    std::transform(text.begin(), text.end(), text.begin(),
                    [](char c) { return 'A' <= c && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
-    if (ending == ".stl") return MeshFormat::stl;
-    if (ending == ".ply") return MeshFormat::ply;
-    if (ending == ".obj") return MeshFormat::obj;
-    if (ending == ".vtp") return MeshFormat::vtp;
-    throw InputError("cannot write '" + output.string() + "': its ending must be .stl, .ply, .obj or .vtp");
+    return text;
 }
 
-void write_mesh(const Mesh& mesh, const std::filesystem::path& output, const MeshWriteOptions& options) {
-    const MeshFormat format = mesh_format(output);
+MeshOutput::Write into(AtomicFile& file) {
+    return [&](const void* data, std::size_t bytes) { file.write(data, bytes); };
+}
+
+void check_mesh(const Mesh& mesh, const std::filesystem::path& output) {
     const auto refuse = [&](const std::string& reason) {
         throw InputError("cannot write '" + output.string() + "': " + reason);
     };
@@ -30,26 +31,101 @@ void write_mesh(const Mesh& mesh, const std::filesystem::path& output, const Mes
         if (std::max({t[0], t[1], t[2]}) >= mesh.points.size())
             refuse("a triangle of the mesh names a point that is not there");
     }
+}
+
+void write_content(MeshFormat format, MeshOutput& to, MeshObjects objects) {
+    const Mesh& first = *objects.front().mesh;
+    switch (format) {
+        case MeshFormat::stl:
+            write_stl_header(to, first.triangles.size());
+            write_stl_facets(to, whole(first));
+            break;
+        case MeshFormat::ply:
+            to.text(
+                ply_header(to.space, first.points.size(), !first.normals.empty(), first.triangles.size()));
+            write_ply_points(to, whole(first));
+            write_ply_faces(to, whole(first));
+            break;
+        case MeshFormat::obj:
+            write_obj(to, objects);
+            break;
+        case MeshFormat::vtp:
+            write_vtp(to, objects);
+            break;
+        case MeshFormat::threemf:
+            write_3mf_model(to, objects);
+            break;
+        case MeshFormat::glb:
+            write_glb(to, objects);
+            break;
+    }
+}
+
+}  // namespace
+
+bool is_gzipped(const std::filesystem::path& file) {
+    return lower_case(file.extension().string()) == ".gz";
+}
+
+MeshFormat mesh_format(const std::filesystem::path& output) {
+    const bool gzipped = is_gzipped(output);
+    const std::string ending = lower_case((gzipped ? output.stem() : output).extension().string());
+    if (ending == ".stl") return MeshFormat::stl;
+    if (ending == ".ply") return MeshFormat::ply;
+    if (ending == ".obj") return MeshFormat::obj;
+    if (ending == ".vtp" && !gzipped) return MeshFormat::vtp;
+    if (ending == ".3mf" && !gzipped) return MeshFormat::threemf;
+    if (ending == ".glb" && !gzipped) return MeshFormat::glb;
+    throw InputError("cannot write '" + output.string() +
+                     "': its ending must be .stl, .ply, .obj (or these with .gz), .vtp, .3mf or .glb");
+}
+
+bool holds_several(MeshFormat format) {
+    return format != MeshFormat::stl && format != MeshFormat::ply;
+}
+
+void write_mesh(const Mesh& mesh, const std::filesystem::path& output, const MeshWriteOptions& options) {
+    write_meshes(std::array{MeshObject{&mesh}}, output, options);
+}
+
+void write_meshes(std::span<const MeshObject> objects, const std::filesystem::path& output,
+                  const MeshWriteOptions& options) {
+    const MeshFormat format = mesh_format(output);
+    if (objects.empty()) throw InputError("cannot write '" + output.string() + "': there is no surface");
+    if (objects.size() > 1 && !holds_several(format))
+        throw InputError("cannot write '" + output.string() + "': it holds one surface and there are " +
+                         std::to_string(objects.size()) + "; write .3mf, .glb, .vtp or .obj");
+    if (format == MeshFormat::glb && options.space != Space::LPS)
+        throw InputError("cannot write '" + output.string() + "' in RAS: glTF has axes of its own");
+    for (const MeshObject& object : objects) check_mesh(*object.mesh, output);
+
     AtomicFile file(output);
-    MeshOutput to(file, options);
-    if (format == MeshFormat::stl) {
-        write_stl_header(to, mesh.triangles.size());
-        write_stl_facets(to, whole(mesh));
+    if (is_gzipped(output)) {
+        Deflater gzip(Deflater::Wrapping::gzip, into(file));
+        MeshOutput to([&](const void* data, std::size_t bytes) { gzip.write(data, bytes); }, options);
+        write_content(format, to, objects);
+        gzip.finish();
+    } else if (format == MeshFormat::threemf) {
+        ZipWriter zip(file);
+        for (const auto& [name, text] : parts_of_3mf()) {
+            zip.begin(name);
+            zip.write(text, std::char_traits<char>::length(text));
+        }
+        zip.begin(k3mfModelName);
+        MeshOutput to([&](const void* data, std::size_t bytes) { zip.write(data, bytes); }, options);
+        write_content(format, to, objects);
+        zip.finish();
+    } else {
+        MeshOutput to(into(file), options);
+        write_content(format, to, objects);
     }
-    if (format == MeshFormat::ply) {
-        to.text(ply_header(options.space, mesh.points.size(), !mesh.normals.empty(), mesh.triangles.size()));
-        write_ply_points(to, whole(mesh));
-        write_ply_faces(to, whole(mesh));
-    }
-    if (format == MeshFormat::obj) write_obj(to, mesh);
-    if (format == MeshFormat::vtp) write_vtp(to, mesh);
     file.commit();
 }
 
 // What a file written part by part holds, and where.
 struct SurfaceWriter::State {
     State(const std::filesystem::path& output, const MeshWriteOptions& options)
-        : format(mesh_format(output)), file(output), to(file, options) {}
+        : format(mesh_format(output)), file(output), to(into(file), options) {}
 
     MeshFormat format;
     AtomicFile file;
@@ -80,7 +156,7 @@ struct SurfaceWriter::State {
 
 SurfaceWriter::SurfaceWriter(const std::filesystem::path& output, const MeshWriteOptions& options) {
     const MeshFormat format = mesh_format(output);
-    if (format != MeshFormat::stl && format != MeshFormat::ply) {
+    if ((format != MeshFormat::stl && format != MeshFormat::ply) || is_gzipped(output)) {
         throw InputError(
             "cannot write '" + output.string() +
             "' part by part: its ending must be .stl or .ply; write those, or do without a memory limit");

@@ -7,7 +7,7 @@ namespace marrow {
 namespace {
 
 constexpr int kFloatChars = 15;  // "-3.4028235e+38" and a space
-constexpr int kIndexChars = 10;  // "4294967296"
+constexpr int kIndexChars = 20;  // of several meshes together
 
 char* put_vector(char* to, const char* keyword, const Vec3f& v) {
     while (*keyword) *to++ = *keyword++;
@@ -23,13 +23,11 @@ char* put_index(char* to, std::uint64_t index) {
     return std::to_chars(to, to + kIndexChars, index).ptr;
 }
 
-}  // namespace
-
-void write_obj(MeshOutput& output, const Mesh& mesh) {
-    const auto& points = mesh.points;
-    const auto& normals = mesh.normals;
-    const auto& triangles = mesh.triangles;
-    output.text("# Marrow " + space_mark(output.space) + "\n");
+// Indices go on behind the points and normals that are in the file already.
+void write_object(MeshOutput& output, const MeshObject& object, std::uint64_t points_before,
+                  std::uint64_t normals_before) {
+    const auto& [points, normals, triangles] = *object.mesh;
+    if (!object.name.empty()) output.text("o " + clean_name(object.name) + "\n");
 
     constexpr std::size_t vector_chars = 3 + 3 * (kFloatChars + 1);
     output.items<vector_chars>(points.size(), 0, 0.3, [&](std::size_t i, char* to) {
@@ -43,17 +41,29 @@ void write_obj(MeshOutput& output, const Mesh& mesh) {
     output.items<face_chars>(triangles.size(), 0.6, 1, [&](std::size_t i, char* to) {
         *to++ = 'f';
         for (const std::uint32_t corner : triangles[i]) {
-            const std::uint64_t one_based = std::uint64_t{corner} + 1;
             *to++ = ' ';
-            to = put_index(to, one_based);
+            to = put_index(to, points_before + corner + 1);
             if (normals.empty()) continue;
             *to++ = '/';
             *to++ = '/';
-            to = put_index(to, one_based);
+            to = put_index(to, normals_before + corner + 1);
         }
         *to++ = '\n';
         return to;
     });
+}
+
+}  // namespace
+
+void write_obj(MeshOutput& output, MeshObjects objects) {
+    output.text("# Marrow " + space_mark(output.space) + "\n");
+    std::uint64_t points = 0, normals = 0;
+    for (std::size_t i = 0; i < objects.size(); ++i) {
+        output.set_share(i, objects.size());
+        write_object(output, objects[i], points, normals);
+        points += objects[i].mesh->points.size();
+        normals += objects[i].mesh->normals.size();
+    }
 }
 
 }  // namespace marrow

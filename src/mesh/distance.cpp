@@ -8,7 +8,7 @@
 #include <marrow/measure.h>
 
 #include "check_mesh.h"
-#include "triangle_tree.h"
+#include "distance.h"
 #include "vector.h"
 
 namespace marrow {
@@ -27,15 +27,16 @@ class Places {
         for (const Triangle& t : mesh.triangles) summed_area_.push_back(sum += Corners(mesh, t).area());
     }
 
-    Vec3d operator[](std::int64_t k) const {
+    Distances::Place operator[](std::int64_t k) const {
         const double step = (static_cast<double>(k) + 0.5) / static_cast<double>(n_);
         const auto found =
             std::upper_bound(summed_area_.begin(), summed_area_.end() - 1, step * summed_area_.back());
-        const Corners t(mesh_, mesh_.triangles[static_cast<std::size_t>(found - summed_area_.begin())]);
+        const auto triangle = static_cast<std::uint32_t>(found - summed_area_.begin());
+        const Corners t(mesh_, mesh_.triangles[triangle]);
         double u = fraction(0.7548776662466927 * static_cast<double>(k));
         double v = fraction(0.5698402909980532 * static_cast<double>(k));
         if (u + v > 1) u = 1 - u, v = 1 - v;
-        return t.a + u * (t.b - t.a) + v * (t.c - t.a);
+        return {t.a + u * (t.b - t.a) + v * (t.c - t.a), triangle, 0};
     }
 
   private:
@@ -46,21 +47,40 @@ class Places {
     std::vector<double> summed_area_;
 };
 
-// From places on `from` to the nearest ones on `to`.
-MeshDistance one_way(const Mesh& from, const TriangleTree& to, std::int64_t samples) {
-    const Places places(from, samples);
-    std::vector<double> distances(static_cast<std::size_t>(samples)), at_points(from.points.size());
-    tbb::parallel_for(std::size_t{0}, distances.size(), [&](std::size_t k) {
-        distances[k] = to.distance(places[static_cast<std::int64_t>(k)]);
-    });
-    tbb::parallel_for(std::size_t{0}, at_points.size(),
-                      [&](std::size_t p) { at_points[p] = to.distance(to_double(from.points[p])); });
-    return {std::accumulate(distances.begin(), distances.end(), 0.0) / static_cast<double>(samples),
-            std::max(*std::max_element(distances.begin(), distances.end()),
-                     *std::max_element(at_points.begin(), at_points.end()))};
+}  // namespace
+
+namespace internal {
+
+double Distances::max() const {
+    double max = *std::max_element(points.begin(), points.end());
+    for (const Place& p : places) max = std::max(max, p.distance);
+    return max;
 }
 
-}  // namespace
+double Distances::mean() const {
+    const auto add = [](double sum, const Place& p) { return sum + p.distance; };
+    return std::accumulate(places.begin(), places.end(), 0.0, add) / static_cast<double>(places.size());
+}
+
+Distances distances(const Mesh& from, const TriangleTree& to, std::int64_t samples, double enough) {
+    const Places places(from, samples);
+    Distances d;
+    d.places.resize(static_cast<std::size_t>(samples));
+    d.points.resize(from.points.size());
+    tbb::parallel_for(std::size_t{0}, d.places.size(), [&](std::size_t k) {
+        d.places[k] = places[static_cast<std::int64_t>(k)];
+        d.places[k].distance = to.distance(d.places[k].place, enough);
+    });
+    tbb::parallel_for(std::size_t{0}, d.points.size(),
+                      [&](std::size_t p) { d.points[p] = to.distance(to_double(from.points[p]), enough); });
+    return d;
+}
+
+MeshDistance symmetric(const Distances& there, const Distances& back) {
+    return {(there.mean() + back.mean()) / 2, std::max(there.max(), back.max())};
+}
+
+}  // namespace internal
 
 MeshDistance mesh_distance(const Mesh& a, const Mesh& b, std::int64_t samples) {
     if (samples < 1) throw InputError("mesh distance: at least one sample is needed");
@@ -68,9 +88,7 @@ MeshDistance mesh_distance(const Mesh& a, const Mesh& b, std::int64_t samples) {
         if (mesh->triangles.empty()) throw InputError("mesh distance: a mesh has no triangles");
         check_triangles(*mesh);
     }
-    const MeshDistance there = one_way(a, TriangleTree(b), samples);
-    const MeshDistance back = one_way(b, TriangleTree(a), samples);
-    return {(there.mean + back.mean) / 2, std::max(there.max, back.max)};
+    return symmetric(distances(a, TriangleTree(b), samples), distances(b, TriangleTree(a), samples));
 }
 
 }  // namespace marrow

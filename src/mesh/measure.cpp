@@ -2,65 +2,25 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <vector>
 
 #include "check_mesh.h"
 #include "components.h"
+#include "half_edges.h"
 
 namespace marrow {
 
 namespace {
 
-// A half-edge seen from its lower point: to which higher point, and whether the triangle runs up or down it.
-struct HalfEdge {
-    std::uint32_t higher;
-    bool upward;
-};
-
-// Half-edges bucketed by their lower point: those of point p are half_edges[start[p]] to half_edges[start[p +
-// 1]].
-struct HalfEdges {
-    std::vector<std::size_t> start;
-    std::vector<HalfEdge> half_edges;
-};
-
-HalfEdges bucket_half_edges(const Mesh& mesh) {
-    HalfEdges result;
-    result.start.assign(mesh.points.size() + 2, 0);
-    const auto for_each = [&](auto&& f) {
-        for (const Triangle& t : mesh.triangles) {
-            for (std::size_t c = 0; c < 3; ++c) f(t[c], t[(c + 1) % 3]);
-        }
-    };
-    // Counted two slots on, so that filling leaves start[p] at the begin of p's bucket.
-    for_each([&](std::uint32_t a, std::uint32_t b) { ++result.start[std::min(a, b) + std::size_t{2}]; });
-    std::partial_sum(result.start.begin(), result.start.end(), result.start.begin());
-    result.half_edges.resize(3 * mesh.triangles.size());
-    for_each([&](std::uint32_t a, std::uint32_t b) {
-        result.half_edges[result.start[std::min(a, b) + std::size_t{1}]++] = {std::max(a, b), a < b};
-    });
-    return result;
-}
-
 void count_edges(const Mesh& mesh, MeshMeasures& measures) {
-    HalfEdges h = bucket_half_edges(mesh);
     std::int64_t edges = 0;
-    for (std::size_t p = 0; p < mesh.points.size(); ++p) {
-        const auto begin = h.half_edges.begin() + static_cast<std::ptrdiff_t>(h.start[p]);
-        const auto end = h.half_edges.begin() + static_cast<std::ptrdiff_t>(h.start[p + 1]);
-        std::sort(begin, end, [](HalfEdge a, HalfEdge b) { return a.higher < b.higher; });
-        for (auto edge = begin; edge != end;) {
-            int up = 0, down = 0;
-            const std::uint32_t higher = edge->higher;
-            for (; edge != end && edge->higher == higher; ++edge) ++(edge->upward ? up : down);
-            ++edges;
-            if (up + down == 1)
-                ++measures.boundary_edges;
-            else if (up != 1 || down != 1)
-                ++measures.nonmanifold_edges;
-        }
-    }
+    internal::for_each_edge(mesh, [&](const internal::Edge& edge) {
+        ++edges;
+        if (edge.is_border())
+            ++measures.boundary_edges;
+        else if (!edge.is_manifold())
+            ++measures.nonmanifold_edges;
+    });
     measures.euler_characteristic = measures.points - edges + measures.triangles;
 }
 

@@ -2,41 +2,16 @@
 
 #include <tbb/parallel_invoke.h>
 
-#include <algorithm>
-#include <array>
 #include <bit>
-#include <limits>
 #include <utility>
 
-#include "vector.h"
+#include "triangle_distance.h"
 
 namespace marrow::internal {
 
 namespace {
 
-constexpr std::size_t kLeafSize = 4;
 constexpr float kFar = std::numeric_limits<float>::infinity();
-
-double squared_distance_to_segment(const Vec3d& place, const Vec3d& a, const Vec3d& b) {
-    const Vec3d along = b - a, from_a = place - a;
-    const double squared_length = dot(along, along);
-    const double t = squared_length > 0 ? std::clamp(dot(from_a, along) / squared_length, 0.0, 1.0) : 0;
-    const Vec3d apart = from_a - t * along;
-    return dot(apart, apart);
-}
-
-double squared_distance_to_triangle(const Vec3d& place, const Vec3d& a, const Vec3d& b, const Vec3d& c) {
-    const Vec3d n = cross(b - a, c - a);
-    const double squared_area = dot(n, n);
-    const bool above = squared_area > 0 && dot(cross(b - a, place - a), n) >= 0 &&
-                       dot(cross(c - b, place - b), n) >= 0 && dot(cross(a - c, place - c), n) >= 0;
-    if (above) {
-        const double height = dot(place - a, n);
-        return height * height / squared_area;
-    }
-    return std::min({squared_distance_to_segment(place, a, b), squared_distance_to_segment(place, b, c),
-                     squared_distance_to_segment(place, c, a)});
-}
 
 }  // namespace
 
@@ -44,8 +19,10 @@ TriangleTree::TriangleTree(const Mesh& mesh)
     : leaves_(std::bit_ceil((mesh.triangles.size() + kLeafSize - 1) / kLeafSize)),
       boxes_(2 * leaves_, Box{{kFar, kFar, kFar}, {-kFar, -kFar, -kFar}}) {  // empty
     triangles_.reserve(mesh.triangles.size());
-    for (const Triangle& t : mesh.triangles)
-        triangles_.push_back({mesh.points[t[0]], mesh.points[t[1]], mesh.points[t[2]]});
+    for (const Triangle& t : mesh.triangles) {
+        const auto index = static_cast<std::uint32_t>(triangles_.size());
+        triangles_.push_back({mesh.points[t[0]], mesh.points[t[1]], mesh.points[t[2]], index});
+    }
     part(1, 0, leaves_ * kLeafSize);
 }
 
@@ -56,9 +33,10 @@ void TriangleTree::part(std::size_t node, std::size_t first, std::size_t size) {
         triangles_.begin() + static_cast<std::ptrdiff_t>(std::min(first + size, triangles_.size()));
     Box& box = boxes_[node];
     for (auto t = begin; t != end; ++t) {
+        const Box other = t->box();
         for (std::size_t axis = 0; axis < 3; ++axis) {
-            box.lower[axis] = std::min({box.lower[axis], t->a[axis], t->b[axis], t->c[axis]});
-            box.upper[axis] = std::max({box.upper[axis], t->a[axis], t->b[axis], t->c[axis]});
+            box.lower[axis] = std::min(box.lower[axis], other.lower[axis]);
+            box.upper[axis] = std::max(box.upper[axis], other.upper[axis]);
         }
     }
     if (node >= leaves_) return;
@@ -92,18 +70,16 @@ double TriangleTree::squared_distance_to_box(std::size_t node, const Vec3d& plac
     return sum;
 }
 
-double TriangleTree::squared_distance_to_leaf(std::size_t leaf, const Vec3d& place) const {
-    double nearest = std::numeric_limits<double>::infinity();
+void TriangleTree::approach_leaf(std::size_t leaf, const Vec3d& place, Nearest& squared) const {
     const std::size_t end = std::min((leaf + 1) * kLeafSize, triangles_.size());
     for (std::size_t i = leaf * kLeafSize; i < end; ++i) {
         const Corners& t = triangles_[i];
-        nearest = std::min(
-            nearest, squared_distance_to_triangle(place, to_double(t.a), to_double(t.b), to_double(t.c)));
+        const double d = squared_distance_to_triangle(place, to_double(t.a), to_double(t.b), to_double(t.c));
+        if (d < squared.distance) squared = {d, t.triangle};
     }
-    return nearest;
 }
 
-double TriangleTree::distance(const Vec3d& place) const {
+TriangleTree::Nearest TriangleTree::nearest(const Vec3d& place, double enough) const {
     struct Node {
         std::size_t index;
         double squared_distance;  // to its box
@@ -111,22 +87,44 @@ double TriangleTree::distance(const Vec3d& place) const {
     std::array<Node, 64> stack;
     std::size_t depth = 0;
     stack[depth++] = {1, squared_distance_to_box(1, place)};
-    double nearest = std::numeric_limits<double>::infinity();
-    while (depth > 0) {
+    Nearest squared{std::numeric_limits<double>::infinity(), 0};
+    while (depth > 0 && squared.distance > enough * enough) {
         const Node node = stack[--depth];
-        if (node.squared_distance >= nearest) continue;
+        if (node.squared_distance >= squared.distance) continue;
         if (node.index >= leaves_) {
-            nearest = std::min(nearest, squared_distance_to_leaf(node.index - leaves_, place));
+            approach_leaf(node.index - leaves_, place, squared);
             continue;
         }
         const std::size_t child = 2 * node.index;
         Node near{child, squared_distance_to_box(child, place)};
         Node far{child + 1, squared_distance_to_box(child + 1, place)};
         if (far.squared_distance < near.squared_distance) std::swap(near, far);
-        if (far.squared_distance < nearest) stack[depth++] = far;
-        if (near.squared_distance < nearest) stack[depth++] = near;  // first
+        if (far.squared_distance < squared.distance) stack[depth++] = far;
+        if (near.squared_distance < squared.distance) stack[depth++] = near;  // first
     }
-    return std::sqrt(nearest);
+    return {std::sqrt(squared.distance), squared.triangle};
+}
+
+TriangleTree::Box TriangleTree::Corners::box() const {
+    Box box;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        box.lower[axis] = std::min({a[axis], b[axis], c[axis]});
+        box.upper[axis] = std::max({a[axis], b[axis], c[axis]});
+    }
+    return box;
+}
+
+// After Moeller and Trumbore 1997; negative where the ray misses.
+double TriangleTree::hit(const Corners& t, const Vec3d& origin, const Vec3d& direction) {
+    const Vec3d a = to_double(t.a), u = to_double(t.b) - a, v = to_double(t.c) - a, from_a = origin - a;
+    const Vec3d across = cross(direction, v);
+    const double determinant = dot(u, across);
+    if (determinant == 0) return -1;
+    const double along_u = dot(from_a, across) / determinant;
+    const Vec3d q = cross(from_a, u);
+    const double along_v = dot(direction, q) / determinant;
+    if (along_u < 0 || along_v < 0 || along_u + along_v > 1) return -1;
+    return dot(v, q) / determinant;
 }
 
 }  // namespace marrow::internal

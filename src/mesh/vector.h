@@ -11,6 +11,9 @@ namespace marrow::internal {
 inline Vec3d to_double(const Vec3f& p) {
     return {p[0], p[1], p[2]};
 }
+inline Vec3f to_float(const Vec3d& p) {
+    return {static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])};
+}
 inline Vec3d operator+(const Vec3d& a, const Vec3d& b) {
     return {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
 }

@@ -1,0 +1,52 @@
+// Writes the small valid scans of the tests as seeds: make_seeds FOLDER gives FOLDER/<target>/<seed>.
+#include <cstdio>
+
+#include "small_scans.h"
+
+using namespace marrow::test;
+
+namespace {
+
+std::string target_of(const fs::path& file) {
+    const std::string name = file.string();
+    for (const auto& [part, target] :
+         {std::pair(".nii", "nifti"), std::pair(".hdr", "nifti"), std::pair(".nrrd", "nrrd"),
+          std::pair(".nhdr", "nrrd"), std::pair(".mha", "metaimage"), std::pair(".mhd", "metaimage"),
+          std::pair(".png", "picture"), std::pair(".tif", "picture"), std::pair(".jpg", "picture"),
+          std::pair(".bmp", "picture")}) {
+        if (name.find(part) != name.npos) return target;
+    }
+    return "dicom";
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    if (argc != 2) return std::fputs("usage: make_seeds FOLDER\n", stderr), 2;
+    const fs::path folder = argv[1];
+    for (const SmallScan& scan : small_scans()) {
+        const auto& [name, bytes] = *scan.files.begin();  // of several the header, or the first slice
+        std::string flat = name;
+        for (char& c : flat) c = c == '/' ? '-' : c;
+        write_file(folder / target_of(scan.name) / flat, bytes);
+    }
+    std::vector<std::uint16_t> samples;
+    for (int i = 0; i < 144; ++i) samples.push_back(static_cast<std::uint16_t>(i * i % 4001));
+    const std::string head{"\0\x0b\x0b\0", 4};
+    const auto codec = [&](char syntax, const std::string& name, const std::string& stream) {
+        write_file(folder / "codec" / name, syntax + head.substr(1) + stream);
+    };
+    codec(0, "jpeg", jpeg_8(12, 12, std::vector<std::uint8_t>(144, 9)));
+    codec(1, "jpeg12", flat_jpeg(12, 12, {1, 4000, 0, 900}, 12, false));
+    codec(1, "progressive", flat_jpeg(12, 12, {1, 4000, 0, 900}, 12, true));
+    codec(2, "lossless", lossless_jpeg(12, 12, samples, 12, 7, true));
+    codec(4, "jpegls", jpeg_ls(12, 12, samples, 12));
+    codec(5, "j2k", jpeg_2000(12, 12, samples, 12));
+    std::string runs = bytes_of(std::uint32_t{2}) + bytes_of(std::uint32_t{64}) + bytes_of(std::uint32_t{68});
+    runs.resize(64);
+    codec(6, "rle", runs + "\x81\1\xf1\2\x81\3\xf1\4");
+    for (const char type : {0, 2, 4, 6, 1, 3, 5, 7})
+        write_file(folder / "extract" / std::to_string(type),
+                   std::string("\x06\x02\x03") + type + std::string("\x40\x00", 2) + bytes_of(samples));
+    return 0;
+}

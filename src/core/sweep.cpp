@@ -1,0 +1,153 @@
+#include <marrow/sweep.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+
+#include "cell_areas.h"
+#include "classify.h"
+#include "dispatch.h"
+#include "pipeline.h"
+#include "region_count.h"
+
+namespace marrow {
+
+using namespace internal;
+
+namespace {
+
+void check(const VolumeView& volume, std::span<const double> isovalues) {
+    check_geometry(volume.geometry);
+    if (volume.data == nullptr && volume.geometry.sample_count() > 0)
+        throw InputError("volume has no samples");
+    for (std::size_t i = 0; i < isovalues.size(); ++i) {
+        check_isovalue(isovalues[i]);
+        if (i > 0 && !(isovalues[i - 1] < isovalues[i])) throw InputError("isovalues of a sweep must ascend");
+    }
+}
+
+template <class T>
+std::uint8_t level_of(T value, std::span<const double> isovalues) {
+    if (!std::isfinite(static_cast<double>(value))) return 0;
+    const auto above = std::upper_bound(isovalues.begin(), isovalues.end(), static_cast<double>(value));
+    return static_cast<std::uint8_t>(above - isovalues.begin());
+}
+
+void find_levels(const VolumeView& volume, std::span<const double> isovalues, Levels& levels, Stage& stage) {
+    const auto [nx, ny, nz] = volume.geometry.dims;
+    with_sample_type(volume.type, [&, nx = nx, ny = ny, nz = nz](auto sample) {
+        using T = decltype(sample);
+        const auto fill = [&](const auto& level) {
+            tbb::parallel_for(std::int64_t{0}, nz, [&](std::int64_t z) {
+                for (std::int64_t row = z * ny; row < (z + 1) * ny; ++row) {
+                    const T* from = static_cast<const T*>(volume.data) + row * nx;
+                    std::uint8_t* to = levels.bytes.data() + row * levels.stride + 1;
+                    for (std::int64_t x = 0; x < nx; ++x) to[x] = level(from[x]);
+                }
+                stage.step();
+            });
+        };
+        if constexpr (sizeof(T) <= 2) {  // so few values that they are looked up
+            constexpr int kLowest = std::numeric_limits<T>::lowest();
+            std::vector<std::uint8_t> table(std::size_t{1} << (8 * sizeof(T)));
+            for (std::size_t i = 0; i < table.size(); ++i)
+                table[i] = level_of(static_cast<int>(i) + kLowest, isovalues);
+            fill([&](T value) { return table[static_cast<std::size_t>(value - kLowest)]; });
+        } else {
+            fill([&](T value) { return level_of(value, isovalues); });
+        }
+    });
+}
+
+// Area, volume and triangles, from one look at every cell.
+void measure_cells(const VolumeView& volume, std::span<const double> isovalues,
+                   std::span<SweepSample> samples, Levels& levels, Stage& stage) {
+    find_levels(volume, isovalues, levels, stage);
+    const Frame frame(volume.geometry);
+    const std::int64_t nz = volume.geometry.dims[2];
+    // Summed by slices and then in their order, so that the numbers do not depend on who summed them.
+    std::vector<CellSums> slices(static_cast<std::size_t>(nz + 1), CellSums(isovalues.size()));
+    tbb::parallel_for(std::int64_t{-1}, nz, [&](std::int64_t z) {
+        add_cells(volume, frame, levels, isovalues, z, slices[static_cast<std::size_t>(z + 1)]);
+        stage.step();
+    });
+    for (const CellSums& slice : slices) {
+        for (std::size_t k = 0; k < isovalues.size(); ++k) {
+            samples[k].area += slice.area[k] / 2;
+            samples[k].volume += slice.volume[k] / 6;
+            samples[k].triangles += slice.triangles[k];
+        }
+    }
+}
+
+void count_components(const VolumeView& volume, std::span<SweepSample> samples, Stage& stage) {
+    tbb::enumerable_thread_specific<std::optional<InsideBits>> bits_of_thread;
+    tbb::parallel_for(std::size_t{0}, samples.size(), [&](std::size_t k) {
+        std::optional<InsideBits>& bits = bits_of_thread.local();
+        if (!bits) bits.emplace(volume.geometry.dims, true);
+        for (std::int64_t z = 0; z < bits->nz; ++z)
+            classify_slice(volume, samples[k].isovalue, z, *bits, nullptr);
+        samples[k].components = count_surfaces(*bits);
+        stage.step();
+    });
+}
+
+}  // namespace
+
+std::vector<SweepSample> sweep_isovalues(const VolumeView& volume, std::span<const double> isovalues,
+                                         const SweepOptions& options) {
+    check(volume, isovalues);
+    std::vector<SweepSample> samples(isovalues.size());
+    for (std::size_t k = 0; k < isovalues.size(); ++k) samples[k].isovalue = isovalues[k];
+    if (!has_cells(volume.geometry, true)) return samples;
+    with_threads(options.threads, [&] {
+        const std::size_t groups = (isovalues.size() + Levels::kMost - 1) / Levels::kMost;
+        const auto nz = static_cast<std::size_t>(volume.geometry.dims[2]);
+        Stage cells(options.progress, 0, 0.6, groups * (2 * nz + 1));
+        Levels levels(volume.geometry.dims);
+        for (std::size_t first = 0; first < isovalues.size(); first += Levels::kMost) {
+            const std::size_t size = std::min(Levels::kMost, isovalues.size() - first);
+            measure_cells(volume, isovalues.subspan(first, size), std::span(samples).subspan(first, size),
+                          levels, cells);
+        }
+        Stage components(options.progress, 0.6, 1, samples.size());
+        count_components(volume, samples, components);
+    });
+    return samples;
+}
+
+double surface_shift(const SweepSample& a, const SweepSample& b) {
+    const double area = (a.area + b.area) / 2;
+    return area > 0 ? std::abs(a.volume - b.volume) / area : 0;
+}
+
+std::vector<Plateau> find_plateaus(std::span<const SweepSample> sweep) {
+    constexpr std::size_t kFewestSteps = 3;
+    const auto counts = [&](std::size_t step) {
+        return sweep[step].triangles > 0 && sweep[step + 1].triangles > 0;
+    };
+    const std::size_t steps = sweep.empty() ? 0 : sweep.size() - 1;
+    double sum = 0;
+    std::size_t counted = 0;
+    for (std::size_t step = 0; step < steps; ++step) {
+        if (!counts(step)) continue;
+        sum += surface_shift(sweep[step], sweep[step + 1]);
+        ++counted;
+    }
+    const double most = counted > 0 ? sum / static_cast<double>(counted) / 2 : 0;
+
+    std::vector<Plateau> plateaus;
+    std::size_t first = 0;
+    for (std::size_t step = 0; step <= steps; ++step) {
+        if (step < steps && counts(step) && surface_shift(sweep[step], sweep[step + 1]) <= most) continue;
+        if (step - first >= kFewestSteps) plateaus.push_back({first, step});
+        first = step + 1;
+    }
+    return plateaus;
+}
+
+}  // namespace marrow

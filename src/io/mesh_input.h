@@ -1,0 +1,37 @@
+// What the mesh readers share.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <marrow/error.h>
+#include <marrow/mesh.h>
+#include <marrow/mesh_io.h>
+
+namespace marrow {
+
+/// A mesh file's bytes, and where its faults are said to be.
+struct MeshInput {
+    std::filesystem::path path;
+    std::string bytes;
+
+    /// \throw InputError "<path>: <why>"
+    [[noreturn]] void refuse(const std::string& why) const;
+};
+
+/// Adds a polygon as a fan of triangles. \throw InputError a corner that is no point, or fewer than three
+void add_polygon(const MeshInput& input, const std::vector<std::int64_t>& corners, std::size_t points,
+                 Mesh& mesh);
+
+/// The space that a header or comment states by SPACE=LPS or SPACE=RAS.
+std::optional<Space> marked_space(std::string_view text);
+
+Mesh read_ply(const MeshInput& input, std::optional<Space>& space);
+Mesh read_vtp(const MeshInput& input, std::optional<Space>& space);
+
+}  // namespace marrow

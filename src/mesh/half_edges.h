@@ -1,0 +1,70 @@
+/// The edges of a mesh, and which triangles run along each.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <numeric>
+#include <vector>
+
+#include <marrow/mesh.h>
+
+namespace marrow::internal {
+
+/// A half-edge seen from its lower point: to which higher point, and whether the triangle runs up or down it.
+struct HalfEdge {
+    std::uint32_t higher;
+    bool upward;
+};
+
+/// Half-edges bucketed by their lower point: those of point p are half_edges[start[p]] to
+/// half_edges[start[p + 1]].
+struct HalfEdges {
+    std::vector<std::size_t> start;
+    std::vector<HalfEdge> half_edges;
+};
+
+/// In linear time. \pre triangles name points that are there
+inline HalfEdges bucket_half_edges(const Mesh& mesh) {
+    HalfEdges result;
+    result.start.assign(mesh.points.size() + 2, 0);
+    const auto for_each = [&](auto&& f) {
+        for (const Triangle& t : mesh.triangles) {
+            for (std::size_t c = 0; c < 3; ++c) f(t[c], t[(c + 1) % 3]);
+        }
+    };
+    // Counted two slots on, so that filling leaves start[p] at the begin of p's bucket.
+    for_each([&](std::uint32_t a, std::uint32_t b) { ++result.start[std::min(a, b) + std::size_t{2}]; });
+    std::partial_sum(result.start.begin(), result.start.end(), result.start.begin());
+    result.half_edges.resize(3 * mesh.triangles.size());
+    for_each([&](std::uint32_t a, std::uint32_t b) {
+        result.half_edges[result.start[std::min(a, b) + std::size_t{1}]++] = {std::max(a, b), a < b};
+    });
+    return result;
+}
+
+/// An edge between two points, and how many triangles run it upwards, from the lower to the higher, and down.
+struct Edge {
+    std::uint32_t lower, higher;
+    std::int64_t up, down;
+
+    bool is_border() const { return up + down == 1; }
+    bool is_manifold() const { return up == 1 && down == 1; }
+};
+
+/// Calls f(Edge) for every edge, ordered by its points. \pre as bucket_half_edges
+template <class F>
+void for_each_edge(const Mesh& mesh, F f) {
+    HalfEdges h = bucket_half_edges(mesh);
+    for (std::uint32_t p = 0; p < mesh.points.size(); ++p) {
+        const auto begin = h.half_edges.begin() + static_cast<std::ptrdiff_t>(h.start[p]);
+        const auto end = h.half_edges.begin() + static_cast<std::ptrdiff_t>(h.start[p + std::size_t{1}]);
+        std::sort(begin, end, [](HalfEdge a, HalfEdge b) { return a.higher < b.higher; });
+        for (auto half = begin; half != end;) {
+            Edge edge{p, half->higher, 0, 0};
+            for (; half != end && half->higher == edge.higher; ++half) ++(half->upward ? edge.up : edge.down);
+            f(edge);
+        }
+    }
+}
+
+}  // namespace marrow::internal

@@ -1,0 +1,31 @@
+#include "normals.h"
+
+#include <vector>
+
+#include "vector.h"
+
+namespace marrow::internal {
+
+Buffer<Vec3f> point_normals(const Mesh& mesh) {
+    std::vector<Vec3d> sums(mesh.points.size(), Vec3d{});
+    for (const Triangle& t : mesh.triangles) {
+        const Corners c(mesh, t);
+        const Vec3d ab = c.b - c.a, bc = c.c - c.b, ca = c.a - c.c;
+        const Vec3d twice_area = cross(ab, bc);
+        const double ab2 = dot(ab, ab), bc2 = dot(bc, bc), ca2 = dot(ca, ca);
+        const auto add = [&](std::uint32_t p, double squares) {
+            if (squares > 0) sums[p] = sums[p] + (1 / squares) * twice_area;
+        };
+        add(t[0], ca2 * ab2);
+        add(t[1], ab2 * bc2);
+        add(t[2], bc2 * ca2);
+    }
+    Buffer<Vec3f> normals(sums.size());
+    for (std::size_t p = 0; p < sums.size(); ++p) {
+        const double size = length(sums[p]);
+        normals[p] = size > 0 ? to_float((1 / size) * sums[p]) : Vec3f{1, 0, 0};
+    }
+    return normals;
+}
+
+}  // namespace marrow::internal

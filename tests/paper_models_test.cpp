@@ -1,0 +1,58 @@
+// What the paper's six models, cut out of real scans, must show: sharing and snapping, each by itself.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+#include <marrow/isosurface.h>
+#include <marrow/measure.h>
+
+#include "cranium.h"
+#include "mesh_checks.h"
+#include "models.h"
+
+namespace marrow::test {
+namespace {
+
+std::vector<bench::Model> models() {
+    const char* data = std::getenv("MARROW_TEST_DATA");
+    const std::filesystem::path folder = data != nullptr ? data : "";
+    if (!std::filesystem::exists(folder / "vhf_head_ct") && !bench::cranium()) return {};
+    std::vector<std::string> notes;
+    return bench::cut_models(folder, notes);
+}
+
+TEST(PaperModels, SharingSavesFourFifthsOfThePoints) {
+    const auto all = models();
+    if (all.empty()) GTEST_SKIP() << "neither vhf_head_ct nor Cranium is there";
+    for (const bench::Model& model : all) {
+        const auto classic = extract_isosurface_classic(model.volume, model.isovalue).points.size();
+        const auto shared = extract_isosurface(model.volume, model.isovalue).points.size();
+        EXPECT_LE(static_cast<double>(shared), 0.2 * static_cast<double>(classic)) << model.name;
+    }
+}
+
+TEST(PaperModels, SnappingSavesAQuarterMoreWithoutSliversOrRoughness) {
+    constexpr double kSnap = 0.3;
+    const auto all = models();
+    if (all.empty()) GTEST_SKIP() << "neither vhf_head_ct nor Cranium is there";
+    for (const bench::Model& model : all) {
+        const auto& spacing = model.volume.geometry().spacing;
+        const double longest = *std::max_element(spacing.begin(), spacing.end());
+        const Mesh before = extract_isosurface(model.volume, model.isovalue);
+        const Mesh after = extract_isosurface(model.volume, model.isovalue, {.snap = kSnap});
+        EXPECT_EQ(manifold_fault(after, true), "") << model.name;
+        EXPECT_LE(static_cast<double>(after.points.size()), 0.75 * static_cast<double>(before.points.size()))
+            << model.name;
+        EXPECT_EQ(triangle_quality(before).smallest_angle, 0) << model.name;
+        EXPECT_GE(triangle_quality(after).smallest_angle, 5) << model.name;
+        EXPECT_LE(roughness(after, 3).roughness, roughness(before, 3).roughness) << model.name;
+        EXPECT_LE(mesh_distance(before, after, 50'000).max, kSnap * longest + 1e-4) << model.name;
+        const MeshMeasures one = measure(before), other = measure(after);
+        EXPECT_EQ(other.euler_characteristic, one.euler_characteristic) << model.name;
+        EXPECT_EQ(other.components, one.components) << model.name;
+        EXPECT_EQ(other.nonmanifold_edges, 0) << model.name;
+    }
+}
+
+}  // namespace
+}  // namespace marrow::test
