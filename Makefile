@@ -2,7 +2,7 @@
 PRESET ?= release
 JOBS ?= $(shell nproc)
 
-.PHONY: all build test demo bench paper fuzz install deps
+.PHONY: all build test demo bench paper viewer fuzz install deps
 all: build
 
 deps:
@@ -29,6 +29,9 @@ bench: build
 
 paper: build
 	scripts/paper build/$(PRESET)/bin/marrow-paper
+
+viewer: build
+	build/$(PRESET)/bin/marrow-viewer
 
 install: build
 	cmake --install build/$(PRESET)

@@ -202,30 +202,35 @@ void ExportDialog::follow() {
     const Scan* scan = session_.scan();
     if (!scan) return;
     QStringList lines;
-    double bytes = 0;
+    std::optional<double> bytes = 0;
     QString obstacle;
     for (const ExportFile& file : files()) {
         const SurfaceParameters* surface = session_.parameters().find(file.surface);
         if (!surface) continue;
         lines << shell_line(command_arguments(*scan, session_.parameters(), *surface, file.file, space()));
         const std::shared_ptr<const Shape> shape = surfaces_.exact(file.surface);
-        if (!shape)
+        if (!shape) {
             obstacle = tr("Full resolution is being extracted…");
-        else if (shape->mesh->triangles.empty())
+            continue;
+        }
+        if (shape->mesh->triangles.empty())
             obstacle = tr("“%1” is empty: there is no surface at %2.")
                            .arg(surface->name)
                            .arg(surface->isovalue, 0, 'g', 6);
-        else
-            bytes += estimated_bytes(file.file.extension().string(), shape->mesh->points.size(),
-                                     shape->mesh->triangles.size());
+        const auto size = estimated_bytes(file.file.extension().string(), shape->mesh->points.size(),
+                                          shape->mesh->triangles.size());
+        bytes = bytes && size ? std::optional(*bytes + *size) : std::nullopt;
         try {
-            mesh_format(file.file);
+            if (mesh_format(file.file) == MeshFormat::glb && space() == Space::RAS)
+                obstacle = tr("GLB has axes of its own: choose LPS.");
         } catch (const InputError& error) {
             obstacle = QString::fromUtf8(error.what());
         }
     }
     commands_->setPlainText(lines.join("\n"));
-    size_->setText(!obstacle.isEmpty() ? obstacle : tr("About %1").arg(size_text(bytes)));
+    size_->setText(!obstacle.isEmpty() ? obstacle
+                   : bytes             ? tr("About %1").arg(size_text(*bytes))
+                                       : tr("Compressed: the size shows when it is written"));
     export_->setEnabled(obstacle.isEmpty() && !file_->text().isEmpty());
 }
 

@@ -15,24 +15,49 @@ std::string number_text(double value) {
     return {text, std::to_chars(text, text + sizeof text, value).ptr};
 }
 
+// How the command line is asked for a surface.
+struct Request {
+    const char* option;
+    std::string value;
+    const Preset* preset;
+};
+
+Request request_for(const Scan& scan, const SurfaceParameters& surface) {
+    const auto preset = std::find_if(kPresets.begin(), kPresets.end(),
+                                     [&](const Preset& p) { return p.isovalue == surface.isovalue; });
+    if (scan.hounsfield && preset != kPresets.end()) return {"--type", std::string(preset->name), &*preset};
+    if (scan.otsu && *scan.otsu == surface.isovalue) return {"--isovalue", "otsu", nullptr};
+    return {"--isovalue", number_text(surface.isovalue), nullptr};
+}
+
 double digits(std::size_t n) {
     return std::floor(std::log10(static_cast<double>(std::max<std::size_t>(n, 1)))) + 1;
 }
 
 }  // namespace
 
-double estimated_bytes(const std::string& ending, std::size_t points, std::size_t triangles) {
+std::optional<double> estimated_bytes(const std::string& ending, std::size_t points, std::size_t triangles) {
     const auto p = static_cast<double>(points), t = static_cast<double>(triangles);
     if (ending == ".stl") return 84 + 50 * t;
     if (ending == ".ply") return 300 + 24 * p + 13 * t;
     if (ending == ".vtp") return 1000 + 24 * p + 16 * t;
-    return 60 + 62 * p + t * (2 + 3 * (2 * digits(points) + 3));  // text: as long as its digits
+    if (ending == ".glb") return 1000 + 24 * p + 12 * t;
+    if (ending == ".obj")
+        return 60 + 62 * p + t * (2 + 3 * (2 * digits(points) + 3));  // text: as long as its digits
+    return {};
 }
 
 QString size_text(double bytes) {
     if (bytes < 1e6) return QString::number(bytes / 1e3, 'f', bytes < 1e4 ? 1 : 0) + " kB";
     if (bytes < 1e9) return QString::number(bytes / 1e6, 'f', 1) + " MB";
     return QString::number(bytes / 1e9, 'f', 2) + " GB";
+}
+
+MeshObject export_object(const Scan& scan, const SurfaceParameters& surface, const Mesh& mesh) {
+    const Request request = request_for(scan, surface);
+    MeshObject object{&mesh, request.value};
+    if (request.preset) object.colour = request.preset->colour;
+    return object;
 }
 
 std::vector<std::string> command_arguments(const Scan& scan, const Parameters& parameters,
@@ -44,14 +69,8 @@ std::vector<std::string> command_arguments(const Scan& scan, const Parameters& p
         result.emplace_back(option);
         result.push_back(value);
     };
-    const auto preset = std::find_if(kPresets.begin(), kPresets.end(),
-                                     [&](const Preset& p) { return p.isovalue == surface.isovalue; });
-    if (scan.hounsfield && preset != kPresets.end())
-        add("--type", std::string(preset->name));
-    else if (scan.otsu && *scan.otsu == surface.isovalue)
-        add("--isovalue", "otsu");
-    else
-        add("--isovalue", number_text(surface.isovalue));
+    const Request request = request_for(scan, surface);
+    add(request.option, request.value);
     if (parameters.largest) result.emplace_back("--largest");
     if (parameters.open) result.emplace_back("--open");
     if (space == Space::RAS) add("--space", "RAS");

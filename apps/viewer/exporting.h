@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <vector>
 
 #include <QString>
@@ -19,17 +20,22 @@ struct ExportFormat {
 };
 
 /// The formats that the library writes.
-inline constexpr std::array<ExportFormat, 4> kExportFormats{{
+inline constexpr std::array<ExportFormat, 6> kExportFormats{{
     {".stl", "STL, for printing"},
+    {".3mf", "3MF, for printing, with name and colour"},
     {".ply", "PLY, with normals"},
     {".obj", "OBJ, as text"},
     {".vtp", "VTP, for ParaView and 3D Slicer"},
+    {".glb", "GLB, for the web, with name and colour"},
 }};
 
-/// About how large the file will be.
-double estimated_bytes(const std::string& ending, std::size_t points, std::size_t triangles);
+/// About how large the file will be; nothing for formats that are compressed.
+std::optional<double> estimated_bytes(const std::string& ending, std::size_t points, std::size_t triangles);
 /// "12.3 MB"
 QString size_text(double bytes);
+
+/// The surface as the command line writes it: its name there, and the colour of a preset.
+MeshObject export_object(const Scan& scan, const SurfaceParameters& surface, const Mesh& mesh);
 
 /// The arguments after `marrow` that write this surface to `output`.
 std::vector<std::string> command_arguments(const Scan& scan, const Parameters& parameters,

@@ -147,7 +147,8 @@ void MainWindow::make_actions() {
     action("open", tr("Open file…"), QKeySequence::Open, tr("Open a NIfTI, NRRD, MetaImage or DICOM file"));
     action("open_folder", tr("Open folder…"), QKeySequence("Ctrl+Shift+O"),
            tr("Open a folder of DICOM files or slices"));
-    action("export", tr("Export…"), QKeySequence("Ctrl+S"), tr("Write the surface as STL, PLY, OBJ or VTP"));
+    action("export", tr("Export…"), QKeySequence("Ctrl+S"),
+           tr("Write the surface as STL, 3MF, PLY, OBJ, VTP or GLB"));
     action("screenshot", tr("Screenshot…"), QKeySequence("Ctrl+P"),
            tr("Save the 3D view as a picture of any size"));
     action("frames", tr("Turntable as pictures…"), {}, tr("Save a turn as a row of PNG pictures"));
@@ -525,7 +526,10 @@ void MainWindow::connect_all() {
     on("light", [this](bool light) { view_->set_light_background(light); });
     on("crosshair", [this](bool shown) { view_->set_crosshair_visible(shown); });
     on("full_screen", [this](bool full) { full ? showFullScreen() : showNormal(); });
-    on("turntable", [this](bool turn) { turn ? turning_.start(33) : turning_.stop(); });
+    on("turntable", [this](bool turn) {
+        turn ? turning_.start(33) : turning_.stop();
+        view_->set_moving(turn);
+    });
     connect(&turning_, &QTimer::timeout, this, [this] { view_->turn(1.5); });
     on("cycle", [this] {
         session_.change(tr("way of drawing"), {},
@@ -740,7 +744,8 @@ void MainWindow::export_surface() {
 
 void MainWindow::write(const std::vector<ExportFile>& files, Space space) {
     struct Part {
-        std::shared_ptr<const Shape> shape;
+        std::shared_ptr<const Shape> shape;  // whose mesh the object borrows
+        MeshObject object;
         fs::path file;
     };
     std::vector<Part> parts;
@@ -751,7 +756,9 @@ void MainWindow::write(const std::vector<ExportFile>& files, Space space) {
             emit written();
             return;
         }
-        parts.push_back({shape, file.file});
+        parts.push_back(
+            {shape, export_object(*session_.scan(), *session_.parameters().find(file.surface), *shape->mesh),
+             file.file});
     }
     writing_ = true;
     facts_->setText(tr("Exporting…"));
@@ -787,7 +794,7 @@ void MainWindow::write(const std::vector<ExportFile>& files, Space space) {
         };
         try {
             for (; done < parts.size(); ++done)
-                write_mesh(*parts[done].shape->mesh, parts[done].file, {space, progress});
+                write_meshes({&parts[done].object, 1}, parts[done].file, {space, progress});
             QString sentence = tr("Wrote %1").arg(from_path(parts.front().file));
             if (parts.size() > 1) sentence += tr(" and %1 more").arg(parts.size() - 1);
             end(sentence + ".", false);
@@ -902,6 +909,12 @@ void MainWindow::dropEvent(QDropEvent* event) {
 }
 
 void MainWindow::closeEvent(QCloseEvent* event) {
+    if (writing_) {
+        // The file comes first, unless it is cancelled.
+        connect(this, &MainWindow::written, this, &QWidget::close, Qt::UniqueConnection);
+        event->ignore();
+        return;
+    }
     loader_.cancel();
     turning_.stop();
     QSettings settings;

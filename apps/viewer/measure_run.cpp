@@ -41,21 +41,23 @@ Watchdog::Watchdog(const SurfaceView& view, QObject* parent) : QObject(parent), 
     connect(&timer_, &QTimer::timeout, this, [this] {
         const double late = static_cast<double>(since_.nsecsElapsed()) / 1e6 - kTick;
         since_.restart();
-        const double drawing = view_.drawing_milliseconds() - drawn_;
-        drawn_ = view_.drawing_milliseconds();
-        longest_ = std::max(longest_, late - drawing);
-        longest_with_drawing_ = std::max(longest_with_drawing_, late);
+        const auto passed = [](double& last, double now) { return now - std::exchange(last, now); };
+        const double drawing = passed(drawn_, view_.drawing_milliseconds());
+        const double drawing_processor = passed(drawn_processor_, view_.drawing_processor_milliseconds());
+        const double worked = passed(worked_, thread_milliseconds());
+        longest_.milliseconds = std::max(longest_.milliseconds, late - drawing);
+        longest_.processor = std::max(longest_.processor, worked - drawing_processor);
+        longest_.with_drawing = std::max(longest_.with_drawing, late);
     });
+    worked_ = thread_milliseconds();
+    drawn_ = view_.drawing_milliseconds();
+    drawn_processor_ = view_.drawing_processor_milliseconds();
     since_.start();
     timer_.start(kTick);
 }
 
-double Watchdog::longest() {
-    return std::exchange(longest_, 0.0);
-}
-
-double Watchdog::longest_with_drawing() {
-    return std::exchange(longest_with_drawing_, 0.0);
+Watchdog::Stall Watchdog::longest() {
+    return std::exchange(longest_, {});
 }
 
 int measure_viewer(MainWindow& window, const std::filesystem::path& input, const ScanOptions& options) {
@@ -75,7 +77,7 @@ int measure_viewer(MainWindow& window, const std::filesystem::path& input, const
         return 3;
     }
     const double loading = static_cast<double>(clock.elapsed());
-    const double stall_loading = watchdog.longest();
+    const Watchdog::Stall stall_loading = watchdog.longest();
     run_until([&] { return surfaces.settled() && !view.stale(); });
 
     const Geometry& g = session.scan()->volume.geometry();
@@ -84,53 +86,55 @@ int measure_viewer(MainWindow& window, const std::filesystem::path& input, const
                 static_cast<long long>(g.dims[0]), static_cast<long long>(g.dims[1]),
                 static_cast<long long>(g.dims[2]), sample_type_name(session.scan()->volume.type()),
                 1 << surfaces.preview_level());
-    std::printf("loading     %.0f ms, longest stall %.0f ms\n", loading, stall_loading);
+    std::printf("loading     %.0f ms, longest stall %.0f ms, %.0f ms of it the window's work\n", loading,
+                stall_loading.milliseconds, stall_loading.processor);
 
-    // The hand: moves of a few values each, 16 ms apart, with a rest after every twenty.
+    // The hand: moves of a few values each, 16 ms apart, with a rest after every twelve.
     std::vector<double> previews, previews_drawn, rests, rests_drawn, full_frames, preview_frames;
     watchdog.longest();
-    watchdog.longest_with_drawing();
     const double start = session.current()->isovalue;
     const double range = (session.scan()->histogram.upper - session.scan()->histogram.lower) / 20;
-    for (int rest = 0; rest < 6; ++rest) {
-        double drawn_before = 0;
-        for (int move = 0; move < 20; ++move) {
-            bool arrived = false;
-            double elapsed = 0;
-            const auto connection =
-                QObject::connect(&surfaces, &Surfaces::shape_changed, &window, [&](int changed) {
-                    if (changed != id || arrived) return;
-                    arrived = true;
-                    elapsed = static_cast<double>(clock.nsecsElapsed()) / 1e6;
-                });
+    struct Arrival {
+        double all = 0, without_drawing = 0;
+    };
+    std::optional<Arrival> arrived, settled;
+    double drawn_before = 0;
+    QObject::connect(&surfaces, &Surfaces::shape_changed, &window, [&](int changed) {
+        if (changed != id) return;
+        const double elapsed = static_cast<double>(clock.nsecsElapsed()) / 1e6;
+        const Arrival now{elapsed, elapsed - (view.drawing_milliseconds() - drawn_before)};
+        if (!arrived) arrived = now;
+        if (surfaces.exact(id)) settled = now;
+    });
+    for (int rest = 0; rest < 5; ++rest) {
+        for (int move = 0; move < 12; ++move) {
+            arrived.reset();
+            settled.reset();
             drawn_before = view.drawing_milliseconds();
             clock.restart();
-            session.set_isovalue(start + range * ((rest * 20 + move) % 40 + 1) / 40);
-            run_until([&] { return arrived; });
-            QObject::disconnect(connection);
-            previews_drawn.push_back(elapsed);
-            previews.push_back(elapsed - (view.drawing_milliseconds() - drawn_before));
-            if (move < 19) {
-                pause(16);
-                preview_frames.push_back(view.frame_milliseconds());
-            }
+            session.set_isovalue(start + range * ((rest * 12 + move) % 40 + 1) / 40);
+            run_until([&] { return arrived.has_value(); });
+            previews.push_back(arrived->without_drawing);
+            previews_drawn.push_back(arrived->all);
+            if (move == 11) break;
+            pause(16);
+            preview_frames.push_back(view.frame_milliseconds());
         }
-        // The clock still runs from the last move.
-        run_until([&] { return surfaces.exact(id) != nullptr; });
-        const double elapsed = static_cast<double>(clock.nsecsElapsed()) / 1e6;
-        rests_drawn.push_back(elapsed);
-        rests.push_back(elapsed - (view.drawing_milliseconds() - drawn_before));
+        run_until([&] { return settled.has_value(); });  // the clock still runs from the last move
+        rests.push_back(settled->without_drawing);
+        rests_drawn.push_back(settled->all);
         run_until([&] { return surfaces.settled() && !view.stale(); });
         full_frames.push_back(view.frame_milliseconds());
     }
-    const double stall_extracting = watchdog.longest(), with_drawing = watchdog.longest_with_drawing();
+    const Watchdog::Stall stall_extracting = watchdog.longest();
     const auto shape = surfaces.exact(id);
     std::printf("surface     %zu triangles\n", shape->mesh->triangles.size());
     std::printf("preview     with the renderer %.0f ms after a move (median; 95 %%: %.0f ms)\n",
                 part(previews, 0.5), part(previews, 0.95));
     std::printf("full        with the renderer %.0f ms after the last move (median; longest %.0f ms)\n",
                 part(rests, 0.5), part(rests, 1));
-    std::printf("extracting  longest stall %.0f ms\n", stall_extracting);
+    std::printf("extracting  longest stall %.0f ms, %.0f ms of it the window's work\n",
+                stall_extracting.milliseconds, stall_extracting.processor);
 
     QTemporaryDir folder;
     bool written = false;
@@ -139,14 +143,16 @@ int measure_viewer(MainWindow& window, const std::filesystem::path& input, const
     clock.restart();
     window.write({{id, std::filesystem::path(folder.path().toStdString()) / "surface.stl"}}, Space::LPS);
     run_until([&] { return written; });
-    std::printf("exporting   %.0f ms, longest stall %.0f ms\n", static_cast<double>(clock.elapsed()),
-                watchdog.longest());
+    const double exporting = static_cast<double>(clock.elapsed());
+    const Watchdog::Stall stall_exporting = watchdog.longest();
+    std::printf("exporting   %.0f ms, longest stall %.0f ms, %.0f ms of it the window's work\n", exporting,
+                stall_exporting.milliseconds, stall_exporting.processor);
     std::printf("drawing     %s: previews %.0f ms, full %.0f ms a frame (medians)\n",
                 view.software() ? "OpenGL runs on the processor" : "OpenGL runs on a graphics card",
                 part(preview_frames, 0.5), part(full_frames, 0.5));
     std::printf(
         "            with it, previews come after %.0f ms, full after %.0f ms; longest stall %.0f ms\n",
-        part(previews_drawn, 0.5), part(rests_drawn, 0.5), with_drawing);
+        part(previews_drawn, 0.5), part(rests_drawn, 0.5), stall_extracting.with_drawing);
     return 0;
 }
 

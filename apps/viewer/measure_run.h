@@ -14,16 +14,20 @@ class Watchdog : public QObject {
     Q_OBJECT
   public:
     explicit Watchdog(const SurfaceView& view, QObject* parent = nullptr);
-    /// The longest time since the last call without an answer, ms; drawing not counted.
-    double longest();
-    double longest_with_drawing();
+    struct Stall {
+        double milliseconds = 0;  ///< drawing not counted
+        double processor = 0;     ///< of these, what the window's thread worked itself: the rest, others did
+        double with_drawing = 0;
+    };
+    /// The longest ones since the last call.
+    Stall longest();
 
   private:
     const SurfaceView& view_;
     QTimer timer_;
     QElapsedTimer since_;
-    double drawn_ = 0;
-    double longest_ = 0, longest_with_drawing_ = 0;
+    double drawn_ = 0, drawn_processor_ = 0, worked_ = 0;
+    Stall longest_;
 };
 
 /// Opens the scan in the window, moves the isovalue as a hand would, exports to a temporary file, and prints the times to

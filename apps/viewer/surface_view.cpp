@@ -5,6 +5,7 @@
 #include <cstring>
 #include <limits>
 
+#include <time.h>
 #include <vtkActor.h>
 #include <vtkCallbackCommand.h>
 #include <vtkCamera.h>
@@ -23,6 +24,7 @@
 #include <vtkShaderProperty.h>
 #include <vtkUniforms.h>
 #include <vtkWindowToImageFilter.h>
+
 #include <QMouseEvent>
 
 #include "scene_parts.h"
@@ -89,6 +91,12 @@ void observe(vtkObject* object, unsigned long event, F* callback) {
 
 }  // namespace
 
+double thread_milliseconds() {
+    timespec now{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+    return static_cast<double>(now.tv_sec) * 1e3 + static_cast<double>(now.tv_nsec) / 1e6;
+}
+
 struct SurfaceView::Scene {
     struct Drawn {
         vtkNew<vtkActor> actor;
@@ -151,6 +159,7 @@ SurfaceView::SurfaceView(Session& session, Surfaces& surfaces, QWidget* parent)
     window->GetInteractor()->SetInteractorStyle(scene_->style);
     scene_->on_frame_start = [this] {
         frame_timer_.start();
+        frame_began_ = thread_milliseconds();
         prepare_camera();
     };
     scene_->on_frame_end = [this] { finish_frame(); };
@@ -449,6 +458,7 @@ void SurfaceView::finish_frame() {
     scene_->window->WaitForCompletion();  // so that the time is that of drawing, not of asking for it
     frame_ = static_cast<double>(frame_timer_.nsecsElapsed()) / 1e6;
     all_frames_ += frame_;
+    all_frames_processor_ += thread_milliseconds() - frame_began_;
     const bool full = std::all_of(scene_->surfaces.begin(), scene_->surfaces.end(), [](const auto& entry) {
         return entry.second.full && entry.second.actor->GetMapper() == entry.second.full_mapper;
     });

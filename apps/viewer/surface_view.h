@@ -18,6 +18,9 @@ namespace marrow::viewer {
 /// The side that the patient is seen from.
 enum class Side { anterior, posterior, left, right, superior, inferior };
 
+/// Processor time that the calling thread has used, ms.
+double thread_milliseconds();
+
 class SurfaceView : public QVTKOpenGLNativeWidget {
     Q_OBJECT
   public:
@@ -32,6 +35,8 @@ class SurfaceView : public QVTKOpenGLNativeWidget {
     void set_crosshair_visible(bool visible);
     /// Turns round the patient's long axis, as on a turntable.
     void turn(double degrees);
+    /// While it moves by itself, slow frames are made of previews, as while a hand moves it.
+    void set_moving(bool moving);
     /// What the view shows, drawn anew at a size in pixels.
     QImage picture(const QSize& size);
 
@@ -46,6 +51,8 @@ class SurfaceView : public QVTKOpenGLNativeWidget {
     /// How long the last frame took to draw, ms, and all frames so far together.
     double frame_milliseconds() const { return frame_; }
     double drawing_milliseconds() const { return all_frames_; }
+    /// The processor time that this thread spent on it, ms.
+    double drawing_processor_milliseconds() const { return all_frames_processor_; }
     /// OpenGL runs on the processor; known after the first frame.
     bool software() const { return software_; }
     int frames() const { return frames_; }
@@ -69,7 +76,6 @@ class SurfaceView : public QVTKOpenGLNativeWidget {
     void draw();
     void prepare_camera();
     void finish_frame();
-    void set_moving(bool moving);
     void choose_detail();
     void aim(const Vec3d& towards, const Vec3d& up);
     std::optional<HalfSpace> kept() const;
@@ -84,7 +90,7 @@ class SurfaceView : public QVTKOpenGLNativeWidget {
     QPoint pressed_;
     bool pressed_valid_ = false;
     bool light_ = false, moving_ = false, software_ = false, fitted_ = false;
-    double frame_ = 0, full_frame_ = 0, all_frames_ = 0;
+    double frame_ = 0, full_frame_ = 0, all_frames_ = 0, frame_began_ = 0, all_frames_processor_ = 0;
 };
 
 }  // namespace marrow::viewer

@@ -164,7 +164,8 @@ void Surfaces::post(int id, int level) {
             report(unless_interrupted, 1);
             shape->isovalue = isovalue;
             shape->level = level;
-            shape->mesh = std::make_shared<Mesh>(largest ? largest_component(extracted) : extracted);
+            shape->mesh = std::make_shared<Mesh>(
+                largest ? keep_components(extracted, {.count = 1, .cavities = false}) : extracted);
             shape->polydata = to_polydata(*shape->mesh);
             QMetaObject::invokeMethod(
                 this, [=, this] { accept(id, request, source, shape); }, Qt::QueuedConnection);
