@@ -180,7 +180,7 @@ TEST_F(CommandLine, WithinLittleMemoryTheFileHasTheSameBytes) {
         for (const std::string space : {"LPS", "RAS"}) {
             const std::string whole = folder / ("whole" + ending), slabs = folder / ("slabs" + ending);
             ASSERT_EQ(extract({"-o", whole, "--isovalue", "100", "--space", space}).code, 0);
-            for (const std::string memory : {"2M", "600K"}) {
+            for (const std::string memory : {"2M", "610K"}) {
                 const Json json = extract_json(
                     {"-o", slabs, "--isovalue", "100", "--space", space, "--max-memory", memory});
                 EXPECT_TRUE(content(whole) == content(slabs)) << ending << space << memory;
