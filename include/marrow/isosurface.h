@@ -28,7 +28,7 @@ struct IsosurfaceStats {
     std::int64_t scratch_bytes = 0;       ///< memory beside volume and mesh
     double classify_seconds = 0;
     double count_seconds = 0;
-    double emit_seconds = 0;
+    double emit_seconds = 0;  ///< points, normals and triangles, and joining points where `snap` asks for it
 };
 
 /// Extracts the surface where the trilinear interpolant crosses `isovalue`.
