@@ -31,7 +31,7 @@ struct Surface {
     };
     std::optional<Size> in_slabs = {};
     std::optional<std::array<double, 3>> colour = {};  ///< red, green, blue from 0 to 1
-    std::optional<std::int64_t> label = {};  ///< of a label map, instead of the isovalue
+    std::optional<std::int64_t> label = {};            ///< of a label map, instead of the isovalue
 
     Size size() const { return in_slabs.value_or(Size{mesh.points.size(), mesh.triangles.size()}); }
 };

@@ -33,12 +33,13 @@ struct SurfaceRequest {
 
 struct Settings {
     bool info = false;  ///< say what is in the inputs instead of extracting
-    std::optional<SweepSettings> sweep;  ///< measure the surfaces of many isovalues instead; output is .csv or .json
+    std::optional<SweepSettings>
+        sweep;  ///< measure the surfaces of many isovalues instead; output is .csv or .json
     std::vector<std::filesystem::path> inputs;  ///< one, save for info
     std::filesystem::path output;               ///< file, folder or pattern with {name}; empty: no mesh
     std::filesystem::path picture;              ///< empty: none
     std::vector<SurfaceRequest> surfaces;
-    bool labels = false;                 ///< the input is a label map: a surface for each label
+    bool labels = false;                ///< the input is a label map: a surface for each label
     std::filesystem::path label_table;  ///< names and colours; empty: none
     int relax = 40;                     ///< passes over the surfaces of labels
     std::string series;

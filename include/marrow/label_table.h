@@ -11,8 +11,9 @@
 namespace marrow {
 
 struct LabelEntry {
-    std::string name;                             ///< as it stands in the table
-    std::optional<std::array<double, 3>> colour;  ///< red, green, blue from 0 to 1; none: the table does not say
+    std::string name;  ///< as it stands in the table
+    std::optional<std::array<double, 3>>
+        colour;  ///< red, green, blue from 0 to 1; none: the table does not say
 };
 
 /// By label.

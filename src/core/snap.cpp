@@ -24,7 +24,7 @@
 #include <utility>
 #include <vector>
 
-#include "fans.h"
+#include "link_condition.h"
 #include "pipeline.h"
 #include "row_bits-inl.h"
 
@@ -262,8 +262,8 @@ class Snapping {
         if (begin >= end) return;
         const auto back = [&](std::size_t slices) { return begin < slices ? 0 : begin - slices; };
         const std::uint32_t first_point = first_point_[back(1)], end_point = first_point_[end];
-        Fans fans(mesh_, first_point, end_point, first_triangle_[back(2)], first_triangle_[end],
-                  first_point_[back(3)], first_point_[std::min(end + 1, slices_)]);
+        LinkCondition link(mesh_, first_point, end_point, first_triangle_[back(2)], first_triangle_[end],
+                           first_point_[back(3)], first_point_[std::min(end + 1, slices_)]);
         std::vector<std::uint32_t> next = link_points_of_samples(begin, end);
         std::vector<std::uint32_t> round;
         for (std::uint32_t p = first_point; p < end_point; ++p) {
@@ -275,7 +275,7 @@ class Snapping {
                 near = near || std::abs(points_[q].offset) <= limit_;
                 q = std::exchange(next[q - first_point], kNone);
             }
-            if (near) join_round_sample(fans, round);
+            if (near) join_round_sample(link, round);
         }
     }
 
@@ -323,10 +323,10 @@ class Snapping {
         return next;
     }
 
-    void join_round_sample(Fans& fans, std::vector<std::uint32_t>& round) {
+    void join_round_sample(LinkCondition& link, std::vector<std::uint32_t>& round) {
         std::vector<std::uint32_t> joining = round;
         const Offset middle = find_middle(joining);
-        if (joining.size() > 1 && fans.make_a_fan(joining, joined_, faces_of(joining) != 0)) {
+        if (joining.size() > 1 && link.holds(joining, joined_, faces_of(joining) != 0)) {
             become_one(joining, middle);
         } else {
             for (const std::uint32_t p : round) move_away(p);

@@ -5,9 +5,9 @@
 #include <numeric>
 
 #include "byte_stream.h"
-#include "mesh_output.h"
 #include "header_text.h"
 #include "mesh_input.h"
+#include "mesh_output.h"
 
 namespace marrow {
 

@@ -11,13 +11,14 @@
 
 namespace marrow::internal {
 
-/// The triangles round the points of a few slices.
-class Fans {
+/// The link condition, asked of the points of a few slices by the triangles round them.
+class LinkCondition {
   public:
     /// Of the points [first_point, end_point), all of whose triangles are among [first_triangle,
     /// end_triangle). Joined points round them are in [first_mark, end_mark).
-    Fans(const Mesh& mesh, std::uint32_t first_point, std::uint32_t end_point, std::uint64_t first_triangle,
-         std::uint64_t end_triangle, std::uint32_t first_mark, std::uint32_t end_mark)
+    LinkCondition(const Mesh& mesh, std::uint32_t first_point, std::uint32_t end_point,
+                  std::uint64_t first_triangle, std::uint64_t end_triangle, std::uint32_t first_mark,
+                  std::uint32_t end_mark)
         : first_point_(first_point),
           first_mark_(first_mark),
           ends_(end_point - first_point + 1, 0),
@@ -43,8 +44,8 @@ class Fans {
     /// Whether `points` can become one where others became `joined`: whether the triangles that are left
     /// round them make one fan, closed or, at the surface's border, open; and no point beside them loses all
     /// of its own.
-    bool make_a_fan(const std::vector<std::uint32_t>& points, const std::vector<std::uint32_t>& joined,
-                    bool at_border) {
+    bool holds(const std::vector<std::uint32_t>& points, const std::vector<std::uint32_t>& joined,
+               bool at_border) {
         ++now_;
         std::size_t most = 0;
         for (const std::uint32_t p : points) {
