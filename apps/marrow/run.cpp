@@ -4,19 +4,18 @@
 
 #include <fmt/format.h>
 
-#include <marrow/atomic_file.h>
 #include <marrow/histogram.h>
 #include <marrow/isosurface.h>
-#include <marrow/label_table.h>
-#include <marrow/labels.h>
 #include <marrow/mesh_io.h>
 #include <marrow/scan_io.h>
 #include <marrow/slabs.h>
 
 #include "check_run.h"
+#include "labels_run.h"
 #include "picture.h"
 #include "report.h"
 #include "run.h"
+#include "sweep_run.h"
 #include "voice.h"
 
 namespace marrow {
@@ -36,12 +35,13 @@ std::string check_presets(const Settings& settings, const ScanInfo& info, const 
                         "or --isovalue N",
                         first->name, reason));
     };
-    if (!info.series.modality.empty()) refuse("this scan's modality is " + info.series.modality);
-    if (info.format == "DICOM") refuse("this scan does not state its modality");
     const double lowest = histogram(scan).lower;
-    if (lowest > kAir)
+    if (!presets_apply(info.series.modality, info.format, lowest)) {
+        if (!info.series.modality.empty()) refuse("this scan's modality is " + info.series.modality);
+        if (info.format == "DICOM") refuse("this scan does not state its modality");
         refuse(fmt::format("{} does not say whether this is CT, and its lowest sample, {:g}, is not air",
                            info.format, lowest));
+    }
     return fmt::format(
         "{} does not say whether this is CT; its samples are taken for Hounsfield units because the "
         "lowest, {:g}, looks like air",
@@ -77,26 +77,6 @@ void draw(const std::vector<Surface>& surfaces, const Settings& settings, const 
             {&surfaces[i].mesh, preset ? preset->colour : kNeutral, surfaces[i].isovalue < innermost});
     }
     write_picture(drawn, settings.picture, progress);
-}
-
-// Each file once, with all surfaces that go into it.
-void write_surfaces(const std::vector<Surface>& surfaces, Space space, const Progress& progress) {
-    std::map<fs::path, std::vector<MeshObject>> objects_of;
-    for (const Surface& surface : surfaces) {
-        if (!surface.output.empty())
-            objects_of[surface.output].push_back({&surface.mesh, surface.name, surface.colour});
-    }
-    for (const auto& [file, objects] : objects_of) write_meshes(objects, file, {space, progress});
-}
-
-ScanOptions scan_options(const Settings& settings) {
-    ScanOptions options;
-    options.series = settings.series;
-    options.spacing = settings.spacing;
-    options.resample = settings.resample;
-    options.volume = settings.volume;
-    options.threads = settings.threads;
-    return options;
 }
 
 void extract(const Settings& settings, const Console& console, Voice& voice) {
@@ -179,78 +159,6 @@ void extract(const Settings& settings, const Console& console, Voice& voice) {
         print_text(console.out, surfaces);
 }
 
-// What a surface's file may be named by.
-std::string file_name(const std::string& name) {
-    std::string file;
-    for (const char c : name) {
-        const bool unwelcome = static_cast<unsigned char>(c) <= ' ' ||
-                               std::string_view("/\\:*?\"<>|").find(c) != std::string_view::npos;
-        file += unwelcome ? '_' : c;
-    }
-    return file.empty() || file.front() == '.' ? "_" + file : file;
-}
-
-// With --labels: a surface for each label of a map.
-void extract_label_map(const Settings& settings, const Console& console, Voice& voice) {
-    const Clock::time_point start = Clock::now();
-    for (const fs::path& file : output_files(settings)) check_folder(file);
-    check_folder(settings.picture);
-    if (!settings.picture.empty()) require_display();
-    const LabelTable table =
-        settings.label_table.empty() ? LabelTable{} : read_label_table(settings.label_table);
-
-    StageSeconds seconds;
-    ScanInfo info;
-    Volume map;
-    seconds.read = voice.stage("read", [&](const Progress& progress) {
-        ScanOptions options = scan_options(settings);
-        options.progress = progress;
-        map = read_scan(settings.inputs.front(), options, &info);
-    });
-    for (const std::string& warning : info.warnings) voice.warn(warning);
-
-    std::vector<Surface> surfaces;
-    seconds.extract = voice.stage("extract", [&](const Progress& progress) {
-        for (LabelSurface& found : extract_labels(
-                 map, {.relax = settings.relax, .threads = settings.threads, .progress = progress})) {
-            Surface surface{fmt::format("label-{}", found.label), 0, std::move(found.mesh), {}};
-            surface.colour = default_label_colour(found.label);
-            if (const auto entry = table.find(found.label); entry != table.end()) {
-                if (!entry->second.name.empty()) surface.name = entry->second.name;
-                if (entry->second.colour) surface.colour = entry->second.colour;
-            }
-            surface.label = found.label;
-            surfaces.push_back(std::move(surface));
-        }
-    });
-    if (surfaces.empty())
-        throw EmptySurface("the label map holds nothing but background, so there is no surface");
-
-    std::map<std::string, int> uses;
-    std::vector<std::string> names;
-    for (const Surface& surface : surfaces) ++uses[file_name(surface.name)];
-    for (const Surface& surface : surfaces) {
-        const std::string name = file_name(surface.name);
-        names.push_back(uses[name] > 1 ? fmt::format("{}-{}", name, *surface.label) : name);
-    }
-    const std::vector<fs::path> files = files_for(settings, names);
-    for (std::size_t i = 0; i < surfaces.size(); ++i) surfaces[i].output = files[i];
-    seconds.write = voice.stage(
-        "write", [&](const Progress& progress) { write_surfaces(surfaces, settings.space, progress); });
-    if (!settings.picture.empty()) {
-        seconds.write += voice.stage("picture", [&](const Progress& progress) {
-            std::vector<PictureSurface> drawn;
-            for (const Surface& surface : surfaces) drawn.push_back({&surface.mesh, *surface.colour, false});
-            write_picture(drawn, settings.picture, progress);
-        });
-    }
-    seconds.total = seconds_since(start);
-    if (settings.json)
-        print_json(console.out, info, surfaces, settings.space, info.warnings, seconds);
-    else if (!settings.quiet)
-        print_text(console.out, surfaces);
-}
-
 // With --max-memory: reads, extracts and writes slab by slab.
 void extract_in_slabs(const Settings& settings, const Console& console, Voice& voice, std::size_t memory) {
     const Clock::time_point start = Clock::now();
@@ -288,56 +196,6 @@ void extract_in_slabs(const Settings& settings, const Console& console, Voice& v
         print_json(console.out, info, {surface}, settings.space, warnings, seconds);
     else if (!settings.quiet)
         print_text(console.out, {surface});
-}
-
-void write_file(const fs::path& file, const std::string& text) {
-    AtomicFile out(file);
-    out.write(text);
-    out.commit();
-}
-
-void sweep(const Settings& settings, const Console& console, Voice& voice) {
-    const SweepSettings& wanted = *settings.sweep;
-    check_folder(settings.output);
-    check_folder(wanted.plot);
-    ScanInfo info;
-    Volume scan;
-    voice.stage("read", [&](const Progress& progress) {
-        ScanOptions options = scan_options(settings);
-        options.progress = progress;
-        scan = read_scan(settings.inputs.front(), options, &info);
-    });
-    for (const std::string& warning : info.warnings) voice.warn(warning);
-
-    const Histogram samples = histogram(scan);
-    const double from = wanted.from.value_or(samples.lower), to = wanted.to.value_or(samples.upper);
-    if (!(from < to))
-        throw EmptySurface(
-            fmt::format("there are no isovalues between {:g} and {:g}; samples range from {:g} to {:g}", from,
-                        to, samples.lower, samples.upper));
-    std::vector<double> isovalues;
-    for (int i = 0; i < wanted.samples; ++i)
-        isovalues.push_back(from + (to - from) * i / (wanted.samples - 1));
-    std::vector<SweepSample> measured;
-    voice.stage("sweep", [&](const Progress& progress) {
-        measured = sweep_isovalues(scan, isovalues, {settings.threads, progress});
-    });
-    const std::vector<Plateau> plateaus = find_plateaus(measured);
-
-    if (!settings.output.empty())
-        write_file(settings.output, settings.output.extension() == ".json" ? sweep_json(measured, plateaus)
-                                                                           : sweep_csv(measured, plateaus));
-    if (!wanted.plot.empty()) write_file(wanted.plot, sweep_svg(measured, plateaus));
-    if (settings.json) {
-        console.out << sweep_json(measured, plateaus);
-    } else if (!settings.quiet && settings.output.empty()) {
-        console.out << sweep_csv(measured, plateaus);
-    } else if (!settings.quiet) {
-        for (const Plateau& p : plateaus)
-            console.out << fmt::format("plateau from {:g} to {:g}\n", measured[p.first].isovalue,
-                                       measured[p.last].isovalue);
-        if (plateaus.empty()) console.out << "no plateau\n";
-    }
 }
 
 // Looks at all inputs; one that cannot be read does not hide the others. Returns the first failure's code.
@@ -379,6 +237,15 @@ void check_folder(const fs::path& file) {
     if (!fs::is_directory(folder))
         throw IoError(
             fmt::format("cannot write '{}': there is no folder '{}'", file.string(), folder.string()));
+}
+
+void write_surfaces(const std::vector<Surface>& surfaces, Space space, const Progress& progress) {
+    std::map<fs::path, std::vector<MeshObject>> objects_of;
+    for (const Surface& surface : surfaces) {
+        if (!surface.output.empty())
+            objects_of[surface.output].push_back({&surface.mesh, surface.name, surface.colour});
+    }
+    for (const auto& [file, objects] : objects_of) write_meshes(objects, file, {space, progress});
 }
 
 int run(const Settings& settings, const Console& console, const std::atomic<bool>& stop) {

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <iosfwd>
 
+#include "report.h"
 #include "settings.h"
 
 namespace marrow {
@@ -29,6 +30,9 @@ enum ExitCode {
 /// Called before the work, so that a mistake does not cost it. \throw IoError where there is no folder for the
 /// file; an empty path is no file.
 void check_folder(const std::filesystem::path& file);
+
+/// Writes each file once, with all surfaces that go into it. \throw as write_meshes
+void write_surfaces(const std::vector<Surface>& surfaces, Space space, const Progress& progress);
 
 /// Does what the settings ask for and returns the exit code; errors become one line on console.err.
 /// Stops soon after `stop` becomes true; what was being written then leaves no trace.

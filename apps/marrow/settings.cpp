@@ -415,4 +415,14 @@ std::vector<fs::path> files_for(const Settings& settings, const std::vector<std:
     return files;
 }
 
+ScanOptions scan_options(const Settings& settings) {
+    ScanOptions options;
+    options.series = settings.series;
+    options.spacing = settings.spacing;
+    options.resample = settings.resample;
+    options.volume = settings.volume;
+    options.threads = settings.threads;
+    return options;
+}
+
 }  // namespace marrow

@@ -11,6 +11,7 @@
 
 #include <marrow/error.h>
 #include <marrow/mesh_io.h>
+#include <marrow/scan_io.h>
 #include <marrow/volume.h>
 
 #include "presets.h"
@@ -65,6 +66,9 @@ struct Settings {
 /// Understands the command line. Where it asks for help or the version, that goes to `out` and the result is
 /// the exit code 0. \throw UsageError
 std::variant<Settings, int> parse_command_line(int argc, const char* const* argv, std::ostream& out);
+
+/// How the settings have their inputs read; without progress.
+ScanOptions scan_options(const Settings& settings);
 
 /// The file of each requested surface, in order, the same for all where it holds several; empty paths without an
 /// output. \throw UsageError several surfaces for a file that holds one, two of the same name, or an unknown ending

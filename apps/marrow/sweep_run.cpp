@@ -1,0 +1,67 @@
+#include "sweep_run.h"
+
+#include <ostream>
+
+#include <fmt/format.h>
+
+#include <marrow/atomic_file.h>
+#include <marrow/histogram.h>
+#include <marrow/scan_io.h>
+
+namespace marrow {
+namespace fs = std::filesystem;
+namespace {
+
+void write_file(const fs::path& file, const std::string& text) {
+    AtomicFile out(file);
+    out.write(text);
+    out.commit();
+}
+
+}  // namespace
+
+void sweep(const Settings& settings, const Console& console, Voice& voice) {
+    const SweepSettings& wanted = *settings.sweep;
+    check_folder(settings.output);
+    check_folder(wanted.plot);
+    ScanInfo info;
+    Volume scan;
+    voice.stage("read", [&](const Progress& progress) {
+        ScanOptions options = scan_options(settings);
+        options.progress = progress;
+        scan = read_scan(settings.inputs.front(), options, &info);
+    });
+    for (const std::string& warning : info.warnings) voice.warn(warning);
+
+    const Histogram samples = histogram(scan);
+    const double from = wanted.from.value_or(samples.lower), to = wanted.to.value_or(samples.upper);
+    if (!(from < to))
+        throw EmptySurface(
+            fmt::format("there are no isovalues between {:g} and {:g}; samples range from {:g} to {:g}", from,
+                        to, samples.lower, samples.upper));
+    std::vector<double> isovalues;
+    for (int i = 0; i < wanted.samples; ++i)
+        isovalues.push_back(from + (to - from) * i / (wanted.samples - 1));
+    std::vector<SweepSample> measured;
+    voice.stage("sweep", [&](const Progress& progress) {
+        measured = sweep_isovalues(scan, isovalues, {settings.threads, progress});
+    });
+    const std::vector<Plateau> plateaus = find_plateaus(measured);
+
+    if (!settings.output.empty())
+        write_file(settings.output, settings.output.extension() == ".json" ? sweep_json(measured, plateaus)
+                                                                           : sweep_csv(measured, plateaus));
+    if (!wanted.plot.empty()) write_file(wanted.plot, sweep_svg(measured, plateaus));
+    if (settings.json) {
+        console.out << sweep_json(measured, plateaus);
+    } else if (!settings.quiet && settings.output.empty()) {
+        console.out << sweep_csv(measured, plateaus);
+    } else if (!settings.quiet) {
+        for (const Plateau& p : plateaus)
+            console.out << fmt::format("plateau from {:g} to {:g}\n", measured[p.first].isovalue,
+                                       measured[p.last].isovalue);
+        if (plateaus.empty()) console.out << "no plateau\n";
+    }
+}
+
+}  // namespace marrow
