@@ -298,17 +298,20 @@ TEST_F(CommandLine, ChecksMeshes) {
 TEST_F(CommandLine, VerifyFindsAnotherMesh) {
     ASSERT_EQ(extract({"-o", mesh, "--isovalue", "0"}).code, 0);
     const Mesh written = read_mesh(mesh);
-    EXPECT_NO_THROW(verify(written, mesh, Space::LPS));
-    EXPECT_THROW(verify(written, mesh, Space::RAS), CheckFailed);
+    const auto verify_as = [&](const Mesh& expected, Space space) {
+        verify(std::array{MeshObject{&expected}}, mesh, space);
+    };
+    EXPECT_NO_THROW(verify_as(written, Space::LPS));
+    EXPECT_THROW(verify_as(written, Space::RAS), CheckFailed);
     Mesh other = written;
     for (Triangle& t : other.triangles) std::swap(t[0], t[1]);
-    EXPECT_THROW(verify(other, mesh, Space::LPS), CheckFailed) << "inside out";
+    EXPECT_THROW(verify_as(other, Space::LPS), CheckFailed) << "inside out";
     other = written;
     other.triangles.pop_back();
-    EXPECT_THROW(verify(other, mesh, Space::LPS), CheckFailed);
+    EXPECT_THROW(verify_as(other, Space::LPS), CheckFailed);
     other = written;
     for (Vec3f& p : other.points) p[0] = -p[0];
-    EXPECT_THROW(verify(other, mesh, Space::LPS), CheckFailed);
+    EXPECT_THROW(verify_as(other, Space::LPS), CheckFailed);
 }
 
 TEST_F(CommandLine, SaysTheRangeWhereNothingIsFound) {
