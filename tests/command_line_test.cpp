@@ -295,6 +295,22 @@ TEST_F(CommandLine, ChecksMeshes) {
     EXPECT_EQ(marrow_with({"check", scan}).code, 3);
 }
 
+TEST_F(CommandLine, VerifiesEveryFormat) {
+    for (const std::string name :
+         {"a.stl", "a.ply", "a.obj", "a.vtp", "a.3mf", "a.glb", "a.stl.gz", "a.ply.gz", "a.obj.gz"}) {
+        for (const bool open : {false, true}) {
+            const Outcome outcome =
+                extract({"-o", folder / name, "--isovalue", "-500", "--verify", open ? "--open" : "-v"});
+            EXPECT_EQ(outcome.code, 0) << name << outcome.err;
+        }
+        EXPECT_EQ(marrow_with({"check", folder / name}).code, 0) << name;
+    }
+    for (const std::string name : {"a.obj", "a.vtp", "a.3mf", "a.glb"})
+        EXPECT_EQ(extract({"-o", folder / name, "--isovalue", "0", "--isovalue", "500", "--verify"}).code, 0);
+    EXPECT_EQ(extract({"-o", folder / "a.3mf", "--isovalue", "0", "--space", "RAS", "--verify"}).code, 0);
+    EXPECT_EQ(extract({"--picture", folder / "a.png", "--isovalue", "0", "--verify"}).code, 2);
+}
+
 TEST_F(CommandLine, VerifyFindsAnotherMesh) {
     ASSERT_EQ(extract({"-o", mesh, "--isovalue", "0"}).code, 0);
     const Mesh written = read_mesh(mesh);

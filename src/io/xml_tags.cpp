@@ -53,7 +53,8 @@ bool next_tag(const MeshInput& input, std::size_t at, XmlTag& tag) {
         const std::size_t equals = inside.find('=');
         const std::size_t open = inside.find_first_of("\"'");
         if (equals == inside.npos || open == inside.npos || open < equals) break;
-        const std::size_t close = inside.find(inside[open], open + 1);  // which end_of_tag has found
+        const std::size_t close = inside.find(inside[open], open + 1);
+        if (close == inside.npos) input.refuse("an XML attribute is damaged");
         tag.attributes.emplace_back(trimmed(inside.substr(0, equals)),
                                     inside.substr(open + 1, close - open - 1));
         inside.remove_prefix(close + 1);
