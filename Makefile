@@ -2,7 +2,7 @@
 PRESET ?= release
 JOBS ?= $(shell nproc)
 
-.PHONY: all build test demo bench paper viewer fuzz install deps
+.PHONY: all build test tsan demo bench scaling paper viewer fuzz install deps
 all: build
 
 deps:
@@ -15,6 +15,11 @@ build: deps
 test: build
 	scripts/test $(PRESET)
 
+# Under ThreadSanitizer; PRESET=asan runs all tests under AddressSanitizer and UBSan.
+tsan:
+	scripts/install-dependencies tsan
+	scripts/tsan
+
 demo: build
 	scripts/demo build/$(PRESET)/bin/marrow
 
@@ -26,6 +31,10 @@ fuzz:
 
 bench: build
 	build/$(PRESET)/bin/marrow-bench
+	scripts/bench-scikit-image build/$(PRESET)/bin/marrow-bench
+
+scaling: build
+	scripts/scaling build/$(PRESET)/bin
 
 paper: build
 	scripts/paper build/$(PRESET)/bin/marrow-paper
