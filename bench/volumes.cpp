@@ -19,16 +19,17 @@ namespace {
 
 constexpr double kBone = 226;  // HU
 
+// `slice` gives, for each z, what gives a slice's samples from x and y.
 template <class T, class F>
-Volume sampled(std::int64_t n, const F& value) {
+Volume sampled(std::int64_t n, const F& slice) {
     Geometry g;
     g.dims = {n, n, n};
     Volume volume(g, sample_type_of<T>());
     T* samples = volume.samples<T>();
     tbb::parallel_for(std::int64_t{0}, n, [&](std::int64_t z) {
+        const auto value = slice(z);
         for (std::int64_t y = 0; y < n; ++y) {
-            for (std::int64_t x = 0; x < n; ++x)
-                samples[(z * n + y) * n + x] = static_cast<T>(value(x, y, z));
+            for (std::int64_t x = 0; x < n; ++x) samples[(z * n + y) * n + x] = static_cast<T>(value(x, y));
         }
     });
     return volume;
@@ -48,11 +49,12 @@ double noise(std::int64_t x, std::int64_t y, std::int64_t z) {
 template <class T>
 Volume gyroid_samples(std::int64_t n, double period, double amplitude) {
     const double scale = 2 * 3.14159265358979 / period;
-    return sampled<T>(n, [&](std::int64_t i, std::int64_t j, std::int64_t k) {
-        const double x = scale * static_cast<double>(i), y = scale * static_cast<double>(j),
-                     z = scale * static_cast<double>(k);
-        return amplitude *
-               (std::sin(x) * std::cos(y) + std::sin(y) * std::cos(z) + std::sin(z) * std::cos(x));
+    return sampled<T>(n, [&](std::int64_t k) {
+        const double z = scale * static_cast<double>(k), sin_z = std::sin(z), cos_z = std::cos(z);
+        return [=](std::int64_t i, std::int64_t j) {
+            const double x = scale * static_cast<double>(i), y = scale * static_cast<double>(j);
+            return amplitude * (std::sin(x) * std::cos(y) + std::sin(y) * cos_z + sin_z * std::cos(x));
+        };
     });
 }
 
@@ -62,21 +64,33 @@ Case head_phantom(std::int64_t n) {
     const auto unit = [n](std::int64_t i) {
         return (2 * static_cast<double>(i) - static_cast<double>(n) + 1) / static_cast<double>(n);
     };
-    Volume volume = sampled<std::int16_t>(n, [&](std::int64_t i, std::int64_t j, std::int64_t k) {
-        const double x = unit(i), y = unit(j), z = unit(k);
-        const auto ellipsoid = [&](double a, double b, double c) {
-            return std::sqrt(x * x / (a * a) + y * y / (b * b) + z * z / (c * c));
-        };
-        double hu = -1000;
-        if (ellipsoid(0.72, 0.88, 0.92) < 1) hu = 40;   // skin and muscle
-        if (ellipsoid(0.66, 0.82, 0.86) < 1) hu = 900;  // skull
-        if (ellipsoid(0.60, 0.76, 0.80) < 1) hu = 35 + 6 * std::sin(9 * x) * std::cos(8 * y);  // brain
-        for (int t = 0; t < 6; ++t) {  // vessels and airways
-            const double angle = 1.0471975512 * t;
-            const double dx = x - 0.4 * std::cos(angle + z), dy = y - 0.5 * std::sin(angle + z);
-            if (std::abs(z) < 0.75 && std::hypot(dx, dy) < 0.03) hu = t % 2 == 0 ? 350 : -900;
+    struct Tube {
+        double x, y;
+    };
+    Volume volume = sampled<std::int16_t>(n, [&](std::int64_t k) {
+        const double z = unit(k);
+        std::array<Tube, 6> tubes;  // vessels and airways
+        for (std::size_t t = 0; t < tubes.size(); ++t) {
+            const double angle = 1.0471975512 * static_cast<double>(t);
+            tubes[t] = {0.4 * std::cos(angle + z), 0.5 * std::sin(angle + z)};
         }
-        return hu + 12 * noise(i, j, k);
+        return [=](std::int64_t i, std::int64_t j) {
+            const double x = unit(i), y = unit(j);
+            const auto ellipsoid = [&](double a, double b, double c) {
+                return std::sqrt(x * x / (a * a) + y * y / (b * b) + z * z / (c * c));
+            };
+            double hu = -1000;
+            if (ellipsoid(0.72, 0.88, 0.92) < 1) hu = 40;   // skin and muscle
+            if (ellipsoid(0.66, 0.82, 0.86) < 1) hu = 900;  // skull
+            if (ellipsoid(0.60, 0.76, 0.80) < 1) hu = 35 + 6 * std::sin(9 * x) * std::cos(8 * y);  // brain
+            for (std::size_t t = 0; t < tubes.size(); ++t) {
+                constexpr double radius = 0.03;
+                const double dx = x - tubes[t].x, dy = y - tubes[t].y;
+                if (std::abs(z) < 0.75 && std::abs(dx) < radius && std::hypot(dx, dy) < radius)
+                    hu = t % 2 == 0 ? 350 : -900;
+            }
+            return hu + 12 * noise(i, j, k);
+        };
     });
     return {"phantom-" + std::to_string(n), std::move(volume), kBone};
 }
