@@ -30,8 +30,8 @@ fuzz:
 	scripts/fuzz $(SECONDS)
 
 bench: build
-	build/$(PRESET)/bin/marrow-bench
-	scripts/bench-scikit-image build/$(PRESET)/bin/marrow-bench
+	. scripts/test-data; build/$(PRESET)/bin/marrow-bench
+	. scripts/test-data; scripts/bench-scikit-image build/$(PRESET)/bin/marrow-bench
 
 scaling: build
 	scripts/scaling build/$(PRESET)/bin
