@@ -55,7 +55,7 @@ void expect_same(const Mesh& read, const Mesh& mesh) {
 class ReadMesh : public testing::Test {
   protected:
     fs::path write(const std::string& name, const std::string& text) {
-        put_content(folder / name, text);
+        write_file(folder / name, text);
         return folder / name;
     }
     const TemporaryFolder folder;
@@ -147,7 +147,7 @@ TEST_F(ReadMesh, ReadsTextFormatsAsOthersWriteThem) {
 TEST_F(ReadMesh, RefusesFilesThatAreCutOff) {
     for (const char* name : {"a.stl", "a.ply", "a.vtp"}) {
         write_mesh(mesh, folder / name);
-        const std::string whole = content(folder / name);
+        const std::string whole = read_file(folder / name);
         for (const double fraction : {0.0, 0.02, 0.1, 0.5, 0.97}) {
             const fs::path cut = write(std::string("cut-") + name,
                                        whole.substr(0, static_cast<std::size_t>(fraction * whole.size())));
@@ -179,7 +179,7 @@ TEST_F(ReadMesh, NeverBelievesDamagedBytes) {
     Random random(4);
     for (const char* name : {"a.stl", "a.ply", "a.obj", "a.vtp", "a.stl.gz", "a.obj.gz"}) {
         write_mesh(mesh, folder / name);
-        const std::string whole = content(folder / name);
+        const std::string whole = read_file(folder / name);
         for (int trial = 0; trial < 300; ++trial) {
             std::string damaged = whole;
             // Headers are where most can go wrong.
