@@ -159,7 +159,7 @@ TEST_F(ReadMesh, RefusesFilesThatAreCutOff) {
 TEST_F(ReadMesh, RefusesCompressedFilesThatAreCutOffOrDamaged) {
     for (const char* name : {"a.stl.gz", "a.ply.gz", "a.obj.gz"}) {
         write_mesh(mesh, folder / name);
-        const std::string whole = content(folder / name);
+        const std::string whole = read_file(folder / name);
         for (const std::size_t size : {std::size_t{0}, std::size_t{7}, whole.size() / 2, whole.size() - 1})
             EXPECT_THROW(read_mesh(write(std::string("cut-") + name, whole.substr(0, size))), InputError)
                 << name << " " << size;
@@ -170,7 +170,7 @@ TEST_F(ReadMesh, RefusesCompressedFilesThatAreCutOffOrDamaged) {
     }
     // Of several streams, as gzip appends them.
     write_mesh(mesh, folder / "a.obj.gz");
-    const std::string once = content(folder / "a.obj.gz");
+    const std::string once = read_file(folder / "a.obj.gz");
     const Mesh twice = read_mesh(write("b.obj.gz", once + once));
     EXPECT_EQ(twice.points.size(), 2 * mesh.points.size());
 }
