@@ -132,8 +132,9 @@ void place_complex(LabelNet& net, std::vector<std::vector<PlacedCell>>& slices) 
     }
     net.points.resize(next);
     for (const auto& slice : slices) {
-        for (const auto& [index, cell] : slice) {
-            const Vec3f corner = corner_of(index);
+        for (const PlacedCell& placed : slice) {
+            const ComplexCell& cell = placed.cell;
+            const Vec3f corner = corner_of(placed.index);
             for (int p = 0; p < cell.patches.points; ++p) {
                 const std::int8_t patch = cell.patches.patch_of_point[static_cast<std::size_t>(p)];
                 net.points[cell.point(p)] = mean_of_edges(
