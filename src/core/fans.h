@@ -22,19 +22,20 @@ class Fan {
     /// points become `joined`: whether no point is on the rim twice, neither as it is now nor as it will be.
     bool is_simple(const std::uint32_t* joined, bool open) const {
         if (size_ >= kSlots) return false;
-        std::uint64_t seen = 0, seen_joined = 0, again = 0;
+        std::array<std::uint64_t, 4> seen{}, seen_joined{};  // bits, by the last eight of the numbers'
+        std::uint64_t again = 0;
         std::uint32_t left = 0;
         for (std::uint32_t k = 0; k < size_; ++k) {
-            const std::uint32_t a = joined[edges_[k].from], b = joined[edges_[k].to];
-            const std::uint64_t bit = std::uint64_t{1} << edges_[k].from % 64;
+            const std::uint32_t from = edges_[k].from, a = joined[from], b = joined[edges_[k].to];
+            const std::uint64_t bit = std::uint64_t{1} << from % 64;
             const std::uint64_t joined_bit = static_cast<std::uint64_t>(a != b) << a % 64;
-            again |= (seen & bit) | (seen_joined & joined_bit);
-            seen |= bit;
-            seen_joined |= joined_bit;
+            std::uint64_t &word = seen[from / 64 % 4], &joined_word = seen_joined[a / 64 % 4];
+            again |= (word & bit) | (joined_word & joined_bit);
+            word |= bit;
+            joined_word |= joined_bit;
             left += a != b;
         }
         if (!open && left < 3) return false;
-        // Nearly always, all numbers differ in their last six bits.
         if (!open && again == 0) return true;
         return is_simple_by_search(joined, open);
     }

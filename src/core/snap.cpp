@@ -67,7 +67,6 @@ class Snapping {
         : input_(input),
           limit_(static_cast<float>(limit)),
           mesh_(mesh),
-          offsets_(mesh.points.size()),
           joined_(mesh.points.size()),
           crowd_of_(mesh.points.size()) {
         const auto slices = static_cast<std::size_t>(input.bits.nz);
@@ -103,12 +102,11 @@ class Snapping {
     std::size_t bytes() const {
         std::size_t crowds = 0;
         for (const Slab& slab : slabs_) crowds += slab.crowds.size();
-        return crowds * sizeof(Crowd) +
-               joined_.size() * (sizeof offsets_[0] + sizeof joined_[0] + sizeof crowd_of_[0]);
+        return crowds * sizeof(Crowd) + joined_.size() * (sizeof joined_[0] + sizeof crowd_of_[0]);
     }
 
     void run() {
-        for_each_slab([&](Slab& slab) { measure(slab); });
+        for_each_slab([&](Slab& slab) { set_apart(slab); });
         for_each_slab([&](Slab& slab) { find(slab); });
         for_each_slab([&](Slab& slab) { check(slab); });
         for_each_slab([&](Slab& slab) { settle(slab); });
@@ -131,11 +129,8 @@ class Snapping {
     std::uint32_t first_point(const Slab& slab) const { return first_point_[slab.begin]; }
     std::uint32_t end_point(const Slab& slab) const { return first_point_[slab.end]; }
 
-    void measure(const Slab& slab) {
-        const auto row = [&](std::size_t z) {
-            return input_.bits.row_index(0, static_cast<std::int64_t>(z));
-        };
-        measure_offsets(input_, row(slab.begin), row(slab.end), mesh_.points.data(), offsets_.data());
+    // At first no point has joined another.
+    void set_apart(const Slab& slab) {
         const auto begin = static_cast<std::ptrdiff_t>(first_point(slab)),
                    end = static_cast<std::ptrdiff_t>(end_point(slab));
         std::iota(joined_.begin() + begin, joined_.begin() + end, first_point(slab));
@@ -143,7 +138,8 @@ class Snapping {
     }
 
     void find(Slab& slab) {
-        find_crowds(input_, limit_, offsets_.data(), slab.begin, slab.end, slab.crowds, slab.slice_ends);
+        slab.crowds.reserve((end_point(slab) - first_point(slab)) / 2);
+        find_crowds(input_, limit_, mesh_.points.data(), slab.begin, slab.end, slab.crowds, slab.slice_ends);
         std::uint32_t number = slab.first_crowd;
         for (const Crowd& crowd : slab.crowds) {
             for (std::size_t k = 0; k < crowd.joining; ++k) joined_[crowd.points[k]] = crowd.points[0];
@@ -165,6 +161,7 @@ class Snapping {
             fans.resize(count + 1);  // the last for points that are in none of them
             collect(z, slab.first_crowd + static_cast<std::uint32_t>(first),
                     static_cast<std::uint32_t>(count), fans.data());
+            fans.pop_back();
             if (z < slab.begin) continue;
             const std::size_t done = crowds_end(z) - first;
             for (std::size_t k = 0; k < done; ++k) {
@@ -176,16 +173,17 @@ class Snapping {
         }
     }
 
-    // Adds the triangles of a layer of cells to the fans of `count` crowds from the number `first` on.
+    // Adds the triangles of a layer of cells to the fans of `count` crowds from the number `first` on; what
+    // is in none of them to one fan more.
     void collect(std::size_t layer, std::uint32_t first, std::uint32_t count, Fan* fans) const {
         for (std::uint64_t t = first_triangle_[layer]; t < first_triangle_[layer + 1]; ++t) {
             const auto [p, q, r] = mesh_.triangles[t];
             const std::uint32_t a = std::min(crowd_of_[p] - first, count),
                                 b = std::min(crowd_of_[q] - first, count),
                                 c = std::min(crowd_of_[r] - first, count);
-            fans[a].add(q, r, (a != count) & (a != b) & (a != c));
-            fans[b].add(r, p, (b != count) & (b != c) & (b != a));
-            fans[c].add(p, q, (c != count) & (c != a) & (c != b));
+            fans[a].add(q, r, (a != b) & (a != c));
+            fans[b].add(r, p, (b != c) & (b != a));
+            fans[c].add(p, q, (c != a) & (c != b));
         }
     }
 
@@ -197,10 +195,9 @@ class Snapping {
                 become_one(crowd);
             } else {
                 for (std::size_t k = 0; k < crowd.size; ++k) {
-                    const std::uint32_t p = crowd.points[k];
-                    joined_[p] = p;
-                    crowd_of_[p] = number;
-                    move_away(p, crowd.axes[k]);
+                    joined_[crowd.points[k]] = crowd.points[k];
+                    crowd_of_[crowd.points[k]] = number;
+                    move_away(crowd, k);
                 }
             }
             ++number;
@@ -209,9 +206,11 @@ class Snapping {
 
     void become_one(const Crowd& crowd) {
         const std::uint32_t one = crowd.points[0];
+        Vec3f step = crowd.middle;
+        step[crowd.axes[0]] -= crowd.offsets[0];
         for (std::size_t r = 0; r < 3; ++r) {
             const Vec3f& m = input_.frame.matrix[r];
-            mesh_.points[one][r] += m[0] * crowd.step[0] + m[1] * crowd.step[1] + m[2] * crowd.step[2];
+            mesh_.points[one][r] += m[0] * step[0] + m[1] * step[1] + m[2] * step[2];
         }
         if (mesh_.normals.empty()) return;
         Vec3f normal{0, 0, 0};
@@ -222,12 +221,13 @@ class Snapping {
         if (length > 0) mesh_.normals[one] = {normal[0] / length, normal[1] / length, normal[2] / length};
     }
 
-    // To the limit's distance from the sample, on its edge.
-    void move_away(std::uint32_t p, std::size_t axis) {
-        const float offset = offsets_[p];
+    // A point to the limit's distance from the sample, on its edge.
+    void move_away(const Crowd& crowd, std::size_t k) {
+        const float offset = crowd.offsets[k];
         if (std::abs(offset) >= limit_) return;
         const float step = std::copysign(limit_, offset) - offset;
-        for (std::size_t r = 0; r < 3; ++r) mesh_.points[p][r] += input_.frame.matrix[r][axis] * step;
+        for (std::size_t r = 0; r < 3; ++r)
+            mesh_.points[crowd.points[k]][r] += input_.frame.matrix[r][crowd.axes[k]] * step;
     }
 
     // Moves the points that are left to the front of the slab's.
@@ -279,15 +279,24 @@ class Snapping {
                   elements.begin() + static_cast<std::ptrdiff_t>(to));
     }
 
-    // Moves the triangles that are left to the front of the slab's.
+    // Moves the triangles that are left to the front of the slab's. A batch at a time, without branches that
+    // depend on the triangles: they could not be foreseen.
     void close_up_triangles(Slab& slab) {
+        std::array<Triangle, kBatch> left, before;
         Triangle* to = mesh_.triangles.data() + first_triangle_[slab.begin];
-        for (std::uint64_t t = first_triangle_[slab.begin]; t < first_triangle_[slab.end]; ++t) {
-            const auto before = mesh_.triangles[t];
-            const std::uint32_t a = joined_[before[0]], b = joined_[before[1]], c = joined_[before[2]];
-            if (a == b || b == c || c == a) continue;
-            *to++ = {a, b, c};
-            if (find_flat_corner({a, b, c})) slab.flat.push_back({{a, b, c}, before});
+        const Triangle *from = to, *const end = mesh_.triangles.data() + first_triangle_[slab.end];
+        while (from < end) {
+            std::size_t count = 0;
+            for (const Triangle* const stop = from + std::min<std::ptrdiff_t>(end - from, kBatch);
+                 from < stop; ++from) {
+                const auto [p, q, r] = *from;
+                const std::uint32_t a = joined_[p], b = joined_[q], c = joined_[r];
+                before[count] = {p, q, r};
+                left[count] = {a, b, c};
+                count += (a != b) & (b != c) & (c != a);
+            }
+            to = std::copy_n(left.begin(), count, to);
+            find_flat(left, before, count, slab.flat);
         }
         slab.triangles =
             static_cast<std::uint64_t>(to - (mesh_.triangles.data() + first_triangle_[slab.begin]));
@@ -302,13 +311,44 @@ class Snapping {
         mesh_.triangles.resize(end);
     }
 
+    static constexpr std::size_t kBatch = 64;  // triangles
+
+    // Lists those of the first `count` whose height over the longest side may be less than it should.
+    void find_flat(const std::array<Triangle, kBatch>& triangles, const std::array<Triangle, kBatch>& before,
+                   std::size_t count, std::vector<FlatTriangle>& flat) const {
+        std::array<std::array<float, kBatch>, 3> u, v;  // two sides
+        for (std::size_t k = 0; k < count; ++k) {
+            const Vec3f &a = mesh_.points[triangles[k][0]], &b = mesh_.points[triangles[k][1]],
+                        &c = mesh_.points[triangles[k][2]];
+            for (std::size_t r = 0; r < 3; ++r) {
+                u[r][k] = b[r] - a[r];
+                v[r][k] = c[r] - a[r];
+            }
+        }
+        constexpr auto kSine = static_cast<float>(1.01 * kSlope);
+        std::array<float, kBatch> excess;
+        for (std::size_t k = 0; k < count; ++k) {
+            const float ux = u[0][k], uy = u[1][k], uz = u[2][k], vx = v[0][k], vy = v[1][k], vz = v[2][k];
+            const float wx = ux - vx, wy = uy - vy, wz = uz - vz;
+            const float uu = ux * ux + uy * uy + uz * uz, vv = vx * vx + vy * vy + vz * vz,
+                        ww = wx * wx + wy * wy + wz * wz;
+            const float longer = uu > vv ? uu : vv, longest = longer > ww ? longer : ww;
+            const float x = uy * vz - uz * vy, y = uz * vx - ux * vz, z = ux * vy - uy * vx;
+            excess[k] = x * x + y * y + z * z - kSine * kSine * (longest * longest);
+        }
+        for (std::size_t k = 0; k < count; ++k) {
+            if (excess[k] < 0) flat.push_back({triangles[k], before[k]});
+        }
+    }
+
+    static constexpr double kSlope = 0.11;  // 6.3 degrees
+
     struct FlatCorner {
         std::size_t corner;
         Vec3d step;  // from the opposite edge, in mm, to make the triangle's other angles large enough
     };
 
     std::optional<FlatCorner> find_flat_corner(const Triangle& corners) const {
-        constexpr double kSlope = 0.11;  // 6.3 degrees
         std::array<Vec3d, 3> at;
         for (std::size_t c = 0; c < 3; ++c) {
             const Vec3f& point = mesh_.points[corners[c]];
@@ -367,7 +407,9 @@ class Snapping {
         const Slab& slab = *(behind - 1);
         const Crowd& crowd = slab.crowds[crowd_of_[before] - slab.first_crowd];
         if (crowd.joining != 0) return {crowd.moved, crowd.faces};
-        return {std::max(limit_ - std::abs(offsets_[before]), 0.0f), faces_of(before, at)};
+        const auto k = std::find(crowd.points.begin(), crowd.points.end(), before) - crowd.points.begin();
+        const float offset = crowd.offsets[static_cast<std::size_t>(k)];
+        return {std::max(limit_ - std::abs(offset), 0.0f), faces_of(before, at)};
     }
 
     std::uint32_t faces_of(std::uint32_t point, const Vec3f& at) const {
@@ -393,7 +435,6 @@ class Snapping {
     std::vector<std::uint32_t> first_point_;  // by slice
     std::vector<std::uint64_t> first_triangle_;
     std::vector<Slab> slabs_;
-    Buffer<float> offsets_;
     Buffer<std::uint32_t> joined_;    // the first of the points that a point becomes one with
     Buffer<std::uint32_t> crowd_of_;  // the number of its crowd, if that can join or was moved away
 };
