@@ -105,7 +105,7 @@ void run(const std::string& input, std::size_t most, int rounds, int threads) {
         }
         return triangles;
     };
-    const Arm arms[] = {
+    const Way ways[] = {
         {"all at once", [&] { return triangles_of(extract_labels(map, {.relax = 0, .normals = false})); }},
         {"all at once, relaxed, with normals", [&] { return triangles_of(extract_labels(map)); }},
         {"one extraction a label", [&] { return one_by_one(false); }},
@@ -115,7 +115,7 @@ void run(const std::string& input, std::size_t most, int rounds, int threads) {
     };
     fmt::print("{} labels of {} x {} x {} samples, {} threads\n", labels.size(), map.geometry().dims[0],
                map.geometry().dims[1], map.geometry().dims[2], threads);
-    measure(arms, rounds);
+    compare(ways, rounds);
 }
 
 }  // namespace

@@ -253,13 +253,13 @@ TEST_F(BallViewer, ExportsWhatTheShownCommandLineWrites) {
         QTest::keyClick(dialog, Qt::Key_Return);
         ASSERT_TRUE(wait([&] { return written; }));
         QObject::disconnect(connection);
-        const std::string ours = content(file);
+        const std::string ours = read_file(file);
         ASSERT_FALSE(ours.empty()) << what << " " << window->banner().toStdString();
 
         std::filesystem::remove(file);
         const std::string programs = std::filesystem::path(MARROW_PROGRAM).parent_path();
         ASSERT_EQ(std::system(("PATH='" + programs + "':$PATH; " + line + " -q").c_str()), 0) << line;
-        EXPECT_TRUE(content(file) == ours) << what << " " << line;
+        EXPECT_TRUE(read_file(file) == ours) << what << " " << line;
         QTest::qWait(1);  // the dialog goes
     };
     for (const viewer::ExportFormat& format : viewer::kExportFormats) compare(format.ending, "as it is");
@@ -287,7 +287,7 @@ TEST_F(BallViewer, SaysWhyAFileCannotBeWritten) {
 
 TEST_F(BallViewer, ABadFileLeavesThePreviousScan) {
     const viewer::Scan* before = session().scan();
-    put_content(folder / "bad.nrrd", "NRRD0005\ntype: int16\ndimension: 3\nsizes: 9 9\n\n");
+    write_file(folder / "bad.nrrd", "NRRD0005\ntype: int16\ndimension: 3\nsizes: 9 9\n\n");
     for (const auto& bad : {folder / "bad.nrrd", folder / "missing.nii", folder / "missing"}) {
         window->open(bad);
         ASSERT_TRUE(wait([&] { return !window->busy(); }));
@@ -395,7 +395,7 @@ TEST_F(BallViewer, PicturesHaveTheSizeAskedFor) {
 // Whatever comes, in whatever order: it goes on, and in the end shows what was asked for.
 TEST_F(BallViewer, Survives2000RandomEvents) {
     write_nrrd(folder / "other.nrrd", 60, 50, 40, ball(25, 30, 20, 22));
-    put_content(folder / "bad.nrrd", "NRRD0005\ntype: int16\n\n");
+    write_file(folder / "bad.nrrd", "NRRD0005\ntype: int16\n\n");
     const std::vector<std::filesystem::path> inputs{scan, folder / "other.nrrd", folder / "bad.nrrd"};
     const std::vector<int> keys{Qt::Key_W, Qt::Key_S, Qt::Key_R,      Qt::Key_1,  Qt::Key_2,
                                 Qt::Key_3, Qt::Key_4, Qt::Key_5,      Qt::Key_6,  Qt::Key_C,

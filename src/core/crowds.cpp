@@ -144,7 +144,7 @@ class CrowdFinder {
                 for_each_active_word(input_.active, r, [&](std::size_t w) { edges[w] = kNoEdges; });
                 continue;
             }
-            const RowBits row(bits_, r);
+            const RowBits row(bits_, GridRow(bits_, r));
             const Vec3f base = input_.frame.row_base(y - bits_.pad, z - bits_.pad);
             const auto look_along = [&](std::size_t axis, const auto& crossed) HWY_ATTR {
                 const AxisMeter meter = meters_[axis];

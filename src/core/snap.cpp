@@ -23,6 +23,8 @@
 #include <unordered_map>
 #include <vector>
 
+#include <marrow/vector.h>
+
 #include "crowds.h"
 #include "fans.h"
 #include "pipeline.h"
@@ -30,19 +32,6 @@
 namespace marrow::internal {
 
 namespace {
-
-Vec3d operator-(const Vec3d& a, const Vec3d& b) {
-    return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
-}
-Vec3d operator*(double s, const Vec3d& a) {
-    return {s * a[0], s * a[1], s * a[2]};
-}
-double dot(const Vec3d& a, const Vec3d& b) {
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-double length(const Vec3d& a) {
-    return std::sqrt(dot(a, a));
-}
 
 // A triangle with a point nearly on the line between the others; and as it was before any joined.
 struct FlatTriangle {
