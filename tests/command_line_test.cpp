@@ -295,20 +295,39 @@ TEST_F(CommandLine, ChecksMeshes) {
     EXPECT_EQ(marrow_with({"check", scan}).code, 3);
 }
 
+TEST_F(CommandLine, VerifiesEveryFormat) {
+    for (const std::string name :
+         {"a.stl", "a.ply", "a.obj", "a.vtp", "a.3mf", "a.glb", "a.stl.gz", "a.ply.gz", "a.obj.gz"}) {
+        for (const bool open : {false, true}) {
+            const Outcome outcome =
+                extract({"-o", folder / name, "--isovalue", "-500", "--verify", open ? "--open" : "-v"});
+            EXPECT_EQ(outcome.code, 0) << name << outcome.err;
+        }
+        EXPECT_EQ(marrow_with({"check", folder / name}).code, 0) << name;
+    }
+    for (const std::string name : {"a.obj", "a.vtp", "a.3mf", "a.glb"})
+        EXPECT_EQ(extract({"-o", folder / name, "--isovalue", "0", "--isovalue", "500", "--verify"}).code, 0);
+    EXPECT_EQ(extract({"-o", folder / "a.3mf", "--isovalue", "0", "--space", "RAS", "--verify"}).code, 0);
+    EXPECT_EQ(extract({"--picture", folder / "a.png", "--isovalue", "0", "--verify"}).code, 2);
+}
+
 TEST_F(CommandLine, VerifyFindsAnotherMesh) {
     ASSERT_EQ(extract({"-o", mesh, "--isovalue", "0"}).code, 0);
     const Mesh written = read_mesh(mesh);
-    EXPECT_NO_THROW(verify(written, mesh, Space::LPS));
-    EXPECT_THROW(verify(written, mesh, Space::RAS), CheckFailed);
+    const auto verify_as = [&](const Mesh& expected, Space space) {
+        verify(std::array{MeshObject{&expected}}, mesh, space);
+    };
+    EXPECT_NO_THROW(verify_as(written, Space::LPS));
+    EXPECT_THROW(verify_as(written, Space::RAS), CheckFailed);
     Mesh other = written;
     for (Triangle& t : other.triangles) std::swap(t[0], t[1]);
-    EXPECT_THROW(verify(other, mesh, Space::LPS), CheckFailed) << "inside out";
+    EXPECT_THROW(verify_as(other, Space::LPS), CheckFailed) << "inside out";
     other = written;
     other.triangles.pop_back();
-    EXPECT_THROW(verify(other, mesh, Space::LPS), CheckFailed);
+    EXPECT_THROW(verify_as(other, Space::LPS), CheckFailed);
     other = written;
     for (Vec3f& p : other.points) p[0] = -p[0];
-    EXPECT_THROW(verify(other, mesh, Space::LPS), CheckFailed);
+    EXPECT_THROW(verify_as(other, Space::LPS), CheckFailed);
 }
 
 TEST_F(CommandLine, SaysTheRangeWhereNothingIsFound) {

@@ -101,7 +101,8 @@ class LabelMap : public testing::Test {
 };
 
 TEST_F(LabelMap, BecomesOneFileOfNamedSurfaces) {
-    const Outcome outcome = marrow_with({map, "--labels", table, "-o", folder / "all.glb", "--json"});
+    const Outcome outcome =
+        marrow_with({map, "--labels", table, "-o", folder / "all.glb", "--json", "--verify"});
     ASSERT_EQ(outcome.code, 0) << outcome.err;
     const Json surfaces = Json::parse(outcome.out)["surfaces"];
     ASSERT_EQ(surfaces.size(), 3u);

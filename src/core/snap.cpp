@@ -33,6 +33,7 @@ namespace marrow::internal {
 namespace {
 
 using HWY_NAMESPACE::for_each_active_word;
+using HWY_NAMESPACE::GridRow;
 using HWY_NAMESPACE::kRow;
 using HWY_NAMESPACE::RowBits;
 
@@ -115,7 +116,7 @@ class Snapping {
             auto point = static_cast<std::uint32_t>(input_.points.first_output(begin));
             for (std::size_t r = begin; r < end; ++r) {
                 if (input_.points.leaves()[r] == 0) continue;
-                const RowBits row(input_.bits, r);
+                const RowBits row(input_.bits, GridRow(input_.bits, r));
                 find_samples_along(0, r, point, [&](std::size_t w) { return row.crossed_x(kRow, w); });
                 find_samples_along(1, r, point, [&](std::size_t w) { return row.crossed_y(w); });
                 find_samples_along(2, r, point, [&](std::size_t w) { return row.crossed_z(w); });
