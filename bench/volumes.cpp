@@ -142,12 +142,11 @@ std::int64_t active_cells(const Case& c) {
             std::vector<unsigned char> inside(static_cast<std::size_t>(nx));
             std::int64_t found = 0;
             for (std::int64_t y = 1; y < ny; ++y) {
-                const T *a = samples + ((z - 1) * ny + y - 1) * nx, *b = a + nx, *d = a + nx * ny,
-                        *e = d + nx;
-                for (std::int64_t x = 0; x < nx; ++x) {
-                    const auto in = [&](const T* row) { return static_cast<double>(row[x]) >= c.isovalue; };
-                    inside[static_cast<std::size_t>(x)] =
-                        static_cast<unsigned char>(in(a) + in(b) + in(d) + in(e));
+                const T* row = samples + ((z - 1) * ny + y - 1) * nx;
+                const std::array<const T*, 4> rows{row, row + nx, row + nx * ny, row + nx * ny + nx};
+                for (std::size_t x = 0; x < inside.size(); ++x) {
+                    inside[x] = 0;
+                    for (const T* r : rows) inside[x] += static_cast<double>(r[x]) >= c.isovalue;
                 }
                 for (std::size_t x = 1; x < inside.size(); ++x) {
                     const int corners = inside[x - 1] + inside[x];
