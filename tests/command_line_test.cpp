@@ -131,7 +131,7 @@ TEST_F(CommandLine, WritesSeveralSurfacesToAFolder) {
     EXPECT_EQ(folder.files(), (Names{"ball.nrrd", "bone.stl", "otsu.stl"}));
     ASSERT_EQ(json["surfaces"].size(), 2u);
     EXPECT_EQ(json["surfaces"][1]["name"], "bone");
-    EXPECT_EQ(json["surfaces"][1]["isovalue"], 226);
+    EXPECT_EQ(json["surfaces"][1]["isovalue"], 225.5);
     EXPECT_EQ(json["surfaces"][1]["output"], (folder / "bone.stl").string());
 }
 

@@ -274,7 +274,7 @@ TEST_F(BallViewer, ExportsWhatTheShownCommandLineWrites) {
     EXPECT_NE(window->command().indexOf("--isovalue otsu"), -1);
     compare(".vtp", "Otsu");
     QTest::mouseClick(window->findChildren<QPushButton*>("chip").front(), Qt::LeftButton);
-    EXPECT_EQ(session().current()->isovalue, 226);
+    EXPECT_EQ(session().current()->isovalue, 225.5);
     EXPECT_NE(window->command().indexOf("--type bone"), -1);
     compare(".stl", "bone");
 }
@@ -502,7 +502,7 @@ TEST_F(ViewerTest, CraniumFromBoneToSkin) {
                [&](int x, int y, int z) { return scan->samples<std::int16_t>()[(z * 256 + y) * 256 + x]; });
     ASSERT_TRUE(open(folder / "cranium.nrrd"));
     EXPECT_TRUE(session().scan()->hounsfield);
-    EXPECT_EQ(session().current()->isovalue, 226);
+    EXPECT_EQ(session().current()->isovalue, 225.5);
     EXPECT_GT(window->surfaces().preview_level(), 0);
     key(Qt::Key_1);
     const int bone = count(picture(), warm);
@@ -512,7 +512,7 @@ TEST_F(ViewerTest, CraniumFromBoneToSkin) {
                      [&](int id) { (window->surfaces().shape(id)->level > 0 ? previews : exact) += 1; });
     viewer::HistogramBar* histogram = window->histogram_bar();
     const int y = histogram->height() / 2;
-    drag(histogram, QPoint(qRound(histogram->x_of(226)), y), QPoint(qRound(histogram->x_of(-300)), y),
+    drag(histogram, QPoint(qRound(histogram->x_of(225.5)), y), QPoint(qRound(histogram->x_of(-300.5)), y),
          Qt::LeftButton, 20);
     ASSERT_TRUE(settle());
     EXPECT_GT(previews, 0);
@@ -529,7 +529,7 @@ TEST_F(ViewerTest, CraniumFromBoneToSkin) {
     EXPECT_GT(count(picture(), warm), 1.05 * bone);  // skin hides bone, and more
 
     key(Qt::Key_Z, Qt::ControlModifier);  // the drag is one step
-    EXPECT_EQ(session().current()->isovalue, 226);
+    EXPECT_EQ(session().current()->isovalue, 225.5);
     EXPECT_NEAR(count(picture(), warm), bone, 0.01 * bone);
     key(Qt::Key_Z, Qt::ControlModifier | Qt::ShiftModifier);
     EXPECT_EQ(session().current()->isovalue, dropped_at);

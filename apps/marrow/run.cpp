@@ -49,7 +49,7 @@ std::string check_presets(const Settings& settings, const ScanInfo& info, const 
 }
 
 double choose_isovalue(const SurfaceRequest& request, const Volume& scan) {
-    if (request.preset) return request.preset->isovalue;
+    if (request.preset) return request.preset->isovalue();
     return request.isovalue ? *request.isovalue : otsu_isovalue(histogram(scan));
 }
 

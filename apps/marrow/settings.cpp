@@ -148,7 +148,7 @@ SweepSettings check_sweep(SweepSettings sweep, const std::string& from, const st
 std::string preset_list() {
     std::string list;
     for (const Preset& preset : kPresets)
-        list += fmt::format("{}{} >= {:g}", list.empty() ? "" : ", ", preset.name, preset.isovalue);
+        list += fmt::format("{}{} >= {:g}", list.empty() ? "" : ", ", preset.name, preset.lowest);
     return list;
 }
 

@@ -24,7 +24,7 @@ struct Request {
 
 Request request_for(const Scan& scan, const SurfaceParameters& surface) {
     const auto preset = std::find_if(kPresets.begin(), kPresets.end(),
-                                     [&](const Preset& p) { return p.isovalue == surface.isovalue; });
+                                     [&](const Preset& p) { return p.isovalue() == surface.isovalue; });
     if (scan.hounsfield && preset != kPresets.end()) return {"--type", std::string(preset->name), &*preset};
     if (scan.otsu && *scan.otsu == surface.isovalue) return {"--isovalue", "otsu", nullptr};
     return {"--isovalue", number_text(surface.isovalue), nullptr};

@@ -422,7 +422,7 @@ QWidget* MainWindow::make_bottom() {
     };
     for (const Preset& preset : kPresets) {
         const QString name = QString::fromUtf8(preset.name.data(), static_cast<int>(preset.name.size()));
-        connect(chip(name, tr("%1 HU; only for CT").arg(preset.isovalue)), &QPushButton::clicked, this,
+        connect(chip(name, tr("%1 HU; only for CT").arg(preset.lowest)), &QPushButton::clicked, this,
                 [this, name] {
                     session_.apply_preset(name);
                     follow_parameters();
@@ -718,7 +718,7 @@ void MainWindow::follow_parameters() {
     for (std::size_t i = 0; i < chips_.size(); ++i) {
         const bool preset = i < kPresets.size();
         chips_[i]->setEnabled(preset ? scan->hounsfield : scan->otsu.has_value());
-        chips_[i]->setChecked(preset ? scan->hounsfield && current->isovalue == kPresets[i].isovalue
+        chips_[i]->setChecked(preset ? scan->hounsfield && current->isovalue == kPresets[i].isovalue()
                                      : scan->otsu && current->isovalue == *scan->otsu);
     }
     follow_command();

@@ -175,13 +175,13 @@ Panel::Panel(Session& session, Surfaces& surfaces, QWidget* parent)
                 const QString name =
                     QString::fromUtf8(preset.name.data(), static_cast<int>(preset.name.size()));
                 add_->menu()->addAction(
-                    QString("%1   %2 HU").arg(name).arg(preset.isovalue), this, [this, name, preset] {
+                    QString("%1   %2 HU").arg(name).arg(preset.lowest), this, [this, name, preset] {
                         // Outside of what is there already, so it must be seen through.
                         bool outside = false;
                         for (const SurfaceParameters& s : session_.parameters().surfaces)
-                            outside = outside || (s.visible && s.isovalue > preset.isovalue);
+                            outside = outside || (s.visible && s.isovalue > preset.isovalue());
                         session_.add_surface(
-                            name, preset.isovalue,
+                            name, preset.isovalue(),
                             QColor::fromRgbF(preset.colour[0], preset.colour[1], preset.colour[2]),
                             outside ? 0.25 : 1);
                     });

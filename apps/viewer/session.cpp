@@ -105,7 +105,7 @@ void Session::set_scan(std::shared_ptr<const Scan> scan) {
     if (scan_->hounsfield) {
         const Preset* bone = find_preset("bone");
         surface.name = "bone";
-        surface.isovalue = bone->isovalue;
+        surface.isovalue = bone->isovalue();
         surface.colour = to_colour(bone->colour);
     } else {
         const Histogram& h = scan_->histogram;
@@ -149,7 +149,7 @@ void Session::apply_preset(const QString& name) {
     change(tr("preset %1").arg(name), {}, [&](Parameters& p) {
         SurfaceParameters* surface = p.find(p.current);
         if (!surface) return;
-        surface->isovalue = preset->isovalue;
+        surface->isovalue = preset->isovalue();
         surface->name = name;
         surface->colour = to_colour(preset->colour);
     });

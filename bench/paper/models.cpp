@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kBone = 226;  // HU, the preset of the command line
+constexpr double kBone = 226;  // HU
 
 /// A box of samples, [lower, upper) along each axis.
 struct Cut {
