@@ -123,20 +123,20 @@ void run(const std::string& input, std::size_t most, int rounds, int threads) {
         }
         return triangles;
     };
-    const Arm plain[] = {
+    const Way plain[] = {
         {"all at once", [&] { return all_at_once({.relax = 0, .normals = false}); }},
         {"one extraction a label", [&] { return one_by_one(false); }},
         {"vtkDiscreteFlyingEdges3D", [&] { return flying_edges(false); }},
     };
-    const Arm smoothed[] = {
+    const Way smoothed[] = {
         {"all at once, relaxed, with normals", [&] { return all_at_once({}); }},
         {"one extraction a label, smooth()", [&] { return one_by_one(true); }},
         {"vtkDiscreteFlyingEdges3D, windowed sinc, normals", [&] { return flying_edges(true); }},
     };
     fmt::print("{} labels of {} x {} x {} samples, {} threads\n", labels.size(), map.geometry().dims[0],
                map.geometry().dims[1], map.geometry().dims[2], threads);
-    measure(plain, rounds);
-    measure(smoothed, rounds);
+    compare(plain, rounds);
+    compare(smoothed, rounds);
 }
 
 }  // namespace

@@ -1,7 +1,11 @@
-// Writes the small valid scans of the tests as seeds: make_seeds FOLDER gives FOLDER/<target>/<seed>.
+// Writes the small valid scans of the tests, and a mesh in every format, as seeds: make_seeds FOLDER gives FOLDER/<target>/<seed>.
 #include <cstdio>
 
+#include <marrow/mesh_io.h>
+
+#include "mesh_kinds.h"
 #include "small_scans.h"
+#include "temporary_folder.h"
 
 using namespace marrow::test;
 
@@ -17,6 +21,25 @@ std::string target_of(const fs::path& file) {
         if (name.find(part) != name.npos) return target;
     }
     return "dicom";
+}
+
+void write_meshes_to(const fs::path& folder) {
+    const TemporaryFolder work;
+    const marrow::Mesh mesh{
+        {{0, 0, 0}, {10, 0, 0}, {0, 10, 0}, {0, 0, 10}}, {}, {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}}};
+    char kind = 0;
+    for (const char* ending : kMeshKinds) {
+        const fs::path path = work / (std::string("mesh") + ending);
+        marrow::write_mesh(mesh, path);
+        write_file(folder / (ending + 1), kind++ + read_file(path));
+    }
+    write_file(
+        folder / "model",
+        kind + std::string("<model unit=\"inch\"><resources><object id=\"1\"><mesh><vertices>"
+                           "<vertex x=\"1\" y=\"2\" z=\"3\"/><vertex x=\"4\" y=\"5\" z=\"6\"/>"
+                           "</vertices><triangles><triangle v1=\"0\" v2=\"1\" v3=\"1\"/></triangles></mesh>"
+                           "</object></resources><build><item objectid=\"1\" transform=\"1 0 0 0 1 0 0 0 1 "
+                           "7 8 9\"/></build></model>"));
 }
 
 }  // namespace
@@ -48,5 +71,6 @@ int main(int argc, char** argv) {
     for (const char type : {0, 2, 4, 6, 1, 3, 5, 7})
         write_file(folder / "extract" / std::to_string(type),
                    std::string("\x06\x02\x03") + type + std::string("\x40\x00", 2) + bytes_of(samples));
+    write_meshes_to(folder / "mesh");
     return 0;
 }

@@ -1,7 +1,10 @@
 // `marrow check`, and the proof of what was written.
 #pragma once
 
-#include <marrow/mesh.h>
+#include <filesystem>
+#include <span>
+
+#include <marrow/mesh_io.h>
 
 #include "run.h"
 #include "voice.h"
@@ -12,7 +15,7 @@ namespace marrow {
 /// where one is not sound.
 ExitCode check(const Settings& settings, const Console& console, Voice& voice);
 
-/// Reads a file that write_mesh made of `mesh` and compares. \throw CheckFailed where it is another mesh
-void verify(const Mesh& mesh, const std::filesystem::path& file, Space space);
+/// Reads a file that write_meshes made of these and compares every triangle. \throw CheckFailed where it holds others
+void verify(std::span<const MeshObject> objects, const std::filesystem::path& file, Space space);
 
 }  // namespace marrow

@@ -74,6 +74,9 @@ void extract_label_map(const Settings& settings, const Console& console, Voice& 
     for (std::size_t i = 0; i < surfaces.size(); ++i) surfaces[i].output = files[i];
     seconds.write = voice.stage(
         "write", [&](const Progress& progress) { write_surfaces(surfaces, settings.space, progress); });
+    if (settings.verify)
+        seconds.verify = voice.stage(
+            "verify", [&](const Progress& progress) { verify_surfaces(surfaces, settings.space, progress); });
     if (!settings.picture.empty()) {
         seconds.write += voice.stage("picture", [&](const Progress& progress) {
             std::vector<PictureSurface> drawn;

@@ -6,14 +6,18 @@
 
 namespace marrow {
 
-/// A surface through CT samples of at least `isovalue` HU.
+/// A surface around CT samples of at least `lowest` HU.
 struct Preset {
     std::string_view name;
-    double isovalue;
+    double lowest;
     std::array<double, 3> colour;  ///< in pictures; red, green, blue from 0 to 1
+
+    /// Between `lowest` and the integer below, where no sample of a CT lies: the same samples are inside, and no
+    /// triangle shrinks to a point of the grid.
+    constexpr double isovalue() const { return lowest - 0.5; }
 };
 
-// An isovalue parts what is denser from what is less dense, so a preset is a lower limit: the surface of
+// A surface parts what is denser from what is less dense, so a preset is a lower limit: the surface of
 // `fat` encloses muscle and bone too. Air is -1000 HU and water 0 HU by definition. Where the limits come
 // from:
 //

@@ -49,7 +49,7 @@ std::string check_presets(const Settings& settings, const ScanInfo& info, const 
 }
 
 double choose_isovalue(const SurfaceRequest& request, const Volume& scan) {
-    if (request.preset) return request.preset->isovalue;
+    if (request.preset) return request.preset->isovalue();
     return request.isovalue ? *request.isovalue : otsu_isovalue(histogram(scan));
 }
 
@@ -77,6 +77,15 @@ void draw(const std::vector<Surface>& surfaces, const Settings& settings, const 
             {&surfaces[i].mesh, preset ? preset->colour : kNeutral, surfaces[i].isovalue < innermost});
     }
     write_picture(drawn, settings.picture, progress);
+}
+
+std::map<fs::path, std::vector<MeshObject>> objects_by_file(const std::vector<Surface>& surfaces) {
+    std::map<fs::path, std::vector<MeshObject>> objects;
+    for (const Surface& surface : surfaces) {
+        if (!surface.output.empty())
+            objects[surface.output].push_back({&surface.mesh, surface.name, surface.colour});
+    }
+    return objects;
 }
 
 void extract(const Settings& settings, const Console& console, Voice& voice) {
@@ -142,12 +151,8 @@ void extract(const Settings& settings, const Console& console, Voice& voice) {
     seconds.write = voice.stage(
         "write", [&](const Progress& progress) { write_surfaces(surfaces, settings.space, progress); });
     if (settings.verify)
-        seconds.verify = voice.stage("verify", [&](const Progress& progress) {
-            for (const Surface& surface : surfaces) {
-                report(progress, 0);
-                if (!surface.output.empty()) verify(surface.mesh, surface.output, settings.space);
-            }
-        });
+        seconds.verify = voice.stage(
+            "verify", [&](const Progress& progress) { verify_surfaces(surfaces, settings.space, progress); });
     if (!settings.picture.empty())
         seconds.write +=
             voice.stage("picture", [&](const Progress& progress) { draw(surfaces, settings, progress); });
@@ -240,12 +245,15 @@ void check_folder(const fs::path& file) {
 }
 
 void write_surfaces(const std::vector<Surface>& surfaces, Space space, const Progress& progress) {
-    std::map<fs::path, std::vector<MeshObject>> objects_of;
-    for (const Surface& surface : surfaces) {
-        if (!surface.output.empty())
-            objects_of[surface.output].push_back({&surface.mesh, surface.name, surface.colour});
+    for (const auto& [file, objects] : objects_by_file(surfaces))
+        write_meshes(objects, file, {space, progress});
+}
+
+void verify_surfaces(const std::vector<Surface>& surfaces, Space space, const Progress& progress) {
+    for (const auto& [file, objects] : objects_by_file(surfaces)) {
+        report(progress, 0);
+        verify(objects, file, space);
     }
-    for (const auto& [file, objects] : objects_of) write_meshes(objects, file, {space, progress});
 }
 
 int run(const Settings& settings, const Console& console, const std::atomic<bool>& stop) {

@@ -34,6 +34,9 @@ void check_folder(const std::filesystem::path& file);
 /// Writes each file once, with all surfaces that go into it. \throw as write_meshes
 void write_surfaces(const std::vector<Surface>& surfaces, Space space, const Progress& progress);
 
+/// Reads each file again and compares it with the surfaces in it. \throw as verify
+void verify_surfaces(const std::vector<Surface>& surfaces, Space space, const Progress& progress);
+
 /// Does what the settings ask for and returns the exit code; errors become one line on console.err.
 /// Stops soon after `stop` becomes true; what was being written then leaves no trace.
 int run(const Settings& settings, const Console& console, const std::atomic<bool>& stop);

@@ -148,7 +148,7 @@ SweepSettings check_sweep(SweepSettings sweep, const std::string& from, const st
 std::string preset_list() {
     std::string list;
     for (const Preset& preset : kPresets)
-        list += fmt::format("{}{} >= {:g}", list.empty() ? "" : ", ", preset.name, preset.isovalue);
+        list += fmt::format("{}{} >= {:g}", list.empty() ? "" : ", ", preset.name, preset.lowest);
     return list;
 }
 
@@ -167,17 +167,6 @@ std::string footer() {
         "5 empty surface, 6 a check failed, 130 cancelled.\n"
         "For research use only; not a medical device.",
         preset_list());
-}
-
-// What --verify asks for: files of one surface each that can be read again.
-void check_readable(const std::vector<fs::path>& files) {
-    for (const fs::path& file : files) {
-        if (file.empty() || !can_read_mesh(file))
-            throw UsageError(
-                fmt::format("--verify reads .stl, .ply, .obj and .vtp, not '{}'", file.string()));
-    }
-    if (std::set<fs::path>(files.begin(), files.end()).size() < files.size())
-        throw UsageError("--verify takes one surface a file: give a folder or a pattern with {name}");
 }
 
 }  // namespace
@@ -272,7 +261,7 @@ std::variant<Settings, int> parse_command_line(int argc, const char* const* argv
     app.add_option("--max-error", steps.max_error,
                    "reduce as far as the surface stays within MM of what it was, as measured")
         ->type_name("MM");
-    app.add_flag("--verify", settings.verify, "read what was written (.stl, .ply, .obj, .vtp) and compare");
+    app.add_flag("--verify", settings.verify, "read what was written and compare every triangle");
     app.add_flag("-q,--quiet", settings.quiet, "print errors only (and JSON, if asked for)");
     app.add_flag("-v,--verbose", settings.verbose, "say how long each stage took");
 
@@ -358,12 +347,12 @@ std::variant<Settings, int> parse_command_line(int argc, const char* const* argv
         throw UsageError(
             fmt::format("--snap takes a part of an edge, 0 <= T < 0.5, not {:g}", settings.snap));
     if (settings.labels) {
-        if (!settings.surfaces.empty() || settings.open || settings.snap > 0 || settings.verify ||
-            !max_memory.empty() || steps.change_volume() || steps.change_surface())
+        if (!settings.surfaces.empty() || settings.open || settings.snap > 0 || !max_memory.empty() ||
+            steps.change_volume() || steps.change_surface())
             throw UsageError(
                 "--labels makes closed surfaces that meet: it goes with --relax, and not with --isovalue, "
                 "--type, --open, "
-                "--snap, --max-memory, --verify or what changes scan or surface");
+                "--snap, --max-memory or what changes scan or surface");
         if (settings.relax < 0) throw UsageError("--relax takes a number from 0 upwards");
     }
     if (!max_memory.empty()) {
@@ -375,8 +364,9 @@ std::variant<Settings, int> parse_command_line(int argc, const char* const* argv
                 "--max-memory never has the whole scan or surface: it goes with one --isovalue N and -o, and "
                 "not with --type, --snap, --picture, --verify or what changes scan or surface");
     }
-    const std::vector<fs::path> files = output_files(settings);  // so that a mistake shows before the work
-    if (settings.verify) check_readable(files);
+    if (settings.verify && settings.output.empty())
+        throw UsageError("--verify reads what -o OUT writes: give -o");
+    output_files(settings);  // so that a mistake shows before the work
     return settings;
 }
 

@@ -12,6 +12,8 @@
 #include <QSignalBlocker>
 #include <QStyle>
 
+#include "crop_section.h"
+
 namespace marrow::viewer {
 namespace {
 
@@ -144,8 +146,8 @@ void SurfaceRow::choose_colour() {
     dialog->open();
 }
 
-Panel::Panel(Session& session, Surfaces& surfaces, QWidget* parent)
-    : QWidget(parent), session_(session), surfaces_(surfaces) {
+Panel::Panel(Session& session, Surfaces& surfaces, QAction* whole_scan)
+    : session_(session), surfaces_(surfaces) {
     setObjectName("panel");
     setMinimumWidth(230);
     auto* layout = new QVBoxLayout(this);
@@ -175,13 +177,13 @@ Panel::Panel(Session& session, Surfaces& surfaces, QWidget* parent)
                 const QString name =
                     QString::fromUtf8(preset.name.data(), static_cast<int>(preset.name.size()));
                 add_->menu()->addAction(
-                    QString("%1   %2 HU").arg(name).arg(preset.isovalue), this, [this, name, preset] {
+                    QString("%1   %2 HU").arg(name).arg(preset.lowest), this, [this, name, preset] {
                         // Outside of what is there already, so it must be seen through.
                         bool outside = false;
                         for (const SurfaceParameters& s : session_.parameters().surfaces)
-                            outside = outside || (s.visible && s.isovalue > preset.isovalue);
+                            outside = outside || (s.visible && s.isovalue > preset.isovalue());
                         session_.add_surface(
-                            name, preset.isovalue,
+                            name, preset.isovalue(),
                             QColor::fromRgbF(preset.colour[0], preset.colour[1], preset.colour[2]),
                             outside ? 0.25 : 1);
                     });
@@ -260,6 +262,16 @@ Panel::Panel(Session& session, Surfaces& surfaces, QWidget* parent)
         numbers_[static_cast<std::size_t>(i)] = value;
     }
     layout->addLayout(grid);
+
+    layout->addSpacing(10);
+    auto* crop_top = new QHBoxLayout;
+    crop_top->addWidget(heading(tr("Crop")));
+    crop_top->addStretch();
+    auto* whole = new QToolButton;
+    whole->setDefaultAction(whole_scan);
+    crop_top->addWidget(whole);
+    layout->addLayout(crop_top);
+    layout->addWidget(new CropSection(session_));
 
     layout->addSpacing(10);
     layout->addWidget(heading(tr("Measurements")));

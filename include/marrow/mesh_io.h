@@ -65,12 +65,11 @@ void write_mesh(const Mesh& mesh, const std::filesystem::path& output, const Mes
 void write_meshes(std::span<const MeshObject> objects, const std::filesystem::path& output,
                   const MeshWriteOptions& options = {});
 
-/// Whether read_mesh takes files of that ending. \throw as mesh_format
-bool can_read_mesh(const std::filesystem::path& input);
-
-/// Reads a mesh: binary and text STL, PLY and VTP, and OBJ; the ending says which. Points come back with the bits
-/// that they have in the file, polygons as fans of triangles, without normals. STL names no points: those of the
-/// same coordinates become one, in the order of the file.
+/// Reads a mesh from any of these formats, STL, PLY and VTP also in their other encodings; the ending says which.
+/// Several surfaces become one mesh, in the order of the file, polygons fans of triangles, without normals. Points
+/// come back with the bits that they have in the file; .glb's are turned from metres, rounded once. STL names no
+/// points: those of the same coordinates become one, in the order of the file. Of 3MF, what is to be built is read, in
+/// its unit and place; of glTF, a scene whose nodes are neither moved nor nested. What a file has beyond that is refused.
 ///
 /// Coordinates are millimetres in LPS: x and y are negated where the file's mark says RAS. `space`, where given,
 /// receives what the mark says; nothing where there is none, and the file is then taken for LPS. \throw

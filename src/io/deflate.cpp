@@ -85,8 +85,8 @@ std::string ZipWriter::header_of(const Entry& entry, bool central) const {
     append(text, entry.compressed_size, 4);
     append(text, entry.size, 4);
     append(text, entry.name.size(), 2);
-    append(text, 0, 2);                           // extra fields
-    if (central) append(text, 0, 2 + 2 + 2 + 4);  // comment, disk, attributes
+    append(text, 0, 2);                             // extra fields
+    if (central) text.append(2 + 2 + 2 + 4, '\0');  // comment, disk, attributes
     if (central) append(text, entry.offset, 4);
     return text + entry.name;
 }

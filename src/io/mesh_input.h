@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -31,7 +32,12 @@ void add_polygon(const MeshInput& input, const std::vector<std::int64_t>& corner
 /// The space that a header or comment states by SPACE=LPS or SPACE=RAS.
 std::optional<Space> marked_space(std::string_view text);
 
+/// \throw InputError a coordinate that is NaN or infinite
+void refuse_non_finite(const MeshInput& input, std::span<const Vec3f> points);
+
 Mesh read_ply(const MeshInput& input, std::optional<Space>& space);
 Mesh read_vtp(const MeshInput& input, std::optional<Space>& space);
+Mesh read_3mf(const MeshInput& input, std::optional<Space>& space);
+Mesh read_glb(const MeshInput& input, std::optional<Space>& space);
 
 }  // namespace marrow

@@ -1,6 +1,6 @@
-// Meshes from STL and OBJ; PLY and VTP have files of their own.
+// Meshes from STL and OBJ; the other formats have files of their own.
 #include <algorithm>
-#include <bit>
+#include <cmath>
 #include <cstring>
 #include <numeric>
 
@@ -67,10 +67,6 @@ Mesh with_shared_points(const std::vector<Vec3f>& corners) {
     return mesh;
 }
 
-void refuse_nan(const MeshInput& input, const Vec3f& p) {
-    if (p[0] != p[0] || p[1] != p[1] || p[2] != p[2]) input.refuse("a coordinate is NaN");
-}
-
 Mesh read_stl(const MeshInput& input, std::optional<Space>& space) {
     constexpr std::size_t kHeader = 84, kFacet = 50;
     const std::string& bytes = input.bytes;
@@ -82,7 +78,7 @@ Mesh read_stl(const MeshInput& input, std::optional<Space>& space) {
         corners.resize(3 * std::size_t{count});
         for (std::size_t t = 0; t < count; ++t)
             std::memcpy(&corners[3 * t], bytes.data() + kHeader + kFacet * t + 12, 36);
-        for (const Vec3f& p : corners) refuse_nan(input, p);
+        refuse_non_finite(input, corners);
         return with_shared_points(corners);
     }
     if (!trimmed(std::string_view(bytes).substr(0, 80)).starts_with("solid"))
@@ -95,12 +91,10 @@ Mesh read_stl(const MeshInput& input, std::optional<Space>& space) {
         if (w.empty()) continue;
         if (lower(w[0]) == "solid") space = marked_space(line);
         if (lower(w[0]) == "endsolid") ended = true;
-        if (lower(w[0]) == "vertex") {
-            corners.push_back(coordinates(input, w));
-            refuse_nan(input, corners.back());
-        }
+        if (lower(w[0]) == "vertex") corners.push_back(coordinates(input, w));
     }
     if (!ended || corners.size() % 3 != 0) input.refuse("the text STL file is cut off");
+    refuse_non_finite(input, corners);
     return with_shared_points(corners);
 }
 
@@ -146,21 +140,21 @@ void add_polygon(const MeshInput& input, const std::vector<std::int64_t>& corner
                                   static_cast<std::uint32_t>(corners[i])});
 }
 
+void refuse_non_finite(const MeshInput& input, std::span<const Vec3f> points) {
+    for (const Vec3f& p : points) {
+        if (!std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2]))
+            input.refuse("a coordinate is NaN or infinite");
+    }
+}
+
 std::optional<Space> marked_space(std::string_view text) {
     if (text.find("SPACE=RAS") != text.npos) return Space::RAS;
     if (text.find("SPACE=LPS") != text.npos) return Space::LPS;
     return std::nullopt;
 }
 
-bool can_read_mesh(const std::filesystem::path& path) {
-    const MeshFormat format = mesh_format(path);
-    return format == MeshFormat::stl || format == MeshFormat::ply || format == MeshFormat::obj ||
-           format == MeshFormat::vtp;
-}
-
 Mesh read_mesh(const std::filesystem::path& path, std::optional<Space>* stated) {
     const MeshFormat format = mesh_format(path);
-    if (!can_read_mesh(path)) throw InputError(shown(path) + ": only .stl, .ply, .obj and .vtp can be read");
     MeshInput input{path, {}};
     if (is_gzipped(path)) {
         constexpr std::size_t kChunk = std::size_t{1} << 20;
@@ -172,6 +166,7 @@ Mesh read_mesh(const std::filesystem::path& path, std::optional<Space>* stated) 
             size += read;
         } while (read > 0);
         input.bytes.resize(size);
+        stream.verify_end();
     } else {
         input.bytes.resize(size_of_file(path));
         ByteStream(path, Compression::none).read(input.bytes.data(), input.bytes.size());
@@ -182,6 +177,9 @@ Mesh read_mesh(const std::filesystem::path& path, std::optional<Space>* stated) 
     if (format == MeshFormat::ply) mesh = read_ply(input, space);
     if (format == MeshFormat::obj) mesh = read_obj(input, space);
     if (format == MeshFormat::vtp) mesh = read_vtp(input, space);
+    if (format == MeshFormat::threemf) mesh = read_3mf(input, space);
+    if (format == MeshFormat::glb) mesh = read_glb(input, space);
+    refuse_non_finite(input, mesh.points);
     if (mesh.points.size() >> 32) throw LimitError(shown(path) + ": has 2^32 points or more");
     if (space == Space::RAS) {
         for (Vec3f& p : mesh.points) p = {-p[0], -p[1], p[2]};

@@ -4,52 +4,14 @@
 
 #include <algorithm>
 #include <cstring>
-#include <map>
 
 #include "header_text.h"
 #include "mesh_input.h"
+#include "xml_tags.h"
 
 namespace marrow {
 
 namespace {
-
-struct Tag {
-    std::string name;  // with a slash before an end tag's
-    std::map<std::string, std::string, std::less<>> attributes;
-    std::size_t begin = 0, end = 0;  // in the file; end is behind the bracket
-
-    std::string get(std::string_view attribute) const {
-        const auto at = attributes.find(attribute);
-        return at == attributes.end() ? std::string() : at->second;
-    }
-};
-
-// The next tag from `at` on; nothing where there is none.
-std::optional<Tag> next_tag(const MeshInput& input, std::size_t at) {
-    const std::string& text = input.bytes;
-    const std::size_t begin = text.find('<', at);
-    if (begin == text.npos) return {};
-    const std::size_t end = text.find('>', begin);
-    if (end == text.npos) input.refuse("the XML is cut off");
-    Tag tag;
-    tag.begin = begin;
-    tag.end = end + 1;
-    std::string_view inside = std::string_view(text).substr(begin + 1, end - begin - 1);
-    const std::size_t name_end = std::min(inside.find_first_of(" \t\r\n"), inside.size());
-    tag.name = inside.substr(0, name_end);
-    if (tag.name.ends_with('/')) tag.name.pop_back();
-    for (inside.remove_prefix(name_end); !inside.empty();) {
-        const std::size_t equals = inside.find('=');
-        const std::size_t open = inside.find_first_of("\"'");
-        if (equals == inside.npos || open == inside.npos) break;
-        const std::size_t close = inside.find(inside[open], open + 1);
-        if (close == inside.npos) input.refuse("an XML attribute is cut off");
-        tag.attributes[std::string(trimmed(inside.substr(0, equals)))] =
-            inside.substr(open + 1, close - open - 1);
-        inside.remove_prefix(close + 1);
-    }
-    return tag;
-}
 
 // Base64 from `at` up to its padding or what is not base64.
 std::string from_base64(std::string_view text) {
@@ -81,48 +43,47 @@ class VtpReader {
     explicit VtpReader(const MeshInput& input) : input_(input) {}
 
     Mesh read(std::optional<Space>& space) {
-        std::string section, array;
+        std::string_view section;
         std::size_t piece = 0;
         std::vector<double> points, connectivity, offsets;
         find_appended();
-        for (std::size_t at = 0; at < xml_end_;) {
-            const std::optional<Tag> tag = next_tag(input_, at);
-            if (!tag || tag->begin >= xml_end_) break;
-            at = tag->end;
-            if (tag->name == "VTKFile") begin_file(*tag);
-            if (tag->name == "Points" || tag->name == "Polys" || tag->name == "FieldData" ||
-                tag->name == "Strips")
-                section = tag->name;
-            if (tag->name == "/Points" || tag->name == "/Polys" || tag->name == "/FieldData") section.clear();
-            if (tag->name == "Piece") {
+        XmlTag tag;
+        for (std::size_t at = 0; at < xml_end_ && next_tag(input_, at, tag) && tag.begin < xml_end_;) {
+            at = tag.end;
+            if (tag.name == "VTKFile") begin_file(tag);
+            if (tag.name == "Points" || tag.name == "Polys" || tag.name == "FieldData" ||
+                tag.name == "Strips")
+                section = tag.name;
+            if (tag.name == "/Points" || tag.name == "/Polys" || tag.name == "/FieldData") section = {};
+            if (tag.name == "Piece") {
                 piece = mesh_.points.size();
-                if (!tag->get("NumberOfStrips").empty() && tag->get("NumberOfStrips") != "0")
+                if (!tag.get("NumberOfStrips").empty() && tag.get("NumberOfStrips") != "0")
                     input_.refuse("has triangle strips, which are not read");
                 connectivity.clear(), offsets.clear();
             }
-            if (tag->name == "DataArray" && section == "Points") {
-                points = values(*tag);
+            if (tag.name == "DataArray" && section == "Points") {
+                points = values(tag);
                 if (points.size() % 3 != 0) input_.refuse("its points do not have three coordinates each");
                 for (std::size_t i = 0; i < points.size(); i += 3)
                     mesh_.points.push_back({static_cast<float>(points[i]), static_cast<float>(points[i + 1]),
                                             static_cast<float>(points[i + 2])});
             }
-            if (tag->name == "DataArray" && section == "Polys")
-                (tag->get("Name") == "offsets" ? offsets : connectivity) = values(*tag);
-            if (tag->name == "DataArray" && section == "FieldData" && tag->get("Name") == "SPACE")
-                space = space_of(values(*tag));
-            if (tag->name == "/Piece") add_polygons(connectivity, offsets, piece);
+            if (tag.name == "DataArray" && section == "Polys")
+                (tag.get("Name") == "offsets" ? offsets : connectivity) = values(tag);
+            if (tag.name == "DataArray" && section == "FieldData" && tag.get("Name") == "SPACE")
+                space = space_of(values(tag));
+            if (tag.name == "/Piece") add_polygons(connectivity, offsets, piece);
         }
         if (!is_file_) input_.refuse("is not a VTK PolyData file");
         return std::move(mesh_);
     }
 
   private:
-    void begin_file(const Tag& tag) {
+    void begin_file(const XmlTag& tag) {
         is_file_ = tag.get("type") == "PolyData";
         if (tag.get("byte_order") == "BigEndian") input_.refuse("is big-endian, which is not read");
         if (tag.get("header_type") == "UInt64") word_ = 8;
-        const std::string compressor = tag.get("compressor");
+        const std::string_view compressor = tag.get("compressor");
         compressed_ = !compressor.empty();
         if (compressed_ && compressor != "vtkZLibDataCompressor")
             input_.refuse("is compressed by " + shown(compressor) + ", which is not read");
@@ -133,10 +94,11 @@ class VtpReader {
         xml_end_ = input_.bytes.size();
         const std::size_t at = input_.bytes.find("<AppendedData");
         if (at == std::string::npos) return;
-        const std::optional<Tag> tag = next_tag(input_, at);
+        XmlTag tag;
+        next_tag(input_, at, tag);
         xml_end_ = at;
-        appended_raw_ = tag->get("encoding") == "raw";
-        const std::size_t mark = input_.bytes.find('_', tag->end);
+        appended_raw_ = tag.get("encoding") == "raw";
+        const std::size_t mark = input_.bytes.find('_', tag.end);
         if (mark == std::string::npos) input_.refuse("its appended data are cut off");
         appended_ = mark + 1;
     }
@@ -198,8 +160,8 @@ class VtpReader {
         return values;
     }
 
-    std::vector<double> values(const Tag& tag) const {
-        const std::string format = tag.get("format"), type = tag.get("type");
+    std::vector<double> values(const XmlTag& tag) const {
+        const std::string_view format = tag.get("format"), type = tag.get("type");
         std::string_view text = std::string_view(input_.bytes).substr(tag.end);
         if (format == "ascii") {
             std::vector<double> result;

@@ -76,7 +76,7 @@ MeshFormat mesh_format(const std::filesystem::path& output) {
     if (ending == ".vtp" && !gzipped) return MeshFormat::vtp;
     if (ending == ".3mf" && !gzipped) return MeshFormat::threemf;
     if (ending == ".glb" && !gzipped) return MeshFormat::glb;
-    throw InputError("cannot write '" + output.string() +
+    throw InputError("no mesh format is known for '" + output.string() +
                      "': its ending must be .stl, .ply, .obj (or these with .gz), .vtp, .3mf or .glb");
 }
 

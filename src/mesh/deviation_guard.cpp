@@ -1,16 +1,30 @@
 #include "deviation_guard.h"
 
+#include <limits>
+#include <numeric>
+
 #include "triangle_distance.h"
 
 namespace marrow::internal {
 
 DeviationGuard::DeviationGuard(const Mesh& mesh, const TriangleTree& tree, double max_distance)
-    : tree_(tree),
+    : mesh_(mesh),
+      tree_(tree),
       max_distance_(max_distance),
       first_point_(mesh.triangles.size(), kNone),
-      next_point_(mesh.points.size(), kNone) {
+      next_point_(mesh.points.size(), kNone),
+      fan_begin_(mesh.points.size() + 2, 0),
+      fans_(3 * mesh.triangles.size()) {
     points_.reserve(mesh.points.size());
     for (const Vec3f& p : mesh.points) points_.push_back(to_double(p));
+    // Counted two slots on, so that filling leaves fan_begin_[p] at the begin of p's fan.
+    for (const Triangle& t : mesh.triangles) {
+        for (const std::uint32_t p : t) ++fan_begin_[p + std::size_t{2}];
+    }
+    std::partial_sum(fan_begin_.begin(), fan_begin_.end(), fan_begin_.begin());
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+        for (const std::uint32_t p : mesh.triangles[t]) fans_[fan_begin_[p + std::size_t{1}]++] = t;
+    }
     std::vector<bool> placed(mesh.points.size(), false);
     for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
         for (const std::uint32_t p : mesh.triangles[t]) {
@@ -42,26 +56,47 @@ bool DeviationGuard::accept(std::span<const std::uint32_t> gone, std::span<const
 // Finds the triangle of the patch that each point belongs to from now on.
 bool DeviationGuard::points_stay_near(std::span<const PlacedTriangle> patch) {
     for (Move& move : moves_) {
-        double nearest = std::numeric_limits<double>::infinity();
+        double nearest = max_distance_ * max_distance_;
         for (const PlacedTriangle& t : patch) {
-            const double d = squared_distance_to_triangle(points_[move.point], t.a, t.b, t.c);
-            if (d < nearest) nearest = d, move.triangle = t.index;
+            const double d = squared_distance_to_triangle(points_[move.point], t.a, t.b, t.c, nearest);
+            if (d <= nearest) nearest = d, move.triangle = t.index;
         }
-        if (!(nearest <= max_distance_ * max_distance_)) return false;
+        if (move.triangle == kNone) return false;
     }
     return true;
 }
 
-// Looks at the place that they share, and at the middle and one of the edges that are new of each.
+// Looks at the place that they share, and of each at the middle of one of the edges that are new and at three places inside.
 bool DeviationGuard::patch_is_near(std::span<const PlacedTriangle> patch) const {
-    const auto near = [&](const Vec3d& place) {
-        return tree_.distance(place, max_distance_) <= max_distance_;
-    };
-    if (patch.empty() || !near(patch.front().a)) return false;
+    if (patch.empty() || !is_near(patch.front().a)) return false;
     for (const PlacedTriangle& t : patch) {
-        if (!near((1.0 / 3) * (t.a + t.b + t.c)) || !near(0.5 * (t.a + t.b))) return false;
+        if (!is_near(0.5 * (t.a + t.b))) return false;
+        if (!is_near((1.0 / 6) * (4 * t.a + t.b + t.c)) || !is_near((1.0 / 6) * (t.a + 4 * t.b + t.c)) ||
+            !is_near((1.0 / 6) * (t.a + t.b + 4 * t.c)))
+            return false;
     }
     return true;
+}
+
+// Whether the surface at first comes near a place of the patch: mostly it does so round the nearest of the points
+// that belong to the patch, else anywhere.
+bool DeviationGuard::is_near(const Vec3d& place) const {
+    const double most = max_distance_ * max_distance_;
+    double least = std::numeric_limits<double>::infinity();
+    std::uint32_t nearest = kNone;
+    for (const Move& move : moves_) {
+        const Vec3d apart = points_[move.point] - place;
+        if (const double d = dot(apart, apart); d < least) least = d, nearest = move.point;
+    }
+    if (nearest != kNone) {
+        for (std::size_t i = fan_begin_[nearest]; i < fan_begin_[nearest + std::size_t{1}]; ++i) {
+            const Triangle& t = mesh_.triangles[fans_[i]];
+            if (squared_distance_to_triangle(place, points_[t[0]], points_[t[1]], points_[t[2]], most) <=
+                most)
+                return true;
+        }
+    }
+    return tree_.is_within(place, max_distance_);
 }
 
 }  // namespace marrow::internal

@@ -22,7 +22,7 @@ struct PlacedTriangle {
 /// Strasser 1996: each of the first points belongs to a triangle near it, so that a change asks few of them.
 class DeviationGuard {
   public:
-    /// The tree is that of the mesh and must outlive the guard. \pre fewer than 2^32 triangles
+    /// The tree is that of the mesh, and both must outlive the guard. \pre fewer than 2^32 triangles
     DeviationGuard(const Mesh& mesh, const TriangleTree& tree, double max_distance);
 
     /// Whether the triangles `gone` may go and those of `patch`, which share corner a, be where they are now; if
@@ -39,12 +39,16 @@ class DeviationGuard {
     static constexpr std::uint32_t kNone = ~std::uint32_t{0};
     bool points_stay_near(std::span<const PlacedTriangle> patch);
     bool patch_is_near(std::span<const PlacedTriangle> patch) const;
+    bool is_near(const Vec3d& place) const;
 
+    const Mesh& mesh_;
     const TriangleTree& tree_;
     const double max_distance_;
     std::vector<Vec3d> points_;
     std::vector<std::uint32_t> first_point_;  // of each triangle: a list of the points that belong to it
     std::vector<std::uint32_t> next_point_;
+    std::vector<std::size_t> fan_begin_;  // of each point at first: where its triangles begin in fans_
+    std::vector<std::uint32_t> fans_;
     struct Move {
         std::uint32_t point, triangle;
     };

@@ -62,17 +62,25 @@ double Distances::mean() const {
     return std::accumulate(places.begin(), places.end(), 0.0, add) / static_cast<double>(places.size());
 }
 
-Distances distances(const Mesh& from, const TriangleTree& to, std::int64_t samples, double enough) {
+Distances distances(const Mesh& from, const TriangleTree& to, std::int64_t samples) {
     const Places places(from, samples);
     Distances d;
     d.places.resize(static_cast<std::size_t>(samples));
     d.points.resize(from.points.size());
-    tbb::parallel_for(std::size_t{0}, d.places.size(), [&](std::size_t k) {
-        d.places[k] = places[static_cast<std::int64_t>(k)];
-        d.places[k].distance = to.distance(d.places[k].place, enough);
+    // One after the other they lie near each other mostly.
+    using Range = tbb::blocked_range<std::size_t>;
+    tbb::parallel_for(Range(0, d.places.size(), 256), [&](const Range& range) {
+        std::size_t leaf = 0;
+        for (std::size_t k = range.begin(); k < range.end(); ++k) {
+            d.places[k] = places[static_cast<std::int64_t>(k)];
+            d.places[k].distance = to.distance(d.places[k].place, leaf);
+        }
     });
-    tbb::parallel_for(std::size_t{0}, d.points.size(),
-                      [&](std::size_t p) { d.points[p] = to.distance(to_double(from.points[p]), enough); });
+    tbb::parallel_for(Range(0, d.points.size(), 256), [&](const Range& range) {
+        std::size_t leaf = 0;
+        for (std::size_t p = range.begin(); p < range.end(); ++p)
+            d.points[p] = to.distance(to_double(from.points[p]), leaf);
+    });
     return d;
 }
 

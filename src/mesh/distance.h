@@ -25,9 +25,9 @@ struct Distances {
     double mean() const;  ///< over the area
 };
 
-/// Distances up to `enough` need not be the least ones, which is faster. \pre both meshes have triangles, which
+/// \pre both meshes have triangles, which
 /// name points that are there; samples > 0
-Distances distances(const Mesh& from, const TriangleTree& to, std::int64_t samples, double enough = 0);
+Distances distances(const Mesh& from, const TriangleTree& to, std::int64_t samples);
 
 /// Of both directions' distances.
 MeshDistance symmetric(const Distances& there, const Distances& back);

@@ -132,13 +132,15 @@ void EdgeCollapse::queue_all() {
     std::vector<float> errors(from_.size());
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, from_.size(), 8192), [&](const auto& range) {
         for (auto h = static_cast<Half>(range.begin()); h < range.end(); ++h) {
-            const bool asked = is_alive(h) && twin_[h] != kNone && h < twin_[h] && !is_fixed(h);
+            const bool asked = is_alive(h) && twin_[h] != kNone && h < twin_[h] && !is_fixed(h) &&
+                               (points_[from(h)].changed || points_[to(h)].changed);
             errors[h] = asked ? target(h).error : kUnasked;
         }
     });
     for (Half h = 0; h < from_.size(); ++h) {
         if (errors[h] != kUnasked) queue(h, errors[h]);
     }
+    for (Point& point : points_) point.changed = false;
 }
 
 // The entry with the least error whose ends have not changed since; false where there is none.
@@ -264,7 +266,7 @@ bool EdgeCollapse::collapse(Half h) {
 
 void EdgeCollapse::reduce_to(std::size_t triangles, const Progress& progress) {
     const std::size_t from_count = alive_;
-    // Queued again while that helps: a collapse that did harm may do none later.
+    // Queued again while that helps: a collapse that did harm may do none when what is round it has changed.
     for (std::size_t before = 2 * alive_; alive_ > triangles && alive_ < 0.99 * before;) {
         before = alive_;
         lowest_ = buckets_.size();
@@ -276,7 +278,9 @@ void EdgeCollapse::reduce_to(std::size_t triangles, const Progress& progress) {
                                      static_cast<double>(from_count - triangles));
             const std::uint32_t kept = from(entry.half);
             if (!collapse(entry.half)) continue;
+            points_[kept].changed = true;
             for_each_outgoing(kept, [&](Half out) {
+                points_[to(out)].changed = true;
                 if (!is_fixed(out)) queue(out, target(out).error);
             });
         }

@@ -74,6 +74,7 @@ class EdgeCollapse {
         Vec3d place;  // about origin_, so that quadrics keep their digits
         Quadric quadric;
         bool fixed = false;         // takes part in no collapse
+        bool changed = true;        // it or a neighbour has moved since its edges were queued
         std::uint32_t version = 0;  // counts how often the point changed
         Half outgoing = kNone;      // one of its half-edges; kNone: it has no triangle
         std::uint32_t mark = 0;     // equals last_mark_ where a search has seen it

@@ -100,7 +100,7 @@ Mesh simplify(const Mesh& mesh, const SimplifyOptions& options, SimplifyStats* s
         std::vector<bool> fixed(mesh.points.size(), false);
         found.backed_off = true;
         for (int i = 0; i < kMostAttempts && found.backed_off; ++i) {
-            const double guarded = 0.75 * std::pow(0.85, i) * options.max_error;
+            const double guarded = 0.65 * std::pow(0.9, i) * options.max_error;
             Attempt a = attempt(mesh, tree, options, guarded, fixed);
             for (const std::uint32_t p : a.to_blame) fixed[p] = true;
             if (a.deviation.max > options.max_error) continue;

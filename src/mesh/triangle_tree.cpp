@@ -13,6 +13,16 @@ namespace {
 
 constexpr float kFar = std::numeric_limits<float>::infinity();
 
+double squared_distance_to_box(const TriangleTree::Box& box, const Vec3d& place) {
+    double sum = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        const double below = box.lower[axis] - place[axis], above = place[axis] - box.upper[axis];
+        const double outside = std::max(std::max(below, above), 0.0);
+        sum += outside * outside;
+    }
+    return sum;
+}
+
 }  // namespace
 
 TriangleTree::TriangleTree(const Mesh& mesh)
@@ -60,49 +70,67 @@ void TriangleTree::part(std::size_t node, std::size_t first, std::size_t size) {
     }
 }
 
-double TriangleTree::squared_distance_to_box(std::size_t node, const Vec3d& place) const {
-    double sum = 0;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-        const double outside =
-            std::max({boxes_[node].lower[axis] - place[axis], place[axis] - boxes_[node].upper[axis], 0.0});
-        sum += outside * outside;
-    }
-    return sum;
-}
-
 void TriangleTree::approach_leaf(std::size_t leaf, const Vec3d& place, Nearest& squared) const {
     const std::size_t end = std::min((leaf + 1) * kLeafSize, triangles_.size());
     for (std::size_t i = leaf * kLeafSize; i < end; ++i) {
         const Corners& t = triangles_[i];
-        const double d = squared_distance_to_triangle(place, to_double(t.a), to_double(t.b), to_double(t.c));
+        const double d = squared_distance_to_triangle(place, to_double(t.a), to_double(t.b), to_double(t.c),
+                                                      squared.distance);
         if (d < squared.distance) squared = {d, t.triangle};
     }
 }
 
-TriangleTree::Nearest TriangleTree::nearest(const Vec3d& place, double enough) const {
+TriangleTree::Nearest TriangleTree::nearest(const Vec3d& place, double enough, std::size_t* leaf) const {
     struct Node {
         std::size_t index;
         double squared_distance;  // to its box
     };
     std::array<Node, 64> stack;
     std::size_t depth = 0;
-    stack[depth++] = {1, squared_distance_to_box(1, place)};
+    stack[depth++] = {1, squared_distance_to_box(boxes_[1], place)};
     Nearest squared{std::numeric_limits<double>::infinity(), 0};
+    if (leaf) approach_leaf(*leaf, place, squared);
     while (depth > 0 && squared.distance > enough * enough) {
         const Node node = stack[--depth];
         if (node.squared_distance >= squared.distance) continue;
         if (node.index >= leaves_) {
+            const double before = squared.distance;
             approach_leaf(node.index - leaves_, place, squared);
+            if (leaf && squared.distance < before) *leaf = node.index - leaves_;
             continue;
         }
         const std::size_t child = 2 * node.index;
-        Node near{child, squared_distance_to_box(child, place)};
-        Node far{child + 1, squared_distance_to_box(child + 1, place)};
+        Node near{child, squared_distance_to_box(boxes_[child], place)};
+        Node far{child + 1, squared_distance_to_box(boxes_[child + 1], place)};
         if (far.squared_distance < near.squared_distance) std::swap(near, far);
         if (far.squared_distance < squared.distance) stack[depth++] = far;
         if (near.squared_distance < squared.distance) stack[depth++] = near;  // first
     }
     return {std::sqrt(squared.distance), squared.triangle};
+}
+
+bool TriangleTree::is_within(const Vec3d& place, double distance) const {
+    const double squared = distance * distance;
+    std::array<std::size_t, 64> stack;
+    std::size_t depth = 0;
+    stack[depth++] = 1;
+    while (depth > 0) {
+        const std::size_t node = stack[--depth];
+        if (node >= leaves_) {
+            const std::size_t first = (node - leaves_) * kLeafSize;
+            for (std::size_t i = first; i < std::min(first + kLeafSize, triangles_.size()); ++i) {
+                const Corners& t = triangles_[i];
+                if (squared_distance_to_triangle(place, to_double(t.a), to_double(t.b), to_double(t.c),
+                                                 squared) <= squared)
+                    return true;
+            }
+            continue;
+        }
+        for (const std::size_t child : {2 * node + 1, 2 * node}) {
+            if (squared_distance_to_box(boxes_[child], place) <= squared) stack[depth++] = child;
+        }
+    }
+    return false;
 }
 
 TriangleTree::Box TriangleTree::Corners::box() const {

@@ -1,0 +1,74 @@
+// Any bytes as a mesh file: read_mesh returns triangles that name its points, or throws what it promises. The first byte picks
+// the format.
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cstdint>
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include <marrow/error.h>
+#include <marrow/mesh_io.h>
+
+#include "io/deflate.h"
+#include "mesh_kinds.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+
+void put_file(const fs::path& path, std::string_view bytes) {
+    const int file = open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
+    const bool written =
+        file >= 0 && write(file, bytes.data(), bytes.size()) == static_cast<ssize_t>(bytes.size());
+    if (!written || close(file) != 0) std::abort();
+}
+
+// A checksum keeps most damage from the model inside an archive, so that it also comes as it is.
+void put_model(const fs::path& path, std::string_view model) {
+    constexpr std::string_view kRelations =
+        "<Relationships><Relationship Target=\"m\" Type=\"/3dmodel\"/></Relationships>";
+    marrow::AtomicFile file(path);
+    marrow::ZipWriter zip(file);
+    zip.begin("_rels/.rels");
+    zip.write(kRelations.data(), kRelations.size());
+    zip.begin("m");
+    zip.write(model.data(), model.size());
+    zip.finish();
+    file.commit();
+}
+
+// A folder in memory where there is one, gone at the end.
+struct Place {
+    fs::path folder = [] {
+        std::string name =
+            (fs::exists("/dev/shm") ? "/dev/shm" : "/tmp") + std::string("/marrow-fuzz-XXXXXX");
+        if (!mkdtemp(name.data())) std::abort();
+        return name;
+    }();
+    ~Place() { fs::remove_all(folder); }
+};
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    static const Place place;
+    if (size == 0) return 0;
+    const std::string_view bytes(reinterpret_cast<const char*>(data) + 1, size - 1);
+    const std::size_t kind = data[0] % (std::size(kMeshKinds) + 1);
+    const bool is_model = kind == std::size(kMeshKinds);
+    const fs::path path = place.folder / (std::string("mesh") + (is_model ? ".3mf" : kMeshKinds[kind]));
+    is_model ? put_model(path, bytes) : put_file(path, bytes);
+    try {
+        const marrow::Mesh mesh = marrow::read_mesh(path);
+        for (const marrow::Triangle& t : mesh.triangles) {
+            for (const std::uint32_t corner : t) {
+                if (corner >= mesh.points.size()) std::abort();
+            }
+        }
+    } catch (const marrow::Error&) {
+    }
+    return 0;
+}
