@@ -134,9 +134,19 @@ void take_all(viewer::MainWindow& window, const char* scan, const QString& folde
     camera.take("measure");
     for (int i = 0; i < 3; ++i) camera.key(Qt::Key_Z, Qt::ControlModifier);
 
-    // A box without the lower jaw, and with one half of the head.
+    const auto wheel = [&](int steps) {
+        for (int i = 0; i < std::abs(steps); ++i) {
+            QWheelEvent event(area.center(), view->mapToGlobal(area.center()), QPoint(),
+                              QPoint(0, steps > 0 ? 120 : -120), Qt::NoButton, Qt::NoModifier,
+                              Qt::NoScrollPhase, false);
+            QApplication::sendEvent(view, &event);
+        }
+    };
+
+    // The upper half of the head's right side.
     camera.key(Qt::Key_R);
     camera.key(Qt::Key_K);
+    wheel(-4);
     camera.click(axial, axial->place_of({124, 128, 60}));
     camera.drag(coronal, coronal->place_of({60, 128, -0.5}).toPoint(),
                 coronal->place_of({60, 128, 44.5}).toPoint());
@@ -149,11 +159,7 @@ void take_all(viewer::MainWindow& window, const char* scan, const QString& folde
     // Wireframe, near.
     camera.key(Qt::Key_R);
     camera.key(Qt::Key_W);
-    for (int i = 0; i < 9; ++i) {
-        QWheelEvent wheel(area.center(), view->mapToGlobal(area.center()), QPoint(), QPoint(0, 120),
-                          Qt::NoButton, Qt::NoModifier, Qt::NoScrollPhase, false);
-        QApplication::sendEvent(view, &wheel);
-    }
+    wheel(9);
     camera.take("edges");
     camera.key(Qt::Key_S);
     camera.key(Qt::Key_R);

@@ -2,6 +2,7 @@
 
 #include <QGridLayout>
 #include <QSignalBlocker>
+#include <QVariant>
 
 #include "slice_frame.h"
 
@@ -21,6 +22,7 @@ CropSection::CropSection(Session& session) : session_(session) {
         for (const bool upper : {false, true}) {
             auto* box = new QSpinBox;
             box->setObjectName(QString("crop_%1%2").arg(QChar('x' + axis)).arg(upper ? 1 : 0));
+            box->setProperty("section", QString("crop"));
             box->setKeyboardTracking(false);
             box->setButtonSymbols(QAbstractSpinBox::NoButtons);
             box->setToolTip(upper ? tr("The last sample that surfaces are made of (--crop)")
@@ -77,7 +79,8 @@ void CropSection::follow_parameters() {
             static_cast<double>(box.last[a] - box.first[a]) * scan->volume.geometry().spacing[a];
         size += QString("%1%2").arg(a > 0 ? " × " : "").arg(side, 0, 'f', 1);
     }
-    size_->setText(session_.parameters().crop ? size + " mm" : tr("the whole scan"));
+    size_->setText(size + " mm");
+    size_->setVisible(session_.parameters().crop.has_value());
 }
 
 }  // namespace marrow::viewer

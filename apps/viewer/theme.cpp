@@ -75,9 +75,9 @@ QPushButton#chip { border-radius: 12px; padding: 3px 12px; background: #23272d; 
 QPushButton#chip:hover { background: #2f353d; }
 QPushButton#chip:checked { background: #4a3a1c; border-color: #b98a35; color: #ffd9a0; }
 QPushButton#chip:disabled { color: #50565e; }
-QLineEdit, QDoubleSpinBox, QPlainTextEdit { background: #141619; border: 1px solid #343a43; border-radius: 6px;
+QLineEdit, QDoubleSpinBox, QSpinBox, QPlainTextEdit { background: #141619; border: 1px solid #343a43; border-radius: 6px;
   padding: 4px 7px; selection-background-color: #346fb8; }
-QLineEdit:focus, QDoubleSpinBox:focus { border-color: #4a7ab5; }
+QLineEdit:focus, QDoubleSpinBox:focus, QSpinBox:focus { border-color: #4a7ab5; }
 QLineEdit#surface_name { background: transparent; border: 1px solid transparent; padding: 2px 3px; }
 QLineEdit#surface_name:focus { background: #141619; border-color: #4a7ab5; }
 QLabel[role="heading"] { color: #f0f3f6; font-weight: 600; }
@@ -113,6 +113,11 @@ QProgressBar::chunk { background: #3f83d6; border-radius: 4px; }
 QLineEdit#command, QPlainTextEdit#commands { font-family: "JetBrains Mono", "DejaVu Sans Mono", monospace; font-size: 12px; color: #b7d7a8; background: #101214;
   border-color: #24282e; }
 QScrollArea { border: none; background: transparent; }
+QScrollBar:vertical { background: #1b1e23; width: 8px; margin: 0; }
+QScrollBar::handle:vertical { background: #3a4049; border-radius: 4px; min-height: 30px; }
+QScrollBar::add-line:vertical, QScrollBar::sub-line:vertical { height: 0; }
+QScrollBar::add-page:vertical, QScrollBar::sub-page:vertical { background: transparent; }
+QSpinBox[section="crop"] { padding: 1px 5px; }
 )");
 }
 
