@@ -2,7 +2,7 @@
 PRESET ?= release
 JOBS ?= $(shell nproc)
 
-.PHONY: all build test demo bench paper viewer fuzz install deps
+.PHONY: all build test tsan demo bench scaling paper viewer fuzz install deps
 all: build
 
 deps:
@@ -15,6 +15,11 @@ build: deps
 test: build
 	scripts/test $(PRESET)
 
+# Under ThreadSanitizer; PRESET=asan runs all tests under AddressSanitizer and UBSan.
+tsan:
+	scripts/install-dependencies tsan
+	scripts/tsan
+
 demo: build
 	scripts/demo build/$(PRESET)/bin/marrow
 
@@ -25,7 +30,11 @@ fuzz:
 	scripts/fuzz $(SECONDS)
 
 bench: build
-	build/$(PRESET)/bin/marrow-bench
+	. scripts/test-data; build/$(PRESET)/bin/marrow-bench
+	. scripts/test-data; scripts/bench-scikit-image build/$(PRESET)/bin/marrow-bench
+
+scaling: build
+	scripts/scaling build/$(PRESET)/bin
 
 paper: build
 	scripts/paper build/$(PRESET)/bin/marrow-paper

@@ -14,15 +14,12 @@
 
 #include <marrow/isosurface.h>
 
+#include "timing.h"
 #include "vtk_image.h"
 
 namespace marrow::bench {
 
 namespace {
-
-double milliseconds_since(std::chrono::steady_clock::time_point start) {
-    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-}
 
 std::int64_t mesh_bytes(const Mesh& mesh) {
     return static_cast<std::int64_t>((mesh.points.size() + mesh.normals.size()) * sizeof(Vec3f) +

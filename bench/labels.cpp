@@ -4,11 +4,14 @@
 #include <tbb/parallel_for.h>
 #include <vtkDiscreteFlyingEdges3D.h>
 #include <vtkPolyData.h>
+#include <vtkPolyDataNormals.h>
+#include <vtkWindowedSincPolyDataFilter.h>
 
 #include <CLI/CLI.hpp>
 
 #include <marrow/isosurface.h>
 #include <marrow/labels.h>
+#include <marrow/refine.h>
 #include <marrow/scan_io.h>
 
 #include "timing.h"
@@ -64,12 +67,6 @@ Volume with_labels(const Volume& map, std::size_t most, std::vector<std::int64_t
     return result;
 }
 
-std::size_t triangles_of(const std::vector<LabelSurface>& surfaces) {
-    std::size_t triangles = 0;
-    for (const LabelSurface& s : surfaces) triangles += s.mesh.triangles.size();
-    return triangles;
-}
-
 void run(const std::string& input, std::size_t most, int rounds, int threads) {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
                                     static_cast<std::size_t>(threads));
@@ -78,8 +75,15 @@ void run(const std::string& input, std::size_t most, int rounds, int threads) {
     const auto image = vtk_image(map);
     const std::int64_t samples = map.geometry().sample_count();
 
-    const auto one_by_one = [&](bool normals) {
+    // Every arm has the surfaces of all labels in memory at its end.
+    const auto all_at_once = [&](const LabelOptions& options) {
+        std::size_t triangles = 0;
+        for (const LabelSurface& s : extract_labels(map, options)) triangles += s.mesh.triangles.size();
+        return triangles;
+    };
+    const auto one_by_one = [&](bool smoothed) {
         Volume mask(map.geometry(), SampleType::uint8);
+        std::vector<Mesh> meshes;
         std::size_t triangles = 0;
         for (const std::int64_t label : labels) {
             tbb::parallel_for(tbb::blocked_range<std::int64_t>(0, samples, 1 << 16), [&](const auto& range) {
@@ -87,35 +91,52 @@ void run(const std::string& input, std::size_t most, int rounds, int threads) {
                 for (std::int64_t i = range.begin(); i < range.end(); ++i)
                     mask.samples<std::uint8_t>()[i] = map.samples<std::uint16_t>()[i] == wanted;
             });
-            triangles += extract_isosurface(mask, 0.5, {.normals = normals, .closed = true}).triangles.size();
+            meshes.push_back(extract_isosurface(mask, 0.5, {.normals = smoothed, .closed = true}));
+            if (smoothed) meshes.back() = smooth(meshes.back());
+            triangles += meshes.back().triangles.size();
         }
         return triangles;
     };
-    const auto flying_edges = [&](bool normals) {
+    const auto flying_edges = [&](bool smoothed) {
+        std::vector<vtkSmartPointer<vtkPolyData>> meshes;
         std::size_t triangles = 0;
         for (const std::int64_t label : labels) {
             vtkNew<vtkDiscreteFlyingEdges3D> filter;
             filter->SetInputData(image);
             filter->SetValue(0, static_cast<double>(label));
-            filter->SetComputeNormals(normals);
-            filter->SetComputeGradients(false);
-            filter->SetComputeScalars(false);
+            filter->ComputeNormalsOff();
+            filter->ComputeGradientsOff();
+            filter->ComputeScalarsOff();
             filter->Update();
-            triangles += static_cast<std::size_t>(filter->GetOutput()->GetNumberOfPolys());
+            meshes.emplace_back(filter->GetOutput());
+            if (smoothed) {
+                vtkNew<vtkWindowedSincPolyDataFilter> sinc;
+                sinc->SetInputData(meshes.back());
+                vtkNew<vtkPolyDataNormals> with_normals;
+                with_normals->SetInputConnection(sinc->GetOutputPort());
+                with_normals->SplittingOff();
+                with_normals->ConsistencyOff();
+                with_normals->Update();
+                meshes.back() = with_normals->GetOutput();
+            }
+            triangles += static_cast<std::size_t>(meshes.back()->GetNumberOfPolys());
         }
         return triangles;
     };
-    const Arm arms[] = {
-        {"all at once", [&] { return triangles_of(extract_labels(map, {.relax = 0, .normals = false})); }},
-        {"all at once, relaxed, with normals", [&] { return triangles_of(extract_labels(map)); }},
+    const Way plain[] = {
+        {"all at once", [&] { return all_at_once({.relax = 0, .normals = false}); }},
         {"one extraction a label", [&] { return one_by_one(false); }},
-        {"one extraction a label, with normals", [&] { return one_by_one(true); }},
         {"vtkDiscreteFlyingEdges3D", [&] { return flying_edges(false); }},
-        {"vtkDiscreteFlyingEdges3D, with normals", [&] { return flying_edges(true); }},
+    };
+    const Way smoothed[] = {
+        {"all at once, relaxed, with normals", [&] { return all_at_once({}); }},
+        {"one extraction a label, smooth()", [&] { return one_by_one(true); }},
+        {"vtkDiscreteFlyingEdges3D, windowed sinc, normals", [&] { return flying_edges(true); }},
     };
     fmt::print("{} labels of {} x {} x {} samples, {} threads\n", labels.size(), map.geometry().dims[0],
                map.geometry().dims[1], map.geometry().dims[2], threads);
-    measure(arms, rounds);
+    compare(plain, rounds);
+    compare(smoothed, rounds);
 }
 
 }  // namespace
@@ -123,9 +144,9 @@ void run(const std::string& input, std::size_t most, int rounds, int threads) {
 
 int main(int argc, char** argv) {
     CLI::App app(
-        "Times extract_labels beside one extraction a label. ratio: of the arm's time to the first's, on the "
-        "wall and of "
-        "processors.");
+        "Times extract_labels beside one extraction a label: as the samples have them, and smoothed. ratio: "
+        "of "
+        "the arm's time to that of all at once, on the wall and of processors.");
     std::string input;
     std::size_t labels = 20;
     int rounds = 5, threads = 1;

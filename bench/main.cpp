@@ -3,6 +3,8 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <thread>
 
@@ -12,6 +14,7 @@
 
 #include "arms.h"
 #include "bandwidth.h"
+#include "timing.h"
 #include "volumes.h"
 
 namespace marrow::bench {
@@ -20,21 +23,19 @@ namespace {
 struct Settings {
     bool json = false;
     int rounds = 7;
-    std::vector<std::string> volumes{"phantom-256", "phantom-512", "gyroid-256"};
+    std::vector<std::string> volumes{"phantom-256", "phantom-512", "gyroid-256", "cranium", "vhf-head"};
     std::vector<std::string> arms;
     std::vector<int> threads;
+    std::string save;
     std::string raw, type = "int16";
     std::array<std::int64_t, 3> dims{0, 0, 0};
     double isovalue = 226;
 };
 
-double median(std::vector<double> values) {
-    std::sort(values.begin(), values.end());
-    return values[values.size() / 2];
-}
-
 struct Row {
-    std::string volume, arm, memory;
+    std::string volume;
+    std::int64_t samples, active_cells;
+    std::string arm, memory;
     int threads;
     Result result;  // with the median time
     double ratio_to_flying_edges, limit_fraction;
@@ -45,6 +46,7 @@ std::vector<Row> measure_case(const Case& c, const Settings& settings, int threa
                               const Bandwidth& bandwidth) {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
                                     static_cast<std::size_t>(threads));
+    const std::int64_t active = active_cells(c);
     std::vector<Row> rows;
     for (const Memory memory : {Memory::fresh, Memory::retained}) {
         set_memory(memory);
@@ -72,7 +74,8 @@ std::vector<Row> measure_case(const Case& c, const Settings& settings, int threa
             const double limit_ms =
                 1000 * (static_cast<double>(c.volume.bytes()) / bandwidth.read_bytes_per_second +
                         static_cast<double>(r.output_bytes) / bandwidth.write_bytes_per_second);
-            rows.push_back({c.name, arms[a].name, memory == Memory::fresh ? "fresh" : "retained", threads, r,
+            rows.push_back({c.name, c.volume.geometry().sample_count(), active, arms[a].name,
+                            memory == Memory::fresh ? "fresh" : "retained", threads, r,
                             flying_edges / r.milliseconds, limit_ms / r.milliseconds});
         }
     }
@@ -84,6 +87,8 @@ nlohmann::json to_json(const std::vector<Row>& rows) {
     for (const Row& r : rows) {
         array.push_back(
             {{"volume", r.volume},
+             {"samples", r.samples},
+             {"active_cells", r.active_cells},
              {"arm", r.arm},
              {"threads", r.threads},
              {"memory", r.memory},
@@ -103,7 +108,7 @@ void print(const std::vector<Row>& rows, const Case& c) {
         const double seconds = r.result.milliseconds / 1000;
         fmt::print("{:<12} {:<24} {:>2} {:<9} {:>9.1f} {:>7.2f} {:>9.0f} {:>8.1f} {:>6.2f} {:>9}\n", r.volume,
                    r.arm, r.threads, r.memory, r.result.milliseconds, r.ratio_to_flying_edges,
-                   static_cast<double>(c.volume.geometry().sample_count()) / seconds / 1e6,
+                   static_cast<double>(r.samples) / seconds / 1e6,
                    static_cast<double>(r.result.triangles) / seconds / 1e6, r.limit_fraction,
                    r.result.scratch_bytes < 0
                        ? "-"
@@ -113,17 +118,39 @@ void print(const std::vector<Row>& rows, const Case& c) {
     std::fflush(stdout);
 }
 
-Case make_case(const std::string& name) {
-    const auto dash = name.find('-');
-    if (dash != std::string::npos) {
-        const std::int64_t n = std::atoll(name.c_str() + dash + 1);
-        if (n >= 2 && name.substr(0, dash) == "phantom") return head_phantom(n);
-        if (n >= 2 && name.substr(0, dash) == "gyroid") return gyroid(n);
+template <class Work>
+void for_each_volume(const Settings& settings, const Work& work) {
+    if (settings.raw.empty()) {
+        for (const std::string& name : settings.volumes) {
+            if (const std::optional<Case> c = named_volume(name))
+                work(*c);
+            else
+                fmt::print(stderr, "marrow-bench: {} is not there and left out\n", name);
+        }
+    } else {
+        work(raw_volume(settings.raw, settings.dims, settings.type, settings.isovalue));
     }
-    throw InputError("unknown volume '" + name + "'; use phantom-N or gyroid-N");
 }
 
-int run(const Settings& settings) {
+// Writes the volumes for programs that take no part here, and says what they are.
+void save_volumes(const Settings& settings) {
+    std::filesystem::create_directories(settings.save);
+    auto array = nlohmann::json::array();
+    for_each_volume(settings, [&](const Case& c) {
+        const auto file = std::filesystem::path(settings.save) / (c.name + ".raw");
+        std::ofstream out(file, std::ios::binary);
+        out.write(static_cast<const char*>(c.volume.data()), static_cast<std::streamsize>(c.volume.bytes()));
+        if (!out.flush()) throw IoError(file.string() + ": cannot be written");
+        array.push_back({{"volume", c.name},
+                         {"file", file.string()},
+                         {"dims", c.volume.geometry().dims},
+                         {"type", sample_type_name(c.volume.type())},
+                         {"isovalue", c.isovalue}});
+    });
+    fmt::print("{}\n", array.dump(1));
+}
+
+void time_arms(const Settings& settings) {
     std::vector<Row> all;
     if (!settings.json) {
         fmt::print("{:<12} {:<24} {:>2} {:<9} {:>9} {:>7} {:>9} {:>8} {:>6} {:>9}\n", "volume", "arm", "th",
@@ -135,20 +162,14 @@ int run(const Settings& settings) {
         if (std::thread::hardware_concurrency() > 1)
             thread_counts.push_back(static_cast<int>(std::thread::hardware_concurrency()));
     }
-    const auto measure = [&](const Case& c) {
+    for_each_volume(settings, [&](const Case& c) {
         for (const int threads : thread_counts) {
             const std::vector<Row> rows = measure_case(c, settings, threads, measure_bandwidth(threads));
             if (!settings.json) print(rows, c);
             all.insert(all.end(), rows.begin(), rows.end());
         }
-    };
-    if (settings.raw.empty()) {
-        for (const std::string& name : settings.volumes) measure(make_case(name));
-    } else {
-        measure(raw_volume(settings.raw, settings.dims, settings.type, settings.isovalue));
-    }
+    });
     if (settings.json) fmt::print("{}\n", to_json(all).dump(1));
-    return 0;
 }
 
 }  // namespace
@@ -162,10 +183,16 @@ int main(int argc, char** argv) {
         "at the\n"
         "machine's bandwidth, over the arm's; scratch: memory beside volume and output, of the volume.");
     app.add_flag("--json", settings.json, "an array of objects instead of a table");
+    app.add_option(
+        "--save", settings.save,
+        "time nothing, but write the volumes to this folder, raw, and print what they are as JSON");
     app.add_option("--rounds", settings.rounds, "counted rounds; medians are shown")
         ->capture_default_str()
         ->check(CLI::PositiveNumber);
-    app.add_option("--volumes", settings.volumes, "phantom-N, gyroid-N")
+    app.add_option("--volumes", settings.volumes,
+                   "phantom-N, gyroid-N, waves-N-PERIOD; cranium, of the package invesalius-examples; "
+                   "vhf-head, of the "
+                   "folder MARROW_TEST_DATA")
         ->capture_default_str()
         ->delimiter(',');
     app.add_option("--arms", settings.arms, "only these arms")->delimiter(',');
@@ -177,7 +204,8 @@ int main(int argc, char** argv) {
     app.add_option("--isovalue", settings.isovalue, "its isovalue")->capture_default_str()->needs(raw);
     CLI11_PARSE(app, argc, argv);
     try {
-        return marrow::bench::run(settings);
+        settings.save.empty() ? marrow::bench::time_arms(settings) : marrow::bench::save_volumes(settings);
+        return 0;
     } catch (const std::exception& error) {
         fmt::print(stderr, "marrow-bench: {}\n", error.what());
         return 3;

@@ -7,8 +7,6 @@
 
 #include <fmt/core.h>
 
-#include <algorithm>
-#include <ctime>
 #include <functional>
 #include <string>
 #include <vector>
@@ -18,19 +16,13 @@
 #include <marrow/refine.h>
 
 #include "paper/cranium.h"
+#include "timing.h"
 #include "volumes.h"
 
 namespace marrow::bench {
 namespace {
 
 constexpr int kRounds = 3;
-
-// Of all threads; on a machine that others use too, it says more than time on the wall.
-double cpu_seconds() {
-    timespec now{};
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 vtkSmartPointer<vtkPolyData> to_vtk(const Mesh& mesh) {
     vtkNew<vtkPoints> points;
@@ -63,54 +55,50 @@ Mesh from_vtk(vtkPolyData* data) {
     return mesh;
 }
 
-struct Arm {
+struct Reducer {
     std::string name;
     std::function<Mesh(double&)> run;  // adds the CPU seconds that it took
     std::vector<double> seconds = {};
     Mesh result = {};
 };
 
-void compare(const std::string& name, const Mesh& mesh) {
+void reduce(const std::string& name, const Mesh& mesh) {
     const auto target = static_cast<std::int64_t>(mesh.triangles.size() / 10);
     const auto vtk_mesh = to_vtk(mesh);
-    std::vector<Arm> arms;
-    arms.push_back({"marrow", [&](double& seconds) {
-                        const double start = cpu_seconds();
-                        Mesh result = simplify(mesh, {.triangles = target});
-                        seconds = cpu_seconds() - start;
-                        return result;
-                    }});
-    arms.push_back({"marrow, measured", [&](double& seconds) {
-                        const double start = cpu_seconds();
-                        SimplifyStats stats;
-                        Mesh result = simplify(mesh, {.triangles = target}, &stats);
-                        seconds = cpu_seconds() - start;
-                        return result;
-                    }});
-    arms.push_back({"vtkQuadricDecimation", [&](double& seconds) {
-                        const double start = cpu_seconds();
-                        vtkNew<vtkQuadricDecimation> filter;
-                        filter->SetInputData(vtk_mesh);
-                        filter->SetTargetReduction(0.9);
-                        filter->Update();
-                        seconds = cpu_seconds() - start;
-                        return from_vtk(filter->GetOutput());
-                    }});
+    std::vector<Reducer> reducers;
+    reducers.push_back({"marrow", [&](double& seconds) {
+                            const double start = processor_seconds();
+                            Mesh result = simplify(mesh, {.triangles = target});
+                            seconds = processor_seconds() - start;
+                            return result;
+                        }});
+    reducers.push_back({"marrow, measured", [&](double& seconds) {
+                            const double start = processor_seconds();
+                            SimplifyStats stats;
+                            Mesh result = simplify(mesh, {.triangles = target}, &stats);
+                            seconds = processor_seconds() - start;
+                            return result;
+                        }});
+    reducers.push_back({"vtkQuadricDecimation", [&](double& seconds) {
+                            const double start = processor_seconds();
+                            vtkNew<vtkQuadricDecimation> filter;
+                            filter->SetInputData(vtk_mesh);
+                            filter->SetTargetReduction(0.9);
+                            filter->Update();
+                            seconds = processor_seconds() - start;
+                            return from_vtk(filter->GetOutput());
+                        }});
     for (int round = 0; round < kRounds; ++round) {
-        for (Arm& arm : arms) arm.result = arm.run(arm.seconds.emplace_back());
+        for (Reducer& r : reducers) r.result = r.run(r.seconds.emplace_back());
     }
-    const auto median = [](std::vector<double> values) {
-        std::sort(values.begin(), values.end());
-        return values[values.size() / 2];
-    };
-    const double vtk_seconds = median(arms.back().seconds);
-    for (const Arm& arm : arms) {
-        const MeshMeasures m = measure(arm.result);
-        const MeshDistance distance = mesh_distance(mesh, arm.result);
+    const double vtk_seconds = median(reducers.back().seconds);
+    for (const Reducer& reducer : reducers) {
+        const MeshMeasures m = measure(reducer.result);
+        const MeshDistance distance = mesh_distance(mesh, reducer.result);
         fmt::print("{:<12} {:<21} {:>8} {:>8} {:>8.2f} {:>6.1f} {:>6} {:>8} {:>8.4f} {:>8.3f}\n", name,
-                   arm.name, mesh.triangles.size(), m.triangles, median(arm.seconds),
-                   vtk_seconds / median(arm.seconds), m.boundary_edges, m.nonmanifold_edges, distance.mean,
-                   distance.max);
+                   reducer.name, mesh.triangles.size(), m.triangles, median(reducer.seconds),
+                   vtk_seconds / median(reducer.seconds), m.boundary_edges, m.nonmanifold_edges,
+                   distance.mean, distance.max);
     }
 }
 
@@ -122,9 +110,9 @@ int main() {
     fmt::print("{:<12} {:<21} {:>8} {:>8} {:>8} {:>6} {:>6} {:>8} {:>8} {:>8}\n", "surface", "arm", "from",
                "to", "CPU s", "ratio", "open", "nonmanif", "mean mm", "max mm");
     if (const auto scan = bench::cranium()) {
-        bench::compare("skull", extract_isosurface(*scan, 226, {.closed = true}));
-        bench::compare("skin", extract_isosurface(*scan, -300, {.closed = true}));
+        bench::reduce("skull", extract_isosurface(*scan, 226, {.closed = true}));
+        bench::reduce("skin", extract_isosurface(*scan, -300, {.closed = true}));
     }
     const bench::Case phantom = bench::head_phantom(160);
-    bench::compare(phantom.name, extract_isosurface(phantom.volume, phantom.isovalue, {.closed = true}));
+    bench::reduce(phantom.name, extract_isosurface(phantom.volume, phantom.isovalue, {.closed = true}));
 }

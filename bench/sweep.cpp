@@ -46,7 +46,7 @@ void run(const std::string& input, double from, double to, int steps, int rounds
         }
         return triangles;
     };
-    const Arm arms[] = {
+    const Way ways[] = {
         {"marrow sweep",
          [&] {
              std::size_t triangles = 0;
@@ -66,7 +66,7 @@ void run(const std::string& input, double from, double to, int steps, int rounds
          }},
     };
     fmt::print("{} isovalues from {:g} to {:g}, {} threads\n", steps, from, to, threads);
-    measure(arms, rounds);
+    compare(ways, rounds);
 }
 
 }  // namespace

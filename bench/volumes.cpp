@@ -2,26 +2,34 @@
 
 #include <tbb/parallel_for.h>
 
+#include <atomic>
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 
 #include <marrow/error.h>
+#include <marrow/scan_io.h>
+
+#include "paper/cranium.h"
 
 namespace marrow::bench {
 
 namespace {
 
+constexpr double kBone = 226;  // HU
+
+// `slice` gives, for each z, what gives a slice's samples from x and y.
 template <class T, class F>
-Volume sampled(std::int64_t n, const F& value) {
+Volume sampled(std::int64_t n, const F& slice) {
     Geometry g;
     g.dims = {n, n, n};
     Volume volume(g, sample_type_of<T>());
     T* samples = volume.samples<T>();
     tbb::parallel_for(std::int64_t{0}, n, [&](std::int64_t z) {
+        const auto value = slice(z);
         for (std::int64_t y = 0; y < n; ++y) {
-            for (std::int64_t x = 0; x < n; ++x)
-                samples[(z * n + y) * n + x] = static_cast<T>(value(x, y, z));
+            for (std::int64_t x = 0; x < n; ++x) samples[(z * n + y) * n + x] = static_cast<T>(value(x, y));
         }
     });
     return volume;
@@ -37,39 +45,135 @@ double noise(std::int64_t x, std::int64_t y, std::int64_t z) {
     return static_cast<double>(static_cast<std::int64_t>(h >> 11)) / static_cast<double>(1LL << 52) - 1;
 }
 
+// Where the surface winds with a period of so many samples.
+template <class T>
+Volume gyroid_samples(std::int64_t n, double period, double amplitude) {
+    const double scale = 2 * 3.14159265358979 / period;
+    return sampled<T>(n, [&](std::int64_t k) {
+        const double z = scale * static_cast<double>(k), sin_z = std::sin(z), cos_z = std::cos(z);
+        return [=](std::int64_t i, std::int64_t j) {
+            const double x = scale * static_cast<double>(i), y = scale * static_cast<double>(j);
+            return amplitude * (std::sin(x) * std::cos(y) + std::sin(y) * cos_z + sin_z * std::cos(x));
+        };
+    });
+}
+
 }  // namespace
 
 Case head_phantom(std::int64_t n) {
     const auto unit = [n](std::int64_t i) {
         return (2 * static_cast<double>(i) - static_cast<double>(n) + 1) / static_cast<double>(n);
     };
-    Volume volume = sampled<std::int16_t>(n, [&](std::int64_t i, std::int64_t j, std::int64_t k) {
-        const double x = unit(i), y = unit(j), z = unit(k);
-        const auto ellipsoid = [&](double a, double b, double c) {
-            return std::sqrt(x * x / (a * a) + y * y / (b * b) + z * z / (c * c));
-        };
-        double hu = -1000;
-        if (ellipsoid(0.72, 0.88, 0.92) < 1) hu = 40;   // skin and muscle
-        if (ellipsoid(0.66, 0.82, 0.86) < 1) hu = 900;  // skull
-        if (ellipsoid(0.60, 0.76, 0.80) < 1) hu = 35 + 6 * std::sin(9 * x) * std::cos(8 * y);  // brain
-        for (int t = 0; t < 6; ++t) {  // vessels and airways
-            const double angle = 1.0471975512 * t;
-            const double dx = x - 0.4 * std::cos(angle + z), dy = y - 0.5 * std::sin(angle + z);
-            if (std::abs(z) < 0.75 && std::hypot(dx, dy) < 0.03) hu = t % 2 == 0 ? 350 : -900;
+    struct Tube {
+        double x, y;
+    };
+    Volume volume = sampled<std::int16_t>(n, [&](std::int64_t k) {
+        const double z = unit(k);
+        std::array<Tube, 6> tubes;  // vessels and airways
+        for (std::size_t t = 0; t < tubes.size(); ++t) {
+            const double angle = 1.0471975512 * static_cast<double>(t);
+            tubes[t] = {0.4 * std::cos(angle + z), 0.5 * std::sin(angle + z)};
         }
-        return hu + 12 * noise(i, j, k);
+        return [=](std::int64_t i, std::int64_t j) {
+            const double x = unit(i), y = unit(j);
+            const auto ellipsoid = [&](double a, double b, double c) {
+                return std::sqrt(x * x / (a * a) + y * y / (b * b) + z * z / (c * c));
+            };
+            double hu = -1000;
+            if (ellipsoid(0.72, 0.88, 0.92) < 1) hu = 40;   // skin and muscle
+            if (ellipsoid(0.66, 0.82, 0.86) < 1) hu = 900;  // skull
+            if (ellipsoid(0.60, 0.76, 0.80) < 1) hu = 35 + 6 * std::sin(9 * x) * std::cos(8 * y);  // brain
+            for (std::size_t t = 0; t < tubes.size(); ++t) {
+                constexpr double radius = 0.03;
+                const double dx = x - tubes[t].x, dy = y - tubes[t].y;
+                if (std::abs(z) < 0.75 && std::abs(dx) < radius && std::hypot(dx, dy) < radius)
+                    hu = t % 2 == 0 ? 350 : -900;
+            }
+            return hu + 12 * noise(i, j, k);
+        };
     });
-    return {"phantom-" + std::to_string(n), std::move(volume), 226};
+    return {"phantom-" + std::to_string(n), std::move(volume), kBone};
 }
 
 Case gyroid(std::int64_t n) {
-    const double scale = 2 * 3.14159265358979 / 19.0;
-    Volume volume = sampled<float>(n, [&](std::int64_t i, std::int64_t j, std::int64_t k) {
-        const double x = scale * static_cast<double>(i), y = scale * static_cast<double>(j),
-                     z = scale * static_cast<double>(k);
-        return std::sin(x) * std::cos(y) + std::sin(y) * std::cos(z) + std::sin(z) * std::cos(x);
-    });
-    return {"gyroid-" + std::to_string(n), std::move(volume), 0.1};
+    return {"gyroid-" + std::to_string(n), gyroid_samples<float>(n, 19, 1), 0.1};
+}
+
+Case waves(std::int64_t n, std::int64_t period) {
+    return {"waves-" + std::to_string(n) + "-" + std::to_string(period),
+            gyroid_samples<std::int16_t>(n, static_cast<double>(period), 1000), 100};
+}
+
+std::optional<Case> named_volume(const std::string& name) {
+    const auto dash = name.find('-');
+    if (dash != std::string::npos) {
+        const std::int64_t n = std::atoll(name.c_str() + dash + 1);
+        if (n >= 2 && name.substr(0, dash) == "phantom") return head_phantom(n);
+        if (n >= 2 && name.substr(0, dash) == "gyroid") return gyroid(n);
+        const auto second = name.find('-', dash + 1);
+        if (n >= 2 && second != std::string::npos && name.substr(0, dash) == "waves") {
+            const std::int64_t period = std::atoll(name.c_str() + second + 1);
+            if (period >= 4) return waves(n, period);
+        }
+    }
+    if (name == "cranium") {
+        std::optional<Volume> scan = cranium();
+        if (!scan) return std::nullopt;
+        return Case{name, std::move(*scan), kBone};
+    }
+    if (name == "vhf-head") {
+        const char* data = std::getenv("MARROW_TEST_DATA");
+        const auto folder = std::filesystem::path(data ? data : "") / "vhf_head_ct";
+        if (!data || !std::filesystem::exists(folder)) return std::nullopt;
+        return Case{name, read_scan(folder), kBone};
+    }
+    throw InputError("unknown volume '" + name +
+                     "'; use phantom-N, gyroid-N, waves-N-PERIOD, cranium or vhf-head");
+}
+
+std::int64_t active_cells(const Case& c) {
+    const auto count = [&](auto sample) {
+        using T = decltype(sample);
+        const T* samples = c.volume.samples<T>();
+        const auto [nx, ny, nz] = c.volume.geometry().dims;
+        std::atomic<std::int64_t> active = 0;
+        tbb::parallel_for(std::int64_t{1}, nz, [&, nx = nx, ny = ny](std::int64_t z) {
+            // How many of the four samples at each x are inside, for one row of cells.
+            std::vector<unsigned char> inside(static_cast<std::size_t>(nx));
+            std::int64_t found = 0;
+            for (std::int64_t y = 1; y < ny; ++y) {
+                const T* row = samples + ((z - 1) * ny + y - 1) * nx;
+                const std::array<const T*, 4> rows{row, row + nx, row + nx * ny, row + nx * ny + nx};
+                for (std::size_t x = 0; x < inside.size(); ++x) {
+                    inside[x] = 0;
+                    for (const T* r : rows) inside[x] += static_cast<double>(r[x]) >= c.isovalue;
+                }
+                for (std::size_t x = 1; x < inside.size(); ++x) {
+                    const int corners = inside[x - 1] + inside[x];
+                    found += corners != 0 && corners != 8;
+                }
+            }
+            active += found;
+        });
+        return active.load();
+    };
+    switch (c.volume.type()) {
+        case SampleType::uint8:
+            return count(std::uint8_t{});
+        case SampleType::int8:
+            return count(std::int8_t{});
+        case SampleType::uint16:
+            return count(std::uint16_t{});
+        case SampleType::int16:
+            return count(std::int16_t{});
+        case SampleType::int32:
+            return count(std::int32_t{});
+        case SampleType::float32:
+            return count(float{});
+        case SampleType::float64:
+            break;
+    }
+    return count(double{});
 }
 
 Case raw_volume(const std::string& file, const std::array<std::int64_t, 3>& dims, const std::string& type,

@@ -31,7 +31,7 @@ void write_meshes_to(const fs::path& folder) {
     for (const char* ending : kMeshKinds) {
         const fs::path path = work / (std::string("mesh") + ending);
         marrow::write_mesh(mesh, path);
-        write_file(folder / (ending + 1), kind++ + content(path));
+        write_file(folder / (ending + 1), kind++ + read_file(path));
     }
     write_file(
         folder / "model",

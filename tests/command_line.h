@@ -50,7 +50,7 @@ void write_nrrd(const std::filesystem::path& file, int nx, int ny, int nz, const
             }
         }
     }
-    put_content(file, text);
+    write_file(file, text);
 }
 
 /// A ball of `radius` mm round sample (cx, cy, cz): 1000 at its middle, 0 at its surface, -1000 far away.

@@ -42,7 +42,7 @@ TEST_F(CommandLine, WritesTheMeshAndSaysWhatItIs) {
     const Outcome outcome = extract({"-o", mesh, "--isovalue", "0"});
     EXPECT_EQ(outcome.code, 0) << outcome.err;
     EXPECT_EQ(outcome.err, "");
-    const std::string header = content(mesh).substr(0, 400);
+    const std::string header = read_file(mesh).substr(0, 400);
     const auto count = [&](const std::string& element) {
         return std::stoi(header.substr(header.find(element) + element.size()));
     };
@@ -78,9 +78,9 @@ TEST_F(CommandLine, JsonHoldsTheNumbersOfTheMesh) {
 
 TEST_F(CommandLine, RasTurnsWhatIsWritten) {
     const Json lps = extract_json({"-o", mesh, "--isovalue", "0"})["bounds_mm"];
-    const std::string first = content(mesh);
+    const std::string first = read_file(mesh);
     const Json ras = extract_json({"-o", mesh, "--isovalue", "0", "--space", "RAS"})["bounds_mm"];
-    EXPECT_NE(content(mesh), first);
+    EXPECT_NE(read_file(mesh), first);
     for (int axis = 0; axis < 2; ++axis) {
         EXPECT_EQ(ras[0][axis], -lps[1][axis].get<double>());
         EXPECT_EQ(ras[1][axis], -lps[0][axis].get<double>());
@@ -123,7 +123,7 @@ TEST_F(CommandLine, WritesSeveralSurfacesByName) {
     const Outcome outcome = extract({"-o", folder / "{name}.stl", "--isovalue", "0", "--isovalue", "5e2"});
     EXPECT_EQ(outcome.code, 0) << outcome.err;
     EXPECT_EQ(folder.files(), (Names{"0.stl", "5e2.stl", "ball.nrrd"}));
-    EXPECT_GT(content(folder / "0.stl").size(), content(folder / "5e2.stl").size());
+    EXPECT_GT(read_file(folder / "0.stl").size(), read_file(folder / "5e2.stl").size());
 }
 
 TEST_F(CommandLine, WritesSeveralSurfacesToAFolder) {
@@ -183,7 +183,7 @@ TEST_F(CommandLine, WithinLittleMemoryTheFileHasTheSameBytes) {
             for (const std::string memory : {"2M", "610K"}) {
                 const Json json = extract_json(
                     {"-o", slabs, "--isovalue", "100", "--space", space, "--max-memory", memory});
-                EXPECT_TRUE(content(whole) == content(slabs)) << ending << space << memory;
+                EXPECT_TRUE(read_file(whole) == read_file(slabs)) << ending << space << memory;
                 EXPECT_GT(json["triangles"], 10000);
                 EXPECT_TRUE(json["components"].is_null());
             }
@@ -283,11 +283,11 @@ TEST_F(CommandLine, ChecksMeshes) {
     EXPECT_EQ(json["thin_walls"]["triangles"], 0);
     EXPECT_EQ(marrow_with({"check", stl, "--strict", "--min-wall", "30"}).code, 6);
 
-    std::string bytes = content(stl);  // one triangle less
+    std::string bytes = read_file(stl);  // one triangle less
     bytes[80] = static_cast<char>(bytes[80] - 1);
     if (bytes[80] == -1) bytes[81] = static_cast<char>(bytes[81] - 1);
     bytes.resize(bytes.size() - 50);
-    put_content(stl, bytes);
+    write_file(stl, bytes);
     EXPECT_EQ(marrow_with({"check", stl}).code, 0);
     EXPECT_EQ(marrow_with({"check", stl, "--strict"}).code, 6);
     EXPECT_EQ(Json::parse(marrow_with({"check", stl, "--json"}).out)["boundary_edges"], 3);
@@ -353,7 +353,7 @@ TEST_F(CommandLine, TakesSamplesWithAirForHounsfieldUnitsAndSaysSo) {
     EXPECT_EQ(outcome.code, 0);
     EXPECT_NE(outcome.err.find("warning: NRRD does not say whether this is CT"), outcome.err.npos)
         << outcome.err;
-    EXPECT_EQ(extract_json({"-o", mesh, "--type", "skin", "-q"})["isovalue"], -300);
+    EXPECT_EQ(extract_json({"-o", mesh, "--type", "skin", "-q"})["isovalue"], -300.5);
 }
 
 TEST_F(CommandLine, RefusesPresetsWithoutHounsfieldUnits) {
@@ -365,9 +365,9 @@ TEST_F(CommandLine, RefusesPresetsWithoutHounsfieldUnits) {
 }
 
 TEST_F(CommandLine, SaysWhyItCannotReadOrWrite) {
-    put_content(folder / "text.dcm",
+    write_file(folder / "text.dcm",
                 "This is not a DICOM file, but it is long enough to look at its preamble.\n");
-    put_content(folder / "cut.nii", std::string("\x5c\x01\0\0", 4) + std::string(344, '\0'));
+    write_file(folder / "cut.nii", std::string("\x5c\x01\0\0", 4) + std::string(344, '\0'));
     std::filesystem::create_directory(folder / "empty");
     const Names before = folder.files();
     const std::vector<std::pair<std::string, std::string>> pairs{
@@ -386,11 +386,11 @@ TEST_F(CommandLine, SaysWhyItCannotReadOrWrite) {
 }
 
 TEST_F(CommandLine, StopsWithoutATraceWhenAskedTo) {
-    put_content(mesh, "old");
+    write_file(mesh, "old");
     const Outcome outcome = marrow_with({scan, "-o", mesh, "--isovalue", "0"}, true);
     EXPECT_EQ(outcome.code, 130);
     EXPECT_EQ(outcome.err, "marrow: cancelled\n");
-    EXPECT_EQ(content(mesh), "old");
+    EXPECT_EQ(read_file(mesh), "old");
     EXPECT_EQ(folder.files(), (Names{"ball.nrrd", "ball.ply"}));
 }
 

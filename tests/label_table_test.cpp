@@ -12,7 +12,7 @@ namespace {
 
 LabelTable table_of(const std::string& text) {
     const TemporaryFolder folder;
-    put_content(folder / "table", text);
+    write_file(folder / "table", text);
     return read_label_table(folder / "table");
 }
 

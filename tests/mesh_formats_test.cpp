@@ -150,7 +150,7 @@ TEST(Write3mf, TheSameBytesEveryTime) {
     const Two two;
     write_meshes(two.objects, folder / "a.3mf");
     write_meshes(two.objects, folder / "b.3mf");
-    EXPECT_TRUE(content(folder / "a.3mf") == content(folder / "b.3mf"));
+    EXPECT_TRUE(read_file(folder / "a.3mf") == read_file(folder / "b.3mf"));
 }
 
 TEST(WriteMeshes, NamesThatAreNoTextAreMended) {
@@ -293,7 +293,7 @@ TEST(WriteMeshes, GzippedFilesHoldTheSameBytes) {
         const std::string plain = folder / ("a" + ending), packed = plain + ".gz";
         write_mesh(mesh, plain);
         write_mesh(mesh, packed);
-        const std::string expected = content(plain);
+        const std::string expected = read_file(plain);
         std::string read(expected.size() + 1, '\0');
         gzFile file = gzopen(packed.c_str(), "rb");
         ASSERT_TRUE(file);
@@ -302,7 +302,7 @@ TEST(WriteMeshes, GzippedFilesHoldTheSameBytes) {
         EXPECT_EQ(gzclose(file), Z_OK);
         read.pop_back();
         EXPECT_TRUE(read == expected);
-        EXPECT_LT(content(packed).size(), expected.size());
+        EXPECT_LT(read_file(packed).size(), expected.size());
     }
 }
 

@@ -57,7 +57,7 @@ void write_bmp(const fs::path& file, const std::uint8_t* slice) {
     for (std::uint32_t grey = 0; grey < 256; ++grey) put(grey * 0x010101u);
     for (std::int64_t row = kSide; row-- > 0;)  // from the bottom
         out.append(reinterpret_cast<const char*>(slice + row * kSide), kSide);
-    test::put_content(file, out);
+    test::write_file(file, out);
 }
 
 // The slices of an 8-bit volume, numbered without leading zeros: natural order is the reader's work.
@@ -141,13 +141,13 @@ void expect_surface_back(const PaperInput& input) {
     const Mesh expected = extract_isosurface(input.slices, input.isovalue, {.closed = true});
     ASSERT_GT(expected.triangles.size(), 50'000u) << "a head, not noise";
     write_mesh(expected, work / "expected.ply");
-    const std::string expected_file = test::content(work / "expected.ply");
+    const std::string expected_file = test::read_file(work / "expected.ply");
 
     for (const std::string format : {"png", "tif", "bmp"}) {
         write_slices(work / format, input.slices, format);
         const test::Outcome outcome = surface_of_folder(work / format, input, work / (format + ".ply"));
         ASSERT_EQ(outcome.code, kOk) << outcome.err;
-        EXPECT_TRUE(test::content(work / (format + ".ply")) == expected_file)
+        EXPECT_TRUE(test::read_file(work / (format + ".ply")) == expected_file)
             << format << ": not the same bytes";
     }
 
@@ -160,7 +160,7 @@ void expect_surface_back(const PaperInput& input) {
     const Volume decoded = read_scan(work / "jpg", options);
     const Mesh surface = extract_isosurface(decoded, input.isovalue, {.closed = true});
     write_mesh(surface, work / "from_decoded.ply");
-    EXPECT_TRUE(test::content(work / "jpg.ply") == test::content(work / "from_decoded.ply"));
+    EXPECT_TRUE(test::read_file(work / "jpg.ply") == test::read_file(work / "from_decoded.ply"));
     const MeshDistance moved = mesh_distance(surface, expected, 20'000);
     EXPECT_GT(moved.mean, 0);
     EXPECT_LT(moved.mean, 0.1 * input.slices.geometry().spacing[0]);

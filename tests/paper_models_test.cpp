@@ -13,18 +13,18 @@
 namespace marrow::test {
 namespace {
 
-std::vector<bench::Model> models() {
+std::vector<paper::Model> models() {
     const char* data = std::getenv("MARROW_TEST_DATA");
     const std::filesystem::path folder = data != nullptr ? data : "";
     if (!std::filesystem::exists(folder / "vhf_head_ct") && !bench::cranium()) return {};
     std::vector<std::string> notes;
-    return bench::cut_models(folder, notes);
+    return paper::cut_models(folder, notes);
 }
 
 TEST(PaperModels, SharingSavesFourFifthsOfThePoints) {
     const auto all = models();
     if (all.empty()) GTEST_SKIP() << "neither vhf_head_ct nor Cranium is there";
-    for (const bench::Model& model : all) {
+    for (const paper::Model& model : all) {
         const auto classic = extract_isosurface_classic(model.volume, model.isovalue).points.size();
         const auto shared = extract_isosurface(model.volume, model.isovalue).points.size();
         EXPECT_LE(static_cast<double>(shared), 0.2 * static_cast<double>(classic)) << model.name;
@@ -35,7 +35,7 @@ TEST(PaperModels, SnappingSavesAQuarterMoreWithoutSliversOrRoughness) {
     constexpr double kSnap = 0.3;
     const auto all = models();
     if (all.empty()) GTEST_SKIP() << "neither vhf_head_ct nor Cranium is there";
-    for (const bench::Model& model : all) {
+    for (const paper::Model& model : all) {
         const auto& spacing = model.volume.geometry().spacing;
         const double longest = *std::max_element(spacing.begin(), spacing.end());
         const Mesh before = extract_isosurface(model.volume, model.isovalue);

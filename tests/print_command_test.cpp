@@ -23,7 +23,7 @@ TEST_F(Sweep, WritesATableAndAPlot) {
     const Outcome outcome = marrow_with({"sweep", scan, "--from", "-500", "--to", "500", "-n", "11", "-o",
                                          folder / "a.csv", "--plot", folder / "a.svg"});
     EXPECT_EQ(outcome.code, 0) << outcome.err;
-    std::istringstream table(content(folder / "a.csv"));
+    std::istringstream table(read_file(folder / "a.csv"));
     std::string line;
     std::getline(table, line);
     EXPECT_EQ(line, "isovalue,volume_mm3,area_mm2,components,triangles,shift_mm,plateau");
@@ -37,7 +37,7 @@ TEST_F(Sweep, WritesATableAndAPlot) {
         last_volume = volume;
     }
     EXPECT_FALSE(std::getline(table, line));
-    const std::string svg = content(folder / "a.svg");
+    const std::string svg = read_file(folder / "a.svg");
     EXPECT_EQ(svg.find("<svg "), 0u);
     EXPECT_NE(svg.find("</svg>"), svg.npos);
 }
@@ -79,7 +79,7 @@ TEST_F(Sweep, SeveralSurfacesGoIntoOneFile) {
         marrow_with({scan, "-o", folder / "two.glb", "--type", "bone", "--type", "skin", "--json"});
     ASSERT_EQ(outcome.code, 0) << outcome.err;
     EXPECT_EQ(folder.files(), (Names{"ball.nrrd", "two.glb"}));
-    const std::string file = content(folder / "two.glb");
+    const std::string file = read_file(folder / "two.glb");
     EXPECT_NE(file.find("\"name\":\"bone\""), file.npos);
     EXPECT_NE(file.find("\"name\":\"skin\""), file.npos);
     EXPECT_EQ(marrow_with({scan, "-o", folder / "two.stl", "--type", "bone", "--type", "skin"}).code, kUsage);
@@ -93,7 +93,7 @@ class LabelMap : public testing::Test {
             const bool inside = x > 0 && x < 11 && y > 0 && y < 5 && z > 0 && z < 4;
             return !inside ? 0 : x < 6 ? 3 : x < 9 ? 7 : 12;
         });
-        put_content(folder / "table.ctbl", "3 liver 255 0 0 255\n7 a/b 0 255 0 255\n");
+        write_file(folder / "table.ctbl", "3 liver 255 0 0 255\n7 a/b 0 255 0 255\n");
     }
     const TemporaryFolder folder;
     const std::string map = folder / "map.nrrd";
@@ -116,7 +116,7 @@ TEST_F(LabelMap, BecomesOneFileOfNamedSurfaces) {
         EXPECT_EQ(s["euler_characteristic"], 2);
         EXPECT_GT(s["volume_mm3"], 0);
     }
-    const std::string file = content(folder / "all.glb");
+    const std::string file = read_file(folder / "all.glb");
     EXPECT_NE(file.find("\"name\":\"liver\",\"pbrMetallicRoughness\":{\"baseColorFactor\":[1,0,0,1]"),
               file.npos);
 }
@@ -128,7 +128,7 @@ TEST_F(LabelMap, BecomesAFileForEachLabel) {
 }
 
 TEST_F(LabelMap, TellsLabelsOfOneNameApart) {
-    put_content(table, "3 part\n7 part\n");
+    write_file(table, "3 part\n7 part\n");
     EXPECT_EQ(marrow_with({map, "--labels", table, "-o", folder / "{name}.stl"}).code, 0);
     EXPECT_EQ(folder.files(), (Names{"map.nrrd", "table.ctbl", "part-3.stl", "part-7.stl", "label-12.stl"}));
 }
@@ -155,7 +155,7 @@ TEST_F(LabelMap, RefusesWhatMakesNoSense) {
     EXPECT_EQ(code({}), kUsage);
     EXPECT_EQ(marrow_with({map, "-o", folder / "a.glb", "--isovalue", "1", "--relax", "3"}).code, kUsage);
     EXPECT_EQ(marrow_with({map, "--labels", folder / "missing", "-o", folder / "a.glb"}).code, kUnreadable);
-    put_content(table, "nonsense");
+    write_file(table, "nonsense");
     EXPECT_EQ(code({"-o", folder / "a.glb"}), kUnreadable);
     write_nrrd(map, 3, 3, 3, [](int, int, int) { return 0; });
     EXPECT_EQ(marrow_with({map, "--labels", "-o", folder / "a.glb"}).code, kEmpty);

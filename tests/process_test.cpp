@@ -49,17 +49,17 @@ TEST(Process, InterruptedLeavesTheOldFileOrTheWholeNewOne) {
     int interrupted = 0;
     for (int delay = 30; delay <= 600; delay = delay * 3 / 2) {
         for (const int signal : {SIGINT, SIGTERM}) {
-            put_content(mesh, "old");
+            write_file(mesh, "old");
             const int code = exit_code_after(command, signal, std::chrono::milliseconds(delay));
             if (code == 130) {
-                EXPECT_EQ(content(mesh), "old");
+                EXPECT_EQ(read_file(mesh), "old");
                 ++interrupted;
             } else if (code == 0) {
                 EXPECT_EQ(std::filesystem::file_size(mesh), whole);
             } else {
                 // The signal came before the program was ready for it.
                 EXPECT_EQ(code, -signal);
-                EXPECT_EQ(content(mesh), "old");
+                EXPECT_EQ(read_file(mesh), "old");
             }
             EXPECT_EQ(folder.files(), (Names{"mesh.stl", "scan.nrrd"}));
         }

@@ -55,7 +55,7 @@ void expect_same(const Mesh& read, const Mesh& mesh) {
 class ReadMesh : public testing::Test {
   protected:
     fs::path write(const std::string& name, const std::string& text) {
-        put_content(folder / name, text);
+        write_file(folder / name, text);
         return folder / name;
     }
     const TemporaryFolder folder;
@@ -147,7 +147,7 @@ TEST_F(ReadMesh, ReadsTextFormatsAsOthersWriteThem) {
 TEST_F(ReadMesh, RefusesFilesThatAreCutOff) {
     for (const char* name : {"a.stl", "a.ply", "a.vtp"}) {
         write_mesh(mesh, folder / name);
-        const std::string whole = content(folder / name);
+        const std::string whole = read_file(folder / name);
         for (const double fraction : {0.0, 0.02, 0.1, 0.5, 0.97}) {
             const fs::path cut = write(std::string("cut-") + name,
                                        whole.substr(0, static_cast<std::size_t>(fraction * whole.size())));
@@ -159,7 +159,7 @@ TEST_F(ReadMesh, RefusesFilesThatAreCutOff) {
 TEST_F(ReadMesh, RefusesCompressedFilesThatAreCutOffOrDamaged) {
     for (const char* name : {"a.stl.gz", "a.ply.gz", "a.obj.gz"}) {
         write_mesh(mesh, folder / name);
-        const std::string whole = content(folder / name);
+        const std::string whole = read_file(folder / name);
         for (const std::size_t size : {std::size_t{0}, std::size_t{7}, whole.size() / 2, whole.size() - 1})
             EXPECT_THROW(read_mesh(write(std::string("cut-") + name, whole.substr(0, size))), InputError)
                 << name << " " << size;
@@ -170,7 +170,7 @@ TEST_F(ReadMesh, RefusesCompressedFilesThatAreCutOffOrDamaged) {
     }
     // Of several streams, as gzip appends them.
     write_mesh(mesh, folder / "a.obj.gz");
-    const std::string once = content(folder / "a.obj.gz");
+    const std::string once = read_file(folder / "a.obj.gz");
     const Mesh twice = read_mesh(write("b.obj.gz", once + once));
     EXPECT_EQ(twice.points.size(), 2 * mesh.points.size());
 }
@@ -179,7 +179,7 @@ TEST_F(ReadMesh, NeverBelievesDamagedBytes) {
     Random random(4);
     for (const char* name : {"a.stl", "a.ply", "a.obj", "a.vtp", "a.stl.gz", "a.obj.gz"}) {
         write_mesh(mesh, folder / name);
-        const std::string whole = content(folder / name);
+        const std::string whole = read_file(folder / name);
         for (int trial = 0; trial < 300; ++trial) {
             std::string damaged = whole;
             // Headers are where most can go wrong.

@@ -76,7 +76,7 @@ class ReadObjects : public testing::Test {
         return path;
     }
     fs::path file(const std::string& name, const std::string& bytes) {
-        put_content(folder / name, bytes);
+        write_file(folder / name, bytes);
         return folder / name;
     }
     // Why a file is refused; empty where it is not.
@@ -212,7 +212,7 @@ TEST_F(ReadObjects, ReadsWhatAssimpWrites) {
 TEST_F(ReadObjects, RefusesFilesThatAreCutOff) {
     for (const char* name : {"a.3mf", "a.glb"}) {
         write_mesh(first, folder / name);
-        const std::string whole = content(folder / name);
+        const std::string whole = read_file(folder / name);
         for (std::size_t size = 0; size < whole.size(); size += 1 + whole.size() / 97)
             EXPECT_NE(refusal(file(std::string("cut-") + name, whole.substr(0, size))), "") << name << size;
     }
@@ -232,7 +232,7 @@ TEST_F(ReadObjects, NeverBelievesDamagedBytes) {
     };
     write_mesh(first, folder / "a.glb");
     write_mesh(first, folder / "a.3mf");
-    const std::string in_glb = content(folder / "a.glb"), archive = content(folder / "a.3mf");
+    const std::string in_glb = read_file(folder / "a.glb"), archive = read_file(folder / "a.3mf");
     for (int trial = 0; trial < 400; ++trial) {
         read(file("b.glb", damaged(in_glb, trial % 2 ? 1000 : in_glb.size())));
         read(file("b.3mf", damaged(archive, archive.size())));
@@ -282,7 +282,7 @@ TEST_F(ReadObjects, SaysWhatOf3mfIsNotRead) {
     write_zip(folder / "a.3mf", {{"_rels/.rels", kRelations}, {"3D/3dmodel.model", "<model>" + solid}});
     says(refusal(folder / "a.3mf"), "cut off");
     says(refusal(file("a.3mf", "PK, but no archive at all")), "no whole ZIP archive");
-    const std::string archive = content(model(solid));
+    const std::string archive = read_file(model(solid));
     const std::size_t entry = archive.rfind("PK\1\2");  // the model's in the directory
     const auto with = [&](std::size_t at, const std::string& bytes) {
         std::string changed = archive;

@@ -7,7 +7,6 @@
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <functional>
 #include <map>
 #include <string>
@@ -18,18 +17,6 @@
 namespace marrow::test {
 
 namespace fs = std::filesystem;
-
-inline fs::path write_file(const fs::path& path, const std::string& bytes) {
-    fs::create_directories(path.parent_path());
-    fs::remove(path);  // some file systems write through when a file is truncated and written again
-    std::ofstream(path, std::ios::binary) << bytes;
-    return path;
-}
-
-inline std::string read_file(const fs::path& path) {
-    std::ifstream in(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
-}
 
 /// A number's bytes, little-endian unless asked.
 template <class T>

@@ -20,8 +20,8 @@ class Slicer : public testing::Test {
         const std::string output = folder / "said";
         const std::string command =
             "HOME='" + folder.path().string() + "' prusa-slicer " + arguments + " > '" + output + "' 2>&1";
-        EXPECT_EQ(std::system(command.c_str()), 0) << content(output);
-        return content(output);
+        EXPECT_EQ(std::system(command.c_str()), 0) << read_file(output);
+        return read_file(output);
     }
 
     void expect_sliced(const std::string& mesh, const std::string& options) const {

@@ -1,4 +1,4 @@
-/// A folder for a test's files.
+/// A folder for a test's files, and what is in them.
 #pragma once
 
 #include <cstdlib>
@@ -38,13 +38,18 @@ class TemporaryFolder {
     std::filesystem::path path_;
 };
 
-inline std::string content(const std::filesystem::path& file) {
+inline std::string read_file(const std::filesystem::path& file) {
     std::ifstream in(file, std::ios::binary);
     return {std::istreambuf_iterator<char>(in), {}};
 }
 
-inline void put_content(const std::filesystem::path& file, const std::string& text) {
-    std::ofstream(file, std::ios::binary) << text;
+/// Makes the file's folder too. \return the file
+inline std::filesystem::path write_file(const std::filesystem::path& file, const std::string& bytes) {
+    std::filesystem::create_directories(file.parent_path());
+    std::filesystem::remove(
+        file);  // some file systems write through when a file is truncated and written again
+    std::ofstream(file, std::ios::binary) << bytes;
+    return file;
 }
 
 }  // namespace marrow::test

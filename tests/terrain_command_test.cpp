@@ -45,7 +45,7 @@ std::filesystem::path write_grid(const std::filesystem::path& file) {
             text << 100 - std::max(std::abs(column - 32) * 3, std::abs(row - 24) * 4) << ' ';
         text << '\n';
     }
-    put_content(file, text.str());
+    write_file(file, text.str());
     return file;
 }
 
@@ -95,7 +95,7 @@ TEST(TerrainCommand, WritesLevelsAsNodesOfOneScene) {
     const Outcome outcome = terrain_with({grid, "-o", folder / "levels.glb", "--levels", "3", "--json"});
     ASSERT_EQ(outcome.code, kOk) << outcome.err;
     const auto levels = nlohmann::json::parse(outcome.out)["levels"];
-    const std::string glb = content(folder / "levels.glb");
+    const std::string glb = read_file(folder / "levels.glb");
     ASSERT_EQ(glb.substr(0, 4), "glTF");
     std::uint32_t bytes;
     std::memcpy(&bytes, glb.data() + 12, sizeof bytes);
@@ -115,7 +115,7 @@ TEST(TerrainCommand, FilesClaimNoPatientSpace) {
     for (const char* ending : {"stl", "ply", "obj", "vtp"}) {
         const auto file = folder / (std::string("tent.") + ending);
         ASSERT_EQ(terrain_with({grid, "-o", file}).code, kOk);
-        const std::string head = content(file).substr(0, 2000);
+        const std::string head = read_file(file).substr(0, 2000);
         EXPECT_EQ(head.find("SPACE"), head.npos) << ending;
         EXPECT_EQ(head.find("LPS"), head.npos) << ending;
     }

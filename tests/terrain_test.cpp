@@ -312,9 +312,9 @@ TEST(Terrain, RefusesWhatItCannotRead) {
     const test::TemporaryFolder folder;
     refusal<IoError>(folder / "missing.tif");
     refusal<InputError>(folder.path());
-    test::put_content(folder / "text.tif", "not a raster");
+    test::write_file(folder / "text.tif", "not a raster");
     refusal<InputError>(folder / "text.tif");
-    test::put_content(folder / "elsewhere.vrt",
+    test::write_file(folder / "elsewhere.vrt",
                       "<VRTDataset rasterXSize=\"2\" rasterYSize=\"2\"><VRTRasterBand dataType=\"Byte\" "
                       "band=\"1\"><SimpleSource><SourceFilename>/etc/passwd</SourceFilename></SimpleSource>"
                       "</VRTRasterBand></VRTDataset>");

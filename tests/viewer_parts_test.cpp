@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include <marrow/filter.h>
 #include <marrow/isosurface.h>
 
 #include "pick.h"
@@ -47,7 +48,8 @@ TEST(SliceContour, MeetsTheSurface) {
                 constexpr std::int64_t kSlice = 4;
                 std::vector<Vec3d> ends;
                 for (const QLineF& line :
-                     slice_contour(slice_samples(scan->volume, frame, kSlice), frame.size, isovalue)) {
+                     slice_contour(slice_samples(scan->volume, frame, kSlice), frame.size,
+                                   slice_range(frame, {{0, 0, 0}, {6, 7, 8}}, kSlice), isovalue, false)) {
                     for (const QPointF& end : {line.p1(), line.p2()}) {
                         Vec3d elsewhere{};
                         elsewhere[through] = kSlice;
@@ -73,6 +75,53 @@ TEST(SliceContour, MeetsTheSurface) {
                 if (isovalue == 0.5) {
                     EXPECT_TRUE(all_in(points, ends)) << static_cast<int>(plane);
                 }
+            }
+        }
+    }
+}
+
+// Lines from samples and from the mesh itself agree: on all slices, in and at the border of a box, closed or open.
+TEST(SliceContour, IsWhereTheMeshMeetsTheSlice) {
+    for (const Mat3d& direction : {kStraight, kSagittal}) {
+        const auto scan = noise({9, 8, 7}, direction, 6);
+        const Geometry& geometry = scan->volume.geometry();
+        for (const SampleBox& box : {SampleBox{{0, 0, 0}, {8, 7, 6}}, SampleBox{{2, 1, 3}, {6, 7, 4}}}) {
+            for (const bool closed : {false, true}) {
+                const Volume cropped = crop(scan->volume, box.first, box.last);
+                const Mesh mesh = extract_isosurface(cropped, 0.5, {.closed = closed});
+                double all = 0;
+                for (const Plane plane : {Plane::axial, Plane::coronal, Plane::sagittal}) {
+                    const SliceFrame frame = slice_frame(geometry, plane);
+                    const auto through = static_cast<std::size_t>(frame.through);
+                    for (std::int64_t slice = 0; slice < geometry.dims[through]; ++slice) {
+                        const auto here = ::testing::Message()
+                                          << static_cast<int>(plane) << " slice " << slice << " closed "
+                                          << closed << " from " << box.first[through];
+                        const QVector<QLineF> cut = slice_mesh(mesh, geometry, box, frame, slice);
+                        const QVector<QLineF> contour =
+                            slice_contour(slice_samples(scan->volume, frame, slice), frame.size,
+                                          slice_range(frame, box, slice), 0.5, closed);
+                        const auto length = [](const QVector<QLineF>& lines) {
+                            double sum = 0;
+                            for (const QLineF& line : lines) sum += line.length();
+                            return sum;
+                        };
+                        const bool in_box = slice >= box.first[through] && slice <= box.last[through];
+                        ASSERT_TRUE(in_box || contour.empty()) << here;
+                        all += length(contour);
+                        ASSERT_NEAR(length(cut), length(contour), 1e-3 * length(contour)) << here;
+                        for (const QLineF& line : cut) {
+                            ASSERT_TRUE(std::any_of(contour.begin(), contour.end(), [&](const QLineF& other) {
+                                const auto near = [](const QPointF& a, const QPointF& b) {
+                                    return std::hypot(a.x() - b.x(), a.y() - b.y()) < 1e-3;
+                                };
+                                return (near(line.p1(), other.p1()) && near(line.p2(), other.p2())) ||
+                                       (near(line.p1(), other.p2()) && near(line.p2(), other.p1()));
+                            })) << here;
+                        }
+                    }
+                }
+                EXPECT_GT(all, 50) << closed;
             }
         }
     }
@@ -143,11 +192,35 @@ TEST(Worker, TheNewestRequestWinsAndUrgentOnesInterrupt) {
     worker.post({0, 0}, [&](const Progress&) { ++urgent_ends; });
     while (urgent_ends == 0 || slow_starts < 2) std::this_thread::yield();  // done in between, then again
     EXPECT_EQ(slow_ends, 0);
-    worker.post({1, 0}, [&](const Progress&) { let_go = true; });  // replaces what runs
+    worker.forget({1, 0});  // which runs
+    worker.post({1, 0}, [&](const Progress&) { let_go = true; });
     while (!let_go) std::this_thread::yield();
     worker.forget_all();
     EXPECT_EQ(slow_ends, 0);
     EXPECT_EQ(old_ends, 0);
+}
+
+TEST(Worker, RequestsThatComeFasterThanTheyAreDoneAreNotAllInVain) {
+    std::atomic<int> starts{0}, ends{0};
+    std::atomic<bool> let_go{false};
+    Worker worker;
+    const auto job = [&](const Progress& unless_interrupted) {
+        ++starts;
+        while (!let_go) {
+            report(unless_interrupted, 0);
+            std::this_thread::yield();
+        }
+        ++ends;
+    };
+    worker.post({0, 0}, job);
+    while (starts == 0) std::this_thread::yield();
+    for (int i = 0; i < 10; ++i) worker.post({0, 0}, job);
+    let_go = true;
+    while (ends < 2) std::this_thread::yield();  // the one that ran, and the newest
+    worker.post({0, 0}, [&](const Progress&) { let_go = false; });
+    while (let_go) std::this_thread::yield();
+    EXPECT_EQ(starts, 2);
+    EXPECT_EQ(ends, 2);
 }
 
 TEST(Session, UndoesEverythingInSteps) {
@@ -157,7 +230,7 @@ TEST(Session, UndoesEverythingInSteps) {
     std::vector<Parameters> states{first};
     std::mt19937 random(11);
     for (int i = 0; i < 200; ++i) {
-        const int what = static_cast<int>(random() % 8);
+        const int what = static_cast<int>(random() % 9);
         const double value = static_cast<double>(random() % 1000) / 250 - 2;
         const int before = session.undo_stack().index();
         switch (what) {
@@ -186,6 +259,9 @@ TEST(Session, UndoesEverythingInSteps) {
                 session.set_tool(Tool::distance);
                 session.click({value, 0, 0});
                 session.click({0, value, 0});
+                break;
+            case 8:
+                session.move_crop_side({random() % 3, random() % 2 == 0}, 4 + 2 * value);
                 break;
         }
         session.seal();

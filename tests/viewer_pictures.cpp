@@ -134,6 +134,18 @@ void take_all(viewer::MainWindow& window, const char* scan, const QString& folde
     camera.take("measure");
     for (int i = 0; i < 3; ++i) camera.key(Qt::Key_Z, Qt::ControlModifier);
 
+    // A box without the lower jaw, and with one half of the head.
+    camera.key(Qt::Key_R);
+    camera.key(Qt::Key_K);
+    camera.click(axial, axial->place_of({124, 128, 60}));
+    camera.drag(coronal, coronal->place_of({60, 128, -0.5}).toPoint(),
+                coronal->place_of({60, 128, 44.5}).toPoint());
+    camera.drag(axial, axial->place_of({255.5, 60, 60}).toPoint(),
+                axial->place_of({139.5, 60, 60}).toPoint());
+    camera.take("crop");
+    camera.key(Qt::Key_N);
+    window.findChild<QAction*>("whole_scan")->trigger();
+
     // Wireframe, near.
     camera.key(Qt::Key_R);
     camera.key(Qt::Key_W);

@@ -1,57 +1,16 @@
 // The viewer, driven by mouse and keys: what it then knows, and what it shows.
-#include <cmath>
-#include <random>
-
-#include <QDialog>
 #include <QListWidget>
-#include <QMimeData>
-#include <QTableWidget>
 
 #include <marrow/isosurface.h>
-#include <marrow/refine.h>
 
 #include "cranium.h"
-#include "dicom_series.h"
-#include "viewer_window.h"
-
-// Qt, VTK and OpenGL drivers keep memory until the process ends; AddressSanitizer, where it is on, shall not take that
-// for our leak.
-extern "C" const char* __asan_default_options() {
-    return "detect_leaks=0";
-}
+#include "viewer_ball.h"
 
 namespace marrow::test {
 namespace {
 
 using viewer::Parameters;
 using viewer::Plane;
-
-constexpr int kSide = 48, kSlices = 25;  // samples 1 x 1 x 2 mm apart
-constexpr double kRadius = 15;           // mm
-constexpr Vec3d kMiddle{24, 22, 12};     // index
-
-Vec3d position_of(const Vec3d& index) {  // as write_nrrd places it
-    return {10 + index[0], 20 + index[1], 30 + 2 * index[2]};
-}
-
-double distance(const Vec3d& a, const Vec3d& b) {
-    return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
-}
-
-class BallViewer : public ViewerTest {
-  protected:
-    void SetUp() override {
-        ViewerTest::SetUp();
-        if (IsSkipped()) return;
-        scan = folder / "ball.nrrd";
-        write_nrrd(scan, kSide, kSide, kSlices, ball(kMiddle[0], kMiddle[1], kMiddle[2], kRadius));
-        ASSERT_TRUE(open(scan));
-        session().set_isovalue(0);  // the ball's surface
-        ASSERT_TRUE(settle());
-    }
-
-    std::filesystem::path scan;
-};
 
 TEST_F(BallViewer, ShowsTheSurfaceThatTheLibraryExtracts) {
     const auto& dims = session().scan()->volume.geometry().dims;
@@ -237,112 +196,6 @@ TEST_F(BallViewer, MeasuresOnTheSurface) {
     EXPECT_GT(line, before + 100);
 }
 
-TEST_F(BallViewer, ExportsWhatTheShownCommandLineWrites) {
-    const auto compare = [&](const char* ending, const char* what) {
-        ASSERT_TRUE(settle());
-        key(Qt::Key_S, Qt::ControlModifier);
-        auto* dialog = window->findChild<viewer::ExportDialog*>("export_dialog");
-        ASSERT_TRUE(dialog);
-        const std::filesystem::path file = folder / (std::string("it's ours") + ending);
-        dialog->set_file(QString::fromStdString(file.string()));
-        if (std::string(what) == "RAS") dialog->findChild<QComboBox*>("space")->setCurrentIndex(1);
-        const std::string line = dialog->commands().toStdString();
-        bool written = false;
-        const auto connection =
-            QObject::connect(window.get(), &viewer::MainWindow::written, [&] { written = true; });
-        QTest::keyClick(dialog, Qt::Key_Return);
-        ASSERT_TRUE(wait([&] { return written; }));
-        QObject::disconnect(connection);
-        const std::string ours = content(file);
-        ASSERT_FALSE(ours.empty()) << what << " " << window->banner().toStdString();
-
-        std::filesystem::remove(file);
-        const std::string programs = std::filesystem::path(MARROW_PROGRAM).parent_path();
-        ASSERT_EQ(std::system(("PATH='" + programs + "':$PATH; " + line + " -q").c_str()), 0) << line;
-        EXPECT_TRUE(content(file) == ours) << what << " " << line;
-        QTest::qWait(1);  // the dialog goes
-    };
-    for (const viewer::ExportFormat& format : viewer::kExportFormats) compare(format.ending, "as it is");
-    compare(".ply", "RAS");
-    session().set_isovalue(123.456);
-    compare(".stl", "a value between samples");
-    window->findChild<QCheckBox*>("largest")->click();
-    window->findChild<QCheckBox*>("open")->click();
-    EXPECT_TRUE(session().parameters().largest && session().parameters().open);
-    compare(".stl", "largest, open");
-    session().set_isovalue(*session().scan()->otsu);
-    EXPECT_NE(window->command().indexOf("--isovalue otsu"), -1);
-    compare(".vtp", "Otsu");
-    QTest::mouseClick(window->findChildren<QPushButton*>("chip").front(), Qt::LeftButton);
-    EXPECT_EQ(session().current()->isovalue, 225.5);
-    EXPECT_NE(window->command().indexOf("--type bone"), -1);
-    compare(".stl", "bone");
-}
-
-TEST_F(BallViewer, SaysWhyAFileCannotBeWritten) {
-    window->write({{session().parameters().current, folder / "nowhere" / "ball.stl"}}, Space::LPS);
-    ASSERT_TRUE(wait([&] { return !window->busy(); }));
-    EXPECT_NE(window->banner().indexOf("nowhere"), -1) << window->banner().toStdString();
-}
-
-TEST_F(BallViewer, ABadFileLeavesThePreviousScan) {
-    const viewer::Scan* before = session().scan();
-    put_content(folder / "bad.nrrd", "NRRD0005\ntype: int16\ndimension: 3\nsizes: 9 9\n\n");
-    for (const auto& bad : {folder / "bad.nrrd", folder / "missing.nii", folder / "missing"}) {
-        window->open(bad);
-        ASSERT_TRUE(wait([&] { return !window->busy(); }));
-        EXPECT_FALSE(window->banner().isEmpty());
-        EXPECT_EQ(session().scan(), before);
-    }
-    EXPECT_GT(count(picture(), warm), 1000);
-    key(Qt::Key_Escape);
-    EXPECT_TRUE(window->banner().isEmpty());
-}
-
-TEST_F(BallViewer, StopsLoading) {
-    const viewer::Scan* before = session().scan();
-    write_nrrd(folder / "large.nrrd", 200, 200, 200, [](int x, int y, int z) { return x ^ y ^ z; });
-    window->open(folder / "large.nrrd");
-    EXPECT_TRUE(window->busy());
-    key(Qt::Key_Escape);
-    EXPECT_FALSE(window->busy());
-    QTest::qWait(300);
-    EXPECT_EQ(session().scan(), before);
-    ASSERT_TRUE(open(folder / "large.nrrd"));  // and can be asked again
-    EXPECT_EQ(session().scan()->volume.geometry().dims[0], 200);
-}
-
-TEST_F(BallViewer, OpensWhatIsDropped) {
-    write_nrrd(folder / "dropped.nrrd", 20, 20, 20, ball(10, 10, 10, 5));
-    const viewer::Scan* before = session().scan();
-    QMimeData data;
-    data.setUrls({QUrl::fromLocalFile((folder / "dropped.nrrd").c_str())});
-    QDragEnterEvent enter(QPoint(100, 100), Qt::CopyAction, &data, Qt::LeftButton, Qt::NoModifier);
-    QApplication::sendEvent(window.get(), &enter);
-    EXPECT_TRUE(enter.isAccepted());
-    QDropEvent drop(QPointF(100, 100), Qt::CopyAction, &data, Qt::LeftButton, Qt::NoModifier);
-    QApplication::sendEvent(window.get(), &drop);
-    ASSERT_TRUE(wait([&] { return session().scan() != before; }));
-    EXPECT_EQ(session().scan()->volume.geometry().dims[0], 20);
-}
-
-TEST_F(BallViewer, AsksWhichSeries) {
-    const TemporaryFolder series;
-    for (const char* uid : {"1.2.3", "1.2.4"}) {
-        write_series(series, std::string(uid) == "1.2.3" ? 5 : 6, uid,
-                     [&](DicomWriter& slice, int) { slice.text(0x0020000e, "UI", uid); });
-    }
-    window->open(series.path());
-    ASSERT_TRUE(wait([&] { return window->findChild<viewer::SeriesDialog*>() != nullptr; }));
-    auto* dialog = window->findChild<viewer::SeriesDialog*>();
-    EXPECT_EQ(dialog->findChild<QTableWidget*>("series")->rowCount(), 2);
-    const viewer::Scan* before = session().scan();
-    QTest::keyClick(dialog, Qt::Key_Return);  // the larger one is proposed
-    ASSERT_TRUE(wait([&] { return session().scan() != before; })) << window->banner().toStdString();
-    EXPECT_EQ(session().scan()->volume.geometry().dims[2], 6);
-    EXPECT_NE(window->command().indexOf("--series 1.2.4"), -1) << window->command().toStdString();
-}
-
 TEST_F(BallViewer, ShowsSeveralSurfaces) {
     key(Qt::Key_X);  // the crosshair is red too
     session().add_surface("core", 600, QColor(200, 40, 40), 1);
@@ -379,119 +232,6 @@ TEST_F(BallViewer, WindowByDrag) {
     EXPECT_EQ(session().undo_stack().undoText(), "window");
     key(Qt::Key_Z, Qt::ControlModifier);
     EXPECT_TRUE(session().parameters().window == before);  // the drag is one step
-}
-
-TEST_F(BallViewer, PicturesHaveTheSizeAskedFor) {
-    const QImage image = view()->picture({640, 360});
-    EXPECT_EQ(image.size(), QSize(640, 360));
-    const QImage rgb = image.convertToFormat(QImage::Format_RGB32);
-    EXPECT_GT(count(rgb, warm), 640 * 360 / 20);
-    // The window's own picture is as before.
-    EXPECT_GT(count(picture(), warm), 1000);
-    view()->set_light_background(true);
-    EXPECT_GT(qGray(picture().pixel(3, 3)), 200);
-}
-
-// Whatever comes, in whatever order: it goes on, and in the end shows what was asked for.
-TEST_F(BallViewer, Survives2000RandomEvents) {
-    write_nrrd(folder / "other.nrrd", 60, 50, 40, ball(25, 30, 20, 22));
-    put_content(folder / "bad.nrrd", "NRRD0005\ntype: int16\n\n");
-    const std::vector<std::filesystem::path> inputs{scan, folder / "other.nrrd", folder / "bad.nrrd"};
-    const std::vector<int> keys{Qt::Key_W, Qt::Key_S, Qt::Key_R,      Qt::Key_1,  Qt::Key_2,
-                                Qt::Key_3, Qt::Key_4, Qt::Key_5,      Qt::Key_6,  Qt::Key_C,
-                                Qt::Key_F, Qt::Key_D, Qt::Key_A,      Qt::Key_N,  Qt::Key_T,
-                                Qt::Key_X, Qt::Key_B, Qt::Key_Escape, Qt::Key_Tab};
-    std::mt19937 random(20260719);
-    const auto any = [&](int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); };
-    const auto place = [&](QWidget* widget) { return QPoint(any(widget->width()), any(widget->height())); };
-    for (int event = 0; event < 2000; ++event) {
-        const std::vector<QWidget*> widgets{view(), window->slice_view(Plane::axial),
-                                            window->slice_view(Plane::coronal),
-                                            window->slice_view(Plane::sagittal), window->histogram_bar()};
-        QWidget* widget = widgets[static_cast<std::size_t>(any(5))];
-        const auto button =
-            std::array{Qt::LeftButton, Qt::MiddleButton, Qt::RightButton}[static_cast<std::size_t>(any(3))];
-        switch (any(14)) {
-            case 0:
-            case 1:
-                QTest::mouseClick(widget, button, any(4) ? Qt::NoModifier : Qt::ShiftModifier, place(widget));
-                break;
-            case 2:
-            case 3: {
-                const QPoint from = place(widget), to = place(widget);
-                QTest::mousePress(widget, button, Qt::NoModifier, from);
-                for (int i = 1; i <= 3; ++i) {
-                    QMouseEvent move(QEvent::MouseMove, from + (to - from) * i / 3, Qt::NoButton, button,
-                                     Qt::NoModifier);
-                    QApplication::sendEvent(widget, &move);
-                }
-                if (any(10)) QTest::mouseRelease(widget, button, Qt::NoModifier, to);
-                break;
-            }
-            case 4: {
-                QWheelEvent wheel(place(widget), widget->mapToGlobal(QPoint(5, 5)), QPoint(),
-                                  QPoint(0, any(2) ? 120 : -120), Qt::NoButton,
-                                  any(3) ? Qt::NoModifier : Qt::ControlModifier, Qt::NoScrollPhase, false);
-                QApplication::sendEvent(widget, &wheel);
-                break;
-            }
-            case 5:
-            case 6:
-                key(keys[static_cast<std::size_t>(any(static_cast<int>(keys.size())))]);
-                break;
-            case 7:
-                key(Qt::Key_Z, any(2) ? Qt::ControlModifier : Qt::ControlModifier | Qt::ShiftModifier);
-                break;
-            case 8:
-                QTest::keyClick(widget, std::array{Qt::Key_Left, Qt::Key_Right, Qt::Key_PageUp,
-                                                   Qt::Key_PageDown}[static_cast<std::size_t>(any(4))]);
-                break;
-            case 9:
-                if (any(8) == 0) window->open(inputs[static_cast<std::size_t>(any(3))]);
-                break;
-            case 10:
-                if (any(8) == 0) window->resize(700 + any(700), 500 + any(500));
-                break;
-            case 11: {
-                const auto chips = window->findChildren<QPushButton*>("chip");
-                QTest::mouseClick(chips[any(static_cast<int>(chips.size()))], Qt::LeftButton);
-                break;
-            }
-            case 12:
-                if (any(5) > 0)
-                    break;  // each new surface has its shaders compiled, which takes long in software
-                if (session().parameters().surfaces.size() < 4)
-                    session().add_surface("s", session().current()->isovalue + any(200) - 100, {},
-                                          0.2 + 0.2 * any(5));
-                else
-                    session().remove_surface(
-                        session().parameters().surfaces[static_cast<std::size_t>(any(4))].id);
-                break;
-            case 13:
-                for (const char* name : {"largest", "open"})
-                    if (any(4) == 0) window->findChild<QCheckBox*>(name)->click();
-                break;
-        }
-        if (any(12) == 0) QApplication::processEvents();
-        ASSERT_TRUE(session().current());
-        for (std::size_t a = 0; a < 3; ++a) {
-            ASSERT_GE(session().crosshair()[a], 0);
-            ASSERT_LE(session().crosshair()[a],
-                      static_cast<double>(session().scan()->volume.geometry().dims[a] - 1));
-        }
-    }
-    for (QAction* action : window->findChildren<QAction*>("turntable"))
-        if (action->isChecked()) action->trigger();
-    ASSERT_TRUE(settle());
-    const Parameters& p = session().parameters();
-    for (const viewer::SurfaceParameters& surface : p.surfaces) {
-        const auto shape = window->surfaces().exact(surface.id);
-        ASSERT_TRUE(shape);
-        Mesh expected = extract_isosurface(session().scan()->volume, surface.isovalue, {.closed = !p.open});
-        if (p.largest) expected = keep_components(expected, {.count = 1, .cavities = false});
-        EXPECT_EQ(shape->mesh->points, expected.points);
-        EXPECT_EQ(shape->mesh->triangles, expected.triangles);
-    }
 }
 
 // The whole story on a real head.

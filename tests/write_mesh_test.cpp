@@ -152,7 +152,7 @@ TEST_P(EveryFormat, SaysItsSpaceWhere3DSlicerLooks) {
     const auto file = folder / (std::string("ball.") + ending);
     write_mesh(ball(), file, {.space = space});
     const std::string name = space == Space::RAS ? "RAS" : "LPS";
-    const std::string text = content(file);
+    const std::string text = read_file(file);
     switch (mesh_format(file)) {
         case MeshFormat::stl: {
             const std::string header = text.substr(0, 80);
@@ -195,9 +195,9 @@ TEST_P(EveryFormat, WritesAMeshWithoutNormals) {
 TEST_P(EveryFormat, LeavesTheOldFileWhenCancelled) {
     const TemporaryFolder folder;
     const auto file = folder / (std::string("ball.") + GetParam().ending);
-    put_content(file, "old");
+    write_file(file, "old");
     EXPECT_THROW(write_mesh(ball(), file, {.progress = [](double) { return false; }}), Cancelled);
-    EXPECT_EQ(content(file), "old");
+    EXPECT_EQ(read_file(file), "old");
     EXPECT_EQ(folder.files().size(), 1u);
 }
 
@@ -217,7 +217,7 @@ TEST(WriteStl, FacetNormalsAreUnitAndFaceOutward) {
     const TemporaryFolder folder;
     const Mesh mesh = ball();
     write_mesh(mesh, folder / "ball.stl");
-    const std::string bytes = content(folder / "ball.stl");
+    const std::string bytes = read_file(folder / "ball.stl");
     ASSERT_EQ(bytes.size(), 84 + 50 * mesh.triangles.size());
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
         Vec3f facet;
@@ -236,7 +236,7 @@ TEST(WriteStl, GivesATriangleWithoutAreaNoNormal) {
     mesh.points = {{0, 0, 0}, {1, 1, 1}, {2, 2, 2}};
     mesh.triangles = {{0, 1, 2}};
     write_mesh(mesh, folder / "line.stl");
-    EXPECT_EQ(content(folder / "line.stl").substr(84, 12), std::string(12, '\0'));
+    EXPECT_EQ(read_file(folder / "line.stl").substr(84, 12), std::string(12, '\0'));
 }
 
 TEST(WriteMesh, TakesEndingsInEitherCase) {
@@ -250,7 +250,7 @@ TEST(WriteMesh, TakesEndingsInEitherCase) {
 
 TEST(WriteMesh, RefusesAndLeavesNothing) {
     const TemporaryFolder folder;
-    put_content(folder / "file", "old");
+    write_file(folder / "file", "old");
     const Mesh mesh = ball();
     EXPECT_THROW(write_mesh(mesh, folder / "a.xyz"), InputError);
     EXPECT_THROW(write_mesh(mesh, folder / "stl"), InputError);
@@ -263,7 +263,7 @@ TEST(WriteMesh, RefusesAndLeavesNothing) {
     dangling.triangles.back()[1] = static_cast<std::uint32_t>(dangling.points.size());
     EXPECT_THROW(write_mesh(dangling, folder / "a.stl"), InputError);
     EXPECT_EQ(folder.files(), Names{"file"});
-    EXPECT_EQ(content(folder / "file"), "old");
+    EXPECT_EQ(read_file(folder / "file"), "old");
 }
 
 }  // namespace

@@ -22,11 +22,13 @@ struct Request {
     const Preset* preset;
 };
 
-Request request_for(const Scan& scan, const SurfaceParameters& surface) {
+Request request_for(const Scan& scan, const Parameters& parameters, const SurfaceParameters& surface) {
     const auto preset = std::find_if(kPresets.begin(), kPresets.end(),
                                      [&](const Preset& p) { return p.isovalue() == surface.isovalue; });
     if (scan.hounsfield && preset != kPresets.end()) return {"--type", std::string(preset->name), &*preset};
-    if (scan.otsu && *scan.otsu == surface.isovalue) return {"--isovalue", "otsu", nullptr};
+    // With --crop, otsu is that of the samples which are left.
+    if (scan.otsu && *scan.otsu == surface.isovalue && !parameters.crop)
+        return {"--isovalue", "otsu", nullptr};
     return {"--isovalue", number_text(surface.isovalue), nullptr};
 }
 
@@ -53,8 +55,9 @@ QString size_text(double bytes) {
     return QString::number(bytes / 1e9, 'f', 2) + " GB";
 }
 
-MeshObject export_object(const Scan& scan, const SurfaceParameters& surface, const Mesh& mesh) {
-    const Request request = request_for(scan, surface);
+MeshObject export_object(const Scan& scan, const Parameters& parameters, const SurfaceParameters& surface,
+                         const Mesh& mesh) {
+    const Request request = request_for(scan, parameters, surface);
     MeshObject object{&mesh, request.value};
     if (request.preset) object.colour = request.preset->colour;
     return object;
@@ -69,8 +72,17 @@ std::vector<std::string> command_arguments(const Scan& scan, const Parameters& p
         result.emplace_back(option);
         result.push_back(value);
     };
-    const Request request = request_for(scan, surface);
+    const Request request = request_for(scan, parameters, surface);
     add(request.option, request.value);
+    if (parameters.crop) {
+        std::string box = "vox:";
+        for (std::size_t a = 0; a < 3; ++a)
+            box.append(a > 0 ? "," : "")
+                .append(std::to_string(parameters.crop->first[a]))
+                .append(",")
+                .append(std::to_string(parameters.crop->last[a]));
+        add("--crop", box);
+    }
     if (parameters.largest) result.emplace_back("--largest");
     if (parameters.open) result.emplace_back("--open");
     if (space == Space::RAS) add("--space", "RAS");

@@ -35,7 +35,8 @@ std::optional<double> estimated_bytes(const std::string& ending, std::size_t poi
 QString size_text(double bytes);
 
 /// The surface as the command line writes it: its name there, and the colour of a preset.
-MeshObject export_object(const Scan& scan, const SurfaceParameters& surface, const Mesh& mesh);
+MeshObject export_object(const Scan& scan, const Parameters& parameters, const SurfaceParameters& surface,
+                         const Mesh& mesh);
 
 /// The arguments after `marrow` that write this surface to `output`.
 std::vector<std::string> command_arguments(const Scan& scan, const Parameters& parameters,

@@ -43,6 +43,7 @@ void Loader::open(const fs::path& input, const ScanOptions& options) {
             what();
         });
     };
+    worker_.forget(kLoading);
     worker_.post(kLoading, [=, this](const Progress& unless_interrupted) {
         auto told = std::chrono::steady_clock::now();
         ScanOptions watched = options;

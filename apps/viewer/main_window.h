@@ -1,26 +1,26 @@
-// The window: what stands where, and the actions.
+// The window: what stands where, and what happens when.
 #pragma once
 
-#include <QActionGroup>
-#include <QDoubleSpinBox>
 #include <QLabel>
-#include <QLineEdit>
 #include <QMainWindow>
 #include <QProgressBar>
-#include <QPushButton>
 #include <QSplitter>
 #include <QStackedWidget>
 #include <QTimer>
 #include <QToolButton>
 
+#include "actions.h"
+#include "banner.h"
+#include "control_bar.h"
 #include "dialogs.h"
-#include "histogram_bar.h"
 #include "loading.h"
 #include "panel.h"
 #include "session.h"
 #include "slice_view.h"
 #include "surface_view.h"
 #include "surfaces.h"
+#include "welcome.h"
+#include "writing.h"
 
 namespace marrow::viewer {
 
@@ -34,16 +34,16 @@ class MainWindow : public QMainWindow {
     void open(const std::filesystem::path& input, const ScanOptions& options = {});
     /// Writes files away from the window's thread. \pre each surface is there in full resolution
     void write(const std::vector<ExportFile>& files, Space space);
-    bool busy() const { return loader_.busy() || writing_; }
+    bool busy() const { return loader_.busy() || writer_.busy(); }
 
     Session& session() { return session_; }
     Surfaces& surfaces() { return surfaces_; }
     SurfaceView* surface_view() { return view_; }
     SliceView* slice_view(Plane plane) { return slices_[static_cast<std::size_t>(plane)]; }
-    HistogramBar* histogram_bar() { return histogram_; }
+    HistogramBar* histogram_bar() { return controls_->histogram(); }
     /// The sentence in the banner; empty where there is none.
-    QString banner() const;
-    QString command() const { return command_->text(); }
+    QString banner() const { return banner_->sentence(); }
+    QString command() const { return controls_->command(); }
 
   signals:
     void written();  ///< or not: then the banner says why
@@ -52,61 +52,46 @@ class MainWindow : public QMainWindow {
     void dragEnterEvent(QDragEnterEvent* event) override;
     void dropEvent(QDropEvent* event) override;
     void closeEvent(QCloseEvent* event) override;
+    void resizeEvent(QResizeEvent* event) override;
 
   private:
-    QAction* action(const QString& name, const QString& text, const QKeySequence& shortcut,
-                    const QString& tip);
-    void make_actions();
-    void make_menus();
-    void make_tool_bar();
-    QWidget* make_welcome();
-    QWidget* make_bottom();
-    void make_banner();
-    void connect_all();
+    void make_views();
+    void make_status_bar();
+    void connect_actions();
+    void connect_rest();
+    void restore();
 
     void follow_scan();
-    void follow_parameters();
-    void follow_command();
+    void show_progress(const QString& what);
+    void hide_progress();
     void choose_scan(bool folder);
     void choose_series(const std::filesystem::path& input, const ScanOptions& options,
                        const ScanReport& report);
     void remember(const Scan& scan);
     void fill_recent();
-    void say(const QString& sentence, bool error);
-    void place_banner();
     void export_surface();
     void save_picture();
     void save_turntable();
-    void show_about();
-    void show_keys();
-    void resizeEvent(QResizeEvent* event) override;
 
     Session session_;
     Surfaces surfaces_{session_};
     Loader loader_;
-    Worker writer_;
-    bool writing_ = false;
+    Writer writer_;
     QString export_folder_;
+    QTimer turning_;
 
+    Actions* actions_;
     QStackedWidget* stack_;
+    Welcome* welcome_;
     QSplitter *columns_, *slice_column_, *rows_;
     Panel* panel_;
     SurfaceView* view_;
     std::array<SliceView*, 3> slices_;
-    HistogramBar* histogram_;
-    QDoubleSpinBox* isovalue_;
-    std::vector<QPushButton*> chips_;
-    QLineEdit* command_;
-    QFrame* banner_;
-    QLabel* banner_text_;
+    ControlBar* controls_;
+    Banner* banner_;
     QLabel* facts_;
     QProgressBar* progress_;
     QToolButton* cancel_;
-    QTimer turning_, banner_timer_;
-    QMenu* recent_;
-    QWidget* welcome_recent_;
-    QActionGroup *modes_, *tools_, *cuts_;
-    std::map<QString, QAction*> actions_;
 };
 
 }  // namespace marrow::viewer

@@ -77,8 +77,8 @@ int measure_viewer(MainWindow& window, const std::filesystem::path& input, const
         return 3;
     }
     const double loading = static_cast<double>(clock.elapsed());
-    const Watchdog::Stall stall_loading = watchdog.longest();
     run_until([&] { return surfaces.settled() && !view.stale(); });
+    const Watchdog::Stall stall_loading = watchdog.longest();  // to the first surface on the screen
 
     const Geometry& g = session.scan()->volume.geometry();
     const int id = session.parameters().current;

@@ -12,6 +12,8 @@
 #include <QSignalBlocker>
 #include <QStyle>
 
+#include "crop_section.h"
+
 namespace marrow::viewer {
 namespace {
 
@@ -144,8 +146,8 @@ void SurfaceRow::choose_colour() {
     dialog->open();
 }
 
-Panel::Panel(Session& session, Surfaces& surfaces, QWidget* parent)
-    : QWidget(parent), session_(session), surfaces_(surfaces) {
+Panel::Panel(Session& session, Surfaces& surfaces, QAction* whole_scan)
+    : session_(session), surfaces_(surfaces) {
     setObjectName("panel");
     setMinimumWidth(230);
     auto* layout = new QVBoxLayout(this);
@@ -260,6 +262,16 @@ Panel::Panel(Session& session, Surfaces& surfaces, QWidget* parent)
         numbers_[static_cast<std::size_t>(i)] = value;
     }
     layout->addLayout(grid);
+
+    layout->addSpacing(10);
+    auto* crop_top = new QHBoxLayout;
+    crop_top->addWidget(heading(tr("Crop")));
+    crop_top->addStretch();
+    auto* whole = new QToolButton;
+    whole->setDefaultAction(whole_scan);
+    crop_top->addWidget(whole);
+    layout->addLayout(crop_top);
+    layout->addWidget(new CropSection(session_));
 
     layout->addSpacing(10);
     layout->addWidget(heading(tr("Measurements")));

@@ -41,7 +41,8 @@ class SurfaceRow : public QFrame {
 class Panel : public QWidget {
     Q_OBJECT
   public:
-    Panel(Session& session, Surfaces& surfaces, QWidget* parent = nullptr);
+    /// With a button for the action that takes the crop box away.
+    Panel(Session& session, Surfaces& surfaces, QAction* whole_scan);
 
   private:
     void follow_parameters();

@@ -2,19 +2,13 @@
 
 #include <limits>
 
+#include "vectors.h"
+
 namespace marrow::viewer {
 namespace {
 
-Vec3d minus(const Vec3f& a, const Vec3d& b) {
-    return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
-}
-
-Vec3d cross(const Vec3d& a, const Vec3d& b) {
-    return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-
-double dot(const Vec3d& a, const Vec3d& b) {
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+Vec3d position(const Vec3f& p) {
+    return {p[0], p[1], p[2]};
 }
 
 }  // namespace
@@ -23,11 +17,10 @@ double dot(const Vec3d& a, const Vec3d& b) {
 std::optional<double> first_hit(const Mesh& mesh, const Ray& ray, const std::optional<HalfSpace>& kept) {
     double nearest = std::numeric_limits<double>::infinity();
     for (const Triangle& t : mesh.triangles) {
-        const Vec3d a = minus(mesh.points[t[0]], ray.origin);
-        const Vec3d ab =
-            minus(mesh.points[t[1]], {mesh.points[t[0]][0], mesh.points[t[0]][1], mesh.points[t[0]][2]});
-        const Vec3d ac =
-            minus(mesh.points[t[2]], {mesh.points[t[0]][0], mesh.points[t[0]][1], mesh.points[t[0]][2]});
+        const Vec3d corner = position(mesh.points[t[0]]);
+        const Vec3d a = minus(corner, ray.origin);
+        const Vec3d ab = minus(position(mesh.points[t[1]]), corner);
+        const Vec3d ac = minus(position(mesh.points[t[2]]), corner);
         const Vec3d p = cross(ray.direction, ac);
         const double determinant = dot(ab, p);
         if (determinant == 0) continue;

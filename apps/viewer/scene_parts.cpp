@@ -61,8 +61,8 @@ CutFace::CutFace() {
     actor_->VisibilityOff();
 }
 
-void CutFace::show(const Scan& scan, Plane plane, const Vec3d& crosshair, const Window& window,
-                   double lowest_isovalue) {
+void CutFace::show(const Scan& scan, const SampleBox& box, Plane plane, const Vec3d& crosshair,
+                   const Window& window, double lowest_isovalue) {
     const Geometry& geometry = scan.volume.geometry();
     const SliceFrame frame = slice_frame(geometry, plane);
     const std::int64_t through = std::llround(crosshair[static_cast<std::size_t>(frame.through)]);
@@ -74,13 +74,18 @@ void CutFace::show(const Scan& scan, Plane plane, const Vec3d& crosshair, const 
     auto* to = static_cast<unsigned char*>(pixels_->GetScalarPointer());
     const double black = window.centre - window.width / 2;
     const double scale = 255 / std::max(window.width, 1e-12);
-    for (const float sample : samples) {
-        const double grey = std::clamp((sample - black) * scale, 0.0, 255.0);
-        const auto g = static_cast<unsigned char>(std::isfinite(sample) ? grey : 0);
-        *to++ = g;
-        *to++ = g;
-        *to++ = g;
-        *to++ = sample >= lowest_isovalue ? 255 : 0;
+    const SliceRange range = slice_range(frame, box, through);
+    const float* from = samples.data();
+    for (std::int64_t v = 0; v < height; ++v) {
+        for (std::int64_t u = 0; u < width; ++u) {
+            const float sample = *from++;
+            const double grey = std::clamp((sample - black) * scale, 0.0, 255.0);
+            const auto g = static_cast<unsigned char>(std::isfinite(sample) ? grey : 0);
+            *to++ = g;
+            *to++ = g;
+            *to++ = g;
+            *to++ = sample >= lowest_isovalue && range.holds(u, v) ? 255 : 0;
+        }
     }
     pixels_->Modified();
 
@@ -141,6 +146,70 @@ void Crosshair::place(const Geometry& geometry, const Vec3d& index) {
 void Crosshair::set_visible(bool visible) {
     visible_ = visible;
     for (Line& line : lines_) line.actor->SetVisibility(visible_ && placed_);
+}
+
+CropBox::CropBox() {
+    vtkNew<vtkPoints> corners, middles;
+    for (vtkPoints* points : {corners.Get(), middles.Get()}) points->SetDataTypeToDouble();
+    corners->SetNumberOfPoints(8);
+    middles->SetNumberOfPoints(6);
+    vtkNew<vtkCellArray> lines, dots;
+    for (vtkIdType corner = 0; corner < 8; ++corner) {
+        for (const vtkIdType bit : {1, 2, 4}) {
+            const vtkIdType ends[2]{corner, corner | bit};
+            if ((corner & bit) == 0) lines->InsertNextCell(2, ends);
+        }
+    }
+    for (vtkIdType i = 0; i < 6; ++i) dots->InsertNextCell(1, &i);
+    edges_->SetPoints(corners);
+    edges_->SetLines(lines);
+    handles_->SetPoints(middles);
+    handles_->SetVerts(dots);
+    for (const auto& [data, actor] :
+         {std::pair{edges_.Get(), edges_actor_.Get()}, {handles_.Get(), handles_actor_.Get()}}) {
+        vtkNew<vtkPolyDataMapper> mapper;
+        mapper->SetInputData(data);
+        actor->SetMapper(mapper);
+        vtkProperty* look = actor->GetProperty();
+        look->SetColor(kCropColour.redF(), kCropColour.greenF(), kCropColour.blueF());
+        look->LightingOff();
+        look->SetLineWidth(1.5F);
+        look->SetPointSize(11);
+        look->RenderPointsAsSpheresOn();
+        actor->VisibilityOff();
+    }
+}
+
+void CropBox::add_to(vtkRenderer* renderer) {
+    renderer->AddActor(edges_actor_);
+    renderer->AddActor(handles_actor_);
+}
+
+void CropBox::place(const Geometry& geometry, const SampleBox& box) {
+    for (vtkIdType corner = 0; corner < 8; ++corner) {
+        Vec3d index;
+        for (std::size_t a = 0; a < 3; ++a) index[a] = border_of(box, {a, (corner >> a & 1) != 0});
+        edges_->GetPoints()->SetPoint(corner, geometry.physical(index).data());
+    }
+    for (std::size_t i = 0; i < kCropSides.size(); ++i)
+        handles_->GetPoints()->SetPoint(static_cast<vtkIdType>(i),
+                                        geometry.physical(handle(box, kCropSides[i])).data());
+    for (vtkPolyData* data : {edges_.Get(), handles_.Get()}) {
+        data->GetPoints()->Modified();
+        data->Modified();
+    }
+}
+
+void CropBox::set_visible(bool visible) {
+    edges_actor_->SetVisibility(visible);
+    handles_actor_->SetVisibility(visible);
+}
+
+Vec3d CropBox::handle(const SampleBox& box, const CropSide& side) {
+    Vec3d index;
+    for (std::size_t a = 0; a < 3; ++a) index[a] = static_cast<double>(box.first[a] + box.last[a]) / 2;
+    index[side.axis] = border_of(box, side);
+    return index;
 }
 
 void Marks::set_light(bool light) {

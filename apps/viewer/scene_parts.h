@@ -20,14 +20,19 @@ namespace marrow::viewer {
 
 /// The colours that 3D Slicer gives to axial, coronal and sagittal.
 QColor plane_colour(Plane plane);
+/// That of the crop box.
+inline const QColor kCropColour(0xff, 0xa6, 0x3d);
+/// All sides of a box.
+inline constexpr std::array<CropSide, 6> kCropSides{
+    {{0, false}, {0, true}, {1, false}, {1, true}, {2, false}, {2, true}}};
 
-/// The slice in a cut, where its samples lie inside the outermost surface.
+/// The slice in a cut, where its samples lie in the crop box and inside the outermost surface.
 class CutFace {
   public:
     CutFace();
     void add_to(vtkRenderer* renderer) { renderer->AddActor(actor_); }
-    void show(const Scan& scan, Plane plane, const Vec3d& crosshair, const Window& window,
-              double lowest_isovalue);
+    void show(const Scan& scan, const SampleBox& box, Plane plane, const Vec3d& crosshair,
+              const Window& window, double lowest_isovalue);
     void hide() { actor_->VisibilityOff(); }
 
   private:
@@ -52,6 +57,22 @@ class Crosshair {
     };
     std::array<Line, 3> lines_;
     bool visible_ = true, placed_ = false;
+};
+
+/// The box that surfaces are made in, with a handle on each of its sides. It reaches half a sample beyond the outer
+/// samples, as closed surfaces do.
+class CropBox {
+  public:
+    CropBox();
+    void add_to(vtkRenderer* renderer);
+    void place(const Geometry& geometry, const SampleBox& box);
+    void set_visible(bool visible);
+    /// The middle of a side, as an index.
+    static Vec3d handle(const SampleBox& box, const CropSide& side);
+
+  private:
+    vtkNew<vtkPolyData> edges_, handles_;
+    vtkNew<vtkActor> edges_actor_, handles_actor_;
 };
 
 /// Distances and angles with their values.

@@ -6,16 +6,10 @@
 #include <presets.h>
 #include <QUndoCommand>
 
+#include "vectors.h"
+
 namespace marrow::viewer {
 namespace {
-
-Vec3d minus(const Vec3d& a, const Vec3d& b) {
-    return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
-}
-
-double dot(const Vec3d& a, const Vec3d& b) {
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
 
 QColor to_colour(const std::array<double, 3>& c) {
     return QColor::fromRgbF(c[0], c[1], c[2]);
@@ -203,6 +197,30 @@ void Session::set_crosshair(const Vec3d& index) {
     emit crosshair_changed();
 }
 
+SampleBox Session::crop() const {
+    return parameters_.crop.value_or(whole_scan());
+}
+
+SampleBox Session::whole_scan() const {
+    SampleBox box;
+    for (std::size_t a = 0; scan_ && a < 3; ++a) box.last[a] = scan_->volume.geometry().dims[a] - 1;
+    return box;
+}
+
+void Session::move_crop_side(const CropSide& side, double sample) {
+    if (!scan_ || !std::isfinite(sample)) return;
+    const SampleBox whole = whole_scan();
+    SampleBox box = crop();
+    const auto a = side.axis;
+    const std::int64_t least = side.upper ? std::min(box.first[a] + 1, whole.last[a]) : 0;
+    const std::int64_t most = side.upper ? whole.last[a] : std::max<std::int64_t>(box.last[a] - 1, 0);
+    (side.upper ? box.last : box.first)[a] = std::clamp(
+        std::int64_t{std::llround(std::clamp(sample, -1.0, static_cast<double>(whole.last[a]) + 1))}, least,
+        most);
+    change(tr("crop"), "crop",
+           [&](Parameters& p) { p.crop = box == whole ? std::nullopt : std::optional(box); });
+}
+
 void Session::set_tool(Tool tool) {
     tool_ = tool;
     picked_.clear();
@@ -211,7 +229,8 @@ void Session::set_tool(Tool tool) {
 
 void Session::click(const Vec3d& position) {
     if (!scan_) return;
-    if (tool_ == Tool::navigate) return set_crosshair(index_of(scan_->volume.geometry(), position));
+    if (tool_ == Tool::navigate || tool_ == Tool::crop)
+        return set_crosshair(index_of(scan_->volume.geometry(), position));
     picked_.push_back(position);
     if (picked_.size() == (tool_ == Tool::distance ? 2u : 3u)) {
         const Measurement measurement{std::move(picked_)};

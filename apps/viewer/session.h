@@ -16,7 +16,7 @@ namespace marrow::viewer {
 
 enum class DrawMode { surface, edges, wireframe, points };
 enum class Plane { axial, coronal, sagittal };
-enum class Tool { navigate, distance, angle };
+enum class Tool { navigate, distance, angle, crop };
 
 struct SurfaceParameters {
     int id = 0;
@@ -44,6 +44,24 @@ struct Cut {
     bool operator==(const Cut&) const = default;
 };
 
+/// The samples from `first` to `last`, both included, along i, j, k.
+struct SampleBox {
+    std::array<std::int64_t, 3> first{0, 0, 0}, last{0, 0, 0};
+    bool operator==(const SampleBox&) const = default;
+};
+
+/// One of the six sides of a box of samples.
+struct CropSide {
+    std::size_t axis = 0;  ///< of the index
+    bool upper = false;    ///< where the index is highest
+};
+
+/// Where a side is, as an index: half a sample beyond the outer samples, where closed surfaces end.
+inline double border_of(const SampleBox& box, const CropSide& side) {
+    return side.upper ? static_cast<double>(box.last[side.axis]) + 0.5
+                      : static_cast<double>(box.first[side.axis]) - 0.5;
+}
+
 /// Which samples are black and white on the slices.
 struct Window {
     double centre = 0;
@@ -56,7 +74,8 @@ struct Parameters {
     std::vector<SurfaceParameters> surfaces;
     int current = 0;  ///< id of the one that the histogram moves
     bool largest = false;
-    bool open = false;  ///< where the scan ends
+    bool open = false;              ///< where the scan ends
+    std::optional<SampleBox> crop;  ///< what surfaces are made of; none: the whole scan
     Cut cut;
     DrawMode mode = DrawMode::surface;
     Window window;
@@ -92,6 +111,13 @@ class Session : public QObject {
     void apply_preset(const QString& name);
     void remove_surface(int id);
     void select_surface(int id);
+
+    /// The samples that surfaces are made of.
+    SampleBox crop() const;
+    SampleBox whole_scan() const;
+    /// Moves a side of the crop box so that this is its outer sample, as far as the scan reaches and its opposite side, which stays one
+    /// sample away, lets it. Moves that follow each other are one step of undo, until seal().
+    void move_crop_side(const CropSide& side, double sample);
 
     /// Where the crosshair is, as an index, which may be fractional; always inside the scan.
     const Vec3d& crosshair() const { return crosshair_; }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "samples.h"
 
@@ -91,25 +92,56 @@ std::vector<float> slice_samples(const Volume& volume, const SliceFrame& frame, 
     return result;
 }
 
+SliceRange slice_range(const SliceFrame& frame, const SampleBox& box, std::int64_t through) {
+    const auto outside = static_cast<std::size_t>(frame.through);
+    if (through < box.first[outside] || through > box.last[outside]) return {};
+    SliceRange range;
+    const auto side = [&](std::size_t i, int axis, bool flipped) {
+        const auto a = static_cast<std::size_t>(axis);
+        const std::int64_t end = frame.size[i] - 1;
+        range.first[i] = flipped ? end - box.last[a] : box.first[a];
+        range.last[i] = flipped ? end - box.first[a] : box.last[a];
+    };
+    side(0, frame.across, frame.across_flipped);
+    side(1, frame.down, frame.down_flipped);
+    return range;
+}
+
 QVector<QLineF> slice_contour(const std::vector<float>& samples, std::array<std::int64_t, 2> size,
-                              double isovalue) {
-    const auto [width, height] = size;
+                              const SliceRange& range, double isovalue, bool closed) {
+    QVector<QLineF> lines;
+    if (range.empty()) return lines;
+    // Rows of the range with a sample on either side; beyond the border is outside,
+    // which is met half-way.
+    constexpr float kBeyond = std::numeric_limits<float>::quiet_NaN();
+    const std::int64_t width = range.last[0] - range.first[0] + 1;
+    std::vector<float> above, below(static_cast<std::size_t>(width + 2), kBeyond);
+    const auto read = [&](std::int64_t y) {
+        above.swap(below);
+        below.assign(static_cast<std::size_t>(width + 2), kBeyond);
+        if (y < range.first[1] || y > range.last[1]) return;
+        const float* from = samples.data() + y * size[0] + range.first[0];
+        std::copy(from, from + width, below.begin() + 1);
+    };
+    const auto add = [&](const QPointF& from, const QPointF& to) { lines.append(QLineF(from, to)); };
     const auto inside = [&](float value) { return std::isfinite(value) && value >= isovalue; };
     // Where between a and b the isovalue lies; half-way where an end is not finite.
     const auto part = [&](float a, float b) {
         const double t = (isovalue - a) / (static_cast<double>(b) - a);
         return std::isfinite(t) ? std::clamp(t, 0.0, 1.0) : 0.5;
     };
-    QVector<QLineF> lines;
-    for (std::int64_t y = 0; y + 1 < height; ++y) {
-        const float* row = samples.data() + y * width;
-        for (std::int64_t x = 0; x + 1 < width; ++x) {
+    const std::int64_t pad = closed ? 1 : 0;
+    read(range.first[1] - pad);
+    for (std::int64_t y = range.first[1] - pad; y < range.last[1] + pad; ++y) {
+        read(y + 1);
+        for (std::int64_t x = 1 - pad; x < width + pad; ++x) {
             // Corners round the face: a b
             //                         d c
-            const float a = row[x], b = row[x + 1], d = row[x + width], c = row[x + width + 1];
+            const auto at = static_cast<std::size_t>(x);
+            const float a = above[at], b = above[at + 1], d = below[at], c = below[at + 1];
             const int code = inside(a) | inside(b) << 1 | inside(c) << 2 | inside(d) << 3;
             if (code == 0 || code == 15) continue;
-            const double left = static_cast<double>(x), top = static_cast<double>(y);
+            const double left = static_cast<double>(range.first[0] + x - 1), top = static_cast<double>(y);
             const auto ab = [&] { return QPointF(left + part(a, b), top); };
             const auto bc = [&] { return QPointF(left + 1, top + part(b, c)); };
             const auto dc = [&] { return QPointF(left + part(d, c), top + 1); };
@@ -117,38 +149,82 @@ QVector<QLineF> slice_contour(const std::vector<float>& samples, std::array<std:
             switch (code) {
                 case 1:
                 case 14:
-                    lines.append({ab(), ad()});
+                    add(ab(), ad());
                     break;
                 case 2:
                 case 13:
-                    lines.append({ab(), bc()});
+                    add(ab(), bc());
                     break;
                 case 4:
                 case 11:
-                    lines.append({bc(), dc()});
+                    add(bc(), dc());
                     break;
                 case 8:
                 case 7:
-                    lines.append({dc(), ad()});
+                    add(dc(), ad());
                     break;
                 case 3:
                 case 12:
-                    lines.append({ad(), bc()});
+                    add(ad(), bc());
                     break;
                 case 6:
                 case 9:
-                    lines.append({ab(), dc()});
+                    add(ab(), dc());
                     break;
                 case 5:  // a and c inside: apart
-                    lines.append({ab(), ad()});
-                    lines.append({bc(), dc()});
+                    add(ab(), ad());
+                    add(bc(), dc());
                     break;
                 case 10:  // b and d inside: apart
-                    lines.append({ab(), bc()});
-                    lines.append({dc(), ad()});
+                    add(ab(), bc());
+                    add(dc(), ad());
                     break;
             }
         }
+    }
+    return lines;
+}
+
+QVector<QLineF> slice_mesh(const Mesh& mesh, const Geometry& geometry, const SampleBox& box,
+                           const SliceFrame& frame, std::int64_t through) {
+    const auto axis = static_cast<std::size_t>(frame.through);
+    // How high above the slice a point is: the index along the axis is linear in the position.
+    const Vec3d zero = index_of(geometry, {0, 0, 0});
+    Vec3d slope;
+    for (std::size_t a = 0; a < 3; ++a) {
+        Vec3d one{};
+        one[a] = 1;
+        slope[a] = index_of(geometry, one)[axis] - zero[axis];
+    }
+    constexpr double kRounding = 1e-3;  // points of slices' own edges lie in the slice, but for float32
+    std::vector<float> heights(mesh.points.size());
+    for (std::size_t i = 0; i < heights.size(); ++i) {
+        const Vec3f& p = mesh.points[i];
+        const double height =
+            slope[0] * p[0] + slope[1] * p[1] + slope[2] * p[2] + zero[axis] - static_cast<double>(through);
+        heights[i] = std::abs(height) < kRounding ? 0 : static_cast<float>(height);
+    }
+    // Points in the slice count as being on its outer side, so that each edge in the slice is met once, by the triangle on
+    // the inner side of it, also where an open mesh ends.
+    const bool zero_is_above = 2 * through >= box.first[axis] + box.last[axis];
+    const auto above = [&](std::uint32_t point) {
+        return heights[point] > 0 || (heights[point] == 0 && zero_is_above);
+    };
+    QVector<QLineF> lines;
+    for (const Triangle& t : mesh.triangles) {
+        const int code = above(t[0]) | above(t[1]) << 1 | above(t[2]) << 2;
+        if (code == 0 || code == 7) continue;
+        // The corner that is alone on its side.
+        const std::size_t alone = code == 1 || code == 6 ? 0 : code == 2 || code == 5 ? 1 : 2;
+        if (heights[t[alone]] == 0) continue;  // which only touches the slice
+        const auto crossing = [&](std::size_t other) {
+            const Vec3f &a = mesh.points[t[alone]], &b = mesh.points[t[other]];
+            const double ha = heights[t[alone]], hb = heights[t[other]], part = ha / (ha - hb);
+            return frame.to_slice(index_of(
+                geometry,
+                {a[0] + part * (b[0] - a[0]), a[1] + part * (b[1] - a[1]), a[2] + part * (b[2] - a[2])}));
+        };
+        lines.append(QLineF(crossing((alone + 1) % 3), crossing((alone + 2) % 3)));
     }
     return lines;
 }

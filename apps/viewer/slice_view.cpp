@@ -20,15 +20,19 @@ const char* plane_name(Plane plane) {
 
 }  // namespace
 
-SliceView::SliceView(Session& session, Plane plane, QWidget* parent)
-    : QWidget(parent), session_(session), plane_(plane) {
+SliceView::SliceView(Session& session, Surfaces& surfaces, Plane plane, QWidget* parent)
+    : QWidget(parent), session_(session), surfaces_(surfaces), plane_(plane) {
     setFocusPolicy(Qt::StrongFocus);
     setMinimumSize(140, 110);
     setCursor(Qt::CrossCursor);
+    setMouseTracking(true);
     connect(&session_, &Session::scan_changed, this, &SliceView::follow_scan);
     connect(&session_, &Session::crosshair_changed, this, &SliceView::follow_crosshair);
     connect(&session_, &Session::parameters_changed, this, &SliceView::follow_parameters);
     connect(&session_, &Session::picking_changed, this, [this] { update(); });
+    connect(&surfaces_, &Surfaces::shape_changed, this, [this] {
+        if (session_.parameters().largest) follow_parameters();
+    });
 }
 
 void SliceView::follow_scan() {
@@ -59,14 +63,22 @@ void SliceView::follow_parameters() {
     const Parameters& p = session_.parameters();
     if (!(p.window == window_)) redraw_samples();
     std::vector<Contour> contours;
+    const SampleBox box = session_.crop();
     for (const SurfaceParameters& surface : p.surfaces) {
         if (!surface.visible) continue;
+        Contour contour{surface.id, surface.isovalue, p.crop, !p.open, {}, {}};
+        if (p.largest) contour.shape = surfaces_.shape(surface.id);
         const auto known = std::find_if(contours_.begin(), contours_.end(),
-                                        [&](const Contour& c) { return c.isovalue == surface.isovalue; });
-        contours.push_back({surface.id, surface.isovalue,
-                            known != contours_.end()
-                                ? known->lines
-                                : slice_contour(samples_, frame_.size, surface.isovalue)});
+                                        [&](const Contour& c) { return c.same_but_lines(contour); });
+        if (known != contours_.end())
+            contour.lines = known->lines;
+        else if (!p.largest)
+            contour.lines = slice_contour(samples_, frame_.size, slice_range(frame_, box, number_),
+                                          surface.isovalue, contour.closed);
+        else if (contour.shape)
+            contour.lines =
+                slice_mesh(*contour.shape->mesh, session_.scan()->volume.geometry(), box, frame_, number_);
+        contours.push_back(std::move(contour));
     }
     contours_ = std::move(contours);
     update();
@@ -142,6 +154,8 @@ void SliceView::paintEvent(QPaintEvent*) {
         painter.drawLines(lines);
     }
 
+    paint_crop(painter);
+
     // The crosshair, in the colours of the planes that it stands for, open in the middle.
     const QPointF at = transform.map(frame_.to_slice(session_.crosshair()));
     const std::array<Plane, 2> others = plane_ == Plane::axial ? std::array{Plane::sagittal, Plane::coronal}
@@ -164,6 +178,63 @@ void SliceView::paintEvent(QPaintEvent*) {
     painter.setRenderHint(QPainter::Antialiasing);
     paint_marks(painter, transform);
     paint_words(painter);
+}
+
+// What is outside the box is dim; while it can be changed, its border is there.
+void SliceView::paint_crop(QPainter& painter) {
+    if (session_.parameters().crop) {
+        QPainterPath outside, inside;
+        outside.addRect(rect());
+        if (!slice_range(frame_, session_.crop(), number_).empty()) inside.addRect(crop_border());
+        painter.fillPath(outside.subtracted(inside), QColor(0, 0, 0, 150));
+    }
+    if (session_.tool() != Tool::crop) return;
+    const QRectF border = crop_border();
+    painter.setBrush(Qt::NoBrush);
+    painter.setPen(QPen(kCropColour, 1.6));
+    painter.drawRect(border);
+    painter.setBrush(kCropColour);
+    painter.setPen(Qt::NoPen);
+    const QPointF middle = border.center();
+    for (const QPointF& handle : {QPointF(border.left(), middle.y()), QPointF(border.right(), middle.y()),
+                                  QPointF(middle.x(), border.top()), QPointF(middle.x(), border.bottom())})
+        painter.drawEllipse(handle, 4.5, 4.5);
+}
+
+// The crop box's sides in the widget, also on slices beside it.
+QRectF SliceView::crop_border() const {
+    const SampleBox box = session_.crop();
+    Vec3d first, last;
+    for (std::size_t a = 0; a < 3; ++a) {
+        first[a] = border_of(box, {a, false});
+        last[a] = border_of(box, {a, true});
+    }
+    return QRectF(place_of(first), place_of(last)).normalized();
+}
+
+std::vector<CropSide> SliceView::crop_sides_at(const QPointF& place) const {
+    std::vector<CropSide> sides;
+    if (!session_.scan() || session_.tool() != Tool::crop) return sides;
+    constexpr double kReach = 7;  // pixels
+    const QRectF border = crop_border();
+    if (!border.adjusted(-kReach, -kReach, kReach, kReach).contains(place)) return sides;
+    const auto nearer = [&](double at, double lower, double upper, int axis, bool flipped) {
+        const double to_lower = std::abs(at - lower), to_upper = std::abs(at - upper);
+        if (std::min(to_lower, to_upper) <= kReach)
+            sides.push_back({static_cast<std::size_t>(axis), (to_upper < to_lower) != flipped});
+    };
+    nearer(place.x(), border.left(), border.right(), frame_.across, frame_.across_flipped);
+    nearer(place.y(), border.top(), border.bottom(), frame_.down, frame_.down_flipped);
+    return sides;
+}
+
+void SliceView::show_what_a_press_takes(const QPointF& place) {
+    const std::vector<CropSide> sides = crop_sides_at(place);
+    const auto across = static_cast<std::size_t>(frame_.across);
+    setCursor(sides.empty()                  ? Qt::CrossCursor
+              : sides.size() > 1             ? Qt::SizeAllCursor
+              : sides.front().axis == across ? Qt::SizeHorCursor
+                                             : Qt::SizeVerCursor);
 }
 
 // Measurements: bright where they lie in this slice, faint where they are seen through it.
@@ -251,12 +322,14 @@ void SliceView::mousePressEvent(QMouseEvent* event) {
     dragging_ = event->button() == Qt::LeftButton && event->modifiers() & Qt::ShiftModifier ? Qt::MiddleButton
                                                                                             : event->button();
     if (dragging_ == Qt::LeftButton) {
+        dragged_sides_ = crop_sides_at(last_);
+        if (!dragged_sides_.empty()) return session_.seal();
         const Vec3d index = index_at(last_);
         const auto& dims = session_.scan()->volume.geometry().dims;
         bool inside = true;
         for (std::size_t a = 0; a < 3; ++a)
             inside = inside && index[a] >= -0.5 && index[a] <= static_cast<double>(dims[a]) - 0.5;
-        if (session_.tool() == Tool::navigate)
+        if (navigates())
             session_.set_crosshair(index);
         else if (inside) {
             // On the slice that is seen, not between two.
@@ -268,10 +341,15 @@ void SliceView::mousePressEvent(QMouseEvent* event) {
 }
 
 void SliceView::mouseMoveEvent(QMouseEvent* event) {
-    if (!session_.scan() || dragging_ == Qt::NoButton) return;
+    if (!session_.scan()) return;
+    if (dragging_ == Qt::NoButton) return show_what_a_press_takes(event->localPos());
     const QPointF moved = event->localPos() - last_;
     last_ = event->localPos();
-    if (dragging_ == Qt::LeftButton && session_.tool() == Tool::navigate) {
+    if (dragging_ == Qt::LeftButton && !dragged_sides_.empty()) {
+        const Vec3d index = index_at(last_);
+        for (const CropSide& side : dragged_sides_)
+            session_.move_crop_side(side, index[side.axis] + (side.upper ? -0.5 : 0.5));
+    } else if (dragging_ == Qt::LeftButton && navigates()) {
         session_.set_crosshair(index_at(last_));
     } else if (dragging_ == Qt::MiddleButton) {
         pan_ += moved;
@@ -285,7 +363,9 @@ void SliceView::mouseMoveEvent(QMouseEvent* event) {
 }
 
 void SliceView::mouseReleaseEvent(QMouseEvent*) {
-    if (dragging_ == Qt::RightButton) session_.seal();
+    if (dragging_ == Qt::RightButton || !dragged_sides_.empty()) session_.seal();
+    if (!dragged_sides_.empty()) surfaces_.settle();
+    dragged_sides_.clear();
     dragging_ = Qt::NoButton;
 }
 

@@ -6,7 +6,6 @@
 #include <limits>
 
 #include <time.h>
-#include <vtkActor.h>
 #include <vtkCallbackCommand.h>
 #include <vtkCamera.h>
 #include <vtkGenericOpenGLRenderWindow.h>
@@ -16,40 +15,26 @@
 #include <vtkNew.h>
 #include <vtkObjectFactory.h>
 #include <vtkPlane.h>
-#include <vtkPolyDataMapper.h>
-#include <vtkProperty.h>
 #include <vtkRenderWindowInteractor.h>
 #include <vtkRenderer.h>
 #include <vtkRendererCollection.h>
-#include <vtkShaderProperty.h>
-#include <vtkUniforms.h>
 #include <vtkWindowToImageFilter.h>
 
 #include <QMouseEvent>
 
 #include "scene_parts.h"
 #include "slice_frame.h"
+#include "surface_actor.h"
+#include "vectors.h"
 
 namespace marrow::viewer {
 namespace {
 
 constexpr double kViewAngle = 24;
 constexpr double kSlowFrame =
-    60;                    // ms; when a full frame takes longer, previews are drawn while the view moves
-constexpr int kClick = 4;  // pixels that a hand may shake
-
-Vec3d cross(const Vec3d& a, const Vec3d& b) {
-    return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-
-double dot(const Vec3d& a, const Vec3d& b) {
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-Vec3d unit(const Vec3d& a) {
-    const double length = std::sqrt(dot(a, a));
-    return {a[0] / length, a[1] / length, a[2] / length};
-}
+    60;                        // ms; when a full frame takes longer, previews are drawn while the view moves
+constexpr int kClick = 4;      // pixels that a hand may shake
+constexpr double kReach = 11;  // pixels from a handle at which a hand takes it
 
 // Mouse as VTK, ParaView and 3D Slicer have it; keys are the window's own.
 class Style : public vtkInteractorStyleTrackballCamera {
@@ -61,25 +46,6 @@ class Style : public vtkInteractorStyleTrackballCamera {
     void OnKeyDown() override {}
 };
 vtkStandardNewMacro(Style);
-
-// The sides as directions from the patient, and what is up from there. LPS.
-std::pair<Vec3d, Vec3d> direction_of(Side side) {
-    switch (side) {
-        case Side::anterior:
-            return {{0, -1, 0}, {0, 0, 1}};
-        case Side::posterior:
-            return {{0, 1, 0}, {0, 0, 1}};
-        case Side::left:
-            return {{1, 0, 0}, {0, 0, 1}};
-        case Side::right:
-            return {{-1, 0, 0}, {0, 0, 1}};
-        case Side::superior:
-            return {{0, 0, 1}, {0, -1, 0}};
-        case Side::inferior:
-            break;
-    }
-    return {{0, 0, -1}, {0, -1, 0}};
-}
 
 template <class F>
 void observe(vtkObject* object, unsigned long event, F* callback) {
@@ -98,24 +64,17 @@ double thread_milliseconds() {
 }
 
 struct SurfaceView::Scene {
-    struct Drawn {
-        vtkNew<vtkActor> actor;
-        vtkNew<vtkPolyDataMapper> full_mapper, preview_mapper;
-        std::shared_ptr<const Shape> full, preview;  // whose memory the mappers use
-        bool glass = false;
-    };
-
     vtkNew<vtkGenericOpenGLRenderWindow> window;
     vtkNew<vtkRenderer> main, overlay, corner;
     vtkNew<vtkLightKit> lights;
     vtkNew<Style> style;
     vtkNew<vtkPlane> plane;
-    std::map<int, Drawn> surfaces;
+    std::map<int, SurfaceActor> surfaces;
     CutFace cut_face;
     Crosshair crosshair;
+    CropBox crop_box;
     Marks marks;
     OrientationCube cube;
-    bool cut = false;
     std::function<void()> on_frame_start, on_frame_end, on_start, on_end;
 };
 
@@ -152,6 +111,7 @@ SurfaceView::SurfaceView(Session& session, Surfaces& surfaces, QWidget* parent)
     scene_->corner->SetLayer(2);
     scene_->cut_face.add_to(scene_->main);
     scene_->crosshair.add_to(scene_->overlay);
+    scene_->crop_box.add_to(scene_->overlay);
     scene_->marks.add_to(scene_->overlay);
     scene_->cube.add_to(scene_->corner);
     set_light_background(false);
@@ -169,23 +129,37 @@ SurfaceView::SurfaceView(Session& session, Surfaces& surfaces, QWidget* parent)
     observe(window, vtkCommand::EndEvent, &scene_->on_frame_end);
     observe(scene_->style, vtkCommand::StartInteractionEvent, &scene_->on_start);
     observe(scene_->style, vtkCommand::EndInteractionEvent, &scene_->on_end);
+    // Qt then puts the picture and the widgets round it together, also by OpenGL.
+    connect(this, &QOpenGLWidget::aboutToCompose, this, [this] {
+        composition_timer_.start();
+        composition_began_ = thread_milliseconds();
+    });
+    connect(this, &QOpenGLWidget::frameSwapped, this, [this] {
+        if (!composition_timer_.isValid()) return;
+        all_frames_ += static_cast<double>(composition_timer_.nsecsElapsed()) / 1e6;
+        all_frames_processor_ += thread_milliseconds() - composition_began_;
+        composition_timer_.invalidate();
+    });
     drawing_.setSingleShot(true);
     connect(&drawing_, &QTimer::timeout, this, &SurfaceView::draw);
 
     connect(&session_, &Session::scan_changed, this, [this] {
-        for (auto& [id, drawn] : scene_->surfaces) scene_->main->RemoveActor(drawn.actor);
+        for (auto& [id, surface] : scene_->surfaces) scene_->main->RemoveActor(surface.actor());
         scene_->surfaces.clear();
         fitted_ = false;
         full_frame_ = 0;
     });
     connect(&session_, &Session::parameters_changed, this, &SurfaceView::follow_parameters);
     connect(&session_, &Session::crosshair_changed, this, &SurfaceView::follow_crosshair);
-    connect(&session_, &Session::picking_changed, this, &SurfaceView::follow_measurements);
+    connect(&session_, &Session::picking_changed, this, [this] {
+        follow_measurements();
+        follow_crop();
+    });
     connect(&surfaces_, &Surfaces::shape_changed, this, &SurfaceView::follow_shapes);
     connect(&surfaces_, &Surfaces::removed, this, [this](int id) {
         const auto it = scene_->surfaces.find(id);
         if (it == scene_->surfaces.end()) return;
-        scene_->main->RemoveActor(it->second.actor);
+        scene_->main->RemoveActor(it->second.actor());
         scene_->surfaces.erase(it);
         request_draw();
     });
@@ -201,21 +175,12 @@ void SurfaceView::follow_shapes(int id) {
     const std::shared_ptr<const Shape> shape = surfaces_.shape(id);
     if (!shape) return;
     const bool is_new = scene_->surfaces.find(id) == scene_->surfaces.end();
-    Scene::Drawn& drawn = scene_->surfaces[id];
-    vtkPolyDataMapper* mapper = shape->level > 0 ? drawn.preview_mapper : drawn.full_mapper;
-    mapper->SetInputData(shape->polydata);
-    mapper->ScalarVisibilityOff();
-    if (shape->level > 0) {
-        drawn.preview = shape;
-        drawn.full.reset();
-    } else {
-        drawn.full = shape;
-    }
+    SurfaceActor& surface = scene_->surfaces[id];
+    surface.set_shapes(shape, surfaces_.preview(id));
     if (is_new) {
-        scene_->main->AddActor(drawn.actor);
+        scene_->main->AddActor(surface.actor());
         follow_parameters();
     }
-    if (!drawn.full) drawn.full_mapper->SetInputData(nullptr);
     choose_detail();
     if (!fitted_ && !shape->mesh->points.empty()) {
         fitted_ = true;
@@ -227,45 +192,20 @@ void SurfaceView::follow_shapes(int id) {
 void SurfaceView::follow_parameters() {
     if (!session_.scan()) return;
     const Parameters& p = session_.parameters();
-    for (auto& [id, drawn] : scene_->surfaces) {
-        const SurfaceParameters* surface = p.find(id);
-        if (!surface) continue;
-        vtkActor* actor = drawn.actor;
-        vtkProperty* look = actor->GetProperty();
-        const bool solid = p.mode == DrawMode::surface || p.mode == DrawMode::edges;
-        look->SetColor(surface->colour.redF(), surface->colour.greenF(), surface->colour.blueF());
-        look->SetRepresentation(p.mode == DrawMode::wireframe ? VTK_WIREFRAME
-                                : p.mode == DrawMode::points  ? VTK_POINTS
-                                                              : VTK_SURFACE);
-        look->SetEdgeVisibility(p.mode == DrawMode::edges);
-        look->SetEdgeColor(0.10, 0.12, 0.15);
-        look->SetPointSize(2);
-        look->SetSpecular(0.15);
-        look->SetSpecularPower(25);
-        look->SetOpacity(surface->opacity);
-        // Like glass: clearer where it faces the camera than at its outline.
-        const bool glass = surface->opacity < 1 && solid;
-        look->SetBackfaceCulling(glass);
-        actor->SetForceTranslucent(surface->opacity < 1);
-        vtkShaderProperty* shader = actor->GetShaderProperty();
-        if (glass) {
-            shader->GetFragmentCustomUniforms()->SetUniformf("facing_opacity",
-                                                             static_cast<float>(surface->opacity));
-            if (!drawn.glass)
-                shader->AddFragmentShaderReplacement(
-                    "//VTK::Light::Impl", true,
-                    "//VTK::Light::Impl\n"
-                    "  float facing = pow(abs(normalVCVSOutput.z), 0.8);\n"
-                    "  gl_FragData[0].a = mix(min(1.0, 3.0 * facing_opacity), facing_opacity, facing);\n",
-                    false);
-        } else if (drawn.glass) {
-            shader->ClearAllFragmentShaderReplacements();
-        }
-        drawn.glass = glass;
-        actor->SetVisibility(surface->visible && surface->opacity > 0);
+    for (auto& [id, surface] : scene_->surfaces) {
+        if (const SurfaceParameters* parameters = p.find(id)) surface.set_look(*parameters, p.mode);
     }
     follow_crosshair();
     follow_measurements();
+    follow_crop();
+}
+
+void SurfaceView::follow_crop() {
+    const Scan* scan = session_.scan();
+    if (!scan) return;
+    scene_->crop_box.place(scan->volume.geometry(), session_.crop());
+    scene_->crop_box.set_visible(session_.tool() == Tool::crop);
+    request_draw();
 }
 
 void SurfaceView::follow_crosshair() {
@@ -282,17 +222,11 @@ void SurfaceView::follow_crosshair() {
         for (const SurfaceParameters& surface : p.surfaces) {
             if (surface.visible && surface.opacity > 0) lowest = std::min(lowest, surface.isovalue);
         }
-        scene_->cut_face.show(*scan, *p.cut.plane, session_.crosshair(), p.window, lowest);
+        scene_->cut_face.show(*scan, session_.crop(), *p.cut.plane, session_.crosshair(), p.window, lowest);
     } else {
         scene_->cut_face.hide();
     }
-    scene_->cut = half.has_value();
-    for (auto& [id, drawn] : scene_->surfaces) {
-        for (vtkPolyDataMapper* mapper : {drawn.full_mapper.Get(), drawn.preview_mapper.Get()}) {
-            mapper->RemoveAllClippingPlanes();
-            if (half) mapper->AddClippingPlane(scene_->plane);
-        }
-    }
+    for (auto& [id, surface] : scene_->surfaces) surface.set_cut(half ? scene_->plane.Get() : nullptr);
     request_draw();
 }
 
@@ -307,15 +241,11 @@ std::optional<HalfSpace> SurfaceView::kept() const {
     if (!scan || !cut.plane) return {};
     const Geometry& geometry = scan->volume.geometry();
     const SliceFrame frame = slice_frame(geometry, *cut.plane);
-    const Mat3d m = geometry.index_to_physical();
-    const auto column = [&](int axis) {
-        const auto a = static_cast<std::size_t>(axis);
-        return Vec3d{m[0][a], m[1][a], m[2][a]};
-    };
     Vec3d index = session_.crosshair();
     double& through = index[static_cast<std::size_t>(frame.through)];
     through = std::round(through);
-    Vec3d normal = unit(cross(column(frame.across), column(frame.down)));
+    Vec3d normal = unit(cross(step_along(geometry, static_cast<std::size_t>(frame.across)),
+                              step_along(geometry, static_cast<std::size_t>(frame.down))));
     // Off comes what is superior, anterior or left, until it is flipped.
     constexpr std::array<Vec3d, 3> kOff{{{0, 0, 1}, {0, -1, 0}, {1, 0, 0}}};
     const bool towards_off = dot(normal, kOff[static_cast<std::size_t>(*cut.plane)]) > 0;
@@ -342,72 +272,31 @@ void SurfaceView::set_crosshair_visible(bool visible) {
     request_draw();
 }
 
-// As near as all that is visible fits. Some thousand points of each surface stand for all.
-void SurfaceView::aim(const Vec3d& towards, const Vec3d& up_hint) {
-    const Vec3d right = unit(cross(up_hint, towards)), up = cross(towards, right);
-    const auto each_point = [&](auto visit) {
-        for (const auto& [id, drawn] : scene_->surfaces) {
-            const Shape* shape = drawn.full ? drawn.full.get() : drawn.preview.get();
-            if (!shape || !drawn.actor->GetVisibility()) continue;
-            const auto& points = shape->mesh->points;
-            const std::size_t step = 1 + points.size() / 20000;
-            for (std::size_t i = 0; i < points.size(); i += step) {
-                const Vec3d p{points[i][0], points[i][1], points[i][2]};
-                visit(Vec3d{dot(right, p), dot(up, p), dot(towards, p)});
-            }
-        }
-    };
-    Vec3d lower{1e300, 1e300, 1e300}, upper{-1e300, -1e300, -1e300};
-    each_point([&](const Vec3d& p) {
-        for (std::size_t a = 0; a < 3; ++a) {
-            lower[a] = std::min(lower[a], p[a]);
-            upper[a] = std::max(upper[a], p[a]);
-        }
-    });
-    if (lower[0] > upper[0]) return;
-    Vec3d middle;
-    for (std::size_t a = 0; a < 3; ++a) middle[a] = (lower[a] + upper[a]) / 2;
-    const double slope = std::tan(kViewAngle / 2 * M_PI / 180);
+// Some thousand points of each visible surface stand for all.
+void SurfaceView::look(const Aim& aim) {
     const double aspect = std::max(0.1, static_cast<double>(width()) / std::max(1, height()));
-    double distance = 1;
-    each_point([&](const Vec3d& p) {
-        const double across = std::max(std::abs(p[0] - middle[0]) / aspect, std::abs(p[1] - middle[1]));
-        distance = std::max(distance, 1.12 * across / slope + p[2] - middle[2]);
+    fit(scene_->main->GetActiveCamera(), aim, aspect, [&](const auto& visit) {
+        for (const auto& [id, surface] : scene_->surfaces) {
+            if (!surface.shape() || !surface.visible()) continue;
+            const auto& points = surface.shape()->mesh->points;
+            const std::size_t step = 1 + points.size() / 20000;
+            for (std::size_t i = 0; i < points.size(); i += step)
+                visit({points[i][0], points[i][1], points[i][2]});
+        }
     });
-    Vec3d focal, position;
-    for (std::size_t a = 0; a < 3; ++a) {
-        focal[a] = middle[0] * right[a] + middle[1] * up[a] + middle[2] * towards[a];
-        position[a] = focal[a] + distance * towards[a];
-    }
-    vtkCamera* camera = scene_->main->GetActiveCamera();
-    camera->SetFocalPoint(focal.data());
-    camera->SetPosition(position.data());
-    camera->SetViewUp(up.data());
     request_draw();
 }
 
 void SurfaceView::look_from(Side side) {
-    const auto [towards, up] = direction_of(side);
-    aim(towards, up);
+    look(aim_from(side));
 }
 
 void SurfaceView::reset_view() {
-    constexpr double kTurn = 30 * M_PI / 180, kRise = 10 * M_PI / 180;
-    aim({std::sin(kTurn) * std::cos(kRise), -std::cos(kTurn) * std::cos(kRise), std::sin(kRise)}, {0, 0, 1});
+    look(aim_from_front_left());
 }
 
 void SurfaceView::turn(double degrees) {
-    vtkCamera* camera = scene_->main->GetActiveCamera();
-    Vec3d focal, position, up;
-    camera->GetFocalPoint(focal.data());
-    camera->GetPosition(position.data());
-    camera->GetViewUp(up.data());
-    const double c = std::cos(degrees * M_PI / 180), s = std::sin(degrees * M_PI / 180);
-    const auto turned = [&](double x, double y) { return std::pair{c * x - s * y, s * x + c * y}; };
-    std::tie(position[0], position[1]) = turned(position[0] - focal[0], position[1] - focal[1]);
-    std::tie(up[0], up[1]) = turned(up[0], up[1]);
-    camera->SetPosition(position[0] + focal[0], position[1] + focal[1], position[2]);
-    camera->SetViewUp(up.data());
+    turn_camera(scene_->main->GetActiveCamera(), degrees);
     request_draw();
 }
 
@@ -418,10 +307,7 @@ void SurfaceView::set_moving(bool moving) {
 }
 
 void SurfaceView::choose_detail() {
-    for (auto& [id, drawn] : scene_->surfaces) {
-        const bool preview = drawn.preview && (!drawn.full || (moving_ && full_frame_ > kSlowFrame));
-        drawn.actor->SetMapper(preview ? drawn.preview_mapper : drawn.full_mapper);
-    }
+    for (auto& [id, surface] : scene_->surfaces) surface.choose(moving_ && full_frame_ > kSlowFrame);
 }
 
 void SurfaceView::request_draw() {
@@ -459,9 +345,8 @@ void SurfaceView::finish_frame() {
     frame_ = static_cast<double>(frame_timer_.nsecsElapsed()) / 1e6;
     all_frames_ += frame_;
     all_frames_processor_ += thread_milliseconds() - frame_began_;
-    const bool full = std::all_of(scene_->surfaces.begin(), scene_->surfaces.end(), [](const auto& entry) {
-        return entry.second.full && entry.second.actor->GetMapper() == entry.second.full_mapper;
-    });
+    const bool full = std::all_of(scene_->surfaces.begin(), scene_->surfaces.end(),
+                                  [](const auto& entry) { return entry.second.drawn_full(); });
     if (full) full_frame_ = frame_;
     if (++frames_ == 1) {
         const char* capabilities = scene_->window->ReportCapabilities();
@@ -516,12 +401,12 @@ std::optional<Vec3d> SurfaceView::position_at(const QPoint& place) const {
     for (const bool translucent : {false, true}) {
         double nearest = std::numeric_limits<double>::infinity();
         double lowest = nearest;
-        for (const auto& [id, drawn] : scene_->surfaces) {
+        for (const auto& [id, actor] : scene_->surfaces) {
             const SurfaceParameters* surface = p.find(id);
             if (!surface || !surface->visible || surface->opacity == 0) continue;
             lowest = std::min(lowest, surface->isovalue);
             if ((surface->opacity < 1) != translucent) continue;
-            const Shape* shape = drawn.full ? drawn.full.get() : drawn.preview.get();
+            const Shape* shape = actor.shape();
             if (!shape) continue;
             if (const auto hit = first_hit(*shape->mesh, ray, half)) nearest = std::min(nearest, *hit);
         }
@@ -530,12 +415,12 @@ std::optional<Vec3d> SurfaceView::position_at(const QPoint& place) const {
         if (approach != 0) {
             const double along = -half->height(ray.origin) / approach;
             const Vec3d index = index_of(scan->volume.geometry(), ray.at(along));
-            const auto& dims = scan->volume.geometry().dims;
+            const SampleBox box = session_.crop();
             std::array<std::int64_t, 3> sample;
             bool inside = along > 0;
             for (std::size_t a = 0; a < 3; ++a) {
                 sample[a] = std::llround(std::clamp(index[a], -1.0, 1e9));
-                inside = inside && sample[a] >= 0 && sample[a] < dims[a];
+                inside = inside && sample[a] >= box.first[a] && sample[a] <= box.last[a];
             }
             if (inside && sample_at(scan->volume, sample[0], sample[1], sample[2]) >= lowest)
                 nearest = std::min(nearest, along);
@@ -561,13 +446,69 @@ Vec3d SurfaceView::view_direction() const {
     return d;
 }
 
+std::optional<CropSide> SurfaceView::crop_side_at(const QPoint& place) const {
+    if (!session_.scan() || session_.tool() != Tool::crop) return {};
+    std::optional<CropSide> nearest;
+    double distance = kReach;
+    for (const CropSide& side : kCropSides) {
+        const Vec3d index = CropBox::handle(session_.crop(), side);
+        const QPointF to = place_of(session_.scan()->volume.geometry().physical(index)) - place;
+        if (std::hypot(to.x(), to.y()) > distance) continue;
+        distance = std::hypot(to.x(), to.y());
+        nearest = side;
+    }
+    return nearest;
+}
+
+// The index at which the line along which the side moves passes nearest to what is under the hand.
+std::optional<double> SurfaceView::crop_index_at(const CropSide& side, const QPoint& place) const {
+    const Geometry& geometry = session_.scan()->volume.geometry();
+    Vec3d start = CropBox::handle(session_.crop(), side);
+    start[side.axis] = 0;
+    return along_line(geometry.physical(start), step_along(geometry, side.axis), ray_at(place));
+}
+
+// Handles of the crop box come before VTK's own use of the mouse.
+bool SurfaceView::drag_crop(QEvent* event) {
+    const auto* mouse = static_cast<QMouseEvent*>(event);
+    if (event->type() == QEvent::MouseButtonPress && mouse->button() == Qt::LeftButton) {
+        dragged_side_ = crop_side_at(mouse->pos());
+        if (!dragged_side_) return false;
+        session_.seal();
+        const SampleBox box = session_.crop();
+        const auto sample =
+            static_cast<double>((dragged_side_->upper ? box.last : box.first)[dragged_side_->axis]);
+        grip_ = sample - crop_index_at(*dragged_side_, mouse->pos()).value_or(sample);
+        return true;
+    }
+    if (!dragged_side_) return false;
+    if (event->type() == QEvent::MouseMove) {
+        if (const auto index = crop_index_at(*dragged_side_, mouse->pos()))
+            session_.move_crop_side(*dragged_side_, *index + grip_);
+        return true;
+    }
+    if (event->type() == QEvent::MouseButtonRelease && mouse->button() == Qt::LeftButton) {
+        dragged_side_.reset();
+        session_.seal();
+        surfaces_.settle();
+        return true;
+    }
+    return false;
+}
+
 bool SurfaceView::event(QEvent* event) {
-    if (event->type() == QEvent::MouseButtonPress) {
+    const bool press = event->type() == QEvent::MouseButtonPress;
+    const bool release = event->type() == QEvent::MouseButtonRelease;
+    if (press) setFocus(Qt::MouseFocusReason);
+    if ((press || release || event->type() == QEvent::MouseMove) && drag_crop(event)) {
+        pressed_valid_ = false;
+        return true;
+    }
+    if (press) {
         const auto* mouse = static_cast<QMouseEvent*>(event);
         pressed_ = mouse->pos();
         pressed_valid_ = mouse->button() == Qt::LeftButton;
-        setFocus(Qt::MouseFocusReason);
-    } else if (event->type() == QEvent::MouseButtonRelease) {
+    } else if (release) {
         const auto* mouse = static_cast<QMouseEvent*>(event);
         const bool click = pressed_valid_ && mouse->button() == Qt::LeftButton &&
                            (mouse->pos() - pressed_).manhattanLength() <= kClick;

@@ -10,13 +10,10 @@
 #include <QPoint>
 #include <QTimer>
 
-#include "pick.h"
+#include "camera.h"
 #include "surfaces.h"
 
 namespace marrow::viewer {
-
-/// The side that the patient is seen from.
-enum class Side { anterior, posterior, left, right, superior, inferior };
 
 /// Processor time that the calling thread has used, ms.
 double thread_milliseconds();
@@ -48,7 +45,7 @@ class SurfaceView : public QVTKOpenGLNativeWidget {
     /// From the camera to what it looks at; unit length.
     Vec3d view_direction() const;
 
-    /// How long the last frame took to draw, ms, and all frames so far together.
+    /// How long the last frame took to draw, ms, and all frames so far together, with putting them into the window.
     double frame_milliseconds() const { return frame_; }
     double drawing_milliseconds() const { return all_frames_; }
     /// The processor time that this thread spent on it, ms.
@@ -72,25 +69,32 @@ class SurfaceView : public QVTKOpenGLNativeWidget {
     void follow_parameters();
     void follow_crosshair();
     void follow_measurements();
+    void follow_crop();
     void request_draw();
     void draw();
     void prepare_camera();
     void finish_frame();
     void choose_detail();
-    void aim(const Vec3d& towards, const Vec3d& up);
+    void look(const Aim& aim);
     std::optional<HalfSpace> kept() const;
     Ray ray_at(const QPoint& place) const;
+    std::optional<CropSide> crop_side_at(const QPoint& place) const;
+    std::optional<double> crop_index_at(const CropSide& side, const QPoint& place) const;
+    bool drag_crop(QEvent* event);
 
     Session& session_;
     Surfaces& surfaces_;
     std::unique_ptr<Scene> scene_;
     QTimer drawing_;
-    QElapsedTimer frame_timer_;
+    QElapsedTimer frame_timer_, composition_timer_;
     int frames_ = 0;
     QPoint pressed_;
     bool pressed_valid_ = false;
+    std::optional<CropSide> dragged_side_;
+    double grip_ = 0;  // from the hand to the outer sample of the side that it drags
     bool light_ = false, moving_ = false, software_ = false, fitted_ = false;
-    double frame_ = 0, full_frame_ = 0, all_frames_ = 0, frame_began_ = 0, all_frames_processor_ = 0;
+    double frame_ = 0, full_frame_ = 0, all_frames_ = 0, frame_began_ = 0, composition_began_ = 0,
+           all_frames_processor_ = 0;
 };
 
 }  // namespace marrow::viewer

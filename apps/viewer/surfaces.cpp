@@ -10,6 +10,7 @@
 #include <vtkPoints.h>
 #include <vtkTypeInt32Array.h>
 
+#include <marrow/filter.h>
 #include <marrow/isosurface.h>
 #include <marrow/refine.h>
 
@@ -21,20 +22,28 @@ constexpr std::int64_t kPreviewSamples = 1500000;  // an extraction of so many t
 
 }  // namespace
 
-/// What surfaces are extracted from. Used by the extracting thread alone.
+/// What surfaces are extracted from. Used by the extracting thread alone, but for what is const.
 struct Surfaces::Source {
-    std::shared_ptr<const Scan> scan;
-    bool open;
+    const std::shared_ptr<const Scan> scan;
+    const std::optional<SampleBox> box;  // none: the whole scan
+    const bool open;
+
+    Source(std::shared_ptr<const Scan> of, const std::optional<SampleBox>& in, bool is_open)
+        : scan(std::move(of)), box(in), open(is_open) {}
+
+    Volume cropped;  // where there is a box
     std::optional<IsosurfaceExtractor> extractor;
     Progress progress;  // of the job that runs
 
     const Mesh& extract(double isovalue, int level, const Progress& unless_interrupted) {
         progress = unless_interrupted;
-        if (!extractor)
-            extractor.emplace(scan->volume,
+        if (!extractor) {
+            if (box) cropped = crop(scan->volume, box->first, box->last);
+            extractor.emplace(box ? cropped : scan->volume,
                               IsosurfaceOptions{.closed = !open, .progress = [this](double fraction) {
                                                     return progress(fraction);
                                                 }});
+        }
         return extractor->extract(isovalue, level);
     }
 };
@@ -99,20 +108,22 @@ bool Surfaces::settled() const {
 // Compares what the session asks for with what was requested.
 void Surfaces::follow() {
     const Parameters& p = session_.parameters();
-    const bool everything = session_.shared_scan() != scan_ || p.largest != largest_ || p.open != open_;
-    if (session_.shared_scan() != scan_ || p.open != open_) {
+    const std::shared_ptr<const Scan> scan = session_.shared_scan();
+    const bool new_scan = !source_ || source_->scan != scan;
+    const bool new_source = new_scan || source_->open != p.open || source_->box != p.crop;
+    const bool everything = new_source || p.largest != largest_;
+    if (new_scan) {
         extracting_.forget_all();
         measuring_.forget_all();
-        scan_ = session_.shared_scan();
-        source_ = std::make_shared<Source>();
-        source_->scan = scan_;
-        source_->open = p.open;
-        preview_level_ = 0;
-        for (std::int64_t n = scan_->volume.geometry().sample_count(); n > kPreviewSamples; n /= 8)
-            ++preview_level_;
+    }
+    if (new_source) {
+        source_ = std::make_shared<Source>(scan, p.crop, p.open);
+        const SampleBox box = session_.crop();
+        std::int64_t samples = 1;
+        for (std::size_t a = 0; a < 3; ++a) samples *= box.last[a] - box.first[a] + 1;
+        for (preview_level_ = 0; samples > kPreviewSamples; samples /= 8) ++preview_level_;
     }
     largest_ = p.largest;
-    open_ = p.open;
 
     for (auto it = states_.begin(); it != states_.end();) {
         const int id = it->first;
@@ -135,8 +146,13 @@ void Surfaces::request(int id, double isovalue) {
     state.isovalue = isovalue;
     state.request = ++requests_;
     state.exact = false;
+    if (preview_level_ == 0) {
+        extracting_.forget({0, id});
+        state.preview.reset();
+        state.waits = false;
+        return post(id, 0);
+    }
     extracting_.forget({1, id});
-    if (preview_level_ == 0) return post(id, 0);
     state.waits = true;
     post(id, preview_level_);
     rest_.start(kRest);
@@ -187,7 +203,7 @@ void Surfaces::post(int id, int level) {
 void Surfaces::accept(int id, int request, const std::shared_ptr<Source>& source,
                       std::shared_ptr<Shape> shape) {
     const auto it = states_.find(id);
-    if (it == states_.end() || source != source_) return;  // of a surface or scan that is gone
+    if (it == states_.end() || source->scan != source_->scan) return;  // of a surface or scan that is gone
     State& state = it->second;
     const bool newest = request == state.request;
     if (shape->level == 0 && preview_level_ > 0 && !newest) return;  // previews have moved on
@@ -202,6 +218,7 @@ void Surfaces::accept(int id, int request, const std::shared_ptr<Source>& source
 void Surfaces::post_measure(int id, std::shared_ptr<Shape> shape) {
     const int urgency = shape->level > 0 ? 0 : 1;
     if (urgency == 0) measuring_.forget({1, id});
+    measuring_.forget({urgency, id});
     measuring_.post({urgency, id}, [this, id, shape](const Progress& unless_interrupted) {
         report(unless_interrupted, 0);
         const MeshMeasures measures = measure(*shape->mesh);

@@ -72,8 +72,7 @@ class Surfaces : public QObject {
     void post_measure(int id, std::shared_ptr<Shape> shape);
 
     Session& session_;
-    std::shared_ptr<const Scan> scan_;
-    bool largest_ = false, open_ = false;
+    bool largest_ = false;
     std::shared_ptr<Source> source_;
     std::map<int, State> states_;
     int preview_level_ = 0;

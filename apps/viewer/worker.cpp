@@ -18,10 +18,7 @@ void Worker::post(Key key, Job job) {
     {
         const std::lock_guard lock(mutex_);
         waiting_[key] = std::move(job);
-        if (running_ && key <= *running_) {
-            if (key == *running_) again_ = false;
-            interrupt_ = true;
-        }
+        if (running_ && key < *running_) interrupt_ = true;
     }
     wake_.notify_one();
 }
@@ -64,7 +61,7 @@ void Worker::run() {
         }
         if (done) job = {};  // what it holds is freed outside the lock
         lock.lock();
-        if (!done && again_) waiting_.insert(std::move(job));
+        if (!done && again_) waiting_.insert(std::move(job));  // does nothing where there is a newer one
     }
 }
 

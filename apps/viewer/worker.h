@@ -14,8 +14,9 @@
 
 namespace marrow::viewer {
 
-/// Does one job at a time. A job that is posted under the key of another replaces it: the newest request wins. A job that
-/// runs while a more urgent one comes is interrupted, and done again from its start later.
+/// Does one job at a time. A job that is posted under the key of one that waits replaces it: the newest request wins. One
+/// that runs goes on, so that requests which come faster than they are done are not all in vain; forget() ends it. Only a
+/// more urgent job interrupts it, and it is done again from its start later, unless there is a newer one then.
 ///
 /// To be interrupted, a job reports its progress to what it is given, which throws it out with Cancelled. Jobs catch
 /// their other errors themselves.

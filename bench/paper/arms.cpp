@@ -18,7 +18,7 @@
 #include <marrow/error.h>
 #include <marrow/isosurface.h>
 
-namespace marrow::bench {
+namespace marrow::paper {
 
 namespace {
 
@@ -124,4 +124,4 @@ std::vector<Arm> make_arms(const VolumeView& volume, double isovalue) {
     };
 }
 
-}  // namespace marrow::bench
+}  // namespace marrow::paper

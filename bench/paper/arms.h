@@ -8,7 +8,7 @@
 #include <marrow/mesh.h>
 #include <marrow/volume.h>
 
-namespace marrow::bench {
+namespace marrow::paper {
 
 struct Arm {
     std::string name;
@@ -20,4 +20,4 @@ struct Arm {
 /// Marrow. The volume must outlive them; none uses more threads than the caller allows.
 std::vector<Arm> make_arms(const VolumeView& volume, double isovalue);
 
-}  // namespace marrow::bench
+}  // namespace marrow::paper

@@ -15,7 +15,7 @@
 #include "models.h"
 #include "picture.h"
 
-namespace marrow::bench {
+namespace marrow::paper {
 namespace {
 
 namespace fs = std::filesystem;
@@ -187,10 +187,10 @@ void run(const Settings& settings) {
 }
 
 }  // namespace
-}  // namespace marrow::bench
+}  // namespace marrow::paper
 
 int main(int argc, char** argv) {
-    marrow::bench::Settings settings;
+    marrow::paper::Settings settings;
     if (const char* data = std::getenv("MARROW_TEST_DATA")) settings.data = data;
     bool no_pictures = false;
     CLI::App app(
@@ -207,7 +207,7 @@ int main(int argc, char** argv) {
     CLI11_PARSE(app, argc, argv);
     settings.pictures = !no_pictures;
     try {
-        marrow::bench::run(settings);
+        marrow::paper::run(settings);
         return 0;
     } catch (const std::exception& error) {
         fmt::print(stderr, "marrow-paper: {}\n", error.what());

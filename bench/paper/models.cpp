@@ -9,7 +9,7 @@
 
 #include "cranium.h"
 
-namespace marrow::bench {
+namespace marrow::paper {
 
 namespace {
 
@@ -77,7 +77,7 @@ std::vector<Model> cut_models(const fs::path& data, std::vector<std::string>& no
     if (has("vhf_head_ct")) {
         cut_from(read_scan(data / "vhf_head_ct"), "Visible Human Female, head CT, 1 mm", kVisibleHumanHead,
                  models);
-    } else if (const std::optional<Volume> scan = cranium()) {
+    } else if (const std::optional<Volume> scan = bench::cranium()) {
         notes.push_back("vhf_head_ct is not there: the models of the head are cut from Cranium instead");
         cut_from(*scan, "Cranium (InVesalius), head CT, 0.96 x 0.96 x 1.5 mm", kCranium, models);
     } else {
@@ -92,4 +92,4 @@ std::vector<Model> cut_models(const fs::path& data, std::vector<std::string>& no
     return models;
 }
 
-}  // namespace marrow::bench
+}  // namespace marrow::paper

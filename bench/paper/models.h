@@ -7,7 +7,7 @@
 
 #include <marrow/volume.h>
 
-namespace marrow::bench {
+namespace marrow::paper {
 
 struct Model {
     std::string name;    ///< as in Table 1
@@ -22,4 +22,4 @@ struct Model {
 /// where there is no scan at all.
 std::vector<Model> cut_models(const std::filesystem::path& data, std::vector<std::string>& notes);
 
-}  // namespace marrow::bench
+}  // namespace marrow::paper

@@ -15,7 +15,7 @@
 #include <vtkRenderer.h>
 #include <vtkWindowToImageFilter.h>
 
-namespace marrow::bench {
+namespace marrow::paper {
 
 namespace {
 
@@ -81,4 +81,4 @@ void draw_shaded_and_edges(const Mesh& mesh, const Vec3d& view, const std::files
     writer->Write();
 }
 
-}  // namespace marrow::bench
+}  // namespace marrow::paper

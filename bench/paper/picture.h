@@ -6,10 +6,10 @@
 #include <marrow/mesh.h>
 #include <marrow/volume.h>
 
-namespace marrow::bench {
+namespace marrow::paper {
 
 /// Draws a mesh with normals twice beside each other, shaded and with its triangles' edges, to a PNG file.
 /// Needs an X display.
 void draw_shaded_and_edges(const Mesh& mesh, const Vec3d& view, const std::filesystem::path& file);
 
-}  // namespace marrow::bench
+}  // namespace marrow::paper

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <memory>
 #include <new>
 #include <utility>
 #include <vector>
@@ -10,9 +9,12 @@
 namespace marrow {
 
 namespace internal {
-/// Asks the system for huge pages under a large array: the first touch of each page is what memory costs
-/// most, and there are 512 times fewer.
-void advise_huge_pages(void* begin, std::size_t bytes) noexcept;
+/// Memory for `bytes`, not written. Of a large array, the first touch of each page is what costs most: it gets
+/// huge pages, of which there are 512 times fewer, where the system grants them, and starts and ends with one.
+/// \throw std::bad_alloc
+void* allocate(std::size_t bytes);
+/// Gives back what allocate() returned for as many bytes.
+void deallocate(void* memory, std::size_t bytes) noexcept;
 }  // namespace internal
 
 /// An allocator that leaves new elements uninitialised, so that output is touched once, by the thread that
@@ -25,12 +27,8 @@ struct UninitializedAllocator {
     template <class U>
     UninitializedAllocator(const UninitializedAllocator<U>&) noexcept {}
 
-    T* allocate(std::size_t n) {
-        T* p = std::allocator<T>().allocate(n);
-        internal::advise_huge_pages(p, n * sizeof(T));
-        return p;
-    }
-    void deallocate(T* p, std::size_t n) noexcept { std::allocator<T>().deallocate(p, n); }
+    T* allocate(std::size_t n) { return static_cast<T*>(internal::allocate(n * sizeof(T))); }
+    void deallocate(T* p, std::size_t n) noexcept { internal::deallocate(p, n * sizeof(T)); }
 
     template <class U>
     void construct(U* p) noexcept {

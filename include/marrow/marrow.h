@@ -18,4 +18,5 @@
 #include <marrow/scan_io.h>
 #include <marrow/slabs.h>
 #include <marrow/sweep.h>
+#include <marrow/vector.h>
 #include <marrow/volume.h>

@@ -3,17 +3,34 @@
 #include <sys/mman.h>
 
 #include <cstdint>
+#include <new>
 
 namespace marrow::internal {
 
-void advise_huge_pages(void* begin, std::size_t bytes) noexcept {
-    constexpr std::uintptr_t kHugePage = std::uintptr_t{1} << 21;
-    if (bytes < 2 * kHugePage) return;
-    const auto address = reinterpret_cast<std::uintptr_t>(begin);
-    const std::uintptr_t first = (address + kHugePage - 1) & ~(kHugePage - 1);
-    const std::uintptr_t last = (address + bytes) & ~(kHugePage - 1);
+namespace {
+
+constexpr std::size_t kHugePage = std::size_t{1} << 21;
+
+}  // namespace
+
+// Of the allocation, whole huge pages are used; what is behind and before them is never touched, but for the
+// allocation's address right before them. Asking for aligned memory instead would leave gaps in the heap that
+// the next array of the same size does not fit into.
+void* allocate(std::size_t bytes) {
+    if (bytes < kHugePage) return ::operator new(bytes);
+    if (bytes > PTRDIFF_MAX) throw std::bad_alloc();
+    const std::size_t size = (bytes + kHugePage - 1) & ~(kHugePage - 1);
+    void* const allocation = ::operator new(size + kHugePage);
+    const auto behind_address = reinterpret_cast<std::uintptr_t>(allocation) + sizeof(void*);
+    void* const memory = reinterpret_cast<void*>((behind_address + kHugePage - 1) & ~(kHugePage - 1));
+    static_cast<void**>(memory)[-1] = allocation;
     // Advice: where the system declines, pages stay small and nothing is lost but time.
-    madvise(reinterpret_cast<void*>(first), last - first, MADV_HUGEPAGE);
+    madvise(memory, size, MADV_HUGEPAGE);
+    return memory;
+}
+
+void deallocate(void* memory, std::size_t bytes) noexcept {
+    ::operator delete(bytes < kHugePage ? memory : static_cast<void**>(memory)[-1]);
 }
 
 }  // namespace marrow::internal

@@ -134,9 +134,27 @@ constexpr std::array<Case, 256> turn_over(std::array<Case, 256> cases) {
     return cases;
 }
 
+constexpr std::array<RunningCase, 256> run(const std::array<Case, 256>& cases) {
+    std::array<RunningCase, 256> result{};
+    for (std::size_t i = 0; i < 256; ++i) {
+        const Case& c = cases[i];
+        RunningCase& running = result[i];
+        running.triangles = c.triangles;
+        for (int e = 0; e < 8; ++e) running.advance[e] = c.crossed >> e & 1;
+        for (std::size_t k = 0; k < 16; ++k) {
+            const std::uint8_t edge = c.edges[k];
+            const int next = edge < 8 ? 0 : running.advance[edge - 4];
+            running.ids[k] = static_cast<std::uint8_t>((edge < 8 ? edge : edge - 4) + 8 * next);
+        }
+    }
+    return result;
+}
+
 }  // namespace
 
 constexpr std::array<Case, 256> kCases = derive_all();
 constexpr std::array<Case, 256> kMirroredCases = turn_over(kCases);
+constexpr std::array<RunningCase, 256> kRunningCases = run(kCases);
+constexpr std::array<RunningCase, 256> kMirroredRunningCases = run(kMirroredCases);
 
 }  // namespace marrow::internal

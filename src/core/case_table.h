@@ -44,8 +44,18 @@ struct Case {
     std::array<std::uint8_t, 16> edges{};
 };
 
+/// A case as emission reads it. Of a cell's edges, 0 to 7 each have a counter of the points that passed by on
+/// the edges in their place in the cells before: the next id there. Edge e >= 8 is the next one in the place of
+/// edge e - 4.
+struct alignas(32) RunningCase {
+    std::uint8_t ids[16] = {};  ///< three a triangle: the counter, and 8 where the point is the next but one
+    std::uint8_t advance[8] = {};  ///< the counters' step to the next active cell
+    std::uint8_t triangles = 0;
+};
+
 /// The table, indexed by case; and the same with every triangle turned over, for grids that are mirrored in
 /// space.
 extern const std::array<Case, 256> kCases, kMirroredCases;
+extern const std::array<RunningCase, 256> kRunningCases, kMirroredRunningCases;
 
 }  // namespace marrow::internal

@@ -31,6 +31,9 @@ struct RowSums {
     }
 };
 
+// From so many isovalues in a row on it is quicker to let a cell's points move than to find them for each: half of the runs have one.
+inline constexpr std::size_t kFewestMoves = 2;
+
 // The edges of a cell, padded to whole vectors.
 inline constexpr std::size_t kLanes = 16;
 
@@ -53,7 +56,8 @@ struct EdgeFrame {
     }
 };
 
-// The points on a cell's edges as they move with the isovalue: at + velocity * (isovalue - that of set_isovalue).
+// The points on a cell's edges as they move with the isovalue: at + velocity * (isovalue - that of set_isovalue), where
+// find_velocity has been called for the cell.
 template <class R>
 struct MovingPoints {
     alignas(64) float at[3][kLanes], velocity[3][kLanes];
@@ -68,12 +72,17 @@ struct MovingPoints {
             const unsigned both = within >> kEdgeCorners[e][0] & within >> kEdgeCorners[e][1] & 1;
             usable_[e] = both != 0 && std::abs(difference_[e]) <= std::numeric_limits<R>::max() ? R(1) : R(0);
         }
+        for (std::size_t r = 0; r < 3; ++r) {
+            for (std::size_t e = 0; e < kLanes; ++e) start_[r][e] = corner[r] + frame.base[r][e];
+        }
+        moves_ = false;
+    }
+    HWY_INLINE void find_velocity(const EdgeFrame& frame) {
+        if (moves_) return;
+        moves_ = true;
         for (std::size_t e = 0; e < kLanes; ++e) {
             const float per_unit = static_cast<float>(usable_[e] != R(0) ? R(1) / difference_[e] : R(0));
             for (std::size_t r = 0; r < 3; ++r) velocity[r][e] = frame.along[r][e] * per_unit;
-        }
-        for (std::size_t r = 0; r < 3; ++r) {
-            for (std::size_t e = 0; e < kLanes; ++e) start_[r][e] = corner[r] + frame.base[r][e];
         }
     }
     HWY_INLINE void set_isovalue(const EdgeFrame& frame, R isovalue) {
@@ -87,12 +96,29 @@ struct MovingPoints {
   private:
     alignas(64) R first_[kLanes] = {}, difference_[kLanes] = {}, usable_[kLanes] = {};
     alignas(64) float start_[3][kLanes];
+    bool moves_ = false;  // velocity is that of this cell
 };
 
-// Adds twice the area and six times the volume of a triangle between three moving points, for isovalues [begin, end).
+// Adds twice the area and six times the volume of a triangle between three points, for isovalue k alone.
 template <class R>
-HWY_INLINE void add_triangle(const MovingPoints<R>& points, const std::uint8_t* edges, const float* isovalues,
-                             std::size_t begin, std::size_t end, RowSums& sums) {
+HWY_INLINE void add_still_triangle(const MovingPoints<R>& points, const std::uint8_t* edges, std::size_t k,
+                                   RowSums& sums) {
+    float a[3], u[3], v[3];
+    for (std::size_t r = 0; r < 3; ++r) {
+        a[r] = points.at[r][edges[0]];
+        u[r] = points.at[r][edges[1]] - a[r];
+        v[r] = points.at[r][edges[2]] - a[r];
+    }
+    const float x = u[1] * v[2] - u[2] * v[1], y = u[2] * v[0] - u[0] * v[2], z = u[0] * v[1] - u[1] * v[0];
+    sums.area[k] += std::sqrt(x * x + y * y + z * z);
+    sums.volume[k] += x * a[0] + y * a[1] + z * a[2];
+}
+
+// The same between moving points, for isovalues [begin, end).
+template <class R>
+HWY_INLINE void add_moving_triangle(const MovingPoints<R>& points, const std::uint8_t* edges,
+                                    const float* isovalues, std::size_t begin, std::size_t end,
+                                    RowSums& sums) {
     // Its points are linear in the isovalue, so its edge vectors u and v are, and the normal u x v is quadratic.
     float a[3], a1[3], u[3], u1[3], v[3], v1[3];
     for (std::size_t r = 0; r < 3; ++r) {
@@ -220,9 +246,18 @@ void add_cells_of(const VolumeView& volume, const Frame& frame, const Levels& le
                 constexpr std::uint64_t kOnes = 0x0101010101010101u, kTops = 0x8080808080808080u;
                 const std::uint64_t inside = ((corner_levels | kTops) - (k + 1) * kOnes) & kTops;
                 const Case& c = cases[((inside >> 7) * 0x0102040810204080u) >> 56];
-                points.set_isovalue(edges, isovalue[k]);
-                for (std::size_t t = 0; t < c.triangles; ++t)
-                    add_triangle(points, c.edges.data() + 3 * t, distance, k, next, row_sums);
+                if (next - k >= kFewestMoves) {
+                    points.set_isovalue(edges, isovalue[k]);
+                    points.find_velocity(edges);
+                    for (std::size_t t = 0; t < c.triangles; ++t)
+                        add_moving_triangle(points, c.edges.data() + 3 * t, distance, k, next, row_sums);
+                } else {
+                    for (std::size_t j = k; j < next; ++j) {
+                        points.set_isovalue(edges, isovalue[j]);
+                        for (std::size_t t = 0; t < c.triangles; ++t)
+                            add_still_triangle(points, c.edges.data() + 3 * t, j, row_sums);
+                    }
+                }
                 for (std::size_t j = k; j < next; ++j) sums.triangles[j] += c.triangles;
             }
         }

@@ -24,45 +24,76 @@ HWY_INLINE std::uint32_t popcount(std::uint64_t bits) {
     return static_cast<std::uint32_t>(__builtin_popcountll(bits));
 }
 
-// Of 64 cells, those that may have more than one loop. That takes a face with all four edges crossed, or a
+using Words = hn::ScalableTag<std::uint64_t>;
+using WordVec = hn::Vec<Words>;
+
+// The corners of the cells of as many words as a vector holds, as CellBits.
+struct CellVecs {
+    WordVec corners[8];
+
+    CellVecs(const RowBits& row, std::size_t w) {
+        const Words d;
+        for (int r = 0; r < 4; ++r) {
+            const auto samples = hn::LoadU(d, row.rows[r] + w);
+            const auto ahead = hn::LoadU(d, row.rows[r] + w + 1);
+            corners[2 * r] = samples;
+            corners[2 * r + 1] = hn::Or(hn::ShiftRight<1>(samples), hn::ShiftLeft<63>(ahead));
+        }
+    }
+
+    WordVec active() const {
+        const auto& c = corners;
+        const auto some = hn::Or(hn::Or(hn::Or(c[0], c[1]), hn::Or(c[2], c[3])),
+                                 hn::Or(hn::Or(c[4], c[5]), hn::Or(c[6], c[7])));
+        const auto all = hn::And(hn::And(hn::And(c[0], c[1]), hn::And(c[2], c[3])),
+                                 hn::And(hn::And(c[4], c[5]), hn::And(c[6], c[7])));
+        return hn::AndNot(all, some);
+    }
+};
+
+// Of these cells, those that may have more than one loop. That takes a face with all four edges crossed, or a
 // corner and its antipode alone against the other six, where of the edges along x two diagonally opposite
 // ones are crossed.
-HWY_INLINE std::uint64_t may_have_loops(const CellBits& cells) {
+HWY_INLINE WordVec may_have_loops(const CellVecs& cells) {
     const auto& c = cells.corners;
-    const std::uint64_t x[4] = {c[0] ^ c[1], c[2] ^ c[3], c[4] ^ c[5], c[6] ^ c[7]};
-    const std::uint64_t faces_along_x = (x[0] & x[1] & (c[0] ^ c[2])) | (x[2] & x[3] & (c[4] ^ c[6])) |
-                                        (x[0] & x[2] & (c[0] ^ c[4])) | (x[1] & x[3] & (c[2] ^ c[6]));
-    const std::uint64_t faces_across_x =
-        ((c[0] ^ c[2]) & (c[4] ^ c[6]) & (c[0] ^ c[4])) | ((c[1] ^ c[3]) & (c[5] ^ c[7]) & (c[1] ^ c[5]));
-    const std::uint64_t antipodes = (x[0] & x[3] & ~x[1] & ~x[2]) | (x[1] & x[2] & ~x[0] & ~x[3]);
-    return faces_along_x | faces_across_x | antipodes;
+    const auto all = [](WordVec p, WordVec q, WordVec r) HWY_ATTR { return hn::And(hn::And(p, q), r); };
+    const WordVec x[4] = {hn::Xor(c[0], c[1]), hn::Xor(c[2], c[3]), hn::Xor(c[4], c[5]), hn::Xor(c[6], c[7])};
+    const auto y0 = hn::Xor(c[0], c[2]), y1 = hn::Xor(c[4], c[6]);
+    const auto z0 = hn::Xor(c[0], c[4]), z1 = hn::Xor(c[2], c[6]);
+    const auto faces_along_x = hn::Or(hn::Or(all(x[0], x[1], y0), all(x[2], x[3], y1)),
+                                      hn::Or(all(x[0], x[2], z0), all(x[1], x[3], z1)));
+    const auto faces_across_x =
+        hn::Or(all(y0, y1, z0), all(hn::Xor(c[1], c[3]), hn::Xor(c[5], c[7]), hn::Xor(c[1], c[5])));
+    const auto antipodes = hn::Or(hn::AndNot(hn::Or(x[1], x[2]), hn::And(x[0], x[3])),
+                                  hn::AndNot(hn::Or(x[0], x[3]), hn::And(x[1], x[2])));
+    return hn::Or(hn::Or(faces_along_x, faces_across_x), antipodes);
 }
 
-// Loops of the active ones of 64 cells. Inside corners hang together along edges only, so an inside region is
+// Loops of some active ones of 64 cells. Inside corners hang together along edges only, so an inside region is
 // either a lone corner, or the one that the other inside corners make; two of that sort are possible only as
 // two diagonally opposite edges. Outside corners hang together across face diagonals too, so only a corner
 // and its antipode, alone, make two outside regions.
-std::uint32_t count_loops(const CellBits& cells, std::uint64_t active) {
+std::uint32_t count_loops(const CellBits& cells, std::uint64_t which) {
     const auto& c = cells.corners;
     std::uint32_t loops = 0;
     std::uint64_t joined = 0;  // cells with an inside corner that has an inside neighbour
     for (unsigned v = 0; v < 8; ++v) {
         const std::uint64_t neighbours = c[v ^ 1] | c[v ^ 2] | c[v ^ 4];
-        loops += popcount(c[v] & ~neighbours & active);
+        loops += popcount(c[v] & ~neighbours & which);
         joined |= c[v] & neighbours;
     }
-    loops += popcount(joined & active);
+    loops += popcount(joined & which);
 
     for (unsigned axis = 1; axis < 8; axis <<= 1) {
         // The four edges along the axis, in a ring; u and w span its plane.
         const unsigned u = axis == 1 ? 2 : 1, w = axis == 4 ? 2 : 4;
         const auto both = [&](unsigned v) { return c[v] & c[v | axis]; };
         const auto none = [&](unsigned v) { return ~(c[v] | c[v | axis]); };
-        loops += popcount(both(0) & both(u | w) & none(u) & none(w) & active);
-        loops += popcount(both(u) & both(w) & none(0) & none(u | w) & active);
+        loops += popcount(both(0) & both(u | w) & none(u) & none(w) & which);
+        loops += popcount(both(u) & both(w) & none(0) & none(u | w) & which);
     }
     for (unsigned v = 0; v < 4; ++v) {
-        std::uint64_t antipodes_alone = ~(c[v] | c[7 - v]) & active;
+        std::uint64_t antipodes_alone = ~(c[v] | c[7 - v]) & which;
         for (unsigned other = 0; other < 8; ++other) {
             if (other != v && other != 7 - v) antipodes_alone &= c[other];
         }
@@ -71,83 +102,112 @@ std::uint32_t count_loops(const CellBits& cells, std::uint64_t active) {
     return loops;
 }
 
-// Loops in the cells of word w.
-HWY_INLINE std::uint32_t count_loops(const RowBits& row, std::size_t w) {
-    const CellBits cells(row, w);
-    const std::uint64_t active = cells.active() & row.valid(w);
-    if (HWY_LIKELY((may_have_loops(cells) & active) == 0)) return popcount(active);
-    return count_loops(cells, active);
-}
-
-// Marks the words of a row in which any of its edges may be crossed or its cells be active: where the four
-// rows differ at a sample or the one behind, or the row itself changes. At a row's end that may mark a word
-// for what follows in memory, which costs a look and no more. \returns whether any is marked
-HWY_INLINE bool mark_active_words(const RowBits& row, std::uint64_t* HWY_RESTRICT mask) {
-    const hn::ScalableTag<std::uint64_t> d;
-    constexpr std::size_t kLanes = hn::MaxLanes(d);
-    static_assert(kLanes <= InsideBits::kSlack);
-    std::uint64_t any = 0;
-    for (std::size_t begin = 0; begin < row.words; begin += 64) {
-        const std::size_t count = std::min<std::size_t>(64, row.words - begin);
-        std::uint64_t marked = 0;
-        for (std::size_t w = 0; w < count; w += kLanes) {
-            const auto load = [&](Row r, std::size_t i)
-                                  HWY_ATTR { return hn::LoadU(d, row.rows[r] + begin + i); };
-            const auto difference = [&](std::size_t i) HWY_ATTR {
-                const auto here = load(kRow, i);
-                return hn::Or(hn::Or(hn::Xor(here, load(kNextY, i)), hn::Xor(here, load(kNextZ, i))),
-                              hn::Xor(here, load(kNextYZ, i)));
-            };
-            const auto here = load(kRow, w);
-            const auto next_x = hn::Or(hn::ShiftRight<1>(here), hn::ShiftLeft<63>(load(kRow, w + 1)));
-            const auto differs = difference(w);
-            const auto active =
-                hn::Or(hn::Or(differs, hn::ShiftLeft<63>(difference(w + 1))), hn::Xor(here, next_x));
-            std::uint64_t bits = 0;
-            hn::StoreMaskBits(d, hn::Ne(active, hn::Zero(d)), reinterpret_cast<std::uint8_t*>(&bits));
-            marked |= bits << w;
-        }
-        marked &= ~std::uint64_t{0} >> (64 - count);
-        mask[begin / 64] = marked;
-        any |= marked;
-    }
-    return any != 0;
-}
-
 // The crossed edges along y and z that only one cell of the row has: those at the bits where its cells start
 // and end.
-std::uint32_t count_ends(const RowBits& row, std::int64_t cells_x) {
-    std::uint32_t ends = 0;
-    for (const std::int64_t x : {std::int64_t{0}, cells_x}) {
-        if (x == 64 * static_cast<std::int64_t>(row.words))
-            continue;  // behind the samples of a closed surface
-        const auto at = [&](Row r) { return row.rows[r][x / 64] >> (x % 64); };
-        ends += (at(kRow) ^ at(kNextY)) & 1;
-        ends += (at(kRow) ^ at(kNextZ)) & 1;
-        ends += (at(kNextZ) ^ at(kNextYZ)) & 1;
-        ends += (at(kNextY) ^ at(kNextYZ)) & 1;
-    }
-    return ends;
+HWY_INLINE std::uint32_t count_ends(const RowBits& row, std::int64_t cells_x) {
+    const auto ends_at = [&](std::size_t bit) {
+        const auto at = [&](Row r) { return row.rows[r][bit / 64] >> (bit % 64) & 1; };
+        return static_cast<std::uint32_t>((at(kRow) ^ at(kNextY)) + (at(kRow) ^ at(kNextZ)) +
+                                          (at(kNextZ) ^ at(kNextYZ)) + (at(kNextY) ^ at(kNextYZ)));
+    };
+    const auto end = static_cast<std::size_t>(cells_x);
+    // Behind the samples of a closed surface there is no word.
+    return ends_at(0) + (end < 64 * row.words ? ends_at(end) : 0);
 }
+
+// Which bits of a row's words stand for samples of it, and for cells; 0 in the words behind.
+struct RowMasks {
+    Buffer<std::uint64_t> samples, cells;
+
+    explicit RowMasks(const InsideBits& bits) {
+        for (Buffer<std::uint64_t>* masks : {&samples, &cells}) {
+            masks->resize(bits.words_per_row + InsideBits::kSlack);
+            std::fill(masks->begin(), masks->end(), std::uint64_t{0});
+            std::fill_n(masks->begin(), bits.words_per_row, ~std::uint64_t{0});
+        }
+        cells[bits.words_per_row - 1] = bits.last_cells();
+    }
+};
+
+// What a row makes, counted in the lanes of vectors; and the marks of its active words.
+struct RowCounter {
+    WordVec along_x, along_y, along_z;
+    WordVec one_loop;              // cells that have one
+    std::uint32_t more_loops = 0;  // in the other active cells
+
+    RowCounter() {
+        const Words d;
+        along_x = along_y = along_z = one_loop = hn::Zero(d);
+    }
+
+    // The words from w on. \returns a bit for each that is active
+    HWY_INLINE std::uint64_t count(const RowBits& row, const RowMasks& masks, std::size_t w) {
+        const Words d;
+        const CellVecs cells(row, w);
+        const auto& c = cells.corners;
+        const auto samples = hn::LoadU(d, masks.samples.data() + w);
+        const auto valid = hn::LoadU(d, masks.cells.data() + w);
+        const auto x = hn::And(hn::Xor(c[0], c[1]), valid);
+        const auto y = hn::And(hn::Xor(c[0], c[2]), samples);
+        const auto z = hn::And(hn::Xor(c[0], c[4]), samples);
+        const auto active = hn::And(cells.active(), valid);
+        const auto any = hn::Or(hn::Or(x, y), hn::Or(z, active));
+        const std::uint64_t marks = bits_of(hn::Ne(any, hn::Zero(d)));
+        if (marks == 0) return 0;
+        along_x = hn::Add(along_x, hn::PopulationCount(x));
+        along_y = hn::Add(along_y, hn::PopulationCount(y));
+        along_z = hn::Add(along_z, hn::PopulationCount(z));
+        const auto several = hn::And(may_have_loops(cells), active);
+        one_loop = hn::Add(one_loop, hn::PopulationCount(hn::AndNot(several, active)));
+        if (HWY_UNLIKELY(!hn::AllFalse(d, hn::Ne(several, hn::Zero(d))))) {
+            HWY_ALIGN std::uint64_t of_word[hn::MaxLanes(Words())];
+            hn::Store(several, d, of_word);
+            for (std::size_t k = 0; k < hn::Lanes(d); ++k) {
+                if (of_word[k] != 0) more_loops += count_loops(CellBits(row, w + k), of_word[k]);
+            }
+        }
+        return marks;
+    }
+
+    static std::uint64_t bits_of(hn::Mask<Words> mask) {
+        std::uint64_t bits = 0;
+        hn::StoreMaskBits(Words(), mask, reinterpret_cast<std::uint8_t*>(&bits));
+        return bits;
+    }
+    static std::uint32_t sum(WordVec counts) {
+        return static_cast<std::uint32_t>(hn::GetLane(hn::SumOfLanes(Words(), counts)));
+    }
+};
 
 void count_rows_target(const InsideBits& bits, std::size_t row_begin, std::size_t row_end, RowCounts& counts,
                        ActiveWords& active) {
-    for (std::size_t r = row_begin; r < row_end; ++r) {
-        const RowBits row(bits, r);
-        std::uint32_t along_x = 0, along_y = 0, along_z = 0, loops = 0, ends = 0;
-        if (mark_active_words(row, active.row(r))) {
-            for_each_active_word(active, r, [&](std::size_t w) HWY_ATTR {
-                along_x += popcount(row.crossed_x(kRow, w));
-                along_y += popcount(row.crossed_y(w));
-                along_z += popcount(row.crossed_z(w));
-                loops += count_loops(row, w);
-            });
-            ends = count_ends(row, bits.cells_x);
+    constexpr std::size_t kLanes = hn::MaxLanes(Words());
+    static_assert(kLanes < InsideBits::kSlack);
+    const RowMasks masks(bits);
+    for (GridRow at(bits, row_begin); at.index < row_end; at.advance(bits)) {
+        const std::size_t r = at.index;
+        const RowBits row(bits, at);
+        RowCounter counter;
+        std::uint64_t any = 0;
+        for (std::size_t begin = 0; begin < row.words; begin += 64) {
+            std::uint64_t marks = 0;
+            for (std::size_t w = begin; w < std::min(begin + 64, row.words); w += kLanes)
+                marks |= counter.count(row, masks, w) << (w - begin);
+            active.row(r)[begin / 64] = marks;
+            any |= marks;
+        }
+        std::uint32_t along_x = 0, along_y = 0, along_z = 0, to_subtract = 0;
+        if (any != 0) {
+            along_x = RowCounter::sum(counter.along_x);
+            along_y = RowCounter::sum(counter.along_y);
+            along_z = RowCounter::sum(counter.along_z);
+            const std::uint32_t loops = RowCounter::sum(counter.one_loop) + counter.more_loops;
+            to_subtract = 2 * loops + count_ends(row, bits.cells_x);
         }
         counts.points[r] = along_x + along_y + along_z;
         counts.along_x[r] = along_x;
         counts.along_y[r] = along_y;
-        counts.triangles[r] = row.has_cells ? 2 * loops + ends : 0;
+        counts.triangles[r] = row.has_cells ? to_subtract : 0;
     }
 }
 

@@ -359,11 +359,11 @@ void emit_points_of(const EmitInput& input, std::size_t row_begin, std::size_t r
     const Buffer<std::uint64_t> inner = inner_samples(bits, nx);
     PointBatch<T> batch(input, points, normals);
 
-    for (std::size_t r = row_begin; r < row_end; ++r) {
+    for (GridRow at(bits, row_begin); at.index < row_end; at.advance(bits)) {
+        const std::size_t r = at.index;
         if (input.points.leaves()[r] == 0) continue;
-        const RowBits row(bits, r);
-        const std::int64_t y = static_cast<std::int64_t>(r) % bits.ny - bits.pad;
-        const std::int64_t z = static_cast<std::int64_t>(r) / bits.ny - bits.pad;
+        const RowBits row(bits, at);
+        const std::int64_t y = at.y - bits.pad, z = at.z - bits.pad;
         batch.set_row(y, z, samples + (z * ny + y) * nx);
         const bool inner_row = y >= 1 && y + 2 < ny && z >= 1 && z + 2 < nz;
 

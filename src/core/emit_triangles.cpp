@@ -20,67 +20,40 @@ struct RowIds {
     std::uint32_t x, y, z;
 };
 
-constexpr std::size_t kWrittenAtOnce = 16;  // ids, of which up to 3 * kMaxTriangles count
-static_assert(sizeof(Case::edges) == kWrittenAtOnce);
+constexpr std::size_t kIds = sizeof RunningCase::ids;
 
 // The ids of the points on a cell's edges while cells pass by in x.
 //
 // Every point on the edges around a row of cells belongs to the next active cell, so ids are never looked up:
 // eight counters run along, one for each edge of the cell but those at its far x. An edge that is crossed
 // uses its counter and advances it; the far edges along y and z are then simply the next values. Edge numbers
-// (case_table.h) are chosen so that counters and the bits of `crossed` correspond.
-#if HWY_CAP_GE256
-class RunningIds {
-  public:
-    RunningIds(const RowIds& row, const RowIds& next_y, const RowIds& next_z, const RowIds& next_yz) {
-        alignas(32) const std::uint32_t first[] = {row.x, next_y.x, next_z.x, next_yz.x,
-                                                   row.y, next_z.y, row.z,    next_y.z};
-        counters_ = hn::Load(D(), first);
-    }
-
-    // Writes kWrittenAtOnce ids, those of the cell's triangles first, and moves on.
-    HWY_INLINE void write(const Case& c, std::uint32_t* HWY_RESTRICT out) {
-        const D d;
-        const auto is_crossed = hn::And(hn::Shr(hn::Set(d, c.crossed), hn::Iota(d, 0)), hn::Set(d, 1));
-        const auto advanced = hn::Add(counters_, is_crossed);
-        const auto far = hn::ConcatUpperUpper(d, advanced, advanced);
-        for (std::size_t k = 0; k < kWrittenAtOnce; k += 8) {
-            const auto edges =
-                hn::PromoteTo(d, hn::LoadU(hn::FixedTag<std::uint8_t, 8>(), c.edges.data() + k));
-            const auto lanes = hn::IndicesFromVec(d, hn::And(edges, hn::Set(d, 7)));
-            const auto is_near =
-                hn::Lt(hn::BitCast(hn::RebindToSigned<D>(), edges), hn::Set(hn::RebindToSigned<D>(), 8));
-            hn::StoreU(hn::IfThenElse(hn::RebindMask(d, is_near), hn::TableLookupLanes(counters_, lanes),
-                                      hn::TableLookupLanes(far, lanes)),
-                       d, out + k);
-        }
-        counters_ = advanced;
-    }
-
-  private:
-    using D = hn::FixedTag<std::uint32_t, 8>;
-    hn::Vec<D> counters_;
-};
-#else
+// (case_table.h) are chosen so that counters and edges correspond.
 class RunningIds {
   public:
     RunningIds(const RowIds& row, const RowIds& next_y, const RowIds& next_z, const RowIds& next_yz)
         : counters_{row.x, next_y.x, next_z.x, next_yz.x, row.y, next_z.y, row.z, next_y.z} {}
 
-    HWY_INLINE void write(const Case& c, std::uint32_t* HWY_RESTRICT out) {
-        std::uint32_t ids[kEdges];
-        for (int e = 0; e < 8; ++e) {
-            ids[e] = counters_[e];
-            counters_[e] += c.crossed >> e & 1;
+    // Writes kIds ids, those of the cell's triangles first, and moves on.
+    HWY_INLINE void write(const RunningCase& c, std::uint32_t* HWY_RESTRICT out) {
+#if HWY_CAP_GE256
+        const hn::FixedTag<std::uint32_t, 8> d;
+        const hn::FixedTag<std::uint8_t, 8> d8;
+        const auto counters = hn::Load(d, counters_);
+        for (std::size_t k = 0; k < kIds; k += 8) {
+            const auto id = hn::PromoteTo(d, hn::Load(d8, c.ids + k));
+            const auto counter = hn::IndicesFromVec(d, hn::And(id, hn::Set(d, 7)));
+            hn::StoreU(hn::Add(hn::TableLookupLanes(counters, counter), hn::ShiftRight<3>(id)), d, out + k);
         }
-        for (int e = 8; e < kEdges; ++e) ids[e] = counters_[e - 4];
-        for (std::size_t k = 0; k < kWrittenAtOnce; ++k) out[k] = ids[c.edges[k]];
+        hn::Store(hn::Add(counters, hn::PromoteTo(d, hn::Load(d8, c.advance))), d, counters_);
+#else
+        for (std::size_t k = 0; k < kIds; ++k) out[k] = counters_[c.ids[k] & 7] + (c.ids[k] >> 3);
+        for (std::size_t e = 0; e < 8; ++e) counters_[e] += c.advance[e];
+#endif
     }
 
   private:
-    std::uint32_t counters_[8];
+    alignas(32) std::uint32_t counters_[8];
 };
-#endif
 
 // Appends the cases of a row's active cells to what `list` points to, and returns its new end.
 HWY_INLINE std::uint8_t* list_cases(const ActiveWords& active_words, std::size_t r, const RowBits& row,
@@ -88,37 +61,35 @@ HWY_INLINE std::uint8_t* list_cases(const ActiveWords& active_words, std::size_t
     for_each_active_word(active_words, r, [&](std::size_t w) HWY_ATTR {
         const CellBits cells(row, w);
         std::uint64_t active = cells.active() & row.valid(w);
-        const int count = __builtin_popcountll(active);
-        alignas(64) std::uint8_t cases[65];
-        cells.cell_cases(cases);
-        cases[64] = 0;  // for no cell
+        std::uint8_t* const end = list + __builtin_popcountll(active);
         // Most words have few. List so many without asking, and overwrite what was too much.
-        for (int k = 0; k < count; k += 4) {
-            for (int i = k; i < k + 4; ++i) {
-                list[i] = cases[std::countr_zero(active)];
+        do {
+            for (int i = 0; i < 4; ++i) {
+                list[i] = cells.cell_case(active & (~active + 1));
                 active &= active - 1;
             }
-        }
-        list += count;
+            list += 4;
+        } while (HWY_UNLIKELY(list < end));
+        list = end;
     });
     return list;
 }
 
 // Writes the triangles of a row's cells; `end` is the end of the memory that may be written.
 HWY_INLINE std::uint32_t* emit_row(const std::uint8_t* first, const std::uint8_t* last, RunningIds ids,
-                                   const Case* cases, std::uint32_t* HWY_RESTRICT out,
+                                   const RunningCase* cases, std::uint32_t* HWY_RESTRICT out,
                                    const std::uint32_t* end) {
     // What is written too much, the next cell overwrites; but behind the last one others write.
     const std::uint8_t* const fast_end =
-        end - out >= static_cast<std::ptrdiff_t>(kWrittenAtOnce) * (last - first) ? last : first;
+        end - out >= static_cast<std::ptrdiff_t>(kIds) * (last - first) ? last : first;
     for (; first < fast_end; ++first) {
-        const Case& c = cases[*first];
+        const RunningCase& c = cases[*first];
         ids.write(c, out);
         out += 3 * c.triangles;
     }
     for (; first < last; ++first) {
-        const Case& c = cases[*first];
-        std::uint32_t triangles[kWrittenAtOnce];
+        const RunningCase& c = cases[*first];
+        std::uint32_t triangles[kIds];
         ids.write(c, triangles);
         out = std::copy_n(triangles, 3 * c.triangles, out);
     }
@@ -131,7 +102,7 @@ void emit_triangles_target(const EmitInput& input, std::size_t row_begin, std::s
     const auto ny = static_cast<std::size_t>(bits.ny);
     const auto points = input.points.leaves();
     const auto triangles = input.triangles.leaves();
-    const Case* cases = input.frame.mirrored ? kMirroredCases.data() : kCases.data();
+    const RunningCase* cases = input.frame.mirrored ? kMirroredRunningCases.data() : kRunningCases.data();
     const std::uint32_t* end =
         out + 3 * (input.triangles.first_output(row_end) - input.triangles.first_output(row_begin));
     Buffer<std::uint8_t> list(64 * bits.words_per_row + 4);
@@ -143,13 +114,14 @@ void emit_triangles_target(const EmitInput& input, std::size_t row_begin, std::s
     std::uint64_t first = input.points.first_output(row_begin);
     std::uint64_t first_next_z = input.points.first_output(row_begin + ny);
 
-    for (std::size_t r = row_begin; r < row_end; ++r) {
+    for (GridRow at(bits, row_begin); at.index < row_end; at.advance(bits)) {
+        const std::size_t r = at.index;
         const std::uint64_t first_next_y = first + points[r];
         const std::uint64_t first_next_yz = first_next_z + (r + ny < points.size() ? points[r + ny] : 0);
         if (triangles[r] != 0) {
             const RunningIds ids(ids_of_row(r, first), ids_of_row(r + 1, first_next_y),
                                  ids_of_row(r + ny, first_next_z), ids_of_row(r + ny + 1, first_next_yz));
-            const std::uint8_t* list_end = list_cases(input.active, r, RowBits(bits, r), list.data());
+            const std::uint8_t* list_end = list_cases(input.active, r, RowBits(bits, at), list.data());
             out = emit_row(list.data(), list_end, ids, cases, out, end);
         }
         first = first_next_y;

@@ -44,6 +44,12 @@ struct InsideBits {
     InsideBits(const InsideBits&) = delete;
     InsideBits& operator=(const InsideBits&) = delete;
 
+    /// The bits of a row's last word at which a cell starts.
+    std::uint64_t last_cells() const {
+        const std::int64_t cells = cells_x - 64 * static_cast<std::int64_t>(words_per_row - 1);
+        return cells == 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << cells) - 1;
+    }
+
     std::size_t word_count() const { return words_per_row * rows(); }
     std::size_t rows() const { return static_cast<std::size_t>(ny * nz); }
     std::size_t row_index(std::int64_t y, std::int64_t z) const {

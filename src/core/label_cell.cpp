@@ -8,27 +8,6 @@
 namespace marrow::internal {
 namespace {
 
-// The edge between two corners.
-int edge_between(int a, int b) {
-    for (int e = 0; e < kCellEdges; ++e) {
-        if (kEdgeCorners[e][0] == std::min(a, b) && kEdgeCorners[e][1] == std::max(a, b)) return e;
-    }
-    return -1;
-}
-
-// For each face its edges; edge i runs from its corner i to corner i + 1.
-const std::array<std::array<int, 4>, 6>& face_edges() {
-    static const auto edges = [] {
-        std::array<std::array<int, 4>, 6> result{};
-        for (std::size_t f = 0; f < 6; ++f) {
-            for (std::size_t i = 0; i < 4; ++i)
-                result[f][i] = edge_between(kFaceCorners[f][i], kFaceCorners[f][(i + 1) % 4]);
-        }
-        return result;
-    }();
-    return edges;
-}
-
 // Few things that join to sets.
 template <std::size_t kSize>
 class Sets {
@@ -56,7 +35,7 @@ std::array<CrossedCell, 4096> make_table() {
         bool four_on_a_face = false;
         for (std::size_t f = 0; f < 6; ++f) {
             int count = 0, first = -1;
-            for (const int e : face_edges()[f]) {
+            for (const int e : kFaceEdges[f]) {
                 if (!crossed(e)) continue;
                 ++count;
                 if (first < 0) first = e;
@@ -91,50 +70,36 @@ std::array<CrossedCell, 4096> make_table() {
     return table;
 }
 
-}  // namespace
-
-const std::array<CrossedCell, 4096>& crossed_cells() {
-    static const std::array<CrossedCell, 4096> table = make_table();
-    return table;
-}
-
-bool CellPatches::simple() const {
-    if (points != 1) return false;
-    for (const auto& face : knot) {
-        for (const std::int8_t k : face) {
-            if (k >= 0) return false;
-        }
-    }
-    return true;
-}
-
-CellPatches patches_of(const std::array<std::int64_t, 8>& labels) {
+CellPatches find_patches(const std::array<std::int64_t, 8>& labels) {
     CellPatches cell;
     cell.patch_of_edge.fill(-1);
     cell.patch_of_point.fill(-1);
     for (auto& p : cell.point) p.fill(-1);
     for (auto& k : cell.knot) k.fill(-1);
     const auto label_at = [&](int e, int end) { return labels[kEdgeCorners[e][end]]; };
-    const auto crossed = [&](int e) { return label_at(e, 0) != label_at(e, 1); };
+    unsigned mask = 0;  // of crossed edges
+    for (int e = 0; e < kCellEdges; ++e) mask |= unsigned{label_at(e, 0) != label_at(e, 1)} << e;
+    const auto crossed = [&](int e) { return (mask >> e & 1) != 0; };
 
     Sets<kCellEdges> patches;
     Sets<2 * kCellEdges> loops;  // edge e as its end's label has it is 2 e + end
     // Joins all crossed ones of some edges.
     const auto tie = [&](std::initializer_list<int> edges) {
-        for (const int a : edges) {
-            for (const int b : edges) {
-                if (!crossed(a) || !crossed(b)) continue;
-                patches.join(a, b);
+        for (auto a = edges.begin(); a != edges.end(); ++a) {
+            for (auto b = a + 1; crossed(*a) && b != edges.end(); ++b) {
+                if (!crossed(*b)) continue;
+                patches.join(*a, *b);
                 for (int i = 0; i < 2; ++i) {
                     for (int j = 0; j < 2; ++j) {
-                        if (label_at(a, i) == label_at(b, j)) loops.join(2 * a + i, 2 * b + j);
+                        if (label_at(*a, i) == label_at(*b, j)) loops.join(2 * *a + i, 2 * *b + j);
                     }
                 }
             }
         }
     };
+    bool two_knots = false;  // on a face
     for (std::size_t f = 0; f < 6; ++f) {
-        const auto& e = face_edges()[f];
+        const auto& e = kFaceEdges[f];
         std::int64_t corner[4];
         for (std::size_t i = 0; i < 4; ++i) corner[i] = labels[kFaceCorners[f][i]];
         const bool all = crossed(e[0]) && crossed(e[1]) && crossed(e[2]) && crossed(e[3]);
@@ -143,6 +108,7 @@ CellPatches patches_of(const std::array<std::int64_t, 8>& labels) {
             tie({e[0], e[1], e[2], e[3]});
             continue;
         }
+        two_knots = true;
         // Corners 0 and 2 connect where they alone are alike, or are the smaller; then the knots are round corners 1 and 3.
         const bool round_odd = even && (!odd || corner[0] < corner[1]);
         const std::size_t first = round_odd ? 0 : 3;
@@ -174,16 +140,47 @@ CellPatches patches_of(const std::array<std::int64_t, 8>& labels) {
             const std::int8_t patch = cell.patch_of_edge[static_cast<std::size_t>(e)];
             bool taken = false;  // by another loop of this label in this patch
             for (int other = 0; other < e; ++other) {
-                for (int side = 0; crossed(other) && side < 2; ++side) {
-                    taken |= cell.patch_of_edge[static_cast<std::size_t>(other)] == patch &&
-                             label_at(other, side) == label_at(e, end);
-                }
+                if (cell.patch_of_edge[static_cast<std::size_t>(other)] != patch) continue;
+                for (int side = 0; side < 2; ++side) taken |= label_at(other, side) == label_at(e, end);
             }
             point = taken ? static_cast<std::int8_t>(cell.points++) : patch;
             if (taken) cell.patch_of_point[static_cast<std::size_t>(point)] = patch;
         }
     }
+    cell.simple = cell.points == 1 && !two_knots;
     return cell;
+}
+
+// The patches of cells with two labels, indexed by which corners (bit v: corner v) have the larger one.
+const std::array<CellPatches, 256>& patches_of_two() {
+    static const auto table = [] {
+        std::array<CellPatches, 256> patches;
+        for (unsigned mask = 0; mask < patches.size(); ++mask) {
+            std::array<std::int64_t, 8> labels;
+            for (std::size_t v = 0; v < 8; ++v) labels[v] = mask >> v & 1;
+            patches[mask] = find_patches(labels);
+        }
+        return patches;
+    }();
+    return table;
+}
+
+}  // namespace
+
+const std::array<CrossedCell, 4096>& crossed_cells() {
+    static const std::array<CrossedCell, 4096> table = make_table();
+    return table;
+}
+
+CellPatches patches_of(const std::array<std::int64_t, 8>& labels) {
+    const auto [smaller, larger] = std::minmax_element(labels.begin(), labels.end());
+    unsigned mask = 0;
+    bool two = true;
+    for (std::size_t v = 0; v < 8; ++v) {
+        mask |= unsigned{labels[v] == *larger} << v;
+        two &= labels[v] == *larger || labels[v] == *smaller;
+    }
+    return two ? patches_of_two()[mask] : find_patches(labels);
 }
 
 }  // namespace marrow::internal

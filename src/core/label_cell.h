@@ -12,12 +12,33 @@
 /// edges of a label's surface have two patches each.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
+
+#include "case_table.h"
 
 namespace marrow::internal {
 
 inline constexpr int kCellEdges = 12;
+
+/// The edge between two corners.
+constexpr int edge_between(int a, int b) {
+    for (int e = 0; e < kCellEdges; ++e) {
+        if (kEdgeCorners[e][0] == std::min(a, b) && kEdgeCorners[e][1] == std::max(a, b)) return e;
+    }
+    return -1;
+}
+
+/// For each face its edges; edge i runs from its corner i to corner i + 1.
+inline constexpr std::array<std::array<int, 4>, 6> kFaceEdges = [] {
+    std::array<std::array<int, 4>, 6> result{};
+    for (std::size_t f = 0; f < 6; ++f) {
+        for (std::size_t i = 0; i < 4; ++i)
+            result[f][i] = edge_between(kFaceCorners[f][i], kFaceCorners[f][(i + 1) % 4]);
+    }
+    return result;
+}();
 
 /// What the crossed edges alone say, by their mask.
 struct CrossedCell {
@@ -41,7 +62,7 @@ struct CellPatches {
     std::array<std::int8_t, 2 * kCellEdges> patch_of_point;
     /// The knot of each edge on each face, 0 or 1; -1 where the face has but one.
     std::array<std::array<std::int8_t, kCellEdges>, 6> knot;
-    bool simple() const;  ///< one point, and no face with two knots
+    bool simple = false;  ///< one point, and no face with two knots
 };
 
 /// \param labels of the eight corners; their order says which is smaller

@@ -1,8 +1,4 @@
-/// The points of a label map's surface net: where they are and how they hang together.
-///
-/// The samples are surrounded by one layer of background; indices (i, j, k) count from there, so sample (x, y, z) is at
-/// (x + 1, y + 1, z + 1). Cell (i, j, k) lies between samples (i, j, k) and (i + 1, j + 1, k + 1), and so does the grid edge
-/// along an axis from sample (i, j, k): cells and edges have the indices of their lower end.
+/// The points of a label map's surface net: where they are and how they hang together. Indices are those of label_borders.h.
 #pragma once
 
 #include <array>
@@ -11,57 +7,42 @@
 
 #include <marrow/buffer.h>
 #include <marrow/mesh.h>
-#include <marrow/volume.h>
 
+#include "label_borders.h"
 #include "label_cell.h"
 #include "pipeline.h"
 
 namespace marrow::internal {
 
-using Index3 = std::array<std::int64_t, 3>;
-
-/// One bit for each grid edge: whether its ends have different labels; and for each cell: whether it has such edges.
-struct BorderBits {
-    Index3 dims;                                        ///< samples, without the layer around them
-    std::size_t words;                                  ///< 64 indices i each, in a row (j, k)
-    std::array<std::vector<std::uint64_t>, 3> crossed;  ///< by axis
-    std::vector<std::uint64_t> active;                  ///< of cells
-
-    explicit BorderBits(const Index3& volume_dims);
-
-    std::size_t row(std::int64_t j, std::int64_t k) const {
-        return static_cast<std::size_t>(k * (dims[1] + 2) + j) * words;
-    }
-};
-
-/// The crossed edges of a row of cells.
+/// The crossed edges of a row of cells, 64 cells at a time.
 class CellRow {
   public:
     CellRow(const BorderBits& bits, std::int64_t j, std::int64_t k) : words_(bits.words) {
         for (std::size_t r = 0; r < 4; ++r) x_[r] = &bits.crossed[0][bits.row(j + (r & 1), k + (r >> 1))];
-        for (std::size_t r = 0; r < 2; ++r)
-            y_[r] = &bits.crossed[1][bits.row(j, k + static_cast<std::int64_t>(r))];
-        for (std::size_t r = 0; r < 2; ++r)
-            z_[r] = &bits.crossed[2][bits.row(j + static_cast<std::int64_t>(r), k)];
+        for (std::size_t r = 0; r < 2; ++r) {
+            yz_[r] = &bits.crossed[1][bits.row(j, k + static_cast<std::int64_t>(r))];
+            yz_[2 + r] = &bits.crossed[2][bits.row(j + static_cast<std::int64_t>(r), k)];
+        }
     }
-    /// The mask of cell i's crossed edges.
-    unsigned mask(std::int64_t i) const {
-        const auto w = static_cast<std::size_t>(i >> 6);
-        const unsigned b = i & 63;
-        const auto one = [&](const std::uint64_t* row) { return static_cast<unsigned>(row[w] >> b & 1); };
-        const auto next = [&](const std::uint64_t* row) {
-            return b < 63           ? static_cast<unsigned>(row[w] >> (b + 1) & 1)
-                   : w + 1 < words_ ? static_cast<unsigned>(row[w + 1] & 1)
-                                    : 0u;
-        };
-        return one(x_[0]) | one(x_[1]) << 1 | one(x_[2]) << 2 | one(x_[3]) << 3 | one(y_[0]) << 4 |
-               one(y_[1]) << 5 | one(z_[0]) << 6 | one(z_[1]) << 7 | next(y_[0]) << 8 | next(y_[1]) << 9 |
-               next(z_[0]) << 10 | next(z_[1]) << 11;
+    /// Goes to cells 64 w to 64 w + 63.
+    void move_to(std::size_t w) {
+        for (std::size_t r = 0; r < 4; ++r) {
+            edges_[r] = x_[r][w];
+            edges_[4 + r] = yz_[r][w];
+            edges_[8 + r] = yz_[r][w] >> 1 | (w + 1 < words_ ? yz_[r][w + 1] << 63 : 0);
+        }
+    }
+    /// The mask of crossed edges of the b-th of them.
+    unsigned mask(unsigned b) const {
+        std::uint64_t mask = 0;
+        for (std::size_t e = 0; e < kCellEdges; ++e) mask |= (edges_[e] >> b & 1) << e;
+        return static_cast<unsigned>(mask);
     }
 
   private:
     std::size_t words_;
-    const std::uint64_t *x_[4], *y_[2], *z_[2];
+    const std::uint64_t *x_[4], *yz_[4];
+    std::uint64_t edges_[kCellEdges];
 };
 
 /// A cell with several points or with knots that have points.
@@ -82,46 +63,48 @@ struct LabelNet {
     BorderBits bits;
     std::vector<std::uint32_t>
         before;  ///< active cells before each word of bits.active; they are the first points' ids
-    std::vector<std::uint8_t> is_complex;    ///< by these ids
-    std::vector<ComplexCell> complex_cells;  ///< in order of id
-    Buffer<Vec3f> points;                    ///< first of active cells, then more of complex ones
+    std::vector<std::uint32_t> complex_number;  ///< by these ids: place in complex_cells and 1, or 0: simple
+    std::vector<ComplexCell> complex_cells;     ///< in order of id
+    std::vector<std::uint8_t>
+        joined;  ///< by these ids: bit f: relaxation joins the point with that behind face f; 0 if complex
+    Buffer<Vec3f> points;  ///< first of active cells, then more of complex ones
 
-    std::uint32_t first_point(std::int64_t i, std::int64_t j, std::int64_t k) const {
-        return first_point(i, bits.row(j, k));
-    }
-    /// The same for cell i of a row, given bits.row.
-    std::uint32_t first_point(std::int64_t i, std::size_t row) const {
-        const std::size_t word = row + static_cast<std::size_t>(i >> 6);
-        const std::uint64_t below = bits.active[word] & ((std::uint64_t{1} << (i & 63)) - 1);
-        return before[word] + static_cast<std::uint32_t>(__builtin_popcountll(below));
-    }
-    /// \pre is_complex[id]
-    const ComplexCell& complex_cell(std::uint32_t id) const;
+    /// The first point of the first active cell of a slice or of one after it.
+    std::uint32_t first_point_of_slice(std::int64_t k) const { return before[bits.row(0, k)]; }
+
+    bool is_complex(std::uint32_t id) const { return complex_number[id] != 0; }
+    /// \pre is_complex(id)
+    const ComplexCell& complex_cell(std::uint32_t id) const { return complex_cells[complex_number[id] - 1]; }
 };
 
-/// Reads a label map's samples; beyond it there is background.
-template <class T>
-struct LabelReader {
-    const T* samples;
-    Index3 dims;
-    T background;
+/// Calls f(id, i) for the active cells of a row, with their first points.
+template <class F>
+void for_each_active(const LabelNet& net, std::int64_t j, std::int64_t k, const F& f) {
+    const std::size_t row = net.bits.row(j, k);
+    std::uint32_t id = net.before[row];
+    for (std::size_t w = 0; w < net.bits.words; ++w) {
+        for (std::uint64_t active = net.bits.active[row + w]; active != 0; active &= active - 1)
+            f(id++, static_cast<std::int64_t>(64 * w) + __builtin_ctzll(active));
+    }
+}
 
-    /// A row of samples, or null beyond the map.
-    const T* row(std::int64_t j, std::int64_t k) const {
-        const bool within = j >= 1 && j <= dims[1] && k >= 1 && k <= dims[2];
-        return within ? samples + ((k - 1) * dims[1] + (j - 1)) * dims[0] : nullptr;
+/// The first points of a row's active cells, by their i.
+class CellIds {
+  public:
+    explicit CellIds(const BorderBits& bits) : ids_(64 * bits.words + 1) {}
+    void fill(const LabelNet& net, std::int64_t j, std::int64_t k) {
+        for_each_active(
+            net, j, k, [&](std::uint32_t id, std::int64_t i) { ids_[static_cast<std::size_t>(i + 1)] = id; });
     }
-    /// Sample i of such a row.
-    T at(const T* row, std::int64_t i) const {
-        return row != nullptr && i >= 1 && i <= dims[0] ? row[i - 1] : background;
-    }
+    const std::uint32_t* at(std::int64_t i) const { return ids_.data() + (i + 1); }
+    std::uint32_t operator[](std::int64_t i) const { return *at(i); }
+
+  private:
+    Buffer<std::uint32_t> ids_;  // from i = -1 on
 };
 
 /// Finds the points. \throw LimitError more than 2^32 - 1
 template <class T>
 LabelNet make_net(const LabelReader<T>& labels, const Progress& progress);
-
-/// Moves points towards those they are joined with, `passes` times.
-void relax(LabelNet& net, int passes, const Progress& progress);
 
 }  // namespace marrow::internal

@@ -2,9 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
+#include <span>
 #include <string>
+#include <utility>
 
+#include <hwy/base.h>
 #include <tbb/blocked_range.h>
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
@@ -13,6 +17,7 @@
 #include "dispatch.h"
 #include "frame.h"
 #include "label_net.h"
+#include "label_relax.h"
 
 namespace marrow {
 
@@ -20,27 +25,56 @@ using namespace internal;
 
 namespace {
 
-// Ascending values, and where each is. Remembers the last one asked for: neighbours are often alike.
+// What is remembered of the last 256 labels: one each for labels with different lowest bits, as they are few and mostly small.
+template <class T, class Known>
+class Recent {
+  public:
+    explicit Recent(const Known& known) { known_.fill(known); }
+    Known& of(T label) { return known_[static_cast<std::uint8_t>(static_cast<std::int64_t>(label))]; }
+
+  private:
+    std::array<Known, 256> known_;
+};
+
+// Ascending values.
 template <class T>
 class Values {
   public:
+    explicit Values(T first) : values_{first}, recent_(first) {}
+
     void add(T value) {
-        if (!values_.empty() && value == values_[last_]) return;
+        if (std::exchange(recent_.of(value), value) == value) return;
         const auto at = std::lower_bound(values_.begin(), values_.end(), value);
-        last_ = static_cast<std::size_t>(at - values_.begin());
         if (at == values_.end() || *at != value) values_.insert(at, value);
-    }
-    std::size_t place(T value) {
-        if (value != values_[last_])
-            last_ = static_cast<std::size_t>(std::lower_bound(values_.begin(), values_.end(), value) -
-                                             values_.begin());
-        return last_;
     }
     const std::vector<T>& all() const { return values_; }
 
   private:
     std::vector<T> values_;
-    std::size_t last_ = 0;
+    Recent<T, T> recent_;
+};
+
+// Where each of some ascending values is.
+template <class T>
+class Places {
+  public:
+    explicit Places(const std::vector<T>& values) : values_(values), recent_({values[0], 0}) {}
+    std::size_t operator()(T value) {
+        Found& found = recent_.of(value);
+        if (found.value != value) {
+            const auto at = std::lower_bound(values_.begin(), values_.end(), value);
+            found = {value, static_cast<std::uint32_t>(at - values_.begin())};
+        }
+        return found.place;
+    }
+
+  private:
+    struct Found {
+        T value;
+        std::uint32_t place;
+    };
+    const std::vector<T>& values_;
+    Recent<T, Found> recent_;
 };
 
 // Calls f(i) for the crossed grid edges of a row.
@@ -57,7 +91,7 @@ void for_each_crossed(const BorderBits& bits, std::size_t axis, std::size_t row,
 template <class T>
 Values<T> find_values(const LabelReader<T>& labels, const BorderBits& bits) {
     constexpr std::size_t kMost = 65535;
-    tbb::enumerable_thread_specific<Values<T>> of_thread;
+    tbb::enumerable_thread_specific<Values<T>> of_thread(labels.background);
     tbb::parallel_for(std::int64_t{1}, bits.dims[2] + 1, [&](std::int64_t k) {
         Values<T>& seen = of_thread.local();
         for (std::int64_t j = 1; j <= bits.dims[1]; ++j) {
@@ -68,56 +102,90 @@ Values<T> find_values(const LabelReader<T>& labels, const BorderBits& bits) {
         if (seen.all().size() > kMost)
             throw InputError("the label map has more than 65535 different values: is it one?");
     });
-    Values<T> values;
-    values.add(labels.background);
+    Values<T> values(labels.background);
     for (const Values<T>& seen : of_thread) {
         for (const T value : seen.all()) values.add(value);
     }
     return values;
 }
 
-// A polygon between the points of the cells round a grid edge, and of knots between them.
-struct Polygon {
-    static constexpr std::size_t kNone = 8;
-    std::array<std::uint32_t, 8> points{};
-    std::size_t size = 0;
-    std::size_t fan_from = kNone;  // a knot's point, where there is one
-
-    void add(std::uint32_t point) { points[size++] = point; }
-    void add_knot(std::uint32_t point) {
-        if (fan_from == kNone) fan_from = size;
-        add(point);
-    }
-};
-
 // Two triangles (0, 1, 2) and (0, 2, 3) of the net; or one, where 2 and 3 are the same.
 using Quad = std::array<std::uint32_t, 4>;
 
-// The grid edges along an axis from a row of samples, and the four cells round each, counter-clockwise seen from its upper end.
-struct EdgeRow {
-    std::size_t axis;
-    std::array<std::int64_t, 4> step_i{};     // of the cells from the edge
-    std::array<std::size_t, 4> row{};         // of the cells
-    std::array<std::size_t, 4> local_edge{};  // what the edge is to each cell
+// A label's quads. All is added alike, but the background's quads are written over each other: a branch would be mispredicted at
+// every other border.
+class QuadList {
+  public:
+    void drop_all() { step_ = 0; }
+    bool keeps() const { return step_ != 0; }
+    HWY_INLINE void add(const Quad& quad) {
+        if (size_ == quads_.size()) grow();
+        quads_[size_] = quad;
+        size_ += step_;
+    }
+    std::span<const Quad> all() const { return {quads_.data(), size_}; }
+    void give_up() {
+        size_ = 0;
+        Buffer<Quad>().swap(quads_);
+    }
 
-    EdgeRow(const BorderBits& bits, std::size_t along, std::int64_t j, std::int64_t k) : axis(along) {
-        constexpr std::int64_t kRing[4][2] = {{-1, -1}, {0, -1}, {0, 0}, {-1, 0}};
+  private:
+    HWY_NOINLINE void grow() { quads_.resize(std::max<std::size_t>(32, 2 * size_)); }
+
+    Buffer<Quad> quads_;
+    std::size_t size_ = 0, step_ = 1;
+};
+
+// Grid edges along an axis: the four cells round each, counter-clockwise seen from its upper end.
+struct EdgeKind {
+    std::size_t axis = 0;
+    std::array<std::size_t, 4> row{};         // of the cells, as CellIds has them
+    std::array<std::ptrdiff_t, 4> step{};     // along the row
+    std::array<std::size_t, 4> local_edge{};  // what the edge is to each cell
+};
+
+constexpr std::array<EdgeKind, 3> kEdgeKinds = [] {
+    constexpr int kRing[4][2] = {{-1, -1}, {0, -1}, {0, 0}, {-1, 0}};
+    std::array<EdgeKind, 3> kinds;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
         const std::size_t u = (axis + 1) % 3, v = (axis + 2) % 3;
+        kinds[axis].axis = axis;
         for (std::size_t c = 0; c < 4; ++c) {
-            Index3 step{};
+            int step[3] = {0, 0, 0};
             step[u] = kRing[c][0];
             step[v] = kRing[c][1];
-            step_i[c] = step[0];
-            const std::int64_t cell_j = j + step[1], cell_k = k + step[2];
-            row[c] = cell_j >= 0 && cell_k >= 0 ? bits.row(cell_j, cell_k)
-                                                : 0;  // else the row has no crossed edges
+            kinds[axis].row[c] = static_cast<std::size_t>((step[1] + 1) + 2 * (step[2] + 1));
+            kinds[axis].step[c] = step[0];
             const int corner = (kRing[c][0] < 0 ? 1 << u : 0) | (kRing[c][1] < 0 ? 1 << v : 0);
             for (std::size_t e = 0; e < kCellEdges; ++e) {
                 if (kEdgeCorners[e][0] == corner && kEdgeCorners[e][1] == (corner | 1 << axis))
-                    local_edge[c] = e;
+                    kinds[axis].local_edge[c] = e;
             }
         }
     }
+    return kinds;
+}();
+
+// The four rows of cells round a row (j, k) of samples: (j - 1, k - 1), (j, k - 1), (j - 1, k), (j, k).
+class CellsRound {
+  public:
+    explicit CellsRound(const LabelNet& net)
+        : net_(net), rows_{CellIds(net.bits), CellIds(net.bits), CellIds(net.bits), CellIds(net.bits)} {}
+    // Goes to the next row of samples of a slice; j = 0: to its first, which has no crossed edges but those to the next.
+    void move_to(std::int64_t j, std::int64_t k) {
+        std::swap(rows_[0], rows_[1]);
+        std::swap(rows_[2], rows_[3]);
+        if (k > 0) rows_[1].fill(net_, j, k - 1);
+        rows_[3].fill(net_, j, k);
+    }
+    // Where the first points of the cells c round edges (0, j, k), (1, j, k), ... are. Only active cells have one.
+    const std::uint32_t* round(const EdgeKind& edges, std::size_t c) const {
+        return rows_[edges.row[c]].at(edges.step[c]);
+    }
+
+  private:
+    const LabelNet& net_;
+    std::array<CellIds, 4> rows_;
 };
 
 // Makes the patches of grid edges.
@@ -125,25 +193,17 @@ class Patches {
   public:
     explicit Patches(const LabelNet& net) : net_(net) {}
 
-    // Appends the patch of edge i of a row, facing the edge's upper end, for the label at its lower end; and turned over for
-    // that at its upper end. Null: that label has no surface.
-    void add(const EdgeRow& edges, std::int64_t i, std::vector<Quad>* lower, std::vector<Quad>* upper) const {
-        Quad id;
-        bool complex = false;
-        for (std::size_t c = 0; c < 4; ++c) {
-            id[c] = net_.first_point(i + edges.step_i[c], edges.row[c]);
-            complex |= net_.is_complex[id[c]] != 0;
-        }
-        if (complex) {
-            if (lower != nullptr) add_polygon(edges, id, 0, *lower);
-            if (upper != nullptr) add_polygon(edges, id, 1, *upper);
+    // Appends the patch of an edge between cells with these first points: facing the edge's upper end, for the label at its
+    // lower end; and turned over, for that at its upper end.
+    HWY_INLINE void add(const EdgeKind& edges, const Quad& ids, QuadList& lower, QuadList& upper) const {
+        if (net_.is_complex(ids[0]) || net_.is_complex(ids[1]) || net_.is_complex(ids[2]) ||
+            net_.is_complex(ids[3])) {
+            add_complex(edges, ids, lower, upper);
             return;
         }
-        // Along the shorter diagonal.
-        const bool first = squared(id[0], id[2]) <= squared(id[1], id[3]);
-        const auto [a, b, c, d] = first ? id : Quad{id[1], id[2], id[3], id[0]};
-        if (lower != nullptr) lower->push_back({a, b, c, d});
-        if (upper != nullptr) upper->push_back({a, d, c, b});
+        const auto [a, b, c, d] = from_shorter_diagonal(ids);
+        lower.add({a, b, c, d});
+        upper.add({a, d, c, b});
     }
 
   private:
@@ -152,41 +212,60 @@ class Patches {
         const float x = p[0] - q[0], y = p[1] - q[1], z = p[2] - q[2];
         return x * x + y * y + z * z;
     }
-    std::uint32_t point(std::uint32_t id, std::size_t e, int end) const {
-        if (net_.is_complex[id] == 0) return id;
-        const ComplexCell& cell = net_.complex_cell(id);
-        return cell.point(cell.patches.point[e][static_cast<std::size_t>(end)]);
-    }
-    // The point of the knot that edge e has on the lower face along an axis; 0: the knot has none.
-    std::uint32_t knot_point(std::uint32_t id, std::size_t axis, std::size_t e) const {
-        if (net_.is_complex[id] == 0) return 0;
-        const ComplexCell& cell = net_.complex_cell(id);
-        if (cell.knots[axis] == 0) return 0;
-        return cell.knots[axis] + static_cast<std::uint32_t>(cell.patches.knot[2 * axis][e]);
+    Quad from_shorter_diagonal(const Quad& p) const {
+        const std::size_t from = squared(p[0], p[2]) <= squared(p[1], p[3]) ? 0 : 1;
+        return {p[from], p[from + 1], p[from + 2], p[(from + 3) % 4]};
     }
 
-    void add_polygon(const EdgeRow& edges, const Quad& id, int end, std::vector<Quad>& to) const {
-        const std::size_t u = (edges.axis + 1) % 3, v = (edges.axis + 2) % 3;
-        // The face between a cell of the ring and the next is the lower one of whichever lies higher.
+    HWY_NOINLINE void add_complex(const EdgeKind& edges, const Quad& ids, QuadList& lower,
+                                  QuadList& upper) const {
+        std::array<const ComplexCell*, 4> cells;
+        for (std::size_t c = 0; c < 4; ++c)
+            cells[c] = net_.is_complex(ids[c]) ? &net_.complex_cell(ids[c]) : nullptr;
+        // The points of knots between the cells, 0: none. The face between a cell and the next is the lower one of whichever lies
+        // higher.
         constexpr std::size_t kHigher[4] = {1, 2, 2, 3};
-        Polygon polygon;
+        const std::size_t across[2] = {(edges.axis + 1) % 3, (edges.axis + 2) % 3};
+        Quad knots{};
         for (std::size_t c = 0; c < 4; ++c) {
-            polygon.add(point(id[c], edges.local_edge[c], end));
-            const std::size_t higher = kHigher[c];
-            if (const std::uint32_t knot =
-                    knot_point(id[higher], c % 2 == 0 ? u : v, edges.local_edge[higher]))
-                polygon.add_knot(knot);
+            const std::size_t axis = across[c % 2], edge = edges.local_edge[kHigher[c]];
+            const ComplexCell* higher = cells[kHigher[c]];
+            if (higher != nullptr && higher->knots[axis] != 0)
+                knots[c] =
+                    higher->knots[axis] + static_cast<std::uint32_t>(higher->patches.knot[2 * axis][edge]);
         }
-        // As a fan from a knot's point, where there is one: a diagonal beside it could be another patch's too, as the face has
-        // two knots.
-        const Polygon& p = polygon;
-        std::size_t from = p.fan_from;
-        if (from == Polygon::kNone)
-            from = squared(p.points[0], p.points[2]) <= squared(p.points[1], p.points[3]) ? 0 : 1;
-        for (std::size_t n = 1; n + 1 < p.size; ++n) {
-            const std::uint32_t a = p.points[from], b = p.points[(from + n) % p.size],
-                                c = p.points[(from + n + 1) % p.size];
-            to.push_back(end == 0 ? Quad{a, b, c, c} : Quad{a, c, b, b});
+        for (std::size_t end = 0; end < 2; ++end) {
+            QuadList& list = end == 0 ? lower : upper;
+            if (!list.keeps()) continue;
+            Quad points = ids;
+            for (std::size_t c = 0; c < 4; ++c) {
+                if (cells[c] != nullptr)
+                    points[c] = cells[c]->point(cells[c]->patches.point[edges.local_edge[c]][end]);
+            }
+            if (knots == Quad{}) {
+                const auto [a, b, c, d] = from_shorter_diagonal(points);
+                list.add(end == 0 ? Quad{a, b, c, d} : Quad{a, d, c, b});
+            } else {
+                add_fan(points, knots, end, list);
+            }
+        }
+    }
+
+    // A polygon with knots, as a fan from the first of these: a diagonal beside it could be another patch's too, as the face has
+    // two knots.
+    static void add_fan(const Quad& points, const Quad& knots, std::size_t end, QuadList& list) {
+        std::array<std::uint32_t, 8> polygon{};
+        std::size_t size = 0, from = polygon.size();
+        for (std::size_t c = 0; c < 4; ++c) {
+            polygon[size++] = points[c];
+            if (knots[c] == 0) continue;
+            from = std::min(from, size);
+            polygon[size++] = knots[c];
+        }
+        const auto next = [&](std::size_t n) { return n + 1 < size ? n + 1 : 0; };
+        for (std::size_t n = next(from); next(n) != from; n = next(n)) {
+            const std::uint32_t a = polygon[from], b = polygon[n], c = polygon[next(n)];
+            list.add(end == 0 ? Quad{a, b, c, c} : Quad{a, c, b, b});
         }
     }
 
@@ -194,35 +273,38 @@ class Patches {
 };
 
 // The quads of all labels, by piece of the net and then by place of the label's value.
-using Pieces = std::vector<std::vector<std::vector<Quad>>>;
+using Pieces = std::vector<std::vector<QuadList>>;
+constexpr std::int64_t kSlices = 8;  // to a piece
 
 template <class T>
 Pieces make_quads(const LabelReader<T>& labels, const LabelNet& net, const Values<T>& values,
                   const Progress& progress) {
-    constexpr std::int64_t kSlices = 8;  // to a piece
     const BorderBits& bits = net.bits;
     const std::size_t count = values.all().size();
-    Pieces pieces(static_cast<std::size_t>((bits.dims[2] + kSlices) / kSlices),
-                  std::vector<std::vector<Quad>>(count));
+    Pieces pieces(static_cast<std::size_t>((bits.dims[2] + kSlices) / kSlices), std::vector<QuadList>(count));
     const Patches patches(net);
     Stage stage(progress, 0.6, 0.8, pieces.size());
-    const std::size_t background = Values<T>(values).place(labels.background);
+    const std::size_t background = Places<T>(values.all())(labels.background);
     tbb::parallel_for(std::size_t{0}, pieces.size(), [&](std::size_t piece) {
-        std::vector<std::vector<Quad>>& made = pieces[piece];
-        Values<T> lower = values, upper = values;
+        std::vector<QuadList>& made = pieces[piece];
+        made[background].drop_all();
+        Places<T> place(values.all());
+        CellsRound cells(net);
         const std::int64_t first = static_cast<std::int64_t>(piece) * kSlices;
         for (std::int64_t k = first; k < std::min(first + kSlices, bits.dims[2] + 1); ++k) {
             for (std::int64_t j = 0; j <= bits.dims[1]; ++j) {
+                cells.move_to(j, k);
                 for (std::size_t axis = 0; axis < 3; ++axis) {
-                    const EdgeRow edges(bits, axis, j, k);
+                    const EdgeKind& edges = kEdgeKinds[axis];
                     const T* from = labels.row(j, k);
                     const T* to = labels.row(j + (axis == 1), k + (axis == 2));
                     const std::int64_t step = axis == 0 ? 1 : 0;
+                    const std::array<const std::uint32_t*, 4> ids = {
+                        cells.round(edges, 0), cells.round(edges, 1), cells.round(edges, 2),
+                        cells.round(edges, 3)};
                     for_each_crossed(bits, axis, bits.row(j, k), [&](std::int64_t i) {
-                        const std::size_t a = lower.place(labels.at(from, i)),
-                                          b = upper.place(labels.at(to, i + step));
-                        patches.add(edges, i, a != background ? &made[a] : nullptr,
-                                    b != background ? &made[b] : nullptr);
+                        patches.add(edges, {ids[0][i], ids[1][i], ids[2][i], ids[3][i]},
+                                    made[place(labels.at(from, i))], made[place(labels.at(to, i + step))]);
                     });
                 }
             }
@@ -232,45 +314,76 @@ Pieces make_quads(const LabelReader<T>& labels, const LabelNet& net, const Value
     return pieces;
 }
 
+// The points of the net that a mesh has. One serves mesh after mesh, as collect takes its marks away.
+class OwnPoints {
+  public:
+    explicit OwnPoints(std::size_t points)
+        : used_((points + 7) / 8 * 8, 0), place_(points), points_(points) {}
+
+    void mark(std::uint32_t point) { used_[point] = 1; }
+    // Appends the marked points of [begin, end), and of the words that these lie in, to the mesh's.
+    void collect(std::size_t begin, std::size_t end) {
+        for (std::size_t word = begin / 8 * 8; word < end; word += 8) {
+            std::uint64_t marks;
+            std::memcpy(&marks, &used_[word], 8);
+            if (marks == 0) continue;
+            std::memset(&used_[word], 0, 8);
+            for (; marks != 0; marks &= marks - 1) {
+                const std::size_t p = word + static_cast<std::size_t>(__builtin_ctzll(marks)) / 8;
+                place_[p] = static_cast<std::uint32_t>(count_);
+                points_[count_++] = static_cast<std::uint32_t>(p);
+            }
+        }
+    }
+    // The place of a point among them.
+    std::uint32_t place(std::uint32_t point) const { return place_[point]; }
+    Buffer<Vec3f> take(const Buffer<Vec3f>& all) {
+        Buffer<Vec3f> own(count_);
+        for (std::size_t i = 0; i < count_; ++i) own[i] = all[points_[i]];
+        count_ = 0;
+        return own;
+    }
+
+  private:
+    std::vector<std::uint8_t> used_;        // padded to whole words
+    Buffer<std::uint32_t> place_, points_;  // of the points of the net, and of the mesh
+    std::size_t count_ = 0;
+};
+
 // A label's mesh: its quads as triangles, and its points in the net's order. The quads are given up.
-Mesh own_mesh(Pieces& pieces, std::size_t label, const Buffer<Vec3f>& points, bool mirrored) {
-    std::vector<std::uint64_t> used((points.size() + 63) / 64, 0);
+Mesh own_mesh(Pieces& pieces, std::size_t label, const LabelNet& net, bool mirrored, OwnPoints& own) {
     std::size_t triangles = 0;
-    for (const auto& piece : pieces) {
-        for (const Quad& q : piece[label]) {
-            for (const std::uint32_t p : q) used[p / 64] |= std::uint64_t{1} << (p % 64);
+    std::int64_t first_slice = net.bits.dims[2],
+                 end_slice = first_slice;  // of cells that may have its points
+    for (std::size_t piece = 0; piece < pieces.size(); ++piece) {
+        const std::span<const Quad> quads = pieces[piece][label].all();
+        if (quads.empty()) continue;
+        const std::int64_t begin = static_cast<std::int64_t>(piece) * kSlices;
+        first_slice = std::min(first_slice, std::max(begin - 1, std::int64_t{0}));
+        end_slice = std::min(begin + kSlices, net.bits.dims[2] + 1);
+        for (const Quad& q : quads) {
+            for (const std::uint32_t p : q) own.mark(p);
             triangles += q[2] == q[3] ? 1 : 2;
         }
     }
-    std::vector<std::uint32_t> before(used.size());
-    std::uint32_t count = 0;
-    for (std::size_t w = 0; w < used.size(); ++w) {
-        before[w] = count;
-        count += static_cast<std::uint32_t>(__builtin_popcountll(used[w]));
-    }
+    own.collect(net.first_point_of_slice(first_slice), net.first_point_of_slice(end_slice));
+    own.collect(net.complex_number.size(), net.points.size());
     Mesh mesh;
-    mesh.points.resize(count);
-    for (std::size_t w = 0, next = 0; w < used.size(); ++w) {
-        for (std::uint64_t left = used[w]; left != 0; left &= left - 1)
-            mesh.points[next++] = points[64 * w + static_cast<std::size_t>(__builtin_ctzll(left))];
-    }
-    const auto own = [&](std::uint32_t p) {
-        const std::uint64_t below = used[p / 64] & ((std::uint64_t{1} << (p % 64)) - 1);
-        return before[p / 64] + static_cast<std::uint32_t>(__builtin_popcountll(below));
-    };
+    mesh.points = own.take(net.points);
     mesh.triangles.resize(triangles);
     Triangle* next = mesh.triangles.data();
     for (auto& piece : pieces) {
-        for (const Quad& q : piece[label]) {
-            std::uint32_t a = own(q[0]), b = own(q[1]), c = own(q[2]), d = own(q[3]);
+        for (const Quad& q : piece[label].all()) {
+            std::uint32_t a = own.place(q[0]), b = own.place(q[1]), c = own.place(q[2]), d = own.place(q[3]);
             if (mirrored) {
                 std::swap(b, d);
-                if (q[2] == q[3]) b = c, c = d = own(q[1]);  // one triangle: its last corners are turned
+                if (q[2] == q[3])
+                    b = c, c = d = own.place(q[1]);  // one triangle: its last corners are turned
             }
             *next++ = {a, b, c};
             if (c != d) *next++ = {a, c, d};
         }
-        std::vector<Quad>().swap(piece[label]);
+        piece[label].give_up();
     }
     return mesh;
 }
@@ -346,8 +459,9 @@ std::vector<LabelSurface> extract(const VolumeView& map, const LabelOptions& opt
         surfaces.push_back({static_cast<std::int64_t>(values.all()[i]), {}});
     }
     Stage stage(options.progress, 0.8, 1, surfaces.size());
+    tbb::enumerable_thread_specific<OwnPoints> own_of_thread(net.points.size());
     tbb::parallel_for(std::size_t{0}, surfaces.size(), [&](std::size_t i) {
-        surfaces[i].mesh = own_mesh(pieces, places[i], net.points, frame.mirrored);
+        surfaces[i].mesh = own_mesh(pieces, places[i], net, frame.mirrored, own_of_thread.local());
         if (options.normals) add_normals(surfaces[i].mesh);
         stage.step();
     });

@@ -1,7 +1,7 @@
 #include "region_count.h"
 
 #include <bit>
-#include <limits>
+#include <utility>
 #include <vector>
 
 namespace marrow::internal {
@@ -24,6 +24,12 @@ class Regions {
             runs_.push_back(run);
         }
         regions_ += static_cast<std::int64_t>(runs.size());
+    }
+    // A row whose first and last run belong to the very first run's region.
+    void add_row_within_first(const std::vector<Run>& runs) {
+        add_row(runs);
+        regions_ -= std::exchange(parent_[start_.back()], 0) != 0;
+        regions_ -= std::exchange(parent_.back(), 0) != 0;
     }
 
     // Joins the last row's runs with those of an earlier row that they meet, `reach` samples beyond their ends included.
@@ -93,7 +99,7 @@ std::int64_t count_surfaces(const InsideBits& bits) {
         outside_runs.push_back({begin, end + 1});
 
         inside.add_row(inside_runs);
-        outside.add_row(outside_runs);
+        outside.add_row_within_first(outside_runs);  // rows begin and end in the air round the volume
         const std::size_t y = row % ny;
         if (y > 0) {
             inside.join_last_with(row - 1, 0);

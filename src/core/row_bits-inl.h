@@ -18,6 +18,21 @@ namespace hn = hwy::HWY_NAMESPACE;
 // The row's neighbours in the grid: (y + 1, z), (y, z + 1), (y + 1, z + 1).
 enum Row { kRow = 0, kNextY = 1, kNextZ = 2, kNextYZ = 3 };
 
+// A row of the grid while rows pass by in order.
+struct GridRow {
+    std::size_t index;
+    std::int64_t y, z;
+
+    GridRow(const InsideBits& bits, std::size_t row)
+        : index(row),
+          y(static_cast<std::int64_t>(row) % bits.ny),
+          z(static_cast<std::int64_t>(row) / bits.ny) {}
+    void advance(const InsideBits& bits) {
+        ++index;
+        if (++y == bits.ny) y = 0, ++z;
+    }
+};
+
 // The four rows of samples around a row of cells. Where the grid ends, a missing row stands for its
 // neighbour, so that no edge towards it is crossed.
 struct RowBits {
@@ -26,17 +41,14 @@ struct RowBits {
     std::uint64_t last_valid;  // valid(w) of the last word
     bool has_cells;
 
-    RowBits(const InsideBits& bits, std::size_t row) : words(bits.words_per_row) {
-        const auto ny = static_cast<std::size_t>(bits.ny);
-        const bool last_y = row % ny == ny - 1, last_z = row / ny == static_cast<std::size_t>(bits.nz) - 1;
-        const std::size_t step_y = last_y ? 0 : 1, step_z = last_z ? 0 : ny;
-        rows[kRow] = bits.row(row);
-        rows[kNextY] = bits.row(row + step_y);
-        rows[kNextZ] = bits.row(row + step_z);
-        rows[kNextYZ] = bits.row(row + step_y + step_z);
-        const std::int64_t cells_in_last_word = bits.cells_x - 64 * static_cast<std::int64_t>(words - 1);
-        last_valid =
-            cells_in_last_word == 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << cells_in_last_word) - 1;
+    RowBits(const InsideBits& bits, const GridRow& row) : words(bits.words_per_row) {
+        const bool last_y = row.y == bits.ny - 1, last_z = row.z == bits.nz - 1;
+        const std::size_t step_y = last_y ? 0 : 1, step_z = last_z ? 0 : static_cast<std::size_t>(bits.ny);
+        rows[kRow] = bits.row(row.index);
+        rows[kNextY] = bits.row(row.index + step_y);
+        rows[kNextZ] = bits.row(row.index + step_z);
+        rows[kNextYZ] = bits.row(row.index + step_y + step_z);
+        last_valid = bits.last_cells();
         has_cells = !last_y && !last_z;
     }
 
@@ -64,7 +76,7 @@ HWY_INLINE void for_each_active_word(const ActiveWords& active, std::size_t row,
 
 // The eight corners of 64 cells, bit-sliced: bit i of corners[v] is corner v of cell i.
 struct CellBits {
-    std::uint64_t corners[8];
+    alignas(64) std::uint64_t corners[8];
 
     CellBits(const RowBits& row, std::size_t w) {
         for (int r = 0; r < 4; ++r) {
@@ -82,18 +94,17 @@ struct CellBits {
         }
         return some & ~all;
     }
-    // The cases of the 64 cells.
-    HWY_INLINE void cell_cases(std::uint8_t* HWY_RESTRICT cases) const {
-        const hn::CappedTag<std::uint8_t, 64> d;
-        for (std::size_t i = 0; i < 64; i += hn::MaxLanes(d)) {
-            auto c = hn::Zero(d);
-            for (unsigned v = 0; v < 8; ++v) {
-                const std::uint64_t bits = corners[v] >> i;
-                const auto inside = hn::LoadMaskBits(d, reinterpret_cast<const std::uint8_t*>(&bits));
-                c = hn::Or(c, hn::IfThenElseZero(inside, hn::Set(d, static_cast<std::uint8_t>(1u << v))));
-            }
-            hn::StoreU(c, d, cases + i);
+    // The case of the cell at the one bit that is set.
+    HWY_INLINE std::uint8_t cell_case(std::uint64_t bit) const {
+        const hn::CappedTag<std::uint64_t, 8> d;
+        const auto cell = hn::Set(d, bit);
+        unsigned c = 0;
+        for (std::size_t v = 0; v < 8; v += hn::MaxLanes(d)) {
+            std::uint8_t inside = 0;
+            hn::StoreMaskBits(d, hn::TestBit(hn::Load(d, corners + v), cell), &inside);
+            c |= static_cast<unsigned>(inside) << v;
         }
+        return static_cast<std::uint8_t>(c);
     }
 };
 

@@ -3,76 +3,52 @@
 // stays where it is; and every joining is checked on the surface itself, so that it stays a manifold whatever
 // the samples.
 //
-// 1. Every point belongs to the nearer end of its edge: at most six belong to one sample.
-// 2. Sample by sample, those of its points that hang together become one, if the triangles that are left
-//    round it make one fan. If not, those too close to the sample are moved away from it.
-// 3. A point that lies nearly on the line between the two others of a triangle is moved aside.
-// 4. What is left moves together and is numbered anew.
+// 1. Every point belongs to the nearer end of its edge; those of a sample that hang together, one of them
+//    near, are a crowd.
+// 2. Crowds become one point each, all at the same time, but those whose rim would not be simple then: their
+//    points are moved away from the sample instead, where they are too close to it.
+// 3. What is left moves together and is numbered anew; triangles that collapsed are left out.
+// 4. A point that lies nearly on the line between the two others of a triangle is moved aside.
 //
-// Whether points can join depends on what joined before, so the order is fixed: blocks of slices, which have
-// no triangle in common but at their borders, at the same time; then the slices at the borders.
+// Whether a crowd may join is asked with all others joined. That is enough if not all do: a rim that is simple
+// now and with all joined is so with any of them. So no order matters, and slabs of slices go to threads.
 #include "snap.h"
 
-#include <hwy/highway.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numeric>
 #include <optional>
-#include <utility>
+#include <unordered_map>
 #include <vector>
 
-#include "link_condition.h"
+#include <marrow/vector.h>
+
+#include "crowds.h"
+#include "fans.h"
 #include "pipeline.h"
-#include "row_bits-inl.h"
 
 namespace marrow::internal {
 
 namespace {
 
-using HWY_NAMESPACE::for_each_active_word;
-using HWY_NAMESPACE::kRow;
-using HWY_NAMESPACE::RowBits;
-
-// A point of the surface as the nearer end of its edge sees it. Lengths are in edges.
-struct NearPoint {
-    float offset;  // from it along the axis of the edge, -0.5 to 0.5
-    float moved;   // how far, at most, what became this point was moved
-    std::uint8_t axis;
-    bool first;          // whether the sample is the edge's first end
-    std::uint8_t faces;  // in which the edge lies, of an open volume's box: bit a where it ends along axis a
+// A triangle with a point nearly on the line between the others; and as it was before any joined.
+struct FlatTriangle {
+    Triangle triangle, before;
 };
 
-// From a sample, in edges along each axis.
-using Offset = std::array<float, 3>;
+struct Slab {
+    std::size_t begin, end;  // slices
+    std::uint32_t first_crowd;
+    std::vector<Crowd> crowds;            // round the samples of these slices
+    std::vector<std::size_t> slice_ends;  // in crowds
+    std::uint32_t points = 0;             // that are left of these slices'
+    std::uint64_t triangles = 0;          // also
+    std::vector<FlatTriangle> flat;
+};
 
-Offset offset_of(const NearPoint& point) {
-    Offset offset{0, 0, 0};
-    offset[point.axis] = point.offset;
-    return offset;
-}
-
-float distance(const Offset& a, const Offset& b) {
-    const float x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2];
-    return std::sqrt(x * x + y * y + z * z);
-}
-
-Vec3d operator-(const Vec3d& a, const Vec3d& b) {
-    return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
-}
-Vec3d operator*(double s, const Vec3d& a) {
-    return {s * a[0], s * a[1], s * a[2]};
-}
-double dot(const Vec3d& a, const Vec3d& b) {
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-double length(const Vec3d& a) {
-    return std::sqrt(dot(a, a));
-}
-
-constexpr std::uint32_t kNone = ~std::uint32_t{0};
+constexpr std::uint32_t kNoCrowd = ~std::uint32_t{0};
 
 class Snapping {
   public:
@@ -80,20 +56,26 @@ class Snapping {
         : input_(input),
           limit_(static_cast<float>(limit)),
           mesh_(mesh),
-          row_samples_(64 * input.bits.words_per_row + 1),
-          slice_samples_(row_samples_ * static_cast<std::uint64_t>(input.bits.ny)),
-          slices_(static_cast<std::size_t>(input.bits.nz)),
-          blocks_((slices_ + kBlock - 1) / kBlock),
-          stage_(progress, 0.6, 1, 2 * blocks_ - 1),
-          samples_(mesh.points.size()),
-          points_(mesh.points.size()),
           joined_(mesh.points.size()),
-          end_triangle_(slices_) {
-        for (std::int64_t z = 0; z <= input.bits.nz; ++z) {
-            first_point_.push_back(
-                static_cast<std::uint32_t>(input.points.first_output(input.bits.row_index(0, z))));
-            first_triangle_.push_back(input.triangles.first_output(input.bits.row_index(0, z)));
+          crowd_of_(mesh.points.size()) {
+        const auto slices = static_cast<std::size_t>(input.bits.nz);
+        for (std::size_t z = 0; z <= slices; ++z) {
+            const std::size_t row = input.bits.row_index(0, static_cast<std::int64_t>(z));
+            first_point_.push_back(static_cast<std::uint32_t>(input.points.first_output(row)));
+            first_triangle_.push_back(input.triangles.first_output(row));
         }
+        const std::size_t slab_slices = std::clamp<std::size_t>(slices / (share_count() / 2), 8, 64);
+        std::uint32_t crowds = 0;  // at most: they have two points or more, in the slab and the slice before
+        for (std::size_t z = 0; z < slices; z += slab_slices) {
+            Slab& slab = slabs_.emplace_back();
+            slab.begin = z;
+            slab.end = std::min(z + slab_slices, slices);
+            slab.first_crowd = crowds;
+            crowds += (first_point_[slab.end] - first_point_[z > 0 ? z - 1 : 0]) / 2;
+        }
+        constexpr std::size_t kParallelStages = 6;
+        stage_.emplace(progress, 0.6, 1, kParallelStages * slabs_.size());
+
         const Mat3d& m = input.frame.exact;
         for (std::size_t a = 0; a < 3; ++a) {
             const std::size_t b = (a + 1) % 3, c = (a + 2) % 3;
@@ -107,309 +89,255 @@ class Snapping {
     }
 
     std::size_t bytes() const {
-        return joined_.size() * (sizeof samples_[0] + sizeof points_[0] + sizeof joined_[0]);
+        std::size_t crowds = 0;
+        for (const Slab& slab : slabs_) crowds += slab.crowds.size();
+        return crowds * sizeof(Crowd) + joined_.size() * (sizeof joined_[0] + sizeof crowd_of_[0]);
     }
 
-    void find_samples() {
-        for_each_share(input_.points, 0, input_.bits.rows(), [&](std::size_t begin, std::size_t end) {
-            auto point = static_cast<std::uint32_t>(input_.points.first_output(begin));
-            for (std::size_t r = begin; r < end; ++r) {
-                if (input_.points.leaves()[r] == 0) continue;
-                const RowBits row(input_.bits, r);
-                find_samples_along(0, r, point, [&](std::size_t w) { return row.crossed_x(kRow, w); });
-                find_samples_along(1, r, point, [&](std::size_t w) { return row.crossed_y(w); });
-                find_samples_along(2, r, point, [&](std::size_t w) { return row.crossed_z(w); });
-            }
-        });
-    }
-
-    void join() {
-        const auto begin = [&](std::size_t block) { return block == 0 ? 0 : block * kBlock + kBorder; };
-        const auto end = [&](std::size_t block) {
-            return block + 1 == blocks_ ? slices_ : (block + 1) * kBlock - kBorder;
-        };
-        tbb::parallel_for(std::size_t{0}, blocks_, [&](std::size_t b) {
-            join_in(begin(b), end(b));
-            stage_.step();
-        });
-        tbb::parallel_for(std::size_t{1}, blocks_, [&](std::size_t b) {
-            join_in(end(b - 1), std::min(begin(b), slices_));
-            stage_.step();
-        });
-    }
-
-    // Takes out the triangles that collapsed. Points keep their numbers; triangles name those that others became.
-    void take_out_collapsed() {
-        tbb::parallel_for(std::size_t{0}, slices_, [&](std::size_t z) {
-            Triangle* const triangles = mesh_.triangles.data();
-            std::uint64_t left = first_triangle_[z];
-            for (std::uint64_t t = left; t < first_triangle_[z + 1]; ++t) {
-                const auto [p, q, r] = triangles[t];
-                const std::uint32_t a = joined_[p], b = joined_[q], c = joined_[r];
-                triangles[left] = {a, b, c};
-                left += (a != b) & (b != c) & (c != a);
-            }
-            end_triangle_[z] = left;
-        });
-    }
-
-    // Moves a point aside that lies nearly on the line between the others of a triangle, as far as it may still
-    // move.
-    void move_aside() {
-        std::vector<std::vector<std::uint64_t>> flat(slices_);  // triangles by slice
-        tbb::parallel_for(std::size_t{0}, slices_, [&](std::size_t z) {
-            for (std::uint64_t t = first_triangle_[z]; t < end_triangle_[z]; ++t) {
-                if (find_flat_corner(t)) flat[z].push_back(t);
-            }
-        });
-        for (const auto& triangles : flat) {
-            for (const std::uint64_t t : triangles) {
-                if (const auto corner = find_flat_corner(t)) move_aside(corner->point, corner->step);
-            }
-        }
-    }
-
-    // Numbers the points that are left anew and moves everything to the front.
-    void close_up() {
-        std::vector<std::uint32_t>& number = joined_;  // of the points that are left
-        std::vector<std::uint32_t> kept(slices_ + 1, 0);
-        tbb::parallel_for(std::size_t{0}, slices_, [&](std::size_t z) {
-            for (std::uint32_t p = first_point_[z]; p < first_point_[z + 1]; ++p)
-                kept[z + 1] += joined_[p] == p;
-        });
-        std::partial_sum(kept.begin(), kept.end(), kept.begin());
-        tbb::parallel_for(std::size_t{0}, slices_, [&](std::size_t z) {
-            std::uint32_t next = kept[z], to = first_point_[z];
-            for (std::uint32_t p = first_point_[z]; p < first_point_[z + 1]; ++p) {
-                if (joined_[p] != p) continue;
-                mesh_.points[to] = mesh_.points[p];
-                if (!mesh_.normals.empty()) mesh_.normals[to] = mesh_.normals[p];
-                ++to;
-                number[p] = next++;
-            }
-        });
-        tbb::parallel_for(std::size_t{0}, slices_, [&](std::size_t z) {
-            for (std::uint64_t t = first_triangle_[z]; t < end_triangle_[z]; ++t) {
-                for (std::uint32_t& p : mesh_.triangles[t]) p = number[p];
-            }
-        });
-        std::uint64_t end = 0;
-        for (std::size_t z = 0; z < slices_; ++z) {
-            const auto move = [](auto& buffer, std::uint64_t from, std::uint64_t to, std::uint64_t count) {
-                const auto first = buffer.begin() + static_cast<std::ptrdiff_t>(from);
-                std::copy(first, first + static_cast<std::ptrdiff_t>(count),
-                          buffer.begin() + static_cast<std::ptrdiff_t>(to));
-            };
-            const std::uint64_t points = kept[z + 1] - kept[z],
-                                triangles = end_triangle_[z] - first_triangle_[z];
-            move(mesh_.points, first_point_[z], kept[z], points);
-            if (!mesh_.normals.empty()) move(mesh_.normals, first_point_[z], kept[z], points);
-            move(mesh_.triangles, first_triangle_[z], end, triangles);
-            end += triangles;
-        }
-        mesh_.points.resize(kept.back());
-        if (!mesh_.normals.empty()) mesh_.normals.resize(kept.back());
-        mesh_.triangles.resize(end);
+    void run() {
+        for_each_slab([&](Slab& slab) { set_apart(slab); });
+        for_each_slab([&](Slab& slab) { find(slab); });
+        for_each_slab([&](Slab& slab) { check(slab); });
+        for_each_slab([&](Slab& slab) { settle(slab); });
+        for_each_slab([&](Slab& slab) { close_up_points(slab); });
+        number_points();
+        for_each_slab([&](Slab& slab) { close_up_triangles(slab); });
+        gather_triangles();
+        move_aside();
     }
 
   private:
-    // Joining round a sample of slice z looks at points of the slices z - 2 to z + 1, and at what they became
-    // round samples of these slices and the next.
-    static constexpr std::size_t kBlock = 32, kBorder = 2;
-
-    // For the points on the edges along an axis that start in a row, in the order of `point`, which advances.
-    template <class Words>
-    void find_samples_along(std::uint8_t axis, std::size_t row, std::uint32_t& point, const Words& crossed) {
-        const InsideBits& bits = input_.bits;
-        const auto& dims = input_.volume.geometry.dims;
-        const std::int64_t y = static_cast<std::int64_t>(row) % bits.ny - bits.pad;
-        const std::int64_t z = static_cast<std::int64_t>(row) / bits.ny - bits.pad;
-        const auto face = [&](std::uint8_t a, std::int64_t index) {
-            const bool in_face = bits.pad == 0 && a != axis && (index == 0 || index + 1 == dims[a]);
-            return static_cast<std::uint8_t>(in_face ? 1u << a : 0u);
-        };
-        const auto row_faces = static_cast<std::uint8_t>(face(1, y) | face(2, z));
-
-        const Vec3f base = input_.frame.row_base(y, z);
-        Vec3f per_edge;  // the scalar product with it is in edges
-        float squared = 0;
-        for (std::size_t r = 0; r < 3; ++r)
-            squared += input_.frame.matrix[r][axis] * input_.frame.matrix[r][axis];
-        for (std::size_t r = 0; r < 3; ++r) per_edge[r] = input_.frame.matrix[r][axis] / squared;
-        const std::uint64_t steps[3] = {1, row_samples_, slice_samples_};
-
-        for_each_active_word(input_.active, row, [&](std::size_t w) {
-            for (std::uint64_t set = crossed(w); set != 0; set &= set - 1, ++point) {
-                const std::size_t bit = 64 * w + static_cast<std::size_t>(__builtin_ctzll(set));
-                const std::int64_t x = static_cast<std::int64_t>(bit) - bits.first_x;
-                const Vec3f first = input_.frame.point(base, static_cast<float>(x), axis, 0);
-                float fraction = 0;
-                for (std::size_t r = 0; r < 3; ++r)
-                    fraction += (mesh_.points[point][r] - first[r]) * per_edge[r];
-                fraction = fraction > 0 ? std::min(fraction, 1.0f) : 0;  // also where it is NaN
-                const bool at_first = fraction <= 0.5f;
-                samples_[point] = row * row_samples_ + bit + (at_first ? 0 : steps[axis]);
-                points_[point] = {at_first ? fraction : fraction - 1, 0, axis, at_first,
-                                  static_cast<std::uint8_t>(row_faces | face(0, x))};
-                joined_[point] = point;
-            }
+    template <class F>
+    void for_each_slab(const F& f) {
+        tbb::parallel_for(std::size_t{0}, slabs_.size(), [&](std::size_t s) {
+            f(slabs_[s]);
+            stage_->step();
         });
     }
 
-    // Joins round the samples of slices [begin, end). Their points are in these slices and the one before,
-    // the triangles of those one slice further, and what these triangles' points became another.
-    void join_in(std::size_t begin, std::size_t end) {
-        if (begin >= end) return;
-        const auto back = [&](std::size_t slices) { return begin < slices ? 0 : begin - slices; };
-        const std::uint32_t first_point = first_point_[back(1)], end_point = first_point_[end];
-        LinkCondition link(mesh_, first_point, end_point, first_triangle_[back(2)], first_triangle_[end],
-                           first_point_[back(3)], first_point_[std::min(end + 1, slices_)]);
-        std::vector<std::uint32_t> next = link_points_of_samples(begin, end);
-        std::vector<std::uint32_t> round;
-        for (std::uint32_t p = first_point; p < end_point; ++p) {
-            if (next[p - first_point] == kNone) continue;
-            bool near = false;
-            round.clear();
-            for (std::uint32_t q = p; q != kNone;) {
-                round.push_back(q);
-                near = near || std::abs(points_[q].offset) <= limit_;
-                q = std::exchange(next[q - first_point], kNone);
-            }
-            if (near) join_round_sample(link, round);
+    std::uint32_t first_point(const Slab& slab) const { return first_point_[slab.begin]; }
+    std::uint32_t end_point(const Slab& slab) const { return first_point_[slab.end]; }
+
+    // At first no point has joined another.
+    void set_apart(const Slab& slab) {
+        const auto begin = static_cast<std::ptrdiff_t>(first_point(slab)),
+                   end = static_cast<std::ptrdiff_t>(end_point(slab));
+        std::iota(joined_.begin() + begin, joined_.begin() + end, first_point(slab));
+        std::fill(crowd_of_.begin() + begin, crowd_of_.begin() + end, kNoCrowd);
+    }
+
+    void find(Slab& slab) {
+        slab.crowds.reserve((end_point(slab) - first_point(slab)) / 2);
+        find_crowds(input_, limit_, mesh_.points.data(), slab.begin, slab.end, slab.crowds, slab.slice_ends);
+        std::uint32_t number = slab.first_crowd;
+        for (const Crowd& crowd : slab.crowds) {
+            for (std::size_t k = 0; k < crowd.joining; ++k) joined_[crowd.points[k]] = crowd.points[0];
+            for (std::size_t k = 0; k < crowd.joining; ++k) crowd_of_[crowd.points[k]] = number;
+            ++number;
         }
     }
 
-    // For each point of the slices [begin, end) and the one before, the next one that belongs to the same
-    // sample and hangs together with it; kNone behind the last.
-    std::vector<std::uint32_t> link_points_of_samples(std::size_t begin, std::size_t end) const {
-        const auto back = [&](std::size_t slices) { return begin < slices ? 0 : begin - slices; };
-        const std::uint32_t first_point = first_point_[back(1)], end_point = first_point_[end];
-        const std::uint64_t first_sample = begin * slice_samples_, end_sample = end * slice_samples_;
-        // Towards the first of those that hang together.
-        std::vector<std::uint32_t> first_of(end_point - first_point);
-        for (std::uint32_t p = first_point; p < end_point; ++p) first_of[p - first_point] = p;
-        const auto find_first = [&](std::uint32_t p) {
-            while (first_of[p - first_point] != p) p = first_of[p - first_point];
-            return p;
+    // Collects the rims of a slab's crowds, and says of those that are not simple that they do not join. The
+    // triangles round a slice's crowds are in the layers of cells before and behind it.
+    void check(Slab& slab) {
+        const auto crowds_end = [&](std::size_t z) {
+            return z < slab.begin ? 0 : slab.slice_ends[z - slab.begin];
         };
-        const auto link = [&](std::uint32_t p, std::uint32_t q) {
-            if (samples_[p] < first_sample || samples_[p] >= end_sample) return;
-            const std::uint32_t a = find_first(p), b = find_first(q);
-            first_of[std::max(a, b) - first_point] = std::min(a, b);
-        };
-        // Few sides link points, and which is not to be foreseen: they are collected without a branch.
-        constexpr std::size_t kBatch = 512;
-        std::array<std::array<std::uint32_t, 2>, kBatch + 3> sides;
-        std::size_t found = 0;
-        for (std::uint64_t t = first_triangle_[back(2)]; t < first_triangle_[end]; ++t) {
+        std::vector<Fan> fans(1);
+        std::size_t first = 0;  // crowd that fans are for
+        for (std::size_t z = slab.begin == 0 ? 0 : slab.begin - 1; z < slab.end; ++z) {
+            const std::size_t count = crowds_end(std::min(z + 1, slab.end - 1)) - first;
+            fans.resize(count + 1);  // the last for points that are in none of them
+            collect(z, slab.first_crowd + static_cast<std::uint32_t>(first),
+                    static_cast<std::uint32_t>(count), fans.data());
+            fans.pop_back();
+            if (z < slab.begin) continue;
+            const std::size_t done = crowds_end(z) - first;
+            for (std::size_t k = 0; k < done; ++k) {
+                Crowd& crowd = slab.crowds[first + k];
+                if (!fans[k].is_simple(joined_.data(), crowd.faces != 0)) crowd.joining = 0;
+            }
+            fans.erase(fans.begin(), fans.begin() + static_cast<std::ptrdiff_t>(done));
+            first += done;
+        }
+    }
+
+    // Adds the triangles of a layer of cells to the fans of `count` crowds from the number `first` on; what
+    // is in none of them to one fan more.
+    void collect(std::size_t layer, std::uint32_t first, std::uint32_t count, Fan* fans) const {
+        for (std::uint64_t t = first_triangle_[layer]; t < first_triangle_[layer + 1]; ++t) {
             const auto [p, q, r] = mesh_.triangles[t];
-            const std::uint64_t of_p = samples_[p], of_q = samples_[q], of_r = samples_[r];
-            sides[found] = {p, q};
-            found += of_p == of_q;
-            sides[found] = {q, r};
-            found += of_q == of_r;
-            sides[found] = {r, p};
-            found += of_r == of_p;
-            if (found >= kBatch || t + 1 == first_triangle_[end]) {
-                for (std::size_t k = 0; k < found; ++k) link(sides[k][0], sides[k][1]);
-                found = 0;
-            }
-        }
-        std::vector<std::uint32_t> next(end_point - first_point, kNone);
-        for (std::uint32_t p = end_point; p-- > first_point;) {
-            const std::uint32_t first = find_first(p);
-            if (first != p) next[p - first_point] = std::exchange(next[first - first_point], p);
-        }
-        return next;
-    }
-
-    void join_round_sample(LinkCondition& link, std::vector<std::uint32_t>& round) {
-        std::vector<std::uint32_t> joining = round;
-        const Offset middle = find_middle(joining);
-        if (joining.size() > 1 && link.holds(joining, joined_, faces_of(joining) != 0)) {
-            become_one(joining, middle);
-        } else {
-            for (const std::uint32_t p : round) move_away(p);
+            const std::uint32_t a = std::min(crowd_of_[p] - first, count),
+                                b = std::min(crowd_of_[q] - first, count),
+                                c = std::min(crowd_of_[r] - first, count);
+            fans[a].add(q, r, (a != b) & (a != c));
+            fans[b].add(r, p, (b != c) & (b != a));
+            fans[c].add(p, q, (c != a) & (c != b));
         }
     }
 
-    std::uint8_t faces_of(const std::vector<std::uint32_t>& points) const {
-        std::uint8_t faces = 0;
-        for (const std::uint32_t p : points) faces |= points_[p].faces;
-        return faces;
-    }
-
-    // A place from which none of the points is further than the limit, after leaving out those that are too
-    // far from the others. It is the points' mean, or if that is too far, nearer to the middle of the
-    // smallest ball that holds them (Badoiu and Clarkson 2003). Where points lie in faces of the volume's
-    // box, it does too.
-    Offset find_middle(std::vector<std::uint32_t>& points) const {
-        for (;;) {
-            Offset middle{0, 0, 0};
-            for (const std::uint32_t p : points) middle[points_[p].axis] += points_[p].offset;
-            for (float& m : middle) m /= static_cast<float>(points.size());
-            const std::uint8_t faces = faces_of(points);
-            std::size_t furthest = 0;
-            for (float step = 2; step < 10; ++step) {
-                for (unsigned a = 0; a < 3; ++a) {
-                    if (faces >> a & 1) middle[a] = 0;
+    // Moves the points of the crowds: those that join, the first of them; others away from the sample.
+    void settle(Slab& slab) {
+        std::uint32_t number = slab.first_crowd;
+        for (const Crowd& crowd : slab.crowds) {
+            if (crowd.joining != 0) {
+                become_one(crowd);
+            } else {
+                for (std::size_t k = 0; k < crowd.size; ++k) {
+                    joined_[crowd.points[k]] = crowd.points[k];
+                    crowd_of_[crowd.points[k]] = number;
+                    move_away(crowd, k);
                 }
-                furthest = furthest_from(middle, points);
-                const Offset to = offset_of(points_[points[furthest]]);
-                if (distance(middle, to) <= limit_) return middle;
-                for (std::size_t a = 0; a < 3; ++a) middle[a] += (to[a] - middle[a]) / step;
             }
-            points.erase(points.begin() + static_cast<std::ptrdiff_t>(furthest));
+            ++number;
         }
     }
 
-    std::size_t furthest_from(const Offset& middle, const std::vector<std::uint32_t>& points) const {
-        std::size_t furthest = 0;
-        float largest = 0;
-        for (std::size_t k = 0; k < points.size(); ++k) {
-            const float far = distance(middle, offset_of(points_[points[k]]));
-            if (far > largest) largest = far, furthest = k;
-        }
-        return furthest;
-    }
-
-    void become_one(const std::vector<std::uint32_t>& points, const Offset& middle) {
-        const std::uint32_t one = points.front();
-        Vec3f normal{0, 0, 0};
-        for (const std::uint32_t p : points) {
-            joined_[p] = one;
-            points_[one].moved = std::max(points_[one].moved, distance(middle, offset_of(points_[p])));
-            if (mesh_.normals.empty()) continue;
-            for (std::size_t r = 0; r < 3; ++r) normal[r] += mesh_.normals[p][r];
-        }
-        Offset step = middle;
-        step[points_[one].axis] -= points_[one].offset;
+    void become_one(const Crowd& crowd) {
+        const std::uint32_t one = crowd.points[0];
+        Vec3f step = crowd.middle;
+        step[crowd.axes[0]] -= crowd.offsets[0];
         for (std::size_t r = 0; r < 3; ++r) {
-            const auto& m = input_.frame.matrix[r];
+            const Vec3f& m = input_.frame.matrix[r];
             mesh_.points[one][r] += m[0] * step[0] + m[1] * step[1] + m[2] * step[2];
+        }
+        if (mesh_.normals.empty()) return;
+        Vec3f normal{0, 0, 0};
+        for (std::size_t k = 0; k < crowd.joining; ++k) {
+            for (std::size_t r = 0; r < 3; ++r) normal[r] += mesh_.normals[crowd.points[k]][r];
         }
         const float length = std::sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
         if (length > 0) mesh_.normals[one] = {normal[0] / length, normal[1] / length, normal[2] / length};
     }
 
-    // To the limit's distance from the sample, on its edge.
-    void move_away(std::uint32_t p) {
-        NearPoint& point = points_[p];
-        const float offset = point.first ? limit_ : -limit_;
-        if (std::abs(point.offset) >= limit_) return;
+    // A point to the limit's distance from the sample, on its edge.
+    void move_away(const Crowd& crowd, std::size_t k) {
+        const float offset = crowd.offsets[k];
+        if (std::abs(offset) >= limit_) return;
+        const float step = std::copysign(limit_, offset) - offset;
         for (std::size_t r = 0; r < 3; ++r)
-            mesh_.points[p][r] += input_.frame.matrix[r][point.axis] * (offset - point.offset);
-        point.moved = std::abs(offset - point.offset);
+            mesh_.points[crowd.points[k]][r] += input_.frame.matrix[r][crowd.axes[k]] * step;
     }
 
+    // Moves the points that are left to the front of the slab's.
+    void close_up_points(Slab& slab) {
+        const std::uint32_t begin = first_point(slab), end = end_point(slab);
+        std::uint32_t to = begin;
+        if (mesh_.normals.empty()) {
+            for (std::uint32_t p = begin; p < end; ++p) {
+                mesh_.points[to] = mesh_.points[p];
+                to += joined_[p] == p;
+            }
+        } else {
+            for (std::uint32_t p = begin; p < end; ++p) {
+                mesh_.points[to] = mesh_.points[p];
+                mesh_.normals[to] = mesh_.normals[p];
+                to += joined_[p] == p;
+            }
+        }
+        slab.points = to - begin;
+    }
+
+    // Moves the slabs' points together, and numbers them: joined_ then has the new numbers.
+    void number_points() {
+        std::uint32_t number = 0;
+        for (const Slab& slab : slabs_) {
+            move_down(mesh_.points, first_point(slab), number, slab.points);
+            if (!mesh_.normals.empty()) move_down(mesh_.normals, first_point(slab), number, slab.points);
+            for (std::uint32_t p = first_point(slab); p < end_point(slab); ++p) {
+                const bool is_left = joined_[p] == p;
+                joined_[p] = is_left ? number : joined_[p];
+                number += is_left;
+            }
+        }
+        for (const Slab& slab : slabs_) {
+            for (const Crowd& crowd : slab.crowds) {
+                for (std::size_t k = 1; k < crowd.joining; ++k)
+                    joined_[crowd.points[k]] = joined_[crowd.points[0]];
+            }
+        }
+        mesh_.points.resize(number);
+        if (!mesh_.normals.empty()) mesh_.normals.resize(number);
+    }
+
+    template <class Elements>
+    static void move_down(Elements& elements, std::uint64_t from, std::uint64_t to, std::uint64_t count) {
+        if (from == to) return;
+        const auto first = elements.begin() + static_cast<std::ptrdiff_t>(from);
+        std::copy(first, first + static_cast<std::ptrdiff_t>(count),
+                  elements.begin() + static_cast<std::ptrdiff_t>(to));
+    }
+
+    // Moves the triangles that are left to the front of the slab's. A batch at a time, without branches that
+    // depend on the triangles: they could not be foreseen.
+    void close_up_triangles(Slab& slab) {
+        std::array<Triangle, kBatch> left, before;
+        Triangle* to = mesh_.triangles.data() + first_triangle_[slab.begin];
+        const Triangle *from = to, *const end = mesh_.triangles.data() + first_triangle_[slab.end];
+        while (from < end) {
+            std::size_t count = 0;
+            for (const Triangle* const stop = from + std::min<std::ptrdiff_t>(end - from, kBatch);
+                 from < stop; ++from) {
+                const auto [p, q, r] = *from;
+                const std::uint32_t a = joined_[p], b = joined_[q], c = joined_[r];
+                before[count] = {p, q, r};
+                left[count] = {a, b, c};
+                count += (a != b) & (b != c) & (c != a);
+            }
+            to = std::copy_n(left.begin(), count, to);
+            find_flat(left, before, count, slab.flat);
+        }
+        slab.triangles =
+            static_cast<std::uint64_t>(to - (mesh_.triangles.data() + first_triangle_[slab.begin]));
+    }
+
+    void gather_triangles() {
+        std::uint64_t end = 0;
+        for (const Slab& slab : slabs_) {
+            move_down(mesh_.triangles, first_triangle_[slab.begin], end, slab.triangles);
+            end += slab.triangles;
+        }
+        mesh_.triangles.resize(end);
+    }
+
+    static constexpr std::size_t kBatch = 64;  // triangles
+
+    // Lists those of the first `count` whose height over the longest side may be less than it should.
+    void find_flat(const std::array<Triangle, kBatch>& triangles, const std::array<Triangle, kBatch>& before,
+                   std::size_t count, std::vector<FlatTriangle>& flat) const {
+        std::array<std::array<float, kBatch>, 3> u, v;  // two sides
+        for (std::size_t k = 0; k < count; ++k) {
+            const Vec3f &a = mesh_.points[triangles[k][0]], &b = mesh_.points[triangles[k][1]],
+                        &c = mesh_.points[triangles[k][2]];
+            for (std::size_t r = 0; r < 3; ++r) {
+                u[r][k] = b[r] - a[r];
+                v[r][k] = c[r] - a[r];
+            }
+        }
+        constexpr auto kSine = static_cast<float>(1.01 * kSlope);
+        std::array<float, kBatch> excess;
+        for (std::size_t k = 0; k < count; ++k) {
+            const float ux = u[0][k], uy = u[1][k], uz = u[2][k], vx = v[0][k], vy = v[1][k], vz = v[2][k];
+            const float wx = ux - vx, wy = uy - vy, wz = uz - vz;
+            const float uu = ux * ux + uy * uy + uz * uz, vv = vx * vx + vy * vy + vz * vz,
+                        ww = wx * wx + wy * wy + wz * wz;
+            const float longer = uu > vv ? uu : vv, longest = longer > ww ? longer : ww;
+            const float x = uy * vz - uz * vy, y = uz * vx - ux * vz, z = ux * vy - uy * vx;
+            excess[k] = x * x + y * y + z * z - kSine * kSine * (longest * longest);
+        }
+        for (std::size_t k = 0; k < count; ++k) {
+            if (excess[k] < 0) flat.push_back({triangles[k], before[k]});
+        }
+    }
+
+    static constexpr double kSlope = 0.11;  // 6.3 degrees
+
     struct FlatCorner {
-        std::uint32_t point;
+        std::size_t corner;
         Vec3d step;  // from the opposite edge, in mm, to make the triangle's other angles large enough
     };
 
-    std::optional<FlatCorner> find_flat_corner(std::uint64_t triangle) const {
-        constexpr double kSlope = 0.11;  // 6.3 degrees
-        const Triangle& corners = mesh_.triangles[triangle];
+    std::optional<FlatCorner> find_flat_corner(const Triangle& corners) const {
         std::array<Vec3d, 3> at;
         for (std::size_t c = 0; c < 3; ++c) {
             const Vec3f& point = mesh_.points[corners[c]];
@@ -426,47 +354,85 @@ class Snapping {
             const Vec3d height = p - a - (along / squared) * edge;
             if (dot(height, height) == 0) return std::nullopt;
             const double wanted = longer / std::sqrt(squared);
-            return FlatCorner{corners[c], (wanted / length(height) - 1) * height};
+            return FlatCorner{c, (wanted / length(height) - 1) * height};
         }
         return std::nullopt;
     }
 
-    void move_aside(std::uint32_t p, const Vec3d& step) {
-        const Mat3d& m = input_.frame.exact;
-        Vec3d edges;  // the step in edges along each axis
-        for (std::size_t a = 0; a < 3; ++a) {
-            edges[a] = points_[p].faces >> a & 1 ? 0 : dot(step, to_edges_[a]);
+    // Moves points aside that lie nearly on the line between the others of a triangle, as far as they may
+    // still move.
+    void move_aside() {
+        std::unordered_map<std::uint32_t, double> moved;  // in edges, by the points that were moved aside
+        for (const Slab& slab : slabs_) {
+            for (const FlatTriangle& flat : slab.flat) {
+                const auto corner = find_flat_corner(flat.triangle);
+                if (!corner) continue;
+                const std::uint32_t p = flat.triangle[corner->corner], before = flat.before[corner->corner];
+                const Past past = past_of(before, mesh_.points[p]);
+                double& already = moved.try_emplace(p, past.moved).first->second;
+                Vec3d edges;  // the step in edges along each axis
+                for (std::size_t a = 0; a < 3; ++a)
+                    edges[a] = past.faces >> a & 1 ? 0 : dot(corner->step, to_edges_[a]);
+                const double may = limit_ - already;
+                if (length(edges) > may) edges = may / length(edges) * edges;
+                already += length(edges);
+                for (std::size_t r = 0; r < 3; ++r)
+                    mesh_.points[p][r] += static_cast<float>(dot(input_.frame.exact[r], edges));
+            }
         }
-        const double may = limit_ - points_[p].moved;
-        if (length(edges) > may) edges = may / length(edges) * edges;
-        points_[p].moved += static_cast<float>(length(edges));
-        for (std::size_t r = 0; r < 3; ++r) mesh_.points[p][r] += static_cast<float>(dot(m[r], edges));
+    }
+
+    // How far a point was moved, in edges, and in which faces of an open volume's box it has to stay.
+    struct Past {
+        double moved;
+        std::uint32_t faces;
+    };
+    // Of a point that was made as `before`.
+    Past past_of(std::uint32_t before, const Vec3f& at) const {
+        if (crowd_of_[before] == kNoCrowd) return {0, faces_of(before, at)};
+        const auto behind = std::upper_bound(
+            slabs_.begin(), slabs_.end(), crowd_of_[before],
+            [](std::uint32_t number, const Slab& slab) { return number < slab.first_crowd; });
+        const Slab& slab = *(behind - 1);
+        const Crowd& crowd = slab.crowds[crowd_of_[before] - slab.first_crowd];
+        if (crowd.joining != 0) return {crowd.moved, crowd.faces};
+        const auto k = std::find(crowd.points.begin(), crowd.points.end(), before) - crowd.points.begin();
+        const float offset = crowd.offsets[static_cast<std::size_t>(k)];
+        return {std::max(limit_ - std::abs(offset), 0.0f), faces_of(before, at)};
+    }
+
+    std::uint32_t faces_of(std::uint32_t point, const Vec3f& at) const {
+        if (input_.bits.pad != 0) return 0;
+        const auto [row, rank] = input_.points.locate(point);
+        const std::uint32_t along_x = input_.along_x[row], along_y = input_.along_y[row];
+        const std::size_t axis = rank < along_x ? 0 : rank < along_x + along_y ? 1 : 2;
+        const Vec3d from_origin = Vec3d{at[0], at[1], at[2]} - input_.frame.origin;
+        std::uint32_t faces = 0;
+        for (std::size_t a = 0; a < 3; ++a) {
+            if (a == axis) continue;
+            const auto index = std::llround(dot(from_origin, to_edges_[a]));
+            if (index <= 0 || index + 1 >= input_.volume.geometry.dims[a]) faces |= 1u << a;
+        }
+        return faces;
     }
 
     const EmitInput& input_;
     const float limit_;
     Mesh& mesh_;
-    const std::uint64_t row_samples_, slice_samples_;  // of the numbers of samples
-    const std::size_t slices_, blocks_;
     Mat3d to_edges_;  // the inverse of the frame's matrix
-    Stage stage_;
-    std::vector<std::uint64_t> samples_;  // the number in the grid of each point's nearer sample
-    std::vector<NearPoint> points_;
-    std::vector<std::uint32_t> joined_;  // the first of the points that a point became one with
-    std::vector<std::uint32_t> first_point_;
-    std::vector<std::uint64_t> first_triangle_,
-        end_triangle_;  // of each slice; the end after some were taken out
+    std::optional<Stage> stage_;
+    std::vector<std::uint32_t> first_point_;  // by slice
+    std::vector<std::uint64_t> first_triangle_;
+    std::vector<Slab> slabs_;
+    Buffer<std::uint32_t> joined_;    // the first of the points that a point becomes one with
+    Buffer<std::uint32_t> crowd_of_;  // the number of its crowd, if that can join or was moved away
 };
 
 }  // namespace
 
 std::size_t snap(const EmitInput& input, double limit, const Progress& progress, Mesh& mesh) {
     Snapping snapping(input, limit, progress, mesh);
-    snapping.find_samples();
-    snapping.join();
-    snapping.take_out_collapsed();
-    snapping.move_aside();
-    snapping.close_up();
+    snapping.run();
     report(progress, 1);
     return snapping.bytes();
 }

@@ -7,28 +7,13 @@
 #include <map>
 
 #include <marrow/error.h>
+#include <marrow/vector.h>
 
 #include "header_text.h"
 
 namespace marrow {
 
 namespace {
-
-Vec3d operator-(const Vec3d& a, const Vec3d& b) {
-    return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
-}
-Vec3d operator*(double s, const Vec3d& a) {
-    return {s * a[0], s * a[1], s * a[2]};
-}
-double dot(const Vec3d& a, const Vec3d& b) {
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-double length(const Vec3d& a) {
-    return std::sqrt(dot(a, a));
-}
-Vec3d cross(const Vec3d& a, const Vec3d& b) {
-    return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
 
 template <class V>
 bool close(const std::optional<V>& a, const std::optional<V>& b, double tolerance) {

@@ -164,14 +164,16 @@ void write_glb(MeshOutput& output, MeshObjects objects) {
                          std::to_string(total >> 20) + " MiB; write .ply or .vtp");
     output.text(words({kMagic, 2, total, json.size(), kJson}) + json + words({buffer, kBinary}));
     for (std::size_t i = 0; i < objects.size(); ++i) {
-        const auto& [points, normals, triangles] = *objects[i].mesh;
+        const Mesh& mesh = *objects[i].mesh;
         output.set_share(i, objects.size());
-        output.items<sizeof(Vec3f)>(points.size(), 0, 0.4,
-                                    [&](std::size_t k, char* to) { return put(to, position(points[k])); });
-        output.items<sizeof(Vec3f)>(normals.size(), 0.4, 0.7,
-                                    [&](std::size_t k, char* to) { return put(to, direction(normals[k])); });
-        output.items<sizeof(Triangle)>(triangles.size(), 0.7, 1,
-                                       [&](std::size_t k, char* to) { return put(to, triangles[k]); });
+        output.items<sizeof(Vec3f)>(mesh.points.size(), 0, 0.4, [&](std::size_t k, char* to) {
+            return put(to, position(mesh.points[k]));
+        });
+        output.items<sizeof(Vec3f)>(mesh.normals.size(), 0.4, 0.7, [&](std::size_t k, char* to) {
+            return put(to, direction(mesh.normals[k]));
+        });
+        output.items<sizeof(Triangle)>(mesh.triangles.size(), 0.7, 1,
+                                       [&](std::size_t k, char* to) { return put(to, mesh.triangles[k]); });
     }
 }
 

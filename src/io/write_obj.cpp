@@ -26,24 +26,24 @@ char* put_index(char* to, std::uint64_t index) {
 // Indices go on behind the points and normals that are in the file already.
 void write_object(MeshOutput& output, const MeshObject& object, std::uint64_t points_before,
                   std::uint64_t normals_before) {
-    const auto& [points, normals, triangles] = *object.mesh;
+    const Mesh& mesh = *object.mesh;
     if (!object.name.empty()) output.text("o " + clean_name(object.name) + "\n");
 
     constexpr std::size_t vector_chars = 3 + 3 * (kFloatChars + 1);
-    output.items<vector_chars>(points.size(), 0, 0.3, [&](std::size_t i, char* to) {
-        return put_vector(to, "v", output.oriented(points[i]));
+    output.items<vector_chars>(mesh.points.size(), 0, 0.3, [&](std::size_t i, char* to) {
+        return put_vector(to, "v", output.oriented(mesh.points[i]));
     });
-    output.items<vector_chars>(normals.size(), 0.3, 0.6, [&](std::size_t i, char* to) {
-        return put_vector(to, "vn", output.oriented(normals[i]));
+    output.items<vector_chars>(mesh.normals.size(), 0.3, 0.6, [&](std::size_t i, char* to) {
+        return put_vector(to, "vn", output.oriented(mesh.normals[i]));
     });
 
     constexpr std::size_t face_chars = 2 + 3 * (2 * kIndexChars + 3);
-    output.items<face_chars>(triangles.size(), 0.6, 1, [&](std::size_t i, char* to) {
+    output.items<face_chars>(mesh.triangles.size(), 0.6, 1, [&](std::size_t i, char* to) {
         *to++ = 'f';
-        for (const std::uint32_t corner : triangles[i]) {
+        for (const std::uint32_t corner : mesh.triangles[i]) {
             *to++ = ' ';
             to = put_index(to, points_before + corner + 1);
-            if (normals.empty()) continue;
+            if (mesh.normals.empty()) continue;
             *to++ = '/';
             *to++ = '/';
             to = put_index(to, normals_before + corner + 1);

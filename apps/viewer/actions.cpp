@@ -1,0 +1,294 @@
+#include "actions.h"
+
+#include <QMenuBar>
+#include <QToolBar>
+#include <QToolButton>
+
+namespace marrow::viewer {
+
+Actions::Actions(QMainWindow* window, Session& session)
+    : QObject(window), window_(window), session_(session) {
+    make_file_and_edit();
+    make_choices();
+    make_views();
+    make_windows();
+    make_menus();
+    make_tool_bar();
+    connect_to_session();
+    connect(&session_, &Session::parameters_changed, this, &Actions::follow);
+    connect(&session_, &Session::picking_changed, this, &Actions::follow);
+    follow();
+}
+
+QAction* Actions::add(const QString& name, const QString& text, const QKeySequence& shortcut,
+                      const QString& tip) {
+    auto* result = new QAction(text, window_);
+    result->setObjectName(name);
+    result->setShortcut(shortcut);
+    result->setToolTip(shortcut.isEmpty() ? tip
+                                          : tip + "  (" + shortcut.toString(QKeySequence::NativeText) + ")");
+    window_->addAction(result);
+    actions_[name] = result;
+    return result;
+}
+
+void Actions::make_file_and_edit() {
+    add("open", tr("Open file…"), QKeySequence::Open, tr("Open a NIfTI, NRRD, MetaImage or DICOM file"));
+    add("open_folder", tr("Open folder…"), QKeySequence("Ctrl+Shift+O"),
+        tr("Open a folder of DICOM files or slices"));
+    add("export", tr("Export…"), QKeySequence("Ctrl+S"),
+        tr("Write the surface as STL, 3MF, PLY, OBJ, VTP or GLB"));
+    add("screenshot", tr("Screenshot…"), QKeySequence("Ctrl+P"),
+        tr("Save the 3D view as a picture of any size"));
+    add("frames", tr("Turntable as pictures…"), {}, tr("Save a turn as a row of PNG pictures"));
+    add("quit", tr("Quit"), QKeySequence::Quit, tr("Quit"));
+
+    QAction* undo = session_.undo_stack().createUndoAction(window_, tr("Undo"));
+    undo->setObjectName("undo");
+    undo->setShortcut(QKeySequence::Undo);
+    QAction* redo = session_.undo_stack().createRedoAction(window_, tr("Redo"));
+    redo->setObjectName("redo");
+    redo->setShortcuts({QKeySequence("Ctrl+Shift+Z"), QKeySequence("Ctrl+Y")});
+    actions_["undo"] = undo;
+    actions_["redo"] = redo;
+    window_->addActions({undo, redo});
+    add("copy", tr("Copy command line"), QKeySequence("Ctrl+Shift+C"),
+        tr("Copy the command line that writes this surface"));
+    add("escape", tr("Cancel"), QKeySequence("Esc"), tr("Stop what is under way"));
+}
+
+void Actions::make_choices() {
+    const auto group = [&](QActionGroup*& g) { g = new QActionGroup(this); };
+    const auto choice = [&](QActionGroup* g, const QString& name, const QString& text,
+                            const QKeySequence& key, const QString& tip, int value) {
+        QAction* a = add(name, text, key, tip);
+        a->setCheckable(true);
+        a->setData(value);
+        g->addAction(a);
+    };
+    group(modes_);
+    choice(modes_, "surface", tr("Surface"), QKeySequence("S"), tr("Smooth surface"), int(DrawMode::surface));
+    choice(modes_, "edges", tr("Edges"), {}, tr("Surface with the triangles' edges"), int(DrawMode::edges));
+    choice(modes_, "wireframe", tr("Wire"), {}, tr("Wireframe"), int(DrawMode::wireframe));
+    choice(modes_, "points", tr("Points"), {}, tr("Points"), int(DrawMode::points));
+    add("cycle", tr("Next way of drawing"), QKeySequence("W"), tr("Surface, edges, wireframe, points"));
+    group(tools_);
+    choice(tools_, "navigate", tr("Navigate"), QKeySequence("N"), tr("Click moves the crosshair"),
+           int(Tool::navigate));
+    choice(tools_, "distance", tr("Distance"), QKeySequence("D"),
+           tr("Click two positions, on the surface or on slices"), int(Tool::distance));
+    choice(tools_, "angle", tr("Angle"), QKeySequence("A"),
+           tr("Click three positions; the angle is at the second"), int(Tool::angle));
+    choice(tools_, "crop", tr("Crop"), QKeySequence("K"),
+           tr("Drag the sides of a box, in 3D or on slices; surfaces are made of what is in it"),
+           int(Tool::crop));
+    add("whole_scan", tr("Whole scan"), {}, tr("Take the crop box away"));
+    group(cuts_);
+    choice(cuts_, "no_cut", tr("No cut"), {}, tr("Show whole surfaces"), -1);
+    choice(cuts_, "cut_axial", tr("Axial cut"), {}, tr("Cut along the axial slice"), int(Plane::axial));
+    choice(cuts_, "cut_coronal", tr("Coronal cut"), {}, tr("Cut along the coronal slice"),
+           int(Plane::coronal));
+    choice(cuts_, "cut_sagittal", tr("Sagittal cut"), {}, tr("Cut along the sagittal slice"),
+           int(Plane::sagittal));
+    add("cycle_cut", tr("Next cut"), QKeySequence("C"),
+        tr("No cut, axial, coronal, sagittal: through the crosshair"));
+    add("flip_cut", tr("Other side of the cut"), QKeySequence("F"), tr("Show the other side of the cut"));
+}
+
+void Actions::make_views() {
+    add("reset", tr("Reset view"), QKeySequence("R"), tr("See all, from the front left"));
+    constexpr std::array kLetters{"A", "P", "L", "R", "S", "I"};
+    constexpr std::array kTips{
+        QT_TR_NOOP("From the front (anterior)"), QT_TR_NOOP("From behind (posterior)"),
+        QT_TR_NOOP("From the patient's left"),   QT_TR_NOOP("From the patient's right"),
+        QT_TR_NOOP("From above (superior)"),     QT_TR_NOOP("From below (inferior)")};
+    for (std::size_t i = 0; i < kSideActions.size(); ++i) {
+        QAction* a = add(kSideActions[i], tr(kTips[i]), QKeySequence(QString::number(i + 1)), tr(kTips[i]));
+        a->setIconText(kLetters[i]);
+    }
+    add("turntable", tr("Turntable"), QKeySequence("T"), tr("Turn the patient slowly"))->setCheckable(true);
+    QAction* crosshair =
+        add("crosshair", tr("Crosshair in 3D"), QKeySequence("X"), tr("Show the crosshair in the 3D view"));
+    crosshair->setCheckable(true);
+    crosshair->setChecked(true);
+    add("light", tr("Light background"), QKeySequence("B"), tr("Light or dark behind the surfaces"))
+        ->setCheckable(true);
+    add("full_screen", tr("Full screen"), QKeySequence("F11"), tr("Full screen"))->setCheckable(true);
+    add("keys", tr("Keys and mouse"), QKeySequence("F1"), tr("Keys and mouse"));
+    add("about", tr("About Marrow Viewer"), {}, tr("About"));
+    for (const auto& [name, text] : {std::pair{"open_folder", tr("Open")},
+                                     {"reset", tr("Reset")},
+                                     {"turntable", tr("Turn")},
+                                     {"screenshot", tr("Picture")},
+                                     {"export", tr("Export")}})
+        actions_[name]->setIconText(text);
+}
+
+void Actions::make_windows() {
+    struct WindowPreset {
+        const char* name;
+        double centre, width;
+    };
+    // Centre and width in HU, as most workstations have them.
+    for (const WindowPreset& preset : {WindowPreset{QT_TR_NOOP("Bone"), 300, 1500},
+                                       {QT_TR_NOOP("Soft tissue"), 40, 400},
+                                       {QT_TR_NOOP("Brain"), 40, 80},
+                                       {QT_TR_NOOP("Lung"), -600, 1500}}) {
+        QAction* a = add(QString("window_%1").arg(preset.name).toLower().replace(' ', '_'),
+                         tr("%1: %2 ± %3 HU").arg(tr(preset.name)).arg(preset.centre).arg(preset.width / 2),
+                         {}, tr("Window of the slices"));
+        connect(a, &QAction::triggered, this, [this, preset] {
+            session_.change(tr("window"), {}, [&](Parameters& p) {
+                p.window = {preset.centre, preset.width};
+            });
+        });
+    }
+    QAction* full = add("window_full", tr("All values"), {}, tr("From the lowest to the highest value"));
+    connect(full, &QAction::triggered, this, [this] {
+        if (!session_.scan()) return;
+        const Histogram& h = session_.scan()->histogram;
+        session_.change(tr("window"), {}, [&](Parameters& p) {
+            p.window = {(h.lower + h.upper) / 2, std::max(h.upper - h.lower, 1e-6)};
+        });
+    });
+}
+
+void Actions::connect_to_session() {
+    connect(actions_["cycle"], &QAction::triggered, this, [this] {
+        session_.change(tr("way of drawing"), {},
+                        [](Parameters& p) { p.mode = DrawMode((int(p.mode) + 1) % 4); });
+    });
+    connect(actions_["cycle_cut"], &QAction::triggered, this, [this] {
+        session_.change(tr("cut"), {}, [](Parameters& p) {
+            const int next = p.cut.plane ? int(*p.cut.plane) + 1 : 0;
+            p.cut.plane = next < 3 ? std::optional(Plane(next)) : std::nullopt;
+        });
+    });
+    connect(actions_["flip_cut"], &QAction::triggered, this, [this] {
+        session_.change(tr("side of the cut"), {}, [](Parameters& p) { p.cut.flipped = !p.cut.flipped; });
+    });
+    connect(actions_["whole_scan"], &QAction::triggered, this,
+            [this] { session_.change(tr("whole scan"), {}, [](Parameters& p) { p.crop.reset(); }); });
+    connect(modes_, &QActionGroup::triggered, this, [this](QAction* a) {
+        session_.change(tr("way of drawing"), {},
+                        [&](Parameters& p) { p.mode = DrawMode(a->data().toInt()); });
+    });
+    connect(tools_, &QActionGroup::triggered, this,
+            [this](QAction* a) { session_.set_tool(Tool(a->data().toInt())); });
+    connect(cuts_, &QActionGroup::triggered, this, [this](QAction* a) {
+        const int plane = a->data().toInt();
+        session_.change(tr("cut"), {}, [&](Parameters& p) {
+            p.cut.plane = plane < 0 ? std::nullopt : std::optional(Plane(plane));
+        });
+    });
+}
+
+void Actions::make_menus() {
+    QMenu* file = window_->menuBar()->addMenu(tr("&File"));
+    file->addAction(actions_["open"]);
+    file->addAction(actions_["open_folder"]);
+    recent_ = file->addMenu(tr("Open recent"));
+    file->addSeparator();
+    for (const char* name : {"export", "screenshot", "frames"}) file->addAction(actions_[name]);
+    file->addSeparator();
+    file->addAction(actions_["quit"]);
+    QMenu* edit = window_->menuBar()->addMenu(tr("&Edit"));
+    for (const char* name : {"undo", "redo", "copy"}) edit->addAction(actions_[name]);
+    QMenu* show = window_->menuBar()->addMenu(tr("&View"));
+    for (const char* name : {"surface", "edges", "wireframe", "points", "cycle"})
+        show->addAction(actions_[name]);
+    show->addSeparator();
+    show->addAction(actions_["reset"]);
+    for (const char* name : kSideActions) show->addAction(actions_[name]);
+    show->addSeparator();
+    for (const char* name : {"turntable", "crosshair", "light", "full_screen"})
+        show->addAction(actions_[name]);
+    QMenu* cut = window_->menuBar()->addMenu(tr("&Cut"));
+    for (const char* name : {"no_cut", "cut_axial", "cut_coronal", "cut_sagittal"})
+        cut->addAction(actions_[name]);
+    cut->addSeparator();
+    for (const char* name : {"cycle_cut", "flip_cut"}) cut->addAction(actions_[name]);
+    cut->addSeparator();
+    for (const char* name : {"crop", "whole_scan"}) cut->addAction(actions_[name]);
+    QMenu* measure = window_->menuBar()->addMenu(tr("&Measure"));
+    for (const char* name : {"navigate", "distance", "angle"}) measure->addAction(actions_[name]);
+    QMenu* window = window_->menuBar()->addMenu(tr("&Window"));
+    for (const char* name :
+         {"window_bone", "window_soft_tissue", "window_brain", "window_lung", "window_full"})
+        window->addAction(actions_[name]);
+    QMenu* help = window_->menuBar()->addMenu(tr("&Help"));
+    help->addAction(actions_["keys"]);
+    help->addAction(actions_["about"]);
+}
+
+void Actions::make_tool_bar() {
+    QToolBar* bar = window_->addToolBar(tr("Tools"));
+    bar->setObjectName("tools");
+    bar->setMovable(false);
+    bar->setContextMenuPolicy(Qt::PreventContextMenu);
+    const auto button = [&](const char* name) {
+        auto* b = new QToolButton;
+        b->setDefaultAction(actions_[name]);
+        b->setToolButtonStyle(Qt::ToolButtonTextOnly);
+        b->setFocusPolicy(Qt::TabFocus);
+        bar->addWidget(b);
+        return b;
+    };
+    QToolButton* open = button("open_folder");
+    open->setPopupMode(QToolButton::InstantPopup);
+    auto* ways = new QMenu(open);
+    ways->addActions({actions_["open"], actions_["open_folder"]});
+    ways->addMenu(recent_);
+    open->setMenu(ways);
+    bar->addSeparator();
+    actions_["undo"]->setIconText(tr("Undo"));
+    actions_["redo"]->setIconText(tr("Redo"));
+    for (const char* name : {"undo", "redo"}) button(name);
+    bar->addSeparator();
+    for (const char* name : {"surface", "edges", "wireframe", "points"}) button(name);
+    bar->addSeparator();
+    for (const char* name : kSideActions) button(name)->setObjectName("side");
+    button("reset");
+    bar->addSeparator();
+    for (const char* name : {"navigate", "distance", "angle"}) button(name);
+    bar->addSeparator();
+    button("crop");
+    auto* cut = new QToolButton;
+    cut->setObjectName("cut");
+    cut->setText(tr("Cut"));
+    cut->setToolTip(actions_["cycle_cut"]->toolTip());
+    cut->setPopupMode(QToolButton::InstantPopup);
+    cut->setCheckable(true);
+    auto* cut_menu = new QMenu(cut);
+    cut_menu->addActions(cuts_->actions());
+    cut_menu->addSeparator();
+    cut_menu->addAction(actions_["flip_cut"]);
+    cut->setMenu(cut_menu);
+    bar->addWidget(cut);
+    connect(&session_, &Session::parameters_changed, cut,
+            [this, cut] { cut->setChecked(session_.parameters().cut.plane.has_value()); });
+    button("turntable");
+    auto* space = new QWidget;
+    space->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Preferred);
+    bar->addWidget(space);
+    button("screenshot");
+    button("export")->setObjectName("export");
+}
+
+void Actions::follow() {
+    const Parameters& p = session_.parameters();
+    const Scan* scan = session_.scan();
+    for (const char* name : {"export", "screenshot", "frames", "copy", "cycle", "cycle_cut", "flip_cut",
+                             "turntable", "reset", "window_full"})
+        actions_[name]->setEnabled(scan != nullptr);
+    for (const char* name : kSideActions) actions_[name]->setEnabled(scan != nullptr);
+    for (QActionGroup* group : {modes_, tools_, cuts_}) group->setEnabled(scan != nullptr);
+    for (const char* name : {"window_bone", "window_soft_tissue", "window_brain", "window_lung"})
+        actions_[name]->setEnabled(scan && scan->hounsfield);
+    actions_["whole_scan"]->setEnabled(p.crop.has_value());
+    modes_->actions()[int(p.mode)]->setChecked(true);
+    cuts_->actions()[p.cut.plane ? int(*p.cut.plane) + 1 : 0]->setChecked(true);
+    tools_->actions()[int(session_.tool())]->setChecked(true);
+}
+
+}  // namespace marrow::viewer

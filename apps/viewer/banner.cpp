@@ -1,0 +1,48 @@
+#include "banner.h"
+
+#include <QHBoxLayout>
+#include <QStyle>
+#include <QToolButton>
+#include <QVariant>
+
+namespace marrow::viewer {
+
+Banner::Banner(QMainWindow* window) : QFrame(window), window_(window) {
+    setObjectName("banner");
+    auto* layout = new QHBoxLayout(this);
+    layout->setContentsMargins(14, 8, 8, 8);
+    text_ = new QLabel;
+    text_->setObjectName("banner_text");
+    text_->setWordWrap(true);
+    text_->setTextInteractionFlags(Qt::TextSelectableByMouse);
+    layout->addWidget(text_, 1);
+    auto* close = new QToolButton;
+    close->setText("×");
+    close->setToolTip(tr("Hide"));
+    layout->addWidget(close, 0, Qt::AlignTop);
+    connect(close, &QToolButton::clicked, this, &QWidget::hide);
+    timer_.setSingleShot(true);
+    connect(&timer_, &QTimer::timeout, this, &QWidget::hide);
+    hide();
+}
+
+void Banner::say(const QString& sentence, bool error) {
+    text_->setText(sentence);
+    setProperty("kind", QString(error ? "error" : "note"));
+    style()->unpolish(this);
+    style()->polish(this);
+    show();
+    raise();
+    place();
+    error ? timer_.stop() : timer_.start(6000);
+}
+
+void Banner::place() {
+    const int wide = std::min(760, window_->width() - 80);
+    setFixedWidth(wide);
+    adjustSize();
+    const QPoint corner = window_->centralWidget()->mapTo(window_, QPoint(0, 0));
+    move((window_->width() - wide) / 2, corner.y() + 12);
+}
+
+}  // namespace marrow::viewer

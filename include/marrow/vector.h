@@ -1,0 +1,29 @@
+/// Arithmetic of positions and directions.
+#pragma once
+
+#include <cmath>
+
+#include <marrow/volume.h>
+
+namespace marrow {
+
+inline Vec3d operator+(const Vec3d& a, const Vec3d& b) {
+    return {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
+}
+inline Vec3d operator-(const Vec3d& a, const Vec3d& b) {
+    return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+}
+inline Vec3d operator*(double s, const Vec3d& a) {
+    return {s * a[0], s * a[1], s * a[2]};
+}
+inline double dot(const Vec3d& a, const Vec3d& b) {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+inline Vec3d cross(const Vec3d& a, const Vec3d& b) {
+    return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+inline double length(const Vec3d& a) {
+    return std::sqrt(dot(a, a));
+}
+
+}  // namespace marrow
