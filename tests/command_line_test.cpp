@@ -353,7 +353,7 @@ TEST_F(CommandLine, TakesSamplesWithAirForHounsfieldUnitsAndSaysSo) {
     EXPECT_EQ(outcome.code, 0);
     EXPECT_NE(outcome.err.find("warning: NRRD does not say whether this is CT"), outcome.err.npos)
         << outcome.err;
-    EXPECT_EQ(extract_json({"-o", mesh, "--type", "skin", "-q"})["isovalue"], -300);
+    EXPECT_EQ(extract_json({"-o", mesh, "--type", "skin", "-q"})["isovalue"], -300.5);
 }
 
 TEST_F(CommandLine, RefusesPresetsWithoutHounsfieldUnits) {
