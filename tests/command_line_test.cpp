@@ -366,7 +366,7 @@ TEST_F(CommandLine, RefusesPresetsWithoutHounsfieldUnits) {
 
 TEST_F(CommandLine, SaysWhyItCannotReadOrWrite) {
     write_file(folder / "text.dcm",
-                "This is not a DICOM file, but it is long enough to look at its preamble.\n");
+               "This is not a DICOM file, but it is long enough to look at its preamble.\n");
     write_file(folder / "cut.nii", std::string("\x5c\x01\0\0", 4) + std::string(344, '\0'));
     std::filesystem::create_directory(folder / "empty");
     const Names before = folder.files();

@@ -315,9 +315,9 @@ TEST(Terrain, RefusesWhatItCannotRead) {
     test::write_file(folder / "text.tif", "not a raster");
     refusal<InputError>(folder / "text.tif");
     test::write_file(folder / "elsewhere.vrt",
-                      "<VRTDataset rasterXSize=\"2\" rasterYSize=\"2\"><VRTRasterBand dataType=\"Byte\" "
-                      "band=\"1\"><SimpleSource><SourceFilename>/etc/passwd</SourceFilename></SimpleSource>"
-                      "</VRTRasterBand></VRTDataset>");
+                     "<VRTDataset rasterXSize=\"2\" rasterYSize=\"2\"><VRTRasterBand dataType=\"Byte\" "
+                     "band=\"1\"><SimpleSource><SourceFilename>/etc/passwd</SourceFilename></SimpleSource>"
+                     "</VRTRasterBand></VRTDataset>");
     refusal<InputError>(folder / "elsewhere.vrt");
     refusal<InputError>(RasterFile{1, 9}.write(folder / "line.tif", hills));
     refusal<InputError>(RasterFile{9, 9}.write(folder / "empty.tif", [](int, int) { return kUnknown; }));
