@@ -97,6 +97,7 @@ void take_all(viewer::MainWindow& window, const char* scan, const QString& folde
 
     // Bone in translucent skin, cut open.
     session.add_surface("skin", -300, QColor::fromRgbF(0.93, 0.72, 0.60), 0.22);
+    session.apply_preset("skin");
     camera.settle();
     camera.key(Qt::Key_R);
     camera.take("skin");
