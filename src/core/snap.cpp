@@ -26,7 +26,7 @@
 #include <marrow/vector.h>
 
 #include "crowds.h"
-#include "fans.h"
+#include "fan.h"
 #include "pipeline.h"
 
 namespace marrow::internal {
