@@ -1,8 +1,5 @@
 // Any bytes as a mesh file: read_mesh returns triangles that name its points, or throws what it promises. The first byte picks
 // the format.
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <cstdint>
 #include <cstdlib>
 #include <filesystem>
@@ -12,19 +9,13 @@
 #include <marrow/error.h>
 #include <marrow/mesh_io.h>
 
+#include "file_place.h"
 #include "io/deflate.h"
 #include "mesh_kinds.h"
 
 namespace {
 
 namespace fs = std::filesystem;
-
-void put_file(const fs::path& path, std::string_view bytes) {
-    const int file = open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
-    const bool written =
-        file >= 0 && write(file, bytes.data(), bytes.size()) == static_cast<ssize_t>(bytes.size());
-    if (!written || close(file) != 0) std::abort();
-}
 
 // A checksum keeps most damage from the model inside an archive, so that it also comes as it is.
 void put_model(const fs::path& path, std::string_view model) {
@@ -40,21 +31,10 @@ void put_model(const fs::path& path, std::string_view model) {
     file.commit();
 }
 
-// A folder in memory where there is one, gone at the end.
-struct Place {
-    fs::path folder = [] {
-        std::string name =
-            (fs::exists("/dev/shm") ? "/dev/shm" : "/tmp") + std::string("/marrow-fuzz-XXXXXX");
-        if (!mkdtemp(name.data())) std::abort();
-        return name;
-    }();
-    ~Place() { fs::remove_all(folder); }
-};
-
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-    static const Place place;
+    static const FilePlace place;
     if (size == 0) return 0;
     const std::string_view bytes(reinterpret_cast<const char*>(data) + 1, size - 1);
     const std::size_t kind = data[0] % (std::size(kMeshKinds) + 1);

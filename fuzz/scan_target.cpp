@@ -1,8 +1,5 @@
 // Any bytes as a scan file: read_scan returns a volume or throws what it promises. FUZZ_FILE is the file's name,
 // whose ending picks the reader where the content does not.
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
@@ -12,20 +9,11 @@
 #include <marrow/error.h>
 #include <marrow/scan_io.h>
 
+#include "file_place.h"
+
 namespace {
 
 namespace fs = std::filesystem;
-
-// A folder in memory where there is one, gone at the end.
-struct Place {
-    fs::path folder = [] {
-        std::string name =
-            (fs::exists("/dev/shm") ? "/dev/shm" : "/tmp") + std::string("/marrow-fuzz-XXXXXX");
-        if (!mkdtemp(name.data())) std::abort();
-        return name;
-    }();
-    ~Place() { fs::remove_all(folder); }
-};
 
 // False where the scan is refused for want of a spacing or the like.
 bool read(const fs::path& path, const marrow::ScanOptions& options) {
@@ -50,11 +38,9 @@ bool read(const fs::path& path, const marrow::ScanOptions& options) {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-    static const Place place;
+    static const FilePlace place;
     const fs::path path = place.folder / FUZZ_FILE;
-    const int file = open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
-    const bool written = file >= 0 && write(file, data, size) == static_cast<ssize_t>(size);
-    if (!written || close(file) != 0) std::abort();
+    put_file(path, {reinterpret_cast<const char*>(data), size});
 
     marrow::ScanOptions options;
     options.threads = 1;

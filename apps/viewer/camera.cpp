@@ -82,7 +82,7 @@ std::optional<double> along_line(const Vec3d& start, const Vec3d& step, const Ra
     const Vec3d common = cross(step, ray.direction);
     const double size = dot(common, common);
     if (size < 1e-4 * dot(step, step)) return {};
-    return dot(cross(minus(ray.origin, start), ray.direction), common) / size;
+    return dot(cross(ray.origin - start, ray.direction), common) / size;
 }
 
 }  // namespace marrow::viewer

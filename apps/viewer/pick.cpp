@@ -18,9 +18,9 @@ std::optional<double> first_hit(const Mesh& mesh, const Ray& ray, const std::opt
     double nearest = std::numeric_limits<double>::infinity();
     for (const Triangle& t : mesh.triangles) {
         const Vec3d corner = position(mesh.points[t[0]]);
-        const Vec3d a = minus(corner, ray.origin);
-        const Vec3d ab = minus(position(mesh.points[t[1]]), corner);
-        const Vec3d ac = minus(position(mesh.points[t[2]]), corner);
+        const Vec3d a = corner - ray.origin;
+        const Vec3d ab = position(mesh.points[t[1]]) - corner;
+        const Vec3d ac = position(mesh.points[t[2]]) - corner;
         const Vec3d p = cross(ray.direction, ac);
         const double determinant = dot(ab, p);
         if (determinant == 0) continue;

@@ -65,8 +65,8 @@ class Change : public QUndoCommand {
 };
 
 double Measurement::value() const {
-    if (points.size() == 2) return std::sqrt(dot(minus(points[0], points[1]), minus(points[0], points[1])));
-    const Vec3d a = minus(points[0], points[1]), b = minus(points[2], points[1]);
+    if (points.size() == 2) return length(points[0] - points[1]);
+    const Vec3d a = points[0] - points[1], b = points[2] - points[1];
     const double lengths = std::sqrt(dot(a, a) * dot(b, b));
     return lengths > 0 ? std::acos(std::clamp(dot(a, b) / lengths, -1.0, 1.0)) * 180 / M_PI : 0;
 }

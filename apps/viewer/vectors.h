@@ -1,27 +1,13 @@
-// Arithmetic of positions.
+// Directions, beside marrow/vector.h.
 #pragma once
 
-#include <cmath>
-
+#include <marrow/vector.h>
 #include <marrow/volume.h>
 
 namespace marrow::viewer {
 
-inline Vec3d minus(const Vec3d& a, const Vec3d& b) {
-    return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
-}
-
-inline double dot(const Vec3d& a, const Vec3d& b) {
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-inline Vec3d cross(const Vec3d& a, const Vec3d& b) {
-    return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-
 inline Vec3d unit(const Vec3d& a) {
-    const double length = std::sqrt(dot(a, a));
-    return {a[0] / length, a[1] / length, a[2] / length};
+    return 1 / length(a) * a;
 }
 
 /// Where one step along an index axis leads, mm.

@@ -13,7 +13,7 @@
 /// Corner v of a cell is at (v & 1, v >> 1 & 1, v >> 2): x is bit 0, y bit 1, z bit 2. Bit v of a case is set
 /// where corner v is inside.
 ///
-/// Edges are numbered so that the running point ids of `emit` stay in one vector (see emit.cpp):
+/// Edges are numbered so that the running point ids of `emit` stay in one vector (see emit_triangles.cpp):
 ///
 ///   0..3   along x at (y, z) = (0,0) (1,0) (0,1) (1,1)
 ///   4, 5   along y at x = 0, z = 0, 1        8, 9    the same at x = 1
