@@ -107,6 +107,10 @@ class SliceJoiner {
     void choose_in_row(std::int64_t y) {
         const std::uint64_t *here = row_active(y, z_), *before_y = row_active(y - 1, z_),
                             *before_z = row_active(y, z_ - 1);
+        std::uint64_t any_word = 0;
+        for (std::size_t m = 0; m < input_.active.masks_per_row; ++m)
+            any_word |= here[m] | before_y[m] | before_z[m];
+        if (any_word == 0) return;
         const std::size_t first = slice_.first_word(y);
         const RowsAround rows(bits_, y, z_);
         std::uint64_t carry = 0;
