@@ -177,20 +177,23 @@ class PointBatch {
         for (std::size_t b = 0; b < border_count_; ++b) stage_border(borders_[b]);
     }
 
+    // Of an edge's stencil, the rows before had all lines but those at its far side in y.
+    HWY_INLINE void ask_for(std::size_t k) const {
+        const T* far = samples_ + (rows_[k] + x_[k] + stride_[1]);
+        hwy::Prefetch(far - stride_[2]);
+        hwy::Prefetch(far + stride_[1]);
+        hwy::Prefetch(far + stride_[2]);
+        hwy::Prefetch(far + 2 * stride_[2]);
+    }
+
     template <bool kNormals>
     HWY_INLINE void stage_inner() {
         const std::int64_t step_y = stride_[1], step_z = stride_[2];
+        for (std::size_t k = 0; asks_ahead_ && k < kAhead; ++k) ask_for(k);
         for (std::size_t k = 0; k < size_; ++k) {
             const T* HWY_RESTRICT p = samples_ + (rows_[k] + x_[k]);
             const T* HWY_RESTRICT q = p + stride_[axes_[k]];
-            if (asks_ahead_) {
-                // Of a stencil's lines, the rows before had all but those at its far side in y.
-                const T* ahead = samples_ + (rows_[k + kAhead] + x_[k + kAhead]) + step_y;
-                hwy::Prefetch(ahead - step_z);
-                hwy::Prefetch(ahead + step_y);
-                hwy::Prefetch(ahead + step_z);
-                hwy::Prefetch(ahead + 2 * step_z);
-            }
+            if (asks_ahead_) ask_for(k + kAhead);
             // The surface goes on in the next slice, whose stencil ends here.
             hwy::Prefetch(p + 3 * step_z);
             ends_[0][k] = staged(*p);
