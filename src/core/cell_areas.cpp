@@ -42,6 +42,13 @@ class SliceSums {
                 cofactor[r][c] = matrix[r1][c1] * matrix[r2][c2] - matrix[r1][c2] * matrix[r2][c1];
             }
         }
+        for (std::size_t e = 0; e < kEdges; ++e) {
+            const int first = kEdgeCorners[e][0], axis = kEdgeCorners[e][1] - first;
+            for (int r = 0; r < 3; ++r)
+                at_[e][r] = axis == 1 << r ? along_[e] : (first >> r & 1) != 0 ? ones_ : zeros_;
+        }
+        std::fill(zeros_, std::end(zeros_), R(0));
+        std::fill(ones_, std::end(ones_), R(1));
         double determinant = 0;
         for (std::size_t c = 0; c < 3; ++c) determinant += matrix[0][c] * cofactor[0][c];
         to_volume_ = std::abs(determinant);
@@ -74,26 +81,22 @@ class SliceSums {
         Batch<R>& batch = batches_[cell_case];
         const Case& c = kCases[cell_case];
         const auto half = hn::Set(d, R(0.5)), most = hn::Set(d, std::numeric_limits<R>::max());
-        alignas(64) R at[kEdges][3][kSize], twice_area[kSize], six_volumes[kSize];
+        alignas(64) R twice_area[kSize], six_volumes[kSize];
         for (std::size_t i = 0; i < kSize; i += hn::Lanes(d)) {
             for (std::size_t e = 0; e < kEdges; ++e) {
                 if ((c.crossed >> e & 1) == 0) continue;
-                const int first = kEdgeCorners[e][0], axis = kEdgeCorners[e][1] - first;
                 const auto from = hn::Load(d, batch.corner[kEdgeCorners[e][0]] + i);
                 const auto difference = hn::Sub(from, hn::Load(d, batch.corner[kEdgeCorners[e][1]] + i));
                 // Where one end has no value, the point is in the middle.
                 const auto t =
                     hn::IfThenElse(hn::Le(hn::Abs(difference), most), hn::Div(from, difference), half);
-                for (int r = 0; r < 3; ++r) {
-                    hn::Store(axis == 1 << r ? t : hn::Set(d, static_cast<R>(first >> r & 1)), d,
-                              at[e][r] + i);
-                }
+                hn::Store(t, d, along_[e] + i);
             }
             auto area = hn::Zero(d), volume = hn::Zero(d);
             for (std::size_t t = 0; t < c.triangles; ++t) {
                 const std::uint8_t* edges = c.edges.data() + 3 * t;
                 const auto corner = [&](std::size_t n, std::size_t r) {
-                    return hn::Load(d, at[edges[n]][r] + i);
+                    return hn::Load(d, at_[edges[n]][r] + i);
                 };
                 const auto ax = corner(0, 0), ay = corner(0, 1), az = corner(0, 2), bz = corner(1, 2),
                            cz = corner(2, 2);
@@ -135,6 +138,9 @@ class SliceSums {
     double to_volume_;
     R square_[3][3];  // of a normal, taken to space: the sum over a <= b of square_[a][b] n[a] n[b]
     std::array<Batch<R>, 256> batches_;
+    // Where points are on their edges; and each coordinate of them, which is that or one of the edge's ends.
+    alignas(64) R along_[kEdges][Batch<R>::kSize], zeros_[Batch<R>::kSize], ones_[Batch<R>::kSize];
+    const R* at_[kEdges][3];
 };
 
 template <class T>
@@ -162,6 +168,7 @@ void add_cells_of(const VolumeView& volume, const Frame& frame, const Levels& le
             level[r] = within ? levels.bytes.data() + (sz * ny + sy) * levels.stride : outside.data();
             sample[r] = within ? static_cast<const T*>(volume.data) + (sz * ny + sy) * nx : nullptr;
         }
+        const bool inside_rows = row >= 0 && row + 1 < ny && z >= 0 && z + 1 < nz;
         for (std::size_t i = 0; i < width; ++i) {
             low[i] = std::min(std::min(level[0][i], level[1][i]), std::min(level[2][i], level[3][i]));
             high[i] = std::max(std::max(level[0][i], level[1][i]), std::max(level[2][i], level[3][i]));
@@ -183,13 +190,17 @@ void add_cells_of(const VolumeView& volume, const Frame& frame, const Levels& le
             const std::int64_t cell_x = static_cast<std::int64_t>(i) - 1;
             std::uint64_t corner_levels = 0;
             R value[8];
-            for (unsigned v = 0; v < 8; ++v) {
-                const unsigned r = v >> 1;
-                const std::int64_t sx = cell_x + (v & 1);
-                corner_levels |= std::uint64_t{level[r][i + (v & 1)]} << (8 * v);
-                const bool has_value = sample[r] != nullptr && sx >= 0 && sx < nx;
-                value[v] = has_value ? static_cast<R>(sample[r][sx]) * kSampleScale<T>
-                                     : -std::numeric_limits<R>::infinity();
+            const bool within = inside_rows && cell_x >= 0 && cell_x + 1 < nx;
+            for (unsigned r = 0; r < 4; ++r) {
+                const unsigned two = level[r][i] | unsigned{level[r][i + 1]} << 8;
+                corner_levels |= std::uint64_t{two} << (16 * r);
+                for (std::int64_t s = 0; s < 2; ++s) {
+                    const bool has_value =
+                        within || (sample[r] != nullptr && cell_x + s >= 0 && cell_x + s < nx);
+                    value[2 * r + static_cast<unsigned>(s)] =
+                        has_value ? static_cast<R>(sample[r][cell_x + s]) * kSampleScale<T>
+                                  : -std::numeric_limits<R>::infinity();
+                }
             }
             const std::size_t last = std::max(high[i], high[i + 1]);
             for (std::size_t k = std::min(low[i], low[i + 1]); k < last; ++k) {
