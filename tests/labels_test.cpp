@@ -71,6 +71,17 @@ TEST(Labels, SurfacesOfRandomMapsAreClosedAndMeet) {
     }
 }
 
+// Points and triangles are counted for eight slices of cells at a time.
+TEST(Labels, SurfacesOfDeepRandomMapsAreClosedAndMeet) {
+    for (unsigned seed = 0; seed < 24; ++seed) {
+        SCOPED_TRACE(seed);
+        const Volume map =
+            random_labels<std::int16_t>(grid(4, 5, 7 + seed), seed, 1 + static_cast<int>(seed % 4));
+        for (const int relax : {0, 10}) expect_partition(surfaces_of(map, {.relax = relax}));
+        if (HasFatalFailure()) return;
+    }
+}
+
 TEST(Labels, PositionsOfDifferentPointsDiffer) {
     int shared = 0, points = 0;
     for (unsigned seed = 0; seed < 60; ++seed) {
@@ -196,11 +207,21 @@ TEST(Labels, PointsStayInTheirCells) {
     }
 }
 
+// Threads relax bands of slices: several of these, each thick and thin, and more passes than follow each other at once.
 TEST(Labels, TheSameForAnyNumberOfThreads) {
-    const Volume map = random_labels<std::uint16_t>(grid(40, 30, 20), 2, 9);
-    const auto one = surfaces_of(map, {.threads = 1}), two = surfaces_of(map, {.threads = 2});
-    ASSERT_EQ(one.size(), two.size());
-    for (std::size_t i = 0; i < one.size(); ++i) EXPECT_EQ(mesh_hash(one[i].mesh), mesh_hash(two[i].mesh));
+    for (const std::int64_t slices : {1, 15, 20, 67}) {
+        const Volume map = random_labels<std::uint16_t>(grid(30, 20, slices), 2, 9);
+        for (const int relax : {0, 3, 4, 13}) {
+            const auto one = surfaces_of(map, {.relax = relax, .threads = 1});
+            for (const int threads : {2, 3, 7}) {
+                const auto some = surfaces_of(map, {.relax = relax, .threads = threads});
+                ASSERT_EQ(one.size(), some.size());
+                for (std::size_t i = 0; i < one.size(); ++i)
+                    EXPECT_EQ(mesh_hash(one[i].mesh), mesh_hash(some[i].mesh))
+                        << slices << " slices, relax " << relax << ", threads " << threads;
+            }
+        }
+    }
 }
 
 TEST(Labels, RefusesWhatIsNoLabelMap) {

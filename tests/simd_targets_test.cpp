@@ -4,6 +4,8 @@
 #include <hwy/targets.h>
 
 #include <marrow/isosurface.h>
+#include <marrow/labels.h>
+#include <marrow/sweep.h>
 
 #include "fields.h"
 #include "mesh_checks.h"
@@ -48,6 +50,26 @@ std::uint64_t hash_on(std::int64_t target, bool closed) {
     return next;
 }
 
+// Labels in blobs, with specks of others where three and more of them meet.
+template <class T>
+std::vector<std::uint64_t> label_hashes_on(std::int64_t target, const LabelOptions& options) {
+    const Forced forced(target);
+    Geometry geometry = grid(135, 21, 27);
+    geometry.spacing = {0.7, 0.9, 2.1};
+    const Volume map = sampled<T>(geometry, [](auto x, auto y, auto z) {
+        const auto hash = static_cast<std::uint32_t>(x * 7919 + y * 104729 + z * 1299709) * 2654435761u;
+        if (hash >> 26 == 0) return static_cast<double>(hash >> 16 & 7);
+        return std::floor(2.5 + 2.5 * std::sin(0.11 * static_cast<double>(x)) *
+                                    std::cos(0.23 * static_cast<double>(y) + 0.19 * static_cast<double>(z)));
+    });
+    std::vector<std::uint64_t> hashes;
+    for (const LabelSurface& s : extract_labels(map, options)) {
+        hashes.push_back(static_cast<std::uint64_t>(s.label));
+        hashes.push_back(mesh_hash(s.mesh));
+    }
+    return hashes;
+}
+
 template <class T>
 class SimdTargets : public testing::Test {};
 using SampleTypes =
@@ -63,6 +85,38 @@ TYPED_TEST(SimdTargets, AgreeByteForByte) {
             EXPECT_EQ(hash_on<TypeParam>(target, closed), best) << hwy::TargetName(target);
         }
     }
+}
+
+TYPED_TEST(SimdTargets, AgreeByteForByteOnLabelMaps) {
+    const auto targets = available_targets();
+    for (const int relax : {0, 1, 40}) {
+        const auto best = label_hashes_on<TypeParam>(targets.front(), {.relax = relax, .threads = 1});
+        EXPECT_EQ(best.size(), 2 * 7u);
+        for (const std::int64_t target : targets) {
+            for (const int threads : {1, 3})
+                EXPECT_EQ(label_hashes_on<TypeParam>(target, {.relax = relax, .threads = threads}), best)
+                    << hwy::TargetName(target) << ", relax " << relax << ", threads " << threads;
+        }
+    }
+}
+
+TEST(SimdTargets, SweepsAgreeExactly) {
+    const Volume volume = sampled<std::int16_t>(grid(70, 20, 15), [](auto x, auto y, auto z) {
+        return static_cast<double>((x * 7919 + y * 104729 + z * 1299709) % 211);
+    });
+    const std::vector<double> isovalues{10, 50.5, 51, 150};
+    const auto sweep_on = [&](std::int64_t target) {
+        const Forced forced(target);
+        std::vector<double> numbers;
+        for (const SweepSample& s : sweep_isovalues(volume, isovalues)) {
+            numbers.insert(numbers.end(), {s.area, s.volume, static_cast<double>(s.components),
+                                           static_cast<double>(s.triangles)});
+        }
+        return numbers;
+    };
+    const auto targets = available_targets();
+    const auto best = sweep_on(targets.front());
+    for (const std::int64_t target : targets) EXPECT_EQ(sweep_on(target), best) << hwy::TargetName(target);
 }
 
 TEST(SimdTargets, RandomGridsAreClosedAndClassicOnEach) {

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
+#include <memory>
 
 #include "case_table.h"
 #include "cell_areas.h"
@@ -16,171 +18,145 @@ namespace marrow::internal::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Sums of one row, in single precision and padded to whole vectors.
-struct RowSums {
-    static constexpr std::size_t kSize = Levels::kMost + 16;
-    alignas(64) float area[kSize] = {}, volume[kSize] = {};
+// Cells of one case, eight at a time, each with one isovalue.
+template <class R>
+struct Batch {
+    static constexpr std::size_t kSize = 8;
 
-    void move_to(CellSums& sums) {
-        for (std::size_t k = 0; k < sums.area.size(); ++k) {
-            sums.area[k] += static_cast<double>(area[k]);
-            sums.volume[k] += static_cast<double>(volume[k]);
-        }
-        std::fill_n(area, kSize, 0.0f);
-        std::fill_n(volume, kSize, 0.0f);
-    }
+    alignas(64) R corner[8][kSize];  // samples' differences from the isovalue; infinite: no value
+    std::uint8_t isovalue[kSize];
+    std::size_t size = 0;
 };
 
-// From so many isovalues in a row on it is quicker to let a cell's points move than to find them for each: half of the runs have one.
-inline constexpr std::size_t kFewestMoves = 2;
-
-// The edges of a cell, padded to whole vectors.
-inline constexpr std::size_t kLanes = 16;
-
-// Where a cell's edges start, about the cell's first corner, and their vectors.
-struct EdgeFrame {
-    alignas(64) float base[3][kLanes] = {};
-    alignas(64) float along[3][kLanes] = {};
-
-    explicit EdgeFrame(const Frame& frame) {
+// What the cells of a slice add. In index space, where every crossed edge lies along an axis, normals are simple; what maps them
+// to space is the same for all.
+template <class R>
+class SliceSums {
+  public:
+    SliceSums(const Mat3d& matrix, double z, CellSums& sums) : sums_(sums), three_z_(static_cast<R>(3 * z)) {
+        Mat3d cofactor;
+        for (std::size_t r = 0; r < 3; ++r) {
+            const std::size_t r1 = (r + 1) % 3, r2 = (r + 2) % 3;
+            for (std::size_t c = 0; c < 3; ++c) {
+                const std::size_t c1 = (c + 1) % 3, c2 = (c + 2) % 3;
+                cofactor[r][c] = matrix[r1][c1] * matrix[r2][c2] - matrix[r1][c2] * matrix[r2][c1];
+            }
+        }
         for (std::size_t e = 0; e < kEdges; ++e) {
-            const int first = kEdgeCorners[e][0], second = kEdgeCorners[e][1];
-            const std::size_t axis = second - first == 1 ? 0 : second - first == 2 ? 1 : 2;
-            for (std::size_t r = 0; r < 3; ++r) {
-                along[r][e] = frame.matrix[r][axis];
-                base[r][e] = frame.matrix[r][0] * static_cast<float>(first & 1) +
-                             frame.matrix[r][1] * static_cast<float>(first >> 1 & 1) +
-                             frame.matrix[r][2] * static_cast<float>(first >> 2);
+            const int first = kEdgeCorners[e][0], axis = kEdgeCorners[e][1] - first;
+            for (int r = 0; r < 3; ++r)
+                at_[e][r] = axis == 1 << r ? along_[e] : (first >> r & 1) != 0 ? ones_ : zeros_;
+        }
+        std::fill(zeros_, std::end(zeros_), R(0));
+        std::fill(ones_, std::end(ones_), R(1));
+        double determinant = 0;
+        for (std::size_t c = 0; c < 3; ++c) determinant += matrix[0][c] * cofactor[0][c];
+        to_volume_ = std::abs(determinant);
+        for (std::size_t a = 0; a < 3; ++a) {
+            for (std::size_t b = 0; b < 3; ++b) {
+                double dot = 0;
+                for (std::size_t r = 0; r < 3; ++r) dot += cofactor[r][a] * cofactor[r][b];
+                square_[a][b] = static_cast<R>(a == b ? dot : 2 * dot);
             }
         }
     }
-};
 
-// The points on a cell's edges as they move with the isovalue: at + velocity * (isovalue - that of set_isovalue), where
-// find_velocity has been called for the cell.
-template <class R>
-struct MovingPoints {
-    alignas(64) float at[3][kLanes], velocity[3][kLanes];
-
-    // For a cell at `corner`; `within`: bit v is set where corner v has a value. Where one end of an edge has none, its point
-    // stays in the middle.
-    HWY_INLINE void set_cell(const EdgeFrame& frame, const float (&corner)[3], const R (&value)[8],
-                             unsigned within) {
-        for (std::size_t e = 0; e < kEdges; ++e) first_[e] = value[kEdgeCorners[e][0]];
-        for (std::size_t e = 0; e < kEdges; ++e) difference_[e] = value[kEdgeCorners[e][1]] - first_[e];
-        for (std::size_t e = 0; e < kEdges; ++e) {
-            const unsigned both = within >> kEdgeCorners[e][0] & within >> kEdgeCorners[e][1] & 1;
-            usable_[e] = both != 0 && std::abs(difference_[e]) <= std::numeric_limits<R>::max() ? R(1) : R(0);
-        }
-        for (std::size_t r = 0; r < 3; ++r) {
-            for (std::size_t e = 0; e < kLanes; ++e) start_[r][e] = corner[r] + frame.base[r][e];
-        }
-        moves_ = false;
+    // Adds a cell; `value` on the samples' scale.
+    HWY_INLINE void add(std::uint8_t cell_case, const R (&value)[8], R isovalue, std::size_t k) {
+        Batch<R>& batch = batches_[cell_case];
+        for (std::size_t v = 0; v < 8; ++v) batch.corner[v][batch.size] = value[v] - isovalue;
+        batch.isovalue[batch.size] = static_cast<std::uint8_t>(k);
+        if (++batch.size == Batch<R>::kSize) flush(cell_case);
     }
-    HWY_INLINE void find_velocity(const EdgeFrame& frame) {
-        if (moves_) return;
-        moves_ = true;
-        for (std::size_t e = 0; e < kLanes; ++e) {
-            const float per_unit = static_cast<float>(usable_[e] != R(0) ? R(1) / difference_[e] : R(0));
-            for (std::size_t r = 0; r < 3; ++r) velocity[r][e] = frame.along[r][e] * per_unit;
-        }
-    }
-    HWY_INLINE void set_isovalue(const EdgeFrame& frame, R isovalue) {
-        for (std::size_t e = 0; e < kLanes; ++e) {
-            const R t = (isovalue - first_[e]) / difference_[e];
-            const float fraction = static_cast<float>(usable_[e] != R(0) ? t : R(0.5));
-            for (std::size_t r = 0; r < 3; ++r) at[r][e] = start_[r][e] + frame.along[r][e] * fraction;
+    void flush() {
+        for (std::size_t c = 0; c < batches_.size(); ++c) {
+            if (batches_[c].size > 0) flush(c);
         }
     }
 
   private:
-    alignas(64) R first_[kLanes] = {}, difference_[kLanes] = {}, usable_[kLanes] = {};
-    alignas(64) float start_[3][kLanes];
-    bool moves_ = false;  // velocity is that of this cell
-};
-
-// Adds twice the area and six times the volume of a triangle between three points, for isovalue k alone.
-template <class R>
-HWY_INLINE void add_still_triangle(const MovingPoints<R>& points, const std::uint8_t* edges, std::size_t k,
-                                   RowSums& sums) {
-    float a[3], u[3], v[3];
-    for (std::size_t r = 0; r < 3; ++r) {
-        a[r] = points.at[r][edges[0]];
-        u[r] = points.at[r][edges[1]] - a[r];
-        v[r] = points.at[r][edges[2]] - a[r];
-    }
-    const float x = u[1] * v[2] - u[2] * v[1], y = u[2] * v[0] - u[0] * v[2], z = u[0] * v[1] - u[1] * v[0];
-    sums.area[k] += std::sqrt(x * x + y * y + z * z);
-    sums.volume[k] += x * a[0] + y * a[1] + z * a[2];
-}
-
-// The same between moving points, for isovalues [begin, end).
-template <class R>
-HWY_INLINE void add_moving_triangle(const MovingPoints<R>& points, const std::uint8_t* edges,
-                                    const float* isovalues, std::size_t begin, std::size_t end,
-                                    RowSums& sums) {
-    // Its points are linear in the isovalue, so its edge vectors u and v are, and the normal u x v is quadratic.
-    float a[3], a1[3], u[3], u1[3], v[3], v1[3];
-    for (std::size_t r = 0; r < 3; ++r) {
-        a[r] = points.at[r][edges[0]];
-        a1[r] = points.velocity[r][edges[0]];
-        u[r] = points.at[r][edges[1]] - a[r];
-        u1[r] = points.velocity[r][edges[1]] - a1[r];
-        v[r] = points.at[r][edges[2]] - a[r];
-        v1[r] = points.velocity[r][edges[2]] - a1[r];
-    }
-    float n0[3], n1[3], n2[3];
-    for (std::size_t r = 0; r < 3; ++r) {
-        const std::size_t s = (r + 1) % 3, t = (r + 2) % 3;
-        n0[r] = u[s] * v[t] - u[t] * v[s];
-        n1[r] = u[s] * v1[t] - u[t] * v1[s] + (u1[s] * v[t] - u1[t] * v[s]);
-        n2[r] = u1[s] * v1[t] - u1[t] * v1[s];
-    }
-    const hn::CappedTag<float, 8> d;
-    const auto start = hn::Set(d, isovalues[begin]);
-    for (std::size_t k = begin; k < end; k += hn::Lanes(d)) {
-        const auto moved = hn::Sub(hn::LoadU(d, isovalues + k), start);
-        auto squared = hn::Zero(d), volume = hn::Zero(d);
-        for (std::size_t r = 0; r < 3; ++r) {
-            // No fused operations, so that the numbers are the same on every processor.
-            const auto slope = hn::Add(hn::Mul(hn::Set(d, n2[r]), moved), hn::Set(d, n1[r]));
-            const auto n = hn::Add(hn::Mul(slope, moved), hn::Set(d, n0[r]));
-            const auto corner = hn::Add(hn::Mul(hn::Set(d, a1[r]), moved), hn::Set(d, a[r]));
-            squared = hn::Add(squared, hn::Mul(n, n));
-            volume = hn::Add(volume, hn::Mul(n, corner));
+    HWY_NOINLINE void flush(std::size_t cell_case) {
+        const hn::CappedTag<R, Batch<R>::kSize> d;
+        constexpr std::size_t kSize = Batch<R>::kSize;
+        Batch<R>& batch = batches_[cell_case];
+        const Case& c = kCases[cell_case];
+        const auto half = hn::Set(d, R(0.5)), most = hn::Set(d, std::numeric_limits<R>::max());
+        alignas(64) R twice_area[kSize], six_volumes[kSize];
+        for (std::size_t i = 0; i < kSize; i += hn::Lanes(d)) {
+            for (std::size_t e = 0; e < kEdges; ++e) {
+                if ((c.crossed >> e & 1) == 0) continue;
+                const auto from = hn::Load(d, batch.corner[kEdgeCorners[e][0]] + i);
+                const auto difference = hn::Sub(from, hn::Load(d, batch.corner[kEdgeCorners[e][1]] + i));
+                // Where one end has no value, the point is in the middle.
+                const auto t =
+                    hn::IfThenElse(hn::Le(hn::Abs(difference), most), hn::Div(from, difference), half);
+                hn::Store(t, d, along_[e] + i);
+            }
+            auto area = hn::Zero(d), volume = hn::Zero(d);
+            for (std::size_t t = 0; t < c.triangles; ++t) {
+                const std::uint8_t* edges = c.edges.data() + 3 * t;
+                const auto corner = [&](std::size_t n, std::size_t r) {
+                    return hn::Load(d, at_[edges[n]][r] + i);
+                };
+                const auto ax = corner(0, 0), ay = corner(0, 1), az = corner(0, 2), bz = corner(1, 2),
+                           cz = corner(2, 2);
+                const auto ux = hn::Sub(corner(1, 0), ax), uy = hn::Sub(corner(1, 1), ay),
+                           uz = hn::Sub(bz, az);
+                const auto vx = hn::Sub(corner(2, 0), ax), vy = hn::Sub(corner(2, 1), ay),
+                           vz = hn::Sub(cz, az);
+                // No fused operations, so that the numbers are the same on every processor.
+                const auto nx = hn::Sub(hn::Mul(uy, vz), hn::Mul(uz, vy)),
+                           ny = hn::Sub(hn::Mul(uz, vx), hn::Mul(ux, vz)),
+                           nz = hn::Sub(hn::Mul(ux, vy), hn::Mul(uy, vx));
+                const auto by_x = hn::Add(
+                    hn::Add(hn::Mul(hn::Set(d, square_[0][0]), nx), hn::Mul(hn::Set(d, square_[0][1]), ny)),
+                    hn::Mul(hn::Set(d, square_[0][2]), nz));
+                const auto by_y =
+                    hn::Add(hn::Mul(hn::Set(d, square_[1][1]), ny), hn::Mul(hn::Set(d, square_[1][2]), nz));
+                const auto by_z = hn::Mul(hn::Set(d, square_[2][2]), nz);
+                const auto squared =
+                    hn::Add(hn::Add(hn::Mul(by_x, nx), hn::Mul(by_y, ny)), hn::Mul(by_z, nz));
+                area = hn::Add(area, hn::Sqrt(hn::Max(squared, hn::Zero(d))));
+                // The flux of (0, 0, z).
+                const auto z = hn::Add(hn::Add(hn::Add(az, bz), cz), hn::Set(d, three_z_));
+                volume = hn::Add(volume, hn::Mul(nz, z));
+            }
+            hn::Store(area, d, twice_area + i);
+            hn::Store(volume, d, six_volumes + i);
         }
-        const auto in_run = hn::FirstN(d, end - k);
-        hn::StoreU(hn::Add(hn::LoadU(d, sums.area + k), hn::IfThenElseZero(in_run, hn::Sqrt(squared))), d,
-                   sums.area + k);
-        hn::StoreU(hn::Add(hn::LoadU(d, sums.volume + k), hn::IfThenElseZero(in_run, volume)), d,
-                   sums.volume + k);
+        for (std::size_t n = 0; n < batch.size; ++n) {
+            const std::size_t k = batch.isovalue[n];
+            sums_.area[k] += static_cast<double>(twice_area[n]);
+            sums_.volume[k] += static_cast<double>(six_volumes[n]) * to_volume_;
+            sums_.triangles[k] += c.triangles;
+        }
+        batch.size = 0;
     }
-}
+
+    CellSums& sums_;
+    const R three_z_;
+    double to_volume_;
+    R square_[3][3];  // of a normal, taken to space: the sum over a <= b of square_[a][b] n[a] n[b]
+    std::array<Batch<R>, 256> batches_;
+    // Where points are on their edges; and each coordinate of them, which is that or one of the edge's ends.
+    alignas(64) R along_[kEdges][Batch<R>::kSize], zeros_[Batch<R>::kSize], ones_[Batch<R>::kSize];
+    const R* at_[kEdges][3];
+};
 
 template <class T>
 void add_cells_of(const VolumeView& volume, const Frame& frame, const Levels& levels,
                   std::span<const double> isovalues, std::int64_t z, CellSums& sums) {
     using R = Real<T>;
     const auto [nx, ny, nz] = volume.geometry.dims;
-    const EdgeFrame edges(frame);
-    RowSums row_sums;
-    const std::array<Case, 256>& cases = frame.mirrored ? kMirroredCases : kCases;
+    const auto slice = std::make_unique<SliceSums<R>>(
+        frame.exact, static_cast<double>(z) - 0.5 * static_cast<double>(nz - 1), sums);
 
-    // Isovalues on the samples' scale, and as far from the first.
-    R isovalue[Levels::kMost];
-    alignas(64) float distance[RowSums::kSize] = {};
-    for (std::size_t k = 0; k < isovalues.size(); ++k) {
+    R isovalue[Levels::kMost];  // on the samples' scale
+    for (std::size_t k = 0; k < isovalues.size(); ++k)
         isovalue[k] = static_cast<R>(isovalues[k]) * kSampleScale<T>;
-        distance[k] =
-            static_cast<float>((isovalues[k] - isovalues[0]) * static_cast<double>(kSampleScale<T>));
-    }
-    const Vec3d middle =
-        volume.geometry.physical({0.5 * static_cast<double>(nx - 1), 0.5 * static_cast<double>(ny - 1),
-                                  0.5 * static_cast<double>(nz - 1)});
     const std::vector<std::uint8_t> outside(static_cast<std::size_t>(levels.stride), 0);
     const auto width = static_cast<std::size_t>(levels.stride);
     std::vector<std::uint8_t> low(width), high(width), active(width);
-    MovingPoints<R> points;
 
     for (std::int64_t row = -1; row < ny; ++row) {
         // The rows of samples at (row, z), (row + 1, z), (row, z + 1), (row + 1, z + 1).
@@ -192,6 +168,7 @@ void add_cells_of(const VolumeView& volume, const Frame& frame, const Levels& le
             level[r] = within ? levels.bytes.data() + (sz * ny + sy) * levels.stride : outside.data();
             sample[r] = within ? static_cast<const T*>(volume.data) + (sz * ny + sy) * nx : nullptr;
         }
+        const bool inside_rows = row >= 0 && row + 1 < ny && z >= 0 && z + 1 < nz;
         for (std::size_t i = 0; i < width; ++i) {
             low[i] = std::min(std::min(level[0][i], level[1][i]), std::min(level[2][i], level[3][i]));
             high[i] = std::max(std::max(level[0][i], level[1][i]), std::max(level[2][i], level[3][i]));
@@ -199,12 +176,6 @@ void add_cells_of(const VolumeView& volume, const Frame& frame, const Levels& le
         for (std::size_t i = 0; i + 1 < width; ++i)
             active[i] = std::max(high[i], high[i + 1]) != std::min(low[i], low[i + 1]);
 
-        Vec3f base = frame.row_base(row, z);
-        for (std::size_t r = 0; r < 3; ++r) {
-            base[r] = static_cast<float>(frame.origin[r] - middle[r] +
-                                         frame.exact[r][1] * static_cast<double>(row) +
-                                         frame.exact[r][2] * static_cast<double>(z));
-        }
         for (std::size_t i = 0; i + 1 < width; ++i) {
             if (i % 8 == 0 && i + 8 < width) {
                 std::uint64_t eight;
@@ -219,50 +190,30 @@ void add_cells_of(const VolumeView& volume, const Frame& frame, const Levels& le
             const std::int64_t cell_x = static_cast<std::int64_t>(i) - 1;
             std::uint64_t corner_levels = 0;
             R value[8];
-            unsigned within = 0;
-            for (unsigned v = 0; v < 8; ++v) {
-                const unsigned r = v >> 1;
-                const std::int64_t sx = cell_x + (v & 1);
-                corner_levels |= std::uint64_t{level[r][i + (v & 1)]} << (8 * v);
-                const bool has_value = sample[r] != nullptr && sx >= 0 && sx < nx;
-                within |= unsigned{has_value} << v;
-                value[v] = has_value ? static_cast<R>(sample[r][sx]) * kSampleScale<T> : R(0);
-            }
-            float corner[3];
-            for (std::size_t r = 0; r < 3; ++r)
-                corner[r] = base[r] + frame.matrix[r][0] * static_cast<float>(cell_x);
-            points.set_cell(edges, corner, value, within);
-
-            // From one corner's level to the next the case stays.
-            const std::size_t last = std::max(high[i], high[i + 1]);
-            for (std::size_t k = std::min(low[i], low[i + 1]), next = last; k < last; k = next) {
-                next = last;
-                for (unsigned v = 0; v < 8; ++v) {
-                    const std::size_t l = corner_levels >> (8 * v) & 0xff;
-                    if (l > k && l < next) next = l;
+            const bool within = inside_rows && cell_x >= 0 && cell_x + 1 < nx;
+            for (unsigned r = 0; r < 4; ++r) {
+                const unsigned two = level[r][i] | unsigned{level[r][i + 1]} << 8;
+                corner_levels |= std::uint64_t{two} << (16 * r);
+                for (std::int64_t s = 0; s < 2; ++s) {
+                    const bool has_value =
+                        within || (sample[r] != nullptr && cell_x + s >= 0 && cell_x + s < nx);
+                    value[2 * r + static_cast<unsigned>(s)] =
+                        has_value ? static_cast<R>(sample[r][cell_x + s]) * kSampleScale<T>
+                                  : -std::numeric_limits<R>::infinity();
                 }
+            }
+            const std::size_t last = std::max(high[i], high[i + 1]);
+            for (std::size_t k = std::min(low[i], low[i + 1]); k < last; ++k) {
                 // A corner is inside surface k where its level is above k. Levels have seven bits, so the eighth of each
                 // byte of a difference tells; a product gathers them.
                 constexpr std::uint64_t kOnes = 0x0101010101010101u, kTops = 0x8080808080808080u;
                 const std::uint64_t inside = ((corner_levels | kTops) - (k + 1) * kOnes) & kTops;
-                const Case& c = cases[((inside >> 7) * 0x0102040810204080u) >> 56];
-                if (next - k >= kFewestMoves) {
-                    points.set_isovalue(edges, isovalue[k]);
-                    points.find_velocity(edges);
-                    for (std::size_t t = 0; t < c.triangles; ++t)
-                        add_moving_triangle(points, c.edges.data() + 3 * t, distance, k, next, row_sums);
-                } else {
-                    for (std::size_t j = k; j < next; ++j) {
-                        points.set_isovalue(edges, isovalue[j]);
-                        for (std::size_t t = 0; t < c.triangles; ++t)
-                            add_still_triangle(points, c.edges.data() + 3 * t, j, row_sums);
-                    }
-                }
-                for (std::size_t j = k; j < next; ++j) sums.triangles[j] += c.triangles;
+                const auto cell_case = static_cast<std::uint8_t>(((inside >> 7) * 0x0102040810204080u) >> 56);
+                slice->add(cell_case, value, isovalue[k], k);
             }
         }
-        row_sums.move_to(sums);
     }
+    slice->flush();
 }
 
 void add_cells_any(const VolumeView& volume, const Frame& frame, const Levels& levels,

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "case_table.h"
 #include "dispatch.h"
 #include "label_borders.h"
 
@@ -13,16 +14,12 @@ namespace marrow::internal::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// One bit each for up to 64 samples: whether they differ.
+// One bit each for 64 samples: whether they differ.
 template <class T>
-HWY_INLINE std::uint64_t differences(const T* a, const T* b, std::int64_t count) {
-    std::uint64_t bits = 0;
-    if (HWY_UNLIKELY(count < 64)) {
-        for (std::int64_t i = 0; i < count; ++i) bits |= std::uint64_t{a[i] != b[i]} << i;
-        return bits;
-    }
+HWY_INLINE std::uint64_t differences(const T* a, const T* b) {
     const hn::ScalableTag<T> d;
     constexpr std::size_t kLanes = hn::MaxLanes(d);
+    std::uint64_t bits = 0;
     for (std::size_t i = 0; i < 64; i += kLanes) {
         std::uint64_t some = 0;
         hn::StoreMaskBits(d, hn::Ne(hn::LoadU(d, a + i), hn::LoadU(d, b + i)),
@@ -32,16 +29,26 @@ HWY_INLINE std::uint64_t differences(const T* a, const T* b, std::int64_t count)
     return bits;
 }
 
-// Sets bits 1 to count where a and b differ.
+// Sets bits 1 to count where a and b differ; the words' others are 0.
 template <class T>
 void mark_differences(const T* a, const T* b, std::int64_t count, std::uint64_t* words) {
     std::uint64_t carry = 0;
-    for (std::int64_t s = 0; s < count; s += 64) {
-        const std::uint64_t bits = differences(a + s, b + s, count - s);
+    std::int64_t s = 0;
+    const auto put = [&](std::uint64_t bits) {
         *words++ = bits << 1 | carry;
         carry = bits >> 63;
+    };
+    for (; s + 64 <= count; s += 64) put(differences(a + s, b + s));
+    if (s < count) {
+        std::uint64_t rest = 0;
+        if (count >= 64) {
+            rest = differences(a + count - 64, b + count - 64) >> (64 - (count - s));
+        } else {
+            for (std::int64_t i = 0; i < count; ++i) rest |= std::uint64_t{a[i] != b[i]} << i;
+        }
+        put(rest);
     }
-    if (count % 64 == 0 && count > 0 && carry != 0) *words = carry;
+    if (carry != 0) *words = carry;
 }
 
 template <class T>
@@ -52,6 +59,9 @@ void mark_slice(const LabelReader<T>& labels, std::int64_t k, BorderBits& bits) 
         const T* row = labels.row(j, slice);
         return row != nullptr ? row : outside.data();
     };
+    for (auto& crossed : bits.crossed)
+        std::fill_n(&crossed[bits.row(0, k)], bits.row(0, k + 1) - bits.row(0, k), std::uint64_t{0});
+    if (k > nz) return;
     for (std::int64_t j = 0; j <= ny; ++j) {
         const std::size_t row = bits.row(j, k);
         const T* here = samples(j, k);
@@ -65,62 +75,94 @@ void mark_slice(const LabelReader<T>& labels, std::int64_t k, BorderBits& bits) 
     }
 }
 
-void mark_slice_any(SampleType type, const void* samples, const Index3& dims, std::int64_t background,
-                    std::int64_t k, BorderBits& bits) {
-    with_sample_type(type, [&](auto sample) {
-        using T = decltype(sample);
-        const LabelReader<T> labels{static_cast<const T*>(samples), dims, static_cast<T>(background)};
-        mark_slice(labels, k, bits);
-    });
+void mark_slice_any(const LabelMap& map, std::int64_t k, BorderBits& bits) {
+    with_sample_type(map.type, [&](auto sample) { mark_slice(LabelReader<decltype(sample)>(map), k, bits); });
+}
+
+// The cells of which a face has three crossed edges or four; or which have two antipodes that each differ from all their
+// neighbours. All others have two labels and one patch: as each face has two crossed edges or none, what it joins lies between
+// the same two labels.
+HWY_INLINE std::uint64_t complex_cells(const std::uint64_t (&e)[12]) {
+    const auto three = [](std::uint64_t a, std::uint64_t b, std::uint64_t c, std::uint64_t d) {
+        return (a & b & (c | d)) | (c & d & (a | b));
+    };
+    return three(e[4], e[5], e[6], e[7]) | three(e[8], e[9], e[10], e[11]) | three(e[0], e[2], e[6], e[10]) |
+           three(e[1], e[3], e[7], e[11]) | three(e[0], e[1], e[4], e[8]) | three(e[2], e[3], e[5], e[9]) |
+           (e[0] & e[4] & e[6] & e[3] & e[9] & e[11]) | (e[0] & e[8] & e[10] & e[3] & e[5] & e[7]) |
+           (e[1] & e[4] & e[7] & e[2] & e[9] & e[10]) | (e[1] & e[8] & e[11] & e[2] & e[5] & e[6]);
+}
+
+// Marks the active cells of a slice; leaves how many each row has in the row's place of first_of_row.
+void mark_cells(std::int64_t k, BorderBits& bits) {
+    const bool none = k > bits.dims[2];
+    for (std::int64_t j = 0; j < bits.dims[1] + 2; ++j) {
+        const std::size_t row = bits.row(j, k);
+        std::uint32_t count = 0;
+        for (std::size_t w = 0; w < bits.words; ++w) {
+            std::uint64_t active = 0, complex = 0;
+            if (!none && j <= bits.dims[1]) {
+                const CrossedEdges crossed(bits, j, k, w);
+                const auto& e = crossed.edges;
+                // A cell is active unless its eight corners are alike: seven edges that join them all tell.
+                active = e[0] | e[1] | e[2] | e[3] | e[4] | e[5] | e[6];
+                if (active != 0) complex = complex_cells(e);
+            }
+            bits.active[row + w] = active;
+            bits.complex[row + w] = complex;
+            bits.before[row + w] = count;
+            count += static_cast<std::uint32_t>(__builtin_popcountll(active));
+        }
+        bits.first_of_row[bits.row_number(j, k)] = count;
+    }
 }
 
 }  // namespace marrow::internal::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
+#include <limits>
+#include <string>
+
 #include <tbb/parallel_for.h>
 
 namespace marrow::internal {
 
 HWY_EXPORT(mark_slice_any);
+HWY_EXPORT(mark_cells);
 
 BorderBits::BorderBits(const Index3& volume_dims)
     : dims(volume_dims), words(static_cast<std::size_t>((volume_dims[0] + 2 + 63) / 64)) {
     const std::size_t size = row(0, dims[2] + 2);
-    for (auto& bits : crossed) bits.assign(size, 0);
-    active.assign(size, 0);
+    for (auto& bits : crossed) bits.resize(size);
+    active.resize(size);
+    complex.resize(size);
+    before.resize(size);
+    first_of_row.resize(row_number(0, dims[2] + 2) + 1);
 }
 
-template <class T>
-void mark_borders(const LabelReader<T>& labels, BorderBits& bits, Stage& stage) {
-    const std::int64_t slices = labels.dims[2] + 1;
-    tbb::parallel_for(std::int64_t{0}, slices, [&](std::int64_t k) {
-        HWY_DYNAMIC_DISPATCH(mark_slice_any)
-        (sample_type_of<T>(), labels.samples, labels.dims, static_cast<std::int64_t>(labels.background), k,
-         bits);
-        stage.step();
+BorderBits find_borders(const LabelMap& map, Stage& stage) {
+    BorderBits bits(map.dims);
+    tbb::parallel_for(std::int64_t{0}, map.dims[2] + 2, [&](std::int64_t k) {
+        HWY_DYNAMIC_DISPATCH(mark_slice_any)(map, k, bits);
+        if (k <= map.dims[2]) stage.step();
     });
-    // A cell is active unless its eight corners are alike: seven edges that join them all tell.
-    tbb::parallel_for(std::int64_t{0}, slices, [&](std::int64_t k) {
-        const auto& [x, y, z] = bits.crossed;
-        for (std::int64_t j = 0; j <= labels.dims[1]; ++j) {
-            const std::size_t r = bits.row(j, k), next_j = bits.row(j + 1, k), next_k = bits.row(j, k + 1),
-                              next_jk = bits.row(j + 1, k + 1);
-            for (std::size_t w = 0; w < bits.words; ++w) {
-                bits.active[r + w] = x[r + w] | x[next_j + w] | x[next_k + w] | x[next_jk + w] | y[r + w] |
-                                     y[next_k + w] | z[r + w];
-            }
-        }
+    tbb::parallel_for(std::int64_t{0}, map.dims[2] + 2, [&](std::int64_t k) {
+        HWY_DYNAMIC_DISPATCH(mark_cells)(k, bits);
     });
+    std::uint64_t total = 0;
+    for (std::uint32_t& row : bits.first_of_row) {
+        const std::uint32_t count = row;
+        row = static_cast<std::uint32_t>(total);
+        total += count;
+        if (total >= std::numeric_limits<std::uint32_t>::max()) throw_too_many_label_points(total);
+    }
+    return bits;
 }
 
-template void mark_borders(const LabelReader<std::uint8_t>&, BorderBits&, Stage&);
-template void mark_borders(const LabelReader<std::int8_t>&, BorderBits&, Stage&);
-template void mark_borders(const LabelReader<std::uint16_t>&, BorderBits&, Stage&);
-template void mark_borders(const LabelReader<std::int16_t>&, BorderBits&, Stage&);
-template void mark_borders(const LabelReader<std::int32_t>&, BorderBits&, Stage&);
-template void mark_borders(const LabelReader<float>&, BorderBits&, Stage&);
-template void mark_borders(const LabelReader<double>&, BorderBits&, Stage&);
+void throw_too_many_label_points(std::uint64_t points) {
+    throw LimitError("the label map's surfaces have " + std::to_string(points) +
+                     " points, more than the 2^32 - 1 that triangles can name; crop or coarsen it");
+}
 
 }  // namespace marrow::internal
 #endif

@@ -10,18 +10,34 @@
 #include <cstdint>
 #include <vector>
 
+#include <marrow/buffer.h>
+#include <marrow/volume.h>
+
 #include "pipeline.h"
 
 namespace marrow::internal {
 
 using Index3 = std::array<std::int64_t, 3>;
 
-/// Reads a label map's samples; beyond it there is background.
+/// A label map's samples; beyond it there is background.
+struct LabelMap {
+    SampleType type;
+    const void* samples;
+    Index3 dims;
+    std::int64_t background;  ///< a value of the type
+};
+
+/// Reads the samples of a map by their type.
 template <class T>
 struct LabelReader {
     const T* samples;
     Index3 dims;
     T background;
+
+    explicit LabelReader(const LabelMap& map)
+        : samples(static_cast<const T*>(map.samples)),
+          dims(map.dims),
+          background(static_cast<T>(map.background)) {}
 
     /// A row of samples, or null beyond the map.
     const T* row(std::int64_t j, std::int64_t k) const {
@@ -34,22 +50,75 @@ struct LabelReader {
     }
 };
 
-/// One bit for each grid edge: whether its ends have different labels; and for each cell: whether it has such edges.
+/// One bit for each grid edge: whether its ends have different labels; and for each cell.
 struct BorderBits {
-    Index3 dims;                                        ///< samples, without the layer around them
-    std::size_t words;                                  ///< 64 indices i each, in a row (j, k)
-    std::array<std::vector<std::uint64_t>, 3> crossed;  ///< by axis
-    std::vector<std::uint64_t> active;                  ///< of cells
+    Index3 dims;                                   ///< samples, without the layer around them
+    std::size_t words;                             ///< 64 indices i each, in a row (j, k)
+    std::array<Buffer<std::uint64_t>, 3> crossed;  ///< by axis
+    Buffer<std::uint64_t> active;                  ///< cells with crossed edges
+    Buffer<std::uint64_t>
+        complex;  ///< those of them that may have more than two labels, or more than one point
+    Buffer<std::uint32_t> before;             ///< active cells of the row before each word
+    std::vector<std::uint32_t> first_of_row;  ///< active cells before each row, and all
 
     explicit BorderBits(const Index3& volume_dims);
 
-    std::size_t row(std::int64_t j, std::int64_t k) const {
-        return static_cast<std::size_t>(k * (dims[1] + 2) + j) * words;
+    /// The number of a row; its words are row_number * words and on.
+    std::size_t row_number(std::int64_t j, std::int64_t k) const {
+        return static_cast<std::size_t>(k * (dims[1] + 2) + j);
+    }
+    std::size_t row(std::int64_t j, std::int64_t k) const { return row_number(j, k) * words; }
+    std::size_t cells() const { return first_of_row.back(); }
+};
+
+/// Finds the bits. Takes a step of the stage for each slice of cells. \throw LimitError 2^32 active cells or more
+BorderBits find_borders(const LabelMap& map, Stage& stage);
+
+/// \throw LimitError always
+[[noreturn]] void throw_too_many_label_points(std::uint64_t points);
+
+/// The active cells of a row.
+struct CellRow {
+    const std::uint64_t *active, *complex;
+    const std::uint32_t* before;
+    std::uint32_t first;
+
+    CellRow(const BorderBits& bits, std::int64_t j, std::int64_t k)
+        : active(&bits.active[bits.row(j, k)]),
+          complex(&bits.complex[bits.row(j, k)]),
+          before(&bits.before[bits.row(j, k)]),
+          first(bits.first_of_row[bits.row_number(j, k)]) {}
+    /// The number of the cell of word w behind the bits `below`, among all.
+    std::uint32_t id(std::size_t w, std::uint64_t below) const {
+        return first + before[w] + static_cast<std::uint32_t>(__builtin_popcountll(active[w] & below));
     }
 };
 
-/// Sets the bits. Takes a step of the stage for each slice of cells.
-template <class T>
-void mark_borders(const LabelReader<T>& labels, BorderBits& bits, Stage& stage);
+/// The crossed edges of 64 cells, numbered as in case_table.h.
+struct CrossedEdges {
+    std::uint64_t edges[12];
+
+    /// Of cells 64 w and on of row (j, k).
+    CrossedEdges(const BorderBits& bits, std::int64_t j, std::int64_t k, std::size_t w) {
+        const std::size_t r = bits.row(j, k) + w, next_j = bits.row(j + 1, k) + w,
+                          next_k = bits.row(j, k + 1) + w, next_jk = bits.row(j + 1, k + 1) + w;
+        const auto& [x, y, z] = bits.crossed;
+        edges[0] = x[r];
+        edges[1] = x[next_j];
+        edges[2] = x[next_k];
+        edges[3] = x[next_jk];
+        edges[4] = y[r];
+        edges[5] = y[next_k];
+        edges[6] = z[r];
+        edges[7] = z[next_j];
+        for (std::size_t e = 4; e < 8; ++e) edges[e + 4] = edges[e] >> 1;
+        if (w + 1 < bits.words) {
+            edges[8] |= y[r + 1] << 63;
+            edges[9] |= y[next_k + 1] << 63;
+            edges[10] |= z[r + 1] << 63;
+            edges[11] |= z[next_j + 1] << 63;
+        }
+    }
+};
 
 }  // namespace marrow::internal

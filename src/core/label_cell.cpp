@@ -1,12 +1,35 @@
 #include "label_cell.h"
 
 #include <algorithm>
+#include <initializer_list>
 #include <numeric>
-
-#include "case_table.h"
 
 namespace marrow::internal {
 namespace {
+
+// For each face its edges; edge i runs from its corner i to corner i + 1.
+constexpr std::array<std::array<int, 4>, 6> kFaceEdges = [] {
+    std::array<std::array<int, 4>, 6> result{};
+    for (std::size_t f = 0; f < 6; ++f) {
+        for (std::size_t i = 0; i < 4; ++i)
+            result[f][i] = edge_between(kFaceCorners[f][i], kFaceCorners[f][(i + 1) % 4]);
+    }
+    return result;
+}();
+
+// The patches of a cell by its labels.
+struct CellPatches {
+    int patches = 0;
+    std::array<std::int8_t, kCellEdges> patch_of_edge;  // -1: not crossed
+    // Where the edges of one label make several loops in a patch, those beyond the first have a point of their own at the same
+    // place: for each edge and its two ends the point, counted on behind the patches.
+    std::array<std::array<std::int8_t, 2>, kCellEdges> point;
+    int points = 0;  // patches and such points
+    std::array<std::int8_t, 2 * kCellEdges> patch_of_point;
+    // The knot of each edge on each face, 0 or 1; -1 where the face has but one.
+    std::array<std::array<std::int8_t, kCellEdges>, 6> knot;
+    bool two_knots = false;  // on a face
+};
 
 // Few things that join to sets.
 template <std::size_t kSize>
@@ -26,51 +49,8 @@ class Sets {
     std::array<int, kSize> parent_;
 };
 
-std::array<CrossedCell, 4096> make_table() {
-    std::array<CrossedCell, 4096> table;
-    for (unsigned mask = 0; mask < table.size(); ++mask) {
-        CrossedCell& cell = table[mask];
-        const auto crossed = [&](int e) { return (mask >> e & 1) != 0; };
-        Sets<kCellEdges> sets;
-        bool four_on_a_face = false;
-        for (std::size_t f = 0; f < 6; ++f) {
-            int count = 0, first = -1;
-            for (const int e : kFaceEdges[f]) {
-                if (!crossed(e)) continue;
-                ++count;
-                if (first < 0) first = e;
-                sets.join(first, e);
-            }
-            if (count > 0) cell.faces = static_cast<std::uint8_t>(cell.faces | 1u << f);
-            if (count > 2) cell.junctions = static_cast<std::uint8_t>(cell.junctions | 1u << f);
-            four_on_a_face |= count == 4;
-        }
-        // A corner and its antipode that differ from all neighbours: a label may have two loops, or there are two patches.
-        bool antipodes = false;
-        for (int v = 0; v < 4; ++v) {
-            bool alone = true;
-            for (const int axis : {1, 2, 4}) {
-                alone &= crossed(edge_between(v, v ^ axis));
-                alone &= crossed(edge_between(7 - v, (7 - v) ^ axis));
-            }
-            antipodes |= alone;
-        }
-        int edges = 0, patches = 0;
-        for (int e = 0; e < kCellEdges; ++e) {
-            if (!crossed(e)) continue;
-            ++edges;
-            patches += sets.root(e) == e;
-            for (std::size_t a = 0; a < 3; ++a)
-                cell.centre[a] +=
-                    0.5f * static_cast<float>((kEdgeCorners[e][0] >> a & 1) + (kEdgeCorners[e][1] >> a & 1));
-        }
-        for (float& c : cell.centre) c /= static_cast<float>(std::max(edges, 1));
-        cell.simple = patches == 1 && !four_on_a_face && !antipodes;
-    }
-    return table;
-}
-
-CellPatches find_patches(const std::array<std::int64_t, 8>& labels) {
+CellPatches find_patches(const CellCorners& corners) {
+    const auto& labels = corners.label;
     CellPatches cell;
     cell.patch_of_edge.fill(-1);
     cell.patch_of_point.fill(-1);
@@ -97,10 +77,9 @@ CellPatches find_patches(const std::array<std::int64_t, 8>& labels) {
             }
         }
     };
-    bool two_knots = false;  // on a face
     for (std::size_t f = 0; f < 6; ++f) {
         const auto& e = kFaceEdges[f];
-        std::int64_t corner[4];
+        std::uint8_t corner[4];
         for (std::size_t i = 0; i < 4; ++i) corner[i] = labels[kFaceCorners[f][i]];
         const bool all = crossed(e[0]) && crossed(e[1]) && crossed(e[2]) && crossed(e[3]);
         const bool even = all && corner[0] == corner[2], odd = all && corner[1] == corner[3];
@@ -108,9 +87,9 @@ CellPatches find_patches(const std::array<std::int64_t, 8>& labels) {
             tie({e[0], e[1], e[2], e[3]});
             continue;
         }
-        two_knots = true;
+        cell.two_knots = true;
         // Corners 0 and 2 connect where they alone are alike, or are the smaller; then the knots are round corners 1 and 3.
-        const bool round_odd = even && (!odd || corner[0] < corner[1]);
+        const bool round_odd = even && (!odd || (corners.faces >> f & 1) != 0);
         const std::size_t first = round_odd ? 0 : 3;
         for (std::size_t k = 0; k < 2; ++k) {
             const int a = e[(first + 2 * k) % 4], b = e[(first + 2 * k + 1) % 4];
@@ -147,40 +126,111 @@ CellPatches find_patches(const std::array<std::int64_t, 8>& labels) {
             if (taken) cell.patch_of_point[static_cast<std::size_t>(point)] = patch;
         }
     }
-    cell.simple = cell.points == 1 && !two_knots;
     return cell;
 }
 
-// The patches of cells with two labels, indexed by which corners (bit v: corner v) have the larger one.
-const std::array<CellPatches, 256>& patches_of_two() {
-    static const auto table = [] {
-        std::array<CellPatches, 256> patches;
-        for (unsigned mask = 0; mask < patches.size(); ++mask) {
-            std::array<std::int64_t, 8> labels;
-            for (std::size_t v = 0; v < 8; ++v) labels[v] = mask >> v & 1;
-            patches[mask] = find_patches(labels);
-        }
-        return patches;
-    }();
-    return table;
+// The mean of some edges' middles, about the middle of the cell.
+template <class Has>
+NetPoint mean_of_edges(const Has& has) {
+    NetPoint sum{};
+    float count = 0;
+    for (std::size_t e = 0; e < kCellEdges; ++e) {
+        if (!has(e)) continue;
+        for (std::size_t a = 0; a < 3; ++a)
+            sum.at[a] +=
+                0.5f * static_cast<float>((kEdgeCorners[e][0] >> a & 1) + (kEdgeCorners[e][1] >> a & 1));
+        ++count;
+    }
+    for (std::size_t a = 0; a < 3; ++a) sum.at[a] = sum.at[a] / count - 0.5f;
+    return sum;
+}
+
+std::uint8_t quarters_of(const CellCorners& corners, std::uint8_t label) {
+    int quarters = 0;
+    for (std::size_t e = 0; e < kCellEdges; ++e) {
+        if ((corners.label[kEdgeCorners[e][0]] == label) == (corners.label[kEdgeCorners[e][1]] == label))
+            continue;
+        const bool along_z = kEdgeCorners[e][1] - kEdgeCorners[e][0] == 4;
+        quarters += along_z ? 1 : edge_slice(e) == 0 ? 2 : 0;
+    }
+    return static_cast<std::uint8_t>(quarters);
 }
 
 }  // namespace
 
-const std::array<CrossedCell, 4096>& crossed_cells() {
-    static const std::array<CrossedCell, 4096> table = make_table();
-    return table;
+CellPattern::CellPattern(const CellCorners& corners) : label(corners.label) {
+    const CellPatches cell = find_patches(corners);
+    single = cell.points == 1 && !cell.two_knots;
+    for (int p = 0; p < cell.points; ++p) {
+        const std::int8_t patch = cell.patch_of_point[static_cast<std::size_t>(p)];
+        at.push_back(mean_of_edges([&](std::size_t e) { return cell.patch_of_edge[e] == patch; }));
+    }
+    // The number of a label's own point, which is a new one where there is none of that number.
+    const auto own = [&](std::size_t number, std::uint8_t whose) {
+        const auto same = [&](const Own& o) { return o.number == number && o.label == whose; };
+        const auto found = std::find_if(owns.begin(), owns.end(), same);
+        const auto place = static_cast<std::int8_t>(found - owns.begin());
+        if (found == owns.end()) owns.push_back({whose, static_cast<std::uint8_t>(number)});
+        return place;
+    };
+    for (std::size_t e = 0; e < kCellEdges; ++e) {
+        for (std::size_t end = 0; end < 2; ++end) {
+            const std::int8_t number = cell.point[e][end];
+            own_of_edge[e][end] =
+                number < 0 ? kNone : own(static_cast<std::size_t>(number), label[kEdgeCorners[e][end]]);
+        }
+    }
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        const auto& knots = cell.knot[2 * axis];
+        for (auto& ends : own_of_knot[axis]) ends.fill(kNone);
+        if (std::none_of(knots.begin(), knots.end(), [](int k) { return k >= 0; })) continue;
+        const std::size_t first = at.size();
+        for (std::int8_t knot = 0; knot < 2; ++knot)
+            at.push_back(mean_of_edges([&](std::size_t e) { return knots[e] == knot; }));
+        for (std::size_t e = 0; e < kCellEdges; ++e) {
+            for (std::size_t end = 0; knots[e] >= 0 && end < 2; ++end) {
+                const std::uint8_t whose = label[kEdgeCorners[e][end]];
+                own_of_knot[axis][e][end] = own(first + static_cast<std::size_t>(knots[e]), whose);
+                knot_triangles[edge_slice(e)].push_back(whose);
+            }
+        }
+    }
+    std::uint8_t faces = 0, junctions = 0;
+    for (std::size_t f = 0; f < 6; ++f) {
+        point_of_face[f] = kNone;
+        int count = 0;
+        for (const int edge : kFaceEdges[f]) {
+            const auto e = static_cast<std::size_t>(edge);
+            if (cell.patch_of_edge[e] < 0) continue;
+            point_of_face[f] = cell.patch_of_edge[e];
+            ++count;
+        }
+        faces = static_cast<std::uint8_t>(faces | unsigned{count > 0} << f);
+        junctions = static_cast<std::uint8_t>(junctions | unsigned{count > 2} << f);
+    }
+    // A point on a line where three labels or more meet moves along that line alone.
+    if (single) joined = (junctions & (junctions - 1)) != 0 ? junctions : faces;
+    for (std::uint8_t l = 0; l < corners.labels; ++l) quarters[l] = quarters_of(corners, l);
 }
 
-CellPatches patches_of(const std::array<std::int64_t, 8>& labels) {
-    const auto [smaller, larger] = std::minmax_element(labels.begin(), labels.end());
-    unsigned mask = 0;
-    bool two = true;
-    for (std::size_t v = 0; v < 8; ++v) {
-        mask |= unsigned{labels[v] == *larger} << v;
-        two &= labels[v] == *larger || labels[v] == *smaller;
-    }
-    return two ? patches_of_two()[mask] : find_patches(labels);
+const CellPattern& CellPatterns::of(const CellCorners& corners) {
+    std::unique_ptr<CellPattern>& pattern = patterns_[corners.key()];
+    if (pattern == nullptr) pattern = std::make_unique<CellPattern>(corners);
+    return *pattern;
+}
+
+const std::array<PlainCase, 128>& plain_cases() {
+    static const auto table = [] {
+        std::array<PlainCase, 128> cases{};
+        for (unsigned c = 1; c < cases.size(); ++c) {
+            std::array<int, 8> corners, values;
+            for (std::size_t v = 0; v < 8; ++v) corners[v] = static_cast<int>(2 * c >> v & 1);
+            const CellPattern pattern(CellCorners(corners, values));
+            cases[c] = {pattern.at[0], pattern.joined, pattern.quarters[0]};
+        }
+        return cases;
+    }();
+    return table;
 }
 
 }  // namespace marrow::internal

@@ -1,183 +1,190 @@
-#include "label_net.h"
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "label_net.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
+#include "dispatch.h"
+#include "label_net.h"
 
-#include "case_table.h"
+HWY_BEFORE_NAMESPACE();
+namespace marrow::internal::HWY_NAMESPACE {
 
-namespace marrow::internal {
-namespace {
+namespace hn = hwy::HWY_NAMESPACE;
 
-// Calls f(id, {i, j, k}, mask of crossed edges) for the active cells of a slice.
-template <class F>
-void for_each_cell(const LabelNet& net, std::int64_t k, const F& f) {
-    const BorderBits& bits = net.bits;
-    for (std::int64_t j = 0; j <= bits.dims[1]; ++j) {
-        const std::size_t row = bits.row(j, k);
-        CellRow cells(bits, j, k);
-        for (std::size_t w = 0; w < bits.words; ++w) {
-            std::uint64_t active = bits.active[row + w];
-            if (active == 0) continue;
-            cells.move_to(w);
-            for (std::uint32_t id = net.before[row + w]; active != 0; active &= active - 1) {
-                const int b = __builtin_ctzll(active);
-                f(id++, Index3{static_cast<std::int64_t>(64 * w) + b, j, k},
-                  cells.mask(static_cast<unsigned>(b)));
-            }
+// Which corners of 64 plain cells have another label than corner 0, bit-sliced: bit b of differs[v] is corner v of cell b.
+struct PlainCorners {
+    alignas(64) std::uint64_t differs[8];
+
+    explicit PlainCorners(const std::uint64_t (&e)[12]) {
+        differs[0] = 0;
+        differs[1] = e[0];
+        differs[2] = e[4];
+        differs[4] = e[6];
+        // With two labels, a way over two crossed edges leads back to the first.
+        differs[3] = e[0] ^ e[8];
+        differs[5] = e[0] ^ e[10];
+        differs[6] = e[4] ^ e[7];
+        differs[7] = differs[3] ^ e[11];
+    }
+    // Of the cell at the one bit that is set: bit v: corner v.
+    HWY_INLINE unsigned of(std::uint64_t bit) const {
+        const hn::CappedTag<std::uint64_t, 8> d;
+        const auto cell = hn::Set(d, bit);
+        unsigned corners = 0;
+        for (std::size_t v = 0; v < 8; v += hn::MaxLanes(d)) {
+            std::uint8_t some = 0;
+            hn::StoreMaskBits(d, hn::TestBit(hn::Load(d, differs + v), cell), &some);
+            corners |= static_cast<unsigned>(some) << v;
         }
+        return corners;
     }
-}
-
-[[noreturn]] void throw_too_many(std::uint64_t points) {
-    throw LimitError("the label map's surfaces have " + std::to_string(points) +
-                     " points, more than the 2^32 - 1 that triangles can name; crop or coarsen it");
-}
-
-void number_cells(LabelNet& net) {
-    std::uint64_t total = 0;
-    for (std::size_t w = 0; w < net.before.size(); ++w) {
-        net.before[w] = static_cast<std::uint32_t>(total);
-        total += static_cast<std::uint64_t>(__builtin_popcountll(net.bits.active[w]));
-        if (total > std::numeric_limits<std::uint32_t>::max()) throw_too_many(total);
-    }
-    net.complex_number.assign(total, 0);
-    net.joined.assign(total, 0);
-    net.points.resize(total);
-}
-
-// The middles of a cell's edges, about its first corner.
-constexpr std::array<Vec3f, kCellEdges> kMiddles = [] {
-    std::array<Vec3f, kCellEdges> middles{};
-    for (std::size_t e = 0; e < kCellEdges; ++e) {
-        for (std::size_t a = 0; a < 3; ++a)
-            middles[e][a] =
-                0.5f * static_cast<float>((kEdgeCorners[e][0] >> a & 1) + (kEdgeCorners[e][1] >> a & 1));
-    }
-    return middles;
-}();
-
-// The mean of some edges' middles in a cell.
-template <class Has>
-Vec3f mean_of_edges(const Vec3f& cell, const Has& has) {
-    Vec3f sum{};
-    float count = 0;
-    for (std::size_t e = 0; e < kCellEdges; ++e) {
-        if (!has(e)) continue;
-        for (std::size_t a = 0; a < 3; ++a) sum[a] += kMiddles[e][a];
-        ++count;
-    }
-    for (std::size_t a = 0; a < 3; ++a) sum[a] = cell[a] + sum[a] / count;
-    return sum;
-}
-
-// The volume's index coordinates of a cell's first corner.
-Vec3f corner_of(const Index3& cell) {
-    return {static_cast<float>(cell[0] - 1), static_cast<float>(cell[1] - 1),
-            static_cast<float>(cell[2] - 1)};
-}
-
-struct PlacedCell {
-    Index3 index;
-    ComplexCell cell;
 };
 
-// Places the points of simple cells, and lists the others.
+// Makes the cells of a piece.
 template <class T>
-std::vector<PlacedCell> place_slice(const LabelReader<T>& labels, LabelNet& net, std::int64_t slice) {
-    const auto& table = crossed_cells();
-    std::vector<PlacedCell> complex;
-    for_each_cell(net, slice, [&](std::uint32_t id, const Index3& cell, unsigned mask) {
-        const CrossedCell& crossed = table[mask];
-        const Vec3f corner = corner_of(cell);
-        net.points[id] = {corner[0] + crossed.centre[0], corner[1] + crossed.centre[1],
-                          corner[2] + crossed.centre[2]};
-        // A point on a line where three labels or more meet moves along that line alone.
-        const bool on_line = __builtin_popcount(crossed.junctions) >= 2;
-        net.joined[id] = on_line ? crossed.junctions : crossed.faces;
-        if (crossed.simple) return;
-        std::array<std::int64_t, 8> corners;
-        for (std::size_t r = 0; r < 4; ++r) {
-            const T* row = labels.row(cell[1] + (r & 1), cell[2] + (r >> 1));
-            corners[2 * r] = static_cast<std::int64_t>(labels.at(row, cell[0]));
-            corners[2 * r + 1] = static_cast<std::int64_t>(labels.at(row, cell[0] + 1));
+class CellMaker {
+  public:
+    CellMaker(const LabelMap& map, LabelNet& net, NetPiece& piece)
+        : labels_(map), net_(net), piece_(piece), place_(net.values), patterns_(net.patterns.local()) {
+        piece.counts.resize(net.values.size());
+    }
+
+    void make_row(std::int64_t j, std::int64_t k) {
+        const BorderBits& bits = net_.bits;
+        const std::size_t row = bits.row(j, k);
+        const std::uint32_t first = bits.first_of_row[bits.row_number(j, k)];
+        for (std::size_t r = 0; r < 4; ++r)
+            rows_[r] =
+                labels_.row(j + static_cast<std::int64_t>(r & 1), k + static_cast<std::int64_t>(r >> 1));
+        for (std::size_t w = 0; w < bits.words; ++w) {
+            const std::uint64_t active = bits.active[row + w], complex = bits.complex[row + w];
+            if (active == 0) continue;
+            const PlainCorners corners(CrossedEdges(bits, j, k, w).edges);
+            const std::uint32_t id = first + bits.before[row + w];
+            const auto i = static_cast<std::int64_t>(64 * w);
+            const auto id_of = [&](std::uint64_t bit) {
+                return id + static_cast<std::uint32_t>(__builtin_popcountll(active & (bit - 1)));
+            };
+            for (std::uint64_t left = active & ~complex; left != 0; left &= left - 1) {
+                const std::uint64_t bit = left & -left;
+                make_plain(id_of(bit), i + __builtin_ctzll(left), corners.of(bit));
+            }
+            for (std::uint64_t left = complex; left != 0; left &= left - 1)
+                make_complex(id_of(left & -left), {i + __builtin_ctzll(left), j, k});
         }
-        CellPatches patches = patches_of(corners);
-        if (patches.simple) return;
-        net.joined[id] = 0;
-        complex.push_back({cell, {id, 0, {}, patches}});
+    }
+
+  private:
+    Place place_of_corner(std::int64_t i, unsigned v) {
+        return place_(labels_.at(rows_[v >> 1], i + (v & 1)));
+    }
+
+    HWY_INLINE void make_plain(std::uint32_t id, std::int64_t i, unsigned corners) {
+        const Place corner = place_of_corner(i, 0),
+                    other = place_of_corner(i, static_cast<unsigned>(__builtin_ctz(corners)));
+        const CellPlaces places{corner, other};
+        NetPiece::Count &a = piece_.counts[places.lesser()], &b = piece_.counts[places.greater()];
+        net_.shapes[id] = static_cast<std::uint8_t>(corners >> 1);
+        net_.places[id] = places;
+        net_.numbers[id] = {{static_cast<std::uint32_t>(a.points++), static_cast<std::uint32_t>(b.points++)}};
+        const std::uint64_t quarters = cases_[corners >> 1].quarters;
+        a.quarters += quarters;
+        b.quarters += quarters;
+    }
+
+    HWY_NOINLINE void make_complex(std::uint32_t id, const Index3& index) {
+        ComplexCell cell{};
+        std::array<Place, 8> places;
+        for (unsigned v = 0; v < 8; ++v) places[v] = place_of_corner(index[0], v);
+        const CellCorners corners(places, cell.place_of_label);
+        const CellPattern& pattern = patterns_.of(corners);
+        cell.pattern = &pattern;
+        for (std::size_t a = 0; a < 3; ++a) cell.index[a] = static_cast<std::int32_t>(index[a]);
+        cell.id = id;
+        cell.first_own = static_cast<std::uint32_t>(piece_.numbers.size());
+        cell.first_more = static_cast<std::uint32_t>(piece_.more.size());
+        net_.shapes[id] = 0;
+        net_.places[id] = {0, 0};
+        net_.numbers[id] = {{static_cast<std::uint32_t>(piece_.complex.size()), 0}};
+        for (const CellPattern::Own& own : pattern.owns)
+            piece_.numbers.push_back(
+                static_cast<std::uint32_t>(piece_.counts[cell.place_of_label[own.label]].points++));
+        piece_.more.insert(piece_.more.end(), pattern.at.begin() + 1, pattern.at.end());
+        for (std::size_t l = 0; l < static_cast<std::size_t>(corners.labels); ++l)
+            piece_.counts[cell.place_of_label[l]].quarters += pattern.quarters[l];
+        const bool last = (index[2] + 1) % NetPiece::kSlices == 0;
+        for (std::size_t slice = 0; slice < 2; ++slice) {
+            for (const std::uint8_t label : pattern.knot_triangles[slice]) {
+                const Place place = cell.place_of_label[label];
+                if (last && slice == 1)
+                    piece_.triangles_above.push_back(place);
+                else
+                    ++piece_.counts[place].triangles;
+            }
+        }
+        piece_.complex.push_back(cell);
+    }
+
+    const LabelReader<T> labels_;
+    LabelNet& net_;
+    NetPiece& piece_;
+    Places<T> place_;
+    CellPatterns& patterns_;
+    const std::array<PlainCase, 128>& cases_ = plain_cases();
+    std::array<const T*, 4> rows_{};
+};
+
+void make_piece(const LabelMap& map, LabelNet& net, std::size_t number) {
+    with_sample_type(map.type, [&](auto sample) {
+        CellMaker<decltype(sample)> maker(map, net, net.pieces[number]);
+        const std::int64_t first = static_cast<std::int64_t>(number) * NetPiece::kSlices;
+        for (std::int64_t k = first; k < std::min(first + NetPiece::kSlices, map.dims[2] + 1); ++k) {
+            for (std::int64_t j = 0; j <= map.dims[1]; ++j) {
+                const std::size_t row = net.bits.row_number(j, k);
+                if (net.bits.first_of_row[row] != net.bits.first_of_row[row + 1]) maker.make_row(j, k);
+            }
+        }
     });
-    return complex;
 }
 
-// Numbers and places the points of complex cells beyond their first.
-void place_complex(LabelNet& net, std::vector<std::vector<PlacedCell>>& slices) {
-    std::uint64_t next = net.points.size();
-    for (auto& slice : slices) {
-        for (PlacedCell& placed : slice) {
-            ComplexCell& cell = placed.cell;
-            cell.more = static_cast<std::uint32_t>(next);
-            next += static_cast<std::uint64_t>(cell.patches.points - 1);
-            for (std::size_t a = 0; a < 3; ++a) {
-                const auto& knot = cell.patches.knot[2 * a];
-                if (std::none_of(knot.begin(), knot.end(), [](int k) { return k >= 0; })) continue;
-                cell.knots[a] = static_cast<std::uint32_t>(next);
-                next += 2;
-            }
-            if (next > std::numeric_limits<std::uint32_t>::max()) throw_too_many(next);
-        }
-    }
-    net.points.resize(next);
-    for (const auto& slice : slices) {
-        for (const PlacedCell& placed : slice) {
-            const ComplexCell& cell = placed.cell;
-            const Vec3f corner = corner_of(placed.index);
-            for (int p = 0; p < cell.patches.points; ++p) {
-                const std::int8_t patch = cell.patches.patch_of_point[static_cast<std::size_t>(p)];
-                net.points[cell.point(p)] = mean_of_edges(
-                    corner, [&](std::size_t e) { return cell.patches.patch_of_edge[e] == patch; });
-            }
-            for (std::size_t a = 0; a < 3; ++a) {
-                for (std::uint32_t knot = 0; cell.knots[a] != 0 && knot < 2; ++knot) {
-                    net.points[cell.knots[a] + knot] = mean_of_edges(corner, [&](std::size_t e) {
-                        return cell.patches.knot[2 * a][e] == static_cast<std::int8_t>(knot);
-                    });
-                }
-            }
-            net.complex_cells.push_back(cell);
-            net.complex_number[cell.id] = static_cast<std::uint32_t>(net.complex_cells.size());
-        }
-    }
-}
+}  // namespace marrow::internal::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
 
-}  // namespace
+#if HWY_ONCE
+#include <limits>
 
-template <class T>
-LabelNet make_net(const LabelReader<T>& labels, const Progress& progress) {
-    const auto slices = static_cast<std::size_t>(labels.dims[2] + 1);
-    Stage stage(progress, 0, 0.3, 2 * slices);
-    LabelNet net{BorderBits(labels.dims), {}, {}, {}, {}, {}};
-    mark_borders(labels, net.bits, stage);
-    net.before.resize(net.bits.active.size());
-    number_cells(net);
-    std::vector<std::vector<PlacedCell>> complex(slices);
-    tbb::parallel_for(std::size_t{0}, slices, [&](std::size_t k) {
-        complex[k] = place_slice(labels, net, static_cast<std::int64_t>(k));
+#include <tbb/parallel_for.h>
+
+namespace marrow::internal {
+
+HWY_EXPORT(make_piece);
+
+LabelNet make_net(const LabelMap& map, const Progress& progress) {
+    const auto slices = static_cast<std::size_t>(map.dims[2] + 1);
+    const std::size_t pieces = (slices + NetPiece::kSlices - 1) / NetPiece::kSlices;
+    Stage borders(progress, 0, 0.15, slices);
+    LabelNet net{find_borders(map, borders), {}, {}, {}, {}, {}, std::vector<NetPiece>(pieces), {}};
+    net.values = find_values(map, net.bits);
+    net.places.resize(net.bits.cells());
+    net.numbers.resize(net.bits.cells());
+    net.shapes.resize(net.bits.cells());
+    Stage stage(progress, 0.15, 0.3, pieces);
+    tbb::parallel_for(std::size_t{0}, pieces, [&](std::size_t number) {
+        HWY_DYNAMIC_DISPATCH(make_piece)(map, net, number);
         stage.step();
     });
-    place_complex(net, complex);
+    std::uint64_t points = net.places.size();
+    for (std::size_t p = 0; p < pieces; ++p) {
+        NetPiece& piece = net.pieces[p];
+        for (const Place place : piece.triangles_above) ++net.pieces[p + 1].counts[place].triangles;
+        piece.first_more = static_cast<std::uint32_t>(points - net.places.size());
+        points += piece.more.size();
+        if (points >= std::numeric_limits<std::uint32_t>::max()) throw_too_many_label_points(points);
+    }
     return net;
 }
 
-template LabelNet make_net(const LabelReader<std::uint8_t>&, const Progress&);
-template LabelNet make_net(const LabelReader<std::int8_t>&, const Progress&);
-template LabelNet make_net(const LabelReader<std::uint16_t>&, const Progress&);
-template LabelNet make_net(const LabelReader<std::int16_t>&, const Progress&);
-template LabelNet make_net(const LabelReader<std::int32_t>&, const Progress&);
-template LabelNet make_net(const LabelReader<float>&, const Progress&);
-template LabelNet make_net(const LabelReader<double>&, const Progress&);
-
 }  // namespace marrow::internal
+#endif

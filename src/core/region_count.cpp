@@ -1,118 +1,121 @@
 #include "region_count.h"
 
+#include <algorithm>
 #include <bit>
-#include <utility>
-#include <vector>
 
 namespace marrow::internal {
-namespace {
 
-// Samples [begin, end) of a row that are all inside, or all outside.
-struct Run {
-    std::int32_t begin, end;
-};
+void Regions::add(std::size_t known, std::size_t runs) {
+    if (parent_.size() < runs) parent_.resize(2 * runs);
+    for (std::size_t run = known; run < runs; ++run) parent_[run] = static_cast<std::uint32_t>(run);
+}
 
-// Runs of one kind, row by row, and which of them hang together.
-class Regions {
-  public:
-    explicit Regions(std::size_t rows) { start_.reserve(rows + 1); }
+std::uint32_t Regions::root(std::size_t run) {
+    auto r = static_cast<std::uint32_t>(run);
+    while (parent_[r] != r) r = parent_[r] = parent_[parent_[r]];
+    return r;
+}
 
-    void add_row(const std::vector<Run>& runs) {
-        start_.push_back(runs_.size());
-        for (const Run& run : runs) {
-            parent_.push_back(static_cast<std::uint32_t>(runs_.size()));
-            runs_.push_back(run);
+void Regions::join_roots(std::uint32_t a, std::uint32_t b) {
+    if (a == b) return;
+    parent_[std::max(a, b)] = std::min(a, b);
+    ++joined_;
+}
+
+// Numbers of runs follow from those of borders: a row with n inside runs has n + 1 outside ones and 2 n + 2 borders.
+void SurfaceCounter::add_row(const InsideBits& bits, std::size_t row) {
+    const auto end = static_cast<std::int32_t>(64 * bits.words_per_row);
+    const std::size_t first = first_border_[row];
+    if (const std::size_t most = first + static_cast<std::size_t>(end) + 3; borders_.size() < most)
+        borders_.resize(2 * most);
+    std::int32_t* next = &borders_[first];
+    *next++ = 0;  // the row starts outside
+    const std::uint64_t* words = bits.row(row);
+    std::uint64_t before = 0;  // the last bit of the word before
+    for (std::size_t w = 0; w < bits.words_per_row; ++w) {
+        std::uint64_t changes = words[w] ^ (words[w] << 1 | before);
+        before = words[w] >> 63;
+        for (; changes != 0; changes &= changes - 1)
+            *next++ = static_cast<std::int32_t>(64 * w) + std::countr_zero(changes);
+    }
+    if (before != 0) *next++ = end;  // where its bits end it is outside again
+    *next++ = end + 1;
+    const auto borders = static_cast<std::size_t>(next - borders_.data());
+    first_border_.push_back(borders);
+    inside_.add(first / 2 - row, borders / 2 - (row + 1));
+    outside_.add(first / 2, borders / 2);
+    // Rows begin and end in the air round the volume.
+    outside_.join(first / 2, 0);
+    outside_.join(borders / 2 - 1, 0);
+}
+
+// Joins the runs of two rows that meet; outside ones also across the corners between them.
+template <bool kInside>
+void SurfaceCounter::join_rows(std::size_t row, std::size_t other) {
+    constexpr std::int32_t kReach = kInside ? 0 : 1;
+    const std::size_t skipped = kInside ? 1 : 0;
+    const std::int32_t *a = &borders_[first_border_[other]] + skipped,
+                       *b = &borders_[first_border_[row]] + skipped;
+    const std::int32_t *const a_end = &borders_[first_border_[other + 1] - 1],
+                              *const b_end = &borders_[first_border_[row + 1] - 1];
+    Regions& regions = kInside ? inside_ : outside_;
+    std::size_t a_run = first_border_[other] / 2 - (kInside ? other : 0),
+                b_run = first_border_[row] / 2 - (kInside ? row : 0);
+    while (a < a_end && b < b_end) {
+        if (a[0] < b[1] + kReach && b[0] < a[1] + kReach) regions.join(a_run, b_run);
+        const bool a_ends = a[1] < b[1];
+        a += a_ends ? 2 : 0;
+        a_run += a_ends ? 1 : 0;
+        b += a_ends ? 0 : 2;
+        b_run += a_ends ? 0 : 1;
+    }
+}
+
+// The outside run that a sample of a row is in.
+std::size_t SurfaceCounter::outside_run(std::size_t row, std::int32_t sample) const {
+    const auto first = borders_.begin() + static_cast<std::ptrdiff_t>(first_border_[row]),
+               end = borders_.begin() + static_cast<std::ptrdiff_t>(first_border_[row + 1]);
+    return first_border_[row] / 2 +
+           static_cast<std::size_t>(std::upper_bound(first, end, sample) - first - 1) / 2;
+}
+
+// Joins outside samples across the diagonals between rows, where both samples beside a diagonal are inside; elsewhere one of
+// these joins them.
+void SurfaceCounter::join_diagonals(const InsideBits& bits, std::size_t row, std::size_t other,
+                                    std::size_t beside_row, std::size_t beside_other) {
+    const std::uint64_t *a = bits.row(row), *b = bits.row(other), *c = bits.row(beside_row),
+                        *d = bits.row(beside_other);
+    std::uint64_t any = 0;
+    for (std::size_t w = 0; w < bits.words_per_row; ++w) any |= c[w] & d[w] & ~(a[w] | b[w]);
+    if (any == 0) return;
+    for (std::size_t w = 0; w < bits.words_per_row; ++w) {
+        for (std::uint64_t left = c[w] & d[w] & ~(a[w] | b[w]); left != 0; left &= left - 1) {
+            const auto sample = static_cast<std::int32_t>(64 * w) + std::countr_zero(left);
+            outside_.join(outside_run(row, sample), outside_run(other, sample));
         }
-        regions_ += static_cast<std::int64_t>(runs.size());
     }
-    // A row whose first and last run belong to the very first run's region.
-    void add_row_within_first(const std::vector<Run>& runs) {
-        add_row(runs);
-        regions_ -= std::exchange(parent_[start_.back()], 0) != 0;
-        regions_ -= std::exchange(parent_.back(), 0) != 0;
-    }
+}
 
-    // Joins the last row's runs with those of an earlier row that they meet, `reach` samples beyond their ends included.
-    void join_last_with(std::size_t row, std::int32_t reach) {
-        std::size_t a = start_[row], b = start_.back();
-        const std::size_t a_end = start_[row + 1], b_end = runs_.size();
-        while (a < a_end && b < b_end) {
-            const Run first = runs_[a], second = runs_[b];
-            if (first.begin < second.end + reach && second.begin < first.end + reach &&
-                parent_[a] != parent_[b])
-                join(a, b);
-            const bool first_ends = first.end < second.end;
-            a += first_ends ? 1 : 0;
-            b += first_ends ? 0 : 1;
-        }
-    }
-
-    std::int64_t count() const { return regions_; }
-
-  private:
-    std::uint32_t root(std::uint32_t run) {
-        while (parent_[run] != run) run = parent_[run] = parent_[parent_[run]];
-        return run;
-    }
-    void join(std::size_t a, std::size_t b) {
-        const std::uint32_t ra = root(static_cast<std::uint32_t>(a)),
-                            rb = root(static_cast<std::uint32_t>(b));
-        if (ra == rb) return;
-        parent_[std::max(ra, rb)] = std::min(ra, rb);
-        --regions_;
-    }
-
-    std::vector<Run> runs_;
-    std::vector<std::uint32_t> parent_;
-    std::vector<std::size_t> start_;  // of each row's runs
-    std::int64_t regions_ = 0;
-};
-
-}  // namespace
-
-std::int64_t count_surfaces(const InsideBits& bits) {
-    Regions inside(bits.rows()), outside(bits.rows());
-    std::vector<Run> inside_runs, outside_runs;
+std::int64_t SurfaceCounter::count(const InsideBits& bits) {
+    first_border_.assign(1, 0);
+    inside_.restart();
+    outside_.restart();
     const auto ny = static_cast<std::size_t>(bits.ny);
     for (std::size_t row = 0; row < bits.rows(); ++row) {
-        inside_runs.clear();
-        outside_runs.clear();
-        // The row starts outside, and where its bits end it is outside again.
-        const std::uint64_t* words = bits.row(row);
-        std::int32_t begin = 0;
-        std::uint64_t before = 0;  // the last bit of the word before
-        for (std::size_t w = 0; w < bits.words_per_row; ++w) {
-            std::uint64_t changes = words[w] ^ (words[w] << 1 | before);
-            before = words[w] >> 63;
-            for (; changes != 0; changes &= changes - 1) {
-                const auto at = static_cast<std::int32_t>(64 * w) + std::countr_zero(changes);
-                ((words[w] >> std::countr_zero(changes) & 1) != 0 ? outside_runs : inside_runs)
-                    .push_back({begin, at});
-                begin = at;
-            }
-        }
-        const auto end = static_cast<std::int32_t>(64 * bits.words_per_row);
-        if (before != 0) {
-            inside_runs.push_back({begin, end});
-            begin = end;
-        }
-        outside_runs.push_back({begin, end + 1});
-
-        inside.add_row(inside_runs);
-        outside.add_row_within_first(outside_runs);  // rows begin and end in the air round the volume
+        add_row(bits, row);
         const std::size_t y = row % ny;
         if (y > 0) {
-            inside.join_last_with(row - 1, 0);
-            outside.join_last_with(row - 1, 1);
+            join_rows<true>(row, row - 1);
+            join_rows<false>(row, row - 1);
         }
-        if (row >= ny) {
-            inside.join_last_with(row - ny, 0);
-            outside.join_last_with(row - ny, 1);
-            if (y > 0) outside.join_last_with(row - ny - 1, 0);
-            if (y + 1 < ny) outside.join_last_with(row - ny + 1, 0);
-        }
+        if (row < ny) continue;
+        join_rows<true>(row, row - ny);
+        join_rows<false>(row, row - ny);
+        if (y > 0) join_diagonals(bits, row, row - ny - 1, row - 1, row - ny);
+        if (y + 1 < ny) join_diagonals(bits, row, row - ny + 1, row + 1, row - ny);
     }
-    return inside.count() + outside.count() - 1;
+    const std::size_t rows = bits.rows(), outside = first_border_.back() / 2, inside = outside - rows;
+    return static_cast<std::int64_t>(inside - inside_.joined() + outside - outside_.joined()) - 1;
 }
 
 }  // namespace marrow::internal

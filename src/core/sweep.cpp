@@ -85,13 +85,18 @@ void measure_cells(const VolumeView& volume, std::span<const double> isovalues,
 }
 
 void count_components(const VolumeView& volume, std::span<SweepSample> samples, Stage& stage) {
-    tbb::enumerable_thread_specific<std::optional<InsideBits>> bits_of_thread;
+    struct Counting {
+        explicit Counting(const std::array<std::int64_t, 3>& dims) : bits(dims, true) {}
+        InsideBits bits;
+        SurfaceCounter counter;
+    };
+    tbb::enumerable_thread_specific<std::optional<Counting>> of_thread;
     tbb::parallel_for(std::size_t{0}, samples.size(), [&](std::size_t k) {
-        std::optional<InsideBits>& bits = bits_of_thread.local();
-        if (!bits) bits.emplace(volume.geometry.dims, true);
-        for (std::int64_t z = 0; z < bits->nz; ++z)
-            classify_slice(volume, samples[k].isovalue, z, *bits, nullptr);
-        samples[k].components = count_surfaces(*bits);
+        std::optional<Counting>& own = of_thread.local();
+        if (!own) own.emplace(volume.geometry.dims);
+        for (std::int64_t z = 0; z < own->bits.nz; ++z)
+            classify_slice(volume, samples[k].isovalue, z, own->bits, nullptr);
+        samples[k].components = own->counter.count(own->bits);
         stage.step();
     });
 }

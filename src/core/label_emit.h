@@ -1,0 +1,37 @@
+/// From a label map's net to its labels' meshes.
+#pragma once
+
+#include <vector>
+
+#include <marrow/mesh.h>
+
+#include "frame.h"
+#include "label_net.h"
+
+namespace marrow::internal {
+
+/// Of a label's mesh: where a piece's points go. The background's all go to one place, and what is there is dropped.
+struct PointWriter {
+    Vec3f* points;
+    std::uint32_t first, mask;
+
+    std::uint32_t write(std::uint32_t number, const NetPoint& point) const {
+        const std::uint32_t own = (first + number) & mask;
+        points[own] = {point.at[0], point.at[1], point.at[2]};
+        return own;
+    }
+};
+
+/// Meshes with as many points and triangles as each label has, not yet written. That of `background` stays empty.
+/// \throw LimitError
+std::vector<Mesh> allocate_meshes(const LabelNet& net, Place background);
+
+/// Takes the net's points into space, numbers each label's, and writes them.
+void place_points(LabelNet& net, const Frame& frame, Place background, std::vector<Mesh>& meshes,
+                  Stage& stage);
+
+/// Writes the triangles. \pre place_points
+void make_triangles(const LabelNet& net, bool mirrored, Place background, std::vector<Mesh>& meshes,
+                    Stage& stage);
+
+}  // namespace marrow::internal
