@@ -1,4 +1,5 @@
-// Which points may join is seen in bits, for 64 samples at a time.
+// Which points may join is seen in bits, for 64 samples at a time. The rules, and why they leave a manifold, are in
+// docs/algorithm.md; the comments name them by number.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "crowds.cpp"
 #include <hwy/foreach_target.h>
@@ -66,7 +67,7 @@ class SliceJoiner {
           one_(one),
           moved_(moved),
           crowds_((slice.size + before.size) / 2 + kSlack),
-          words_(slice.edges.size()) {
+          words_(crowds_.size()) {
         for (Buffer<float>* values : {&offsets_[0], &offsets_[1], &offsets_[2], &part_, &middle_[0],
                                       &middle_[1], &middle_[2], &furthest_})
             values->resize(crowds_.size());
@@ -146,7 +147,7 @@ class SliceJoiner {
         const std::uint64_t crowded = two_or_more(own) & any(near);
         if (crowded == 0) return;
 
-        // Of two on one axis one may, the nearer if it is near.
+        // Rule 2. Of two on one axis one may, the nearer if it is near.
         WordSides may;
         for (std::size_t k = 0; k < 6; k += 2) {
             const std::uint64_t nearer = near[k + 1] & ~near[k];
@@ -297,7 +298,7 @@ class SliceJoiner {
             if (HWY_UNLIKELY(furthest_[k] > limit_)) find_near_middle(k);
     }
 
-    // A place from which none of three points is further than the limit, if there is one: towards the middle of
+    // Rule 3. A place from which none of three points is further than the limit, if there is one: towards the middle of
     // the smallest ball that holds them (Badoiu and Clarkson 2003), or between two of them.
     void find_near_middle(std::size_t k) {
         Crowd& crowd = crowds_[k];
@@ -372,7 +373,7 @@ class SliceJoiner {
         return own >> (bit & 63) & 1;
     }
 
-    // Samples and those before them along an axis whose points are on sides opposite in both other axes, with
+    // Rule 4. Samples and those before them along an axis whose points are on sides opposite in both other axes, with
     // none on the edge between.
     static HWY_INLINE std::uint64_t opposite(std::size_t axis, const WordSides& before,
                                              const WordSides& here) {
@@ -406,7 +407,7 @@ class SliceJoiner {
         });
     }
 
-    // Moves a point to the limit's distance from its sample, on its edge.
+    // Rule 5. Moves a point to the limit's distance from its sample, on its edge.
     void move_away(std::size_t word, std::uint32_t bit, std::uint32_t side) {
         SnapSlice& slice = side == 5 ? before_ : slice_;
         const std::uint32_t at = place(*side_edges(word, side).edges, side, bit);
