@@ -144,13 +144,16 @@ class PointBatch {
         const hn::CappedTag<std::int32_t, kAtOnce> di;
         const hn::CappedTag<float, kAtOnce> df;
         const hn::CappedTag<std::int64_t, kAtOnce> dl;
+        const hn::Rebind<std::int32_t, decltype(dl)> dx;
         for (std::size_t i = 0; i < kAtOnce; i += hn::Lanes(di)) {
             hn::StoreU(hn::LoadU(di, xs + i), di, x_ + k + i);
             hn::StoreU(hn::Set(di, axis), di, axes_ + k + i);
             for (std::size_t r = 0; r < 3; ++r) hn::StoreU(hn::Set(df, base_[r]), df, row_base_[r] + k + i);
         }
-        for (std::size_t i = 0; i < kAtOnce; i += hn::Lanes(dl))
-            hn::StoreU(hn::Set(dl, row_), dl, rows_ + k + i);
+        for (std::size_t i = 0; i < kAtOnce; i += hn::Lanes(dl)) {
+            const auto x = hn::PromoteTo(dl, hn::LoadU(dx, xs + i));
+            hn::StoreU(hn::Add(hn::Set(dl, row_), x), dl, first_ + k + i);
+        }
     }
 
     HWY_NOINLINE void note_borders(const std::int32_t* xs, std::size_t count) {
@@ -169,8 +172,7 @@ class PointBatch {
         if (std::min({dims_[0], dims_[1], dims_[2]}) >= 4) {
             // In place of what is outside, from a sample with all neighbours.
             for (std::size_t b = 0; b < border_count_; ++b) {
-                const std::size_t k = borders_[b].edge;
-                rows_[k] = 1 + stride_[1] + stride_[2] - x_[k];
+                first_[borders_[b].edge] = 1 + stride_[1] + stride_[2];
             }
             stage_inner<kNormals>();
         }
@@ -179,7 +181,7 @@ class PointBatch {
 
     // Of an edge's stencil, the rows before had all lines but those at its far side in y.
     HWY_INLINE void ask_for(std::size_t k) const {
-        const T* far = samples_ + (rows_[k] + x_[k] + stride_[1]);
+        const T* far = samples_ + (first_[k] + stride_[1]);
         hwy::Prefetch(far - stride_[2]);
         hwy::Prefetch(far + stride_[1]);
         hwy::Prefetch(far + stride_[2]);
@@ -191,7 +193,7 @@ class PointBatch {
         const std::int64_t step_y = stride_[1], step_z = stride_[2];
         for (std::size_t k = 0; asks_ahead_ && k < kAhead; ++k) ask_for(k);
         for (std::size_t k = 0; k < size_; ++k) {
-            const T* HWY_RESTRICT p = samples_ + (rows_[k] + x_[k]);
+            const T* HWY_RESTRICT p = samples_ + first_[k];
             const T* HWY_RESTRICT q = p + stride_[axes_[k]];
             if (asks_ahead_) ask_for(k + kAhead);
             // The surface goes on in the next slice, whose stencil ends here.
@@ -416,7 +418,7 @@ class PointBatch {
     static_assert(kAtOnce <= 16 && kAhead <= 16);
     alignas(64) std::int32_t x_[kRoom] = {};
     alignas(64) std::int32_t axes_[kRoom] = {};
-    alignas(64) std::int64_t rows_[kRoom] = {};
+    alignas(64) std::int64_t first_[kRoom] = {};  // samples
     alignas(64) float row_base_[3][kRoom] = {};
     alignas(64) S ends_[2][kRoom] = {};
     alignas(64) S slopes_[6][kRoom] = {};
