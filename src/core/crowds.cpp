@@ -1,5 +1,5 @@
-// Which points may join is seen in bits, for 64 samples at a time. The rules, and why they leave a manifold, are in
-// docs/algorithm.md; the comments name them by number.
+// Which points may join is seen in bits, for 64 samples at a time. The rules, and why they leave a manifold,
+// are in docs/algorithm.md; the comments name them by number.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "crowds.cpp"
 #include <hwy/foreach_target.h>
@@ -235,8 +235,8 @@ class SliceJoiner {
         const SnapSlice* const slice = side == 5 ? &before_ : &slice_;
         return {slice->edges.data() + at, slice};
     }
-    // A point's place in its slice. An edge along x that ends at a sample comes right before the one that starts
-    // there.
+    // A point's place in its slice. An edge along x that ends at a sample comes right before the one that
+    // starts there.
     static HWY_INLINE std::uint32_t place(const WordEdges& edges, std::uint32_t side, std::uint32_t bit) {
         const std::uint32_t axis = side / 2;
         return edges.first_point[axis] + popcount(edges.crossed[axis] & (bit_at(bit) - 1)) - (side == 1);
@@ -273,7 +273,8 @@ class SliceJoiner {
         crowd.joins = true;
     }
 
-    // Most become one in their mean. From that, two are equally far, and where there is no third it would be as far.
+    // Most become one in their mean. From that, two are equally far, and where there is no third it would be
+    // as far.
     void find_middles() {
         const hn::CappedTag<float, kSlack> d;
         using V = hn::Vec<decltype(d)>;
@@ -298,8 +299,8 @@ class SliceJoiner {
             if (HWY_UNLIKELY(furthest_[k] > limit_)) find_near_middle(k);
     }
 
-    // Rule 3. A place from which none of three points is further than the limit, if there is one: towards the middle of
-    // the smallest ball that holds them (Badoiu and Clarkson 2003), or between two of them.
+    // Rule 3. A place from which none of three points is further than the limit, if there is one: towards the
+    // middle of the smallest ball that holds them (Badoiu and Clarkson 2003), or between two of them.
     void find_near_middle(std::size_t k) {
         Crowd& crowd = crowds_[k];
         crowd.joins = false;
@@ -348,8 +349,8 @@ class SliceJoiner {
         furthest_[k] = std::sqrt(squared);
     }
 
-    // Whether the sample at the other end of a point's edge has points on sides opposite to those of the crowd's
-    // two others. Of the next slice it is not known yet.
+    // Whether the sample at the other end of a point's edge has points on sides opposite to those of the
+    // crowd's two others. Of the next slice it is not known yet.
     bool is_opposite(const Crowd& crowd, std::size_t axis) const {
         if (crowd.sides[axis] == 4) return false;
         const bool forward = crowd.sides[axis] % 2 == 0;
@@ -373,8 +374,8 @@ class SliceJoiner {
         return own >> (bit & 63) & 1;
     }
 
-    // Rule 4. Samples and those before them along an axis whose points are on sides opposite in both other axes, with
-    // none on the edge between.
+    // Rule 4. Samples and those before them along an axis whose points are on sides opposite in both other
+    // axes, with none on the edge between.
     static HWY_INLINE std::uint64_t opposite(std::size_t axis, const WordSides& before,
                                              const WordSides& here) {
         const std::size_t b = 2 * ((axis + 1) % 3), c = 2 * ((axis + 2) % 3);
@@ -469,8 +470,8 @@ class SliceJoiner {
     float* const moved_;
     const std::vector<std::uint64_t> no_words_ = std::vector<std::uint64_t>(input_.active.masks_per_row);
     Buffer<Crowd> crowds_;
-    // Of these: the points' offsets by axis, 0 where none is; 1 / how many there are; where they become one, from
-    // the sample, in edges; and how far the furthest has to go there.
+    // Of these: the points' offsets by axis, 0 where none is; 1 / how many there are; where they become one,
+    // from the sample, in edges; and how far the furthest has to go there.
     Buffer<float> offsets_[3], part_, middle_[3], furthest_;
     std::size_t count_ = 0;
     Buffer<CrowdedWord> words_;

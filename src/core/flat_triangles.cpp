@@ -27,8 +27,8 @@ namespace marrow::internal::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Those whose height over the longest side may be less than it should. Two sides of each are staged as they come,
-// then taken apart into vectors.
+// Those whose height over the longest side may be less than it should. Two sides of each are staged as they
+// come, then taken apart into vectors.
 void find_flat_target(const Vec3f* points, const Triangle* triangles, std::size_t count,
                       std::vector<std::uint32_t>& flat) {
     constexpr std::size_t kBatch = 64;

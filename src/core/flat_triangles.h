@@ -21,8 +21,8 @@ struct FlatTriangle {
 void find_flat(const Vec3f* points, const Triangle* triangles, std::size_t count,
                std::vector<std::uint32_t>& flat);
 
-/// Moves aside the points that lie nearly on the line between the others of a triangle, within its plane, as far
-/// as they may still move until they have moved by `limit`, in edges.
+/// Moves aside the points that lie nearly on the line between the others of a triangle, within its plane, as
+/// far as they may still move until they have moved by `limit`, in edges.
 void move_aside(const EmitInput& input, double limit, const std::vector<FlatTriangle>& flat, Mesh& mesh);
 
 }  // namespace marrow::internal

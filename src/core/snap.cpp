@@ -1,6 +1,7 @@
-// Snapping joins points after SnapMC (Raman and Wenger 2008), with two differences: the joined point lies amid the
-// points that it is made of instead of at the sample, so that the surface stays where it is; and it is known
-// beforehand, from the samples round each, that all joinings together leave a manifold of the same topology.
+// Snapping joins points after SnapMC (Raman and Wenger 2008), with two differences: the joined point lies
+// amid the points that it is made of instead of at the sample, so that the surface stays where it is; and it
+// is known beforehand, from the samples round each, that all joinings together leave a manifold of the same
+// topology.
 //
 // Slices pass one after the other:
 //
@@ -10,8 +11,8 @@
 //    and places.
 // 4. The triangles between that slice and the one before it are made; those that collapsed are left out.
 //
-// At the end, a point that lies nearly on the line between the two others of a triangle is moved aside. A slab of
-// slices begins a little earlier and ends a little later than what it makes, so slabs go to threads.
+// At the end, a point that lies nearly on the line between the two others of a triangle is moved aside. A
+// slab of slices begins a little earlier and ends a little later than what it makes, so slabs go to threads.
 #include "snap.h"
 
 #include <tbb/parallel_for.h>
@@ -82,8 +83,8 @@ class SnapSlab {
     }
     SnapSlice& slice(std::int64_t z) { return slices_[static_cast<std::size_t>(z + 3) % 3]; }
 
-    // Makes room for what there would be without snapping; what is not used is never touched. The points of the
-    // slice behind are there for the last triangles.
+    // Makes room for what there would be without snapping; what is not used is never touched. The points of
+    // the slice behind are there for the last triangles.
     void reserve() {
         const auto resize = [](auto& buffer, std::uint64_t size) {
             buffer.clear();
@@ -112,8 +113,8 @@ class SnapSlab {
         measure_slice(input_, limit_, z, s);
     }
 
-    // Gives the points that are left of a slice their numbers and places. No branch depends on the points: it could
-    // not be foreseen.
+    // Gives the points that are left of a slice their numbers and places. No branch depends on the points: it
+    // could not be foreseen.
     void number(std::int64_t z) {
         const SnapSlice& s = slice(z);
         std::uint32_t* const one = one_.data();

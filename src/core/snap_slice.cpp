@@ -33,9 +33,9 @@ HWY_INLINE std::uint64_t deposit(std::uint64_t values, std::uint64_t places) {
 #endif
 }
 
-// Measures the points of a row, whatever their axes: as a point is on an edge, the sum of its three coordinates in
-// samples is that of the edge's start and the way along it. What is said of each is a bit in their order, which
-// then goes to the edge's place in its word.
+// Measures the points of a row, whatever their axes: as a point is on an edge, the sum of its three
+// coordinates in samples is that of the edge's start and the way along it. What is said of each is a bit in
+// their order, which then goes to the edge's place in its word.
 class RowMeter {
   public:
     RowMeter(const EmitInput& input, float limit)

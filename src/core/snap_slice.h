@@ -29,7 +29,8 @@ struct SnapSlice {
     Buffer<Vec3f> points, normals;
     Buffer<float> offsets;    ///< of the points from the end that they belong to, along the edge, in edges
     Buffer<Vec3f> row_bases;  ///< as Frame::row_base
-    /// By row, with a row of zeros before the first and a word of zeros before each; 0 where the surface is not.
+    /// By row, with a row of zeros before the first and a word of zeros before each; 0 where the surface is
+    /// not.
     Buffer<WordEdges> edges;
     Buffer<WordSides> sides;
     std::size_t stride = 0;            ///< of rows, in words
