@@ -138,7 +138,9 @@ constexpr std::array<RunningCase, 256> run(const std::array<Case, 256>& cases) {
     std::array<RunningCase, 256> result{};
     for (std::size_t i = 0; i < 256; ++i) {
         const Case& c = cases[i];
-        RunningCase& running = result[i];
+        std::size_t by_rows = 0;
+        for (std::size_t v = 0; v < 8; ++v) by_rows |= (i >> v & 1) << (v / 2 + 4 * (v % 2));
+        RunningCase& running = result[by_rows];
         running.triangles = c.triangles;
         for (int e = 0; e < 8; ++e) running.advance[e] = c.crossed >> e & 1;
         for (std::size_t k = 0; k < 16; ++k) {

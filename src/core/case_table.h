@@ -56,6 +56,8 @@ struct alignas(32) RunningCase {
 /// The table, indexed by case; and the same with every triangle turned over, for grids that are mirrored in
 /// space.
 extern const std::array<Case, 256> kCases, kMirroredCases;
+/// The same, indexed by the corners in another order, as they lie in rows of samples: bits 0 to 3 those at the
+/// cell's x, bits 4 to 7 those at x + 1, each time at (y, z) = (0,0) (1,0) (0,1) (1,1).
 extern const std::array<RunningCase, 256> kRunningCases, kMirroredRunningCases;
 
 }  // namespace marrow::internal

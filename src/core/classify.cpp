@@ -1,5 +1,6 @@
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "classify.cpp"
+#include <hwy/cache_control.h>
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
@@ -117,13 +118,22 @@ struct Slice {
     std::int64_t word_count() const { return (nx + 63) / 64; }
 };
 
+// Asks for the memory of 64 samples.
+template <class T>
+HWY_INLINE void ask_for(const T* samples) {
+    for (std::size_t i = 0; i < 64; i += 64 / sizeof(T)) hwy::Prefetch(samples + i);
+}
+
 template <class T>
 std::int64_t classify(const Slice<T>& slice, T threshold) {
+    // The processor's own prefetching starts anew with each page.
+    constexpr std::int64_t kAhead = 2048 / sizeof(T);
     std::int64_t non_finite = 0;
     for (std::int64_t y = 0; y < slice.ny; ++y) {
         const T* samples = slice.row(y);
         std::uint64_t* words = slice.words(y);
         for (std::int64_t w = 0; w < slice.word_count(); ++w) {
+            ask_for(samples + 64 * w + kAhead);
             words[w] = classify_samples(samples + 64 * w, slice.nx - 64 * w, threshold, non_finite);
         }
     }
@@ -147,6 +157,7 @@ std::int64_t classify_with_ranges(const Slice<T>& slice, T threshold, BlockRange
                    [&](std::int64_t bx, std::int64_t by, std::int64_t y, std::int64_t rows) HWY_ATTR {
                        const std::int64_t x = 64 * bx, count = std::min<std::int64_t>(64, slice.nx - x);
                        for (std::int64_t row = y; row < y + rows; ++row) {
+                           ask_for(slice.row(row + BlockRanges::kRows) + x);
                            slice.words(row)[bx] =
                                classify_samples(slice.row(row) + x, slice.nx - x, threshold, non_finite);
                        }

@@ -1,8 +1,4 @@
-// Which points crowd round a sample is seen in bits, for 64 samples at a time; so is how they hang together.
-// Two points of a sample are neighbours on the surface where their edges are perpendicular and the face
-// between these has a line from one to the other: always if the sample is inside, for the face's lines cut
-// off inside corners, and if it is outside where the face's fourth corner is inside. Three that are
-// neighbours of each other are a triangle.
+// Which points may join is seen in bits, for 64 samples at a time.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "crowds.cpp"
 #include <hwy/foreach_target.h>
@@ -20,14 +16,6 @@ namespace marrow::internal::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// A point's side of its sample: 2 * axis, and 1 more towards lower indices. Sets of them are bits.
-using Sides = std::uint32_t;
-constexpr std::uint32_t kSides = 6;
-
-constexpr Sides perpendicular_to(std::uint32_t side) {
-    return 0x3fu & ~(3u << (side & ~1u));
-}
-
 HWY_INLINE std::uint32_t popcount(std::uint64_t bits) {
     return static_cast<std::uint32_t>(__builtin_popcountll(bits));
 }
@@ -37,475 +25,456 @@ HWY_INLINE void for_each_bit(std::uint64_t bits, const F& f) {
     for (; bits != 0; bits &= bits - 1) f(static_cast<std::uint32_t>(std::countr_zero(bits)));
 }
 
-// The edges that start at the 64 samples of a word, and their points, by axis.
-struct WordEdges {
-    std::uint64_t crossed[3], second[3], near[3];  // second: the point belongs to the edge's second end
-    std::uint32_t first_point[3];
-};
-constexpr WordEdges kNoEdges{};
+constexpr std::uint64_t bit_at(std::uint32_t bit) {
+    return std::uint64_t{1} << bit;
+}
 
-// The edges at the 64 samples of a word on one of their sides.
-struct SideEdges {
-    std::uint64_t crossed, belongs;  // belongs: the point is nearer to this end
-    std::uint64_t near;
-    std::uint32_t first_point;
-    const float* offsets;  // of the slice in which the edges start
-    std::uint32_t first_of_slice;
+// The bits of a row and of those round it, for ambiguous faces. Where the grid ends, a missing row stands for
+// its neighbour.
+struct RowsAround {
+    const std::uint64_t* rows[3][3];  // by y and z, 1: the row itself
+    std::size_t words;
 
-    std::uint32_t point(std::uint32_t bit) const {
-        return first_point + popcount(crossed & ((std::uint64_t{1} << bit) - 1));
-    }
-    float offset(std::uint32_t point) const { return offsets[point - first_of_slice]; }
-};
-
-// The points that belong to one sample.
-struct Round {
-    Sides sides;
-    std::array<std::uint32_t, kSides> points;
-    std::array<float, kSides> offsets;
-    std::array<Sides, kSides> neighbours;  // on the surface
-    std::uint8_t faces;                    // of the box in which the sample lies
-
-    // The sides that hang together with the lowest of `among`.
-    Sides hanging_together(Sides among) const {
-        Sides found = among & (~among + 1), before = 0;
-        while (found != before) {
-            before = found;
-            for_each_bit(before, [&](std::uint32_t side) { found |= neighbours[side] & among; });
-        }
-        return found;
-    }
-
-    // Whether points that hang together leave one closed rim round them when they become one: whether they
-    // and the triangles between them have no hole. At the surface's border, whether they meet it in one piece.
-    bool may_join(Sides joining) const {
-        std::uint32_t edges = 0, at_border = 0, border_edges = 0;
-        for_each_bit(joining, [&](std::uint32_t side) {
-            at_border += (faces & ~(1u << side / 2)) != 0;
-            for_each_bit(neighbours[side] & joining & (~Sides{1} << side), [&](std::uint32_t other) {
-                ++edges;
-                border_edges += faces >> (3 - side / 2 - other / 2) & 1;
-            });
-        });
-        if (at_border > 0 && border_edges + 1 != at_border) return false;
-        const std::uint32_t count = popcount(joining);
-        if (count <= 3) return true;
-        std::uint32_t triangles = 0;
-        for (std::uint32_t corner = 0; corner < 8; ++corner) {
-            const std::uint32_t x = corner & 1, y = 2 + (corner >> 1 & 1), z = 4 + (corner >> 2);
-            triangles += (joining >> x & joining >> y & joining >> z & neighbours[x] >> y &
-                          neighbours[y] >> z & neighbours[z] >> x & 1);
-        }
-        return count + triangles == edges + 1;
-    }
-};
-
-// How far a position is along an axis.
-struct AxisMeter {
-    Vec3f per_mm{};        // what that gains, in edges, with a step in mm
-    float per_sample = 0;  // and with a step of a sample along x
-
-    AxisMeter(const Frame& frame, std::size_t axis) {
-        float squared = 0;
-        for (const Vec3f& m : frame.matrix) squared += m[axis] * m[axis];
-        for (std::size_t r = 0; r < 3; ++r) {
-            per_mm[r] = frame.matrix[r][axis] / squared;
-            per_sample += frame.matrix[r][0] * per_mm[r];
+    RowsAround(const InsideBits& bits, std::int64_t y, std::int64_t z) : words(bits.words_per_row) {
+        for (std::int64_t j = 0; j < 3; ++j) {
+            for (std::int64_t k = 0; k < 3; ++k) {
+                rows[j][k] = bits.row(bits.row_index(std::clamp<std::int64_t>(y + j - 1, 0, bits.ny - 1),
+                                                     std::clamp<std::int64_t>(z + k - 1, 0, bits.nz - 1)));
+            }
         }
     }
+    // The samples one further along x, and one before.
+    std::uint64_t next_x(const std::uint64_t* r, std::size_t w) const {
+        return r[w] >> 1 | (w + 1 < words ? r[w + 1] << 63 : 0);
+    }
+    std::uint64_t before_x(const std::uint64_t* r, std::size_t w) const {
+        return r[w] << 1 | (w > 0 ? r[w - 1] >> 63 : 0);
+    }
 };
 
-class CrowdFinder {
+class SliceJoiner {
   public:
-    CrowdFinder(const EmitInput& input, float limit, const Vec3f* points, std::vector<Crowd>& crowds)
+    SliceJoiner(const EmitInput& input, float limit, std::int64_t z, SnapSlice& before, SnapSlice& slice,
+                std::uint32_t* one, float* moved)
         : input_(input),
           bits_(input.bits),
           limit_(limit),
-          points_(points),
-          crowds_(crowds),
-          meters_{{input.frame, 0}, {input.frame, 1}, {input.frame, 2}},
-          slice_words_(bits_.words_per_row * static_cast<std::size_t>(bits_.ny)),
-          edges_(2 * slice_words_),
-          offsets_{Buffer<float>(kAtOnce), Buffer<float>(kAtOnce)},
-          no_words_(input.active.masks_per_row) {}
-
-    // Looks at slices one after the other; the one before is kept.
-    void look_at(std::int64_t z) {
-        const std::uint64_t first = input_.points.first_output(bits_.row_index(0, z)),
-                            end = input_.points.first_output(bits_.row_index(0, z + 1));
-        first_point_[z & 1] = static_cast<std::uint32_t>(first);
-        offsets_[z & 1].resize(end - first + kAtOnce);
-        const Vec3f* point = points_ + first;
-        float* offset = offsets_[z & 1].data();
-        WordEdges* edges = edges_.data() + static_cast<std::size_t>(z & 1) * slice_words_;
-        for (std::int64_t y = 0; y < bits_.ny; ++y, edges += bits_.words_per_row) {
-            const std::size_t r = bits_.row_index(y, z);
-            if (input_.points.leaves()[r] == 0) {
-                for_each_active_word(input_.active, r, [&](std::size_t w) { edges[w] = kNoEdges; });
-                continue;
-            }
-            const RowBits row(bits_, GridRow(bits_, r));
-            const Vec3f base = input_.frame.row_base(y - bits_.pad, z - bits_.pad);
-            const auto look_along = [&](std::size_t axis, const auto& crossed) HWY_ATTR {
-                const AxisMeter meter = meters_[axis];
-                for_each_active_word(input_.active, r, [&](std::size_t w) HWY_ATTR {
-                    WordEdges& word = edges[w];
-                    const std::uint64_t bits = crossed(w);
-                    word.crossed[axis] = bits;
-                    word.first_point[axis] = static_cast<std::uint32_t>(point - points_);
-                    const auto first_x =
-                        static_cast<std::int32_t>(64 * static_cast<std::int64_t>(w) - bits_.first_x);
-                    measure(meter, base, first_x, bits, point, offset, word.second[axis], word.near[axis]);
-                    const std::uint32_t count = popcount(bits);
-                    point += count;
-                    offset += count;
-                });
-            };
-            look_along(0, [&](std::size_t w) HWY_ATTR { return row.crossed_x(kRow, w); });
-            look_along(1, [&](std::size_t w) HWY_ATTR { return row.crossed_y(w); });
-            look_along(2, [&](std::size_t w) HWY_ATTR { return row.crossed_z(w); });
-        }
+          z_(z),
+          before_(before),
+          slice_(slice),
+          stride_(slice.stride),
+          one_(one),
+          moved_(moved),
+          crowds_((slice.size + before.size) / 2 + kSlack),
+          words_(slice.edges.size()) {
+        for (Buffer<float>* values : {&offsets_[0], &offsets_[1], &offsets_[2], &part_, &middle_[0],
+                                      &middle_[1], &middle_[2], &furthest_})
+            values->resize(crowds_.size());
     }
 
-    // Of a slice that was looked at, and the one before it, if any.
-    void find_in(std::int64_t z) {
-        for (std::int64_t y = 0; y < bits_.ny; ++y) find_in_row(y, z);
+    void join() {
+        if (slice_.size + before_.size == 0) return;
+        for (std::int64_t y = 0; y < bits_.ny; ++y) choose_in_row(y);
+        for (std::size_t k = 0; k < count_; ++k) gather(k);
+        find_middles();
+        for (std::size_t k = 0; k < word_count_; ++k) decide(words_[k]);
+        become_one();
     }
 
   private:
-    static constexpr std::uint32_t kAtOnce = 4;
+    static constexpr std::size_t kSlack = 8;
 
-    // Most words have few points along an axis. So many are measured without asking, and what was too much is
-    // overwritten; their bits are 0.
-    HWY_INLINE void measure(const AxisMeter& meter, const Vec3f& base, std::int32_t first_x,
-                            std::uint64_t crossed, const Vec3f* point, float* offset, std::uint64_t& second,
-                            std::uint64_t& near) {
-        const hn::CappedTag<float, kAtOnce> d;
-        const hn::RebindToSigned<decltype(d)> di;
-        using V = hn::Vec<decltype(d)>;
-        const Vec3f* const end = points_ + input_.points.total();
-        second = near = 0;
-        for (std::uint64_t left = crossed; left != 0; point += kAtOnce, offset += kAtOnce) {
-            HWY_ALIGN std::int32_t x[kAtOnce];
-            std::uint64_t bit[kAtOnce];
-            for (std::uint32_t k = 0; k < kAtOnce; ++k) {
-                x[k] = first_x + std::countr_zero(left);
-                bit[k] = left & (~left + 1);
+    // A sample whose points may become one.
+    struct Crowd {
+        std::uint32_t word, bit;  // the sample's
+        std::uint32_t points[3];  // by axis; where none is, `one`
+        std::uint32_t one;        // the first of them in the sample's slice stands for all
+        std::uint8_t sides[3];
+        bool joins;
+    };
+    // A word with samples that are crowded.
+    struct CrowdedWord {
+        std::uint32_t word;
+        std::uint32_t first_crowd;
+        std::uint64_t can;  // join
+        std::uint64_t near[6];
+    };
+
+    const std::uint64_t* row_active(std::int64_t y, std::int64_t z) const {
+        return y < 0 || z < 0 ? no_words_.data() : input_.active.row(bits_.row_index(y, z));
+    }
+
+    void choose_in_row(std::int64_t y) {
+        const std::uint64_t *here = row_active(y, z_), *before_y = row_active(y - 1, z_),
+                            *before_z = row_active(y, z_ - 1);
+        const std::size_t first = slice_.first_word(y);
+        const RowsAround rows(bits_, y, z_);
+        std::uint64_t carry = 0;
+        const std::size_t words_before = word_count_;
+        for (std::size_t m = 0; m < input_.active.masks_per_row; ++m) {
+            std::uint64_t words = here[m] | here[m] << 1 | carry | before_y[m] | before_z[m];
+            carry = here[m] >> 63;
+            if (64 * m + 64 > bits_.words_per_row)
+                words &= (std::uint64_t{2} << (bits_.words_per_row - 1) % 64) - 1;
+            for_each_bit(words, [&](std::uint32_t bit) HWY_ATTR {
+                choose_in_word(rows, y, 64 * m + bit, first + 64 * m + bit);
+            });
+        }
+        slice_.in_use[static_cast<std::size_t>(y)] |= word_count_ > words_before;
+    }
+
+    static std::uint64_t shifted(std::uint64_t bits, std::uint64_t before) {
+        return bits << 1 | before >> 63;
+    }
+
+    // The sides on which the points of word w, the `at`th of the slice, may join.
+    HWY_INLINE void choose_in_word(const RowsAround& rows, std::int64_t y, std::size_t w, std::size_t at) {
+        const WordEdges &here = slice_.edges[at], &before_x = slice_.edges[at - 1],
+                        &before_y = slice_.edges[at - stride_], &before_z = before_.edges[at];
+        const std::uint64_t second_x = shifted(here.second[0], before_x.second[0]);
+        const std::uint64_t own[6] = {here.crossed[0] & ~here.second[0], second_x,
+                                      here.crossed[1] & ~here.second[1], before_y.second[1],
+                                      here.crossed[2] & ~here.second[2], before_z.second[2]};
+        const std::uint64_t near[6] = {
+            own[0] & here.near[0], own[1] & shifted(here.near[0], before_x.near[0]),
+            own[2] & here.near[1], own[3] & before_y.near[1],
+            own[4] & here.near[2], own[5] & before_z.near[2]};
+        const std::uint64_t crowded = two_or_more(own) & any(near);
+        if (crowded == 0) return;
+
+        // Of two on one axis one may, the nearer if it is near.
+        WordSides may;
+        for (std::size_t k = 0; k < 6; k += 2) {
+            const std::uint64_t nearer = near[k + 1] & ~near[k];
+            may[k] = own[k] & crowded & ~nearer;
+            may[k + 1] = own[k + 1] & crowded & (~own[k] | nearer);
+        }
+        if (bits_.pad == 0) leave_out_at_border(y, w, may);
+        leave_out_ambiguous(rows, w, crowded & ~rows.rows[1][1][w], may);
+        std::uint64_t may_near[6];
+        for (std::size_t k = 0; k < 6; ++k) may_near[k] = may[k] & near[k];
+        const std::uint64_t can = two_or_more(may.data()) & any(may_near);
+        for (std::size_t k = 0; k < 6; ++k) slice_.sides[at][k] = may[k] & can;
+
+        CrowdedWord& word = words_[word_count_++];
+        word.word = static_cast<std::uint32_t>(at);
+        word.first_crowd = static_cast<std::uint32_t>(count_);
+        word.can = can;
+        for (std::size_t k = 0; k < 6; ++k) word.near[k] = near[k] & crowded;
+        // Most words have few. List so many without asking, and overwrite what was too much.
+        const std::size_t end = count_ + popcount(can);
+        for (std::uint64_t left = can; count_ < end; count_ += 4) {
+            for (std::size_t k = 0; k < 4; ++k) {
+                crowds_[count_ + k].word = static_cast<std::uint32_t>(at);
+                crowds_[count_ + k].bit = static_cast<std::uint32_t>(std::countr_zero(left));
                 left &= left - 1;
             }
-            Vec3f copied[kAtOnce] = {};
-            const Vec3f* from = point;
-            if (HWY_UNLIKELY(end - point < kAtOnce)) from = (std::copy(point, end, copied), copied);
-            for (std::size_t i = 0; i < kAtOnce; i += hn::Lanes(d)) {
-                V at[3];
-                hn::LoadInterleaved3(d, from[i].data(), at[0], at[1], at[2]);
-                V fraction = hn::Mul(hn::Set(d, -meter.per_sample), hn::ConvertTo(d, hn::Load(di, x + i)));
-                for (std::size_t r = 0; r < 3; ++r) {
-                    fraction = hn::Add(
-                        fraction, hn::Mul(hn::Sub(at[r], hn::Set(d, base[r])), hn::Set(d, meter.per_mm[r])));
-                }
-                const V one = hn::Set(d, 1.0f);
-                fraction =  // also where it is NaN
-                    hn::IfThenElseZero(hn::Gt(fraction, hn::Zero(d)), hn::Min(fraction, one));
-                const auto is_second = hn::Gt(fraction, hn::Set(d, 0.5f));
-                const V offsets = hn::IfThenElse(is_second, hn::Neg(hn::Sub(one, fraction)), fraction);
-                hn::StoreU(offsets, d, offset + i);
-                std::uint64_t second_bits = 0, near_bits = 0;
-                hn::StoreMaskBits(d, is_second, reinterpret_cast<std::uint8_t*>(&second_bits));
-                hn::StoreMaskBits(d, hn::Le(hn::Abs(offsets), hn::Set(d, limit_)),
-                                  reinterpret_cast<std::uint8_t*>(&near_bits));
-                for (std::size_t k = 0; k < hn::Lanes(d); ++k) {
-                    second |= bit[i + k] & (~(second_bits >> k & 1) + 1);
-                    near |= bit[i + k] & (~(near_bits >> k & 1) + 1);
-                }
-            }
+        }
+        count_ = end;
+    }
+
+    static HWY_INLINE std::uint64_t two_or_more(const std::uint64_t* sides) {
+        std::uint64_t one = 0, two = 0;
+        for (std::size_t k = 0; k < 6; ++k) {
+            two |= one & sides[k];
+            one |= sides[k];
+        }
+        return two;
+    }
+    static HWY_INLINE std::uint64_t any(const std::uint64_t* sides) {
+        return (sides[0] | sides[1]) | (sides[2] | sides[3]) | (sides[4] | sides[5]);
+    }
+
+    // Seen in the mirror of the box's face, a sample there has points on both sides of the axis across.
+    void leave_out_at_border(std::int64_t y, std::size_t w, WordSides& may) const {
+        if (y == 0 || y + 1 == bits_.ny) may[2] = may[3] = 0;
+        if (z_ == 0 || z_ + 1 == bits_.nz) may[4] = may[5] = 0;
+        std::uint64_t ends = w == 0 ? 1 : 0;
+        if (w == static_cast<std::size_t>(bits_.cells_x) / 64) ends |= bit_at(bits_.cells_x % 64);
+        may[0] &= ~ends;
+        may[1] &= ~ends;
+    }
+
+    // Of outside samples, the points in faces in which both inside corners are cut off.
+    HWY_INLINE void leave_out_ambiguous(const RowsAround& rows, std::size_t w, std::uint64_t outside,
+                                        WordSides& may) const {
+        if (outside == 0) return;
+        const auto& r = rows.rows;
+        const std::uint64_t x[2] = {outside & rows.next_x(r[1][1], w), outside & rows.before_x(r[1][1], w)};
+        const std::uint64_t z[2] = {outside & r[1][2][w], outside & r[1][0][w]};
+        for (std::size_t j = 0; j < 2; ++j) {
+            const std::uint64_t* const in_y = r[2 - 2 * j][1];
+            const std::uint64_t* const in_z = r[1][2 - 2 * j];
+            const std::uint64_t y = in_y[w],
+                                xy[2] = {y & x[0] & ~rows.next_x(in_y, w),
+                                         y & x[1] & ~rows.before_x(in_y, w)},
+                                xz[2] = {z[j] & x[0] & ~rows.next_x(in_z, w),
+                                         z[j] & x[1] & ~rows.before_x(in_z, w)},
+                                yz[2] = {y & z[0] & ~r[2 - 2 * j][2][w], y & z[1] & ~r[2 - 2 * j][0][w]};
+            may[0] &= ~(xy[0] | xz[0]);
+            may[1] &= ~(xy[1] | xz[1]);
+            may[2 + j] &= ~(xy[0] | xy[1] | yz[0] | yz[1]);
+            may[4 + j] &= ~(xz[0] | xz[1]);
+            may[4] &= ~yz[0];
+            may[5] &= ~yz[1];
         }
     }
 
-    // A row's edges, as far as its words are active.
-    struct RowEdges {
-        const WordEdges* words;
-        const std::uint64_t* active;
-
-        const WordEdges& operator[](std::size_t w) const {
-            return active[w / 64] >> w % 64 & 1 ? words[w] : kNoEdges;
-        }
+    // The edges that hold a word's points on one side, and the slice in which they start.
+    struct SideEdges {
+        const WordEdges* edges;
+        const SnapSlice* slice;
     };
-    RowEdges row_edges(std::int64_t y, std::int64_t z) const {
-        if (y < 0 || z < 0) return {nullptr, no_words_.data()};
-        return {edges_.data() + static_cast<std::size_t>(z & 1) * slice_words_ +
-                    static_cast<std::size_t>(y) * bits_.words_per_row,
-                input_.active.row(bits_.row_index(y, z))};
+    HWY_INLINE SideEdges side_edges(std::size_t word, std::uint32_t side) const {
+        const std::size_t at = side == 3 ? word - stride_ : word;
+        const SnapSlice* const slice = side == 5 ? &before_ : &slice_;
+        return {slice->edges.data() + at, slice};
+    }
+    // A point's place in its slice. An edge along x that ends at a sample comes right before the one that starts
+    // there.
+    static HWY_INLINE std::uint32_t place(const WordEdges& edges, std::uint32_t side, std::uint32_t bit) {
+        const std::uint32_t axis = side / 2;
+        return edges.first_point[axis] + popcount(edges.crossed[axis] & (bit_at(bit) - 1)) - (side == 1);
     }
 
-    void find_in_row(std::int64_t y, std::int64_t z) {
-        const RowEdges here = row_edges(y, z), before_y = row_edges(y - 1, z), before_z = row_edges(y, z - 1);
-        std::uint64_t carry = 0;
-        for (std::size_t m = 0; m < input_.active.masks_per_row; ++m) {
-            const std::uint64_t active = here.active[m];
-            const std::uint64_t words =
-                active | active << 1 | carry | before_y.active[m] | before_z.active[m];
-            carry = active >> 63;
-            for_each_bit(words, [&](std::uint32_t bit) HWY_ATTR {
-                const std::size_t w = 64 * m + bit;
-                if (w >= bits_.words_per_row) return;
-                find_in_word(w, y, z, here[w], w > 0 ? here[w - 1] : kNoEdges, before_y[w], before_z[w]);
-            });
-        }
+    // The value where the mask is all ones, 0 where it is 0: without a branch, which could not be foreseen.
+    static HWY_INLINE float masked(float value, std::uint32_t mask) {
+        return std::bit_cast<float>(std::bit_cast<std::uint32_t>(value) & mask);
     }
 
-    using Sides6 = std::array<SideEdges, kSides>;
-
-    HWY_INLINE void find_in_word(std::size_t w, std::int64_t y, std::int64_t z, const WordEdges& here,
-                                 const WordEdges& before_x, const WordEdges& before_y,
-                                 const WordEdges& before_z) {
-        const std::uint32_t this_first = first_point_[z & 1], before_first = first_point_[~z & 1];
-        const float *this_slice = offsets_[z & 1].data(), *slice_before = offsets_[~z & 1].data();
-        const auto starting = [&](std::size_t axis) -> SideEdges {
-            return {here.crossed[axis], here.crossed[axis] & ~here.second[axis],
-                    here.near[axis],    here.first_point[axis],
-                    this_slice,         this_first};
-        };
-        const auto ending = [](const WordEdges& before, std::size_t axis, const float* offsets,
-                               std::uint32_t first) -> SideEdges {
-            return {before.crossed[axis],
-                    before.second[axis],
-                    before.near[axis],
-                    before.first_point[axis],
-                    offsets,
-                    first};
-        };
-        const auto shifted = [](std::uint64_t bits, std::uint64_t before) {
-            return bits << 1 | before >> 63;
-        };
-        const auto last_of = [](const WordEdges& e) { return e.first_point[0] + popcount(e.crossed[0]) - 1; };
-        const SideEdges ending_x{shifted(here.crossed[0], before_x.crossed[0]),
-                                 shifted(here.second[0], before_x.second[0]),
-                                 shifted(here.near[0], before_x.near[0]),
-                                 before_x.crossed[0] >> 63 ? last_of(before_x) : here.first_point[0],
-                                 this_slice,
-                                 this_first};
-        const Sides6 edges{starting(0), ending_x,
-                           starting(1), ending(before_y, 1, this_slice, this_first),
-                           starting(2), ending(before_z, 2, slice_before, before_first)};
-        std::uint64_t one = 0, two = 0, near = 0, opposite = 0;
-        for (const SideEdges& e : edges) {
-            two |= one & e.belongs;
-            one |= e.belongs;
-            near |= e.near & e.belongs;
-        }
-        const std::uint64_t crowded = two & near;
-        if (crowded == 0) return;
-        for (std::size_t side = 0; side < kSides; side += 2)
-            opposite |= edges[side].belongs & edges[side + 1].belongs;
-        const std::uint64_t apart = separated(w, y, z, edges), plain = crowded & ~opposite & ~apart;
-        for_each_bit(crowded, [&](std::uint32_t bit) HWY_ATTR {
-            const std::array<std::int64_t, 3> sample{static_cast<std::int64_t>(64 * w + bit), y, z};
-            if ((plain >> bit & 1) == 0 || !add_plain(edges, bit, faces_of_sample(sample)))
-                find_round(edges, bit, sample, (apart >> bit & 1) != 0);
-        });
-    }
-
-    // The outside samples of a word with two points that belong to them on perpendicular edges but are no
-    // neighbours.
-    HWY_INLINE std::uint64_t separated(std::size_t w, std::int64_t y, std::int64_t z,
-                                       const Sides6& edges) const {
-        const auto row = [&](std::int64_t at_y, std::int64_t at_z) {  // where the grid ends, any row does
-            return bits_.row(bits_.row_index(std::clamp<std::int64_t>(at_y, 0, bits_.ny - 1),
-                                             std::clamp<std::int64_t>(at_z, 0, bits_.nz - 1)));
-        };
-        const auto next_x = [&](const std::uint64_t* r) {
-            return r[w] >> 1 | (w + 1 < bits_.words_per_row ? r[w + 1] << 63 : 0);
-        };
-        const auto before_x = [&](const std::uint64_t* r) {
-            return r[w] << 1 | (w > 0 ? r[w - 1] >> 63 : 0);
-        };
-        const auto both = [&](std::size_t a, std::size_t b) { return edges[a].belongs & edges[b].belongs; };
-        std::uint64_t result = 0;
-        for (std::uint32_t up = 0; up < 2; ++up) {
-            const std::int64_t step = up == 0 ? 1 : -1;
-            const std::uint64_t *in_y = row(y + step, z), *in_z = row(y, z + step);
-            result |= (both(0, 2 + up) & ~next_x(in_y)) | (both(1, 2 + up) & ~before_x(in_y)) |
-                      (both(0, 4 + up) & ~next_x(in_z)) | (both(1, 4 + up) & ~before_x(in_z)) |
-                      (both(2, 4 + up) & ~row(y + 1, z + step)[w]) |
-                      (both(3, 4 + up) & ~row(y - 1, z + step)[w]);
-        }
-        return result & ~row(y, z)[w];
-    }
-
-    std::uint8_t faces_of_sample(const std::array<std::int64_t, 3>& sample) const {
-        std::uint32_t faces = 0;
-        for (std::size_t a = 0; a < 3; ++a) {
-            const bool in_face = sample[a] == 0 || sample[a] + 1 == input_.volume.geometry.dims[a];
-            faces |= static_cast<std::uint32_t>(in_face) << a;
-        }
-        return static_cast<std::uint8_t>(bits_.pad == 0 ? faces : 0);
-    }
-
-    // The crowd of a sample with at most one point along each axis, all neighbours of each other, if these all
-    // become one in their mean: without branches, most are such.
-    HWY_INLINE bool add_plain(const Sides6& edges, std::uint32_t bit, std::uint8_t faces) {
-        if (faces != 0) return false;
-        std::uint32_t points[3], present[3];
-        float offsets[3];
+    HWY_INLINE void gather(std::size_t k) {
+        Crowd& crowd = crowds_[k];
+        const WordSides& sides = slice_.sides[crowd.word];
+        const std::uint32_t bit = crowd.bit;
+        std::uint32_t one = ~std::uint32_t{0}, count = 0, there[3];
         for (std::uint32_t a = 0; a < 3; ++a) {
-            const auto backward = static_cast<std::uint32_t>(edges[2 * a + 1].belongs >> bit & 1);
-            const SideEdges& side = edges[2 * a + backward];
-            present[a] = static_cast<std::uint32_t>(side.belongs >> bit & 1);
-            points[a] = side.point(bit);
-            const float offset = side.offsets[present[a] != 0 ? points[a] - side.first_of_slice : 0];
-            offsets[a] = present[a] != 0 ? offset : 0;
+            const auto backward = static_cast<std::uint32_t>(sides[2 * a + 1] >> bit & 1);
+            const std::uint32_t side = 2 * a + backward;
+            const auto is_there = static_cast<std::uint32_t>(sides[side] >> bit & 1);
+            const auto [edges, slice] = side_edges(crowd.word, side);
+            there[a] = ~is_there + 1;
+            const std::uint32_t at = place(*edges, side, bit) & there[a];
+            crowd.sides[a] = static_cast<std::uint8_t>(side);
+            offsets_[a][k] = masked(slice->offsets[at], there[a]);
+            crowd.points[a] = slice->start + at;
+            count += is_there;
+            const std::uint32_t in_slice = a == 2 ? there[a] & (backward - 1) : there[a];
+            one = std::min(one, crowd.points[a] | ~in_slice);
         }
-        constexpr float kPart[] = {0, 1, 1.0f / 2, 1.0f / 3};
-        const std::uint32_t size = present[0] + present[1] + present[2];
-        const float part = kPart[size];
-        const Vec3f middle{part * offsets[0], part * offsets[1], part * offsets[2]};
-        const float squared = middle[0] * middle[0] + middle[1] * middle[1] + middle[2] * middle[2];
-        float furthest = 0;
-        for (std::uint32_t a = 0; a < 3; ++a) {
-            const float along = offsets[a] - middle[a];
-            const float far = squared - middle[a] * middle[a] + along * along;
-            furthest = std::max(furthest, present[a] != 0 ? far : 0);
-        }
-        furthest = std::sqrt(furthest);
-        if (furthest > limit_) return false;
-        Crowd& crowd = crowds_.emplace_back();
-        std::uint32_t k = 0;
-        for (std::uint8_t a = 0; a < 3; ++a) {
-            crowd.points[k] = points[a];
-            crowd.offsets[k] = offsets[a];
-            crowd.axes[k] = a;
-            k += present[a];
-        }
-        crowd.size = crowd.joining = static_cast<std::uint8_t>(size);
-        crowd.faces = 0;
-        crowd.moved = furthest;
-        crowd.middle = middle;
-        return true;
+        for (std::size_t a = 0; a < 3; ++a)
+            crowd.points[a] = (crowd.points[a] & there[a]) | (one & ~there[a]);
+        crowd.one = one;
+        part_[k] = count == 3 ? 1.0f / 3 : 1.0f / 2;
+        crowd.joins = true;
     }
 
-    bool is_inside(std::int64_t bit, std::int64_t y, std::int64_t z) const {
-        return bits_.row(bits_.row_index(y, z))[bit / 64] >> bit % 64 & 1;
-    }
-
-    // The crowds round the sample at (bit, y, z) of the grid.
-    void find_round(const Sides6& edges, std::uint32_t bit, const std::array<std::int64_t, 3>& sample,
-                    bool apart) {
-        Round round;
-        round.sides = 0;
-        for (std::uint32_t side = 0; side < kSides; ++side) {
-            if ((edges[side].belongs >> bit & 1) == 0) continue;
-            round.sides |= 1u << side;
-            round.points[side] = edges[side].point(bit);
-            round.offsets[side] = edges[side].offset(round.points[side]);
-        }
-        round.faces = faces_of_sample(sample);
-        for_each_bit(round.sides, [&](std::uint32_t side) HWY_ATTR {
-            round.neighbours[side] = round.sides & perpendicular_to(side);
-            if (!apart) return;
-            for_each_bit(round.neighbours[side], [&](std::uint32_t other) HWY_ATTR {
-                std::array<std::int64_t, 3> corner = sample;
-                corner[side / 2] += side & 1 ? -1 : 1;
-                corner[other / 2] += other & 1 ? -1 : 1;
-                if (!is_inside(corner[0], corner[1], corner[2])) round.neighbours[side] &= ~(1u << other);
-            });
-        });
-        for (Sides left = round.sides; left != 0;) {
-            const Sides together = round.hanging_together(left);
-            left &= ~together;
-            float nearest = 1;
-            for_each_bit(together, [&](std::uint32_t side) HWY_ATTR {
-                nearest = std::min(nearest, std::abs(round.offsets[side]));
-            });
-            if ((together & (together - 1)) != 0 && nearest <= limit_) add(round, together);
-        }
-    }
-
-    static std::uint8_t faces_of(const Round& round, Sides sides) {
-        std::uint32_t faces = 0;
-        for_each_bit(sides, [&](std::uint32_t side) { faces |= round.faces & ~(1u << side / 2); });
-        return static_cast<std::uint8_t>(faces);
-    }
-
-    // A place from which none of the points is further than the limit, after leaving out those that are too
-    // far from the others; from the sample, in edges. It is the points' mean, or if that is too far, nearer
-    // to the middle of the smallest ball that holds them (Badoiu and Clarkson 2003). Where points lie in
-    // faces of the volume's box, it does too.
-    Vec3f find_middle(const Round& round, Sides& sides, float& furthest) const {
-        const float most = limit_ * limit_;
-        for (;;) {
-            Vec3f middle{0, 0, 0};
-            for_each_bit(sides, [&](std::uint32_t side) { middle[side / 2] += round.offsets[side]; });
-            const auto count = static_cast<float>(popcount(sides));
-            for (float& m : middle) m /= count;
-            const std::uint32_t faces = round.faces == 0 ? 0 : faces_of(round, sides);
-            std::uint32_t last = 0;
-            for (float step = 2; step < 10; ++step) {
-                for (unsigned a = 0; a < 3; ++a) middle[a] = faces >> a & 1 ? 0 : middle[a];
-                const float squared = middle[0] * middle[0] + middle[1] * middle[1] + middle[2] * middle[2];
-                float far = -1;
-                for_each_bit(sides, [&](std::uint32_t side) {
-                    const float across = middle[side / 2], along = round.offsets[side] - across;
-                    const float distance = squared - across * across + along * along;
-                    last = distance > far ? side : last;
-                    far = std::max(distance, far);
-                });
-                if (far <= most) {
-                    furthest = std::sqrt(std::max(far, 0.0f));
-                    return middle;
-                }
-                for (std::uint32_t a = 0; a < 3; ++a)
-                    middle[a] += ((a == last / 2 ? round.offsets[last] : 0) - middle[a]) / step;
+    // Most become one in their mean. From that, two are equally far, and where there is no third it would be as far.
+    void find_middles() {
+        const hn::CappedTag<float, kSlack> d;
+        using V = hn::Vec<decltype(d)>;
+        for (std::size_t k = 0; k < count_; k += hn::Lanes(d)) {
+            const V part = hn::LoadU(d, part_.data() + k);
+            V offset[3], middle[3], squares[3], furthest = hn::Zero(d);
+            for (std::size_t a = 0; a < 3; ++a) {
+                offset[a] = hn::LoadU(d, offsets_[a].data() + k);
+                middle[a] = hn::Mul(part, offset[a]);
+                squares[a] = hn::Mul(middle[a], middle[a]);
+                hn::StoreU(middle[a], d, middle_[a].data() + k);
             }
-            sides &= ~(1u << last);
+            const V squared = hn::Add(hn::Add(squares[0], squares[1]), squares[2]);
+            for (std::size_t a = 0; a < 3; ++a) {
+                const V along = hn::Sub(offset[a], middle[a]);
+                furthest = hn::Max(furthest, hn::Add(hn::Sub(squared, squares[a]), hn::Mul(along, along)));
+            }
+            furthest = hn::Sqrt(furthest);
+            hn::StoreU(furthest, d, furthest_.data() + k);
         }
+        for (std::size_t k = 0; k < count_; ++k)
+            if (HWY_UNLIKELY(furthest_[k] > limit_)) find_near_middle(k);
     }
 
-    void add(const Round& round, Sides together) {
-        Sides joining = together;
-        float furthest = 0;
-        const Vec3f middle = find_middle(round, joining, furthest);
-        if ((joining & (joining - 1)) == 0 || round.hanging_together(joining) != joining ||
-            !round.may_join(joining))
-            joining = 0;
-        Crowd& crowd = crowds_.emplace_back();
-        crowd.size = 0;
-        const auto append = [&](std::uint32_t side) {
-            crowd.points[crowd.size] = round.points[side];
-            crowd.offsets[crowd.size] = round.offsets[side];
-            crowd.axes[crowd.size++] = static_cast<std::uint8_t>(side / 2);
-        };
-        for_each_bit(joining, append);
-        crowd.joining = crowd.size;
-        for_each_bit(together & ~joining, append);
-        crowd.faces = faces_of(round, joining);
-        crowd.moved = furthest;
-        crowd.middle = middle;
+    // A place from which none of three points is further than the limit, if there is one: towards the middle of
+    // the smallest ball that holds them (Badoiu and Clarkson 2003), or between two of them.
+    void find_near_middle(std::size_t k) {
+        Crowd& crowd = crowds_[k];
+        crowd.joins = false;
+        if (part_[k] == 0.5f) return;
+        const Vec3f offsets{offsets_[0][k], offsets_[1][k], offsets_[2][k]};
+        Vec3f m{middle_[0][k], middle_[1][k], middle_[2][k]};
+        // Half of what is between the two that are furthest apart must do in any case.
+        const Vec3f squares{offsets[0] * offsets[0], offsets[1] * offsets[1], offsets[2] * offsets[2]};
+        const float apart =
+            squares[0] + squares[1] + squares[2] - *std::min_element(squares.begin(), squares.end());
+        const bool may_do = apart <= 4 * limit_ * limit_;
+        for (float step = 2; may_do && step < 10; ++step) {
+            const float squared = m[0] * m[0] + m[1] * m[1] + m[2] * m[2];
+            Vec3f far;
+            for (std::size_t a = 0; a < 3; ++a)
+                far[a] = squared - m[a] * m[a] + (offsets[a] - m[a]) * (offsets[a] - m[a]);
+            const auto last =
+                static_cast<std::size_t>(std::max_element(far.begin(), far.end()) - far.begin());
+            const float furthest = std::sqrt(far[last]);
+            if (furthest <= limit_) {
+                for (std::size_t a = 0; a < 3; ++a) middle_[a][k] = m[a];
+                furthest_[k] = furthest;
+                crowd.joins = true;
+                return;
+            }
+            for (std::size_t a = 0; a < 3; ++a) m[a] += ((a == last ? offsets[last] : 0) - m[a]) / step;
+        }
+        // Without the furthest from the sample; or where that is not known to do, with another rather.
+        std::size_t left_out = 3;
+        float highest = -2;
+        for (std::size_t a = 0; a < 3; ++a) {
+            const float b = offsets[(a + 1) % 3], c = offsets[(a + 2) % 3];
+            const float score = std::abs(offsets[a]) - (crowd.sides[a] == 4 ? 1.0f : 0.0f);
+            if (std::sqrt(b * b + c * c) / 2 > limit_ || score <= highest || is_opposite(crowd, a)) continue;
+            left_out = a;
+            highest = score;
+        }
+        if (left_out == 3) return;
+        slice_.sides[crowd.word][crowd.sides[left_out]] &= ~bit_at(crowd.bit);
+        gather(k);
+        float squared = 0;
+        for (std::size_t a = 0; a < 3; ++a) {
+            middle_[a][k] = offsets_[a][k] / 2;
+            squared += middle_[a][k] * middle_[a][k];
+        }
+        furthest_[k] = std::sqrt(squared);
+    }
+
+    // Whether the sample at the other end of a point's edge has points on sides opposite to those of the crowd's
+    // two others. Of the next slice it is not known yet.
+    bool is_opposite(const Crowd& crowd, std::size_t axis) const {
+        if (crowd.sides[axis] == 4) return false;
+        const bool forward = crowd.sides[axis] % 2 == 0;
+        std::int64_t word = crowd.word, bit = crowd.bit;
+        if (axis == 0) bit += forward ? 1 : -1;
+        if (axis == 1)
+            word += forward ? static_cast<std::int64_t>(stride_) : -static_cast<std::int64_t>(stride_);
+        const SnapSlice& slice = axis == 2 ? before_ : slice_;
+        return has_point(slice, word, bit, crowd.sides[(axis + 1) % 3] ^ 1u) &&
+               has_point(slice, word, bit, crowd.sides[(axis + 2) % 3] ^ 1u);
+    }
+    // Of a sample of the slice; `bit` may lie in a word beside. Edges towards the slice before are of that.
+    bool has_point(const SnapSlice& slice, std::int64_t word, std::int64_t bit, std::uint32_t side) const {
+        const std::size_t axis = side / 2;
+        if (side == 1) --bit;
+        if (side == 3) word -= static_cast<std::int64_t>(stride_);
+        word += bit < 0 ? -1 : bit / 64;
+        const WordEdges& edges = (side == 5 ? before_ : slice).edges[static_cast<std::size_t>(word)];
+        const std::uint64_t own =
+            side % 2 == 1 ? edges.second[axis] : edges.crossed[axis] & ~edges.second[axis];
+        return own >> (bit & 63) & 1;
+    }
+
+    // Samples and those before them along an axis whose points are on sides opposite in both other axes, with
+    // none on the edge between.
+    static HWY_INLINE std::uint64_t opposite(std::size_t axis, const WordSides& before,
+                                             const WordSides& here) {
+        const std::size_t b = 2 * ((axis + 1) % 3), c = 2 * ((axis + 2) % 3);
+        return ((here[b] & before[b + 1]) | (here[b + 1] & before[b])) &
+               ((here[c] & before[c + 1]) | (here[c + 1] & before[c])) &
+               ~(before[2 * axis] | here[2 * axis + 1]);
+    }
+
+    // Which of a word's crowds join; other near points move away.
+    HWY_INLINE void decide(const CrowdedWord& word) {
+        const WordSides &sides = slice_.sides[word.word], &before_x = slice_.sides[word.word - 1];
+        WordSides sides_x;
+        for (std::size_t k = 0; k < 6; ++k) sides_x[k] = shifted(sides[k], before_x[k]);
+        const std::uint64_t apart =
+            word.can & (opposite(0, sides_x, sides) | opposite(1, slice_.sides[word.word - stride_], sides) |
+                        opposite(2, before_.sides[word.word], sides));
+        Crowd* const crowds = crowds_.data() + word.first_crowd;
+        for_each_bit(
+            apart, [&](std::uint32_t bit) { crowds[popcount(word.can & (bit_at(bit) - 1))].joins = false; });
+        std::uint64_t joining = 0, left = word.can;
+        for (std::size_t k = 0; left != 0; ++k, left &= left - 1)
+            joining |= left & (~left + 1) & (~std::uint64_t{crowds[k].joins} + 1);
+        std::uint64_t away[6];
+        for (std::size_t k = 0; k < 6; ++k) away[k] = word.near[k] & ~(sides[k] & joining);
+        for_each_bit(any(away), [&](std::uint32_t bit) HWY_ATTR {
+            std::uint32_t of_sample = 0;
+            for (std::uint32_t k = 0; k < 6; ++k)
+                of_sample |= static_cast<std::uint32_t>(away[k] >> bit & 1) << k;
+            for_each_bit(of_sample, [&](std::uint32_t side) HWY_ATTR { move_away(word.word, bit, side); });
+        });
+    }
+
+    // Moves a point to the limit's distance from its sample, on its edge.
+    void move_away(std::size_t word, std::uint32_t bit, std::uint32_t side) {
+        SnapSlice& slice = side == 5 ? before_ : slice_;
+        const std::uint32_t at = place(*side_edges(word, side).edges, side, bit);
+        const float step = (side % 2 == 0 ? limit_ : -limit_) - slice.offsets[at];
+        moved_[slice.start + at] = std::abs(step);
+        for (std::size_t r = 0; r < 3; ++r) slice.points[at][r] += input_.frame.matrix[r][side / 2] * step;
+    }
+
+    void become_one() {
+        slice_.from_before.resize(count_ + 1);
+        std::size_t from_before = 0;
+        for (std::size_t k = 0; k < count_; ++k) {
+            const Crowd& crowd = crowds_[k];
+            if (HWY_UNLIKELY(!crowd.joins)) continue;
+            if (!slice_.normals.empty()) join_normals(crowd);
+            for (const std::uint32_t p : crowd.points) {
+                one_[p] = crowd.one;
+                moved_[p] = furthest_[k];
+            }
+            slice_.from_before[from_before] = {crowd.points[2], crowd.one};
+            from_before += crowd.points[2] < slice_.start;
+            const auto stride = static_cast<std::uint32_t>(stride_);
+            const std::uint32_t y = crowd.word / stride - 1, w = crowd.word % stride - 1;
+            const auto x =
+                static_cast<std::int32_t>(64 * w + crowd.bit) - static_cast<std::int32_t>(bits_.first_x);
+            const Vec3f& base = slice_.row_bases[y];
+            const float step[3] = {static_cast<float>(x) + middle_[0][k], middle_[1][k], middle_[2][k]};
+            Vec3f& point = slice_.points[crowd.one - slice_.start];
+            for (std::size_t r = 0; r < 3; ++r) {
+                const Vec3f& m = input_.frame.matrix[r];
+                point[r] = base[r] + (m[0] * step[0] + m[1] * step[1] + m[2] * step[2]);
+            }
+        }
+        slice_.from_before.resize(from_before);
+    }
+
+    void join_normals(const Crowd& crowd) {
+        Vec3f normal{0, 0, 0};
+        for (std::size_t a = 0; a < 3; ++a) {
+            const std::uint32_t p = crowd.points[a];
+            const SnapSlice& slice = p < slice_.start ? before_ : slice_;
+            if ((slice_.sides[crowd.word][crowd.sides[a]] >> crowd.bit & 1) == 0) continue;
+            for (std::size_t r = 0; r < 3; ++r) normal[r] += slice.normals[p - slice.start][r];
+        }
+        const float length = std::sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
+        if (length > 0)
+            slice_.normals[crowd.one - slice_.start] = {normal[0] / length, normal[1] / length,
+                                                        normal[2] / length};
     }
 
     const EmitInput& input_;
     const InsideBits& bits_;
     const float limit_;
-    const Vec3f* const points_;
-    std::vector<Crowd>& crowds_;
-    const AxisMeter meters_[3];
-    const std::size_t slice_words_;
-    Buffer<WordEdges> edges_;   // of even and odd slices; those of words that are not active mean nothing
-    Buffer<float> offsets_[2];  // of the points of even and odd slices
-    std::uint32_t first_point_[2] = {};
-    const std::vector<std::uint64_t> no_words_;
+    const std::int64_t z_;
+    SnapSlice& before_;
+    SnapSlice& slice_;
+    const std::size_t stride_;
+    std::uint32_t* const one_;
+    float* const moved_;
+    const std::vector<std::uint64_t> no_words_ = std::vector<std::uint64_t>(input_.active.masks_per_row);
+    Buffer<Crowd> crowds_;
+    // Of these: the points' offsets by axis, 0 where none is; 1 / how many there are; where they become one, from
+    // the sample, in edges; and how far the furthest has to go there.
+    Buffer<float> offsets_[3], part_, middle_[3], furthest_;
+    std::size_t count_ = 0;
+    Buffer<CrowdedWord> words_;
+    std::size_t word_count_ = 0;
 };
 
-void find_crowds_target(const EmitInput& input, float limit, const Vec3f* points, std::size_t begin,
-                        std::size_t end, std::vector<Crowd>& crowds, std::vector<std::size_t>& slice_ends) {
-    if (input.points.total() == 0) return slice_ends.resize(end - begin, 0);
-    CrowdFinder finder(input, limit, points, crowds);
-    if (begin > 0) finder.look_at(static_cast<std::int64_t>(begin) - 1);
-    for (std::size_t z = begin; z < end; ++z) {
-        finder.look_at(static_cast<std::int64_t>(z));
-        finder.find_in(static_cast<std::int64_t>(z));
-        slice_ends.push_back(crowds.size());
-    }
+void join_slice_target(const EmitInput& input, float limit, std::int64_t z, SnapSlice& before,
+                       SnapSlice& slice, std::uint32_t* one, float* moved) {
+    SliceJoiner(input, limit, z, before, slice, one, moved).join();
 }
 
 }  // namespace marrow::internal::HWY_NAMESPACE
@@ -514,11 +483,11 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace marrow::internal {
 
-HWY_EXPORT(find_crowds_target);
+HWY_EXPORT(join_slice_target);
 
-void find_crowds(const EmitInput& input, float limit, const Vec3f* points, std::size_t begin, std::size_t end,
-                 std::vector<Crowd>& crowds, std::vector<std::size_t>& slice_ends) {
-    HWY_DYNAMIC_DISPATCH(find_crowds_target)(input, limit, points, begin, end, crowds, slice_ends);
+void join_slice(const EmitInput& input, float limit, std::int64_t z, SnapSlice& before, SnapSlice& slice,
+                std::uint32_t* one, float* moved) {
+    HWY_DYNAMIC_DISPATCH(join_slice_target)(input, limit, z, before, slice, one, moved);
 }
 
 }  // namespace marrow::internal

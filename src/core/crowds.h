@@ -1,34 +1,17 @@
-/// Where the surface passes close to a sample: the points that crowd round it.
+/// Where the surface passes close to a sample: the points that crowd round it become one, or keep away.
 #pragma once
 
-#include <array>
-#include <cstddef>
 #include <cstdint>
-#include <vector>
-
-#include <marrow/mesh.h>
 
 #include "emit.h"
+#include "snap_slice.h"
 
 namespace marrow::internal {
 
-/// Points that belong to one sample, the nearer end of their edges, and hang together by triangles' sides; one
-/// of them, at least, is closer to it than the limit.
-struct Crowd {
-    std::array<std::uint32_t, 6> points;
-    std::array<float, 6> offsets;      ///< from the sample along their edges' axes, in edges
-    std::array<std::uint8_t, 6> axes;  ///< of their edges
-    std::uint8_t size;
-    std::uint8_t joining;  ///< so many of them, the first, can become one as far as the sample's surroundings
-                           ///< tell; 0: none can, or will
-    std::uint8_t faces;  ///< of an open volume's box that have one of these: bit a where it ends along axis a
-    float moved;         ///< the furthest that one of these moves when they become one, in edges
-    Vec3f middle;        ///< where they do, from the sample, in edges
-};
-
-/// Appends the crowds of the samples of slices [begin, end), in order, and after each slice their number to
-/// `slice_ends`. `points`: all of the surface's. \throw std::bad_alloc
-void find_crowds(const EmitInput& input, float limit, const Vec3f* points, std::size_t begin, std::size_t end,
-                 std::vector<Crowd>& crowds, std::vector<std::size_t>& slice_ends);
+/// Joins the points that crowd round the samples of slice z, or moves them apart. By number, `one` receives which
+/// point each becomes, which has its new place then, and `moved` how far each was moved, in edges. \pre both slices
+/// are measured, and the one before is joined unless z is the first; the points stand for themselves in `one`
+void join_slice(const EmitInput& input, float limit, std::int64_t z, SnapSlice& before, SnapSlice& slice,
+                std::uint32_t* one, float* moved);
 
 }  // namespace marrow::internal

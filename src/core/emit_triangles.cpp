@@ -55,17 +55,80 @@ class RunningIds {
     alignas(32) std::uint32_t counters_[8];
 };
 
+// The cells of a word, by their rows of samples: bit i of lane r of `here` is the sample at x = i of row r, of
+// `next` the one at x = i + 1. On narrow targets two vectors have two rows each.
+class CellRows {
+  public:
+    CellRows(const RowBits& row, std::size_t w) {
+        const bool last = w + 1 == row.words;
+        for (std::size_t k = 0; k < kVectors; ++k) {
+            here_[k] = samples(row, k, w);
+            const Vec ahead = last ? hn::Zero(D()) : samples(row, k, w + 1);
+            next_[k] = hn::Or(hn::ShiftRight<1>(here_[k]), hn::ShiftLeft<63>(ahead));
+        }
+    }
+
+    // The cells that the surface passes through: those whose corners are neither all outside nor all inside.
+    HWY_INLINE std::uint64_t active() const {
+        Vec some = hn::Or(here_[0], next_[0]), all = hn::And(here_[0], next_[0]);
+        for (std::size_t k = 1; k < kVectors; ++k) {
+            some = hn::Or(some, hn::Or(here_[k], next_[k]));
+            all = hn::And(all, hn::And(here_[k], next_[k]));
+        }
+        if constexpr (kLanes >= 2) {
+            some = hn::Or(some, hn::Reverse2(D(), some));
+            all = hn::And(all, hn::Reverse2(D(), all));
+        }
+#if HWY_CAP_GE256
+        some = hn::Or(some, hn::SwapAdjacentBlocks(some));
+        all = hn::And(all, hn::SwapAdjacentBlocks(all));
+#endif
+        return hn::GetLane(hn::AndNot(all, some));
+    }
+    // The index into RunningCases of the cell at the one bit that is set.
+    HWY_INLINE std::uint8_t running_case(std::uint64_t bit) const {
+        const Vec cell = hn::Set(D(), bit);
+        unsigned c = 0;
+        for (std::size_t k = 0; k < kVectors; ++k) {
+            std::uint8_t here = 0, next = 0;
+            hn::StoreMaskBits(D(), hn::TestBit(here_[k], cell), &here);
+            hn::StoreMaskBits(D(), hn::TestBit(next_[k], cell), &next);
+            c |= static_cast<unsigned>(here | next << 4) << kLanes * k;
+        }
+        return static_cast<std::uint8_t>(c);
+    }
+
+  private:
+    using D = hn::CappedTag<std::uint64_t, 4>;
+    using Vec = hn::Vec<D>;
+    static constexpr std::size_t kLanes = hn::MaxLanes(D()), kVectors = 4 / kLanes;
+
+    // Word w of each of the k-th vector's rows.
+    static HWY_INLINE Vec samples(const RowBits& row, std::size_t k, std::size_t w) {
+        const D d;
+        const auto of_row = [&](std::size_t r) HWY_ATTR { return hn::Set(d, row.rows[kLanes * k + r][w]); };
+#if HWY_CAP_GE256
+        return hn::ConcatUpperLower(d, hn::OddEven(of_row(3), of_row(2)), hn::OddEven(of_row(1), of_row(0)));
+#else
+        if constexpr (kLanes == 2) return hn::OddEven(of_row(1), of_row(0));
+        return of_row(0);
+#endif
+    }
+
+    Vec here_[kVectors], next_[kVectors];
+};
+
 // Appends the cases of a row's active cells to what `list` points to, and returns its new end.
 HWY_INLINE std::uint8_t* list_cases(const ActiveWords& active_words, std::size_t r, const RowBits& row,
                                     std::uint8_t* HWY_RESTRICT list) {
     for_each_active_word(active_words, r, [&](std::size_t w) HWY_ATTR {
-        const CellBits cells(row, w);
+        const CellRows cells(row, w);
         std::uint64_t active = cells.active() & row.valid(w);
         std::uint8_t* const end = list + __builtin_popcountll(active);
         // Most words have few. List so many without asking, and overwrite what was too much.
         do {
             for (int i = 0; i < 4; ++i) {
-                list[i] = cells.cell_case(active & (~active + 1));
+                list[i] = cells.running_case(active & (~active + 1));
                 active &= active - 1;
             }
             list += 4;

@@ -133,7 +133,8 @@ std::size_t snap_whole(const EmitInput& input, const IsosurfaceOptions& options,
 std::size_t emit(const Extraction& e, const Pyramids& pyramids, double isovalue, Mesh& mesh) {
     const EmitInput input{e.volume,        isovalue,           e.frame,        e.bits,        e.active,
                           pyramids.points, pyramids.triangles, e.rows.along_x, e.rows.along_y};
-    Stage stage(e.options.progress, 0.4, e.options.snap > 0 ? 0.6 : 1, 2 * share_count());
+    if (e.options.snap > 0) return snap_whole(input, e.options, mesh);
+    Stage stage(e.options.progress, 0.4, 1, 2 * share_count());
     Vec3f* normals = e.options.normals ? mesh.normals.data() : nullptr;
     for_each_share(input.points, 0, e.bits.rows(), [&](std::size_t row_begin, std::size_t row_end) {
         emit_points(input, row_begin, row_end, mesh.points.data(), normals);
@@ -143,7 +144,6 @@ std::size_t emit(const Extraction& e, const Pyramids& pyramids, double isovalue,
         emit_triangles(input, row_begin, row_end, mesh.triangles.data());
         stage.step();
     });
-    if (e.options.snap > 0) return snap_whole(input, e.options, mesh);
     report(e.options.progress, 1);
     return 0;
 }

@@ -45,7 +45,7 @@ void Stage::step() {
 }
 
 std::size_t share_count() {
-    return 8 * static_cast<std::size_t>(tbb::this_task_arena::max_concurrency());
+    return kSharesPerThread * static_cast<std::size_t>(tbb::this_task_arena::max_concurrency());
 }
 
 std::size_t row_at(const HistoPyramid& pyramid, std::uint64_t key) {

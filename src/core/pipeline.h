@@ -40,6 +40,7 @@ class Stage {
 };
 
 /// Into how many shares work on the output is divided: several a thread, so that none waits long for the slowest.
+inline constexpr std::size_t kSharesPerThread = 8;
 std::size_t share_count();
 
 /// The row at which the part of the output from `key` on starts: the first that does not begin before it.

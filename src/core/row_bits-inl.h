@@ -13,8 +13,6 @@
 HWY_BEFORE_NAMESPACE();
 namespace marrow::internal::HWY_NAMESPACE {
 
-namespace hn = hwy::HWY_NAMESPACE;
-
 // The row's neighbours in the grid: (y + 1, z), (y, z + 1), (y + 1, z + 1).
 enum Row { kRow = 0, kNextY = 1, kNextZ = 2, kNextYZ = 3 };
 
@@ -83,28 +81,6 @@ struct CellBits {
             corners[2 * r] = row.rows[r][w];
             corners[2 * r + 1] = row.next_x(static_cast<Row>(r), w);
         }
-    }
-
-    // The cells that the surface passes through: those whose corners are neither all outside nor all inside.
-    std::uint64_t active() const {
-        std::uint64_t some = 0, all = ~std::uint64_t{0};
-        for (const std::uint64_t c : corners) {
-            some |= c;
-            all &= c;
-        }
-        return some & ~all;
-    }
-    // The case of the cell at the one bit that is set.
-    HWY_INLINE std::uint8_t cell_case(std::uint64_t bit) const {
-        const hn::CappedTag<std::uint64_t, 8> d;
-        const auto cell = hn::Set(d, bit);
-        unsigned c = 0;
-        for (std::size_t v = 0; v < 8; v += hn::MaxLanes(d)) {
-            std::uint8_t inside = 0;
-            hn::StoreMaskBits(d, hn::TestBit(hn::Load(d, corners + v), cell), &inside);
-            c |= static_cast<unsigned>(inside) << v;
-        }
-        return static_cast<std::uint8_t>(c);
     }
 };
 

@@ -1,4 +1,4 @@
-/// Pass 4, where wanted: the points round a sample that the surface passes close to become one.
+/// Pass 3 with snapping: points that crowd round a sample are one, and triangles that would collapse are not there.
 #pragma once
 
 #include <cstddef>
@@ -10,8 +10,9 @@
 
 namespace marrow::internal {
 
-/// Snaps the whole mesh that was emitted from `input`; `limit` as IsosurfaceOptions::snap. Returns the bytes
-/// of memory that took beside the mesh. Reports progress from 0.6 to 1. \throw Cancelled; std::bad_alloc
+/// Makes the snapped mesh; `limit` as IsosurfaceOptions::snap. `mesh` comes with room for the unsnapped one, and
+/// normals if they are wanted. Returns the bytes of memory that took beside. Reports progress from 0.4 to 1.
+/// \throw Cancelled; std::bad_alloc
 std::size_t snap(const EmitInput& input, double limit, const Progress& progress, Mesh& mesh);
 
 }  // namespace marrow::internal
