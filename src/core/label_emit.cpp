@@ -48,7 +48,7 @@ class RowFrame {
 };
 
 void place_points_of_row(LabelNet& net, const Frame& frame, bool relaxed, std::int64_t j, std::int64_t k,
-                         const PointWriter* writers) {
+                         PointWriter* writers) {
     const BorderBits& bits = net.bits;
     const CellRow row(bits, j, k);
     if (row.first == bits.first_of_row[bits.row_number(j, k) + 1]) return;
@@ -62,14 +62,14 @@ void place_points_of_row(LabelNet& net, const Frame& frame, bool relaxed, std::i
             row_frame.to_space(static_cast<std::int64_t>(64 * w) + __builtin_ctzll(left), point);
             const CellPlaces places = net.places[id];
             auto& number = net.numbers[id].number;
-            number[0] = writers[places.lesser()].write(number[0], point);
-            number[1] = writers[places.greater()].write(number[1], point);
+            number[0] = writers[places.lesser()].write(point);
+            number[1] = writers[places.greater()].write(point);
         }
     }
 }
 
 void place_points_of_piece(LabelNet& net, const Frame& frame, bool relaxed, std::size_t piece_number,
-                           const PointWriter* writers) {
+                           PointWriter* writers) {
     NetPiece& piece = net.pieces[piece_number];
     const std::int64_t first = static_cast<std::int64_t>(piece_number) * NetPiece::kSlices;
     for (std::int64_t k = first; k < std::min(first + NetPiece::kSlices, net.bits.dims[2] + 1); ++k) {
@@ -88,8 +88,7 @@ void place_points_of_piece(LabelNet& net, const Frame& frame, bool relaxed, std:
             const CellPattern::Own& own = pattern.owns[o];
             const NetPoint& point =
                 own.number == 0 ? first_point : piece.more[cell.first_more + own.number - 1];
-            std::uint32_t& number = piece.numbers[cell.first_own + o];
-            number = writers[cell.place_of_label[own.label]].write(number, point);
+            piece.numbers[cell.first_own + o] = writers[cell.place_of_label[own.label]].write(point);
         }
     }
 }
@@ -235,7 +234,7 @@ void place_points(LabelNet& net, const Frame& frame, Place background, std::vect
         Vec3f dropped;
         std::vector<PointWriter> writers(labels);
         for (std::size_t place = 0; place < labels; ++place)
-            writers[place] = {meshes[place].points.data(), first[p][place], ~std::uint32_t{0}};
+            writers[place] = {meshes[place].points.data(), first[p][place], 1};
         writers[background] = {&dropped, 0, 0};
         HWY_DYNAMIC_DISPATCH(place_points_of_piece)(net, frame, relaxed, p, writers.data());
         stage.step();

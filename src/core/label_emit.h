@@ -10,15 +10,17 @@
 
 namespace marrow::internal {
 
-/// Of a label's mesh: where a piece's points go. The background's all go to one place, and what is there is dropped.
+/// Where a label's next point goes. Steps of 0: the background's, which are all dropped.
 struct PointWriter {
     Vec3f* points;
-    std::uint32_t first, mask;
+    std::uint32_t next, step;
 
-    std::uint32_t write(std::uint32_t number, const NetPoint& point) const {
-        const std::uint32_t own = (first + number) & mask;
-        points[own] = {point.at[0], point.at[1], point.at[2]};
-        return own;
+    /// Returns the point's number.
+    std::uint32_t write(const NetPoint& point) {
+        const std::uint32_t number = next;
+        points[number] = {point.at[0], point.at[1], point.at[2]};
+        next += step;
+        return number;
     }
 };
 

@@ -88,7 +88,8 @@ class CellMaker {
         NetPiece::Count &a = piece_.counts[places.lesser()], &b = piece_.counts[places.greater()];
         net_.shapes[id] = static_cast<std::uint8_t>(corners >> 1);
         net_.places[id] = places;
-        net_.numbers[id] = {{static_cast<std::uint32_t>(a.points++), static_cast<std::uint32_t>(b.points++)}};
+        ++a.points;
+        ++b.points;
         const std::uint64_t quarters = cases_[corners >> 1].quarters;
         a.quarters += quarters;
         b.quarters += quarters;
@@ -109,8 +110,8 @@ class CellMaker {
         net_.places[id] = {0, 0};
         net_.numbers[id] = {{static_cast<std::uint32_t>(piece_.complex.size()), 0}};
         for (const CellPattern::Own& own : pattern.owns)
-            piece_.numbers.push_back(
-                static_cast<std::uint32_t>(piece_.counts[cell.place_of_label[own.label]].points++));
+            ++piece_.counts[cell.place_of_label[own.label]].points;
+        piece_.numbers.resize(piece_.numbers.size() + pattern.owns.size());
         piece_.more.insert(piece_.more.end(), pattern.at.begin() + 1, pattern.at.end());
         for (std::size_t l = 0; l < static_cast<std::size_t>(corners.labels); ++l)
             piece_.counts[cell.place_of_label[l]].quarters += pattern.quarters[l];

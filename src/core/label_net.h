@@ -25,8 +25,8 @@ struct CellPlaces {
     Place greater() const { return std::max(corner, other); }
 };
 
-/// The numbers of a cell's point in the meshes of its lesser and of its greater label: among those of the piece, until
-/// place_points makes them final. Of a complex cell: number[0] is its place in the piece's list.
+/// The numbers of a cell's point in the meshes of its lesser and of its greater label, from place_points on. Of a complex cell,
+/// number[0] is its place in the piece's list.
 struct alignas(8) CellNumbers {
     std::array<std::uint32_t, 2> number;
 };

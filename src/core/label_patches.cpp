@@ -45,24 +45,37 @@ void ComplexPatches::add(std::size_t axis, const EdgeCells& round) {
     const auto number_of = [&](std::size_t c, std::int8_t own) {
         return pieces_[kind.upper[c]]->numbers[cells[c]->first_own + static_cast<std::size_t>(own)];
     };
-    for (std::size_t end = 0; end < 2; ++end) {
-        const Place place = place_at(end);
-        TriangleWriter& writer = writers_[place];
-        if (writer.step == 0) continue;
-        std::array<Corner, 4> corners;
+    const std::array<Place, 2> places{place_at(0), place_at(1)};
+    const auto corner_of = [&](std::size_t c, std::size_t end) {
+        if (cells[c] != nullptr) return number_of(c, cells[c]->pattern->own_of_edge[kind.local_edge[c]][end]);
+        return net_.numbers[round[c]].number[places[end] != net_.places[round[c]].lesser() ? 1 : 0];
+    };
+    const auto is_single = [](const ComplexCell* cell) { return cell == nullptr || cell->pattern->single; };
+    if (std::all_of(cells.begin(), cells.end(), is_single)) {
+        const std::size_t from = first_diagonal_is_shorter(net_.points[round[0]], net_.points[round[1]],
+                                                           net_.points[round[2]], net_.points[round[3]])
+                                     ? 0
+                                     : 1;
+        std::array<Corners, 2> quads;
         for (std::size_t c = 0; c < 4; ++c) {
-            const NetPoint* const first = &net_.points[round[c]];
-            if (cells[c] == nullptr) {
-                const std::size_t side = place != net_.places[round[c]].lesser() ? 1 : 0;
-                corners[c] = {net_.numbers[round[c]].number[side], first};
-                continue;
-            }
+            for (std::size_t end = 0; end < 2; ++end) quads[end][c] = corner_of((c + from) % 4, end);
+        }
+        const std::size_t straight = mirrored_ ? 1 : 0;
+        writers_[places[straight]].add(quads[straight]);
+        writers_[places[1 - straight]].add_turned(quads[1 - straight]);
+        return;
+    }
+    for (std::size_t end = 0; end < 2; ++end) {
+        TriangleWriter& writer = writers_[places[end]];
+        if (writer.step == 0) continue;
+        std::array<const NetPoint*, 4> at;
+        for (std::size_t c = 0; c < 4; ++c) {
+            at[c] = &net_.points[round[c]];
+            if (cells[c] == nullptr) continue;
             const CellPattern& pattern = *cells[c]->pattern;
             const std::int8_t own = pattern.own_of_edge[kind.local_edge[c]][end];
             const std::size_t number = pattern.owns[static_cast<std::size_t>(own)].number;
-            corners[c] = {
-                number_of(c, own),
-                number == 0 ? first : &pieces_[kind.upper[c]]->more[cells[c]->first_more + number - 1]};
+            if (number != 0) at[c] = &pieces_[kind.upper[c]]->more[cells[c]->first_more + number - 1];
         }
         // The polygon: corners, and between some of them knots. The face between a cell and the next is the lower one of
         // whichever lies higher.
@@ -71,7 +84,7 @@ void ComplexPatches::add(std::size_t axis, const EdgeCells& round) {
         std::array<std::uint32_t, 8> polygon{};
         std::size_t size = 0, from = polygon.size();
         for (std::size_t c = 0; c < 4; ++c) {
-            polygon[size++] = corners[c].number;
+            polygon[size++] = corner_of(c, end);
             const std::size_t higher = kHigher[c];
             if (cells[higher] == nullptr) continue;
             const std::int8_t knot =
@@ -82,10 +95,7 @@ void ComplexPatches::add(std::size_t axis, const EdgeCells& round) {
         }
         // As a fan: from an end of the shorter diagonal; with knots from the first of these, as a diagonal beside it could be
         // another patch's too: the face has two knots.
-        if (size == 4)
-            from = first_diagonal_is_shorter(*corners[0].at, *corners[1].at, *corners[2].at, *corners[3].at)
-                       ? 0
-                       : 1;
+        if (size == 4) from = first_diagonal_is_shorter(*at[0], *at[1], *at[2], *at[3]) ? 0 : 1;
         const auto next = [&](std::size_t n) { return n + 1 < size ? n + 1 : 0; };
         for (std::size_t n = next(from); next(n) != from; n = next(n)) {
             const std::uint32_t b = polygon[n], c = polygon[next(n)];

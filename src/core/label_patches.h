@@ -81,11 +81,6 @@ class ComplexPatches {
     void add(std::size_t axis, const EdgeCells& round);
 
   private:
-    struct Corner {
-        std::uint32_t number;
-        const NetPoint* at;
-    };
-
     const LabelNet& net_;
     const bool mirrored_;
     TriangleWriter* writers_;
