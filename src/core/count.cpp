@@ -20,10 +20,6 @@ namespace marrow::internal::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-HWY_INLINE std::uint32_t popcount(std::uint64_t bits) {
-    return static_cast<std::uint32_t>(__builtin_popcountll(bits));
-}
-
 using Words = hn::ScalableTag<std::uint64_t>;
 using WordVec = hn::Vec<Words>;
 

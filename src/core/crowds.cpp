@@ -17,10 +17,6 @@ namespace marrow::internal::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-HWY_INLINE std::uint32_t popcount(std::uint64_t bits) {
-    return static_cast<std::uint32_t>(__builtin_popcountll(bits));
-}
-
 template <class F>
 HWY_INLINE void for_each_bit(std::uint64_t bits, const F& f) {
     for (; bits != 0; bits &= bits - 1) f(static_cast<std::uint32_t>(std::countr_zero(bits)));

@@ -53,7 +53,7 @@ class RowEdges {
   private:
     // Most words have few. Lists so many without asking, and overwrites what was too much.
     static HWY_INLINE std::int32_t* append(std::uint64_t bits, std::int32_t x, std::int32_t* xs) {
-        std::int32_t* const end = xs + __builtin_popcountll(bits);
+        std::int32_t* const end = xs + popcount(bits);
         do {
             for (std::size_t i = 0; i < 4; ++i) {
                 xs[i] = x + std::countr_zero(bits);

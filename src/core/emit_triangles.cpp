@@ -124,7 +124,7 @@ HWY_INLINE std::uint8_t* list_cases(const ActiveWords& active_words, std::size_t
     for_each_active_word(active_words, r, [&](std::size_t w) HWY_ATTR {
         const CellRows cells(row, w);
         std::uint64_t active = cells.active() & row.valid(w);
-        std::uint8_t* const end = list + __builtin_popcountll(active);
+        std::uint8_t* const end = list + popcount(active);
         // Most words have few. List so many without asking, and overwrite what was too much.
         do {
             for (int i = 0; i < 4; ++i) {

@@ -13,6 +13,10 @@
 HWY_BEFORE_NAMESPACE();
 namespace marrow::internal::HWY_NAMESPACE {
 
+HWY_INLINE std::uint32_t popcount(std::uint64_t bits) {
+    return static_cast<std::uint32_t>(__builtin_popcountll(bits));
+}
+
 // The row's neighbours in the grid: (y + 1, z), (y, z + 1), (y + 1, z + 1).
 enum Row { kRow = 0, kNextY = 1, kNextZ = 2, kNextYZ = 3 };
 

@@ -17,10 +17,6 @@ namespace marrow::internal::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-HWY_INLINE std::uint32_t popcount(std::uint64_t bits) {
-    return static_cast<std::uint32_t>(__builtin_popcountll(bits));
-}
-
 // The lowest bits of `values`, in order, to where `places` has bits.
 HWY_INLINE std::uint64_t deposit(std::uint64_t values, std::uint64_t places) {
 #if HWY_ARCH_X86_64 && HWY_TARGET <= HWY_AVX2
