@@ -14,7 +14,9 @@
 #include <marrow/measure.h>
 
 #include "fields.h"
+#include "mesh/triangle_distance.h"
 #include "mesh/triangle_tree.h"
+#include "mesh/vector.h"
 
 namespace marrow {
 namespace {
@@ -299,6 +301,56 @@ TEST(TriangleTree, FindsTheNearestOfAllTriangles) {
             EXPECT_GE(found, nearest - 0.04);  // the net's step
         }
     }
+}
+
+TEST(TriangleTree, FindsTheSameAsLookingAtEachTriangleWhereverItBegins) {
+    test::Random random(23);
+    const auto unit = [&] { return std::uniform_real_distribution<float>(-1, 1)(random); };
+    for (const std::size_t n : {1u, 7u, 8u, 9u, 64u, 65u, 3000u}) {
+        Mesh soup;
+        const bool crowded = n == 65;  // all in one place of the curve
+        for (std::uint32_t t = 0; t < n; ++t) {
+            const Vec3f middle{crowded ? 5 : 9 * unit(), crowded ? 5 : 9 * unit(), 0.1f * unit()};
+            for (int c = 0; c < 3; ++c)
+                soup.points.push_back({middle[0] + unit(), middle[1] + unit(), middle[2] + unit()});
+            if (t % 5 == 3) soup.points.back() = soup.points[soup.points.size() - 2];  // without area
+            soup.triangles.push_back({3 * t, 3 * t + 1, 3 * t + 2});
+        }
+        const internal::TriangleTree tree(soup);
+        std::uint32_t guess = internal::TriangleTree::kAnywhere;
+        for (int trial = 0; trial < 300; ++trial) {
+            const Vec3d p{10.0 * unit(), 10.0 * unit(), 3.0 * unit()};
+            double squared = std::numeric_limits<double>::infinity();
+            for (const Triangle& t : soup.triangles) {
+                const internal::Corners c(soup, t);
+                squared = std::min(squared, internal::squared_distance_to_triangle(p, c.a, c.b, c.c));
+            }
+            const double nearest = std::sqrt(squared);
+            ASSERT_EQ(tree.distance(p), nearest);
+            ASSERT_EQ(tree.distance(p, 0, guess), nearest);
+            EXPECT_TRUE(tree.is_within(p, 1.001 * nearest));
+            EXPECT_FALSE(tree.is_within(p, 0.999 * nearest));
+            // Where any within `enough` will do, none further comes out, and where there is none, the nearest.
+            EXPECT_LE(tree.distance(p, 1.5 * nearest, guess), 1.5 * nearest);
+            EXPECT_EQ(tree.distance(p, 0.9 * nearest), nearest);
+        }
+    }
+}
+
+TEST(TriangleTree, SeesWhatIsNoDistanceAway) {
+    const Mesh mesh = sphere(4, 3);
+    const internal::TriangleTree tree(mesh);
+    for (const Vec3f& p : mesh.points) {
+        const Vec3d at = internal::to_double(p);
+        EXPECT_EQ(tree.distance(at), 0);
+        for (const double within : {0.0, 1e-200, 1e-30}) EXPECT_TRUE(tree.is_within(at, within));
+    }
+}
+
+TEST(TriangleTree, SeesFurtherThanFloatsSquared) {
+    Mesh far = sphere(1, 1);
+    const internal::TriangleTree tree(far);
+    EXPECT_NEAR(tree.distance({3e30, 0, 0}) / 3e30, 1, 1e-12);
 }
 
 TEST(MeshDistance, HasTheSameBitsForAnyNumberOfThreads) {

@@ -3,8 +3,11 @@
 
 #include <hwy/targets.h>
 
+#include <tuple>
+
 #include <marrow/isosurface.h>
 #include <marrow/labels.h>
+#include <marrow/refine.h>
 #include <marrow/sweep.h>
 
 #include "fields.h"
@@ -117,6 +120,23 @@ TEST(SimdTargets, SweepsAgreeExactly) {
     const auto targets = available_targets();
     const auto best = sweep_on(targets.front());
     for (const std::int64_t target : targets) EXPECT_EQ(sweep_on(target), best) << hwy::TargetName(target);
+}
+
+TEST(SimdTargets, ReductionsAndDistancesAgreeExactly) {
+    const Volume volume = sampled_in_space<float>(grid(60, 60, 60), torus({30, 30, 30}, 17, 7));
+    const Mesh mesh = extract_isosurface(volume, 0);
+    const auto reduce_on = [&](std::int64_t target) {
+        const Forced forced(target);
+        SimplifyStats by_count, by_error;
+        const Mesh few = simplify(mesh, {.triangles = 2000}, &by_count);
+        const Mesh near = simplify(mesh, {.max_error = 0.05}, &by_error);
+        return std::tuple(mesh_hash(few), mesh_hash(near), by_count.deviation.mean, by_count.deviation.max,
+                          by_error.deviation.mean, by_error.deviation.max);
+    };
+    const auto targets = available_targets();
+    const auto best = reduce_on(targets.front());
+    EXPECT_GT(std::get<2>(best), 0);
+    for (const std::int64_t target : targets) EXPECT_EQ(reduce_on(target), best) << hwy::TargetName(target);
 }
 
 TEST(SimdTargets, RandomGridsAreClosedAndClassicOnEach) {

@@ -81,7 +81,7 @@ struct SimplifyStats {
 /// where it lies too far away, until it keeps the error everywhere. Normals, where there are any, become those
 /// of the triangles. Without max_error and `stats` nothing is measured, which is faster. The same bits for any
 /// number of threads. \throw InputError negative triangles, a max_error that is not positive, triangles that name
-/// no point; LimitError 2^32 / 3 triangles; Cancelled
+/// no point; LimitError 2^30 triangles; Cancelled
 Mesh simplify(const Mesh& mesh, const SimplifyOptions& options, SimplifyStats* stats = nullptr);
 
 }  // namespace marrow

@@ -58,7 +58,7 @@ bool DeviationGuard::points_stay_near(std::span<const PlacedTriangle> patch) {
     for (Move& move : moves_) {
         double nearest = max_distance_ * max_distance_;
         for (const PlacedTriangle& t : patch) {
-            const double d = squared_distance_to_triangle(points_[move.point], t.a, t.b, t.c, nearest);
+            const double d = squared_distance_to_triangle(points_[move.point], t.a, t.b, t.c);
             if (d <= nearest) nearest = d, move.triangle = t.index;
         }
         if (move.triangle == kNone) return false;
@@ -91,8 +91,7 @@ bool DeviationGuard::is_near(const Vec3d& place) const {
     if (nearest != kNone) {
         for (std::size_t i = fan_begin_[nearest]; i < fan_begin_[nearest + std::size_t{1}]; ++i) {
             const Triangle& t = mesh_.triangles[fans_[i]];
-            if (squared_distance_to_triangle(place, points_[t[0]], points_[t[1]], points_[t[2]], most) <=
-                most)
+            if (squared_distance_to_triangle(place, points_[t[0]], points_[t[1]], points_[t[2]]) <= most)
                 return true;
         }
     }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include <marrow/measure.h>
@@ -25,9 +26,11 @@ struct Distances {
     double mean() const;  ///< over the area
 };
 
-/// \pre both meshes have triangles, which
-/// name points that are there; samples > 0
-Distances distances(const Mesh& from, const TriangleTree& to, std::int64_t samples);
+/// The trees are those of the two meshes. Of the points, a distance that is no more than `enough`, or than another
+/// one, may come out larger than it is, though no larger than these: the largest, and which are above `enough`, are right.
+/// \pre both meshes have triangles, which name points that are there; samples > 0
+Distances distances(const Mesh& from, const TriangleTree& from_tree, const TriangleTree& to,
+                    std::int64_t samples, double enough = std::numeric_limits<double>::infinity());
 
 /// Of both directions' distances.
 MeshDistance symmetric(const Distances& there, const Distances& back);

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <vector>
 
 #include <marrow/error.h>
@@ -27,8 +28,9 @@ struct Attempt {
 Attempt attempt(const Mesh& mesh, const TriangleTree& tree, const SimplifyOptions& options, double guarded,
                 const std::vector<bool>& fixed) {
     const double max_error = options.max_error;
-    DeviationGuard guard(mesh, tree, guarded);
-    EdgeCollapse collapse(mesh, guarded, std::isfinite(max_error) ? &guard : nullptr);
+    std::optional<DeviationGuard> guard;
+    if (std::isfinite(max_error)) guard.emplace(mesh, tree, guarded);
+    EdgeCollapse collapse(mesh, guarded, guard ? &*guard : nullptr);
     for (std::uint32_t p = 0; p < fixed.size(); ++p) {
         if (fixed[p]) collapse.fix(p);
     }
@@ -36,9 +38,11 @@ Attempt attempt(const Mesh& mesh, const TriangleTree& tree, const SimplifyOption
     Attempt result;
     std::vector<std::uint32_t> old_triangles;
     result.mesh = collapse.mesh(&old_triangles);
-    const Distances there = distances(mesh, TriangleTree(result.mesh), kDistanceSamples);
-    const Distances back = distances(result.mesh, tree, kDistanceSamples);
+    const TriangleTree new_tree(result.mesh);
+    const Distances there = distances(mesh, tree, new_tree, kDistanceSamples, max_error);
+    const Distances back = distances(result.mesh, new_tree, tree, kDistanceSamples, max_error);
     result.deviation = symmetric(there, back);
+    if (result.deviation.max <= max_error) return result;
 
     const auto blame = [&](std::uint32_t p) { result.to_blame.push_back(p); };
     const auto blame_corners = [&](std::uint32_t t) {
@@ -53,7 +57,7 @@ Attempt attempt(const Mesh& mesh, const TriangleTree& tree, const SimplifyOption
     for (const Distances::Place& place : back.places) {
         if (place.distance <= max_error) continue;
         blame_corners(tree.nearest(place.place).triangle);
-        guard.for_each_point_of(old_triangles[place.triangle], blame);
+        guard->for_each_point_of(old_triangles[place.triangle], blame);
     }
     for (const Vec3f& p : result.mesh.points) {
         const auto nearest = tree.nearest(to_double(p), max_error);
@@ -81,8 +85,8 @@ Mesh simplify(const Mesh& mesh, const SimplifyOptions& options, SimplifyStats* s
     if (options.triangles < 0) throw InputError("simplify: the number of triangles must not be negative");
     if (!(options.max_error > 0)) throw InputError("simplify: the largest error must be above 0");
     check_triangles(mesh);
-    if (mesh.triangles.size() >= (std::size_t{1} << 32) / 3)
-        throw LimitError("simplify: the mesh has more than 2^32 / 3 triangles");
+    if (mesh.triangles.size() >= std::size_t{1} << 30)
+        throw LimitError("simplify: the mesh has 2^30 triangles or more");
     SimplifyStats found;
     if (mesh.triangles.size() <= static_cast<std::size_t>(options.triangles)) {
         if (stats) *stats = found;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -11,30 +12,48 @@
 #include <marrow/mesh.h>
 #include <marrow/volume.h>
 
+#include "morton_curve.h"
+#include "triangle_search.h"
+
 namespace marrow::internal {
 
-/// A copy of a mesh's triangles under a balanced binary tree of boxes, parted at the median of the longest
-/// axis.
+/// A copy of a mesh's triangles along a Morton curve, and a tree of boxes over them, eight under each, that are parted
+/// where the curve goes from one half of a cube to the other: little more work than sorting them. After Lauterbach et al.
+/// 2009.
 class TriangleTree {
   public:
-    /// \pre mesh has triangles, and they name points that are there
+    /// \pre mesh has triangles, fewer than 2^32, and they name points that are there
     explicit TriangleTree(const Mesh& mesh);
+
+    /// The i-th triangle of the mesh along the curve, on which neighbours lie near each other.
+    std::uint32_t along_curve(std::size_t i) const { return tree_.triangles[i].triangle; }
+
+    /// Where a search begins that is given no better guess.
+    static constexpr std::uint32_t kAnywhere = 0;
 
     /// The distance from a place to the nearest one on a triangle; or to any that is no further than `enough`.
     double distance(const Vec3d& place, double enough = 0) const { return nearest(place, enough).distance; }
     /// The same, with a guess where to look first, which becomes where it was found: that of a place near by makes
     /// it faster and changes nothing.
-    double distance(const Vec3d& place, std::size_t& leaf) const { return nearest(place, 0, &leaf).distance; }
+    double distance(const Vec3d& place, double enough, std::uint32_t& guess) const {
+        return std::sqrt(find_nearest(tree_, place, enough, kFar, &guess).squared_distance);
+    }
 
     struct Nearest {
         double distance;
         std::uint32_t triangle;  ///< of the mesh
     };
     /// The nearest triangle; or the first found that is no further than `enough`.
-    Nearest nearest(const Vec3d& place, double enough = 0) const { return nearest(place, enough, nullptr); }
+    Nearest nearest(const Vec3d& place, double enough = 0) const {
+        const FoundTriangle found = find_nearest(tree_, place, enough, kFar, nullptr);
+        return {std::sqrt(found.squared_distance), found.triangle};
+    }
 
     /// Whether a triangle is no further than `distance`; faster than to ask for the nearest.
-    bool is_within(const Vec3d& place, double distance) const;
+    bool is_within(const Vec3d& place, double distance) const {
+        return find_nearest(tree_, place, distance, distance, nullptr).squared_distance <=
+               distance * distance;
+    }
 
     /// Calls f(t, triangle) for each triangle of the mesh that the ray from `origin` meets at
     /// origin + t * direction, 0 <= t <= t_max, in no order. Triangles along the ray are not met.
@@ -45,50 +64,46 @@ class TriangleTree {
         Vec3f lower, upper;
     };
     static Box box_of(const Triangle& t, const Mesh& mesh) {
-        return Corners{mesh.points[t[0]], mesh.points[t[1]], mesh.points[t[2]], 0}.box();
+        return box_of(PlacedCorners{mesh.points[t[0]], mesh.points[t[1]], mesh.points[t[2]], 0});
     }
     /// Calls f(triangle) for each triangle of the mesh whose box shares a place with `box`, in no order.
     template <class F>
     void for_each_in(const Box& box, F f) const;
 
   private:
-    struct Corners {
-        Vec3f a, b, c;
-        std::uint32_t triangle;
+    static constexpr double kFar = std::numeric_limits<double>::infinity();
+    static constexpr std::uint32_t kWidth = EightBoxes::kWidth;
 
-        Box box() const;
-    };
-    /// Calls f for the triangles in the leaves under the nodes whose boxes are `wanted`.
+    static Box box_of(const PlacedCorners& t);
+    static Box box_of(const EightBoxes& node, std::uint32_t child) {
+        return {{node.lower[0][child], node.lower[1][child], node.lower[2][child]},
+                {node.upper[0][child], node.upper[1][child], node.upper[2][child]}};
+    }
+    /// Calls f for the triangles whose boxes are `wanted`.
     template <class Wanted, class F>
     void visit(Wanted wanted, F f) const;
-    Nearest nearest(const Vec3d& place, double enough, std::size_t* leaf) const;
-    static double hit(const Corners& t, const Vec3d& origin, const Vec3d& direction);
-    void part(std::size_t node, std::size_t first, std::size_t size);
-    void approach_leaf(std::size_t leaf, const Vec3d& place, Nearest& squared) const;
+    void part(const std::vector<OnCurve>& order);
+    void find_boxes();
+    static double hit(const PlacedCorners& t, const Vec3d& origin, const Vec3d& direction);
 
-    static constexpr std::size_t kLeafSize = 4;
-
-    std::vector<Corners> triangles_;  ///< in the order of the leaves, kLeafSize each
-    std::size_t leaves_;              ///< a power of two; the last ones may be empty
-    std::vector<Box> boxes_;          ///< node 1 is the root, those below n are 2 n and 2 n + 1
+    BoxTree tree_;  // the triangles along a Morton curve
 };
 
 template <class Wanted, class F>
 void TriangleTree::visit(Wanted wanted, F f) const {
-    std::array<std::size_t, 64> stack;
+    std::array<std::uint32_t, BoxTree::kMostSeen> stack;
     std::size_t depth = 0;
-    stack[depth++] = 1;
+    stack[depth++] = 0;
     while (depth > 0) {
-        const std::size_t node = stack[--depth];
-        if (!wanted(boxes_[node])) continue;
-        if (node < leaves_) {
-            stack[depth++] = 2 * node + 1;
-            stack[depth++] = 2 * node;
-            continue;
+        const std::uint32_t node = stack[--depth];
+        const BoxTree::Under under = tree_.under[node];
+        for (std::uint32_t child = 0; child < under.count; ++child) {
+            if (!wanted(box_of(tree_.boxes[node], child))) continue;
+            if (under.triangles)
+                f(tree_.triangles[under.first + child]);
+            else
+                stack[depth++] = under.first + child;
         }
-        const std::size_t begin = (node - leaves_) * kLeafSize;
-        const std::size_t end = std::min(begin + kLeafSize, triangles_.size());
-        for (std::size_t i = begin; i < end; ++i) f(triangles_[i]);
     }
 }
 
@@ -109,7 +124,7 @@ void TriangleTree::for_each_hit(const Vec3d& origin, const Vec3d& direction, dou
             }
             return enter <= leave;
         },
-        [&](const Corners& t) {
+        [&](const PlacedCorners& t) {
             const double at = hit(t, origin, direction);
             if (at >= 0 && at <= t_max) f(at, t.triangle);
         });
@@ -123,9 +138,7 @@ void TriangleTree::for_each_in(const Box& box, F f) const {
         }
         return true;
     };
-    visit(overlaps, [&](const Corners& t) {
-        if (overlaps(t.box())) f(t.triangle);
-    });
+    visit(overlaps, [&](const PlacedCorners& t) { f(t.triangle); });
 }
 
 }  // namespace marrow::internal
