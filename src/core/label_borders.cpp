@@ -82,35 +82,45 @@ void mark_slice_any(const LabelMap& map, std::int64_t k, BorderBits& bits) {
 // The cells of which a face has three crossed edges or four; or which have two antipodes that each differ from all their
 // neighbours. All others have two labels and one patch: as each face has two crossed edges or none, what it joins lies between
 // the same two labels.
-HWY_INLINE std::uint64_t complex_cells(const std::uint64_t (&e)[12]) {
-    const auto three = [](std::uint64_t a, std::uint64_t b, std::uint64_t c, std::uint64_t d) {
-        return (a & b & (c | d)) | (c & d & (a | b));
-    };
+template <class Bits>
+HWY_INLINE Bits complex_cells(const Bits (&e)[12]) {
+    const auto three = [](Bits a, Bits b, Bits c, Bits d) { return (a & b & (c | d)) | (c & d & (a | b)); };
     return three(e[4], e[5], e[6], e[7]) | three(e[8], e[9], e[10], e[11]) | three(e[0], e[2], e[6], e[10]) |
            three(e[1], e[3], e[7], e[11]) | three(e[0], e[1], e[4], e[8]) | three(e[2], e[3], e[5], e[9]) |
            (e[0] & e[4] & e[6] & e[3] & e[9] & e[11]) | (e[0] & e[8] & e[10] & e[3] & e[5] & e[7]) |
            (e[1] & e[4] & e[7] & e[2] & e[9] & e[10]) | (e[1] & e[8] & e[11] & e[2] & e[5] & e[6]);
 }
 
+// Marks the active cells of as many words as fit into Bits, from word w of row (j, k) on.
+template <class Bits>
+HWY_INLINE void mark_cells_of(std::int64_t j, std::int64_t k, std::size_t w, BorderBits& bits) {
+    const CrossedEdges<Bits> crossed(bits, j, k, w);
+    const auto& e = crossed.edges;
+    // A cell is active unless its eight corners are alike: seven edges that join them all tell.
+    const Bits active = e[0] | e[1] | e[2] | e[3] | e[4] | e[5] | e[6], complex = complex_cells(e);
+    std::memcpy(&bits.active[bits.row(j, k) + w], &active, sizeof active);
+    std::memcpy(&bits.complex[bits.row(j, k) + w], &complex, sizeof complex);
+}
+
 // Marks the active cells of a slice; leaves how many each row has in the row's place of first_of_row.
 void mark_cells(std::int64_t k, BorderBits& bits) {
-    const bool none = k > bits.dims[2];
+    using TwoWords = std::uint64_t __attribute__((vector_size(16)));
+    const std::size_t first = bits.row(0, k), last = bits.row(0, k + 1);
+    std::size_t w = 0;
+    if (k <= bits.dims[2]) {
+        const std::size_t end = bits.row(bits.dims[1] + 1, k) - first;
+        for (; w + 2 <= end; w += 2) mark_cells_of<TwoWords>(0, k, w, bits);
+        for (; w < end; ++w) mark_cells_of<std::uint64_t>(0, k, w, bits);
+    }
+    // Beyond the last slice and row of cells there is none.
+    std::fill_n(&bits.active[first + w], last - first - w, std::uint64_t{0});
+    std::fill_n(&bits.complex[first + w], last - first - w, std::uint64_t{0});
     for (std::int64_t j = 0; j < bits.dims[1] + 2; ++j) {
         const std::size_t row = bits.row(j, k);
         std::uint32_t count = 0;
-        for (std::size_t w = 0; w < bits.words; ++w) {
-            std::uint64_t active = 0, complex = 0;
-            if (!none && j <= bits.dims[1]) {
-                const CrossedEdges crossed(bits, j, k, w);
-                const auto& e = crossed.edges;
-                // A cell is active unless its eight corners are alike: seven edges that join them all tell.
-                active = e[0] | e[1] | e[2] | e[3] | e[4] | e[5] | e[6];
-                if (active != 0) complex = complex_cells(e);
-            }
-            bits.active[row + w] = active;
-            bits.complex[row + w] = complex;
-            bits.before[row + w] = count;
-            count += static_cast<std::uint32_t>(__builtin_popcountll(active));
+        for (std::size_t word = row; word < row + bits.words; ++word) {
+            bits.before[word] = count;
+            count += static_cast<std::uint32_t>(__builtin_popcountll(bits.active[word]));
         }
         bits.first_of_row[bits.row_number(j, k)] = count;
     }

@@ -8,6 +8,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <vector>
 
 #include <marrow/buffer.h>
@@ -56,9 +57,8 @@ struct BorderBits {
     std::size_t words;                             ///< 64 indices i each, in a row (j, k)
     std::array<Buffer<std::uint64_t>, 3> crossed;  ///< by axis
     Buffer<std::uint64_t> active;                  ///< cells with crossed edges
-    Buffer<std::uint64_t>
-        complex;  ///< those of them that may have more than two labels, or more than one point
-    Buffer<std::uint32_t> before;             ///< active cells of the row before each word
+    Buffer<std::uint64_t> complex;  ///< of them, those with more than two labels or more than one point
+    Buffer<std::uint32_t> before;   ///< active cells of the row before each word
     std::vector<std::uint32_t> first_of_row;  ///< active cells before each row, and all
 
     explicit BorderBits(const Index3& volume_dims);
@@ -94,30 +94,45 @@ struct CellRow {
     }
 };
 
-/// The crossed edges of 64 cells, numbered as in case_table.h.
-struct CrossedEdges {
-    std::uint64_t edges[12];
+/// Those of one word.
+struct CellWord {
+    std::uint64_t active;
+    std::uint32_t first;
 
-    /// Of cells 64 w and on of row (j, k).
-    CrossedEdges(const BorderBits& bits, std::int64_t j, std::int64_t k, std::size_t w) {
+    CellWord(const CellRow& row, std::size_t w) : active(row.active[w]), first(row.first + row.before[w]) {}
+    std::uint32_t id(std::uint64_t below) const {
+        return first + static_cast<std::uint32_t>(__builtin_popcountll(active & below));
+    }
+};
+
+/// The crossed edges of cells, numbered as in case_table.h: of 64 in a word, or of as many in each of several words.
+template <class Bits>
+struct CrossedEdges {
+    Bits edges[12];
+
+    /// Of cells 64 w and on of row (j, k). Words follow each other across the ends of rows, where no edge is crossed.
+    [[gnu::always_inline]] CrossedEdges(const BorderBits& bits, std::int64_t j, std::int64_t k,
+                                        std::size_t w) {
         const std::size_t r = bits.row(j, k) + w, next_j = bits.row(j + 1, k) + w,
                           next_k = bits.row(j, k + 1) + w, next_jk = bits.row(j + 1, k + 1) + w;
+        const auto load = [](const Buffer<std::uint64_t>& from, std::size_t word) {
+            Bits loaded;
+            std::memcpy(&loaded, &from[word], sizeof loaded);
+            return loaded;
+        };
         const auto& [x, y, z] = bits.crossed;
-        edges[0] = x[r];
-        edges[1] = x[next_j];
-        edges[2] = x[next_k];
-        edges[3] = x[next_jk];
-        edges[4] = y[r];
-        edges[5] = y[next_k];
-        edges[6] = z[r];
-        edges[7] = z[next_j];
-        for (std::size_t e = 4; e < 8; ++e) edges[e + 4] = edges[e] >> 1;
-        if (w + 1 < bits.words) {
-            edges[8] |= y[r + 1] << 63;
-            edges[9] |= y[next_k + 1] << 63;
-            edges[10] |= z[r + 1] << 63;
-            edges[11] |= z[next_j + 1] << 63;
-        }
+        edges[0] = load(x, r);
+        edges[1] = load(x, next_j);
+        edges[2] = load(x, next_k);
+        edges[3] = load(x, next_jk);
+        edges[4] = load(y, r);
+        edges[5] = load(y, next_k);
+        edges[6] = load(z, r);
+        edges[7] = load(z, next_j);
+        edges[8] = edges[4] >> 1 | load(y, r + 1) << 63;
+        edges[9] = edges[5] >> 1 | load(y, next_k + 1) << 63;
+        edges[10] = edges[6] >> 1 | load(z, r + 1) << 63;
+        edges[11] = edges[7] >> 1 | load(z, next_j + 1) << 63;
     }
 };
 

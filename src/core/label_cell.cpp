@@ -4,6 +4,8 @@
 #include <initializer_list>
 #include <numeric>
 
+#include <tbb/concurrent_unordered_map.h>
+
 namespace marrow::internal {
 namespace {
 
@@ -50,7 +52,7 @@ class Sets {
 };
 
 CellPatches find_patches(const CellCorners& corners) {
-    const auto& labels = corners.label;
+    const auto& labels = corners.first;
     CellPatches cell;
     cell.patch_of_edge.fill(-1);
     cell.patch_of_point.fill(-1);
@@ -145,22 +147,38 @@ NetPoint mean_of_edges(const Has& has) {
     return sum;
 }
 
-std::uint8_t quarters_of(const CellCorners& corners, std::uint8_t label) {
-    int quarters = 0;
+std::uint64_t half_triangles_of(const CellCorners& corners, std::uint8_t label) {
+    std::uint64_t halves = 0;
     for (std::size_t e = 0; e < kCellEdges; ++e) {
-        if ((corners.label[kEdgeCorners[e][0]] == label) == (corners.label[kEdgeCorners[e][1]] == label))
+        if ((corners.first[kEdgeCorners[e][0]] == label) == (corners.first[kEdgeCorners[e][1]] == label))
             continue;
         const bool along_z = kEdgeCorners[e][1] - kEdgeCorners[e][0] == 4;
-        quarters += along_z ? 1 : edge_slice(e) == 0 ? 2 : 0;
+        halves += along_z ? 1 : edge_slice(e) == 0 ? 2 : 0;
     }
-    return static_cast<std::uint8_t>(quarters);
+    return halves;
 }
+
+// Every bit of it depends on every bit of the key.
+std::uint32_t hash_of(std::uint32_t key) {
+    return static_cast<std::uint32_t>(key * 0x9e3779b97f4a7c15u >> 32);
+}
+
+struct KeyHash {
+    std::size_t operator()(std::uint32_t key) const { return hash_of(key); }
+};
 
 }  // namespace
 
-CellPattern::CellPattern(const CellCorners& corners) : label(corners.label) {
-    const CellPatches cell = find_patches(corners);
-    single = cell.points == 1 && !cell.two_knots;
+CellPattern::CellPattern(const CellCorners& corners_of_cell) {
+    const CellPatches cell = find_patches(corners_of_cell);
+    const auto& first = corners_of_cell.first;
+    std::array<std::uint8_t, 8> label{};  // of each corner
+    for (std::uint8_t v = 0; v < 8; ++v) {
+        label[v] = label[first[v]];
+        if (first[v] != v) continue;
+        label[v] = static_cast<std::uint8_t>(labels.size());
+        labels.push_back({v, {0, half_triangles_of(corners_of_cell, v)}});
+    }
     for (int p = 0; p < cell.points; ++p) {
         const std::int8_t patch = cell.patch_of_point[static_cast<std::size_t>(p)];
         at.push_back(mean_of_edges([&](std::size_t e) { return cell.patch_of_edge[e] == patch; }));
@@ -169,30 +187,41 @@ CellPattern::CellPattern(const CellCorners& corners) : label(corners.label) {
     const auto own = [&](std::size_t number, std::uint8_t whose) {
         const auto same = [&](const Own& o) { return o.number == number && o.label == whose; };
         const auto found = std::find_if(owns.begin(), owns.end(), same);
-        const auto place = static_cast<std::int8_t>(found - owns.begin());
-        if (found == owns.end()) owns.push_back({whose, static_cast<std::uint8_t>(number)});
+        const auto place = static_cast<std::uint8_t>(found - owns.begin());
+        if (found == owns.end()) {
+            owns.push_back({whose, static_cast<std::uint8_t>(number)});
+            ++labels[whose].share.points;
+        }
         return place;
     };
+    const auto add_corner = [&](std::size_t e, std::size_t lower_number, std::size_t upper_number) {
+        const std::array<std::uint8_t, 2> ends{label[kEdgeCorners[e][0]], label[kEdgeCorners[e][1]]};
+        const std::uint8_t lower = own(lower_number, ends[0]), upper = own(upper_number, ends[1]);
+        corners.push_back({ends, {lower, upper}, {}});
+    };
+    std::array<std::size_t, kCellEdges> corner_of_edge{};
     for (std::size_t e = 0; e < kCellEdges; ++e) {
-        for (std::size_t end = 0; end < 2; ++end) {
-            const std::int8_t number = cell.point[e][end];
-            own_of_edge[e][end] =
-                number < 0 ? kNone : own(static_cast<std::size_t>(number), label[kEdgeCorners[e][end]]);
-        }
+        if (cell.patch_of_edge[e] < 0) continue;
+        crossed = static_cast<std::uint16_t>(crossed | 1u << e);
+        corner_of_edge[e] = corners.size();
+        add_corner(e, static_cast<std::size_t>(cell.point[e][0]), static_cast<std::size_t>(cell.point[e][1]));
     }
     for (std::size_t axis = 0; axis < 3; ++axis) {
         const auto& knots = cell.knot[2 * axis];
-        for (auto& ends : own_of_knot[axis]) ends.fill(kNone);
         if (std::none_of(knots.begin(), knots.end(), [](int k) { return k >= 0; })) continue;
-        const std::size_t first = at.size();
+        const std::size_t first_knot = at.size();
         for (std::int8_t knot = 0; knot < 2; ++knot)
             at.push_back(mean_of_edges([&](std::size_t e) { return knots[e] == knot; }));
         for (std::size_t e = 0; e < kCellEdges; ++e) {
-            for (std::size_t end = 0; knots[e] >= 0 && end < 2; ++end) {
-                const std::uint8_t whose = label[kEdgeCorners[e][end]];
-                own_of_knot[axis][e][end] = own(first + static_cast<std::size_t>(knots[e]), whose);
-                knot_triangles[edge_slice(e)].push_back(whose);
-            }
+            if (knots[e] < 0) continue;
+            const std::size_t number = first_knot + static_cast<std::size_t>(knots[e]);
+            corners[corner_of_edge[e]].knot[axis] =
+                static_cast<std::uint8_t>(corners.size() - corner_of_edge[e]);
+            add_corner(e, number, number);
+            // Both patches have a triangle more.
+            for (const std::uint8_t whose : corners.back().label)
+                (edge_slice(e) == 0 ? labels[whose].share.half_triangles
+                                    : labels[whose].half_triangles_above) += 2;
         }
     }
     std::uint8_t faces = 0, junctions = 0;
@@ -208,25 +237,30 @@ CellPattern::CellPattern(const CellCorners& corners) : label(corners.label) {
         faces = static_cast<std::uint8_t>(faces | unsigned{count > 0} << f);
         junctions = static_cast<std::uint8_t>(junctions | unsigned{count > 2} << f);
     }
-    // A point on a line where three labels or more meet moves along that line alone.
-    if (single) joined = (junctions & (junctions - 1)) != 0 ? junctions : faces;
-    for (std::uint8_t l = 0; l < corners.labels; ++l) quarters[l] = quarters_of(corners, l);
+    // A point alone in its cell moves; on a line where three labels or more meet, along that line only.
+    if (cell.points == 1 && !cell.two_knots) joined = (junctions & (junctions - 1)) != 0 ? junctions : faces;
 }
 
 const CellPattern& CellPatterns::of(const CellCorners& corners) {
-    std::unique_ptr<CellPattern>& pattern = patterns_[corners.key()];
-    if (pattern == nullptr) pattern = std::make_unique<CellPattern>(corners);
-    return *pattern;
+    static tbb::concurrent_unordered_map<std::uint32_t, CellPattern, KeyHash> all;
+    const std::uint32_t key = corners.key();
+    Known& known = known_[hash_of(key) % known_.size()];
+    if (known.pattern == nullptr || known.key != key) {
+        auto found = all.find(key);
+        if (found == all.end()) found = all.emplace(key, corners).first;
+        known = {key, &found->second};
+    }
+    return *known.pattern;
 }
 
 const std::array<PlainCase, 128>& plain_cases() {
     static const auto table = [] {
         std::array<PlainCase, 128> cases{};
         for (unsigned c = 1; c < cases.size(); ++c) {
-            std::array<int, 8> corners, values;
-            for (std::size_t v = 0; v < 8; ++v) corners[v] = static_cast<int>(2 * c >> v & 1);
-            const CellPattern pattern(CellCorners(corners, values));
-            cases[c] = {pattern.at[0], pattern.joined, pattern.quarters[0]};
+            std::array<int, 8> labels;
+            for (std::size_t v = 0; v < 8; ++v) labels[v] = static_cast<int>(2 * c >> v & 1);
+            const CellPattern pattern{CellCorners(labels)};
+            cases[c] = {pattern.at[0], pattern.labels[0].share, pattern.joined};
         }
         return cases;
     }();

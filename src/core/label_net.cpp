@@ -46,100 +46,116 @@ struct PlainCorners {
 template <class T>
 class CellMaker {
   public:
-    CellMaker(const LabelMap& map, LabelNet& net, NetPiece& piece)
-        : labels_(map), net_(net), piece_(piece), place_(net.values), patterns_(net.patterns.local()) {
-        piece.counts.resize(net.values.size());
+    CellMaker(const LabelMap& map, LabelNet& net, NetPiece& piece, CellPatterns& patterns)
+        : labels_(map),
+          outside_(static_cast<std::size_t>(map.dims[0]), labels_.background),
+          bits_(net.bits),
+          shapes_(net.shapes.data()),
+          places_(net.places.data()),
+          piece_(piece),
+          place_(net.values),
+          patterns_(patterns) {
+        piece.shares.resize(net.values.size());
+        piece.halves_above.resize(net.values.size());
+        shares_ = piece.shares.data();
     }
 
     void make_row(std::int64_t j, std::int64_t k) {
-        const BorderBits& bits = net_.bits;
-        const std::size_t row = bits.row(j, k);
-        const std::uint32_t first = bits.first_of_row[bits.row_number(j, k)];
-        for (std::size_t r = 0; r < 4; ++r)
-            rows_[r] =
-                labels_.row(j + static_cast<std::int64_t>(r & 1), k + static_cast<std::int64_t>(r >> 1));
-        for (std::size_t w = 0; w < bits.words; ++w) {
-            const std::uint64_t active = bits.active[row + w], complex = bits.complex[row + w];
+        for (std::size_t v = 0; v < 8; ++v) {
+            const T* samples =
+                labels_.row(j + static_cast<std::int64_t>(v >> 1 & 1), k + static_cast<std::int64_t>(v >> 2));
+            corner_rows_[v] = (samples != nullptr ? samples : outside_.data()) + (v & 1);
+        }
+        const std::size_t row = bits_.row(j, k), last = static_cast<std::size_t>(bits_.dims[0]);
+        std::uint32_t id = bits_.first_of_row[bits_.row_number(j, k)];
+        for (std::size_t w = 0; w < bits_.words; ++w) {
+            const std::uint64_t active = bits_.active[row + w], complex = bits_.complex[row + w];
             if (active == 0) continue;
-            const PlainCorners corners(CrossedEdges(bits, j, k, w).edges);
-            const std::uint32_t id = first + bits.before[row + w];
-            const auto i = static_cast<std::int64_t>(64 * w);
-            const auto id_of = [&](std::uint64_t bit) {
-                return id + static_cast<std::uint32_t>(__builtin_popcountll(active & (bit - 1)));
-            };
-            for (std::uint64_t left = active & ~complex; left != 0; left &= left - 1) {
+            prefetch_next_row(w);
+            const PlainCorners corners(CrossedEdges<std::uint64_t>(bits_, j, k, w).edges);
+            // Those with corners beyond the map's ends.
+            const std::uint64_t ends =
+                (w == 0 ? 1 : 0) | (w == last / 64 ? std::uint64_t{1} << last % 64 : 0);
+            for (std::uint64_t left = active; left != 0; left &= left - 1, ++id) {
                 const std::uint64_t bit = left & -left;
-                make_plain(id_of(bit), i + __builtin_ctzll(left), corners.of(bit));
+                const std::size_t i = 64 * w + static_cast<std::size_t>(__builtin_ctzll(left));
+                const unsigned shape = corners.of(bit);
+                if ((bit & (complex | ends)) == 0)
+                    make_plain(id, shape, [&](std::size_t v) { return place_(corner_rows_[v][i - 1]); });
+                else if ((bit & complex) == 0)
+                    make_plain(id, shape, [&](std::size_t v) { return place_of_corner(i, v); });
+                else
+                    make_complex(id, {static_cast<std::int64_t>(i), j, k});
             }
-            for (std::uint64_t left = complex; left != 0; left &= left - 1)
-                make_complex(id_of(left & -left), {i + __builtin_ctzll(left), j, k});
         }
     }
 
   private:
-    Place place_of_corner(std::int64_t i, unsigned v) {
-        return place_(labels_.at(rows_[v >> 1], i + (v & 1)));
+    // Where cells are active they are likely to be in the row after, too, of whose samples one row was not read for a while.
+    HWY_INLINE void prefetch_next_row(std::size_t w) const {
+        const auto next = reinterpret_cast<std::uintptr_t>(corner_rows_[6]) +
+                          sizeof(T) * (64 * w + static_cast<std::size_t>(bits_.dims[0]));
+        for (std::size_t at = 0; at < 64 * sizeof(T); at += 64)
+            __builtin_prefetch(reinterpret_cast<const void*>(next + at));
     }
 
-    HWY_INLINE void make_plain(std::uint32_t id, std::int64_t i, unsigned corners) {
-        const Place corner = place_of_corner(i, 0),
-                    other = place_of_corner(i, static_cast<unsigned>(__builtin_ctz(corners)));
-        const CellPlaces places{corner, other};
-        NetPiece::Count &a = piece_.counts[places.lesser()], &b = piece_.counts[places.greater()];
-        net_.shapes[id] = static_cast<std::uint8_t>(corners >> 1);
-        net_.places[id] = places;
-        ++a.points;
-        ++b.points;
-        const std::uint64_t quarters = cases_[corners >> 1].quarters;
-        a.quarters += quarters;
-        b.quarters += quarters;
+    Place place_of_corner(std::size_t i, std::size_t v) {
+        const std::size_t sample = i + (v & 1);
+        const bool within = sample >= 1 && sample <= static_cast<std::size_t>(bits_.dims[0]);
+        return place_(within ? corner_rows_[v][i - 1] : labels_.background);
+    }
+
+    template <class PlaceOf>
+    HWY_INLINE void make_plain(std::uint32_t id, unsigned shape, const PlaceOf& place_of) {
+        const EndPlaces places{place_of(0), place_of(static_cast<std::size_t>(__builtin_ctz(shape)))};
+        const SurfaceShare share = cases_[shape >> 1].share;
+        shapes_[id] = static_cast<std::uint8_t>(shape >> 1);
+        places_[id] = places;
+        shares_[places.lower] += share;
+        shares_[places.upper] += share;
     }
 
     HWY_NOINLINE void make_complex(std::uint32_t id, const Index3& index) {
-        ComplexCell cell{};
         std::array<Place, 8> places;
-        for (unsigned v = 0; v < 8; ++v) places[v] = place_of_corner(index[0], v);
-        const CellCorners corners(places, cell.place_of_label);
-        const CellPattern& pattern = patterns_.of(corners);
+        for (std::size_t v = 0; v < 8; ++v)
+            places[v] = place_of_corner(static_cast<std::size_t>(index[0]), v);
+        const CellPattern& pattern = patterns_.of(CellCorners(places));
+        shapes_[id] = 0;
+        places_[id] = EndPlaces::from_number(piece_.complex.size());
+        ComplexCell& cell = piece_.complex.emplace_back();
         cell.pattern = &pattern;
         for (std::size_t a = 0; a < 3; ++a) cell.index[a] = static_cast<std::int32_t>(index[a]);
         cell.id = id;
-        cell.first_own = static_cast<std::uint32_t>(piece_.numbers.size());
-        cell.first_more = static_cast<std::uint32_t>(piece_.more.size());
-        net_.shapes[id] = 0;
-        net_.places[id] = {0, 0};
-        net_.numbers[id] = {{static_cast<std::uint32_t>(piece_.complex.size()), 0}};
-        for (const CellPattern::Own& own : pattern.owns)
-            ++piece_.counts[cell.place_of_label[own.label]].points;
-        piece_.numbers.resize(piece_.numbers.size() + pattern.owns.size());
-        piece_.more.insert(piece_.more.end(), pattern.at.begin() + 1, pattern.at.end());
-        for (std::size_t l = 0; l < static_cast<std::size_t>(corners.labels); ++l)
-            piece_.counts[cell.place_of_label[l]].quarters += pattern.quarters[l];
+        cell.first_corner = piece_.corners;
+        cell.first_more = piece_.more;
+        piece_.corners += static_cast<std::uint32_t>(pattern.corners.size());
+        piece_.more += static_cast<std::uint32_t>(pattern.at.size() - 1);
         const bool last = (index[2] + 1) % NetPiece::kSlices == 0;
-        for (std::size_t slice = 0; slice < 2; ++slice) {
-            for (const std::uint8_t label : pattern.knot_triangles[slice]) {
-                const Place place = cell.place_of_label[label];
-                if (last && slice == 1)
-                    piece_.triangles_above.push_back(place);
-                else
-                    ++piece_.counts[place].triangles;
-            }
+        for (std::size_t l = 0; l < pattern.labels.size(); ++l) {
+            const CellPattern::Label& label = pattern.labels[l];
+            const Place place = cell.place_of_label[l] = places[label.corner];
+            shares_[place] += label.share;
+            (last ? piece_.halves_above[place] : shares_[place].half_triangles) += label.half_triangles_above;
         }
-        piece_.complex.push_back(cell);
     }
 
     const LabelReader<T> labels_;
-    LabelNet& net_;
+    const std::vector<T> outside_;
+    const BorderBits& bits_;
+    std::uint8_t* const shapes_;
+    EndPlaces* const places_;
     NetPiece& piece_;
+    SurfaceShare* shares_;
     Places<T> place_;
     CellPatterns& patterns_;
-    const std::array<PlainCase, 128>& cases_ = plain_cases();
-    std::array<const T*, 4> rows_{};
+    const PlainCase* const cases_ = plain_cases().data();
+    // By corner its row, from sample 1 on or, of corners with the higher x, from sample 2.
+    std::array<const T*, 8> corner_rows_{};
 };
 
-void make_piece(const LabelMap& map, LabelNet& net, std::size_t number) {
+void make_piece(const LabelMap& map, LabelNet& net, std::size_t number, CellPatterns& patterns) {
     with_sample_type(map.type, [&](auto sample) {
-        CellMaker<decltype(sample)> maker(map, net, net.pieces[number]);
+        CellMaker<decltype(sample)> maker(map, net, net.pieces[number], patterns);
         const std::int64_t first = static_cast<std::int64_t>(number) * NetPiece::kSlices;
         for (std::int64_t k = first; k < std::min(first + NetPiece::kSlices, map.dims[2] + 1); ++k) {
             for (std::int64_t j = 0; j <= map.dims[1]; ++j) {
@@ -156,6 +172,7 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 #include <limits>
 
+#include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
 namespace marrow::internal {
@@ -166,23 +183,27 @@ LabelNet make_net(const LabelMap& map, const Progress& progress) {
     const auto slices = static_cast<std::size_t>(map.dims[2] + 1);
     const std::size_t pieces = (slices + NetPiece::kSlices - 1) / NetPiece::kSlices;
     Stage borders(progress, 0, 0.15, slices);
-    LabelNet net{find_borders(map, borders), {}, {}, {}, {}, {}, std::vector<NetPiece>(pieces), {}};
+    LabelNet net{find_borders(map, borders), {}, {}, {}, {}, {}, std::vector<NetPiece>(pieces)};
     net.values = find_values(map, net.bits);
     net.places.resize(net.bits.cells());
-    net.numbers.resize(net.bits.cells());
     net.shapes.resize(net.bits.cells());
     Stage stage(progress, 0.15, 0.3, pieces);
+    tbb::enumerable_thread_specific<CellPatterns> patterns;
     tbb::parallel_for(std::size_t{0}, pieces, [&](std::size_t number) {
-        HWY_DYNAMIC_DISPATCH(make_piece)(map, net, number);
+        HWY_DYNAMIC_DISPATCH(make_piece)(map, net, number, patterns.local());
         stage.step();
     });
-    std::uint64_t points = net.places.size();
+    std::uint64_t corners = net.places.size(), more = 0;
     for (std::size_t p = 0; p < pieces; ++p) {
         NetPiece& piece = net.pieces[p];
-        for (const Place place : piece.triangles_above) ++net.pieces[p + 1].counts[place].triangles;
-        piece.first_more = static_cast<std::uint32_t>(points - net.places.size());
-        points += piece.more.size();
-        if (points >= std::numeric_limits<std::uint32_t>::max()) throw_too_many_label_points(points);
+        for (std::size_t place = 0; p > 0 && place < net.values.size(); ++place)
+            piece.shares[place].half_triangles += net.pieces[p - 1].halves_above[place];
+        piece.first_corner = static_cast<std::uint32_t>(corners - net.places.size());
+        piece.first_more = static_cast<std::uint32_t>(more);
+        corners += piece.corners;
+        more += piece.more;
+        // No cell has more points than corners.
+        if (corners >= std::numeric_limits<std::uint32_t>::max()) throw_too_many_label_points(corners);
     }
     return net;
 }

@@ -6,8 +6,6 @@
 #include <cstdint>
 #include <vector>
 
-#include <tbb/enumerable_thread_specific.h>
-
 #include <marrow/buffer.h>
 
 #include "label_borders.h"
@@ -16,27 +14,26 @@
 
 namespace marrow::internal {
 
-/// The labels of an active cell: of corner 0 and beside; the same: a complex cell.
-struct CellPlaces {
-    Place corner, other;
+/// The labels at the ends of an edge; of a plain cell: at corner 0 and beside.
+struct EndPlaces {
+    Place lower, upper;
 
-    bool is_complex() const { return corner == other; }
-    Place lesser() const { return std::min(corner, other); }
-    Place greater() const { return std::max(corner, other); }
-};
+    Place lesser() const { return std::min(lower, upper); }
+    Place greater() const { return std::max(lower, upper); }
 
-/// The numbers of a cell's point in the meshes of its lesser and of its greater label, from place_points on. Of a complex cell,
-/// number[0] is its place in the piece's list.
-struct alignas(8) CellNumbers {
-    std::array<std::uint32_t, 2> number;
+    /// A complex cell's number in their stead.
+    static EndPlaces from_number(std::size_t number) {
+        return {static_cast<Place>(number), static_cast<Place>(number >> 16)};
+    }
+    std::uint32_t number() const { return lower | std::uint32_t{upper} << 16; }
 };
 
 struct ComplexCell {
     const CellPattern* pattern;
     std::array<std::int32_t, 3> index;
-    std::uint32_t id;          ///< among active cells
-    std::uint32_t first_own;   ///< in NetPiece::numbers
-    std::uint32_t first_more;  ///< in NetPiece::more
+    std::uint32_t id;            ///< among active cells
+    std::uint32_t first_corner;  ///< of CellPattern::corners, among the piece's
+    std::uint32_t first_more;    ///< of CellPattern::at but the first, among the piece's
     std::array<Place, 8> place_of_label;
 };
 
@@ -44,38 +41,44 @@ struct ComplexCell {
 struct NetPiece {
     static constexpr std::int64_t kSlices = 8;
 
-    struct Count {
-        std::uint64_t points = 0;
-        std::uint64_t quarters = 0;   ///< of a quad; see CellPattern
-        std::uint64_t triangles = 0;  ///< beyond those of the quads
-    };
-    std::vector<Count> counts;           ///< of each label
-    std::vector<Place> triangles_above;  ///< labels' triangles beyond those of quads, of the next piece
+    std::vector<SurfaceShare> shares;         ///< of each label; in emit() those of the pieces before
+    std::vector<std::uint64_t> halves_above;  ///< labels' half triangles that are the next piece's
     std::vector<ComplexCell> complex;
-    std::vector<std::uint32_t> numbers;  ///< as CellNumbers, of CellPattern::owns
-    std::vector<NetPoint> more;          ///< the points of CellPattern::at but the first
-    std::uint32_t first_more = 0;        ///< where these follow in the order of all, behind the cells'
+    /// Of complex cells; and where these follow in the order of all, behind the cells'.
+    std::uint32_t corners = 0, more = 0, first_corner = 0, first_more = 0;
+};
+
+/// A corner of the patches of crossed edges, which the labels on both sides of them have. Of a complex cell's own: the first of
+/// those that stand for it, and which edges these are for.
+struct PatchCorner {
+    NetPoint at;  ///< in space
+    /// In the meshes of the lesser and of the greater label.
+    std::array<std::uint32_t, 2> number;
+    EndPlaces places;
+    std::array<std::uint8_t, 4> knot;  ///< as CellPattern::Corner
+
+    bool is_complex() const { return places.lower == places.upper; }
 };
 
 /// Points of active cells, in order of cells by (k, j, i).
 struct LabelNet {
     BorderBits bits;
     std::vector<std::int64_t> values;  ///< ascending
-    Buffer<CellPlaces> places;
-    Buffer<CellNumbers> numbers;
-    Buffer<std::uint8_t> shapes;  ///< of plain_cases(); 0: complex
-    Buffer<NetPoint> points;      ///< the first of each cell, when relaxed or placed
+    Buffer<std::uint8_t> shapes;       ///< of plain_cases(); 0: complex
+    Buffer<EndPlaces> places;          ///< of plain cells; of complex ones their numbers in NetPiece::complex
+    Buffer<NetPoint> points;           ///< of each cell the first, when relaxed
+    Buffer<PatchCorner> corners;  ///< of each cell one, and behind these those of complex cells, when placed
     std::vector<NetPiece> pieces;
-    tbb::enumerable_thread_specific<CellPatterns> patterns;
 
     const ComplexCell& complex_cell(std::int64_t k, std::uint32_t id) const {
-        return piece_of_slice(k).complex[numbers[id].number[0]];
+        return piece_of_slice(k).complex[places[id].number()];
     }
     const NetPiece& piece_of_slice(std::int64_t k) const {
         return pieces[static_cast<std::size_t>(k / NetPiece::kSlices)];
     }
-    std::size_t point_count() const {
-        return places.size() + pieces.back().first_more + pieces.back().more.size();
+    std::size_t point_count() const { return places.size() + pieces.back().first_more + pieces.back().more; }
+    std::size_t corner_count() const {
+        return places.size() + pieces.back().first_corner + pieces.back().corners;
     }
 };
 

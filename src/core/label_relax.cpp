@@ -26,6 +26,20 @@ struct Joints {
     Buffer<Joint<6>> many;
 };
 
+// By faces: those of them, and then kNone.
+constexpr std::uint8_t kNone = 6;
+constexpr std::array<std::array<std::uint8_t, 6>, 64> kOrders = [] {
+    std::array<std::array<std::uint8_t, 6>, 64> orders{};
+    for (std::size_t faces = 0; faces < orders.size(); ++faces) {
+        orders[faces].fill(kNone);
+        std::size_t count = 0;
+        for (std::uint8_t f = 0; f < 6; ++f) {
+            if ((faces >> f & 1) != 0) orders[faces][count++] = f;
+        }
+    }
+    return orders;
+}();
+
 // What one pass does to points by the faces that they are joined through.
 struct PassTable {
     float keep;  // of where a point is
@@ -90,7 +104,8 @@ class Joiner {
             std::uint32_t id = row.first + row.before[w];
             for (std::uint64_t left = row.active[w]; left != 0; left &= left - 1, ++id) {
                 const std::uint64_t bit = left & -left;
-                std::array<std::uint32_t, 6> others = {id - 1, id + 1};
+                std::array<std::uint32_t, 7> others = {id - 1, id + 1};
+                others[kNone] = none_;
                 for (std::size_t r = 0; r < 4; ++r) others[2 + r] = beside[r].id(w, bit - 1);
                 const unsigned faces = (complex & bit) != 0 ? net_.complex_cell(k, id).pattern->joined
                                                             : cases_[net_.shapes[id]].joined;
@@ -103,9 +118,9 @@ class Joiner {
   private:
     // A complex cell's point may be another than its first.
     HWY_NOINLINE void replace_complex(std::int64_t k, unsigned faces,
-                                      std::array<std::uint32_t, 6>& others) const {
+                                      std::array<std::uint32_t, 7>& others) const {
         for (std::size_t f = 0; f < 6; ++f) {
-            if ((faces >> f & 1) == 0 || !net_.places[others[f]].is_complex()) continue;
+            if ((faces >> f & 1) == 0 || net_.shapes[others[f]] != 0) continue;
             const std::int64_t slice = f == 4 ? k - 1 : f == 5 ? k + 1 : k;
             const NetPiece& piece = net_.piece_of_slice(slice);
             const ComplexCell& cell = net_.complex_cell(slice, others[f]);
@@ -116,21 +131,15 @@ class Joiner {
                             cell.first_more + static_cast<std::uint32_t>(point - 1);
         }
     }
-    HWY_INLINE void add(std::uint32_t id, unsigned faces, const std::array<std::uint32_t, 6>& others,
+    HWY_INLINE void add(std::uint32_t id, unsigned faces, const std::array<std::uint32_t, 7>& others,
                         Joints& joints) const {
-        // Those that it is joined with come first.
-        std::array<std::uint32_t, 12> with;
-        std::size_t count = 0;
-        for (std::size_t f = 0; f < 6; ++f) {
-            with[count] = others[f];
-            count += faces >> f & 1;
-        }
-        if (count == 0) return;
-        for (std::size_t n = 0; n < 6; ++n) with[count + n] = none_;
-        if (count <= 4)
-            joints.few[joints.few_size++] = {id, faces, {with[0], with[1], with[2], with[3]}};
+        const std::array<std::uint8_t, 6>& order = kOrders[faces];
+        const auto with = [&](std::size_t n) { return others[order[n]]; };
+        if (faces == 0) return;
+        if (order[4] == kNone)
+            joints.few[joints.few_size++] = {id, faces, {with(0), with(1), with(2), with(3)}};
         else
-            joints.many.push_back({id, faces, {with[0], with[1], with[2], with[3], with[4], with[5]}});
+            joints.many.push_back({id, faces, {with(0), with(1), with(2), with(3), with(4), with(5)}});
     }
 
     const LabelNet& net_;
@@ -187,16 +196,20 @@ void relax(LabelNet& net, int passes, const Progress& progress) {
     std::array<Buffer<NetPoint>, 2> at{Buffer<NetPoint>(points + 1), Buffer<NetPoint>(points + 1)};
     const auto put = [&](std::size_t point, const NetPoint& where) { at[0][point] = at[1][point] = where; };
     put(points, NetPoint{});
+    const std::array<PlainCase, 128>& cases = plain_cases();
     tbb::parallel_for(std::size_t{0}, net.pieces.size(), [&](std::size_t p) {
         const NetPiece& piece = net.pieces[p];
         const std::int64_t first = static_cast<std::int64_t>(p) * NetPiece::kSlices,
                            end = std::min(first + NetPiece::kSlices, slices);
         for (std::size_t id = bits.first_of_row[bits.row_number(0, first)];
              id < bits.first_of_row[bits.row_number(0, end)]; ++id)
-            put(id, plain_cases()[net.shapes[id]].at);
-        for (const ComplexCell& cell : piece.complex) put(cell.id, cell.pattern->at[0]);
-        for (std::size_t m = 0; m < piece.more.size(); ++m)
-            put(net.places.size() + piece.first_more + m, piece.more[m]);
+            put(id, cases[net.shapes[id]].at);
+        for (const ComplexCell& cell : piece.complex) {
+            const std::vector<NetPoint>& made = cell.pattern->at;
+            put(cell.id, made[0]);
+            for (std::size_t m = 1; m < made.size(); ++m)
+                put(net.places.size() + piece.first_more + cell.first_more + m - 1, made[m]);
+        }
     });
     std::vector<Joints> joints(static_cast<std::size_t>(slices));
     tbb::parallel_for(std::int64_t{0}, slices, [&](std::int64_t k) {

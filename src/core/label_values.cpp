@@ -30,7 +30,8 @@ class Values {
     Recent<T, T> recent_;
 };
 
-// Every label that is there begins somewhere along x, as beyond the volume there is background.
+// Of every label that is there one sample comes first. Those before it along x, y and z have others, as beyond the volume there
+// is background.
 template <class T>
 std::vector<std::int64_t> values_of(const LabelReader<T>& labels, const BorderBits& bits) {
     constexpr std::size_t kMost = 65535;
@@ -39,9 +40,13 @@ std::vector<std::int64_t> values_of(const LabelReader<T>& labels, const BorderBi
         Values<T>& seen = of_thread.local();
         for (std::int64_t j = 1; j <= bits.dims[1]; ++j) {
             const T* row = labels.row(j, k);
-            const std::uint64_t* crossed = &bits.crossed[0][bits.row(j, k)];
+            const std::uint64_t *x = &bits.crossed[0][bits.row(j, k)],
+                                *y = &bits.crossed[1][bits.row(j - 1, k)],
+                                *z = &bits.crossed[2][bits.row(j, k - 1)];
             for (std::size_t w = 0; w < bits.words; ++w) {
-                for (std::uint64_t left = crossed[w]; left != 0; left &= left - 1)
+                // The edge along x has its bit one before the others'. Behind a row's last word there is no edge.
+                for (std::uint64_t left = x[w] & (y[w] >> 1 | y[w + 1] << 63) & (z[w] >> 1 | z[w + 1] << 63);
+                     left != 0; left &= left - 1)
                     seen.add(labels.at(row, static_cast<std::int64_t>(64 * w) + __builtin_ctzll(left) + 1));
             }
         }
