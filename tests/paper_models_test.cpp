@@ -5,6 +5,7 @@
 
 #include <marrow/isosurface.h>
 #include <marrow/measure.h>
+#include <marrow/scan_io.h>
 
 #include "cranium.h"
 #include "mesh_checks.h"
@@ -52,6 +53,23 @@ TEST(PaperModels, SnappingSavesAQuarterMoreWithoutSliversOrRoughness) {
         EXPECT_EQ(other.components, one.components) << model.name;
         EXPECT_EQ(other.nonmanifold_edges, 0) << model.name;
     }
+}
+
+TEST(PaperModels, SnappingLeavesNoSliverInWholeScans) {
+    const char* data = std::getenv("MARROW_TEST_DATA");
+    int scans = 0;
+    for (const char* name : {"vhf_head_ct", "vhf_ankle_ct"}) {
+        const std::filesystem::path folder = std::filesystem::path(data != nullptr ? data : "") / name;
+        if (!std::filesystem::exists(folder)) continue;
+        ++scans;
+        const Volume scan = read_scan(folder);
+        for (const double isovalue : {225.5, 226.0, -300.5}) {
+            const Mesh mesh = extract_isosurface(scan, isovalue, {.closed = true, .snap = 0.3});
+            EXPECT_GE(triangle_quality(mesh).smallest_angle, 4.6) << name << " at " << isovalue;
+            EXPECT_EQ(manifold_fault(mesh), "") << name << " at " << isovalue;
+        }
+    }
+    if (scans == 0) GTEST_SKIP() << "neither vhf_head_ct nor vhf_ankle_ct is there";
 }
 
 }  // namespace

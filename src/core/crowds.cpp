@@ -52,7 +52,7 @@ struct RowsAround {
 class SliceJoiner {
   public:
     SliceJoiner(const EmitInput& input, float limit, std::int64_t z, SnapSlice& before, SnapSlice& slice,
-                std::uint32_t* one, float* moved)
+                Crowds& crowds, std::uint32_t* one, float* moved)
         : input_(input),
           bits_(input.bits),
           limit_(limit),
@@ -62,11 +62,15 @@ class SliceJoiner {
           stride_(slice.stride),
           one_(one),
           moved_(moved),
-          crowds_((slice.size + before.size) / 2 + kSlack),
-          words_(crowds_.size()) {
-        for (Buffer<float>* values : {&offsets_[0], &offsets_[1], &offsets_[2], &part_, &middle_[0],
-                                      &middle_[1], &middle_[2], &furthest_})
-            values->resize(crowds_.size());
+          no_words_(crowds.no_words.data()),
+          crowds_(crowds.crowds.data()),
+          words_(crowds.words.data()),
+          part_(crowds.part.data()),
+          furthest_(crowds.furthest.data()) {
+        for (std::size_t a = 0; a < 3; ++a) {
+            offsets_[a] = crowds.offsets[a].data();
+            middle_[a] = crowds.middle[a].data();
+        }
     }
 
     void join() {
@@ -79,26 +83,8 @@ class SliceJoiner {
     }
 
   private:
-    static constexpr std::size_t kSlack = 8;
-
-    // A sample whose points may become one.
-    struct Crowd {
-        std::uint32_t word, bit;  // the sample's
-        std::uint32_t points[3];  // by axis; where none is, `one`
-        std::uint32_t one;        // the first of them in the sample's slice stands for all
-        std::uint8_t sides[3];
-        bool joins;
-    };
-    // A word with samples that are crowded.
-    struct CrowdedWord {
-        std::uint32_t word;
-        std::uint32_t first_crowd;
-        std::uint64_t can;  // join
-        std::uint64_t near[6];
-    };
-
     const std::uint64_t* row_active(std::int64_t y, std::int64_t z) const {
-        return y < 0 || z < 0 ? no_words_.data() : input_.active.row(bits_.row_index(y, z));
+        return y < 0 || z < 0 ? no_words_ : input_.active.row(bits_.row_index(y, z));
     }
 
     void choose_in_row(std::int64_t y) {
@@ -143,15 +129,16 @@ class SliceJoiner {
         const std::uint64_t crowded = two_or_more(own) & any(near);
         if (crowded == 0) return;
 
-        // Rule 2. Of two on one axis one may, the nearer if it is near.
+        // Rule 2. Of two on one axis that are left, the one towards lower indices; but not if only the other
+        // is near.
         WordSides may;
-        for (std::size_t k = 0; k < 6; k += 2) {
-            const std::uint64_t nearer = near[k + 1] & ~near[k];
-            may[k] = own[k] & crowded & ~nearer;
-            may[k + 1] = own[k + 1] & crowded & (~own[k] | nearer);
-        }
+        for (std::size_t k = 0; k < 6; ++k) may[k] = own[k] & crowded;
         if (bits_.pad == 0) leave_out_at_border(y, w, may);
         leave_out_ambiguous(rows, w, crowded & ~rows.rows[1][1][w], may);
+        for (std::size_t k = 0; k < 6; k += 2) {
+            may[k + 1] &= ~(may[k] & near[k] & ~near[k + 1]);
+            may[k] &= ~may[k + 1];
+        }
         std::uint64_t may_near[6];
         for (std::size_t k = 0; k < 6; ++k) may_near[k] = may[k] & near[k];
         const std::uint64_t can = two_or_more(may.data()) & any(may_near);
@@ -159,6 +146,8 @@ class SliceJoiner {
 
         CrowdedWord& word = words_[word_count_++];
         word.word = static_cast<std::uint32_t>(at);
+        word.first_x = static_cast<std::int32_t>(64 * static_cast<std::int64_t>(w) - bits_.first_x);
+        word.y = y;
         word.first_crowd = static_cast<std::uint32_t>(count_);
         word.can = can;
         for (std::size_t k = 0; k < 6; ++k) word.near[k] = near[k] & crowded;
@@ -196,7 +185,8 @@ class SliceJoiner {
         may[1] &= ~ends;
     }
 
-    // Of outside samples, the points in faces in which both inside corners are cut off.
+    // Of outside samples in a face in which both inside corners are cut off, the point towards the one that is
+    // higher along the first of the face's axes.
     HWY_INLINE void leave_out_ambiguous(const RowsAround& rows, std::size_t w, std::uint64_t outside,
                                         WordSides& may) const {
         if (outside == 0) return;
@@ -213,11 +203,14 @@ class SliceJoiner {
                                          z[j] & x[1] & ~rows.before_x(in_z, w)},
                                 yz[2] = {y & z[0] & ~r[2 - 2 * j][2][w], y & z[1] & ~r[2 - 2 * j][0][w]};
             may[0] &= ~(xy[0] | xz[0]);
-            may[1] &= ~(xy[1] | xz[1]);
-            may[2 + j] &= ~(xy[0] | xy[1] | yz[0] | yz[1]);
-            may[4 + j] &= ~(xz[0] | xz[1]);
-            may[4] &= ~yz[0];
-            may[5] &= ~yz[1];
+            may[2 + j] &= ~xy[1];
+            may[4 + j] &= ~xz[1];
+            if (j == 0) {
+                may[2] &= ~(yz[0] | yz[1]);
+            } else {
+                may[4] &= ~yz[0];
+                may[5] &= ~yz[1];
+            }
         }
     }
 
@@ -272,16 +265,16 @@ class SliceJoiner {
     // Most become one in their mean. From that, two are equally far, and where there is no third it would be
     // as far.
     void find_middles() {
-        const hn::CappedTag<float, kSlack> d;
+        const hn::CappedTag<float, Crowds::kSlack> d;
         using V = hn::Vec<decltype(d)>;
         for (std::size_t k = 0; k < count_; k += hn::Lanes(d)) {
-            const V part = hn::LoadU(d, part_.data() + k);
+            const V part = hn::LoadU(d, part_ + k);
             V offset[3], middle[3], squares[3], furthest = hn::Zero(d);
             for (std::size_t a = 0; a < 3; ++a) {
-                offset[a] = hn::LoadU(d, offsets_[a].data() + k);
+                offset[a] = hn::LoadU(d, offsets_[a] + k);
                 middle[a] = hn::Mul(part, offset[a]);
                 squares[a] = hn::Mul(middle[a], middle[a]);
-                hn::StoreU(middle[a], d, middle_[a].data() + k);
+                hn::StoreU(middle[a], d, middle_[a] + k);
             }
             const V squared = hn::Add(hn::Add(squares[0], squares[1]), squares[2]);
             for (std::size_t a = 0; a < 3; ++a) {
@@ -289,40 +282,33 @@ class SliceJoiner {
                 furthest = hn::Max(furthest, hn::Add(hn::Sub(squared, squares[a]), hn::Mul(along, along)));
             }
             furthest = hn::Sqrt(furthest);
-            hn::StoreU(furthest, d, furthest_.data() + k);
+            hn::StoreU(furthest, d, furthest_ + k);
         }
         for (std::size_t k = 0; k < count_; ++k)
             if (HWY_UNLIKELY(furthest_[k] > limit_)) find_near_middle(k);
     }
 
-    // Rule 3. A place from which none of three points is further than the limit, if there is one: towards the
-    // middle of the smallest ball that holds them (Badoiu and Clarkson 2003), or between two of them.
+    // Rule 3. The middle of the smallest ball that holds three points, if none is further from that than the
+    // limit. On axes that are perpendicular they form a triangle without an obtuse angle: it is their circle's.
     void find_near_middle(std::size_t k) {
         Crowd& crowd = crowds_[k];
         crowd.joins = false;
         if (part_[k] == 0.5f) return;
         const Vec3f offsets{offsets_[0][k], offsets_[1][k], offsets_[2][k]};
-        Vec3f m{middle_[0][k], middle_[1][k], middle_[2][k]};
-        // Half of what is between the two that are furthest apart must do in any case.
-        const Vec3f squares{offsets[0] * offsets[0], offsets[1] * offsets[1], offsets[2] * offsets[2]};
-        const float apart =
-            squares[0] + squares[1] + squares[2] - *std::min_element(squares.begin(), squares.end());
-        const bool may_do = apart <= 4 * limit_ * limit_;
-        for (float step = 2; may_do && step < 10; ++step) {
-            const float squared = m[0] * m[0] + m[1] * m[1] + m[2] * m[2];
-            Vec3f far;
-            for (std::size_t a = 0; a < 3; ++a)
-                far[a] = squared - m[a] * m[a] + (offsets[a] - m[a]) * (offsets[a] - m[a]);
-            const auto last =
-                static_cast<std::size_t>(std::max_element(far.begin(), far.end()) - far.begin());
-            const float furthest = std::sqrt(far[last]);
-            if (furthest <= limit_) {
-                for (std::size_t a = 0; a < 3; ++a) middle_[a][k] = m[a];
-                furthest_[k] = furthest;
-                crowd.joins = true;
-                return;
-            }
-            for (std::size_t a = 0; a < 3; ++a) m[a] += ((a == last ? offsets[last] : 0) - m[a]) / step;
+        float squared[3], weights[3], whole = 0;
+        for (std::size_t a = 0; a < 3; ++a) squared[a] = std::max(offsets[a] * offsets[a], 1e-12f);
+        for (std::size_t a = 0; a < 3; ++a) {
+            weights[a] = squared[a] * (squared[(a + 1) % 3] + squared[(a + 2) % 3]);
+            whole += weights[a];
+        }
+        // Its radius squared, from the lengths of its sides.
+        const float radius = std::sqrt((squared[0] + squared[1]) * (squared[1] + squared[2]) *
+                                       (squared[2] + squared[0]) / (2 * whole));
+        if (radius <= limit_) {
+            for (std::size_t a = 0; a < 3; ++a) middle_[a][k] = weights[a] / whole * offsets[a];
+            furthest_[k] = radius;
+            crowd.joins = true;
+            return;
         }
         // Without the furthest from the sample; or where that is not known to do, with another rather.
         std::size_t left_out = 3;
@@ -337,12 +323,12 @@ class SliceJoiner {
         if (left_out == 3) return;
         slice_.sides[crowd.word][crowd.sides[left_out]] &= ~bit_at(crowd.bit);
         gather(k);
-        float squared = 0;
+        float half_way = 0;
         for (std::size_t a = 0; a < 3; ++a) {
             middle_[a][k] = offsets_[a][k] / 2;
-            squared += middle_[a][k] * middle_[a][k];
+            half_way += middle_[a][k] * middle_[a][k];
         }
-        furthest_[k] = std::sqrt(squared);
+        furthest_[k] = std::sqrt(half_way);
     }
 
     // Whether the sample at the other end of a point's edge has points on sides opposite to those of the
@@ -388,7 +374,7 @@ class SliceJoiner {
         const std::uint64_t apart =
             word.can & (opposite(0, sides_x, sides) | opposite(1, slice_.sides[word.word - stride_], sides) |
                         opposite(2, before_.sides[word.word], sides));
-        Crowd* const crowds = crowds_.data() + word.first_crowd;
+        Crowd* const crowds = crowds_ + word.first_crowd;
         for_each_bit(
             apart, [&](std::uint32_t bit) { crowds[popcount(word.can & (bit_at(bit) - 1))].joins = false; });
         std::uint64_t joining = 0, left = word.can;
@@ -416,26 +402,30 @@ class SliceJoiner {
     void become_one() {
         slice_.from_before.resize(count_ + 1);
         std::size_t from_before = 0;
-        for (std::size_t k = 0; k < count_; ++k) {
-            const Crowd& crowd = crowds_[k];
-            if (HWY_UNLIKELY(!crowd.joins)) continue;
-            if (!slice_.normals.empty()) join_normals(crowd);
-            for (const std::uint32_t p : crowd.points) {
-                one_[p] = crowd.one;
-                moved_[p] = furthest_[k];
-            }
-            slice_.from_before[from_before] = {crowd.points[2], crowd.one};
-            from_before += crowd.points[2] < slice_.start;
-            const auto stride = static_cast<std::uint32_t>(stride_);
-            const std::uint32_t y = crowd.word / stride - 1, w = crowd.word % stride - 1;
-            const auto x =
-                static_cast<std::int32_t>(64 * w + crowd.bit) - static_cast<std::int32_t>(bits_.first_x);
-            const Vec3f& base = slice_.row_bases[y];
-            const float step[3] = {static_cast<float>(x) + middle_[0][k], middle_[1][k], middle_[2][k]};
-            Vec3f& point = slice_.points[crowd.one - slice_.start];
-            for (std::size_t r = 0; r < 3; ++r) {
-                const Vec3f& m = input_.frame.matrix[r];
-                point[r] = base[r] + (m[0] * step[0] + m[1] * step[1] + m[2] * step[2]);
+        std::int64_t y = -1;
+        Vec3f base{};
+        for (std::size_t i = 0; i < word_count_; ++i) {
+            const CrowdedWord& word = words_[i];
+            if (word.y != y) base = input_.frame.row_base(word.y - bits_.pad, z_ - bits_.pad);
+            y = word.y;
+            const std::size_t end = i + 1 < word_count_ ? words_[i + 1].first_crowd : count_;
+            for (std::size_t k = word.first_crowd; k < end; ++k) {
+                const Crowd& crowd = crowds_[k];
+                if (HWY_UNLIKELY(!crowd.joins)) continue;
+                if (!slice_.normals.empty()) join_normals(crowd);
+                for (const std::uint32_t p : crowd.points) {
+                    one_[p] = crowd.one;
+                    moved_[p] = furthest_[k];
+                }
+                slice_.from_before[from_before] = {crowd.points[2], crowd.one};
+                from_before += crowd.points[2] < slice_.start;
+                const auto x = static_cast<float>(word.first_x + static_cast<std::int32_t>(crowd.bit));
+                const float step[3] = {x + middle_[0][k], middle_[1][k], middle_[2][k]};
+                Vec3f& point = slice_.points[crowd.one - slice_.start];
+                for (std::size_t r = 0; r < 3; ++r) {
+                    const Vec3f& m = input_.frame.matrix[r];
+                    point[r] = base[r] + (m[0] * step[0] + m[1] * step[1] + m[2] * step[2]);
+                }
             }
         }
         slice_.from_before.resize(from_before);
@@ -464,19 +454,16 @@ class SliceJoiner {
     const std::size_t stride_;
     std::uint32_t* const one_;
     float* const moved_;
-    const std::vector<std::uint64_t> no_words_ = std::vector<std::uint64_t>(input_.active.masks_per_row);
-    Buffer<Crowd> crowds_;
-    // Of these: the points' offsets by axis, 0 where none is; 1 / how many there are; where they become one,
-    // from the sample, in edges; and how far the furthest has to go there.
-    Buffer<float> offsets_[3], part_, middle_[3], furthest_;
-    std::size_t count_ = 0;
-    Buffer<CrowdedWord> words_;
-    std::size_t word_count_ = 0;
+    const std::uint64_t* const no_words_;
+    Crowd* const crowds_;
+    CrowdedWord* const words_;
+    float *const part_, *const furthest_, *offsets_[3], *middle_[3];  // as in Crowds
+    std::size_t count_ = 0, word_count_ = 0;
 };
 
 void join_slice_target(const EmitInput& input, float limit, std::int64_t z, SnapSlice& before,
-                       SnapSlice& slice, std::uint32_t* one, float* moved) {
-    SliceJoiner(input, limit, z, before, slice, one, moved).join();
+                       SnapSlice& slice, Crowds& crowds, std::uint32_t* one, float* moved) {
+    SliceJoiner(input, limit, z, before, slice, crowds, one, moved).join();
 }
 
 }  // namespace marrow::internal::HWY_NAMESPACE
@@ -487,9 +474,24 @@ namespace marrow::internal {
 
 HWY_EXPORT(join_slice_target);
 
+void Crowds::make_room(const EmitInput& input, std::size_t points) {
+    no_words.resize(input.active.masks_per_row);
+    words.resize(static_cast<std::size_t>(input.bits.ny) * input.bits.words_per_row);
+    if (points / 2 + kSlack <= crowds.size()) return;
+    const auto resize = [size = points / 2 + points / 8 + kSlack](auto& buffer) {
+        buffer.clear();
+        buffer.resize(size);
+    };
+    resize(crowds);
+    for (Buffer<float>* values :
+         {&offsets[0], &offsets[1], &offsets[2], &part, &middle[0], &middle[1], &middle[2], &furthest})
+        resize(*values);
+}
+
 void join_slice(const EmitInput& input, float limit, std::int64_t z, SnapSlice& before, SnapSlice& slice,
-                std::uint32_t* one, float* moved) {
-    HWY_DYNAMIC_DISPATCH(join_slice_target)(input, limit, z, before, slice, one, moved);
+                Crowds& crowds, std::uint32_t* one, float* moved) {
+    crowds.make_room(input, before.size + slice.size);
+    HWY_DYNAMIC_DISPATCH(join_slice_target)(input, limit, z, before, slice, crowds, one, moved);
 }
 
 }  // namespace marrow::internal

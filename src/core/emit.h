@@ -26,11 +26,11 @@ struct EmitInput {
     const std::vector<std::uint32_t>& along_y;
 };
 
-/// Writes the points, and unless `normals` is null the normals, of the rows [row_begin, row_end) to their
-/// places in the whole output. Order: rows by (z, y); in a row the edges along x, then y, then z; among these
-/// by x.
+/// Writes the points, and unless these are null the normals and how far along its edge each point is, of the
+/// rows [row_begin, row_end) to their places in the whole output. Order: rows by (z, y); in a row the edges
+/// along x, then y, then z; among these by x. Behind the last of the fractions up to 16 more are written.
 void emit_points(const EmitInput& input, std::size_t row_begin, std::size_t row_end, Vec3f* points,
-                 Vec3f* normals) noexcept;
+                 Vec3f* normals, float* fractions = nullptr) noexcept;
 
 /// Writes the triangles of the rows of cells [row_begin, row_end) to their places. Order: cells by (z, y, x).
 void emit_triangles(const EmitInput& input, std::size_t row_begin, std::size_t row_end,

@@ -78,8 +78,8 @@ class PointBatch {
     using R = Real<T>;
     using S = Staged<T>;
 
-    // Writes points up to `end` and, unless they are null, as many normals.
-    PointBatch(const EmitInput& input, Vec3f* points, const Vec3f* end, Vec3f* normals)
+    // Writes points up to `end` and, unless they are null, as many normals and fractions.
+    PointBatch(const EmitInput& input, Vec3f* points, const Vec3f* end, Vec3f* normals, float* fractions)
         : samples_(static_cast<const T*>(input.volume.data)),
           dims_(input.volume.geometry.dims),
           stride_{1, dims_[0], dims_[0] * dims_[1]},
@@ -87,7 +87,8 @@ class PointBatch {
           isovalue_(static_cast<R>(input.isovalue) * kSampleScale<T>),
           points_(points),
           end_(end),
-          normals_(normals) {}
+          normals_(normals),
+          fractions_(fractions) {}
 
     // From now on, edges start in the row of samples (y, z).
     void set_row(std::int64_t y, std::int64_t z) {
@@ -123,6 +124,7 @@ class PointBatch {
         }
         points_ += size_;
         if (normals_ != nullptr) normals_ += size_;
+        if (fractions_ != nullptr) fractions_ += size_;
         size_ = border_count_ = 0;
     }
 
@@ -279,6 +281,7 @@ class PointBatch {
             VF point[3];
             place(i, to_float(t), point);
             store(point, points_ + i, room - i);
+            if (fractions_ != nullptr) hn::StoreU(to_float(t), DF(), fractions_ + i);
             if constexpr (kNormals) {
                 V normal[3];
                 find_normal(i, t, normal);
@@ -392,6 +395,7 @@ class PointBatch {
         const std::size_t k = b.edge;
         const Vec3f base{row_base_[0][k], row_base_[1][k], row_base_[2][k]};
         points_[k] = frame_.point(base, static_cast<float>(x_[k]), static_cast<std::size_t>(axes_[k]), 0.5f);
+        if (fractions_ != nullptr) fractions_[k] = 0.5f;
         if constexpr (kNormals) normals_[k] = along_edge(axes_[k], first_inside);
     }
 
@@ -406,6 +410,7 @@ class PointBatch {
     Vec3f* points_;
     const Vec3f* const end_;
     Vec3f* normals_;
+    float* fractions_;
 
     std::int64_t y_ = 0, z_ = 0;
     std::int64_t row_ = 0;  // its first sample
@@ -427,11 +432,11 @@ class PointBatch {
 
 template <class T>
 void emit_points_of(const EmitInput& input, std::size_t row_begin, std::size_t row_end, Vec3f* points,
-                    Vec3f* normals) {
+                    Vec3f* normals, float* fractions) {
     const InsideBits& bits = input.bits;
     const std::uint64_t count = input.points.first_output(row_end) - input.points.first_output(row_begin);
     RowEdges edges(bits);
-    PointBatch<T> batch(input, points, points + count, normals);
+    PointBatch<T> batch(input, points, points + count, normals, fractions);
 
     for (GridRow at(bits, row_begin); at.index < row_end; at.advance(bits)) {
         if (input.points.leaves()[at.index] == 0) continue;
@@ -443,9 +448,9 @@ void emit_points_of(const EmitInput& input, std::size_t row_begin, std::size_t r
 }
 
 void emit_points_any(const EmitInput& input, std::size_t row_begin, std::size_t row_end, Vec3f* points,
-                     Vec3f* normals) {
+                     Vec3f* normals, float* fractions) {
     with_sample_type(input.volume.type, [&](auto sample) {
-        emit_points_of<decltype(sample)>(input, row_begin, row_end, points, normals);
+        emit_points_of<decltype(sample)>(input, row_begin, row_end, points, normals, fractions);
     });
 }
 
@@ -458,10 +463,11 @@ namespace marrow::internal {
 HWY_EXPORT(emit_points_any);
 
 void emit_points(const EmitInput& input, std::size_t row_begin, std::size_t row_end, Vec3f* points,
-                 Vec3f* normals) noexcept {
+                 Vec3f* normals, float* fractions) noexcept {
     const std::uint64_t first = input.points.first_output(row_begin);
     HWY_DYNAMIC_DISPATCH(emit_points_any)
-    (input, row_begin, row_end, points + first, normals ? normals + first : nullptr);
+    (input, row_begin, row_end, points + first, normals ? normals + first : nullptr,
+     fractions ? fractions + first : nullptr);
 }
 
 }  // namespace marrow::internal

@@ -91,9 +91,12 @@ namespace {
 // A corner nearly on the line between the two others.
 struct FlatCorner {
     std::size_t corner;
-    Vec3d step;           // from the opposite edge, in mm, to make the triangle's other angles large enough
-    std::size_t nearest;  // corner of the opposite edge
-    double share;         // in the triangle's height, of a step of that corner
+    Vec3d step;  // from the opposite edge, in mm, to make the triangle's other angles large enough
+    struct End {
+        std::size_t corner;
+        double share;  // in the triangle's height, of a step of that corner
+    };
+    std::array<End, 2> ends;  // of the opposite edge, the nearer first
 };
 
 std::optional<FlatCorner> find_flat_corner(const Mesh& mesh, const Triangle& corners) {
@@ -108,10 +111,11 @@ std::optional<FlatCorner> find_flat_corner(const Mesh& mesh, const Triangle& cor
         const Vec3d edge = b - a;
         const double squared = dot(edge, edge), along = dot(p - a, edge) / squared;
         const Vec3d height = p - a - along * edge;
-        const double now = length(height), share = std::max(along, 1 - along),
-                     wanted = kSlope * share * std::sqrt(squared);
+        const double now = length(height), wanted = kSlope * std::max(along, 1 - along) * std::sqrt(squared);
         if (now >= wanted || now == 0) return std::nullopt;
-        return FlatCorner{c, (wanted / now - 1) * height, (c + (along < 0.5 ? 1 : 2)) % 3, share};
+        std::array<FlatCorner::End, 2> ends{{{(c + 1) % 3, 1 - along}, {(c + 2) % 3, along}}};
+        if (along > 0.5) std::swap(ends[0], ends[1]);
+        return FlatCorner{c, (wanted / now - 1) * height, ends};
     }
     return std::nullopt;
 }
@@ -122,7 +126,7 @@ void move_aside(const EmitInput& input, double limit, const std::vector<FlatTria
     const Mat3d inverse = inverse_of(input.frame.exact);
     const auto& dims = input.volume.geometry.dims;
     std::unordered_map<std::uint32_t, double> moved;  // in edges, by the points that were moved here
-    // Moves a point by a step in mm, as far as it may. Returns the part of the step that is left.
+    // Moves a point by a step in mm, as far as it may. Returns which part of the step was done.
     const auto move = [&](const FlatTriangle& triangle, std::size_t corner, const Vec3d& step) {
         const std::uint32_t p = triangle.triangle[corner];
         double& already = moved.try_emplace(p, triangle.moved[corner]).first->second;
@@ -137,20 +141,28 @@ void move_aside(const EmitInput& input, double limit, const std::vector<FlatTria
                 input.bits.pad == 0 && (at < kNearly || at > static_cast<double>(dims[a] - 1) - kNearly);
             edges[a] = in_face ? 0 : dot(step, inverse[a]);
         }
-        const double wanted = length(edges),
-                     part = wanted == 0 ? 0 : std::min((limit - already) / wanted, 1.0);
-        already += part * wanted;
-        for (std::size_t r = 0; r < 3; ++r)
-            point[r] += static_cast<float>(dot(input.frame.exact[r], part * edges));
-        return 1 - part;
+        const double wanted = length(edges), may = std::clamp(limit - already, 0.0, wanted);
+        if (may == 0) return 0.0;
+        edges = may / wanted * edges;
+        already += may;
+        Vec3d done;
+        for (std::size_t r = 0; r < 3; ++r) {
+            done[r] = dot(input.frame.exact[r], edges);
+            point[r] += static_cast<float>(done[r]);
+        }
+        return dot(done, step) / dot(step, step);
     };
-    constexpr int kRounds = 3;  // what one triangle gains, its neighbour can lose
+    constexpr int kRounds = 6;  // what one triangle gains, its neighbour can lose
     for (int round = 0; round < kRounds; ++round)
         for (const FlatTriangle& triangle : flat) {
             const auto found = find_flat_corner(mesh, triangle.triangle);
             if (!found) continue;
-            const double left = move(triangle, found->corner, found->step);
-            if (left > 0) move(triangle, found->nearest, -left / found->share * found->step);
+            double left = 1 - move(triangle, found->corner, found->step);
+            // An end with little share would have to go far.
+            for (const auto& [corner, share] : found->ends) {
+                if (left < 0.01 || share < 0.1) break;
+                left *= 1 - move(triangle, corner, -left / share * found->step);
+            }
         }
 }
 

@@ -106,34 +106,17 @@ void resize_discarding(Buffer<T>& buffer, std::uint64_t size) {
 
 void allocate(const Pyramids& pyramids, bool normals, Mesh& mesh) {
     const std::uint64_t points = pyramids.points.total(), triangles = pyramids.triangles.total();
-    if (points > std::numeric_limits<std::uint32_t>::max()) {
-        throw LimitError(
-            "the surface has " + std::to_string(points) +
-            " points, more than the 2^32 - 1 that triangles can name; crop or coarsen the volume");
-    }
-    try {
-        resize_discarding(mesh.points, points);
-        resize_discarding(mesh.normals, normals ? points : 0);
-        resize_discarding(mesh.triangles, triangles);
-    } catch (const std::exception&) {
-        throw LimitError("no memory for " + std::to_string(points) + " points and " +
-                         std::to_string(triangles) + " triangles");
-    }
-}
-
-std::size_t snap_whole(const EmitInput& input, const IsosurfaceOptions& options, Mesh& mesh) {
-    try {
-        return snap(input, options.snap, options.progress, mesh);
-    } catch (const std::bad_alloc&) {
-        throw LimitError("no memory to snap " + std::to_string(mesh.points.size()) + " points");
-    }
+    resize_discarding(mesh.points, points);
+    resize_discarding(mesh.normals, normals ? points : 0);
+    resize_discarding(mesh.triangles, triangles);
 }
 
 // Returns the memory that took beside the mesh.
 std::size_t emit(const Extraction& e, const Pyramids& pyramids, double isovalue, Mesh& mesh) {
     const EmitInput input{e.volume,        isovalue,           e.frame,        e.bits,        e.active,
                           pyramids.points, pyramids.triangles, e.rows.along_x, e.rows.along_y};
-    if (e.options.snap > 0) return snap_whole(input, e.options, mesh);
+    if (e.options.snap > 0) return snap(input, e.options.snap, e.options.normals, e.options.progress, mesh);
+    allocate(pyramids, e.options.normals, mesh);
     Stage stage(e.options.progress, 0.4, 1, 2 * share_count());
     Vec3f* normals = e.options.normals ? mesh.normals.data() : nullptr;
     for_each_share(input.points, 0, e.bits.rows(), [&](std::size_t row_begin, std::size_t row_end) {
@@ -155,8 +138,15 @@ void extract(Extraction& e, double isovalue, Mesh& mesh, IsosurfaceStats* stats)
     const auto classified = Clock::now();
     Pyramids pyramids = count(e);
     const auto counted = Clock::now();
-    allocate(pyramids, e.options.normals, mesh);
-    const std::size_t snapping = emit(e, pyramids, isovalue, mesh);
+    const std::uint64_t points = pyramids.points.total(), triangles = pyramids.triangles.total();
+    check_point_count(points);
+    std::size_t snapping = 0;
+    try {
+        snapping = emit(e, pyramids, isovalue, mesh);
+    } catch (const std::bad_alloc&) {
+        throw LimitError("no memory for " + std::to_string(points) + " points and " +
+                         std::to_string(triangles) + " triangles");
+    }
     const auto emitted = Clock::now();
     const std::size_t scratch = e.bits.bytes() + e.active.bytes() + pyramids.points.bytes() +
                                 pyramids.triangles.bytes() + 2 * e.bits.rows() * sizeof(std::uint32_t) +

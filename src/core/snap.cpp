@@ -54,7 +54,7 @@ class SnapSlab {
             if (z <= last_) {
                 make(z);
                 if (z > first_ || z == 0)
-                    join_slice(input_, limit_, z, slice(z - 1), slice(z), one_.data(), moved_.data());
+                    join_slice(input_, limit_, z, slice(z - 1), slice(z), crowds_, one(), moved());
             }
             if (z > begin_) number(z - 1);
             if (z > begin_ + 1) make_triangles(z - 2);
@@ -65,8 +65,11 @@ class SnapSlab {
         triangles.resize(triangle_count_);
     }
 
+    // Of memory that the mesh has not taken over.
     std::size_t bytes() const {
-        std::size_t bytes = one_.size() * (sizeof one_[0] + sizeof moved_[0]) +
+        std::size_t bytes = crowds_.bytes() + one_.size() * (sizeof one_[0] + sizeof moved_[0]) +
+                            points.capacity() * sizeof points[0] + normals.capacity() * sizeof normals[0] +
+                            triangles.capacity() * sizeof triangles[0] +
                             layer_.size() * (sizeof layer_[0] + sizeof sources_[0]);
         for (const SnapSlice& s : slices_) bytes += s.bytes();
         return bytes;
@@ -95,7 +98,20 @@ class SnapSlab {
         resize(points, most);
         resize(normals, normals_wanted_ ? most : 0);
         resize(triangles, first_output(input_.triangles, end_) - first_output(input_.triangles, begin_));
-        one_.resize(first_output(input_.points, last_ + 1) - first_point_);
+    }
+
+    // By the slab's unsnapped points, of the last three slices.
+    std::uint32_t* one() { return one_.data() - window_; }
+    float* moved() { return moved_.data() - window_; }
+
+    // Makes room in these for points from `first` to `end`, of which those from `next` on are new.
+    void move_window(std::uint32_t first, std::uint32_t next, std::uint32_t end) {
+        if (end - window_ <= one_.size()) return;
+        std::copy(one() + first, one() + next, one_.data());
+        std::copy(moved() + first, moved() + next, moved_.data());
+        window_ = first;
+        if (end - window_ <= one_.size()) return;
+        one_.resize(2 * (end - window_));
         moved_.resize(one_.size());
     }
 
@@ -105,11 +121,13 @@ class SnapSlab {
         s.start = static_cast<std::uint32_t>(first - first_point_);
         s.size = static_cast<std::uint32_t>(first_output(input_.points, z + 1) - first);
         s.clear(input_.bits, normals_wanted_);
-        std::iota(one_.begin() + s.start, one_.begin() + s.start + s.size, s.start);
-        std::fill_n(moved_.begin() + s.start, s.size, 0.0f);
+        move_window(slice(z - 2).start, s.start, s.start + s.size);
+        std::iota(one() + s.start, one() + s.start + s.size, s.start);
+        std::fill_n(moved() + s.start, s.size, 0.0f);
         if (s.size == 0) return;
         emit_points(input_, input_.bits.row_index(0, z), input_.bits.row_index(0, z + 1),
-                    s.points.data() - first, normals_wanted_ ? s.normals.data() - first : nullptr);
+                    s.points.data() - first, normals_wanted_ ? s.normals.data() - first : nullptr,
+                    s.offsets.data() - first);
         measure_slice(input_, limit_, z, s);
     }
 
@@ -117,7 +135,7 @@ class SnapSlab {
     // could not be foreseen.
     void number(std::int64_t z) {
         const SnapSlice& s = slice(z);
-        std::uint32_t* const one = one_.data();
+        std::uint32_t* const one = this->one();
         const std::uint32_t start = s.start, size = s.size;
         if (normals_wanted_) {
             std::uint32_t number = point_count_;
@@ -149,7 +167,7 @@ class SnapSlab {
         sources_.resize(count);
         emit_triangles(input_, input_.bits.row_index(0, z), input_.bits.row_index(0, z + 1),
                        layer_.data() - first);
-        const std::uint32_t* const one = one_.data() - first_point_;
+        const std::uint32_t* const one = this->one() - first_point_;
         const Triangle* const layer = layer_.data();
         Triangle* const to = triangles.data() + triangle_count_;
         std::uint32_t* const sources = sources_.data();
@@ -169,7 +187,7 @@ class SnapSlab {
             FlatTriangle& triangle = flat.emplace_back();
             triangle.triangle = to[t];
             for (std::size_t c = 0; c < 3; ++c)
-                triangle.moved[c] = moved_[layer[sources[t]][c] - first_point_];
+                triangle.moved[c] = moved()[layer[sources[t]][c] - first_point_];
         }
         triangle_count_ += left;
     }
@@ -180,8 +198,10 @@ class SnapSlab {
     const std::int64_t begin_, end_, first_, last_;  // first, last: slices that are looked at
     const std::uint64_t first_point_;                // of the first of them: points are counted from it
     std::array<SnapSlice, 3> slices_;
+    Crowds crowds_;
     Buffer<std::uint32_t> one_;  // which point each becomes, later that one's number in the output
     Buffer<float> moved_;        // how far each was moved, in edges
+    std::uint32_t window_ = 0;   // the point of which these two have the first
     std::uint32_t point_count_ = 0;
     std::uint64_t triangle_count_ = 0;
     Buffer<Triangle> layer_;
@@ -201,7 +221,7 @@ std::vector<SnapSlab> make_slabs(const EmitInput& input, float limit, bool norma
 }
 
 // Copies what the slabs made to where it goes. Returns their flat triangles.
-std::vector<FlatTriangle> gather(const std::vector<SnapSlab>& slabs, Mesh& mesh) {
+std::vector<FlatTriangle> gather(const std::vector<SnapSlab>& slabs, bool normals, Mesh& mesh) {
     std::vector<FlatTriangle> flat;
     std::vector<std::uint64_t> first_point{0}, first_triangle{0};
     const auto shifted = [](Triangle triangle, std::uint64_t by) {
@@ -215,15 +235,14 @@ std::vector<FlatTriangle> gather(const std::vector<SnapSlab>& slabs, Mesh& mesh)
         first_triangle.push_back(first_triangle.back() + slab.triangles.size());
     }
     mesh.points.resize(first_point.back());
-    if (!mesh.normals.empty()) mesh.normals.resize(first_point.back());
+    mesh.normals.resize(normals ? first_point.back() : 0);
     mesh.triangles.resize(first_triangle.back());
     tbb::parallel_for(std::size_t{0}, slabs.size(), [&](std::size_t s) {
         const SnapSlab& slab = slabs[s];
         const auto point = static_cast<std::ptrdiff_t>(first_point[s]),
                    triangle = static_cast<std::ptrdiff_t>(first_triangle[s]);
         std::copy(slab.points.begin(), slab.points.end(), mesh.points.begin() + point);
-        if (!slab.normals.empty())
-            std::copy(slab.normals.begin(), slab.normals.end(), mesh.normals.begin() + point);
+        if (normals) std::copy(slab.normals.begin(), slab.normals.end(), mesh.normals.begin() + point);
         std::transform(slab.triangles.begin(), slab.triangles.end(), mesh.triangles.begin() + triangle,
                        [&](const Triangle& t) { return shifted(t, first_point[s]); });
     });
@@ -232,8 +251,8 @@ std::vector<FlatTriangle> gather(const std::vector<SnapSlab>& slabs, Mesh& mesh)
 
 }  // namespace
 
-std::size_t snap(const EmitInput& input, double limit, const Progress& progress, Mesh& mesh) {
-    std::vector<SnapSlab> slabs = make_slabs(input, static_cast<float>(limit), !mesh.normals.empty());
+std::size_t snap(const EmitInput& input, double limit, bool normals, const Progress& progress, Mesh& mesh) {
+    std::vector<SnapSlab> slabs = make_slabs(input, static_cast<float>(limit), normals);
     const auto swap_with_mesh = [&](SnapSlab& slab) {
         slab.points.swap(mesh.points);
         slab.normals.swap(mesh.normals);
@@ -248,7 +267,7 @@ std::size_t snap(const EmitInput& input, double limit, const Progress& progress,
         swap_with_mesh(slabs[0]);
         move_aside(input, limit, slabs[0].flat, mesh);
     } else {
-        move_aside(input, limit, gather(slabs, mesh), mesh);
+        move_aside(input, limit, gather(slabs, normals, mesh), mesh);
     }
     report(progress, 1);
     std::size_t bytes = 0;

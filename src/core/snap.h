@@ -11,9 +11,8 @@
 
 namespace marrow::internal {
 
-/// Makes the snapped mesh; `limit` as IsosurfaceOptions::snap. `mesh` comes with room for the unsnapped one,
-/// and normals if they are wanted. Returns the bytes of memory that took beside. Reports progress from 0.4 to
-/// 1. \throw Cancelled; std::bad_alloc
-std::size_t snap(const EmitInput& input, double limit, const Progress& progress, Mesh& mesh);
+/// Makes the snapped mesh; `limit` as IsosurfaceOptions::snap. Returns the bytes of memory that took beside it.
+/// Reports progress from 0.4 to 1. \throw Cancelled; std::bad_alloc
+std::size_t snap(const EmitInput& input, double limit, bool normals, const Progress& progress, Mesh& mesh);
 
 }  // namespace marrow::internal

@@ -27,8 +27,7 @@ struct SnapSlice {
     std::uint32_t start = 0;  ///< the first point's number
     std::uint32_t size = 0;   ///< points
     Buffer<Vec3f> points, normals;
-    Buffer<float> offsets;    ///< of the points from the end that they belong to, along the edge, in edges
-    Buffer<Vec3f> row_bases;  ///< as Frame::row_base
+    Buffer<float> offsets;  ///< of the points from the end that they belong to, along the edge, in edges
     /// By row, with a row of zeros before the first and a word of zeros before each; 0 where the surface is
     /// not.
     Buffer<WordEdges> edges;
@@ -49,7 +48,8 @@ struct SnapSlice {
 /// The inverse of an index-to-physical matrix: a row for each axis.
 Mat3d inverse_of(const Mat3d& m);
 
-/// Measures the points of slice z: from the positions to `offsets`, `row_bases` and `edges`.
+/// Measures the points of slice z, how far along their edges is in `offsets` before: makes `offsets` and
+/// `edges`.
 void measure_slice(const EmitInput& input, float limit, std::int64_t z, SnapSlice& slice);
 
 }  // namespace marrow::internal
