@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "command_line.h"
+#include "cranium.h"
 
 namespace marrow::test {
 namespace {
@@ -37,6 +38,16 @@ class Slicer : public testing::Test {
         EXPECT_GT(std::filesystem::file_size(code), 10000u);
     }
 
+    void expect_skull_sliced(const std::string& scan) const {
+        for (const char* name : {"skull.stl", "skull.3mf"}) {
+            const std::string mesh = folder / name;
+            // Between the integers of a CT: no sample lies on it, so no triangle is without area.
+            const Outcome outcome = marrow_with({scan, "-o", mesh, "--isovalue", "225.5", "--largest"});
+            ASSERT_EQ(outcome.code, 0) << outcome.err;
+            expect_sliced(mesh, "--scale 0.1");
+        }
+    }
+
     const TemporaryFolder folder;
 };
 
@@ -50,18 +61,22 @@ TEST_F(Slicer, TakesABallInStlAnd3mf) {
     }
 }
 
-TEST_F(Slicer, TakesTheSkullInStlAnd3mf) {
+TEST_F(Slicer, TakesTheSkullOfCraniumInStlAnd3mf) {
+    const std::optional<Volume> cranium = bench::cranium();
+    if (!cranium) GTEST_SKIP() << "Cranium is not there (Debian: invesalius-examples)";
+    const std::string scan = folder / "cranium.nrrd";
+    write_nrrd(scan, 256, 256, 108, [&](int x, int y, int z) {
+        return cranium->samples<std::int16_t>()[(z * 256 + y) * 256 + x];
+    });
+    expect_skull_sliced(scan);
+}
+
+TEST_F(Slicer, TakesTheSkullOfTheVisibleHumanInStlAnd3mf) {
     const char* data = std::getenv("MARROW_TEST_DATA");
     if (data == nullptr) GTEST_SKIP() << "MARROW_TEST_DATA names no folder with vhf_head_ct";
     const std::filesystem::path scan = std::filesystem::path(data) / "vhf_head_ct";
     if (!std::filesystem::exists(scan)) GTEST_SKIP() << scan << " is not there";
-    for (const char* name : {"skull.stl", "skull.3mf"}) {
-        const std::string mesh = folder / name;
-        // Between the integers of a CT: no sample lies on it, so no triangle is without area.
-        const Outcome outcome = marrow_with({scan, "-o", mesh, "--isovalue", "225.5", "--largest"});
-        ASSERT_EQ(outcome.code, 0) << outcome.err;
-        expect_sliced(mesh, "--scale 0.1");
-    }
+    expect_skull_sliced(scan);
 }
 
 }  // namespace
