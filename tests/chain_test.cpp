@@ -89,6 +89,13 @@ void walk_whole(const Volume& scan, double isovalue) {
     EXPECT_EQ(reduction.deviation.max, apart.max);
 }
 
+// Whether the walks that take half an hour each are wanted too.
+bool takes_time() {
+    const char* wanted = std::getenv("MARROW_TEST_LONG");
+    return wanted != nullptr && *wanted != '\0';
+}
+constexpr const char* kLong = "takes half an hour: set MARROW_TEST_LONG to run it";
+
 Volume part(const Volume& scan, std::array<std::int64_t, 3> middle, std::int64_t half) {
     std::array<std::int64_t, 3> last = middle;
     for (std::size_t a = 0; a < 3; ++a) {
@@ -111,6 +118,11 @@ class Cranium : public testing::Test {
 TEST_F(Cranium, StaysClosedAndManifoldThroughEveryCombination) {
     const Volume face = part(scan, {128, 50, 54}, 40);
     for (const double isovalue : {kBone, kSkin}) walk_combinations(face, isovalue);
+}
+
+TEST_F(Cranium, StaysClosedAndManifoldThroughEveryCombinationAsAWhole) {
+    if (!takes_time()) GTEST_SKIP() << kLong;
+    for (const double isovalue : {kBone, kSkin}) walk_combinations(scan, isovalue);
 }
 
 TEST_F(Cranium, StaysClosedAndManifoldAsAWhole) {
@@ -165,6 +177,11 @@ class VisibleHuman : public testing::Test {
 TEST_F(VisibleHuman, StaysClosedAndManifoldThroughEveryCombination) {
     const Volume face = part(scan, {256, 142, 117}, 40);
     for (const double isovalue : {kBone, kSkin}) walk_combinations(face, isovalue);
+}
+
+TEST_F(VisibleHuman, StaysClosedAndManifoldThroughEveryCombinationAsAWhole) {
+    if (!takes_time()) GTEST_SKIP() << kLong;
+    for (const double isovalue : {kBone, kSkin}) walk_combinations(scan, isovalue);
 }
 
 TEST_F(VisibleHuman, StaysClosedAndManifoldAsAWhole) {

@@ -33,8 +33,7 @@ namespace {
 constexpr double kViewAngle = 24;
 constexpr double kSlowFrame =
     60;                        // ms; when a full frame takes longer, previews are drawn while the view moves
-constexpr int kClick = 4;      // pixels that a hand may shake
-constexpr double kReach = 11;  // pixels from a handle at which a hand takes it
+constexpr int kClick = 4;  // pixels that a hand may shake
 
 // Mouse as VTK, ParaView and 3D Slicer have it; keys are the window's own.
 class Style : public vtkInteractorStyleTrackballCamera {
@@ -82,6 +81,7 @@ SurfaceView::SurfaceView(Session& session, Surfaces& surfaces, QWidget* parent)
     : QVTKOpenGLNativeWidget(parent),
       session_(session),
       surfaces_(surfaces),
+      crop_drag_(session, surfaces, *this),
       scene_(std::make_unique<Scene>()) {
     setRenderWindow(scene_->window);
     setFocusPolicy(Qt::StrongFocus);
@@ -446,61 +446,13 @@ Vec3d SurfaceView::view_direction() const {
     return d;
 }
 
-std::optional<CropSide> SurfaceView::crop_side_at(const QPoint& place) const {
-    if (!session_.scan() || session_.tool() != Tool::crop) return {};
-    std::optional<CropSide> nearest;
-    double distance = kReach;
-    for (const CropSide& side : kCropSides) {
-        const Vec3d index = CropBox::handle(session_.crop(), side);
-        const QPointF to = place_of(session_.scan()->volume.geometry().physical(index)) - place;
-        if (std::hypot(to.x(), to.y()) > distance) continue;
-        distance = std::hypot(to.x(), to.y());
-        nearest = side;
-    }
-    return nearest;
-}
-
-// The index at which the line along which the side moves passes nearest to what is under the hand.
-std::optional<double> SurfaceView::crop_index_at(const CropSide& side, const QPoint& place) const {
-    const Geometry& geometry = session_.scan()->volume.geometry();
-    Vec3d start = CropBox::handle(session_.crop(), side);
-    start[side.axis] = 0;
-    return along_line(geometry.physical(start), step_along(geometry, side.axis), ray_at(place));
-}
-
-// Handles of the crop box come before VTK's own use of the mouse.
-bool SurfaceView::drag_crop(QEvent* event) {
-    const auto* mouse = static_cast<QMouseEvent*>(event);
-    if (event->type() == QEvent::MouseButtonPress && mouse->button() == Qt::LeftButton) {
-        dragged_side_ = crop_side_at(mouse->pos());
-        if (!dragged_side_) return false;
-        session_.seal();
-        const SampleBox box = session_.crop();
-        const auto sample =
-            static_cast<double>((dragged_side_->upper ? box.last : box.first)[dragged_side_->axis]);
-        grip_ = sample - crop_index_at(*dragged_side_, mouse->pos()).value_or(sample);
-        return true;
-    }
-    if (!dragged_side_) return false;
-    if (event->type() == QEvent::MouseMove) {
-        if (const auto index = crop_index_at(*dragged_side_, mouse->pos()))
-            session_.move_crop_side(*dragged_side_, *index + grip_);
-        return true;
-    }
-    if (event->type() == QEvent::MouseButtonRelease && mouse->button() == Qt::LeftButton) {
-        dragged_side_.reset();
-        session_.seal();
-        surfaces_.settle();
-        return true;
-    }
-    return false;
-}
-
 bool SurfaceView::event(QEvent* event) {
     const bool press = event->type() == QEvent::MouseButtonPress;
     const bool release = event->type() == QEvent::MouseButtonRelease;
     if (press) setFocus(Qt::MouseFocusReason);
-    if ((press || release || event->type() == QEvent::MouseMove) && drag_crop(event)) {
+    // Handles of the crop box come before VTK's own use of the mouse.
+    if ((press || release || event->type() == QEvent::MouseMove) &&
+        crop_drag_.take(*static_cast<QMouseEvent*>(event))) {
         pressed_valid_ = false;
         return true;
     }

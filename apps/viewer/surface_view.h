@@ -11,6 +11,7 @@
 #include <QTimer>
 
 #include "camera.h"
+#include "crop_drag.h"
 #include "surfaces.h"
 
 namespace marrow::viewer {
@@ -40,6 +41,8 @@ class SurfaceView : public QVTKOpenGLNativeWidget {
     /// The position under a place in the widget, on a surface or on the cut through one; none beside them. Opaque
     /// surfaces go before translucent ones. LPS mm.
     std::optional<Vec3d> position_at(const QPoint& place) const;
+    /// From the camera through a place in the widget.
+    Ray ray_at(const QPoint& place) const;
     /// Where a position is drawn in the widget.
     QPointF place_of(const Vec3d& position) const;
     /// From the camera to what it looks at; unit length.
@@ -77,21 +80,16 @@ class SurfaceView : public QVTKOpenGLNativeWidget {
     void choose_detail();
     void look(const Aim& aim);
     std::optional<HalfSpace> kept() const;
-    Ray ray_at(const QPoint& place) const;
-    std::optional<CropSide> crop_side_at(const QPoint& place) const;
-    std::optional<double> crop_index_at(const CropSide& side, const QPoint& place) const;
-    bool drag_crop(QEvent* event);
 
     Session& session_;
     Surfaces& surfaces_;
+    CropDrag crop_drag_;
     std::unique_ptr<Scene> scene_;
     QTimer drawing_;
     QElapsedTimer frame_timer_, composition_timer_;
     int frames_ = 0;
     QPoint pressed_;
     bool pressed_valid_ = false;
-    std::optional<CropSide> dragged_side_;
-    double grip_ = 0;  // from the hand to the outer sample of the side that it drags
     bool light_ = false, moving_ = false, software_ = false, fitted_ = false;
     double frame_ = 0, full_frame_ = 0, all_frames_ = 0, frame_began_ = 0, composition_began_ = 0,
            all_frames_processor_ = 0;
