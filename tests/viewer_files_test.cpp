@@ -147,6 +147,26 @@ TEST_F(BallViewer, WritesATurntable) {
     EXPECT_NEAR(distance(view()->view_direction(), direction), 0, 1e-9);  // once round
 }
 
+TEST_F(BallViewer, StopsAnExport) {
+    // Many small balls, so that writing takes a while.
+    write_nrrd(folder / "balls.nrrd", 64, 64, 64,
+               [](int x, int y, int z) { return (x / 2 + y / 2 + z / 2) % 2 ? 1000 : -1000; });
+    ASSERT_TRUE(open(folder / "balls.nrrd"));
+    const TemporaryFolder out;
+    write_file(out / "ball.stl", "old");
+    const auto write = [&] { window->write({{session().parameters().current, out / "ball.stl"}}, Space::LPS); };
+    write();
+    ASSERT_TRUE(window->busy());
+    key(Qt::Key_Escape);
+    ASSERT_TRUE(wait([&] { return !window->busy(); }));
+    EXPECT_NE(window->banner().indexOf("Cancelled"), -1) << window->banner().toStdString();
+    EXPECT_EQ(read_file(out / "ball.stl"), "old");
+    write();  // and can be asked again
+    ASSERT_TRUE(wait([&] { return !window->busy(); }));
+    EXPECT_NE(read_file(out / "ball.stl"), "old");
+    EXPECT_EQ(std::distance(std::filesystem::directory_iterator(out.path()), {}), 1);
+}
+
 TEST_F(BallViewer, SaysWhyAFileCannotBeWritten) {
     window->write({{session().parameters().current, folder / "nowhere" / "ball.stl"}}, Space::LPS);
     ASSERT_TRUE(wait([&] { return !window->busy(); }));

@@ -152,6 +152,8 @@ void MainWindow::connect_actions() {
     on("escape", [this] {
         if (loader_.busy())
             loader_.cancel();
+        else if (writer_.busy())
+            writer_.cancel();
         else if (!session_.picked().empty())
             session_.drop_picked();
         else if (session_.tool() != Tool::navigate)

@@ -6,6 +6,7 @@ namespace marrow::viewer {
 
 void Writer::write(std::vector<File> files, Space space) {
     busy_ = true;
+    cancelled_ = false;
     emit started();
     const auto end = [this](const QString& sentence, bool error) {
         QMetaObject::invokeMethod(
@@ -27,7 +28,7 @@ void Writer::write(std::vector<File> files, Space space) {
                 QMetaObject::invokeMethod(
                     this, [this, all] { emit progressed(all); }, Qt::QueuedConnection);
             }
-            return unless_interrupted(fraction);
+            return !cancelled_ && unless_interrupted(fraction);
         };
         try {
             for (; done < files.size(); ++done)
@@ -37,7 +38,6 @@ void Writer::write(std::vector<File> files, Space space) {
             end(sentence + ".", false);
         } catch (const Cancelled&) {
             end(tr("Cancelled; no file was changed half-way."), false);
-            throw;
         } catch (const std::exception& error) {
             end(QString::fromUtf8(error.what()), true);
         }

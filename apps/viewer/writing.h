@@ -1,6 +1,7 @@
 // Surfaces are written away from the window's thread.
 #pragma once
 
+#include <atomic>
 #include <filesystem>
 #include <memory>
 #include <vector>
@@ -28,8 +29,8 @@ class Writer : public QObject {
 
     /// Writes one after the other. \pre not busy; at least one file
     void write(std::vector<File> files, Space space);
-    /// Stops; files that were there before stay as they were.
-    void cancel() { worker_.forget_all(); }
+    /// Stops, which `finished` tells; files that were there before stay as they were.
+    void cancel() { cancelled_ = true; }
     bool busy() const { return busy_; }
 
   signals:
@@ -39,6 +40,7 @@ class Writer : public QObject {
 
   private:
     bool busy_ = false;
+    std::atomic<bool> cancelled_{false};
     Worker worker_;
 };
 
