@@ -154,7 +154,9 @@ TEST_F(BallViewer, StopsAnExport) {
     ASSERT_TRUE(open(folder / "balls.nrrd"));
     const TemporaryFolder out;
     write_file(out / "ball.stl", "old");
-    const auto write = [&] { window->write({{session().parameters().current, out / "ball.stl"}}, Space::LPS); };
+    const auto write = [&] {
+        window->write({{session().parameters().current, out / "ball.stl"}}, Space::LPS);
+    };
     write();
     ASSERT_TRUE(window->busy());
     key(Qt::Key_Escape);

@@ -49,8 +49,7 @@ bool CropDrag::take(const QMouseEvent& mouse) {
     }
     if (!side_) return false;
     if (mouse.type() == QEvent::MouseMove) {
-        if (const auto index = index_at(*side_, mouse.pos()))
-            session_.move_crop_side(*side_, *index + grip_);
+        if (const auto index = index_at(*side_, mouse.pos())) session_.move_crop_side(*side_, *index + grip_);
         return true;
     }
     if (mouse.type() == QEvent::MouseButtonRelease && mouse.button() == Qt::LeftButton) {

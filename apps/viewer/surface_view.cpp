@@ -31,9 +31,8 @@ namespace marrow::viewer {
 namespace {
 
 constexpr double kViewAngle = 24;
-constexpr double kSlowFrame =
-    60;                        // ms; when a full frame takes longer, previews are drawn while the view moves
-constexpr int kClick = 4;  // pixels that a hand may shake
+constexpr double kSlowFrame = 60;  // ms; above that, previews are drawn while the view moves
+constexpr int kClick = 4;          // pixels that a hand may shake
 
 // Mouse as VTK, ParaView and 3D Slicer have it; keys are the window's own.
 class Style : public vtkInteractorStyleTrackballCamera {
