@@ -89,12 +89,12 @@ void walk_whole(const Volume& scan, double isovalue) {
     EXPECT_EQ(reduction.deviation.max, apart.max);
 }
 
-// Whether the walks that take half an hour each are wanted too.
+// Whether the walks that take minutes each are wanted too.
 bool takes_time() {
     const char* wanted = std::getenv("MARROW_TEST_LONG");
     return wanted != nullptr && *wanted != '\0';
 }
-constexpr const char* kLong = "takes half an hour: set MARROW_TEST_LONG to run it";
+constexpr const char* kLong = "takes some minutes: set MARROW_TEST_LONG to run it";
 
 Volume part(const Volume& scan, std::array<std::int64_t, 3> middle, std::int64_t half) {
     std::array<std::int64_t, 3> last = middle;
