@@ -50,6 +50,16 @@ TEST(LabelTable, ReadsPlainOnes) {
     EXPECT_EQ(table.at(8).colour, (Colour{1, 0, 0}));
 }
 
+TEST(LabelTable, TakesQuotesWithinQuotesAndTheMarkOfUtf8) {
+    const LabelTable table = table_of(
+        "\xEF\xBB\xBF"
+        "1 0 255 0  0.5 1 1  \"La \"\"grande\"\"\"\n2,\"a, b\",0,0,255\n");
+    EXPECT_EQ(table.at(1).name, "La \"grande\"");
+    EXPECT_EQ(table.at(1).colour, (Colour{0, 1, 0}));
+    EXPECT_EQ(table.at(2).name, "a, b");
+    EXPECT_EQ(table.at(2).colour, (Colour{0, 0, 1}));
+}
+
 TEST(LabelTable, RefusesWithTheLine) {
     for (const char* text : {"1 a\nliver\n", "1 a\n2\n", "1 a\n1 b\n", "1 a\n1.5 b\n", "1 a\nnan b\n"}) {
         SCOPED_TRACE(text);

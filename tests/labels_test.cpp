@@ -248,5 +248,13 @@ TEST(Labels, StopsWhenTold) {
     EXPECT_EQ(last, 1);
 }
 
+TEST(Labels, AreCounted) {
+    const Volume map = random_labels<std::int16_t>(grid(13, 7, 9), 3, 4);
+    std::map<std::int64_t, std::int64_t> expected;
+    for (std::int64_t i = 0; i < map.geometry().sample_count(); ++i)
+        ++expected[map.samples<std::int16_t>()[i]];
+    EXPECT_EQ(count_labels(map), expected);
+}
+
 }  // namespace
 }  // namespace marrow::test

@@ -1,5 +1,6 @@
 // marrow sweep, label maps and files of several surfaces, as the command line has them.
 #include <cstdio>
+#include <random>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -141,6 +142,75 @@ TEST_F(LabelMap, RelaxationCanBeLeftOut) {
         return Json::parse(outcome.out)["surfaces"][0]["volume_mm3"].get<double>();
     };
     EXPECT_NE(volume("0"), volume("40"));
+}
+
+TEST_F(LabelMap, SaysWhatSurfacesLoseOfTheirSamples) {
+    const Outcome outcome = marrow_with({map, "--labels", table, "-o", folder / "all.vtp", "--json"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    const Json surfaces = Json::parse(outcome.out)["surfaces"];
+    const std::int64_t samples[] = {5 * 4 * 3, 3 * 4 * 3, 2 * 4 * 3};
+    for (std::size_t i = 0; i < 3; ++i) {
+        EXPECT_EQ(surfaces[i]["samples"], samples[i]);
+        EXPECT_EQ(surfaces[i]["samples_mm3"], 2 * samples[i]);  // of 1 x 1 x 2 mm
+        EXPECT_NEAR(surfaces[i]["volume_mm3"].get<double>() / static_cast<double>(2 * samples[i]), 1, 0.15);
+    }
+    EXPECT_NE(outcome.err.find(
+                  "1 of 3 surfaces enclose at least a tenth less than their samples, label-12 most: -14 %"),
+              outcome.err.npos)
+        << outcome.err;
+
+    write_nrrd(map, 60, 60, 60, [](int x, int y, int z) {
+        return std::min({x, y, z, 59 - x, 59 - y, 59 - z}) > 0;
+    });
+    EXPECT_EQ(marrow_with({map, "--labels", "-o", folder / "all.vtp", "-q"}).err, "");
+}
+
+TEST_F(LabelMap, OfOneLabelGoesIntoAnyFormat) {
+    write_nrrd(map, 6, 6, 6, [](int x, int y, int z) {
+        return 4 * (std::min({x, y, z, 5 - x, 5 - y, 5 - z}) > 0);
+    });
+    EXPECT_EQ(marrow_with({map, "--labels", "-o", folder / "one.stl"}).code, 0);
+    EXPECT_EQ(folder.files(), (Names{"map.nrrd", "table.ctbl", "one.stl"}));
+}
+
+TEST_F(LabelMap, CanBeCropped) {
+    const Outcome outcome =
+        marrow_with({map, "--labels", table, "-o", folder / "a.vtp", "--crop", "vox:0,7,0,5,0,4", "--json"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    const Json surfaces = Json::parse(outcome.out)["surfaces"];
+    ASSERT_EQ(surfaces.size(), 2u);
+    EXPECT_EQ(surfaces[1]["samples"], 2 * 4 * 3);
+}
+
+TEST_F(LabelMap, WritesAllFilesOrNone) {
+    std::filesystem::create_directory(folder / "part-label-12.stl");  // where the last would go
+    const Outcome outcome = marrow_with({map, "--labels", table, "-o", folder / "part-{name}.stl"});
+    EXPECT_EQ(outcome.code, kUnreadable);
+    EXPECT_EQ(folder.files(), (Names{"map.nrrd", "table.ctbl", "part-label-12.stl"}));
+}
+
+TEST_F(LabelMap, WarnsOfWhatItMayNotBeAndOfATableForAnother) {
+    write_file(table, "99 elsewhere\n");
+    EXPECT_NE(marrow_with({map, "--labels", table, "-o", folder / "a.vtp"})
+                  .err.find("has none of the map's labels"),
+              std::string::npos);
+    write_nrrd(map, 20, 20, 20, [](int x, int y, int z) { return 20 * (20 * x + y) + z - 1000; });
+    EXPECT_NE(marrow_with({map, "--labels", "-o", folder / "a.vtp"})
+                  .err.find("is this a scan rather than a label map?"),
+              std::string::npos);
+}
+
+// Two cubes that touch at an edge of the grid are two pieces, which STL cannot say.
+TEST_F(LabelMap, WarnsOfPointsThatStlJoins) {
+    const auto warns = [&](const char* file) {
+        return marrow_with({map, "--labels", "-o", folder / file, "--relax", "40"})
+                   .err.find("lie where others do") != std::string::npos;
+    };
+    EXPECT_FALSE(warns("{name}.stl"));
+    std::mt19937 random(5);
+    write_nrrd(map, 16, 16, 16, [&](int, int, int) { return static_cast<int>(random() % 3); });
+    EXPECT_TRUE(warns("{name}.stl"));
+    EXPECT_FALSE(warns("all.vtp"));
 }
 
 TEST_F(LabelMap, RefusesWhatMakesNoSense) {

@@ -1,13 +1,18 @@
 #include "labels_run.h"
 
+#include <algorithm>
+#include <cmath>
 #include <map>
 
 #include <fmt/format.h>
 
 #include <marrow/label_table.h>
 #include <marrow/labels.h>
+#include <marrow/measure.h>
 #include <marrow/scan_io.h>
+#include <marrow/vector.h>
 
+#include "meeting_points.h"
 #include "picture.h"
 #include "report.h"
 
@@ -24,6 +29,65 @@ std::string file_name(const std::string& name) {
         file += unwelcome ? '_' : c;
     }
     return file.empty() || file.front() == '.' ? "_" + file : file;
+}
+
+// Names and colours from the table; of labels that it does not have, made up.
+Surface named(LabelSurface& found, const LabelTable& table) {
+    Surface surface{fmt::format("label-{}", found.label), 0, std::move(found.mesh), {}};
+    surface.colour = default_label_colour(found.label);
+    if (const auto entry = table.find(found.label); entry != table.end()) {
+        if (!entry->second.name.empty()) surface.name = entry->second.name;
+        if (entry->second.colour) surface.colour = entry->second.colour;
+    }
+    surface.label = found.label;
+    return surface;
+}
+
+void name_files(const Settings& settings, std::vector<Surface>& surfaces) {
+    std::map<std::string, int> uses;
+    std::vector<std::string> names;
+    for (const Surface& surface : surfaces) ++uses[file_name(surface.name)];
+    for (const Surface& surface : surfaces) {
+        const std::string name = file_name(surface.name);
+        names.push_back(uses[name] > 1 ? fmt::format("{}-{}", name, *surface.label) : name);
+    }
+    const std::vector<fs::path> files = files_for(settings, names);
+    for (std::size_t i = 0; i < surfaces.size(); ++i) surfaces[i].output = files[i];
+}
+
+// Before the work, as there may be thousands of surfaces to come.
+void warn_of_scan(const std::map<std::int64_t, std::int64_t>& counts, std::vector<std::string>& warnings) {
+    constexpr std::size_t kMany = 256;
+    if (counts.size() > kMany && counts.begin()->first < 0)
+        warnings.push_back(
+            fmt::format("there are {} labels, from {} to {}: is this a scan rather than a label map?",
+                        counts.size(), counts.begin()->first, counts.rbegin()->first));
+}
+
+void warn_of_table(const Settings& settings, const LabelTable& table, const std::vector<Surface>& surfaces,
+                   std::vector<std::string>& warnings) {
+    const bool any = std::any_of(surfaces.begin(), surfaces.end(),
+                                 [&](const Surface& surface) { return table.contains(*surface.label); });
+    if (!settings.label_table.empty() && !any)
+        warnings.push_back(fmt::format("'{}' has none of the map's labels", settings.label_table.string()));
+}
+
+// Thin parts lose much to relaxation.
+void warn_of_loss(const std::vector<Surface>& surfaces, std::vector<std::string>& warnings) {
+    constexpr double kMuch = -10;  // %
+    std::size_t many = 0;
+    const Surface* most = nullptr;
+    for (const Surface& surface : surfaces) {
+        if (surface.label_volume.change() > kMuch) continue;
+        ++many;
+        if (!most || surface.label_volume.change() < most->label_volume.change()) most = &surface;
+    }
+    if (most)
+        warnings.push_back(
+            fmt::format("{} of {} surfaces enclose at least a tenth less than their samples, {} most: "
+                        "{:+.0f} %; parts that are "
+                        "few samples thick shrink, with --relax 0 least",
+                        many, surfaces.size(), most->name, most->label_volume.change()));
 }
 
 }  // namespace
@@ -44,34 +108,37 @@ void extract_label_map(const Settings& settings, const Console& console, Voice& 
         options.progress = progress;
         map = read_scan(settings.inputs.front(), options, &info);
     });
-    for (const std::string& warning : info.warnings) voice.warn(warning);
+    if (settings.steps.change_volume())
+        seconds.filter = voice.stage("filter", [&](const Progress& progress) {
+            filter_scan(map, settings.steps, settings.threads, progress);
+        });
+    std::vector<std::string> warnings = info.warnings;
+    const auto counts = count_labels(map);
+    warn_of_scan(counts, warnings);
+    for (const std::string& warning : warnings) voice.warn(warning);
+    const std::size_t warned = warnings.size();
 
     std::vector<Surface> surfaces;
     seconds.extract = voice.stage("extract", [&](const Progress& progress) {
         for (LabelSurface& found : extract_labels(
-                 map, {.relax = settings.relax, .threads = settings.threads, .progress = progress})) {
-            Surface surface{fmt::format("label-{}", found.label), 0, std::move(found.mesh), {}};
-            surface.colour = default_label_colour(found.label);
-            if (const auto entry = table.find(found.label); entry != table.end()) {
-                if (!entry->second.name.empty()) surface.name = entry->second.name;
-                if (entry->second.colour) surface.colour = entry->second.colour;
-            }
-            surface.label = found.label;
-            surfaces.push_back(std::move(surface));
-        }
+                 map, {.relax = settings.relax, .threads = settings.threads, .progress = progress}))
+            surfaces.push_back(named(found, table));
     });
     if (surfaces.empty())
         throw EmptySurface("the label map holds nothing but background, so there is no surface");
-
-    std::map<std::string, int> uses;
-    std::vector<std::string> names;
-    for (const Surface& surface : surfaces) ++uses[file_name(surface.name)];
-    for (const Surface& surface : surfaces) {
-        const std::string name = file_name(surface.name);
-        names.push_back(uses[name] > 1 ? fmt::format("{}-{}", name, *surface.label) : name);
+    const Mat3d step = map.geometry().index_to_physical();
+    const double sample_mm3 = std::abs(dot(step[0], cross(step[1], step[2])));
+    for (Surface& surface : surfaces) {
+        const std::int64_t samples = counts.at(*surface.label);
+        surface.label_volume = {samples, static_cast<double>(samples) * sample_mm3,
+                                measure(surface.mesh).volume};
     }
-    const std::vector<fs::path> files = files_for(settings, names);
-    for (std::size_t i = 0; i < surfaces.size(); ++i) surfaces[i].output = files[i];
+    warn_of_table(settings, table, surfaces, warnings);
+    warn_of_loss(surfaces, warnings);
+    name_files(settings, surfaces);
+    warn_of_meeting_points(surfaces, "where that matters write .3mf or .ply", warnings);
+    for (std::size_t i = warned; i < warnings.size(); ++i) voice.warn(warnings[i]);
+
     seconds.write = voice.stage(
         "write", [&](const Progress& progress) { write_surfaces(surfaces, settings.space, progress); });
     if (settings.verify)
@@ -86,7 +153,7 @@ void extract_label_map(const Settings& settings, const Console& console, Voice& 
     }
     seconds.total = seconds_since(start);
     if (settings.json)
-        print_json(console.out, info, surfaces, settings.space, info.warnings, seconds);
+        print_json(console.out, info, surfaces, settings.space, warnings, seconds);
     else if (!settings.quiet)
         print_text(console.out, surfaces);
 }

@@ -40,7 +40,9 @@ Json surface_numbers(const Surface& surface, Space space) {
     const auto [points, triangles] = surface.size();
     Json numbers;
     if (surface.label)
-        numbers["label"] = *surface.label;
+        numbers.update({{"label", *surface.label},
+                        {"samples", surface.label_volume.samples},
+                        {"samples_mm3", surface.label_volume.samples_mm3}});
     else
         numbers["isovalue"] = surface.isovalue;
     numbers.update({{"points", points}, {"triangles", triangles}});
@@ -104,13 +106,21 @@ void print_json(std::ostream& out, const ScanInfo& info, const std::vector<Surfa
     print(out, json);
 }
 
+namespace {
+
+std::string what_it_is_of(const Surface& surface) {
+    if (!surface.label) return fmt::format("at isovalue {:g}", surface.isovalue);
+    return fmt::format("of label {}, {}: {:.6g} mm3, {:+.1f} % of its samples", *surface.label, surface.name,
+                       surface.label_volume.enclosed_mm3, surface.label_volume.change());
+}
+
+}  // namespace
+
 void print_text(std::ostream& out, const std::vector<Surface>& surfaces) {
     for (const Surface& surface : surfaces) {
         out << fmt::format("{}: {} points, {} triangles {}\n",
                            surface.output.empty() ? surface.name : surface.output.string(),
-                           surface.size().points, surface.size().triangles,
-                           surface.label ? fmt::format("of label {}, {}", *surface.label, surface.name)
-                                         : fmt::format("at isovalue {:g}", surface.isovalue));
+                           surface.size().points, surface.size().triangles, what_it_is_of(surface));
         for (const StepReport& step : surface.steps) {
             const auto change = [](double before, double after) { return 100 * (after / before - 1); };
             out << fmt::format("  {:<12}{} of {} triangles, volume {:+.3f} %, area {:+.3f} %",

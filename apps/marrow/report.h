@@ -18,6 +18,15 @@
 
 namespace marrow {
 
+/// How large a label is, and its surface.
+struct LabelVolume {
+    std::int64_t samples = 0;
+    double samples_mm3 = 0, enclosed_mm3 = 0;
+
+    /// What the surface encloses beside the samples, %.
+    double change() const { return 100 * (enclosed_mm3 / samples_mm3 - 1); }
+};
+
 /// One extracted surface.
 struct Surface {
     std::string name;
@@ -32,6 +41,7 @@ struct Surface {
     std::optional<Size> in_slabs = {};
     std::optional<std::array<double, 3>> colour = {};  ///< red, green, blue from 0 to 1
     std::optional<std::int64_t> label = {};            ///< of a label map, instead of the isovalue
+    LabelVolume label_volume = {};                     ///< with a label
 
     Size size() const { return in_slabs.value_or(Size{mesh.points.size(), mesh.triangles.size()}); }
 };

@@ -1,9 +1,12 @@
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <map>
 #include <ostream>
 
 #include <fmt/format.h>
 
+#include <marrow/filter.h>
 #include <marrow/histogram.h>
 #include <marrow/isosurface.h>
 #include <marrow/mesh_io.h>
@@ -12,6 +15,7 @@
 
 #include "check_run.h"
 #include "labels_run.h"
+#include "meeting_points.h"
 #include "picture.h"
 #include "report.h"
 #include "run.h"
@@ -65,6 +69,36 @@ void warn_of_non_finite(std::int64_t samples, std::vector<std::string>& warnings
         warnings.push_back(fmt::format("{} samples are NaN or infinite and count as outside", samples));
 }
 
+// Points meet at samples that are equal to the isovalue, which between integers none is.
+void warn_of_ties(const std::vector<Surface>& surfaces, const Volume& scan,
+                  std::vector<std::string>& warnings) {
+    const bool integers = scan.type() != SampleType::float32 && scan.type() != SampleType::float64;
+    const bool between = std::all_of(surfaces.begin(), surfaces.end(), [](const Surface& surface) {
+        return surface.isovalue != std::floor(surface.isovalue);
+    });
+    if (!(integers && between))
+        warn_of_meeting_points(
+            surfaces,
+            "take an isovalue that no sample has, such as N.5 where samples are integers, or --snap 0.3",
+            warnings);
+}
+
+// Of a scan that is inside as a whole, the surface is what closes it.
+void warn_of_box(const std::vector<Surface>& surfaces, const Volume& scan,
+                 std::vector<std::string>& warnings) {
+    double lowest = std::numeric_limits<double>::infinity();
+    for (const Surface& surface : surfaces) lowest = std::min(lowest, surface.isovalue);
+    const auto [nx, ny, nz] = scan.geometry().dims;
+    const Volume first_slice = crop(scan, {0, 0, 0}, {nx - 1, ny - 1, 0});
+    if (histogram(first_slice).lower < lowest) return;  // mostly so, and quick
+    const Histogram samples = histogram(scan);
+    if (!samples.counts.empty() && lowest <= samples.lower)
+        warnings.push_back(
+            fmt::format("no sample is below isovalue {:g} (they range from {:g} to {:g}), so the surface is "
+                        "where the scan ends",
+                        lowest, samples.lower, samples.upper));
+}
+
 // The surface of the highest isovalue lies innermost; those around it are drawn translucent.
 void draw(const std::vector<Surface>& surfaces, const Settings& settings, const Progress& progress) {
     constexpr std::array<double, 3> kNeutral{0.80, 0.81, 0.80};
@@ -77,6 +111,14 @@ void draw(const std::vector<Surface>& surfaces, const Settings& settings, const 
             {&surfaces[i].mesh, preset ? preset->colour : kNeutral, surfaces[i].isovalue < innermost});
     }
     write_picture(drawn, settings.picture, progress);
+}
+
+// What is written in place of the scan that it is made of would be a loss.
+void check_is_not_input(const Settings& settings) {
+    std::error_code none;
+    if (fs::equivalent(settings.output, settings.inputs.front(), none) && !fs::is_directory(settings.output))
+        throw UsageError(
+            fmt::format("'{}' is the scan itself: give another output", settings.output.string()));
 }
 
 std::map<fs::path, std::vector<MeshObject>> objects_by_file(const std::vector<Surface>& surfaces) {
@@ -146,6 +188,8 @@ void extract(const Settings& settings, const Console& console, Voice& voice) {
         }
     }
     warn_of_non_finite(non_finite_samples, warnings);
+    warn_of_ties(surfaces, scan, warnings);
+    if (!settings.open) warn_of_box(surfaces, scan, warnings);
     for (const std::string& warning : warnings) voice.warn(warning);
 
     seconds.write = voice.stage(
@@ -245,8 +289,10 @@ void check_folder(const fs::path& file) {
 }
 
 void write_surfaces(const std::vector<Surface>& surfaces, Space space, const Progress& progress) {
+    MeshFiles files;
     for (const auto& [file, objects] : objects_by_file(surfaces))
-        write_meshes(objects, file, {space, progress});
+        files.write(objects, file, {space, progress});
+    files.commit();
 }
 
 void verify_surfaces(const std::vector<Surface>& surfaces, Space space, const Progress& progress) {
@@ -261,6 +307,7 @@ int run(const Settings& settings, const Console& console, const std::atomic<bool
         Voice voice(settings.quiet, settings.verbose, console, stop);
         if (settings.info) return inform(settings, console, stop);
         if (settings.check) return check(settings, console, voice);
+        check_is_not_input(settings);
         if (settings.sweep)
             sweep(settings, console, voice);
         else if (settings.labels)

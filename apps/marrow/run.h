@@ -31,7 +31,7 @@ enum ExitCode {
 /// file; an empty path is no file.
 void check_folder(const std::filesystem::path& file);
 
-/// Writes each file once, with all surfaces that go into it. \throw as write_meshes
+/// Writes each file once, with all surfaces that go into it; all files appear, or none. \throw as write_meshes
 void write_surfaces(const std::vector<Surface>& surfaces, Space space, const Progress& progress);
 
 /// Reads each file again and compares it with the surfaces in it. \throw as verify

@@ -348,11 +348,11 @@ std::variant<Settings, int> parse_command_line(int argc, const char* const* argv
             fmt::format("--snap takes a part of an edge, 0 <= T < 0.5, not {:g}", settings.snap));
     if (settings.labels) {
         if (!settings.surfaces.empty() || settings.open || settings.snap > 0 || !max_memory.empty() ||
-            steps.change_volume() || steps.change_surface())
+            steps.median > 0 || steps.blur > 0 || steps.isotropic > 0 || steps.change_surface())
             throw UsageError(
-                "--labels makes closed surfaces that meet: it goes with --relax, and not with --isovalue, "
-                "--type, --open, "
-                "--snap, --max-memory or what changes scan or surface");
+                "--labels makes closed surfaces that meet: it goes with --relax and --crop, and not with "
+                "--isovalue, "
+                "--type, --open, --snap, --max-memory or what else changes scan or surface");
         if (settings.relax < 0) throw UsageError("--relax takes a number from 0 upwards");
     }
     if (!max_memory.empty()) {
@@ -373,7 +373,8 @@ std::variant<Settings, int> parse_command_line(int argc, const char* const* argv
 std::vector<fs::path> output_files(const Settings& settings) {
     std::vector<std::string> names;
     for (const SurfaceRequest& surface : settings.surfaces) names.push_back(surface.name);
-    if (settings.labels) names = {"label"};  // what they are is not known before the map is read
+    // What they are, and whether there are several, is not known before the map is read.
+    if (settings.labels) names = {std::string(kName)};
     return files_for(settings, names);
 }
 
@@ -387,7 +388,7 @@ std::vector<fs::path> files_for(const Settings& settings, const std::vector<std:
     const std::size_t at = pattern.find(kName);
     check_format(settings, pattern);
     if (at == pattern.npos) {
-        if ((files.size() > 1 || settings.labels) && !holds_several(mesh_format(pattern)))
+        if (files.size() > 1 && !holds_several(mesh_format(pattern)))
             throw UsageError(
                 fmt::format("several surfaces do not fit in one file '{}': give a .3mf, .glb, .vtp or .obj, "
                             "a folder or a "

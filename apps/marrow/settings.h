@@ -9,7 +9,6 @@
 #include <variant>
 #include <vector>
 
-#include <marrow/error.h>
 #include <marrow/mesh_io.h>
 #include <marrow/scan_io.h>
 #include <marrow/volume.h>
@@ -17,13 +16,9 @@
 #include "presets.h"
 #include "steps.h"
 #include "sweep.h"
+#include "usage_error.h"
 
 namespace marrow {
-
-/// The command line does not make sense, by itself or for this scan.
-struct UsageError : Error {
-    using Error::Error;
-};
 
 /// One surface to extract: at `isovalue`, at `preset`, or by Otsu's method where both are absent.
 struct SurfaceRequest {

@@ -1,10 +1,14 @@
 #include "steps.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include <fmt/format.h>
 
 #include <marrow/measure.h>
+
+#include "usage_error.h"
 
 namespace marrow {
 namespace {
@@ -12,6 +16,42 @@ namespace {
 std::array<std::int64_t, 3> whole(const Vec3d& v) {
     return {static_cast<std::int64_t>(v[0]), static_cast<std::int64_t>(v[1]),
             static_cast<std::int64_t>(v[2])};
+}
+
+// Of the samples, LPS mm.
+Box bounds(const Geometry& geometry) {
+    constexpr double kFar = std::numeric_limits<double>::infinity();
+    Box box{{kFar, kFar, kFar}, {-kFar, -kFar, -kFar}};
+    for (unsigned corner = 0; corner < 8; ++corner) {
+        Vec3d index;
+        for (std::size_t a = 0; a < 3; ++a)
+            index[a] = (corner >> a & 1) != 0 ? static_cast<double>(geometry.dims[a] - 1) : 0;
+        const Vec3d at = geometry.physical(index);
+        for (std::size_t a = 0; a < 3; ++a) {
+            box.lower[a] = std::min(box.lower[a], at[a]);
+            box.upper[a] = std::max(box.upper[a], at[a]);
+        }
+    }
+    return box;
+}
+
+// Where the box is not in the scan, the command line does not fit it.
+Volume cropped(const Volume& scan, const Steps& steps) {
+    try {
+        return steps.crop_in_samples ? crop(scan, whole(steps.crop->lower), whole(steps.crop->upper))
+                                     : crop(scan, *steps.crop);
+    } catch (const InputError&) {
+        const Geometry& geometry = scan.geometry();
+        const auto& dims = geometry.dims;
+        if (steps.crop_in_samples)
+            throw UsageError(fmt::format("--crop: the scan has samples vox:0,{},0,{},0,{}", dims[0] - 1,
+                                         dims[1] - 1, dims[2] - 1));
+        const Box box = bounds(geometry);
+        throw UsageError(
+            fmt::format("--crop: no sample of the scan lies in the box; in LPS it goes from {:g} to {:g}, "
+                        "{:g} to {:g} and {:g} to {:g} mm",
+                        box.lower[0], box.upper[0], box.lower[1], box.upper[1], box.lower[2], box.upper[2]));
+    }
 }
 
 Mesh smoothed(const Mesh& mesh, const Steps& steps, const Mat3d& index_to_physical, const Progress& progress,
@@ -46,9 +86,7 @@ Mesh reduced(const Mesh& mesh, const Steps& steps, const Progress& progress, Ste
 
 void filter_scan(Volume& scan, const Steps& steps, int threads, const Progress& progress) {
     const FilterOptions options{threads, progress};
-    if (steps.crop)
-        scan = steps.crop_in_samples ? crop(scan, whole(steps.crop->lower), whole(steps.crop->upper))
-                                     : crop(scan, *steps.crop);
+    if (steps.crop) scan = cropped(scan, steps);
     if (steps.median > 0) scan = median_filter(scan, steps.median, options);
     if (steps.blur > 0) scan = gaussian_filter(scan, steps.blur, options);
     if (steps.isotropic > 0) scan = resample_isotropic(scan, steps.isotropic, options);

@@ -31,8 +31,10 @@ void Writer::write(std::vector<File> files, Space space) {
             return !cancelled_ && unless_interrupted(fraction);
         };
         try {
+            MeshFiles set;
             for (; done < files.size(); ++done)
-                write_meshes({&files[done].object, 1}, files[done].path, {space, progress});
+                set.write({&files[done].object, 1}, files[done].path, {space, progress});
+            set.commit();
             QString sentence = tr("Wrote %1").arg(QString::fromStdString(files.front().path.string()));
             if (files.size() > 1) sentence += tr(" and %1 more").arg(files.size() - 1);
             end(sentence + ".", false);

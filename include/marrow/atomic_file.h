@@ -10,7 +10,7 @@ namespace marrow {
 
 /// A new file that takes its place only when it is complete and on the disk.
 ///
-/// What is written goes to a temporary file in the target's folder; commit() flushes it to the disk and
+/// What is written goes to a temporary file in the target's folder; finish() flushes it to the disk and commit()
 /// renames it. Until then an old file of that name is untouched; without commit() the destructor removes the
 /// temporary file. A target that is a symbolic link is followed. Every member throws IoError when the system
 /// says no.
@@ -27,7 +27,10 @@ class AtomicFile {
     void write(std::string_view text) { write(text.data(), text.size()); }
     /// The next write goes to this many bytes from the start.
     void seek(std::uint64_t offset);
-    /// Puts the file in its place. Nothing may be written afterwards.
+    /// Flushes and closes the temporary file: what can fail before it is in its place has not. Nothing may be
+    /// written afterwards.
+    void finish();
+    /// Puts the file in its place, finished first where it is not yet.
     void commit();
 
   private:

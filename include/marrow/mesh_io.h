@@ -7,7 +7,9 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
+#include <marrow/atomic_file.h>
 #include <marrow/mesh.h>
 #include <marrow/progress.h>
 #include <marrow/slabs.h>
@@ -64,6 +66,23 @@ void write_mesh(const Mesh& mesh, const std::filesystem::path& output, const Mes
 /// Writes surfaces into one file. \throw as write_mesh; InputError several for a format that holds one, or none
 void write_meshes(std::span<const MeshObject> objects, const std::filesystem::path& output,
                   const MeshWriteOptions& options = {});
+
+/// Files of surfaces that appear together: none before all of them are complete and on the disk. Each waits
+/// beside its place until then, and goes with the set that is not committed.
+class MeshFiles {
+  public:
+    MeshFiles();
+    ~MeshFiles();
+
+    /// Writes a file of the set. \throw as write_meshes
+    void write(std::span<const MeshObject> objects, const std::filesystem::path& output,
+               const MeshWriteOptions& options = {});
+    /// Puts all in their places. \throw IoError
+    void commit();
+
+  private:
+    std::vector<std::unique_ptr<AtomicFile>> files_;
+};
 
 /// Reads a mesh from any of these formats, STL, PLY and VTP also in their other encodings; the ending says which.
 /// Several surfaces become one mesh, in the order of the file, polygons fans of triangles, without normals. Points

@@ -1,3 +1,4 @@
+#include <atomic>
 #include <cerrno>
 #include <string>
 #include <system_error>
@@ -39,9 +40,10 @@ AtomicFile::AtomicFile(const fs::path& target) : named_(target) {
     if (fs::exists(status) && !fs::is_regular_file(status))
         throw IoError("cannot write '" + named_.string() + "': it is not a regular file");
 
+    static std::atomic<unsigned> files{0};
     const std::string stem = ".marrow-" + std::to_string(::getpid()) + "-";
-    for (int attempt = 0; descriptor_ < 0; ++attempt) {
-        temporary_ = folder_of(target_) / (stem + std::to_string(attempt) + ".tmp");
+    while (descriptor_ < 0) {
+        temporary_ = folder_of(target_) / (stem + std::to_string(files++) + ".tmp");
         descriptor_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
         if (descriptor_ < 0 && errno != EEXIST) fail(errno);
     }
@@ -69,11 +71,15 @@ void AtomicFile::seek(std::uint64_t offset) {
     if (::lseek(descriptor_, static_cast<off_t>(offset), SEEK_SET) < 0) fail(errno);
 }
 
-void AtomicFile::commit() {
+void AtomicFile::finish() {
     if (::fsync(descriptor_) != 0) fail(errno);
     const int descriptor = descriptor_;
     descriptor_ = -1;
     if (::close(descriptor) != 0) fail(errno);
+}
+
+void AtomicFile::commit() {
+    if (descriptor_ >= 0) finish();
     if (::rename(temporary_.c_str(), target_.c_str()) != 0) fail(errno);
     temporary_.clear();
     if (const int error = flush_folder(folder_of(target_))) fail(error);

@@ -28,6 +28,21 @@ struct Word {
     }
 };
 
+// What stands in quotes, with two for each within, as in CSV; takes it off the line.
+std::string quoted_text(std::string_view& line) {
+    std::string text;
+    line.remove_prefix(1);
+    while (!line.empty()) {
+        const std::size_t end = std::min(line.find('"'), line.size());
+        text += line.substr(0, end);
+        line.remove_prefix(std::min(end + 1, line.size()));
+        if (line.empty() || line.front() != '"') break;
+        text += '"';
+        line.remove_prefix(1);
+    }
+    return text;
+}
+
 // By spaces, tabs, commas and semicolons; what stands in quotes is one word.
 std::vector<Word> words_of(std::string_view line) {
     constexpr std::string_view kBetween = " \t\r,;";
@@ -35,11 +50,13 @@ std::vector<Word> words_of(std::string_view line) {
     while (true) {
         line.remove_prefix(std::min(line.find_first_not_of(kBetween), line.size()));
         if (line.empty() || line.front() == '#') return words;
-        const bool quoted = line.front() == '"';
-        if (quoted) line.remove_prefix(1);
-        const std::size_t end = std::min(quoted ? line.find('"') : line.find_first_of(kBetween), line.size());
-        words.push_back({std::string(line.substr(0, end)), quoted});
-        line.remove_prefix(std::min(end + (quoted ? 1 : 0), line.size()));
+        if (line.front() == '"') {
+            words.push_back({quoted_text(line), true});
+            continue;
+        }
+        const std::size_t end = std::min(line.find_first_of(kBetween), line.size());
+        words.push_back({std::string(line.substr(0, end)), false});
+        line.remove_prefix(end);
     }
 }
 
@@ -78,7 +95,10 @@ LabelTable read_label_table(const std::filesystem::path& file) {
     const std::string text = head_of(file, static_cast<std::size_t>(size));
     LabelTable table;
     int line_number = 0;
-    for (std::string_view rest = text; !rest.empty();) {
+    std::string_view rest = text;
+    constexpr std::string_view kUtf8Mark = "\xEF\xBB\xBF";
+    if (rest.starts_with(kUtf8Mark)) rest.remove_prefix(kUtf8Mark.size());
+    while (!rest.empty()) {
         const std::size_t end = std::min(rest.find('\n'), rest.size());
         const std::vector<Word> words = words_of(rest.substr(0, end));
         rest.remove_prefix(std::min(end + 1, rest.size()));

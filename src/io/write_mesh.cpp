@@ -20,16 +20,24 @@ MeshOutput::Write into(AtomicFile& file) {
     return [&](const void* data, std::size_t bytes) { file.write(data, bytes); };
 }
 
-void check_mesh(const Mesh& mesh, const std::filesystem::path& output) {
+void check_objects(MeshObjects objects, MeshFormat format, const std::filesystem::path& output, Space space) {
     const auto refuse = [&](const std::string& reason) {
-        throw InputError("cannot write '" + output.string() + "': " + reason);
+        throw InputError("cannot write '" + output.string() + "'" + reason);
     };
-    if (!mesh.normals.empty() && mesh.normals.size() != mesh.points.size())
-        refuse("the mesh has " + std::to_string(mesh.points.size()) + " points but " +
-               std::to_string(mesh.normals.size()) + " normals");
-    for (const Triangle& t : mesh.triangles) {
-        if (std::max({t[0], t[1], t[2]}) >= mesh.points.size())
-            refuse("a triangle of the mesh names a point that is not there");
+    if (objects.empty()) refuse(": there is no surface");
+    if (objects.size() > 1 && !holds_several(format))
+        refuse(": it holds one surface and there are " + std::to_string(objects.size()) +
+               "; write .3mf, .glb, .vtp or .obj");
+    if (format == MeshFormat::glb && space == Space::RAS) refuse(" in RAS: glTF has axes of its own");
+    for (const MeshObject& object : objects) {
+        const Mesh& mesh = *object.mesh;
+        if (!mesh.normals.empty() && mesh.normals.size() != mesh.points.size())
+            refuse(": the mesh has " + std::to_string(mesh.points.size()) + " points but " +
+                   std::to_string(mesh.normals.size()) + " normals");
+        for (const Triangle& t : mesh.triangles) {
+            if (std::max({t[0], t[1], t[2]}) >= mesh.points.size())
+                refuse(": a triangle of the mesh names a point that is not there");
+        }
     }
 }
 
@@ -58,6 +66,30 @@ void write_content(MeshFormat format, MeshOutput& to, MeshObjects objects) {
         case MeshFormat::glb:
             write_glb(to, objects);
             break;
+    }
+}
+
+// As the format has it, or compressed.
+void write_content(MeshFormat format, AtomicFile& file, bool gzipped, MeshObjects objects,
+                   const MeshWriteOptions& options) {
+    if (gzipped) {
+        Deflater gzip(Deflater::Wrapping::gzip, into(file));
+        MeshOutput to([&](const void* data, std::size_t bytes) { gzip.write(data, bytes); }, options);
+        write_content(format, to, objects);
+        gzip.finish();
+    } else if (format == MeshFormat::threemf) {
+        ZipWriter zip(file);
+        for (const auto& [name, text] : parts_of_3mf()) {
+            zip.begin(name);
+            zip.write(text, std::char_traits<char>::length(text));
+        }
+        zip.begin(k3mfModelName);
+        MeshOutput to([&](const void* data, std::size_t bytes) { zip.write(data, bytes); }, options);
+        write_content(format, to, objects);
+        zip.finish();
+    } else {
+        MeshOutput to(into(file), options);
+        write_content(format, to, objects);
     }
 }
 
@@ -90,36 +122,26 @@ void write_mesh(const Mesh& mesh, const std::filesystem::path& output, const Mes
 
 void write_meshes(std::span<const MeshObject> objects, const std::filesystem::path& output,
                   const MeshWriteOptions& options) {
-    const MeshFormat format = mesh_format(output);
-    if (objects.empty()) throw InputError("cannot write '" + output.string() + "': there is no surface");
-    if (objects.size() > 1 && !holds_several(format))
-        throw InputError("cannot write '" + output.string() + "': it holds one surface and there are " +
-                         std::to_string(objects.size()) + "; write .3mf, .glb, .vtp or .obj");
-    if (format == MeshFormat::glb && options.space == Space::RAS)
-        throw InputError("cannot write '" + output.string() + "' in RAS: glTF has axes of its own");
-    for (const MeshObject& object : objects) check_mesh(*object.mesh, output);
+    MeshFiles files;
+    files.write(objects, output, options);
+    files.commit();
+}
 
-    AtomicFile file(output);
-    if (is_gzipped(output)) {
-        Deflater gzip(Deflater::Wrapping::gzip, into(file));
-        MeshOutput to([&](const void* data, std::size_t bytes) { gzip.write(data, bytes); }, options);
-        write_content(format, to, objects);
-        gzip.finish();
-    } else if (format == MeshFormat::threemf) {
-        ZipWriter zip(file);
-        for (const auto& [name, text] : parts_of_3mf()) {
-            zip.begin(name);
-            zip.write(text, std::char_traits<char>::length(text));
-        }
-        zip.begin(k3mfModelName);
-        MeshOutput to([&](const void* data, std::size_t bytes) { zip.write(data, bytes); }, options);
-        write_content(format, to, objects);
-        zip.finish();
-    } else {
-        MeshOutput to(into(file), options);
-        write_content(format, to, objects);
-    }
-    file.commit();
+MeshFiles::MeshFiles() = default;
+MeshFiles::~MeshFiles() = default;
+
+void MeshFiles::write(std::span<const MeshObject> objects, const std::filesystem::path& output,
+                      const MeshWriteOptions& options) {
+    const MeshFormat format = mesh_format(output);
+    check_objects(objects, format, output, options.space);
+    AtomicFile& file = *files_.emplace_back(std::make_unique<AtomicFile>(output));
+    write_content(format, file, is_gzipped(output), objects, options);
+    file.finish();
+}
+
+void MeshFiles::commit() {
+    for (const auto& file : files_) file->commit();
+    files_.clear();
 }
 
 // What a file written part by part holds, and where.
