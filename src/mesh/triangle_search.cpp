@@ -4,6 +4,7 @@
 #include <hwy/highway.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -90,15 +91,14 @@ HWY_INLINE hn::Vec<D> squared_distances(D d, const Vec3d& place, const BoxTree::
     };
     const auto squared = [&](V x, V y, V z) { return dot(x, y, z, x, y, z); };
     const V on_u = along(u_from, uu), on_v = along(v_from, vv);
-    const V along_w = along(hn::Add(hn::Sub(v_from, u_from), hn::Sub(uu, uv)),
-                            hn::Add(hn::Sub(uu, uv), hn::Sub(vv, uv)));
+    const V along_w =
+        along(hn::Add(hn::Sub(v_from, u_from), hn::Sub(uu, uv)), hn::Add(hn::Sub(uu, uv), hn::Sub(vv, uv)));
     const V along_u = hn::Sub(one, along_w);
     const auto away = [](V f, V p, V u) { return hn::Sub(f, hn::Mul(p, u)); };
     const V to_u = squared(away(fx, on_u, ux), away(fy, on_u, uy), away(fz, on_u, uz));
     const V to_v = squared(away(fx, on_v, vx), away(fy, on_v, vy), away(fz, on_v, vz));
-    const V to_w =
-        squared(away(away(fx, along_u, ux), along_w, vx), away(away(fy, along_u, uy), along_w, vy),
-                away(away(fz, along_u, uz), along_w, vz));
+    const V to_w = squared(away(away(fx, along_u, ux), along_w, vx), away(away(fy, along_u, uy), along_w, vy),
+                           away(away(fz, along_u, uz), along_w, vz));
     const V far = hn::Set(d, std::numeric_limits<double>::infinity());
     const auto is_large = hn::Gt(nn, hn::Mul(hn::Set(d, kFlat), hn::Mul(uu, vv)));
     const auto not_u = hn::And(is_large, hn::Ge(t, zero)), not_v = hn::And(is_large, hn::Ge(s, zero)),
@@ -124,41 +124,44 @@ HWY_INLINE bool look_at(const BoxTree::Leaf& leaf, const Vec3d& place, FoundTria
     return found.squared_distance < before;
 }
 
+// What a search may still visit: how far its box is and, below, what BoxTree::Node::under says. One number, so that choosing
+// between two is no branch, which would be mispredicted.
+using Seen = std::uint64_t;
+
 FoundTriangle find_nearest_any(const BoxTree& tree, const Vec3d& place, double enough, double most,
                                std::uint32_t* guess) {
-    struct Seen {
-        std::uint32_t node;
-        float to_box;
-    };
     Seen stack[BoxTree::kMostSeen];
     alignas(64) float to_boxes[BoxTree::kWidth];
     const Query query(place);
     constexpr double kFar = std::numeric_limits<double>::infinity();
     // What is exactly `most` away counts.
     FoundTriangle found{most < kFar ? std::nextafter(most * most, kFar) : kFar, 0};
-    const std::uint32_t guessed = guess ? *guess | BoxTree::kLeaf : 0;
+    const std::uint32_t guessed = guess ? *guess : BoxTree::kLeaf;
     if (guess) look_at(tree.leaves[*guess], place, found);
+    constexpr Seen kRoot = 0, kNone = ~Seen{0};
     std::size_t depth = 0;
-    stack[depth++] = {0, 0};
+    stack[depth++] = kRoot;
     while (depth > 0 && found.squared_distance > enough * enough) {
-        const Seen seen = stack[--depth];
-        if (!(seen.to_box < found.squared_distance)) continue;
-        if ((seen.node & BoxTree::kLeaf) != 0) {
-            const std::uint32_t leaf = seen.node ^ BoxTree::kLeaf;
-            if (seen.node == guessed) continue;
-            if (look_at(tree.leaves[leaf], place, found) && guess) *guess = leaf;
-            continue;
+        Seen at = stack[--depth];
+        if (!(std::bit_cast<float>(static_cast<std::uint32_t>(at >> 32)) < found.squared_distance)) continue;
+        // Down to a leaf, always to what is nearest.
+        while ((at & BoxTree::kLeaf) == 0) {
+            const BoxTree::Node& node = tree.nodes[static_cast<std::uint32_t>(at)];
+            at = kNone;
+            for (std::uint32_t bits = query.near(node, found.squared_distance, to_boxes); bits != 0;
+                 bits &= bits - 1) {
+                const auto child = static_cast<std::uint32_t>(hwy::Num0BitsBelowLS1Bit_Nonzero32(bits));
+                const Seen next =
+                    Seen{std::bit_cast<std::uint32_t>(to_boxes[child])} << 32 | node.under[child];
+                const bool is_nearer = next >> 32 <= at >> 32;
+                stack[depth] = is_nearer ? at : next;
+                depth += stack[depth] != kNone ? 1 : 0;
+                at = is_nearer ? next : at;
+            }
         }
-        const BoxTree::Node& node = tree.nodes[seen.node];
-        // The nearest is looked at first.
-        const std::size_t first = depth;
-        for (std::uint32_t bits = query.near(node, found.squared_distance, to_boxes); bits != 0;
-             bits &= bits - 1) {
-            const auto child = static_cast<std::uint32_t>(hwy::Num0BitsBelowLS1Bit_Nonzero32(bits));
-            Seen next{node.under[child], to_boxes[child]};
-            if (depth > first && stack[depth - 1].to_box < next.to_box) std::swap(stack[depth - 1], next);
-            stack[depth++] = next;
-        }
+        const std::uint32_t leaf = static_cast<std::uint32_t>(at) ^ BoxTree::kLeaf;
+        if (at == kNone || leaf == guessed) continue;
+        if (look_at(tree.leaves[leaf], place, found) && guess) *guess = leaf;
     }
     return found;
 }
