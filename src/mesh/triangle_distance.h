@@ -8,16 +8,18 @@
 
 namespace marrow::internal {
 
+/// Of the squared sizes of two edges: the squared cross product below which rounding decides on which side of an edge a
+/// place's foot in the plane is.
+inline constexpr double kFlat = 1e-14;
+
 /// Also of triangles without area.
-// Inlined, so that code for a SIMD target has it in its own instructions.
-[[gnu::always_inline]] inline double squared_distance_to_triangle(const Vec3d& place, const Vec3d& a,
-                                                                  const Vec3d& b, const Vec3d& c) {
+inline double squared_distance_to_triangle(const Vec3d& place, const Vec3d& a, const Vec3d& b,
+                                           const Vec3d& c) {
     // The place's foot in the plane is a + (s u + t v) / n.n.
     const Vec3d u = b - a, v = c - a, from_a = place - a, n = cross(u, v);
     const double uu = dot(u, u), uv = dot(u, v), vv = dot(v, v), nn = dot(n, n);
     const double u_from = dot(u, from_a), v_from = dot(v, from_a);
     const double s = vv * u_from - uv * v_from, t = uu * v_from - uv * u_from;
-    constexpr double kFlat = 1e-14;  // below this, rounding decides on which side of an edge the foot is
     const bool flat = !(nn > kFlat * (uu * vv));
     if (!flat && s >= 0 && t >= 0 && s + t <= nn) {
         const double height = dot(from_a, n);

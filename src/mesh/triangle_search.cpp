@@ -4,6 +4,7 @@
 #include <hwy/highway.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -29,20 +30,19 @@ class Query {
         }
     }
 
-    // The squared distances of the first `count` boxes, and which of them are below `most`.
-    HWY_INLINE std::uint32_t near(const EightBoxes& boxes, std::uint32_t count, double most,
-                                  float* to_boxes) const {
+    // The squared distances of what is under a node, and which of them are below `most`.
+    HWY_INLINE std::uint32_t near(const BoxTree::Node& node, double most, float* to_boxes) const {
         const D d;
         std::uint32_t bits = 0;
         const auto largest = hn::Set(d, std::numeric_limits<float>::max());
         // What holds the place is near however small `most` is, also below what a float can be.
         const auto limit =
             hn::Set(d, std::max(static_cast<float>(most * 1.000001), std::numeric_limits<float>::min()));
-        for (std::size_t c = 0; c < EightBoxes::kWidth; c += hn::Lanes(d)) {
+        for (std::size_t c = 0; c < BoxTree::kWidth; c += hn::Lanes(d)) {
             auto sum = hn::Zero(d);
             for (std::size_t axis = 0; axis < 3; ++axis) {
-                const auto below = hn::Sub(hn::LoadU(d, boxes.lower[axis] + c), hn::Set(d, upper_[axis]));
-                const auto above = hn::Sub(hn::Set(d, lower_[axis]), hn::LoadU(d, boxes.upper[axis] + c));
+                const auto below = hn::Sub(hn::LoadU(d, node.lower[axis] + c), hn::Set(d, upper_[axis]));
+                const auto above = hn::Sub(hn::Set(d, lower_[axis]), hn::LoadU(d, node.upper[axis] + c));
                 const auto outside = hn::Max(hn::Max(below, above), hn::Zero(d));
                 sum = hn::Add(sum, hn::Mul(outside, outside));
             }
@@ -52,64 +52,116 @@ class Query {
             hn::StoreMaskBits(d, hn::Lt(least, limit), some);
             bits |= static_cast<std::uint32_t>(some[0]) << c;
         }
-        return bits & ((1u << count) - 1);
+        return bits & ((1u << node.count) - 1);
     }
 
   private:
-    using D = hn::CappedTag<float, EightBoxes::kWidth>;
+    using D = hn::CappedTag<float, BoxTree::kWidth>;
     float lower_[3], upper_[3];
 };
 
+// squared_distance_to_triangle of the triangles from lane c on, bit for bit.
+template <class D>
+HWY_INLINE hn::Vec<D> squared_distances(D d, const Vec3d& place, const BoxTree::Leaf& leaf, std::size_t c) {
+    using V = hn::Vec<D>;
+    const auto dot = [](V ax, V ay, V az, V bx, V by, V bz) {
+        return hn::Add(hn::Add(hn::Mul(ax, bx), hn::Mul(ay, by)), hn::Mul(az, bz));
+    };
+    const auto corner = [&](std::size_t which, std::size_t axis) {
+        return hn::PromoteTo(d, hn::LoadU(hn::Rebind<float, D>(), leaf.corners[which][axis] + c));
+    };
+    const V ax = corner(0, 0), ay = corner(0, 1), az = corner(0, 2);
+    const V ux = hn::Sub(corner(1, 0), ax), uy = hn::Sub(corner(1, 1), ay), uz = hn::Sub(corner(1, 2), az);
+    const V vx = hn::Sub(corner(2, 0), ax), vy = hn::Sub(corner(2, 1), ay), vz = hn::Sub(corner(2, 2), az);
+    const V fx = hn::Sub(hn::Set(d, place[0]), ax), fy = hn::Sub(hn::Set(d, place[1]), ay),
+            fz = hn::Sub(hn::Set(d, place[2]), az);
+    const V nx = hn::Sub(hn::Mul(uy, vz), hn::Mul(uz, vy)), ny = hn::Sub(hn::Mul(uz, vx), hn::Mul(ux, vz)),
+            nz = hn::Sub(hn::Mul(ux, vy), hn::Mul(uy, vx));
+    const V uu = dot(ux, uy, uz, ux, uy, uz), uv = dot(ux, uy, uz, vx, vy, vz),
+            vv = dot(vx, vy, vz, vx, vy, vz), nn = dot(nx, ny, nz, nx, ny, nz);
+    const V u_from = dot(ux, uy, uz, fx, fy, fz), v_from = dot(vx, vy, vz, fx, fy, fz);
+    const V s = hn::Sub(hn::Mul(vv, u_from), hn::Mul(uv, v_from)),
+            t = hn::Sub(hn::Mul(uu, v_from), hn::Mul(uv, u_from)), st = hn::Add(s, t);
+    const V zero = hn::Zero(d), one = hn::Set(d, 1.0);
+    const V height = dot(fx, fy, fz, nx, ny, nz);
+    const V to_plane = hn::Div(hn::Mul(height, height), nn);
+    // Along the edges.
+    const auto along = [&](V part, V whole) {
+        return hn::IfThenElseZero(hn::Gt(whole, zero), hn::Min(hn::Max(hn::Div(part, whole), zero), one));
+    };
+    const auto squared = [&](V x, V y, V z) { return dot(x, y, z, x, y, z); };
+    const V on_u = along(u_from, uu), on_v = along(v_from, vv);
+    const V along_w =
+        along(hn::Add(hn::Sub(v_from, u_from), hn::Sub(uu, uv)), hn::Add(hn::Sub(uu, uv), hn::Sub(vv, uv)));
+    const V along_u = hn::Sub(one, along_w);
+    const auto away = [](V f, V p, V u) { return hn::Sub(f, hn::Mul(p, u)); };
+    const V to_u = squared(away(fx, on_u, ux), away(fy, on_u, uy), away(fz, on_u, uz));
+    const V to_v = squared(away(fx, on_v, vx), away(fy, on_v, vy), away(fz, on_v, vz));
+    const V to_w = squared(away(away(fx, along_u, ux), along_w, vx), away(away(fy, along_u, uy), along_w, vy),
+                           away(away(fz, along_u, uz), along_w, vz));
+    const V far = hn::Set(d, std::numeric_limits<double>::infinity());
+    const auto is_large = hn::Gt(nn, hn::Mul(hn::Set(d, kFlat), hn::Mul(uu, vv)));
+    const auto not_u = hn::And(is_large, hn::Ge(t, zero)), not_v = hn::And(is_large, hn::Ge(s, zero)),
+               not_w = hn::And(is_large, hn::Le(st, nn));
+    const V to_edge = hn::Min(hn::Min(hn::IfThenElse(not_u, far, to_u), hn::IfThenElse(not_v, far, to_v)),
+                              hn::IfThenElse(not_w, far, to_w));
+    return hn::IfThenElse(hn::And(hn::And(not_u, not_v), not_w), to_plane, to_edge);
+}
+
+// The nearest of a leaf's triangles, where it is nearer than what was found.
+HWY_INLINE bool look_at(const BoxTree::Leaf& leaf, const Vec3d& place, FoundTriangle& found) {
+    const hn::CappedTag<double, BoxTree::kWidth> d;
+    const double before = found.squared_distance;
+    for (std::size_t c = 0; c < BoxTree::kWidth; c += hn::Lanes(d)) {
+        const auto squared = squared_distances(d, place, leaf, c);
+        const auto nearer = hn::Lt(squared, hn::Set(d, found.squared_distance));
+        if (hn::AllFalse(d, nearer)) continue;
+        const auto far = hn::Set(d, std::numeric_limits<double>::infinity());
+        const auto least = hn::MinOfLanes(d, hn::IfThenElse(nearer, squared, far));
+        const auto lane = static_cast<std::size_t>(hn::FindFirstTrue(d, hn::Eq(squared, least)));
+        found = {hn::GetLane(least), leaf.triangle[c + lane]};
+    }
+    return found.squared_distance < before;
+}
+
+// What a search may still visit: how far its box is and, below, what BoxTree::Node::under says. One number, so that choosing
+// between two is no branch, which would be mispredicted.
+using Seen = std::uint64_t;
+
 FoundTriangle find_nearest_any(const BoxTree& tree, const Vec3d& place, double enough, double most,
                                std::uint32_t* guess) {
-    constexpr std::uint32_t kNowhere = ~std::uint32_t{0};
-    struct Seen {
-        std::uint32_t node;
-        float to_box;
-    };
     Seen stack[BoxTree::kMostSeen];
-    alignas(64) float to_boxes[EightBoxes::kWidth];
+    alignas(64) float to_boxes[BoxTree::kWidth];
     const Query query(place);
     constexpr double kFar = std::numeric_limits<double>::infinity();
     // What is exactly `most` away counts.
     FoundTriangle found{most < kFar ? std::nextafter(most * most, kFar) : kFar, 0};
-    const auto approach = [&](std::uint32_t node) {
-        const double before = found.squared_distance;
-        const BoxTree::Under under = tree.under[node];
-        for (std::uint32_t bits = query.near(tree.boxes[node], under.count, before, to_boxes); bits != 0;
-             bits &= bits - 1) {
-            const auto child = static_cast<std::uint32_t>(hwy::Num0BitsBelowLS1Bit_Nonzero32(bits));
-            if (!(to_boxes[child] < found.squared_distance)) continue;
-            const PlacedCorners& t = tree.triangles[under.first + child];
-            const auto corner = [](const Vec3f& p) { return Vec3d{p[0], p[1], p[2]}; };
-            const double d = squared_distance_to_triangle(place, corner(t.a), corner(t.b), corner(t.c));
-            if (d < found.squared_distance) found = {d, t.triangle};
-        }
-        return found.squared_distance < before;
-    };
+    const std::uint32_t guessed = guess ? *guess : BoxTree::kLeaf;
+    if (guess) look_at(tree.leaves[*guess], place, found);
+    constexpr Seen kRoot = 0, kNone = ~Seen{0};
     std::size_t depth = 0;
-    stack[depth++] = {0, 0};
-    const std::uint32_t guessed = guess && tree.under[*guess].triangles ? *guess : kNowhere;
-    if (guessed != kNowhere) approach(guessed);
+    stack[depth++] = kRoot;
     while (depth > 0 && found.squared_distance > enough * enough) {
-        const Seen seen = stack[--depth];
-        if (!(seen.to_box < found.squared_distance)) continue;
-        const BoxTree::Under under = tree.under[seen.node];
-        if (under.triangles) {
-            if (seen.node == guessed) continue;
-            if (approach(seen.node) && guess) *guess = seen.node;
-            continue;
+        Seen at = stack[--depth];
+        if (!(std::bit_cast<float>(static_cast<std::uint32_t>(at >> 32)) < found.squared_distance)) continue;
+        // Down to a leaf, always to what is nearest.
+        while ((at & BoxTree::kLeaf) == 0) {
+            const BoxTree::Node& node = tree.nodes[static_cast<std::uint32_t>(at)];
+            at = kNone;
+            for (std::uint32_t bits = query.near(node, found.squared_distance, to_boxes); bits != 0;
+                 bits &= bits - 1) {
+                const auto child = static_cast<std::uint32_t>(hwy::Num0BitsBelowLS1Bit_Nonzero32(bits));
+                const Seen next =
+                    Seen{std::bit_cast<std::uint32_t>(to_boxes[child])} << 32 | node.under[child];
+                const bool is_nearer = next >> 32 <= at >> 32;
+                stack[depth] = is_nearer ? at : next;
+                depth += stack[depth] != kNone ? 1 : 0;
+                at = is_nearer ? next : at;
+            }
         }
-        // The nearest is looked at first.
-        const std::size_t first = depth;
-        for (std::uint32_t bits =
-                 query.near(tree.boxes[seen.node], under.count, found.squared_distance, to_boxes);
-             bits != 0; bits &= bits - 1) {
-            const auto child = static_cast<std::uint32_t>(hwy::Num0BitsBelowLS1Bit_Nonzero32(bits));
-            Seen next{under.first + child, to_boxes[child]};
-            if (depth > first && stack[depth - 1].to_box < next.to_box) std::swap(stack[depth - 1], next);
-            stack[depth++] = next;
-        }
+        const std::uint32_t leaf = static_cast<std::uint32_t>(at) ^ BoxTree::kLeaf;
+        if (at == kNone || leaf == guessed) continue;
+        if (look_at(tree.leaves[leaf], place, found) && guess) *guess = leaf;
     }
     return found;
 }

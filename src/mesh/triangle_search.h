@@ -4,7 +4,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <vector>
 
 #include <marrow/buffer.h>
 #include <marrow/mesh.h>
@@ -12,31 +11,32 @@
 
 namespace marrow::internal {
 
-/// A triangle's corners and its index in the mesh.
-struct PlacedCorners {
-    Vec3f a, b, c;
-    std::uint32_t triangle;
-};
-
-/// The boxes of up to eight things, axis by axis; those of nothing are empty: from infinity to minus infinity.
-struct EightBoxes {
-    static constexpr std::uint32_t kWidth = 8;
-    float lower[3][kWidth], upper[3][kWidth];
-};
-
-/// A tree of boxes. Under a node are up to eight triangles, or up to eight nodes, one after the other.
+/// A tree of boxes, eight under a node, and at its ends triangles, up to eight together.
 struct BoxTree {
-    struct Under {
-        std::uint32_t first;
-        std::uint16_t count;
-        bool triangles;
-    };
-    /// How many nodes a search may have before it at most: under each of 64 levels, more than there can be, all but one.
-    static constexpr std::size_t kMostSeen = 64 * EightBoxes::kWidth;
+    static constexpr std::uint32_t kWidth = 8;
 
-    Buffer<PlacedCorners> triangles;
-    std::vector<Under> under;  ///< each node; node 0 is the root, and nodes come before those under them
-    Buffer<EightBoxes> boxes;  ///< of what is under each node
+    /// By corner and axis. Behind the last triangle come copies of it.
+    struct Leaf {
+        float corners[3][3][kWidth];
+        std::uint32_t triangle[kWidth];  ///< of the mesh
+        std::uint32_t count;
+
+        Vec3f corner(std::size_t corner, std::size_t i) const {
+            return {corners[corner][0][i], corners[corner][1][i], corners[corner][2][i]};
+        }
+    };
+    /// The boxes of what is under it, by axis, and what that is.
+    struct Node {
+        float lower[3][kWidth], upper[3][kWidth];
+        std::uint32_t under[kWidth];  ///< a node, or kLeaf and a leaf
+        std::uint32_t count;
+    };
+    static constexpr std::uint32_t kLeaf = std::uint32_t{1} << 31;
+    /// How many nodes a search may have before it at most: under each of 64 levels, more than there can be, all but one.
+    static constexpr std::size_t kMostSeen = 64 * kWidth;
+
+    Buffer<Node> nodes;  ///< the root, and nodes before those under them
+    Buffer<Leaf> leaves;
 };
 
 struct FoundTriangle {
@@ -45,7 +45,7 @@ struct FoundTriangle {
 };
 
 /// The nearest triangle that is no further than `most`, or the first found that is no further than `enough`; where
-/// there is none, its squared distance is above that of `most`. With a guess, a node, looks there first, and leaves
+/// there is none, its squared distance is above that of `most`. With a guess, a leaf, looks there first, and leaves
 /// there where the triangle was found. The same bits on every SIMD target. \pre the tree has triangles
 FoundTriangle find_nearest(const BoxTree& tree, const Vec3d& place, double enough, double most,
                            std::uint32_t* guess);

@@ -12,94 +12,123 @@ namespace marrow::internal {
 
 namespace {
 
-constexpr float kNowhere = std::numeric_limits<float>::infinity();
+void set_box(BoxTree::Node& node, std::size_t i, const TriangleTree::Box& box) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        node.lower[axis][i] = box.lower[axis];
+        node.upper[axis][i] = box.upper[axis];
+    }
+}
 
 }  // namespace
 
-TriangleTree::TriangleTree(const Mesh& mesh) {
-    const std::vector<OnCurve> order = along_morton_curve(mesh);
-    tree_.triangles.resize(order.size());
-    tbb::parallel_for(std::size_t{0}, order.size(), [&](std::size_t i) {
-        const Triangle& t = mesh.triangles[order[i].triangle];
-        tree_.triangles[i] = {mesh.points[t[0]], mesh.points[t[1]], mesh.points[t[2]], order[i].triangle};
+TriangleTree::TriangleTree(const Mesh& mesh) : order_(along_morton_curve(mesh)) {
+    std::vector<Range> ranges;  // of leaves
+    tree_.nodes.emplace_back();
+    part(0, {0, static_cast<std::uint32_t>(order_.size())}, ranges);
+    tree_.leaves.resize(ranges.size());
+    tbb::parallel_for(std::size_t{0}, tree_.nodes.size(), [&](std::size_t n) {
+        BoxTree::Node& node = tree_.nodes[n];
+        for (std::size_t i = 0; i < node.count; ++i) {
+            if ((node.under[i] & BoxTree::kLeaf) == 0) continue;
+            const std::uint32_t at = node.under[i] ^ BoxTree::kLeaf;
+            fill(tree_.leaves[at], ranges[at], mesh);
+            set_box(node, i, box_of(tree_.leaves[at]));
+        }
     });
-    part(order);
     find_boxes();
 }
 
-// Parts the triangles where the curve goes from one half of a cube to the other, eight ranges a node.
-void TriangleTree::part(const std::vector<OnCurve>& order) {
-    struct Range {
-        std::uint32_t begin, end;
+// Where the curve goes from one half of a cube to the other.
+std::uint32_t TriangleTree::middle_of(const Range& range) const {
+    const std::uint32_t last = order_[range.end - 1].key, differs = order_[range.begin].key ^ last;
+    if (differs == 0) return range.begin + range.size() / 2;
+    const std::uint32_t half = last & ~(std::bit_floor(differs) - 1);
+    const auto found = std::partition_point(order_.begin() + range.begin, order_.begin() + range.end,
+                                            [&](const OnCurve& k) { return k.key < half; });
+    return static_cast<std::uint32_t>(found - order_.begin());
+}
 
-        std::uint32_t size() const { return end - begin; }
-    };
-    const auto middle_of = [&](const Range& r) {
-        const std::uint32_t last = order[r.end - 1].key, differs = order[r.begin].key ^ last;
-        if (differs == 0) return r.begin + r.size() / 2;
-        const std::uint32_t half = last & ~(std::bit_floor(differs) - 1);
-        const auto found = std::partition_point(order.begin() + r.begin, order.begin() + r.end,
-                                                [&](const OnCurve& k) { return k.key < half; });
-        return static_cast<std::uint32_t>(found - order.begin());
-    };
+// Parts a range into up to eight, for a node.
+void TriangleTree::part(std::uint32_t node, const Range& range, std::vector<Range>& leaves) {
     const auto is_smaller = [](const Range& a, const Range& b) { return a.size() < b.size(); };
-    std::vector<Range> ranges{{0, static_cast<std::uint32_t>(order.size())}};  // of each node
-    for (std::size_t n = 0; n < ranges.size(); ++n) {
-        const Range range = ranges[n];
-        if (range.size() <= kWidth) {
-            tree_.under.push_back({range.begin, static_cast<std::uint16_t>(range.size()), true});
+    std::uint32_t count = 1;
+    std::array<Range, BoxTree::kWidth> parts{range};
+    while (count < BoxTree::kWidth) {
+        Range& largest = *std::max_element(parts.begin(), parts.begin() + count, is_smaller);
+        if (largest.size() <= BoxTree::kWidth) break;
+        const std::uint32_t middle = middle_of(largest);
+        parts[count++] = {middle, largest.end};
+        largest.end = middle;
+    }
+    tree_.nodes[node].count = count;
+    for (std::uint32_t i = 0; i < count; ++i) {
+        if (parts[i].size() <= BoxTree::kWidth) {
+            tree_.nodes[node].under[i] = BoxTree::kLeaf | static_cast<std::uint32_t>(leaves.size());
+            leaves.push_back(parts[i]);
             continue;
         }
-        std::uint16_t count = 1;
-        std::array<Range, kWidth> parts{range};
-        while (count < kWidth) {
-            Range& largest = *std::max_element(parts.begin(), parts.begin() + count, is_smaller);
-            if (largest.size() <= kWidth) break;
-            const std::uint32_t middle = middle_of(largest);
-            parts[count++] = {middle, largest.end};
-            largest.end = middle;
-        }
-        tree_.under.push_back({static_cast<std::uint32_t>(ranges.size()), count, false});
-        ranges.insert(ranges.end(), parts.begin(), parts.begin() + count);
+        const auto below = tree_.nodes[node].under[i] = static_cast<std::uint32_t>(tree_.nodes.size());
+        tree_.nodes.emplace_back();
+        part(below, parts[i], leaves);
     }
 }
 
+void TriangleTree::fill(BoxTree::Leaf& leaf, const Range& range, const Mesh& mesh) const {
+    leaf.count = range.size();
+    for (std::uint32_t i = 0; i < BoxTree::kWidth; ++i) {
+        const std::uint32_t t = leaf.triangle[i] = along_curve(range.begin + std::min(i, range.size() - 1));
+        for (std::size_t c = 0; c < 3; ++c) {
+            const Vec3f& p = mesh.points[mesh.triangles[t][c]];
+            for (std::size_t axis = 0; axis < 3; ++axis) leaf.corners[c][axis][i] = p[axis];
+        }
+    }
+}
+
+// Of nodes under nodes, from theirs.
 void TriangleTree::find_boxes() {
-    constexpr Vec3f kMost{kNowhere, kNowhere, kNowhere}, kLeast{-kNowhere, -kNowhere, -kNowhere};
-    tree_.boxes.resize(tree_.under.size());
-    for (std::size_t n = tree_.under.size(); n-- > 0;) {
-        const BoxTree::Under& under = tree_.under[n];
-        for (std::uint32_t child = 0; child < kWidth; ++child) {
-            Box box{kMost, kLeast};
-            if (child < under.count && under.triangles) {
-                box = box_of(tree_.triangles[under.first + child]);
-            } else if (child < under.count) {
-                const EightBoxes& below = tree_.boxes[under.first + child];
-                for (std::size_t axis = 0; axis < 3; ++axis) {
-                    box.lower[axis] = *std::min_element(below.lower[axis], below.lower[axis] + kWidth);
-                    box.upper[axis] = *std::max_element(below.upper[axis], below.upper[axis] + kWidth);
-                }
-            }
+    for (std::size_t n = tree_.nodes.size(); n-- > 0;) {
+        BoxTree::Node& node = tree_.nodes[n];
+        for (std::size_t i = 0; i < node.count; ++i) {
+            if ((node.under[i] & BoxTree::kLeaf) != 0) continue;
+            const BoxTree::Node& below = tree_.nodes[node.under[i]];
+            Box box;
             for (std::size_t axis = 0; axis < 3; ++axis) {
-                tree_.boxes[n].lower[axis][child] = box.lower[axis];
-                tree_.boxes[n].upper[axis][child] = box.upper[axis];
+                box.lower[axis] = *std::min_element(below.lower[axis], below.lower[axis] + below.count);
+                box.upper[axis] = *std::max_element(below.upper[axis], below.upper[axis] + below.count);
             }
+            set_box(node, i, box);
         }
     }
 }
 
-TriangleTree::Box TriangleTree::box_of(const PlacedCorners& t) {
+TriangleTree::Box TriangleTree::box_of(const Vec3f& a, const Vec3f& b, const Vec3f& c) {
     Box box;
     for (std::size_t axis = 0; axis < 3; ++axis) {
-        box.lower[axis] = std::min({t.a[axis], t.b[axis], t.c[axis]});
-        box.upper[axis] = std::max({t.a[axis], t.b[axis], t.c[axis]});
+        box.lower[axis] = std::min({a[axis], b[axis], c[axis]});
+        box.upper[axis] = std::max({a[axis], b[axis], c[axis]});
+    }
+    return box;
+}
+
+TriangleTree::Box TriangleTree::box_of(const BoxTree::Leaf& leaf) {
+    Box box;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        box.lower[axis] = box.upper[axis] = leaf.corners[0][axis][0];
+        for (const auto& corner : leaf.corners) {
+            for (const float x : corner[axis]) {
+                box.lower[axis] = std::min(box.lower[axis], x);
+                box.upper[axis] = std::max(box.upper[axis], x);
+            }
+        }
     }
     return box;
 }
 
 // After Moeller and Trumbore 1997; negative where the ray misses.
-double TriangleTree::hit(const PlacedCorners& t, const Vec3d& origin, const Vec3d& direction) {
-    const Vec3d a = to_double(t.a), u = to_double(t.b) - a, v = to_double(t.c) - a, from_a = origin - a;
+double TriangleTree::hit(const BoxTree::Leaf& leaf, std::size_t i, const Vec3d& origin,
+                         const Vec3d& direction) {
+    const Vec3d a = to_double(leaf.corner(0, i)), u = to_double(leaf.corner(1, i)) - a,
+                v = to_double(leaf.corner(2, i)) - a, from_a = origin - a;
     const Vec3d across = cross(direction, v);
     const double determinant = dot(u, across);
     if (determinant == 0) return -1;

@@ -26,7 +26,7 @@ class TriangleTree {
     explicit TriangleTree(const Mesh& mesh);
 
     /// The i-th triangle of the mesh along the curve, on which neighbours lie near each other.
-    std::uint32_t along_curve(std::size_t i) const { return tree_.triangles[i].triangle; }
+    std::uint32_t along_curve(std::size_t i) const { return order_[i].triangle; }
 
     /// Where a search begins that is given no better guess.
     static constexpr std::uint32_t kAnywhere = 0;
@@ -64,7 +64,7 @@ class TriangleTree {
         Vec3f lower, upper;
     };
     static Box box_of(const Triangle& t, const Mesh& mesh) {
-        return box_of(PlacedCorners{mesh.points[t[0]], mesh.points[t[1]], mesh.points[t[2]], 0});
+        return box_of(mesh.points[t[0]], mesh.points[t[1]], mesh.points[t[2]]);
     }
     /// Calls f(triangle) for each triangle of the mesh whose box shares a place with `box`, in no order.
     template <class F>
@@ -72,21 +72,33 @@ class TriangleTree {
 
   private:
     static constexpr double kFar = std::numeric_limits<double>::infinity();
-    static constexpr std::uint32_t kWidth = EightBoxes::kWidth;
 
-    static Box box_of(const PlacedCorners& t);
-    static Box box_of(const EightBoxes& node, std::uint32_t child) {
-        return {{node.lower[0][child], node.lower[1][child], node.lower[2][child]},
-                {node.upper[0][child], node.upper[1][child], node.upper[2][child]}};
+    static Box box_of(const Vec3f& a, const Vec3f& b, const Vec3f& c);
+    static Box box_of(const BoxTree::Leaf& leaf);
+    static Box box_of(const BoxTree::Leaf& leaf, std::size_t i) {
+        return box_of(leaf.corner(0, i), leaf.corner(1, i), leaf.corner(2, i));
     }
-    /// Calls f for the triangles whose boxes are `wanted`.
+    static Box box_of(const BoxTree::Node& node, std::size_t i) {
+        return {{node.lower[0][i], node.lower[1][i], node.lower[2][i]},
+                {node.upper[0][i], node.upper[1][i], node.upper[2][i]}};
+    }
+    /// Calls f(leaf, i) for the triangles whose boxes are `wanted`.
     template <class Wanted, class F>
     void visit(Wanted wanted, F f) const;
-    void part(const std::vector<OnCurve>& order);
-    void find_boxes();
-    static double hit(const PlacedCorners& t, const Vec3d& origin, const Vec3d& direction);
+    /// Triangles that follow each other along the curve.
+    struct Range {
+        std::uint32_t begin, end;
 
-    BoxTree tree_;  // the triangles along a Morton curve
+        std::uint32_t size() const { return end - begin; }
+    };
+    std::uint32_t middle_of(const Range& range) const;
+    void part(std::uint32_t node, const Range& range, std::vector<Range>& leaves);
+    void fill(BoxTree::Leaf& leaf, const Range& range, const Mesh& mesh) const;
+    void find_boxes();
+    static double hit(const BoxTree::Leaf& leaf, std::size_t i, const Vec3d& origin, const Vec3d& direction);
+
+    std::vector<OnCurve> order_;
+    BoxTree tree_;
 };
 
 template <class Wanted, class F>
@@ -95,14 +107,17 @@ void TriangleTree::visit(Wanted wanted, F f) const {
     std::size_t depth = 0;
     stack[depth++] = 0;
     while (depth > 0) {
-        const std::uint32_t node = stack[--depth];
-        const BoxTree::Under under = tree_.under[node];
-        for (std::uint32_t child = 0; child < under.count; ++child) {
-            if (!wanted(box_of(tree_.boxes[node], child))) continue;
-            if (under.triangles)
-                f(tree_.triangles[under.first + child]);
-            else
-                stack[depth++] = under.first + child;
+        const std::uint32_t at = stack[--depth];
+        if ((at & BoxTree::kLeaf) != 0) {
+            const BoxTree::Leaf& leaf = tree_.leaves[at ^ BoxTree::kLeaf];
+            for (std::size_t i = 0; i < leaf.count; ++i) {
+                if (wanted(box_of(leaf, i))) f(leaf, i);
+            }
+            continue;
+        }
+        const BoxTree::Node& node = tree_.nodes[at];
+        for (std::size_t i = 0; i < node.count; ++i) {
+            if (wanted(box_of(node, i))) stack[depth++] = node.under[i];
         }
     }
 }
@@ -124,9 +139,9 @@ void TriangleTree::for_each_hit(const Vec3d& origin, const Vec3d& direction, dou
             }
             return enter <= leave;
         },
-        [&](const PlacedCorners& t) {
-            const double at = hit(t, origin, direction);
-            if (at >= 0 && at <= t_max) f(at, t.triangle);
+        [&](const BoxTree::Leaf& leaf, std::size_t i) {
+            const double at = hit(leaf, i, origin, direction);
+            if (at >= 0 && at <= t_max) f(at, leaf.triangle[i]);
         });
 }
 
@@ -138,7 +153,7 @@ void TriangleTree::for_each_in(const Box& box, F f) const {
         }
         return true;
     };
-    visit(overlaps, [&](const PlacedCorners& t) { f(t.triangle); });
+    visit(overlaps, [&](const BoxTree::Leaf& leaf, std::size_t i) { f(leaf.triangle[i]); });
 }
 
 }  // namespace marrow::internal
