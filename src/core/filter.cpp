@@ -23,19 +23,19 @@ struct Share {
     double begin, end;
 };
 
-// Calls work(z) for each slice on the threads that are asked for.
+// Calls work(i) for each slice, or row, on the threads that are asked for.
 template <class Work>
-void for_each_slice(std::int64_t slices, const FilterOptions& options, Share share, Work work) {
+void for_each(std::int64_t count, const FilterOptions& options, Share share, Work work) {
     std::mutex mutex;
     std::int64_t done = 0;
     report(options.progress, share.begin);
     const int most = oneapi::tbb::info::default_concurrency();
     oneapi::tbb::task_arena arena(options.threads > 0 ? std::min(options.threads, most) : most);
     arena.execute([&] {
-        oneapi::tbb::parallel_for(std::int64_t{0}, slices, [&](std::int64_t z) {
-            work(z);
+        oneapi::tbb::parallel_for(std::int64_t{0}, count, [&](std::int64_t i) {
+            work(i);
             const std::lock_guard lock(mutex);
-            const double fraction = static_cast<double>(++done) / static_cast<double>(slices);
+            const double fraction = static_cast<double>(++done) / static_cast<double>(count);
             report(options.progress, share.begin + (share.end - share.begin) * fraction);
         });
     });
@@ -51,31 +51,29 @@ bool is_nan(T value) {
 }
 
 template <class T>
-void median_of_slice(const T* in, const std::array<std::int64_t, 3>& dims, std::int64_t radius,
-                     std::int64_t z, T* out) {
+void median_of_row(const T* in, const std::array<std::int64_t, 3>& dims, std::int64_t radius, std::int64_t y,
+                   std::int64_t z, T* out) {
     std::vector<T> window;
     const auto from = [&](std::int64_t i) { return std::max<std::int64_t>(i - radius, 0); };
     const auto to = [&](std::int64_t i, int axis) {
         return std::min(i + radius, dims[static_cast<std::size_t>(axis)] - 1);
     };
-    for (std::int64_t y = 0; y < dims[1]; ++y) {
-        for (std::int64_t x = 0; x < dims[0]; ++x) {
-            T& result = out[at(dims, x, y, z)];
-            result = in[at(dims, x, y, z)];
-            if (is_nan(result)) continue;
-            window.clear();
-            for (std::int64_t k = from(z); k <= to(z, 2); ++k) {
-                for (std::int64_t j = from(y); j <= to(y, 1); ++j) {
-                    for (std::int64_t i = from(x); i <= to(x, 0); ++i) {
-                        const T value = in[at(dims, i, j, k)];
-                        if (!is_nan(value)) window.push_back(value);
-                    }
+    for (std::int64_t x = 0; x < dims[0]; ++x) {
+        T& result = out[at(dims, x, y, z)];
+        result = in[at(dims, x, y, z)];
+        if (is_nan(result)) continue;
+        window.clear();
+        for (std::int64_t k = from(z); k <= to(z, 2); ++k) {
+            for (std::int64_t j = from(y); j <= to(y, 1); ++j) {
+                for (std::int64_t i = from(x); i <= to(x, 0); ++i) {
+                    const T value = in[at(dims, i, j, k)];
+                    if (!is_nan(value)) window.push_back(value);
                 }
             }
-            const auto middle = window.begin() + static_cast<std::ptrdiff_t>(window.size() / 2);
-            std::nth_element(window.begin(), middle, window.end());
-            result = *middle;
         }
+        const auto middle = window.begin() + static_cast<std::ptrdiff_t>(window.size() / 2);
+        std::nth_element(window.begin(), middle, window.end());
+        result = *middle;
     }
 }
 
@@ -93,7 +91,7 @@ Buffer<A> along_axis(const Buffer<A>& in, std::array<std::int64_t, 3>& dims, std
     const std::array<std::int64_t, 3> old = dims;
     dims[axis] = static_cast<std::int64_t>(taps.size());
     Buffer<A> out(static_cast<std::size_t>(dims[0] * dims[1] * dims[2]));
-    for_each_slice(dims[2], options, share, [&](std::int64_t z) {
+    for_each(dims[2], options, share, [&](std::int64_t z) {
         for (std::int64_t y = 0; y < dims[1]; ++y) {
             A* const row = out.data() + at(dims, 0, y, z);
             if (axis == 0) {
@@ -253,8 +251,10 @@ Volume median_filter(const VolumeView& volume, int radius, const FilterOptions& 
     const Geometry& g = volume.geometry;
     Volume result(g, volume.type);
     internal::with_sample_type(volume.type, [&]<class T>(T) {
-        for_each_slice(g.dims[2], options, {0, 1}, [&](std::int64_t z) {
-            median_of_slice(static_cast<const T*>(volume.data), g.dims, radius, z, result.samples<T>());
+        // By rows, so that one can be stopped: a slice of large windows takes long.
+        for_each(g.dims[1] * g.dims[2], options, {0, 1}, [&](std::int64_t row) {
+            median_of_row(static_cast<const T*>(volume.data), g.dims, radius, row % g.dims[1],
+                          row / g.dims[1], result.samples<T>());
         });
     });
     return result;
