@@ -173,6 +173,24 @@ TEST_F(LabelMap, OfOneLabelGoesIntoAnyFormat) {
     EXPECT_EQ(folder.files(), (Names{"map.nrrd", "table.ctbl", "one.stl"}));
 }
 
+TEST_F(LabelMap, GivesOnlyTheLabelsAskedForInTheSameShape) {
+    const auto surfaces = [&](const std::vector<std::string>& more) {
+        std::vector<std::string> command{map, "--labels", table, "-o", folder / "a.vtp", "--json"};
+        command.insert(command.end(), more.begin(), more.end());
+        const Outcome outcome = marrow_with(command);
+        EXPECT_EQ(outcome.code, 0) << outcome.err;
+        return Json::parse(outcome.out)["surfaces"];
+    };
+    const Json all = surfaces({}), two = surfaces({"--only", "liver,12"});
+    ASSERT_EQ(two.size(), 2u);
+    EXPECT_EQ(two[0], all[0]);
+    EXPECT_EQ(two[1], all[2]);
+    EXPECT_EQ(marrow_with({map, "--labels", table, "-o", folder / "b.stl", "--only", "7"}).code, 0);
+    const Outcome missing = marrow_with({map, "--labels", table, "-o", folder / "c.vtp", "--only", "7,5"});
+    EXPECT_EQ(missing.code, kUsage);
+    EXPECT_NE(missing.err.find("the map has no label '5'"), missing.err.npos) << missing.err;
+}
+
 TEST_F(LabelMap, CanBeCropped) {
     const Outcome outcome =
         marrow_with({map, "--labels", table, "-o", folder / "a.vtp", "--crop", "vox:0,7,0,5,0,4", "--json"});

@@ -43,6 +43,22 @@ Surface named(LabelSurface& found, const LabelTable& table) {
     return surface;
 }
 
+// Drops what was not asked for; its neighbours keep their shape.
+void keep_wanted(const Settings& settings, std::vector<Surface>& surfaces) {
+    if (settings.only.empty()) return;
+    const auto is = [](const Surface& surface, const std::string& wanted) {
+        return wanted == std::to_string(*surface.label) || wanted == surface.name;
+    };
+    for (const std::string& wanted : settings.only) {
+        if (std::none_of(surfaces.begin(), surfaces.end(), [&](const Surface& s) { return is(s, wanted); }))
+            throw UsageError(fmt::format("--only: the map has no label '{}'", wanted));
+    }
+    std::erase_if(surfaces, [&](const Surface& surface) {
+        return std::none_of(settings.only.begin(), settings.only.end(),
+                            [&](const std::string& wanted) { return is(surface, wanted); });
+    });
+}
+
 void name_files(const Settings& settings, std::vector<Surface>& surfaces) {
     std::map<std::string, int> uses;
     std::vector<std::string> names;
@@ -126,6 +142,7 @@ void extract_label_map(const Settings& settings, const Console& console, Voice& 
     });
     if (surfaces.empty())
         throw EmptySurface("the label map holds nothing but background, so there is no surface");
+    keep_wanted(settings, surfaces);
     const Mat3d step = map.geometry().index_to_physical();
     const double sample_mm3 = std::abs(dot(step[0], cross(step[1], step[2])));
     for (Surface& surface : surfaces) {

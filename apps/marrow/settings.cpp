@@ -202,6 +202,11 @@ std::variant<Settings, int> parse_command_line(int argc, const char* const* argv
                    "passes that smooth the surfaces of labels; 0: none; default: 40")
         ->type_name("N")
         ->needs(labels);
+    app.add_option("--only", settings.only, "of the labels, those of these numbers or names")
+        ->type_name("LABEL,...")
+        ->delimiter(',')
+        ->allow_extra_args(false)
+        ->needs(labels);
     app.add_option("--picture", settings.picture, "picture of the surfaces to write")->type_name("FILE.png");
     const auto add_scan_options = [&](CLI::App& to) {
         to.add_option("--series", settings.series, "DICOM series to read, as 'marrow info' lists it")
@@ -350,7 +355,8 @@ std::variant<Settings, int> parse_command_line(int argc, const char* const* argv
         if (!settings.surfaces.empty() || settings.open || settings.snap > 0 || !max_memory.empty() ||
             steps.median > 0 || steps.blur > 0 || steps.isotropic > 0 || steps.change_surface())
             throw UsageError(
-                "--labels makes closed surfaces that meet: it goes with --relax and --crop, and not with "
+                "--labels makes closed surfaces that meet: it goes with --relax, --only and --crop, and not "
+                "with "
                 "--isovalue, "
                 "--type, --open, --snap, --max-memory or what else changes scan or surface");
         if (settings.relax < 0) throw UsageError("--relax takes a number from 0 upwards");
