@@ -3,6 +3,7 @@
 #include <ostream>
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <vtkCellArray.h>
 #include <vtkDataArray.h>
 #include <vtkFieldData.h>
@@ -264,6 +265,48 @@ TEST(WriteMesh, RefusesAndLeavesNothing) {
     EXPECT_THROW(write_mesh(dangling, folder / "a.stl"), InputError);
     EXPECT_EQ(folder.files(), Names{"file"});
     EXPECT_EQ(read_file(folder / "file"), "old");
+}
+
+TEST(MeshFiles, AppearTogetherOrNotAtAll) {
+    const TemporaryFolder folder;
+    const Mesh mesh = ball();
+    const MeshObject object{&mesh};
+    write_file(folder / "a.stl", "old");
+    {
+        MeshFiles files;
+        files.write({&object, 1}, folder / "a.stl");
+        files.write({&object, 1}, folder / "b.ply");
+        EXPECT_THROW(files.write({&object, 1}, folder / "missing" / "c.ply"), IoError);
+        EXPECT_EQ(read_file(folder / "a.stl"), "old");
+    }
+    EXPECT_EQ(folder.files(), Names{"a.stl"});
+    EXPECT_EQ(read_file(folder / "a.stl"), "old");
+
+    MeshFiles files;
+    files.write({&object, 1}, folder / "a.stl");
+    files.write({&object, 1}, folder / "b.ply");
+    files.commit();
+    EXPECT_EQ(folder.files(), (Names{"a.stl", "b.ply"}));
+    EXPECT_EQ(read_mesh(folder / "a.stl").triangles.size(), mesh.triangles.size());
+}
+
+// A label map may have more labels than a process may have files open.
+TEST(MeshFiles, AreNotHeldOpen) {
+    const TemporaryFolder folder;
+    const Mesh mesh = ball();
+    const MeshObject object{&mesh};
+    rlimit before{};
+    getrlimit(RLIMIT_NOFILE, &before);
+    rlimit few = before;
+    few.rlim_cur = 40;
+    setrlimit(RLIMIT_NOFILE, &few);
+    {
+        MeshFiles files;
+        for (int i = 0; i < 100; ++i) files.write({&object, 1}, folder / (std::to_string(i) + ".stl"));
+        files.commit();
+    }
+    setrlimit(RLIMIT_NOFILE, &before);
+    EXPECT_EQ(folder.files().size(), 100u);
 }
 
 }  // namespace
