@@ -295,6 +295,61 @@ TEST_F(CommandLine, ChecksMeshes) {
     EXPECT_EQ(marrow_with({"check", scan}).code, 3);
 }
 
+TEST_F(CommandLine, ChecksTheOthersWhereAMeshCannotBeRead) {
+    const std::string stl = folder / "ball.stl", bad = folder / "bad.stl", gone = folder / "gone.stl";
+    ASSERT_EQ(extract({"-o", stl, "--isovalue", "0.5"}).code, 0);
+    write_file(bad, "no mesh");
+    const Outcome text = marrow_with({"check", stl, bad, gone, stl});
+    EXPECT_EQ(text.code, 3);
+    EXPECT_EQ(text.out.find(stl + ": sound"), 0u) << text.out;
+    EXPECT_NE(text.out.rfind(stl + ": sound"), 0u) << "the second, too";
+    EXPECT_NE(text.err.find("bad.stl"), text.err.npos);
+    EXPECT_NE(text.err.find("gone.stl"), text.err.npos);
+    EXPECT_EQ(std::count(text.err.begin(), text.err.end(), '\n'), 2) << text.err;
+    const Outcome outcome = marrow_with({"check", bad, stl, "--json"});
+    EXPECT_EQ(outcome.code, 3);
+    const Json meshes = Json::parse(outcome.out)["meshes"];
+    ASSERT_EQ(meshes.size(), 2u);
+    EXPECT_NE(meshes[0]["error"].get<std::string>().find("bad.stl"), std::string::npos);
+    EXPECT_EQ(meshes[1]["sound"], true);
+    EXPECT_EQ(marrow_with({"check", stl}, true).code, 130);
+}
+
+TEST_F(CommandLine, GivesOpenMeshesNoVolume) {
+    const std::string open = folder / "open.obj", huge = folder / "huge.obj";
+    write_file(open, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    const Outcome text = marrow_with({"check", open});
+    EXPECT_NE(text.out.find("0.50 mm2, - (an open mesh has no volume)"), text.out.npos) << text.out;
+    EXPECT_TRUE(Json::parse(marrow_with({"check", open, "--json"}).out)["volume_mm3"].is_null());
+    write_file(huge, "v 0 0 0\nv 1e30 0 0\nv 0 1e30 0\nv 0 0 1e30\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+    const Outcome large = marrow_with({"check", huge});
+    EXPECT_NE(large.out.find("2.36603e+60 mm2, 1.66667e+89 mm3"), large.out.npos) << large.out;
+}
+
+TEST_F(CommandLine, HelpsWithEachCommand) {
+    const auto help = [](std::vector<std::string> command) {
+        command.push_back("--help");
+        const Outcome outcome = marrow_with(command);
+        EXPECT_EQ(outcome.code, 0);
+        return outcome.out;
+    };
+    const auto has = [](const std::string& text, const char* word) { return text.find(word) != text.npos; };
+    const std::string all = help({});
+    for (const char* command : {"  info ", "  check ", "  sweep ", "  terrain ", "  view "})
+        EXPECT_TRUE(has(all, command)) << command << all;
+    const std::string check = help({"check"});
+    EXPECT_TRUE(has(check, "marrow check")) << check;
+    for (const char* ending : {".stl", ".ply", ".obj", ".gz", ".vtp", ".3mf", ".glb"})
+        EXPECT_TRUE(has(check, ending)) << ending;
+    for (const char* command : {"check", "info", "sweep"}) {
+        const std::string text = help({command});
+        EXPECT_FALSE(has(text, "Presets")) << command;
+        EXPECT_FALSE(has(text, "Order of the steps")) << command;
+        EXPECT_TRUE(has(text, "Exit codes")) << command;
+    }
+    EXPECT_EQ(marrow_with({"-q", "terrain", "x"}).code, 2);
+}
+
 TEST_F(CommandLine, VerifiesEveryFormat) {
     for (const std::string name :
          {"a.stl", "a.ply", "a.obj", "a.vtp", "a.3mf", "a.glb", "a.stl.gz", "a.ply.gz", "a.obj.gz"}) {

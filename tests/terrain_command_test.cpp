@@ -10,6 +10,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include <marrow/mesh_io.h>
+
 #include "temporary_folder.h"
 #include "terrain.h"
 
@@ -78,6 +80,7 @@ TEST(TerrainCommand, WritesLevelsEachOfHalfTheResolution) {
     ASSERT_EQ(outcome.code, kOk) << outcome.err;
     const auto levels = nlohmann::json::parse(outcome.out)["levels"];
     ASSERT_EQ(levels.size(), 3u);
+    EXPECT_TRUE(levels[0]["volume_mm3"].is_null()) << "it is open";
     for (std::size_t i = 0; i < 3; ++i) {
         EXPECT_EQ(levels[i]["cell_m"][2], 5 << i);
         EXPECT_EQ(levels[i]["output"], (folder / ("levels/level" + std::to_string(i) + ".stl")).string());
@@ -119,6 +122,13 @@ TEST(TerrainCommand, FilesClaimNoPatientSpace) {
         const std::string head = read_file(file).substr(0, 2000);
         EXPECT_EQ(head.find("SPACE"), head.npos) << ending;
         EXPECT_EQ(head.find("LPS"), head.npos) << ending;
+    }
+    for (const char* ending : {"stl", "ply", "obj", "vtp", "3mf", "glb"}) {
+        const auto file = folder / (std::string("tent.") + ending);
+        ASSERT_EQ(terrain_with({grid, "-o", file}).code, kOk);
+        std::optional<Space> space;
+        read_mesh(file, &space);
+        EXPECT_FALSE(space) << ending;
     }
 }
 

@@ -30,7 +30,7 @@ Json level_numbers(const TerrainInfo& info, const Mesh& mesh, const fs::path& ou
             {"nonmanifold_edges", m.nonmanifold_edges},
             {"euler_characteristic", m.euler_characteristic},
             {"area_mm2", m.area},
-            {"volume_mm3", m.volume},
+            {"volume_mm3", m.boundary_edges == 0 ? Json(m.volume) : Json()},
             {"bounds_mm", {m.lower, m.upper}},
             {"height_error",
              {{"rms_m", info.rms_error},
