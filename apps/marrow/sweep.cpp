@@ -139,7 +139,7 @@ std::string sweep_svg(const std::vector<SweepSample>& sweep, const std::vector<P
     return svg +
            fmt::format(
                "<text x=\"{}\" y=\"{}\" text-anchor=\"middle\">isovalue; shaded: plateaus, where it matters "
-               "least</text>\n</svg>\n",
+               "little</text>\n</svg>\n",
                kLeft + kWidth / 2, height + 2);
 }
 
