@@ -1,6 +1,7 @@
 // Terrain with overhangs, arches and caves: what a height field cannot hold and marching cubes can.
 //
-// usage: caves OUT.stl [SAMPLES]     (SAMPLES along the longer sides; 192 when not given)
+// usage: caves OUT.stl|OUT.nrrd [SAMPLES]     (SAMPLES along the longer sides; 192 when not given; .nrrd: the density itself,
+//                                              a volume whose surface at isovalue 0 is the ground)
 //
 // The ground is where density > 0. Density is height(x, y) - z, as of any terrain, plus three-dimensional noise
 // that is strong enough to turn cliffs over and to hollow them out.
@@ -10,7 +11,10 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <fstream>
 #include <limits>
+#include <string>
+#include <string_view>
 
 namespace {
 
@@ -73,12 +77,24 @@ double overhanging_part(const marrow::Mesh& mesh) {
     return hanging / all;
 }
 
+void write_density(const marrow::Volume& ground, const char* file) {
+    const auto& [nx, ny, nz] = ground.geometry().dims;
+    const double step = ground.geometry().spacing[0];
+    std::ofstream out(file, std::ios::binary);
+    out << "NRRD0005\ntype: float\ndimension: 3\nsizes: " << nx << ' ' << ny << ' ' << nz
+        << "\nspace: left-posterior-superior\nspace directions: (" << step << ",0,0) (0," << step
+        << ",0) (0,0," << step << ")\nspace origin: (0,0,0)\nendian: little\nencoding: raw\n\n";
+    out.write(reinterpret_cast<const char*>(ground.samples<float>()),
+              static_cast<std::streamsize>(ground.geometry().sample_count() * 4));
+    if (!out.flush()) throw marrow::IoError(std::string("cannot write ") + file);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
     const std::int64_t n = argc > 2 ? std::atoll(argv[2]) : 192;
     if (argc < 2 || n < 8 || n > 1024) {
-        std::fprintf(stderr, "usage: caves OUT.stl [SAMPLES from 8 to 1024]\n");
+        std::fprintf(stderr, "usage: caves OUT.stl|OUT.nrrd [SAMPLES from 8 to 1024]\n");
         return 2;
     }
     try {
@@ -96,6 +112,10 @@ int main(int argc, char** argv) {
                     *sample++ = static_cast<float>(density(p[0], p[1], p[2]));
                 }
             }
+        }
+        if (std::string_view(argv[1]).ends_with(".nrrd")) {
+            write_density(ground, argv[1]);
+            return 0;
         }
         // Rocks that float in the air are pieces of their own and stay behind.
         const marrow::Mesh terrain =

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <map>
 
 #include <marrow/check.h>
 #include <marrow/error.h>
@@ -127,6 +128,129 @@ TEST(Check, CountsPairsThatPassThroughEachOther) {
     const MeshCheck through = check_mesh(joined(tetrahedron(), tetrahedron({0.2f, 0.2f, -0.7f})));
     EXPECT_EQ(through.self_intersections, 3);
     EXPECT_FALSE(through.is_sound());
+}
+
+std::uint32_t below(Random& random, std::uint32_t n) {
+    return static_cast<std::uint32_t>(random() % n);
+}
+
+// An upright box. Each side is cut into a grid of `parts`^2 squares, each of two triangles.
+Mesh box(const Vec3f& lower, const Vec3f& upper, int parts = 1, bool other_diagonals = false) {
+    Mesh mesh;
+    std::map<Vec3f, std::uint32_t> numbers;
+    const auto point = [&](std::size_t axis, bool high, int i, int j) {
+        std::array<int, 3> at;
+        at[axis] = high ? parts : 0;
+        at[(axis + 1) % 3] = i;
+        at[(axis + 2) % 3] = j;
+        Vec3f p;
+        for (std::size_t k = 0; k < 3; ++k)
+            p[k] = lower[k] + (upper[k] - lower[k]) * static_cast<float>(at[k]) / static_cast<float>(parts);
+        const auto [found, added] = numbers.try_emplace(p, static_cast<std::uint32_t>(mesh.points.size()));
+        if (added) mesh.points.push_back(p);
+        return found->second;
+    };
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        for (const bool high : {false, true}) {
+            for (int i = 0; i < parts; ++i) {
+                for (int j = 0; j < parts; ++j) {
+                    std::array<std::uint32_t, 4> q{point(axis, high, i, j), point(axis, high, i + 1, j),
+                                                   point(axis, high, i + 1, j + 1),
+                                                   point(axis, high, i, j + 1)};
+                    if (!high) std::swap(q[1], q[3]);
+                    if (other_diagonals) std::rotate(q.begin(), q.begin() + 1, q.end());
+                    mesh.triangles.push_back({q[0], q[1], q[2]});
+                    mesh.triangles.push_back({q[0], q[2], q[3]});
+                }
+            }
+        }
+    }
+    return mesh;
+}
+
+TEST(Check, FindsBoxesInEachOtherWhateverMeetsExactly) {
+    // Whole numbers: edges of one go through diagonals and grid points of the other, or lie in its sides.
+    Random random(11);
+    for (int trial = 0; trial < 300; ++trial) {
+        const auto length = [&] { return static_cast<float>(2 * below(random, 4) + 4); };
+        const auto part = [&] { return static_cast<int>(below(random, 4) + 1); };
+        Vec3f upper_a, lower_b, upper_b;
+        for (std::size_t k = 0; k < 3; ++k) {
+            upper_a[k] = length();
+            lower_b[k] = static_cast<float>(1 + below(random, static_cast<std::uint32_t>(upper_a[k]) - 1));
+            upper_b[k] = upper_a[k] + length();
+        }
+        const Mesh both = joined(box({0, 0, 0}, upper_a, part(), below(random, 2) == 0),
+                                 box(lower_b, upper_b, part(), below(random, 2) == 0));
+        ASSERT_GT(check_mesh(both).self_intersections, 0) << "trial " << trial;
+    }
+}
+
+TEST(Check, FindsStarsOfTwoTetrahedra) {
+    Mesh one;
+    one.points = {{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}};
+    one.triangles = {{0, 1, 2}, {0, 3, 1}, {0, 2, 3}, {1, 3, 2}};
+    Mesh other = one;
+    for (Vec3f& p : other.points) p = {-p[0], -p[1], -p[2]};
+    for (Triangle& t : other.triangles) std::swap(t[0], t[1]);
+    // Each of the twelve edges of the cube's diagonals lies between two sides, all of whose edges meet in their middles.
+    EXPECT_EQ(check_mesh(joined(one, other)).self_intersections, 12);
+}
+
+TEST(Check, FindsCrossingsAlongEdgesOfBoth) {
+    // Both are cut into squares of 5, so that they pass through each other only along edges, of different length.
+    const Mesh a = box({0, 0, 0}, {10, 10, 10}, 2);
+    EXPECT_GT(check_mesh(joined(a, box({5, 5, 5}, {15, 15, 15}, 2))).self_intersections, 0);
+    EXPECT_GT(check_mesh(joined(a, box({5, 5, 5}, {15, 15, 15}, 4))).self_intersections, 0);
+}
+
+TEST(Check, CountsNoBoxesThatOnlyTouch) {
+    const Mesh a = box({0, 0, 0}, {4, 4, 4});
+    const std::pair<const char*, Mesh> cases[] = {
+        {"side on side", box({4, 0, 0}, {8, 4, 4})},
+        {"side on part of a side", box({4, 1, 1}, {6, 3, 3}, 2)},
+        {"side over side and beyond", box({4, 2, -2}, {6, 6, 6}, 3, true)},
+        {"edge on edge", box({4, 4, 0}, {8, 8, 4})},
+        {"edge on part of an edge", box({4, 4, 1}, {8, 8, 7}, 3)},
+        {"corner on corner", box({4, 4, 4}, {8, 8, 8})},
+        {"corner on edge", box({4, 4, 1}, {8, 8, 2})},
+        {"inside, on two sides", box({0, 0, 1}, {2, 3, 2})},
+        {"the same", a},
+        {"the same, cut otherwise", box({0, 0, 0}, {4, 4, 4}, 3, true)},
+    };
+    for (const auto& [name, b] : cases) {
+        EXPECT_EQ(check_mesh(joined(a, b)).self_intersections, 0) << name;
+        EXPECT_EQ(check_mesh(joined(b, a)).self_intersections, 0) << name;
+    }
+    // A wedge that stands with its edge on the middle of a side, and one whose edge ends there.
+    Mesh wedge;
+    wedge.points = {{1, 2, 4}, {3, 2, 4}, {2, 1, 6}, {2, 3, 6}};
+    wedge.triangles = {{0, 1, 3}, {1, 0, 2}, {0, 3, 2}, {1, 2, 3}};
+    EXPECT_EQ(check_mesh(joined(a, wedge)).self_intersections, 0);
+    for (Vec3f& p : wedge.points) p[2] = 10 - p[2] - 2 * (p[2] == 4);
+    EXPECT_EQ(check_mesh(joined(a, wedge)).self_intersections, 0);
+}
+
+TEST(Check, DecidesExactly) {
+    // A tip in a slanting side of float coordinates, exactly or within a bit of a coordinate.
+    const float third = 1.0f / 3, up = std::nextafter(1.0f, 2.0f), down = std::nextafter(1.0f, 0.0f);
+    const auto stuck = [&](float z) {
+        Mesh mesh;
+        mesh.points = {{0, 0, 1}, {3, 0, 1}, {0, 3, 1}, {third, third, z}, {third, 1, 4}, {1, third, 4}};
+        mesh.triangles = {{0, 1, 2}, {3, 4, 5}};
+        return check_mesh(mesh).self_intersections;
+    };
+    EXPECT_EQ(stuck(1), 0);
+    EXPECT_EQ(stuck(up), 0);
+    EXPECT_EQ(stuck(down), 1);
+    const auto far_from_zero = [&](float x) {  // 2^-24 of a coordinate, and 1e-14 of the whole
+        Mesh mesh;
+        mesh.points = {{0, 0, 0},       {1e7f, 1e7f, 1},     {-1e7f, 1e7f, 0},
+                       {x, 1e6f, 5e5f}, {1e6f, 1e6f, -5e5f}, {1e6f, 2e6f, 1}};
+        mesh.triangles = {{0, 1, 2}, {3, 4, 5}};
+        return check_mesh(mesh).self_intersections;
+    };
+    EXPECT_EQ(far_from_zero(1e6f), 1);
 }
 
 TEST(Check, FindsNoCrossingsInWhatIsExtracted) {

@@ -270,29 +270,28 @@ TEST_F(CommandLine, RefusesStepsThatMakeNoSense) {
     EXPECT_EQ(folder.files(), Names{"ball.nrrd"});
 }
 
-TEST_F(CommandLine, ChecksMeshes) {
-    const std::string stl = folder / "ball.stl";
-    ASSERT_EQ(extract({"-o", stl, "--isovalue", "0.5", "--verify"}).code, 0);
-    const Outcome text = marrow_with({"check", stl, "--strict"});
-    EXPECT_EQ(text.code, 0) << text.out;
-    EXPECT_EQ(text.out.find(stl + ": sound"), 0u) << text.out;
-    const Json json = Json::parse(marrow_with({"check", stl, "--json", "--min-wall", "2"}).out);
-    EXPECT_EQ(json["closed"], true);
-    EXPECT_EQ(json["genus"], 0);
-    EXPECT_EQ(json["space"], "LPS");
-    EXPECT_EQ(json["thin_walls"]["triangles"], 0);
-    EXPECT_EQ(marrow_with({"check", stl, "--strict", "--min-wall", "30"}).code, 6);
-
-    std::string bytes = read_file(stl);  // one triangle less
-    bytes[80] = static_cast<char>(bytes[80] - 1);
-    if (bytes[80] == -1) bytes[81] = static_cast<char>(bytes[81] - 1);
-    bytes.resize(bytes.size() - 50);
-    write_file(stl, bytes);
-    EXPECT_EQ(marrow_with({"check", stl}).code, 0);
-    EXPECT_EQ(marrow_with({"check", stl, "--strict"}).code, 6);
-    EXPECT_EQ(Json::parse(marrow_with({"check", stl, "--json"}).out)["boundary_edges"], 3);
-    EXPECT_EQ(marrow_with({"check", folder / "missing.stl"}).code, 3);
-    EXPECT_EQ(marrow_with({"check", scan}).code, 3);
+TEST_F(CommandLine, HelpsWithEachCommand) {
+    const auto help = [](std::vector<std::string> command) {
+        command.push_back("--help");
+        const Outcome outcome = marrow_with(command);
+        EXPECT_EQ(outcome.code, 0);
+        return outcome.out;
+    };
+    const auto has = [](const std::string& text, const char* word) { return text.find(word) != text.npos; };
+    const std::string all = help({});
+    for (const char* command : {"  info ", "  check ", "  sweep ", "  terrain ", "  view "})
+        EXPECT_TRUE(has(all, command)) << command << all;
+    const std::string check = help({"check"});
+    EXPECT_TRUE(has(check, "marrow check")) << check;
+    for (const char* ending : {".stl", ".ply", ".obj", ".gz", ".vtp", ".3mf", ".glb"})
+        EXPECT_TRUE(has(check, ending)) << ending;
+    for (const char* command : {"check", "info", "sweep"}) {
+        const std::string text = help({command});
+        EXPECT_FALSE(has(text, "Presets")) << command;
+        EXPECT_FALSE(has(text, "Order of the steps")) << command;
+        EXPECT_TRUE(has(text, "Exit codes")) << command;
+    }
+    EXPECT_EQ(marrow_with({"-q", "terrain", "x"}).code, 2);
 }
 
 TEST_F(CommandLine, VerifiesEveryFormat) {

@@ -127,25 +127,59 @@ TEST(Sweep, StopsWhenTold) {
     EXPECT_NEAR(last, 1, 1e-9);
 }
 
-// A ball of 100 in air of 0: a border at once is far from all isovalues but those at its foot and top.
-TEST(Plateaus, AreWhereTheSurfaceStays) {
-    const Volume volume = sampled_in_space<float>(grid(24, 24, 24), [](const Vec3d& p) {
-        const double r = std::hypot(p[0] - 11.5, p[1] - 11.5, p[2] - 11.5);
-        return r < 6 ? 100 : r < 10 ? 10 * (10 - r) / 4 : 0;  // a steep step, and a slope outside it
+// A ball of 100 in air of 0, a slope outside it, and a speck of 1000 inside: a steep step.
+struct Ball {
+    Volume volume = sampled_in_space<float>(grid(32, 32, 32), [](const Vec3d& p) {
+        const double r = std::hypot(p[0] - 15.5, p[1] - 15.5, p[2] - 15.5);
+        return r < 1 ? 1000 : r < 6 ? 100 : r < 14 ? 20 * (14 - r) / 8 : 0;
     });
+
+    std::vector<Plateau> plateaus(double from, double to, int samples, std::vector<double>& isovalues) const {
+        isovalues.clear();
+        for (int i = 0; i < samples; ++i) isovalues.push_back(from + (to - from) * i / (samples - 1));
+        return find_plateaus(sweep_isovalues(volume, isovalues), 1, 100);
+    }
+};
+
+TEST(Plateaus, AreWhereTheSurfaceStays) {
+    const Ball ball;
     std::vector<double> isovalues;
-    for (int i = 0; i <= 19; ++i) isovalues.push_back(0.5 + 5 * i);
-    const auto sweep = sweep_isovalues(volume, isovalues);
-    const auto plateaus = find_plateaus(sweep);
+    const auto plateaus = ball.plateaus(0.5, 95.5, 20, isovalues);
     ASSERT_EQ(plateaus.size(), 1u);
-    EXPECT_GE(isovalues[plateaus[0].first], 10);
-    EXPECT_LE(isovalues[plateaus[0].first], 20);
+    EXPECT_GE(isovalues[plateaus[0].first], 15);
+    EXPECT_LE(isovalues[plateaus[0].first], 26);
     EXPECT_EQ(plateaus[0].last, isovalues.size() - 1);
 }
 
-TEST(Plateaus, NeedSurfaces) {
-    EXPECT_TRUE(find_plateaus({}).empty());
-    EXPECT_TRUE(find_plateaus(std::vector<SweepSample>(9)).empty());
+TEST(Plateaus, DoNotDependOnWhatElseIsSwept) {
+    const Ball ball;
+    std::vector<double> isovalues;
+    for (const auto& [from, to, samples] : std::vector<std::tuple<double, double, int>>{
+             {0, 90, 91}, {10, 90, 81}, {30, 90, 61}, {40, 62, 12}, {0, 90, 19}}) {
+        const auto plateaus = ball.plateaus(from, to, samples, isovalues);
+        ASSERT_EQ(plateaus.size(), 1u) << from;
+        EXPECT_LE(isovalues[plateaus[0].first], std::max(from, 26.0)) << from;
+        EXPECT_EQ(isovalues[plateaus[0].last], to) << from;
+    }
+    EXPECT_TRUE(ball.plateaus(0, 20, 41, isovalues).empty())
+        << "the slope, where no step is less than the mean";
+    EXPECT_TRUE(ball.plateaus(50, 60, 11, isovalues).empty()) << "too short to tell";
+}
+
+TEST(Plateaus, AreNotWhereTheSurfaceIsGone) {
+    const Ball ball;
+    std::vector<double> isovalues;
+    const auto plateaus = ball.plateaus(0, 900, 181, isovalues);
+    ASSERT_EQ(plateaus.size(), 1u) << "the speck stays from 110 on, but is 8 samples of 32768";
+    EXPECT_LE(isovalues[plateaus[0].last], 110);
+}
+
+TEST(Plateaus, NeedSurfacesAndContrast) {
+    EXPECT_TRUE(find_plateaus({}, 1, 100).empty());
+    EXPECT_TRUE(find_plateaus(std::vector<SweepSample>(9), 1, 100).empty());
+    const std::vector<SweepSample> still{{0, 5, 10, 1, 8}, {50, 5, 10, 1, 8}};
+    EXPECT_EQ(find_plateaus(still, 1, 100).size(), 1u);
+    EXPECT_TRUE(find_plateaus(still, 1, 0).empty());
 }
 
 }  // namespace

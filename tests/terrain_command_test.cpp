@@ -1,6 +1,7 @@
 // `marrow terrain` on the command line.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <cstring>
 #include <sstream>
@@ -8,6 +9,8 @@
 #include <vector>
 
 #include <nlohmann/json.hpp>
+
+#include <marrow/mesh_io.h>
 
 #include "temporary_folder.h"
 #include "terrain.h"
@@ -77,6 +80,7 @@ TEST(TerrainCommand, WritesLevelsEachOfHalfTheResolution) {
     ASSERT_EQ(outcome.code, kOk) << outcome.err;
     const auto levels = nlohmann::json::parse(outcome.out)["levels"];
     ASSERT_EQ(levels.size(), 3u);
+    EXPECT_TRUE(levels[0]["volume_mm3"].is_null()) << "it is open";
     for (std::size_t i = 0; i < 3; ++i) {
         EXPECT_EQ(levels[i]["cell_m"][2], 5 << i);
         EXPECT_EQ(levels[i]["output"], (folder / ("levels/level" + std::to_string(i) + ".stl")).string());
@@ -119,6 +123,13 @@ TEST(TerrainCommand, FilesClaimNoPatientSpace) {
         EXPECT_EQ(head.find("SPACE"), head.npos) << ending;
         EXPECT_EQ(head.find("LPS"), head.npos) << ending;
     }
+    for (const char* ending : {"stl", "ply", "obj", "vtp", "3mf", "glb"}) {
+        const auto file = folder / (std::string("tent.") + ending);
+        ASSERT_EQ(terrain_with({grid, "-o", file}).code, kOk);
+        std::optional<Space> space;
+        read_mesh(file, &space);
+        EXPECT_FALSE(space) << ending;
+    }
 }
 
 TEST(TerrainCommand, RefusesWhatMakesNoSense) {
@@ -137,6 +148,98 @@ TEST(TerrainCommand, RefusesWhatMakesNoSense) {
     EXPECT_EQ(terrain_with({folder / "missing.tif", "-o", out}).code, kUnreadable);
     EXPECT_EQ(terrain_with({grid, "-o", out}, true).code, kCancelled);
     EXPECT_EQ(folder.files(), (std::set<std::string>{"tent.asc"}));
+}
+
+TEST(TerrainCommand, RefusesASurfaceOfNothing) {
+    const TemporaryFolder folder;
+    const std::string grid = folder / "one.asc";
+    const std::string head = "ncols 4\nnrows 4\nxllcorner 0\nyllcorner 0\ncellsize 10\nNODATA_value -9\n";
+    write_file(grid, head + "-9 -9 -9 -9\n-9 5 -9 -9\n-9 -9 6 7\n-9 -9 -9 -9\n");
+    const Outcome none = terrain_with({grid, "-o", folder / "one.stl"});
+    EXPECT_EQ(none.code, kEmpty);
+    EXPECT_NE(none.err.find("no surface"), none.err.npos) << none.err;
+    EXPECT_EQ(terrain_with({grid, "-o", folder / "block.stl", "--base", "3"}).code, kOk)
+        << "a block has walls";
+    std::filesystem::remove(folder / "block.stl");
+    // The first level has a surface, the second not: nothing is written, nor said to be.
+    write_file(grid, head + "5 6 -9 -9\n5 6 -9 -9\n-9 -9 -9 -9\n-9 -9 -9 -9\n");
+    const Outcome second = terrain_with({grid, "-o", folder / "{name}.stl", "--levels", "2"});
+    EXPECT_EQ(second.code, kEmpty);
+    EXPECT_NE(second.err.find("level1"), second.err.npos) << second.err;
+    EXPECT_EQ(second.out, "");
+    EXPECT_EQ(folder.files(), (std::set<std::string>{"one.asc"}));
+}
+
+TEST(TerrainCommand, CountsLevelsBeforeTheWork) {
+    const TemporaryFolder folder;
+    const std::string grid = write_grid(folder / "tent.asc");
+    const Outcome many = terrain_with({grid, "-o", folder / "{name}.stl", "--levels", "10"});
+    EXPECT_EQ(many.code, kUsage);
+    EXPECT_NE(many.err.find("level6"), many.err.npos) << many.err;  // 65 x 49, ..., 2 x 2
+    EXPECT_NE(many.err.find("at most 6"), many.err.npos) << many.err;
+    EXPECT_EQ(folder.files(), (std::set<std::string>{"tent.asc"}));
+    EXPECT_EQ(terrain_with({grid, "-o", folder / "{name}.stl", "--levels", "6"}).code, kOk);
+}
+
+TEST(TerrainCommand, RefusesAbsurdGridsAtOnce) {
+    const TemporaryFolder folder;
+    const std::string grid = write_grid(folder / "tent.asc"), out = folder / "x.stl";
+    const Outcome fine = terrain_with({grid, "-o", out, "--cell", "0.00001"});  // 10^15 samples
+    EXPECT_EQ(fine.code, kUnreadable);
+    EXPECT_NE(fine.err.find("larger --cell"), fine.err.npos) << fine.err;
+    const Outcome coarse = terrain_with({grid, "-o", out, "--cell", "1e6"});
+    EXPECT_EQ(coarse.code, kUnreadable);
+    EXPECT_NE(coarse.err.find("smaller --cell"), coarse.err.npos) << coarse.err;
+    EXPECT_EQ(terrain_with({grid, "-o", out, "--base", "1e9"}).code, kUsage);
+    EXPECT_EQ(terrain_with({grid, "-o", out, "--base", "101", "--size", "10"}).code, kUsage);
+    EXPECT_EQ(folder.files(), (std::set<std::string>{"tent.asc"}));
+}
+
+TEST(TerrainCommand, SaysThatCoordinatesWithoutANameMayBeDegrees) {
+    const TemporaryFolder folder;
+    const std::string grid = folder / "deg.asc";
+    std::string text =
+        "ncols 9\nnrows 9\nxllcorner 11\nyllcorner 47\ncellsize 0.000833333\nNODATA_value -9999\n";
+    for (int i = 0; i < 81; ++i) text += std::to_string(500 + 10 * i) + " ";
+    write_file(grid, text);
+    const Outcome refused = terrain_with({grid, "-o", folder / "x.stl"});
+    EXPECT_EQ(refused.code, kUnreadable);
+    EXPECT_NE(refused.err.find("does not name its coordinates"), refused.err.npos) << refused.err;
+    EXPECT_NE(refused.err.find(".prj"), refused.err.npos) << refused.err;
+    EXPECT_EQ(std::count(refused.err.begin(), refused.err.end(), '\n'), 1);
+}
+
+TEST(TerrainCommand, MakesTheGroundAsLongAsAskedFor) {
+    // Samples without a height at the borders take nothing of the size.
+    const TemporaryFolder folder;
+    const std::string grid = folder / "island.asc";
+    std::string text = "ncols 40\nnrows 20\nxllcorner 0\nyllcorner 0\ncellsize 10\nNODATA_value -9999\n";
+    for (int row = 0; row < 20; ++row) {
+        for (int column = 0; column < 40; ++column)
+            text +=
+                column < 3 || column > 30 || (row == 7 && column == 3) ? "-9999 " : std::to_string(row) + " ";
+    }
+    write_file(grid, text);
+    for (const std::vector<std::string>& more :
+         std::vector<std::vector<std::string>>{{"--base", "3"},
+                                               {"--size", "150"},
+                                               {"--size", "150", "--cell", "7"},
+                                               {"--base", "3", "--cell", "25"}}) {
+        std::vector<std::string> command{grid, "-o", folder / "x.stl", "--json"};
+        command.insert(command.end(), more.begin(), more.end());
+        const Outcome outcome = terrain_with(command);
+        ASSERT_EQ(outcome.code, kOk) << outcome.err;
+        const auto bounds = nlohmann::json::parse(outcome.out)["levels"][0]["bounds_mm"];
+        EXPECT_NEAR(bounds[1][0].get<double>() - bounds[0][0].get<double>(), 150, 1e-3) << more[0];
+    }
+}
+
+TEST(TerrainCommand, SaysItsVersionAndAllFormats) {
+    const Outcome version = terrain_with({"--version"});
+    EXPECT_EQ(version.code, kOk);
+    EXPECT_EQ(version.out.rfind("marrow ", 0), 0u) << version.out;
+    const Outcome help = terrain_with({"--help"});
+    EXPECT_NE(help.out.find(".gz"), help.out.npos);
 }
 
 TEST(TerrainCommand, IsReachedThroughMarrow) {

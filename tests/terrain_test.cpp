@@ -328,8 +328,26 @@ TEST(Terrain, RefusesWhatItCannotRead) {
         refusal<InputError>(good, {.base = bad});
         refusal<InputError>(good, {.size = bad});
     }
+    refusal<InputError>(good, {.base = 1001, .size = 100});
     refusal<LimitError>(good, {.exaggerate = 1e9});
     EXPECT_THROW(extract_terrain(good, {.progress = [](double) { return false; }}), Cancelled);
+}
+
+TEST(Terrain, StopsWhileItReads) {
+    // So fine that one strip of rows alone takes minutes; the first look that GDAL takes at it can be stopped.
+    const test::TemporaryFolder folder;
+    const fs::path file = RasterFile{64, 64}.write(folder / "dem.tif", hills);
+    int asked = 0;
+    EXPECT_THROW(extract_terrain(file, {.cell = 0.02, .progress = [&](double) { return ++asked < 5; }}),
+                 Cancelled);
+    EXPECT_EQ(asked, 5) << "and not again";
+    double last = 0;
+    extract_terrain(file, {.progress = [&](double fraction) {
+                        EXPECT_GE(fraction, last);
+                        last = fraction;
+                        return true;
+                    }});
+    EXPECT_EQ(last, 1);
 }
 
 TEST(Terrain, WithoutGeoreferenceNeedsACell) {

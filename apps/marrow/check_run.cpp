@@ -20,9 +20,19 @@ struct Checked {
     fs::path file;
     std::optional<Space> space;
     MeshCheck found;
+    std::string refusal;  // why nothing was found; empty: something was
+
+    // Only what faces outward all over and has no open edge encloses something.
+    bool has_volume() const { return found.is_closed() && found.misoriented_edges == 0; }
 };
 
+// Numbers that people read: not more than 15 digits.
+std::string plain(double number) {
+    return std::abs(number) < 1e12 ? fmt::format("{:.2f}", number) : fmt::format("{:.6g}", number);
+}
+
 Json to_json(const Checked& checked, double min_wall) {
+    if (!checked.refusal.empty()) return {{"mesh", checked.file.string()}, {"error", checked.refusal}};
     const MeshCheck& c = checked.found;
     const MeshMeasures& m = c.measures;
     Json json{{"mesh", checked.file.string()},
@@ -45,7 +55,7 @@ Json to_json(const Checked& checked, double min_wall) {
               {"degenerate_triangles", c.degenerate_triangles},
               {"self_intersections", c.self_intersections},
               {"area_mm2", m.area},
-              {"volume_mm3", m.volume},
+              {"volume_mm3", checked.has_volume() ? Json(m.volume) : Json()},
               {"bounds_mm", {m.lower, m.upper}}};
     if (min_wall > 0)
         json["thin_walls"] = {{"below_mm", min_wall},
@@ -79,13 +89,17 @@ void print(std::ostream& out, const Checked& checked, double min_wall) {
         line("thin walls",
              c.thin_triangles == 0
                  ? fmt::format("none below {:g} mm", min_wall)
-                 : fmt::format("{:.1f} mm2 ({:.2f} %) below {:g} mm; thinnest {:.3g} mm", c.thin_area,
+                 : fmt::format("{} mm2 ({:.2f} %) below {:g} mm; thinnest {:.3g} mm", plain(c.thin_area),
                                100 * c.thin_area / m.area, min_wall, c.thinnest_wall));
     line("components", fmt::format("{}, of which {} cavities", m.components, c.cavities));
     line("Euler characteristic", c.genus ? fmt::format("{}; genus {}", m.euler_characteristic, *c.genus)
                                          : std::to_string(m.euler_characteristic));
     line("points, triangles", fmt::format("{}, {}", m.points, m.triangles));
-    line("area, volume", fmt::format("{:.2f} mm2, {:.2f} mm3", m.area, m.volume));
+    line("area, volume",
+         fmt::format("{} mm2, {}", plain(m.area),
+                     checked.has_volume() ? plain(m.volume) + " mm3"
+                     : c.is_closed()      ? "- (a mesh of triangles that face both ways has no volume)"
+                                          : "- (an open mesh has no volume)"));
     line("bounds", fmt::format("{:g} {:g} {:g} to {:g} {:g} {:g} mm ({})", m.lower[0], m.lower[1], m.lower[2],
                                m.upper[0], m.upper[1], m.upper[2],
                                checked.space ? "LPS" : "the file does not say which space"));
@@ -93,25 +107,36 @@ void print(std::ostream& out, const Checked& checked, double min_wall) {
 
 }  // namespace
 
+// A mesh that cannot be read does not hide the others.
 ExitCode check(const Settings& settings, const Console& console, Voice& voice) {
     Json meshes = Json::array();
     bool sound = true;
+    ExitCode code = kOk;
     for (const fs::path& file : settings.inputs) {
-        Checked checked{file, {}, {}};
-        voice.stage("check", [&](const Progress& progress) {
-            const Mesh mesh = read_mesh(file, &checked.space);
-            checked.found = check_mesh(mesh, {settings.min_wall, progress});
-        });
-        sound = sound && checked.found.is_sound();
+        Checked checked{file, {}, {}, {}};
+        try {
+            voice.stage("check", [&](const Progress& progress) {
+                const Mesh mesh = read_mesh(file, &checked.space);
+                checked.found = check_mesh(mesh, {settings.min_wall, progress});
+            });
+            sound = sound && checked.found.is_sound();
+        } catch (const Cancelled&) {
+            throw;
+        } catch (const Error& error) {
+            checked.refusal = error.what();
+            code = kUnreadable;
+            console.err << "marrow: " << checked.refusal << '\n';
+        }
         if (settings.json)
             meshes.push_back(to_json(checked, settings.min_wall));
-        else if (!settings.quiet)
+        else if (!settings.quiet && checked.refusal.empty())
             print(console.out, checked, settings.min_wall);
     }
     if (settings.json) {
         const Json json = meshes.size() == 1 ? meshes[0] : Json{{"meshes", meshes}};
         console.out << json.dump(2, ' ', false, Json::error_handler_t::replace) << '\n';
     }
+    if (code != kOk) return code;
     return settings.strict && !sound ? kCheckFailed : kOk;
 }
 

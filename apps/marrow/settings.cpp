@@ -145,6 +145,11 @@ SweepSettings check_sweep(SweepSettings sweep, const std::string& from, const st
     return sweep;
 }
 
+constexpr const char* kExitCodes =
+    "Exit codes: 0 ok, 2 usage, 3 unreadable or not writable, 4 ambiguous or refused geometry,\n"
+    "5 empty surface, 6 a check failed, 130 cancelled.\n"
+    "For research use only; not a medical device.";
+
 std::string preset_list() {
     std::string list;
     for (const Preset& preset : kPresets)
@@ -161,12 +166,8 @@ std::string footer() {
         "Order of the steps, whatever that of the options: crop, median, blur, isotropic; extract; "
         "components,\n"
         "smooth, reduce (keep, triangles, max-error); write, verify.\n"
-        "Which isovalue to trust: see marrow sweep --help. Terrain: see marrow terrain --help.\n"
-        "To look at a scan and find the isovalue: marrow view INPUT.\n"
-        "Exit codes: 0 ok, 2 usage, 3 unreadable or not writable, 4 ambiguous or refused geometry,\n"
-        "5 empty surface, 6 a check failed, 130 cancelled.\n"
-        "For research use only; not a medical device.",
-        preset_list());
+        "Which isovalue to trust: see marrow sweep --help.\n{}",
+        preset_list(), kExitCodes);
 }
 
 }  // namespace
@@ -272,13 +273,18 @@ std::variant<Settings, int> parse_command_line(int argc, const char* const* argv
 
     CLI::App* info = app.add_subcommand(
         "info", "Say what is in scans: which series would be read and why, and what is wrong with them.");
+    info->footer(kExitCodes);
     info->add_option("INPUT", settings.inputs, input_help)->required();
     add_scan_options(*info);
     info->add_flag("--show-patient", settings.show_patient, "print patients' names");
 
     CLI::App* check = app.add_subcommand(
         "check", "Say whether meshes are fit to print: closed, manifold, oriented, and what else is wrong.");
-    check->add_option("MESH", settings.inputs, ".stl, .ply, .obj or .vtp, in mm")->required();
+    check->footer(kExitCodes);
+    check
+        ->add_option("MESH", settings.inputs,
+                     ".stl, .ply, .obj (also .gz), .vtp or .3mf, in mm; .glb, in metres")
+        ->required();
     check->add_option("--min-wall", settings.min_wall, "look for walls thinner than MM")->type_name("MM");
     check->add_flag("--strict", settings.strict, "exit with 6 where a mesh is not sound");
     check->add_flag("--json", settings.json, "print the results as one JSON object");
@@ -288,10 +294,12 @@ std::variant<Settings, int> parse_command_line(int argc, const char* const* argv
     std::string from, to;
     CLI::App* swept = app.add_subcommand(
         "sweep", "Measure the closed surfaces at many isovalues: volume, area, components and triangles.");
-    swept->footer(
-        "Plateaus are stretches where the isovalue matters least: three steps or more, each of which moves "
-        "the\n"
-        "surface by at most half of what a step moves it on average (mm: change of volume over area).");
+    swept->footer(std::string("Plateaus are stretches where the isovalue matters little: at least a fifth of "
+                              "the scan's contrast\n"
+                              "wide (that of the classes of 'otsu'), and the surface moves by less than half "
+                              "a sample for each\n"
+                              "such fifth (mm: change of volume over area).\n") +
+                  kExitCodes);
     swept->add_option("INPUT", settings.inputs, input_help)->required()->expected(1);
     swept->add_option("--from", from, "first isovalue; default: the least sample")->type_name("A");
     swept->add_option("--to", to, "last isovalue; default: the largest sample")->type_name("B");
@@ -305,10 +313,21 @@ std::variant<Settings, int> parse_command_line(int argc, const char* const* argv
     swept->add_flag("-q,--quiet", settings.quiet, "print errors only (and JSON, if asked for)");
     swept->add_flag("-v,--verbose", settings.verbose, "say how long each stage took");
 
+    // Programs of their own, which main() starts; here for the list of commands.
+    CLI::App* terrain =
+        app.add_subcommand("terrain", "Turn an elevation raster into a surface: marrow terrain DEM -o OUT.");
+    CLI::App* view = app.add_subcommand(
+        "view", "Look at a scan, find its isovalue, measure and export: marrow view INPUT.");
+    for (CLI::App* other : {terrain, view}) other->allow_extras();
+
     try {
         app.parse(argc, argv);
+        for (const CLI::App* other : {terrain, view}) {
+            if (other->parsed())
+                throw UsageError(fmt::format("'{0}' comes first: marrow {0} ...", other->get_name()));
+        }
     } catch (const CLI::CallForHelp&) {
-        out << (info->parsed() ? info : check->parsed() ? check : swept->parsed() ? swept : &app)->help();
+        out << app.help();
         return 0;
     } catch (const CLI::CallForVersion& version) {
         out << version.what() << '\n';

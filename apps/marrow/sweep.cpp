@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -17,9 +18,31 @@ std::size_t plateau_of(std::size_t sample, const std::vector<Plateau>& plateaus)
     return 0;
 }
 
-// How far the step to a sample moves the surface.
-double shift_to(std::size_t sample, const std::vector<SweepSample>& sweep) {
-    return sample == 0 ? 0 : surface_shift(sweep[sample - 1], sweep[sample]);
+// How far the step to a sample moves the surface; there is none to the first.
+std::optional<double> shift_to(std::size_t sample, const std::vector<SweepSample>& sweep) {
+    if (sample == 0) return {};
+    return surface_shift(sweep[sample - 1], sweep[sample]);
+}
+
+// Round numbers, 1, 2 or 5 times a power of ten apart, and how many decimals they have.
+struct Ticks {
+    std::vector<double> at;
+    int decimals;
+
+    std::string text(double tick) const { return fmt::format("{:.{}f}", tick, decimals); }
+};
+
+// About `count` of them from one number to another, both of them included where they are round.
+Ticks round_ticks(double from, double to, double count) {
+    const double least = (to - from) / count, power = std::pow(10, std::floor(std::log10(least)));
+    double step = 10 * power;
+    for (const double round : {5.0, 2.0, 1.0}) {
+        if (round * power >= least * (1 - 1e-9)) step = round * power;
+    }
+    Ticks ticks{{}, std::clamp(static_cast<int>(-std::floor(std::log10(step) + 1e-9)), 0, 20)};
+    const double first = std::ceil(from / step - 1e-9), last = std::floor(to / step + 1e-9);
+    for (double n = first; n <= last; ++n) ticks.at.push_back(n * step + 0.0);  // no -0
+    return ticks;
 }
 
 struct Quantity {
@@ -44,8 +67,10 @@ std::string sweep_csv(const std::vector<SweepSample>& sweep, const std::vector<P
     for (std::size_t i = 0; i < sweep.size(); ++i) {
         const SweepSample& s = sweep[i];
         const std::size_t plateau = plateau_of(i, plateaus);
-        text += fmt::format("{},{:.3f},{:.3f},{},{},{:.5f},{}\n", s.isovalue, s.volume, s.area, s.components,
-                            s.triangles, shift_to(i, sweep), plateau > 0 ? fmt::format("{}", plateau) : "");
+        const std::optional<double> shift = shift_to(i, sweep);
+        text += fmt::format("{},{:.3f},{:.3f},{},{},{},{}\n", s.isovalue, s.volume, s.area, s.components,
+                            s.triangles, shift ? fmt::format("{:.5f}", *shift) : "",
+                            plateau > 0 ? fmt::format("{}", plateau) : "");
     }
     return text;
 }
@@ -55,12 +80,14 @@ std::string sweep_json(const std::vector<SweepSample>& sweep, const std::vector<
     json["sweep"] = nlohmann::ordered_json::array();
     for (std::size_t i = 0; i < sweep.size(); ++i) {
         const SweepSample& s = sweep[i];
-        json["sweep"].push_back({{"isovalue", s.isovalue},
-                                 {"volume_mm3", s.volume},
-                                 {"area_mm2", s.area},
-                                 {"components", s.components},
-                                 {"triangles", s.triangles},
-                                 {"shift_mm", shift_to(i, sweep)}});
+        const std::optional<double> shift = shift_to(i, sweep);
+        json["sweep"].push_back(
+            {{"isovalue", s.isovalue},
+             {"volume_mm3", s.volume},
+             {"area_mm2", s.area},
+             {"components", s.components},
+             {"triangles", s.triangles},
+             {"shift_mm", shift ? nlohmann::ordered_json(*shift) : nlohmann::ordered_json()}});
     }
     json["plateaus"] = nlohmann::ordered_json::array();
     for (const Plateau& p : plateaus)
@@ -77,6 +104,7 @@ std::string sweep_svg(const std::vector<SweepSample>& sweep, const std::vector<P
         "font-family=\"sans-serif\" font-size=\"12\" fill=\"#333\">\n<rect width=\"100%\" height=\"100%\" "
         "fill=\"white\"/>\n",
         kLeft + kWidth + 40, height + 10);
+    const Ticks isovalues = round_ticks(from, to, 6);
     double top = kTop;
     for (const Quantity& quantity : kQuantities) {
         double most = 0;
@@ -93,14 +121,13 @@ std::string sweep_svg(const std::vector<SweepSample>& sweep, const std::vector<P
                            bottom, kLeft + kWidth);
         svg += fmt::format("<text x=\"{}\" y=\"{}\" fill=\"{}\">{}</text>\n", kLeft, top - 6, quantity.colour,
                            quantity.title);
-        svg += fmt::format("<text x=\"{0}\" y=\"{1}\" text-anchor=\"end\">{2:.4g}</text>\n", kLeft - 6,
-                           top + 10, most);
-        svg += fmt::format("<text x=\"{0}\" y=\"{1}\" text-anchor=\"end\">0</text>\n", kLeft - 6, bottom);
-        for (int tick = 0; tick <= 4; ++tick) {
-            const double isovalue = from + (to - from) * tick / 4;
-            svg += fmt::format("<text x=\"{:.1f}\" y=\"{}\" text-anchor=\"middle\">{:.5g}</text>\n",
-                               x_of(isovalue), bottom + 16, isovalue);
-        }
+        const Ticks values = round_ticks(0, most, 4);
+        for (const double value : values.at)
+            svg += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"end\">{}</text>\n", kLeft - 6,
+                               bottom - kHeight * value / most + (value == 0 ? 0 : 4), values.text(value));
+        for (const double isovalue : isovalues.at)
+            svg += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\">{}</text>\n",
+                               x_of(isovalue), bottom + 16, isovalues.text(isovalue));
         svg += fmt::format("<polyline fill=\"none\" stroke-width=\"2\" stroke=\"{}\" points=\"",
                            quantity.colour);
         for (const SweepSample& s : sweep)
@@ -112,7 +139,7 @@ std::string sweep_svg(const std::vector<SweepSample>& sweep, const std::vector<P
     return svg +
            fmt::format(
                "<text x=\"{}\" y=\"{}\" text-anchor=\"middle\">isovalue; shaded: plateaus, where it matters "
-               "least</text>\n</svg>\n",
+               "little</text>\n</svg>\n",
                kLeft + kWidth / 2, height + 2);
 }
 

@@ -1,5 +1,6 @@
 #include "sweep_run.h"
 
+#include <algorithm>
 #include <ostream>
 
 #include <fmt/format.h>
@@ -34,6 +35,10 @@ void sweep(const Settings& settings, const Console& console, Voice& voice) {
     for (const std::string& warning : info.warnings) voice.warn(warning);
 
     const Histogram samples = histogram(scan);
+    if (samples.counts.empty()) throw EmptySurface("the scan has no finite sample, so there is no surface");
+    if (samples.non_finite_samples > 0)
+        voice.warn(
+            fmt::format("{} samples are NaN or infinite and count as outside", samples.non_finite_samples));
     const double from = wanted.from.value_or(samples.lower), to = wanted.to.value_or(samples.upper);
     if (!(from < to))
         throw EmptySurface(
@@ -46,7 +51,13 @@ void sweep(const Settings& settings, const Console& console, Voice& voice) {
     voice.stage("sweep", [&](const Progress& progress) {
         measured = sweep_isovalues(scan, isovalues, {settings.threads, progress});
     });
-    const std::vector<Plateau> plateaus = find_plateaus(measured);
+    if (std::all_of(measured.begin(), measured.end(), [](const SweepSample& s) { return s.triangles == 0; }))
+        throw EmptySurface(
+            fmt::format("no surface at isovalues from {:g} to {:g}: samples range from {:g} to {:g}", from,
+                        to, samples.lower, samples.upper));
+    const Vec3d& spacing = scan.geometry().spacing;
+    const std::vector<Plateau> plateaus =
+        find_plateaus(measured, *std::min_element(spacing.begin(), spacing.end()), otsu_contrast(samples));
 
     if (!settings.output.empty())
         write_file(settings.output, settings.output.extension() == ".json" ? sweep_json(measured, plateaus)

@@ -30,7 +30,7 @@ Json level_numbers(const TerrainInfo& info, const Mesh& mesh, const fs::path& ou
             {"nonmanifold_edges", m.nonmanifold_edges},
             {"euler_characteristic", m.euler_characteristic},
             {"area_mm2", m.area},
-            {"volume_mm3", m.volume},
+            {"volume_mm3", m.boundary_edges == 0 ? Json(m.volume) : Json()},
             {"bounds_mm", {m.lower, m.upper}},
             {"height_error",
              {{"rms_m", info.rms_error},
@@ -47,6 +47,15 @@ std::string level_text(const TerrainInfo& info, const Mesh& mesh, const fs::path
         info.samples[0], info.samples[1], info.cell[2], info.rms_error, info.rms_error / info.cell[2]);
 }
 
+void check_levels(const TerrainSettings& settings) {
+    const std::optional<int> most = most_terrain_levels(settings.input, settings.cell);
+    if (!most) throw UsageError("--levels needs a raster that says where its samples are");
+    if (settings.levels > *most)
+        throw UsageError(
+            fmt::format("--levels {}: level{} would have less than 2 x 2 samples; at most {} can be",
+                        settings.levels, *most, *most));
+}
+
 void extract_levels(const TerrainSettings& settings, const Console& console, Voice& voice) {
     constexpr std::array<double, 3> kGround{0.66, 0.62, 0.53};
     constexpr PictureView kFromAbove{20, 38};  // from the south
@@ -56,53 +65,62 @@ void extract_levels(const TerrainSettings& settings, const Console& console, Voi
     check_folder(settings.picture);
     if (!settings.picture.empty()) require_display();
     const Clock::time_point start = Clock::now();
-    // Levels that go into one file wait for the last.
-    const bool in_one_file = files.size() > 1 && files[0] == files[1];
-    std::vector<Mesh> waiting;
-    Json json;
-    double extract_seconds = 0, write_seconds = 0, cell = settings.cell;
-    for (std::size_t level = 0; level < files.size(); ++level) {
+    if (files.size() > 1) check_levels(settings);
+    // All are there before the first is written.
+    struct Level {
         TerrainInfo info;
         Mesh mesh;
+    };
+    std::vector<Level> levels(files.size());
+    double extract_seconds = 0, write_seconds = 0, cell = settings.cell;
+    for (Level& level : levels) {
         extract_seconds += voice.stage("extract", [&](const Progress& progress) {
-            mesh = extract_terrain(
+            level.mesh = extract_terrain(
                 settings.input,
-                {cell, settings.exaggerate, settings.base, settings.size, settings.threads, progress}, &info);
+                {cell, settings.exaggerate, settings.base, settings.size, settings.threads, progress},
+                &level.info);
         });
-        if (level == 0) {
-            for (const std::string& warning : info.warnings) voice.warn(warning);
-            if (files.size() > 1 && !info.georeferenced)
-                throw UsageError("--levels needs a raster that says where its samples are");
-            json["input"] = {{"format", info.format},
-                             {"projection", info.projection.empty() ? Json() : Json(info.projection)},
-                             {"centre_m", info.centre},
-                             {"heights_m", {info.lowest, info.highest}}};
-            json["exaggerate"] = settings.exaggerate;
-            json["warnings"] = info.warnings;
+        if (&level == &levels.front()) {
+            for (const std::string& warning : level.info.warnings) voice.warn(warning);
         }
-        write_seconds += voice.stage("write", [&](const Progress& progress) {
-            if (!files[level].empty() && !in_one_file)
-                write_mesh(mesh, files[level], {Space::none, progress});
-        });
-        if (level == 0 && !settings.picture.empty()) {
-            write_seconds += voice.stage("picture", [&](const Progress& progress) {
-                write_picture({{&mesh, kGround, false}}, settings.picture, progress, kFromAbove);
-            });
-        }
-        if (settings.json)
-            json["levels"].push_back(level_numbers(info, mesh, files[level]));
-        else if (!settings.quiet)
-            console.out << level_text(info, mesh, files[level]);
-        cell = 2 * info.cell[2];
-        if (in_one_file) waiting.push_back(std::move(mesh));
+        if (level.mesh.triangles.empty())
+            throw EmptySurface(fmt::format(
+                "no surface{}: of {} x {} samples, {} have no height, and no four side by side have one",
+                files.size() > 1 ? fmt::format(" at level{}", &level - levels.data()) : "",
+                level.info.samples[0], level.info.samples[1], level.info.unknown_samples));
+        cell = 2 * level.info.cell[2];
     }
-    if (in_one_file) {
-        std::vector<MeshObject> objects;
-        for (const Mesh& mesh : waiting)
-            objects.push_back({&mesh, fmt::format("level{}", objects.size()), kGround});
-        write_seconds += voice.stage("write", [&](const Progress& progress) {
+    const bool in_one_file = files.size() > 1 && files[0] == files[1];
+    write_seconds += voice.stage("write", [&](const Progress& progress) {
+        if (in_one_file) {
+            std::vector<MeshObject> objects;
+            for (const Level& level : levels)
+                objects.push_back({&level.mesh, fmt::format("level{}", objects.size()), kGround});
             write_meshes(objects, files.front(), {Space::none, progress});
+            return;
+        }
+        for (std::size_t i = 0; i < files.size(); ++i) {
+            if (!files[i].empty()) write_mesh(levels[i].mesh, files[i], {Space::none, progress});
+        }
+    });
+    if (!settings.picture.empty()) {
+        write_seconds += voice.stage("picture", [&](const Progress& progress) {
+            write_picture({{&levels.front().mesh, kGround, false}}, settings.picture, progress, kFromAbove);
         });
+    }
+    const TerrainInfo& info = levels.front().info;
+    Json json{{"input",
+               {{"format", info.format},
+                {"projection", info.projection.empty() ? Json() : Json(info.projection)},
+                {"centre_m", info.centre},
+                {"heights_m", {info.lowest, info.highest}}}},
+              {"exaggerate", settings.exaggerate},
+              {"warnings", info.warnings}};
+    for (std::size_t i = 0; i < files.size(); ++i) {
+        if (settings.json)
+            json["levels"].push_back(level_numbers(levels[i].info, levels[i].mesh, files[i]));
+        else if (!settings.quiet)
+            console.out << level_text(levels[i].info, levels[i].mesh, files[i]);
     }
     json["seconds"] = {
         {"extract", extract_seconds}, {"write", write_seconds}, {"total", seconds_since(start)}};

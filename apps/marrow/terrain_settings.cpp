@@ -13,6 +13,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr double kPrintSize = 150;  // mm: fits the beds of common 3D printers
+constexpr double kMostBase = 10;    // times the length, as extract_terrain has it
 constexpr int kMostLevels = 16;
 
 }  // namespace
@@ -21,6 +22,7 @@ std::variant<TerrainSettings, int> parse_terrain_command(int argc, const char* c
                                                          std::ostream& out) {
     TerrainSettings settings;
     CLI::App app("Turns an elevation raster into a surface, or a block to print.", "marrow terrain");
+    app.set_version_flag("--version", "marrow " MARROW_VERSION);
     app.footer(fmt::format(
         "The model is in mm: x to the east, y to the north, z up. Without --size and --base it has true "
         "size.\n"
@@ -30,7 +32,8 @@ std::variant<TerrainSettings, int> parse_terrain_command(int argc, const char* c
     app.add_option("DEM", settings.input,
                    "GeoTIFF, USGS DEM, SRTM .hgt, DTED, Arc/Info or ERDAS grid, PNG heights")
         ->required();
-    app.add_option("-o,--output", settings.output, "mesh to write: .stl, .ply, .obj, .vtp, .3mf or .glb")
+    app.add_option("-o,--output", settings.output,
+                   "mesh to write: .stl, .ply, .obj (also .gz), .vtp, .3mf or .glb")
         ->type_name("OUT");
     app.add_option(
            "--base", settings.base,
@@ -54,6 +57,9 @@ std::variant<TerrainSettings, int> parse_terrain_command(int argc, const char* c
     } catch (const CLI::CallForHelp&) {
         out << app.help();
         return 0;
+    } catch (const CLI::CallForVersion& version) {
+        out << version.what() << '\n';
+        return 0;
     } catch (const CLI::ParseError& error) {
         throw UsageError(fmt::format("{} (see marrow terrain --help)", error.what()));
     }
@@ -69,6 +75,9 @@ std::variant<TerrainSettings, int> parse_terrain_command(int argc, const char* c
     if (settings.base) {
         check_positive("--base", *settings.base);
         if (!settings.size) settings.size = kPrintSize;
+        if (*settings.base > kMostBase * *settings.size)
+            throw UsageError(fmt::format("--base takes at most {:g} times the model's length of {:g} mm",
+                                         kMostBase, *settings.size));
     }
     if (settings.levels < 1 || settings.levels > kMostLevels)
         throw UsageError(fmt::format("--levels takes a number from 1 to {}", kMostLevels));

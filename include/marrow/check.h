@@ -26,8 +26,11 @@ struct MeshCheck {
     std::int64_t cavities = 0;              ///< closed shells that face inward
     /// Handles, of all shells together; nothing where the mesh is not closed, manifold and oriented.
     std::optional<std::int64_t> genus;
-    /// Pairs of triangles of which an edge of one passes through the inside of the other. Those that only
-    /// touch, or overlap in a plane, are not counted, nor what rounding could have made.
+    /// Pairs of triangles at which the surface passes through itself, decided exactly for the coordinates as they are: those
+    /// whose insides meet along a line, and those that meet along an edge of one or both where the surface goes on, behind
+    /// the edge, on the other side. Touching is no passing: in a point, along an edge with the rest on one side, or in a
+    /// common plane, as parts do that stand on each other. Neighbours that share an edge never count, those that share a
+    /// corner only where their insides meet.
     std::int64_t self_intersections = 0;
     /// Triangles whose middle is nearer than min_wall to where a ray inwards leaves the object again, their
     /// area, and the least of those distances; 0 where there are none.

@@ -24,4 +24,8 @@ Histogram histogram(const VolumeView& volume, int bins = 256);
 /// InputError where fewer than two bins are occupied: there is nothing to part.
 double otsu_isovalue(const Histogram& histogram);
 
+/// How far the means of the two classes that Otsu's method parts the samples in lie from each other, to within a bin: in CT
+/// about that of air and tissue. 0 where there is nothing to part.
+double otsu_contrast(const Histogram& histogram);
+
 }  // namespace marrow

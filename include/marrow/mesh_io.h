@@ -91,8 +91,8 @@ class MeshFiles {
 /// its unit and place; of glTF, a scene whose nodes are neither moved nor nested. What a file has beyond that is refused.
 ///
 /// Coordinates are millimetres in LPS: x and y are negated where the file's mark says RAS. `space`, where given,
-/// receives what the mark says; nothing where there is none, and the file is then taken for LPS. \throw
-/// InputError an unknown ending, or a file that is not what it should be; IoError; LimitError 2^32 points
+/// receives what the mark says, for .glb LPS unless it says none; nothing where there is none, and the file is then taken for
+/// LPS. \throw InputError an unknown ending, or a file that is not what it should be; IoError; LimitError 2^32 points
 Mesh read_mesh(const std::filesystem::path& input, std::optional<Space>* space = nullptr);
 
 /// Writes a surface part by part, with no more in memory than a part: .stl and .ply, not compressed. The file has the same bytes as

@@ -16,7 +16,8 @@ namespace marrow {
 struct TerrainOptions {
     double cell = 0;        ///< metres between samples, in the plan and upwards; 0: the raster's own
     double exaggerate = 1;  ///< heights are multiplied by this
-    std::optional<double> base = {};  ///< mm below the lowest ground: a closed block instead of a surface
+    std::optional<double> base =
+        {};  ///< mm below the lowest ground, at most 10 times the length: a closed block
     std::optional<double> size =
         {};                  ///< mm, the model's longer side; absent: true size, one metre is 1000 mm
     int threads = 0;         ///< threads to use; 0: all
@@ -56,8 +57,14 @@ struct TerrainInfo {
 ///
 /// \throw IoError a missing or unreadable file; InputError not an elevation raster, no known height, or
 /// options out of range; GeometryError a raster without georeference and no `cell`; LimitError more than 2^32 -
-/// 1 points or 16000 layers; Cancelled.
+/// 1 points, before any height is read where the samples alone are as many, or 16000 layers; Cancelled, also while GDAL reads.
+/// The mesh is empty where no four samples side by side have heights and it is not closed.
 Mesh extract_terrain(const std::filesystem::path& raster, const TerrainOptions& options = {},
                      TerrainInfo* info = nullptr);
+
+/// How many surfaces there can be, each at half the resolution of the one before and the first with `cell` as in TerrainOptions,
+/// so that the last still has 2 x 2 samples; nothing where the raster does not say where its samples are. \throw as
+/// extract_terrain, of which no height is read
+std::optional<int> most_terrain_levels(const std::filesystem::path& raster, double cell = 0);
 
 }  // namespace marrow

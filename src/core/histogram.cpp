@@ -43,6 +43,11 @@ Histogram count_samples(const T* samples, std::int64_t n, int bins) {
     return result;
 }
 
+bool can_be_parted(const Histogram& histogram) {
+    return std::count_if(histogram.counts.begin(), histogram.counts.end(),
+                         [](std::int64_t c) { return c > 0; }) >= 2;
+}
+
 }  // namespace
 
 Histogram histogram(const VolumeView& volume, int bins) {
@@ -55,7 +60,7 @@ Histogram histogram(const VolumeView& volume, int bins) {
 
 double otsu_isovalue(const Histogram& histogram) {
     const auto& counts = histogram.counts;
-    if (std::count_if(counts.begin(), counts.end(), [](std::int64_t c) { return c > 0; }) < 2)
+    if (!can_be_parted(histogram))
         throw InputError(
             "all samples have the same value, so Otsu's method finds no isovalue: give --isovalue N");
 
@@ -82,6 +87,20 @@ double otsu_isovalue(const Histogram& histogram) {
     }
     const double fraction = static_cast<double>(first + last) / 2 / static_cast<double>(counts.size());
     return histogram.lower * (1 - fraction) + histogram.upper * fraction;
+}
+
+double otsu_contrast(const Histogram& histogram) {
+    if (!can_be_parted(histogram)) return 0;
+    const double isovalue = otsu_isovalue(histogram), range = histogram.upper - histogram.lower;
+    const auto bins = static_cast<double>(histogram.counts.size());
+    double count[2] = {0, 0}, moment[2] = {0, 0};
+    for (std::size_t i = 0; i < histogram.counts.size(); ++i) {
+        const double middle = (static_cast<double>(i) + 0.5) / bins;  // as a fraction of the range
+        const bool above = histogram.lower + middle * range >= isovalue;
+        count[above] += static_cast<double>(histogram.counts[i]);
+        moment[above] += static_cast<double>(histogram.counts[i]) * middle;
+    }
+    return (moment[1] / count[1] - moment[0] / count[0]) * range;
 }
 
 }  // namespace marrow

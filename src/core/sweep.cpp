@@ -130,27 +130,26 @@ double surface_shift(const SweepSample& a, const SweepSample& b) {
     return area > 0 ? std::abs(a.volume - b.volume) / area : 0;
 }
 
-std::vector<Plateau> find_plateaus(std::span<const SweepSample> sweep) {
-    constexpr std::size_t kFewestSteps = 3;
-    const auto counts = [&](std::size_t step) {
-        return sweep[step].triangles > 0 && sweep[step + 1].triangles > 0;
+std::vector<Plateau> find_plateaus(std::span<const SweepSample> sweep, double spacing, double contrast) {
+    constexpr double kGone = 0.01;
+    const double width = contrast / 5;
+    if (sweep.empty() || !(width > 0)) return {};
+    std::int64_t most_triangles = 0;
+    for (const SweepSample& s : sweep) most_triangles = std::max(most_triangles, s.triangles);
+    const auto is_there = [&](const SweepSample& s) {
+        return s.triangles > 0 &&
+               static_cast<double>(s.triangles) >= kGone * static_cast<double>(most_triangles);
     };
-    const std::size_t steps = sweep.empty() ? 0 : sweep.size() - 1;
-    double sum = 0;
-    std::size_t counted = 0;
-    for (std::size_t step = 0; step < steps; ++step) {
-        if (!counts(step)) continue;
-        sum += surface_shift(sweep[step], sweep[step + 1]);
-        ++counted;
-    }
-    const double most = counted > 0 ? sum / static_cast<double>(counted) / 2 : 0;
-
+    const auto stays = [&](const SweepSample& a, const SweepSample& b) {
+        const double most = spacing / 2 * (b.isovalue - a.isovalue) / width;
+        return is_there(a) && is_there(b) && surface_shift(a, b) < most;
+    };
     std::vector<Plateau> plateaus;
     std::size_t first = 0;
-    for (std::size_t step = 0; step <= steps; ++step) {
-        if (step < steps && counts(step) && surface_shift(sweep[step], sweep[step + 1]) <= most) continue;
-        if (step - first >= kFewestSteps) plateaus.push_back({first, step});
-        first = step + 1;
+    for (std::size_t i = 0; i < sweep.size(); ++i) {
+        if (i + 1 < sweep.size() && stays(sweep[i], sweep[i + 1])) continue;
+        if (sweep[i].isovalue - sweep[first].isovalue >= width) plateaus.push_back({first, i});
+        first = i + 1;
     }
     return plateaus;
 }

@@ -59,6 +59,11 @@ class GlbReader {
         return std::move(mesh_);
     }
 
+    /// As terrain, which is no patient's.
+    bool names_no_space() const {
+        return member(member(member(json_, "asset"), "extras"), "space") == "none";
+    }
+
   private:
     std::uint32_t word(std::uint64_t at) const {
         std::uint32_t value = 0;
@@ -210,8 +215,9 @@ class GlbReader {
 }  // namespace
 
 Mesh read_glb(const MeshInput& input, std::optional<Space>& space) {
-    Mesh mesh = GlbReader(input).read();
-    space = Space::LPS;  // glTF says how a model stands
+    GlbReader reader(input);
+    Mesh mesh = reader.read();
+    if (!reader.names_no_space()) space = Space::LPS;  // glTF says how a model stands
     return mesh;
 }
 

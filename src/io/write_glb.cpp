@@ -65,7 +65,7 @@ class Array {
 // The JSON, and how long the buffer is that it describes: for each object its points, normals and triangles.
 class Description {
   public:
-    explicit Description(MeshObjects objects) {
+    Description(MeshObjects objects, Space space) {
         std::string scene;
         for (const MeshObject& object : objects) {
             const std::uint64_t mesh = add_mesh(object);
@@ -75,11 +75,12 @@ class Description {
             scene += std::to_string(node);
         }
         json_ = fmt::format(
-            "{{\"asset\":{{\"version\":\"2.0\",\"generator\":\"Marrow\"}},\"scene\":0,\"scenes\":[{{"
+            "{{\"asset\":{{\"version\":\"2.0\",\"generator\":\"Marrow\"{}}},\"scene\":0,\"scenes\":[{{"
             "\"nodes\":[{}]}}]"
             "{}{}{}{}{},\"buffers\":[{{\"byteLength\":{}}}]}}",
-            scene, nodes_.member("nodes"), meshes_.member("meshes"), materials_.member("materials"),
-            accessors_.member("accessors"), views_.member("bufferViews"), bytes_);
+            space == Space::none ? ",\"extras\":{\"space\":\"none\"}" : "", scene, nodes_.member("nodes"),
+            meshes_.member("meshes"), materials_.member("materials"), accessors_.member("accessors"),
+            views_.member("bufferViews"), bytes_);
         json_.resize((json_.size() + 3) / 4 * 4, ' ');
     }
 
@@ -156,7 +157,7 @@ std::string words(std::initializer_list<std::uint64_t> values) {
 void write_glb(MeshOutput& output, MeshObjects objects) {
     constexpr std::uint64_t kMagic = 0x46546C67, kJson = 0x4E4F534A,
                             kBinary = 0x004E4942;  // "glTF", "JSON", "BIN\0"
-    const Description description(objects);
+    const Description description(objects, output.space);
     const std::string& json = description.json();
     const std::uint64_t buffer = description.buffer_bytes(), total = 12 + 8 + json.size() + 8 + buffer;
     if (total > std::numeric_limits<std::uint32_t>::max())

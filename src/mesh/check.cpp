@@ -13,6 +13,7 @@
 #include "half_edges.h"
 #include "shells.h"
 #include "triangle_tree.h"
+#include "vector.h"
 
 namespace marrow {
 
@@ -52,8 +53,7 @@ bool is_one_fan(const Triangle* begin, const Triangle* end) {
     return parts <= 1;
 }
 
-void check_points(const Mesh& mesh, MeshCheck& check) {
-    const Fans fans(mesh);
+void check_points(const Mesh& mesh, const Fans& fans, MeshCheck& check) {
     for (std::size_t p = 0; p < mesh.points.size(); ++p) {
         if (fans.begin(p) == fans.end(p))
             ++check.unused_points;
@@ -74,13 +74,60 @@ void for_each_triangle(const Mesh& mesh, const Progress& progress, double from, 
     }
 }
 
-std::int64_t count_self_intersections(const Mesh& mesh, const TriangleTree& tree, const Progress& progress) {
+std::array<Vec3d, 3> corners_of(const Mesh& mesh, std::uint32_t triangle) {
+    const Triangle& t = mesh.triangles[triangle];
+    return {to_double(mesh.points[t[0]]), to_double(mesh.points[t[1]]), to_double(mesh.points[t[2]])};
+}
+
+std::size_t shared_points(const Triangle& a, const Triangle& b) {
+    return static_cast<std::size_t>(std::count_if(
+        a.begin(), a.end(), [&](std::uint32_t p) { return p == b[0] || p == b[1] || p == b[2]; }));
+}
+
+// Where the surface goes on across the edge opposite to a corner of a triangle: the far corner of the only other triangle there.
+std::optional<Vec3d> across_edge(const Mesh& mesh, const Fans& fans, const Triangle& t, std::size_t corner) {
+    const std::uint32_t a = t[(corner + 1) % 3], b = t[(corner + 2) % 3];
+    std::uint32_t far = t[corner];
+    int along = 0;
+    for (const Triangle* other = fans.begin(a); other != fans.end(a); ++other) {
+        if ((*other)[1] != b && (*other)[2] != b) continue;
+        ++along;
+        const std::uint32_t third = (*other)[1] == b ? (*other)[2] : (*other)[1];
+        if (third != t[corner]) far = third;
+    }
+    if (along != 2) return {};
+    return to_double(mesh.points[far]);
+}
+
+// Whether the surface passes through itself where the triangles i and j meet.
+bool pass_through(const Mesh& mesh, const Fans& fans, std::uint32_t i, std::uint32_t j) {
+    const std::size_t shared = shared_points(mesh.triangles[i], mesh.triangles[j]);
+    if (shared > 1) return false;
+    const std::array<Vec3d, 3> s = corners_of(mesh, i), t = corners_of(mesh, j);
+    const std::optional<Meeting> found = meet(s, t);
+    if (!found || found->of_insides()) return found.has_value();
+    if (shared > 0) return false;
+    // Along an edge: whether they only touch there depends on where the surface goes on behind it.
+    const auto far_side = [&](std::uint32_t triangle, const std::array<Vec3d, 3>& corners, const Cut& cut) {
+        return cut.along_edge() ? across_edge(mesh, fans, mesh.triangles[triangle], cut.alone)
+                                : corners[cut.beyond];
+    };
+    const std::optional<Vec3d> beyond_s = far_side(i, s, found->s), beyond_t = far_side(j, t, found->t);
+    if (!beyond_s || !beyond_t) return false;
+    const bool on_s = found->s.along_edge();
+    const std::array<Vec3d, 3>& corners = on_s ? s : t;
+    const std::size_t off = on_s ? found->s.alone : found->t.alone;
+    return sheets_cross(corners[(off + 1) % 3], corners[(off + 2) % 3], {s[found->s.alone], *beyond_s},
+                        {t[found->t.alone], *beyond_t});
+}
+
+std::int64_t count_self_intersections(const Mesh& mesh, const TriangleTree& tree, const Fans& fans,
+                                      const Progress& progress) {
     std::atomic<std::int64_t> pairs{0};
     for_each_triangle(mesh, progress, 0, 0.6, [&](std::size_t i) {
-        const Corners t(mesh, mesh.triangles[i]);
         std::int64_t found = 0;
         tree.for_each_in(tree.box_of(mesh.triangles[i], mesh), [&](std::uint32_t j) {
-            found += j > i && cross_each_other(t, Corners(mesh, mesh.triangles[j]));
+            found += j > i && pass_through(mesh, fans, static_cast<std::uint32_t>(i), j);
         });
         if (found) pairs.fetch_add(found, std::memory_order_relaxed);
     });
@@ -132,7 +179,8 @@ MeshCheck check_mesh(const Mesh& given, const CheckOptions& options) {
     for_each_edge(mesh, [&](const Edge& e) {
         check.misoriented_edges += e.up + e.down == 2 && (e.up == 2 || e.down == 2);
     });
-    check_points(mesh, check);
+    const Fans fans(mesh);
+    check_points(mesh, fans, check);
     for (const Shell& shell : find_shells(mesh).all) check.cavities += shell.is_cavity();
     const MeshMeasures& m = check.measures;
     if (check.is_closed() && check.is_manifold() && check.misoriented_edges == 0)
@@ -140,7 +188,7 @@ MeshCheck check_mesh(const Mesh& given, const CheckOptions& options) {
 
     if (mesh.triangles.empty()) return check;
     const TriangleTree tree(mesh);
-    check.self_intersections = count_self_intersections(mesh, tree, options.progress);
+    check.self_intersections = count_self_intersections(mesh, tree, fans, options.progress);
     if (options.min_wall == 0) return check;
     const std::vector<double> walls = wall_thickness(mesh, tree, options.min_wall, options.progress);
     for (std::size_t i = 0; i < walls.size(); ++i) {

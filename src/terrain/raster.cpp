@@ -86,9 +86,15 @@ double metres_of(std::string unit) {
     return 1;
 }
 
+// How many samples GDAL's warper puts into a length.
+double samples_across(double length, double step) {
+    return std::floor(length / step + 0.5);
+}
+
 }  // namespace
 
-Raster::Raster(const std::filesystem::path& path, double cell) : name_(path.string()) {
+Raster::Raster(const std::filesystem::path& path, double cell, GoOn go_on)
+    : name_(path.string()), go_on_(std::move(go_on)) {
     static std::once_flag registered;
     std::call_once(registered, GDALAllRegister);
     if (!std::filesystem::exists(path)) throw IoError(fmt::format("{}: there is no such file", name_));
@@ -124,6 +130,7 @@ Raster::Raster(const std::filesystem::path& path, double cell) : name_(path.stri
                 name_));
         g = {-cell / 2, cell, 0, -cell / 2, 0, -cell};
     } else if (reference == nullptr) {
+        names_coordinates_ = false;
         warnings_.push_back("the raster does not name its coordinates; they are taken for metres");
     }
     const bool degrees = reference != nullptr && OSRIsGeographic(reference);
@@ -170,22 +177,61 @@ void Raster::project(const std::string& to, double cell) {
     GDALGetGeoTransform(dataset_, own.data());
     const OGRSpatialReferenceH reference = GDALGetSpatialRef(dataset_);
     const double step = cell / (reference != nullptr ? OSRGetLinearUnits(reference, nullptr) : 1);
+    const double columns = samples_across(own[1] * GDALGetRasterXSize(dataset_), step);
+    const double rows = samples_across(-own[5] * GDALGetRasterYSize(dataset_), step);
+    if (columns < 2 || rows < 2)
+        throw InputError(
+            fmt::format("{}: samples {:g} m apart leave {:.0f} x {:.0f} of them, and a terrain needs 2 x 2: "
+                        "give a smaller --cell; the raster's own is {:.4g} m",
+                        name_, cell, columns, rows, own[1] * cell / step));
+    if (columns * rows > kMostSamples)
+        throw LimitError(
+            fmt::format("{}: samples {:g} m apart are {:.0f} x {:.0f}, and a surface has 2^32 - 1 points at "
+                        "most: give a larger --cell; the raster's own is {:.4g} m",
+                        name_, cell, columns, rows, own[1] * cell / step));
     if (step > own[1]) words.back() = "average";
     const std::string text = fmt::format("{:.17g}", step);
     add({"-tr", text, text});
     warp();
 }
 
+int Raster::most_halvings() const {
+    int halvings = 0;
+    const auto columns = static_cast<double>(columns_), rows = static_cast<double>(rows_);
+    for (double step = 2; samples_across(std::min(columns, rows), step) >= 2; step *= 2) ++halvings;
+    return halvings;
+}
+
 void Raster::read(std::int64_t first, std::int64_t count, double* heights) const {
+    constexpr std::int64_t kTile = 4096;  // columns at a time, so that a wide raster can be stopped too
     const QuietErrors errors;
     const GDALRasterBandH band = GDALGetRasterBand(dataset_, 1);
-    const int width = static_cast<int>(columns_), height = static_cast<int>(count);
+    const int height = static_cast<int>(count);
     const int top = static_cast<int>(rows_ - first - count);  // GDAL counts rows from the north
     std::vector<unsigned char> known(static_cast<std::size_t>(columns_ * count));
-    if (GDALRasterIO(band, GF_Read, 0, top, width, height, heights, width, height, GDT_Float64, 0, 0) !=
-            CE_None ||
-        GDALRasterIO(GDALGetMaskBand(band), GF_Read, 0, top, width, height, known.data(), width, height,
-                     GDT_Byte, 0, 0) != CE_None) {
+    struct Asking {
+        const GoOn& go_on;
+        bool stopped = false;
+
+        bool goes_on() { return !stopped && !(stopped = go_on && !go_on()); }
+    } asking{go_on_};
+    GDALRasterIOExtraArg stoppable;
+    INIT_RASTERIO_EXTRA_ARG(stoppable);
+    stoppable.pProgressData = &asking;
+    stoppable.pfnProgress = [](double, const char*, void* to_ask) {
+        return static_cast<int>(static_cast<Asking*>(to_ask)->goes_on());
+    };
+    const auto read_tile = [&](GDALRasterBandH from, std::int64_t west, auto* to, GDALDataType type) {
+        const auto width = static_cast<int>(std::min(kTile, columns_ - west));
+        const auto row_bytes = static_cast<GSpacing>(columns_) * static_cast<GSpacing>(sizeof *to);
+        return GDALRasterIOEx(from, GF_Read, static_cast<int>(west), top, width, height, to + west, width,
+                              height, type, 0, row_bytes, &stoppable) == CE_None;
+    };
+    for (std::int64_t west = 0; west < columns_; west += kTile) {
+        if (asking.goes_on() && read_tile(band, west, heights, GDT_Float64) &&
+            read_tile(GDALGetMaskBand(band), west, known.data(), GDT_Byte))
+            continue;
+        if (asking.stopped) throw Cancelled();
         throw IoError(fmt::format("{}: cannot be read: {}", name_, errors.said()));
     }
     for (std::size_t i = 0; i < known.size(); ++i) {

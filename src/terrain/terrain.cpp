@@ -24,6 +24,7 @@ using namespace terrain;
 namespace {
 
 constexpr std::int64_t kBlock = 64;  // cells a side, in the plan
+constexpr double kMostBase = 10;     // times the length; beyond, float coordinates blur the ground
 
 void check(const TerrainOptions& o) {
     if (!(o.cell >= 0) || !std::isfinite(o.cell))
@@ -36,21 +37,73 @@ void check(const TerrainOptions& o) {
         throw InputError("terrain: the size must be a positive number of mm");
 }
 
-// The lowest and highest height, strip by strip.
-void find_range(const Raster& raster, TerrainInfo& info) {
+// How much of the work is done, reported so that it can be stopped.
+class Work {
+  public:
+    explicit Work(const Progress& progress) : progress_(progress) {}
+
+    void advance(double fraction) {
+        done_ = fraction;
+        report(progress_, done_);
+    }
+    bool goes_on() const { return !progress_ || progress_(done_); }
+
+  private:
+    const Progress& progress_;
+    double done_ = 0;
+};
+
+constexpr double kRangeWork = 0.1;  // the part of the work that finding the range is
+
+// Columns and rows from the first to the last one where there is ground.
+struct Extent {
+    double west = std::numeric_limits<double>::infinity(), east = -west, south = west, north = -west;
+
+    void add(double from_column, double to_column, double from_row, double to_row) {
+        west = std::min(west, from_column);
+        east = std::max(east, to_column);
+        south = std::min(south, from_row);
+        north = std::max(north, to_row);
+    }
+};
+
+// The lowest and highest height, strip by strip, and where the ground ends.
+Extent find_range(const Raster& raster, bool closed, TerrainInfo& info, Work& work) {
+    Extent extent;
     info.lowest = std::numeric_limits<double>::infinity();
     info.highest = -info.lowest;
-    std::vector<double> heights(static_cast<std::size_t>(raster.columns() * kBlock));
+    const std::int64_t width = raster.columns(), last_column = width - 1, last_row = raster.rows() - 1;
+    // The row before a strip comes first.
+    std::vector<double> heights(static_cast<std::size_t>(width * (kBlock + 1)),
+                                std::numeric_limits<double>::quiet_NaN());
+    const auto known = [&](std::int64_t column, std::int64_t row) {
+        return !std::isnan(heights[static_cast<std::size_t>(row * width + column)]);
+    };
     for (std::int64_t first = 0; first < raster.rows(); first += kBlock) {
         const std::int64_t count = std::min(kBlock, raster.rows() - first);
-        raster.read(first, count, heights.data());
-        for (std::int64_t i = 0; i < count * raster.columns(); ++i) {
-            const double h = heights[static_cast<std::size_t>(i)];
-            info.unknown_samples += std::isnan(h);
-            info.lowest = std::fmin(info.lowest, h);
-            info.highest = std::fmax(info.highest, h);
+        raster.read(first, count, heights.data() + width);
+        for (std::int64_t row = 1; row <= count; ++row) {
+            const std::int64_t j = first + row - 1;
+            for (std::int64_t i = 0; i < width; ++i) {
+                const double h = heights[static_cast<std::size_t>(row * width + i)];
+                info.unknown_samples += std::isnan(h);
+                info.lowest = std::fmin(info.lowest, h);
+                info.highest = std::fmax(info.highest, h);
+                if (closed && known(i, row)) {
+                    const auto x = static_cast<double>(i), y = static_cast<double>(j);
+                    extent.add(std::max(x - 0.5, 0.0), std::min(x + 0.5, static_cast<double>(last_column)),
+                               std::max(y - 0.5, 0.0), std::min(y + 0.5, static_cast<double>(last_row)));
+                } else if (!closed && i > 0 && known(i, row) && known(i - 1, row) && known(i, row - 1) &&
+                           known(i - 1, row - 1)) {
+                    const auto x = static_cast<double>(i), y = static_cast<double>(j);
+                    extent.add(x - 1, x, y - 1, y);
+                }
+            }
         }
+        std::copy_n(heights.end() - width, width, heights.begin());
+        work.advance(kRangeWork * static_cast<double>(first + count) / static_cast<double>(raster.rows()));
     }
+    return extent;
 }
 
 // Layers lie a golden section off the lowest ground: heights that are whole multiples of something rarely meet
@@ -71,10 +124,18 @@ Grid make_grid(const Raster& raster, const TerrainOptions& options, const Terrai
     grid.lowest_layer = lowest - below;
     if (grid.columns > kMostColumns || grid.rows > kMostColumns ||
         (highest - lowest) / grid.layer > kMostLayers) {
+        const std::string untold =
+            raster.names_coordinates()
+                ? ""
+                : fmt::format(
+                      "the raster does not name its coordinates, so {:.4g} between its samples was "
+                      "taken for metres; where they are degrees, name them (a .prj file beside it, or "
+                      "gdal_translate -a_srs EPSG:4326), else ",
+                      raster.east_step());
         throw LimitError(
-            fmt::format("the terrain needs {} x {} samples in {:.0f} layers and at most {} layers "
-                        "can be: give a larger --cell",
-                        grid.columns, grid.rows, (highest - lowest) / grid.layer, kMostLayers));
+            fmt::format("the terrain needs {} x {} samples in {:.0f} layers and at most {} layers can be: {}"
+                        "give a larger --cell",
+                        grid.columns, grid.rows, (highest - lowest) / grid.layer, kMostLayers, untold));
     }
     return grid;
 }
@@ -197,8 +258,8 @@ void add_normals(Mesh& mesh) {
     }
 }
 
-Mesh extract(const Raster& raster, const Raster& reference, const TerrainOptions& options,
-             TerrainInfo& info) {
+Mesh extract(const Raster& raster, const Raster& reference, const TerrainOptions& options, TerrainInfo& info,
+             Work& work) {
     const Grid grid = make_grid(raster, options, info);
     // A closed block has a ring of air round the raster.
     const std::int64_t ring = grid.closed ? 1 : 0;
@@ -226,8 +287,8 @@ Mesh extract(const Raster& raster, const Raster& reference, const TerrainOptions
                                      : raster.south() + static_cast<double>(north) * info.cell[1];
         error.add_strip(measured_to, north_end, joined.corners_from(first_triangle, options.exaggerate));
         measured_to = north_end;
-        report(options.progress,
-               static_cast<double>(north - first_row) / static_cast<double>(last_row - first_row));
+        work.advance(kRangeWork + (1 - kRangeWork) * static_cast<double>(north - first_row) /
+                                      static_cast<double>(last_row - first_row));
     }
     info.rms_error = error.rms();
     info.max_error = error.max();
@@ -239,10 +300,17 @@ Mesh extract(const Raster& raster, const Raster& reference, const TerrainOptions
 
 Mesh extract_terrain(const std::filesystem::path& path, const TerrainOptions& options, TerrainInfo* result) {
     check(options);
-    const Raster raster(path, options.cell);
+    Work work(options.progress);
+    const auto go_on = [&] { return work.goes_on(); };
+    const Raster raster(path, options.cell, go_on);
     if (raster.columns() < 2 || raster.rows() < 2)
         throw InputError(fmt::format("{}: a terrain needs at least 2 x 2 samples and there are {} x {}",
                                      path.string(), raster.columns(), raster.rows()));
+    if (static_cast<double>(raster.columns()) * static_cast<double>(raster.rows()) > kMostSamples)
+        throw LimitError(
+            fmt::format("{}: has {} x {} samples, and a surface has 2^32 - 1 points at most: give "
+                        "a larger --cell",
+                        path.string(), raster.columns(), raster.rows()));
     TerrainInfo info;
     info.format = raster.format();
     info.georeferenced = raster.placed();
@@ -255,17 +323,35 @@ Mesh extract_terrain(const std::filesystem::path& path, const TerrainOptions& op
     const double width = static_cast<double>(raster.columns() - 1) * info.cell[0];
     const double height = static_cast<double>(raster.rows() - 1) * info.cell[1];
     info.centre = {raster.west() + width / 2, raster.south() + height / 2};
-    if (options.size) info.mm_per_metre = *options.size / std::max(width, height);
-    find_range(raster, info);
+    const Extent ground = find_range(raster, options.base.has_value(), info, work);
     if (info.lowest > info.highest) throw InputError(fmt::format("{}: has no known height", path.string()));
 
-    const Raster reference(path, raster.placed() ? 0 : options.cell);  // at its own resolution
+    const double length =
+        std::max((ground.east - ground.west) * info.cell[0], (ground.north - ground.south) * info.cell[1]);
+    if (!(length > 0)) {  // no four known samples side by side
+        if (result != nullptr) *result = std::move(info);
+        return {};
+    }
+    if (options.size) info.mm_per_metre = *options.size / length;
+    if (options.base && *options.base > kMostBase * length * info.mm_per_metre)
+        throw InputError(
+            fmt::format("a base of {:g} mm is more than {:g} times as thick as the model is long, {:g} mm",
+                        *options.base, kMostBase, length * info.mm_per_metre));
+
+    const Raster reference(path, raster.placed() ? 0 : options.cell, go_on);  // at its own resolution
     const auto most =
         static_cast<int>(tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism));
     const int threads = options.threads > 0 ? std::min(options.threads, most) : most;
-    Mesh mesh = tbb::task_arena(threads).execute([&] { return extract(raster, reference, options, info); });
+    Mesh mesh =
+        tbb::task_arena(threads).execute([&] { return extract(raster, reference, options, info, work); });
     if (result != nullptr) *result = std::move(info);
     return mesh;
+}
+
+std::optional<int> most_terrain_levels(const std::filesystem::path& path, double cell) {
+    const Raster raster(path, cell);
+    if (!raster.placed()) return {};
+    return 1 + raster.most_halvings();
 }
 
 }  // namespace marrow
