@@ -17,6 +17,13 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+constexpr std::array<double, 3> kGround{0.66, 0.62, 0.53};
+
+struct Level {
+    TerrainInfo info;
+    Mesh mesh;
+};
+
 Json level_numbers(const TerrainInfo& info, const Mesh& mesh, const fs::path& output) {
     const MeshMeasures m = measure(mesh);
     return {{"samples", info.samples},
@@ -56,8 +63,22 @@ void check_levels(const TerrainSettings& settings) {
                         settings.levels, *most, *most));
 }
 
+// Each into its file, or all as nodes of one.
+void write_levels(const std::vector<Level>& levels, const std::vector<fs::path>& files,
+                  const Progress& progress) {
+    if (files.front().empty()) return;
+    const bool in_one_file = files.size() > 1 && files[0] == files[1];
+    std::vector<MeshObject> objects;
+    for (const Level& level : levels)
+        objects.push_back({&level.mesh, fmt::format("level{}", objects.size()), kGround});
+    MeshFiles all;
+    if (in_one_file) all.write(objects, files.front(), {Space::none, progress});
+    for (std::size_t i = 0; i < files.size() && !in_one_file; ++i)
+        all.write(std::array{MeshObject{&levels[i].mesh}}, files[i], {Space::none, progress});
+    all.commit();
+}
+
 void extract_levels(const TerrainSettings& settings, const Console& console, Voice& voice) {
-    constexpr std::array<double, 3> kGround{0.66, 0.62, 0.53};
     constexpr PictureView kFromAbove{20, 38};  // from the south
     const std::vector<fs::path> files = level_files(settings);
     if (!settings.output.has_filename() && !settings.output.empty()) fs::create_directories(settings.output);
@@ -66,12 +87,7 @@ void extract_levels(const TerrainSettings& settings, const Console& console, Voi
     if (!settings.picture.empty()) require_display();
     const Clock::time_point start = Clock::now();
     if (files.size() > 1) check_levels(settings);
-    // All are there before the first is written.
-    struct Level {
-        TerrainInfo info;
-        Mesh mesh;
-    };
-    std::vector<Level> levels(files.size());
+    std::vector<Level> levels(files.size());  // all are there before the first is written
     double extract_seconds = 0, write_seconds = 0, cell = settings.cell;
     for (Level& level : levels) {
         extract_seconds += voice.stage("extract", [&](const Progress& progress) {
@@ -90,19 +106,8 @@ void extract_levels(const TerrainSettings& settings, const Console& console, Voi
                 level.info.samples[0], level.info.samples[1], level.info.unknown_samples));
         cell = 2 * level.info.cell[2];
     }
-    const bool in_one_file = files.size() > 1 && files[0] == files[1];
-    write_seconds += voice.stage("write", [&](const Progress& progress) {
-        if (in_one_file) {
-            std::vector<MeshObject> objects;
-            for (const Level& level : levels)
-                objects.push_back({&level.mesh, fmt::format("level{}", objects.size()), kGround});
-            write_meshes(objects, files.front(), {Space::none, progress});
-            return;
-        }
-        for (std::size_t i = 0; i < files.size(); ++i) {
-            if (!files[i].empty()) write_mesh(levels[i].mesh, files[i], {Space::none, progress});
-        }
-    });
+    write_seconds +=
+        voice.stage("write", [&](const Progress& progress) { write_levels(levels, files, progress); });
     if (!settings.picture.empty()) {
         write_seconds += voice.stage("picture", [&](const Progress& progress) {
             write_picture({{&levels.front().mesh, kGround, false}}, settings.picture, progress, kFromAbove);
