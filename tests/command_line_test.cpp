@@ -342,52 +342,6 @@ TEST_F(CommandLine, SaysTheRangeWhereNothingIsFound) {
     EXPECT_EQ(folder.files(), Names{"ball.nrrd"});
 }
 
-TEST_F(CommandLine, WarnsWhereNoSampleIsOutside) {
-    const std::string whole = "the surface is where the scan ends";
-    const auto warns = [&](const std::vector<std::string>& more) {
-        std::vector<std::string> command{scan, "-o", folder / "box.ply"};
-        command.insert(command.end(), more.begin(), more.end());
-        return marrow_with(command).err.find(whole) != std::string::npos;
-    };
-    EXPECT_TRUE(warns({"--isovalue=-5000"}));
-    EXPECT_FALSE(warns({"--type", "bone"}));
-}
-
-// At an integer the surface goes through samples, and several of its points lie in each.
-TEST_F(CommandLine, WarnsOfPointsThatStlJoins) {
-    write_nrrd(folder / "ramp.nrrd", 9, 9, 9,
-               [](int x, int y, int z) { return std::abs(x - 4) + std::abs(y - 4) + std::abs(z - 4); });
-    const auto warns = [&](const char* file, const char* isovalue) {
-        return marrow_with({folder / "ramp.nrrd", "-o", folder / file, "--isovalue", isovalue})
-                   .err.find("lie where others do") != std::string::npos;
-    };
-    EXPECT_TRUE(warns("a.stl", "6"));
-    EXPECT_FALSE(warns("a.ply", "6"));
-    EXPECT_FALSE(warns("a.stl", "6.5"));
-}
-
-TEST_F(CommandLine, NeverWritesOverTheScan) {
-    const std::string before = read_file(scan);
-    std::filesystem::copy_file(scan, folder / "scan.stl");
-    std::filesystem::create_symlink(folder / "scan.stl", folder / "link.stl");
-    for (const char* output : {"scan.stl", "link.stl"}) {
-        const Outcome outcome = marrow_with({folder / "scan.stl", "-o", folder / output, "--type", "bone"});
-        EXPECT_EQ(outcome.code, kUsage);
-        EXPECT_NE(outcome.err.find("is the scan itself"), outcome.err.npos) << outcome.err;
-        EXPECT_EQ(read_file(folder / "scan.stl"), before);
-    }
-}
-
-TEST_F(CommandLine, SaysWhereTheScanIsIfTheBoxIsElsewhere) {
-    const auto err = [&](const std::string& box) {
-        const Outcome outcome = marrow_with({scan, "-o", folder / "a.stl", "--type", "bone", "--crop", box});
-        EXPECT_EQ(outcome.code, kUsage);
-        return outcome.err;
-    };
-    EXPECT_NE(err("1000,1100,0,1,0,1").find("it goes from"), std::string::npos);
-    EXPECT_NE(err("vox:0,1000,0,1,0,1").find("the scan has samples vox:0,"), std::string::npos);
-}
-
 TEST_F(CommandLine, WritesNoneOfSeveralSurfacesIfOneIsEmpty) {
     EXPECT_EQ(extract({"-o", folder / "{name}.stl", "--isovalue", "0", "--isovalue", "5000"}).code, 5);
     EXPECT_EQ(folder.files(), Names{"ball.nrrd"});
