@@ -204,7 +204,7 @@ std::variant<Settings, int> parse_command_line(int argc, const char* const* argv
         ->type_name("N")
         ->needs(labels);
     app.add_option("--only", settings.only, "of the labels, those of these numbers or names")
-        ->type_name("LABEL,...")
+        ->type_name("LABEL[,LABEL]")
         ->delimiter(',')
         ->allow_extra_args(false)
         ->needs(labels);
