@@ -1,4 +1,5 @@
 #include <cmath>
+#include <limits>
 #include <map>
 #include <set>
 
@@ -254,6 +255,9 @@ TEST(Labels, AreCounted) {
     for (std::int64_t i = 0; i < map.geometry().sample_count(); ++i)
         ++expected[map.samples<std::int16_t>()[i]];
     EXPECT_EQ(count_labels(map), expected);
+    Volume no_map = random_labels<float>(grid(3, 3, 3), 3, 4);
+    no_map.samples<float>()[5] = std::numeric_limits<float>::quiet_NaN();
+    EXPECT_THROW(count_labels(no_map), InputError);
 }
 
 }  // namespace

@@ -46,8 +46,8 @@ struct LabelSurface {
 /// points than triangles can name; Cancelled
 std::vector<LabelSurface> extract_labels(const VolumeView& map, const LabelOptions& options = {});
 
-/// How many samples have each label, the background among them. \pre the samples are integers
-/// \throw InputError bad geometry
+/// How many samples have each label, the background among them. \throw InputError bad geometry, or samples that are no
+/// integers
 std::map<std::int64_t, std::int64_t> count_labels(const VolumeView& map);
 
 }  // namespace marrow

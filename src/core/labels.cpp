@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <unordered_map>
 #include <utility>
 
 #include <tbb/blocked_range.h>
+#include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
 #include <marrow/buffer.h>
@@ -46,6 +48,11 @@ void add_normals(Mesh& mesh) {
         // Where triangles cancel any direction is as good.
         mesh.normals[p] = length > 0 ? Vec3f{n[0] / length, n[1] / length, n[2] / length} : Vec3f{0, 0, 1};
     }
+}
+
+void check_volume(const VolumeView& map) {
+    check_geometry(map.geometry);
+    if (map.data == nullptr && map.geometry.sample_count() > 0) throw InputError("volume has no samples");
 }
 
 template <class T>
@@ -96,14 +103,40 @@ std::vector<LabelSurface> extract(const VolumeView& map, const LabelOptions& opt
 }  // namespace
 
 std::vector<LabelSurface> extract_labels(const VolumeView& map, const LabelOptions& options) {
-    check_geometry(map.geometry);
-    if (map.data == nullptr && map.geometry.sample_count() > 0) throw InputError("volume has no samples");
+    check_volume(map);
     if (options.relax < 0) throw InputError("the number of relaxation passes must not be negative");
     std::vector<LabelSurface> surfaces;
     if (!has_cells(map.geometry, true)) return surfaces;
     with_threads(options.threads, [&] { surfaces = extract(map, options); });
     report(options.progress, 1);
     return surfaces;
+}
+
+std::map<std::int64_t, std::int64_t> count_labels(const VolumeView& map) {
+    check_volume(map);
+    with_sample_type(map.type, [&](auto sample) { check_samples<decltype(sample)>(map, 0); });
+    const auto [nx, ny, nz] = map.geometry.dims;
+    using Counts = std::unordered_map<std::int64_t, std::int64_t>;
+    tbb::enumerable_thread_specific<Counts> of_thread;
+    with_sample_type(map.type, [&, nx = nx, ny = ny, nz = nz](auto sample) {
+        const auto* const samples = static_cast<const decltype(sample)*>(map.data);
+        tbb::parallel_for(std::int64_t{0}, nz, [&](std::int64_t k) {
+            Counts& counts = of_thread.local();
+            const auto* next = samples + k * ny * nx;
+            const auto* const end = next + ny * nx;
+            while (next != end) {  // labels come in long runs
+                const auto label = *next;
+                const auto* const first = next;
+                while (next != end && *next == label) ++next;
+                counts[static_cast<std::int64_t>(label)] += next - first;
+            }
+        });
+    });
+    std::map<std::int64_t, std::int64_t> all;
+    for (const Counts& counts : of_thread) {
+        for (const auto& [label, samples] : counts) all[label] += samples;
+    }
+    return all;
 }
 
 }  // namespace marrow
