@@ -114,11 +114,11 @@ std::vector<LabelSurface> extract_labels(const VolumeView& map, const LabelOptio
 
 std::map<std::int64_t, std::int64_t> count_labels(const VolumeView& map) {
     check_volume(map);
-    with_sample_type(map.type, [&](auto sample) { check_samples<decltype(sample)>(map, 0); });
     const auto [nx, ny, nz] = map.geometry.dims;
     using Counts = std::unordered_map<std::int64_t, std::int64_t>;
     tbb::enumerable_thread_specific<Counts> of_thread;
     with_sample_type(map.type, [&, nx = nx, ny = ny, nz = nz](auto sample) {
+        check_samples<decltype(sample)>(map, 0);
         const auto* const samples = static_cast<const decltype(sample)*>(map.data);
         tbb::parallel_for(std::int64_t{0}, nz, [&](std::int64_t k) {
             Counts& counts = of_thread.local();
