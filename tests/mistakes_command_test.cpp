@@ -46,9 +46,22 @@ TEST_F(Mistake, NeverWritesOverTheScan) {
     for (const char* output : {"scan.stl", "link.stl"}) {
         const Outcome outcome = marrow_with({folder / "scan.stl", "-o", folder / output, "--type", "bone"});
         EXPECT_EQ(outcome.code, kUsage);
-        EXPECT_NE(outcome.err.find("is the scan itself"), outcome.err.npos) << outcome.err;
+        EXPECT_NE(outcome.err.find("is what the scan is read from"), outcome.err.npos) << outcome.err;
         EXPECT_EQ(read_file(folder / "scan.stl"), before);
     }
+}
+
+TEST_F(Mistake, NoPictureTakesThePlaceOfASliceOrAPlotThatOfAScan) {
+    std::filesystem::create_directory(folder / "stack");
+    for (const char* slice : {"0.png", "1.png"}) write_file(folder / "stack" / slice, "a slice");
+    EXPECT_EQ(marrow_with({folder / "stack", "--spacing", "1,1,1", "--isovalue", "9", "--picture",
+                           folder / "stack" / "1.png"})
+                  .code,
+              kUsage);
+    EXPECT_EQ(read_file(folder / "stack" / "1.png"), "a slice");
+    std::filesystem::copy_file(scan, folder / "scan.svg");
+    EXPECT_EQ(marrow_with({"sweep", folder / "scan.svg", "--plot", folder / "scan.svg"}).code, kUsage);
+    EXPECT_EQ(read_file(folder / "scan.svg"), read_file(scan));
 }
 
 TEST_F(Mistake, SaysWhereTheScanIsIfTheBoxIsElsewhere) {
@@ -57,8 +70,9 @@ TEST_F(Mistake, SaysWhereTheScanIsIfTheBoxIsElsewhere) {
         EXPECT_EQ(outcome.code, kUsage);
         return outcome.err;
     };
-    EXPECT_NE(err("1000,1100,0,1,0,1").find("it goes from"), std::string::npos);
-    EXPECT_NE(err("vox:0,1000,0,1,0,1").find("the scan has samples vox:0,"), std::string::npos);
+    EXPECT_NE(err("1000,1100,0,1,0,1").find("it goes from 10 to 33, 20 to 44 and 30 to 54 mm in LPS"),
+              std::string::npos);
+    EXPECT_NE(err("vox:0,1000,0,1,0,1").find("whose samples are vox:0,23,0,24,0,12"), std::string::npos);
 }
 
 }  // namespace

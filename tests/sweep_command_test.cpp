@@ -112,6 +112,13 @@ TEST_F(Sweep, GoesOverAllSamplesWhereItIsNotTold) {
     EXPECT_NE(outcome.out.find("\n1000,"), outcome.out.npos);
 }
 
+TEST_F(Sweep, DrawsIsovaluesThatAreNextToEachOther) {
+    EXPECT_EQ(marrow_with({"sweep", scan, "--from", "1", "--to", "1.0000000000000004", "-n", "2", "--plot",
+                           folder / "near.svg"})
+                  .code,
+              0);
+}
+
 TEST_F(Sweep, RefusesWhatMakesNoSense) {
     for (const std::vector<std::string>& more :
          std::vector<std::vector<std::string>>{{"--from", "5", "--to", "5"},

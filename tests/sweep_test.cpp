@@ -162,7 +162,7 @@ TEST(Plateaus, DoNotDependOnWhatElseIsSwept) {
         EXPECT_EQ(isovalues[plateaus[0].last], to) << from;
     }
     EXPECT_TRUE(ball.plateaus(0, 20, 41, isovalues).empty())
-        << "the slope, where no step is less than the mean";
+        << "the slope, where the surface moves too far";
     EXPECT_TRUE(ball.plateaus(50, 60, 11, isovalues).empty()) << "too short to tell";
 }
 

@@ -282,7 +282,10 @@ TEST(MeshFiles, AppearTogetherOrNotAtAll) {
     EXPECT_EQ(folder.files(), Names{"a.stl"});
     EXPECT_EQ(read_file(folder / "a.stl"), "old");
 
+    // One that was cut off is not in the set.
     MeshFiles files;
+    EXPECT_THROW(files.write({&object, 1}, folder / "c.vtp", {Space::LPS, [](double) { return false; }}),
+                 Cancelled);
     files.write({&object, 1}, folder / "a.stl");
     files.write({&object, 1}, folder / "b.ply");
     files.commit();

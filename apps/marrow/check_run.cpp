@@ -22,8 +22,10 @@ struct Checked {
     MeshCheck found;
     std::string refusal;  // why nothing was found; empty: something was
 
-    // Only what faces outward all over and has no open edge encloses something.
-    bool has_volume() const { return found.is_closed() && found.misoriented_edges == 0; }
+    // Only what has no open edge, and faces one way all over, encloses something.
+    bool has_volume() const {
+        return found.is_closed() && found.measures.nonmanifold_edges == 0 && found.misoriented_edges == 0;
+    }
 };
 
 // Numbers that people read: not more than 15 digits.

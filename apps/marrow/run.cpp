@@ -90,9 +90,10 @@ void warn_of_box(const std::vector<Surface>& surfaces, const Volume& scan,
     for (const Surface& surface : surfaces) lowest = std::min(lowest, surface.isovalue);
     const auto [nx, ny, nz] = scan.geometry().dims;
     const Volume first_slice = crop(scan, {0, 0, 0}, {nx - 1, ny - 1, 0});
-    if (histogram(first_slice).lower < lowest) return;  // mostly so, and quick
+    const Histogram first = histogram(first_slice);
+    if (!first.counts.empty() && first.lower < lowest) return;  // mostly so, and quick
     const Histogram samples = histogram(scan);
-    if (!samples.counts.empty() && lowest <= samples.lower)
+    if (!samples.counts.empty() && samples.non_finite_samples == 0 && lowest <= samples.lower)
         warnings.push_back(
             fmt::format("no sample is below isovalue {:g} (they range from {:g} to {:g}), so the surface is "
                         "where the scan ends",
@@ -113,12 +114,14 @@ void draw(const std::vector<Surface>& surfaces, const Settings& settings, const 
     write_picture(drawn, settings.picture, progress);
 }
 
-// What is written in place of the scan that it is made of would be a loss.
-void check_is_not_input(const Settings& settings) {
+// Meshes that were made of a folder may lie in it; other files there are the scan.
+bool is_of_scan(const fs::path& file, const fs::path& input) {
     std::error_code none;
-    if (fs::equivalent(settings.output, settings.inputs.front(), none) && !fs::is_directory(settings.output))
-        throw UsageError(
-            fmt::format("'{}' is the scan itself: give another output", settings.output.string()));
+    if (!fs::is_directory(input, none)) return fs::equivalent(file, input, none);
+    if (!fs::exists(file, none)) return false;
+    const std::string ending = file.extension().string();
+    return (ending == ".png" || ending == ".csv" || ending == ".json" || ending == ".svg") &&
+           fs::equivalent(fs::absolute(file, none).parent_path(), input, none);
 }
 
 std::map<fs::path, std::vector<MeshObject>> objects_by_file(const std::vector<Surface>& surfaces) {
@@ -133,8 +136,8 @@ std::map<fs::path, std::vector<MeshObject>> objects_by_file(const std::vector<Su
 void extract(const Settings& settings, const Console& console, Voice& voice) {
     const Clock::time_point start = Clock::now();
     const std::vector<fs::path> files = output_files(settings);
-    for (const fs::path& file : files) check_folder(file);
-    check_folder(settings.picture);
+    for (const fs::path& file : files) check_output(file, settings.inputs.front());
+    check_output(settings.picture, settings.inputs.front());
     if (!settings.picture.empty()) require_display();
 
     StageSeconds seconds;
@@ -213,7 +216,7 @@ void extract_in_slabs(const Settings& settings, const Console& console, Voice& v
     const Clock::time_point start = Clock::now();
     const SurfaceRequest& request = settings.surfaces.front();
     Surface surface{request.name, *request.isovalue, {}, output_files(settings).front(), {}, Surface::Size{}};
-    check_folder(surface.output);
+    check_output(surface.output, settings.inputs.front());
 
     StageSeconds seconds;
     ScanInfo info;
@@ -280,12 +283,15 @@ ExitCode inform(const Settings& settings, const Console& console, const std::ato
 
 }  // namespace
 
-void check_folder(const fs::path& file) {
+void check_output(const fs::path& file, const fs::path& input) {
     if (file.empty()) return;
     const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
     if (!fs::is_directory(folder))
         throw IoError(
             fmt::format("cannot write '{}': there is no folder '{}'", file.string(), folder.string()));
+    if (is_of_scan(file, input))
+        throw UsageError(
+            fmt::format("'{}' is what the scan is read from: give another output", file.string()));
 }
 
 void write_surfaces(const std::vector<Surface>& surfaces, Space space, const Progress& progress) {
@@ -307,7 +313,6 @@ int run(const Settings& settings, const Console& console, const std::atomic<bool
         Voice voice(settings.quiet, settings.verbose, console, stop);
         if (settings.info) return inform(settings, console, stop);
         if (settings.check) return check(settings, console, voice);
-        check_is_not_input(settings);
         if (settings.sweep)
             sweep(settings, console, voice);
         else if (settings.labels)

@@ -28,10 +28,10 @@ enum ExitCode {
 };
 
 /// Called before the work, so that a mistake does not cost it. \throw IoError where there is no folder for the
-/// file; an empty path is no file.
-void check_folder(const std::filesystem::path& file);
+/// file; UsageError where it would take the place of what the scan `input` is read from. An empty path is no file.
+void check_output(const std::filesystem::path& file, const std::filesystem::path& input);
 
-/// Writes each file once, with all surfaces that go into it; all files appear, or none. \throw as write_meshes
+/// Writes each file once, with all surfaces that go into it; none appears before all are complete. \throw as write_meshes
 void write_surfaces(const std::vector<Surface>& surfaces, Space space, const Progress& progress);
 
 /// Reads each file again and compares it with the surfaces in it. \throw as verify

@@ -80,7 +80,8 @@ void parse_crop(std::string_view text, Space space, Steps& steps) {
         }
     }
     steps.crop = Box{{e[0], e[2], e[4]}, {e[1], e[3], e[5]}};
-    if (!steps.crop_in_samples && space == Space::RAS)
+    steps.crop_in_ras = space == Space::RAS;
+    if (!steps.crop_in_samples && steps.crop_in_ras)
         steps.crop = Box{{-e[1], -e[3], e[4]}, {-e[0], -e[2], e[5]}};
 }
 
@@ -205,8 +206,6 @@ std::variant<Settings, int> parse_command_line(int argc, const char* const* argv
         ->needs(labels);
     app.add_option("--only", settings.only, "of the labels, those of these numbers or names")
         ->type_name("LABEL[,LABEL]")
-        ->delimiter(',')
-        ->allow_extra_args(false)
         ->needs(labels);
     app.add_option("--picture", settings.picture, "picture of the surfaces to write")->type_name("FILE.png");
     const auto add_scan_options = [&](CLI::App& to) {

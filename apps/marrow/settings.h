@@ -38,7 +38,7 @@ struct Settings {
     bool labels = false;                ///< the input is a label map: a surface for each label
     std::filesystem::path label_table;  ///< names and colours; empty: none
     int relax = 40;                     ///< passes over the surfaces of labels
-    std::vector<std::string> only;      ///< the labels that are wanted, by number or name; none: all
+    std::string only;                   ///< the labels that are wanted, by number or name; empty: all
     std::string series;
     std::optional<Vec3d> spacing;  ///< mm
     bool resample = false;

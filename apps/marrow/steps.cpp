@@ -44,13 +44,18 @@ Volume cropped(const Volume& scan, const Steps& steps) {
         const Geometry& geometry = scan.geometry();
         const auto& dims = geometry.dims;
         if (steps.crop_in_samples)
-            throw UsageError(fmt::format("--crop: the scan has samples vox:0,{},0,{},0,{}", dims[0] - 1,
-                                         dims[1] - 1, dims[2] - 1));
-        const Box box = bounds(geometry);
-        throw UsageError(
-            fmt::format("--crop: no sample of the scan lies in the box; in LPS it goes from {:g} to {:g}, "
-                        "{:g} to {:g} and {:g} to {:g} mm",
-                        box.lower[0], box.upper[0], box.lower[1], box.upper[1], box.lower[2], box.upper[2]));
+            throw UsageError(
+                fmt::format("--crop: the box leaves the scan, whose samples are vox:0,{},0,{},0,{}",
+                            dims[0] - 1, dims[1] - 1, dims[2] - 1));
+        Box box = bounds(geometry);
+        if (steps.crop_in_ras)
+            box = {{-box.upper[0], -box.upper[1], box.lower[2]},
+                   {-box.lower[0], -box.lower[1], box.upper[2]}};
+        throw UsageError(fmt::format(
+            "--crop: no sample of the scan lies in the box; it goes from {:g} to {:g}, {:g} to {:g} "
+            "and {:g} to {:g} mm in {}",
+            box.lower[0], box.upper[0], box.lower[1], box.upper[1], box.lower[2], box.upper[2],
+            steps.crop_in_ras ? "RAS" : "LPS"));
     }
 }
 

@@ -19,9 +19,10 @@ namespace marrow {
 struct Steps {
     std::optional<Box> crop;
     bool crop_in_samples = false;
-    int median = 0;        ///< radius in samples; 0: none
-    double blur = 0;       ///< mm; 0: none
-    double isotropic = 0;  ///< mm; 0: as it is
+    bool crop_in_ras = false;  ///< was asked for in RAS; `crop` is in LPS
+    int median = 0;            ///< radius in samples; 0: none
+    double blur = 0;           ///< mm; 0: none
+    double isotropic = 0;      ///< mm; 0: as it is
 
     bool largest = false;
     ComponentOptions components;

@@ -39,9 +39,12 @@ Ticks round_ticks(double from, double to, double count) {
     for (const double round : {5.0, 2.0, 1.0}) {
         if (round * power >= least * (1 - 1e-9)) step = round * power;
     }
+    if (!std::isfinite(step) || !(step > 0)) return {{}, 0};
     Ticks ticks{{}, std::clamp(static_cast<int>(-std::floor(std::log10(step) + 1e-9)), 0, 20)};
     const double first = std::ceil(from / step - 1e-9), last = std::floor(to / step + 1e-9);
-    for (double n = first; n <= last; ++n) ticks.at.push_back(n * step + 0.0);  // no -0
+    // Between numbers so near to each other that nothing lies between, there are none.
+    for (int n = 0; first + n <= last && n <= 2 * count; ++n)
+        ticks.at.push_back((first + n) * step + 0.0);  // no -0
     return ticks;
 }
 

@@ -23,8 +23,8 @@ void write_file(const fs::path& file, const std::string& text) {
 
 void sweep(const Settings& settings, const Console& console, Voice& voice) {
     const SweepSettings& wanted = *settings.sweep;
-    check_folder(settings.output);
-    check_folder(wanted.plot);
+    check_output(settings.output, settings.inputs.front());
+    check_output(wanted.plot, settings.inputs.front());
     ScanInfo info;
     Volume scan;
     voice.stage("read", [&](const Progress& progress) {

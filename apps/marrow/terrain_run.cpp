@@ -82,8 +82,8 @@ void extract_levels(const TerrainSettings& settings, const Console& console, Voi
     constexpr PictureView kFromAbove{20, 38};  // from the south
     const std::vector<fs::path> files = level_files(settings);
     if (!settings.output.has_filename() && !settings.output.empty()) fs::create_directories(settings.output);
-    for (const fs::path& file : files) check_folder(file);
-    check_folder(settings.picture);
+    for (const fs::path& file : files) check_output(file, settings.input);
+    check_output(settings.picture, settings.input);
     if (!settings.picture.empty()) require_display();
     const Clock::time_point start = Clock::now();
     if (files.size() > 1) check_levels(settings);

@@ -2,6 +2,7 @@
 #include <string>
 
 #include <fmt/format.h>
+#include <marrow/terrain.h>
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
@@ -13,7 +14,6 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr double kPrintSize = 150;  // mm: fits the beds of common 3D printers
-constexpr double kMostBase = 10;    // times the length, as extract_terrain has it
 constexpr int kMostLevels = 16;
 
 }  // namespace
@@ -75,9 +75,9 @@ std::variant<TerrainSettings, int> parse_terrain_command(int argc, const char* c
     if (settings.base) {
         check_positive("--base", *settings.base);
         if (!settings.size) settings.size = kPrintSize;
-        if (*settings.base > kMostBase * *settings.size)
+        if (*settings.base > kMostTerrainBase * *settings.size)
             throw UsageError(fmt::format("--base takes at most {:g} times the model's length of {:g} mm",
-                                         kMostBase, *settings.size));
+                                         kMostTerrainBase, *settings.size));
     }
     if (settings.levels < 1 || settings.levels > kMostLevels)
         throw UsageError(fmt::format("--levels takes a number from 1 to {}", kMostLevels));

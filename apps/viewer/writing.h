@@ -27,7 +27,7 @@ class Writer : public QObject {
 
     explicit Writer(QObject* parent = nullptr) : QObject(parent) {}
 
-    /// Writes them; all appear, or none. \pre not busy; at least one file
+    /// Writes them; none appears before all are complete. \pre not busy; at least one file
     void write(std::vector<File> files, Space space);
     /// Stops, which `finished` tells; files that were there before stay as they were.
     void cancel() { cancelled_ = true; }

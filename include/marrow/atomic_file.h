@@ -40,6 +40,7 @@ class AtomicFile {
     std::filesystem::path target_;  // with symbolic links followed
     std::filesystem::path temporary_;
     int descriptor_ = -1;
+    bool finished_ = false;
 };
 
 }  // namespace marrow

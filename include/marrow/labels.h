@@ -36,9 +36,10 @@ struct LabelSurface {
 /// where a label's parts touch at an edge or corner of the grid they are separated: on a face with two labels across its
 /// diagonals, the parts of the larger label are. Parts of one label can touch at a point that it shares with two others.
 ///
-/// What a surface encloses is less than the volume of its label's samples: points start in the middle of the grid edges that
-/// the border crosses, which cuts corners off, and relaxation makes convex parts shrink, by up to half a sample all round. Of a
-/// large organ that is a few hundredths, of what is one or two samples thick most. count_labels tells what it should be.
+/// What a surface encloses is not the volume of its label's samples: points start amid the middles of the grid edges that the
+/// border crosses, which cuts corners off; relaxation gives some of that back to what is compact, and shrinks rods and specks by
+/// up to half a sample all round. Of a large organ that is a few hundredths, of what is one or two samples thick it can be most.
+/// count_labels tells what it should be.
 /// The order of points and triangles, and every bit of them, does not depend on `threads`.
 ///
 /// After Gibson 1998 (constrained elastic surface nets), Schaefer, Ju and Warren 2007 (manifold dual contouring).

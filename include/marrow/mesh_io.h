@@ -9,12 +9,13 @@
 #include <string>
 #include <vector>
 
-#include <marrow/atomic_file.h>
 #include <marrow/mesh.h>
 #include <marrow/progress.h>
 #include <marrow/slabs.h>
 
 namespace marrow {
+
+class AtomicFile;
 
 /// The patient space of written coordinates: x to the Left, y to Posterior, z to Superior; or Right,
 /// Anterior, Superior; or none, for what is no patient: then files name no space.
@@ -74,10 +75,11 @@ class MeshFiles {
     MeshFiles();
     ~MeshFiles();
 
-    /// Writes a file of the set. \throw as write_meshes
+    /// Writes a file of the set; one that throws is not in it. \throw as write_meshes
     void write(std::span<const MeshObject> objects, const std::filesystem::path& output,
                const MeshWriteOptions& options = {});
-    /// Puts all in their places. \throw IoError
+    /// Puts all in their places, one after the other: only a place that refuses a finished file leaves those behind it out.
+    /// \throw IoError
     void commit();
 
   private:

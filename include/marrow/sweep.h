@@ -47,8 +47,8 @@ struct Plateau {
 /// the surface moves by less than half a spacing for each fifth of the contrast. Both scales are the scan's, so that a stretch
 /// is a plateau or not whatever else is swept; where the sweep begins or ends within one, what is left must be as wide. Where an
 /// edge between air and tissue is as sharp as a scan can show it, the surface moves by one or two samples over the whole
-/// contrast, so that its middle is a plateau. Where triangles are fewer than a hundredth of the most in the sweep, the surface
-/// is as good as gone, and there is none. `spacing` is the smallest between samples, mm, and `contrast` that of
+/// contrast, so that its middle is a plateau. Only where triangles are fewer than a hundredth of the most in the sweep, the
+/// surface is taken to be as good as gone, and there is none. `spacing` is the smallest between samples, mm, and `contrast` that of
 /// otsu_contrast(); 0: no plateaus. \pre isovalues ascend
 std::vector<Plateau> find_plateaus(std::span<const SweepSample> sweep, double spacing, double contrast);
 

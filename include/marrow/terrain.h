@@ -13,6 +13,9 @@
 
 namespace marrow {
 
+/// How thick a base can be, in lengths of the model: beyond, float coordinates blur the ground.
+inline constexpr double kMostTerrainBase = 10;
+
 struct TerrainOptions {
     double cell = 0;        ///< metres between samples, in the plan and upwards; 0: the raster's own
     double exaggerate = 1;  ///< heights are multiplied by this

@@ -100,7 +100,8 @@ double otsu_contrast(const Histogram& histogram) {
         count[above] += static_cast<double>(histogram.counts[i]);
         moment[above] += static_cast<double>(histogram.counts[i]) * middle;
     }
-    return (moment[1] / count[1] - moment[0] / count[0]) * range;
+    const double contrast = (moment[1] / count[1] - moment[0] / count[0]) * range;
+    return std::isfinite(contrast) ? contrast : 0;  // numbers too large, or too near to each other, to be told apart
 }
 
 }  // namespace marrow

@@ -2,6 +2,7 @@
 #include <cerrno>
 #include <string>
 #include <system_error>
+#include <utility>
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -72,14 +73,15 @@ void AtomicFile::seek(std::uint64_t offset) {
 }
 
 void AtomicFile::finish() {
-    if (::fsync(descriptor_) != 0) fail(errno);
-    const int descriptor = descriptor_;
-    descriptor_ = -1;
-    if (::close(descriptor) != 0) fail(errno);
+    const int descriptor = std::exchange(descriptor_, -1);
+    const int error = ::fsync(descriptor) == 0 ? 0 : errno;
+    if (::close(descriptor) != 0 && error == 0) fail(errno);
+    if (error != 0) fail(error);
+    finished_ = true;
 }
 
 void AtomicFile::commit() {
-    if (descriptor_ >= 0) finish();
+    if (!finished_) finish();
     if (::rename(temporary_.c_str(), target_.c_str()) != 0) fail(errno);
     temporary_.clear();
     if (const int error = flush_folder(folder_of(target_))) fail(error);

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <string>
+#include <utility>
 
 #include <marrow/atomic_file.h>
 #include <marrow/mesh_io.h>
@@ -134,14 +135,15 @@ void MeshFiles::write(std::span<const MeshObject> objects, const std::filesystem
                       const MeshWriteOptions& options) {
     const MeshFormat format = mesh_format(output);
     check_objects(objects, format, output, options.space);
-    AtomicFile& file = *files_.emplace_back(std::make_unique<AtomicFile>(output));
-    write_content(format, file, is_gzipped(output), objects, options);
-    file.finish();
+    auto file = std::make_unique<AtomicFile>(output);
+    write_content(format, *file, is_gzipped(output), objects, options);
+    file->finish();
+    files_.push_back(std::move(file));
 }
 
 void MeshFiles::commit() {
-    for (const auto& file : files_) file->commit();
-    files_.clear();
+    const auto files = std::exchange(files_, {});
+    for (const auto& file : files) file->commit();
 }
 
 // What a file written part by part holds, and where.

@@ -195,13 +195,6 @@ void Raster::project(const std::string& to, double cell) {
     warp();
 }
 
-int Raster::most_halvings() const {
-    int halvings = 0;
-    const auto columns = static_cast<double>(columns_), rows = static_cast<double>(rows_);
-    for (double step = 2; samples_across(std::min(columns, rows), step) >= 2; step *= 2) ++halvings;
-    return halvings;
-}
-
 void Raster::read(std::int64_t first, std::int64_t count, double* heights) const {
     constexpr std::int64_t kTile = 4096;  // columns at a time, so that a wide raster can be stopped too
     const QuietErrors errors;

@@ -24,9 +24,6 @@ class Raster {
     /// \throw as extract_terrain. `cell` as in TerrainOptions.
     Raster(const std::filesystem::path& path, double cell, GoOn go_on = {});
 
-    /// How often the distance between samples can be doubled so that at least 2 x 2 are left.
-    int most_halvings() const;
-
     std::int64_t columns() const { return columns_; }
     std::int64_t rows() const { return rows_; }
     double east_step() const { return east_step_; }    ///< metres between columns

@@ -24,7 +24,6 @@ using namespace terrain;
 namespace {
 
 constexpr std::int64_t kBlock = 64;  // cells a side, in the plan
-constexpr double kMostBase = 10;     // times the length; beyond, float coordinates blur the ground
 
 void check(const TerrainOptions& o) {
     if (!(o.cell >= 0) || !std::isfinite(o.cell))
@@ -333,10 +332,10 @@ Mesh extract_terrain(const std::filesystem::path& path, const TerrainOptions& op
         return {};
     }
     if (options.size) info.mm_per_metre = *options.size / length;
-    if (options.base && *options.base > kMostBase * length * info.mm_per_metre)
+    if (options.base && *options.base > kMostTerrainBase * length * info.mm_per_metre)
         throw InputError(
             fmt::format("a base of {:g} mm is more than {:g} times as thick as the model is long, {:g} mm",
-                        *options.base, kMostBase, length * info.mm_per_metre));
+                        *options.base, kMostTerrainBase, length * info.mm_per_metre));
 
     const Raster reference(path, raster.placed() ? 0 : options.cell, go_on);  // at its own resolution
     const auto most =
@@ -351,7 +350,15 @@ Mesh extract_terrain(const std::filesystem::path& path, const TerrainOptions& op
 std::optional<int> most_terrain_levels(const std::filesystem::path& path, double cell) {
     const Raster raster(path, cell);
     if (!raster.placed()) return {};
-    return 1 + raster.most_halvings();
+    int levels = 1;
+    const double first = cell > 0 ? cell : std::min(raster.east_step(), raster.north_step());
+    for (double next = 2 * first;; next *= 2, ++levels) {
+        try {
+            const Raster coarser(path, next);
+        } catch (const InputError&) {  // less than 2 x 2 samples
+            return levels;
+        }
+    }
 }
 
 }  // namespace marrow
