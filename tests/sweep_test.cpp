@@ -161,8 +161,7 @@ TEST(Plateaus, DoNotDependOnWhatElseIsSwept) {
         EXPECT_LE(isovalues[plateaus[0].first], std::max(from, 26.0)) << from;
         EXPECT_EQ(isovalues[plateaus[0].last], to) << from;
     }
-    EXPECT_TRUE(ball.plateaus(0, 20, 41, isovalues).empty())
-        << "the slope, where the surface moves too far";
+    EXPECT_TRUE(ball.plateaus(0, 20, 41, isovalues).empty()) << "the slope, where the surface moves too far";
     EXPECT_TRUE(ball.plateaus(50, 60, 11, isovalues).empty()) << "too short to tell";
 }
 

@@ -101,7 +101,8 @@ double otsu_contrast(const Histogram& histogram) {
         moment[above] += static_cast<double>(histogram.counts[i]) * middle;
     }
     const double contrast = (moment[1] / count[1] - moment[0] / count[0]) * range;
-    return std::isfinite(contrast) ? contrast : 0;  // numbers too large, or too near to each other, to be told apart
+    return std::isfinite(contrast) ? contrast
+                                   : 0;  // numbers too large, or too near to each other, to be told apart
 }
 
 }  // namespace marrow
