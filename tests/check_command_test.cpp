@@ -9,12 +9,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-class CheckCommand : public testing::Test {
-  protected:
-    void SetUp() override { write_nrrd(scan, 24, 25, 13, ball(12, 12, 6, 8)); }
-    const TemporaryFolder folder;
-    const std::string scan = folder / "ball.nrrd";
-};
+class CheckCommand : public BallScan {};
 
 TEST_F(CheckCommand, ChecksMeshes) {
     const std::string stl = folder / "ball.stl";

@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include <gtest/gtest.h>
+
 #include "run.h"
 #include "temporary_folder.h"
 
@@ -60,5 +62,14 @@ inline auto ball(double cx, double cy, double cz, double radius) {
         return std::clamp(1000 * (1 - distance / radius), -1000.0, 1000.0);
     };
 }
+
+/// A folder with the scan of a ball in it.
+class BallScan : public testing::Test {
+  protected:
+    void SetUp() override { write_nrrd(scan, 24, 25, 13, ball(12, 12, 6, 8)); }
+
+    const TemporaryFolder folder;
+    const std::string scan = folder / "ball.nrrd";
+};
 
 }  // namespace marrow::test

@@ -13,10 +13,8 @@ using Json = nlohmann::json;
 using Names = std::set<std::string>;
 using testing::Test;
 
-class CommandLine : public Test {
+class CommandLine : public BallScan {
   protected:
-    void SetUp() override { write_nrrd(scan, 24, 25, 13, ball(12, 12, 6, 8)); }
-
     Outcome extract(std::vector<std::string> options) {
         options.insert(options.begin(), scan);
         return marrow_with(options);
@@ -33,8 +31,6 @@ class CommandLine : public Test {
         return result;
     }
 
-    const TemporaryFolder folder;
-    const std::string scan = folder / "ball.nrrd";
     const std::string mesh = folder / "ball.ply";
 };
 

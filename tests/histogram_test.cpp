@@ -79,11 +79,15 @@ TEST(Otsu, HasTheLargestVarianceBetweenClasses) {
     }
 }
 
-TEST(Otsu, RefusesOneValue) {
+TEST(Otsu, ContrastIsTheDistanceOfTheClasses) {
     EXPECT_NEAR(otsu_contrast(histogram_of(row<std::int16_t>({-1000, -1000, 40, 60}))), 1050, 5);
     EXPECT_NEAR(otsu_contrast(histogram_of(row<float>({0, 0, 0, 1, 1}))), 1, 1.0 / 128);
     EXPECT_EQ(otsu_contrast(histogram_of(row<float>({3, 3, 3}))), 0);
     EXPECT_EQ(otsu_contrast(Histogram{}), 0);
+    EXPECT_EQ(otsu_contrast(histogram_of(row<double>({-1.7e308, -1.7e308, 1.7e308}))), 0) << "beyond doubles";
+}
+
+TEST(Otsu, RefusesOneValue) {
     EXPECT_THROW(otsu_isovalue(histogram_of(row<float>({3, 3, 3}))), InputError);
     EXPECT_THROW(otsu_isovalue(Histogram{}), InputError);
 }

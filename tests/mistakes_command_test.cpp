@@ -8,12 +8,7 @@
 namespace marrow::test {
 namespace {
 
-class Mistake : public testing::Test {
-  protected:
-    void SetUp() override { write_nrrd(scan, 24, 25, 13, ball(12, 12, 6, 8)); }
-    const TemporaryFolder folder;
-    const std::string scan = folder / "ball.nrrd";
-};
+class Mistake : public BallScan {};
 
 TEST_F(Mistake, WarnsWhereNoSampleIsOutside) {
     const std::string whole = "the surface is where the scan ends";

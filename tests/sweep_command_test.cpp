@@ -12,12 +12,7 @@ namespace {
 using Json = nlohmann::json;
 using Names = std::set<std::string>;
 
-class Sweep : public testing::Test {
-  protected:
-    void SetUp() override { write_nrrd(scan, 24, 25, 13, ball(12, 12, 6, 8)); }
-    const TemporaryFolder folder;
-    const std::string scan = folder / "ball.nrrd";
-};
+class Sweep : public BallScan {};
 
 TEST_F(Sweep, WritesATableAndAPlot) {
     const Outcome outcome = marrow_with({"sweep", scan, "--from", "-500", "--to", "500", "-n", "11", "-o",

@@ -179,6 +179,9 @@ TEST(TerrainCommand, CountsLevelsBeforeTheWork) {
     EXPECT_NE(many.err.find("at most 6"), many.err.npos) << many.err;
     EXPECT_EQ(folder.files(), (std::set<std::string>{"tent.asc"}));
     EXPECT_EQ(terrain_with({grid, "-o", folder / "{name}.stl", "--levels", "6"}).code, kOk);
+    // 49 rows 5 m apart: 2.5 of 98 m make 3, but 1.25 of 196 m only 1.
+    EXPECT_EQ(terrain_with({grid, "-o", folder / "{name}.stl", "--cell", "98", "--levels", "2"}).code,
+              kUsage);
 }
 
 TEST(TerrainCommand, RefusesAbsurdGridsAtOnce) {
