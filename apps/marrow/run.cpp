@@ -1,12 +1,9 @@
 #include <algorithm>
-#include <cmath>
-#include <limits>
 #include <map>
 #include <ostream>
 
 #include <fmt/format.h>
 
-#include <marrow/filter.h>
 #include <marrow/histogram.h>
 #include <marrow/isosurface.h>
 #include <marrow/mesh_io.h>
@@ -15,12 +12,12 @@
 
 #include "check_run.h"
 #include "labels_run.h"
-#include "meeting_points.h"
 #include "picture.h"
 #include "report.h"
 #include "run.h"
 #include "sweep_run.h"
 #include "voice.h"
+#include "warnings.h"
 
 namespace marrow {
 namespace fs = std::filesystem;
@@ -62,42 +59,6 @@ double choose_isovalue(const SurfaceRequest& request, const Volume& scan) {
     if (samples.counts.empty()) throw EmptySurface("the scan has no finite sample, so there is no surface");
     throw EmptySurface(fmt::format("no surface at isovalue {:g}: samples range from {:g} to {:g}", isovalue,
                                    samples.lower, samples.upper));
-}
-
-void warn_of_non_finite(std::int64_t samples, std::vector<std::string>& warnings) {
-    if (samples > 0)
-        warnings.push_back(fmt::format("{} samples are NaN or infinite and count as outside", samples));
-}
-
-// Points meet at samples that are equal to the isovalue, which between integers none is.
-void warn_of_ties(const std::vector<Surface>& surfaces, const Volume& scan,
-                  std::vector<std::string>& warnings) {
-    const bool integers = scan.type() != SampleType::float32 && scan.type() != SampleType::float64;
-    const bool between = std::all_of(surfaces.begin(), surfaces.end(), [](const Surface& surface) {
-        return surface.isovalue != std::floor(surface.isovalue);
-    });
-    if (!(integers && between))
-        warn_of_meeting_points(
-            surfaces,
-            "take an isovalue that no sample has, such as N.5 where samples are integers, or --snap 0.3",
-            warnings);
-}
-
-// Of a scan that is inside as a whole, the surface is what closes it.
-void warn_of_box(const std::vector<Surface>& surfaces, const Volume& scan,
-                 std::vector<std::string>& warnings) {
-    double lowest = std::numeric_limits<double>::infinity();
-    for (const Surface& surface : surfaces) lowest = std::min(lowest, surface.isovalue);
-    const auto [nx, ny, nz] = scan.geometry().dims;
-    const Volume first_slice = crop(scan, {0, 0, 0}, {nx - 1, ny - 1, 0});
-    const Histogram first = histogram(first_slice);
-    if (!first.counts.empty() && first.lower < lowest) return;  // mostly so, and quick
-    const Histogram samples = histogram(scan);
-    if (!samples.counts.empty() && samples.non_finite_samples == 0 && lowest <= samples.lower)
-        warnings.push_back(
-            fmt::format("no sample is below isovalue {:g} (they range from {:g} to {:g}), so the surface is "
-                        "where the scan ends",
-                        lowest, samples.lower, samples.upper));
 }
 
 // The surface of the highest isovalue lies innermost; those around it are drawn translucent.

@@ -9,6 +9,8 @@
 #include <marrow/histogram.h>
 #include <marrow/scan_io.h>
 
+#include "warnings.h"
+
 namespace marrow {
 namespace fs = std::filesystem;
 namespace {
@@ -32,13 +34,11 @@ void sweep(const Settings& settings, const Console& console, Voice& voice) {
         options.progress = progress;
         scan = read_scan(settings.inputs.front(), options, &info);
     });
-    for (const std::string& warning : info.warnings) voice.warn(warning);
-
     const Histogram samples = histogram(scan);
+    std::vector<std::string> warnings = info.warnings;
+    warn_of_non_finite(samples.non_finite_samples, warnings);
+    for (const std::string& warning : warnings) voice.warn(warning);
     if (samples.counts.empty()) throw EmptySurface("the scan has no finite sample, so there is no surface");
-    if (samples.non_finite_samples > 0)
-        voice.warn(
-            fmt::format("{} samples are NaN or infinite and count as outside", samples.non_finite_samples));
     const double from = wanted.from.value_or(samples.lower), to = wanted.to.value_or(samples.upper);
     if (!(from < to))
         throw EmptySurface(

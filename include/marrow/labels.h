@@ -47,8 +47,8 @@ struct LabelSurface {
 /// points than triangles can name; Cancelled
 std::vector<LabelSurface> extract_labels(const VolumeView& map, const LabelOptions& options = {});
 
-/// How many samples have each label, the background among them. \throw InputError bad geometry, or samples that are no
-/// integers
-std::map<std::int64_t, std::int64_t> count_labels(const VolumeView& map);
+/// How many samples have each label, the background among them; `threads` 0: all. \throw InputError bad geometry, or samples
+/// that are no integers
+std::map<std::int64_t, std::int64_t> count_labels(const VolumeView& map, int threads = 0);
 
 }  // namespace marrow

@@ -112,24 +112,26 @@ std::vector<LabelSurface> extract_labels(const VolumeView& map, const LabelOptio
     return surfaces;
 }
 
-std::map<std::int64_t, std::int64_t> count_labels(const VolumeView& map) {
+std::map<std::int64_t, std::int64_t> count_labels(const VolumeView& map, int threads) {
     check_volume(map);
     const auto [nx, ny, nz] = map.geometry.dims;
     using Counts = std::unordered_map<std::int64_t, std::int64_t>;
     tbb::enumerable_thread_specific<Counts> of_thread;
-    with_sample_type(map.type, [&, nx = nx, ny = ny, nz = nz](auto sample) {
-        check_samples<decltype(sample)>(map, 0);
-        const auto* const samples = static_cast<const decltype(sample)*>(map.data);
-        tbb::parallel_for(std::int64_t{0}, nz, [&](std::int64_t k) {
-            Counts& counts = of_thread.local();
-            const auto* next = samples + k * ny * nx;
-            const auto* const end = next + ny * nx;
-            while (next != end) {  // labels come in long runs
-                const auto label = *next;
-                const auto* const first = next;
-                while (next != end && *next == label) ++next;
-                counts[static_cast<std::int64_t>(label)] += next - first;
-            }
+    with_threads(threads, [&, nx = nx, ny = ny, nz = nz] {
+        with_sample_type(map.type, [&](auto sample) {
+            check_samples<decltype(sample)>(map, 0);
+            const auto* const samples = static_cast<const decltype(sample)*>(map.data);
+            tbb::parallel_for(std::int64_t{0}, nz, [&](std::int64_t k) {
+                Counts& counts = of_thread.local();
+                const auto* next = samples + k * ny * nx;
+                const auto* const end = next + ny * nx;
+                while (next != end) {  // labels come in long runs
+                    const auto label = *next;
+                    const auto* const first = next;
+                    while (next != end && *next == label) ++next;
+                    counts[static_cast<std::int64_t>(label)] += next - first;
+                }
+            });
         });
     });
     std::map<std::int64_t, std::int64_t> all;
