@@ -1,46 +1,84 @@
-# A thin front over CMake and scripts/.
-PRESET ?= release
+# A thin front over CMake and scripts/. Each target installs the Debian packages that it needs.
+#
+# Programs are built in build/release. The developer preset adds the tests and the other front ends to the same folder, so
+# that nothing is compiled twice.
 JOBS ?= $(shell nproc)
+PRESET ?= developer
+BUILD := build/$(if $(filter developer,$(PRESET)),release,$(PRESET))
+BIN := build/release/bin
 
-.PHONY: all build test tsan demo bench scaling paper viewer fuzz install deps
-all: build
+configure = cmake --preset $(1) -Wno-dev --log-level=WARNING > /dev/null
+build = cmake --build --preset $(1) -j $(JOBS)
+install = scripts/install-dependencies
 
-deps:
-	scripts/install-dependencies
+.PHONY: all program demo test install package docs viewer terrain core everything bench scaling paper fuzz tsan clang
+all: program
 
-build: deps
-	cmake --preset $(PRESET) -Wno-dev --log-level=WARNING
-	cmake --build --preset $(PRESET) -j $(JOBS)
+program:
+	$(install) program
+	$(call configure,release)
+	$(call build,release) --target marrow
 
-test: build
-	scripts/test $(PRESET)
+demo:
+	$(install) program demo
+	$(call configure,release)
+	$(call build,release) --target marrow
+	scripts/demo $(BIN)/marrow
 
-# Under ThreadSanitizer; PRESET=asan runs all tests under AddressSanitizer and UBSan.
+viewer:
+	$(install) program viewer
+	$(call configure,release) -D MARROW_VIEWER=ON
+	$(call build,release) --target marrow marrow_viewer_program
+	$(BIN)/marrow-viewer
+
+terrain:
+	$(install) program terrain
+	$(call configure,release) -D MARROW_TERRAIN=ON
+	$(call build,release) --target marrow marrow_terrain_program
+
+# marrow::core alone, with Highway and oneTBB.
+core:
+	$(install) core
+	$(call configure,core)
+	$(call build,core)
+
+install: program
+	$(call build,release)
+	cmake --install build/release
+
+everything:
+	$(install) program viewer terrain tests
+	$(call configure,$(PRESET))
+	$(call build,$(PRESET))
+
+test: everything
+	$(install) demo
+	scripts/test $(BUILD)
+
+# Everything by clang, where a warning is an error.
+clang:
+	$(install) program viewer terrain tests clang
+	$(call configure,clang)
+	$(call build,clang)
+
+# The tests that use threads, under ThreadSanitizer. `make test PRESET=asan` runs all tests under AddressSanitizer and UBSan.
 tsan:
-	scripts/install-dependencies tsan
+	$(install) program viewer terrain tests tsan
 	scripts/tsan
 
-demo: build
-	scripts/demo build/$(PRESET)/bin/marrow
-
-# Each target searches for SECONDS, from the seeds and what was found before.
+# Each fuzz target searches for SECONDS, starting from the seeds and from what was found before.
 SECONDS ?= 60
 fuzz:
-	scripts/install-dependencies fuzz
+	$(install) program viewer terrain tests clang
 	scripts/fuzz $(SECONDS)
 
-bench: build
-	. scripts/test-data; build/$(PRESET)/bin/marrow-bench
-	. scripts/test-data; scripts/bench-scikit-image build/$(PRESET)/bin/marrow-bench
+bench: everything
+	$(install) bench
+	. scripts/test-data; $(BIN)/marrow-bench
+	. scripts/test-data; scripts/bench-scikit-image $(BIN)/marrow-bench
 
-scaling: build
-	scripts/scaling build/$(PRESET)/bin
+scaling: everything
+	scripts/scaling $(BIN)
 
-paper: build
-	scripts/paper build/$(PRESET)/bin/marrow-paper
-
-viewer: build
-	build/$(PRESET)/bin/marrow-viewer
-
-install: build
-	cmake --install build/$(PRESET)
+paper: everything
+	scripts/paper $(BIN)/marrow-paper

@@ -9,10 +9,13 @@
 
 #include <CLI/CLI.hpp>
 
+#include <marrow/components.h>
 #include <marrow/isosurface.h>
 #include <marrow/labels.h>
-#include <marrow/refine.h>
+#include <marrow/measure.h>
 #include <marrow/scan_io.h>
+#include <marrow/simplify.h>
+#include <marrow/smooth.h>
 
 #include "timing.h"
 #include "vtk_image.h"

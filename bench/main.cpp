@@ -12,7 +12,7 @@
 
 #include <marrow/error.h>
 
-#include "arms.h"
+#include "contenders.h"
 #include "bandwidth.h"
 #include "timing.h"
 #include "volumes.h"

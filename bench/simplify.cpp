@@ -11,9 +11,11 @@
 #include <string>
 #include <vector>
 
+#include <marrow/components.h>
 #include <marrow/isosurface.h>
 #include <marrow/measure.h>
-#include <marrow/refine.h>
+#include <marrow/simplify.h>
+#include <marrow/smooth.h>
 
 #include "paper/cranium.h"
 #include "timing.h"

@@ -11,7 +11,7 @@
 #include <marrow/isosurface.h>
 #include <marrow/measure.h>
 #include <marrow/scan_io.h>
-#include <marrow/sweep.h>
+#include <marrow/isovalue_sweep.h>
 
 #include "timing.h"
 #include "vtk_image.h"

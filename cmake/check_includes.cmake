@@ -1,27 +1,49 @@
-# Who may include whom. Given: SOURCE, the root of the repository.
+# Checks who includes whom. Given: SOURCE, the root of the repository.
 #
-# Public headers stand on the standard library alone. src/core adds Highway and oneTBB. Everything else reaches Marrow
-# through include/marrow, and its own folder by "name.h"; no room reaches into another.
-set(third_party "vtk[A-Z]|itk|gdcm|charls/|dcmtk/|openjpeg|gdal|ogr_|cpl_|Q[A-Z]|cuda|X11/|CLI/|fmt/|nlohmann/|spdlog/|zlib|tbb/|oneapi/|hwy/")
-set(core_third_party "vtk[A-Z]|itk|gdcm|charls/|dcmtk/|openjpeg|gdal|ogr_|cpl_|Q[A-Z]|cuda|X11/|CLI/|fmt/|nlohmann/|spdlog/|zlib")
+# A quoted name is a file of the same folder, or a path from src/ (from the application's folder in apps/). The tables
+# below say which folders a folder may include, and which libraries it may use, so that dependencies run one way.
+cmake_minimum_required(VERSION 3.25)
 set(faults "")
 
-# Checks the files of `folder`: no <include> that starts as `forbidden`, and only own files in quotes.
-function(check_room folder forbidden)
-  file(GLOB_RECURSE files ${SOURCE}/${folder}/*.h ${SOURCE}/${folder}/*.cpp ${SOURCE}/${folder}/*.cu)
+# check_folder(FOLDER ROOT MAY_INCLUDE LIBRARIES): the files of FOLDER include in quotes only files of their own folder
+# and, by their path from ROOT, of the folders MAY_INCLUDE; in angle brackets, beside the standard library, the system and
+# Marrow's public headers, only what begins with one of LIBRARIES ("*": anything).
+function(check_folder folder root may_include libraries)
+  file(GLOB files ${SOURCE}/${folder}/*.h ${SOURCE}/${folder}/*.cpp)
   if(NOT files)
-    message(FATAL_ERROR "there are no sources in ${SOURCE}/${folder}")
+    list(APPEND faults "there are no sources in ${folder}")
   endif()
-  foreach(file ${files})
-    get_filename_component(here ${file} DIRECTORY)
+  foreach(file IN LISTS files)
     file(RELATIVE_PATH name ${SOURCE} ${file})
     file(STRINGS ${file} lines REGEX "^ *# *include")
-    foreach(line ${lines})
-      if(forbidden AND line MATCHES "<(${forbidden})")
-        list(APPEND faults "${name}: ${line} is not for ${folder}")
-      elseif(line MATCHES "\"([^\"]+)\"")
-        if(CMAKE_MATCH_1 MATCHES "\\.\\./" OR NOT EXISTS ${here}/${CMAKE_MATCH_1})
-          list(APPEND faults "${name}: ${line} reaches out of its room")
+    foreach(line IN LISTS lines)
+      if(line MATCHES "\"([^\"]+)\"")
+        set(included ${CMAKE_MATCH_1})
+        cmake_path(GET included PARENT_PATH included_folder)
+        if(included_folder STREQUAL "")
+          if(NOT EXISTS ${SOURCE}/${folder}/${included})
+            list(APPEND faults "${name}: there is no ${included} in this folder")
+          endif()
+        elseif(NOT included_folder IN_LIST may_include)
+          list(APPEND faults "${name}: ${folder} may not include ${included_folder}")
+        elseif(NOT EXISTS ${SOURCE}/${root}/${included})
+          list(APPEND faults "${name}: there is no ${root}/${included}")
+        endif()
+      elseif(line MATCHES "<([^>]+)>" AND NOT libraries STREQUAL "*")
+        set(included ${CMAKE_MATCH_1})
+        set(allowed FALSE)
+        # The standard library has no extension; the system's and C's headers are plain names or lie in sys/.
+        foreach(prefix IN LISTS libraries ITEMS marrow/ sys/)
+          string(FIND ${included} ${prefix} position)
+          if(position EQUAL 0)
+            set(allowed TRUE)
+          endif()
+        endforeach()
+        if(included MATCHES "^[a-z_0-9]+$" OR included MATCHES "^(fcntl|unistd|dlfcn|signal|time|termios|errno|immintrin)\\.h$")
+          set(allowed TRUE)
+        endif()
+        if(NOT allowed)
+          list(APPEND faults "${name}: ${folder} may not use <${included}>")
         endif()
       endif()
     endforeach()
@@ -29,14 +51,38 @@ function(check_room folder forbidden)
   set(faults "${faults}" PARENT_SCOPE)
 endfunction()
 
-check_room(include/marrow "${third_party}")
-check_room(src/core "${core_third_party}")
-check_room(src/mesh "${core_third_party}")
-foreach(room src/io src/terrain apps/marrow bench)
-  check_room(${room} "")
+check_folder(include/marrow include "" "")
+
+# What the libraries share.
+check_folder(src/base src "" "tbb/")
+
+# The core: each folder may include those before it.
+set(rooms volume grid marching_cubes snap surface_nets isosurface)
+set(before base)
+foreach(room IN LISTS rooms)
+  check_folder(src/core/${room} src "${before}" "hwy/;tbb/")
+  list(APPEND before core/${room})
 endforeach()
+check_folder(src/mesh src "base" "hwy/;tbb/")
+
+set(image_libraries "png.h;tiffio.h;jpeglib.h;zlib.h;charls/;dcmtk/;openjpeg-2.5/;openjpeg.h")
+check_folder(src/io/bytes src "base" "fmt/;zlib.h")
+check_folder(src/io/scan src "base;io/bytes" "fmt/;tbb/;${image_libraries}")
+check_folder(src/io/dicom src "base;io/bytes;io/scan" "fmt/;tbb/;${image_libraries}")
+check_folder(src/io/mesh src "base;io/bytes" "fmt/;nlohmann/;zlib.h")
+check_folder(src/io src "base;io/bytes;io/scan;io/dicom" "fmt/")
+check_folder(src/terrain src "base" "fmt/;tbb/;gdal;ogr_;cpl_")
+
+check_folder(apps/marrow apps/marrow "" "*")
+check_folder(apps/viewer/model apps/viewer "" "*")
+check_folder(apps/viewer/views apps/viewer "model" "*")
+check_folder(apps/viewer/window apps/viewer "model;views" "*")
+check_folder(apps/viewer apps/viewer "window" "*")
+check_folder(bench bench "paper" "*")
+check_folder(bench/paper bench "" "*")
+check_folder(examples examples "" "")
 
 list(JOIN faults "\n" text)
 if(faults)
-  message(FATAL_ERROR "include directions:\n${text}")
+  message(FATAL_ERROR "Includes that break the order of the modules:\n${text}")
 endif()

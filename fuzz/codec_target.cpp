@@ -7,7 +7,7 @@
 
 #include <marrow/error.h>
 
-#include "io/dicom_codec.h"
+#include "io/dicom/codec.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     static const std::array<std::string, 7> syntaxes = {"1.2.840.10008.1.2.4.50", "1.2.840.10008.1.2.4.51",

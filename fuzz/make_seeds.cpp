@@ -4,8 +4,8 @@
 #include <marrow/mesh_io.h>
 
 #include "mesh_kinds.h"
-#include "small_scans.h"
-#include "temporary_folder.h"
+#include "support/small_scans.h"
+#include "support/temporary_folder.h"
 
 using namespace marrow::test;
 

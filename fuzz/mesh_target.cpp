@@ -10,7 +10,7 @@
 #include <marrow/mesh_io.h>
 
 #include "file_place.h"
-#include "io/deflate.h"
+#include "io/bytes/deflate.h"
 #include "mesh_kinds.h"
 
 namespace {

@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <marrow/check.h>
+#include <marrow/mesh_check.h>
 #include <marrow/measure.h>
 #include <marrow/mesh_io.h>
 

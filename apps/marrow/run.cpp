@@ -8,7 +8,7 @@
 #include <marrow/isosurface.h>
 #include <marrow/mesh_io.h>
 #include <marrow/scan_io.h>
-#include <marrow/slabs.h>
+#include <marrow/streaming.h>
 
 #include "check_run.h"
 #include "labels_run.h"

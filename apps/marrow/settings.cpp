@@ -11,6 +11,8 @@
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
 
+#include <marrow/version.h>
+
 #include "settings.h"
 
 namespace marrow {
@@ -59,7 +61,7 @@ Vec3d parse_spacing(std::string_view text) {
     const auto spacing = parse_numbers<3>(text);
     if (!spacing || *std::min_element(spacing->begin(), spacing->end()) <= 0)
         throw UsageError(fmt::format("--spacing takes three positive numbers in mm, X,Y,Z, not '{}'", text));
-    return *spacing;
+    return {(*spacing)[0], (*spacing)[1], (*spacing)[2]};
 }
 
 // In mm, or behind "vox:" in samples.

@@ -13,7 +13,7 @@
 #include <marrow/scan_io.h>
 #include <marrow/volume.h>
 
-#include "presets.h"
+#include <marrow/tissue_presets.h>
 #include "steps.h"
 #include "sweep.h"
 #include "usage_error.h"

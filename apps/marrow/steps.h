@@ -5,12 +5,15 @@
 #include <string>
 #include <vector>
 
-#include <marrow/filter.h>
+#include <marrow/components.h>
+#include <marrow/measure.h>
 #include <marrow/mesh.h>
 #include <marrow/mesh_io.h>
 #include <marrow/progress.h>
-#include <marrow/refine.h>
+#include <marrow/simplify.h>
+#include <marrow/smooth.h>
 #include <marrow/volume.h>
+#include <marrow/volume_filters.h>
 
 namespace marrow {
 

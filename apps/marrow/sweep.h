@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include <marrow/sweep.h>
+#include <marrow/isovalue_sweep.h>
 
 namespace marrow {
 

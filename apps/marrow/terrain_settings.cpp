@@ -2,6 +2,7 @@
 #include <string>
 
 #include <fmt/format.h>
+#include <marrow/version.h>
 #include <marrow/terrain.h>
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>

@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include <marrow/filter.h>
+#include <marrow/volume_filters.h>
 #include <marrow/histogram.h>
 #include <marrow/mesh_io.h>
 

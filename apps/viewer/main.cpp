@@ -8,9 +8,11 @@
 #include <QApplication>
 #include <QSurfaceFormat>
 
-#include "main_window.h"
-#include "measure_run.h"
-#include "theme.h"
+#include <marrow/version.h>
+
+#include "window/main_window.h"
+#include "window/measure_run.h"
+#include "window/theme.h"
 
 int main(int argc, char** argv) {
     using namespace marrow;

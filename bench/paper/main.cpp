@@ -11,7 +11,7 @@
 #include <marrow/error.h>
 #include <marrow/measure.h>
 
-#include "arms.h"
+#include "contenders.h"
 #include "models.h"
 #include "picture.h"
 

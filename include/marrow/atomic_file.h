@@ -6,6 +6,8 @@
 #include <filesystem>
 #include <string_view>
 
+#include <marrow/export.h>
+
 namespace marrow {
 
 /// A new file that takes its place only when it is complete and on the disk.
@@ -14,7 +16,7 @@ namespace marrow {
 /// renames it. Until then an old file of that name is untouched; without commit() the destructor removes the
 /// temporary file. A target that is a symbolic link is followed. Every member throws IoError when the system
 /// says no.
-class AtomicFile {
+class MARROW_EXPORT AtomicFile {
   public:
     /// Opens the temporary file. \throw IoError also where the target exists and is not a regular file.
     explicit AtomicFile(const std::filesystem::path& target);

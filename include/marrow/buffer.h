@@ -6,16 +6,18 @@
 #include <utility>
 #include <vector>
 
+#include <marrow/export.h>
+
 namespace marrow {
 
-namespace internal {
-/// Memory for `bytes`, not written. Of a large array, the first touch of each page is what costs most: it gets
-/// huge pages, of which there are 512 times fewer, where the system grants them, and starts and ends with one.
-/// \throw std::bad_alloc
-void* allocate(std::size_t bytes);
-/// Gives back what allocate() returned for as many bytes.
-void deallocate(void* memory, std::size_t bytes) noexcept;
-}  // namespace internal
+/// Memory for large arrays. The first touch of each page is their largest cost, so they get huge pages, of which there
+/// are 512 times fewer, where the system grants them, and start and end with one.
+struct MARROW_EXPORT PageAllocator {
+    /// Memory for `bytes`, uninitialized. \throw std::bad_alloc
+    static void* allocate(std::size_t bytes);
+    /// Gives back what allocate() returned for the same number of bytes.
+    static void deallocate(void* memory, std::size_t bytes) noexcept;
+};
 
 /// An allocator that leaves new elements uninitialised, so that output is touched once, by the thread that
 /// writes it.
@@ -27,8 +29,8 @@ struct UninitializedAllocator {
     template <class U>
     UninitializedAllocator(const UninitializedAllocator<U>&) noexcept {}
 
-    T* allocate(std::size_t n) { return static_cast<T*>(internal::allocate(n * sizeof(T))); }
-    void deallocate(T* p, std::size_t n) noexcept { internal::deallocate(p, n * sizeof(T)); }
+    T* allocate(std::size_t n) { return static_cast<T*>(PageAllocator::allocate(n * sizeof(T))); }
+    void deallocate(T* p, std::size_t n) noexcept { PageAllocator::deallocate(p, n * sizeof(T)); }
 
     template <class U>
     void construct(U* p) noexcept {

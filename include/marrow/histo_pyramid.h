@@ -6,6 +6,8 @@
 #include <span>
 #include <vector>
 
+#include <marrow/export.h>
+
 namespace marrow {
 
 /// Counts, summed level by level up to one apex.
@@ -14,7 +16,7 @@ namespace marrow {
 /// `branching` children. The apex is the size of the whole output; descending from it finds the leaf of any
 /// output in O(branching * log N). Over leaves in Morton order a branching of 4 is the quadtree of Visutsak
 /// 2020, Figure 10, and 8 the octree of its Figure 9. After Ziegler et al. 2006 and Dyken et al. 2008.
-class HistoPyramid {
+class MARROW_EXPORT HistoPyramid {
   public:
     /// Where an output comes from: its leaf, and which of the leaf's outputs it is.
     struct Location {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include <marrow/export.h>
 #include <marrow/volume.h>
 
 namespace marrow {
@@ -17,15 +18,15 @@ struct Histogram {
 };
 
 /// Counts the samples of a volume in `bins` bins. \throw InputError bad geometry or bins < 2.
-Histogram histogram(const VolumeView& volume, int bins = 256);
+MARROW_EXPORT Histogram histogram(const VolumeView& volume, int bins = 256);
 
 /// The isovalue that best parts the samples in two classes: the bin border with the largest variance between
 /// them (Otsu 1979); the middle one where several are equally good, as between two separate peaks. \throw
 /// InputError where fewer than two bins are occupied: there is nothing to part.
-double otsu_isovalue(const Histogram& histogram);
+MARROW_EXPORT double otsu_isovalue(const Histogram& histogram);
 
 /// How far the means of the two classes that Otsu's method parts the samples in lie from each other, to within a bin: in CT
 /// about that of air and tissue. 0 where there is nothing to part.
-double otsu_contrast(const Histogram& histogram);
+MARROW_EXPORT double otsu_contrast(const Histogram& histogram);
 
 }  // namespace marrow

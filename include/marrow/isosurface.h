@@ -6,6 +6,7 @@
 #include <memory>
 #include <vector>
 
+#include <marrow/export.h>
 #include <marrow/mesh.h>
 #include <marrow/progress.h>
 #include <marrow/volume.h>
@@ -47,15 +48,16 @@ struct IsosurfaceStats {
 /// Marching cubes after Lorensen and Cline 1987; histogram pyramid after Ziegler et al. 2006 and Dyken et al.
 /// 2008. `stats`, where given, receives what was found. \throw InputError a NaN or infinite isovalue, bad
 /// geometry or snap; LimitError more than 2^32 - 1 points or triangles' memory not to be had; Cancelled.
-Mesh extract_isosurface(const VolumeView& volume, double isovalue, const IsosurfaceOptions& options = {},
-                        IsosurfaceStats* stats = nullptr);
+MARROW_EXPORT Mesh extract_isosurface(const VolumeView& volume, double isovalue,
+                                      const IsosurfaceOptions& options = {},
+                                      IsosurfaceStats* stats = nullptr);
 
 /// Extracts from one volume again and again, for sliders and sweeps.
 ///
 /// It remembers what range of values lies in each block of samples, which does not depend on the isovalue,
 /// and keeps its buffers: the next isovalue reads only the blocks that the surface leaves or enters. The mesh
 /// is byte for byte the one that extract_isosurface makes. Not for use by two threads at once.
-class IsosurfaceExtractor {
+class MARROW_EXPORT IsosurfaceExtractor {
   public:
     /// Borrows the volume's samples, which must outlive it and not change. \throw InputError as
     /// extract_isosurface
@@ -77,6 +79,6 @@ class IsosurfaceExtractor {
 
 /// The same surface by traditional table-driven marching cubes: every cell is visited and every triangle has
 /// its own three points (no normals). The comparison of Visutsak 2020 and the oracle of the tests; slow.
-Mesh extract_isosurface_classic(const VolumeView& volume, double isovalue, bool closed = false);
+MARROW_EXPORT Mesh extract_isosurface_classic(const VolumeView& volume, double isovalue, bool closed = false);
 
 }  // namespace marrow

@@ -8,6 +8,8 @@
 #include <optional>
 #include <string>
 
+#include <marrow/export.h>
+
 namespace marrow {
 
 struct LabelEntry {
@@ -28,9 +30,9 @@ using LabelTable = std::map<std::int64_t, LabelEntry>;
 /// | plain                | `label name`, by spaces, tabs or commas; numbers behind the name are left out unless they are three or four colours |
 ///
 /// \throw IoError a file that cannot be read; InputError a line that is none of these, or a label twice
-LabelTable read_label_table(const std::filesystem::path& file);
+MARROW_EXPORT LabelTable read_label_table(const std::filesystem::path& file);
 
 /// A colour for a label that has none: the same for the same label, and unlike those of its neighbours in number.
-std::array<double, 3> default_label_colour(std::int64_t label);
+MARROW_EXPORT std::array<double, 3> default_label_colour(std::int64_t label);
 
 }  // namespace marrow

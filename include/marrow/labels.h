@@ -5,6 +5,7 @@
 #include <map>
 #include <vector>
 
+#include <marrow/export.h>
 #include <marrow/mesh.h>
 #include <marrow/progress.h>
 #include <marrow/volume.h>
@@ -45,10 +46,11 @@ struct LabelSurface {
 /// After Gibson 1998 (constrained elastic surface nets), Schaefer, Ju and Warren 2007 (manifold dual contouring).
 /// \throw InputError bad geometry, or samples that are no integers or have more than 65535 different values; LimitError more
 /// points than triangles can name; Cancelled
-std::vector<LabelSurface> extract_labels(const VolumeView& map, const LabelOptions& options = {});
+MARROW_EXPORT std::vector<LabelSurface> extract_labels(const VolumeView& map,
+                                                       const LabelOptions& options = {});
 
 /// How many samples have each label, the background among them; `threads` 0: all. \throw InputError bad geometry, or samples
 /// that are no integers
-std::map<std::int64_t, std::int64_t> count_labels(const VolumeView& map, int threads = 0);
+MARROW_EXPORT std::map<std::int64_t, std::int64_t> count_labels(const VolumeView& map, int threads = 0);
 
 }  // namespace marrow

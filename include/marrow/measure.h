@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include <marrow/export.h>
 #include <marrow/mesh.h>
 
 namespace marrow {
@@ -25,7 +26,7 @@ struct MeshMeasures {
 };
 
 /// Measures a mesh in near-linear time. \throw InputError where a triangle names a point that is not there.
-MeshMeasures measure(const Mesh& mesh);
+MARROW_EXPORT MeshMeasures measure(const Mesh& mesh);
 
 /// How well shaped the triangles of a mesh are.
 struct TriangleQuality {
@@ -39,7 +40,7 @@ struct TriangleQuality {
 };
 
 /// Measures the shape of every triangle. \throw InputError where a triangle names a point that is not there.
-TriangleQuality triangle_quality(const Mesh& mesh);
+MARROW_EXPORT TriangleQuality triangle_quality(const Mesh& mesh);
 
 /// The mean curvature (k1 + k2) / 2 at each point, in 1/mm, positive where the surface bulges out: 1/r on a
 /// sphere of radius r. NaN at points on the mesh's border or on no closed fan of triangles.
@@ -47,7 +48,7 @@ TriangleQuality triangle_quality(const Mesh& mesh);
 /// H = grad(area) . n / (2 A), with the gradient of the area of the triangles round the point by the point,
 /// their area-weighted normal n, and their mixed Voronoi area A, after Meyer, Desbrun, Schroeder and Barr
 /// 2003. \throw InputError as triangle_quality.
-std::vector<double> mean_curvature(const Mesh& mesh);
+MARROW_EXPORT std::vector<double> mean_curvature(const Mesh& mesh);
 
 /// How rough a surface is; all over the points that have a curvature, weighted by area.
 struct Roughness {
@@ -63,7 +64,7 @@ struct Roughness {
 /// After Visutsak 2020 (its reference 19: curvature against the mean over a local window) and Lavoue 2009,
 /// but weighted by area instead of by point, so that meshes of different density compare. \throw InputError
 /// as triangle_quality; a window that is not positive.
-Roughness roughness(const Mesh& mesh, double window);
+MARROW_EXPORT Roughness roughness(const Mesh& mesh, double window);
 
 /// How far two surfaces lie apart, in mm.
 struct MeshDistance {
@@ -75,6 +76,6 @@ struct MeshDistance {
 /// nearest place on the other; for the maximum, from its points too. The places depend on the mesh alone, so
 /// the result has the same bits every time. \throw InputError an empty mesh, `samples` < 1, or as
 /// triangle_quality.
-MeshDistance mesh_distance(const Mesh& a, const Mesh& b, std::int64_t samples = 200'000);
+MARROW_EXPORT MeshDistance mesh_distance(const Mesh& a, const Mesh& b, std::int64_t samples = 200'000);
 
 }  // namespace marrow

@@ -5,10 +5,10 @@
 #include <cstdint>
 
 #include <marrow/buffer.h>
+#include <marrow/vector.h>
 
 namespace marrow {
 
-using Vec3f = std::array<float, 3>;
 using Triangle = std::array<std::uint32_t, 3>;
 
 /// A triangle mesh with shared points.

@@ -9,9 +9,10 @@
 #include <string>
 #include <vector>
 
+#include <marrow/export.h>
 #include <marrow/mesh.h>
 #include <marrow/progress.h>
-#include <marrow/slabs.h>
+#include <marrow/streaming.h>
 
 namespace marrow {
 
@@ -31,10 +32,10 @@ struct MeshWriteOptions {
 
 /// The format that an ending (in either case) stands for. \throw InputError an unknown ending; the message
 /// lists them.
-MeshFormat mesh_format(const std::filesystem::path& output);
+MARROW_EXPORT MeshFormat mesh_format(const std::filesystem::path& output);
 
 /// Whether a format keeps several surfaces apart in one file.
-bool holds_several(MeshFormat format);
+MARROW_EXPORT bool holds_several(MeshFormat format);
 
 /// One surface in a file.
 struct MeshObject {
@@ -62,15 +63,16 @@ struct MeshObject {
 /// \throw InputError an unknown ending, normals that do not match the points, triangles that name none, or RAS for .glb;
 /// LimitError more than the format can count (.stl 2^32 - 1 triangles, .glb and .3mf 4 GiB); IoError the system said no;
 /// Cancelled.
-void write_mesh(const Mesh& mesh, const std::filesystem::path& output, const MeshWriteOptions& options = {});
+MARROW_EXPORT void write_mesh(const Mesh& mesh, const std::filesystem::path& output,
+                              const MeshWriteOptions& options = {});
 
 /// Writes surfaces into one file. \throw as write_mesh; InputError several for a format that holds one, or none
-void write_meshes(std::span<const MeshObject> objects, const std::filesystem::path& output,
-                  const MeshWriteOptions& options = {});
+MARROW_EXPORT void write_meshes(std::span<const MeshObject> objects, const std::filesystem::path& output,
+                                const MeshWriteOptions& options = {});
 
 /// Files of surfaces that appear together: none before all of them are complete and on the disk. Each waits
 /// beside its place until then, and goes with the set that is not committed.
-class MeshFiles {
+class MARROW_EXPORT MeshFiles {
   public:
     MeshFiles();
     ~MeshFiles();
@@ -95,11 +97,11 @@ class MeshFiles {
 /// Coordinates are millimetres in LPS: x and y are negated where the file's mark says RAS. `space`, where given,
 /// receives what the mark says, for .glb LPS unless it says none; nothing where there is none, and the file is then taken for
 /// LPS. \throw InputError an unknown ending, or a file that is not what it should be; IoError; LimitError 2^32 points
-Mesh read_mesh(const std::filesystem::path& input, std::optional<Space>* space = nullptr);
+MARROW_EXPORT Mesh read_mesh(const std::filesystem::path& input, std::optional<Space>* space = nullptr);
 
 /// Writes a surface part by part, with no more in memory than a part: .stl and .ply, not compressed. The file has the same bytes as
 /// write_mesh's of the whole, and appears with commit() or not at all.
-class SurfaceWriter {
+class MARROW_EXPORT SurfaceWriter {
   public:
     /// options.progress is not called. \throw as write_mesh; InputError a format that cannot be written in parts
     explicit SurfaceWriter(const std::filesystem::path& output, const MeshWriteOptions& options = {});

@@ -9,8 +9,9 @@
 #include <string>
 #include <vector>
 
+#include <marrow/export.h>
 #include <marrow/progress.h>
-#include <marrow/slabs.h>
+#include <marrow/streaming.h>
 #include <marrow/volume.h>
 
 namespace marrow {
@@ -71,8 +72,8 @@ struct ScanInfo {
 /// Reads a scan into memory. `info`, where given, receives what was read.
 /// \throw IoError a missing or unreadable file; InputError a damaged or unsupported one; GeometryError several
 /// series without `options.series`, uneven slices, no spacing; LimitError too big; Cancelled.
-Volume read_scan(const std::filesystem::path& input, const ScanOptions& options = {},
-                 ScanInfo* info = nullptr);
+MARROW_EXPORT Volume read_scan(const std::filesystem::path& input, const ScanOptions& options = {},
+                               ScanInfo* info = nullptr);
 
 /// What there is to say about one series before its samples are read.
 struct SeriesReport {
@@ -101,14 +102,15 @@ struct ScanReport {
 
 /// Looks at an input as read_scan would with these options, without reading samples.
 /// \throw as read_scan, where there is no image at all.
-ScanReport inspect_scan(const std::filesystem::path& input, const ScanOptions& options = {});
+MARROW_EXPORT ScanReport inspect_scan(const std::filesystem::path& input, const ScanOptions& options = {});
 
 /// Opens a scan that is read slice by slice, for volumes that do not fit in memory: NIfTI, NRRD and MetaImage that are not
 /// compressed. Samples and geometry are those of read_scan. \throw as read_scan; InputError input that can only be read whole
-SliceSource open_slices(const std::filesystem::path& input, const ScanOptions& options = {},
-                        ScanInfo* info = nullptr);
+MARROW_EXPORT SliceSource open_slices(const std::filesystem::path& input, const ScanOptions& options = {},
+                                      ScanInfo* info = nullptr);
 
 /// Lists what an input holds, without reading samples. \throw as inspect_scan.
-std::vector<SeriesInfo> list_series(const std::filesystem::path& input, std::string* format = nullptr);
+MARROW_EXPORT std::vector<SeriesInfo> list_series(const std::filesystem::path& input,
+                                                  std::string* format = nullptr);
 
 }  // namespace marrow

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include <marrow/export.h>
 #include <marrow/mesh.h>
 #include <marrow/progress.h>
 
@@ -62,12 +63,12 @@ struct TerrainInfo {
 /// options out of range; GeometryError a raster without georeference and no `cell`; LimitError more than 2^32 -
 /// 1 points, before any height is read where the samples alone are as many, or 16000 layers; Cancelled, also while GDAL reads.
 /// The mesh is empty where no four samples side by side have heights and it is not closed.
-Mesh extract_terrain(const std::filesystem::path& raster, const TerrainOptions& options = {},
-                     TerrainInfo* info = nullptr);
+MARROW_EXPORT Mesh extract_terrain(const std::filesystem::path& raster, const TerrainOptions& options = {},
+                                   TerrainInfo* info = nullptr);
 
 /// How many surfaces there can be, each at half the resolution of the one before and the first with `cell` as in TerrainOptions,
 /// so that the last still has 2 x 2 samples; nothing where the raster does not say where its samples are. \throw as
 /// extract_terrain, of which no height is read
-std::optional<int> most_terrain_levels(const std::filesystem::path& raster, double cell = 0);
+MARROW_EXPORT std::optional<int> most_terrain_levels(const std::filesystem::path& raster, double cell = 0);
 
 }  // namespace marrow

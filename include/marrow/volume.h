@@ -7,19 +7,18 @@
 #include <type_traits>
 
 #include <marrow/buffer.h>
+#include <marrow/export.h>
+#include <marrow/vector.h>
 
 namespace marrow {
-
-using Vec3d = std::array<double, 3>;
-using Mat3d = std::array<Vec3d, 3>;  ///< m[row][column]
 
 /// The types a sample can have.
 enum class SampleType { uint8, int8, uint16, int16, int32, float32, float64 };
 
 /// Bytes of one sample.
-std::size_t sample_size(SampleType type);
+MARROW_EXPORT std::size_t sample_size(SampleType type);
 /// The type's name: "uint8", "int16", "float32", ...
-const char* sample_type_name(SampleType type);
+MARROW_EXPORT const char* sample_type_name(SampleType type);
 
 /// The SampleType of a C++ type.
 template <class T>
@@ -45,7 +44,7 @@ constexpr SampleType sample_type_of() {
 /// Where the samples of a volume lie: sample (i, j, k) is at origin + direction * (spacing .* (i, j, k)).
 /// Physical space is LPS millimetres (x to the patient's left, y to posterior, z to superior), as in DICOM
 /// and ITK.
-struct Geometry {
+struct MARROW_EXPORT Geometry {
     std::array<std::int64_t, 3> dims{0, 0, 0};  ///< samples along i, j, k; i is fastest in memory
     Vec3d spacing{1, 1, 1};  ///< mm between neighbouring samples along each index axis, > 0
     Vec3d origin{0, 0, 0};   ///< position of sample (0, 0, 0)
@@ -63,13 +62,13 @@ struct Geometry {
 
 /// \throw InputError where dims are negative or overflow, spacing is not positive and finite, the origin is
 /// not finite, the direction is singular, or a corner lies beyond what float32 holds.
-void check_geometry(const Geometry& geometry);
+MARROW_EXPORT void check_geometry(const Geometry& geometry);
 
 class Volume;
 
 /// A borrowed volume: geometry and a pointer to dims[2] * dims[1] * dims[0] samples, x fastest, without
 /// padding. The samples must outlive the view.
-struct VolumeView {
+struct MARROW_EXPORT VolumeView {
     VolumeView() = default;
     template <class T>
     VolumeView(const T* samples, const Geometry& g) : geometry(g), type(sample_type_of<T>()), data(samples) {}
@@ -82,7 +81,7 @@ struct VolumeView {
 };
 
 /// An owned volume.
-class Volume {
+class MARROW_EXPORT Volume {
   public:
     Volume() = default;
     /// Allocates, uninitialised. \throw InputError as check_geometry, LimitError where the memory is not to

@@ -7,12 +7,12 @@
 
 #include <marrow/error.h>
 
-#include "byte_stream.h"
-#include "dicom_set.h"
-#include "header_text.h"
-#include "read_dicom.h"
-#include "read_pictures.h"
-#include "read_raw.h"
+#include "io/bytes/byte_stream.h"
+#include "io/dicom/data_set.h"
+#include "io/bytes/text.h"
+#include "io/dicom/read_dicom.h"
+#include "io/scan/image_stack.h"
+#include "io/scan/raw_image.h"
 
 namespace marrow {
 

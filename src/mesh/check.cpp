@@ -4,12 +4,12 @@
 #include <atomic>
 #include <cmath>
 
-#include <marrow/check.h>
+#include <marrow/mesh_check.h>
 #include <marrow/error.h>
 
-#include "check_mesh.h"
-#include "crossing.h"
-#include "fans.h"
+#include "check_indices.h"
+#include "triangle_intersection.h"
+#include "vertex_triangles.h"
 #include "half_edges.h"
 #include "shells.h"
 #include "triangle_tree.h"

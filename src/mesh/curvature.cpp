@@ -9,8 +9,8 @@
 #include <marrow/error.h>
 #include <marrow/measure.h>
 
-#include "check_mesh.h"
-#include "fans.h"
+#include "check_indices.h"
+#include "vertex_triangles.h"
 #include "vector.h"
 
 namespace marrow {

@@ -10,7 +10,7 @@
 #include <marrow/error.h>
 #include <marrow/measure.h>
 
-#include "check_mesh.h"
+#include "check_indices.h"
 #include "distance.h"
 #include "vector.h"
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "check_mesh.h"
+#include "check_indices.h"
 #include "components.h"
 #include "half_edges.h"
 

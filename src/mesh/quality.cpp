@@ -5,7 +5,7 @@
 
 #include <marrow/measure.h>
 
-#include "check_mesh.h"
+#include "check_indices.h"
 #include "vector.h"
 
 namespace marrow {

@@ -4,9 +4,9 @@
 #include <vector>
 
 #include <marrow/error.h>
-#include <marrow/refine.h>
+#include <marrow/simplify.h>
 
-#include "check_mesh.h"
+#include "check_indices.h"
 #include "distance.h"
 #include "edge_collapse.h"
 #include "normals.h"

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include <marrow/error.h>
-#include <marrow/refine.h>
+#include <marrow/smooth.h>
 
-#include "check_mesh.h"
+#include "check_indices.h"
 #include "half_edges.h"
 #include "normals.h"
 #include "shells.h"

@@ -1,5 +1,5 @@
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "../mesh/triangle_search.cpp"
+#define HWY_TARGET_INCLUDE "mesh/triangle_search.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 

@@ -1,0 +1,122 @@
+#include "export_formats.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+#include <marrow/tissue_presets.h>
+
+namespace marrow::viewer {
+namespace {
+
+// The shortest digits that are read back as this number.
+std::string number_text(double value) {
+    char text[40];
+    return {text, std::to_chars(text, text + sizeof text, value).ptr};
+}
+
+// How the command line is asked for a surface.
+struct Request {
+    const char* option;
+    std::string value;
+    const Preset* preset;
+};
+
+Request request_for(const Scan& scan, const Parameters& parameters, const SurfaceParameters& surface) {
+    const auto preset = std::find_if(kPresets.begin(), kPresets.end(),
+                                     [&](const Preset& p) { return p.isovalue() == surface.isovalue; });
+    if (scan.hounsfield && preset != kPresets.end()) return {"--type", std::string(preset->name), &*preset};
+    // With --crop, otsu is that of the samples which are left.
+    if (scan.otsu && *scan.otsu == surface.isovalue && !parameters.crop)
+        return {"--isovalue", "otsu", nullptr};
+    return {"--isovalue", number_text(surface.isovalue), nullptr};
+}
+
+double digits(std::size_t n) {
+    return std::floor(std::log10(static_cast<double>(std::max<std::size_t>(n, 1)))) + 1;
+}
+
+}  // namespace
+
+std::optional<double> estimated_bytes(const std::string& ending, std::size_t points, std::size_t triangles) {
+    const auto p = static_cast<double>(points), t = static_cast<double>(triangles);
+    if (ending == ".stl") return 84 + 50 * t;
+    if (ending == ".ply") return 300 + 24 * p + 13 * t;
+    if (ending == ".vtp") return 1000 + 24 * p + 16 * t;
+    if (ending == ".glb") return 1000 + 24 * p + 12 * t;
+    if (ending == ".obj")
+        return 60 + 62 * p + t * (2 + 3 * (2 * digits(points) + 3));  // text: as long as its digits
+    return {};
+}
+
+QString size_text(double bytes) {
+    if (bytes < 1e6) return QString::number(bytes / 1e3, 'f', bytes < 1e4 ? 1 : 0) + " kB";
+    if (bytes < 1e9) return QString::number(bytes / 1e6, 'f', 1) + " MB";
+    return QString::number(bytes / 1e9, 'f', 2) + " GB";
+}
+
+MeshObject export_object(const Scan& scan, const Parameters& parameters, const SurfaceParameters& surface,
+                         const Mesh& mesh) {
+    const Request request = request_for(scan, parameters, surface);
+    MeshObject object{&mesh, request.value};
+    if (request.preset) object.colour = request.preset->colour;
+    return object;
+}
+
+std::vector<std::string> command_arguments(const Scan& scan, const Parameters& parameters,
+                                           const SurfaceParameters& surface,
+                                           const std::filesystem::path& output, Space space) {
+    std::vector<std::string> result{std::filesystem::absolute(scan.input).lexically_normal().string(), "-o",
+                                    output.string()};
+    const auto add = [&](const char* option, const std::string& value) {
+        result.emplace_back(option);
+        result.push_back(value);
+    };
+    const Request request = request_for(scan, parameters, surface);
+    add(request.option, request.value);
+    if (parameters.crop) {
+        std::string box = "vox:";
+        for (std::size_t a = 0; a < 3; ++a)
+            box.append(a > 0 ? "," : "")
+                .append(std::to_string(parameters.crop->first[a]))
+                .append(",")
+                .append(std::to_string(parameters.crop->last[a]));
+        add("--crop", box);
+    }
+    if (parameters.largest) result.emplace_back("--largest");
+    if (parameters.open) result.emplace_back("--open");
+    if (space == Space::RAS) add("--space", "RAS");
+
+    const ScanOptions& options = scan.options;
+    if (!options.series.empty()) add("--series", options.series);
+    if (options.spacing) {
+        const Vec3d& s = *options.spacing;
+        add("--spacing", number_text(s[0]) + "," + number_text(s[1]) + "," + number_text(s[2]));
+    }
+    if (options.resample) result.emplace_back("--resample");
+    if (options.volume) add("--volume", std::to_string(*options.volume));
+    return result;
+}
+
+QString shell_line(const std::vector<std::string>& arguments) {
+    QString line = "marrow";
+    for (const std::string& argument : arguments) {
+        QString text = QString::fromStdString(argument);
+        constexpr std::string_view kPlain =
+            "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./,:=+@";
+        if (argument.empty() || argument.find_first_not_of(kPlain) != std::string::npos)
+            text = "'" + text.replace("'", "'\\''") + "'";
+        line += " " + text;
+    }
+    return line;
+}
+
+QString file_name(const SurfaceParameters& surface, const std::string& ending) {
+    QString name;
+    for (const QChar c : surface.name.simplified())
+        name += c.isLetterOrNumber() || c == '-' || c == '_' || c == '.' ? c : QChar('-');
+    while (name.startsWith('.') || name.startsWith('-')) name.remove(0, 1);
+    return (name.isEmpty() ? QString("surface") : name) + QString::fromStdString(ending);
+}
+
+}  // namespace marrow::viewer

@@ -1,0 +1,236 @@
+#include "surfaces.h"
+
+#include <chrono>
+#include <new>
+
+#include <vtkCellArray.h>
+#include <vtkFloatArray.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkPoints.h>
+#include <vtkTypeInt32Array.h>
+
+#include <marrow/volume_filters.h>
+#include <marrow/isosurface.h>
+#include <marrow/components.h>
+
+namespace marrow::viewer {
+namespace {
+
+constexpr int kRest = 60;                          // ms without a change, then full resolution
+constexpr std::int64_t kPreviewSamples = 1500000;  // an extraction of so many takes a few ms
+
+}  // namespace
+
+/// What surfaces are extracted from. Used by the extracting thread alone, but for what is const.
+struct Surfaces::Source {
+    const std::shared_ptr<const Scan> scan;
+    const std::optional<SampleBox> box;  // none: the whole scan
+    const bool open;
+
+    Source(std::shared_ptr<const Scan> of, const std::optional<SampleBox>& in, bool is_open)
+        : scan(std::move(of)), box(in), open(is_open) {}
+
+    Volume cropped;  // where there is a box
+    std::optional<IsosurfaceExtractor> extractor;
+    Progress progress;  // of the job that runs
+
+    const Mesh& extract(double isovalue, int level, const Progress& unless_interrupted) {
+        progress = unless_interrupted;
+        if (!extractor) {
+            if (box) cropped = crop(scan->volume, box->first, box->last);
+            extractor.emplace(box ? cropped : scan->volume,
+                              IsosurfaceOptions{.closed = !open, .progress = [this](double fraction) {
+                                                    return progress(fraction);
+                                                }});
+        }
+        return extractor->extract(isovalue, level);
+    }
+};
+
+vtkSmartPointer<vtkPolyData> to_polydata(const Mesh& mesh) {
+    constexpr int kBorrowed = 1;
+    const auto vectors = [](const Buffer<Vec3f>& from, vtkFloatArray* to) {
+        to->SetNumberOfComponents(3);
+        to->SetArray(const_cast<float*>(reinterpret_cast<const float*>(from.data())),
+                     3 * static_cast<vtkIdType>(from.size()), kBorrowed);
+    };
+    vtkNew<vtkFloatArray> coordinates, normals;
+    vectors(mesh.points, coordinates);
+    vectors(mesh.normals, normals);
+    vtkNew<vtkPoints> points;
+    points->SetData(coordinates);
+    // VTK counts with signs. A screen's worth of points is far from 2^31.
+    vtkNew<vtkTypeInt32Array> corners;
+    corners->SetArray(reinterpret_cast<int*>(const_cast<Triangle*>(mesh.triangles.data())),
+                      3 * static_cast<vtkIdType>(mesh.triangles.size()), kBorrowed);
+    vtkNew<vtkCellArray> triangles;
+    triangles->SetData(3, corners);
+
+    auto result = vtkSmartPointer<vtkPolyData>::New();
+    result->SetPoints(points);
+    result->GetPointData()->SetNormals(normals);
+    result->SetPolys(triangles);
+    result->ComputeBounds();  // here, not when it is drawn
+    return result;
+}
+
+Surfaces::Surfaces(Session& session, QObject* parent) : QObject(parent), session_(session) {
+    rest_.setSingleShot(true);
+    connect(&rest_, &QTimer::timeout, this, &Surfaces::settle);
+    connect(&session_, &Session::parameters_changed, this, &Surfaces::follow);
+}
+
+Surfaces::~Surfaces() = default;
+
+std::shared_ptr<const Shape> Surfaces::shape(int id) const {
+    const auto it = states_.find(id);
+    return it == states_.end() ? nullptr : it->second.newest;
+}
+
+std::shared_ptr<const Shape> Surfaces::preview(int id) const {
+    const auto it = states_.find(id);
+    return it == states_.end() ? nullptr : it->second.preview;
+}
+
+std::shared_ptr<const Shape> Surfaces::exact(int id) const {
+    const auto it = states_.find(id);
+    return it == states_.end() || !it->second.exact ? nullptr : it->second.newest;
+}
+
+bool Surfaces::settled() const {
+    for (const auto& [id, state] : states_) {
+        if (!state.exact || !state.newest->measures) return false;
+    }
+    return !states_.empty();
+}
+
+// Compares what the session asks for with what was requested.
+void Surfaces::follow() {
+    const Parameters& p = session_.parameters();
+    const std::shared_ptr<const Scan> scan = session_.shared_scan();
+    const bool new_scan = !source_ || source_->scan != scan;
+    const bool new_source = new_scan || source_->open != p.open || source_->box != p.crop;
+    const bool everything = new_source || p.largest != largest_;
+    if (new_scan) {
+        extracting_.forget_all();
+        measuring_.forget_all();
+    }
+    if (new_source) {
+        source_ = std::make_shared<Source>(scan, p.crop, p.open);
+        const SampleBox box = session_.crop();
+        std::int64_t samples = 1;
+        for (std::size_t a = 0; a < 3; ++a) samples *= box.last[a] - box.first[a] + 1;
+        for (preview_level_ = 0; samples > kPreviewSamples; samples /= 8) ++preview_level_;
+    }
+    largest_ = p.largest;
+
+    for (auto it = states_.begin(); it != states_.end();) {
+        const int id = it->first;
+        ++it;
+        if (p.find(id)) continue;
+        for (const int level : {0, 1})
+            extracting_.forget({1 - level, id}), measuring_.forget({1 - level, id});
+        states_.erase(id);
+        emit removed(id);
+    }
+    for (const SurfaceParameters& surface : p.surfaces) {
+        const auto it = states_.find(surface.id);
+        if (everything || it == states_.end() || it->second.isovalue != surface.isovalue)
+            request(surface.id, surface.isovalue);
+    }
+}
+
+void Surfaces::request(int id, double isovalue) {
+    State& state = states_[id];
+    state.isovalue = isovalue;
+    state.request = ++requests_;
+    state.exact = false;
+    if (preview_level_ == 0) {
+        extracting_.forget({0, id});
+        state.preview.reset();
+        state.waits = false;
+        return post(id, 0);
+    }
+    extracting_.forget({1, id});
+    state.waits = true;
+    post(id, preview_level_);
+    rest_.start(kRest);
+}
+
+void Surfaces::settle() {
+    rest_.stop();
+    for (auto& [id, state] : states_) {
+        if (!state.waits) continue;
+        state.waits = false;
+        post(id, 0);
+    }
+}
+
+void Surfaces::post(int id, int level) {
+    const State& state = states_[id];
+    const auto job = [this, id, level, request = state.request, isovalue = state.isovalue, largest = largest_,
+                      source = source_](const Progress& unless_interrupted) {
+        try {
+            auto shape = std::make_shared<Shape>();
+            const auto start = std::chrono::steady_clock::now();
+            const Mesh& extracted = source->extract(isovalue, level, unless_interrupted);
+            shape->milliseconds =
+                std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+            report(unless_interrupted, 1);
+            shape->isovalue = isovalue;
+            shape->level = level;
+            shape->mesh = std::make_shared<Mesh>(
+                largest ? keep_components(extracted, {.count = 1, .cavities = false}) : extracted);
+            shape->polydata = to_polydata(*shape->mesh);
+            QMetaObject::invokeMethod(
+                this, [=, this] { accept(id, request, source, shape); }, Qt::QueuedConnection);
+        } catch (const Cancelled&) {
+            throw;
+        } catch (const std::bad_alloc&) {
+            QMetaObject::invokeMethod(
+                this, [this] { emit failed(tr("There is not enough memory for this surface.")); },
+                Qt::QueuedConnection);
+        } catch (const std::exception& error) {
+            QMetaObject::invokeMethod(
+                this, [this, text = QString::fromUtf8(error.what())] { emit failed(text); },
+                Qt::QueuedConnection);
+        }
+    };
+    extracting_.post({level > 0 ? 0 : 1, id}, job);
+}
+
+void Surfaces::accept(int id, int request, const std::shared_ptr<Source>& source,
+                      std::shared_ptr<Shape> shape) {
+    const auto it = states_.find(id);
+    if (it == states_.end() || source->scan != source_->scan) return;  // of a surface or scan that is gone
+    State& state = it->second;
+    const bool newest = request == state.request;
+    if (shape->level == 0 && preview_level_ > 0 && !newest) return;  // previews have moved on
+    if (state.exact && shape->level > 0) return;
+    state.newest = shape;
+    if (shape->level > 0) state.preview = shape;
+    state.exact = newest && shape->level == 0;
+    emit shape_changed(id);
+    post_measure(id, std::move(shape));
+}
+
+void Surfaces::post_measure(int id, std::shared_ptr<Shape> shape) {
+    const int urgency = shape->level > 0 ? 0 : 1;
+    if (urgency == 0) measuring_.forget({1, id});
+    measuring_.forget({urgency, id});
+    measuring_.post({urgency, id}, [this, id, shape](const Progress& unless_interrupted) {
+        report(unless_interrupted, 0);
+        const MeshMeasures measures = measure(*shape->mesh);
+        QMetaObject::invokeMethod(
+            this,
+            [=, this] {
+                shape->measures = measures;
+                const auto it = states_.find(id);
+                if (it != states_.end() && it->second.newest == shape) emit measured(id);
+            },
+            Qt::QueuedConnection);
+    });
+}
+
+}  // namespace marrow::viewer

@@ -1,0 +1,107 @@
+// What the 3D view shows beside the surfaces.
+#pragma once
+
+#include <vector>
+
+#include <vtkActor.h>
+#include <vtkAnnotatedCubeActor.h>
+#include <vtkBillboardTextActor3D.h>
+#include <vtkCamera.h>
+#include <vtkImageData.h>
+#include <vtkNew.h>
+#include <vtkPolyData.h>
+#include <vtkRenderer.h>
+#include <vtkSmartPointer.h>
+#include <vtkTexture.h>
+
+#include "model/session.h"
+
+namespace marrow::viewer {
+
+/// The colours that 3D Slicer gives to axial, coronal and sagittal.
+QColor plane_colour(Plane plane);
+/// That of the crop box.
+inline const QColor kCropColour(0xff, 0xa6, 0x3d);
+/// All sides of a box.
+inline constexpr std::array<CropSide, 6> kCropSides{
+    {{0, false}, {0, true}, {1, false}, {1, true}, {2, false}, {2, true}}};
+
+/// The slice in a cut, where its samples lie in the crop box and inside the outermost surface.
+class CutFace {
+  public:
+    CutFace();
+    void add_to(vtkRenderer* renderer) { renderer->AddActor(actor_); }
+    void show(const Scan& scan, const SampleBox& box, Plane plane, const Vec3d& crosshair,
+              const Window& window, double lowest_isovalue);
+    void hide() { actor_->VisibilityOff(); }
+
+  private:
+    vtkNew<vtkActor> actor_;
+    vtkNew<vtkPolyData> quad_;
+    vtkNew<vtkImageData> pixels_;
+    vtkNew<vtkTexture> texture_;
+};
+
+/// Three lines through the scan.
+class Crosshair {
+  public:
+    Crosshair();
+    void add_to(vtkRenderer* renderer);
+    void place(const Geometry& geometry, const Vec3d& index);
+    void set_visible(bool visible);
+
+  private:
+    struct Line {
+        vtkNew<vtkPolyData> data;
+        vtkNew<vtkActor> actor;
+    };
+    std::array<Line, 3> lines_;
+    bool visible_ = true, placed_ = false;
+};
+
+/// The box that surfaces are made in, with a handle on each of its sides. It reaches half a sample beyond the outer
+/// samples, as closed surfaces do.
+class CropBox {
+  public:
+    CropBox();
+    void add_to(vtkRenderer* renderer);
+    void place(const Geometry& geometry, const SampleBox& box);
+    void set_visible(bool visible);
+    /// The middle of a side, as an index.
+    static Vec3d handle(const SampleBox& box, const CropSide& side);
+
+  private:
+    vtkNew<vtkPolyData> edges_, handles_;
+    vtkNew<vtkActor> edges_actor_, handles_actor_;
+};
+
+/// Distances and angles with their values.
+class Marks {
+  public:
+    void add_to(vtkRenderer* renderer) { renderer_ = renderer; }
+    void show(const std::vector<Measurement>& measurements, const std::vector<Vec3d>& picked);
+    void set_light(bool light);
+
+  private:
+    void add(const std::vector<Vec3d>& points, const QString& text);
+
+    vtkRenderer* renderer_ = nullptr;
+    std::vector<vtkSmartPointer<vtkProp>> shown_;
+    std::vector<Measurement> measurements_;
+    std::vector<Vec3d> picked_;
+    bool light_ = false;
+};
+
+/// A cube in the corner with the patient's directions on its faces.
+class OrientationCube {
+  public:
+    OrientationCube();
+    void add_to(vtkRenderer* renderer) { renderer->AddActor(cube_); }
+    /// Turns the cube as the camera of the scene sees it, in the lower right corner of a window of this size in pixels.
+    void follow(vtkCamera* scene, vtkRenderer* corner, int width, int height, double pixel_ratio);
+
+  private:
+    vtkNew<vtkAnnotatedCubeActor> cube_;
+};
+
+}  // namespace marrow::viewer

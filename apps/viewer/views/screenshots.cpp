@@ -1,0 +1,43 @@
+#include "screenshots.h"
+
+#include <QBuffer>
+#include <QDir>
+
+#include <marrow/atomic_file.h>
+
+namespace marrow::viewer {
+
+void write_png(const QImage& image, const std::filesystem::path& file) {
+    QByteArray bytes;
+    QBuffer buffer(&bytes);
+    buffer.open(QIODevice::WriteOnly);
+    if (!image.save(&buffer, "PNG")) throw IoError("cannot make a PNG of this size: choose a smaller one");
+    AtomicFile out(file);
+    out.write(bytes.constData(), static_cast<std::size_t>(bytes.size()));
+    out.commit();
+}
+
+Turntable::Turntable(SurfaceView& view, int frames, const QSize& size, const QString& folder)
+    : QObject(&view), view_(view), frames_(frames), size_(size), folder_(folder) {
+    connect(&timer_, &QTimer::timeout, this, &Turntable::step);
+    timer_.start(0);
+}
+
+void Turntable::step() {
+    try {
+        if (frame_ < frames_) {
+            const QString name = QString("frame-%1.png").arg(frame_, 4, 10, QChar('0'));
+            write_png(view_.picture(size_), QDir(folder_).filePath(name).toStdString());
+            view_.turn(360.0 / frames_);
+            emit progressed(++frame_);
+            return;
+        }
+        emit finished(tr("Wrote %1 pictures to %2.").arg(frames_).arg(folder_), false);
+    } catch (const std::exception& error) {
+        emit finished(QString::fromUtf8(error.what()), true);
+    }
+    timer_.stop();
+    deleteLater();
+}
+
+}  // namespace marrow::viewer

@@ -1,0 +1,475 @@
+#include "surface_view.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include <time.h>
+#include <vtkCallbackCommand.h>
+#include <vtkCamera.h>
+#include <vtkGenericOpenGLRenderWindow.h>
+#include <vtkImageData.h>
+#include <vtkInteractorStyleTrackballCamera.h>
+#include <vtkLightKit.h>
+#include <vtkNew.h>
+#include <vtkObjectFactory.h>
+#include <vtkPlane.h>
+#include <vtkRenderWindowInteractor.h>
+#include <vtkRenderer.h>
+#include <vtkRendererCollection.h>
+#include <vtkWindowToImageFilter.h>
+
+#include <QMouseEvent>
+
+#include "scene_parts.h"
+#include "slice_geometry.h"
+#include "surface_actor.h"
+#include "model/vectors.h"
+
+namespace marrow::viewer {
+namespace {
+
+constexpr double kViewAngle = 24;
+constexpr double kSlowFrame = 60;  // ms; above that, previews are drawn while the view moves
+constexpr int kClick = 4;          // pixels that a hand may shake
+
+// Mouse as VTK, ParaView and 3D Slicer have it; keys are the window's own.
+class Style : public vtkInteractorStyleTrackballCamera {
+  public:
+    static Style* New();
+    vtkTypeMacro(Style, vtkInteractorStyleTrackballCamera);
+    void OnChar() override {}
+    void OnKeyPress() override {}
+    void OnKeyDown() override {}
+};
+vtkStandardNewMacro(Style);
+
+template <class F>
+void observe(vtkObject* object, unsigned long event, F* callback) {
+    vtkNew<vtkCallbackCommand> command;
+    command->SetClientData(callback);
+    command->SetCallback([](vtkObject*, unsigned long, void* data, void*) { (*static_cast<F*>(data))(); });
+    object->AddObserver(event, command);
+}
+
+}  // namespace
+
+double thread_milliseconds() {
+    timespec now{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+    return static_cast<double>(now.tv_sec) * 1e3 + static_cast<double>(now.tv_nsec) / 1e6;
+}
+
+struct SurfaceView::Scene {
+    vtkNew<vtkGenericOpenGLRenderWindow> window;
+    vtkNew<vtkRenderer> main, overlay, corner;
+    vtkNew<vtkLightKit> lights;
+    vtkNew<Style> style;
+    vtkNew<vtkPlane> plane;
+    std::map<int, SurfaceActor> surfaces;
+    CutFace cut_face;
+    Crosshair crosshair;
+    CropBox crop_box;
+    Marks marks;
+    OrientationCube cube;
+    std::function<void()> on_frame_start, on_frame_end, on_start, on_end;
+};
+
+SurfaceView::SurfaceView(Session& session, Surfaces& surfaces, QWidget* parent)
+    : QVTKOpenGLNativeWidget(parent),
+      session_(session),
+      surfaces_(surfaces),
+      crop_drag_(session, surfaces, *this),
+      scene_(std::make_unique<Scene>()) {
+    setRenderWindow(scene_->window);
+    setFocusPolicy(Qt::StrongFocus);
+    setMinimumSize(240, 200);
+    setToolTip({});
+
+    vtkRenderWindow* window = scene_->window;
+    window->SetMultiSamples(0);
+    window->SetNumberOfLayers(3);
+    window->AddRenderer(scene_->main);
+    scene_->main->GradientBackgroundOn();
+    scene_->lights->SetKeyLightAngle(45, -35);
+    scene_->lights->SetKeyToFillRatio(2.2);
+    scene_->lights->SetKeyToBackRatio(2.2);
+    scene_->lights->AddLightsToRenderer(scene_->main);
+    scene_->main->SetUseFXAA(true);
+    scene_->main->SetUseDepthPeeling(true);
+    scene_->main->SetMaximumNumberOfPeels(4);
+    scene_->main->SetOcclusionRatio(0.02);
+    scene_->main->GetActiveCamera()->SetViewAngle(kViewAngle);
+    for (vtkRenderer* renderer : {scene_->overlay.Get(), scene_->corner.Get()}) {
+        renderer->InteractiveOff();
+        window->AddRenderer(renderer);
+    }
+    scene_->overlay->SetLayer(1);
+    scene_->overlay->SetActiveCamera(scene_->main->GetActiveCamera());
+    scene_->corner->SetLayer(2);
+    scene_->cut_face.add_to(scene_->main);
+    scene_->crosshair.add_to(scene_->overlay);
+    scene_->crop_box.add_to(scene_->overlay);
+    scene_->marks.add_to(scene_->overlay);
+    scene_->cube.add_to(scene_->corner);
+    set_light_background(false);
+
+    window->GetInteractor()->SetInteractorStyle(scene_->style);
+    scene_->on_frame_start = [this] {
+        frame_timer_.start();
+        frame_began_ = thread_milliseconds();
+        prepare_camera();
+    };
+    scene_->on_frame_end = [this] { finish_frame(); };
+    scene_->on_start = [this] { set_moving(true); };
+    scene_->on_end = [this] { set_moving(false); };
+    observe(window, vtkCommand::StartEvent, &scene_->on_frame_start);
+    observe(window, vtkCommand::EndEvent, &scene_->on_frame_end);
+    observe(scene_->style, vtkCommand::StartInteractionEvent, &scene_->on_start);
+    observe(scene_->style, vtkCommand::EndInteractionEvent, &scene_->on_end);
+    // Qt then puts the picture and the widgets round it together, also by OpenGL.
+    connect(this, &QOpenGLWidget::aboutToCompose, this, [this] {
+        composition_timer_.start();
+        composition_began_ = thread_milliseconds();
+    });
+    connect(this, &QOpenGLWidget::frameSwapped, this, [this] {
+        if (!composition_timer_.isValid()) return;
+        all_frames_ += static_cast<double>(composition_timer_.nsecsElapsed()) / 1e6;
+        all_frames_processor_ += thread_milliseconds() - composition_began_;
+        composition_timer_.invalidate();
+    });
+    drawing_.setSingleShot(true);
+    connect(&drawing_, &QTimer::timeout, this, &SurfaceView::draw);
+
+    connect(&session_, &Session::scan_changed, this, [this] {
+        for (auto& [id, surface] : scene_->surfaces) scene_->main->RemoveActor(surface.actor());
+        scene_->surfaces.clear();
+        fitted_ = false;
+        full_frame_ = 0;
+    });
+    connect(&session_, &Session::parameters_changed, this, &SurfaceView::follow_parameters);
+    connect(&session_, &Session::crosshair_changed, this, &SurfaceView::follow_crosshair);
+    connect(&session_, &Session::picking_changed, this, [this] {
+        follow_measurements();
+        follow_crop();
+    });
+    connect(&surfaces_, &Surfaces::shape_changed, this, &SurfaceView::follow_shapes);
+    connect(&surfaces_, &Surfaces::removed, this, [this](int id) {
+        const auto it = scene_->surfaces.find(id);
+        if (it == scene_->surfaces.end()) return;
+        scene_->main->RemoveActor(it->second.actor());
+        scene_->surfaces.erase(it);
+        request_draw();
+    });
+}
+
+SurfaceView::~SurfaceView() {
+    makeCurrent();  // for what the mappers hold in the graphics memory
+    for (vtkRenderer* renderer : {scene_->main.Get(), scene_->overlay.Get(), scene_->corner.Get()})
+        renderer->RemoveAllViewProps();
+}
+
+void SurfaceView::follow_shapes(int id) {
+    const std::shared_ptr<const Shape> shape = surfaces_.shape(id);
+    if (!shape) return;
+    const bool is_new = scene_->surfaces.find(id) == scene_->surfaces.end();
+    SurfaceActor& surface = scene_->surfaces[id];
+    surface.set_shapes(shape, surfaces_.preview(id));
+    if (is_new) {
+        scene_->main->AddActor(surface.actor());
+        follow_parameters();
+    }
+    choose_detail();
+    if (!fitted_ && !shape->mesh->points.empty()) {
+        fitted_ = true;
+        reset_view();
+    }
+    request_draw();
+}
+
+void SurfaceView::follow_parameters() {
+    if (!session_.scan()) return;
+    const Parameters& p = session_.parameters();
+    for (auto& [id, surface] : scene_->surfaces) {
+        if (const SurfaceParameters* parameters = p.find(id)) surface.set_look(*parameters, p.mode);
+    }
+    follow_crosshair();
+    follow_measurements();
+    follow_crop();
+}
+
+void SurfaceView::follow_crop() {
+    const Scan* scan = session_.scan();
+    if (!scan) return;
+    scene_->crop_box.place(scan->volume.geometry(), session_.crop());
+    scene_->crop_box.set_visible(session_.tool() == Tool::crop);
+    request_draw();
+}
+
+void SurfaceView::follow_crosshair() {
+    const Scan* scan = session_.scan();
+    if (!scan) return;
+    scene_->crosshair.place(scan->volume.geometry(), session_.crosshair());
+
+    const std::optional<HalfSpace> half = kept();
+    if (half) {
+        scene_->plane->SetOrigin(half->point.data());
+        scene_->plane->SetNormal(half->normal.data());
+        const Parameters& p = session_.parameters();
+        double lowest = std::numeric_limits<double>::infinity();
+        for (const SurfaceParameters& surface : p.surfaces) {
+            if (surface.visible && surface.opacity > 0) lowest = std::min(lowest, surface.isovalue);
+        }
+        scene_->cut_face.show(*scan, session_.crop(), *p.cut.plane, session_.crosshair(), p.window, lowest);
+    } else {
+        scene_->cut_face.hide();
+    }
+    for (auto& [id, surface] : scene_->surfaces) surface.set_cut(half ? scene_->plane.Get() : nullptr);
+    request_draw();
+}
+
+void SurfaceView::follow_measurements() {
+    scene_->marks.show(session_.parameters().measurements, session_.picked());
+    request_draw();
+}
+
+std::optional<HalfSpace> SurfaceView::kept() const {
+    const Scan* scan = session_.scan();
+    const Cut& cut = session_.parameters().cut;
+    if (!scan || !cut.plane) return {};
+    const Geometry& geometry = scan->volume.geometry();
+    const SliceFrame frame = slice_frame(geometry, *cut.plane);
+    Vec3d index = session_.crosshair();
+    double& through = index[static_cast<std::size_t>(frame.through)];
+    through = std::round(through);
+    Vec3d normal = unit(cross(step_along(geometry, static_cast<std::size_t>(frame.across)),
+                              step_along(geometry, static_cast<std::size_t>(frame.down))));
+    // Off comes what is superior, anterior or left, until it is flipped.
+    constexpr std::array<Vec3d, 3> kOff{{{0, 0, 1}, {0, -1, 0}, {1, 0, 0}}};
+    const bool towards_off = dot(normal, kOff[static_cast<std::size_t>(*cut.plane)]) > 0;
+    if (towards_off != cut.flipped)
+        for (double& x : normal) x = -x;
+    return HalfSpace{geometry.physical(index), normal};
+}
+
+void SurfaceView::set_light_background(bool light) {
+    light_ = light;
+    if (light) {
+        scene_->main->SetBackground(0.86, 0.88, 0.90);
+        scene_->main->SetBackground2(0.98, 0.98, 0.99);
+    } else {
+        scene_->main->SetBackground(0.055, 0.063, 0.078);
+        scene_->main->SetBackground2(0.16, 0.185, 0.22);
+    }
+    scene_->marks.set_light(light);
+    request_draw();
+}
+
+void SurfaceView::set_crosshair_visible(bool visible) {
+    scene_->crosshair.set_visible(visible);
+    request_draw();
+}
+
+// Some thousand points of each visible surface stand for all.
+void SurfaceView::look(const Aim& aim) {
+    const double aspect = std::max(0.1, static_cast<double>(width()) / std::max(1, height()));
+    fit(scene_->main->GetActiveCamera(), aim, aspect, [&](const auto& visit) {
+        for (const auto& [id, surface] : scene_->surfaces) {
+            if (!surface.shape() || !surface.visible()) continue;
+            const auto& points = surface.shape()->mesh->points;
+            const std::size_t step = 1 + points.size() / 20000;
+            for (std::size_t i = 0; i < points.size(); i += step)
+                visit({points[i][0], points[i][1], points[i][2]});
+        }
+    });
+    request_draw();
+}
+
+void SurfaceView::look_from(Side side) {
+    look(aim_from(side));
+}
+
+void SurfaceView::reset_view() {
+    look(aim_from_front_left());
+}
+
+void SurfaceView::turn(double degrees) {
+    turn_camera(scene_->main->GetActiveCamera(), degrees);
+    request_draw();
+}
+
+void SurfaceView::set_moving(bool moving) {
+    moving_ = moving;
+    choose_detail();
+    request_draw();
+}
+
+void SurfaceView::choose_detail() {
+    for (auto& [id, surface] : scene_->surfaces) surface.choose(moving_ && full_frame_ > kSlowFrame);
+}
+
+void SurfaceView::request_draw() {
+    if (!drawing_.isActive()) drawing_.start(0);
+}
+
+void SurfaceView::prepare_camera() {
+    vtkCamera* camera = scene_->main->GetActiveCamera();
+    if (const Scan* scan = session_.scan()) {
+        // The whole scan, so that crosshair and cut are never clipped away.
+        const Geometry& g = scan->volume.geometry();
+        double bounds[6]{1e300, -1e300, 1e300, -1e300, 1e300, -1e300};
+        for (int corner = 0; corner < 8; ++corner) {
+            Vec3d index;
+            for (std::size_t a = 0; a < 3; ++a)
+                index[a] = (corner >> a & 1) != 0 ? static_cast<double>(g.dims[a]) : -1.0;
+            const Vec3d p = g.physical(index);
+            for (std::size_t a = 0; a < 3; ++a) {
+                bounds[2 * a] = std::min(bounds[2 * a], p[a]);
+                bounds[2 * a + 1] = std::max(bounds[2 * a + 1], p[a]);
+            }
+        }
+        scene_->main->ResetCameraClippingRange(bounds);
+    }
+    const int* size = scene_->window->GetSize();
+    scene_->cube.follow(camera, scene_->corner, size[0], size[1], devicePixelRatioF());
+}
+
+void SurfaceView::draw() {
+    if (isValid() && isVisible()) scene_->window->Render();
+}
+
+void SurfaceView::finish_frame() {
+    scene_->window->WaitForCompletion();  // so that the time is that of drawing, not of asking for it
+    frame_ = static_cast<double>(frame_timer_.nsecsElapsed()) / 1e6;
+    all_frames_ += frame_;
+    all_frames_processor_ += thread_milliseconds() - frame_began_;
+    const bool full = std::all_of(scene_->surfaces.begin(), scene_->surfaces.end(),
+                                  [](const auto& entry) { return entry.second.drawn_full(); });
+    if (full) full_frame_ = frame_;
+    if (++frames_ == 1) {
+        const char* capabilities = scene_->window->ReportCapabilities();
+        software_ =
+            capabilities && (std::strstr(capabilities, "llvmpipe") || std::strstr(capabilities, "softpipe"));
+    }
+    emit drawn();
+}
+
+QImage SurfaceView::picture(const QSize& size) {
+    constexpr int kOversampling = 2;
+    vtkRenderWindow* window = scene_->window;
+    const int before[2]{window->GetSize()[0], window->GetSize()[1]};
+    window->SetSize(size.width() * kOversampling, size.height() * kOversampling);
+    vtkNew<vtkWindowToImageFilter> filter;
+    filter->SetInput(window);
+    filter->ReadFrontBufferOff();
+    filter->SetInputBufferTypeToRGB();
+    filter->Update();
+    vtkImageData* pixels = filter->GetOutput();
+    const int width = pixels->GetDimensions()[0], height = pixels->GetDimensions()[1];
+    QImage image(width, height, QImage::Format_RGB888);
+    for (int y = 0; y < height; ++y) {
+        const auto* from = static_cast<const uchar*>(pixels->GetScalarPointer(0, height - 1 - y, 0));
+        std::copy(from, from + 3 * width, image.scanLine(y));
+    }
+    window->SetSize(before[0], before[1]);
+    draw();
+    return image.scaled(size, Qt::IgnoreAspectRatio, Qt::SmoothTransformation);
+}
+
+Ray SurfaceView::ray_at(const QPoint& place) const {
+    vtkRenderer* renderer = scene_->main;
+    const double ratio = devicePixelRatioF();
+    const auto world = [&](double depth) {
+        renderer->SetDisplayPoint(place.x() * ratio, (height() - 1 - place.y()) * ratio, depth);
+        renderer->DisplayToWorld();
+        double p[4];
+        renderer->GetWorldPoint(p);
+        return Vec3d{p[0] / p[3], p[1] / p[3], p[2] / p[3]};
+    };
+    const Vec3d near = world(0), far = world(1);
+    return {near, unit({far[0] - near[0], far[1] - near[1], far[2] - near[2]})};
+}
+
+std::optional<Vec3d> SurfaceView::position_at(const QPoint& place) const {
+    const Scan* scan = session_.scan();
+    if (!scan) return {};
+    const Ray ray = ray_at(place);
+    const std::optional<HalfSpace> half = kept();
+    const Parameters& p = session_.parameters();
+    for (const bool translucent : {false, true}) {
+        double nearest = std::numeric_limits<double>::infinity();
+        double lowest = nearest;
+        for (const auto& [id, actor] : scene_->surfaces) {
+            const SurfaceParameters* surface = p.find(id);
+            if (!surface || !surface->visible || surface->opacity == 0) continue;
+            lowest = std::min(lowest, surface->isovalue);
+            if ((surface->opacity < 1) != translucent) continue;
+            const Shape* shape = actor.shape();
+            if (!shape) continue;
+            if (const auto hit = first_hit(*shape->mesh, ray, half)) nearest = std::min(nearest, *hit);
+        }
+        // The cut shows what lies inside the outermost surface.
+        const double approach = half ? dot(half->normal, ray.direction) : 0;
+        if (approach != 0) {
+            const double along = -half->height(ray.origin) / approach;
+            const Vec3d index = index_of(scan->volume.geometry(), ray.at(along));
+            const SampleBox box = session_.crop();
+            std::array<std::int64_t, 3> sample;
+            bool inside = along > 0;
+            for (std::size_t a = 0; a < 3; ++a) {
+                sample[a] = std::llround(std::clamp(index[a], -1.0, 1e9));
+                inside = inside && sample[a] >= box.first[a] && sample[a] <= box.last[a];
+            }
+            if (inside && sample_at(scan->volume, sample[0], sample[1], sample[2]) >= lowest)
+                nearest = std::min(nearest, along);
+        }
+        if (nearest < std::numeric_limits<double>::infinity()) return ray.at(nearest);
+    }
+    return {};
+}
+
+QPointF SurfaceView::place_of(const Vec3d& position) const {
+    vtkRenderer* renderer = scene_->main;
+    renderer->SetWorldPoint(position[0], position[1], position[2], 1);
+    renderer->WorldToDisplay();
+    double p[3];
+    renderer->GetDisplayPoint(p);
+    const double ratio = devicePixelRatioF();
+    return {p[0] / ratio, height() - 1 - p[1] / ratio};
+}
+
+Vec3d SurfaceView::view_direction() const {
+    Vec3d d;
+    scene_->main->GetActiveCamera()->GetDirectionOfProjection(d.data());
+    return d;
+}
+
+bool SurfaceView::event(QEvent* event) {
+    const bool press = event->type() == QEvent::MouseButtonPress;
+    const bool release = event->type() == QEvent::MouseButtonRelease;
+    if (press) setFocus(Qt::MouseFocusReason);
+    // Handles of the crop box come before VTK's own use of the mouse.
+    if ((press || release || event->type() == QEvent::MouseMove) &&
+        crop_drag_.take(*static_cast<QMouseEvent*>(event))) {
+        pressed_valid_ = false;
+        return true;
+    }
+    if (press) {
+        const auto* mouse = static_cast<QMouseEvent*>(event);
+        pressed_ = mouse->pos();
+        pressed_valid_ = mouse->button() == Qt::LeftButton;
+    } else if (release) {
+        const auto* mouse = static_cast<QMouseEvent*>(event);
+        const bool click = pressed_valid_ && mouse->button() == Qt::LeftButton &&
+                           (mouse->pos() - pressed_).manhattanLength() <= kClick;
+        const bool result = QVTKOpenGLNativeWidget::event(event);
+        if (click && mouse->modifiers() == Qt::NoModifier) {
+            if (const auto position = position_at(mouse->pos())) session_.click(*position);
+        }
+        return result;
+    }
+    return QVTKOpenGLNativeWidget::event(event);
+}
+
+}  // namespace marrow::viewer

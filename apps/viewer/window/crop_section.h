@@ -1,0 +1,30 @@
+// The crop box as numbers.
+#pragma once
+
+#include <array>
+
+#include <QLabel>
+#include <QSpinBox>
+#include <QWidget>
+
+#include "model/session.h"
+
+namespace marrow::viewer {
+
+/// For each axis of the samples, the first and the last that surfaces are made of.
+class CropSection : public QWidget {
+    Q_OBJECT
+  public:
+    explicit CropSection(Session& session);
+
+  private:
+    void follow_scan();
+    void follow_parameters();
+
+    Session& session_;
+    std::array<QLabel*, 3> names_{};
+    std::array<std::array<QSpinBox*, 2>, 3> numbers_{};
+    QLabel* size_;
+};
+
+}  // namespace marrow::viewer

@@ -1,0 +1,394 @@
+#include "main_window.h"
+
+#include <QApplication>
+#include <QClipboard>
+#include <QCloseEvent>
+#include <QDir>
+#include <QFileDialog>
+#include <QMimeData>
+#include <QScrollArea>
+#include <QSettings>
+#include <QStackedLayout>
+#include <QStatusBar>
+
+#include "help.h"
+#include "views/screenshots.h"
+
+namespace marrow::viewer {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr std::size_t kRecent = 8;
+
+QString from_path(const fs::path& path) {
+    return QString::fromStdString(path.string());
+}
+
+}  // namespace
+
+MainWindow::MainWindow(QWidget* parent) : QMainWindow(parent) {
+    setWindowTitle("Marrow Viewer");
+    setAcceptDrops(true);
+    resize(1440, 900);
+    actions_ = new Actions(this, session_);
+    make_views();
+    banner_ = new Banner(this);
+    make_status_bar();
+    connect_actions();
+    connect_rest();
+    restore();
+}
+
+MainWindow::~MainWindow() {
+    turning_.stop();
+    // The views refer to the session and the surfaces, which are members and go before child widgets would.
+    delete stack_;
+}
+
+void MainWindow::make_views() {
+    view_ = new SurfaceView(session_, surfaces_);
+    view_->setObjectName("surface_view");
+    slice_column_ = new QSplitter(Qt::Vertical);
+    for (const Plane plane : {Plane::axial, Plane::coronal, Plane::sagittal}) {
+        auto* slice = new SliceView(session_, surfaces_, plane);
+        slice->setObjectName(plane == Plane::axial     ? "axial"
+                             : plane == Plane::coronal ? "coronal"
+                                                       : "sagittal");
+        slices_[static_cast<std::size_t>(plane)] = slice;
+        slice_column_->addWidget(slice);
+    }
+    panel_ = new Panel(session_, surfaces_, (*actions_)["whole_scan"]);
+    auto* panel_scroll = new QScrollArea;
+    panel_scroll->setWidget(panel_);
+    panel_scroll->setWidgetResizable(true);
+    panel_scroll->setHorizontalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
+    panel_scroll->setMinimumWidth(240);
+    columns_ = new QSplitter(Qt::Horizontal);
+    columns_->addWidget(panel_scroll);
+    columns_->addWidget(view_);
+    columns_->addWidget(slice_column_);
+    columns_->setStretchFactor(1, 1);
+    columns_->setSizes({260, 800, 320});
+    controls_ = new ControlBar(session_, (*actions_)["copy"]);
+    rows_ = new QSplitter(Qt::Vertical);
+    rows_->addWidget(columns_);
+    rows_->addWidget(controls_);
+    rows_->setStretchFactor(0, 1);
+    rows_->setSizes({640, 190});
+    rows_->setCollapsible(0, false);
+    for (QSplitter* splitter : {columns_, slice_column_, rows_}) splitter->setHandleWidth(2);
+
+    welcome_ = new Welcome((*actions_)["open_folder"], (*actions_)["open"]);
+    stack_ = new QStackedWidget;
+    stack_->addWidget(welcome_);
+    stack_->addWidget(rows_);
+    // The views lie below the welcome page from the start, so that OpenGL and the first layout are done before a scan comes.
+    static_cast<QStackedLayout*>(stack_->layout())->setStackingMode(QStackedLayout::StackAll);
+    rows_->setEnabled(false);
+    setCentralWidget(stack_);
+}
+
+void MainWindow::make_status_bar() {
+    facts_ = new QLabel;
+    facts_->setObjectName("facts");
+    facts_->setContentsMargins(8, 0, 0, 0);
+    statusBar()->addWidget(facts_, 1);
+    progress_ = new QProgressBar;
+    progress_->setRange(0, 1000);
+    progress_->setTextVisible(false);
+    progress_->setFixedWidth(220);
+    cancel_ = new QToolButton;
+    cancel_->setObjectName("cancel");
+    cancel_->setText(tr("Cancel"));
+    cancel_->setToolTip(tr("Stop (Esc)"));
+    statusBar()->addPermanentWidget(progress_);
+    statusBar()->addPermanentWidget(cancel_);
+    statusBar()->setSizeGripEnabled(false);
+    progress_->hide();
+    cancel_->hide();
+}
+
+void MainWindow::restore() {
+    const QSettings settings;
+    restoreGeometry(settings.value("geometry").toByteArray());
+    columns_->restoreState(settings.value("columns").toByteArray());
+    slice_column_->restoreState(settings.value("slices").toByteArray());
+    rows_->restoreState(settings.value("rows").toByteArray());
+    export_folder_ = settings.value("export_folder", QDir::homePath()).toString();
+    if (settings.value("light", false).toBool()) (*actions_)["light"]->trigger();
+    fill_recent();
+}
+
+void MainWindow::connect_actions() {
+    const auto on = [this](const char* name, auto slot) {
+        connect((*actions_)[name], &QAction::triggered, this, slot);
+    };
+    on("open", [this] { choose_scan(false); });
+    on("open_folder", [this] { choose_scan(true); });
+    on("export", [this] { export_surface(); });
+    on("screenshot", [this] { save_picture(); });
+    on("frames", [this] { save_turntable(); });
+    on("quit", [this] { close(); });
+    on("copy", [this] {
+        QApplication::clipboard()->setText(command());
+        banner_->say(tr("Copied: %1").arg(command()), false);
+    });
+    on("keys", [this] { show_keys(this); });
+    on("about", [this] { show_about(this); });
+    on("reset", [this] {
+        view_->reset_view();
+        for (SliceView* slice : slices_) slice->reset_view();
+    });
+    for (std::size_t i = 0; i < kSideActions.size(); ++i)
+        on(kSideActions[i], [this, i] { view_->look_from(Side(i)); });
+    on("light", [this](bool light) { view_->set_light_background(light); });
+    on("crosshair", [this](bool shown) { view_->set_crosshair_visible(shown); });
+    on("full_screen", [this](bool full) { full ? showFullScreen() : showNormal(); });
+    on("turntable", [this](bool turn) {
+        turn ? turning_.start(33) : turning_.stop();
+        view_->set_moving(turn);
+    });
+    connect(&turning_, &QTimer::timeout, this, [this] { view_->turn(1.5); });
+    on("escape", [this] {
+        if (loader_.busy())
+            loader_.cancel();
+        else if (writer_.busy())
+            writer_.cancel();
+        else if (!session_.picked().empty())
+            session_.drop_picked();
+        else if (session_.tool() != Tool::navigate)
+            session_.set_tool(Tool::navigate);
+        else
+            banner_->hide();
+    });
+}
+
+void MainWindow::connect_rest() {
+    const auto say_error = [this](const QString& sentence) { banner_->say(sentence, true); };
+    connect(controls_->histogram(), &HistogramBar::released, &surfaces_, &Surfaces::settle);
+    connect(welcome_, &Welcome::chosen, this, [this](const QString& path) { open(path.toStdString()); });
+    connect(&session_, &Session::scan_changed, this, &MainWindow::follow_scan);
+    connect(&session_, &Session::picking_changed, this, [this] {
+        const bool aims = session_.tool() == Tool::distance || session_.tool() == Tool::angle;
+        view_->setCursor(aims ? Qt::CrossCursor : Qt::ArrowCursor);
+    });
+    connect(&surfaces_, &Surfaces::failed, this, say_error);
+
+    connect(&loader_, &Loader::started, this,
+            [this](const QString& name) { show_progress(tr("Opening %1…").arg(name)); });
+    connect(&loader_, &Loader::finished, this, &MainWindow::hide_progress);
+    connect(&loader_, &Loader::opened, this, [this](const std::shared_ptr<const Scan>& scan) {
+        banner_->hide();
+        session_.set_scan(scan);
+        remember(*scan);
+        QString warnings;
+        for (const std::string& warning : scan->info.warnings)
+            warnings += (warnings.isEmpty() ? "" : "\n") + QString::fromStdString(warning);
+        if (!warnings.isEmpty()) banner_->say(warnings, true);
+    });
+    connect(&loader_, &Loader::undecided, this, &MainWindow::choose_series);
+    connect(&loader_, &Loader::failed, this, say_error);
+
+    connect(&writer_, &Writer::started, this, [this] { show_progress(tr("Exporting…")); });
+    connect(&writer_, &Writer::finished, this, [this](const QString& sentence, bool error) {
+        hide_progress();
+        banner_->say(sentence, error);
+        emit written();
+    });
+    const auto progress = [this](double fraction) { progress_->setValue(int(1000 * fraction)); };
+    connect(&loader_, &Loader::progressed, this, progress);
+    connect(&writer_, &Writer::progressed, this, progress);
+    connect(cancel_, &QToolButton::clicked, this, [this] {
+        loader_.cancel();
+        writer_.cancel();
+    });
+}
+
+void MainWindow::show_progress(const QString& what) {
+    statusBar()->clearMessage();
+    facts_->setText(what);
+    progress_->setValue(0);
+    progress_->show();
+    cancel_->show();
+}
+
+void MainWindow::hide_progress() {
+    progress_->hide();
+    cancel_->hide();
+    follow_scan();
+}
+
+void MainWindow::open(const fs::path& input, const ScanOptions& options) {
+    loader_.open(input, options);
+}
+
+void MainWindow::choose_scan(bool folder) {
+    const QSettings settings;
+    const QString last = settings.value("scan_folder", QDir::homePath()).toString();
+    const QString chosen =
+        folder ? QFileDialog::getExistingDirectory(this, tr("Open a folder of DICOM files or slices"), last)
+               : QFileDialog::getOpenFileName(this, tr("Open a scan"), last,
+                                              tr("Scans (*.nii *.nii.gz *.hdr *.nrrd *.nhdr *.mha *.mhd "
+                                                 "*.dcm *.tif *.tiff);;All files (*)"));
+    if (!chosen.isEmpty()) open(chosen.toStdString());
+}
+
+void MainWindow::choose_series(const fs::path& input, const ScanOptions& options, const ScanReport& report) {
+    auto* dialog = new SeriesDialog(report, this);
+    dialog->setAttribute(Qt::WA_DeleteOnClose);
+    connect(dialog, &QDialog::accepted, this, [=, this] {
+        ScanOptions with_series = options;
+        with_series.series = dialog->chosen();
+        open(input, with_series);
+    });
+    dialog->open();
+}
+
+void MainWindow::remember(const Scan& scan) {
+    if (!scan.options.series.empty() || scan.options.spacing)
+        return;  // the path alone would not open it again
+    QSettings settings;
+    const QString path = from_path(fs::absolute(scan.input).lexically_normal());
+    settings.setValue("scan_folder", QFileInfo(path).path());
+    QStringList recent = settings.value("recent").toStringList();
+    recent.removeAll(path);
+    recent.prepend(path);
+    while (recent.size() > static_cast<int>(kRecent)) recent.removeLast();
+    settings.setValue("recent", recent);
+    fill_recent();
+}
+
+void MainWindow::fill_recent() {
+    const QStringList recent = QSettings().value("recent").toStringList();
+    QMenu* menu = actions_->recent();
+    menu->clear();
+    for (const QString& path : recent)
+        menu->addAction(path, this, [this, path] { open(path.toStdString()); });
+    menu->setEnabled(!recent.isEmpty());
+    welcome_->set_recent(recent);
+}
+
+void MainWindow::follow_scan() {
+    const Scan* scan = session_.scan();
+    if (!scan) {
+        facts_->clear();
+        return;
+    }
+    rows_->setEnabled(true);
+    stack_->setCurrentWidget(rows_);
+    const Geometry& g = scan->volume.geometry();
+    const QString name =
+        from_path(scan->input.has_filename() ? scan->input.filename() : scan->input.parent_path().filename());
+    setWindowTitle(tr("%1 – Marrow Viewer").arg(name));
+    facts_->setText(QString("%1    %2%3    %4 × %5 × %6    %7 × %8 × %9 mm    %10")
+                        .arg(name, QString::fromStdString(scan->info.format),
+                             scan->info.series.modality.empty()
+                                 ? QString()
+                                 : " " + QString::fromStdString(scan->info.series.modality))
+                        .arg(g.dims[0])
+                        .arg(g.dims[1])
+                        .arg(g.dims[2])
+                        .arg(g.spacing[0], 0, 'g', 4)
+                        .arg(g.spacing[1], 0, 'g', 4)
+                        .arg(g.spacing[2], 0, 'g', 4)
+                        .arg(sample_type_name(scan->volume.type())));
+}
+
+void MainWindow::export_surface() {
+    if (writer_.busy()) return banner_->say(tr("An export is under way already."), true);
+    surfaces_.settle();
+    auto* dialog = new ExportDialog(session_, surfaces_, export_folder_, this);
+    dialog->setAttribute(Qt::WA_DeleteOnClose);
+    connect(dialog, &QDialog::accepted, this, [=, this] { write(dialog->files(), dialog->space()); });
+    dialog->open();
+}
+
+void MainWindow::write(const std::vector<ExportFile>& files, Space space) {
+    std::vector<Writer::File> all;
+    for (const ExportFile& file : files) {
+        const std::shared_ptr<const Shape> shape = surfaces_.exact(file.surface);
+        if (!shape || shape->mesh->triangles.empty()) {
+            banner_->say(tr("There is no surface to write."), true);
+            emit written();
+            return;
+        }
+        all.push_back({shape,
+                       export_object(*session_.scan(), session_.parameters(),
+                                     *session_.parameters().find(file.surface), *shape->mesh),
+                       file.file});
+    }
+    export_folder_ = from_path(all.front().path.parent_path());
+    writer_.write(std::move(all), space);
+}
+
+void MainWindow::save_picture() {
+    const QString file =
+        QDir(export_folder_)
+            .filePath(session_.current() ? file_name(*session_.current(), ".png") : QString("surface.png"));
+    auto* dialog = new PictureDialog(false, {1600, 1200}, file, this);
+    dialog->setAttribute(Qt::WA_DeleteOnClose);
+    connect(dialog, &QDialog::accepted, this, [=, this] {
+        try {
+            write_png(view_->picture(dialog->size_of_picture()), dialog->file().toStdString());
+            export_folder_ = QFileInfo(dialog->file()).path();
+            banner_->say(tr("Wrote %1.").arg(dialog->file()), false);
+        } catch (const std::exception& error) {
+            banner_->say(QString::fromUtf8(error.what()), true);
+        }
+    });
+    dialog->open();
+}
+
+void MainWindow::save_turntable() {
+    if (view_->findChild<Turntable*>()) return banner_->say(tr("Pictures are being taken already."), true);
+    auto* dialog = new PictureDialog(true, {960, 720}, export_folder_, this);
+    dialog->setAttribute(Qt::WA_DeleteOnClose);
+    connect(dialog, &QDialog::accepted, this, [=, this] {
+        auto* turntable = new Turntable(*view_, dialog->frames(), dialog->size_of_picture(), dialog->file());
+        connect(turntable, &Turntable::progressed, this, [this, frames = dialog->frames()](int frame) {
+            facts_->setText(tr("Picture %1 of %2").arg(frame).arg(frames));
+        });
+        connect(turntable, &Turntable::finished, this, [this](const QString& sentence, bool error) {
+            banner_->say(sentence, error);
+            follow_scan();
+        });
+    });
+    dialog->open();
+}
+
+void MainWindow::dragEnterEvent(QDragEnterEvent* event) {
+    if (event->mimeData()->hasUrls()) event->acceptProposedAction();
+}
+
+void MainWindow::dropEvent(QDropEvent* event) {
+    const QList<QUrl> urls = event->mimeData()->urls();
+    if (urls.empty() || !urls.front().isLocalFile()) return;
+    event->acceptProposedAction();
+    open(urls.front().toLocalFile().toStdString());
+}
+
+void MainWindow::resizeEvent(QResizeEvent* event) {
+    QMainWindow::resizeEvent(event);
+    banner_->place();
+}
+
+void MainWindow::closeEvent(QCloseEvent* event) {
+    if (writer_.busy()) {
+        // The file comes first, unless it is cancelled.
+        connect(this, &MainWindow::written, this, &QWidget::close, Qt::UniqueConnection);
+        event->ignore();
+        return;
+    }
+    loader_.cancel();
+    turning_.stop();
+    QSettings settings;
+    settings.setValue("geometry", saveGeometry());
+    settings.setValue("columns", columns_->saveState());
+    settings.setValue("slices", slice_column_->saveState());
+    settings.setValue("rows", rows_->saveState());
+    settings.setValue("light", view_->light_background());
+    settings.setValue("export_folder", export_folder_);
+    QMainWindow::closeEvent(event);
+}
+
+}  // namespace marrow::viewer

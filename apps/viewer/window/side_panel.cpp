@@ -1,0 +1,368 @@
+#include "side_panel.h"
+
+#include <marrow/tissue_presets.h>
+#include <QAction>
+#include <QColorDialog>
+#include <QGridLayout>
+#include <QLocale>
+#include <QMenu>
+#include <QMouseEvent>
+#include <QPainter>
+#include <QPainterPath>
+#include <QSignalBlocker>
+#include <QStyle>
+
+#include "crop_section.h"
+
+namespace marrow::viewer {
+namespace {
+
+QIcon swatch(const QColor& colour) {
+    QPixmap pixmap(32, 32);
+    pixmap.fill(Qt::transparent);
+    QPainter painter(&pixmap);
+    painter.setRenderHint(QPainter::Antialiasing);
+    painter.setBrush(colour);
+    painter.setPen(QPen(QColor(255, 255, 255, 70), 2));
+    painter.drawRoundedRect(QRectF(3, 3, 26, 26), 7, 7);
+    return pixmap;
+}
+
+// An eye, open or closed.
+QIcon eye(bool open) {
+    QPixmap pixmap(36, 36);
+    pixmap.fill(Qt::transparent);
+    QPainter painter(&pixmap);
+    painter.setRenderHint(QPainter::Antialiasing);
+    painter.setPen(QPen(open ? QColor(225, 229, 234) : QColor(110, 118, 128), 2.6));
+    QPainterPath lids;
+    lids.moveTo(4, 18);
+    lids.quadTo(18, 3, 32, 18);
+    lids.quadTo(18, 33, 4, 18);
+    painter.drawPath(lids);
+    if (open) {
+        painter.setBrush(QColor(225, 229, 234));
+        painter.drawEllipse(QPointF(18, 18), 4, 4);
+    } else {
+        painter.drawLine(7, 29, 29, 7);
+    }
+    return pixmap;
+}
+
+QLabel* heading(const QString& text) {
+    auto* label = new QLabel(text);
+    label->setProperty("role", "heading");
+    return label;
+}
+
+// 12 345 678, with narrow spaces.
+QString grouped(std::int64_t n) {
+    QString text = QString::number(n);
+    for (int at = text.size() - 3; at > 0; at -= 3) text.insert(at, QChar(0x2009));
+    return text;
+}
+
+}  // namespace
+
+SurfaceRow::SurfaceRow(Session& session, int id, QWidget* parent)
+    : QFrame(parent), session_(session), id_(id) {
+    setObjectName("surface_row");
+    auto* layout = new QHBoxLayout(this);
+    layout->setContentsMargins(6, 4, 6, 4);
+    layout->setSpacing(4);
+    const auto button = [&](const QString& name, const QString& tip) {
+        auto* b = new QToolButton;
+        b->setObjectName(name);
+        b->setAutoRaise(true);
+        b->setToolTip(tip);
+        b->setIconSize({18, 18});
+        layout->addWidget(b);
+        return b;
+    };
+    eye_ = button("eye", tr("Show or hide"));
+    colour_ = button("colour", tr("Colour"));
+    name_ = new QLineEdit;
+    name_->setObjectName("surface_name");
+    name_->setToolTip(tr("The name, also of the exported file"));
+    name_->setFrame(false);
+    layout->addWidget(name_, 1);
+    isovalue_ = new QLabel;
+    isovalue_->setProperty("role", "faint");
+    layout->addWidget(isovalue_);
+    remove_ = button("remove", tr("Remove this surface"));
+    remove_->setText("×");
+
+    connect(eye_, &QToolButton::clicked, this, [this] {
+        session_.change(tr("visibility"), {}, [&](Parameters& p) {
+            if (auto* surface = p.find(id_)) surface->visible = !surface->visible;
+        });
+    });
+    connect(colour_, &QToolButton::clicked, this, &SurfaceRow::choose_colour);
+    connect(name_, &QLineEdit::editingFinished, this, [this] {
+        const QString name = name_->text().simplified();
+        if (!name.isEmpty())
+            session_.change(tr("name"), {}, [&](Parameters& p) {
+                if (auto* surface = p.find(id_)) surface->name = name;
+            });
+        follow();
+    });
+    connect(remove_, &QToolButton::clicked, this, [this] { session_.remove_surface(id_); });
+    follow();
+}
+
+void SurfaceRow::follow() {
+    const SurfaceParameters* surface = session_.parameters().find(id_);
+    if (!surface) return;
+    eye_->setIcon(eye(surface->visible));
+    colour_->setIcon(swatch(surface->colour));
+    if (!name_->hasFocus()) name_->setText(surface->name);
+    isovalue_->setText(QString::number(surface->isovalue, 'g', 6));
+    remove_->setVisible(session_.parameters().surfaces.size() > 1);
+    const bool current = session_.parameters().current == id_;
+    if (property("current").toBool() != current) {
+        setProperty("current", current);
+        style()->unpolish(this);
+        style()->polish(this);
+    }
+}
+
+void SurfaceRow::mousePressEvent(QMouseEvent* event) {
+    session_.select_surface(id_);
+    QFrame::mousePressEvent(event);
+}
+
+void SurfaceRow::choose_colour() {
+    const SurfaceParameters* surface = session_.parameters().find(id_);
+    if (!surface) return;
+    auto* dialog = new QColorDialog(surface->colour, window());
+    dialog->setAttribute(Qt::WA_DeleteOnClose);
+    dialog->setWindowTitle(tr("Colour of %1").arg(surface->name));
+    connect(dialog, &QColorDialog::colorSelected, &session_,
+            [&session = session_, id = id_](const QColor& colour) {
+                session.change(tr("colour"), {}, [&](Parameters& p) {
+                    if (auto* changed = p.find(id)) changed->colour = colour;
+                });
+            });
+    dialog->open();
+}
+
+Panel::Panel(Session& session, Surfaces& surfaces, QAction* whole_scan)
+    : session_(session), surfaces_(surfaces) {
+    setObjectName("panel");
+    setMinimumWidth(230);
+    auto* layout = new QVBoxLayout(this);
+    layout->setContentsMargins(14, 12, 14, 12);
+    layout->setSpacing(8);
+
+    auto* top = new QHBoxLayout;
+    top->addWidget(heading(tr("Surfaces")));
+    top->addStretch();
+    add_ = new QToolButton;
+    add_->setObjectName("add_surface");
+    add_->setText(tr("+ Add"));
+    add_->setToolTip(tr("Another surface of the same scan, such as translucent skin round bone"));
+    add_->setPopupMode(QToolButton::InstantPopup);
+    add_->setMenu(new QMenu(add_));
+    top->addWidget(add_);
+    layout->addLayout(top);
+    rows_ = new QVBoxLayout;
+    rows_->setSpacing(4);
+    layout->addLayout(rows_);
+    connect(add_->menu(), &QMenu::aboutToShow, this, [this] {
+        add_->menu()->clear();
+        const Scan* scan = session_.scan();
+        if (!scan) return;
+        if (scan->hounsfield) {
+            for (const Preset& preset : kPresets) {
+                const QString name =
+                    QString::fromUtf8(preset.name.data(), static_cast<int>(preset.name.size()));
+                add_->menu()->addAction(
+                    QString("%1   %2 HU").arg(name).arg(preset.lowest), this, [this, name, preset] {
+                        // Outside of what is there already, so it must be seen through.
+                        bool outside = false;
+                        for (const SurfaceParameters& s : session_.parameters().surfaces)
+                            outside = outside || (s.visible && s.isovalue > preset.isovalue());
+                        session_.add_surface(
+                            name, preset.isovalue(),
+                            QColor::fromRgbF(preset.colour[0], preset.colour[1], preset.colour[2]),
+                            outside ? 0.25 : 1);
+                    });
+            }
+            add_->menu()->addSeparator();
+        }
+        if (scan->otsu)
+            add_->menu()->addAction(
+                tr("Otsu   %1").arg(*scan->otsu, 0, 'g', 5), this,
+                [this, value = *scan->otsu] { session_.add_surface("otsu", value, {}, 1); });
+        if (const SurfaceParameters* current = session_.current())
+            add_->menu()->addAction(
+                tr("At %1, as the current one").arg(current->isovalue, 0, 'g', 6), this, [this] {
+                    if (const SurfaceParameters* c = session_.current())
+                        session_.add_surface(tr("surface %1").arg(session_.parameters().surfaces.size() + 1),
+                                             c->isovalue, {}, 1);
+                });
+    });
+
+    auto* opacity_row = new QHBoxLayout;
+    auto* opacity_label = new QLabel(tr("Opacity"));
+    opacity_label->setProperty("role", "faint");
+    opacity_row->addWidget(opacity_label);
+    opacity_ = new QSlider(Qt::Horizontal);
+    opacity_->setObjectName("opacity");
+    opacity_->setRange(0, 100);
+    opacity_->setToolTip(tr("Opacity of the selected surface"));
+    opacity_row->addWidget(opacity_, 1);
+    layout->addLayout(opacity_row);
+    connect(opacity_, &QSlider::valueChanged, this, [this](int percent) {
+        session_.change(tr("opacity"), QString("opacity %1").arg(session_.parameters().current),
+                        [&](Parameters& p) {
+                            if (auto* surface = p.find(p.current)) surface->opacity = percent / 100.0;
+                        });
+    });
+    connect(opacity_, &QSlider::sliderReleased, this, [this] { session_.seal(); });
+
+    largest_ = new QCheckBox(tr("Largest piece only"));
+    largest_->setObjectName("largest");
+    largest_->setToolTip(tr("Leaves out table, head rest and specks (--largest)"));
+    open_ = new QCheckBox(tr("Open where the scan ends"));
+    open_->setObjectName("open");
+    open_->setToolTip(tr("Otherwise surfaces are closed there, as a printer needs (--open)"));
+    layout->addWidget(largest_);
+    layout->addWidget(open_);
+    connect(largest_, &QCheckBox::clicked, this, [this](bool on) {
+        session_.change(tr("largest piece"), {}, [&](Parameters& p) { p.largest = on; });
+    });
+    connect(open_, &QCheckBox::clicked, this,
+            [this](bool on) { session_.change(tr("open border"), {}, [&](Parameters& p) { p.open = on; }); });
+
+    layout->addSpacing(10);
+    auto* numbers_top = new QHBoxLayout;
+    numbers_top->addWidget(heading(tr("Numbers")));
+    numbers_top->addStretch();
+    light_ = new QLabel;
+    light_->setObjectName("light");
+    light_->setToolTip(
+        tr("Closed: every edge has two triangles, so the surface encloses a volume and can be printed"));
+    numbers_top->addWidget(light_);
+    layout->addLayout(numbers_top);
+    auto* grid = new QGridLayout;
+    grid->setVerticalSpacing(5);
+    grid->setColumnStretch(1, 1);
+    const std::array<QString, 6> names{tr("Volume"), tr("Area"),      tr("Pieces"),
+                                       tr("Points"), tr("Triangles"), tr("Extraction")};
+    for (int i = 0; i < 6; ++i) {
+        auto* name = new QLabel(names[static_cast<std::size_t>(i)]);
+        name->setProperty("role", "faint");
+        auto* value = new QLabel("–");
+        value->setObjectName("number_" + QString::number(i));
+        value->setAlignment(Qt::AlignRight);
+        value->setTextInteractionFlags(Qt::TextSelectableByMouse);
+        grid->addWidget(name, i, 0);
+        grid->addWidget(value, i, 1);
+        numbers_[static_cast<std::size_t>(i)] = value;
+    }
+    layout->addLayout(grid);
+
+    layout->addSpacing(10);
+    auto* crop_top = new QHBoxLayout;
+    crop_top->addWidget(heading(tr("Crop")));
+    crop_top->addStretch();
+    auto* whole = new QToolButton;
+    whole->setDefaultAction(whole_scan);
+    crop_top->addWidget(whole);
+    layout->addLayout(crop_top);
+    layout->addWidget(new CropSection(session_));
+
+    layout->addSpacing(10);
+    layout->addWidget(heading(tr("Measurements")));
+    measurements_ = new QListWidget;
+    measurements_->setObjectName("measurements");
+    measurements_->setToolTip(tr("Delete removes the selected one"));
+    layout->addWidget(measurements_, 1);
+    no_measurements_ =
+        new QLabel(tr("Press D for a distance or A for an angle, then click on the surface or on a slice."));
+    no_measurements_->setWordWrap(true);
+    no_measurements_->setProperty("role", "faint");
+    layout->addWidget(no_measurements_);
+    layout->addStretch();
+    auto* remove = new QAction(measurements_);
+    remove->setShortcut(Qt::Key_Delete);
+    remove->setShortcutContext(Qt::WidgetShortcut);
+    measurements_->addAction(remove);
+    connect(remove, &QAction::triggered, this, [this] {
+        const int row = measurements_->currentRow();
+        session_.change(tr("remove measurement"), {}, [&](Parameters& p) {
+            if (row >= 0 && row < static_cast<int>(p.measurements.size()))
+                p.measurements.erase(p.measurements.begin() + row);
+        });
+    });
+
+    connect(&session_, &Session::parameters_changed, this, &Panel::follow_parameters);
+    connect(&session_, &Session::scan_changed, this, &Panel::follow_numbers);
+    connect(&surfaces_, &Surfaces::shape_changed, this, &Panel::follow_numbers);
+    connect(&surfaces_, &Surfaces::measured, this, &Panel::follow_numbers);
+    follow_parameters();
+}
+
+void Panel::follow_parameters() {
+    const Parameters& p = session_.parameters();
+    setEnabled(session_.scan() != nullptr);
+    bool same = row_list_.size() == p.surfaces.size();
+    for (std::size_t i = 0; same && i < row_list_.size(); ++i) same = row_list_[i]->id() == p.surfaces[i].id;
+    if (!same) {
+        for (SurfaceRow* row : row_list_) {
+            row->hide();
+            row->deleteLater();  // it may be the one that was clicked
+        }
+        row_list_.clear();
+        for (const SurfaceParameters& surface : p.surfaces) {
+            row_list_.push_back(new SurfaceRow(session_, surface.id));
+            rows_->addWidget(row_list_.back());
+        }
+    }
+    for (SurfaceRow* row : row_list_) row->follow();
+
+    if (const SurfaceParameters* current = session_.current()) {
+        const QSignalBlocker quiet(opacity_);
+        opacity_->setValue(qRound(current->opacity * 100));
+    }
+    largest_->setChecked(p.largest);
+    open_->setChecked(p.open);
+
+    const int row = measurements_->currentRow();
+    measurements_->clear();
+    for (const Measurement& m : p.measurements)
+        measurements_->addItem((m.points.size() == 2 ? tr("Distance   ") : tr("Angle   ")) + m.text());
+    measurements_->setCurrentRow(std::min(row, measurements_->count() - 1));
+    measurements_->setVisible(!p.measurements.empty());
+    no_measurements_->setVisible(p.measurements.empty());
+    follow_numbers();
+}
+
+void Panel::follow_numbers() {
+    const SurfaceParameters* current = session_.current();
+    const std::shared_ptr<const Shape> shape = current ? surfaces_.shape(current->id) : nullptr;
+    if (!shape) {
+        for (QLabel* label : numbers_) label->setText("–");
+        light_->clear();
+        return;
+    }
+    // Numbers of a preview are near, not right.
+    const QString about = shape->level > 0 ? "≈ " : "";
+    numbers_[3]->setText(about + grouped(static_cast<std::int64_t>(shape->mesh->points.size())));
+    numbers_[4]->setText(about + grouped(static_cast<std::int64_t>(shape->mesh->triangles.size())));
+    numbers_[5]->setText(
+        QString("%1%2 ms").arg(about).arg(shape->milliseconds, 0, 'f', shape->milliseconds < 10 ? 1 : 0));
+    if (!shape->measures) return;  // the last ones stay until the new ones are there
+    const MeshMeasures& m = *shape->measures;
+    const bool closed = m.boundary_edges == 0 && m.nonmanifold_edges == 0 && m.triangles > 0;
+    numbers_[0]->setText(closed ? about + QString("%1 mL").arg(m.volume / 1000, 0, 'f', 1)
+                                : tr("not closed"));
+    numbers_[1]->setText(about + QString("%1 cm²").arg(m.area / 100, 0, 'f', 1));
+    numbers_[2]->setText(about + grouped(m.components));
+    light_->setText(m.triangles == 0 ? QString("<span style='color:#8b949e'>●</span> empty")
+                    : closed         ? QString("<span style='color:#4cc27a'>●</span> closed")
+                                     : QString("<span style='color:#f0883e'>●</span> open"));
+}
+
+}  // namespace marrow::viewer

@@ -1,0 +1,50 @@
+# What the targets of Marrow have in common.
+
+# Language, warnings and reproducible arithmetic.
+function(marrow_target target)
+  target_compile_features(${target} PUBLIC cxx_std_20)
+  set_target_properties(${target} PROPERTIES CXX_EXTENSIONS OFF INSTALL_RPATH $ORIGIN/../${CMAKE_INSTALL_LIBDIR})
+  target_compile_options(${target} PRIVATE -Wall -Wextra $<$<BOOL:${MARROW_WERROR}>:-Werror>)
+  # The output has the same bits on every processor: the compiler must not contract to fused multiply-add.
+  target_compile_options(${target} PRIVATE -ffp-contract=off)
+endfunction()
+
+# marrow_library(NAME EXPORT_NAME [SOURCES ...] [PUBLIC ...] [PRIVATE ...]): a library that is exported as
+# marrow::EXPORT_NAME. Its objects form a target of their own, NAME_objects, so that the tests can link the hidden
+# symbols too.
+function(marrow_library name export_name)
+  cmake_parse_arguments(PARSE_ARGV 2 arg "" "" "SOURCES;PUBLIC;PRIVATE")
+  add_library(${name}_objects OBJECT ${arg_SOURCES})
+  marrow_target(${name}_objects)
+  set_target_properties(${name}_objects PROPERTIES
+    POSITION_INDEPENDENT_CODE ON CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
+  target_include_directories(${name}_objects PUBLIC ${PROJECT_SOURCE_DIR}/include PRIVATE ${PROJECT_SOURCE_DIR}/src)
+  target_link_libraries(${name}_objects PUBLIC ${arg_PUBLIC} PRIVATE ${arg_PRIVATE})
+
+  if(MARROW_SHARED)
+    add_library(${name} SHARED $<TARGET_OBJECTS:${name}_objects>)
+  else()
+    add_library(${name} STATIC $<TARGET_OBJECTS:${name}_objects>)
+  endif()
+  add_library(marrow::${export_name} ALIAS ${name})
+  marrow_target(${name})
+  # Until 1.0 each minor version may break binary compatibility.
+  set_target_properties(${name} PROPERTIES EXPORT_NAME ${export_name} VERSION ${PROJECT_VERSION}
+    SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR} LINKER_LANGUAGE CXX)
+  target_include_directories(${name} PUBLIC
+    $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+  target_link_libraries(${name} PUBLIC ${arg_PUBLIC} PRIVATE ${arg_PRIVATE})
+  if(MARROW_INSTALL)
+    install(TARGETS ${name} EXPORT marrow
+      RUNTIME COMPONENT library LIBRARY COMPONENT library NAMELINK_COMPONENT development ARCHIVE COMPONENT development)
+  endif()
+endfunction()
+
+# marrow_program(TARGET NAME): an executable that is called NAME and is installed.
+function(marrow_program target name)
+  marrow_target(${target})
+  set_target_properties(${target} PROPERTIES OUTPUT_NAME ${name})
+  if(MARROW_INSTALL)
+    install(TARGETS ${target} COMPONENT program)
+  endif()
+endfunction()

@@ -1,0 +1,7 @@
+/// The version of Marrow that these headers belong to.
+#pragma once
+
+#define MARROW_VERSION_MAJOR 0
+#define MARROW_VERSION_MINOR 2
+#define MARROW_VERSION_PATCH 0
+#define MARROW_VERSION "0.2.0"

@@ -1,0 +1,46 @@
+/// Running work on a chosen number of threads, with progress and cancellation.
+#pragma once
+
+#include <tbb/global_control.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <mutex>
+
+#include <marrow/progress.h>
+
+namespace marrow::internal {
+
+/// Runs f on `threads` threads; 0 means all of them.
+template <class F>
+void with_threads(int threads, const F& f) {
+    // oneTBB prints a warning when it is asked for more threads than there are.
+    const auto most =
+        static_cast<int>(tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism));
+    tbb::task_arena(threads > 0 ? std::min(threads, most) : most).execute(f);
+}
+
+/// Reports the progress of one stage of the work, from `begin` to `end` of the whole, in equal steps. Any thread may step.
+class Stage {
+  public:
+    Stage(const Progress& progress, double begin, double end, std::size_t steps)
+        : progress_(progress),
+          begin_(begin),
+          per_step_((end - begin) / static_cast<double>(std::max<std::size_t>(steps, 1))) {}
+
+    /// \throw Cancelled
+    void step() {
+        if (!progress_) return;
+        const std::lock_guard lock(mutex_);
+        report(progress_, begin_ + per_step_ * static_cast<double>(++done_));
+    }
+
+  private:
+    const Progress& progress_;
+    const double begin_, per_step_;
+    std::size_t done_ = 0;
+    std::mutex mutex_;
+};
+
+}  // namespace marrow::internal

@@ -1,0 +1,241 @@
+#include <marrow/isosurface.h>
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <new>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "core/marching_cubes/classify.h"
+#include "core/marching_cubes/count.h"
+#include "core/volume/visit_samples.h"
+#include "core/marching_cubes/emit.h"
+#include "core/grid/parallel.h"
+#include "core/snap/snap.h"
+
+namespace marrow {
+
+using namespace internal;
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+void check(const VolumeView& volume, const IsosurfaceOptions& options) {
+    if (!(options.snap >= 0 && options.snap < 0.5)) throw InputError("snap must be at least 0 and below 0.5");
+    check_geometry(volume.geometry);
+    if (volume.data == nullptr && volume.geometry.sample_count() > 0)
+        throw InputError("volume has no samples");
+}
+
+// Everything an extraction needs beside its result. Kept between extractions, it saves reading what cannot
+// have changed.
+struct Extraction {
+    Extraction(const VolumeView& view, const IsosurfaceOptions& extraction_options, bool keep_ranges)
+        : volume(view),
+          options(extraction_options),
+          frame(view.geometry),
+          bits(view.geometry.dims, extraction_options.closed),
+          active(bits),
+          rows(bits.rows()) {
+        if (keep_ranges) ranges.emplace(view.geometry.dims);
+    }
+
+    const VolumeView volume;
+    const IsosurfaceOptions& options;
+    const Frame frame;
+    InsideBits bits;
+    ActiveWords active;
+    RowCounts rows;
+    std::optional<BlockRanges> ranges;
+    std::optional<double> classified_for;  // the isovalue that bits (and ranges) are right for
+    std::int64_t non_finite_samples = 0;
+
+    std::size_t slices() const { return static_cast<std::size_t>(bits.nz); }
+};
+
+void classify(Extraction& e, double isovalue) {
+    Stage stage(e.options.progress, 0, 0.3, e.slices());
+    BlockRanges* ranges = e.ranges ? &*e.ranges : nullptr;
+    if (const auto from = std::exchange(e.classified_for, std::nullopt)) {
+        tbb::parallel_for(std::int64_t{0}, e.bits.nz, [&](std::int64_t z) {
+            reclassify_slice(e.volume, *from, isovalue, z, e.bits, *ranges);
+            stage.step();
+        });
+    } else {
+        std::atomic<std::int64_t> non_finite = 0;
+        tbb::parallel_for(std::int64_t{0}, e.bits.nz, [&](std::int64_t z) {
+            non_finite += classify_slice(e.volume, isovalue, z, e.bits, ranges);
+            stage.step();
+        });
+        e.non_finite_samples = non_finite;
+    }
+    if (ranges != nullptr) e.classified_for = isovalue;
+}
+
+// The histogram pyramids over rows.
+struct Pyramids {
+    HistoPyramid points, triangles;
+};
+
+Pyramids count(Extraction& e) {
+    e.rows.points.resize(
+        e.bits.rows());  // the extraction before may have been cancelled with them in its pyramids
+    e.rows.triangles.resize(e.bits.rows());
+    Stage stage(e.options.progress, 0.3, 0.4, e.slices());
+    tbb::parallel_for(std::int64_t{0}, e.bits.nz, [&](std::int64_t z) {
+        count_rows(e.bits, e.bits.row_index(0, z), e.bits.row_index(0, z + 1), e.rows, e.active);
+        stage.step();
+    });
+    tbb::parallel_for(std::int64_t{0}, e.bits.nz, [&](std::int64_t z) {
+        count_triangles(e.bits, e.bits.row_index(0, z), e.bits.row_index(0, z + 1), e.rows);
+    });
+    return {HistoPyramid(std::move(e.rows.points)), HistoPyramid(std::move(e.rows.triangles))};
+}
+
+// Resizes without keeping, or touching, what was there.
+template <class T>
+void resize_discarding(Buffer<T>& buffer, std::uint64_t size) {
+    buffer.clear();
+    buffer.resize(size);
+}
+
+void allocate(const Pyramids& pyramids, bool normals, Mesh& mesh) {
+    const std::uint64_t points = pyramids.points.total(), triangles = pyramids.triangles.total();
+    resize_discarding(mesh.points, points);
+    resize_discarding(mesh.normals, normals ? points : 0);
+    resize_discarding(mesh.triangles, triangles);
+}
+
+// Returns the memory that took beside the mesh.
+std::size_t emit(const Extraction& e, const Pyramids& pyramids, double isovalue, Mesh& mesh) {
+    const EmitInput input{e.volume,        isovalue,           e.frame,        e.bits,        e.active,
+                          pyramids.points, pyramids.triangles, e.rows.along_x, e.rows.along_y};
+    if (e.options.snap > 0) return snap(input, e.options.snap, e.options.normals, e.options.progress, mesh);
+    allocate(pyramids, e.options.normals, mesh);
+    Stage stage(e.options.progress, 0.4, 1, 2 * share_count());
+    Vec3f* normals = e.options.normals ? mesh.normals.data() : nullptr;
+    for_each_share(input.points, 0, e.bits.rows(), [&](std::size_t row_begin, std::size_t row_end) {
+        emit_points(input, row_begin, row_end, mesh.points.data(), normals);
+        stage.step();
+    });
+    for_each_share(input.triangles, 0, e.bits.rows(), [&](std::size_t row_begin, std::size_t row_end) {
+        emit_triangles(input, row_begin, row_end, mesh.triangles.data());
+        stage.step();
+    });
+    report(e.options.progress, 1);
+    return 0;
+}
+
+// The story: classify, count, allocate, emit, and where wanted snap.
+void extract(Extraction& e, double isovalue, Mesh& mesh, IsosurfaceStats* stats) {
+    const auto start = Clock::now();
+    classify(e, isovalue);
+    const auto classified = Clock::now();
+    Pyramids pyramids = count(e);
+    const auto counted = Clock::now();
+    const std::uint64_t points = pyramids.points.total(), triangles = pyramids.triangles.total();
+    check_point_count(points);
+    std::size_t snapping = 0;
+    try {
+        snapping = emit(e, pyramids, isovalue, mesh);
+    } catch (const std::bad_alloc&) {
+        throw LimitError("no memory for " + std::to_string(points) + " points and " +
+                         std::to_string(triangles) + " triangles");
+    }
+    const auto emitted = Clock::now();
+    const std::size_t scratch = e.bits.bytes() + e.active.bytes() + pyramids.points.bytes() +
+                                pyramids.triangles.bytes() + 2 * e.bits.rows() * sizeof(std::uint32_t) +
+                                (e.ranges ? e.ranges->bytes() : 0) + snapping;
+    e.rows.points = pyramids.points.release_leaves();
+    e.rows.triangles = pyramids.triangles.release_leaves();
+    if (stats == nullptr) return;
+    const auto seconds = [](Clock::time_point from, Clock::time_point to) {
+        return std::chrono::duration<double>(to - from).count();
+    };
+    *stats = {e.non_finite_samples, static_cast<std::int64_t>(scratch), seconds(start, classified),
+              seconds(classified, counted), seconds(counted, emitted)};
+}
+
+// Every `step`-th sample along each axis.
+Volume subsampled(const VolumeView& volume, std::int64_t step) {
+    const auto& dims = volume.geometry.dims;
+    Geometry geometry = volume.geometry;
+    for (std::size_t a = 0; a < 3; ++a) {
+        geometry.dims[a] = (dims[a] + step - 1) / step;
+        geometry.spacing[a] *= static_cast<double>(step);
+    }
+    Volume result(geometry, volume.type);
+    with_sample_type(volume.type, [&](auto sample) {
+        using T = decltype(sample);
+        const auto [nx, ny, nz] = geometry.dims;
+        tbb::parallel_for(std::int64_t{0}, nz, [&, nx = nx, ny = ny](std::int64_t z) {
+            for (std::int64_t y = 0; y < ny; ++y) {
+                const T* from = static_cast<const T*>(volume.data) + (z * dims[1] + y) * step * dims[0];
+                T* to = result.samples<T>() + (z * ny + y) * nx;
+                for (std::int64_t x = 0; x < nx; ++x) to[x] = from[x * step];
+            }
+        });
+    });
+    return result;
+}
+
+}  // namespace
+
+Mesh extract_isosurface(const VolumeView& volume, double isovalue, const IsosurfaceOptions& options,
+                        IsosurfaceStats* stats) {
+    check(volume, options);
+    check_isovalue(isovalue);
+    Mesh mesh;
+    if (stats != nullptr) *stats = {};
+    if (!has_cells(volume.geometry, options.closed)) return mesh;
+    with_threads(options.threads, [&] {
+        Extraction extraction(volume, options, false);
+        extract(extraction, isovalue, mesh, stats);
+    });
+    return mesh;
+}
+
+struct IsosurfaceExtractor::Level {
+    Level(Volume&& samples, const IsosurfaceOptions& options)
+        : owned(std::move(samples)), extraction(owned, options, true) {}
+    Level(const VolumeView& samples, const IsosurfaceOptions& options) : extraction(samples, options, true) {}
+
+    Volume owned;  // empty for level 0, which borrows
+    Extraction extraction;
+    Mesh mesh;
+};
+
+IsosurfaceExtractor::IsosurfaceExtractor(const VolumeView& volume, const IsosurfaceOptions& options)
+    : options_(std::make_unique<IsosurfaceOptions>(options)) {
+    check(volume, options);
+    levels_.push_back(std::make_unique<Level>(volume, *options_));
+}
+
+IsosurfaceExtractor::~IsosurfaceExtractor() = default;
+IsosurfaceExtractor::IsosurfaceExtractor(IsosurfaceExtractor&&) noexcept = default;
+IsosurfaceExtractor& IsosurfaceExtractor::operator=(IsosurfaceExtractor&&) noexcept = default;
+
+const Mesh& IsosurfaceExtractor::extract(double isovalue, int level, IsosurfaceStats* stats) {
+    check_isovalue(isovalue);
+    if (level < 0 || level > 30) throw InputError("preview level must be 0 to 30");
+    const auto index = static_cast<std::size_t>(level);
+    if (index >= levels_.size()) levels_.resize(index + 1);
+    if (stats != nullptr) *stats = {};
+    with_threads(options_->threads, [&] {
+        if (!levels_[index]) {
+            levels_[index] = std::make_unique<Level>(
+                subsampled(levels_[0]->extraction.volume, std::int64_t{1} << level), *options_);
+        }
+        Level& l = *levels_[index];
+        if (has_cells(l.extraction.volume.geometry, options_->closed))
+            marrow::extract(l.extraction, isovalue, l.mesh, stats);
+    });
+    return levels_[index]->mesh;
+}
+
+}  // namespace marrow

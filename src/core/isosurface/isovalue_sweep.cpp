@@ -1,0 +1,157 @@
+#include <marrow/isovalue_sweep.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+
+#include "cell_measures.h"
+#include "core/marching_cubes/classify.h"
+#include "core/volume/visit_samples.h"
+#include "core/grid/parallel.h"
+#include "surface_counter.h"
+
+namespace marrow {
+
+using namespace internal;
+
+namespace {
+
+void check(const VolumeView& volume, std::span<const double> isovalues) {
+    check_geometry(volume.geometry);
+    if (volume.data == nullptr && volume.geometry.sample_count() > 0)
+        throw InputError("volume has no samples");
+    for (std::size_t i = 0; i < isovalues.size(); ++i) {
+        check_isovalue(isovalues[i]);
+        if (i > 0 && !(isovalues[i - 1] < isovalues[i])) throw InputError("isovalues of a sweep must ascend");
+    }
+}
+
+template <class T>
+std::uint8_t level_of(T value, std::span<const double> isovalues) {
+    if (!std::isfinite(static_cast<double>(value))) return 0;
+    const auto above = std::upper_bound(isovalues.begin(), isovalues.end(), static_cast<double>(value));
+    return static_cast<std::uint8_t>(above - isovalues.begin());
+}
+
+void find_levels(const VolumeView& volume, std::span<const double> isovalues, Levels& levels, Stage& stage) {
+    const auto [nx, ny, nz] = volume.geometry.dims;
+    with_sample_type(volume.type, [&, nx = nx, ny = ny, nz = nz](auto sample) {
+        using T = decltype(sample);
+        const auto fill = [&](const auto& level) {
+            tbb::parallel_for(std::int64_t{0}, nz, [&](std::int64_t z) {
+                for (std::int64_t row = z * ny; row < (z + 1) * ny; ++row) {
+                    const T* from = static_cast<const T*>(volume.data) + row * nx;
+                    std::uint8_t* to = levels.bytes.data() + row * levels.stride + 1;
+                    for (std::int64_t x = 0; x < nx; ++x) to[x] = level(from[x]);
+                }
+                stage.step();
+            });
+        };
+        if constexpr (sizeof(T) <= 2) {  // so few values that they are looked up
+            constexpr int kLowest = std::numeric_limits<T>::lowest();
+            std::vector<std::uint8_t> table(std::size_t{1} << (8 * sizeof(T)));
+            for (std::size_t i = 0; i < table.size(); ++i)
+                table[i] = level_of(static_cast<int>(i) + kLowest, isovalues);
+            fill([&](T value) { return table[static_cast<std::size_t>(value - kLowest)]; });
+        } else {
+            fill([&](T value) { return level_of(value, isovalues); });
+        }
+    });
+}
+
+// Area, volume and triangles, from one look at every cell.
+void measure_cells(const VolumeView& volume, std::span<const double> isovalues,
+                   std::span<SweepSample> samples, Levels& levels, Stage& stage) {
+    find_levels(volume, isovalues, levels, stage);
+    const Frame frame(volume.geometry);
+    const std::int64_t nz = volume.geometry.dims[2];
+    // Summed by slices and then in their order, so that the numbers do not depend on who summed them.
+    std::vector<CellSums> slices(static_cast<std::size_t>(nz + 1), CellSums(isovalues.size()));
+    tbb::parallel_for(std::int64_t{-1}, nz, [&](std::int64_t z) {
+        add_cells(volume, frame, levels, isovalues, z, slices[static_cast<std::size_t>(z + 1)]);
+        stage.step();
+    });
+    for (const CellSums& slice : slices) {
+        for (std::size_t k = 0; k < isovalues.size(); ++k) {
+            samples[k].area += slice.area[k] / 2;
+            samples[k].volume += slice.volume[k] / 6;
+            samples[k].triangles += slice.triangles[k];
+        }
+    }
+}
+
+void count_components(const VolumeView& volume, std::span<SweepSample> samples, Stage& stage) {
+    struct Counting {
+        explicit Counting(const std::array<std::int64_t, 3>& dims) : bits(dims, true) {}
+        InsideBits bits;
+        SurfaceCounter counter;
+    };
+    tbb::enumerable_thread_specific<std::optional<Counting>> of_thread;
+    tbb::parallel_for(std::size_t{0}, samples.size(), [&](std::size_t k) {
+        std::optional<Counting>& own = of_thread.local();
+        if (!own) own.emplace(volume.geometry.dims);
+        for (std::int64_t z = 0; z < own->bits.nz; ++z)
+            classify_slice(volume, samples[k].isovalue, z, own->bits, nullptr);
+        samples[k].components = own->counter.count(own->bits);
+        stage.step();
+    });
+}
+
+}  // namespace
+
+std::vector<SweepSample> sweep_isovalues(const VolumeView& volume, std::span<const double> isovalues,
+                                         const SweepOptions& options) {
+    check(volume, isovalues);
+    std::vector<SweepSample> samples(isovalues.size());
+    for (std::size_t k = 0; k < isovalues.size(); ++k) samples[k].isovalue = isovalues[k];
+    if (!has_cells(volume.geometry, true)) return samples;
+    with_threads(options.threads, [&] {
+        const std::size_t groups = (isovalues.size() + Levels::kMost - 1) / Levels::kMost;
+        const auto nz = static_cast<std::size_t>(volume.geometry.dims[2]);
+        Stage cells(options.progress, 0, 0.6, groups * (2 * nz + 1));
+        Levels levels(volume.geometry.dims);
+        for (std::size_t first = 0; first < isovalues.size(); first += Levels::kMost) {
+            const std::size_t size = std::min(Levels::kMost, isovalues.size() - first);
+            measure_cells(volume, isovalues.subspan(first, size), std::span(samples).subspan(first, size),
+                          levels, cells);
+        }
+        Stage components(options.progress, 0.6, 1, samples.size());
+        count_components(volume, samples, components);
+    });
+    return samples;
+}
+
+double surface_shift(const SweepSample& a, const SweepSample& b) {
+    const double area = (a.area + b.area) / 2;
+    return area > 0 ? std::abs(a.volume - b.volume) / area : 0;
+}
+
+std::vector<Plateau> find_plateaus(std::span<const SweepSample> sweep, double spacing, double contrast) {
+    constexpr double kGone = 0.01;
+    const double width = contrast / 5;
+    if (sweep.empty() || !(width > 0)) return {};
+    std::int64_t most_triangles = 0;
+    for (const SweepSample& s : sweep) most_triangles = std::max(most_triangles, s.triangles);
+    const auto is_there = [&](const SweepSample& s) {
+        return s.triangles > 0 &&
+               static_cast<double>(s.triangles) >= kGone * static_cast<double>(most_triangles);
+    };
+    const auto stays = [&](const SweepSample& a, const SweepSample& b) {
+        const double most = spacing / 2 * (b.isovalue - a.isovalue) / width;
+        return is_there(a) && is_there(b) && surface_shift(a, b) < most;
+    };
+    std::vector<Plateau> plateaus;
+    std::size_t first = 0;
+    for (std::size_t i = 0; i < sweep.size(); ++i) {
+        if (i + 1 < sweep.size() && stays(sweep[i], sweep[i + 1])) continue;
+        if (sweep[i].isovalue - sweep[first].isovalue >= width) plateaus.push_back({first, i});
+        first = i + 1;
+    }
+    return plateaus;
+}
+
+}  // namespace marrow

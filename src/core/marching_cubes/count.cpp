@@ -1,0 +1,239 @@
+// Triangles are counted without looking at any one cell.
+//
+// A loop of k points makes k - 2 triangles, so cells with E crossed edges and L loops between them make E - 2
+// L. E: every crossed edge is a point of some row; seen from a row of cells, those along x count once and
+// those along y and z twice, but at the row's two ends. L: the loops divide a cell's boundary into one region
+// more than there are loops, so L = (inside regions) + (outside regions) - 1: nearly always 1, and otherwise
+// again bit logic.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "core/marching_cubes/count.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include <algorithm>
+
+#include "count.h"
+#include "row_bits-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace marrow::internal::HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+using Words = hn::ScalableTag<std::uint64_t>;
+using WordVec = hn::Vec<Words>;
+
+// The corners of the cells of as many words as a vector holds, as CellBits.
+struct CellVecs {
+    WordVec corners[8];
+
+    CellVecs(const RowBits& row, std::size_t w) {
+        const Words d;
+        for (int r = 0; r < 4; ++r) {
+            const auto samples = hn::LoadU(d, row.rows[r] + w);
+            const auto ahead = hn::LoadU(d, row.rows[r] + w + 1);
+            corners[2 * r] = samples;
+            corners[2 * r + 1] = hn::Or(hn::ShiftRight<1>(samples), hn::ShiftLeft<63>(ahead));
+        }
+    }
+
+    WordVec active() const {
+        const auto& c = corners;
+        const auto some = hn::Or(hn::Or(hn::Or(c[0], c[1]), hn::Or(c[2], c[3])),
+                                 hn::Or(hn::Or(c[4], c[5]), hn::Or(c[6], c[7])));
+        const auto all = hn::And(hn::And(hn::And(c[0], c[1]), hn::And(c[2], c[3])),
+                                 hn::And(hn::And(c[4], c[5]), hn::And(c[6], c[7])));
+        return hn::AndNot(all, some);
+    }
+};
+
+// Of these cells, those that may have more than one loop. That takes a face with all four edges crossed, or a
+// corner and its antipode alone against the other six, where of the edges along x two diagonally opposite
+// ones are crossed.
+HWY_INLINE WordVec may_have_loops(const CellVecs& cells) {
+    const auto& c = cells.corners;
+    const auto all = [](WordVec p, WordVec q, WordVec r) HWY_ATTR { return hn::And(hn::And(p, q), r); };
+    const WordVec x[4] = {hn::Xor(c[0], c[1]), hn::Xor(c[2], c[3]), hn::Xor(c[4], c[5]), hn::Xor(c[6], c[7])};
+    const auto y0 = hn::Xor(c[0], c[2]), y1 = hn::Xor(c[4], c[6]);
+    const auto z0 = hn::Xor(c[0], c[4]), z1 = hn::Xor(c[2], c[6]);
+    const auto faces_along_x = hn::Or(hn::Or(all(x[0], x[1], y0), all(x[2], x[3], y1)),
+                                      hn::Or(all(x[0], x[2], z0), all(x[1], x[3], z1)));
+    const auto faces_across_x =
+        hn::Or(all(y0, y1, z0), all(hn::Xor(c[1], c[3]), hn::Xor(c[5], c[7]), hn::Xor(c[1], c[5])));
+    const auto antipodes = hn::Or(hn::AndNot(hn::Or(x[1], x[2]), hn::And(x[0], x[3])),
+                                  hn::AndNot(hn::Or(x[0], x[3]), hn::And(x[1], x[2])));
+    return hn::Or(hn::Or(faces_along_x, faces_across_x), antipodes);
+}
+
+// Loops of some active ones of 64 cells. Inside corners hang together along edges only, so an inside region is
+// either a lone corner, or the one that the other inside corners make; two of that sort are possible only as
+// two diagonally opposite edges. Outside corners hang together across face diagonals too, so only a corner
+// and its antipode, alone, make two outside regions.
+std::uint32_t count_loops(const CellBits& cells, std::uint64_t which) {
+    const auto& c = cells.corners;
+    std::uint32_t loops = 0;
+    std::uint64_t joined = 0;  // cells with an inside corner that has an inside neighbour
+    for (unsigned v = 0; v < 8; ++v) {
+        const std::uint64_t neighbours = c[v ^ 1] | c[v ^ 2] | c[v ^ 4];
+        loops += popcount(c[v] & ~neighbours & which);
+        joined |= c[v] & neighbours;
+    }
+    loops += popcount(joined & which);
+
+    for (unsigned axis = 1; axis < 8; axis <<= 1) {
+        // The four edges along the axis, in a ring; u and w span its plane.
+        const unsigned u = axis == 1 ? 2 : 1, w = axis == 4 ? 2 : 4;
+        const auto both = [&](unsigned v) { return c[v] & c[v | axis]; };
+        const auto none = [&](unsigned v) { return ~(c[v] | c[v | axis]); };
+        loops += popcount(both(0) & both(u | w) & none(u) & none(w) & which);
+        loops += popcount(both(u) & both(w) & none(0) & none(u | w) & which);
+    }
+    for (unsigned v = 0; v < 4; ++v) {
+        std::uint64_t antipodes_alone = ~(c[v] | c[7 - v]) & which;
+        for (unsigned other = 0; other < 8; ++other) {
+            if (other != v && other != 7 - v) antipodes_alone &= c[other];
+        }
+        loops += popcount(antipodes_alone);
+    }
+    return loops;
+}
+
+// The crossed edges along y and z that only one cell of the row has: those at the bits where its cells start
+// and end.
+HWY_INLINE std::uint32_t count_ends(const RowBits& row, std::int64_t cells_x) {
+    const auto ends_at = [&](std::size_t bit) {
+        const auto at = [&](Row r) { return row.rows[r][bit / 64] >> (bit % 64) & 1; };
+        return static_cast<std::uint32_t>((at(kRow) ^ at(kNextY)) + (at(kRow) ^ at(kNextZ)) +
+                                          (at(kNextZ) ^ at(kNextYZ)) + (at(kNextY) ^ at(kNextYZ)));
+    };
+    const auto end = static_cast<std::size_t>(cells_x);
+    // Behind the samples of a closed surface there is no word.
+    return ends_at(0) + (end < 64 * row.words ? ends_at(end) : 0);
+}
+
+// Which bits of a row's words stand for samples of it, and for cells; 0 in the words behind.
+struct RowMasks {
+    Buffer<std::uint64_t> samples, cells;
+
+    explicit RowMasks(const InsideBits& bits) {
+        for (Buffer<std::uint64_t>* masks : {&samples, &cells}) {
+            masks->resize(bits.words_per_row + InsideBits::kSlack);
+            std::fill(masks->begin(), masks->end(), std::uint64_t{0});
+            std::fill_n(masks->begin(), bits.words_per_row, ~std::uint64_t{0});
+        }
+        cells[bits.words_per_row - 1] = bits.last_cells();
+    }
+};
+
+// What a row makes, counted in the lanes of vectors; and the marks of its active words.
+struct RowCounter {
+    WordVec along_x, along_y, along_z;
+    WordVec one_loop;              // cells that have one
+    std::uint32_t more_loops = 0;  // in the other active cells
+
+    RowCounter() {
+        const Words d;
+        along_x = along_y = along_z = one_loop = hn::Zero(d);
+    }
+
+    // The words from w on. \returns a bit for each that is active
+    HWY_INLINE std::uint64_t count(const RowBits& row, const RowMasks& masks, std::size_t w) {
+        const Words d;
+        const CellVecs cells(row, w);
+        const auto& c = cells.corners;
+        const auto samples = hn::LoadU(d, masks.samples.data() + w);
+        const auto valid = hn::LoadU(d, masks.cells.data() + w);
+        const auto x = hn::And(hn::Xor(c[0], c[1]), valid);
+        const auto y = hn::And(hn::Xor(c[0], c[2]), samples);
+        const auto z = hn::And(hn::Xor(c[0], c[4]), samples);
+        const auto active = hn::And(cells.active(), valid);
+        const auto any = hn::Or(hn::Or(x, y), hn::Or(z, active));
+        const std::uint64_t marks = bits_of(hn::Ne(any, hn::Zero(d)));
+        if (marks == 0) return 0;
+        along_x = hn::Add(along_x, hn::PopulationCount(x));
+        along_y = hn::Add(along_y, hn::PopulationCount(y));
+        along_z = hn::Add(along_z, hn::PopulationCount(z));
+        const auto several = hn::And(may_have_loops(cells), active);
+        one_loop = hn::Add(one_loop, hn::PopulationCount(hn::AndNot(several, active)));
+        if (HWY_UNLIKELY(!hn::AllFalse(d, hn::Ne(several, hn::Zero(d))))) {
+            HWY_ALIGN std::uint64_t of_word[hn::MaxLanes(Words())];
+            hn::Store(several, d, of_word);
+            for (std::size_t k = 0; k < hn::Lanes(d); ++k) {
+                if (of_word[k] != 0) more_loops += count_loops(CellBits(row, w + k), of_word[k]);
+            }
+        }
+        return marks;
+    }
+
+    static std::uint64_t bits_of(hn::Mask<Words> mask) {
+        std::uint64_t bits = 0;
+        hn::StoreMaskBits(Words(), mask, reinterpret_cast<std::uint8_t*>(&bits));
+        return bits;
+    }
+    static std::uint32_t sum(WordVec counts) {
+        return static_cast<std::uint32_t>(hn::GetLane(hn::SumOfLanes(Words(), counts)));
+    }
+};
+
+void count_rows_target(const InsideBits& bits, std::size_t row_begin, std::size_t row_end, RowCounts& counts,
+                       ActiveWords& active) {
+    constexpr std::size_t kLanes = hn::MaxLanes(Words());
+    static_assert(kLanes < InsideBits::kSlack);
+    const RowMasks masks(bits);
+    for (GridRow at(bits, row_begin); at.index < row_end; at.advance(bits)) {
+        const std::size_t r = at.index;
+        const RowBits row(bits, at);
+        RowCounter counter;
+        std::uint64_t any = 0;
+        for (std::size_t begin = 0; begin < row.words; begin += 64) {
+            std::uint64_t marks = 0;
+            for (std::size_t w = begin; w < std::min(begin + 64, row.words); w += kLanes)
+                marks |= counter.count(row, masks, w) << (w - begin);
+            active.row(r)[begin / 64] = marks;
+            any |= marks;
+        }
+        std::uint32_t along_x = 0, along_y = 0, along_z = 0, to_subtract = 0;
+        if (any != 0) {
+            along_x = RowCounter::sum(counter.along_x);
+            along_y = RowCounter::sum(counter.along_y);
+            along_z = RowCounter::sum(counter.along_z);
+            const std::uint32_t loops = RowCounter::sum(counter.one_loop) + counter.more_loops;
+            to_subtract = 2 * loops + count_ends(row, bits.cells_x);
+        }
+        counts.points[r] = along_x + along_y + along_z;
+        counts.along_x[r] = along_x;
+        counts.along_y[r] = along_y;
+        counts.triangles[r] = row.has_cells ? to_subtract : 0;
+    }
+}
+
+}  // namespace marrow::internal::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace marrow::internal {
+
+HWY_EXPORT(count_rows_target);
+
+void count_rows(const InsideBits& bits, std::size_t row_begin, std::size_t row_end, RowCounts& counts,
+                ActiveWords& active) noexcept {
+    HWY_DYNAMIC_DISPATCH(count_rows_target)(bits, row_begin, row_end, counts, active);
+}
+
+void count_triangles(const InsideBits& bits, std::size_t row_begin, std::size_t row_end,
+                     RowCounts& counts) noexcept {
+    const auto ny = static_cast<std::size_t>(bits.ny);
+    const auto& x = counts.along_x;
+    const auto& y = counts.along_y;
+    const auto along_z = [&](std::size_t r) { return counts.points[r] - x[r] - y[r]; };
+    for (std::size_t r = row_begin; r < row_end; ++r) {
+        const std::uint32_t to_subtract = counts.triangles[r];
+        if (to_subtract == 0) continue;  // no loop: no triangle
+        const std::uint32_t crossed = x[r] + x[r + 1] + x[r + ny] + x[r + ny + 1] + 2 * (y[r] + y[r + ny]) +
+                                      2 * (along_z(r) + along_z(r + 1));
+        counts.triangles[r] = crossed - to_subtract;
+    }
+}
+
+}  // namespace marrow::internal
+#endif

@@ -1,0 +1,474 @@
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "core/marching_cubes/emit_points.cpp"
+#include <hwy/cache_control.h>
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <limits>
+#include <type_traits>
+
+#include "core/volume/visit_samples.h"
+#include "emit.h"
+#include "row_bits-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace marrow::internal::HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+// What is gathered from the volume, sample by sample: integers stay integers until they are in vectors.
+template <class T>
+using Staged = std::conditional_t<std::is_integral_v<T> && sizeof(T) <= 2, std::int32_t, Real<T>>;
+
+// The samples of a row at which crossed edges start, by axis, ascending.
+class RowEdges {
+  public:
+    // What is written too much at the end of a list, and may be read there.
+    static constexpr std::size_t kSlack = 8;
+
+    explicit RowEdges(const InsideBits& bits) : first_x_(bits.first_x) {
+        for (Buffer<std::int32_t>& xs : xs_) {
+            xs.resize(64 * bits.words_per_row + kSlack);
+            std::fill(xs.begin(), xs.end(), 0);
+        }
+    }
+
+    void list(const ActiveWords& active, const RowBits& row, std::size_t r) {
+        std::int32_t* ends[3] = {xs_[0].data(), xs_[1].data(), xs_[2].data()};
+        for_each_active_word(active, r, [&](std::size_t w) HWY_ATTR {
+            const auto x = static_cast<std::int32_t>(64 * static_cast<std::int64_t>(w) - first_x_);
+            const std::uint64_t crossed[3] = {row.crossed_x(kRow, w), row.crossed_y(w), row.crossed_z(w)};
+            for (std::size_t axis = 0; axis < 3; ++axis) ends[axis] = append(crossed[axis], x, ends[axis]);
+        });
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            counts_[axis] = static_cast<std::size_t>(ends[axis] - xs_[axis].data());
+    }
+
+    const std::int32_t* along(std::size_t axis) const { return xs_[axis].data(); }
+    std::size_t count(std::size_t axis) const { return counts_[axis]; }
+
+  private:
+    // Most words have few. Lists so many without asking, and overwrites what was too much.
+    static HWY_INLINE std::int32_t* append(std::uint64_t bits, std::int32_t x, std::int32_t* xs) {
+        std::int32_t* const end = xs + popcount(bits);
+        do {
+            for (std::size_t i = 0; i < 4; ++i) {
+                xs[i] = x + std::countr_zero(bits);
+                bits &= bits - 1;
+            }
+            xs += 4;
+        } while (HWY_UNLIKELY(xs < end));
+        return end;
+    }
+
+    const std::int64_t first_x_;
+    Buffer<std::int32_t> xs_[3];
+    std::size_t counts_[3] = {};
+};
+
+// Crossed edges wait here until there are enough to fetch their samples in one long loop and to interpolate
+// them as whole vectors; neighbours in the batch may belong to different rows and axes. The output is written
+// in the order in which edges are added.
+template <class T>
+class PointBatch {
+  public:
+    using R = Real<T>;
+    using S = Staged<T>;
+
+    // Writes points up to `end` and, unless they are null, as many normals and fractions.
+    PointBatch(const EmitInput& input, Vec3f* points, const Vec3f* end, Vec3f* normals, float* fractions)
+        : samples_(static_cast<const T*>(input.volume.data)),
+          dims_(input.volume.geometry.dims),
+          stride_{1, dims_[0], dims_[0] * dims_[1]},
+          frame_(input.frame),
+          isovalue_(static_cast<R>(input.isovalue) * kSampleScale<T>),
+          points_(points),
+          end_(end),
+          normals_(normals),
+          fractions_(fractions) {}
+
+    // From now on, edges start in the row of samples (y, z).
+    void set_row(std::int64_t y, std::int64_t z) {
+        y_ = y;
+        z_ = z;
+        row_ = (z * dims_[1] + y) * dims_[0];
+        base_ = frame_.row_base(y, z);
+        inner_row_ = y >= 1 && y + 2 < dims_[1] && z >= 1 && z + 2 < dims_[2];
+    }
+
+    // The edges along `axis` from `count` of the row's samples, ascending; RowEdges::kSlack more may be read.
+    HWY_INLINE void add(std::size_t axis, const std::int32_t* xs, std::size_t count) {
+        while (count > 0) {
+            if (HWY_UNLIKELY(size_ == kCapacity)) flush();
+            const std::size_t fit = std::min(count, kCapacity - size_);
+            for (std::size_t k = 0; k < fit; k += kAtOnce)
+                note(static_cast<std::int32_t>(axis), xs + k, size_ + k);
+            if (HWY_UNLIKELY(!is_inner(xs[0]) || !is_inner(xs[fit - 1]))) note_borders(xs, fit);
+            size_ += fit;
+            xs += fit;
+            count -= fit;
+        }
+    }
+
+    HWY_NOINLINE void flush() {
+        if (size_ == 0) return;
+        if (normals_ != nullptr) {
+            stage<true>();
+            write<true>();
+        } else {
+            stage<false>();
+            write<false>();
+        }
+        points_ += size_;
+        if (normals_ != nullptr) normals_ += size_;
+        if (fractions_ != nullptr) fractions_ += size_;
+        size_ = border_count_ = 0;
+    }
+
+  private:
+    static constexpr std::size_t kCapacity = 192;
+    static constexpr std::size_t kAtOnce = RowEdges::kSlack;
+    static constexpr std::size_t kAhead = 16;  // edges, whose samples are asked for before they are fetched
+
+    // An edge whose stencil leaves the volume.
+    struct BorderEdge {
+        std::size_t edge;  // its number in the batch
+        std::array<std::int64_t, 3> first;
+    };
+
+    static S staged(T sample) { return static_cast<S>(sample); }
+
+    // Notes kAtOnce edges as those from number k of the batch on.
+    HWY_INLINE void note(std::int32_t axis, const std::int32_t* xs, std::size_t k) {
+        const hn::CappedTag<std::int32_t, kAtOnce> di;
+        const hn::CappedTag<float, kAtOnce> df;
+        const hn::CappedTag<std::int64_t, kAtOnce> dl;
+        const hn::Rebind<std::int32_t, decltype(dl)> dx;
+        for (std::size_t i = 0; i < kAtOnce; i += hn::Lanes(di)) {
+            hn::StoreU(hn::LoadU(di, xs + i), di, x_ + k + i);
+            hn::StoreU(hn::Set(di, axis), di, axes_ + k + i);
+            for (std::size_t r = 0; r < 3; ++r) hn::StoreU(hn::Set(df, base_[r]), df, row_base_[r] + k + i);
+        }
+        for (std::size_t i = 0; i < kAtOnce; i += hn::Lanes(dl)) {
+            const auto x = hn::PromoteTo(dl, hn::LoadU(dx, xs + i));
+            hn::StoreU(hn::Add(hn::Set(dl, row_), x), dl, first_ + k + i);
+        }
+    }
+
+    HWY_NOINLINE void note_borders(const std::int32_t* xs, std::size_t count) {
+        for (std::size_t i = 0; i < count; ++i) {
+            if (!is_inner(xs[i])) borders_[border_count_++] = {size_ + i, {xs[i], y_, z_}};
+        }
+    }
+
+    // Whether the stencils of the row's edges from sample x lie within the volume: they reach one sample back
+    // and two ahead.
+    bool is_inner(std::int32_t x) const { return inner_row_ && x >= 1 && x + 2 < dims_[0]; }
+
+    // Fetches the edges' samples.
+    template <bool kNormals>
+    void stage() {
+        if (std::min({dims_[0], dims_[1], dims_[2]}) >= 4) {
+            // In place of what is outside, from a sample with all neighbours.
+            for (std::size_t b = 0; b < border_count_; ++b) {
+                first_[borders_[b].edge] = 1 + stride_[1] + stride_[2];
+            }
+            stage_inner<kNormals>();
+        }
+        for (std::size_t b = 0; b < border_count_; ++b) stage_border(borders_[b]);
+    }
+
+    // Of an edge's stencil, the rows before had all lines but those at its far side in y.
+    HWY_INLINE void ask_for(std::size_t k) const {
+        const T* far = samples_ + (first_[k] + stride_[1]);
+        hwy::Prefetch(far - stride_[2]);
+        hwy::Prefetch(far + stride_[1]);
+        hwy::Prefetch(far + stride_[2]);
+        hwy::Prefetch(far + 2 * stride_[2]);
+    }
+
+    template <bool kNormals>
+    HWY_INLINE void stage_inner() {
+        const std::int64_t step_y = stride_[1], step_z = stride_[2];
+        for (std::size_t k = 0; asks_ahead_ && k < kAhead; ++k) ask_for(k);
+        for (std::size_t k = 0; k < size_; ++k) {
+            const T* HWY_RESTRICT p = samples_ + first_[k];
+            const T* HWY_RESTRICT q = p + stride_[axes_[k]];
+            if (asks_ahead_) ask_for(k + kAhead);
+            // The surface goes on in the next slice, whose stencil ends here.
+            hwy::Prefetch(p + 3 * step_z);
+            ends_[0][k] = staged(*p);
+            ends_[1][k] = staged(*q);
+            if constexpr (kNormals) {
+                slopes_[0][k] = staged(p[1]) - staged(p[-1]);
+                slopes_[1][k] = staged(p[step_y]) - staged(p[-step_y]);
+                slopes_[2][k] = staged(p[step_z]) - staged(p[-step_z]);
+                slopes_[3][k] = staged(q[1]) - staged(q[-1]);
+                slopes_[4][k] = staged(q[step_y]) - staged(q[-step_y]);
+                slopes_[5][k] = staged(q[step_z]) - staged(q[-step_z]);
+            }
+        }
+    }
+
+    bool within(const std::array<std::int64_t, 3>& index) const {
+        bool inside = true;
+        for (std::size_t a = 0; a < 3; ++a) inside &= index[a] >= 0 && index[a] < dims_[a];
+        return inside;
+    }
+    std::array<std::int64_t, 3> second_of(const BorderEdge& b) const {
+        std::array<std::int64_t, 3> second = b.first;
+        ++second[static_cast<std::size_t>(axes_[b.edge])];
+        return second;
+    }
+
+    // With one-sided differences, twice as steep, where the stencil leaves the volume.
+    void stage_border(const BorderEdge& b) {
+        const std::array<std::int64_t, 3> ends[2] = {b.first, second_of(b)};
+        if (!within(ends[0]) || !within(ends[1])) return;
+        for (std::size_t e = 0; e < 2; ++e) {
+            const auto& index = ends[e];
+            const T* p = samples_ + (index[2] * stride_[2] + index[1] * stride_[1] + index[0]);
+            ends_[e][b.edge] = staged(*p);
+            for (std::size_t a = 0; a < 3; ++a) slopes_[3 * e + a][b.edge] = slope_at_border(p, index[a], a);
+        }
+    }
+
+    S slope_at_border(const T* p, std::int64_t i, std::size_t axis) const {
+        const std::int64_t step = stride_[axis], n = dims_[axis];
+        if (i > 0 && i + 1 < n) return staged(p[step]) - staged(p[-step]);
+        if (i + 1 < n) return 2 * (staged(p[step]) - staged(p[0]));
+        if (i > 0) return 2 * (staged(p[0]) - staged(p[-step]));
+        return 0;
+    }
+
+    Vec3f along_edge(std::int32_t axis, bool first_inside) const {
+        Vec3f n = frame_.axis[static_cast<std::size_t>(axis)];
+        if (!first_inside) n = {-n[0], -n[1], -n[2]};
+        return n;
+    }
+
+    using D = hn::ScalableTag<R>;
+    using V = hn::Vec<D>;
+    using DF = hn::Rebind<float, D>;
+    using VF = hn::Vec<DF>;
+
+    static HWY_INLINE V load_staged(const S* staged) {
+        const D d;
+        if constexpr (std::is_same_v<S, R>) {
+            return hn::Load(d, staged);
+        } else {
+            return hn::ConvertTo(d, hn::Load(hn::RebindToSigned<D>(), staged));
+        }
+    }
+    static HWY_INLINE VF to_float(V v) {
+        if constexpr (std::is_same_v<R, float>) {
+            return v;
+        } else {
+            return hn::DemoteTo(DF(), v);
+        }
+    }
+
+    // Ends and slopes -> points and normals. The lanes beyond the last edge compute on what lies there; what
+    // they write, the next batch overwrites, but behind the end of the output others write.
+    template <bool kNormals>
+    void write() {
+        const auto room = static_cast<std::size_t>(end_ - points_);
+        for (std::size_t i = 0; i < size_; i += hn::Lanes(D())) {
+            const V t = fraction(i);
+            VF point[3];
+            place(i, to_float(t), point);
+            store(point, points_ + i, room - i);
+            if (fractions_ != nullptr) hn::StoreU(to_float(t), DF(), fractions_ + i);
+            if constexpr (kNormals) {
+                V normal[3];
+                find_normal(i, t, normal);
+                const VF narrow[3] = {to_float(normal[0]), to_float(normal[1]), to_float(normal[2])};
+                store(narrow, normals_ + i, room - i);
+            }
+        }
+        for (std::size_t b = 0; b < border_count_; ++b) write_leaving<kNormals>(borders_[b]);
+    }
+
+    // The same operations, in the same order, as edge_fraction.
+    HWY_INLINE V fraction(std::size_t i) const {
+        const D d;
+        const V scale = hn::Set(d, kSampleScale<T>);
+        V first = load_staged(ends_[0] + i), second = load_staged(ends_[1] + i);
+        if constexpr (std::is_floating_point_v<T>) {
+            first = hn::Mul(first, scale);
+            second = hn::Mul(second, scale);
+        }
+        const V difference = hn::Sub(second, first);
+        V t = hn::Div(hn::Sub(hn::Set(d, isovalue_), first), difference);
+        if constexpr (std::is_floating_point_v<T>) {
+            const V huge = hn::Set(d, std::numeric_limits<R>::max());
+            const auto usable = hn::And(hn::Le(hn::Abs(difference), huge), hn::Eq(t, t));
+            t = hn::IfThenElse(usable, t, hn::Set(d, R(0.5)));
+        }
+        return hn::Min(hn::Max(t, hn::Zero(d)), hn::Set(d, R(1)));
+    }
+
+    HWY_INLINE void find_normal(std::size_t i, V t, V (&normal)[3]) const {
+        const D d;
+        V gradient[3];
+        for (std::size_t a = 0; a < 3; ++a) {
+            const V at_first = load_staged(slopes_[a] + i), at_second = load_staged(slopes_[3 + a] + i);
+            gradient[a] = hn::Add(at_first, hn::Mul(t, hn::Sub(at_second, at_first)));
+        }
+        if constexpr (std::is_floating_point_v<T>) scale_extreme(gradient);
+        for (std::size_t r = 0; r < 3; ++r) {
+            const Vec3f& m = frame_.normal_matrix[r];
+            normal[r] = hn::Add(
+                hn::Add(hn::Mul(hn::Set(d, R(m[0])), gradient[0]), hn::Mul(hn::Set(d, R(m[1])), gradient[1])),
+                hn::Mul(hn::Set(d, R(m[2])), gradient[2]));
+        }
+        const V squared = hn::Add(hn::Add(hn::Mul(normal[0], normal[0]), hn::Mul(normal[1], normal[1])),
+                                  hn::Mul(normal[2], normal[2]));
+        const V per_length = hn::Div(hn::Set(d, R(1)), hn::Sqrt(squared));
+        for (V& n : normal) n = hn::Mul(n, per_length);
+        // Flat, or with samples that have no value: the normal follows the edge.
+        const auto defined =
+            hn::And(hn::Gt(squared, hn::Zero(d)), hn::Le(squared, hn::Set(d, std::numeric_limits<R>::max())));
+        if (HWY_UNLIKELY(!hn::AllTrue(d, defined))) replace(i, hn::Not(defined), normal);
+    }
+
+    // Of gradients whose squares might overflow or vanish, those.
+    static HWY_INLINE void scale_extreme(V (&gradient)[3]) {
+        const D d;
+        constexpr R kLarge = sizeof(R) == 4 ? R(0x1p50) : R(0x1p400);
+        const V steepest = hn::Max(hn::Max(hn::Abs(gradient[0]), hn::Abs(gradient[1])), hn::Abs(gradient[2]));
+        const auto moderate =
+            hn::And(hn::Gt(steepest, hn::Set(d, 1 / kLarge)), hn::Lt(steepest, hn::Set(d, kLarge)));
+        if (HWY_LIKELY(hn::AllTrue(d, moderate))) return;
+        for (V& g : gradient) g = hn::IfThenElse(moderate, g, hn::Div(g, steepest));
+    }
+
+    void replace(std::size_t i, hn::Mask<D> which, V (&normal)[3]) const {
+        const D d;
+        HWY_ALIGN R undefined[hn::MaxLanes(D())], lanes[3][hn::MaxLanes(D())];
+        hn::Store(hn::IfThenElseZero(which, hn::Set(d, R(1))), d, undefined);
+        for (std::size_t r = 0; r < 3; ++r) hn::Store(normal[r], d, lanes[r]);
+        for (std::size_t k = 0; k < hn::Lanes(d); ++k) {
+            if (undefined[k] == 0) continue;
+            const R first = static_cast<R>(ends_[0][i + k]) * kSampleScale<T>;
+            const Vec3f along = along_edge(axes_[i + k], first >= isovalue_ && std::isfinite(first));
+            for (std::size_t r = 0; r < 3; ++r) lanes[r][k] = along[r];
+        }
+        for (std::size_t r = 0; r < 3; ++r) normal[r] = hn::Load(d, lanes[r]);
+    }
+
+    // As Frame::point.
+    HWY_INLINE void place(std::size_t i, VF t, VF (&point)[3]) const {
+        const DF d;
+        const hn::RebindToSigned<DF> di;
+        const auto x = hn::ConvertTo(d, hn::Load(di, x_ + i));
+        const auto axis = hn::Load(di, axes_ + i);
+        const auto along_y = hn::RebindMask(d, hn::Eq(axis, hn::Set(di, 1)));
+        const auto along_z = hn::RebindMask(d, hn::Eq(axis, hn::Set(di, 2)));
+        for (std::size_t r = 0; r < 3; ++r) {
+            const Vec3f& m = frame_.matrix[r];
+            const auto along_x = hn::Set(d, m[0]);
+            const auto along_edge =
+                hn::IfThenElse(along_z, hn::Set(d, m[2]), hn::IfThenElse(along_y, hn::Set(d, m[1]), along_x));
+            const auto first = hn::Add(hn::Load(d, row_base_[r] + i), hn::Mul(along_x, x));
+            point[r] = hn::Add(first, hn::Mul(along_edge, t));
+        }
+    }
+
+    // As triples, of which there is room for so many.
+    static HWY_INLINE void store(const VF (&v)[3], Vec3f* out, std::size_t room) {
+        const DF d;
+        if (HWY_LIKELY(room >= hn::Lanes(d))) return hn::StoreInterleaved3(v[0], v[1], v[2], d, out->data());
+        HWY_ALIGN float last[3 * hn::MaxLanes(DF())];
+        hn::StoreInterleaved3(v[0], v[1], v[2], d, last);
+        std::copy_n(last, 3 * room, out->data());
+    }
+
+    // An edge out of the volume: its outer end has no value, so the point is in the middle.
+    template <bool kNormals>
+    void write_leaving(const BorderEdge& b) {
+        const bool first_inside = within(b.first);
+        if (first_inside && within(second_of(b))) return;
+        const std::size_t k = b.edge;
+        const Vec3f base{row_base_[0][k], row_base_[1][k], row_base_[2][k]};
+        points_[k] = frame_.point(base, static_cast<float>(x_[k]), static_cast<std::size_t>(axes_[k]), 0.5f);
+        if (fractions_ != nullptr) fractions_[k] = 0.5f;
+        if constexpr (kNormals) normals_[k] = along_edge(axes_[k], first_inside);
+    }
+
+    const T* const samples_;
+    const std::array<std::int64_t, 3> dims_;
+    const std::int64_t stride_[3];
+    // Lines of large slices leave the cache before the next slice needs them; those of 512 x 512 samples even
+    // push out each other.
+    const bool asks_ahead_ = stride_[2] * static_cast<std::int64_t>(sizeof(T)) > 256 * 1024;
+    const Frame& frame_;
+    const R isovalue_;
+    Vec3f* points_;
+    const Vec3f* const end_;
+    Vec3f* normals_;
+    float* fractions_;
+
+    std::int64_t y_ = 0, z_ = 0;
+    std::int64_t row_ = 0;  // its first sample
+    Vec3f base_{};
+    bool inner_row_ = false;
+    std::size_t size_ = 0, border_count_ = 0;
+
+    // With room for what is noted too much, and for the lanes beyond the last edge.
+    static constexpr std::size_t kRoom = kCapacity + 16;
+    static_assert(kAtOnce <= 16 && kAhead <= 16);
+    alignas(64) std::int32_t x_[kRoom] = {};
+    alignas(64) std::int32_t axes_[kRoom] = {};
+    alignas(64) std::int64_t first_[kRoom] = {};  // samples
+    alignas(64) float row_base_[3][kRoom] = {};
+    alignas(64) S ends_[2][kRoom] = {};
+    alignas(64) S slopes_[6][kRoom] = {};
+    BorderEdge borders_[kCapacity];
+};
+
+template <class T>
+void emit_points_of(const EmitInput& input, std::size_t row_begin, std::size_t row_end, Vec3f* points,
+                    Vec3f* normals, float* fractions) {
+    const InsideBits& bits = input.bits;
+    const std::uint64_t count = input.points.first_output(row_end) - input.points.first_output(row_begin);
+    RowEdges edges(bits);
+    PointBatch<T> batch(input, points, points + count, normals, fractions);
+
+    for (GridRow at(bits, row_begin); at.index < row_end; at.advance(bits)) {
+        if (input.points.leaves()[at.index] == 0) continue;
+        edges.list(input.active, RowBits(bits, at), at.index);
+        batch.set_row(at.y - bits.pad, at.z - bits.pad);
+        for (std::size_t axis = 0; axis < 3; ++axis) batch.add(axis, edges.along(axis), edges.count(axis));
+    }
+    batch.flush();
+}
+
+void emit_points_any(const EmitInput& input, std::size_t row_begin, std::size_t row_end, Vec3f* points,
+                     Vec3f* normals, float* fractions) {
+    with_sample_type(input.volume.type, [&](auto sample) {
+        emit_points_of<decltype(sample)>(input, row_begin, row_end, points, normals, fractions);
+    });
+}
+
+}  // namespace marrow::internal::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace marrow::internal {
+
+HWY_EXPORT(emit_points_any);
+
+void emit_points(const EmitInput& input, std::size_t row_begin, std::size_t row_end, Vec3f* points,
+                 Vec3f* normals, float* fractions) noexcept {
+    const std::uint64_t first = input.points.first_output(row_begin);
+    HWY_DYNAMIC_DISPATCH(emit_points_any)
+    (input, row_begin, row_end, points + first, normals ? normals + first : nullptr,
+     fractions ? fractions + first : nullptr);
+}
+
+}  // namespace marrow::internal
+#endif

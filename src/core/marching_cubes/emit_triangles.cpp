@@ -1,0 +1,210 @@
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "core/marching_cubes/emit_triangles.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include <algorithm>
+#include <bit>
+
+#include "core/grid/case_table.h"
+#include "emit.h"
+#include "row_bits-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace marrow::internal::HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+// Where the point ids of a row of samples start: its edges along x, y and z.
+struct RowIds {
+    std::uint32_t x, y, z;
+};
+
+constexpr std::size_t kIds = sizeof RunningCase::ids;
+
+// The ids of the points on a cell's edges while cells pass by in x.
+//
+// Every point on the edges around a row of cells belongs to the next active cell, so ids are never looked up:
+// eight counters run along, one for each edge of the cell but those at its far x. An edge that is crossed
+// uses its counter and advances it; the far edges along y and z are then simply the next values. Edge numbers
+// (case_table.h) are chosen so that counters and edges correspond.
+class RunningIds {
+  public:
+    RunningIds(const RowIds& row, const RowIds& next_y, const RowIds& next_z, const RowIds& next_yz)
+        : counters_{row.x, next_y.x, next_z.x, next_yz.x, row.y, next_z.y, row.z, next_y.z} {}
+
+    // Writes kIds ids, those of the cell's triangles first, and moves on.
+    HWY_INLINE void write(const RunningCase& c, std::uint32_t* HWY_RESTRICT out) {
+#if HWY_CAP_GE256
+        const hn::FixedTag<std::uint32_t, 8> d;
+        const hn::FixedTag<std::uint8_t, 8> d8;
+        const auto counters = hn::Load(d, counters_);
+        for (std::size_t k = 0; k < kIds; k += 8) {
+            const auto id = hn::PromoteTo(d, hn::Load(d8, c.ids + k));
+            const auto counter = hn::IndicesFromVec(d, hn::And(id, hn::Set(d, 7)));
+            hn::StoreU(hn::Add(hn::TableLookupLanes(counters, counter), hn::ShiftRight<3>(id)), d, out + k);
+        }
+        hn::Store(hn::Add(counters, hn::PromoteTo(d, hn::Load(d8, c.advance))), d, counters_);
+#else
+        for (std::size_t k = 0; k < kIds; ++k) out[k] = counters_[c.ids[k] & 7] + (c.ids[k] >> 3);
+        for (std::size_t e = 0; e < 8; ++e) counters_[e] += c.advance[e];
+#endif
+    }
+
+  private:
+    alignas(32) std::uint32_t counters_[8];
+};
+
+// The cells of a word, by their rows of samples: bit i of lane r of `here` is the sample at x = i of row r, of
+// `next` the one at x = i + 1. On narrow targets two vectors have two rows each.
+class CellRows {
+  public:
+    CellRows(const RowBits& row, std::size_t w) {
+        const bool last = w + 1 == row.words;
+        for (std::size_t k = 0; k < kVectors; ++k) {
+            here_[k] = samples(row, k, w);
+            const Vec ahead = last ? hn::Zero(D()) : samples(row, k, w + 1);
+            next_[k] = hn::Or(hn::ShiftRight<1>(here_[k]), hn::ShiftLeft<63>(ahead));
+        }
+    }
+
+    // The cells that the surface passes through: those whose corners are neither all outside nor all inside.
+    HWY_INLINE std::uint64_t active() const {
+        Vec some = hn::Or(here_[0], next_[0]), all = hn::And(here_[0], next_[0]);
+        for (std::size_t k = 1; k < kVectors; ++k) {
+            some = hn::Or(some, hn::Or(here_[k], next_[k]));
+            all = hn::And(all, hn::And(here_[k], next_[k]));
+        }
+        if constexpr (kLanes >= 2) {
+            some = hn::Or(some, hn::Reverse2(D(), some));
+            all = hn::And(all, hn::Reverse2(D(), all));
+        }
+#if HWY_CAP_GE256
+        some = hn::Or(some, hn::SwapAdjacentBlocks(some));
+        all = hn::And(all, hn::SwapAdjacentBlocks(all));
+#endif
+        return hn::GetLane(hn::AndNot(all, some));
+    }
+    // The index into RunningCases of the cell at the one bit that is set.
+    HWY_INLINE std::uint8_t running_case(std::uint64_t bit) const {
+        const Vec cell = hn::Set(D(), bit);
+        unsigned c = 0;
+        for (std::size_t k = 0; k < kVectors; ++k) {
+            std::uint8_t here = 0, next = 0;
+            hn::StoreMaskBits(D(), hn::TestBit(here_[k], cell), &here);
+            hn::StoreMaskBits(D(), hn::TestBit(next_[k], cell), &next);
+            c |= static_cast<unsigned>(here | next << 4) << kLanes * k;
+        }
+        return static_cast<std::uint8_t>(c);
+    }
+
+  private:
+    using D = hn::CappedTag<std::uint64_t, 4>;
+    using Vec = hn::Vec<D>;
+    static constexpr std::size_t kLanes = hn::MaxLanes(D()), kVectors = 4 / kLanes;
+
+    // Word w of each of the k-th vector's rows.
+    static HWY_INLINE Vec samples(const RowBits& row, std::size_t k, std::size_t w) {
+        const D d;
+        const auto of_row = [&](std::size_t r) HWY_ATTR { return hn::Set(d, row.rows[kLanes * k + r][w]); };
+#if HWY_CAP_GE256
+        return hn::ConcatUpperLower(d, hn::OddEven(of_row(3), of_row(2)), hn::OddEven(of_row(1), of_row(0)));
+#else
+        if constexpr (kLanes == 2) return hn::OddEven(of_row(1), of_row(0));
+        return of_row(0);
+#endif
+    }
+
+    Vec here_[kVectors], next_[kVectors];
+};
+
+// Appends the cases of a row's active cells to what `list` points to, and returns its new end.
+HWY_INLINE std::uint8_t* list_cases(const ActiveWords& active_words, std::size_t r, const RowBits& row,
+                                    std::uint8_t* HWY_RESTRICT list) {
+    for_each_active_word(active_words, r, [&](std::size_t w) HWY_ATTR {
+        const CellRows cells(row, w);
+        std::uint64_t active = cells.active() & row.valid(w);
+        std::uint8_t* const end = list + popcount(active);
+        // Most words have few. List so many without asking, and overwrite what was too much.
+        do {
+            for (int i = 0; i < 4; ++i) {
+                list[i] = cells.running_case(active & (~active + 1));
+                active &= active - 1;
+            }
+            list += 4;
+        } while (HWY_UNLIKELY(list < end));
+        list = end;
+    });
+    return list;
+}
+
+// Writes the triangles of a row's cells; `end` is the end of the memory that may be written.
+HWY_INLINE std::uint32_t* emit_row(const std::uint8_t* first, const std::uint8_t* last, RunningIds ids,
+                                   const RunningCase* cases, std::uint32_t* HWY_RESTRICT out,
+                                   const std::uint32_t* end) {
+    // What is written too much, the next cell overwrites; but behind the last one others write.
+    const std::uint8_t* const fast_end =
+        end - out >= static_cast<std::ptrdiff_t>(kIds) * (last - first) ? last : first;
+    for (; first < fast_end; ++first) {
+        const RunningCase& c = cases[*first];
+        ids.write(c, out);
+        out += 3 * c.triangles;
+    }
+    for (; first < last; ++first) {
+        const RunningCase& c = cases[*first];
+        std::uint32_t triangles[kIds];
+        ids.write(c, triangles);
+        out = std::copy_n(triangles, 3 * c.triangles, out);
+    }
+    return out;
+}
+
+void emit_triangles_target(const EmitInput& input, std::size_t row_begin, std::size_t row_end,
+                           std::uint32_t* out) {
+    const InsideBits& bits = input.bits;
+    const auto ny = static_cast<std::size_t>(bits.ny);
+    const auto points = input.points.leaves();
+    const auto triangles = input.triangles.leaves();
+    const RunningCase* cases = input.frame.mirrored ? kMirroredRunningCases.data() : kRunningCases.data();
+    const std::uint32_t* end =
+        out + 3 * (input.triangles.first_output(row_end) - input.triangles.first_output(row_begin));
+    Buffer<std::uint8_t> list(64 * bits.words_per_row + 4);
+    const auto ids_of_row = [&](std::size_t r, std::uint64_t first_point) {
+        const auto first = static_cast<std::uint32_t>(first_point);
+        return RowIds{first, first + input.along_x[r], first + input.along_x[r] + input.along_y[r]};
+    };
+    // The first points of the rows (y, z) and (y, z + 1), which advance together.
+    std::uint64_t first = input.points.first_output(row_begin);
+    std::uint64_t first_next_z = input.points.first_output(row_begin + ny);
+
+    for (GridRow at(bits, row_begin); at.index < row_end; at.advance(bits)) {
+        const std::size_t r = at.index;
+        const std::uint64_t first_next_y = first + points[r];
+        const std::uint64_t first_next_yz = first_next_z + (r + ny < points.size() ? points[r + ny] : 0);
+        if (triangles[r] != 0) {
+            const RunningIds ids(ids_of_row(r, first), ids_of_row(r + 1, first_next_y),
+                                 ids_of_row(r + ny, first_next_z), ids_of_row(r + ny + 1, first_next_yz));
+            const std::uint8_t* list_end = list_cases(input.active, r, RowBits(bits, at), list.data());
+            out = emit_row(list.data(), list_end, ids, cases, out, end);
+        }
+        first = first_next_y;
+        first_next_z = first_next_yz;
+    }
+}
+
+}  // namespace marrow::internal::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace marrow::internal {
+
+HWY_EXPORT(emit_triangles_target);
+
+void emit_triangles(const EmitInput& input, std::size_t row_begin, std::size_t row_end,
+                    Triangle* triangles) noexcept {
+    const std::uint64_t first = input.triangles.first_output(row_begin);
+    HWY_DYNAMIC_DISPATCH(emit_triangles_target)(input, row_begin, row_end, triangles[first].data());
+}
+
+}  // namespace marrow::internal
+#endif

@@ -1,0 +1,108 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <marrow/error.h>
+#include <marrow/histogram.h>
+
+#include "visit_samples.h"
+
+namespace marrow {
+namespace {
+
+template <class T>
+Histogram count_samples(const T* samples, std::int64_t n, int bins) {
+    T lower = std::numeric_limits<T>::max();
+    T upper = std::numeric_limits<T>::lowest();
+    std::int64_t finite = n;
+    for (std::int64_t i = 0; i < n; ++i) {
+        if constexpr (std::is_floating_point_v<T>) {
+            if (!std::isfinite(samples[i])) {
+                --finite;
+                continue;
+            }
+        }
+        lower = std::min(lower, samples[i]);
+        upper = std::max(upper, samples[i]);
+    }
+    Histogram result;
+    result.non_finite_samples = n - finite;
+    if (finite == 0) return result;
+    result.lower = static_cast<double>(lower);
+    result.upper = static_cast<double>(upper);
+    result.counts.assign(static_cast<std::size_t>(bins), 0);
+
+    // Halves, because the whole range of doubles is wider than a double can hold.
+    const double half_range = result.upper / 2 - result.lower / 2;
+    for (std::int64_t i = 0; i < n; ++i) {
+        const double value = static_cast<double>(samples[i]);
+        if (!std::isfinite(value)) continue;
+        const double fraction = half_range > 0 ? (value / 2 - result.lower / 2) / half_range : 0;
+        ++result.counts[static_cast<std::size_t>(std::min(static_cast<int>(fraction * bins), bins - 1))];
+    }
+    return result;
+}
+
+bool can_be_parted(const Histogram& histogram) {
+    return std::count_if(histogram.counts.begin(), histogram.counts.end(),
+                         [](std::int64_t c) { return c > 0; }) >= 2;
+}
+
+}  // namespace
+
+Histogram histogram(const VolumeView& volume, int bins) {
+    check_geometry(volume.geometry);
+    if (bins < 2) throw InputError("a histogram needs at least 2 bins");
+    const std::int64_t n = volume.geometry.sample_count();
+    return internal::with_sample_type(
+        volume.type, [&]<class T>(T) { return count_samples(static_cast<const T*>(volume.data), n, bins); });
+}
+
+double otsu_isovalue(const Histogram& histogram) {
+    const auto& counts = histogram.counts;
+    if (!can_be_parted(histogram))
+        throw InputError(
+            "all samples have the same value, so Otsu's method finds no isovalue: give --isovalue N");
+
+    double all = 0, all_moment = 0;  // moments in bins; the range cancels out
+    for (std::size_t i = 0; i < counts.size(); ++i) {
+        all += static_cast<double>(counts[i]);
+        all_moment += static_cast<double>(counts[i]) * static_cast<double>(i);
+    }
+    double best = -1;
+    std::size_t first = 0, last = 0;  // borders with the best variance; border b lies below bin b
+    double below = 0, below_moment = 0;
+    for (std::size_t border = 1; border < counts.size(); ++border) {
+        below += static_cast<double>(counts[border - 1]);
+        below_moment += static_cast<double>(counts[border - 1]) * static_cast<double>(border - 1);
+        const double above = all - below;
+        if (below == 0 || above == 0) continue;
+        const double distance = below_moment / below - (all_moment - below_moment) / above;
+        const double variance = below * above * distance * distance;
+        if (variance > best) {
+            best = variance;
+            first = border;
+        }
+        if (variance == best) last = border;
+    }
+    const double fraction = static_cast<double>(first + last) / 2 / static_cast<double>(counts.size());
+    return histogram.lower * (1 - fraction) + histogram.upper * fraction;
+}
+
+double otsu_contrast(const Histogram& histogram) {
+    if (!can_be_parted(histogram)) return 0;
+    const double isovalue = otsu_isovalue(histogram), range = histogram.upper - histogram.lower;
+    const auto bins = static_cast<double>(histogram.counts.size());
+    double count[2] = {0, 0}, moment[2] = {0, 0};
+    for (std::size_t i = 0; i < histogram.counts.size(); ++i) {
+        const double middle = (static_cast<double>(i) + 0.5) / bins;  // as a fraction of the range
+        const bool above = histogram.lower + middle * range >= isovalue;
+        count[above] += static_cast<double>(histogram.counts[i]);
+        moment[above] += static_cast<double>(histogram.counts[i]) * middle;
+    }
+    const double contrast = (moment[1] / count[1] - moment[0] / count[0]) * range;
+    return std::isfinite(contrast) ? contrast
+                                   : 0;  // numbers too large, or too near to each other, to be told apart
+}
+
+}  // namespace marrow

@@ -1,0 +1,160 @@
+#include "byte_stream.h"
+
+#include <fmt/format.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <vector>
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <marrow/error.h>
+
+#include "text.h"
+
+namespace marrow {
+
+struct ByteStream::State {
+    std::filesystem::path path;
+    int descriptor = -1;
+    bool compressed = false;
+    bool ended = false;  // of the compressed stream
+    z_stream zip{};
+    std::vector<unsigned char> input;
+
+    ~State() {
+        if (descriptor >= 0) ::close(descriptor);
+        if (compressed) inflateEnd(&zip);
+    }
+
+    std::size_t read_file(void* to, std::size_t size) {
+        std::size_t done = 0;
+        while (done < size) {
+            const ssize_t got = ::read(descriptor, static_cast<char*>(to) + done, size - done);
+            if (got == 0) break;
+            if (got > 0)
+                done += static_cast<std::size_t>(got);
+            else if (errno != EINTR)
+                throw IoError(fmt::format("{}: cannot be read: {}", shown(path), std::strerror(errno)));
+        }
+        return done;
+    }
+
+    // False at the end of the file.
+    bool refill() {
+        if (zip.avail_in > 0) return true;
+        zip.next_in = input.data();
+        zip.avail_in = static_cast<uInt>(read_file(input.data(), input.size()));
+        return zip.avail_in > 0;
+    }
+
+    std::size_t inflate_some(void* to, std::size_t size) {
+        auto* out = static_cast<unsigned char*>(to);
+        std::size_t done = 0;
+        while (done < size && !ended) {
+            if (!refill()) break;
+            const std::size_t room = std::min<std::size_t>(size - done, 1u << 30);
+            zip.next_out = out + done;
+            zip.avail_out = static_cast<uInt>(room);
+            const int result = inflate(&zip, Z_NO_FLUSH);
+            done += room - zip.avail_out;
+            if (result == Z_STREAM_END) {
+                // gzip files may be several streams one after the other
+                if (refill() && zip.next_in[0] == 0x1f)
+                    inflateReset(&zip);
+                else
+                    ended = true;
+            } else if (result != Z_OK && result != Z_BUF_ERROR) {
+                throw InputError(fmt::format("{}: its compressed data are damaged", shown(path)));
+            }
+        }
+        return done;
+    }
+};
+
+std::uint64_t size_of_file(const std::filesystem::path& path) {
+    std::error_code error;
+    const auto status = std::filesystem::status(path, error);
+    if (status.type() == std::filesystem::file_type::not_found) {
+        throw IoError(fmt::format("{}: there is no such file", shown(path)));
+    }
+    if (error) throw IoError(fmt::format("{}: cannot be read: {}", shown(path), error.message()));
+    if (!std::filesystem::is_regular_file(status)) {
+        throw IoError(fmt::format("{}: is not a regular file", shown(path)));
+    }
+    const std::uint64_t size = std::filesystem::file_size(path, error);
+    if (error) throw IoError(fmt::format("{}: cannot be read: {}", shown(path), error.message()));
+    return size;
+}
+
+ByteStream::ByteStream(const std::filesystem::path& path, Compression compression, std::uint64_t offset)
+    : state_(std::make_unique<State>()) {
+    state_->path = path;
+    // O_NONBLOCK: to open a pipe would wait for its writer
+    state_->descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    struct stat status {};
+    if (state_->descriptor < 0 || ::fstat(state_->descriptor, &status) != 0) {
+        throw IoError(fmt::format("{}: cannot be opened: {}", shown(path), std::strerror(errno)));
+    }
+    if (!S_ISREG(status.st_mode)) throw IoError(fmt::format("{}: is not a regular file", shown(path)));
+    if (offset > 0) seek(offset);
+    if (compression != Compression::none) {
+        const int window_bits = compression == Compression::deflate ? -15 : 15 + 32;  // 32: gzip or zlib
+        if (inflateInit2(&state_->zip, window_bits) != Z_OK) throw LimitError("zlib: no memory");
+        state_->compressed = true;
+        state_->input.resize(1 << 16);
+    }
+}
+
+ByteStream::~ByteStream() = default;
+
+std::size_t ByteStream::read_some(void* to, std::size_t size) {
+    return state_->compressed ? state_->inflate_some(to, size) : state_->read_file(to, size);
+}
+
+void ByteStream::read(void* to, std::size_t size) {
+    if (read_some(to, size) != size) {
+        throw InputError(
+            fmt::format("{}: ends before its last sample; the file is truncated", shown(state_->path)));
+    }
+}
+
+void ByteStream::skip(std::uint64_t size) {
+    std::array<char, 4096> bin;
+    while (size > 0) {
+        const std::size_t part = std::min<std::uint64_t>(size, bin.size());
+        read(bin.data(), part);
+        size -= part;
+    }
+}
+
+void ByteStream::seek(std::uint64_t offset) {
+    if (::lseek(state_->descriptor, static_cast<off_t>(offset), SEEK_SET) < 0) {
+        throw IoError(fmt::format("{}: cannot be read: {}", shown(state_->path), std::strerror(errno)));
+    }
+}
+
+void ByteStream::verify_end() {
+    if (!state_->compressed) return;
+    std::array<char, 4096> bin;
+    for (int block = 0; block < 256 && !state_->ended; ++block) {
+        if (read_some(bin.data(), bin.size()) < bin.size() && !state_->ended) {
+            throw InputError(fmt::format("{}: its compressed data end too early; the file is truncated",
+                                         shown(state_->path)));
+        }
+    }
+}
+
+std::string head_of(const std::filesystem::path& path, std::size_t size) {
+    ByteStream stream(path, Compression::none);
+    std::string head(std::min<std::uint64_t>(size, size_of_file(path)), '\0');
+    head.resize(stream.read_some(head.data(), head.size()));
+    return head;
+}
+
+}  // namespace marrow

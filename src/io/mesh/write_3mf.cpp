@@ -1,0 +1,141 @@
+// 3MF core specification 1.2: a ZIP archive with an XML model in it. Numbers have the shortest digits that read back to the
+// same float; independent of the locale.
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+#include "writer.h"
+
+namespace marrow {
+namespace {
+
+constexpr std::size_t kFloatChars = 15, kIndexChars = 10;
+
+template <class T>
+char* put_attribute(char* to, const char* before, T value, std::size_t most) {
+    while (*before) *to++ = *before++;
+    to = std::to_chars(to, to + most, value).ptr;
+    *to++ = '"';
+    return to;
+}
+
+char* put_text(char* to, const char* text) {
+    while (*text) *to++ = *text++;
+    return to;
+}
+
+std::string escaped(const std::string& name) {
+    std::string text;
+    for (const char c : clean_name(name)) {
+        switch (c) {
+            case '&':
+                text += "&amp;";
+                break;
+            case '<':
+                text += "&lt;";
+                break;
+            case '>':
+                text += "&gt;";
+                break;
+            case '"':
+                text += "&quot;";
+                break;
+            default:
+                text += c;
+        }
+    }
+    return text;
+}
+
+std::string hex_colour(const std::array<double, 3>& colour) {
+    constexpr char kDigits[] = "0123456789ABCDEF";
+    std::string text = "#";
+    for (const double part : colour) {
+        const long value = std::lround(255 * std::clamp(part, 0.0, 1.0));
+        text += {kDigits[value / 16], kDigits[value % 16]};
+    }
+    return text + "FF";
+}
+
+std::string name_attribute(const MeshObject& object) {
+    return object.name.empty() ? "" : " name=\"" + escaped(object.name) + "\"";
+}
+
+void write_object(MeshOutput& output, const Mesh& mesh) {
+    output.text("<mesh><vertices>\n");
+    output.items<24 + 3 * kFloatChars>(mesh.points.size(), 0, 0.5, [&](std::size_t i, char* to) {
+        const Vec3f p = output.oriented(mesh.points[i]);
+        to = put_attribute(to, "<vertex x=\"", p[0], kFloatChars);
+        to = put_attribute(to, " y=\"", p[1], kFloatChars);
+        to = put_attribute(to, " z=\"", p[2], kFloatChars);
+        return put_text(to, "/>\n");
+    });
+    output.text("</vertices><triangles>\n");
+    output.items<32 + 3 * kIndexChars>(mesh.triangles.size(), 0.5, 1, [&](std::size_t i, char* to) {
+        const Triangle& t = mesh.triangles[i];
+        to = put_attribute(to, "<triangle v1=\"", t[0], kIndexChars);
+        to = put_attribute(to, " v2=\"", t[1], kIndexChars);
+        to = put_attribute(to, " v3=\"", t[2], kIndexChars);
+        return put_text(to, "/>\n");
+    });
+    output.text("</triangles></mesh>");
+}
+
+}  // namespace
+
+std::span<const ZipPart> parts_of_3mf() {
+    static constexpr ZipPart kParts[] = {
+        {"[Content_Types].xml",
+         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
+         "<Types xmlns=\"http://schemas.openxmlformats.org/package/2006/content-types\">"
+         "<Default Extension=\"rels\" "
+         "ContentType=\"application/vnd.openxmlformats-package.relationships+xml\"/>"
+         "<Default Extension=\"model\" "
+         "ContentType=\"application/vnd.ms-package.3dmanufacturing-3dmodel+xml\"/>"
+         "</Types>\n"},
+        {"_rels/.rels",
+         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
+         "<Relationships xmlns=\"http://schemas.openxmlformats.org/package/2006/relationships\">"
+         "<Relationship Id=\"model\" Target=\"/3D/3dmodel.model\" "
+         "Type=\"http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel\"/></Relationships>\n"}};
+    return kParts;
+}
+
+void write_3mf_model(MeshOutput& output, MeshObjects objects) {
+    std::string text =
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<model unit=\"millimeter\" xml:lang=\"en-US\" "
+        "xmlns=\"http://schemas.microsoft.com/3dmanufacturing/core/2015/02\">\n"
+        "<metadata name=\"Application\">Marrow</metadata>\n<metadata name=\"Description\">" +
+        space_mark(output.space) + "</metadata>\n<resources>\n";
+    // Objects refer to their colours by place in this list; resource 1 is the list, the objects follow.
+    const bool coloured =
+        std::any_of(objects.begin(), objects.end(), [](const MeshObject& o) { return o.colour.has_value(); });
+    std::vector<std::string> colour_of(objects.size());
+    if (coloured) {
+        text += "<basematerials id=\"1\">\n";
+        std::size_t colours = 0;
+        for (std::size_t i = 0; i < objects.size(); ++i) {
+            if (!objects[i].colour) continue;
+            const std::string name =
+                objects[i].name.empty() ? "surface " + std::to_string(i + 1) : objects[i].name;
+            text += "<base name=\"" + escaped(name) + "\" displaycolor=\"" + hex_colour(*objects[i].colour) +
+                    "\"/>\n";
+            colour_of[i] = " pid=\"1\" pindex=\"" + std::to_string(colours++) + "\"";
+        }
+        text += "</basematerials>\n";
+    }
+    output.text(text);
+    const auto id = [](std::size_t object) { return "\"" + std::to_string(object + 2) + "\""; };
+    for (std::size_t i = 0; i < objects.size(); ++i) {
+        output.set_share(i, objects.size());
+        output.text("<object id=" + id(i) + " type=\"model\"" + name_attribute(objects[i]) + colour_of[i] +
+                    ">");
+        write_object(output, *objects[i].mesh);
+        output.text("</object>\n");
+    }
+    text = "</resources>\n<build>\n";
+    for (std::size_t i = 0; i < objects.size(); ++i) text += "<item objectid=" + id(i) + "/>\n";
+    output.text(text + "</build>\n</model>\n");
+}
+
+}  // namespace marrow

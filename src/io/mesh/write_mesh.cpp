@@ -1,0 +1,204 @@
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include <marrow/atomic_file.h>
+#include <marrow/mesh_io.h>
+
+#include "io/bytes/deflate.h"
+#include "writer.h"
+
+namespace marrow {
+namespace {
+
+std::string lower_case(std::string text) {
+    std::transform(text.begin(), text.end(), text.begin(),
+                   [](char c) { return 'A' <= c && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+    return text;
+}
+
+MeshOutput::Write into(AtomicFile& file) {
+    return [&](const void* data, std::size_t bytes) { file.write(data, bytes); };
+}
+
+void check_objects(MeshObjects objects, MeshFormat format, const std::filesystem::path& output, Space space) {
+    const auto refuse = [&](const std::string& reason) {
+        throw InputError("cannot write '" + output.string() + "'" + reason);
+    };
+    if (objects.empty()) refuse(": there is no surface");
+    if (objects.size() > 1 && !holds_several(format))
+        refuse(": it holds one surface and there are " + std::to_string(objects.size()) +
+               "; write .3mf, .glb, .vtp or .obj");
+    if (format == MeshFormat::glb && space == Space::RAS) refuse(" in RAS: glTF has axes of its own");
+    for (const MeshObject& object : objects) {
+        const Mesh& mesh = *object.mesh;
+        if (!mesh.normals.empty() && mesh.normals.size() != mesh.points.size())
+            refuse(": the mesh has " + std::to_string(mesh.points.size()) + " points but " +
+                   std::to_string(mesh.normals.size()) + " normals");
+        for (const Triangle& t : mesh.triangles) {
+            if (std::max({t[0], t[1], t[2]}) >= mesh.points.size())
+                refuse(": a triangle of the mesh names a point that is not there");
+        }
+    }
+}
+
+void write_content(MeshFormat format, MeshOutput& to, MeshObjects objects) {
+    const Mesh& first = *objects.front().mesh;
+    switch (format) {
+        case MeshFormat::stl:
+            write_stl_header(to, first.triangles.size());
+            write_stl_facets(to, whole(first));
+            break;
+        case MeshFormat::ply:
+            to.text(
+                ply_header(to.space, first.points.size(), !first.normals.empty(), first.triangles.size()));
+            write_ply_points(to, whole(first));
+            write_ply_faces(to, whole(first));
+            break;
+        case MeshFormat::obj:
+            write_obj(to, objects);
+            break;
+        case MeshFormat::vtp:
+            write_vtp(to, objects);
+            break;
+        case MeshFormat::threemf:
+            write_3mf_model(to, objects);
+            break;
+        case MeshFormat::glb:
+            write_glb(to, objects);
+            break;
+    }
+}
+
+// As the format has it, or compressed.
+void write_content(MeshFormat format, AtomicFile& file, bool gzipped, MeshObjects objects,
+                   const MeshWriteOptions& options) {
+    if (gzipped) {
+        Deflater gzip(Deflater::Wrapping::gzip, into(file));
+        MeshOutput to([&](const void* data, std::size_t bytes) { gzip.write(data, bytes); }, options);
+        write_content(format, to, objects);
+        gzip.finish();
+    } else if (format == MeshFormat::threemf) {
+        ZipWriter zip(file);
+        for (const auto& [name, text] : parts_of_3mf()) {
+            zip.begin(name);
+            zip.write(text, std::char_traits<char>::length(text));
+        }
+        zip.begin(k3mfModelName);
+        MeshOutput to([&](const void* data, std::size_t bytes) { zip.write(data, bytes); }, options);
+        write_content(format, to, objects);
+        zip.finish();
+    } else {
+        MeshOutput to(into(file), options);
+        write_content(format, to, objects);
+    }
+}
+
+}  // namespace
+
+bool is_gzipped(const std::filesystem::path& file) {
+    return lower_case(file.extension().string()) == ".gz";
+}
+
+MeshFormat mesh_format(const std::filesystem::path& output) {
+    const bool gzipped = is_gzipped(output);
+    const std::string ending = lower_case((gzipped ? output.stem() : output).extension().string());
+    if (ending == ".stl") return MeshFormat::stl;
+    if (ending == ".ply") return MeshFormat::ply;
+    if (ending == ".obj") return MeshFormat::obj;
+    if (ending == ".vtp" && !gzipped) return MeshFormat::vtp;
+    if (ending == ".3mf" && !gzipped) return MeshFormat::threemf;
+    if (ending == ".glb" && !gzipped) return MeshFormat::glb;
+    throw InputError("no mesh format is known for '" + output.string() +
+                     "': its ending must be .stl, .ply, .obj (or these with .gz), .vtp, .3mf or .glb");
+}
+
+bool holds_several(MeshFormat format) {
+    return format != MeshFormat::stl && format != MeshFormat::ply;
+}
+
+void write_mesh(const Mesh& mesh, const std::filesystem::path& output, const MeshWriteOptions& options) {
+    write_meshes(std::array{MeshObject{&mesh}}, output, options);
+}
+
+void write_meshes(std::span<const MeshObject> objects, const std::filesystem::path& output,
+                  const MeshWriteOptions& options) {
+    MeshFiles files;
+    files.write(objects, output, options);
+    files.commit();
+}
+
+MeshFiles::MeshFiles() = default;
+MeshFiles::~MeshFiles() = default;
+
+void MeshFiles::write(std::span<const MeshObject> objects, const std::filesystem::path& output,
+                      const MeshWriteOptions& options) {
+    const MeshFormat format = mesh_format(output);
+    check_objects(objects, format, output, options.space);
+    auto file = std::make_unique<AtomicFile>(output);
+    write_content(format, *file, is_gzipped(output), objects, options);
+    file->finish();
+    files_.push_back(std::move(file));
+}
+
+void MeshFiles::commit() {
+    const auto files = std::exchange(files_, {});
+    for (const auto& file : files) file->commit();
+}
+
+// What a file written part by part holds, and where.
+struct SurfaceWriter::State {
+    State(const std::filesystem::path& output, const MeshWriteOptions& options)
+        : format(mesh_format(output)), file(output), to(into(file), options) {}
+
+    MeshFormat format;
+    AtomicFile file;
+    MeshOutput to;
+    bool normals = false;
+    std::uint64_t points_begin = 0, faces_begin = 0;
+
+    void begin(std::uint64_t points, std::uint64_t triangles, bool has_normals) {
+        normals = has_normals;
+        if (format == MeshFormat::stl) return write_stl_header(to, triangles);
+        const std::string header = ply_header(to.space, points, normals, triangles);
+        to.text(header);
+        points_begin = header.size();
+        faces_begin = points_begin + points * ply_point_bytes(normals);
+    }
+
+    void part(const SurfacePart& p) {
+        if (format == MeshFormat::stl) {
+            file.seek(kStlHeaderBytes + p.first_triangle * kStlFacetBytes);
+            return write_stl_facets(to, p);
+        }
+        file.seek(points_begin + p.first_point * ply_point_bytes(normals));
+        write_ply_points(to, p);
+        file.seek(faces_begin + p.first_triangle * kPlyFaceBytes);
+        write_ply_faces(to, p);
+    }
+};
+
+SurfaceWriter::SurfaceWriter(const std::filesystem::path& output, const MeshWriteOptions& options) {
+    const MeshFormat format = mesh_format(output);
+    if ((format != MeshFormat::stl && format != MeshFormat::ply) || is_gzipped(output)) {
+        throw InputError(
+            "cannot write '" + output.string() +
+            "' part by part: its ending must be .stl or .ply; write those, or do without a memory limit");
+    }
+    state_ = std::make_unique<State>(output, options);
+}
+
+SurfaceWriter::~SurfaceWriter() = default;
+
+SurfaceSink SurfaceWriter::sink() {
+    return {[this](std::uint64_t points, std::uint64_t triangles, bool normals) {
+                state_->begin(points, triangles, normals);
+            },
+            [this](const SurfacePart& part) { state_->part(part); }};
+}
+
+void SurfaceWriter::commit() {
+    state_->file.commit();
+}
+
+}  // namespace marrow

@@ -1,0 +1,50 @@
+// Binary STL: an 80-byte header, a count, and for each triangle its normal, its three points and two unused
+// bytes.
+#include <cmath>
+#include <limits>
+
+#include <marrow/volume.h>
+
+#include "writer.h"
+
+namespace marrow {
+namespace {
+
+// Zero for a triangle without area, as the format asks.
+Vec3f facet_normal(const Vec3f& a, const Vec3f& b, const Vec3f& c) {
+    const Vec3d u{double(b[0]) - a[0], double(b[1]) - a[1], double(b[2]) - a[2]};
+    const Vec3d v{double(c[0]) - a[0], double(c[1]) - a[1], double(c[2]) - a[2]};
+    const Vec3d n{u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
+    const double length = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+    if (length == 0) return {0, 0, 0};
+    return {static_cast<float>(n[0] / length), static_cast<float>(n[1] / length),
+            static_cast<float>(n[2] / length)};
+}
+
+}  // namespace
+
+void write_stl_header(MeshOutput& output, std::uint64_t triangles) {
+    if (triangles > std::numeric_limits<std::uint32_t>::max())
+        throw LimitError("an STL file counts at most 4294967295 triangles and this mesh has " +
+                         std::to_string(triangles) + "; write .ply or .vtp");
+    // Readers take a header that starts with "solid" for the text format.
+    std::string header = "Marrow " + space_mark(output.space);
+    header.resize(80, ' ');
+    char count[4];
+    put(count, static_cast<std::uint32_t>(triangles));
+    output.text(header.append(count, sizeof count));
+}
+
+void write_stl_facets(MeshOutput& output, const SurfacePart& part) {
+    output.items<kStlFacetBytes>(part.triangles.size(), 0, 1, [&](std::size_t i, char* to) {
+        const Triangle& t = part.triangles[i];
+        const Vec3f a = output.oriented(part.points[t[0] - part.first_point]);
+        const Vec3f b = output.oriented(part.points[t[1] - part.first_point]);
+        const Vec3f c = output.oriented(part.points[t[2] - part.first_point]);
+        to = put(to, facet_normal(a, b, c));
+        to = put(put(put(to, a), b), c);
+        return put(to, std::uint16_t{0});
+    });
+}
+
+}  // namespace marrow

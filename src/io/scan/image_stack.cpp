@@ -1,0 +1,80 @@
+#include "image_stack.h"
+
+#include <fmt/format.h>
+
+#include <marrow/error.h>
+
+#include "io/bytes/text.h"
+#include "parallel_slices.h"
+
+namespace marrow {
+
+bool natural_less(const std::filesystem::path& left, const std::filesystem::path& right) {
+    const std::string& a = left.native();
+    const std::string& b = right.native();
+    const auto digit = [](char c) { return c >= '0' && c <= '9'; };
+    const auto digits_at = [&](const std::string& s, std::size_t& at) {  // without leading zeros
+        std::size_t end = at;
+        while (end < s.size() && digit(s[end])) ++end;
+        while (at + 1 < end && s[at] == '0') ++at;
+        const std::string_view digits(s.data() + at, end - at);
+        at = end;
+        return digits;
+    };
+    std::size_t i = 0, j = 0;
+    while (i < a.size() && j < b.size()) {
+        if (digit(a[i]) && digit(b[j])) {
+            const auto x = digits_at(a, i), y = digits_at(b, j);
+            if (x.size() != y.size()) return x.size() < y.size();
+            if (x != y) return x < y;
+        } else {
+            if (a[i] != b[j]) return a[i] < b[j];
+            ++i, ++j;
+        }
+    }
+    if (i < a.size() || j < b.size()) return i == a.size();
+    return a < b;  // "01" and "1"
+}
+
+namespace {
+
+constexpr double headers_done = 0.2;  // of the progress
+
+[[noreturn]] void refuse_odd(const PictureStack& stack, std::size_t i) {
+    throw InputError(
+        fmt::format("{}: differs in size or sample type from {}; the slices of a volume are alike",
+                    shown(stack.files[i]), shown(stack.files.front())));
+}
+
+}  // namespace
+
+PictureStack read_picture_headers(std::vector<std::filesystem::path> files, const ScanOptions& options) {
+    const Picture picture = read_picture_header(files.front());
+    if (files.size() > 1 && picture.pages != 1) {
+        throw InputError(fmt::format("{}: has several pages; name this file alone", shown(files.front())));
+    }
+    PictureStack stack{std::move(files), picture, {}};
+    stack.geometry.dims = {picture.columns, picture.rows,
+                           picture.pages * static_cast<std::int64_t>(stack.files.size())};
+    if (options.spacing) stack.geometry.spacing = *options.spacing;
+    check_geometry(stack.geometry);
+    for_each_slice(stack.files.size(), options.threads, options.progress, 0, headers_done,
+                   [&](std::size_t i, const Step& step) {
+                       if (read_picture_header(stack.files[i]) != picture) refuse_odd(stack, i);
+                       step(1);
+                   });
+    return stack;
+}
+
+Volume load_pictures(const PictureStack& stack, const ScanOptions& options) {
+    Volume volume(stack.geometry, stack.picture.type);
+    const std::size_t file_bytes = volume.bytes() / stack.files.size();
+    for_each_slice(stack.files.size(), options.threads, options.progress, headers_done, 1,
+                   [&](std::size_t i, const Step& step) {
+                       auto* to = static_cast<std::byte*>(volume.data()) + i * file_bytes;
+                       if (!read_picture(stack.files[i], stack.picture, to, step)) refuse_odd(stack, i);
+                   });
+    return volume;
+}
+
+}  // namespace marrow

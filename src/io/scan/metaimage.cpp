@@ -1,0 +1,199 @@
+// MetaImage headers, attached (.mha) and detached (.mhd): https://itk.org/Wiki/ITK/MetaIO/Documentation
+#include <fmt/format.h>
+
+#include <cmath>
+#include <map>
+
+#include <marrow/error.h>
+
+#include "io/bytes/byte_stream.h"
+#include "io/bytes/text.h"
+#include "raw_image.h"
+
+namespace marrow {
+
+namespace {
+
+struct Header {
+    std::filesystem::path path;
+    std::map<std::string, std::string> fields;  // names in lower case
+    std::vector<std::string> listed_files;
+    std::size_t end = 0;
+
+    [[noreturn]] void refuse(std::string_view why) const {
+        throw InputError(fmt::format("{}: MetaImage header: {}", shown(path), why));
+    }
+    // The first of several names of a field that is there.
+    const std::string* find(std::initializer_list<const char*> names) const {
+        for (const char* name : names) {
+            if (const auto at = fields.find(name); at != fields.end()) return &at->second;
+        }
+        return nullptr;
+    }
+    bool flag(std::initializer_list<const char*> names, bool otherwise) const {
+        const std::string* text = find(names);
+        if (!text) return otherwise;
+        return text->starts_with('T') || text->starts_with('t') || text->starts_with('1');
+    }
+    std::vector<double> numbers(const std::string& text, std::size_t count) const {
+        std::vector<double> out;
+        for (const auto word : words(text)) {
+            const auto value = number(word);
+            if (!value) refuse(fmt::format("{} is not a number", shown(word)));
+            out.push_back(*value);
+        }
+        if (out.size() != count)
+            refuse(fmt::format("{} holds {} numbers instead of {}", shown(text), out.size(), count));
+        return out;
+    }
+};
+
+Header parse(const std::filesystem::path& path) {
+    constexpr std::size_t longest = 1 << 20;
+    const std::string text = head_of(path, longest);
+    Header header{path, {}, {}, 0};
+    // The last field is ElementDataFile: what follows are data, or the names of a list.
+    while (header.end < text.size() && !header.fields.contains("elementdatafile")) {
+        const std::size_t end = std::min(text.find('\n', header.end), text.size());
+        const std::string_view line = trimmed(std::string_view(text).substr(header.end, end - header.end));
+        header.end = std::min(end + 1, text.size());
+        if (line.empty()) continue;
+        const std::size_t equals = line.find('=');
+        if (equals == line.npos) throw InputError(fmt::format("{}: is not a MetaImage file", shown(path)));
+        header.fields[lower(trimmed(line.substr(0, equals)))] = trimmed(line.substr(equals + 1));
+    }
+    if (!header.fields.contains("elementdatafile")) {
+        throw InputError(fmt::format("{}: is not a MetaImage file: it has no ElementDataFile", shown(path)));
+    }
+    if (lower(header.fields["elementdatafile"]).starts_with("list")) {
+        for (std::size_t at = header.end; at < text.size();) {
+            const std::size_t end = std::min(text.find('\n', at), text.size());
+            const std::string_view line = trimmed(std::string_view(text).substr(at, end - at));
+            if (!line.empty()) header.listed_files.emplace_back(line);
+            at = end + 1;
+        }
+    }
+    return header;
+}
+
+StoredType stored_type(const Header& header) {
+    static const std::map<std::string, StoredType> names = {
+        {"met_char", StoredType::int8},
+        {"met_uchar", StoredType::uint8},
+        {"met_short", StoredType::int16},
+        {"met_ushort", StoredType::uint16},
+        {"met_int", StoredType::int32},
+        {"met_uint", StoredType::uint32},
+        {"met_long", StoredType::int32},
+        {"met_ulong", StoredType::uint32},  // of four bytes, whatever the machine
+        {"met_long_long", StoredType::int64},
+        {"met_ulong_long", StoredType::uint64},
+        {"met_float", StoredType::float32},
+        {"met_double", StoredType::float64}};
+    const std::string* text = header.find({"elementtype"});
+    if (!text) header.refuse("ElementType is missing");
+    const auto at = names.find(lower(*text));
+    if (at == names.end()) header.refuse(fmt::format("samples of type {} are not read", shown(*text)));
+    return at->second;
+}
+
+// Returns how many volumes there are: the product of the sizes beyond three.
+double read_geometry(const Header& header, RawImage& image) {
+    const std::string* text = header.find({"ndims"});
+    const auto axes = text ? integer(*text) : std::nullopt;
+    if (!axes || *axes < 1 || *axes > 10) header.refuse("NDims is missing or not a number from 1 to 10");
+    const auto n = static_cast<std::size_t>(*axes);
+    text = header.find({"dimsize"});
+    if (!text) header.refuse("DimSize is missing");
+    const auto sizes = header.numbers(*text, n);
+    double volumes = 1;
+    for (std::size_t a = 0; a < n; ++a) {
+        if (!(sizes[a] >= 1) || sizes[a] != std::floor(sizes[a]) || sizes[a] > 9e15)
+            header.refuse("DimSize holds a value that is not a size");
+        if (a >= 3) volumes *= sizes[a];
+    }
+    if (n < 3) header.refuse("is not three-dimensional");
+
+    Mat3d m{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+    if ((text = header.find({"transformmatrix", "rotation", "orientation"}))) {
+        const auto values = header.numbers(*text, n * n);
+        for (int axis = 0; axis < 3; ++axis) {  // the file lists the direction of one axis after the other
+            for (int row = 0; row < 3; ++row) m[row][axis] = values[static_cast<std::size_t>(axis) * n + row];
+        }
+    }
+    double mm = 1;
+    if ((text = header.find({"distanceunits"})) && *text != "?") {
+        const auto known = millimetres(*text);
+        if (!known) header.refuse(fmt::format("the unit {} is not known", shown(*text)));
+        mm = *known;
+    }
+    std::vector<double> spacing(n, 1 / mm);
+    if ((text = header.find({"elementspacing", "elementsize"})))
+        spacing = header.numbers(*text, n);
+    else
+        image.has_spacing = false;
+    Geometry& g = image.geometry;
+    if ((text = header.find({"offset", "position", "origin"}))) {
+        const auto values = header.numbers(*text, n);
+        for (int row = 0; row < 3; ++row) g.origin[row] = values[row] * mm;
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+        g.dims[axis] = static_cast<std::int64_t>(sizes[axis]);
+        if (!(spacing[axis] > 0)) header.refuse("ElementSpacing is not positive");
+        for (int row = 0; row < 3; ++row) m[row][axis] *= spacing[axis] * mm;
+    }
+    set_columns(g, m);
+    return volumes;
+}
+
+void read_data_place(const Header& header, RawImage& image) {
+    if (!header.flag({"binarydata"}, true))
+        header.refuse("samples written as text are not read; save it as binary");
+    image.compressed = header.flag({"compresseddata"}, false);
+    image.big_endian = header.flag({"binarydatabyteordermsb", "elementbyteordermsb"}, false);
+
+    const std::string& name = *header.find({"elementdatafile"});
+    const std::string kind = lower(name);
+    if (kind == "local") {
+        image.files = {header.path};
+        image.file_offset = static_cast<std::int64_t>(header.end);
+    } else if (kind.starts_with("list")) {
+        if (header.listed_files.empty()) header.refuse("lists no data file");
+        for (const auto& file : header.listed_files) image.files.push_back(beside(header.path, file));
+    } else if (name.find('%') != name.npos) {
+        header.refuse("data files named by a pattern are not read; use LIST");
+    } else {
+        image.files = {beside(header.path, name)};
+    }
+    if (const std::string* text = header.find({"headersize"})) {
+        const auto size = integer(*text);
+        if (!size || *size < -1 || (*size == -1 && image.compressed))
+            header.refuse("HeaderSize is not a size");
+        if (*size == -1)
+            image.file_offset = -1;
+        else
+            image.file_offset += *size;
+    }
+}
+
+}  // namespace
+
+RawImage read_metaimage_header(const std::filesystem::path& path, std::optional<std::int64_t> volume) {
+    const Header header = parse(path);
+    if (const std::string* object = header.find({"objecttype"}); object && lower(*object) != "image") {
+        header.refuse(fmt::format("holds an object of type {}, not an image", shown(*object)));
+    }
+    if (const std::string* channels = header.find({"elementnumberofchannels"});
+        channels && integer(*channels) != 1) {
+        header.refuse(fmt::format("has {} values per point; only volumes of one value per point are read",
+                                  shown(*channels)));
+    }
+    RawImage image;
+    image.type = stored_type(header);
+    const double volumes = read_geometry(header, image);
+    read_data_place(header, image);
+    choose_volume(image, volumes, volume);
+    return image;
+}
+
+}  // namespace marrow

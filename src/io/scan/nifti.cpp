@@ -1,0 +1,260 @@
+// NIfTI-1 and NIfTI-2 headers, alone (.nii) and in pairs (.hdr, .img), plain and gzipped:
+// https://nifti.nimh.nih.gov
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+
+#include <marrow/error.h>
+
+#include "io/bytes/byte_stream.h"
+#include "io/bytes/text.h"
+#include "raw_image.h"
+
+namespace marrow {
+
+namespace {
+
+// The fields that matter, the same for both versions.
+struct Header {
+    std::filesystem::path path;
+    bool big_endian = false;
+    bool pair = false;  // the samples are in an .img file
+    std::array<std::int64_t, 8> dim{};
+    std::array<double, 8> pixdim{};
+    std::int64_t datatype = 0;
+    double vox_offset = 0, slope = 0, intercept = 0;
+    std::int64_t qform_code = 0, sform_code = 0, units = 0;
+    Vec3d quaternion{}, qoffset{};
+    std::array<std::array<double, 4>, 3> srow{};
+
+    [[noreturn]] void refuse(std::string_view why) const {
+        throw InputError(fmt::format("{}: NIfTI header: {}", shown(path), why));
+    }
+};
+
+// Takes numbers of type T out of the header's bytes, in the header's byte order.
+struct Bytes {
+    const std::string& bytes;
+    bool swap;
+
+    template <class T>
+    T get(std::size_t offset) const {
+        std::array<char, sizeof(T)> raw;
+        std::memcpy(raw.data(), bytes.data() + offset, sizeof(T));
+        if (swap) std::reverse(raw.begin(), raw.end());
+        return std::bit_cast<T>(raw);
+    }
+};
+
+bool is_gzip(const std::filesystem::path& path) {
+    return head_of(path, 2) == "\x1f\x8b";
+}
+
+Header parse(const std::filesystem::path& path) {
+    constexpr std::size_t size1 = 348, size2 = 540;
+    const auto compression = is_gzip(path) ? Compression::zlib : Compression::none;
+    std::string bytes(size2, '\0');
+    bytes.resize(ByteStream(path, compression).read_some(bytes.data(), bytes.size()));
+
+    Header header{path};
+    const auto is_not_nifti = [&](const char* what) {
+        return InputError(fmt::format("{}: is not a NIfTI file: {}", shown(path), what));
+    };
+    if (bytes.size() < size1) throw is_not_nifti("it is too short for a header");
+    const auto little = Bytes{bytes, std::endian::native != std::endian::little}.get<std::int32_t>(0);
+    const auto big = Bytes{bytes, std::endian::native != std::endian::big}.get<std::int32_t>(0);
+    header.big_endian = big == size1 || big == size2;
+    const bool second = little == size2 || big == size2;
+    if (!header.big_endian && !second && little != size1)
+        throw is_not_nifti("it does not begin with a header's size");
+    if (second && bytes.size() < size2) throw is_not_nifti("it is too short for a header");
+    const std::string magic = bytes.substr(second ? 4 : 344, 4);
+    if (magic != "n+1" + std::string(1, '\0') && magic != "n+2" + std::string(1, '\0') &&
+        magic != "ni1" + std::string(1, '\0') && magic != "ni2" + std::string(1, '\0')) {
+        throw is_not_nifti(
+            "its magic is missing (Analyze 7.5 files do not say how the patient lies; convert it to NIfTI)");
+    }
+    header.pair = magic[1] == 'i';
+
+    const Bytes in{bytes, header.big_endian != (std::endian::native == std::endian::big)};
+    if (second) {
+        for (std::size_t i = 0; i < 8; ++i) {
+            header.dim[i] = in.get<std::int64_t>(16 + 8 * i);
+            header.pixdim[i] = in.get<double>(104 + 8 * i);
+        }
+        header.datatype = in.get<std::int16_t>(12);
+        header.vox_offset = static_cast<double>(in.get<std::int64_t>(168));
+        header.slope = in.get<double>(176);
+        header.intercept = in.get<double>(184);
+        header.qform_code = in.get<std::int32_t>(344);
+        header.sform_code = in.get<std::int32_t>(348);
+        header.units = in.get<std::int32_t>(500);
+        for (std::size_t i = 0; i < 3; ++i) {
+            header.quaternion[i] = in.get<double>(352 + 8 * i);
+            header.qoffset[i] = in.get<double>(376 + 8 * i);
+            for (std::size_t j = 0; j < 4; ++j) header.srow[i][j] = in.get<double>(400 + 32 * i + 8 * j);
+        }
+    } else {
+        for (std::size_t i = 0; i < 8; ++i) {
+            header.dim[i] = in.get<std::int16_t>(40 + 2 * i);
+            header.pixdim[i] = in.get<float>(76 + 4 * i);
+        }
+        header.datatype = in.get<std::int16_t>(70);
+        header.vox_offset = in.get<float>(108);
+        header.slope = in.get<float>(112);
+        header.intercept = in.get<float>(116);
+        header.units = in.get<std::uint8_t>(123);
+        header.qform_code = in.get<std::int16_t>(252);
+        header.sform_code = in.get<std::int16_t>(254);
+        for (std::size_t i = 0; i < 3; ++i) {
+            header.quaternion[i] = in.get<float>(256 + 4 * i);
+            header.qoffset[i] = in.get<float>(268 + 4 * i);
+            for (std::size_t j = 0; j < 4; ++j) header.srow[i][j] = in.get<float>(280 + 16 * i + 4 * j);
+        }
+    }
+    return header;
+}
+
+StoredType stored_type(const Header& header) {
+    switch (header.datatype) {
+        case 2:
+            return StoredType::uint8;
+        case 4:
+            return StoredType::int16;
+        case 8:
+            return StoredType::int32;
+        case 16:
+            return StoredType::float32;
+        case 64:
+            return StoredType::float64;
+        case 256:
+            return StoredType::int8;
+        case 512:
+            return StoredType::uint16;
+        case 768:
+            return StoredType::uint32;
+        case 1024:
+            return StoredType::int64;
+        case 1280:
+            return StoredType::uint64;
+        case 32:
+        case 1792:
+        case 2048:
+            header.refuse("complex samples are not read");
+        case 128:
+        case 2304:
+            header.refuse("colour samples are not read");
+        default:
+            header.refuse(fmt::format("samples of type {} are not read", header.datatype));
+    }
+}
+
+// The rotation of nifti1.h's "method 2".
+Mat3d rotation(const Header& header) {
+    const double b = header.quaternion[0], c = header.quaternion[1], d = header.quaternion[2];
+    const double rest = 1 - (b * b + c * c + d * d);
+    if (!(rest > -1e-5)) header.refuse("the quaternion of its qform is longer than 1");
+    const double a = std::sqrt(std::max(rest, 0.0));
+    return {{{a * a + b * b - c * c - d * d, 2 * (b * c - a * d), 2 * (b * d + a * c)},
+             {2 * (b * c + a * d), a * a + c * c - b * b - d * d, 2 * (c * d - a * b)},
+             {2 * (b * d - a * c), 2 * (c * d + a * b), a * a + d * d - c * c - b * b}}};
+}
+
+// Index to RAS: sform if its code is > 0, else qform, else the spacing alone.
+void read_geometry(const Header& header, RawImage& image) {
+    Mat3d m{};
+    Vec3d origin{};
+    if (header.sform_code > 0) {
+        for (int row = 0; row < 3; ++row) {
+            for (int axis = 0; axis < 3; ++axis) m[row][axis] = header.srow[row][axis];
+            origin[row] = header.srow[row][3];
+        }
+    } else {
+        for (int axis = 1; axis <= 3; ++axis) {
+            if (!(header.pixdim[axis] > 0))
+                header.refuse(
+                    fmt::format("pixdim[{}] is {}, which is not a spacing", axis, header.pixdim[axis]));
+        }
+        if (header.qform_code > 0) {
+            m = rotation(header);
+            origin = header.qoffset;
+        } else {
+            m = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+            image.warnings.push_back(
+                "the NIfTI header has neither sform nor qform: position and orientation are unknown");
+        }
+        const double mirrored = header.qform_code > 0 && header.pixdim[0] < 0 ? -1 : 1;  // qfac
+        for (int row = 0; row < 3; ++row) {
+            for (int axis = 0; axis < 3; ++axis)
+                m[row][axis] *= header.pixdim[axis + 1] * (axis == 2 ? mirrored : 1);
+        }
+    }
+    constexpr int length_bits = 7;
+    const std::int64_t unit = header.units & length_bits;
+    const double mm = unit == 1 ? 1e3 : unit == 3 ? 1e-3 : 1;
+    const Vec3d to_lps{-mm, -mm, mm};
+    for (int row = 0; row < 3; ++row) {
+        for (int axis = 0; axis < 3; ++axis) m[row][axis] *= to_lps[row];
+        image.geometry.origin[row] = origin[row] * to_lps[row];
+    }
+    set_columns(image.geometry, m);
+}
+
+// The other half of a pair: the same name with another ending, also in capitals and gzipped.
+std::filesystem::path partner(const std::filesystem::path& path, const char* wanted) {
+    std::filesystem::path stem = path;
+    if (lower(stem.extension().native()) == ".gz") stem.replace_extension();
+    std::string upper = wanted;
+    for (char& c : upper) c = static_cast<char>(std::toupper(c));
+    for (const std::string& end : {std::string(wanted), wanted + std::string(".gz"), upper, upper + ".GZ"}) {
+        std::filesystem::path other = stem;
+        other.replace_extension(end);
+        if (std::filesystem::exists(other)) return other;
+    }
+    throw IoError(fmt::format("{}: its other half, the {} file, is not beside it", shown(path), wanted));
+}
+
+}  // namespace
+
+RawImage read_nifti_header(const std::filesystem::path& given, std::optional<std::int64_t> volume) {
+    size_of_file(given);
+    const bool is_img = ending(given) == ".img" || ending(given) == ".img.gz";
+    const Header header = parse(is_img ? partner(given, ".hdr") : given);
+    RawImage image;
+    image.type = stored_type(header);
+    image.big_endian = header.big_endian;
+
+    if (header.dim[0] < 1 || header.dim[0] > 7)
+        header.refuse(fmt::format("dim[0] is {}, not a number from 1 to 7", header.dim[0]));
+    double volumes = 1;
+    for (std::int64_t axis = 1; axis <= header.dim[0]; ++axis) {
+        const std::int64_t size = header.dim[static_cast<std::size_t>(axis)];
+        if (size <= 0) header.refuse(fmt::format("dim[{}] is {}, which is not a size", axis, size));
+        if (axis > 3) volumes *= static_cast<double>(size);
+    }
+    if (header.dim[0] < 3) header.refuse("it is not three-dimensional");
+    for (std::size_t axis = 0; axis < 3; ++axis) image.geometry.dims[axis] = header.dim[axis + 1];
+    read_geometry(header, image);
+
+    // A slope of 0 means unscaled; so does NaN, which some libraries write.
+    if (header.slope != 0 && !std::isnan(header.slope)) {
+        if (!std::isfinite(header.slope) || !std::isfinite(header.intercept))
+            header.refuse("scl_slope or scl_inter is not finite");
+        image.slope = header.slope;
+        image.intercept = header.intercept;
+    }
+
+    image.files = {header.pair ? partner(header.path, ".img") : header.path};
+    image.compressed = is_gzip(image.files[0]);
+    const double least = header.pair ? 0 : 352;
+    if (header.vox_offset != std::floor(header.vox_offset) || !(std::abs(header.vox_offset) < 1e15))
+        header.refuse("vox_offset is not a count of bytes");
+    image.data_offset = static_cast<std::int64_t>(std::max(header.vox_offset, least));
+    choose_volume(image, volumes, volume);
+    return image;
+}
+
+}  // namespace marrow

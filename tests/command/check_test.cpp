@@ -1,0 +1,71 @@
+// `marrow check` on the command line.
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "support/command_line.h"
+
+namespace marrow::test {
+namespace {
+
+using Json = nlohmann::json;
+
+class CheckCommand : public BallScan {};
+
+TEST_F(CheckCommand, ChecksMeshes) {
+    const std::string stl = folder / "ball.stl";
+    ASSERT_EQ(marrow_with({scan, "-o", stl, "--isovalue", "0.5", "--verify"}).code, 0);
+    const Outcome text = marrow_with({"check", stl, "--strict"});
+    EXPECT_EQ(text.code, 0) << text.out;
+    EXPECT_EQ(text.out.find(stl + ": sound"), 0u) << text.out;
+    const Json json = Json::parse(marrow_with({"check", stl, "--json", "--min-wall", "2"}).out);
+    EXPECT_EQ(json["closed"], true);
+    EXPECT_EQ(json["genus"], 0);
+    EXPECT_EQ(json["space"], "LPS");
+    EXPECT_EQ(json["thin_walls"]["triangles"], 0);
+    EXPECT_EQ(marrow_with({"check", stl, "--strict", "--min-wall", "30"}).code, 6);
+
+    std::string bytes = read_file(stl);  // one triangle less
+    bytes[80] = static_cast<char>(bytes[80] - 1);
+    if (bytes[80] == -1) bytes[81] = static_cast<char>(bytes[81] - 1);
+    bytes.resize(bytes.size() - 50);
+    write_file(stl, bytes);
+    EXPECT_EQ(marrow_with({"check", stl}).code, 0);
+    EXPECT_EQ(marrow_with({"check", stl, "--strict"}).code, 6);
+    EXPECT_EQ(Json::parse(marrow_with({"check", stl, "--json"}).out)["boundary_edges"], 3);
+    EXPECT_EQ(marrow_with({"check", folder / "missing.stl"}).code, 3);
+    EXPECT_EQ(marrow_with({"check", scan}).code, 3);
+}
+
+TEST_F(CheckCommand, ChecksTheOthersWhereAMeshCannotBeRead) {
+    const std::string stl = folder / "ball.stl", bad = folder / "bad.stl", gone = folder / "gone.stl";
+    ASSERT_EQ(marrow_with({scan, "-o", stl, "--isovalue", "0.5"}).code, 0);
+    write_file(bad, "no mesh");
+    const Outcome text = marrow_with({"check", stl, bad, gone, stl});
+    EXPECT_EQ(text.code, 3);
+    EXPECT_EQ(text.out.find(stl + ": sound"), 0u) << text.out;
+    EXPECT_NE(text.out.rfind(stl + ": sound"), 0u) << "the second, too";
+    EXPECT_NE(text.err.find("bad.stl"), text.err.npos);
+    EXPECT_NE(text.err.find("gone.stl"), text.err.npos);
+    EXPECT_EQ(std::count(text.err.begin(), text.err.end(), '\n'), 2) << text.err;
+    const Outcome outcome = marrow_with({"check", bad, stl, "--json"});
+    EXPECT_EQ(outcome.code, 3);
+    const Json meshes = Json::parse(outcome.out)["meshes"];
+    ASSERT_EQ(meshes.size(), 2u);
+    EXPECT_NE(meshes[0]["error"].get<std::string>().find("bad.stl"), std::string::npos);
+    EXPECT_EQ(meshes[1]["sound"], true);
+    EXPECT_EQ(marrow_with({"check", stl}, true).code, 130);
+}
+
+TEST_F(CheckCommand, GivesOpenMeshesNoVolume) {
+    const std::string open = folder / "open.obj", huge = folder / "huge.obj";
+    write_file(open, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    const Outcome text = marrow_with({"check", open});
+    EXPECT_NE(text.out.find("0.50 mm2, - (an open mesh has no volume)"), text.out.npos) << text.out;
+    EXPECT_TRUE(Json::parse(marrow_with({"check", open, "--json"}).out)["volume_mm3"].is_null());
+    write_file(huge, "v 0 0 0\nv 1e30 0 0\nv 0 1e30 0\nv 0 0 1e30\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+    const Outcome large = marrow_with({"check", huge});
+    EXPECT_NE(large.out.find("2.36603e+60 mm2, 1.66667e+89 mm3"), large.out.npos) << large.out;
+}
+
+}  // namespace
+}  // namespace marrow::test

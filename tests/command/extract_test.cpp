@@ -1,0 +1,469 @@
+#include "support/command_line.h"
+#include "check_run.h"
+
+#include <fstream>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace marrow::test {
+namespace {
+
+using Json = nlohmann::json;
+using Names = std::set<std::string>;
+using testing::Test;
+
+class CommandLine : public BallScan {
+  protected:
+    Outcome extract(std::vector<std::string> options) {
+        options.insert(options.begin(), scan);
+        return marrow_with(options);
+    }
+    Json extract_json(std::vector<std::string> options) {
+        options.push_back("--json");
+        const Outcome outcome = extract(options);
+        EXPECT_EQ(outcome.code, 0) << outcome.err;
+        return Json::parse(outcome.out);
+    }
+    static std::vector<std::string> keys(const Json& json) {
+        std::vector<std::string> result;
+        for (const auto& [key, value] : json.items()) result.push_back(key);
+        return result;
+    }
+
+    const std::string mesh = folder / "ball.ply";
+};
+
+TEST_F(CommandLine, WritesTheMeshAndSaysWhatItIs) {
+    const Outcome outcome = extract({"-o", mesh, "--isovalue", "0"});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(outcome.err, "");
+    const std::string header = read_file(mesh).substr(0, 400);
+    const auto count = [&](const std::string& element) {
+        return std::stoi(header.substr(header.find(element) + element.size()));
+    };
+    EXPECT_EQ(outcome.out, mesh + ": " + std::to_string(count("element vertex ")) + " points, " +
+                               std::to_string(count("element face ")) + " triangles at isovalue 0\n");
+}
+
+TEST_F(CommandLine, JsonHoldsTheNumbersOfTheMesh) {
+    const Json json = extract_json({"-o", mesh, "--isovalue", "0"});
+    EXPECT_EQ(Json(keys(json)),
+              Json({"area_mm2", "boundary_edges", "bounds_mm", "components", "euler_characteristic", "input",
+                    "isovalue", "nonmanifold_edges", "output", "peak_memory_bytes", "points", "seconds",
+                    "steps", "triangles", "volume_mm3", "warnings"}));
+    EXPECT_EQ(json["input"]["format"], "NRRD");
+    EXPECT_EQ(json["input"]["dims"], Json({24, 25, 13}));
+    EXPECT_EQ(json["input"]["spacing_mm"], Json({1.0, 1.0, 2.0}));
+    EXPECT_TRUE(json["input"]["modality"].is_null());
+    EXPECT_EQ(json["components"], 1);
+    EXPECT_EQ(json["boundary_edges"], 0);
+    EXPECT_EQ(json["nonmanifold_edges"], 0);
+    EXPECT_EQ(json["euler_characteristic"], 2);
+    EXPECT_EQ(json["points"].get<int>() - json["triangles"].get<int>() / 2, 2);
+    EXPECT_NEAR(json["volume_mm3"].get<double>() / (4.0 / 3 * 3.14159265 * 8 * 8 * 8), 1, 0.03);
+    EXPECT_NEAR(json["area_mm2"].get<double>() / (4 * 3.14159265 * 8 * 8), 1, 0.03);
+    EXPECT_NEAR(json["bounds_mm"][0][1].get<double>(), 20 + 12 - 8, 0.1);
+    EXPECT_EQ(json["output"], mesh);
+    EXPECT_EQ(json["warnings"], Json::array());
+    EXPECT_EQ(json["seconds"].size(), 7u);
+    EXPECT_GE(json["seconds"]["total"].get<double>(),
+              json["seconds"]["read"].get<double>() + json["seconds"]["extract"].get<double>());
+    EXPECT_GT(json["peak_memory_bytes"].get<std::int64_t>(), 1 << 20);
+}
+
+TEST_F(CommandLine, RasTurnsWhatIsWritten) {
+    const Json lps = extract_json({"-o", mesh, "--isovalue", "0"})["bounds_mm"];
+    const std::string first = read_file(mesh);
+    const Json ras = extract_json({"-o", mesh, "--isovalue", "0", "--space", "RAS"})["bounds_mm"];
+    EXPECT_NE(read_file(mesh), first);
+    for (int axis = 0; axis < 2; ++axis) {
+        EXPECT_EQ(ras[0][axis], -lps[1][axis].get<double>());
+        EXPECT_EQ(ras[1][axis], -lps[0][axis].get<double>());
+    }
+    EXPECT_EQ(ras[0][2], lps[0][2]);
+}
+
+TEST_F(CommandLine, ClosesTheSurfaceWhereTheScanEnds) {
+    write_nrrd(scan, 24, 25, 13, ball(0, 12, 6, 8));
+    EXPECT_EQ(extract_json({"-o", mesh, "--isovalue", "0"})["boundary_edges"], 0);
+    EXPECT_GT(extract_json({"-o", mesh, "--isovalue", "0", "--open"})["boundary_edges"], 0);
+}
+
+TEST_F(CommandLine, KeepsOnlyTheLargestPiece) {
+    const auto large = ball(7, 12, 6, 6), small = ball(19, 12, 6, 4);
+    write_nrrd(scan, 24, 25, 13,
+               [&](int x, int y, int z) { return std::max(large(x, y, z), small(x, y, z)); });
+    EXPECT_EQ(extract_json({"-o", mesh, "--isovalue", "0"})["components"], 2);
+    const Json json = extract_json({"-o", mesh, "--isovalue", "0", "--largest"});
+    EXPECT_EQ(json["components"], 1);
+    EXPECT_LT(json["bounds_mm"][1][0].get<double>(), 10 + 14);
+}
+
+TEST_F(CommandLine, SnapsToFewerPoints) {
+    const Json plain = extract_json({"-o", mesh, "--isovalue", "0"});
+    const Json snapped = extract_json({"-o", mesh, "--isovalue", "0", "--snap", "0.3"});
+    EXPECT_LE(snapped["points"].get<double>(), 0.75 * plain["points"].get<double>());
+    EXPECT_EQ(snapped["boundary_edges"], 0);
+    EXPECT_EQ(snapped["nonmanifold_edges"], 0);
+    EXPECT_EQ(snapped["euler_characteristic"], plain["euler_characteristic"]);
+    EXPECT_EQ(extract_json({"-o", mesh, "--isovalue", "0", "--snap", "0"})["points"], plain["points"]);
+}
+
+TEST_F(CommandLine, OtsuPartsDarkFromBright) {
+    write_nrrd(scan, 24, 25, 13, [](int x, int, int) { return x < 12 ? -70 : 130; });
+    EXPECT_NEAR(extract_json({"-o", mesh, "--isovalue", "otsu"})["isovalue"].get<double>(), 30, 1);
+}
+
+TEST_F(CommandLine, WritesSeveralSurfacesByName) {
+    const Outcome outcome = extract({"-o", folder / "{name}.stl", "--isovalue", "0", "--isovalue", "5e2"});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(folder.files(), (Names{"0.stl", "5e2.stl", "ball.nrrd"}));
+    EXPECT_GT(read_file(folder / "0.stl").size(), read_file(folder / "5e2.stl").size());
+}
+
+TEST_F(CommandLine, WritesSeveralSurfacesToAFolder) {
+    const Json json = extract_json({"-o", folder.path(), "--type", "bone", "--isovalue", "otsu"});
+    EXPECT_EQ(folder.files(), (Names{"ball.nrrd", "bone.stl", "otsu.stl"}));
+    ASSERT_EQ(json["surfaces"].size(), 2u);
+    EXPECT_EQ(json["surfaces"][1]["name"], "bone");
+    EXPECT_EQ(json["surfaces"][1]["isovalue"], 225.5);
+    EXPECT_EQ(json["surfaces"][1]["output"], (folder / "bone.stl").string());
+}
+
+TEST_F(CommandLine, RefusesWhatMakesNoSense) {
+    const std::vector<std::vector<std::string>> commands{
+        {},
+        {scan},
+        {scan, "-o", mesh},
+        {scan, "-o", folder / "a.xyz", "--isovalue", "0"},
+        {scan, "-o", mesh, "--isovalue", "bright"},
+        {scan, "-o", mesh, "--isovalue", "1,5"},
+        {scan, "-o", mesh, "--isovalue", "nan"},
+        {scan, "-o", mesh, "--isovalue", "inf"},
+        {scan, "-o", mesh, "--type", "brain"},
+        {scan, "-o", mesh, "--isovalue", "0", "--isovalue", "1"},
+        {scan, "-o", folder / "{name}.stl", "--isovalue", "0", "--isovalue", "0"},
+        {scan, "-o", mesh, "--isovalue", "0", "--spacing", "1,2"},
+        {scan, "-o", mesh, "--isovalue", "0", "--spacing", "1,2,0"},
+        {scan, "-o", mesh, "--isovalue", "0", "--spacing", "1,2,3,4"},
+        {scan, "-o", mesh, "--isovalue", "0", "--space", "LAS"},
+        {scan, "-o", mesh, "--isovalue", "0", "--threads", "-1"},
+        {scan, "-o", mesh, "--isovalue", "0", "--snap", "0.5"},
+        {scan, "-o", mesh, "--isovalue", "0", "--snap", "-0.1"},
+        {scan, "-o", mesh, "--isovalue", "0", "--snap", "nan"},
+        {scan, "-o", mesh, "--isovalue", "0", "--snap", "0.3", "--max-memory", "1G"},
+        {scan, "-o", mesh, "--isovalue", "0", "--picture", "a.jpg"},
+        {scan, "-o", mesh, "--isovalue", "0", "--smoothest"},
+        {scan, scan, "-o", mesh, "--isovalue", "0"},
+        {"info"},
+    };
+    for (const auto& command : commands) {
+        const Outcome outcome = marrow_with(command);
+        EXPECT_EQ(outcome.code, 2) << testing::PrintToString(command) << outcome.err;
+        EXPECT_NE(outcome.err, "");
+    }
+    EXPECT_EQ(folder.files(), Names{"ball.nrrd"});
+}
+
+// Thirty slices or so at a time, and then one.
+TEST_F(CommandLine, WithinLittleMemoryTheFileHasTheSameBytes) {
+    write_nrrd(scan, 150, 140, 90, [](int x, int y, int z) {
+        return 500 * std::sin(0.2 * x) * std::sin(0.15 * y) * std::cos(0.21 * z) +
+               (7 * x + 11 * y + 13 * z) % 40;
+    });
+    for (const std::string ending : {".stl", ".ply"}) {
+        for (const std::string space : {"LPS", "RAS"}) {
+            const std::string whole = folder / ("whole" + ending), slabs = folder / ("slabs" + ending);
+            ASSERT_EQ(extract({"-o", whole, "--isovalue", "100", "--space", space}).code, 0);
+            for (const std::string memory : {"2M", "610K"}) {
+                const Json json = extract_json(
+                    {"-o", slabs, "--isovalue", "100", "--space", space, "--max-memory", memory});
+                EXPECT_TRUE(read_file(whole) == read_file(slabs)) << ending << space << memory;
+                EXPECT_GT(json["triangles"], 10000);
+                EXPECT_TRUE(json["components"].is_null());
+            }
+        }
+    }
+    const Names written{"ball.nrrd", "whole.stl", "whole.ply", "slabs.stl", "slabs.ply"};
+    EXPECT_EQ(extract({"-o", folder / "a.obj", "--isovalue", "100", "--max-memory", "2M"}).code, 3);
+    EXPECT_EQ(extract({"-o", folder / "a.stl", "--isovalue", "100", "--max-memory", "100K"}).code, 3);
+    EXPECT_EQ(extract({"-o", folder / "a.stl", "--isovalue", "900", "--max-memory", "2M"}).code, 5);
+    EXPECT_EQ(extract({"-o", folder / "a.stl", "--type", "bone", "--max-memory", "2M"}).code, 2);
+    EXPECT_EQ(extract({"-o", folder / "a.stl", "--isovalue", "100", "--max-memory", "much"}).code, 2);
+    EXPECT_EQ(
+        marrow_with({scan, "-o", folder / "a.stl", "--isovalue", "100", "--max-memory", "2M"}, true).code,
+        130);
+    EXPECT_EQ(folder.files(), written);
+}
+
+TEST_F(CommandLine, FiltersTheScanInItsSpace) {
+    // The scan is at (10, 20, 30) with samples 1 x 1 x 2 mm apart.
+    const Json whole = extract_json({"-o", mesh, "--isovalue", "0"});
+    const Json mm = extract_json({"-o", mesh, "--isovalue", "0", "--crop", "12,22.5,0,100,34,50"});
+    EXPECT_EQ(mm["bounds_mm"][0][0], whole["bounds_mm"][0][0]);
+    EXPECT_NEAR(mm["bounds_mm"][1][0].get<double>(), 22, 1) << "closed within a sample of the cut";
+    const Json samples = extract_json({"-o", mesh, "--isovalue", "0", "--crop", "vox:2,12,0,24,2,10"});
+    EXPECT_EQ(samples["bounds_mm"], mm["bounds_mm"]);
+    const Json ras =
+        extract_json({"-o", mesh, "--isovalue", "0", "--space", "RAS", "--crop", "-22.5,-12,-100,0,34,50"});
+    EXPECT_EQ(ras["volume_mm3"], mm["volume_mm3"]);
+    EXPECT_EQ(extract({"-o", mesh, "--isovalue", "0", "--crop", "vox:2,99,0,24,2,10"}).code, kUsage);
+    EXPECT_EQ(extract({"-o", mesh, "--isovalue", "0", "--crop", "500,600,0,24,2,10"}).code, kUsage);
+
+    const Json even =
+        extract_json({"-o", mesh, "--isovalue", "0", "--median", "1", "--blur", "0.7", "--isotropic", "1"});
+    EXPECT_NEAR(even["volume_mm3"].get<double>() / whole["volume_mm3"].get<double>(), 1, 0.1);
+    EXPECT_GT(even["triangles"], whole["triangles"]);
+}
+
+TEST_F(CommandLine, RefinesTheSurfaceAndReportsEachStep) {
+    write_nrrd(scan, 40, 25, 13, [](int x, int y, int z) {
+        return std::max({ball(12, 12, 6, 8)(x, y, z), ball(31, 12, 6, 4)(x, y, z),
+                         x == 37 && y == 3 && z == 2 ? 900.0 : -1e3});
+    });
+    const Json json = extract_json({"-o", mesh, "--isovalue", "0", "--clean-small", "20", "--smooth", "10",
+                                    "--smooth-bound", "--keep", "0.5", "--max-error", "1", "--verify"});
+    ASSERT_EQ(json["steps"].size(), 3u);
+    EXPECT_EQ(json["steps"][0]["step"], "components");
+    EXPECT_EQ(json["steps"][0]["components"], Json({3, 2}));
+    EXPECT_EQ(json["steps"][1]["step"], "smooth");
+    EXPECT_EQ(json["steps"][1]["deviation_mm"], Json());
+    EXPECT_EQ(json["steps"][2]["step"], "reduce");
+    EXPECT_LE(json["steps"][2]["deviation_mm"]["max"], 1);
+    const int before = json["steps"][2]["triangles"][0], after = json["triangles"];
+    EXPECT_NEAR(after, before / 2, 2);
+    EXPECT_EQ(json["boundary_edges"], 0);
+    EXPECT_EQ(json["nonmanifold_edges"], 0);
+    EXPECT_EQ(extract_json({"-o", mesh, "--isovalue", "0", "--components", "2"})["components"], 2);
+    EXPECT_EQ(extract_json({"-o", mesh, "--isovalue", "0", "--triangles", "50"})["triangles"], 50);
+    EXPECT_EQ(extract({"-o", mesh, "--isovalue", "0", "--clean-small", "1e9"}).code, 5);
+    const Outcome text = extract({"-o", mesh, "--isovalue", "0", "--smooth", "5"});
+    EXPECT_NE(text.out.find("\n  smooth:"), text.out.npos) << text.out;
+}
+
+TEST_F(CommandLine, RefusesStepsThatMakeNoSense) {
+    for (const std::vector<std::string>& options :
+         std::vector<std::vector<std::string>>{{"--keep", "0"},
+                                               {"--keep", "1.5"},
+                                               {"--keep", "0.5", "--triangles", "9"},
+                                               {"--triangles", "0"},
+                                               {"--max-error", "-1"},
+                                               {"--smooth-bound"},
+                                               {"--smooth", "-2"},
+                                               {"--median", "17"},
+                                               {"--blur", "nan"},
+                                               {"--components", "-1"},
+                                               {"--clean-small", "-5"},
+                                               {"--crop", "1,2,3"},
+                                               {"--crop", "5,1,0,9,0,9"},
+                                               {"--crop", "vox:0.5,1,0,9,0,9"},
+                                               {"--max-memory", "1M", "--smooth", "3"}}) {
+        std::vector<std::string> all{"-o", mesh, "--isovalue", "0"};
+        all.insert(all.end(), options.begin(), options.end());
+        EXPECT_EQ(extract(all).code, 2) << options.front() << " " << options.back();
+    }
+    EXPECT_EQ(folder.files(), Names{"ball.nrrd"});
+}
+
+TEST_F(CommandLine, HelpsWithEachCommand) {
+    const auto help = [](std::vector<std::string> command) {
+        command.push_back("--help");
+        const Outcome outcome = marrow_with(command);
+        EXPECT_EQ(outcome.code, 0);
+        return outcome.out;
+    };
+    const auto has = [](const std::string& text, const char* word) { return text.find(word) != text.npos; };
+    const std::string all = help({});
+    for (const char* command : {"  info ", "  check ", "  sweep ", "  terrain ", "  view "})
+        EXPECT_TRUE(has(all, command)) << command << all;
+    const std::string check = help({"check"});
+    EXPECT_TRUE(has(check, "marrow check")) << check;
+    for (const char* ending : {".stl", ".ply", ".obj", ".gz", ".vtp", ".3mf", ".glb"})
+        EXPECT_TRUE(has(check, ending)) << ending;
+    for (const char* command : {"check", "info", "sweep"}) {
+        const std::string text = help({command});
+        EXPECT_FALSE(has(text, "Presets")) << command;
+        EXPECT_FALSE(has(text, "Order of the steps")) << command;
+        EXPECT_TRUE(has(text, "Exit codes")) << command;
+    }
+    EXPECT_EQ(marrow_with({"-q", "terrain", "x"}).code, 2);
+}
+
+TEST_F(CommandLine, VerifiesEveryFormat) {
+    for (const std::string name :
+         {"a.stl", "a.ply", "a.obj", "a.vtp", "a.3mf", "a.glb", "a.stl.gz", "a.ply.gz", "a.obj.gz"}) {
+        for (const bool open : {false, true}) {
+            const Outcome outcome =
+                extract({"-o", folder / name, "--isovalue", "-500", "--verify", open ? "--open" : "-v"});
+            EXPECT_EQ(outcome.code, 0) << name << outcome.err;
+        }
+        EXPECT_EQ(marrow_with({"check", folder / name}).code, 0) << name;
+    }
+    for (const std::string name : {"a.obj", "a.vtp", "a.3mf", "a.glb"})
+        EXPECT_EQ(extract({"-o", folder / name, "--isovalue", "0", "--isovalue", "500", "--verify"}).code, 0);
+    EXPECT_EQ(extract({"-o", folder / "a.3mf", "--isovalue", "0", "--space", "RAS", "--verify"}).code, 0);
+    EXPECT_EQ(extract({"--picture", folder / "a.png", "--isovalue", "0", "--verify"}).code, 2);
+}
+
+TEST_F(CommandLine, VerifyFindsAnotherMesh) {
+    ASSERT_EQ(extract({"-o", mesh, "--isovalue", "0"}).code, 0);
+    const Mesh written = read_mesh(mesh);
+    const auto verify_as = [&](const Mesh& expected, Space space) {
+        verify(std::array{MeshObject{&expected}}, mesh, space);
+    };
+    EXPECT_NO_THROW(verify_as(written, Space::LPS));
+    EXPECT_THROW(verify_as(written, Space::RAS), CheckFailed);
+    Mesh other = written;
+    for (Triangle& t : other.triangles) std::swap(t[0], t[1]);
+    EXPECT_THROW(verify_as(other, Space::LPS), CheckFailed) << "inside out";
+    other = written;
+    other.triangles.pop_back();
+    EXPECT_THROW(verify_as(other, Space::LPS), CheckFailed);
+    other = written;
+    for (Vec3f& p : other.points) p[0] = -p[0];
+    EXPECT_THROW(verify_as(other, Space::LPS), CheckFailed);
+}
+
+TEST_F(CommandLine, SaysTheRangeWhereNothingIsFound) {
+    for (const std::string isovalue : {"1001", "-2000"}) {
+        const bool open = isovalue[0] == '-';  // capped, all inside has a surface: the box
+        const Outcome outcome = extract({"-o", mesh, "--isovalue", isovalue, open ? "--open" : "-v"});
+        EXPECT_EQ(outcome.code, 5);
+        EXPECT_NE(
+            outcome.err.find("no surface at isovalue " + isovalue + ": samples range from -1000 to 1000"),
+            outcome.err.npos)
+            << outcome.err;
+    }
+    EXPECT_EQ(folder.files(), Names{"ball.nrrd"});
+}
+
+TEST_F(CommandLine, WritesNoneOfSeveralSurfacesIfOneIsEmpty) {
+    EXPECT_EQ(extract({"-o", folder / "{name}.stl", "--isovalue", "0", "--isovalue", "5000"}).code, 5);
+    EXPECT_EQ(folder.files(), Names{"ball.nrrd"});
+}
+
+TEST_F(CommandLine, TakesSamplesWithAirForHounsfieldUnitsAndSaysSo) {
+    const Outcome outcome = extract({"-o", mesh, "--type", "bone"});
+    EXPECT_EQ(outcome.code, 0);
+    EXPECT_NE(outcome.err.find("warning: NRRD does not say whether this is CT"), outcome.err.npos)
+        << outcome.err;
+    EXPECT_EQ(extract_json({"-o", mesh, "--type", "skin", "-q"})["isovalue"], -300.5);
+}
+
+TEST_F(CommandLine, RefusesPresetsWithoutHounsfieldUnits) {
+    write_nrrd(scan, 24, 25, 13, [](int x, int, int) { return 40 * x; });
+    const Outcome outcome = extract({"-o", mesh, "--type", "bone"});
+    EXPECT_EQ(outcome.code, 2);
+    EXPECT_NE(outcome.err.find("--isovalue otsu"), outcome.err.npos) << outcome.err;
+    EXPECT_EQ(folder.files(), Names{"ball.nrrd"});
+}
+
+TEST_F(CommandLine, SaysWhyItCannotReadOrWrite) {
+    write_file(folder / "text.dcm",
+               "This is not a DICOM file, but it is long enough to look at its preamble.\n");
+    write_file(folder / "cut.nii", std::string("\x5c\x01\0\0", 4) + std::string(344, '\0'));
+    std::filesystem::create_directory(folder / "empty");
+    const Names before = folder.files();
+    const std::vector<std::pair<std::string, std::string>> pairs{
+        {folder / "missing.nrrd", mesh},     {folder / "text.dcm", mesh},
+        {folder / "cut.nii", mesh},          {folder / "empty", mesh},
+        {scan, folder / "missing/ball.ply"}, {scan, folder / "text.dcm/ball.ply"},
+    };
+    for (const auto& [input, output] : pairs) {
+        const Outcome outcome = marrow_with({input, "-o", output, "--isovalue", "0"});
+        EXPECT_EQ(outcome.code, 3) << input << " " << outcome.err;
+        EXPECT_EQ(outcome.err.find("marrow: "), 0u);
+        EXPECT_EQ(outcome.err.find('\n'), outcome.err.size() - 1) << outcome.err;
+        EXPECT_EQ(outcome.out, "");
+    }
+    EXPECT_EQ(folder.files(), before);
+}
+
+TEST_F(CommandLine, StopsWithoutATraceWhenAskedTo) {
+    write_file(mesh, "old");
+    const Outcome outcome = marrow_with({scan, "-o", mesh, "--isovalue", "0"}, true);
+    EXPECT_EQ(outcome.code, 130);
+    EXPECT_EQ(outcome.err, "marrow: cancelled\n");
+    EXPECT_EQ(read_file(mesh), "old");
+    EXPECT_EQ(folder.files(), (Names{"ball.nrrd", "ball.ply"}));
+}
+
+TEST_F(CommandLine, QuietSaysNothingAndVerboseSaysTheStages) {
+    const Outcome quiet = extract({"-o", mesh, "--type", "bone", "-q"});
+    EXPECT_EQ(quiet.code, 0);
+    EXPECT_EQ(quiet.out + quiet.err, "");
+    const Outcome verbose = extract({"-o", mesh, "--isovalue", "0", "-v"});
+    for (const char* stage : {"read ", "extract ", "write "})
+        EXPECT_NE(verbose.err.find(stage), verbose.err.npos) << verbose.err;
+}
+
+TEST_F(CommandLine, FailsWhenTheResultsCannotBePrinted) {
+    std::ofstream full("/dev/full");
+    std::ostringstream err;
+    Settings settings;
+    settings.inputs = {scan};
+    settings.output = mesh;
+    settings.surfaces = {{"0", 0.0, nullptr}};
+    EXPECT_EQ(run(settings, {full, err}, std::atomic<bool>{false}), 3);
+    EXPECT_EQ(err.str(), "marrow: cannot write the results to standard output\n");
+}
+
+TEST_F(CommandLine, InfoSaysWhatIsThere) {
+    const Outcome text = marrow_with({"info", scan});
+    EXPECT_EQ(text.code, 0) << text.err;
+    EXPECT_NE(text.out.find("24 x 25 x 13"), text.out.npos) << text.out;
+    EXPECT_NE(text.out.find("1 x 1 x 2 mm"), text.out.npos) << text.out;
+    const Json json = Json::parse(marrow_with({"info", scan, "--json"}).out);
+    EXPECT_EQ(json["format"], "NRRD");
+    EXPECT_EQ(json["series"][0]["dims"], Json({24, 25, 13}));
+    EXPECT_EQ(marrow_with({"info", folder / "missing"}).code, 3);
+}
+
+TEST_F(CommandLine, HelpAndVersionGoToStdout) {
+    EXPECT_EQ(marrow_with({"--version"}).out, "marrow 0.1.0\n");
+    const Outcome help = marrow_with({"--help"});
+    EXPECT_EQ(help.code, 0);
+    EXPECT_NE(help.out.find("bone >= 226"), help.out.npos);
+    EXPECT_NE(help.out.find("not a medical device"), help.out.npos);
+}
+
+// Scans that are not part of the repository.
+class CommandLineOnScans : public Test {
+  protected:
+    void SetUp() override {
+        const char* data = std::getenv("MARROW_TEST_DATA");
+        if (!data) GTEST_SKIP() << "MARROW_TEST_DATA is not set";
+        scans = data;
+    }
+    std::string scan(const std::string& name) {
+        if (!std::filesystem::exists(scans / name)) return {};
+        return scans / name;
+    }
+    std::filesystem::path scans;
+    const TemporaryFolder folder;
+};
+
+TEST_F(CommandLineOnScans, PresetsFitCtOnly) {
+    const std::string ct = scan("slicer_cthead_dcm"), mr = scan("knee_t2_2echo_bigendian");
+    if (ct.empty() || mr.empty()) GTEST_SKIP() << "the scans are not there";
+    const Outcome head = marrow_with({ct, "-o", folder / "head.stl", "--type", "bone", "--json"});
+    EXPECT_EQ(head.code, 0) << head.err;
+    EXPECT_EQ(Json::parse(head.out)["input"]["modality"], "CT");
+
+    const Json series = Json::parse(marrow_with({"info", mr, "--json"}).out)["series"];
+    ASSERT_GE(series.size(), 2u);
+    const Outcome several = marrow_with({mr, "-o", folder / "knee.stl", "--isovalue", "otsu"});
+    EXPECT_EQ(several.code, 4) << several.err;
+    const std::string first = series[0]["series"];
+    const Outcome preset = marrow_with({mr, "--series", first, "-o", folder / "knee.stl", "--type", "bone"});
+    EXPECT_EQ(preset.code, 2) << preset.err;
+    EXPECT_NE(preset.err.find("--isovalue otsu"), preset.err.npos) << preset.err;
+    EXPECT_EQ(folder.files(), Names{"head.stl"});
+    const Outcome otsu =
+        marrow_with({mr, "--series", first, "-o", folder / "knee.stl", "--isovalue", "otsu"});
+    EXPECT_EQ(otsu.code, 0) << otsu.err;
+}
+
+}  // namespace
+}  // namespace marrow::test

@@ -1,0 +1,182 @@
+// Label maps, as the command line has them.
+#include <random>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "support/command_line.h"
+
+namespace marrow::test {
+namespace {
+
+using Json = nlohmann::json;
+using Names = std::set<std::string>;
+
+class LabelMap : public testing::Test {
+  protected:
+    void SetUp() override {
+        write_nrrd(map, 12, 6, 5, [](int x, int y, int z) {
+            const bool inside = x > 0 && x < 11 && y > 0 && y < 5 && z > 0 && z < 4;
+            return !inside ? 0 : x < 6 ? 3 : x < 9 ? 7 : 12;
+        });
+        write_file(folder / "table.ctbl", "3 liver 255 0 0 255\n7 a/b 0 255 0 255\n");
+    }
+    const TemporaryFolder folder;
+    const std::string map = folder / "map.nrrd";
+    const std::string table = folder / "table.ctbl";
+};
+
+TEST_F(LabelMap, BecomesOneFileOfNamedSurfaces) {
+    const Outcome outcome =
+        marrow_with({map, "--labels", table, "-o", folder / "all.glb", "--json", "--verify"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    const Json surfaces = Json::parse(outcome.out)["surfaces"];
+    ASSERT_EQ(surfaces.size(), 3u);
+    EXPECT_EQ(surfaces[0]["label"], 3);
+    EXPECT_EQ(surfaces[0]["name"], "liver");
+    EXPECT_EQ(surfaces[1]["name"], "a/b");
+    EXPECT_EQ(surfaces[2]["name"], "label-12");
+    for (const Json& s : surfaces) {
+        EXPECT_EQ(s["boundary_edges"], 0);
+        EXPECT_EQ(s["nonmanifold_edges"], 0);
+        EXPECT_EQ(s["euler_characteristic"], 2);
+        EXPECT_GT(s["volume_mm3"], 0);
+    }
+    const std::string file = read_file(folder / "all.glb");
+    EXPECT_NE(file.find("\"name\":\"liver\",\"pbrMetallicRoughness\":{\"baseColorFactor\":[1,0,0,1]"),
+              file.npos);
+}
+
+TEST_F(LabelMap, BecomesAFileForEachLabel) {
+    EXPECT_EQ(marrow_with({map, "--labels", table, "-o", folder / "part {name}.stl"}).code, 0);
+    EXPECT_EQ(folder.files(),
+              (Names{"map.nrrd", "table.ctbl", "part liver.stl", "part a_b.stl", "part label-12.stl"}));
+}
+
+TEST_F(LabelMap, TellsLabelsOfOneNameApart) {
+    write_file(table, "3 part\n7 part\n");
+    EXPECT_EQ(marrow_with({map, "--labels", table, "-o", folder / "{name}.stl"}).code, 0);
+    EXPECT_EQ(folder.files(), (Names{"map.nrrd", "table.ctbl", "part-3.stl", "part-7.stl", "label-12.stl"}));
+}
+
+TEST_F(LabelMap, RelaxationCanBeLeftOut) {
+    const auto volume = [&](const std::string& passes) {
+        const Outcome outcome =
+            marrow_with({map, "-o", folder / "a.glb", "--labels", "--relax", passes, "--json"});
+        EXPECT_EQ(outcome.code, 0) << outcome.err;
+        return Json::parse(outcome.out)["surfaces"][0]["volume_mm3"].get<double>();
+    };
+    EXPECT_NE(volume("0"), volume("40"));
+}
+
+TEST_F(LabelMap, SaysWhatSurfacesLoseOfTheirSamples) {
+    const Outcome outcome = marrow_with({map, "--labels", table, "-o", folder / "all.vtp", "--json"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    const Json surfaces = Json::parse(outcome.out)["surfaces"];
+    const std::int64_t samples[] = {5 * 4 * 3, 3 * 4 * 3, 2 * 4 * 3};
+    for (std::size_t i = 0; i < 3; ++i) {
+        EXPECT_EQ(surfaces[i]["samples"], samples[i]);
+        EXPECT_EQ(surfaces[i]["samples_mm3"], 2 * samples[i]);  // of 1 x 1 x 2 mm
+        EXPECT_NEAR(surfaces[i]["volume_mm3"].get<double>() / static_cast<double>(2 * samples[i]), 1, 0.15);
+    }
+    EXPECT_NE(outcome.err.find(
+                  "1 of 3 surfaces enclose at least a tenth less than their samples, label-12 most: -14 %"),
+              outcome.err.npos)
+        << outcome.err;
+
+    write_nrrd(map, 60, 60, 60, [](int x, int y, int z) {
+        return std::min({x, y, z, 59 - x, 59 - y, 59 - z}) > 0;
+    });
+    EXPECT_EQ(marrow_with({map, "--labels", "-o", folder / "all.vtp", "-q"}).err, "");
+}
+
+TEST_F(LabelMap, OfOneLabelGoesIntoAnyFormat) {
+    write_nrrd(map, 6, 6, 6, [](int x, int y, int z) {
+        return 4 * (std::min({x, y, z, 5 - x, 5 - y, 5 - z}) > 0);
+    });
+    EXPECT_EQ(marrow_with({map, "--labels", "-o", folder / "one.stl"}).code, 0);
+    EXPECT_EQ(folder.files(), (Names{"map.nrrd", "table.ctbl", "one.stl"}));
+}
+
+TEST_F(LabelMap, GivesOnlyTheLabelsAskedForInTheSameShape) {
+    const auto surfaces = [&](const std::vector<std::string>& more) {
+        std::vector<std::string> command{map, "--labels", table, "-o", folder / "a.vtp", "--json"};
+        command.insert(command.end(), more.begin(), more.end());
+        const Outcome outcome = marrow_with(command);
+        EXPECT_EQ(outcome.code, 0) << outcome.err;
+        return Json::parse(outcome.out)["surfaces"];
+    };
+    const Json all = surfaces({}), two = surfaces({"--only", "liver,12"});
+    ASSERT_EQ(two.size(), 2u);
+    EXPECT_EQ(two[0], all[0]);
+    EXPECT_EQ(two[1], all[2]);
+    EXPECT_EQ(marrow_with({map, "--labels", table, "-o", folder / "b.stl", "--only", "7"}).code, 0);
+    // The table is that of the map, though not of what is wanted.
+    EXPECT_EQ(marrow_with({map, "--labels", table, "-o", folder / "c.vtp", "--only", "12", "-q"}).err, "");
+    write_file(table, "3,\"lobe, left\"\n7 lobe\n");
+    EXPECT_EQ(marrow_with({map, "--labels", table, "-o", folder / "d.stl", "--only", "lobe, left"}).code, 0);
+    const Outcome missing = marrow_with({map, "--labels", table, "-o", folder / "c.vtp", "--only", "7,5"});
+    EXPECT_EQ(missing.code, kUsage);
+    EXPECT_NE(missing.err.find("there is no label '5'"), missing.err.npos) << missing.err;
+}
+
+TEST_F(LabelMap, CanBeCropped) {
+    const Outcome outcome =
+        marrow_with({map, "--labels", table, "-o", folder / "a.vtp", "--crop", "vox:0,7,0,5,0,4", "--json"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    const Json surfaces = Json::parse(outcome.out)["surfaces"];
+    ASSERT_EQ(surfaces.size(), 2u);
+    EXPECT_EQ(surfaces[1]["samples"], 2 * 4 * 3);
+}
+
+TEST_F(LabelMap, WritesAllFilesOrNone) {
+    std::filesystem::create_directory(folder / "part-label-12.stl");  // where the last would go
+    const Outcome outcome = marrow_with({map, "--labels", table, "-o", folder / "part-{name}.stl"});
+    EXPECT_EQ(outcome.code, kUnreadable);
+    EXPECT_EQ(folder.files(), (Names{"map.nrrd", "table.ctbl", "part-label-12.stl"}));
+}
+
+TEST_F(LabelMap, WarnsOfWhatItMayNotBeAndOfATableForAnother) {
+    write_file(table, "99 elsewhere\n");
+    EXPECT_NE(marrow_with({map, "--labels", table, "-o", folder / "a.vtp"})
+                  .err.find("has none of the map's labels"),
+              std::string::npos);
+    write_nrrd(map, 20, 20, 20, [](int x, int y, int z) { return 20 * (20 * x + y) + z - 1000; });
+    EXPECT_NE(marrow_with({map, "--labels", "-o", folder / "a.vtp"})
+                  .err.find("is this a scan rather than a label map?"),
+              std::string::npos);
+}
+
+// Parts of one label in noise touch in points, which STL joins.
+TEST_F(LabelMap, WarnsOfPointsThatStlJoins) {
+    const auto warns = [&](const char* file) {
+        return marrow_with({map, "--labels", "-o", folder / file}).err.find("lie where others do") !=
+               std::string::npos;
+    };
+    EXPECT_FALSE(warns("{name}.stl"));
+    std::mt19937 random(5);
+    write_nrrd(map, 16, 16, 16, [&](int, int, int) { return static_cast<int>(random() % 3); });
+    EXPECT_TRUE(warns("{name}.stl"));
+    EXPECT_FALSE(warns("all.vtp"));
+}
+
+TEST_F(LabelMap, RefusesWhatMakesNoSense) {
+    const auto code = [&](std::vector<std::string> more) {
+        std::vector<std::string> command{map, "--labels", table};
+        command.insert(command.end(), more.begin(), more.end());
+        return marrow_with(command).code;
+    };
+    EXPECT_EQ(code({"-o", folder / "a.stl"}), kUsage);
+    EXPECT_EQ(code({"-o", folder / "a.glb", "--isovalue", "1"}), kUsage);
+    EXPECT_EQ(code({"-o", folder / "a.glb", "--relax", "-1"}), kUsage);
+    EXPECT_EQ(code({}), kUsage);
+    EXPECT_EQ(marrow_with({map, "-o", folder / "a.glb", "--isovalue", "1", "--relax", "3"}).code, kUsage);
+    EXPECT_EQ(marrow_with({map, "--labels", folder / "missing", "-o", folder / "a.glb"}).code, kUnreadable);
+    write_file(table, "nonsense");
+    EXPECT_EQ(code({"-o", folder / "a.glb"}), kUnreadable);
+    write_nrrd(map, 3, 3, 3, [](int, int, int) { return 0; });
+    EXPECT_EQ(marrow_with({map, "--labels", "-o", folder / "a.glb"}).code, kEmpty);
+}
+
+}  // namespace
+}  // namespace marrow::test

@@ -1,0 +1,104 @@
+#include <cstdlib>
+
+#include <gtest/gtest.h>
+#include <vtkImageData.h>
+#include <vtkNew.h>
+#include <vtkPNGReader.h>
+
+#include "support/command_line.h"
+#include "picture.h"
+
+// OpenGL drivers keep memory until the process ends; AddressSanitizer, where it is on, shall not take that
+// for our leak.
+extern "C" const char* __asan_default_options() {
+    return "detect_leaks=0";
+}
+
+namespace marrow::test {
+namespace {
+
+using Names = std::set<std::string>;
+
+bool has_display() {
+    try {
+        require_display();
+        return true;
+    } catch (const IoError&) {
+        return false;
+    }
+}
+
+TEST(Picture, NamesXvfbWhereThereIsNoDisplay) {
+    const TemporaryFolder folder;
+    write_nrrd(folder / "ball.nrrd", 24, 25, 13, ball(12, 12, 6, 8));
+    const char* set = std::getenv("DISPLAY");
+    const std::string display = set ? set : "";
+    unsetenv("DISPLAY");
+    const Outcome outcome = marrow_with({folder / "ball.nrrd", "--isovalue", "0", "-o", folder / "ball.stl",
+                                         "--picture", folder / "ball.png"});
+    if (set) setenv("DISPLAY", display.c_str(), 1);
+    EXPECT_EQ(outcome.code, 3);
+    EXPECT_NE(outcome.err.find("xvfb-run -a marrow"), outcome.err.npos) << outcome.err;
+    EXPECT_EQ(folder.files(), Names{"ball.nrrd"});
+}
+
+// Seen from the patient's front left, head up: a ball above appears above, one on the patient's left to the
+// right, and one in front hides what is behind it.
+TEST(Picture, ShowsThePatientUprightFromTheFront) {
+    if (!has_display()) GTEST_SKIP() << "no display";
+    const TemporaryFolder folder;
+    const auto main = ball(20, 20, 10, 8), above = ball(20, 20, 20, 4), left = ball(36, 20, 10, 3);
+    write_nrrd(folder / "balls.nrrd", 42, 42, 26, [&](int x, int y, int z) {
+        return std::max({main(x, y, z), above(x, y, z), left(x, y, z)});
+    });
+    const Outcome outcome =
+        marrow_with({folder / "balls.nrrd", "--isovalue", "0", "--picture", folder / "balls.png", "-q"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(folder.files(), (Names{"balls.nrrd", "balls.png"}));
+
+    vtkNew<vtkPNGReader> reader;
+    reader->SetFileName((folder / "balls.png").c_str());
+    reader->Update();
+    vtkImageData* image = reader->GetOutput();
+    const int width = image->GetDimensions()[0], height = image->GetDimensions()[1];
+    ASSERT_EQ(width, 1600);
+    ASSERT_EQ(height, 1200);
+
+    // The balls are grey and brighter than the bluish background; count them in three parts of their box.
+    const auto is_ball = [&](int x, int y) {
+        const auto* rgb = static_cast<const unsigned char*>(image->GetScalarPointer(x, y, 0));
+        return rgb[0] + 10 > rgb[2];
+    };
+    int lowest_x = width, highest_x = -1, lowest_y = height, highest_y = -1;
+    for (int y = 0; y < height; ++y) {
+        for (int x = 0; x < width; ++x) {
+            if (!is_ball(x, y)) continue;
+            lowest_x = std::min(lowest_x, x), highest_x = std::max(highest_x, x);
+            lowest_y = std::min(lowest_y, y), highest_y = std::max(highest_y, y);
+        }
+    }
+    // Centred, near to filling the picture, not cut off.
+    EXPECT_GT(std::min(lowest_x, lowest_y), 10);
+    EXPECT_LT(std::max(highest_x - width, highest_y - height), -10);
+    EXPECT_TRUE(highest_x - lowest_x > width / 2 || highest_y - lowest_y > height / 2);
+    EXPECT_NEAR(lowest_x + highest_x, width, width / 8);
+    EXPECT_NEAR(lowest_y + highest_y, height, height / 8);
+
+    const auto balls_in_row = [&](int y) {
+        int n = 0;
+        for (int x = 0; x < width; ++x) n += is_ball(x, y);
+        return n;
+    };
+    const auto balls_in_column = [&](int x) {
+        int n = 0;
+        for (int y = 0; y < height; ++y) n += is_ball(x, y);
+        return n;
+    };
+    const int box_height = highest_y - lowest_y, box_width = highest_x - lowest_x;
+    // VTK's first row is at the bottom.
+    EXPECT_LT(2 * balls_in_row(highest_y - box_height / 8), balls_in_row(lowest_y + box_height / 4));
+    EXPECT_LT(2 * balls_in_column(highest_x - box_width / 10), balls_in_column(lowest_x + box_width / 4));
+}
+
+}  // namespace
+}  // namespace marrow::test

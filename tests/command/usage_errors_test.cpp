@@ -1,0 +1,74 @@
+// What is likely a mistake is warned of, or refused with what to do instead.
+#include <cstdlib>
+
+#include <gtest/gtest.h>
+
+#include "support/command_line.h"
+
+namespace marrow::test {
+namespace {
+
+class Mistake : public BallScan {};
+
+TEST_F(Mistake, WarnsWhereNoSampleIsOutside) {
+    const std::string whole = "the surface is where the scan ends";
+    const auto warns = [&](const std::vector<std::string>& more) {
+        std::vector<std::string> command{scan, "-o", folder / "box.ply"};
+        command.insert(command.end(), more.begin(), more.end());
+        return marrow_with(command).err.find(whole) != std::string::npos;
+    };
+    EXPECT_TRUE(warns({"--isovalue=-5000"}));
+    EXPECT_FALSE(warns({"--type", "bone"}));
+}
+
+// At an integer the surface goes through samples, and several of its points lie in each.
+TEST_F(Mistake, WarnsOfPointsThatStlJoins) {
+    write_nrrd(folder / "ramp.nrrd", 9, 9, 9,
+               [](int x, int y, int z) { return std::abs(x - 4) + std::abs(y - 4) + std::abs(z - 4); });
+    const auto warns = [&](const char* file, const char* isovalue) {
+        return marrow_with({folder / "ramp.nrrd", "-o", folder / file, "--isovalue", isovalue})
+                   .err.find("lie where others do") != std::string::npos;
+    };
+    EXPECT_TRUE(warns("a.stl", "6"));
+    EXPECT_FALSE(warns("a.ply", "6"));
+    EXPECT_FALSE(warns("a.stl", "6.5"));
+}
+
+TEST_F(Mistake, NeverWritesOverTheScan) {
+    const std::string before = read_file(scan);
+    std::filesystem::copy_file(scan, folder / "scan.stl");
+    std::filesystem::create_symlink(folder / "scan.stl", folder / "link.stl");
+    for (const char* output : {"scan.stl", "link.stl"}) {
+        const Outcome outcome = marrow_with({folder / "scan.stl", "-o", folder / output, "--type", "bone"});
+        EXPECT_EQ(outcome.code, kUsage);
+        EXPECT_NE(outcome.err.find("is what the scan is read from"), outcome.err.npos) << outcome.err;
+        EXPECT_EQ(read_file(folder / "scan.stl"), before);
+    }
+}
+
+TEST_F(Mistake, NoPictureTakesThePlaceOfASliceOrAPlotThatOfAScan) {
+    std::filesystem::create_directory(folder / "stack");
+    for (const char* slice : {"0.png", "1.png"}) write_file(folder / "stack" / slice, "a slice");
+    EXPECT_EQ(marrow_with({folder / "stack", "--spacing", "1,1,1", "--isovalue", "9", "--picture",
+                           folder / "stack" / "1.png"})
+                  .code,
+              kUsage);
+    EXPECT_EQ(read_file(folder / "stack" / "1.png"), "a slice");
+    std::filesystem::copy_file(scan, folder / "scan.svg");
+    EXPECT_EQ(marrow_with({"sweep", folder / "scan.svg", "--plot", folder / "scan.svg"}).code, kUsage);
+    EXPECT_EQ(read_file(folder / "scan.svg"), read_file(scan));
+}
+
+TEST_F(Mistake, SaysWhereTheScanIsIfTheBoxIsElsewhere) {
+    const auto err = [&](const std::string& box) {
+        const Outcome outcome = marrow_with({scan, "-o", folder / "a.stl", "--type", "bone", "--crop", box});
+        EXPECT_EQ(outcome.code, kUsage);
+        return outcome.err;
+    };
+    EXPECT_NE(err("1000,1100,0,1,0,1").find("it goes from 10 to 33, 20 to 44 and 30 to 54 mm in LPS"),
+              std::string::npos);
+    EXPECT_NE(err("vox:0,1000,0,1,0,1").find("whose samples are vox:0,23,0,24,0,12"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace marrow::test

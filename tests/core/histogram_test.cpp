@@ -1,0 +1,96 @@
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include <gtest/gtest.h>
+
+#include <marrow/error.h>
+#include <marrow/histogram.h>
+
+#include "support/fields.h"
+
+namespace marrow::test {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kMax = std::numeric_limits<double>::max();
+
+template <class T>
+Volume row(std::initializer_list<T> values) {
+    const auto begin = values.begin();
+    return sampled<T>(grid(static_cast<std::int64_t>(values.size()), 1, 1),
+                      [&](auto x, auto, auto) { return begin[x]; });
+}
+
+Histogram histogram_of(const Volume& volume, int bins = 256) {
+    return histogram(volume, bins);
+}
+
+TEST(Histogram, CountsEveryFiniteSampleOnce) {
+    const Histogram h = histogram_of(row<double>({-3, kNan, 0, 1, 5, HUGE_VAL, 5}), 4);  // bins 2 wide
+    EXPECT_EQ(h.lower, -3);
+    EXPECT_EQ(h.upper, 5);
+    EXPECT_EQ(h.counts, (std::vector<std::int64_t>{1, 1, 1, 2}));
+    EXPECT_EQ(h.non_finite_samples, 2);
+}
+
+TEST(Histogram, SpansTheWholeRangeOfEachType) {
+    const Histogram doubles = histogram_of(row<double>({-kMax, 0, kMax}), 2);
+    EXPECT_EQ(doubles.lower, -kMax);
+    EXPECT_EQ(doubles.upper, kMax);
+    EXPECT_EQ(doubles.counts, (std::vector<std::int64_t>{1, 2}));
+    const Histogram ints = histogram_of(row<std::int32_t>({INT32_MIN, -1, 0, INT32_MAX}), 2);
+    EXPECT_EQ(ints.counts, (std::vector<std::int64_t>{2, 2}));
+}
+
+TEST(Histogram, TakesConstantAndEmptyVolumes) {
+    EXPECT_EQ(histogram_of(row<std::uint8_t>({7, 7, 7}), 2).counts, (std::vector<std::int64_t>{3, 0}));
+    EXPECT_TRUE(histogram_of(row<float>({NAN, NAN})).counts.empty());
+    EXPECT_TRUE(histogram_of(Volume(grid(0, 4, 4), SampleType::int16)).counts.empty());
+    EXPECT_THROW(histogram_of(row<std::uint8_t>({1, 2}), 1), InputError);
+}
+
+TEST(Otsu, LiesMidwayBetweenTwoSeparatePeaks) {
+    EXPECT_NEAR(otsu_isovalue(histogram_of(row<std::int16_t>({-1000, -1000, -1000, 1000}))), 0, 10);
+    EXPECT_NEAR(otsu_isovalue(histogram_of(row<double>({-kMax, kMax}))) / kMax, 0, 0.01);
+}
+
+// The definition, from the samples instead of running sums: the variance between the classes on either side.
+TEST(Otsu, HasTheLargestVarianceBetweenClasses) {
+    Random random(1);
+    for (int round = 0; round < 20; ++round) {
+        Histogram h;
+        h.lower = -5;
+        h.upper = 27;
+        h.counts.resize(32);
+        for (auto& count : h.counts) count = static_cast<std::int64_t>(random() % 100);
+        const auto variance = [&](double isovalue) {
+            double n[2] = {0, 0}, sum[2] = {0, 0};
+            for (int bin = 0; bin < 32; ++bin) {
+                const double centre = -5 + bin + 0.5;
+                const int side = centre >= isovalue;
+                n[side] += static_cast<double>(h.counts[static_cast<std::size_t>(bin)]);
+                sum[side] += static_cast<double>(h.counts[static_cast<std::size_t>(bin)]) * centre;
+            }
+            return n[0] * n[1] == 0 ? 0 : n[0] * n[1] * std::pow(sum[0] / n[0] - sum[1] / n[1], 2);
+        };
+        const double chosen = variance(otsu_isovalue(h));
+        for (int border = -5; border <= 27; ++border) EXPECT_LE(variance(border), chosen * (1 + 1e-12));
+    }
+}
+
+TEST(Otsu, ContrastIsTheDistanceOfTheClasses) {
+    EXPECT_NEAR(otsu_contrast(histogram_of(row<std::int16_t>({-1000, -1000, 40, 60}))), 1050, 5);
+    EXPECT_NEAR(otsu_contrast(histogram_of(row<float>({0, 0, 0, 1, 1}))), 1, 1.0 / 128);
+    EXPECT_EQ(otsu_contrast(histogram_of(row<float>({3, 3, 3}))), 0);
+    EXPECT_EQ(otsu_contrast(Histogram{}), 0);
+    EXPECT_EQ(otsu_contrast(histogram_of(row<double>({-1.7e308, -1.7e308, 1.7e308}))), 0) << "beyond doubles";
+}
+
+TEST(Otsu, RefusesOneValue) {
+    EXPECT_THROW(otsu_isovalue(histogram_of(row<float>({3, 3, 3}))), InputError);
+    EXPECT_THROW(otsu_isovalue(Histogram{}), InputError);
+}
+
+}  // namespace
+}  // namespace marrow::test

@@ -1,0 +1,185 @@
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include <marrow/isosurface.h>
+#include <marrow/measure.h>
+#include <marrow/isovalue_sweep.h>
+
+#include "support/fields.h"
+
+namespace marrow::test {
+namespace {
+
+void expect_as_measured(const Volume& volume, const std::vector<double>& isovalues) {
+    const std::vector<SweepSample> sweep = sweep_isovalues(volume, isovalues);
+    ASSERT_EQ(sweep.size(), isovalues.size());
+    for (std::size_t k = 0; k < isovalues.size(); ++k) {
+        SCOPED_TRACE(isovalues[k]);
+        const MeshMeasures m = measure(extract_isosurface(volume, isovalues[k], {.closed = true}));
+        EXPECT_EQ(sweep[k].isovalue, isovalues[k]);
+        EXPECT_EQ(sweep[k].triangles, m.triangles);
+        EXPECT_EQ(sweep[k].components, m.components);
+        // The mesh's coordinates are rounded to some 1e-6 mm.
+        EXPECT_NEAR(sweep[k].area, m.area, 1e-6 * m.area + 1e-6 * static_cast<double>(m.triangles));
+        EXPECT_NEAR(sweep[k].volume, m.volume, 1e-6 * std::abs(m.volume) + 1e-5 * m.area + 1e-7);
+    }
+}
+
+template <class T>
+Volume noise(const Geometry& geometry, unsigned seed, double lower, double upper) {
+    Volume volume(geometry, sample_type_of<T>());
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> value(lower, upper);
+    for (std::int64_t i = 0; i < geometry.sample_count(); ++i)
+        volume.samples<T>()[i] = static_cast<T>(value(random));
+    return volume;
+}
+
+Geometry oblique(std::int64_t nx, std::int64_t ny, std::int64_t nz) {
+    Geometry g = grid(nx, ny, nz);
+    const double c = std::cos(0.4), s = std::sin(0.4);
+    g.direction = {{{c, -s, 0}, {s, c, 0.2}, {0, 0, std::sqrt(1 - 0.04)}}};
+    g.spacing = {0.7, 0.9, 2.1};
+    g.origin = {-15, 3, 7};
+    return g;
+}
+
+TEST(Sweep, AgreesWithTheMeshesOfNoise) {
+    const std::vector<double> isovalues{-90, -50, -20.5, 0, 1, 2, 3, 40, 41, 80, 99, 100, 101};
+    for (unsigned seed = 0; seed < 4; ++seed) {
+        expect_as_measured(noise<std::int16_t>(oblique(9, 8, 7), seed, -100, 101), isovalues);
+        expect_as_measured(noise<float>(oblique(70, 5, 4), seed, -100, 101), isovalues);
+        expect_as_measured(noise<std::int8_t>(grid(5, 1, 6), seed, -100, 101), isovalues);
+        expect_as_measured(noise<double>(grid(3, 4, 5), seed, -100, 101), isovalues);
+        expect_as_measured(noise<std::int32_t>(grid(66, 3, 3), seed, -100, 101), isovalues);
+    }
+}
+
+TEST(Sweep, AgreesWithTheMeshesOfAMirroredGrid) {
+    Geometry g = oblique(8, 9, 10);
+    for (auto& row : g.direction) row[0] = -row[0];
+    expect_as_measured(noise<std::uint16_t>(g, 7, 0, 9), {1, 2, 3.5, 6, 8});
+}
+
+TEST(Sweep, AgreesWithMoreIsovaluesThanOneLookTakes) {
+    std::vector<double> isovalues;
+    for (int i = 0; i < 300; ++i) isovalues.push_back(-110 + 0.75 * i);
+    expect_as_measured(noise<std::int16_t>(grid(7, 6, 5), 3, -100, 101), isovalues);
+}
+
+TEST(Sweep, CountsSamplesWithoutAValueAsOutside) {
+    Volume volume = noise<float>(grid(6, 7, 8), 5, 0, 10);
+    for (std::int64_t i = 0; i < volume.geometry().sample_count(); i += 5)
+        volume.samples<float>()[i] =
+            i % 2 ? std::numeric_limits<float>::quiet_NaN() : std::numeric_limits<float>::infinity();
+    expect_as_measured(volume, {1, 5, 9});
+}
+
+TEST(Sweep, HollowBallsHaveTwoSurfacesEach) {
+    const Volume volume = sampled_in_space<float>(grid(40, 20, 20), [](const Vec3d& p) {
+        const auto shell = [&](double x) {
+            return 2 - std::abs(std::hypot(p[0] - x, p[1] - 9.5, p[2] - 9.5) - 6);
+        };
+        return std::max(shell(9.5), shell(29.5));
+    });
+    const auto sweep = sweep_isovalues(volume, std::vector<double>{0, 1, 3});
+    EXPECT_EQ(sweep[0].components, 4);
+    EXPECT_EQ(sweep[1].components, 4);
+    EXPECT_EQ(sweep[2].components, 0);
+    EXPECT_EQ(sweep[2].triangles, 0);
+    EXPECT_EQ(sweep[2].volume, 0);
+}
+
+TEST(Sweep, TheSameForAnyNumberOfThreads) {
+    const Volume volume = noise<std::int16_t>(oblique(40, 30, 20), 9, -100, 101);
+    const std::vector<double> isovalues{-50, 0, 50};
+    const auto one = sweep_isovalues(volume, isovalues, {.threads = 1});
+    const auto two = sweep_isovalues(volume, isovalues, {.threads = 2});
+    for (std::size_t k = 0; k < isovalues.size(); ++k) {
+        EXPECT_EQ(one[k].area, two[k].area);
+        EXPECT_EQ(one[k].volume, two[k].volume);
+        EXPECT_EQ(one[k].components, two[k].components);
+    }
+}
+
+TEST(Sweep, RefusesWhatDoesNotAscend) {
+    const Volume volume = noise<std::uint8_t>(grid(3, 3, 3), 1, 0, 9);
+    EXPECT_THROW(sweep_isovalues(volume, std::vector<double>{1, 1}), InputError);
+    EXPECT_THROW(sweep_isovalues(volume, std::vector<double>{2, 1}), InputError);
+    EXPECT_THROW(sweep_isovalues(volume, std::vector<double>{std::nan("")}), InputError);
+    EXPECT_TRUE(sweep_isovalues(volume, std::vector<double>{}).empty());
+}
+
+TEST(Sweep, StopsWhenTold) {
+    const Volume volume = noise<std::uint8_t>(grid(9, 9, 9), 1, 0, 9);
+    EXPECT_THROW(
+        sweep_isovalues(volume, std::vector<double>{1, 2}, {.progress = [](double) { return false; }}),
+        Cancelled);
+    double last = 0;
+    sweep_isovalues(volume, std::vector<double>{1, 2}, {.progress = [&](double fraction) {
+                        EXPECT_GE(fraction, last);
+                        last = fraction;
+                        return true;
+                    }});
+    EXPECT_NEAR(last, 1, 1e-9);
+}
+
+// A ball of 100 in air of 0, a slope outside it, and a speck of 1000 inside: a steep step.
+struct Ball {
+    Volume volume = sampled_in_space<float>(grid(32, 32, 32), [](const Vec3d& p) {
+        const double r = std::hypot(p[0] - 15.5, p[1] - 15.5, p[2] - 15.5);
+        return r < 1 ? 1000 : r < 6 ? 100 : r < 14 ? 20 * (14 - r) / 8 : 0;
+    });
+
+    std::vector<Plateau> plateaus(double from, double to, int samples, std::vector<double>& isovalues) const {
+        isovalues.clear();
+        for (int i = 0; i < samples; ++i) isovalues.push_back(from + (to - from) * i / (samples - 1));
+        return find_plateaus(sweep_isovalues(volume, isovalues), 1, 100);
+    }
+};
+
+TEST(Plateaus, AreWhereTheSurfaceStays) {
+    const Ball ball;
+    std::vector<double> isovalues;
+    const auto plateaus = ball.plateaus(0.5, 95.5, 20, isovalues);
+    ASSERT_EQ(plateaus.size(), 1u);
+    EXPECT_GE(isovalues[plateaus[0].first], 20) << "the top of the slope";
+    EXPECT_LE(isovalues[plateaus[0].first], 26);
+    EXPECT_EQ(plateaus[0].last, isovalues.size() - 1);
+}
+
+TEST(Plateaus, DoNotDependOnWhatElseIsSwept) {
+    const Ball ball;
+    std::vector<double> isovalues;
+    for (const auto& [from, to, samples] : std::vector<std::tuple<double, double, int>>{
+             {0, 90, 91}, {10, 90, 81}, {30, 90, 61}, {40, 62, 12}, {0, 90, 19}}) {
+        const auto plateaus = ball.plateaus(from, to, samples, isovalues);
+        ASSERT_EQ(plateaus.size(), 1u) << from;
+        EXPECT_LE(isovalues[plateaus[0].first], std::max(from, 26.0)) << from;
+        EXPECT_EQ(isovalues[plateaus[0].last], to) << from;
+    }
+    EXPECT_TRUE(ball.plateaus(0, 20, 41, isovalues).empty()) << "the slope, where the surface moves too far";
+    EXPECT_TRUE(ball.plateaus(50, 60, 11, isovalues).empty()) << "too short to tell";
+}
+
+TEST(Plateaus, AreNotWhereTheSurfaceIsGone) {
+    const Ball ball;
+    std::vector<double> isovalues;
+    const auto plateaus = ball.plateaus(0, 900, 181, isovalues);
+    ASSERT_EQ(plateaus.size(), 1u) << "the speck stays from 110 on, but is 8 samples of 32768";
+    EXPECT_LE(isovalues[plateaus[0].last], 110);
+}
+
+TEST(Plateaus, NeedSurfacesAndContrast) {
+    EXPECT_TRUE(find_plateaus({}, 1, 100).empty());
+    EXPECT_TRUE(find_plateaus(std::vector<SweepSample>(9), 1, 100).empty());
+    const std::vector<SweepSample> still{{0, 5, 10, 1, 8}, {50, 5, 10, 1, 8}};
+    EXPECT_EQ(find_plateaus(still, 1, 100).size(), 1u);
+    EXPECT_TRUE(find_plateaus(still, 1, 0).empty());
+}
+
+}  // namespace
+}  // namespace marrow::test

@@ -1,0 +1,135 @@
+// Slab by slab gives what all at once gives.
+#include <gtest/gtest.h>
+
+#include <marrow/streaming.h>
+
+#include "support/fields.h"
+#include "support/mesh_checks.h"
+
+namespace marrow::test {
+namespace {
+
+SliceSource source_of(const Volume& volume) {
+    const std::size_t slice = sample_size(volume.type()) *
+                              static_cast<std::size_t>(volume.geometry().dims[0] * volume.geometry().dims[1]);
+    return {volume.geometry(), volume.type(),
+            [&volume, slice](std::int64_t begin, std::int64_t end, void* samples) {
+                std::memcpy(
+                    samples,
+                    static_cast<const std::byte*>(volume.data()) + slice * static_cast<std::size_t>(begin),
+                    slice * static_cast<std::size_t>(end - begin));
+            }};
+}
+
+// Puts the parts together, and looks whether each could stand by itself.
+Mesh in_slabs(const Volume& volume, double isovalue, const SlabLimits& limits,
+              const IsosurfaceOptions& options) {
+    Mesh mesh;
+    std::uint64_t triangles_seen = 0;
+    const SurfaceSink sink{
+        [&](std::uint64_t points, std::uint64_t triangles, bool normals) {
+            mesh.points.resize(points);
+            mesh.normals.resize(normals ? points : 0);
+            mesh.triangles.resize(triangles);
+        },
+        [&](const SurfacePart& part) {
+            EXPECT_EQ(part.first_triangle, triangles_seen);
+            triangles_seen += part.triangles.size();
+            for (const Triangle& t : part.triangles) {
+                for (const std::uint32_t p : t) {
+                    EXPECT_GE(p, part.first_point);
+                    EXPECT_LT(p, part.first_point + part.points.size());
+                }
+            }
+            std::copy(part.points.begin(), part.points.end(),
+                      mesh.points.begin() + static_cast<std::ptrdiff_t>(part.first_point));
+            std::copy(part.normals.begin(), part.normals.end(),
+                      mesh.normals.begin() + static_cast<std::ptrdiff_t>(part.first_point));
+            std::copy(part.triangles.begin(), part.triangles.end(),
+                      mesh.triangles.begin() + static_cast<std::ptrdiff_t>(part.first_triangle));
+        }};
+    extract_isosurface_in_slabs(source_of(volume), isovalue, sink, limits, options);
+    EXPECT_EQ(triangles_seen, mesh.triangles.size());
+    return mesh;
+}
+
+template <class T>
+Volume blobs(std::int64_t nz) {
+    return sampled<T>(grid(90, 37, nz), [](auto x, auto y, auto z) {
+        return 60 +
+               50 * std::sin(0.3 * static_cast<double>(x)) * std::sin(0.4 * static_cast<double>(y)) *
+                   std::cos(0.5 * static_cast<double>(z)) +
+               static_cast<double>((x * 31 + y * 17 + z * 7) % 5);
+    });
+}
+
+TEST(Slabs, AnyThicknessGivesTheSameBytes) {
+    const Volume volumes[] = {blobs<std::uint8_t>(41), blobs<std::int16_t>(40), blobs<float>(3),
+                              blobs<double>(1), blobs<float>(2)};
+    for (const Volume& volume : volumes) {
+        for (const bool closed : {false, true}) {
+            for (const bool normals : {false, true}) {
+                const IsosurfaceOptions options{.normals = normals, .closed = closed};
+                const std::uint64_t whole = mesh_hash(extract_isosurface(volume, 63, options));
+                for (const std::int64_t slices : {1, 2, 17, 0}) {
+                    EXPECT_EQ(mesh_hash(in_slabs(volume, 63, {.slices = slices}, options)), whole)
+                        << slices << ' ' << closed;
+                }
+            }
+        }
+    }
+}
+
+TEST(Slabs, LittleMemoryMakesManySlabsAndTooLittleIsRefused) {
+    const Volume volume = blobs<std::int16_t>(60);
+    const std::uint64_t whole = mesh_hash(extract_isosurface(volume, 63));
+    EXPECT_EQ(mesh_hash(in_slabs(volume, 63, {.memory = 200'000}, {})), whole);
+    EXPECT_THROW(in_slabs(volume, 63, {.memory = 60'000}, {}), LimitError);
+}
+
+TEST(Slabs, WhatTheSourceThrowsEndsTheWork) {
+    const Volume volume = blobs<std::int16_t>(30);
+    SliceSource source = source_of(volume);
+    const auto read = source.read;
+    source.read = [&](std::int64_t begin, std::int64_t end, void* samples) {
+        if (end > 20) throw IoError("gone");
+        read(begin, end, samples);
+    };
+    const SurfaceSink sink{[](auto, auto, auto) { FAIL() << "the size is not known yet"; },
+                           [](const SurfacePart&) {}};
+    EXPECT_THROW(extract_isosurface_in_slabs(source, 63, sink, {.slices = 4}), IoError);
+}
+
+// 2^31 samples and more than that in a row of slices: 64-bit indices throughout. Only a few slices are ever in memory.
+TEST(Slabs, MoreThanTwoToThe31Samples) {
+    SliceSource source;
+    source.geometry.dims = {2048, 1024, 1030};
+    source.type = SampleType::uint8;
+    const std::size_t slice = 2048 * 1024;
+    source.read = [&](std::int64_t begin, std::int64_t end, void* samples) {
+        std::memset(samples, 0, slice * static_cast<std::size_t>(end - begin));
+        // One bright sample near the end of the volume.
+        if (begin <= 1027 && 1027 < end) {
+            static_cast<std::uint8_t*>(
+                samples)[slice * static_cast<std::size_t>(1027 - begin) + 1000 * 2048 + 2000] = 200;
+        }
+    };
+    Mesh mesh;
+    const SurfaceSink sink{[&](auto, auto, auto) {},
+                           [&](const SurfacePart& part) {
+                               if (part.triangles.empty()) return;
+                               mesh.points.assign(part.points.begin(), part.points.end());
+                               mesh.triangles.assign(part.triangles.begin(), part.triangles.end());
+                           }};
+    extract_isosurface_in_slabs(source, 100, sink, {.memory = std::size_t{100} << 20}, {.closed = true});
+    EXPECT_EQ(mesh.points.size(), 6u);
+    EXPECT_EQ(manifold_fault(mesh), "");
+    for (const Vec3f& p : mesh.points) {
+        EXPECT_NEAR(p[0], 2000, 0.51);
+        EXPECT_NEAR(p[1], 1000, 0.51);
+        EXPECT_NEAR(p[2], 1027, 0.51);
+    }
+}
+
+}  // namespace
+}  // namespace marrow::test

@@ -1,0 +1,104 @@
+#include <csignal>
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <marrow/atomic_file.h>
+#include <marrow/error.h>
+
+#include "support/temporary_folder.h"
+
+namespace marrow::test {
+namespace {
+
+using Names = std::set<std::string>;
+
+TEST(AtomicFile, ReplacesTheOldFileOnlyAtCommit) {
+    const TemporaryFolder folder;
+    write_file(folder / "a", "old");
+    AtomicFile file(folder / "a");
+    file.write("new ");
+    file.write("content");
+    EXPECT_EQ(read_file(folder / "a"), "old");
+    file.commit();
+    EXPECT_EQ(read_file(folder / "a"), "new content");
+    EXPECT_EQ(folder.files(), Names{"a"});
+}
+
+TEST(AtomicFile, LeavesNothingWithoutCommit) {
+    const TemporaryFolder folder;
+    write_file(folder / "a", "old");
+    {
+        AtomicFile old(folder / "a"), fresh(folder / "b");
+        old.write("new");
+        fresh.write("new");
+        EXPECT_EQ(folder.files().size(), 3u);  // the temporary files lie beside the target
+    }
+    EXPECT_EQ(read_file(folder / "a"), "old");
+    EXPECT_EQ(folder.files(), Names{"a"});
+}
+
+TEST(AtomicFile, FollowsSymbolicLinks) {
+    const TemporaryFolder folder;
+    std::filesystem::create_directory(folder / "there");
+    write_file(folder / "there/a", "old");
+    std::filesystem::create_symlink("there/a", folder / "link");
+    AtomicFile file(folder / "link");
+    file.write("new");
+    file.commit();
+    EXPECT_TRUE(std::filesystem::is_symlink(folder / "link"));
+    EXPECT_EQ(read_file(folder / "there/a"), "new");
+}
+
+TEST(AtomicFile, GivesThePermissionsOfANewFile) {
+    const TemporaryFolder folder;
+    AtomicFile file(folder / "a");
+    file.commit();
+    write_file(folder / "b", "");
+    EXPECT_EQ(std::filesystem::status(folder / "a").permissions(),
+              std::filesystem::status(folder / "b").permissions());
+}
+
+TEST(AtomicFile, RefusesWhatIsNotAPlainFile) {
+    const TemporaryFolder folder;
+    write_file(folder / "file", "old");
+    std::filesystem::create_directory(folder / "folder");
+    for (const auto& target : {folder / "folder", folder / "missing/a", folder / "file/a",
+                               std::filesystem::path("/dev/full"), std::filesystem::path("")}) {
+        EXPECT_THROW(AtomicFile{target}, IoError) << target;
+    }
+    EXPECT_TRUE(std::filesystem::is_character_file("/dev/full"));
+    EXPECT_EQ(folder.files(), (Names{"file", "folder"}));
+    EXPECT_EQ(read_file(folder / "file"), "old");
+}
+
+TEST(AtomicFile, LeavesNothingWhenTheSystemStopsWriting) {
+    const TemporaryFolder folder;
+    write_file(folder / "a", "old");
+    const std::string data(100000, 'x');
+
+    // The first write is cut short by the limit and the next one fails.
+    const auto old_handler = std::signal(SIGXFSZ, SIG_IGN);
+    rlimit old_limit{};
+    getrlimit(RLIMIT_FSIZE, &old_limit);
+    rlimit limit = old_limit;
+    limit.rlim_cur = 50000;
+    setrlimit(RLIMIT_FSIZE, &limit);
+    std::string message;
+    try {
+        AtomicFile file(folder / "a");
+        file.write(data);
+        file.commit();
+    } catch (const IoError& error) {
+        message = error.what();
+    }
+    setrlimit(RLIMIT_FSIZE, &old_limit);
+    std::signal(SIGXFSZ, old_handler);
+
+    EXPECT_EQ(message, "cannot write '" + (folder / "a").string() + "': File too large");
+    EXPECT_EQ(read_file(folder / "a"), "old");
+    EXPECT_EQ(folder.files(), Names{"a"});
+}
+
+}  // namespace
+}  // namespace marrow::test

@@ -1,0 +1,249 @@
+// What each case of DICOM becomes, row by row: the table is in docs/reliability.md. Pixels: rescaling, bits, transfer
+// syntaxes, frames.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+
+#include <marrow/error.h>
+
+#include "support/compressed_pixels.h"
+#include "support/dicom_series.h"
+#include "support/reading_checks.h"
+
+namespace marrow::test {
+namespace {
+
+TEST(DicomTable, RescaleIsAppliedToEachSlice) {
+    TemporaryFolder folder;
+    write_series(folder, 3, "s", [](DicomWriter& s, int k) { s.rescale(std::to_string(k + 1), "-1024"); });
+    const auto read = samples_of<std::int16_t>(read_scan(folder.path()));
+    ASSERT_EQ(read.size(), 18u);
+    EXPECT_EQ(read[0], -1024);
+    EXPECT_EQ(read[6], 2 * 100 - 1024);
+    EXPECT_EQ(read[17], 3 * 212 - 1024);
+}
+
+TEST(DicomTable, UnusableRescaleIsRefused) {
+    for (const char* slope : {"0", "nan", "x"}) {
+        TemporaryFolder folder;
+        write_series(folder, 2, "s", [&](DicomWriter& s, int) { s.rescale(slope, "0"); });
+        contains(refusal<InputError>(folder.path()), "rescale");
+    }
+}
+
+TEST(DicomTable, CtWithoutRescaleWarns) {
+    TemporaryFolder folder;
+    write_series(folder, 2, "s", [](DicomWriter& s, int) {
+        s.elements.erase(0x00281052);
+        s.elements.erase(0x00281053);
+    });
+    ScanInfo info;
+    EXPECT_EQ(samples_of<std::int16_t>(read_scan(folder.path(), {}, &info)), volume_samples(2));
+    ASSERT_EQ(info.warnings.size(), 1u);
+    contains(info.warnings[0], "not HU");
+}
+
+TEST(DicomTable, UnusedBitsAreMaskedAndTheSignExtended) {
+    TemporaryFolder folder;
+    // 12 bits, signed, in the middle of the cell: bits 2 to 13; the others are junk
+    write_series(folder, 2, "s", [](DicomWriter& s, int) {
+        s.pixel_format(16, 12, true);
+        s.number(0x00280102, 13);
+        const auto cell = [](int value) {
+            return static_cast<std::uint16_t>(0xc003 | ((value & 0xfff) << 2));
+        };
+        s.pixels<std::uint16_t>(columns, rows,
+                                {cell(-2048), cell(-1), cell(0), cell(1), cell(2047), cell(-1000)});
+    });
+    const auto read = samples_of<std::int16_t>(read_scan(folder.path()));
+    EXPECT_EQ(std::vector<std::int16_t>(read.begin(), read.begin() + 6),
+              (std::vector<std::int16_t>{-2048, -1, 0, 1, 2047, -1000}));
+}
+
+TEST(DicomTable, Monochrome1KeepsItsValues) {
+    TemporaryFolder folder;
+    write_series(folder, 2, "s", [](DicomWriter& s, int) { s.text(0x00280004, "CS", "MONOCHROME1"); });
+    EXPECT_EQ(samples_of<std::int16_t>(read_scan(folder.path())), volume_samples(2));
+}
+
+TEST(DicomTable, ColourIsRefused) {
+    TemporaryFolder folder;
+    write_series(folder, 2, "s", [](DicomWriter& s, int) {
+        s.text(0x00280004, "CS", "RGB");
+        s.number(0x00280002, 3);
+    });
+    contains(refusal<InputError>(folder.path()), "colour");
+}
+
+TEST(DicomTable, EveryPlainTransferSyntaxAndRunLengthsGiveTheSameSamples) {
+    for (const Form form : {Form::explicit_little, Form::implicit_little, Form::explicit_big, Form::deflated,
+                            Form::run_length, Form::no_preamble}) {
+        SCOPED_TRACE(static_cast<int>(form));
+        TemporaryFolder folder;
+        write_series(folder, 3, "s", [&](DicomWriter& s, int) { s.form = form; });
+        const Volume v = read_scan(folder.path());
+        EXPECT_EQ(samples_of<std::int16_t>(v), volume_samples(3));
+        expect_at(v.geometry(), {1, 1, 1}, {11, 21, 2});
+    }
+}
+
+TEST(DicomTable, MoreFramesThanBytesAreRefused) {
+    TemporaryFolder folder;
+    DicomWriter frames = enhanced(5);
+    frames.text(0x00280008, "IS", "6");
+    frames.write(folder / "frames.dcm");
+    contains(refusal<InputError>(folder.path()), "describes 5 frames and has 6");
+    frames = enhanced(5);
+    frames.elements[0x7fe00010].second.resize(2 * (5 * columns * rows - 1));
+    frames.write(folder / "frames.dcm");
+    contains(refusal<InputError>(folder.path()), "truncated");
+}
+
+TEST(DicomTable, FramesWithoutEndAreRefusedBeforeTheyCost) {
+    TemporaryFolder folder;
+    DicomWriter frames = enhanced(5);
+    frames.elements.erase(0x52009230);
+    frames.text(0x00280008, "IS", "99999");
+    frames.write(folder / "frames.dcm");
+    contains(refusal<InputError>(folder.path()), "claims 99999 frames");
+    frames.text(0x00280008, "IS", "99");
+    frames.write(folder / "frames.dcm");
+    contains(refusal<InputError>(folder.path()), "too small");
+}
+
+std::vector<std::uint16_t> codec_samples(int width, int height, int bits) {
+    std::vector<std::uint16_t> out;
+    for (int i = 0; i < width * height; ++i)
+        out.push_back(static_cast<std::uint16_t>((i * 2654435761u >> 7) & ((1u << bits) - 1)));
+    return out;
+}
+
+TEST(DicomTable, LosslessTransferSyntaxesGiveTheSamePixels) {
+    constexpr int width = 13, height = 9;
+    for (const int bits : {8, 12, 16}) {
+        const auto samples = codec_samples(width, height, bits);
+        std::vector<std::pair<std::string, std::string>> streams = {
+            {"1.2.840.10008.1.2.4.80", jpeg_ls(width, height, samples, bits == 8 ? 9 : bits)},
+            {"1.2.840.10008.1.2.4.90", jpeg_2000(width, height, samples, bits)}};
+        for (int predictor = 1; predictor <= 7; ++predictor)
+            streams.emplace_back("1.2.840.10008.1.2.4.57",
+                                 lossless_jpeg(width, height, samples, bits, predictor, predictor % 2 == 0));
+        for (const auto& [syntax, stream] : streams) {
+            SCOPED_TRACE(syntax + " of " + std::to_string(bits) + " bits");
+            TemporaryFolder folder;
+            DicomWriter s;
+            s.pixel_format(bits == 8 ? 8 : 16, bits, false);
+            s.pixels<std::uint16_t>(width, height, samples);
+            s.compressed_syntax = syntax;
+            const std::string whole = even(stream);
+            const std::size_t half = whole.size() / 4 * 2;
+            s.fragments = {whole.substr(0, half), whole.substr(half)};  // one frame may lie in several
+            const fs::path path = s.write(folder / "one.dcm");
+            ScanOptions options;
+            options.spacing = Vec3d{1, 1, 1};
+            const Volume v = read_scan(path, options);
+            for (std::size_t i = 0; i < samples.size(); ++i) {
+                const double value =
+                    v.type() == SampleType::int16 ? v.samples<std::int16_t>()[i] : v.samples<float>()[i];
+                ASSERT_EQ(value, samples[i]) << i;
+            }
+        }
+    }
+}
+
+TEST(DicomTable, LossyTransferSyntaxesGiveNearlyTheSamePixels) {
+    constexpr int width = 20, height = 12;  // 3 x 2 blocks, cut at two sides
+    for (const int bits : {8, 12}) {
+        for (const bool progressive : {false, true}) {
+            const int most = (1 << bits) - 2;  // the encoder adds an eighth
+            const std::vector<int> values = {1, most, most / 2, 7, most / 3, 77};
+            TemporaryFolder folder;
+            DicomWriter s;
+            s.pixel_format(bits == 8 ? 8 : 16, bits, false);
+            s.pixels(width, height, std::vector<std::uint16_t>(width * height));
+            s.compressed_syntax = progressive ? "1.2.840.10008.1.2.4.55"
+                                  : bits == 8 ? "1.2.840.10008.1.2.4.50"
+                                              : "1.2.840.10008.1.2.4.51";
+            s.fragments = {even(flat_jpeg(width, height, values, bits, progressive))};
+            ScanOptions options;
+            options.spacing = Vec3d{1, 1, 1};
+            const auto read = samples_of<std::int16_t>(read_scan(s.write(folder / "one.dcm"), options));
+            for (int y = 0; y < height; ++y) {
+                for (int x = 0; x < width; ++x)
+                    ASSERT_EQ(read[static_cast<std::size_t>(y * width + x)],
+                              values[static_cast<std::size_t>(y / 8 * 3 + x / 8)])
+                        << x << ' ' << y;
+            }
+        }
+    }
+}
+
+// Each scan is work for the whole picture, so a small file of many could keep a reader busy for hours.
+TEST(DicomTable, JpegOfManyScansIsRefused) {
+    TemporaryFolder folder;
+    constexpr int width = 16, height = 8;
+    const std::string whole = flat_jpeg(width, height, {1, 200}, 8, true);
+    const std::string no_news = jpeg_scan(1, 63, 0, "\x3f");  // two blocks without coefficients
+    DicomWriter s;
+    s.pixel_format(8, 8, false);
+    s.pixels(width, height, std::vector<std::uint8_t>(width * height));
+    s.compressed_syntax = "1.2.840.10008.1.2.4.55";
+    ScanOptions options;
+    options.spacing = Vec3d{1, 1, 1};
+    for (const int scans : {10, 1000}) {
+        std::string stream = whole;
+        for (int i = 0; i < scans; ++i) stream.insert(whole.size() - 2, no_news);
+        s.fragments = {even(stream)};
+        s.write(folder / "one.dcm");
+        if (scans == 10)
+            EXPECT_NO_THROW(read_scan(folder / "one.dcm", options));
+        else
+            contains(refusal<InputError>(folder / "one.dcm", options), "JPEG");
+    }
+}
+
+TEST(DicomTable, CompressedFramesAreFoundByTheirTable) {
+    TemporaryFolder folder;
+    DicomWriter s = enhanced(3);
+    const std::string pixels = s.elements[0x7fe00010].second;
+    s.compressed_syntax = "1.2.840.10008.1.2.4.57";
+    std::uint32_t at = 0;
+    for (std::size_t n = 0; n < 3; ++n) {
+        std::vector<std::uint16_t> samples(columns * rows);
+        std::memcpy(samples.data(), pixels.data() + n * 2 * samples.size(), 2 * samples.size());
+        const std::string stream = even(lossless_jpeg(columns, rows, samples, 16, 1, false));
+        s.offset_table += bytes_of(at);
+        for (std::size_t from = 0, part = 20 + 10 * n; from < stream.size(); from += part) {
+            s.fragments.push_back(stream.substr(from, part));
+            at += static_cast<std::uint32_t>(8 + s.fragments.back().size());
+        }
+    }
+    const auto expected = [] {
+        auto all = volume_samples(3);
+        for (std::size_t i = 0; i < all.size(); ++i)
+            all[i] = static_cast<std::int16_t>(all[i] + 1000 * (i / 6));
+        return all;
+    }();
+    EXPECT_EQ(samples_of<std::int16_t>(read_scan(s.write(folder / "frames.dcm"))), expected);
+    s.offset_table.clear();
+    s.write(folder / "frames.dcm");
+    contains(refusal<InputError>(folder.path()), "no table");
+}
+
+TEST(DicomTable, UnknownTransferSyntaxAndVideoAreRefusedByName) {
+    for (const auto& [uid, name] : {std::pair("1.2.840.10008.1.2.9", "1.2.840.10008.1.2.9"),
+                                    std::pair("1.2.840.10008.1.2.4.102", "MPEG-4 video"),
+                                    std::pair("1.2.840.10008.1.2.4.201", "high-throughput JPEG 2000")}) {
+        TemporaryFolder folder;
+        write_series(folder, 2, "s", [&, uid = uid](DicomWriter& s, int) {
+            s.compressed_syntax = uid;
+            if (s.compressed_syntax.size() % 2) s.compressed_syntax += '\0';
+            s.fragments = {"some bytes"};
+        });
+        contains(refusal<InputError>(folder.path()), name);
+    }
+}
+
+}  // namespace
+}  // namespace marrow::test

@@ -1,0 +1,410 @@
+// What each case of DICOM becomes, row by row: the table is in docs/reliability.md. Slices and
+// series; what their pixels hold is in dicom_pixels_test.cpp.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include <marrow/error.h>
+#include <marrow/isosurface.h>
+
+#include "support/dicom_series.h"
+#include "support/reading_checks.h"
+
+namespace marrow::test {
+namespace {
+
+TEST(DicomTable, SliceOrderComesFromPositionsNotFromNames) {
+    TemporaryFolder folder;
+    const std::array names = {"c.dcm", "a.dcm", "d", "nested/b.IMA"};
+    for (int k = 0; k < 4; ++k) {
+        DicomWriter s = slice(k, 5 + 2.5 * k);
+        s.text(0x00200013, "IS", std::to_string(10 - k));     // InstanceNumber the other way round
+        s.text(0x00201041, "DS", std::to_string(k * 7 % 4));  // SliceLocation at random
+        s.write(folder / names[static_cast<std::size_t>(k)]);
+    }
+    ScanInfo info;
+    const Volume v = read_scan(folder.path(), {}, &info);
+    EXPECT_EQ(samples_of<std::int16_t>(v), volume_samples(4));
+    expect_at(v.geometry(), {0, 0, 0}, {10, 20, 5});
+    expect_at(v.geometry(), {2, 1, 3}, {12, 21, 12.5});
+    EXPECT_EQ(info.format, "DICOM");
+    EXPECT_EQ(info.series.modality, "CT");
+    EXPECT_EQ(info.series.files, 4u);
+    EXPECT_TRUE(info.warnings.empty()) << info.warnings[0];
+}
+
+TEST(DicomTable, PixelSpacingIsRowThenColumn) {
+    TemporaryFolder folder;
+    write_series(folder, 3, "s", [](DicomWriter& s, int) { s.spacing("0.5\\0.25"); });
+    const Volume v = read_scan(folder.path());
+    expect_at(v.geometry(), {1, 0, 0}, {10.25, 20, 0});
+    expect_at(v.geometry(), {0, 1, 0}, {10, 20.5, 0});
+}
+
+TEST(DicomTable, GantryTiltBecomesAShearedVolume) {
+    TemporaryFolder folder;
+    write_series(folder, 4, "s", [](DicomWriter& s, int k) {
+        s.position("0\\" + std::to_string(-0.5 * k) + "\\" + std::to_string(2.0 * k));
+    });
+    ScanInfo info;
+    const Volume v = read_scan(folder.path(), {}, &info);
+    expect_at(v.geometry(), {1, 1, 3}, {1, 1 - 1.5, 6});
+    EXPECT_NEAR(v.geometry().spacing[2], std::hypot(0.5, 2), 1e-9);
+    ASSERT_EQ(info.warnings.size(), 1u);
+    contains(info.warnings[0], "tilted by 14.0 degrees");
+}
+
+TEST(DicomTable, UnevenSlicesAreRefusedByName) {
+    TemporaryFolder folder;
+    write_series(folder, 6);
+    fs::remove(folder / "slice3");
+    const std::string what = refusal<GeometryError>(folder.path());
+    contains(what, "slice2");
+    contains(what, "slice4");
+    contains(what, "4 mm");
+}
+
+TEST(DicomTable, UnevennessCountsFromAHundredthOfAMillimetre) {
+    for (const auto& [shift, good] : {std::pair(0.004, true), std::pair(0.02, false)}) {
+        TemporaryFolder folder;
+        write_series(folder, 5, "s", [&, s = shift](DicomWriter& w, int k) {
+            w.position("0\\0\\" + std::to_string(2.0 * k + (k == 2 ? s : 0)));
+        });
+        if (good)
+            EXPECT_NEAR(read_scan(folder.path()).geometry().spacing[2], 2, 1e-9);
+        else
+            contains(refusal<GeometryError>(folder.path()), "uneven");
+    }
+}
+
+TEST(DicomTable, SeveralSeriesAreListedAndOneCanBeChosen) {
+    TemporaryFolder folder;
+    write_series(folder, 3, "a");
+    write_series(folder, 4, "b", [](DicomWriter& s, int) {
+        s.text(0x0020000e, "UI", "1.2.4");
+        s.text(0x0008103e, "LO", "lung");
+    });
+    const std::string what = refusal<GeometryError>(folder.path());
+    contains(what, "1.2.3");
+    contains(what, "1.2.4 (CT, 'lung', 3 x 2 x 4, 4 files)");
+
+    ScanOptions options;
+    options.series = "1.2.4";
+    ScanInfo info;
+    EXPECT_EQ(samples_of<std::int16_t>(read_scan(folder.path(), options, &info)), volume_samples(4));
+    EXPECT_EQ(info.series.description, "lung");
+    options.series = "1.2.5";
+    contains(refusal<GeometryError>(folder.path(), options), "no series '1.2.5'");
+
+    std::string format;
+    const auto series = list_series(folder.path(), &format);
+    EXPECT_EQ(format, "DICOM");
+    ASSERT_EQ(series.size(), 2u);
+    EXPECT_EQ(series[0].id, "1.2.4");
+    EXPECT_EQ(series[0].dims[2], 4);
+    EXPECT_EQ(series[1].spacing[2], 2);
+}
+
+TEST(DicomTable, OneSeriesIsSplitWhereItsGeometryDiffers) {
+    const std::vector<std::pair<const char*, std::function<void(DicomWriter&, int)>>> changes = {
+        {"orientation", [](DicomWriter& s, int) { s.orientation("0\\1\\0\\1\\0\\0"); }},
+        {"frame of reference", [](DicomWriter& s, int) { s.text(0x00200052, "UI", "1.2.8"); }},
+        {"spacing", [](DicomWriter& s, int) { s.spacing("2\\2"); }},
+        {"echo", [](DicomWriter& s, int) { s.text(0x00180086, "IS", "2"); }},
+        {"size",
+         [](DicomWriter& s, int) {
+             s.pixels<std::int16_t>(2, 2, {1, 2, 3, 4});
+         }},
+        {"far apart", [](DicomWriter& s, int k) { s.position("10\\20\\" + std::to_string(1000 + 2 * k)); }}};
+    for (const auto& [name, change] : changes) {
+        SCOPED_TRACE(name);
+        TemporaryFolder folder;
+        write_series(folder, 4, "a");
+        write_series(folder, 3, "b", change);
+        contains(refusal<GeometryError>(folder.path()), "1.2.3/2");
+        ScanOptions options;
+        options.series = "1.2.3/1";
+        EXPECT_EQ(samples_of<std::int16_t>(read_scan(folder.path(), options)), volume_samples(4));
+    }
+}
+
+TEST(DicomTable, ScoutsAreLeftOut) {
+    TemporaryFolder folder;
+    write_series(folder, 3);
+    DicomWriter scout = slice(7, 0);
+    scout.text(0x0020000e, "UI", "1.2.7");
+    scout.text(0x00080008, "CS", "ORIGINAL\\PRIMARY\\LOCALIZER");
+    scout.write(folder / "scout");
+    ScanInfo info;
+    EXPECT_EQ(samples_of<std::int16_t>(read_scan(folder.path(), {}, &info)), volume_samples(3));
+    ASSERT_EQ(info.warnings.size(), 1u);
+    contains(info.warnings[0], "scout");
+}
+
+TEST(DicomTable, FilesWithoutAnImageAreLeftOut) {
+    TemporaryFolder folder;
+    DicomWriter report;
+    report.text(0x00080016, "UI", "1.2.840.10008.5.1.4.1.1.88.11");
+    report.write(folder / "report");
+    contains(refusal<InputError>(folder.path()), "none of 1 DICOM files holds an image");
+    write_series(folder, 2);
+    write_file(folder / "notes.txt", "nothing");
+    ScanInfo info;
+    EXPECT_EQ(samples_of<std::int16_t>(read_scan(folder.path(), {}, &info)), volume_samples(2));
+    ASSERT_EQ(info.warnings.size(), 1u);
+    contains(info.warnings[0], "1 DICOM files hold no image");
+}
+
+TEST(DicomTable, EnhancedMultiFrame) {
+    TemporaryFolder folder;
+    enhanced(5).write(folder / "frames.dcm");
+    const Volume v = read_scan(folder / "frames.dcm");
+    auto expected = volume_samples(5);
+    for (std::size_t i = 0; i < expected.size(); ++i)
+        expected[i] = static_cast<std::int16_t>(expected[i] + 1000 * (i / 6));
+    EXPECT_EQ(samples_of<std::int16_t>(v), expected);
+    expect_at(v.geometry(), {1, 1, 2}, {14, 23, 4});
+}
+
+TEST(DicomTable, ResampleMakesUnevenSlicesEven) {
+    TemporaryFolder folder;
+    write_series(folder, 6);  // 2 mm apart
+    fs::remove(folder / "slice3");
+    contains(refusal<GeometryError>(folder.path()), "--resample");
+    ScanOptions options;
+    options.resample = true;
+    ScanInfo info;
+    const Volume v = read_scan(folder.path(), options, &info);
+    // the samples are linear in the place, and so is what comes between
+    EXPECT_EQ(samples_of<std::int16_t>(v), volume_samples(6));
+    expect_at(v.geometry(), {0, 0, 5}, {10, 20, 10});
+    ASSERT_EQ(info.warnings.size(), 1u);
+    contains(info.warnings[0], "5 uneven slices are resampled to 6");
+    EXPECT_EQ(info.series.dims[2], 6);
+}
+
+TEST(DicomTable, ResampleKeepsTheEndsAndTheTilt) {
+    TemporaryFolder folder;
+    const std::array places = {0.0, 1.0, 2.0, 3.5, 4.5};
+    for (int k = 0; k < 5; ++k) {
+        const double z = places[static_cast<std::size_t>(k)];
+        DicomWriter s = slice(k, 0);
+        s.pixels<std::int16_t>(columns, rows,
+                               std::vector<std::int16_t>(6, static_cast<std::int16_t>(std::lround(20 * z))));
+        s.position("0\\" + std::to_string(0.25 * z) + "\\" + std::to_string(z));
+        s.write(folder / ("s" + std::to_string(k)));
+    }
+    ScanOptions options;
+    options.resample = true;
+    const Volume v = read_scan(folder.path(), options);
+    const auto n = static_cast<double>(v.geometry().dims[2] - 1);
+    EXPECT_EQ(n, 5);  // 4.5 mm in steps of about 1 mm: 0.9
+    expect_at(v.geometry(), {0, 0, 0}, {0, 0, 0});
+    expect_at(v.geometry(), {0, 0, n}, {0, 1.125, 4.5});
+    for (int k = 0; k <= 5; ++k) EXPECT_EQ(v.samples<std::int16_t>()[6 * k], 18 * k) << k;
+}
+
+TEST(DicomTable, TheTiltTagAloneMeansNothing) {
+    TemporaryFolder folder;
+    write_series(folder, 4, "s", [](DicomWriter& s, int) { s.text(0x00181120, "DS", "18.5"); });
+    ScanInfo info;
+    expect_at(read_scan(folder.path(), {}, &info).geometry(), {0, 0, 3}, {10, 20, 6});
+    EXPECT_TRUE(info.warnings.empty());
+}
+
+TEST(DicomTable, DuplicatesWithTheSamePixelsCountOnce) {
+    TemporaryFolder folder;
+    write_series(folder, 4);
+    slice(1, 2.0).write(folder / "again");
+    slice(3, 6.0).write(folder / "nested/again");
+    ScanInfo info;
+    EXPECT_EQ(samples_of<std::int16_t>(read_scan(folder.path(), {}, &info)), volume_samples(4));
+    ASSERT_EQ(info.warnings.size(), 1u);
+    contains(info.warnings[0], "2 slices are there twice");
+}
+
+TEST(DicomTable, DuplicatesWithOtherPixelsAreRefusedByGroups) {
+    TemporaryFolder folder;
+    write_series(folder, 4);
+    slice(9, 2.0).write(folder / "again");
+    slice(8, 6.0).write(folder / "more");
+    const std::string what = refusal<GeometryError>(folder.path());
+    contains(what, "again' and");
+    contains(what, "slice1'");
+    contains(what, "more' and");
+    contains(what, "slice3'");
+}
+
+TEST(DicomTable, DuplicatesThatDifferInRescaleAreRefused) {
+    TemporaryFolder folder;
+    write_series(folder, 3);
+    DicomWriter other = slice(1, 2.0);
+    other.rescale("1", "-1024");
+    other.write(folder / "again");
+    contains(refusal<GeometryError>(folder.path()), "same place");
+}
+
+TEST(DicomTable, ASingleSliceNeedsASpacing) {
+    TemporaryFolder folder;
+    slice(0, 7).write(folder / "one");
+    contains(refusal<GeometryError>(folder.path()), "single slice; --spacing");
+    ScanOptions options;
+    options.spacing = Vec3d{1, 1, 2.5};
+    const Volume v = read_scan(folder.path(), options);
+    EXPECT_EQ(samples_of<std::int16_t>(v), volume_samples(1));
+    expect_at(v.geometry(), {1, 1, 1}, {11, 21, 9.5});
+}
+
+TEST(DicomTable, SlicesWithoutAPlaceNeedASpacing) {
+    for (const std::uint32_t tag : {0x00200032u, 0x00200037u, 0x00280030u}) {
+        TemporaryFolder folder;
+        const std::array names = {"c", "a", "b"};
+        for (int k = 0; k < 3; ++k) {
+            DicomWriter s = slice(k, 2.0 * k);
+            s.text(0x00200013, "IS", std::to_string(k + 9));
+            s.elements.erase(tag);
+            s.write(folder / names[static_cast<std::size_t>(k)]);
+        }
+        const std::string what = refusal<GeometryError>(folder.path());
+        contains(what, tag == 0x00280030u ? "PixelSpacing" : "position");
+        contains(what, "--spacing");
+        ScanOptions options;
+        options.spacing = Vec3d{0.5, 0.5, 2};
+        if (tag != 0x00280030u) options.spacing = Vec3d{1, 1, 2};
+        ScanInfo info;
+        const Volume v = read_scan(folder.path(), options, &info);
+        EXPECT_EQ(samples_of<std::int16_t>(v), volume_samples(3));  // by InstanceNumber
+        EXPECT_EQ(v.geometry().spacing, *options.spacing);
+        EXPECT_EQ(info.warnings.size(), tag == 0x00280030u ? 0u : 1u);
+    }
+}
+
+TEST(DicomTable, ASpacingMayNotContradictTheHeaders) {
+    TemporaryFolder folder;
+    write_series(folder, 3);
+    ScanOptions options;
+    options.spacing = Vec3d{1, 1, 3};
+    contains(refusal<GeometryError>(folder.path(), options), "1 x 1 x 2 mm; do not give another");
+}
+
+TEST(DicomTable, FramesWithoutAPlaceNeedASpacing) {
+    TemporaryFolder folder;
+    DicomWriter frames = enhanced(5);
+    frames.elements.erase(0x52009230);
+    frames.write(folder / "frames.dcm");
+    contains(refusal<GeometryError>(folder.path()), "no position");
+    ScanOptions options;
+    options.spacing = Vec3d{4, 3, 2};
+    EXPECT_EQ(read_scan(folder.path(), options).geometry().dims[2], 5);
+}
+
+// Each frame is compared with the volumes there are, which a hostile file makes as many as it has frames.
+TEST(DicomTable, ASeriesOfThousandsOfVolumesIsRefused) {
+    TemporaryFolder folder;
+    constexpr int count = 3000;
+    DicomWriter frames;
+    frames.text(0x00280008, "IS", std::to_string(count));
+    frames.pixels(1, 1, std::vector<std::int16_t>(count));
+    std::string groups;
+    for (int i = 0; i < count; ++i) {
+        std::string spacing = std::to_string(1 + i) + "\\1";
+        if (spacing.size() % 2 != 0) spacing += ' ';
+        const auto form = DicomWriter::Form::explicit_little;
+        const std::string measures = DicomWriter::element(0x00280030, "DS", spacing, form);
+        groups +=
+            DicomWriter::item(DicomWriter::element(0x00289110, "SQ", DicomWriter::item(measures), form));
+    }
+    frames.elements[0x52009230] = {"SQ", groups};
+    frames.write(folder / "frames.dcm");
+    contains(refusal<InputError>(folder.path()), "more than 2000 volumes");
+}
+
+TEST(DicomTable, OddFrameOfMultiFrameIsRefusedOrSplit) {
+    // the frames of one file are held to the same rules as files
+    TemporaryFolder folder;
+    enhanced(6).write(folder / "frames.dcm");
+    std::string bytes = read_file(folder / "frames.dcm");
+    const std::size_t at = bytes.find("10\\20\\6 ");
+    ASSERT_NE(at, bytes.npos);
+    bytes.replace(at, 8, "10\\20\\7 ");
+    write_file(folder / "frames.dcm", bytes);
+    contains(refusal<GeometryError>(folder.path()), "frames.dcm' frame");
+}
+
+TEST(DicomTable, DicomdirStandsForItsFolder) {
+    TemporaryFolder folder;
+    DicomWriter directory;
+    directory.elements.erase(0x00080016);
+    directory.elements[0x00041220] = {"SQ", ""};
+    directory.write(folder / "DICOMDIR");
+    write_series(folder, 3, "IMAGES/IM");
+    ScanInfo info;
+    EXPECT_EQ(samples_of<std::int16_t>(read_scan(folder / "DICOMDIR", {}, &info)), volume_samples(3));
+    contains(info.warnings.at(0), "1 DICOM files hold no image");
+}
+
+TEST(DicomTable, WithoutAPreambleADataSetThatParsesIsRead) {
+    TemporaryFolder folder;
+    write_series(folder, 3, "s", [](DicomWriter& s, int) { s.form = Form::no_preamble; });
+    EXPECT_EQ(samples_of<std::int16_t>(read_scan(folder.path())), volume_samples(3));
+    const std::string bytes = read_file(folder / "s1");
+    write_file(folder / "s1", bytes.substr(0, 60));
+    TemporaryFolder alone;
+    write_file(alone / "half", bytes.substr(0, 60));
+    contains(refusal<InputError>(alone / "half"), "damaged");
+}
+
+// The same scan by way of four formats: the surface has the same points.
+TEST(DicomTable, OneScanInAllFormatsGivesTheSamePoints) {
+    constexpr int n = 12;
+    const auto value = [](int x, int y, int z) {
+        const double d = std::hypot(x - 5.5, y - 5.0, 1.5 * (z - 5.2));
+        return static_cast<std::int16_t>(std::lround(1000 - 300 * d));
+    };
+    TemporaryFolder folder;
+    std::string raw;
+    for (int z = 0; z < n; ++z) {
+        std::vector<std::int16_t> samples;
+        for (int i = 0; i < n * n; ++i) samples.push_back(value(i % n, i / n, z));
+        raw += bytes_of(samples);
+        DicomWriter s;
+        s.pixels(n, n, samples);
+        s.orientation("0.8\\0.6\\0\\0\\0\\-1");  // normal (-0.6, 0.8, 0), slices sheared along y
+        s.position(std::to_string(5 - 0.9 * z) + "\\" + std::to_string(-7 + 1.2 * z) + "\\" +
+                   std::to_string(3 + 0.25 * z));
+        s.spacing("0.75\\0.5");
+        s.write(folder / "dicom" / std::to_string(z));
+    }
+    NiftiWriter nifti;
+    nifti.dim = {3, n, n, n};
+    nifti.sform_code = 1;
+    nifti.srow = {{{-0.4f, 0, 0.9f, -5}, {-0.3f, 0, -1.2f, 7}, {0, -0.75f, 0.25f, 3}}};
+    write_file(folder / "a.nii.gz", gzipped(nifti.header() + raw));
+    write_file(folder / "b.nrrd",
+               "NRRD0004\ntype: short\ndimension: 3\nsizes: 12 12 12\nendian: little\nencoding: raw\nspace: "
+               "LPS\nspace directions: (0.4,0.3,0) (0,0,-0.75) (-0.9,1.2,0.25)\nspace origin: (5,-7,3)\n\n" +
+                   raw);
+    write_file(
+        folder / "c.mha",
+        "ObjectType = Image\nNDims = 3\nDimSize = 12 12 12\nElementType = MET_SHORT\nElementSpacing = 1 1 "
+        "1\nTransformMatrix = 0.4 0.3 0 0 0 -0.75 -0.9 1.2 0.25\nOffset = 5 -7 3\nElementDataFile = "
+        "LOCAL\n" +
+            raw);
+    const Volume first = read_scan(folder / "dicom");
+    const Mesh mesh = extract_isosurface(first, 0);
+    ASSERT_GT(mesh.points.size(), 100u);
+    for (const char* name : {"a.nii.gz", "b.nrrd", "c.mha"}) {
+        SCOPED_TRACE(name);
+        const Volume volume = read_scan(folder / name);
+        const Mesh other = extract_isosurface(volume, 0);
+        ASSERT_EQ(other.points.size(), mesh.points.size());
+        EXPECT_EQ(other.triangles, mesh.triangles);
+        for (std::size_t i = 0; i < mesh.points.size(); ++i) {
+            for (int a = 0; a < 3; ++a) ASSERT_NEAR(other.points[i][a], mesh.points[i][a], 1e-3) << i;
+        }
+    }
+}
+
+}  // namespace
+}  // namespace marrow::test

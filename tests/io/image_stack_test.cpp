@@ -1,0 +1,237 @@
+// Slices as pictures.
+#include <gtest/gtest.h>
+
+#include <tiffio.h>
+
+#include <marrow/error.h>
+
+#include "support/reading_checks.h"
+#include "support/small_scans.h"
+
+namespace marrow::test {
+namespace {
+
+TEST(ReadPictures, FolderOfSlicesInNaturalOrder) {
+    TemporaryFolder folder;
+    ScanOptions options;
+    options.spacing = Vec3d{0.5, 0.5, 2};
+    std::vector<std::uint16_t> expected;
+    for (int k = 1; k <= 12; ++k) {  // "slice 2" comes before "slice 10"
+        const std::vector<std::uint16_t> slice = {1, 2, static_cast<std::uint16_t>(1000 * k), 4, 5, 65535};
+        write_file(folder / ("slice " + std::to_string(k) + ".png"), png(3, 2, slice));
+        expected.insert(expected.end(), slice.begin(), slice.end());
+    }
+    write_file(folder / "notes.txt", "not a slice");
+    contains(refusal<GeometryError>(folder.path()), "--spacing");
+    ScanInfo info;
+    const Volume v = read_scan(folder.path(), options, &info);
+    EXPECT_EQ(samples_of<std::uint16_t>(v), expected);
+    expect_at(v.geometry(), {2, 1, 11}, {1, 0.5, 22});
+    EXPECT_EQ(info.format, "slices");
+    EXPECT_EQ(info.series.files, 12u);
+
+    write_file(folder / "slice 5.png", png(2, 2, std::vector<std::uint16_t>{1, 2, 3, 4}));
+    contains(refusal<InputError>(folder.path(), options), "slice 5.png");
+}
+
+TEST(ReadPictures, EightBitsAndColour) {
+    TemporaryFolder folder;
+    ScanOptions options;
+    options.spacing = Vec3d{1, 1, 1};
+    const std::vector<std::uint8_t> grey = {0, 1, 2, 253, 254, 255};
+    EXPECT_EQ(samples_of<std::uint8_t>(read_scan(write_file(folder / "a.png", png(3, 2, grey)), options)),
+              grey);
+    contains(refusal<InputError>(write_file(folder / "b.png", png(2, 1, grey, 3)), options), "colour");
+}
+
+TEST(ReadPictures, EqualChannelsAreGreyAndOthersColour) {
+    TemporaryFolder folder;
+    ScanOptions options;
+    options.spacing = Vec3d{1, 1, 1};
+    constexpr int columns = 16, rows = 8;
+    std::vector<std::uint8_t> grey;
+    std::vector<std::uint16_t> grey16;
+    for (int i = 0; i < columns * rows; ++i) {
+        grey.push_back(static_cast<std::uint8_t>(i));
+        grey16.push_back(static_cast<std::uint16_t>(500 * i));
+    }
+    const auto tiff_of = [&](std::uint16_t channels, bool tiled, std::uint8_t odd) {
+        std::vector<std::uint8_t> samples = in_channels(grey, channels);
+        samples[5] ^= odd;
+        const fs::path path = folder / "t.tif";
+        TIFF* out = TIFFOpen(path.c_str(), "w");
+        TIFFSetField(out, TIFFTAG_IMAGEWIDTH, columns);
+        TIFFSetField(out, TIFFTAG_IMAGELENGTH, rows);
+        TIFFSetField(out, TIFFTAG_BITSPERSAMPLE, 8);
+        TIFFSetField(out, TIFFTAG_SAMPLESPERPIXEL, channels);
+        TIFFSetField(out, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_RGB);
+        TIFFSetField(out, TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG);
+        if (tiled) {
+            TIFFSetField(out, TIFFTAG_TILEWIDTH, 16);
+            TIFFSetField(out, TIFFTAG_TILELENGTH, 16);
+            samples.resize(16u * 16u * channels);
+            TIFFWriteTile(out, samples.data(), 0, 0, 0, 0);
+        } else {
+            for (int row = 0; row < rows; ++row)
+                TIFFWriteScanline(out, samples.data() + row * columns * channels,
+                                  static_cast<std::uint32_t>(row), 0);
+        }
+        TIFFClose(out);
+        return path;
+    };
+    const auto read = [&](const fs::path& path) { return read_scan(path, options); };
+    EXPECT_EQ(
+        samples_of<std::uint8_t>(read(write_file(folder / "a.bmp", bmp(columns, rows, grey, false, 24)))),
+        grey);
+    EXPECT_EQ(
+        samples_of<std::uint8_t>(read(write_file(folder / "a.bmp", bmp(columns, rows, grey, false, 32)))),
+        grey);
+    EXPECT_EQ(samples_of<std::uint8_t>(read(tiff_of(3, false, 0))), grey);
+    EXPECT_EQ(samples_of<std::uint8_t>(read(tiff_of(4, true, 0))), grey);
+    for (const int channels : {2, 3, 4}) {
+        SCOPED_TRACE(channels);
+        // two channels: grey and opacity
+        auto samples = in_channels(grey16, channels == 2 ? 4 : channels);
+        if (channels == 2) {
+            samples.clear();
+            for (const std::uint16_t sample : grey16) samples.insert(samples.end(), {sample, 65535});
+        }
+        EXPECT_EQ(samples_of<std::uint16_t>(
+                      read(write_file(folder / "a.png", png(columns, rows, samples, channels)))),
+                  grey16);
+        samples.back() ^= 1;
+        const std::string why =
+            refusal<InputError>(write_file(folder / "a.png", png(columns, rows, samples, channels)), options);
+        contains(why, channels == 3 ? "colour" : "transparent");
+    }
+    // lossy, but equal channels come back equal: the same as of one channel
+    EXPECT_EQ(samples_of<std::uint8_t>(
+                  read(write_file(folder / "a.jpg", jpeg_8(columns, rows, in_channels(grey, 3), 3)))),
+              samples_of<std::uint8_t>(read(write_file(folder / "b.jpg", jpeg_8(columns, rows, grey)))));
+
+    contains(refusal<InputError>(tiff_of(3, false, 1), options), "colour");
+    contains(refusal<InputError>(tiff_of(4, true, 1), options), "colour");
+    contains(refusal<InputError>(write_file(folder / "a.bmp", bmp(columns, rows, grey, true, 24)), options),
+             "colour");
+    std::vector<std::uint8_t> red = in_channels(grey, 3);
+    for (std::size_t i = 0; i < red.size(); i += 3) red[i] = 255;
+    contains(refusal<InputError>(write_file(folder / "a.jpg", jpeg_8(columns, rows, red, 3)), options),
+             "colour");
+}
+
+TEST(ReadPictures, AnOddSliceIsNamedBeforeSamplesAreRead) {
+    TemporaryFolder folder;
+    ScanOptions options;
+    options.spacing = Vec3d{1, 1, 1};
+    for (int k = 0; k < 4; ++k)
+        write_file(folder / (std::to_string(k) + ".png"),
+                   png(2, k == 2 ? 3 : 2, std::vector<std::uint8_t>(6)));
+    contains(refusal<InputError>(folder.path(), options), "2.png");
+    try {
+        inspect_scan(folder.path(), options);
+        ADD_FAILURE();
+    } catch (const InputError& error) {
+        contains(error.what(), "2.png");
+    }
+}
+
+TEST(ReadPictures, ProgressGrowsAndStops) {
+    TemporaryFolder folder;
+    for (int k = 0; k < 8; ++k)
+        write_file(folder / (std::to_string(k) + ".png"), png(2, 2, std::vector<std::uint8_t>(4)));
+    ScanOptions options;
+    options.spacing = Vec3d{1, 1, 1};
+    double last = 0;
+    options.progress = [&](double fraction) {
+        EXPECT_GE(fraction, last);
+        last = fraction;
+        return true;
+    };
+    read_scan(folder.path(), options);
+    EXPECT_EQ(last, 1);
+    for (int calls = 1; calls <= 18; ++calls) {  // a beginning and 8 files, twice
+        int left = calls;
+        options.progress = [&](double) { return --left > 0; };
+        options.threads = calls % 2 + 1;
+        EXPECT_THROW(read_scan(folder.path(), options), Cancelled) << calls;
+    }
+}
+
+TEST(ReadPictures, TiffOfSeveralPages) {
+    TemporaryFolder folder;
+    ScanOptions options;
+    options.spacing = Vec3d{1, 1, 3};
+    const fs::path path =
+        write_file(folder / "t.tif", tiff(3, 2, {{1, 2, 3, 4, 5, 6}, {7, 8, 9, 10, 11, 65535}}));
+    testing::internal::CaptureStderr();
+    ScanInfo info;
+    const Volume v = read_scan(path, options, &info);
+    EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+    EXPECT_EQ(samples_of<std::uint16_t>(v),
+              (std::vector<std::uint16_t>{1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 65535}));
+    EXPECT_EQ(v.geometry().dims[2], 2);
+    EXPECT_EQ(info.format, "TIFF");
+    contains(refusal<GeometryError>(path), "--spacing");
+}
+
+TEST(ReadPictures, BmpRunsFromTheBottom) {
+    TemporaryFolder folder;
+    ScanOptions options;
+    options.spacing = Vec3d{1, 1, 1};
+    const std::vector<std::uint8_t> grey = {0, 1, 2, 253, 254, 255};
+    const std::string whole = bmp(3, 2, grey, false);
+    EXPECT_EQ(samples_of<std::uint8_t>(read_scan(write_file(folder / "a.bmp", whole), options)), grey);
+    refusal<InputError>(write_file(folder / "a.bmp", whole.substr(0, whole.size() - 1)), options);
+    contains(refusal<InputError>(write_file(folder / "a.bmp", bmp(3, 2, grey, true)), options), "colour");
+}
+
+TEST(ReadPictures, JpegWholeOrNotAtAll) {
+    TemporaryFolder folder;
+    ScanOptions options;
+    options.spacing = Vec3d{1, 1, 1};
+    const std::string whole = jpeg_8(16, 24, std::vector<std::uint8_t>(16 * 24, 99));
+    EXPECT_EQ(samples_of<std::uint8_t>(read_scan(write_file(folder / "a.jpg", whole), options)),
+              std::vector<std::uint8_t>(16 * 24, 99));
+    for (std::size_t size = 0; size < whole.size(); ++size) {
+        write_file(folder / "a.jpg", whole.substr(0, size));
+        EXPECT_THROW(read_scan(folder / "a.jpg", options), InputError) << size;
+    }
+}
+
+TEST(ReadPictures, TiledTiff) {
+    TemporaryFolder folder;
+    constexpr std::uint32_t width = 37, height = 21, side = 16;  // tiles reach beyond two edges
+    TIFF* out = TIFFOpen((folder / "t.tif").c_str(), "w");
+    for (std::uint32_t page = 0; page < 2; ++page) {
+        TIFFSetField(out, TIFFTAG_IMAGEWIDTH, width);
+        TIFFSetField(out, TIFFTAG_IMAGELENGTH, height);
+        TIFFSetField(out, TIFFTAG_BITSPERSAMPLE, 16);
+        TIFFSetField(out, TIFFTAG_SAMPLESPERPIXEL, 1);
+        TIFFSetField(out, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_MINISBLACK);
+        TIFFSetField(out, TIFFTAG_TILEWIDTH, side);
+        TIFFSetField(out, TIFFTAG_TILELENGTH, side);
+        TIFFSetField(out, TIFFTAG_COMPRESSION, page ? COMPRESSION_LZW : COMPRESSION_NONE);
+        for (std::uint32_t y = 0; y < height; y += side) {
+            for (std::uint32_t x = 0; x < width; x += side) {
+                std::vector<std::uint16_t> tile;
+                for (std::uint32_t i = 0; i < side * side; ++i)
+                    tile.push_back(
+                        static_cast<std::uint16_t>(10000 * page + 100 * (y + i / side) + x + i % side));
+                TIFFWriteTile(out, tile.data(), x, y, 0, 0);
+            }
+        }
+        TIFFWriteDirectory(out);
+    }
+    TIFFClose(out);
+    ScanOptions options;
+    options.spacing = Vec3d{1, 1, 1};
+    const auto read = samples_of<std::uint16_t>(read_scan(folder / "t.tif", options));
+    ASSERT_EQ(read.size(), 2 * width * height);
+    for (std::uint32_t i = 0; i < read.size(); ++i) {
+        const std::uint32_t page = i / (width * height), y = i / width % height, x = i % width;
+        ASSERT_EQ(read[i], 10000 * page + 100 * y + x) << i;
+    }
+}
+
+}  // namespace
+}  // namespace marrow::test

@@ -1,0 +1,212 @@
+#include <gtest/gtest.h>
+
+#include <vtkCellArray.h>
+#include <vtkNew.h>
+#include <vtkPLYWriter.h>
+#include <vtkPoints.h>
+#include <vtkPolyData.h>
+#include <vtkSTLWriter.h>
+#include <vtkXMLPolyDataWriter.h>
+
+#include <cmath>
+#include <functional>
+
+#include <marrow/error.h>
+#include <marrow/isosurface.h>
+#include <marrow/measure.h>
+#include <marrow/mesh_io.h>
+
+#include "support/fields.h"
+#include "support/mesh_checks.h"
+#include "support/temporary_folder.h"
+
+namespace marrow::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+Mesh ball() {
+    Geometry g = grid(14, 14, 14);
+    g.origin = {3, -40, 100};
+    const Volume volume = sampled_in_space<float>(g, sphere({9.613, -33.571, 106.297}, 5.137));
+    return extract_isosurface(volume, 0);
+}
+
+vtkNew<vtkPolyData> poly_data(const Mesh& mesh) {
+    vtkNew<vtkPolyData> data;
+    vtkNew<vtkPoints> points;
+    vtkNew<vtkCellArray> polys;
+    for (const Vec3f& p : mesh.points) points->InsertNextPoint(p.data());
+    for (const Triangle& t : mesh.triangles) {
+        const vtkIdType corners[3] = {t[0], t[1], t[2]};
+        polys->InsertNextCell(3, corners);
+    }
+    data->SetPoints(points);
+    data->SetPolys(polys);
+    return data;
+}
+
+void expect_same(const Mesh& read, const Mesh& mesh) {
+    EXPECT_TRUE(read.points == mesh.points);
+    EXPECT_TRUE(read.triangles == mesh.triangles);
+    EXPECT_TRUE(read.normals.empty());
+}
+
+class ReadMesh : public testing::Test {
+  protected:
+    fs::path write(const std::string& name, const std::string& text) {
+        write_file(folder / name, text);
+        return folder / name;
+    }
+    const TemporaryFolder folder;
+    const Mesh mesh = ball();
+};
+
+TEST_F(ReadMesh, ReadsBackWhatIsWrittenInEitherSpace) {
+    for (const Space space : {Space::LPS, Space::RAS}) {
+        for (const char* name :
+             {"a.ply", "a.obj", "a.vtp", "a.stl", "a.3mf", "a.ply.gz", "a.obj.gz", "a.stl.gz"}) {
+            const fs::path file = folder / name;
+            write_mesh(mesh, file, {space, {}});
+            std::optional<Space> stated;
+            const Mesh read = read_mesh(file, &stated);
+            EXPECT_EQ(stated, space) << name;
+            if (mesh_format(file) != MeshFormat::stl) {
+                expect_same(read, mesh);
+                continue;
+            }
+            EXPECT_EQ(triangle_positions(read), triangle_positions(mesh));
+            EXPECT_EQ(measure(read).points, measure(mesh).points);
+            EXPECT_EQ(manifold_fault(read), "");
+        }
+    }
+}
+
+TEST_F(ReadMesh, ReadsWhatVtkWrites) {
+    const auto data = poly_data(mesh);
+    const auto same_surface = [&](const fs::path& file) {
+        std::optional<Space> stated = Space::RAS;
+        const Mesh read = read_mesh(file, &stated);
+        EXPECT_FALSE(stated) << "VTK does not say";
+        EXPECT_EQ(triangle_positions(read), triangle_positions(mesh)) << file;
+    };
+    const auto write_with = [&](auto& writer, const char* name, auto... settings) {
+        const fs::path file = folder / name;
+        writer->SetInputData(data);
+        writer->SetFileName(file.c_str());
+        (settings(), ...);
+        writer->Write();
+        same_surface(file);
+    };
+    vtkNew<vtkSTLWriter> stl;
+    write_with(stl, "a.stl", [&] { stl->SetFileTypeToBinary(); });
+    vtkNew<vtkPLYWriter> ply;
+    write_with(ply, "little.ply", [&] { ply->SetFileTypeToBinary(), ply->SetDataByteOrderToLittleEndian(); });
+    write_with(ply, "big.ply", [&] { ply->SetDataByteOrderToBigEndian(); });
+    vtkNew<vtkXMLPolyDataWriter> vtp;
+    for (const int mode : {vtkXMLWriter::Ascii, vtkXMLWriter::Binary, vtkXMLWriter::Appended}) {
+        for (const bool packed : {false, true}) {
+            for (const bool base64 : {false, true}) {
+                write_with(vtp, "a.vtp", [&] {
+                    vtp->SetDataMode(mode);
+                    packed ? vtp->SetCompressorTypeToZLib() : vtp->SetCompressorTypeToNone();
+                    vtp->SetEncodeAppendedData(base64);
+                    vtp->SetBlockSize(1000 * 24);
+                    base64 ? vtp->SetHeaderTypeToUInt32() : vtp->SetHeaderTypeToUInt64();
+                });
+            }
+        }
+    }
+}
+
+TEST_F(ReadMesh, ReadsTextFormatsAsOthersWriteThem) {
+    const Mesh stl = read_mesh(write("a.stl",
+                                     "solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\n"
+                                     "vertex 1e0 0 0\nvertex 0 +1 0\nendloop\nendfacet\nfacet normal 0 0 1\n"
+                                     "outer loop\nvertex 1 0 0\nvertex 1 1 0\nvertex 0 1 -0.0\nendloop\n"
+                                     "endfacet\nendsolid x\n"));
+    EXPECT_EQ(stl.points.size(), 4u) << "those at the same place are one";
+    EXPECT_EQ(measure(stl).boundary_edges, 4);
+
+    const Mesh obj = read_mesh(write("a.obj",
+                                     "# a square\r\nv 0 0 0 1\nv 1 0 0\nvn 0 0 1\nv 1 1 0\nv 0 1 0\n"
+                                     "g side\nf 1/1/1 2//1 3/2 -1\n"));
+    EXPECT_TRUE(obj.triangles == (Buffer<Triangle>{{0, 1, 2}, {0, 2, 3}}));
+
+    const Mesh ply = read_mesh(write("a.ply",
+                                     "ply\nformat ascii 1.0\nelement vertex 4\nproperty uchar red\n"
+                                     "property double x\nproperty double y\nproperty double z\n"
+                                     "element face 1\nproperty uchar flag\n"
+                                     "property list uchar int vertex_index\nelement edge 0\n"
+                                     "property int vertex1\nend_header\n"
+                                     "9 0 0 0\n9 1 0 0\n9 1 1 0\n9 0 1 0\n7 4 0 1 2 3\n"));
+    EXPECT_TRUE(ply.points == obj.points);
+    EXPECT_TRUE(ply.triangles == obj.triangles);
+}
+
+TEST_F(ReadMesh, RefusesFilesThatAreCutOff) {
+    for (const char* name : {"a.stl", "a.ply", "a.vtp"}) {
+        write_mesh(mesh, folder / name);
+        const std::string whole = read_file(folder / name);
+        for (const double fraction : {0.0, 0.02, 0.1, 0.5, 0.97}) {
+            const fs::path cut = write(std::string("cut-") + name,
+                                       whole.substr(0, static_cast<std::size_t>(fraction * whole.size())));
+            EXPECT_THROW(read_mesh(cut), InputError) << name << " " << fraction;
+        }
+    }
+}
+
+TEST_F(ReadMesh, RefusesCompressedFilesThatAreCutOffOrDamaged) {
+    for (const char* name : {"a.stl.gz", "a.ply.gz", "a.obj.gz"}) {
+        write_mesh(mesh, folder / name);
+        const std::string whole = read_file(folder / name);
+        for (const std::size_t size : {std::size_t{0}, std::size_t{7}, whole.size() / 2, whole.size() - 1})
+            EXPECT_THROW(read_mesh(write(std::string("cut-") + name, whole.substr(0, size))), InputError)
+                << name << " " << size;
+        std::string damaged = whole;
+        damaged[whole.size() - 6] ^= 1;  // of the checksum
+        EXPECT_THROW(read_mesh(write(std::string("bad-") + name, damaged)), InputError) << name;
+        EXPECT_THROW(read_mesh(write(std::string("plain-") + name, "not compressed")), InputError) << name;
+    }
+    // Of several streams, as gzip appends them.
+    write_mesh(mesh, folder / "a.obj.gz");
+    const std::string once = read_file(folder / "a.obj.gz");
+    const Mesh twice = read_mesh(write("b.obj.gz", once + once));
+    EXPECT_EQ(twice.points.size(), 2 * mesh.points.size());
+}
+
+TEST_F(ReadMesh, NeverBelievesDamagedBytes) {
+    Random random(4);
+    for (const char* name : {"a.stl", "a.ply", "a.obj", "a.vtp", "a.stl.gz", "a.obj.gz"}) {
+        write_mesh(mesh, folder / name);
+        const std::string whole = read_file(folder / name);
+        for (int trial = 0; trial < 300; ++trial) {
+            std::string damaged = whole;
+            // Headers are where most can go wrong.
+            const std::size_t reach = trial % 2 ? std::min<std::size_t>(1500, whole.size()) : whole.size();
+            for (int i = 0; i < 3; ++i) damaged[random() % reach] = static_cast<char>(random());
+            try {
+                const Mesh read = read_mesh(write(std::string("b-") + name, damaged));
+                measure(read);  // throws where a triangle names no point
+            } catch (const Error&) {
+            }
+        }
+    }
+}
+
+TEST_F(ReadMesh, RefusesWhatItDoesNotKnow) {
+    EXPECT_THROW(read_mesh(write("a.stl", "not a mesh")), InputError);
+    EXPECT_THROW(read_mesh(write("a.off", "OFF")), InputError);
+    EXPECT_THROW(read_mesh(write("a.obj", "v 0 0 0\nf 1 1 2\n")), InputError);
+    EXPECT_THROW(read_mesh(write("b.obj", "v 0 zero 0\n")), InputError);
+    EXPECT_THROW(read_mesh(write("a.ply",
+                                 "ply\nformat ascii 2\nelement vertex 99999999999\n"
+                                 "property float x\nend_header\n1\n")),
+                 InputError);
+    EXPECT_THROW(read_mesh(write("a.vtp", "<VTKFile type=\"ImageData\"></VTKFile>")), InputError);
+    EXPECT_THROW(read_mesh(folder / "missing.stl"), IoError);
+    EXPECT_THROW(read_mesh(folder.path() / "..stl"), IoError);
+}
+
+}  // namespace
+}  // namespace marrow::test

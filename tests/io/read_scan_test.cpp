@@ -1,0 +1,408 @@
+// NRRD and MetaImage, and what all volume files share; NIfTI's own cases are in nifti_table_test.cpp.
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include <cmath>
+
+#include <marrow/error.h>
+
+#include "support/counted_scan.h"
+#include "support/reading_checks.h"
+
+namespace marrow::test {
+namespace {
+
+using namespace std::string_literals;
+
+// --- geometry
+
+TEST(ReadGeometry, ShearedAndObliqueTheSameInNiftiNrrdAndMetaImage) {
+    // LPS columns: x (1.5, 0.2, 0), y (-0.1, 0.9, 0.3), z (0.4, 0, -2.5): oblique, sheared, mirrored
+    const Vec3d origin{-12.5, 30.25, 7}, corner{-12.5 + 4.5 - 0.2 + 0.4, 30.25 + 0.6 + 1.8, 7 + 0.6 - 2.5};
+    TemporaryFolder folder;
+    NiftiWriter n = nifti();
+    n.sform_code = 1;
+    n.srow = {{{-1.5f, 0.1f, -0.4f, 12.5f}, {-0.2f, -0.9f, 0, -30.25f}, {0, 0.3f, -2.5f, 7}}};
+    const std::string data = bytes_of(samples());
+    const std::vector<fs::path> same = {
+        write_file(folder / "a.nii", n.header() + data),
+        write_file(
+            folder / "b.nrrd",
+            nrrd("space: left-posterior-superior\nspace directions: (1.5,0.2,0) (-0.1,0.9,0.3) (0.4,0,-2.5)\n"
+                 "space origin: (-12.5,30.25,7)\n\n") +
+                data),
+        write_file(folder / "c.nrrd", nrrd("space: right-anterior-superior\nspace directions: (-1.5,-0.2,0) "
+                                           "(0.1,-0.9,0.3) (-0.4,0,-2.5)\n"
+                                           "space origin: (12.5,-30.25,7)\n\n") +
+                                          data),
+        write_file(folder / "d.nrrd",
+                   nrrd("space: LAS\nspace directions: (1.5,-0.2,0) (-0.1,-0.9,0.3) (0.4,0,-2.5)\n"
+                        "space origin: (-12.5,-30.25,7)\n\n") +
+                       data),
+        write_file(folder / "e.mha",
+                   metaimage("TransformMatrix = 1.5 0.2 0 -0.1 0.9 0.3 0.4 0 -2.5\nOffset = -12.5 30.25 7\n"
+                             "ElementSpacing = 1 1 1\n") +
+                       data)};
+    for (const auto& path : same) {
+        SCOPED_TRACE(path.filename());
+        ScanInfo info;
+        const Volume v = read_scan(path, {}, &info);
+        EXPECT_EQ(samples_of<std::int16_t>(v), samples());
+        expect_at(v.geometry(), {0, 0, 0}, origin, 1e-5);
+        expect_at(v.geometry(), {3, 2, 1}, corner, 1e-5);
+        EXPECT_NEAR(v.geometry().spacing[2], std::hypot(0.4, 2.5), 1e-6);
+        EXPECT_TRUE(info.warnings.empty());
+    }
+}
+
+TEST(ReadNrrd, SpacingsAndMinsWithoutASpace) {
+    TemporaryFolder folder;
+    const auto read = [&](const std::string& fields) {
+        return read_scan(write_file(folder / "n.nrrd", nrrd(fields) + "\n" + bytes_of(samples()))).geometry();
+    };
+    expect_at(read("spacings: 2 3 4\naxis mins: 10 20 30\n"), {1, 1, 1}, {12, 23, 34});
+    expect_at(read("spacings: 2 3 4\naxis mins: 10 20 30\ncenters: cell cell node\n"), {0, 0, 0},
+              {11, 21.5, 30});
+    expect_at(read("space: LPS\nspace units: \"um\" \"um\" \"um\"\nspace directions: (500,0,0) (0,500,0) "
+                   "(0,0,1000)\nspace origin: (1000,0,0)\n"),
+              {1, 0, 1}, {1.5, 0, 1});
+}
+
+TEST(ReadNrrd, LeftHandedSpaceIsNotMirrored) {
+    TemporaryFolder folder;
+    ScanInfo info;
+    const auto read = [&](const std::string& space) {
+        return read_scan(write_file(folder / "n.nrrd",
+                                    nrrd("space: " + space + "\nspacings: 2 3 4\n\n") + bytes_of(samples())),
+                         {}, &info)
+            .geometry();
+    };
+    expect_at(read("3D-left-handed"), {1, 1, 1}, {2, 3, -4});
+    contains(info.warnings.at(0), "does not say how the patient lies");
+    expect_at(read("3D-right-handed"), {1, 1, 1}, {2, 3, 4});
+    contains(info.warnings.at(0), "does not say how the patient lies");
+}
+
+TEST(ReadGeometry, WithoutASpacingOneMustBeGivenAndOnlyThen) {
+    TemporaryFolder folder;
+    ScanOptions options;
+    options.spacing = Vec3d{0.5, 0.5, 2};
+    const fs::path bare = write_file(folder / "n.nrrd", nrrd("\n") + bytes_of(samples()));
+    const fs::path bare_too = write_file(folder / "m.mha", metaimage("") + bytes_of(samples()));
+    for (const auto& path : {bare, bare_too}) {
+        contains(refusal<GeometryError>(path), "--spacing");
+        EXPECT_EQ(read_scan(path, options).geometry().spacing[2], 2);
+    }
+    const fs::path own = write_file(folder / "n.nii", nifti().header() + bytes_of(samples()));
+    contains(refusal<InputError>(own, options), "spacing of its own");
+}
+
+TEST(ReadGeometry, BadNumbersAreRefused) {
+    TemporaryFolder folder;
+    NiftiWriter zero = nifti(), negative = nifti(), infinite = nifti(), singular = nifti();
+    zero.pixdim[2] = 0;
+    negative.dim[2] = -3;
+    infinite.pixdim[1] = INFINITY;
+    singular.sform_code = 1;
+    for (const auto& n : {zero, negative, infinite, singular}) {
+        refusal<InputError>(write_file(folder / "n.nii", n.header() + bytes_of(samples())));
+    }
+    for (const char* fields :
+         {"spacings: 0 1 1\n", "spacings: 1e-320 1 1\n", "spacings: 1e300 1 1\n", "spacings: 1 inf 1\n",
+          "spacings: -1 1 1\n", "spacings: 1 1\n", "spacings: 1 x 1\n",
+          "space: LPS\nspace directions: (1,0,0) (1,0,0) (0,0,1)\n", "space: left-up\nspacings: 1 1 1\n"}) {
+        SCOPED_TRACE(fields);
+        refusal<InputError>(write_file(folder / "n.nrrd", nrrd(fields) + "\n" + bytes_of(samples())));
+    }
+    for (const char* fields :
+         {"ElementSpacing = 0 1 1\n", "ElementSpacing = 1 nan 1\n", "ElementSpacing = 1 1\n",
+          "ElementSpacing = 1 1 1\nTransformMatrix = 1 0 0 1 0 0 0 0 1\n"}) {
+        SCOPED_TRACE(fields);
+        refusal<InputError>(write_file(folder / "m.mha", metaimage(fields) + bytes_of(samples())));
+    }
+}
+
+// --- samples
+
+TEST(ReadVolume, MoreThanOneValuePerPointIsRefused) {
+    TemporaryFolder folder;
+    const std::string data(4096, '\1');
+    contains(refusal<InputError>(write_file(
+                 folder / "b.nrrd",
+                 "NRRD0004\ntype: uchar\ndimension: 4\nsizes: 3 4 3 2\nencoding: raw\nspace: LPS\n"
+                 "kinds: vector domain domain domain\nspace directions: none (1,0,0) (0,1,0) (0,0,1)\n\n" +
+                     data)),
+             "one value per point");
+    contains(
+        refusal<InputError>(write_file(
+            folder / "c.mha", metaimage("ElementNumberOfChannels = 3\nElementSpacing = 1 1 1\n") + data)),
+        "one value per point");
+}
+
+TEST(ReadNrrd, WaysToPlaceTheData) {
+    TemporaryFolder folder;
+    const std::string data = bytes_of(samples()), space = "spacings: 1 1 1\n";
+    write_file(folder / "data.raw", data);
+    write_file(folder / "later.raw", "twelve bytes" + data);
+    write_file(folder / "data.raw.gz", gzipped(data));
+    write_file(folder / "later.raw.gz", gzipped("twelve bytes" + data));
+    write_file(folder / "sub/s07.raw", data.substr(0, data.size() / 2));
+    write_file(folder / "sub/s08.raw", data.substr(data.size() / 2));
+    const std::vector<std::string> headers = {
+        nrrd(space + "data file: data.raw\n"),
+        nrrd(space + "datafile: ./data.raw"),  // no line end
+        nrrd(space + "byte skip: 12\ndata file: later.raw\n"),
+        nrrd(space + "byte skip: -1\ndata file: later.raw\n"),
+        nrrd(space + "data file: data.raw.gz\n", "gzip"),
+        nrrd(space + "byteskip: 12\ndata file: later.raw.gz\n", "gz"),
+        nrrd(space + "data file: sub/s%02d.raw 7 8 1\n"),
+        nrrd(space + "data file: LIST\nsub/s07.raw\nsub/s08.raw\n"),
+    };
+    for (const auto& header : headers) {
+        SCOPED_TRACE(header);
+        EXPECT_EQ(samples_of<std::int16_t>(read_scan(write_file(folder / "n.nhdr", header))), samples());
+    }
+    EXPECT_EQ(samples_of<std::int16_t>(read_scan(
+                  write_file(folder / "n.nrrd", nrrd(space + "key:=value\r\n\n", "gzip") + gzipped(data)))),
+              samples());
+    for (const char* encoding : {"ascii", "hex", "bzip2"}) {
+        contains(refusal<InputError>(
+                     write_file(folder / "n.nhdr", nrrd(space + "data file: data.raw\n", encoding))),
+                 encoding);
+    }
+    contains(refusal<IoError>(write_file(folder / "n.nhdr", nrrd(space + "data file: missing.raw\n"))),
+             "missing.raw");
+}
+
+TEST(ReadMetaImage, WaysToPlaceTheData) {
+    TemporaryFolder folder;
+    const std::string data = bytes_of(samples()), space = "ElementSpacing = 1 1 1\n";
+    write_file(folder / "data.raw", data);
+    write_file(folder / "later.raw", "twelve bytes" + data);
+    write_file(folder / "data.zraw", deflated(data, 15));
+    write_file(folder / "s1", data.substr(0, data.size() / 2));
+    write_file(folder / "s2", data.substr(data.size() / 2));
+    for (const auto& header :
+         {metaimage(space, "data.raw"), metaimage(space + "HeaderSize = 12\n", "later.raw"),
+          metaimage(space + "HeaderSize = -1\n", "later.raw"),
+          metaimage(space + "CompressedData = True\n", "data.zraw"), metaimage(space, "LIST\ns1\ns2")}) {
+        SCOPED_TRACE(header);
+        EXPECT_EQ(samples_of<std::int16_t>(read_scan(write_file(folder / "m.mhd", header))), samples());
+    }
+    EXPECT_EQ(samples_of<std::int16_t>(read_scan(write_file(
+                  folder / "m.mha", metaimage(space + "CompressedData = True\n") + deflated(data, 15)))),
+              samples());
+    contains(refusal<InputError>(
+                 write_file(folder / "m.mhd", metaimage(space + "BinaryData = False\n", "data.raw"))),
+             "text");
+}
+
+TEST(ReadVolume, DataOutsideTheHeadersFolderAreRefused) {
+    TemporaryFolder folder;
+    const fs::path outside = write_file(folder / "secret.raw", bytes_of(samples()));
+    fs::create_directories(folder / "in/sub");
+    fs::create_symlink(outside, folder / "in/link.raw");
+    fs::create_directory_symlink(folder.path(), folder / "in/linked");
+    for (const std::string& name : {"../secret.raw"s, outside.string(), "sub/../../secret.raw"s, "link.raw"s,
+                                    "linked/secret.raw"s, "linked/missing.raw"s}) {
+        SCOPED_TRACE(name);
+        contains(refusal<InputError>(
+                     write_file(folder / "in/n.nhdr", nrrd("spacings: 1 1 1\ndata file: " + name + "\n"))),
+                 "not in the header's folder");
+        contains(refusal<InputError>(write_file(folder / "in/n.nhdr",
+                                                nrrd("spacings: 1 1 1\ndata file: LIST\n" + name + "\n"))),
+                 "not in the header's folder");
+        contains(
+            refusal<InputError>(write_file(folder / "in/m.mhd", metaimage("ElementSpacing = 1 1 1\n", name))),
+            "not in the header's folder");
+    }
+}
+
+TEST(ReadVolume, ClaimsBeyondTheFileAreRefusedAtOnce) {
+    TemporaryFolder folder;
+    NiftiWriter n = nifti();
+    n.dim = {3, 10000, 10000, 10000};
+    const std::string some(100, '\0');
+    const std::string sizes = "sizes: 10000 10000 10000\n";
+    const std::vector<fs::path> files = {
+        write_file(folder / "a.nii", n.header() + some),
+        write_file(folder / "a.nii.gz", gzipped(n.header() + some)),
+        write_file(folder / "b.nrrd",
+                   "NRRD0004\ntype: short\ndimension: 3\nendian: little\nspacings: 1 1 1\nencoding: raw\n" +
+                       sizes + "\n" + some),
+        write_file(folder / "c.nrrd",
+                   "NRRD0004\ntype: short\ndimension: 3\nendian: little\nspacings: 1 1 1\nencoding: gzip\n" +
+                       sizes + "\n" + gzipped(some)),
+        write_file(folder / "d.nrrd",
+                   "NRRD0004\ntype: short\ndimension: 3\nendian: little\nspacings: 1 1 1\nencoding: "
+                   "raw\nsizes: 4000000000000000 4000000000000000 4000000000000000\n\n" +
+                       some),
+        write_file(folder / "e.mha",
+                   "ObjectType = Image\nNDims = 3\nDimSize = 10000 10000 10000\nElementSpacing = 1 1 "
+                   "1\nElementType = MET_SHORT\nElementDataFile = LOCAL\n" +
+                       some)};
+    for (const auto& path : files) {
+        SCOPED_TRACE(path.filename());
+        contains(refusal<InputError>(path), "claims");
+    }
+}
+
+// --- what cannot be read
+
+TEST(ReadScan, MissingEmptyAndForeign) {
+    TemporaryFolder folder;
+    contains(refusal<IoError>(folder / "nothing.nii"), "no such file");
+    fs::create_directory(folder / "empty");
+    contains(refusal<InputError>(folder / "empty"), "no files");
+    contains(refusal<InputError>(write_file(folder / "letter.nii", "Dear colleague")), "not a NIfTI file");
+    contains(refusal<InputError>(write_file(folder / "letter.nrrd", "Dear colleague")), "not a NRRD file");
+    contains(refusal<InputError>(write_file(folder / "letter.mha", "Dear colleague")),
+             "not a MetaImage file");
+    contains(refusal<InputError>(write_file(folder / "letter.txt", "Dear colleague")), "not a scan");
+    contains(refusal<InputError>(write_file(folder / "zero.nii", "")), "not a NIfTI file");
+    refusal<IoError>("/dev/null");
+    EXPECT_THROW(list_series(folder / "nothing.nii"), IoError);
+}
+
+TEST(ReadScan, NamesInMessagesAreEscaped) {
+    TemporaryFolder folder;
+    contains(refusal<InputError>(write_file(folder / "a\nb\x1b[31m.nii", "no")), "a\\x0ab\\x1b[31m.nii");
+}
+
+TEST(ReadScan, ListingNeedsNoSamples) {
+    TemporaryFolder folder;
+    std::string format;
+    const auto series = list_series(write_file(folder / "n.nii", nifti().header()), &format);
+    ASSERT_EQ(series.size(), 1u);
+    EXPECT_EQ(format, "NIfTI");
+    EXPECT_EQ(series[0].dims, (std::array<std::int64_t, 3>{nx, ny, nz}));
+}
+
+TEST(ReadScan, TruncatedAnywhereIsNeverReadAndNothingIsPrinted) {
+    TemporaryFolder folder;
+    const std::string data = bytes_of(samples());
+    const std::vector<std::pair<fs::path, std::string>> files = {
+        {folder / "a.nii", nifti().header() + data},
+        {folder / "b.nii.gz", gzipped(nifti().header() + data)},
+        {folder / "c.nrrd", nrrd("spacings: 1 1 1\n\n") + data},
+        {folder / "d.nrrd", nrrd("spacings: 1 1 1\n\n", "gzip") + gzipped(data)},
+        {folder / "e.mha", metaimage("ElementSpacing = 1 1 1\n") + data},
+        {folder / "f.mha", metaimage("ElementSpacing = 1 1 1\nCompressedData = True\n") + deflated(data, 15)},
+        {folder / "g.png", png(4, 3, std::vector<std::uint16_t>(12, 500))},
+        {folder / "h.tif", tiff(3, 2, {{1, 2, 3, 4, 5, 6}, {7, 8, 9, 10, 11, 12}})}};
+    testing::internal::CaptureStderr();
+    for (const auto& [path, whole] : files) {
+        SCOPED_TRACE(path.filename());
+        const bool picture = (path.extension() == ".png") || (path.extension() == ".tif");
+        ScanOptions options;
+        if (picture) options.spacing = Vec3d{1, 1, 1};
+        EXPECT_NO_THROW(read_scan(write_file(path, whole), options));
+        const std::size_t marks =
+            (path.extension() == ".png") ? 16 : 0;  // what follows a PNG's pixels: a checksum and an end
+        for (std::size_t size = 0; size + marks < whole.size(); ++size) {
+            write_file(path, whole.substr(0, size));
+            EXPECT_THROW(read_scan(path, options), Error) << size << " of " << whole.size();
+        }
+    }
+    EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+}
+
+TEST(ReadScan, FlippedBytesNeverCrash) {
+    TemporaryFolder folder;
+    std::uint32_t random = 7;
+    const auto next = [&] { return random = random * 1664525u + 1013904223u; };
+    const std::string data = bytes_of(samples());
+    const std::vector<std::pair<fs::path, std::string>> files = {
+        {folder / "a.nii", nifti().header() + data},
+        {folder / "b.nii.gz", gzipped(nifti().header() + data)},
+        {folder / "c.nrrd", nrrd("space: LPS\nspace directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: "
+                                 "(1,2,3)\nkinds: domain domain domain\n\n") +
+                                data},
+        {folder / "e.mha",
+         metaimage("ElementSpacing = 1 1 1\nOffset = 1 2 3\nTransformMatrix = 1 0 0 0 1 0 0 0 1\n") + data},
+        {folder / "g.png", png(4, 3, std::vector<std::uint16_t>(12, 500))},
+        {folder / "h.tif", tiff(3, 2, {{1, 2, 3, 4, 5, 6}, {7, 8, 9, 10, 11, 12}})}};
+    testing::internal::CaptureStderr();
+    for (const auto& [path, whole] : files) {
+        SCOPED_TRACE(path.filename());
+        for (int n = 0; n < 500; ++n) {
+            std::string bytes = whole;
+            for (int flip = 0; flip < 2; ++flip)
+                bytes[next() / 16 % bytes.size()] = static_cast<char>(next() >> 24);
+            write_file(path, bytes);
+            try {
+                ScanOptions options;
+                if (n % 2) options.spacing = Vec3d{1, 1, 1};
+                read_scan(path, options);
+            } catch (const Error&) {  // anything else fails the test
+            }
+        }
+    }
+    EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+}
+
+TEST(ReadScan, RawFilesReportProgressAndStop) {
+    TemporaryFolder folder;
+    NiftiWriter n;
+    n.dim = {3, 128, 128, 200};
+    const fs::path path =
+        write_file(folder / "n.nii", n.header() + std::string(std::size_t{2} * 128 * 128 * 200, '\1'));
+    int calls = 0;
+    ScanOptions options;
+    options.progress = [&](double) { return ++calls < 3; };
+    EXPECT_THROW(read_scan(path, options), Cancelled);
+    EXPECT_EQ(calls, 3);
+}
+
+// Reads a file whole and slice by slice.
+void expect_same_slices(const fs::path& file) {
+    const Volume whole = read_scan(file);
+    const SliceSource source = open_slices(file);
+    EXPECT_EQ(source.geometry.dims, whole.geometry().dims);
+    EXPECT_EQ(source.geometry.origin, whole.geometry().origin);
+    ASSERT_EQ(source.type, whole.type());
+    const std::int64_t nz = whole.geometry().dims[2];
+    const std::size_t slice = whole.bytes() / static_cast<std::size_t>(nz);
+    for (std::int64_t begin = 0; begin < nz; ++begin) {
+        for (std::int64_t end = begin + 1; end <= nz; ++end) {
+            std::string bytes(slice * static_cast<std::size_t>(end - begin), '\0');
+            source.read(begin, end, bytes.data());
+            EXPECT_EQ(
+                std::memcmp(bytes.data(),
+                            static_cast<const char*>(whole.data()) + slice * static_cast<std::size_t>(begin),
+                            bytes.size()),
+                0);
+        }
+    }
+}
+
+TEST(ReadSlices, AreThoseOfTheWholeVolume) {
+    TemporaryFolder folder;
+    std::vector<std::int16_t> samples(5 * 4 * 6);
+    for (std::size_t i = 0; i < samples.size(); ++i) samples[i] = static_cast<std::int16_t>(i * 771);
+    const std::string header =
+        "NRRD0005\ntype: int16\ndimension: 3\nsizes: 5 4 6\nspace: left-posterior-superior\n"
+        "space directions: (1,0,0) (0,1,0) (0,0,2)\nspace origin: (1,2,3)\n";
+    for (const bool big : {false, true}) {
+        const std::string endian = big ? "endian: big\n" : "endian: little\n";
+        expect_same_slices(
+            write_file(folder / "a.nrrd", header + endian + "encoding: raw\n\n" + bytes_of(samples, big)));
+        // Two slices to a file.
+        for (int part = 0; part < 3; ++part) {
+            const std::vector<std::int16_t> share(samples.begin() + 40 * part,
+                                                  samples.begin() + 40 * (part + 1));
+            write_file(folder / ("part" + std::to_string(part)), bytes_of(share, big));
+        }
+        expect_same_slices(write_file(
+            folder / "b.nhdr", header + endian + "encoding: raw\ndata file: LIST\npart0\npart1\npart2\n"));
+    }
+    const fs::path compressed = write_file(
+        folder / "c.nrrd", header + "endian: little\nencoding: gzip\n\n" + gzipped(bytes_of(samples)));
+    EXPECT_THROW(open_slices(compressed), InputError);
+    EXPECT_THROW(open_slices(write_file(folder / "d.png", png<std::uint8_t>(2, 2, {1, 2, 3, 4}))),
+                 InputError);
+}
+
+}  // namespace
+}  // namespace marrow::test

@@ -1,0 +1,263 @@
+// Real scans, where they are at hand.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include <marrow/error.h>
+#include <marrow/isosurface.h>
+
+#include "support/reading_checks.h"
+#include "support/scan_files.h"
+
+namespace marrow::test {
+namespace {
+
+double farthest_corner(const Geometry& a, const Geometry& b) {
+    double out = 0;
+    for (int corner = 0; corner < 8; ++corner) {
+        Vec3d index;
+        for (int axis = 0; axis < 3; ++axis)
+            index[axis] = corner >> axis & 1 ? static_cast<double>(a.dims[axis] - 1) : 0;
+        const Vec3d p = a.physical(index), q = b.physical(index);
+        out = std::max(out, std::hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]));
+    }
+    return out;
+}
+
+// The NRRD header names a left-handed space and lists the slices from the top: the same head, 92 slices
+// higher.
+TEST(ReadReal, SmallHeadIsTheSameInDicomAndNrrd) {
+    MARROW_TEST_SCAN(dicom, "slicer_cthead_dcm");
+    MARROW_TEST_SCAN(nrrd, "vtk_headsq/vtk_headsq/headsq/quarter.nhdr");
+    const Volume a = read_scan(dicom), b = read_scan(nrrd);
+    const auto x = samples_of<std::int16_t>(a), y = samples_of<std::int16_t>(b);
+    ASSERT_EQ(x.size(), y.size());
+    const std::size_t area = 64 * 64, slices = 93;
+    for (std::size_t k = 0; k < slices; ++k) {
+        const auto from = x.begin() + static_cast<std::ptrdiff_t>(k * area);
+        EXPECT_TRUE(
+            std::equal(from, from + area, y.begin() + static_cast<std::ptrdiff_t>((slices - 1 - k) * area)))
+            << k;
+        for (const auto& [i, j] : {std::pair(0, 0), std::pair(63, 0), std::pair(7, 63)}) {
+            const auto u = static_cast<double>(i), v = static_cast<double>(j);
+            const Vec3d p = a.geometry().physical({u, v, static_cast<double>(k)});
+            expect_at(b.geometry(), {u, v, static_cast<double>(slices - 1 - k)},
+                      {p[0], p[1], p[2] - 92 * 1.5}, 1e-3);
+        }
+    }
+}
+
+// Every point of one surface lies within 1e-3 mm of one of the other's.
+void expect_points_among(const Mesh& points, const Mesh& others, float shift_z) {
+    using Cell = std::array<long, 3>;
+    const auto cell_of = [](const Vec3f& p) {
+        return Cell{std::lround(p[0] * 500), std::lround(p[1] * 500), std::lround(p[2] * 500)};
+    };
+    std::multimap<Cell, Vec3f> cells;
+    for (const Vec3f& p : others.points) cells.emplace(cell_of(p), p);
+    for (Vec3f p : points.points) {
+        p[2] += shift_z;
+        const Cell c = cell_of(p);
+        double nearest = 1;
+        for (int n = 0; n < 27; ++n) {
+            const auto [begin, end] =
+                cells.equal_range({c[0] + n % 3 - 1, c[1] + n / 3 % 3 - 1, c[2] + n / 9 - 1});
+            for (auto q = begin; q != end; ++q) {
+                nearest = std::min<double>(
+                    nearest, std::hypot(p[0] - q->second[0], p[1] - q->second[1], p[2] - q->second[2]));
+            }
+        }
+        ASSERT_LE(nearest, 1e-3);
+    }
+}
+
+TEST(ReadReal, SmallHeadGivesTheSamePointsInDicomAndNrrd) {
+    MARROW_TEST_SCAN(dicom, "slicer_cthead_dcm");
+    MARROW_TEST_SCAN(nrrd, "vtk_headsq/vtk_headsq/headsq/quarter.nhdr");
+    const Volume a = read_scan(dicom), b = read_scan(nrrd);
+    const Mesh from_dicom = extract_isosurface(a, 1150.5), from_nrrd = extract_isosurface(b, 1150.5);
+    ASSERT_GT(from_dicom.points.size(), 10000u);
+    ASSERT_EQ(from_dicom.points.size(), from_nrrd.points.size());
+    expect_points_among(from_dicom, from_nrrd, -92 * 1.5f);
+    expect_points_among(from_nrrd, from_dicom, 92 * 1.5f);
+}
+
+TEST(ReadReal, HeadAndFeetUnderOneSeriesNumberAreTwoVolumes) {
+    MARROW_TEST_SCAN(head, "vhf_head_ct");
+    MARROW_TEST_SCAN(feet, "vhf_ankle_ct");
+    TemporaryFolder folder;
+    fs::copy(head, folder / "a", fs::copy_options::recursive);
+    fs::copy(feet, folder / "b", fs::copy_options::recursive);
+    const auto series = list_series(folder.path());
+    ASSERT_EQ(series.size(), 2u);
+    EXPECT_EQ(series[0].dims[2], 234);
+    EXPECT_EQ(series[1].dims[2], 150);
+    contains(refusal<GeometryError>(folder.path()), "2 series");
+    ScanOptions options;
+    options.series = series[1].id;
+    EXPECT_EQ(read_scan(folder.path(), options).geometry().dims[2], 150);
+}
+
+TEST(ReadReal, TiltedScanWithGapsIsRefused) {
+    MARROW_TEST_SCAN(scan, "qa_ct_ge_tilt");
+    contains(refusal<GeometryError>(scan), "uneven");
+}
+
+TEST(ReadReal, TiltedScanWithGapsIsResampledInPlace) {
+    MARROW_TEST_SCAN(scan, "qa_ct_ge_tilt");
+    ScanOptions options;
+    options.resample = true;
+    ScanInfo info;
+    const Geometry g = read_scan(scan, options, &info).geometry();
+    EXPECT_EQ(g.dims[2], 37);
+    const double along = g.direction[1][1] * g.direction[1][2] + g.direction[2][1] * g.direction[2][2];
+    EXPECT_NEAR(std::abs(along), std::sin(18.5 * M_PI / 180), 1e-3);
+    ASSERT_EQ(info.warnings.size(), 2u);
+    contains(info.warnings[0], "tilted by 18.5 degrees");
+    contains(info.warnings[1], "28 uneven slices are resampled to 37");
+}
+
+TEST(ReadReal, UnevenAndMixedSetsAreRefused) {
+    MARROW_TEST_SCAN(sets, "n_dicom2nifti_failing/nasty_dicom/dicom2nifti/data/failing");
+    contains(refusal<GeometryError>(sets / "sliceincrement/001"), "uneven: 10 mm between");
+    contains(refusal<GeometryError>(sets / "sliceincrement/002"), "uneven: 1.499 mm between");
+    contains(refusal<GeometryError>(sets / "sliceorientation/001"), "2 series");
+    contains(refusal<GeometryError>(sets / "notavolume/001"), "same place");
+}
+
+TEST(ReadReal, TiltedScanIsSheared) {
+    MARROW_TEST_SCAN(scan, "n_dicom2nifti_failing/nasty_dicom/dicom2nifti/data/failing/gantrytilting/001");
+    ScanInfo info;
+    const Geometry g = read_scan(scan, {}, &info).geometry();
+    ASSERT_EQ(info.warnings.size(), 1u);
+    contains(info.warnings[0], "tilted by 14.0 degrees");
+    const double along = g.direction[1][1] * g.direction[1][2] + g.direction[2][1] * g.direction[2][2];
+    EXPECT_NEAR(std::abs(along), std::sin(14 * M_PI / 180), 1e-3);
+}
+
+TEST(ReadReal, EveryTransferSyntaxDecodesToTheSamePixels) {
+    MARROW_TEST_SCAN(images, "n_cornerstone3d_ctimage/nasty_dicom/cornerstone3d/testImages");
+    const auto pixels = [](const fs::path& file) {
+        TemporaryFolder folder;  // alone: beside each other they are slices at one place
+        fs::copy(file, folder / "one.dcm");
+        const Vec3d in_plane = list_series(folder.path()).at(0).spacing;
+        ScanOptions options;
+        options.spacing = Vec3d{in_plane[0], in_plane[1], 1};
+        const Volume v = read_scan(folder.path(), options);
+        std::vector<double> out;
+        for (std::int64_t i = 0; i < v.geometry().sample_count(); ++i) {
+            out.push_back(v.type() == SampleType::int16 ? v.samples<std::int16_t>()[i]
+                                                        : v.samples<float>()[i]);
+        }
+        return out;
+    };
+    const auto truth = pixels(images / "CTImage.dcm");
+    int lossless = 0, lossy = 0;
+    testing::internal::CaptureStderr();
+    for (const auto& entry : fs::directory_iterator(images)) {
+        SCOPED_TRACE(entry.path().filename());
+        const std::string name = entry.path().filename();
+        const auto read = pixels(entry.path());
+        ASSERT_EQ(read.size(), truth.size());
+        const bool loses =
+            name.find("JPEGProcess1T") != name.npos || name.find("JPEGProcess2_4") != name.npos ||
+            name.find("JPEGProcess6_8") != name.npos || name.find("JPEGProcess10_12") != name.npos ||
+            name.find("4.91") != name.npos || name.find("4.81") != name.npos;
+        if (!loses) {
+            EXPECT_EQ(read, truth);
+            ++lossless;
+        } else {
+            double sum = 0;
+            for (std::size_t i = 0; i < read.size(); ++i) sum += std::abs(read[i] - truth[i]);
+            EXPECT_LT(sum / static_cast<double>(read.size()), 25);  // HU; 8-bit JPEG has steps of 17
+            ++lossy;
+        }
+    }
+    EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+    EXPECT_EQ(lossless, 10);
+    EXPECT_EQ(lossy, 6);
+}
+
+TEST(ReadReal, TwoEchoesAreTwoSeries) {
+    MARROW_TEST_SCAN(scan, "knee_t2_2echo_bigendian");
+    const auto series = list_series(scan);
+    ASSERT_EQ(series.size(), 2u);
+    ScanOptions options;
+    options.series = series[0].id;
+    const Volume first = read_scan(scan, options);
+    options.series = series[1].id;
+    const Volume second = read_scan(scan, options);
+    EXPECT_EQ(first.geometry().dims[2], 24);
+    EXPECT_NEAR(first.geometry().spacing[2], 4, 1e-3);
+    EXPECT_LT(farthest_corner(first.geometry(), second.geometry()), 1e-6);
+    EXPECT_NE(samples_of<std::int16_t>(first), samples_of<std::int16_t>(second));
+}
+
+TEST(ReadReal, EnhancedMultiFrame) {
+    MARROW_TEST_SCAN(scan, "n_xa30_enh");
+    ScanInfo info;
+    const Geometry g = read_scan(scan, {}, &info).geometry();
+    EXPECT_EQ(g.dims, (std::array<std::int64_t, 3>{128, 128, 96}));
+    EXPECT_NEAR(g.spacing[2], 2, 1e-4);
+    EXPECT_EQ(info.series.files, 1u);
+}
+
+TEST(ReadReal, DicomAndItsLabelsInNiftiCoverTheSamePlace) {
+    MARROW_TEST_SCAN(dicom, "totalseg/totalseg/example_ct_dicom");
+    MARROW_TEST_SCAN(nifti, "totalseg/totalseg/example_seg_dicom.nii.gz");
+    const Geometry a = read_scan(dicom).geometry(), b = read_scan(nifti).geometry();
+    // the rows run the other way in NIfTI
+    expect_at(b, {0, static_cast<double>(b.dims[1] - 1), 0}, a.origin, 1e-3);
+    expect_at(b, {10, static_cast<double>(b.dims[1] - 1) - 20, 5}, a.physical({10, 20, 5}), 1e-3);
+}
+
+TEST(ReadReal, OneScanInNrrdAndMetaImage) {
+    MARROW_TEST_SCAN(folder, "n_nifti/nasty_nifti/i2nii/test");
+    const Volume a = read_scan(folder / "nrrd.nhdr"), b = read_scan(folder / "mha.mha");
+    EXPECT_EQ(samples_of<std::int16_t>(a), samples_of<std::int16_t>(b));
+    EXPECT_LT(farthest_corner(a.geometry(), b.geometry()), 1e-3);
+}
+
+TEST(ReadReal, BothByteOrdersAndVersionsOfNifti) {
+    MARROW_TEST_SCAN(folder, "n_nifti/nasty_nifti/nrjs");
+    EXPECT_EQ(samples_of<float>(read_scan(folder / "big.nii.gz")),
+              samples_of<float>(read_scan(folder / "little.nii.gz")));
+    const Volume one = read_scan(folder / "avg152T1_LR_nifti.nii.gz"),
+                 two = read_scan(folder / "avg152T1_LR_nifti2.nii.gz");
+    EXPECT_LT(farthest_corner(one.geometry(), two.geometry()), 1e-6);
+}
+
+// Each odd file is read or refused in one line; nothing is printed, and nothing else is thrown.
+TEST(ReadReal, OddFilesAreReadOrRefused) {
+    const char* root = std::getenv("MARROW_TEST_DATA");
+    if (!root) GTEST_SKIP() << "no MARROW_TEST_DATA";
+    int read = 0, refused = 0;
+    testing::internal::CaptureStderr();
+    for (const char* name :
+         {"n_pydicom", "n_nifti", "n_dicom2nifti_failing", "n_dupepos", "n_xa30_enh", "dem_sthelens"}) {
+        if (!fs::exists(fs::path(root) / name)) continue;
+        for (const auto& entry : fs::recursive_directory_iterator(fs::path(root) / name)) {
+            if (!entry.is_regular_file()) continue;
+            SCOPED_TRACE(entry.path());
+            TemporaryFolder folder;
+            fs::copy(entry.path(), folder / entry.path().filename());
+            try {
+                ScanOptions options;
+                read_scan(folder / entry.path().filename(), options);
+                ++read;
+            } catch (const Error& error) {
+                EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
+                ++refused;
+            }
+        }
+    }
+    EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+    if (read + refused == 0) GTEST_SKIP() << "no odd files in MARROW_TEST_DATA";
+    EXPECT_GT(read, 0);
+    EXPECT_GT(refused, 0);
+}
+
+}  // namespace
+}  // namespace marrow::test

@@ -1,0 +1,137 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+
+#include <marrow/error.h>
+#include <marrow/isosurface.h>
+#include <marrow/measure.h>
+#include <marrow/components.h>
+
+#include "support/fields.h"
+#include "support/mesh_checks.h"
+
+namespace marrow::test {
+namespace {
+
+Mesh balls(double first_radius, double second_radius) {
+    const auto first = sphere({10, 10, 10}, first_radius), second = sphere({30, 10, 10}, second_radius);
+    const Volume volume = sampled_in_space<float>(
+        grid(41, 21, 21), [&](const Vec3d& p) { return std::max(first(p), second(p)); });
+    return extract_isosurface(volume, 0);
+}
+
+TEST(LargestComponent, KeepsTheLargerBallUnchanged) {
+    const Mesh both = balls(5, 7);
+    ASSERT_EQ(measure(both).components, 2);
+    const Mesh larger = largest_component(both);
+    EXPECT_EQ(manifold_fault(larger), "");
+    const Mesh alone = balls(-10, 7);  // a ball of negative radius has no surface
+    EXPECT_TRUE(larger.points == alone.points);
+    EXPECT_TRUE(larger.normals == alone.normals);
+    EXPECT_TRUE(larger.triangles == alone.triangles);
+}
+
+TEST(LargestComponent, OfEqualsIsTheFirst) {
+    Mesh mesh;
+    mesh.points = {{9, 9, 9}, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {5, 0, 0}, {6, 0, 0}, {5, 1, 0}};
+    mesh.triangles = {{4, 5, 6}, {1, 2, 3}};
+    const Mesh first = largest_component(mesh);
+    EXPECT_TRUE(first.points == (Buffer<Vec3f>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}));
+    EXPECT_TRUE(first.triangles == (Buffer<Triangle>{{0, 1, 2}}));
+}
+
+TEST(LargestComponent, OfNothingIsNothing) {
+    EXPECT_TRUE(largest_component({}).points.empty());
+    Mesh unused;
+    unused.points = {{0, 0, 0}};
+    EXPECT_TRUE(largest_component(unused).points.empty());
+}
+
+// ---- keep_components ----
+
+Volume solid(const Geometry& g, const std::function<bool(std::int64_t, std::int64_t, std::int64_t)>& inside) {
+    return sampled<std::uint8_t>(g, [&](auto x, auto y, auto z) { return inside(x, y, z) ? 1 : 0; });
+}
+
+/// A box from (0, 0, 0) with samples 0 to side - 1, moved along x.
+bool in_box(std::int64_t from, std::int64_t side, std::int64_t x, std::int64_t y, std::int64_t z) {
+    return x >= from && x < from + side && y >= 1 && y <= side && z >= 1 && z <= side;
+}
+
+/// Two hollow boxes, the first with two cavities, the second with one that holds a grain with a cavity, and a
+/// speck: pieces of 18^3, 14^3 and 5^3 samples and of one.
+Mesh boxes() {
+    const Volume volume = solid(grid(40, 20, 20), [](auto x, auto y, auto z) {
+        if (x == 38 && y == 18 && z == 18) return true;
+        if (in_box(1, 18, x, y, z)) {
+            const bool small = x >= 3 && x <= 4 && y == 5 && z == 5,
+                       large = x >= 8 && x <= 13 && y == 9 && z == 9;
+            return !small && !large;
+        }
+        const bool hollow = x >= 23 && x <= 31 && y >= 4 && y <= 12 && z >= 4 && z <= 12;
+        const bool grain = x >= 25 && x <= 29 && y >= 6 && y <= 10 && z >= 6 && z <= 10;
+        const bool pore = x == 27 && y == 8 && z == 8;
+        return (in_box(20, 14, x, y, z) && !hollow) || (grain && !pore);
+    });
+    return extract_isosurface(volume, 0.5);
+}
+
+struct Kept {
+    std::int64_t components;
+    double volume;
+    bool operator==(const Kept&) const = default;
+};
+
+Kept kept(const Mesh& mesh, const ComponentOptions& options) {
+    const Mesh result = keep_components(mesh, options);
+    EXPECT_EQ(manifold_fault(result), "");
+    EXPECT_EQ(result.normals.size(), result.points.size());
+    const MeshMeasures m = measure(result);
+    return {m.components, m.volume};
+}
+
+TEST(KeepComponents, CountsPiecesAndLeavesThemTheirOwnCavities) {
+    const Mesh all = boxes();
+    ASSERT_EQ(measure(all).components, 8);
+    EXPECT_EQ(kept(all, {}).components, 8);
+    EXPECT_EQ(kept(all, {.count = 9}).components, 8);
+    EXPECT_EQ(kept(all, {.count = 1}).components, 3) << "the large box and its two cavities";
+    EXPECT_EQ(kept(all, {.count = 2}).components, 5) << "and the other box and its hollow, without the grain";
+    EXPECT_EQ(kept(all, {.count = 3}).components, 7) << "and the grain with its pore";
+    EXPECT_EQ(kept(all, {.cavities = false}).components, 4);
+    EXPECT_EQ(kept(all, {.count = 2, .cavities = false}).components, 2);
+    EXPECT_EQ(kept(all, {.count = 1, .cavities = false}).volume, measure(largest_component(all)).volume);
+}
+
+TEST(KeepComponents, DropsWhatEnclosesLessThanTheVolume) {
+    const Mesh all = boxes();
+    // A single sample's octahedron encloses 1/6 mm^3, two in a row 2/3, six 8/3.
+    EXPECT_EQ(kept(all, {.min_volume = 0.16}).components, 8);
+    EXPECT_EQ(kept(all, {.min_volume = 0.17}).components, 6) << "without speck and pore";
+    EXPECT_EQ(kept(all, {.min_volume = 1}).components, 5);
+    EXPECT_EQ(kept(all, {.min_volume = 4}).components, 4);
+    EXPECT_EQ(kept(all, {.min_volume = 1e9}).components, 0);
+    EXPECT_GT(kept(all, {.min_volume = 4}).volume, measure(all).volume) << "filled cavities add to a solid";
+}
+
+TEST(KeepComponents, LeavesOpenShellsAndThrowsUnusedPointsAway) {
+    Mesh sheet;
+    sheet.points = {{9, 9, 9}, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    sheet.triangles = {{1, 3, 2}};
+    const Mesh result = keep_components(sheet, {.min_volume = 5, .cavities = false});
+    EXPECT_TRUE(result.points == (Buffer<Vec3f>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}));
+    EXPECT_TRUE(result.triangles == (Buffer<Triangle>{{0, 2, 1}}));
+}
+
+TEST(KeepComponents, RefusesNonsense) {
+    Mesh broken;
+    broken.triangles = {{0, 1, 2}};
+    EXPECT_THROW(keep_components(broken, {}), InputError);
+    EXPECT_THROW(keep_components({}, {.count = -1}), InputError);
+    EXPECT_THROW(keep_components({}, {.min_volume = std::nan("")}), InputError);
+    EXPECT_TRUE(keep_components({}, {.count = 1}).points.empty());
+}
+
+}  // namespace
+}  // namespace marrow::test

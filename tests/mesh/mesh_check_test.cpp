@@ -1,0 +1,294 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <map>
+
+#include <marrow/mesh_check.h>
+#include <marrow/error.h>
+#include <marrow/isosurface.h>
+
+#include "support/fields.h"
+
+namespace marrow::test {
+namespace {
+
+Mesh tetrahedron(const Vec3f& at = {0, 0, 0}) {
+    Mesh mesh;
+    for (const Vec3f& p : {Vec3f{0, 0, 0}, Vec3f{1, 0, 0}, Vec3f{0, 1, 0}, Vec3f{0, 0, 1}})
+        mesh.points.push_back({at[0] + p[0], at[1] + p[1], at[2] + p[2]});
+    mesh.triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
+    return mesh;
+}
+
+Mesh joined(const Mesh& a, const Mesh& b) {
+    Mesh both = a;
+    const auto shift = static_cast<std::uint32_t>(a.points.size());
+    both.points.insert(both.points.end(), b.points.begin(), b.points.end());
+    for (const Triangle& t : b.triangles)
+        both.triangles.push_back({t[0] + shift, t[1] + shift, t[2] + shift});
+    return both;
+}
+
+Mesh extracted(const Geometry& g, const std::function<double(const Vec3d&)>& field) {
+    const Volume volume = sampled_in_space<float>(g, field);
+    return extract_isosurface(volume, 0);
+}
+
+TEST(Check, FindsASolidSound) {
+    const MeshCheck check = check_mesh(tetrahedron());
+    EXPECT_TRUE(check.is_sound());
+    EXPECT_EQ(check.genus, 0);
+    EXPECT_NEAR(check.measures.volume, 1.0 / 6, 1e-9);
+}
+
+TEST(Check, CountsHandlesAndCavities) {
+    const auto ring = torus({20, 20, 10}, 11, 5.2);
+    const MeshCheck one = check_mesh(extracted(grid(41, 41, 21), ring));
+    EXPECT_TRUE(one.is_sound());
+    EXPECT_EQ(one.genus, 1);
+    EXPECT_EQ(one.measures.euler_characteristic, 0);
+
+    const auto ball = sphere({20, 20, 10}, 9.1), hollow = sphere({20, 20, 10}, 4.3);
+    const MeshCheck shell = check_mesh(
+        extracted(grid(41, 41, 21), [&](const Vec3d& p) { return std::min(ball(p), -hollow(p)); }));
+    EXPECT_TRUE(shell.is_sound());
+    EXPECT_EQ(shell.cavities, 1);
+    EXPECT_EQ(shell.measures.components, 2);
+    EXPECT_EQ(shell.genus, 0);
+}
+
+TEST(Check, FindsOpenEdges) {
+    Mesh open = tetrahedron();
+    open.triangles.pop_back();
+    const MeshCheck check = check_mesh(open);
+    EXPECT_FALSE(check.is_closed());
+    EXPECT_TRUE(check.is_manifold());
+    EXPECT_EQ(check.measures.boundary_edges, 3);
+    EXPECT_FALSE(check.genus);
+}
+
+TEST(Check, FindsTrianglesTheWrongWayRound) {
+    Mesh mesh = tetrahedron();
+    std::swap(mesh.triangles[3][0], mesh.triangles[3][1]);
+    const MeshCheck one = check_mesh(mesh);
+    EXPECT_EQ(one.misoriented_edges, 3);
+    EXPECT_FALSE(one.is_oriented());
+    EXPECT_TRUE(one.is_manifold());
+
+    Mesh inward = tetrahedron();
+    for (Triangle& t : inward.triangles) std::swap(t[0], t[1]);
+    const MeshCheck all = check_mesh(inward);
+    EXPECT_EQ(all.misoriented_edges, 0);
+    EXPECT_FALSE(all.is_oriented());
+    EXPECT_EQ(all.cavities, 1);
+}
+
+TEST(Check, FindsEdgesAndPointsWhereSheetsMeet) {
+    // Two tetrahedra that share a point, and two that share an edge.
+    Mesh at_point = joined(tetrahedron(), tetrahedron({5, 5, 5}));
+    for (Triangle& t : at_point.triangles) std::replace(t.begin(), t.end(), 4u, 0u);
+    const MeshCheck point = check_mesh(at_point);
+    EXPECT_EQ(point.nonmanifold_points, 1);
+    EXPECT_EQ(point.unused_points, 1);
+    EXPECT_TRUE(point.is_closed());
+    EXPECT_FALSE(point.is_manifold());
+    EXPECT_FALSE(point.genus);
+
+    Mesh at_edge = joined(tetrahedron(), tetrahedron({5, 5, 5}));
+    for (Triangle& t : at_edge.triangles) {
+        std::replace(t.begin(), t.end(), 4u, 0u);
+        std::replace(t.begin(), t.end(), 5u, 1u);
+    }
+    const MeshCheck edge = check_mesh(at_edge);
+    EXPECT_EQ(edge.measures.nonmanifold_edges, 1);
+    EXPECT_EQ(edge.misoriented_edges, 0);
+    EXPECT_FALSE(edge.is_manifold());
+}
+
+TEST(Check, CountsDegenerateTrianglesOnce) {
+    Mesh mesh = tetrahedron();
+    mesh.triangles.push_back({1, 1, 2});  // a point twice
+    const MeshCheck twice = check_mesh(mesh);
+    EXPECT_EQ(twice.degenerate_triangles, 1);
+    EXPECT_TRUE(twice.is_closed());
+    EXPECT_FALSE(twice.is_sound());
+
+    Mesh flat = tetrahedron();
+    flat.points[3] = {0.5f, 0, 0};
+    EXPECT_EQ(check_mesh(flat).degenerate_triangles, 1) << "the side 0, 1, 3";
+}
+
+TEST(Check, CountsPairsThatPassThroughEachOther) {
+    EXPECT_EQ(check_mesh(joined(tetrahedron(), tetrahedron({2, 0, 0}))).self_intersections, 0);
+    EXPECT_EQ(check_mesh(joined(tetrahedron(), tetrahedron({1, 0, 0}))).self_intersections, 0) << "touching";
+    // The other's corner (0.2, 0.2, -0.5) + (0, 0, 1) sticks through the bottom: its three sides there cross it.
+    const MeshCheck through = check_mesh(joined(tetrahedron(), tetrahedron({0.2f, 0.2f, -0.7f})));
+    EXPECT_EQ(through.self_intersections, 3);
+    EXPECT_FALSE(through.is_sound());
+}
+
+std::uint32_t below(Random& random, std::uint32_t n) {
+    return static_cast<std::uint32_t>(random() % n);
+}
+
+// An upright box. Each side is cut into a grid of `parts`^2 squares, each of two triangles.
+Mesh box(const Vec3f& lower, const Vec3f& upper, int parts = 1, bool other_diagonals = false) {
+    Mesh mesh;
+    std::map<Vec3f, std::uint32_t> numbers;
+    const auto point = [&](std::size_t axis, bool high, int i, int j) {
+        std::array<int, 3> at;
+        at[axis] = high ? parts : 0;
+        at[(axis + 1) % 3] = i;
+        at[(axis + 2) % 3] = j;
+        Vec3f p;
+        for (std::size_t k = 0; k < 3; ++k)
+            p[k] = lower[k] + (upper[k] - lower[k]) * static_cast<float>(at[k]) / static_cast<float>(parts);
+        const auto [found, added] = numbers.try_emplace(p, static_cast<std::uint32_t>(mesh.points.size()));
+        if (added) mesh.points.push_back(p);
+        return found->second;
+    };
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        for (const bool high : {false, true}) {
+            for (int i = 0; i < parts; ++i) {
+                for (int j = 0; j < parts; ++j) {
+                    std::array<std::uint32_t, 4> q{point(axis, high, i, j), point(axis, high, i + 1, j),
+                                                   point(axis, high, i + 1, j + 1),
+                                                   point(axis, high, i, j + 1)};
+                    if (!high) std::swap(q[1], q[3]);
+                    if (other_diagonals) std::rotate(q.begin(), q.begin() + 1, q.end());
+                    mesh.triangles.push_back({q[0], q[1], q[2]});
+                    mesh.triangles.push_back({q[0], q[2], q[3]});
+                }
+            }
+        }
+    }
+    return mesh;
+}
+
+TEST(Check, FindsBoxesInEachOtherWhateverMeetsExactly) {
+    // Whole numbers: edges of one go through diagonals and grid points of the other, or lie in its sides.
+    Random random(11);
+    for (int trial = 0; trial < 300; ++trial) {
+        const auto length = [&] { return static_cast<float>(2 * below(random, 4) + 4); };
+        const auto part = [&] { return static_cast<int>(below(random, 4) + 1); };
+        Vec3f upper_a, lower_b, upper_b;
+        for (std::size_t k = 0; k < 3; ++k) {
+            upper_a[k] = length();
+            lower_b[k] = static_cast<float>(1 + below(random, static_cast<std::uint32_t>(upper_a[k]) - 1));
+            upper_b[k] = upper_a[k] + length();
+        }
+        const Mesh both = joined(box({0, 0, 0}, upper_a, part(), below(random, 2) == 0),
+                                 box(lower_b, upper_b, part(), below(random, 2) == 0));
+        ASSERT_GT(check_mesh(both).self_intersections, 0) << "trial " << trial;
+    }
+}
+
+TEST(Check, FindsStarsOfTwoTetrahedra) {
+    Mesh one;
+    one.points = {{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}};
+    one.triangles = {{0, 1, 2}, {0, 3, 1}, {0, 2, 3}, {1, 3, 2}};
+    Mesh other = one;
+    for (Vec3f& p : other.points) p = {-p[0], -p[1], -p[2]};
+    for (Triangle& t : other.triangles) std::swap(t[0], t[1]);
+    // Each of the twelve edges of the cube's diagonals lies between two sides, all of whose edges meet in their middles.
+    EXPECT_EQ(check_mesh(joined(one, other)).self_intersections, 12);
+}
+
+TEST(Check, FindsCrossingsAlongEdgesOfBoth) {
+    // Both are cut into squares of 5, so that they pass through each other only along edges, of different length.
+    const Mesh a = box({0, 0, 0}, {10, 10, 10}, 2);
+    EXPECT_GT(check_mesh(joined(a, box({5, 5, 5}, {15, 15, 15}, 2))).self_intersections, 0);
+    EXPECT_GT(check_mesh(joined(a, box({5, 5, 5}, {15, 15, 15}, 4))).self_intersections, 0);
+}
+
+TEST(Check, CountsNoBoxesThatOnlyTouch) {
+    const Mesh a = box({0, 0, 0}, {4, 4, 4});
+    const std::pair<const char*, Mesh> cases[] = {
+        {"side on side", box({4, 0, 0}, {8, 4, 4})},
+        {"side on part of a side", box({4, 1, 1}, {6, 3, 3}, 2)},
+        {"side over side and beyond", box({4, 2, -2}, {6, 6, 6}, 3, true)},
+        {"edge on edge", box({4, 4, 0}, {8, 8, 4})},
+        {"edge on part of an edge", box({4, 4, 1}, {8, 8, 7}, 3)},
+        {"corner on corner", box({4, 4, 4}, {8, 8, 8})},
+        {"corner on edge", box({4, 4, 1}, {8, 8, 2})},
+        {"inside, on two sides", box({0, 0, 1}, {2, 3, 2})},
+        {"the same", a},
+        {"the same, cut otherwise", box({0, 0, 0}, {4, 4, 4}, 3, true)},
+    };
+    for (const auto& [name, b] : cases) {
+        EXPECT_EQ(check_mesh(joined(a, b)).self_intersections, 0) << name;
+        EXPECT_EQ(check_mesh(joined(b, a)).self_intersections, 0) << name;
+    }
+    // A wedge that stands with its edge on the middle of a side, and one whose edge ends there.
+    Mesh wedge;
+    wedge.points = {{1, 2, 4}, {3, 2, 4}, {2, 1, 6}, {2, 3, 6}};
+    wedge.triangles = {{0, 1, 3}, {1, 0, 2}, {0, 3, 2}, {1, 2, 3}};
+    EXPECT_EQ(check_mesh(joined(a, wedge)).self_intersections, 0);
+    for (Vec3f& p : wedge.points) p[2] = 10 - p[2] - 2 * (p[2] == 4);
+    EXPECT_EQ(check_mesh(joined(a, wedge)).self_intersections, 0);
+}
+
+TEST(Check, DecidesExactly) {
+    // A tip in a slanting side of float coordinates, exactly or within a bit of a coordinate.
+    const float third = 1.0f / 3, up = std::nextafter(1.0f, 2.0f), down = std::nextafter(1.0f, 0.0f);
+    const auto stuck = [&](float z) {
+        Mesh mesh;
+        mesh.points = {{0, 0, 1}, {3, 0, 1}, {0, 3, 1}, {third, third, z}, {third, 1, 4}, {1, third, 4}};
+        mesh.triangles = {{0, 1, 2}, {3, 4, 5}};
+        return check_mesh(mesh).self_intersections;
+    };
+    EXPECT_EQ(stuck(1), 0);
+    EXPECT_EQ(stuck(up), 0);
+    EXPECT_EQ(stuck(down), 1);
+    const auto far_from_zero = [&](float x) {  // 2^-24 of a coordinate, and 1e-14 of the whole
+        Mesh mesh;
+        mesh.points = {{0, 0, 0},       {1e7f, 1e7f, 1},     {-1e7f, 1e7f, 0},
+                       {x, 1e6f, 5e5f}, {1e6f, 1e6f, -5e5f}, {1e6f, 2e6f, 1}};
+        mesh.triangles = {{0, 1, 2}, {3, 4, 5}};
+        return check_mesh(mesh).self_intersections;
+    };
+    EXPECT_EQ(far_from_zero(1e6f), 1);
+}
+
+TEST(Check, FindsNoCrossingsInWhatIsExtracted) {
+    Random random(5);
+    for (int trial = 0; trial < 100; ++trial) {
+        const RandomGrid one = random_grid(random);
+        const Mesh mesh = extract_isosurface(one.volume, one.isovalue, {.closed = true});
+        if (mesh.triangles.empty()) continue;
+        const MeshCheck check = check_mesh(mesh);
+        ASSERT_EQ(check.self_intersections, 0) << "trial " << trial;
+        ASSERT_TRUE(check.is_closed() && check.is_manifold() && check.misoriented_edges == 0);
+    }
+}
+
+TEST(Check, MeasuresThinWalls) {
+    // A hollow ball whose wall is 2 mm thick.
+    const auto outer = sphere({15, 15, 15}, 12), inner = sphere({15, 15, 15}, 10);
+    const Mesh mesh =
+        extracted(grid(31, 31, 31), [&](const Vec3d& p) { return std::min(outer(p), -inner(p)); });
+    EXPECT_EQ(check_mesh(mesh, {.min_wall = 1.8}).thin_triangles, 0);
+    const MeshCheck thin = check_mesh(mesh, {.min_wall = 2.2});
+    EXPECT_NEAR(thin.thin_area / (4 * M_PI * (144 + 100)), 1, 0.02);
+    EXPECT_NEAR(thin.thinnest_wall, 2, 0.15);
+    EXPECT_FALSE(thin.is_sound());
+    EXPECT_EQ(check_mesh(mesh).thin_triangles, 0) << "not asked for";
+}
+
+TEST(Check, RefusesWhatIsNoMesh) {
+    Mesh mesh = tetrahedron();
+    mesh.points[1][0] = std::numeric_limits<float>::infinity();
+    EXPECT_THROW(check_mesh(mesh), InputError);
+    EXPECT_THROW(check_mesh(tetrahedron(), {.min_wall = -1}), InputError);
+    EXPECT_THROW(check_mesh(tetrahedron(), {.progress = [](double) { return false; }}), Cancelled);
+    mesh = tetrahedron();
+    mesh.triangles[0][0] = 4;
+    EXPECT_THROW(check_mesh(mesh), InputError);
+    EXPECT_FALSE(check_mesh({}).is_sound());
+}
+
+}  // namespace
+}  // namespace marrow::test

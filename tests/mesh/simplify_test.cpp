@@ -1,0 +1,127 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include <tbb/global_control.h>
+
+#include <marrow/error.h>
+#include <marrow/isosurface.h>
+#include <marrow/measure.h>
+#include <marrow/simplify.h>
+
+#include "support/fields.h"
+#include "support/mesh_checks.h"
+
+namespace marrow::test {
+namespace {
+
+Mesh ball(double radius) {
+    const Volume volume = sampled_in_space<float>(grid(41, 41, 41), sphere({20, 20, 20}, radius));
+    return extract_isosurface(volume, 0);
+}
+
+void expect_same_topology(const Mesh& before, const Mesh& after) {
+    const MeshMeasures a = measure(before), b = measure(after);
+    EXPECT_EQ(a.components, b.components);
+    EXPECT_EQ(a.euler_characteristic, b.euler_characteristic);
+    EXPECT_EQ(a.boundary_edges, b.boundary_edges);
+}
+
+TEST(Simplify, ReachesTheCountAndStaysNear) {
+    const Mesh mesh = ball(15);
+    for (const std::int64_t triangles : {4000, 1000, 100}) {
+        SimplifyStats stats;
+        const Mesh reduced = simplify(mesh, {.triangles = triangles}, &stats);
+        EXPECT_EQ(manifold_fault(reduced), "");
+        EXPECT_EQ(static_cast<std::int64_t>(reduced.triangles.size()), triangles);
+        // A sphere's best approximation by n triangles lies about 4 sqrt(3) pi r / (9 n) away (Fejes Toth).
+        const double best = 4 * std::sqrt(3) * M_PI * 15 / (9 * static_cast<double>(triangles));
+        EXPECT_LT(stats.deviation.mean, 2 * best);
+        const MeshDistance again = mesh_distance(mesh, reduced);
+        EXPECT_EQ(stats.deviation.max, again.max);
+        EXPECT_EQ(stats.deviation.mean, again.mean);
+        EXPECT_LT(triangles * std::abs(measure(reduced).volume / measure(mesh).volume - 1), 15);
+    }
+}
+
+TEST(Simplify, TakesAFlatBoxDownToItsSides) {
+    const Volume solid = sampled<float>(grid(30, 30, 30), [](auto x, auto y, auto z) {
+        return x > 4 && x < 25 && y > 4 && y < 25 && z > 4 && z < 25 ? 1 : -1;
+    });
+    const Mesh mesh = extract_isosurface(solid, 0);
+    const Mesh reduced = simplify(mesh, {.max_error = 0.02});
+    EXPECT_EQ(manifold_fault(reduced), "");
+    EXPECT_LT(reduced.triangles.size(), 200u) << "of " << mesh.triangles.size();
+    EXPECT_NEAR(measure(reduced).volume, measure(mesh).volume, 1e-3 * measure(mesh).volume);
+}
+
+TEST(Simplify, KeepsTheErrorThatIsAllowed) {
+    Random random(3);
+    const auto field = torus({20, 20, 20}, 11, 5);
+    const Volume rough = sampled_in_space<float>(grid(41, 41, 41), [&](const Vec3d& p) {
+        return field(p) + std::normal_distribution<double>(0, 0.3)(random);
+    });
+    const Mesh mesh = extract_isosurface(rough, 0);
+    std::size_t before = mesh.triangles.size() + 1;
+    for (const double max_error : {0.02, 0.1, 0.5}) {
+        SimplifyStats stats;
+        const Mesh reduced = simplify(mesh, {.max_error = max_error}, &stats);
+        EXPECT_FALSE(stats.backed_off);
+        EXPECT_LE(mesh_distance(mesh, reduced).max, max_error);
+        EXPECT_EQ(manifold_fault(reduced), "");
+        expect_same_topology(mesh, reduced);
+        EXPECT_LT(reduced.triangles.size(), before);
+        before = reduced.triangles.size();
+    }
+    EXPECT_LT(before, mesh.triangles.size() / 5);
+}
+
+TEST(Simplify, StopsAtTheCountWithinTheError) {
+    const Mesh mesh = ball(15);
+    const Mesh both = simplify(mesh, {.triangles = 5000, .max_error = 0.5});
+    EXPECT_EQ(both.triangles.size(), 5000u);
+}
+
+TEST(Simplify, KeepsEveryPieceAndHandle) {
+    Random random(11);
+    for (int trial = 0; trial < 15; ++trial) {
+        const RandomGrid random_one = random_grid(random);
+        const Mesh mesh = extract_isosurface(random_one.volume, random_one.isovalue, {.closed = true});
+        if (mesh.triangles.empty()) continue;
+        const Mesh reduced = simplify(mesh, {.triangles = 4});
+        ASSERT_EQ(manifold_fault(reduced), "") << "trial " << trial;
+        expect_same_topology(mesh, reduced);
+    }
+}
+
+TEST(Simplify, LeavesBordersAndNonManifoldEdges) {
+    const Volume volume = sampled_in_space<float>(grid(20, 20, 20), sphere({10, 10, 0}, 8.2));
+    const Mesh half = extract_isosurface(volume, 0);
+    const Mesh reduced = simplify(half, {.triangles = 100});
+    EXPECT_EQ(manifold_fault(reduced, true), "");
+    expect_same_topology(half, reduced);
+    EXPECT_LT(reduced.triangles.size(), half.triangles.size() / 4);
+
+    Mesh twice = half;  // every edge has four triangles
+    twice.triangles.insert(twice.triangles.end(), half.triangles.begin(), half.triangles.end());
+    EXPECT_EQ(simplify(twice, {.triangles = 100}).triangles.size(), twice.triangles.size());
+}
+
+TEST(Simplify, HasTheSameBitsForAnyNumberOfThreads) {
+    const Mesh mesh = ball(13);
+    const std::uint64_t all = mesh_hash(simplify(mesh, {.triangles = 500}));
+    const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+    EXPECT_EQ(all, mesh_hash(simplify(mesh, {.triangles = 500})));
+}
+
+TEST(Simplify, RefusesNonsenseAndStopsWhenAsked) {
+    const Mesh mesh = ball(5);
+    EXPECT_THROW(simplify(mesh, {.triangles = -1}), InputError);
+    EXPECT_THROW(simplify(mesh, {.max_error = 0}), InputError);
+    EXPECT_THROW(simplify(mesh, {.max_error = std::nan("")}), InputError);
+    EXPECT_THROW(simplify(mesh, {.triangles = 9, .progress = [](double) { return false; }}), Cancelled);
+    EXPECT_TRUE(simplify({}, {}).points.empty());
+}
+
+}  // namespace
+}  // namespace marrow::test

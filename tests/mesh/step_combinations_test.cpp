@@ -1,0 +1,232 @@
+// From scan to printable surface through every combination of the steps.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+
+#include <marrow/mesh_check.h>
+#include <marrow/volume_filters.h>
+#include <marrow/isosurface.h>
+#include <marrow/measure.h>
+#include <marrow/components.h>
+#include <marrow/simplify.h>
+#include <marrow/smooth.h>
+#include <marrow/scan_io.h>
+
+#include "cranium.h"
+#include "support/fields.h"
+#include "support/mesh_checks.h"
+
+namespace marrow::test {
+namespace {
+
+constexpr double kBone = 226, kSkin = -300;
+
+Mesh closed_surface(const Volume& volume, double isovalue) {
+    return extract_isosurface(volume, isovalue, {.closed = true});
+}
+
+std::string fault(const Mesh& mesh) {
+    const std::string found = manifold_fault(mesh);
+    return found.empty() && !(measure(mesh).volume > 0) ? "faces inward" : found;
+}
+
+// Filters, snapping, pieces, smoothing and reduction, each in several ways or not at all. What comes out of each is
+// closed, manifold and oriented.
+void walk_combinations(const Volume& scan, double isovalue) {
+    const std::vector<ComponentOptions> choices{{}, {.count = 2}, {.min_volume = 20, .cavities = false}};
+    const Mat3d cell = scan.geometry().index_to_physical();
+    for (const bool filtered : {false, true}) {
+        const Volume median = filtered ? median_filter(scan, 1) : Volume();
+        for (const double snap : {0.0, 0.3}) {
+            const Mesh surface =
+                extract_isosurface(filtered ? median : scan, isovalue, {.closed = true, .snap = snap});
+            ASSERT_GT(surface.triangles.size(), 2'000u);
+            for (std::size_t pieces = 0; pieces < choices.size(); ++pieces) {
+                const Mesh chosen = keep_components(surface, choices[pieces]);
+                for (const int smoothing : {0, 1, 2}) {
+                    SmoothOptions options{.iterations = smoothing == 0 ? 0 : 20};
+                    if (smoothing == 2) options.bound = cell;
+                    const Mesh smoothed = smooth(chosen, options);
+                    SCOPED_TRACE(testing::Message()
+                                 << "isovalue " << isovalue << ", median " << filtered << ", snap " << snap
+                                 << ", pieces " << pieces << ", smoothing " << smoothing);
+                    ASSERT_EQ(fault(smoothed), "");
+                    const auto all = static_cast<double>(smoothed.triangles.size());
+                    for (const double keep : {0.3, 0.05}) {
+                        const Mesh reduced = simplify(smoothed, {.triangles = std::llround(keep * all)});
+                        ASSERT_EQ(fault(reduced), "");
+                        ASSERT_LT(static_cast<double>(reduced.triangles.size()), 2 * keep * all);
+                    }
+                    if (pieces != 1 || snap > 0) continue;  // it takes several times as long
+                    const Mesh near = simplify(smoothed, {.max_error = 0.3});
+                    ASSERT_EQ(fault(near), "");
+                    ASSERT_LE(mesh_distance(smoothed, near).max, 0.3);
+                }
+            }
+        }
+    }
+}
+
+// All steps, one way each, over a whole scan.
+void walk_whole(const Volume& scan, double isovalue) {
+    const Volume calm = median_filter(scan, 1);
+    const Mesh surface = extract_isosurface(calm, isovalue, {.closed = true, .snap = 0.3});
+    const Mesh chosen = keep_components(surface, {.min_volume = 20, .cavities = false});
+    SmoothStats smoothing;
+    const Mesh smoothed = smooth(chosen, {.bound = scan.geometry().index_to_physical()}, &smoothing);
+    ASSERT_EQ(fault(smoothed), "");
+    EXPECT_NEAR(measure(smoothed).volume / measure(chosen).volume, 1, 0.01);
+    const auto wanted = static_cast<std::int64_t>(smoothed.triangles.size() / 10);
+    SimplifyStats reduction;
+    const Mesh reduced = simplify(smoothed, {.triangles = wanted}, &reduction);
+    EXPECT_FALSE(reduction.backed_off);
+    EXPECT_EQ(fault(reduced), "");
+    EXPECT_LE(static_cast<std::int64_t>(reduced.triangles.size()), wanted);
+    EXPECT_EQ(measure(reduced).components, measure(smoothed).components);
+    // What is reported is what is there.
+    const MeshDistance apart = mesh_distance(smoothed, reduced);
+    EXPECT_EQ(reduction.deviation.mean, apart.mean);
+    EXPECT_EQ(reduction.deviation.max, apart.max);
+}
+
+// Whether the walks that take minutes each are wanted too.
+bool takes_time() {
+    const char* wanted = std::getenv("MARROW_TEST_LONG");
+    return wanted != nullptr && *wanted != '\0';
+}
+constexpr const char* kLong = "takes some minutes: set MARROW_TEST_LONG to run it";
+
+Volume part(const Volume& scan, std::array<std::int64_t, 3> middle, std::int64_t half) {
+    std::array<std::int64_t, 3> last = middle;
+    for (std::size_t a = 0; a < 3; ++a) {
+        middle[a] = std::max<std::int64_t>(middle[a] - half, 0);
+        last[a] = std::min(last[a] + half, scan.geometry().dims[a] - 1);
+    }
+    return crop(scan, middle, last);
+}
+
+class Cranium : public testing::Test {
+  protected:
+    void SetUp() override {
+        std::optional<Volume> found = bench::cranium();
+        if (!found) GTEST_SKIP() << "the package invesalius-examples is not installed";
+        scan = std::move(*found);
+    }
+    Volume scan;
+};
+
+TEST_F(Cranium, StaysClosedAndManifoldThroughEveryCombination) {
+    const Volume face = part(scan, {128, 50, 54}, 40);
+    for (const double isovalue : {kBone, kSkin}) walk_combinations(face, isovalue);
+}
+
+TEST_F(Cranium, StaysClosedAndManifoldThroughEveryCombinationAsAWhole) {
+    if (!takes_time()) GTEST_SKIP() << kLong;
+    for (const double isovalue : {kBone, kSkin}) walk_combinations(scan, isovalue);
+}
+
+TEST_F(Cranium, StaysClosedAndManifoldAsAWhole) {
+    for (const double isovalue : {kBone, kSkin}) walk_whole(scan, isovalue);
+}
+
+TEST_F(Cranium, KeepsItsVolumeWhenSmoothed) {
+    for (const double isovalue : {kBone, kSkin}) {
+        const Mesh mesh = closed_surface(scan, isovalue);
+        const Mesh smoothed = smooth(mesh);
+        EXPECT_NEAR(measure(smoothed).volume / measure(mesh).volume, 1, 0.01);
+        EXPECT_LT(measure(smoothed).area, measure(mesh).area);
+        EXPECT_EQ(fault(smoothed), "");
+    }
+}
+
+TEST_F(Cranium, KeepsATenthOfAMillimetre) {
+    const Volume temple = part(scan, {80, 100, 40}, 20);
+    for (const double isovalue : {kBone, kSkin}) {
+        const Mesh mesh = smooth(closed_surface(temple, isovalue));
+        SimplifyStats stats;
+        const Mesh reduced = simplify(mesh, {.max_error = 0.1}, &stats);
+        EXPECT_FALSE(stats.backed_off);
+        EXPECT_LE(mesh_distance(mesh, reduced).max, 0.1);
+        EXPECT_LT(reduced.triangles.size(), mesh.triangles.size() / 2);
+        EXPECT_EQ(fault(reduced), "");
+    }
+}
+
+TEST_F(Cranium, IsCalmerAfterTheFiltersAndNoOtherThing) {
+    const Volume back = part(scan, {128, 200, 50}, 30);
+    const Volume calm = median_filter(back, 1), blurred = gaussian_filter(calm, 0.7);
+    const Volume even = resample_isotropic(blurred, back.geometry().spacing[0]);
+    const Mesh raw = closed_surface(back, kBone), mesh = closed_surface(blurred, kBone);
+    EXPECT_LT(measure(mesh).components, measure(raw).components);
+    EXPECT_LT(roughness(mesh, 2).roughness, 0.8 * roughness(raw, 2).roughness);
+    EXPECT_NEAR(measure(mesh).volume / measure(raw).volume, 1, 0.1);
+    EXPECT_NEAR(measure(closed_surface(even, kBone)).volume / measure(mesh).volume, 1, 0.02);
+}
+
+class VisibleHuman : public testing::Test {
+  protected:
+    void SetUp() override {
+        const char* data = std::getenv("MARROW_TEST_DATA");
+        const std::filesystem::path head = std::filesystem::path(data ? data : "") / "vhf_head_ct";
+        if (!data || !std::filesystem::exists(head)) GTEST_SKIP() << "vhf_head_ct is not there";
+        scan = read_scan(head);
+    }
+    Volume scan;
+};
+
+TEST_F(VisibleHuman, StaysClosedAndManifoldThroughEveryCombination) {
+    const Volume face = part(scan, {256, 142, 117}, 40);
+    for (const double isovalue : {kBone, kSkin}) walk_combinations(face, isovalue);
+}
+
+TEST_F(VisibleHuman, StaysClosedAndManifoldThroughEveryCombinationAsAWhole) {
+    if (!takes_time()) GTEST_SKIP() << kLong;
+    for (const double isovalue : {kBone, kSkin}) walk_combinations(scan, isovalue);
+}
+
+TEST_F(VisibleHuman, StaysClosedAndManifoldAsAWhole) {
+    for (const double isovalue : {kBone, kSkin}) walk_whole(scan, isovalue);
+}
+
+TEST(Noise, GoesThroughTheWholeChainWithoutAnOpenEdge) {
+    Random random(41);
+    for (int trial = 0; trial < 60; ++trial) {
+        SCOPED_TRACE(trial);
+        const RandomGrid one = random_grid(random);
+        const auto pick = [&](int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); };
+        Volume volume = crop(one.volume, {0, 0, 0}, [&] {
+            std::array<std::int64_t, 3> last = one.volume.geometry().dims;
+            for (std::int64_t& i : last) i -= 1 + pick(2);
+            return last;
+        }());
+        if (pick(2)) volume = median_filter(volume, 1 + pick(2));
+        if (pick(2)) volume = gaussian_filter(volume, 0.3 + pick(2));
+        if (pick(2)) volume = resample_isotropic(volume, pick(2) ? 0.4 : 1.3);
+        Mesh mesh = closed_surface(volume, one.isovalue);
+        const auto expect_closed = [&](const char* after) {
+            if (!mesh.triangles.empty()) {
+                ASSERT_EQ(manifold_fault(mesh), "") << after;
+            }
+        };
+        expect_closed("extraction");
+        mesh =
+            keep_components(mesh, {.count = pick(4), .min_volume = 0.1 * pick(3), .cavities = pick(2) == 0});
+        expect_closed("components");
+        SmoothOptions options{.iterations = pick(40)};
+        if (pick(2)) options.bound = volume.geometry().index_to_physical();
+        mesh = smooth(mesh, options);
+        expect_closed("smooth");
+        if (mesh.triangles.empty()) continue;
+        if (trial % 4 == 0)
+            mesh =
+                pick(2) ? simplify(mesh, {.triangles = 1 + pick(200)}) : simplify(mesh, {.max_error = 0.2});
+        expect_closed("simplify");
+        const MeshCheck check = check_mesh(mesh, {.min_wall = 0.3});
+        EXPECT_TRUE(check.is_closed() && check.is_manifold() && check.misoriented_edges == 0);
+    }
+}
+
+}  // namespace
+}  // namespace marrow::test

@@ -1,0 +1,384 @@
+// Terrain from elevation rasters: exact where samples are, closed where it should be, the same for any blocks.
+#include <gtest/gtest.h>
+
+#include <cpl_conv.h>
+#include <gdal.h>
+#include <ogr_srs_api.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <functional>
+#include <limits>
+
+#include <marrow/error.h>
+#include <marrow/isosurface.h>
+#include <marrow/measure.h>
+#include <marrow/terrain.h>
+
+#include "support/fields.h"
+#include "support/mesh_checks.h"
+#include "support/temporary_folder.h"
+
+namespace marrow {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+
+/// A GeoTIFF of height(column from the west, row from the south); by default in UTM 33 N, `cell` metres a pixel.
+struct RasterFile {
+    int columns = 0, rows = 0;
+    double cell = 10;
+    int epsg = 32633;  ///< 0: none
+    double west = 500000, north = 5000000;
+    std::string unit = {};
+    bool placed = true;
+    bool south_up = false;
+
+    fs::path write(const fs::path& path, const std::function<double(int, int)>& height) const {
+        GDALAllRegister();
+        GDALDatasetH file =
+            GDALCreate(GDALGetDriverByName("GTiff"), path.c_str(), columns, rows, 1, GDT_Float64, nullptr);
+        double transform[6] = {west, cell, 0, north, 0, -cell};
+        if (south_up) transform[3] = north - rows * cell, transform[5] = cell;
+        if (placed) GDALSetGeoTransform(file, transform);
+        if (epsg != 0) {
+            OGRSpatialReferenceH reference = OSRNewSpatialReference(nullptr);
+            OSRImportFromEPSG(reference, epsg);
+            GDALSetSpatialRef(file, reference);
+            OSRRelease(reference);
+        }
+        GDALRasterBandH band = GDALGetRasterBand(file, 1);
+        GDALSetRasterNoDataValue(band, -9999);
+        if (!unit.empty()) GDALSetRasterUnitType(band, unit.c_str());
+        std::vector<double> line(static_cast<std::size_t>(columns));
+        for (int row = 0; row < rows; ++row) {
+            const int from_south = south_up ? row : rows - 1 - row;
+            for (int column = 0; column < columns; ++column) {
+                const double h = height(column, from_south);
+                line[static_cast<std::size_t>(column)] = std::isnan(h) ? -9999 : h;
+            }
+            EXPECT_EQ(
+                GDALRasterIO(band, GF_Write, 0, row, columns, 1, line.data(), columns, 1, GDT_Float64, 0, 0),
+                CE_None);
+        }
+        GDALClose(file);
+        return path;
+    }
+};
+
+double hills(int i, int j) {
+    return 300 + 40 * std::sin(0.11 * i) * std::cos(0.07 * j) + 15 * std::sin(0.23 * (i + j));
+}
+
+// Rough ground: noise up to several samples high, with flat parts and heights that are whole multiples.
+double rough(int i, int j) {
+    const auto h = static_cast<std::uint32_t>(i) * 73856093u ^ static_cast<std::uint32_t>(j) * 19349663u;
+    if ((i / 9 + j / 7) % 3 == 0) return 20 * static_cast<double>((i / 9 + j / 7) % 5);
+    return static_cast<double>((h * 2654435761u >> 16) % 61);
+}
+
+double rough_with_holes(int i, int j) {
+    const bool hole = (i * 7 + j * 13) % 23 == 0 || (i > 60 && i < 68 && j > 61 && j < 66) ||
+                      (i == 0 && j < 5) || (i % 11 == 3 && j % 5 == 1);
+    return hole ? kUnknown : rough(i, j);
+}
+
+TEST(Terrain, OfBlocksIsThatOfOneVolume) {
+    const test::TemporaryFolder folder;
+    constexpr int kColumns = 150, kRows = 139;  // three by three blocks
+    const auto height = [](int i, int j) { return hills(i, j) + 0.37 * rough(i, j); };
+    const fs::path file = RasterFile{kColumns, kRows}.write(folder / "dem.tif", height);
+    TerrainInfo info;
+    const Mesh terrain = extract_terrain(file, {}, &info);
+    EXPECT_EQ(test::manifold_fault(terrain, true), "");
+
+    // The whole ground as one volume of densities, in mm about the raster's centre.
+    Geometry g;
+    const double lowest = 200, highest = 420;
+    g.dims = {kColumns, kRows, static_cast<std::int64_t>((highest - lowest) / 10)};
+    g.spacing = {10e3, 10e3, 10e3};
+    const double shift = info.lowest - 0.381966 * 10;  // layers lie where those of the terrain lie
+    const double first_layer = shift - 10 * std::ceil((shift - lowest) / 10);
+    g.origin = {-(kColumns - 1) * 5e3, -(kRows - 1) * 5e3, first_layer * 1e3};
+    const Volume density = test::sampled<double>(g, [&](auto i, auto j, auto k) {
+        return height(static_cast<int>(i), static_cast<int>(j)) -
+               (first_layer + 10.0 * static_cast<double>(k));
+    });
+    const Mesh whole = extract_isosurface(density, 0, {.normals = false});
+    EXPECT_EQ(terrain.points.size(), whole.points.size());
+    EXPECT_EQ(terrain.triangles.size(), whole.triangles.size());
+    EXPECT_EQ(measure(terrain).boundary_edges, measure(whole).boundary_edges);
+    EXPECT_LT(mesh_distance(terrain, whole, 20'000).max, 1) << "mm, where a sample is 10 m";
+}
+
+TEST(Terrain, GoesThroughEverySample) {
+    const test::TemporaryFolder folder;
+    const fs::path file = RasterFile{90, 70}.write(folder / "dem.tif", hills);
+    TerrainInfo info;
+    const Mesh mesh = extract_terrain(file, {}, &info);
+    EXPECT_LT(info.max_error, 1e-3);
+    EXPECT_EQ(info.centre, (std::array<double, 2>{500450, 4999650}));
+    std::size_t found = 0;
+    for (const Vec3f& p : mesh.points) {
+        const double i = p[0] / 10e3 + 89 / 2.0, j = p[1] / 10e3 + 69 / 2.0;
+        if (std::abs(i - std::round(i)) > 1e-6 || std::abs(j - std::round(j)) > 1e-6) continue;
+        EXPECT_NEAR(p[2] / 1e3, hills(static_cast<int>(std::round(i)), static_cast<int>(std::round(j))),
+                    1e-3);
+        ++found;
+    }
+    EXPECT_EQ(found, 90u * 70u) << "each sample once";
+}
+
+TEST(Terrain, OfAPlaneIsThePlane) {
+    const test::TemporaryFolder folder;
+    const auto plane = [](int i, int j) { return 100 + 3.25 * i - 1.5 * j; };
+    const fs::path file = RasterFile{130, 70}.write(folder / "dem.tif", plane);
+    const Mesh mesh = extract_terrain(file);
+    for (const Vec3f& p : mesh.points) {
+        const double i = p[0] / 10e3 + 129 / 2.0, j = p[1] / 10e3 + 69 / 2.0;
+        EXPECT_NEAR(p[2] / 1e3, 100 + 3.25 * i - 1.5 * j, 1e-3);
+    }
+    const double slope = std::sqrt(1 + 0.325 * 0.325 + 0.15 * 0.15);
+    EXPECT_NEAR(measure(mesh).area / (1290e3 * 690e3 * slope), 1, 1e-6);
+}
+
+double flat(int, int) {
+    return 7;
+}
+
+struct Ground {
+    const char* name;
+    double (*height)(int, int);
+};
+
+void PrintTo(const Ground& ground, std::ostream* out) {
+    *out << ground.name;
+}
+
+class ClosedTerrain : public testing::TestWithParam<Ground> {};
+INSTANTIATE_TEST_SUITE_P(Of, ClosedTerrain,
+                         testing::Values(Ground{"hills", hills}, Ground{"rough", rough},
+                                         Ground{"rough with holes", rough_with_holes}, Ground{"flat", flat}));
+
+TEST_P(ClosedTerrain, HasNoOpenEdgeAndNoPointWhereSheetsMeet) {
+    const test::TemporaryFolder folder;
+    for (const auto& [columns, rows] : {std::pair{2, 2}, {3, 9}, {64, 65}, {66, 63}, {131, 70}}) {
+        const fs::path file = RasterFile{columns, rows}.write(folder / "dem.tif", GetParam().height);
+        for (const double cell : {0.0, 4.0}) {
+            const Mesh block = extract_terrain(file, {.cell = cell, .base = 2, .size = 100});
+            EXPECT_EQ(test::manifold_fault(block), "") << columns << " x " << rows << ", cell " << cell;
+            EXPECT_GT(measure(block).volume, 0);
+        }
+        const Mesh open = extract_terrain(file);
+        EXPECT_EQ(test::manifold_fault(open, true), "") << columns << " x " << rows;
+    }
+}
+
+TEST(TerrainBlock, HasTheSizeTheBaseAndTheVolumeAskedFor) {
+    const test::TemporaryFolder folder;
+    // 100 m below the highest corner on 1290 m: a wedge, whose volume is known.
+    const fs::path file =
+        RasterFile{130, 70}.write(folder / "dem.tif", [](int i, int) { return 50 + 100.0 * i / 129; });
+    TerrainInfo info;
+    const Mesh block = extract_terrain(file, {.exaggerate = 2, .base = 5, .size = 258}, &info);
+    EXPECT_NEAR(info.mm_per_metre, 0.2, 1e-12);
+    const MeshMeasures m = measure(block);
+    EXPECT_NEAR(m.lower[0], -129, 1e-4);
+    EXPECT_NEAR(m.upper[0], 129, 1e-4);
+    EXPECT_NEAR(m.lower[1], -69, 1e-4);
+    EXPECT_NEAR(m.upper[1], 69, 1e-4);
+    EXPECT_EQ(m.lower[2], 0);
+    EXPECT_NEAR(m.upper[2], 5 + 2 * 100 * 0.2, 1e-4);
+    EXPECT_NEAR(m.volume / (258 * 138 * (5 + 20)), 1, 1e-5);
+    EXPECT_EQ(m.components, 1);
+    EXPECT_EQ(m.euler_characteristic, 2);
+}
+
+TEST(TerrainBlock, OfOneHoleIsARing) {
+    const test::TemporaryFolder folder;
+    const fs::path file = RasterFile{20, 20}.write(folder / "dem.tif", [](int i, int j) {
+        return i > 6 && i < 12 && j > 8 && j < 13 ? kUnknown : hills(i, j);
+    });
+    TerrainInfo info;
+    const MeshMeasures block = measure(extract_terrain(file, {.base = 3, .size = 50}, &info));
+    EXPECT_EQ(info.unknown_samples, 20);
+    EXPECT_EQ(block.boundary_edges, 0);
+    EXPECT_EQ(block.euler_characteristic, 0) << "a torus";
+    const MeshMeasures open = measure(extract_terrain(file));
+    EXPECT_EQ(open.euler_characteristic, 0) << "an annulus";
+    EXPECT_GT(open.boundary_edges, 0);
+}
+
+TEST(Terrain, OfSmoothGroundKeepsItsHeightsAtACoarserCell) {
+    const test::TemporaryFolder folder;
+    const fs::path file = RasterFile{200, 160}.write(folder / "dem.tif", hills);
+    TerrainInfo fine, coarse;
+    const Mesh all = extract_terrain(file, {}, &fine);
+    const Mesh half = extract_terrain(file, {.cell = 20}, &coarse);
+    EXPECT_EQ(coarse.samples, (std::array<std::int64_t, 2>{100, 80}));
+    EXPECT_EQ(coarse.cell, (std::array<double, 3>{20, 20, 20}));
+    EXPECT_GT(coarse.rms_error, 0.01);
+    EXPECT_LE(coarse.rms_error, 0.1 * coarse.cell[2]);
+    EXPECT_NEAR(static_cast<double>(half.triangles.size()) / static_cast<double>(all.triangles.size()), 0.25,
+                0.03);
+    TerrainInfo jagged;
+    extract_terrain(RasterFile{200, 160}.write(folder / "rough.tif", rough), {.cell = 20}, &jagged);
+    EXPECT_GT(jagged.rms_error, 0.1 * jagged.cell[2]) << "and says so where it cannot";
+}
+
+TEST(Terrain, ErrorIsThatOfTheHeightsBetweenSamples) {
+    // Every other sample of a zigzag of 8 m: averages of two are 4 m off, everywhere.
+    const test::TemporaryFolder folder;
+    const fs::path file =
+        RasterFile{64, 64}.write(folder / "dem.tif", [](int i, int) { return i % 2 == 0 ? 100.0 : 108.0; });
+    TerrainInfo info;
+    extract_terrain(file, {.cell = 20}, &info);
+    EXPECT_NEAR(info.rms_error, 4, 1e-3);
+    EXPECT_NEAR(info.max_error, 4, 1e-3);
+}
+
+TEST(Terrain, InDegreesIsProjectedToMetres) {
+    const test::TemporaryFolder folder;
+    RasterFile degrees{121, 121};
+    degrees.epsg = 4326;
+    degrees.cell = 1.0 / 12000;  // a hundredth of a degree in all
+    degrees.west = 15;
+    degrees.north = 60;
+    const fs::path file =
+        degrees.write(folder / "dem.tif", [](int i, int j) { return 100 + 0.1 * i + 0.05 * j; });
+    TerrainInfo info;
+    const MeshMeasures m = measure(extract_terrain(file, {}, &info));
+    EXPECT_EQ(info.projection, "WGS 84 / UTM zone 33N");
+    EXPECT_NEAR(info.centre[0], 500000 + 0.005 * 111320 * 0.5, 20);
+    EXPECT_NEAR((m.upper[0] - m.lower[0]) / 1e6, 1.1132 * 0.5, 0.02)
+        << "km; a degree east is half as wide at 60";
+    EXPECT_NEAR((m.upper[1] - m.lower[1]) / 1e6, 1.1141, 0.02);
+    EXPECT_LT(info.rms_error, 0.01);
+}
+
+TEST(Terrain, WithRowsFromTheSouthIsTheSame) {
+    const test::TemporaryFolder folder;
+    RasterFile turned{70, 50};
+    turned.south_up = true;
+    const Mesh a = extract_terrain(RasterFile{70, 50}.write(folder / "north.tif", hills));
+    const Mesh b = extract_terrain(turned.write(folder / "south.tif", hills));
+    EXPECT_EQ(test::mesh_hash(a), test::mesh_hash(b));
+}
+
+TEST(Terrain, InFeetComesOutInMetres) {
+    const test::TemporaryFolder folder;
+    RasterFile feet{10, 10};
+    feet.unit = "ft";
+    TerrainInfo info;
+    extract_terrain(feet.write(folder / "dem.tif", [](int i, int) { return 1000.0 + i; }), {}, &info);
+    EXPECT_NEAR(info.lowest, 304.8, 1e-9);
+}
+
+TEST(Terrain, DoesNotDependOnThreads) {
+    const test::TemporaryFolder folder;
+    const fs::path file = RasterFile{140, 140}.write(folder / "dem.tif", rough_with_holes);
+    const auto hash = [&](int threads) {
+        return test::mesh_hash(extract_terrain(file, {.base = 4, .size = 80, .threads = threads}));
+    };
+    EXPECT_EQ(hash(1), hash(2));
+    EXPECT_EQ(hash(1), hash(7));
+}
+
+TEST(Terrain, HasUnitNormalsThatPointUp) {
+    const test::TemporaryFolder folder;
+    const Mesh mesh = extract_terrain(RasterFile{30, 30}.write(folder / "dem.tif", hills));
+    ASSERT_EQ(mesh.normals.size(), mesh.points.size());
+    for (const Vec3f& n : mesh.normals) {
+        EXPECT_NEAR(std::hypot(n[0], n[1], n[2]), 1, 1e-5);
+        EXPECT_GT(n[2], 0);
+    }
+}
+
+template <class E>
+std::string refusal(const fs::path& file, const TerrainOptions& options = {}) {
+    try {
+        extract_terrain(file, options);
+    } catch (const E& error) {
+        return error.what();
+    }
+    ADD_FAILURE() << file << " was extracted";
+    return {};
+}
+
+TEST(Terrain, RefusesWhatItCannotRead) {
+    const test::TemporaryFolder folder;
+    refusal<IoError>(folder / "missing.tif");
+    refusal<InputError>(folder.path());
+    test::write_file(folder / "text.tif", "not a raster");
+    refusal<InputError>(folder / "text.tif");
+    test::write_file(folder / "elsewhere.vrt",
+                     "<VRTDataset rasterXSize=\"2\" rasterYSize=\"2\"><VRTRasterBand dataType=\"Byte\" "
+                     "band=\"1\"><SimpleSource><SourceFilename>/etc/passwd</SourceFilename></SimpleSource>"
+                     "</VRTRasterBand></VRTDataset>");
+    refusal<InputError>(folder / "elsewhere.vrt");
+    refusal<InputError>(RasterFile{1, 9}.write(folder / "line.tif", hills));
+    refusal<InputError>(RasterFile{9, 9}.write(folder / "empty.tif", [](int, int) { return kUnknown; }));
+    const fs::path good = RasterFile{9, 9}.write(folder / "good.tif", hills);
+    for (const double bad : {-1.0, kUnknown, std::numeric_limits<double>::infinity()}) {
+        refusal<InputError>(good, {.cell = bad});
+        refusal<InputError>(good, {.exaggerate = bad});
+        refusal<InputError>(good, {.base = bad});
+        refusal<InputError>(good, {.size = bad});
+    }
+    refusal<InputError>(good, {.base = 1001, .size = 100});
+    refusal<LimitError>(good, {.exaggerate = 1e9});
+    EXPECT_THROW(extract_terrain(good, {.progress = [](double) { return false; }}), Cancelled);
+}
+
+TEST(Terrain, StopsWhileItReads) {
+    // So fine that one strip of rows alone takes minutes; the first look that GDAL takes at it can be stopped.
+    const test::TemporaryFolder folder;
+    const fs::path file = RasterFile{64, 64}.write(folder / "dem.tif", hills);
+    int asked = 0;
+    EXPECT_THROW(extract_terrain(file, {.cell = 0.02, .progress = [&](double) { return ++asked < 5; }}),
+                 Cancelled);
+    EXPECT_EQ(asked, 5) << "and not again";
+    double last = 0;
+    extract_terrain(file, {.progress = [&](double fraction) {
+                        EXPECT_GE(fraction, last);
+                        last = fraction;
+                        return true;
+                    }});
+    EXPECT_EQ(last, 1);
+}
+
+TEST(Terrain, WithoutGeoreferenceNeedsACell) {
+    const test::TemporaryFolder folder;
+    RasterFile bare{40, 30};
+    bare.placed = false;
+    bare.epsg = 0;
+    const fs::path file = bare.write(folder / "bare.tif", hills);
+    EXPECT_NE(refusal<GeometryError>(file).find("--cell"), std::string::npos);
+    TerrainInfo info;
+    const MeshMeasures m = measure(extract_terrain(file, {.cell = 25}, &info));
+    EXPECT_FALSE(info.georeferenced);
+    EXPECT_NEAR(m.upper[0] - m.lower[0], 39 * 25e3, 1);
+    EXPECT_LT(info.rms_error, 1e-3);
+}
+
+TEST(Terrain, OfMountStHelens) {
+    const char* const data = std::getenv("MARROW_TEST_DATA");
+    const fs::path dem = fs::path(data ? data : "") / "dem_sthelens/dem_sthelens/SainteHelens.dem";
+    if (!data || !fs::exists(dem)) GTEST_SKIP() << "no dem_sthelens in MARROW_TEST_DATA";
+    TerrainInfo info;
+    const Mesh surface = extract_terrain(dem, {}, &info);
+    EXPECT_EQ(info.format, "USGSDEM");
+    EXPECT_EQ(info.lowest, 682);
+    EXPECT_EQ(info.highest, 2543);
+    EXPECT_LT(info.rms_error, 1e-3);
+    EXPECT_EQ(test::manifold_fault(surface, true), "");
+    const Mesh block = extract_terrain(dem, {.base = 3, .size = 150});
+    EXPECT_EQ(test::manifold_fault(block), "");
+    EXPECT_EQ(measure(block).components, 1);
+}
+
+}  // namespace
+}  // namespace marrow

@@ -1,0 +1,248 @@
+// What the viewer opens and writes.
+#include <set>
+
+#include <QDialog>
+#include <QMimeData>
+#include <QSpinBox>
+#include <QTableWidget>
+
+#include "support/dicom_series.h"
+#include "support/viewer_ball.h"
+
+namespace marrow::test {
+namespace {
+
+using viewer::Parameters;
+
+TEST_F(BallViewer, ExportsWhatTheShownCommandLineWrites) {
+    const auto compare = [&](const char* ending, const char* what) {
+        ASSERT_TRUE(settle());
+        key(Qt::Key_S, Qt::ControlModifier);
+        auto* dialog = window->findChild<viewer::ExportDialog*>("export_dialog");
+        ASSERT_TRUE(dialog);
+        const std::filesystem::path file = folder / (std::string("it's ours") + ending);
+        dialog->set_file(QString::fromStdString(file.string()));
+        if (std::string(what) == "RAS") dialog->findChild<QComboBox*>("space")->setCurrentIndex(1);
+        const std::string line = dialog->commands().toStdString();
+        bool written = false;
+        const auto connection =
+            QObject::connect(window.get(), &viewer::MainWindow::written, [&] { written = true; });
+        QTest::keyClick(dialog, Qt::Key_Return);
+        ASSERT_TRUE(wait([&] { return written; }));
+        QObject::disconnect(connection);
+        const std::string ours = read_file(file);
+        ASSERT_FALSE(ours.empty()) << what << " " << window->banner().toStdString();
+
+        std::filesystem::remove(file);
+        const std::string programs = std::filesystem::path(MARROW_PROGRAM).parent_path();
+        ASSERT_EQ(std::system(("PATH='" + programs + "':$PATH; " + line + " -q").c_str()), 0) << line;
+        EXPECT_TRUE(read_file(file) == ours) << what << " " << line;
+        QTest::qWait(1);  // the dialog goes
+    };
+    for (const viewer::ExportFormat& format : viewer::kExportFormats) compare(format.ending, "as it is");
+    compare(".ply", "RAS");
+    session().set_isovalue(123.456);
+    compare(".stl", "a value between samples");
+    window->findChild<QCheckBox*>("largest")->click();
+    window->findChild<QCheckBox*>("open")->click();
+    EXPECT_TRUE(session().parameters().largest && session().parameters().open);
+    compare(".stl", "largest, open");
+    session().set_isovalue(*session().scan()->otsu);
+    EXPECT_NE(window->command().indexOf("--isovalue otsu"), -1);
+    compare(".vtp", "Otsu");
+    QTest::mouseClick(window->findChildren<QPushButton*>("chip").front(), Qt::LeftButton);
+    EXPECT_EQ(session().current()->isovalue, 225.5);
+    EXPECT_NE(window->command().indexOf("--type bone"), -1);
+    compare(".stl", "bone");
+    // In a box, otsu would be that of its samples: the line says the number.
+    session().move_crop_side({0, true}, 30);
+    session().move_crop_side({2, false}, 6);
+    session().set_isovalue(*session().scan()->otsu);
+    EXPECT_TRUE(window->command().contains("--crop vox:0,30,0,47,6,24"));
+    EXPECT_FALSE(window->command().contains("otsu"));
+    compare(".stl", "cropped, Otsu");
+    compare(".3mf", "cropped, Otsu, with its name");
+    QTest::mouseClick(window->findChildren<QPushButton*>("chip").front(), Qt::LeftButton);
+    window->findChild<QCheckBox*>("open")->click();
+    compare(".ply", "cropped, bone, closed");
+}
+
+TEST_F(BallViewer, ExportsAllVisibleSurfaces) {
+    const int first = session().parameters().current;
+    session().change("name", {}, [&](Parameters& p) { p.find(first)->name = "ball"; });
+    session().add_surface("ball", 300, {}, 1);  // the same name: its file gets another
+    session().add_surface("hidden", 600, {}, 1);
+    session().change("visibility", {}, [](Parameters& p) { p.surfaces[2].visible = false; });
+    ASSERT_TRUE(settle());
+    key(Qt::Key_S, Qt::ControlModifier);
+    auto* dialog = window->findChild<viewer::ExportDialog*>("export_dialog");
+    ASSERT_TRUE(dialog);
+    dialog->findChild<QComboBox*>("what")->setCurrentIndex(1);
+    const TemporaryFolder out;
+    dialog->set_file(out.path().c_str());
+    const QStringList lines = dialog->commands().split('\n');
+    ASSERT_EQ(lines.size(), 2);
+    bool written = false;
+    QObject::connect(window.get(), &viewer::MainWindow::written, [&] { written = true; });
+    QTest::keyClick(dialog, Qt::Key_Return);
+    ASSERT_TRUE(wait([&] { return written; }));
+    const auto names = [&] {
+        std::set<std::string> found;
+        for (const auto& entry : std::filesystem::directory_iterator(out.path()))
+            found.insert(entry.path().filename().string());
+        return found;
+    };
+    const std::set<std::string> expected{"ball.stl", "ball-2.stl"};
+    ASSERT_EQ(names(), expected) << window->banner().toStdString();
+    const std::string ours[]{read_file(out / "ball.stl"), read_file(out / "ball-2.stl")};
+    EXPECT_NE(ours[0], ours[1]);
+    for (const std::string& name : expected) std::filesystem::remove(out / name);
+    const std::string programs = std::filesystem::path(MARROW_PROGRAM).parent_path();
+    for (const QString& line : lines)
+        ASSERT_EQ(std::system(("PATH='" + programs + "':$PATH; " + line.toStdString() + " -q").c_str()), 0);
+    ASSERT_EQ(names(), expected);
+    EXPECT_TRUE(read_file(out / "ball.stl") == ours[0]);
+    EXPECT_TRUE(read_file(out / "ball-2.stl") == ours[1]);
+}
+
+// One turn: the small ball beside the large one goes round it, and in the end all is as before.
+TEST_F(BallViewer, WritesATurntable) {
+    const auto large = ball(24, 24, 12, 10), small = ball(40, 24, 12, 5);
+    write_nrrd(folder / "two.nrrd", kSide, kSide, kSlices,
+               [&](int x, int y, int z) { return std::max(large(x, y, z), small(x, y, z)); });
+    ASSERT_TRUE(open(folder / "two.nrrd"));
+    session().set_isovalue(0);
+    key(Qt::Key_X);
+    key(Qt::Key_1);
+    ASSERT_TRUE(settle());
+    const Vec3d direction = view()->view_direction();
+    window->findChild<QAction*>("frames")->trigger();
+    auto* dialog = window->findChild<viewer::PictureDialog*>("picture_dialog");
+    ASSERT_TRUE(dialog);
+    const TemporaryFolder out;
+    for (const auto& [name, value] : {std::pair{"width", 200}, {"height", 150}, {"frames", 4}})
+        dialog->findChild<QSpinBox*>(name)->setValue(value);
+    dialog->findChild<QLineEdit*>("file")->setText(out.path().c_str());
+    QTest::keyClick(dialog, Qt::Key_Return);
+    ASSERT_TRUE(wait([&] { return window->banner().contains("4 pictures"); }))
+        << window->banner().toStdString();
+    std::vector<double> middles;  // of what is drawn, from left to right
+    for (int frame = 0; frame < 4; ++frame) {
+        const QImage image((out / ("frame-000" + std::to_string(frame) + ".png")).c_str());
+        ASSERT_EQ(image.size(), QSize(200, 150));
+        double sum = 0;
+        int pixels = 0;
+        for (int y = 0; y < 150; ++y) {
+            for (int x = 0; x < 200; ++x) {
+                const bool cube = x > 140 && y > 90;
+                if (!cube && warm(image.pixel(x, y))) sum += x, ++pixels;
+            }
+        }
+        ASSERT_GT(pixels, 500);
+        middles.push_back(sum / pixels);
+    }
+    EXPECT_FALSE(std::filesystem::exists(out / "frame-0004.png"));
+    EXPECT_GT(std::abs(middles[0] - middles[2]), 4);  // now on the one side, now on the other
+    EXPECT_LT((middles[1] - middles[0]) * (middles[1] - middles[2]), 0);  // behind or before it
+    EXPECT_NEAR(distance(view()->view_direction(), direction), 0, 1e-9);  // once round
+}
+
+TEST_F(BallViewer, StopsAnExport) {
+    // Many small balls, so that writing takes a while.
+    write_nrrd(folder / "balls.nrrd", 64, 64, 64,
+               [](int x, int y, int z) { return (x / 2 + y / 2 + z / 2) % 2 ? 1000 : -1000; });
+    ASSERT_TRUE(open(folder / "balls.nrrd"));
+    const TemporaryFolder out;
+    write_file(out / "ball.stl", "old");
+    const auto write = [&] {
+        window->write({{session().parameters().current, out / "ball.stl"}}, Space::LPS);
+    };
+    write();
+    ASSERT_TRUE(window->busy());
+    key(Qt::Key_Escape);
+    ASSERT_TRUE(wait([&] { return !window->busy(); }));
+    EXPECT_NE(window->banner().indexOf("Cancelled"), -1) << window->banner().toStdString();
+    EXPECT_EQ(read_file(out / "ball.stl"), "old");
+    write();  // and can be asked again
+    ASSERT_TRUE(wait([&] { return !window->busy(); }));
+    EXPECT_NE(read_file(out / "ball.stl"), "old");
+    EXPECT_EQ(std::distance(std::filesystem::directory_iterator(out.path()), {}), 1);
+}
+
+TEST_F(BallViewer, SaysWhyAFileCannotBeWritten) {
+    window->write({{session().parameters().current, folder / "nowhere" / "ball.stl"}}, Space::LPS);
+    ASSERT_TRUE(wait([&] { return !window->busy(); }));
+    EXPECT_NE(window->banner().indexOf("nowhere"), -1) << window->banner().toStdString();
+}
+
+TEST_F(BallViewer, ABadFileLeavesThePreviousScan) {
+    const viewer::Scan* before = session().scan();
+    write_file(folder / "bad.nrrd", "NRRD0005\ntype: int16\ndimension: 3\nsizes: 9 9\n\n");
+    for (const auto& bad : {folder / "bad.nrrd", folder / "missing.nii", folder / "missing"}) {
+        window->open(bad);
+        ASSERT_TRUE(wait([&] { return !window->busy(); }));
+        EXPECT_FALSE(window->banner().isEmpty());
+        EXPECT_EQ(session().scan(), before);
+    }
+    EXPECT_GT(count(picture(), warm), 1000);
+    key(Qt::Key_Escape);
+    EXPECT_TRUE(window->banner().isEmpty());
+}
+
+TEST_F(BallViewer, StopsLoading) {
+    const viewer::Scan* before = session().scan();
+    write_nrrd(folder / "large.nrrd", 200, 200, 200, [](int x, int y, int z) { return x ^ y ^ z; });
+    window->open(folder / "large.nrrd");
+    EXPECT_TRUE(window->busy());
+    key(Qt::Key_Escape);
+    EXPECT_FALSE(window->busy());
+    QTest::qWait(300);
+    EXPECT_EQ(session().scan(), before);
+    ASSERT_TRUE(open(folder / "large.nrrd"));  // and can be asked again
+    EXPECT_EQ(session().scan()->volume.geometry().dims[0], 200);
+}
+
+TEST_F(BallViewer, OpensWhatIsDropped) {
+    write_nrrd(folder / "dropped.nrrd", 20, 20, 20, ball(10, 10, 10, 5));
+    const viewer::Scan* before = session().scan();
+    QMimeData data;
+    data.setUrls({QUrl::fromLocalFile((folder / "dropped.nrrd").c_str())});
+    QDragEnterEvent enter(QPoint(100, 100), Qt::CopyAction, &data, Qt::LeftButton, Qt::NoModifier);
+    QApplication::sendEvent(window.get(), &enter);
+    EXPECT_TRUE(enter.isAccepted());
+    QDropEvent drop(QPointF(100, 100), Qt::CopyAction, &data, Qt::LeftButton, Qt::NoModifier);
+    QApplication::sendEvent(window.get(), &drop);
+    ASSERT_TRUE(wait([&] { return session().scan() != before; }));
+    EXPECT_EQ(session().scan()->volume.geometry().dims[0], 20);
+}
+
+TEST_F(BallViewer, AsksWhichSeries) {
+    const TemporaryFolder series;
+    for (const char* uid : {"1.2.3", "1.2.4"}) {
+        write_series(series, std::string(uid) == "1.2.3" ? 5 : 6, uid,
+                     [&](DicomWriter& slice, int) { slice.text(0x0020000e, "UI", uid); });
+    }
+    window->open(series.path());
+    ASSERT_TRUE(wait([&] { return window->findChild<viewer::SeriesDialog*>() != nullptr; }));
+    auto* dialog = window->findChild<viewer::SeriesDialog*>();
+    EXPECT_EQ(dialog->findChild<QTableWidget*>("series")->rowCount(), 2);
+    const viewer::Scan* before = session().scan();
+    QTest::keyClick(dialog, Qt::Key_Return);  // the larger one is proposed
+    ASSERT_TRUE(wait([&] { return session().scan() != before; })) << window->banner().toStdString();
+    EXPECT_EQ(session().scan()->volume.geometry().dims[2], 6);
+    EXPECT_NE(window->command().indexOf("--series 1.2.4"), -1) << window->command().toStdString();
+}
+
+TEST_F(BallViewer, PicturesHaveTheSizeAskedFor) {
+    const QImage image = view()->picture({640, 360});
+    EXPECT_EQ(image.size(), QSize(640, 360));
+    const QImage rgb = image.convertToFormat(QImage::Format_RGB32);
+    EXPECT_GT(count(rgb, warm), 640 * 360 / 20);
+    // The window's own picture is as before.
+    EXPECT_GT(count(picture(), warm), 1000);
+    view()->set_light_background(true);
+    EXPECT_GT(qGray(picture().pixel(3, 3)), 200);
+}
+
+}  // namespace
+}  // namespace marrow::test

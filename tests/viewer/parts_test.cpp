@@ -1,0 +1,286 @@
+// The viewer's parts that need no display.
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <random>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+#include <marrow/volume_filters.h>
+#include <marrow/isosurface.h>
+
+#include "model/ray_pick.h"
+#include "views/slice_geometry.h"
+#include "model/worker.h"
+
+namespace marrow::viewer {
+namespace {
+
+std::shared_ptr<Scan> noise(std::array<std::int64_t, 3> dims, const Mat3d& direction, unsigned seed) {
+    Geometry geometry;
+    geometry.dims = dims;
+    geometry.spacing = {0.7, 1.1, 1.9};
+    geometry.origin = {-3, 5, 8};
+    geometry.direction = direction;
+    auto scan = std::make_shared<Scan>();
+    scan->volume = Volume(geometry, SampleType::int16);
+    std::mt19937 random(seed);
+    std::uniform_int_distribution<int> level(-3, 3);  // ties with the isovalue too
+    for (std::int64_t i = 0; i < geometry.sample_count(); ++i)
+        scan->volume.samples<std::int16_t>()[i] = static_cast<std::int16_t>(level(random));
+    scan->histogram = histogram(scan->volume);
+    return scan;
+}
+
+constexpr Mat3d kStraight{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+// Sagittal acquisition: i to posterior, j to inferior, k to the right.
+constexpr Mat3d kSagittal{{{0, 0, -1}, {1, 0, 0}, {0, -1, 0}}};
+
+// What is seen on a slice is what the surface does: the contour's ends are the surface's points on that slice.
+TEST(SliceContour, MeetsTheSurface) {
+    for (const Mat3d& direction : {kStraight, kSagittal}) {
+        for (const Plane plane : {Plane::axial, Plane::coronal, Plane::sagittal}) {
+            for (const double isovalue : {0.5, 1.0}) {  // 1: some samples are equal to it
+                const auto scan = noise({7, 8, 9}, direction, 5);
+                const SliceFrame frame = slice_frame(scan->volume.geometry(), plane);
+                const auto through = static_cast<std::size_t>(frame.through);
+                constexpr std::int64_t kSlice = 4;
+                std::vector<Vec3d> ends;
+                for (const QLineF& line :
+                     slice_contour(slice_samples(scan->volume, frame, kSlice), frame.size,
+                                   slice_range(frame, {{0, 0, 0}, {6, 7, 8}}, kSlice), isovalue, false)) {
+                    for (const QPointF& end : {line.p1(), line.p2()}) {
+                        Vec3d elsewhere{};
+                        elsewhere[through] = kSlice;
+                        ends.push_back(scan->volume.geometry().physical(frame.to_index(end, elsewhere)));
+                    }
+                }
+                std::vector<Vec3d> points;
+                for (const Vec3f& p : extract_isosurface(scan->volume, isovalue).points) {
+                    const Vec3d position{p[0], p[1], p[2]};
+                    const Vec3d index = index_of(scan->volume.geometry(), position);
+                    if (std::abs(index[through] - kSlice) < 1e-4) points.push_back(position);
+                }
+                ASSERT_GT(points.size(), 20u);
+                const auto all_in = [](const std::vector<Vec3d>& some, const std::vector<Vec3d>& others) {
+                    return std::all_of(some.begin(), some.end(), [&](const Vec3d& a) {
+                        return std::any_of(others.begin(), others.end(), [&](const Vec3d& b) {
+                            return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]) < 1e-3;
+                        });
+                    });
+                };
+                EXPECT_TRUE(all_in(ends, points)) << static_cast<int>(plane);
+                // Where a sample is equal to the isovalue, the surface can touch the slice without crossing it.
+                if (isovalue == 0.5) {
+                    EXPECT_TRUE(all_in(points, ends)) << static_cast<int>(plane);
+                }
+            }
+        }
+    }
+}
+
+// Lines from samples and from the mesh itself agree: on all slices, in and at the border of a box, closed or open.
+TEST(SliceContour, IsWhereTheMeshMeetsTheSlice) {
+    for (const Mat3d& direction : {kStraight, kSagittal}) {
+        const auto scan = noise({9, 8, 7}, direction, 6);
+        const Geometry& geometry = scan->volume.geometry();
+        for (const SampleBox& box : {SampleBox{{0, 0, 0}, {8, 7, 6}}, SampleBox{{2, 1, 3}, {6, 7, 4}}}) {
+            for (const bool closed : {false, true}) {
+                const Volume cropped = crop(scan->volume, box.first, box.last);
+                const Mesh mesh = extract_isosurface(cropped, 0.5, {.closed = closed});
+                double all = 0;
+                for (const Plane plane : {Plane::axial, Plane::coronal, Plane::sagittal}) {
+                    const SliceFrame frame = slice_frame(geometry, plane);
+                    const auto through = static_cast<std::size_t>(frame.through);
+                    for (std::int64_t slice = 0; slice < geometry.dims[through]; ++slice) {
+                        const auto here = ::testing::Message()
+                                          << static_cast<int>(plane) << " slice " << slice << " closed "
+                                          << closed << " from " << box.first[through];
+                        const QVector<QLineF> cut = slice_mesh(mesh, geometry, box, frame, slice);
+                        const QVector<QLineF> contour =
+                            slice_contour(slice_samples(scan->volume, frame, slice), frame.size,
+                                          slice_range(frame, box, slice), 0.5, closed);
+                        const auto length = [](const QVector<QLineF>& lines) {
+                            double sum = 0;
+                            for (const QLineF& line : lines) sum += line.length();
+                            return sum;
+                        };
+                        const bool in_box = slice >= box.first[through] && slice <= box.last[through];
+                        ASSERT_TRUE(in_box || contour.empty()) << here;
+                        all += length(contour);
+                        ASSERT_NEAR(length(cut), length(contour), 1e-3 * length(contour)) << here;
+                        for (const QLineF& line : cut) {
+                            ASSERT_TRUE(std::any_of(contour.begin(), contour.end(), [&](const QLineF& other) {
+                                const auto near = [](const QPointF& a, const QPointF& b) {
+                                    return std::hypot(a.x() - b.x(), a.y() - b.y()) < 1e-3;
+                                };
+                                return (near(line.p1(), other.p1()) && near(line.p2(), other.p2())) ||
+                                       (near(line.p1(), other.p2()) && near(line.p2(), other.p1()));
+                            })) << here;
+                        }
+                    }
+                }
+                EXPECT_GT(all, 50) << closed;
+            }
+        }
+    }
+}
+
+// However the scan was acquired, the patient's right is on the left of an axial slice, and superior is up.
+TEST(SliceFrame, HangsAsRadiologistsDo) {
+    for (const Mat3d& direction : {kStraight, kSagittal, Mat3d{{{-1, 0, 0}, {0, -1, 0}, {0, 0, 1}}}}) {
+        const auto scan = noise({7, 8, 9}, direction, 1);
+        const Geometry& g = scan->volume.geometry();
+        for (const Plane plane : {Plane::axial, Plane::coronal, Plane::sagittal}) {
+            const SliceFrame frame = slice_frame(g, plane);
+            const Vec3d at{3, 3, 3};
+            const QPointF place = frame.to_slice(at);
+            const auto step = [&](double right, double down) {
+                const Vec3d from = g.physical(at);
+                const Vec3d to = g.physical(frame.to_index(place + QPointF(right, down), at));
+                return Vec3d{to[0] - from[0], to[1] - from[1], to[2] - from[2]};
+            };
+            const std::size_t across = plane == Plane::sagittal ? 1 : 0;  // to the left, or to posterior
+            EXPECT_GT(step(1, 0)[across], 0.1);
+            if (plane == Plane::axial)
+                EXPECT_GT(step(0, 1)[1], 0.1);  // posterior is below
+            else
+                EXPECT_LT(step(0, 1)[2], -0.1);  // inferior is below
+            // And the samples are those of that place.
+            const std::vector<float> samples = slice_samples(scan->volume, frame, 3);
+            const auto u = static_cast<std::int64_t>(place.x()), v = static_cast<std::int64_t>(place.y());
+            EXPECT_EQ(samples[static_cast<std::size_t>(v * frame.size[0] + u)],
+                      sample_at(scan->volume, 3, 3, 3));
+        }
+    }
+}
+
+TEST(Pick, FindsTheNearestHitThatIsKept) {
+    Mesh mesh;  // two squares across z, at 1 and 3
+    for (const float z : {1.F, 3.F}) {
+        const auto first = static_cast<std::uint32_t>(mesh.points.size());
+        for (const auto& [x, y] : {std::pair{-1.F, -1.F}, {1.F, -1.F}, {1.F, 1.F}, {-1.F, 1.F}})
+            mesh.points.push_back({x, y, z});
+        mesh.triangles.push_back({first, first + 1, first + 2});
+        mesh.triangles.push_back({first, first + 2, first + 3});
+    }
+    const Ray ray{{0.3, 0.2, 0}, {0, 0, 1}};
+    EXPECT_NEAR(first_hit(mesh, ray, {}).value(), 1, 1e-12);
+    EXPECT_NEAR(first_hit(mesh, ray, HalfSpace{{0, 0, 2}, {0, 0, 1}}).value(), 3, 1e-12);
+    EXPECT_FALSE(first_hit(mesh, ray, HalfSpace{{0, 0, 4}, {0, 0, 1}}));
+    EXPECT_FALSE(first_hit(mesh, {{0.3, 0.2, 0}, {0, 0, -1}}, {}));
+    EXPECT_FALSE(first_hit(mesh, {{2, 0, 0}, {0, 0, 1}}, {}));
+}
+
+TEST(Worker, TheNewestRequestWinsAndUrgentOnesInterrupt) {
+    std::atomic<int> slow_starts{0}, slow_ends{0}, old_ends{0}, urgent_ends{0};
+    std::atomic<bool> let_go{false};
+    Worker worker;
+    const auto slow = [&](const Progress& unless_interrupted) {
+        ++slow_starts;
+        while (!let_go) {
+            report(unless_interrupted, 0);
+            std::this_thread::yield();
+        }
+        ++slow_ends;
+    };
+    worker.post({1, 0}, slow);
+    while (slow_starts == 0) std::this_thread::yield();
+    worker.post({2, 0}, [&](const Progress&) { ++old_ends; });  // waits, and is replaced
+    worker.post({2, 0}, [&](const Progress&) {});
+    worker.post({0, 0}, [&](const Progress&) { ++urgent_ends; });
+    while (urgent_ends == 0 || slow_starts < 2) std::this_thread::yield();  // done in between, then again
+    EXPECT_EQ(slow_ends, 0);
+    worker.forget({1, 0});  // which runs
+    worker.post({1, 0}, [&](const Progress&) { let_go = true; });
+    while (!let_go) std::this_thread::yield();
+    worker.forget_all();
+    EXPECT_EQ(slow_ends, 0);
+    EXPECT_EQ(old_ends, 0);
+}
+
+TEST(Worker, RequestsThatComeFasterThanTheyAreDoneAreNotAllInVain) {
+    std::atomic<int> starts{0}, ends{0};
+    std::atomic<bool> let_go{false};
+    Worker worker;
+    const auto job = [&](const Progress& unless_interrupted) {
+        ++starts;
+        while (!let_go) {
+            report(unless_interrupted, 0);
+            std::this_thread::yield();
+        }
+        ++ends;
+    };
+    worker.post({0, 0}, job);
+    while (starts == 0) std::this_thread::yield();
+    for (int i = 0; i < 10; ++i) worker.post({0, 0}, job);
+    let_go = true;
+    while (ends < 2) std::this_thread::yield();  // the one that ran, and the newest
+    worker.post({0, 0}, [&](const Progress&) { let_go = false; });
+    while (let_go) std::this_thread::yield();
+    EXPECT_EQ(starts, 2);
+    EXPECT_EQ(ends, 2);
+}
+
+TEST(Session, UndoesEverythingInSteps) {
+    Session session;
+    session.set_scan(noise({8, 8, 8}, kStraight, 3));
+    const Parameters first = session.parameters();
+    std::vector<Parameters> states{first};
+    std::mt19937 random(11);
+    for (int i = 0; i < 200; ++i) {
+        const int what = static_cast<int>(random() % 9);
+        const double value = static_cast<double>(random() % 1000) / 250 - 2;
+        const int before = session.undo_stack().index();
+        switch (what) {
+            case 0:
+                session.set_isovalue(value);
+                break;
+            case 1:
+                session.add_surface("s", value, {}, 0.5);
+                break;
+            case 2:
+                session.remove_surface(session.parameters().surfaces.front().id);
+                break;
+            case 3:
+                session.change("largest", {}, [](Parameters& p) { p.largest = !p.largest; });
+                break;
+            case 4:
+                session.change("cut", {}, [](Parameters& p) { p.cut.plane = Plane::coronal; });
+                break;
+            case 5:
+                session.change("flip", {}, [](Parameters& p) { p.cut.flipped = !p.cut.flipped; });
+                break;
+            case 6:
+                session.change("mode", {}, [](Parameters& p) { p.mode = DrawMode::points; });
+                break;
+            case 7:
+                session.set_tool(Tool::distance);
+                session.click({value, 0, 0});
+                session.click({0, value, 0});
+                break;
+            case 8:
+                session.move_crop_side({random() % 3, random() % 2 == 0}, 4 + 2 * value);
+                break;
+        }
+        session.seal();
+        if (session.undo_stack().index() > before) states.push_back(session.parameters());
+    }
+    ASSERT_GT(states.size(), 60u);
+    for (std::size_t i = states.size(); i-- > 0;) {
+        EXPECT_TRUE(session.parameters() == states[i]) << i;
+        session.undo_stack().undo();
+    }
+    EXPECT_FALSE(session.undo_stack().canUndo());
+    for (std::size_t i = 1; i < states.size(); ++i) session.undo_stack().redo();
+    EXPECT_TRUE(session.parameters() == states.back());
+    // A drag is one step.
+    session.seal();
+    const int before = session.undo_stack().index();
+    for (int i = 0; i < 20; ++i) session.set_isovalue(i * 0.01);
+    EXPECT_EQ(session.undo_stack().index(), before + 1);
+}
+
+}  // namespace
+}  // namespace marrow::viewer

@@ -1,0 +1,205 @@
+// Drives the viewer as a person would and takes the pictures of docs/viewer.md.
+// usage: viewer_pictures SCAN FOLDER      (SCAN: the head CT that scripts/demo unpacks)
+#include <cstdio>
+#include <stdexcept>
+
+#include <vtkObject.h>
+#include <QApplication>
+#include <QDir>
+#include <QPainter>
+#include <QSettings>
+#include <QStatusBar>
+#include <QSurfaceFormat>
+#include <QTemporaryDir>
+#include <QTest>
+
+#include "window/main_window.h"
+#include "window/theme.h"
+
+using namespace marrow;
+using viewer::Plane;
+
+namespace {
+
+constexpr int kPatience = 120000;  // ms
+
+class Photographer {
+  public:
+    Photographer(viewer::MainWindow& window, QString folder) : window_(window), folder_(std::move(folder)) {}
+
+    void settle() {
+        const bool done = QTest::qWaitFor(
+            [&] {
+                return !window_.busy() && window_.surfaces().settled() && !window_.surface_view()->stale();
+            },
+            kPatience);
+        if (!done) throw std::runtime_error("the viewer does not come to rest");
+        QTest::qWait(200);
+    }
+
+    void key(Qt::Key key, Qt::KeyboardModifiers modifiers = Qt::NoModifier) {
+        QApplication::setActiveWindow(&window_);
+        QTest::keyClick(&window_, key, modifiers);
+    }
+
+    void click(QWidget* widget, const QPointF& place) {
+        QTest::mouseClick(widget, Qt::LeftButton, Qt::NoModifier, place.toPoint());
+    }
+
+    void drag(QWidget* widget, QPoint from, QPoint to, Qt::MouseButton button = Qt::LeftButton) {
+        QTest::mousePress(widget, button, Qt::NoModifier, from);
+        for (int i = 1; i <= 6; ++i) {
+            QMouseEvent move(QEvent::MouseMove, from + (to - from) * i / 6, Qt::NoButton, button,
+                             Qt::NoModifier);
+            QApplication::sendEvent(widget, &move);
+        }
+        QTest::mouseRelease(widget, button, Qt::NoModifier, to);
+    }
+
+    /// The window, with a dialog over it where one is given.
+    void take(const QString& name, QWidget* dialog = nullptr) {
+        settle();
+        window_.statusBar()->clearMessage();
+        QImage image = window_.grab().toImage();
+        if (dialog) {
+            QPainter painter(&image);
+            painter.fillRect(image.rect(), QColor(0, 0, 0, 110));
+            const QPixmap over = dialog->grab();
+            painter.drawPixmap((image.width() - over.width()) / 2, (image.height() - over.height()) / 2,
+                               over);
+        }
+        const QString file = QDir(folder_).filePath(name + ".png");
+        if (!image.save(file)) throw std::runtime_error("cannot write " + file.toStdString());
+        std::printf("%s\n", file.toUtf8().constData());
+    }
+
+  private:
+    viewer::MainWindow& window_;
+    QString folder_;
+};
+
+void take_all(viewer::MainWindow& window, const char* scan, const QString& folder) {
+    Photographer camera(window, folder);
+    viewer::Session& session = window.session();
+    viewer::SurfaceView* view = window.surface_view();
+    window.open(scan);
+    (void)QTest::qWaitFor([&] { return session.scan() != nullptr; }, kPatience);
+    if (!session.scan()) throw std::runtime_error(window.banner().toStdString());
+    camera.settle();
+
+    window.findChild<QCheckBox*>("largest")->click();
+    camera.key(Qt::Key_R);
+    camera.click(window.slice_view(Plane::axial), window.slice_view(Plane::axial)->place_of({139, 150, 30}));
+    camera.click(window.slice_view(Plane::coronal),
+                 window.slice_view(Plane::coronal)->place_of({139, 150, 34}));
+    camera.key(Qt::Key_X);
+    camera.take("window");
+
+    // Bone in translucent skin, cut open.
+    session.add_surface("skin", -300, QColor::fromRgbF(0.93, 0.72, 0.60), 0.22);
+    session.apply_preset("skin");
+    camera.settle();
+    camera.key(Qt::Key_R);
+    camera.take("skin");
+
+    session.select_surface(session.parameters().surfaces[0].id);
+    camera.click(window.slice_view(Plane::coronal),
+                 window.slice_view(Plane::coronal)->place_of({124, 150, 34}));
+    camera.key(Qt::Key_C);
+    camera.key(Qt::Key_C);
+    camera.key(Qt::Key_C);
+    camera.key(Qt::Key_3);
+    camera.drag(view, view->rect().center(), view->rect().center() + QPoint(60, 20));
+    camera.take("cut");
+    camera.key(Qt::Key_C);
+    session.remove_surface(session.parameters().surfaces[1].id);
+
+    // Measurements.
+    camera.key(Qt::Key_1);
+    camera.key(Qt::Key_D);
+    camera.settle();
+    const QRect area = view->rect();
+    for (const double x : {0.38, 0.62}) camera.click(view, QPointF(x * area.width(), 0.56 * area.height()));
+    viewer::SliceView* axial = window.slice_view(Plane::axial);
+    camera.key(Qt::Key_N);
+    camera.click(axial, axial->place_of({124, 128, 60}));
+    camera.key(Qt::Key_D);
+    viewer::SliceView* coronal = window.slice_view(Plane::coronal);
+    const double k = session.crosshair()[2];
+    camera.click(axial, axial->place_of({69, 128, k}));
+    camera.click(axial, axial->place_of({180, 128, k}));
+    camera.key(Qt::Key_A);
+    for (const Vec3d& p : {Vec3d{80, 128, 60}, Vec3d{124, 128, 95}, Vec3d{170, 128, 60}})
+        camera.click(coronal, coronal->place_of(p));
+    camera.key(Qt::Key_N);
+    camera.take("measure");
+    for (int i = 0; i < 3; ++i) camera.key(Qt::Key_Z, Qt::ControlModifier);
+
+    const auto wheel = [&](int steps) {
+        for (int i = 0; i < std::abs(steps); ++i) {
+            QWheelEvent event(area.center(), view->mapToGlobal(area.center()), QPoint(),
+                              QPoint(0, steps > 0 ? 120 : -120), Qt::NoButton, Qt::NoModifier,
+                              Qt::NoScrollPhase, false);
+            QApplication::sendEvent(view, &event);
+        }
+    };
+
+    // The upper half of the head's right side.
+    camera.key(Qt::Key_R);
+    camera.key(Qt::Key_K);
+    wheel(-4);
+    camera.click(axial, axial->place_of({124, 128, 60}));
+    camera.drag(coronal, coronal->place_of({60, 128, -0.5}).toPoint(),
+                coronal->place_of({60, 128, 44.5}).toPoint());
+    camera.drag(axial, axial->place_of({255.5, 60, 60}).toPoint(),
+                axial->place_of({139.5, 60, 60}).toPoint());
+    camera.take("crop");
+    camera.key(Qt::Key_N);
+    window.findChild<QAction*>("whole_scan")->trigger();
+
+    // Wireframe, near.
+    camera.key(Qt::Key_R);
+    camera.key(Qt::Key_W);
+    wheel(9);
+    camera.take("edges");
+    camera.key(Qt::Key_S);
+    camera.key(Qt::Key_R);
+
+    camera.settle();
+    camera.key(Qt::Key_S, Qt::ControlModifier);
+    auto* dialog = window.findChild<viewer::ExportDialog*>("export_dialog");
+    dialog->set_file("/home/me/skull.stl");
+    camera.take("export", dialog);
+    dialog->reject();
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    if (argc != 3) {
+        std::fprintf(stderr, "usage: viewer_pictures SCAN FOLDER\n");
+        return 2;
+    }
+    QTemporaryDir settings;
+    QSettings::setPath(QSettings::NativeFormat, QSettings::UserScope, settings.path());
+    QSurfaceFormat format = QVTKOpenGLNativeWidget::defaultFormat();
+    format.setSamples(0);
+    QSurfaceFormat::setDefaultFormat(format);
+    vtkObject::GlobalWarningDisplayOff();
+    QApplication application(argc, argv);
+    QApplication::setOrganizationName("marrow-pictures");
+    viewer::apply_theme(application);
+    QDir().mkpath(argv[2]);
+    viewer::MainWindow window;
+    window.resize(1440, 900);
+    window.show();
+    try {
+        (void)QTest::qWaitForWindowExposed(&window, kPatience);
+        window.grab().save(QDir(argv[2]).filePath("welcome.png"));
+        take_all(window, argv[1], argv[2]);
+    } catch (const std::exception& error) {
+        std::fprintf(stderr, "viewer_pictures: %s\n", error.what());
+        return 1;
+    }
+    return 0;
+}

@@ -1,0 +1,285 @@
+// The viewer, driven by mouse and keys: what it then knows, and what it shows.
+#include <QListWidget>
+
+#include <marrow/isosurface.h>
+
+#include "cranium.h"
+#include "support/viewer_ball.h"
+
+// Qt, VTK and OpenGL drivers keep memory until the process ends, and drivers are unloaded before it is counted;
+// AddressSanitizer, where it is on, shall not take that for our leak.
+extern "C" const char* __asan_default_options() {
+    return "detect_leaks=0";
+}
+
+namespace marrow::test {
+namespace {
+
+using viewer::Parameters;
+using viewer::Plane;
+
+TEST_F(BallViewer, ShowsTheSurfaceThatTheLibraryExtracts) {
+    const auto& dims = session().scan()->volume.geometry().dims;
+    EXPECT_EQ(dims, (std::array<std::int64_t, 3>{kSide, kSide, kSlices}));
+    const Mesh expected = extract_isosurface(session().scan()->volume, 0, {.closed = true});
+    const auto shape = window->surfaces().exact(session().parameters().current);
+    ASSERT_TRUE(shape);
+    EXPECT_EQ(shape->mesh->points, expected.points);
+    EXPECT_EQ(shape->mesh->normals, expected.normals);
+    EXPECT_EQ(shape->mesh->triangles, expected.triangles);
+    EXPECT_NEAR(shape->measures->volume, 4.0 / 3 * M_PI * std::pow(kRadius, 3), 300);
+
+    // A ball seen from any side is a disc; its radius on the screen is that which the camera gives it.
+    const QImage image = picture();
+    const Vec3d centre = position_of(kMiddle);
+    const QPointF middle = view()->place_of(centre);
+    const int disc = count(image, warm);
+    const double radius = std::sqrt(disc / M_PI);
+    EXPECT_GT(radius, 0.25 * view()->height());
+    EXPECT_NEAR(middle.x(), view()->width() / 2.0, 3);
+    EXPECT_NEAR(middle.y(), view()->height() / 2.0, 3);
+}
+
+TEST_F(BallViewer, WalksThroughTheWaysOfDrawing) {
+    key(Qt::Key_1);
+    const int surface = count(picture(), warm);
+    key(Qt::Key_W);
+    EXPECT_EQ(session().parameters().mode, viewer::DrawMode::edges);
+    const QImage edges = picture();
+    key(Qt::Key_W);
+    EXPECT_EQ(session().parameters().mode, viewer::DrawMode::wireframe);
+    const int wireframe = count(picture(), warm);
+    key(Qt::Key_W);
+    EXPECT_EQ(session().parameters().mode, viewer::DrawMode::points);
+    const int points = count(picture(), warm);
+    key(Qt::Key_W);
+    EXPECT_EQ(session().parameters().mode, viewer::DrawMode::surface);
+    EXPECT_NEAR(count(picture(), warm), surface, surface / 100);
+    EXPECT_LT(count(edges, warm), surface);
+    EXPECT_LT(wireframe, 0.9 * surface);
+    EXPECT_LT(points, wireframe);
+    EXPECT_GT(points, 0);
+    key(Qt::Key_W);
+    key(Qt::Key_S);
+    EXPECT_EQ(session().parameters().mode, viewer::DrawMode::surface);
+}
+
+TEST_F(BallViewer, RotatesWithTheMouse) {
+    key(Qt::Key_1);
+    ASSERT_TRUE(settle());
+    EXPECT_NEAR(view()->view_direction()[1], 1, 1e-6);
+    const Parameters before = session().parameters();
+    const QPoint middle = view()->rect().center();
+    drag(view(), middle, middle + QPoint(120, 0));
+    ASSERT_TRUE(settle());
+    EXPECT_LT(view()->view_direction()[1], 0.98);
+    EXPECT_NEAR(view()->view_direction()[2], 0, 1e-3);
+    EXPECT_TRUE(session().parameters() == before);
+}
+
+TEST_F(BallViewer, SlicesFollowAClick) {
+    const Vec3d target{17, 30, 12};
+    click_on_slice(Plane::axial, target);
+    for (std::size_t a = 0; a < 3; ++a) EXPECT_NEAR(session().crosshair()[a], target[a], 0.51) << a;
+    // The other slices' crosshairs are there.
+    for (const Plane plane : {Plane::coronal, Plane::sagittal}) {
+        viewer::SliceView* slice = window->slice_view(plane);
+        const QImage image = slice->grab().toImage();
+        const QPoint at = slice->place_of(session().crosshair()).toPoint();
+        const QColor expected = plane == Plane::coronal ? QColor(0xed, 0xd5, 0x4c) : QColor(0x6e, 0xb0, 0x4b);
+        bool upright = false;
+        for (const int x : {at.x() - 1, at.x(), at.x() + 1})
+            upright = upright || std::abs(image.pixelColor(x, 30).hue() - expected.hue()) < 12;
+        EXPECT_TRUE(upright) << static_cast<int>(plane);
+    }
+    // And it goes slice by slice.
+    const double k = session().crosshair()[2];
+    window->slice_view(Plane::axial)->setFocus();
+    QTest::keyClick(window->slice_view(Plane::axial), Qt::Key_Up);
+    EXPECT_EQ(session().crosshair()[2], std::round(k) + 1);
+}
+
+TEST_F(BallViewer, AClickOnTheSurfaceMovesTheCrosshairThere) {
+    key(Qt::Key_1);
+    ASSERT_TRUE(settle());
+    const Vec3d centre = position_of(kMiddle);
+    QTest::mouseClick(view(), Qt::LeftButton, Qt::NoModifier, view()->rect().center() + QPoint(20, -30));
+    const Vec3d hit = session().crosshair_position();
+    EXPECT_NEAR(distance(hit, centre), kRadius, 0.3);
+    EXPECT_LT(hit[1], centre[1] - 5);  // the patient's front
+    const QPointF place = view()->place_of(hit);
+    EXPECT_NEAR(place.x(), view()->rect().center().x() + 20, 1.5);
+    EXPECT_NEAR(place.y(), view()->rect().center().y() - 30, 1.5);
+    // Beside the ball there is nothing to click on.
+    QTest::mouseClick(view(), Qt::LeftButton, Qt::NoModifier, QPoint(4, 4));
+    EXPECT_EQ(session().crosshair_position(), hit);
+}
+
+TEST_F(BallViewer, SixViews) {
+    const std::vector<std::pair<int, Vec3d>> expected{{Qt::Key_1, {0, 1, 0}},  {Qt::Key_2, {0, -1, 0}},
+                                                      {Qt::Key_3, {-1, 0, 0}}, {Qt::Key_4, {1, 0, 0}},
+                                                      {Qt::Key_5, {0, 0, -1}}, {Qt::Key_6, {0, 0, 1}}};
+    const Vec3d centre = position_of(kMiddle);
+    for (const auto& [k, direction] : expected) {
+        key(k);
+        EXPECT_NEAR(distance(view()->view_direction(), direction), 0, 1e-6);
+    }
+    // Seen from the front, the patient's left is on the right and superior is up.
+    key(Qt::Key_1);
+    ASSERT_TRUE(settle());
+    EXPECT_GT(view()->place_of({centre[0] + 5, centre[1], centre[2]}).x(), view()->place_of(centre).x() + 5);
+    EXPECT_LT(view()->place_of({centre[0], centre[1], centre[2] + 5}).y(), view()->place_of(centre).y() - 5);
+}
+
+TEST_F(BallViewer, CutsThroughTheCrosshair) {
+    click_on_slice(Plane::coronal, {24, 22, 14});
+    const double height = position_of({0, 0, std::round(session().crosshair()[2])})[2];
+    key(Qt::Key_5);  // from above
+    ASSERT_TRUE(settle());
+    const QPoint middle = view()->rect().center();
+    const auto uncut = view()->position_at(middle);
+    ASSERT_TRUE(uncut);
+    EXPECT_NEAR((*uncut)[2], position_of(kMiddle)[2] + kRadius, 0.3);
+
+    key(Qt::Key_C);
+    EXPECT_EQ(session().parameters().cut.plane, Plane::axial);
+    const auto cut = view()->position_at(middle);
+    ASSERT_TRUE(cut);
+    EXPECT_NEAR((*cut)[2], height, 1e-3);
+    // The cut shows the slice: grey, where it was the surface's colour.
+    const QImage face = picture();
+    const QColor colour = face.pixelColor(middle + QPoint(25, 25));
+    EXPECT_LT(colour.saturation(), 20) << colour.name().toStdString();
+
+    key(Qt::Key_F);  // now what is above: from there the surface is as it was
+    const auto flipped = view()->position_at(middle);
+    ASSERT_TRUE(flipped);
+    EXPECT_NEAR((*flipped)[2], (*uncut)[2], 1e-3);
+    key(Qt::Key_Z, Qt::ControlModifier);
+    key(Qt::Key_Z, Qt::ControlModifier);
+    EXPECT_FALSE(session().parameters().cut.plane);
+}
+
+TEST_F(BallViewer, MeasuresOnSlices) {
+    key(Qt::Key_D);
+    EXPECT_EQ(session().tool(), viewer::Tool::distance);
+    click_on_slice(Plane::coronal, {10, 22, 5});
+    EXPECT_EQ(session().picked().size(), 1u);
+    click_on_slice(Plane::coronal, {34, 22, 15});
+    ASSERT_EQ(session().parameters().measurements.size(), 1u);
+    const double pixel = 0.7;  // mm, about, on the screen
+    EXPECT_NEAR(session().parameters().measurements[0].value(), std::hypot(24, 20), 2 * pixel);
+
+    key(Qt::Key_A);
+    click_on_slice(Plane::coronal, {34, 22, 12});
+    click_on_slice(Plane::coronal, {14, 22, 12});
+    click_on_slice(Plane::coronal, {34, 22, 22});
+    ASSERT_EQ(session().parameters().measurements.size(), 2u);
+    EXPECT_NEAR(session().parameters().measurements[1].value(), 45, 4);
+    EXPECT_EQ(window->findChild<QListWidget*>("measurements")->count(), 2);
+
+    key(Qt::Key_Z, Qt::ControlModifier);
+    EXPECT_EQ(session().parameters().measurements.size(), 1u);
+    click_on_slice(Plane::coronal, {34, 22, 12});
+    key(Qt::Key_Escape);
+    EXPECT_TRUE(session().picked().empty());
+}
+
+TEST_F(BallViewer, MeasuresOnTheSurface) {
+    key(Qt::Key_1);
+    key(Qt::Key_D);
+    ASSERT_TRUE(settle());
+    const Vec3d centre = position_of(kMiddle);
+    // Straight to the left and right on the front of the ball.
+    const Vec3d from{centre[0] - 9, centre[1] - 12, centre[2]}, to{centre[0] + 9, centre[1] - 12, centre[2]};
+    const int before =
+        count(view()->grabFramebuffer(), [](QRgb c) { return qBlue(c) > 180 && qRed(c) < 120; });
+    for (const Vec3d& p : {from, to})
+        QTest::mouseClick(view(), Qt::LeftButton, Qt::NoModifier, view()->place_of(p).toPoint());
+    ASSERT_EQ(session().parameters().measurements.size(), 1u);
+    EXPECT_NEAR(session().parameters().measurements[0].value(), 18, 0.5);
+    const int line = count(picture(), [](QRgb c) { return qBlue(c) > 180 && qRed(c) < 120; });
+    EXPECT_GT(line, before + 100);
+}
+
+TEST_F(BallViewer, ShowsSeveralSurfaces) {
+    key(Qt::Key_X);  // the crosshair is red too
+    session().add_surface("core", 600, QColor(200, 40, 40), 1);
+    ASSERT_TRUE(settle());
+    EXPECT_EQ(session().parameters().surfaces.size(), 2u);
+    const auto red = [](QRgb c) { return qRed(c) > 60 && qRed(c) > 2.5 * qGreen(c); };
+    EXPECT_EQ(count(picture(), red), 0);  // inside the opaque ball
+    session().select_surface(session().parameters().surfaces[0].id);
+    window->findChild<QSlider*>("opacity")->setValue(15);
+    EXPECT_NEAR(session().current()->opacity, 0.15, 1e-9);
+    const auto reddish = [](QRgb c) { return qRed(c) > 60 && qRed(c) > 1.35 * qGreen(c); };
+    EXPECT_GT(count(picture(), reddish), 500);  // seen through it
+    // Names, visibility, removal and undo.
+    const auto eyes = window->findChildren<QToolButton*>("eye");
+    ASSERT_EQ(eyes.size(), 2);
+    QTest::mouseClick(eyes[0], Qt::LeftButton);
+    EXPECT_FALSE(session().parameters().surfaces[0].visible);
+    EXPECT_GT(count(picture(), red), 500);
+    session().remove_surface(session().parameters().surfaces[1].id);
+    EXPECT_EQ(session().parameters().surfaces.size(), 1u);
+    key(Qt::Key_Z, Qt::ControlModifier);
+    ASSERT_EQ(session().parameters().surfaces.size(), 2u);
+    EXPECT_EQ(session().parameters().surfaces[1].name, "core");
+    EXPECT_GT(count(picture(), red), 500);
+}
+
+TEST_F(BallViewer, WindowByDrag) {
+    const viewer::Window before = session().parameters().window;
+    viewer::SliceView* slice = window->slice_view(Plane::axial);
+    const QPoint middle = slice->rect().center();
+    drag(slice, middle, middle + QPoint(40, 20), Qt::RightButton);
+    EXPECT_GT(session().parameters().window.width, before.width);
+    EXPECT_GT(session().parameters().window.centre, before.centre);
+    EXPECT_EQ(session().undo_stack().undoText(), "window");
+    key(Qt::Key_Z, Qt::ControlModifier);
+    EXPECT_TRUE(session().parameters().window == before);  // the drag is one step
+}
+
+// The whole story on a real head.
+TEST_F(ViewerTest, CraniumFromBoneToSkin) {
+    const std::optional<Volume> scan = bench::cranium();
+    if (!scan) GTEST_SKIP() << "no Cranium: install invesalius-examples";
+    write_nrrd(folder / "cranium.nrrd", 256, 256, 108,
+               [&](int x, int y, int z) { return scan->samples<std::int16_t>()[(z * 256 + y) * 256 + x]; });
+    ASSERT_TRUE(open(folder / "cranium.nrrd"));
+    EXPECT_TRUE(session().scan()->hounsfield);
+    EXPECT_EQ(session().current()->isovalue, 225.5);
+    EXPECT_GT(window->surfaces().preview_level(), 0);
+    key(Qt::Key_1);
+    const int bone = count(picture(), warm);
+
+    int previews = 0, exact = 0;
+    QObject::connect(&window->surfaces(), &viewer::Surfaces::shape_changed, window.get(),
+                     [&](int id) { (window->surfaces().shape(id)->level > 0 ? previews : exact) += 1; });
+    viewer::HistogramBar* histogram = window->histogram_bar();
+    const int y = histogram->height() / 2;
+    drag(histogram, QPoint(qRound(histogram->x_of(225.5)), y), QPoint(qRound(histogram->x_of(-300.5)), y),
+         Qt::LeftButton, 20);
+    ASSERT_TRUE(settle());
+    EXPECT_GT(previews, 0);
+    EXPECT_GT(exact, 0);
+    const double dropped_at = session().current()->isovalue;
+    EXPECT_NEAR(dropped_at, -300, 4);
+    const auto shape = window->surfaces().exact(session().parameters().current);
+    ASSERT_TRUE(shape);
+    EXPECT_EQ(shape->isovalue, dropped_at);
+    EXPECT_EQ(shape->level, 0);
+    const Mesh expected = extract_isosurface(session().scan()->volume, dropped_at, {.closed = true});
+    EXPECT_EQ(shape->mesh->points, expected.points);
+    EXPECT_EQ(shape->mesh->triangles, expected.triangles);
+    EXPECT_GT(count(picture(), warm), 1.05 * bone);  // skin hides bone, and more
+
+    key(Qt::Key_Z, Qt::ControlModifier);  // the drag is one step
+    EXPECT_EQ(session().current()->isovalue, 225.5);
+    EXPECT_NEAR(count(picture(), warm), bone, 0.01 * bone);
+    key(Qt::Key_Z, Qt::ControlModifier | Qt::ShiftModifier);
+    EXPECT_EQ(session().current()->isovalue, dropped_at);
+}
+
+}  // namespace
+}  // namespace marrow::test
