@@ -58,7 +58,7 @@ package:
 docs:
 	$(install) docs
 	mkdir -p build/docs
-	doxygen docs/Doxyfile
+	MARROW_VERSION=$$(sed -n 's/^#define MARROW_VERSION "\(.*\)"/\1/p' include/marrow/version.h) doxygen docs/Doxyfile
 
 everything:
 	$(install) program viewer terrain tests
