@@ -11,9 +11,4 @@ namespace marrow {
 /// It may be called from worker threads, but never from two at once. The work then throws Cancelled.
 using Progress = std::function<bool(double fraction)>;
 
-/// Reports to `progress` where there is one. \throw Cancelled when it returns false.
-inline void report(const Progress& progress, double fraction) {
-    if (progress && !progress(fraction)) throw Cancelled();
-}
-
 }  // namespace marrow

@@ -41,6 +41,28 @@ constexpr SampleType sample_type_of() {
     }
 }
 
+/// Calls f with a value of the C++ type that `type` stands for, and returns what f returns. \pre `type` is valid
+template <class F>
+decltype(auto) visit_sample_type(SampleType type, F&& f) {
+    switch (type) {
+        case SampleType::uint8:
+            return f(std::uint8_t{});
+        case SampleType::int8:
+            return f(std::int8_t{});
+        case SampleType::uint16:
+            return f(std::uint16_t{});
+        case SampleType::int16:
+            return f(std::int16_t{});
+        case SampleType::int32:
+            return f(std::int32_t{});
+        case SampleType::float32:
+            return f(float{});
+        case SampleType::float64:
+            break;
+    }
+    return f(double{});
+}
+
 /// Where the samples of a volume lie: sample (i, j, k) is at origin + direction * (spacing .* (i, j, k)).
 /// Physical space is LPS millimetres (x to the patient's left, y to posterior, z to superior), as in DICOM
 /// and ITK.

@@ -1,4 +1,4 @@
-/// Running work on a chosen number of threads, with progress and cancellation.
+/// Runs work on a chosen number of threads, with progress and cancellation.
 #pragma once
 
 #include <tbb/global_control.h>
@@ -8,7 +8,7 @@
 #include <cstddef>
 #include <mutex>
 
-#include <marrow/progress.h>
+#include "progress.h"
 
 namespace marrow::internal {
 
@@ -21,7 +21,7 @@ void with_threads(int threads, const F& f) {
     tbb::task_arena(threads > 0 ? std::min(threads, most) : most).execute(f);
 }
 
-/// Reports the progress of one stage of the work, from `begin` to `end` of the whole, in equal steps. Any thread may step.
+/// Counts the equal steps of a stage of work and reports progress from `begin` to `end`. Any thread may call step().
 class Stage {
   public:
     Stage(const Progress& progress, double begin, double end, std::size_t steps)
@@ -33,7 +33,7 @@ class Stage {
     void step() {
         if (!progress_) return;
         const std::lock_guard lock(mutex_);
-        report(progress_, begin_ + per_step_ * static_cast<double>(++done_));
+        report_progress(progress_, begin_ + per_step_ * static_cast<double>(++done_));
     }
 
   private:

@@ -5,7 +5,6 @@
 #include <marrow/isosurface.h>
 #include <marrow/measure.h>
 
-#include "core/volume/visit_samples.h"
 #include "core/grid/threshold.h"
 #include "support/fields.h"
 #include "support/mesh_checks.h"
@@ -22,7 +21,7 @@ class DigitalSolid {
         const auto& dims = volume.geometry().dims;
         for (std::size_t a = 0; a < 3; ++a) n_[a] = static_cast<int>(dims[a]) + 2;
         inside_.assign(static_cast<std::size_t>(n_[0] * n_[1] * n_[2]), false);
-        internal::with_sample_type(volume.type(), [&](auto sample) {
+        visit_sample_type(volume.type(), [&](auto sample) {
             using T = decltype(sample);
             const auto* samples = volume.samples<T>();
             for (int z = 1; z + 1 < n_[2]; ++z) {

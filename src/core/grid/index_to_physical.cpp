@@ -2,7 +2,8 @@
 
 namespace marrow::internal {
 
-Frame::Frame(const Geometry& geometry) : origin(geometry.origin), exact(geometry.index_to_physical()) {
+IndexToPhysical::IndexToPhysical(const Geometry& geometry)
+    : origin(geometry.origin), exact(geometry.index_to_physical()) {
     const Mat3d& m = exact;
     // Gradients map by the inverse transpose, which is the cofactor matrix but for a factor; its sign turns
     // them down.
@@ -31,7 +32,7 @@ Frame::Frame(const Geometry& geometry) : origin(geometry.origin), exact(geometry
     }
 }
 
-Vec3f Frame::row_base(std::int64_t y, std::int64_t z) const {
+Vec3f IndexToPhysical::row_base(std::int64_t y, std::int64_t z) const {
     Vec3f base;
     for (std::size_t r = 0; r < 3; ++r) {
         base[r] = static_cast<float>(origin[r] + exact[r][1] * static_cast<double>(y) +

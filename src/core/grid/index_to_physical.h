@@ -32,8 +32,8 @@ R edge_fraction(R first, R second, R isovalue) {
 }
 
 /// A volume's index-to-physical map, as single precision about rows that are placed in double.
-struct Frame {
-    explicit Frame(const Geometry& geometry);
+struct IndexToPhysical {
+    explicit IndexToPhysical(const Geometry& geometry);
 
     /// The position of index (0, y, z).
     Vec3f row_base(std::int64_t y, std::int64_t z) const;
@@ -51,7 +51,7 @@ struct Frame {
     std::array<Vec3f, 3>
         normal_matrix;          ///< index gradient -> physical direction down the gradient, unnormalised
     std::array<Vec3f, 3> axis;  ///< unit physical direction of each index axis
-    bool mirrored;              ///< the map turns a left-handed index frame into space: winding flips
+    bool mirrored;              ///< the map turns a left-handed index to_physical into space: winding flips
 };
 
 }  // namespace marrow::internal

@@ -9,9 +9,8 @@
 #include <limits>
 #include <memory>
 
-#include "core/grid/case_table.h"
 #include "cell_measures.h"
-#include "core/volume/visit_samples.h"
+#include "core/grid/case_table.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace marrow::internal::HWY_NAMESPACE {
@@ -144,12 +143,12 @@ class SliceSums {
 };
 
 template <class T>
-void add_cells_of(const VolumeView& volume, const Frame& frame, const Levels& levels,
+void add_cells_of(const VolumeView& volume, const IndexToPhysical& to_physical, const Levels& levels,
                   std::span<const double> isovalues, std::int64_t z, CellSums& sums) {
     using R = Real<T>;
     const auto [nx, ny, nz] = volume.geometry.dims;
     const auto slice = std::make_unique<SliceSums<R>>(
-        frame.exact, static_cast<double>(z) - 0.5 * static_cast<double>(nz - 1), sums);
+        to_physical.exact, static_cast<double>(z) - 0.5 * static_cast<double>(nz - 1), sums);
 
     R isovalue[Levels::kMost];  // on the samples' scale
     for (std::size_t k = 0; k < isovalues.size(); ++k)
@@ -216,10 +215,10 @@ void add_cells_of(const VolumeView& volume, const Frame& frame, const Levels& le
     slice->flush();
 }
 
-void add_cells_any(const VolumeView& volume, const Frame& frame, const Levels& levels,
+void add_cells_any(const VolumeView& volume, const IndexToPhysical& to_physical, const Levels& levels,
                    std::span<const double> isovalues, std::int64_t z, CellSums& sums) {
-    with_sample_type(volume.type, [&](auto sample) {
-        add_cells_of<decltype(sample)>(volume, frame, levels, isovalues, z, sums);
+    visit_sample_type(volume.type, [&](auto sample) {
+        add_cells_of<decltype(sample)>(volume, to_physical, levels, isovalues, z, sums);
     });
 }
 
@@ -231,9 +230,9 @@ namespace marrow::internal {
 
 HWY_EXPORT(add_cells_any);
 
-void add_cells(const VolumeView& volume, const Frame& frame, const Levels& levels,
+void add_cells(const VolumeView& volume, const IndexToPhysical& to_physical, const Levels& levels,
                std::span<const double> isovalues, std::int64_t z, CellSums& sums) {
-    HWY_DYNAMIC_DISPATCH(add_cells_any)(volume, frame, levels, isovalues, z, sums);
+    HWY_DYNAMIC_DISPATCH(add_cells_any)(volume, to_physical, levels, isovalues, z, sums);
 }
 
 }  // namespace marrow::internal

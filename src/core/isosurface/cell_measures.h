@@ -32,7 +32,7 @@ struct CellSums {
 };
 
 /// Adds up the cells between slices z and z + 1, for z from -1 to the last slice.
-void add_cells(const VolumeView& volume, const Frame& frame, const Levels& levels,
+void add_cells(const VolumeView& volume, const IndexToPhysical& to_physical, const Levels& levels,
                std::span<const double> isovalues, std::int64_t z, CellSums& sums);
 
 }  // namespace marrow::internal

@@ -10,11 +10,10 @@
 #include <string>
 #include <utility>
 
+#include "core/grid/parallel.h"
 #include "core/marching_cubes/classify.h"
 #include "core/marching_cubes/count.h"
-#include "core/volume/visit_samples.h"
 #include "core/marching_cubes/emit.h"
-#include "core/grid/parallel.h"
 #include "core/snap/snap.h"
 
 namespace marrow {
@@ -38,7 +37,7 @@ struct Extraction {
     Extraction(const VolumeView& view, const IsosurfaceOptions& extraction_options, bool keep_ranges)
         : volume(view),
           options(extraction_options),
-          frame(view.geometry),
+          to_physical(view.geometry),
           bits(view.geometry.dims, extraction_options.closed),
           active(bits),
           rows(bits.rows()) {
@@ -47,7 +46,7 @@ struct Extraction {
 
     const VolumeView volume;
     const IsosurfaceOptions& options;
-    const Frame frame;
+    const IndexToPhysical to_physical;
     InsideBits bits;
     ActiveWords active;
     RowCounts rows;
@@ -113,7 +112,7 @@ void allocate(const Pyramids& pyramids, bool normals, Mesh& mesh) {
 
 // Returns the memory that took beside the mesh.
 std::size_t emit(const Extraction& e, const Pyramids& pyramids, double isovalue, Mesh& mesh) {
-    const EmitInput input{e.volume,        isovalue,           e.frame,        e.bits,        e.active,
+    const EmitInput input{e.volume,        isovalue,           e.to_physical,  e.bits,        e.active,
                           pyramids.points, pyramids.triangles, e.rows.along_x, e.rows.along_y};
     if (e.options.snap > 0) return snap(input, e.options.snap, e.options.normals, e.options.progress, mesh);
     allocate(pyramids, e.options.normals, mesh);
@@ -127,7 +126,7 @@ std::size_t emit(const Extraction& e, const Pyramids& pyramids, double isovalue,
         emit_triangles(input, row_begin, row_end, mesh.triangles.data());
         stage.step();
     });
-    report(e.options.progress, 1);
+    report_progress(e.options.progress, 1);
     return 0;
 }
 
@@ -170,7 +169,7 @@ Volume subsampled(const VolumeView& volume, std::int64_t step) {
         geometry.spacing[a] *= static_cast<double>(step);
     }
     Volume result(geometry, volume.type);
-    with_sample_type(volume.type, [&](auto sample) {
+    visit_sample_type(volume.type, [&](auto sample) {
         using T = decltype(sample);
         const auto [nx, ny, nz] = geometry.dims;
         tbb::parallel_for(std::int64_t{0}, nz, [&, nx = nx, ny = ny](std::int64_t z) {

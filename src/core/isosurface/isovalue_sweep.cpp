@@ -9,9 +9,8 @@
 #include <tbb/parallel_for.h>
 
 #include "cell_measures.h"
-#include "core/marching_cubes/classify.h"
-#include "core/volume/visit_samples.h"
 #include "core/grid/parallel.h"
+#include "core/marching_cubes/classify.h"
 #include "surface_counter.h"
 
 namespace marrow {
@@ -39,7 +38,7 @@ std::uint8_t level_of(T value, std::span<const double> isovalues) {
 
 void find_levels(const VolumeView& volume, std::span<const double> isovalues, Levels& levels, Stage& stage) {
     const auto [nx, ny, nz] = volume.geometry.dims;
-    with_sample_type(volume.type, [&, nx = nx, ny = ny, nz = nz](auto sample) {
+    visit_sample_type(volume.type, [&, nx = nx, ny = ny, nz = nz](auto sample) {
         using T = decltype(sample);
         const auto fill = [&](const auto& level) {
             tbb::parallel_for(std::int64_t{0}, nz, [&](std::int64_t z) {
@@ -67,12 +66,12 @@ void find_levels(const VolumeView& volume, std::span<const double> isovalues, Le
 void measure_cells(const VolumeView& volume, std::span<const double> isovalues,
                    std::span<SweepSample> samples, Levels& levels, Stage& stage) {
     find_levels(volume, isovalues, levels, stage);
-    const Frame frame(volume.geometry);
+    const IndexToPhysical to_physical(volume.geometry);
     const std::int64_t nz = volume.geometry.dims[2];
     // Summed by slices and then in their order, so that the numbers do not depend on who summed them.
     std::vector<CellSums> slices(static_cast<std::size_t>(nz + 1), CellSums(isovalues.size()));
     tbb::parallel_for(std::int64_t{-1}, nz, [&](std::int64_t z) {
-        add_cells(volume, frame, levels, isovalues, z, slices[static_cast<std::size_t>(z + 1)]);
+        add_cells(volume, to_physical, levels, isovalues, z, slices[static_cast<std::size_t>(z + 1)]);
         stage.step();
     });
     for (const CellSums& slice : slices) {

@@ -6,10 +6,10 @@
 #include <atomic>
 #include <optional>
 
+#include "core/grid/parallel.h"
 #include "core/marching_cubes/classify.h"
 #include "core/marching_cubes/count.h"
 #include "core/marching_cubes/emit.h"
-#include "core/grid/parallel.h"
 #include "core/volume/sparse_array.h"
 
 namespace marrow {
@@ -105,7 +105,7 @@ void count(Window& window, std::int64_t slices, RowCounts& rows, ActiveWords& ac
         });
         // The next slab begins with bits that are there already; no sample is needed again.
         window.release(end, -1);
-        report(progress, 0.4 * static_cast<double>(end) / static_cast<double>(bits.nz));
+        report_progress(progress, 0.4 * static_cast<double>(end) / static_cast<double>(bits.nz));
     }
     tbb::parallel_for(std::int64_t{0}, bits.nz, [&](std::int64_t slice) {
         count_triangles(bits, bits.row_index(0, slice), bits.row_index(0, slice + 1), rows);
@@ -150,8 +150,8 @@ void extract_isosurface_in_slabs(const SliceSource& source, double isovalue, con
 
         SparseArray<Vec3f> point_memory(points.total()), normal_memory(options.normals ? points.total() : 0);
         SparseArray<Triangle> triangle_memory(triangles.total());
-        const Frame frame(source.geometry);
-        const EmitInput input{window.volume(), isovalue,  frame,        bits,        active,
+        const IndexToPhysical to_physical(source.geometry);
+        const EmitInput input{window.volume(), isovalue,  to_physical,  bits,        active,
                               points,          triangles, rows.along_x, rows.along_y};
         const std::size_t point_bytes = sizeof(Vec3f) * (options.normals ? 2 : 1);
         const auto slice_row = [&](std::int64_t z) { return bits.row_index(0, std::min(z, bits.nz)); };
@@ -193,7 +193,8 @@ void extract_isosurface_in_slabs(const SliceSource& source, double isovalue, con
             triangle_memory.release(t0, t1);
             window.release(end, 1);
             z = end;
-            report(options.progress, 0.4 + 0.6 * static_cast<double>(end) / static_cast<double>(bits.nz));
+            report_progress(options.progress,
+                            0.4 + 0.6 * static_cast<double>(end) / static_cast<double>(bits.nz));
         }
         if (stats != nullptr) stats->non_finite_samples = window.non_finite_samples();
     });

@@ -10,7 +10,6 @@
 #include <type_traits>
 
 #include "classify.h"
-#include "core/volume/visit_samples.h"
 #include "core/grid/threshold.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -189,7 +188,7 @@ void reclassify(const Slice<T>& slice, double from, double to, T threshold, Bloc
 // What a slice's bits are to be for an isovalue, and where they come from.
 std::int64_t classify_any(const VolumeView& volume, double isovalue, std::int64_t z, InsideBits& bits,
                           BlockRanges* ranges) {
-    return with_sample_type(volume.type, [&](auto sample) -> std::int64_t {
+    return visit_sample_type(volume.type, [&](auto sample) -> std::int64_t {
         using T = decltype(sample);
         const Slice<T> slice(volume, z, bits);
         const auto threshold = inside_threshold<T>(isovalue);
@@ -209,7 +208,7 @@ std::int64_t classify_any(const VolumeView& volume, double isovalue, std::int64_
 
 void reclassify_any(const VolumeView& volume, double from, double to, std::int64_t z, InsideBits& bits,
                     BlockRanges& ranges) {
-    with_sample_type(volume.type, [&](auto sample) {
+    visit_sample_type(volume.type, [&](auto sample) {
         using T = decltype(sample);
         // Where no T is inside, no block is mixed either, and the threshold is not used.
         const T threshold = inside_threshold<T>(to).value_or(std::numeric_limits<T>::max());

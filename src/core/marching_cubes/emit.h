@@ -17,7 +17,7 @@ namespace marrow::internal {
 struct EmitInput {
     const VolumeView& volume;
     double isovalue;
-    const Frame& frame;
+    const IndexToPhysical& to_physical;
     const InsideBits& bits;
     const ActiveWords& active;
     const HistoPyramid& points;  ///< over the grid's rows, as RowCounts

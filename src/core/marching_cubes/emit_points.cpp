@@ -10,7 +10,6 @@
 #include <limits>
 #include <type_traits>
 
-#include "core/volume/visit_samples.h"
 #include "emit.h"
 #include "row_bits-inl.h"
 
@@ -83,7 +82,7 @@ class PointBatch {
         : samples_(static_cast<const T*>(input.volume.data)),
           dims_(input.volume.geometry.dims),
           stride_{1, dims_[0], dims_[0] * dims_[1]},
-          frame_(input.frame),
+          to_physical_(input.to_physical),
           isovalue_(static_cast<R>(input.isovalue) * kSampleScale<T>),
           points_(points),
           end_(end),
@@ -95,7 +94,7 @@ class PointBatch {
         y_ = y;
         z_ = z;
         row_ = (z * dims_[1] + y) * dims_[0];
-        base_ = frame_.row_base(y, z);
+        base_ = to_physical_.row_base(y, z);
         inner_row_ = y >= 1 && y + 2 < dims_[1] && z >= 1 && z + 2 < dims_[2];
     }
 
@@ -245,7 +244,7 @@ class PointBatch {
     }
 
     Vec3f along_edge(std::int32_t axis, bool first_inside) const {
-        Vec3f n = frame_.axis[static_cast<std::size_t>(axis)];
+        Vec3f n = to_physical_.axis[static_cast<std::size_t>(axis)];
         if (!first_inside) n = {-n[0], -n[1], -n[2]};
         return n;
     }
@@ -320,7 +319,7 @@ class PointBatch {
         }
         if constexpr (std::is_floating_point_v<T>) scale_extreme(gradient);
         for (std::size_t r = 0; r < 3; ++r) {
-            const Vec3f& m = frame_.normal_matrix[r];
+            const Vec3f& m = to_physical_.normal_matrix[r];
             normal[r] = hn::Add(
                 hn::Add(hn::Mul(hn::Set(d, R(m[0])), gradient[0]), hn::Mul(hn::Set(d, R(m[1])), gradient[1])),
                 hn::Mul(hn::Set(d, R(m[2])), gradient[2]));
@@ -360,7 +359,7 @@ class PointBatch {
         for (std::size_t r = 0; r < 3; ++r) normal[r] = hn::Load(d, lanes[r]);
     }
 
-    // As Frame::point.
+    // As IndexToPhysical::point.
     HWY_INLINE void place(std::size_t i, VF t, VF (&point)[3]) const {
         const DF d;
         const hn::RebindToSigned<DF> di;
@@ -369,7 +368,7 @@ class PointBatch {
         const auto along_y = hn::RebindMask(d, hn::Eq(axis, hn::Set(di, 1)));
         const auto along_z = hn::RebindMask(d, hn::Eq(axis, hn::Set(di, 2)));
         for (std::size_t r = 0; r < 3; ++r) {
-            const Vec3f& m = frame_.matrix[r];
+            const Vec3f& m = to_physical_.matrix[r];
             const auto along_x = hn::Set(d, m[0]);
             const auto along_edge =
                 hn::IfThenElse(along_z, hn::Set(d, m[2]), hn::IfThenElse(along_y, hn::Set(d, m[1]), along_x));
@@ -394,7 +393,8 @@ class PointBatch {
         if (first_inside && within(second_of(b))) return;
         const std::size_t k = b.edge;
         const Vec3f base{row_base_[0][k], row_base_[1][k], row_base_[2][k]};
-        points_[k] = frame_.point(base, static_cast<float>(x_[k]), static_cast<std::size_t>(axes_[k]), 0.5f);
+        points_[k] =
+            to_physical_.point(base, static_cast<float>(x_[k]), static_cast<std::size_t>(axes_[k]), 0.5f);
         if (fractions_ != nullptr) fractions_[k] = 0.5f;
         if constexpr (kNormals) normals_[k] = along_edge(axes_[k], first_inside);
     }
@@ -405,7 +405,7 @@ class PointBatch {
     // Lines of large slices leave the cache before the next slice needs them; those of 512 x 512 samples even
     // push out each other.
     const bool asks_ahead_ = stride_[2] * static_cast<std::int64_t>(sizeof(T)) > 256 * 1024;
-    const Frame& frame_;
+    const IndexToPhysical& to_physical_;
     const R isovalue_;
     Vec3f* points_;
     const Vec3f* const end_;
@@ -449,7 +449,7 @@ void emit_points_of(const EmitInput& input, std::size_t row_begin, std::size_t r
 
 void emit_points_any(const EmitInput& input, std::size_t row_begin, std::size_t row_end, Vec3f* points,
                      Vec3f* normals, float* fractions) {
-    with_sample_type(input.volume.type, [&](auto sample) {
+    visit_sample_type(input.volume.type, [&](auto sample) {
         emit_points_of<decltype(sample)>(input, row_begin, row_end, points, normals, fractions);
     });
 }

@@ -165,7 +165,8 @@ void emit_triangles_target(const EmitInput& input, std::size_t row_begin, std::s
     const auto ny = static_cast<std::size_t>(bits.ny);
     const auto points = input.points.leaves();
     const auto triangles = input.triangles.leaves();
-    const RunningCase* cases = input.frame.mirrored ? kMirroredRunningCases.data() : kRunningCases.data();
+    const RunningCase* cases =
+        input.to_physical.mirrored ? kMirroredRunningCases.data() : kRunningCases.data();
     const std::uint32_t* end =
         out + 3 * (input.triangles.first_output(row_end) - input.triangles.first_output(row_begin));
     Buffer<std::uint8_t> list(64 * bits.words_per_row + 4);

@@ -23,9 +23,9 @@
 #include <numeric>
 #include <vector>
 
-#include "merge_clusters.h"
 #include "cap_triangles.h"
 #include "core/grid/parallel.h"
+#include "merge_clusters.h"
 #include "slice.h"
 
 namespace marrow::internal {
@@ -269,7 +269,7 @@ std::size_t snap(const EmitInput& input, double limit, bool normals, const Progr
     } else {
         move_aside(input, limit, gather(slabs, normals, mesh), mesh);
     }
-    report(progress, 1);
+    report_progress(progress, 1);
     std::size_t bytes = 0;
     for (const SnapSlab& slab : slabs) bytes += slab.bytes();
     return bytes;

@@ -12,7 +12,7 @@
 
 #include <marrow/volume_filters.h>
 
-#include "visit_samples.h"
+#include "base/progress.h"
 
 namespace marrow {
 
@@ -28,7 +28,7 @@ template <class Work>
 void for_each(std::int64_t count, const FilterOptions& options, Share share, Work work) {
     std::mutex mutex;
     std::int64_t done = 0;
-    report(options.progress, share.begin);
+    internal::report_progress(options.progress, share.begin);
     const int most = oneapi::tbb::info::default_concurrency();
     oneapi::tbb::task_arena arena(options.threads > 0 ? std::min(options.threads, most) : most);
     arena.execute([&] {
@@ -36,7 +36,7 @@ void for_each(std::int64_t count, const FilterOptions& options, Share share, Wor
             work(i);
             const std::lock_guard lock(mutex);
             const double fraction = static_cast<double>(++done) / static_cast<double>(count);
-            report(options.progress, share.begin + (share.end - share.begin) * fraction);
+            internal::report_progress(options.progress, share.begin + (share.end - share.begin) * fraction);
         });
     });
 }
@@ -161,7 +161,7 @@ Taps cubic_taps(std::int64_t n, double step) {
 template <class Filter>
 Volume in_floating_point(const VolumeView& volume, Filter filter) {
     check_geometry(volume.geometry);
-    return internal::with_sample_type(volume.type, [&]<class T>(T) {
+    return visit_sample_type(volume.type, [&]<class T>(T) {
         constexpr bool kWide = sizeof(T) > 4 || std::is_same_v<T, std::int32_t>;
         using A = std::conditional_t<kWide, double, float>;
         const auto count = static_cast<std::size_t>(volume.geometry.sample_count());
@@ -250,7 +250,7 @@ Volume median_filter(const VolumeView& volume, int radius, const FilterOptions& 
     if (radius < 1 || radius > 16) throw InputError("median: the radius must lie between 1 and 16 samples");
     const Geometry& g = volume.geometry;
     Volume result(g, volume.type);
-    internal::with_sample_type(volume.type, [&]<class T>(T) {
+    visit_sample_type(volume.type, [&]<class T>(T) {
         // By rows, so that one can be stopped: a slice of large windows takes long.
         for_each(g.dims[1] * g.dims[2], options, {0, 1}, [&](std::int64_t row) {
             median_of_row(static_cast<const T*>(volume.data), g.dims, radius, row % g.dims[1],

@@ -5,8 +5,6 @@
 #include <marrow/error.h>
 #include <marrow/histogram.h>
 
-#include "visit_samples.h"
-
 namespace marrow {
 namespace {
 
@@ -54,7 +52,7 @@ Histogram histogram(const VolumeView& volume, int bins) {
     check_geometry(volume.geometry);
     if (bins < 2) throw InputError("a histogram needs at least 2 bins");
     const std::int64_t n = volume.geometry.sample_count();
-    return internal::with_sample_type(
+    return visit_sample_type(
         volume.type, [&]<class T>(T) { return count_samples(static_cast<const T*>(volume.data), n, bins); });
 }
 
