@@ -4,7 +4,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <vector>
 
 #include <marrow/export.h>
 #include <marrow/mesh.h>
@@ -72,9 +71,8 @@ class MARROW_EXPORT IsosurfaceExtractor {
     const Mesh& extract(double isovalue, int level = 0, IsosurfaceStats* stats = nullptr);
 
   private:
-    struct Level;
-    std::unique_ptr<IsosurfaceOptions> options_;  // levels refer to it, also after a move
-    std::vector<std::unique_ptr<Level>> levels_;
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
 };
 
 /// The same surface by traditional table-driven marching cubes: every cell is visited and every triangle has

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 
 #include <marrow/export.h>
@@ -41,7 +42,7 @@ struct SurfaceSink {
 
 struct SlabLimits {
     std::size_t memory = std::size_t{1} << 30;  ///< bytes to stay within, all arrays together
-    std::int64_t slices = 0;                    ///< most slices at a time; 0: as many as memory allows
+    std::optional<std::int64_t> slices = {};    ///< most slices at a time; not set: as many as memory allows
 };
 
 /// As extract_isosurface, with only a slab of the volume and of the surface in memory at a time. The volume is read twice:

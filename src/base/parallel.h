@@ -5,6 +5,7 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <mutex>
 
@@ -24,22 +25,21 @@ void with_threads(int threads, const F& f) {
 /// Counts the equal steps of a stage of work and reports progress from `begin` to `end`. Any thread may call step().
 class Stage {
   public:
+    /// Refers to `progress`, which must outlive it.
     Stage(const Progress& progress, double begin, double end, std::size_t steps)
-        : progress_(progress),
-          begin_(begin),
-          per_step_((end - begin) / static_cast<double>(std::max<std::size_t>(steps, 1))) {}
+        : progress_(progress), begin_(begin), end_(end), steps_(static_cast<double>(steps)) {}
 
     /// \throw Cancelled
     void step() {
         if (!progress_) return;
         const std::lock_guard lock(mutex_);
-        report_progress(progress_, begin_ + per_step_ * static_cast<double>(++done_));
+        report_progress(progress_, std::lerp(begin_, end_, ++done_ / steps_));
     }
 
   private:
     const Progress& progress_;
-    const double begin_, per_step_;
-    std::size_t done_ = 0;
+    const double begin_, end_, steps_;
+    double done_ = 0;
     std::mutex mutex_;
 };
 

@@ -1,6 +1,8 @@
 /// Reporting progress from inside the library.
 #pragma once
 
+#include <cmath>
+
 #include <marrow/progress.h>
 
 namespace marrow::internal {
@@ -14,7 +16,7 @@ inline void report_progress(const Progress& progress, double fraction) {
 /// scaled to the range from `begin` to `end`. The result refers to `progress`, which must outlive it.
 inline Progress sub_progress(const Progress& progress, double begin, double end) {
     if (!progress) return {};
-    return [&progress, begin, end](double fraction) { return progress(begin + (end - begin) * fraction); };
+    return [&progress, begin, end](double fraction) { return progress(std::lerp(begin, end, fraction)); };
 }
 
 }  // namespace marrow::internal

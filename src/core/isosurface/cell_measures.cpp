@@ -33,29 +33,19 @@ template <class R>
 class SliceSums {
   public:
     SliceSums(const Mat3d& matrix, double z, CellSums& sums) : sums_(sums), three_z_(static_cast<R>(3 * z)) {
-        Mat3d cofactor;
-        for (std::size_t r = 0; r < 3; ++r) {
-            const std::size_t r1 = (r + 1) % 3, r2 = (r + 2) % 3;
-            for (std::size_t c = 0; c < 3; ++c) {
-                const std::size_t c1 = (c + 1) % 3, c2 = (c + 2) % 3;
-                cofactor[r][c] = matrix[r1][c1] * matrix[r2][c2] - matrix[r1][c2] * matrix[r2][c1];
-            }
-        }
-        for (std::size_t e = 0; e < kEdges; ++e) {
+        const Mat3d cofactor = cofactors(matrix);
+        for (std::size_t e = 0; e < kCellEdges; ++e) {
             const int first = kEdgeCorners[e][0], axis = kEdgeCorners[e][1] - first;
             for (int r = 0; r < 3; ++r)
                 at_[e][r] = axis == 1 << r ? along_[e] : (first >> r & 1) != 0 ? ones_ : zeros_;
         }
         std::fill(zeros_, std::end(zeros_), R(0));
         std::fill(ones_, std::end(ones_), R(1));
-        double determinant = 0;
-        for (std::size_t c = 0; c < 3; ++c) determinant += matrix[0][c] * cofactor[0][c];
-        to_volume_ = std::abs(determinant);
+        to_volume_ = std::abs(dot(matrix[0], cofactor[0]));
         for (std::size_t a = 0; a < 3; ++a) {
             for (std::size_t b = 0; b < 3; ++b) {
-                double dot = 0;
-                for (std::size_t r = 0; r < 3; ++r) dot += cofactor[r][a] * cofactor[r][b];
-                square_[a][b] = static_cast<R>(a == b ? dot : 2 * dot);
+                const double product = dot(column(cofactor, a), column(cofactor, b));
+                square_[a][b] = static_cast<R>(a == b ? product : 2 * product);
             }
         }
     }
@@ -82,7 +72,7 @@ class SliceSums {
         const auto half = hn::Set(d, R(0.5)), most = hn::Set(d, std::numeric_limits<R>::max());
         alignas(64) R twice_area[kSize], six_volumes[kSize];
         for (std::size_t i = 0; i < kSize; i += hn::Lanes(d)) {
-            for (std::size_t e = 0; e < kEdges; ++e) {
+            for (std::size_t e = 0; e < kCellEdges; ++e) {
                 if ((c.crossed >> e & 1) == 0) continue;
                 const auto from = hn::Load(d, batch.corner[kEdgeCorners[e][0]] + i);
                 const auto difference = hn::Sub(from, hn::Load(d, batch.corner[kEdgeCorners[e][1]] + i));
@@ -138,8 +128,8 @@ class SliceSums {
     R square_[3][3];  // of a normal, taken to space: the sum over a <= b of square_[a][b] n[a] n[b]
     std::array<Batch<R>, 256> batches_;
     // Where points are on their edges; and each coordinate of them, which is that or one of the edge's ends.
-    alignas(64) R along_[kEdges][Batch<R>::kSize], zeros_[Batch<R>::kSize], ones_[Batch<R>::kSize];
-    const R* at_[kEdges][3];
+    alignas(64) R along_[kCellEdges][Batch<R>::kSize], zeros_[Batch<R>::kSize], ones_[Batch<R>::kSize];
+    const R* at_[kCellEdges][3];
 };
 
 template <class T>

@@ -9,6 +9,7 @@
 #include "core/grid/case_table.h"
 #include "core/grid/index_to_physical.h"
 #include "core/grid/threshold.h"
+#include "core/volume/checks.h"
 
 namespace marrow {
 
@@ -83,8 +84,8 @@ Mesh march(const VolumeView& volume, double isovalue, bool closed) {
 }  // namespace
 
 Mesh extract_isosurface_classic(const VolumeView& volume, double isovalue, bool closed) {
-    check_geometry(volume.geometry);
-    if (!std::isfinite(isovalue)) throw InputError("isovalue is not a finite number");
+    check_volume(volume);
+    check_isovalue(isovalue);
     return visit_sample_type(volume.type,
                              [&](auto sample) { return march<decltype(sample)>(volume, isovalue, closed); });
 }

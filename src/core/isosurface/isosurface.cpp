@@ -10,11 +10,14 @@
 #include <string>
 #include <utility>
 
-#include "core/grid/parallel.h"
+#include "base/parallel.h"
+#include "base/resize_discarding.h"
+#include "core/grid/shares.h"
 #include "core/marching_cubes/classify.h"
 #include "core/marching_cubes/count.h"
 #include "core/marching_cubes/emit.h"
 #include "core/snap/snap.h"
+#include "core/volume/checks.h"
 
 namespace marrow {
 
@@ -26,9 +29,7 @@ using Clock = std::chrono::steady_clock;
 
 void check(const VolumeView& volume, const IsosurfaceOptions& options) {
     if (!(options.snap >= 0 && options.snap < 0.5)) throw InputError("snap must be at least 0 and below 0.5");
-    check_geometry(volume.geometry);
-    if (volume.data == nullptr && volume.geometry.sample_count() > 0)
-        throw InputError("volume has no samples");
+    check_volume(volume);
 }
 
 // Everything an extraction needs beside its result. Kept between extractions, it saves reading what cannot
@@ -82,8 +83,8 @@ struct Pyramids {
 };
 
 Pyramids count(Extraction& e) {
-    e.rows.points.resize(
-        e.bits.rows());  // the extraction before may have been cancelled with them in its pyramids
+    // If the previous extraction was cancelled, its pyramids took these arrays with them.
+    e.rows.points.resize(e.bits.rows());
     e.rows.triangles.resize(e.bits.rows());
     Stage stage(e.options.progress, 0.3, 0.4, e.slices());
     tbb::parallel_for(std::int64_t{0}, e.bits.nz, [&](std::int64_t z) {
@@ -94,13 +95,6 @@ Pyramids count(Extraction& e) {
         count_triangles(e.bits, e.bits.row_index(0, z), e.bits.row_index(0, z + 1), e.rows);
     });
     return {HistoPyramid(std::move(e.rows.points)), HistoPyramid(std::move(e.rows.triangles))};
-}
-
-// Resizes without keeping, or touching, what was there.
-template <class T>
-void resize_discarding(Buffer<T>& buffer, std::uint64_t size) {
-    buffer.clear();
-    buffer.resize(size);
 }
 
 void allocate(const Pyramids& pyramids, bool normals, Mesh& mesh) {
@@ -114,7 +108,10 @@ void allocate(const Pyramids& pyramids, bool normals, Mesh& mesh) {
 std::size_t emit(const Extraction& e, const Pyramids& pyramids, double isovalue, Mesh& mesh) {
     const EmitInput input{e.volume,        isovalue,           e.to_physical,  e.bits,        e.active,
                           pyramids.points, pyramids.triangles, e.rows.along_x, e.rows.along_y};
-    if (e.options.snap > 0) return snap(input, e.options.snap, e.options.normals, e.options.progress, mesh);
+    if (e.options.snap > 0) {
+        const Progress progress = sub_progress(e.options.progress, 0.4, 1);
+        return snap(input, e.options.snap, e.options.normals, progress, mesh);
+    }
     allocate(pyramids, e.options.normals, mesh);
     Stage stage(e.options.progress, 0.4, 1, 2 * share_count());
     Vec3f* normals = e.options.normals ? mesh.normals.data() : nullptr;
@@ -143,8 +140,8 @@ void extract(Extraction& e, double isovalue, Mesh& mesh, IsosurfaceStats* stats)
     try {
         snapping = emit(e, pyramids, isovalue, mesh);
     } catch (const std::bad_alloc&) {
-        throw LimitError("no memory for " + std::to_string(points) + " points and " +
-                         std::to_string(triangles) + " triangles");
+        throw LimitError("there is not enough memory for " + std::to_string(points) + " points and " +
+                         std::to_string(triangles) + " triangles; crop or coarsen the volume");
     }
     const auto emitted = Clock::now();
     const std::size_t scratch = e.bits.bytes() + e.active.bytes() + pyramids.points.bytes() +
@@ -183,6 +180,19 @@ Volume subsampled(const VolumeView& volume, std::int64_t step) {
     return result;
 }
 
+// Runs `work` on `threads` threads. Memory can run out in any pass: that is a LimitError.
+template <class Work>
+void run(const VolumeView& volume, int threads, const Work& work) {
+    try {
+        with_threads(threads, work);
+    } catch (const std::bad_alloc&) {
+        const auto& dims = volume.geometry.dims;
+        throw LimitError("there is not enough memory to extract a surface from " + std::to_string(dims[0]) +
+                         " x " + std::to_string(dims[1]) + " x " + std::to_string(dims[2]) +
+                         " samples; crop or coarsen the volume");
+    }
+}
+
 }  // namespace
 
 Mesh extract_isosurface(const VolumeView& volume, double isovalue, const IsosurfaceOptions& options,
@@ -192,27 +202,35 @@ Mesh extract_isosurface(const VolumeView& volume, double isovalue, const Isosurf
     Mesh mesh;
     if (stats != nullptr) *stats = {};
     if (!has_cells(volume.geometry, options.closed)) return mesh;
-    with_threads(options.threads, [&] {
+    run(volume, options.threads, [&] {
         Extraction extraction(volume, options, false);
         extract(extraction, isovalue, mesh, stats);
     });
     return mesh;
 }
 
-struct IsosurfaceExtractor::Level {
-    Level(Volume&& samples, const IsosurfaceOptions& options)
-        : owned(std::move(samples)), extraction(owned, options, true) {}
-    Level(const VolumeView& samples, const IsosurfaceOptions& options) : extraction(samples, options, true) {}
+struct IsosurfaceExtractor::Impl {
+    // The extraction from every 2^level-th sample.
+    struct Level {
+        Level(const VolumeView& samples, const IsosurfaceOptions& options)
+            : extraction(samples, options, true) {}
+        Level(Volume&& samples, const IsosurfaceOptions& options)
+            : owned(std::move(samples)), extraction(owned, options, true) {}
 
-    Volume owned;  // empty for level 0, which borrows
-    Extraction extraction;
-    Mesh mesh;
+        Volume owned;  // empty for level 0, which borrows its samples
+        Extraction extraction;
+        Mesh mesh;
+    };
+
+    IsosurfaceOptions options;  // the levels refer to it
+    std::vector<std::unique_ptr<Level>> levels;
 };
 
 IsosurfaceExtractor::IsosurfaceExtractor(const VolumeView& volume, const IsosurfaceOptions& options)
-    : options_(std::make_unique<IsosurfaceOptions>(options)) {
+    : impl_(std::make_unique<Impl>()) {
     check(volume, options);
-    levels_.push_back(std::make_unique<Level>(volume, *options_));
+    impl_->options = options;
+    impl_->levels.push_back(std::make_unique<Impl::Level>(volume, impl_->options));
 }
 
 IsosurfaceExtractor::~IsosurfaceExtractor() = default;
@@ -221,20 +239,22 @@ IsosurfaceExtractor& IsosurfaceExtractor::operator=(IsosurfaceExtractor&&) noexc
 
 const Mesh& IsosurfaceExtractor::extract(double isovalue, int level, IsosurfaceStats* stats) {
     check_isovalue(isovalue);
-    if (level < 0 || level > 30) throw InputError("preview level must be 0 to 30");
+    if (level < 0 || level > 30) throw InputError("the preview level must be between 0 and 30");
     const auto index = static_cast<std::size_t>(level);
-    if (index >= levels_.size()) levels_.resize(index + 1);
+    auto& levels = impl_->levels;
+    if (index >= levels.size()) levels.resize(index + 1);
     if (stats != nullptr) *stats = {};
-    with_threads(options_->threads, [&] {
-        if (!levels_[index]) {
-            levels_[index] = std::make_unique<Level>(
-                subsampled(levels_[0]->extraction.volume, std::int64_t{1} << level), *options_);
+    const VolumeView& volume = levels[0]->extraction.volume;
+    run(volume, impl_->options.threads, [&] {
+        if (!levels[index]) {
+            levels[index] =
+                std::make_unique<Impl::Level>(subsampled(volume, std::int64_t{1} << level), impl_->options);
         }
-        Level& l = *levels_[index];
-        if (has_cells(l.extraction.volume.geometry, options_->closed))
+        Impl::Level& l = *levels[index];
+        if (has_cells(l.extraction.volume.geometry, impl_->options.closed))
             marrow::extract(l.extraction, isovalue, l.mesh, stats);
     });
-    return levels_[index]->mesh;
+    return levels[index]->mesh;
 }
 
 }  // namespace marrow

@@ -8,9 +8,10 @@
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
+#include "base/parallel.h"
 #include "cell_measures.h"
-#include "core/grid/parallel.h"
 #include "core/marching_cubes/classify.h"
+#include "core/volume/checks.h"
 #include "surface_counter.h"
 
 namespace marrow {
@@ -20,9 +21,7 @@ using namespace internal;
 namespace {
 
 void check(const VolumeView& volume, std::span<const double> isovalues) {
-    check_geometry(volume.geometry);
-    if (volume.data == nullptr && volume.geometry.sample_count() > 0)
-        throw InputError("volume has no samples");
+    check_volume(volume);
     for (std::size_t i = 0; i < isovalues.size(); ++i) {
         check_isovalue(isovalues[i]);
         if (i > 0 && !(isovalues[i - 1] < isovalues[i])) throw InputError("isovalues of a sweep must ascend");

@@ -6,10 +6,12 @@
 #include <atomic>
 #include <optional>
 
-#include "core/grid/parallel.h"
+#include "base/parallel.h"
+#include "core/grid/shares.h"
 #include "core/marching_cubes/classify.h"
 #include "core/marching_cubes/count.h"
 #include "core/marching_cubes/emit.h"
+#include "core/volume/checks.h"
 #include "core/volume/sparse_array.h"
 
 namespace marrow {
@@ -112,12 +114,20 @@ void count(Window& window, std::int64_t slices, RowCounts& rows, ActiveWords& ac
     });
 }
 
+void check(const SliceSource& source, const SurfaceSink& sink, const SlabLimits& limits) {
+    check_geometry(source.geometry);
+    if (!source.read || !sink.begin || !sink.part)
+        throw InputError(
+            "a surface in slabs needs a function that reads slices, and two that take the surface");
+    if (limits.slices && *limits.slices < 1) throw InputError("a slab needs at least one slice");
+}
+
 }  // namespace
 
 void extract_isosurface_in_slabs(const SliceSource& source, double isovalue, const SurfaceSink& sink,
                                  const SlabLimits& limits, const IsosurfaceOptions& options,
                                  IsosurfaceStats* stats) {
-    check_geometry(source.geometry);
+    check(source, sink, limits);
     check_isovalue(isovalue);
     if (options.snap != 0)
         throw InputError(
@@ -140,7 +150,7 @@ void extract_isosurface_in_slabs(const SliceSource& source, double isovalue, con
                              std::to_string((least >> 20) + 1) + " MiB");
         }
         const std::size_t for_slabs = limits.memory - counts;
-        const std::int64_t most = limits.slices > 0 ? limits.slices : bits.nz;
+        const std::int64_t most = limits.slices.value_or(bits.nz);
         const auto fit = static_cast<std::int64_t>(for_slabs / window.bytes_per_slice()) - kHalo;
         count(window, std::min(most, std::max<std::int64_t>(fit, 1)), rows, active, options.progress);
 

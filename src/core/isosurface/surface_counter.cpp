@@ -6,20 +6,8 @@
 namespace marrow::internal {
 
 void Regions::add(std::size_t known, std::size_t runs) {
-    if (parent_.size() < runs) parent_.resize(2 * runs);
-    for (std::size_t run = known; run < runs; ++run) parent_[run] = static_cast<std::uint32_t>(run);
-}
-
-std::uint32_t Regions::root(std::size_t run) {
-    auto r = static_cast<std::uint32_t>(run);
-    while (parent_[r] != r) r = parent_[r] = parent_[parent_[r]];
-    return r;
-}
-
-void Regions::join_roots(std::uint32_t a, std::uint32_t b) {
-    if (a == b) return;
-    parent_[std::max(a, b)] = std::min(a, b);
-    ++joined_;
+    if (parents_.size() < runs) parents_.resize(2 * runs);
+    for (std::size_t run = known; run < runs; ++run) parents_[run] = static_cast<std::uint32_t>(run);
 }
 
 // Numbers of runs follow from those of borders: a row with n inside runs has n + 1 outside ones and 2 n + 2 borders.

@@ -7,6 +7,7 @@
 
 #include <marrow/buffer.h>
 
+#include "base/disjoint_sets.h"
 #include "core/marching_cubes/inside_bits.h"
 
 namespace marrow::internal {
@@ -17,16 +18,13 @@ class Regions {
     /// Makes the first `runs` runs regions of their own, from `known` on.
     void add(std::size_t known, std::size_t runs);
     void join(std::size_t a, std::size_t b) {
-        if (parent_[a] != parent_[b]) join_roots(root(a), root(b));
+        if (parents_[a] != parents_[b]) joined_ += unite(parents_, a, b);
     }
     void restart() { joined_ = 0; }
     std::size_t joined() const { return joined_; }
 
   private:
-    std::uint32_t root(std::size_t run);
-    void join_roots(std::uint32_t a, std::uint32_t b);
-
-    Buffer<std::uint32_t> parent_;
+    Buffer<std::uint32_t> parents_;
     std::size_t joined_ = 0;
 };
 

@@ -216,7 +216,7 @@ namespace marrow::internal {
 HWY_EXPORT(count_rows_target);
 
 void count_rows(const InsideBits& bits, std::size_t row_begin, std::size_t row_end, RowCounts& counts,
-                ActiveWords& active) noexcept {
+                ActiveWords& active) {
     HWY_DYNAMIC_DISPATCH(count_rows_target)(bits, row_begin, row_end, counts, active);
 }
 

@@ -24,7 +24,7 @@ struct RowCounts {
 /// Marks the active words of the rows [row_begin, row_end) and counts what the rows make, all but their
 /// triangles, for which what is left to subtract is noted.
 void count_rows(const InsideBits& bits, std::size_t row_begin, std::size_t row_end, RowCounts& counts,
-                ActiveWords& active) noexcept;
+                ActiveWords& active);
 
 /// Counts the triangles of the rows [row_begin, row_end). \pre count_rows of these, the next row and the next
 /// slice

@@ -30,10 +30,10 @@ struct EmitInput {
 /// rows [row_begin, row_end) to their places in the whole output. Order: rows by (z, y); in a row the edges
 /// along x, then y, then z; among these by x. Behind the last of the fractions up to 16 more are written.
 void emit_points(const EmitInput& input, std::size_t row_begin, std::size_t row_end, Vec3f* points,
-                 Vec3f* normals, float* fractions = nullptr) noexcept;
+                 Vec3f* normals, float* fractions = nullptr);
 
 /// Writes the triangles of the rows of cells [row_begin, row_end) to their places. Order: cells by (z, y, x).
 void emit_triangles(const EmitInput& input, std::size_t row_begin, std::size_t row_end,
-                    Triangle* triangles) noexcept;
+                    Triangle* triangles);
 
 }  // namespace marrow::internal

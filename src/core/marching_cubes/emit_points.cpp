@@ -463,7 +463,7 @@ namespace marrow::internal {
 HWY_EXPORT(emit_points_any);
 
 void emit_points(const EmitInput& input, std::size_t row_begin, std::size_t row_end, Vec3f* points,
-                 Vec3f* normals, float* fractions) noexcept {
+                 Vec3f* normals, float* fractions) {
     const std::uint64_t first = input.points.first_output(row_begin);
     HWY_DYNAMIC_DISPATCH(emit_points_any)
     (input, row_begin, row_end, points + first, normals ? normals + first : nullptr,

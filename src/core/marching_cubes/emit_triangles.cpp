@@ -202,7 +202,7 @@ namespace marrow::internal {
 HWY_EXPORT(emit_triangles_target);
 
 void emit_triangles(const EmitInput& input, std::size_t row_begin, std::size_t row_end,
-                    Triangle* triangles) noexcept {
+                    Triangle* triangles) {
     const std::uint64_t first = input.triangles.first_output(row_begin);
     HWY_DYNAMIC_DISPATCH(emit_triangles_target)(input, row_begin, row_end, triangles[first].data());
 }

@@ -6,6 +6,7 @@
 #define MARROW_ROW_BITS_INL_H
 #endif
 
+#include <bit>
 #include <cstdint>
 
 #include "inside_bits.h"
@@ -13,8 +14,9 @@
 HWY_BEFORE_NAMESPACE();
 namespace marrow::internal::HWY_NAMESPACE {
 
+// As std::popcount, but unsigned as all counts are.
 HWY_INLINE std::uint32_t popcount(std::uint64_t bits) {
-    return static_cast<std::uint32_t>(__builtin_popcountll(bits));
+    return static_cast<std::uint32_t>(std::popcount(bits));
 }
 
 // The row's neighbours in the grid: (y + 1, z), (y, z + 1), (y + 1, z + 1).
@@ -72,7 +74,7 @@ HWY_INLINE void for_each_active_word(const ActiveWords& active, std::size_t row,
     const std::uint64_t* mask = active.row(row);
     for (std::size_t m = 0; m < active.masks_per_row; ++m) {
         for (std::uint64_t left = mask[m]; left != 0; left &= left - 1)
-            f(64 * m + static_cast<std::size_t>(__builtin_ctzll(left)));
+            f(64 * m + static_cast<std::size_t>(std::countr_zero(left)));
     }
 }
 

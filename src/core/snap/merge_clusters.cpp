@@ -9,6 +9,7 @@
 #include <bit>
 #include <cmath>
 
+#include "base/resize_discarding.h"
 #include "core/marching_cubes/row_bits-inl.h"
 #include "merge_clusters.h"
 
@@ -479,14 +480,11 @@ void Crowds::make_room(const EmitInput& input, std::size_t points) {
     no_words.resize(input.active.masks_per_row);
     words.resize(static_cast<std::size_t>(input.bits.ny) * input.bits.words_per_row);
     if (points / 2 + kSlack <= crowds.size()) return;
-    const auto resize = [size = points / 2 + points / 8 + kSlack](auto& buffer) {
-        buffer.clear();
-        buffer.resize(size);
-    };
-    resize(crowds);
+    const std::size_t size = points / 2 + points / 8 + kSlack;
+    resize_discarding(crowds, size);
     for (Buffer<float>* values :
          {&offsets[0], &offsets[1], &offsets[2], &part, &middle[0], &middle[1], &middle[2], &furthest})
-        resize(*values);
+        resize_discarding(*values, size);
 }
 
 void join_slice(const EmitInput& input, float limit, std::int64_t z, SnapSlice& before, SnapSlice& slice,

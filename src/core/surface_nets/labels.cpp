@@ -13,6 +13,7 @@
 #include <marrow/buffer.h>
 
 #include "core/grid/index_to_physical.h"
+#include "core/volume/checks.h"
 #include "emit.h"
 #include "relax.h"
 #include "surface_net.h"
@@ -47,11 +48,6 @@ void add_normals(Mesh& mesh) {
         // Where triangles cancel any direction is as good.
         mesh.normals[p] = length > 0 ? Vec3f{n[0] / length, n[1] / length, n[2] / length} : Vec3f{0, 0, 1};
     }
-}
-
-void check_volume(const VolumeView& map) {
-    check_geometry(map.geometry);
-    if (map.data == nullptr && map.geometry.sample_count() > 0) throw InputError("volume has no samples");
 }
 
 template <class T>

@@ -5,6 +5,8 @@
 #include <marrow/error.h>
 #include <marrow/histogram.h>
 
+#include "checks.h"
+
 namespace marrow {
 namespace {
 
@@ -49,7 +51,7 @@ bool can_be_parted(const Histogram& histogram) {
 }  // namespace
 
 Histogram histogram(const VolumeView& volume, int bins) {
-    check_geometry(volume.geometry);
+    internal::check_volume(volume);
     if (bins < 2) throw InputError("a histogram needs at least 2 bins");
     const std::int64_t n = volume.geometry.sample_count();
     return visit_sample_type(
