@@ -16,13 +16,14 @@ namespace marrow::internal {
 /// Runs f on `threads` threads; 0 means all of them.
 template <class F>
 void with_threads(int threads, const F& f) {
-    // oneTBB prints a warning when it is asked for more threads than there are.
+    // oneTBB prints a warning if an arena has more threads than the machine.
     const auto most =
         static_cast<int>(tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism));
     tbb::task_arena(threads > 0 ? std::min(threads, most) : most).execute(f);
 }
 
-/// Counts the equal steps of a stage of work and reports progress from `begin` to `end`. Any thread may call step().
+/// Counts the equal steps of a stage of work and reports progress from `begin` to `end`. Any thread may call
+/// step().
 class Stage {
   public:
     /// Refers to `progress`, which must outlive it.

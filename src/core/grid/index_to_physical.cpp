@@ -5,8 +5,8 @@ namespace marrow::internal {
 
 IndexToPhysical::IndexToPhysical(const Geometry& geometry)
     : origin(geometry.origin), exact(geometry.index_to_physical()) {
-    // Gradients map by the inverse transpose. The cofactors are the inverse transpose times the determinant. Normals
-    // are unit vectors, so only the sign of the factor matters.
+    // Gradients map by the inverse transpose. The cofactors are the inverse transpose times the determinant.
+    // Normals are unit vectors, so only the sign of the factor matters.
     const Mat3d cofactor = cofactors(exact);
     mirrored = dot(exact[0], cofactor[0]) < 0;
 

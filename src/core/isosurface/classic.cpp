@@ -1,5 +1,6 @@
-// Traditional marching cubes (Lorensen and Cline 1987, as Bourke 1994): visit every cell, look its case up,
-// interpolate, and give every triangle its own three points. No bits, no pyramid, no sharing.
+// Traditional marching cubes (Lorensen and Cline 1987, in the form of Bourke 1994): visits every cell, looks
+// up its case, interpolates, and gives every triangle three points of its own. It uses no bits, no pyramids
+// and no shared points.
 #include <cmath>
 #include <limits>
 

@@ -1,3 +1,4 @@
+// The three passes of the extraction in order: classify, count, emit.
 #include <marrow/isosurface.h>
 
 #include <tbb/parallel_for.h>
@@ -32,8 +33,8 @@ void check(const VolumeView& volume, const IsosurfaceOptions& options) {
     check_volume(volume);
 }
 
-// Everything an extraction needs beside its result. Kept between extractions, it saves reading what cannot
-// have changed.
+// All data of an extraction except the mesh. An IsosurfaceExtractor keeps it, and with it the bits and ranges
+// that the next isovalue need not compute again.
 struct Extraction {
     Extraction(const VolumeView& view, const IsosurfaceOptions& extraction_options, bool keep_ranges)
         : volume(view),
@@ -52,7 +53,7 @@ struct Extraction {
     ActiveWords active;
     RowCounts rows;
     std::optional<BlockRanges> ranges;
-    std::optional<double> classified_for;  // the isovalue that bits (and ranges) are right for
+    std::optional<double> classified_for;  // the isovalue that bits and ranges belong to
     std::int64_t non_finite_samples = 0;
 
     std::size_t slices() const { return static_cast<std::size_t>(bits.nz); }
@@ -104,7 +105,7 @@ void allocate(const Pyramids& pyramids, bool normals, Mesh& mesh) {
     resize_discarding(mesh.triangles, triangles);
 }
 
-// Returns the memory that took beside the mesh.
+// Makes the mesh. Returns the bytes of memory that this took in addition to the mesh.
 std::size_t emit(const Extraction& e, const Pyramids& pyramids, double isovalue, Mesh& mesh) {
     const EmitInput input{e.volume,        isovalue,           e.to_physical,  e.bits,        e.active,
                           pyramids.points, pyramids.triangles, e.rows.along_x, e.rows.along_y};
@@ -127,7 +128,7 @@ std::size_t emit(const Extraction& e, const Pyramids& pyramids, double isovalue,
     return 0;
 }
 
-// The story: classify, count, allocate, emit, and where wanted snap.
+// Extracts one surface, and measures the time of each pass.
 void extract(Extraction& e, double isovalue, Mesh& mesh, IsosurfaceStats* stats) {
     const auto start = Clock::now();
     classify(e, isovalue);

@@ -63,7 +63,8 @@ struct Tap {
 };
 using Taps = std::vector<std::vector<Tap>>;  // for each new sample along the axis
 
-// Replaces the samples along an axis by weighted sums of them; the axis gets taps.size() samples. A is float or double.
+// Replaces the samples along an axis by weighted sums of them; the axis gets taps.size() samples. A is float
+// or double.
 template <class A>
 Buffer<A> convolve_axis(const Buffer<A>& in, Dims& dims, std::size_t axis, const Taps& taps,
                         const Progress& progress) {
@@ -140,8 +141,8 @@ Taps cubic_taps(std::int64_t n, double step) {
     return taps;
 }
 
-// Converts the samples to float, or to double where float cannot hold them, calls filter(samples, geometry), and returns
-// its result as a volume.
+// Converts the samples to float, or to double where float cannot hold them, calls filter(samples, geometry),
+// and returns its result as a volume.
 template <class Filter>
 Volume in_floating_point(const VolumeView& volume, int threads, Filter filter) {
     Volume result;
@@ -174,7 +175,8 @@ Buffer<A> blur(Buffer<A> samples, Geometry& g, double sigma, const Progress& pro
     return samples;
 }
 
-// Blurs samples of which some are missing. They weigh nothing: the blurred sums are divided by the blurred weights.
+// Blurs samples of which some are missing. They weigh nothing: the blurred sums are divided by the blurred
+// weights.
 template <class A, class IsMissing>
 Buffer<A> blur_present(Buffer<A> samples, Geometry& g, double sigma, const Progress& progress,
                        const IsMissing& is_missing) {
@@ -257,7 +259,8 @@ Volume median_filter(const VolumeView& volume, int radius, const FilterOptions& 
     Volume result(g, volume.type);
     with_threads(options.threads, [&] {
         visit_sample_type(volume.type, [&]<class T>(T) {
-            // A slice with a large window takes long. Work is divided by rows, so that it can be cancelled sooner.
+            // A slice with a large window takes long. Work is divided by rows, so that it can be cancelled
+            // sooner.
             const std::int64_t rows = g.dims[1] * g.dims[2];
             Stage stage(options.progress, 0, 1, static_cast<std::size_t>(rows));
             tbb::parallel_for(std::int64_t{0}, rows, [&](std::int64_t row) {

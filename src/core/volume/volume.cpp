@@ -1,3 +1,4 @@
+// Names and sizes of sample types, geometry, and owned volumes.
 #include <marrow/volume.h>
 
 #include <cmath>
@@ -85,7 +86,7 @@ void check_geometry(const Geometry& g) {
             index[axis] = corner >> axis & 1 ? static_cast<double>(g.dims[axis]) : 0;
         for (const double coordinate : g.physical(index)) {
             if (!(std::abs(coordinate) <= std::numeric_limits<float>::max()))
-                throw InputError("volume: its coordinates are beyond all bounds");
+                throw InputError("volume: its coordinates exceed the range of float32");
         }
     }
 }
