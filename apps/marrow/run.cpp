@@ -14,6 +14,7 @@
 #include "labels_run.h"
 #include "picture.h"
 #include "report.h"
+#include "report_progress.h"
 #include "run.h"
 #include "sweep_run.h"
 #include "voice.h"

@@ -8,6 +8,7 @@
 
 #include <marrow/measure.h>
 
+#include "report_progress.h"
 #include "usage_error.h"
 
 namespace marrow {

@@ -1,4 +1,4 @@
-/// Vectors and matrices of three dimensions.
+/// Three-dimensional vectors and matrices.
 #pragma once
 
 #include <array>
@@ -57,6 +57,11 @@ constexpr Vec3d operator*(const Mat3d& m, const Vec3d& v) {
 }
 constexpr double determinant(const Mat3d& m) {
     return dot(column(m, 0), cross(column(m, 1), column(m, 2)));
+}
+/// The cofactors: determinant(m) times the transpose of the inverse. They map normals as m maps positions,
+/// except for their length; where m mirrors, they turn normals over.
+constexpr Mat3d cofactors(const Mat3d& m) {
+    return {cross(m[1], m[2]), cross(m[2], m[0]), cross(m[0], m[1])};
 }
 /// The inverse, by Cramer's rule. \pre determinant(m) is not 0
 constexpr Mat3d inverse(const Mat3d& m) {

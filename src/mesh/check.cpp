@@ -4,16 +4,17 @@
 #include <atomic>
 #include <cmath>
 
-#include <marrow/mesh_check.h>
 #include <marrow/error.h>
+#include <marrow/mesh_check.h>
 
+#include "base/progress.h"
 #include "check_indices.h"
-#include "triangle_intersection.h"
-#include "vertex_triangles.h"
 #include "half_edges.h"
 #include "shells.h"
+#include "triangle_intersection.h"
 #include "triangle_tree.h"
 #include "vector.h"
+#include "vertex_triangles.h"
 
 namespace marrow {
 
@@ -69,7 +70,7 @@ void for_each_triangle(const Mesh& mesh, const Progress& progress, double from, 
     const std::size_t count = mesh.triangles.size();
     for (std::size_t first = 0; first < count; first += kPart) {
         const double done = static_cast<double>(first) / static_cast<double>(count);
-        report(progress, from + (until - from) * done);
+        report_progress(progress, from + (until - from) * done);
         tbb::parallel_for(first, std::min(first + kPart, count), f);
     }
 }

@@ -7,6 +7,8 @@
 #include <bit>
 #include <numeric>
 
+#include "base/progress.h"
+
 namespace marrow::internal {
 
 namespace {
@@ -368,8 +370,8 @@ void EdgeCollapse::reduce_to(std::size_t triangles, const Progress& progress) {
         Half h = kNone;
         for (std::size_t tried = 0; alive_ > triangles && (h = pop()) != kNone; ++tried) {
             if (tried % 8192 == 0)
-                report(progress, static_cast<double>(from_count - alive_) /
-                                     static_cast<double>(from_count - triangles));
+                report_progress(progress, static_cast<double>(from_count - alive_) /
+                                              static_cast<double>(from_count - triangles));
             const std::uint32_t kept = from(h);
             if (!collapse(h)) continue;
             points_[kept].changed = true;

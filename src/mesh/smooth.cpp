@@ -9,6 +9,7 @@
 #include <marrow/error.h>
 #include <marrow/smooth.h>
 
+#include "base/progress.h"
 #include "check_indices.h"
 #include "half_edges.h"
 #include "normals.h"
@@ -158,7 +159,7 @@ Mesh smooth(const Mesh& mesh, const SmoothOptions& options, SmoothStats* stats) 
         sum[p] = c[0] * y[p];
     });
     for (std::size_t i = 1; i < c.size(); ++i) {
-        report(options.progress, static_cast<double>(i) / static_cast<double>(c.size()));
+        report_progress(options.progress, static_cast<double>(i) / static_cast<double>(c.size()));
         for_each_point([&](std::size_t p) {
             next[p] = i == 1 ? 0.5 * average(p) : average(p) - previous[p];
             sum[p] = sum[p] + c[i] * next[p];

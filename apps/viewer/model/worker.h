@@ -14,6 +14,11 @@
 
 namespace marrow::viewer {
 
+/// Calls `progress` if there is one. \throw Cancelled if it returns false
+inline void report(const Progress& progress, double fraction) {
+    if (progress && !progress(fraction)) throw Cancelled();
+}
+
 /// Does one job at a time. A job that is posted under the key of one that waits replaces it: the newest request wins. One
 /// that runs goes on, so that requests which come faster than they are done are not all in vain; forget() ends it. Only a
 /// more urgent job interrupts it, and it is done again from its start later, unless there is a newer one then.

@@ -123,7 +123,7 @@ std::optional<FlatCorner> find_flat_corner(const Mesh& mesh, const Triangle& cor
 }  // namespace
 
 void move_aside(const EmitInput& input, double limit, const std::vector<FlatTriangle>& flat, Mesh& mesh) {
-    const Mat3d inverse = inverse_of(input.frame.exact);
+    const Mat3d inverse = inverse_of(input.to_physical.exact);
     const auto& dims = input.volume.geometry.dims;
     std::unordered_map<std::uint32_t, double> moved;  // in edges, by the points that were moved here
     // Moves a point by a step in mm, as far as it may. Returns which part of the step was done.
@@ -131,7 +131,7 @@ void move_aside(const EmitInput& input, double limit, const std::vector<FlatTria
         const std::uint32_t p = triangle.triangle[corner];
         double& already = moved.try_emplace(p, triangle.moved[corner]).first->second;
         Vec3f& point = mesh.points[p];
-        const Vec3d from_origin = Vec3d{point[0], point[1], point[2]} - input.frame.origin;
+        const Vec3d from_origin = Vec3d{point[0], point[1], point[2]} - input.to_physical.origin;
         Vec3d edges;
         for (std::size_t a = 0; a < 3; ++a) {
             // What lies in a face of an open volume's box stays there.
@@ -147,7 +147,7 @@ void move_aside(const EmitInput& input, double limit, const std::vector<FlatTria
         already += may;
         Vec3d done;
         for (std::size_t r = 0; r < 3; ++r) {
-            done[r] = dot(input.frame.exact[r], edges);
+            done[r] = dot(input.to_physical.exact[r], edges);
             point[r] += static_cast<float>(done[r]);
         }
         return dot(done, step) / dot(step, step);

@@ -9,8 +9,9 @@
 #include <bit>
 #include <cmath>
 
-#include "merge_clusters.h"
+#include "base/resize_discarding.h"
 #include "core/marching_cubes/row_bits-inl.h"
+#include "merge_clusters.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace marrow::internal::HWY_NAMESPACE {
@@ -396,7 +397,8 @@ class SliceJoiner {
         const std::uint32_t at = place(*side_edges(word, side).edges, side, bit);
         const float step = (side % 2 == 0 ? limit_ : -limit_) - slice.offsets[at];
         moved_[slice.start + at] = std::abs(step);
-        for (std::size_t r = 0; r < 3; ++r) slice.points[at][r] += input_.frame.matrix[r][side / 2] * step;
+        for (std::size_t r = 0; r < 3; ++r)
+            slice.points[at][r] += input_.to_physical.matrix[r][side / 2] * step;
     }
 
     void become_one() {
@@ -406,7 +408,7 @@ class SliceJoiner {
         Vec3f base{};
         for (std::size_t i = 0; i < word_count_; ++i) {
             const CrowdedWord& word = words_[i];
-            if (word.y != y) base = input_.frame.row_base(word.y - bits_.pad, z_ - bits_.pad);
+            if (word.y != y) base = input_.to_physical.row_base(word.y - bits_.pad, z_ - bits_.pad);
             y = word.y;
             const std::size_t end = i + 1 < word_count_ ? words_[i + 1].first_crowd : count_;
             for (std::size_t k = word.first_crowd; k < end; ++k) {
@@ -423,7 +425,7 @@ class SliceJoiner {
                 const float step[3] = {x + middle_[0][k], middle_[1][k], middle_[2][k]};
                 Vec3f& point = slice_.points[crowd.one - slice_.start];
                 for (std::size_t r = 0; r < 3; ++r) {
-                    const Vec3f& m = input_.frame.matrix[r];
+                    const Vec3f& m = input_.to_physical.matrix[r];
                     point[r] = base[r] + (m[0] * step[0] + m[1] * step[1] + m[2] * step[2]);
                 }
             }
@@ -478,14 +480,11 @@ void Crowds::make_room(const EmitInput& input, std::size_t points) {
     no_words.resize(input.active.masks_per_row);
     words.resize(static_cast<std::size_t>(input.bits.ny) * input.bits.words_per_row);
     if (points / 2 + kSlack <= crowds.size()) return;
-    const auto resize = [size = points / 2 + points / 8 + kSlack](auto& buffer) {
-        buffer.clear();
-        buffer.resize(size);
-    };
-    resize(crowds);
+    const std::size_t size = points / 2 + points / 8 + kSlack;
+    resize_discarding(crowds, size);
     for (Buffer<float>* values :
          {&offsets[0], &offsets[1], &offsets[2], &part, &middle[0], &middle[1], &middle[2], &furthest})
-        resize(*values);
+        resize_discarding(*values, size);
 }
 
 void join_slice(const EmitInput& input, float limit, std::int64_t z, SnapSlice& before, SnapSlice& slice,

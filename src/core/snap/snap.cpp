@@ -23,9 +23,11 @@
 #include <numeric>
 #include <vector>
 
-#include "merge_clusters.h"
 #include "cap_triangles.h"
-#include "core/grid/parallel.h"
+#include "base/parallel.h"
+#include "base/resize_discarding.h"
+#include "core/grid/shares.h"
+#include "merge_clusters.h"
 #include "slice.h"
 
 namespace marrow::internal {
@@ -89,15 +91,11 @@ class SnapSlab {
     // Makes room for what there would be without snapping; what is not used is never touched. The points of
     // the slice behind are there for the last triangles.
     void reserve() {
-        const auto resize = [](auto& buffer, std::uint64_t size) {
-            buffer.clear();
-            buffer.resize(size);
-        };
         const std::uint64_t most =
             first_output(input_.points, end_ + 1) - first_output(input_.points, begin_) + 1;
-        resize(points, most);
-        resize(normals, normals_wanted_ ? most : 0);
-        resize(triangles, first_output(input_.triangles, end_) - first_output(input_.triangles, begin_));
+        resize_discarding(points, most);
+        resize_discarding(normals, normals_wanted_ ? most : 0);
+        resize_discarding(triangles, first_output(input_.triangles, end_) - first_output(input_.triangles, begin_));
     }
 
     // By the slab's unsnapped points, of the last three slices.
@@ -260,7 +258,7 @@ std::size_t snap(const EmitInput& input, double limit, bool normals, const Progr
     };
     // The only one makes the mesh in its own memory.
     if (slabs.size() == 1) swap_with_mesh(slabs[0]);
-    Stage stage(progress, 0.4, 1, static_cast<std::size_t>(input.bits.nz));
+    Stage stage(progress, 0, 1, static_cast<std::size_t>(input.bits.nz));
     tbb::parallel_for(std::size_t{0}, slabs.size(),
                       [&](std::size_t s) { slabs[s].run([&] { stage.step(); }); });
     if (slabs.size() == 1) {
@@ -269,7 +267,7 @@ std::size_t snap(const EmitInput& input, double limit, bool normals, const Progr
     } else {
         move_aside(input, limit, gather(slabs, normals, mesh), mesh);
     }
-    report(progress, 1);
+    report_progress(progress, 1);
     std::size_t bytes = 0;
     for (const SnapSlab& slab : slabs) bytes += slab.bytes();
     return bytes;

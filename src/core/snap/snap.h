@@ -12,7 +12,7 @@
 namespace marrow::internal {
 
 /// Makes the snapped mesh; `limit` as IsosurfaceOptions::snap. Returns the bytes of memory that took beside it.
-/// Reports progress from 0.4 to 1. \throw Cancelled; std::bad_alloc
+/// \throw Cancelled; std::bad_alloc
 std::size_t snap(const EmitInput& input, double limit, bool normals, const Progress& progress, Mesh& mesh);
 
 }  // namespace marrow::internal
