@@ -10,6 +10,7 @@
 #include <string>
 #include <utility>
 
+#include "base/progress.h"
 #include "core/marching_cubes/classify.h"
 #include "core/marching_cubes/count.h"
 #include "core/volume/visit_samples.h"
@@ -111,18 +112,14 @@ void allocate(const Pyramids& pyramids, bool normals, Mesh& mesh) {
     resize_discarding(mesh.triangles, triangles);
 }
 
-// The progress of one step of a longer task: it reports fractions from 0 to 1, which are scaled to [begin, end].
-Progress sub_progress(const Progress& progress, double begin, double end) {
-    if (!progress) return {};
-    return [&progress, begin, end](double fraction) { return progress(begin + (end - begin) * fraction); };
-}
-
 // Returns the memory that took beside the mesh.
 std::size_t emit(const Extraction& e, const Pyramids& pyramids, double isovalue, Mesh& mesh) {
     const EmitInput input{e.volume,        isovalue,           e.frame,        e.bits,        e.active,
                           pyramids.points, pyramids.triangles, e.rows.along_x, e.rows.along_y};
-    if (e.options.snap > 0)
-        return snap(input, e.options.snap, e.options.normals, sub_progress(e.options.progress, 0.4, 1), mesh);
+    if (e.options.snap > 0) {
+        const Progress progress = sub_progress(e.options.progress, 0.4, 1);
+        return snap(input, e.options.snap, e.options.normals, progress, mesh);
+    }
     allocate(pyramids, e.options.normals, mesh);
     Stage stage(e.options.progress, 0.4, 1, 2 * share_count());
     Vec3f* normals = e.options.normals ? mesh.normals.data() : nullptr;

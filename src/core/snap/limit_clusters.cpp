@@ -8,7 +8,7 @@ namespace marrow::internal {
 
 namespace {
 
-// Whether a sample of a slice has an incident point in a direction. `bit` may be -1 or 64: in the next word.
+// Whether a sample of a slice has an incident point in a direction. `bit` may be -1 or 64.
 bool has_incident(const SliceMerge& merge, const SnapSlice& slice, std::int64_t word, std::int64_t bit,
                   std::uint32_t direction) {
     const std::size_t axis = axis_of(direction);
@@ -22,7 +22,7 @@ bool has_incident(const SliceMerge& merge, const SnapSlice& slice, std::int64_t 
     return incident >> (bit & 63) & 1;
 }
 
-// Whether removing a member could cause a conflict (rule 4) with the sample at the other end of its edge: on
+// Whether the member on an axis prevents a conflict (rule 4) with the sample at the other end of its edge: on
 // both other axes, that sample has incident points in the directions opposite to the members'. In direction
 // +z, the points of that sample are not known yet.
 bool prevents_conflict(const SliceMerge& merge, const Cluster& cluster, std::size_t axis) {
@@ -37,9 +37,8 @@ bool prevents_conflict(const SliceMerge& merge, const Cluster& cluster, std::siz
            has_incident(merge, slice, word, bit, opposite(cluster.directions[(axis + 2) % 3]));
 }
 
-// Merges three members at the centre of the smallest ball that contains them. On perpendicular axes they form
-// a triangle without an obtuse angle, so this is the centre of its circumcircle. Returns false if that is too
-// far.
+// Merges three members at the centre of the smallest ball that contains them, unless that is too far. Members
+// on perpendicular axes form a triangle without an obtuse angle, so this is the centre of its circumcircle.
 bool use_smallest_ball(const SliceMerge& merge, std::size_t k) {
     Clusters& clusters = merge.clusters;
     float squared[3], weights[3], sum = 0;
@@ -60,8 +59,8 @@ bool use_smallest_ball(const SliceMerge& merge, std::size_t k) {
     return true;
 }
 
-// Removes one of three members and merges the two others half-way between them. Prefers to remove the member
-// furthest from the sample, except where that could cause a conflict. Returns false if none can be removed.
+// Removes one of three members and merges the two others half-way between them. The member furthest from the
+// sample goes first, unless it prevents a conflict. Returns false if none can be removed.
 bool remove_member(const SliceMerge& merge, std::size_t k) {
     Clusters& clusters = merge.clusters;
     const Cluster& cluster = clusters.clusters[k];
@@ -70,7 +69,7 @@ bool remove_member(const SliceMerge& merge, std::size_t k) {
     float highest = -2;
     for (std::size_t a = 0; a < 3; ++a) {
         const float b = offset(a + 1), c = offset(a + 2);
-        // A member in direction +z is the last choice, because a conflict there is not known yet.
+        // A member in direction +z is the last choice: it could prevent a conflict that is not known yet.
         const float score = std::abs(offset(a)) - (cluster.directions[a] == kPlusZ ? 1.0f : 0.0f);
         if (std::sqrt(b * b + c * c) / 2 > merge.limit || score <= highest) continue;
         if (prevents_conflict(merge, cluster, a)) continue;

@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "base/resize_discarding.h"
+
 namespace marrow::internal {
 
 namespace {

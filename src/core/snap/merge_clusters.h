@@ -33,8 +33,7 @@ struct ClusterWord {
 struct Clusters {
     static constexpr std::size_t kSlack = 8;  ///< elements after the last cluster
 
-    /// Removes the clusters and makes room for those of a slice. `points`: its own and those of the slice
-    /// before
+    /// Removes the clusters. Makes room for those of a slice; `points` counts its points and those before it.
     void clear(const EmitInput& input, std::size_t points);
     std::size_t bytes() const {
         return clusters.size() * (sizeof clusters[0] + 8 * sizeof(float)) + words.size() * sizeof words[0];
@@ -56,16 +55,16 @@ struct SliceMerge {
     const EmitInput& input;
     float limit;  ///< as IsosurfaceOptions::snap
     std::int64_t z;
-    SnapSlice& before;  ///< slice z - 1, already merged; empty for the first
+    SnapSlice& before;  ///< slice z - 1; it has no points if z is 0
     SnapSlice& slice;
     Clusters& clusters;
     std::uint32_t* representatives;  ///< for each point, the point that it merges into
     float* moved;                    ///< for each point, how far it was moved, in edges
 };
 
-/// Merges the points around each sample of slice z, or displaces those that are near. Afterwards the
-/// representatives are at the merged positions. \pre both slices are measured; each of their points
-/// represents itself, unless it was merged with the slice before them
+/// Merges the points around each sample of slice z, or displaces those that are near. Representatives move to
+/// the merged positions. \pre both slices are measured, and the one before is merged, except for the first
+/// slice of a slab; each point that did not merge represents itself
 void merge_clusters(const SliceMerge& merge);
 
 // The phases of merge_clusters(), in this order.
@@ -88,8 +87,7 @@ void merge_members(const SliceMerge& merge);
 /// The index of a point in its slice, given the word of edges that it is on. \pre the edge is crossed
 inline std::uint32_t point_index(const EdgeBits& edges, std::uint32_t direction, std::uint32_t bit) {
     const std::uint32_t axis = axis_of(direction);
-    // The edge in direction -x starts at the sample before, so its point comes right before those from `bit`
-    // on.
+    // The edge in direction -x starts at the sample before, so its point precedes those from `bit` on.
     return edges.first_point[axis] + count_below(edges.crossed[axis], bit) - (direction == kMinusX);
 }
 

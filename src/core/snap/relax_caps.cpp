@@ -62,8 +62,7 @@ class LimitedMover {
     LimitedMover(const EmitInput& input, double limit, Mesh& mesh)
         : input_(input), limit_(limit), mesh_(mesh), to_index_(inverse_by_rows(input.frame.exact)) {}
 
-    // Moves a corner by a step in mm, as far as the limit allows. Returns the fraction of the step that it
-    // made.
+    // Moves a corner by a step in mm, as far as the limit allows. Returns the fraction of the step.
     double move(const CapTriangle& cap, std::size_t corner, const Vec3d& step) {
         const std::uint32_t p = cap.triangle[corner];
         double& moved = moved_.try_emplace(p, cap.moved[corner]).first->second;

@@ -7,8 +7,7 @@ namespace marrow::internal {
 
 namespace {
 
-// The inside bits of a row and of the rows around it. Where the grid ends, the last row replaces a missing
-// one.
+// The inside bits of a row and of the rows around it. A row outside the grid is replaced by the last one.
 struct RowsAround {
     const std::uint64_t* rows[3][3];  // by y and z; [1][1] is the row itself
     std::size_t words;
@@ -86,8 +85,7 @@ inline void exclude_ambiguous(const RowsAround& around, std::size_t w, std::uint
                                   by_y[1][w],
                                   by_z[0][w],
                                   by_z[1][w]};
-    // The directions are in the order of the face's axes. `diagonal`: the inside bits of the corner across
-    // the face
+    // The directions are in the order of the axes. `diagonal`: whether the corner across the face is inside
     const auto exclude = [&](std::uint32_t first, std::uint32_t second, std::uint64_t diagonal) {
         const std::uint64_t ambiguous = outside & inside[first] & inside[second] & ~diagonal;
         eligible[is_negative(first) ? second : first] &= ~ambiguous;
@@ -112,13 +110,12 @@ inline void keep_one_per_axis(const DirectionBits& near, DirectionBits& eligible
     }
 }
 
-// Lists a cluster for each sample of `word.clusters`.
+// Lists a cluster for each of the word's samples that has one.
 inline void append_clusters(const ClusterWord& word, Clusters& list) {
     Cluster* const clusters = list.clusters.data();
     std::size_t count = list.count;
     const std::size_t end = count + static_cast<std::size_t>(std::popcount(word.clusters));
-    // Most words have few clusters, so four are written without a branch. The next word overwrites the
-    // surplus.
+    // Most words have few clusters, so four are written without a branch. Later ones overwrite the surplus.
     for (std::uint64_t left = word.clusters; count < end; count += 4) {
         for (std::size_t k = 0; k < 4; ++k) {
             clusters[count + k].word = word.word;

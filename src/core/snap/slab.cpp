@@ -1,10 +1,11 @@
-// Snaps slice by slice. Only three slices are in memory, and points that merge never reach the mesh.
+// Snaps a slab slice by slice. Only three slices are in memory at a time.
 #include "slab.h"
 
 #include <algorithm>
 #include <cstring>
 #include <numeric>
 
+#include "base/resize_discarding.h"
 #include "measure_slice.h"
 
 namespace marrow::internal {
@@ -92,9 +93,8 @@ void SnapSlab::merge_slice(std::int64_t z) {
         {input_, limit_, z, slice(z - 1), slice(z), clusters_, window_.representatives(), window_.moved()});
 }
 
-// Writes the points of a slice that are left to the output, and replaces representatives by their indices
-// there. A branch for each point would be unpredictable. Instead the next point overwrites one that is not
-// left.
+// Writes the remaining points of a slice to the output, and replaces representatives by their indices there.
+// A branch for each point would be unpredictable. Instead each is written, and overwritten if it merged.
 void SnapSlab::number_points(std::int64_t z) {
     const SnapSlice& s = slice(z);
     std::uint32_t* const representatives = window_.representatives();
@@ -112,10 +112,10 @@ void SnapSlab::number_points(std::int64_t z) {
     for (std::uint32_t i = 0; i < count; ++i) {
         const std::uint32_t p = first + i, representative = representatives[p],
                             representative_index = representatives[representative];
-        const std::uint32_t is_left = representative == p, mask = is_left - 1;
+        const std::uint32_t remains = representative == p, mask = remains - 1;
         to[index] = from[i];
         representatives[p] = (index & ~mask) | (representative_index & mask);
-        index += is_left;
+        index += remains;
     }
     for (const auto& [point, representative] : s.merged_before)
         representatives[point] = representatives[representative];
@@ -132,9 +132,9 @@ void SnapSlab::make_triangles(std::int64_t z) {
     emit_triangles(input_, input_.bits.row_index(0, z), input_.bits.row_index(0, z + 1),
                    layer_.data() - first);
     Triangle* const made = triangles.data() + triangle_count_;
-    const std::size_t left = renumber_layer(made);
-    list_caps(made, left);
-    triangle_count_ += left;
+    const std::size_t remaining = renumber_layer(made);
+    list_caps(made, remaining);
+    triangle_count_ += remaining;
 }
 
 // Writes the triangles of the layer that did not collapse, with the indices of their points in the output.
@@ -144,17 +144,17 @@ std::size_t SnapSlab::renumber_layer(Triangle* to) {
     const Triangle* const layer = layer_.data();
     std::uint32_t* const layer_indices = layer_indices_.data();
     const auto count = static_cast<std::uint32_t>(layer_.size());
-    std::size_t left = 0;
+    std::size_t written = 0;
     for (std::uint32_t t = 0; t < count; ++t) {
         const std::uint64_t a = indices[layer[t][0]], b = indices[layer[t][1]], c = indices[layer[t][2]];
         const std::uint64_t ab = a | b << 32;
-        std::memcpy(to[left].data(), &ab, sizeof ab);
-        to[left][2] = static_cast<std::uint32_t>(c);
-        layer_indices[left] = t;
-        left += static_cast<std::size_t>(a != b) & static_cast<std::size_t>(b != c) &
-                static_cast<std::size_t>(c != a);
+        std::memcpy(to[written].data(), &ab, sizeof ab);
+        to[written][2] = static_cast<std::uint32_t>(c);
+        layer_indices[written] = t;
+        written += static_cast<std::size_t>(a != b) & static_cast<std::size_t>(b != c) &
+                   static_cast<std::size_t>(c != a);
     }
-    return left;
+    return written;
 }
 
 void SnapSlab::list_caps(const Triangle* made, std::size_t count) {

@@ -16,11 +16,10 @@
 
 namespace marrow::internal {
 
-/// What merging decides about the points of the last three slices. Both arrays are indexed by the number of a
-/// point.
+/// The results of merging for the points of the last three slices, as arrays indexed by point number.
 class PointWindow {
   public:
-    /// The point that each merges into; once that is in the output, its index there.
+    /// The point that each merges into, and later the index of that point in the output.
     std::uint32_t* representatives() { return representatives_.data() - begin_; }
     /// How far each was moved, in edges.
     float* moved() { return moved_.data() - begin_; }
@@ -48,7 +47,7 @@ class SnapSlab {
     /// Makes the output, with a step for each slice of the slab. \throw Cancelled; std::bad_alloc
     void run(Stage& stage);
 
-    /// The memory used besides output that a mesh has taken over.
+    /// The bytes of memory in use. Output that was moved to a mesh does not count.
     std::size_t bytes() const;
 
     // The output.
@@ -72,7 +71,7 @@ class SnapSlab {
     const float limit_;
     const bool normals_wanted_;
     const std::int64_t begin_, end_;
-    const std::int64_t first_, last_;  // the slices that are processed
+    const std::int64_t first_, last_;  // the first and the last slice that are processed
     const std::uint64_t first_point_;  // the first point of slice first_ in the output without snapping
     std::array<SnapSlice, 3> slices_;
     Clusters clusters_;
@@ -80,7 +79,7 @@ class SnapSlab {
     std::uint32_t point_count_ = 0;
     std::uint64_t triangle_count_ = 0;
     Buffer<Triangle> layer_;               // the unsnapped triangles between two slices
-    Buffer<std::uint32_t> layer_indices_;  // of the triangles that are left of the layer
+    Buffer<std::uint32_t> layer_indices_;  // the indices in the layer of those that did not collapse
     std::vector<std::uint32_t> cap_indices_;
 };
 

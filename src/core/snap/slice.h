@@ -12,13 +12,6 @@
 
 namespace marrow::internal {
 
-/// Resizes without keeping the elements that were there.
-template <class T>
-void resize_discarding(Buffer<T>& buffer, std::uint64_t size) {
-    buffer.clear();
-    buffer.resize(size);
-}
-
 /// The edges that start at the 64 samples of a word, by axis. Bit i belongs to sample i.
 struct EdgeBits {
     std::uint64_t crossed[3];        ///< the surface crosses the edge: there is a point on it

@@ -19,6 +19,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "base/progress.h"
 #include "core/grid/parallel.h"
 #include "relax_caps.h"
 #include "slab.h"
@@ -86,7 +87,7 @@ std::size_t snap(const EmitInput& input, double limit, bool normals, const Progr
     } else {
         relax_caps(input, limit, gather(slabs, normals, mesh), mesh);
     }
-    report(progress, 1);
+    report_progress(progress, 1);
     std::size_t bytes = 0;
     for (const SnapSlab& slab : slabs) bytes += slab.bytes();
     return bytes;
