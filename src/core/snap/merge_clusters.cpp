@@ -26,6 +26,27 @@ void average_normals(const SliceMerge& merge, const Cluster& cluster) {
                                                                      sum[2] / length};
 }
 
+// Merges the members of cluster k. `first_x`: x of the first sample of its word
+inline void merge_cluster(const SliceMerge& merge, std::size_t k, std::int32_t first_x,
+                          const Vec3f& row_base) {
+    const auto& to_physical = merge.input.frame;
+    const Clusters& list = merge.clusters;
+    const Cluster& cluster = list.clusters[k];
+    SnapSlice& slice = merge.slice;
+    if (!slice.normals.empty()) average_normals(merge, cluster);
+    for (const std::uint32_t point : cluster.points) {
+        merge.representatives[point] = cluster.representative;
+        merge.moved[point] = list.radius[k];
+    }
+    const auto x = static_cast<float>(first_x + static_cast<std::int32_t>(cluster.bit));
+    const float index[3] = {x + list.centre[0][k], list.centre[1][k], list.centre[2][k]};
+    Vec3f& merged = slice.points[cluster.representative - slice.first_point];
+    for (std::size_t r = 0; r < 3; ++r) {
+        const Vec3f& m = to_physical.matrix[r];
+        merged[r] = row_base[r] + (m[0] * index[0] + m[1] * index[1] + m[2] * index[2]);
+    }
+}
+
 }  // namespace
 
 void Clusters::clear(const EmitInput& input, std::size_t points) {
@@ -53,7 +74,6 @@ void merge_clusters(const SliceMerge& merge) {
 }
 
 void merge_members(const SliceMerge& merge) {
-    const auto& to_physical = merge.input.frame;
     const int pad = merge.input.bits.pad;
     const Clusters& list = merge.clusters;
     SnapSlice& slice = merge.slice;
@@ -63,28 +83,16 @@ void merge_members(const SliceMerge& merge) {
     Vec3f row_base{};
     for (std::size_t i = 0; i < list.word_count; ++i) {
         const ClusterWord& word = list.words[i];
-        if (word.y != y) row_base = to_physical.row_base(word.y - pad, merge.z - pad);
+        if (word.y != y) row_base = merge.input.frame.row_base(word.y - pad, merge.z - pad);
         y = word.y;
         const std::size_t end = i + 1 < list.word_count ? list.words[i + 1].first_cluster : list.count;
         for (std::size_t k = word.first_cluster; k < end; ++k) {
             const Cluster& cluster = list.clusters[k];
             if (!cluster.merges) continue;
-            if (!slice.normals.empty()) average_normals(merge, cluster);
-            for (const std::uint32_t point : cluster.points) {
-                merge.representatives[point] = cluster.representative;
-                merge.moved[point] = list.radius[k];
-            }
-            // Only an edge along z can start in the slice before. Without one, the next entry overwrites
-            // this.
+            merge_cluster(merge, k, word.first_x, row_base);
+            // An edge along z can start in the slice before. If this one does not, the next overwrites it.
             slice.merged_before[merged_before] = {cluster.points[2], cluster.representative};
             merged_before += cluster.points[2] < slice.first_point;
-            const auto x = static_cast<float>(word.first_x + static_cast<std::int32_t>(cluster.bit));
-            const float index[3] = {x + list.centre[0][k], list.centre[1][k], list.centre[2][k]};
-            Vec3f& point = slice.points[cluster.representative - slice.first_point];
-            for (std::size_t r = 0; r < 3; ++r) {
-                const Vec3f& m = to_physical.matrix[r];
-                point[r] = row_base[r] + (m[0] * index[0] + m[1] * index[1] + m[2] * index[2]);
-            }
         }
     }
     slice.merged_before.resize(merged_before);

@@ -45,8 +45,8 @@ std::optional<CapCorner> find_cap_corner(const Mesh& mesh, const Triangle& trian
     return std::nullopt;
 }
 
-// Inverts by Cramer's rule, with a determinant for each row. The rounding differs from that of
-// marrow::inverse(), and the output depends on it.
+// Inverts by Cramer's rule, with a determinant for each row. marrow::inverse() rounds differently, which
+// could change the last bit of a point.
 Mat3d inverse_by_rows(const Mat3d& m) {
     Mat3d result;
     for (std::size_t a = 0; a < 3; ++a) {
