@@ -1,5 +1,6 @@
 // Finds the samples whose points may merge, 64 samples at a time: rules 1 and 2 of docs/algorithm.md.
 #include <algorithm>
+#include <bit>
 
 #include "merge_clusters.h"
 
