@@ -119,7 +119,8 @@ int main(int argc, char** argv) {
         }
         // Rocks that float in the air are pieces of their own and stay behind.
         const marrow::Mesh terrain =
-            marrow::largest_component(marrow::extract_isosurface(ground, 0, {.closed = true}));
+            marrow::keep_components(marrow::extract_isosurface(ground, 0, {.closed = true}),
+                                    {.count = 1, .cavities = false});
         marrow::write_mesh(terrain, argv[1]);
         const marrow::MeshMeasures m = marrow::measure(terrain);
         std::printf("%lld points, %lld triangles, %lld open edges, %lld tunnels, %.0f %% overhanging\n",

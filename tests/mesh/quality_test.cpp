@@ -226,14 +226,14 @@ TEST(Roughness, DoesNotJumpAcrossToAnotherSheet) {
 TEST(MeshDistance, BetweenParallelPlanesIsTheirGap) {
     const Mesh lower = sheet(5, 3, [](double, double) { return 0.0; });
     const Mesh upper = sheet(5, 7, [](double, double) { return 0.75; });
-    const MeshDistance d = mesh_distance(lower, upper, 1000);
+    const MeshDistance d = mesh_distance(lower, upper, {.samples = 1000});
     EXPECT_NEAR(d.mean, 0.75, 1e-12);
     EXPECT_NEAR(d.max, 0.75, 1e-12);
     EXPECT_EQ(mesh_distance(lower, lower).max, 0);
 }
 
 TEST(MeshDistance, BetweenConcentricSpheresIsTheDifferenceOfRadii) {
-    const MeshDistance d = mesh_distance(sphere(5, 10), sphere(5, 11.5), 20000);
+    const MeshDistance d = mesh_distance(sphere(5, 10), sphere(5, 11.5), {.samples = 20000});
     EXPECT_NEAR(d.mean, 1.5, 0.02);
     EXPECT_NEAR(d.max, 1.5, 0.02);
 }
@@ -368,7 +368,7 @@ TEST(MeshDistance, OfNothingIsRefused) {
     const Mesh ball = sphere(1, 1);
     EXPECT_THROW(mesh_distance(ball, {}), InputError);
     EXPECT_THROW(mesh_distance({}, ball), InputError);
-    EXPECT_THROW(mesh_distance(ball, ball, 0), InputError);
+    EXPECT_THROW(mesh_distance(ball, ball, {.samples = 0}), InputError);
 }
 
 }  // namespace

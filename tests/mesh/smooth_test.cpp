@@ -44,7 +44,7 @@ TEST(Smooth, TakesStepsOffWithoutShrinking) {
 TEST(Smooth, LeavesWhatIsSmoothWhereItIs) {
     const Volume ball = sampled_in_space<float>(grid(41, 41, 41), sphere({20, 20, 20}, 15));
     const Mesh mesh = extract_isosurface(ball, 0);
-    const MeshDistance moved = mesh_distance(mesh, smooth(mesh), 20000);
+    const MeshDistance moved = mesh_distance(mesh, smooth(mesh), {.samples = 20000});
     EXPECT_LT(moved.max, 0.1);
     EXPECT_LT(moved.mean, 0.01);
 }
