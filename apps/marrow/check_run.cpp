@@ -6,8 +6,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <marrow/mesh_check.h>
 #include <marrow/measure.h>
+#include <marrow/mesh_check.h>
 #include <marrow/mesh_io.h>
 
 namespace marrow {

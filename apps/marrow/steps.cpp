@@ -72,10 +72,8 @@ Mesh smoothed(const Mesh& mesh, const Steps& steps, const Mat3d& index_to_physic
 
 Mesh reduced(const Mesh& mesh, const Steps& steps, int threads, const Progress& progress,
              StepReport& report) {
-    SimplifyOptions options{.triangles = steps.triangles,
-                            .max_error = steps.max_error,
-                            .threads = threads,
-                            .progress = progress};
+    SimplifyOptions options{
+        .triangles = steps.triangles, .max_error = steps.max_error, .threads = threads, .progress = progress};
     if (steps.keep)
         options.triangles = std::llround(*steps.keep * static_cast<double>(mesh.triangles.size()));
     SimplifyStats stats;
@@ -84,9 +82,9 @@ Mesh reduced(const Mesh& mesh, const Steps& steps, int threads, const Progress& 
     if (stats.backed_off)
         report.note = "left as it was: no reduction keeps the error and the topology";
     else if (!steps.max_error && static_cast<std::int64_t>(result.triangles.size()) > *options.triangles)
-        report.note = fmt::format(
-            "{} triangles were asked for, but no more can go without harm to the surface",
-            *options.triangles);
+        report.note =
+            fmt::format("{} triangles were asked for, but no more can go without harm to the surface",
+                        *options.triangles);
     return result;
 }
 

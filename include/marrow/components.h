@@ -11,8 +11,8 @@ namespace marrow {
 
 /// Which components keep_components keeps.
 struct ComponentOptions {
-    /// Keep this many components: those with the most triangles, and the first of equals. Cavities do not count.
-    /// Not set: all.
+    /// Keep this many components: those with the most triangles, and the first of equals. Cavities do not
+    /// count. Not set: all.
     std::optional<std::int64_t> count = {};
     double min_volume = 0;  ///< mm^3; drop closed components and cavities that enclose less
     bool cavities = true;   ///< keep cavities
@@ -23,12 +23,12 @@ struct ComponentOptions {
 /// triangle uses are dropped.
 ///
 /// A component is a set of triangles that are connected through shared points. A closed component that faces
-/// inward is a cavity. It belongs to the smallest component around it, and `count` drops it together with that
-/// one. An open component encloses no volume, so `min_volume` and `cavities` do not apply to it.
+/// inward is a cavity. It belongs to the smallest component around it, and `count` drops it together with
+/// that one. An open component encloses no volume, so `min_volume` and `cavities` do not apply to it.
 /// `{.count = 1, .cavities = false}` returns the largest component alone.
 ///
-/// Takes nearly linear time. \throw InputError if `count` is below 1, if `min_volume` is negative or NaN, or if
-/// a triangle has an index out of range
+/// Takes nearly linear time. \throw InputError if `count` is below 1, if `min_volume` is negative or NaN, or
+/// if a triangle has an index out of range
 MARROW_EXPORT Mesh keep_components(const Mesh& mesh, const ComponentOptions& options);
 
 }  // namespace marrow

@@ -34,7 +34,7 @@ struct TriangleQuality {
     double smallest_angle = 0;  ///< degrees; 0 if a triangle has no area or if there are no triangles
     /// All angles, three per triangle, in bins of 10 degrees. The last bin includes 180 degrees.
     std::array<std::int64_t, 18> angle_histogram{};
-    /// The aspect ratio is the longest edge over the inscribed radius, scaled to 1 for an equilateral triangle.
+    /// The aspect ratio: the longest edge over the inscribed radius, scaled to 1 for an equilateral triangle.
     double median_aspect_ratio = 0;
     double largest_aspect_ratio = 0;  ///< infinite if a triangle has no area
     std::int64_t triangles_without_area = 0;
@@ -53,9 +53,9 @@ struct CurvatureOptions {
 /// outward: 1/r on a sphere of radius r. It is NaN at points whose triangles do not form one closed fan, for
 /// example on the border of the mesh.
 ///
-/// H = grad(area) . n / (2 A). grad(area) is the gradient, by the point, of the area of the triangles around it.
-/// n is their area-weighted normal. A is the mixed Voronoi area of the point. After Meyer, Desbrun, Schroeder and
-/// Barr 2003.
+/// H = grad(area) . n / (2 A). grad(area) is the gradient, by the point, of the area of the triangles around
+/// it. n is their area-weighted normal. A is the mixed Voronoi area of the point. After Meyer, Desbrun,
+/// Schroeder and Barr 2003.
 ///
 /// \throw InputError if a triangle has an index out of range
 /// \throw Cancelled if the progress callback returns false
@@ -70,10 +70,11 @@ struct Roughness {
 
 /// Measures how much the mean curvature H of a point differs from H_window, the mean of H over its window.
 ///
-/// The window of a point consists of the points that can be reached from it along edges without leaving the ball
-/// of radius `window` mm around it. Planes and spheres have roughness 0, however dense their mesh is. Noise and
-/// steps increase it. After Visutsak 2020 (its reference 19 compares curvature with the mean over a local window)
-/// and Lavoue 2009, but weighted by area instead of by point, so that meshes of different density can be compared.
+/// The window of a point consists of the points that can be reached from it along edges without leaving the
+/// ball of radius `window` mm around it. Planes and spheres have roughness 0, however dense their mesh is.
+/// Noise and steps increase it. After Visutsak 2020 (its reference 19 compares curvature with the mean over a
+/// local window) and Lavoue 2009, but weighted by area instead of by point, so that meshes of different
+/// density can be compared.
 ///
 /// The result has the same bits for any number of threads.
 /// \throw InputError if a triangle has an index out of range or if `window` is not positive
@@ -83,7 +84,7 @@ MARROW_EXPORT Roughness roughness(const Mesh& mesh, double window, const Curvatu
 /// The distance between two surfaces in mm.
 struct MeshDistance {
     double mean = 0;  ///< the mean distance over the area, averaged over both directions
-    double max = 0;   ///< the larger of both directions: the Hausdorff distance, as far as the samples show it
+    double max = 0;   ///< the Hausdorff distance, as far as the samples show it
 };
 
 struct DistanceOptions {
@@ -92,8 +93,8 @@ struct DistanceOptions {
     Progress progress = {};
 };
 
-/// Measures the symmetric distance between two surfaces, from samples on each to the nearest point of the other.
-/// The points of the meshes are samples for the maximum too.
+/// Measures the symmetric distance between two surfaces, from samples on each to the nearest point of the
+/// other. The points of the meshes are samples for the maximum too.
 ///
 /// The samples depend only on the meshes, and the result has the same bits for any number of threads.
 /// \throw InputError if a mesh has no triangles, if a triangle has an index out of range, or if `samples` < 1

@@ -21,7 +21,7 @@ struct CheckOptions {
 /// A triangle with two equal indices counts only as degenerate. All other numbers ignore it.
 struct MeshCheck {
     MeshMeasures measures;
-    std::int64_t misoriented_edges = 0;     ///< edges that their two triangles run along in the same direction
+    std::int64_t misoriented_edges = 0;     ///< edges whose two triangles run in the same direction
     std::int64_t nonmanifold_points = 0;    ///< points whose triangles form several fans
     std::int64_t unused_points = 0;         ///< points without a triangle
     std::int64_t degenerate_triangles = 0;  ///< triangles without area or with two equal indices
@@ -32,15 +32,15 @@ struct MeshCheck {
     /// coordinates. A pair counts if the interiors of the triangles intersect along a line. It also counts if
     /// they intersect along an edge of one or both, and the surface continues on the other side of that edge.
     ///
-    /// Triangles that only touch do not count: in a point, along an edge with the surface on one side, or in a
-    /// common plane. Triangles that share an edge never count. Triangles that share one corner count only if
-    /// their interiors intersect.
+    /// Triangles that only touch do not count: in a point, along an edge with the surface on one side, or in
+    /// a common plane. Triangles that share an edge never count. Triangles that share one corner count only
+    /// if their interiors intersect.
     std::int64_t self_intersections = 0;
-    /// Triangles with a thin wall: a ray from the centre of the triangle into the object leaves the object after
-    /// less than `min_wall`.
+    /// Triangles with a thin wall: a ray from the centre of the triangle into the object leaves the object
+    /// after less than `min_wall`.
     std::int64_t thin_triangles = 0;
     double thin_area = 0;                 ///< mm^2; the area of these triangles
-    std::optional<double> thinnest_wall;  ///< mm; the shortest way of these rays; not set without thin triangles
+    std::optional<double> thinnest_wall;  ///< mm; the shortest of these rays; not set without thin triangles
 
     bool is_closed() const { return measures.triangles > 0 && measures.boundary_edges == 0; }
     /// Whether edges and points are manifold. Misoriented edges are allowed.
@@ -58,8 +58,8 @@ struct MeshCheck {
 
 /// Checks a mesh. The result is the same for any number of threads.
 ///
-/// \throw InputError if a triangle has an index out of range, if a coordinate is not finite, or if `min_wall` is
-/// negative or NaN
+/// \throw InputError if a triangle has an index out of range, if a coordinate is not finite, or if `min_wall`
+/// is negative or NaN
 /// \throw LimitError if the mesh has 2^32 triangles or more
 /// \throw Cancelled if `progress` returns false
 MARROW_EXPORT MeshCheck check_mesh(const Mesh& mesh, const CheckOptions& options = {});

@@ -11,8 +11,8 @@
 
 namespace marrow {
 
-/// When to stop. With both limits, simplify stops at the first that it reaches. With neither, it goes on until
-/// no edge can be collapsed.
+/// When to stop. With both limits, simplify stops at the first that it reaches. With neither, it goes on
+/// until no edge can be collapsed.
 struct SimplifyOptions {
     std::optional<std::int64_t> triangles = {};  ///< stop when this many triangles or fewer are left
     std::optional<double> max_error = {};        ///< mm; the largest allowed MeshDistance::max
@@ -21,23 +21,25 @@ struct SimplifyOptions {
 };
 
 struct SimplifyStats {
-    MeshDistance deviation;   ///< mesh_distance between the mesh and the result
-    bool backed_off = false;  ///< the mesh is unchanged: every result exceeded the error or changed the topology
+    MeshDistance deviation;  ///< mesh_distance between the mesh and the result
+    bool backed_off =
+        false;  ///< the mesh is unchanged: every result exceeded the error or changed the topology
 };
 
 /// Reduces the triangles of a mesh by collapsing edges in the order of their quadric error.
 /// After Garland and Heckbert 1997.
 ///
 /// The topology does not change: a closed, manifold mesh stays closed and manifold, with the same components,
-/// cavities and handles. No component vanishes, so the result may have more than `triangles` triangles. Points on
-/// open or non-manifold edges stay. If the mesh has normals, they are computed again from the triangles. The
-/// result has the same bits for any number of threads.
+/// cavities and handles. No component vanishes, so the result may have more than `triangles` triangles.
+/// Points on open or non-manifold edges stay. If the mesh has normals, they are computed again from the
+/// triangles. The result has the same bits for any number of threads.
 ///
-/// With `max_error`, simplify measures the result. If the error is too large, it starts again with stricter limits,
-/// until the error is kept everywhere. Without `max_error` and `stats` it measures nothing, which is faster.
+/// With `max_error`, simplify measures the result. If the error is too large, it starts again with stricter
+/// limits, until the error is kept everywhere. Without `max_error` and `stats` it measures nothing, which is
+/// faster.
 ///
-/// \throw InputError if `triangles` is negative, if `max_error` is not positive, or if a triangle has an index out
-/// of range
+/// \throw InputError if `triangles` is negative, if `max_error` is not positive, or if a triangle has an
+/// index out of range
 /// \throw LimitError if the mesh has 2^30 triangles or more
 /// \throw Cancelled if `progress` returns false
 MARROW_EXPORT Mesh simplify(const Mesh& mesh, const SimplifyOptions& options, SimplifyStats* stats = nullptr);

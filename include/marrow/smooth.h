@@ -15,9 +15,9 @@ struct SmoothOptions {
     /// The degree of the filter: a point depends on this many rings of neighbours. A higher degree cuts more
     /// sharply between the frequencies that it keeps and those that it removes.
     int iterations = 20;
-    /// The filter keeps shapes whose spatial frequency k is lower than this; 0 < pass_band < 2. On an even mesh
-    /// with edge length h, a wave of length L has k = (2 pi h / L)^2 / 4. So 0.1 keeps waves that are longer
-    /// than about 10 edges.
+    /// The filter keeps shapes whose spatial frequency k is lower than this; 0 < pass_band < 2. On an even
+    /// mesh with edge length h, a wave of length L has k = (2 pi h / L)^2 / 4. So 0.1 keeps waves that are
+    /// longer than about 10 edges.
     double pass_band = 0.1;
     /// Geometry::index_to_physical() of the volume that the mesh was extracted from. If it is set, each point
     /// moves at most half a sample along each index axis.
@@ -39,8 +39,8 @@ struct SmoothStats {
 /// happens to specks of a few samples. If the mesh has normals, they are computed again from the triangles.
 /// The result has the same bits for any number of threads.
 ///
-/// \throw InputError if `iterations` is negative, if `pass_band` is outside its range, if `bound` is singular, or
-/// if a triangle has an index out of range
+/// \throw InputError if `iterations` is negative, if `pass_band` is outside its range, if `bound` is
+/// singular, or if a triangle has an index out of range
 /// \throw Cancelled if `progress` returns false
 MARROW_EXPORT Mesh smooth(const Mesh& mesh, const SmoothOptions& options = {}, SmoothStats* stats = nullptr);
 

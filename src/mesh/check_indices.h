@@ -13,8 +13,9 @@ inline void check_indices(const Mesh& mesh) {
     for (const Triangle& t : mesh.triangles) {
         for (const std::uint32_t p : t) {
             if (p < mesh.points.size()) continue;
-            throw InputError("mesh: a triangle refers to point " + std::to_string(p) + ", but there are only " +
-                             std::to_string(mesh.points.size()) + " points, numbered from 0");
+            throw InputError("mesh: a triangle refers to point " + std::to_string(p) +
+                             ", but there are only " + std::to_string(mesh.points.size()) +
+                             " points, numbered from 0");
         }
     }
 }

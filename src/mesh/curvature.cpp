@@ -72,11 +72,11 @@ constexpr std::size_t kPointsPerRange = 1024;
 std::vector<PointCurvature> curvatures(const Mesh& mesh, const VertexTriangles& vertex_triangles,
                                        const Progress& progress, double begin, double end) {
     std::vector<PointCurvature> result(mesh.points.size());
-    for_each_range(
-        result.size(), kPointsPerRange, progress, begin, end, [&](std::size_t first, std::size_t last) {
-            for (std::size_t p = first; p < last; ++p)
-                result[p] = curvature_at(mesh, vertex_triangles.begin(p), vertex_triangles.end(p));
-        });
+    for_each_range(result.size(), kPointsPerRange, progress, begin, end,
+                   [&](std::size_t first, std::size_t last) {
+                       for (std::size_t p = first; p < last; ++p)
+                           result[p] = curvature_at(mesh, vertex_triangles.begin(p), vertex_triangles.end(p));
+                   });
     return result;
 }
 

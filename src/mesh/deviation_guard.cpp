@@ -68,7 +68,8 @@ bool DeviationGuard::points_stay_near(std::span<const PatchTriangle> patch) {
     return true;
 }
 
-// Samples the patch at its common corner, and each triangle at the middle of a new edge and at three interior points.
+// Samples the patch at its common corner, and each triangle at the middle of a new edge and at three interior
+// points.
 bool DeviationGuard::patch_is_near(std::span<const PatchTriangle> patch) const {
     if (patch.empty() || !is_near(patch.front().corners[0])) return false;
     for (const PatchTriangle& t : patch) {
@@ -81,8 +82,8 @@ bool DeviationGuard::patch_is_near(std::span<const PatchTriangle> patch) const {
     return true;
 }
 
-// Whether a position is near the original surface. It mostly is near the triangles at the nearest of the patch's
-// points, so these come first.
+// Whether a position is near the original surface. It mostly is near the triangles at the nearest of the
+// patch's points, so these come first.
 bool DeviationGuard::is_near(const Vec3d& position) const {
     const double most = max_distance_ * max_distance_;
     double least = std::numeric_limits<double>::infinity();

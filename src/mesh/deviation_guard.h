@@ -18,16 +18,17 @@ struct PatchTriangle {
     TriangleCorners corners;
 };
 
-/// Accepts a change only if all original points stay near the changed surface, and samples of the new triangles are
-/// near the original surface. After Klein, Liebich and Strasser 1996: each original point is assigned to a triangle
-/// near it, so that a change concerns only the points of the triangles that it replaces.
+/// Accepts a change only if all original points stay near the changed surface, and samples of the new
+/// triangles are near the original surface. After Klein, Liebich and Strasser 1996: each original point is
+/// assigned to a triangle near it, so that a change concerns only the points of the triangles that it
+/// replaces.
 class DeviationGuard {
   public:
     /// `tree` is the tree of `mesh`. Both must outlive the guard. \pre fewer than 2^32 triangles
     DeviationGuard(const Mesh& mesh, const TriangleTree& tree, double max_distance);
 
-    /// Whether the triangles `removed` may vanish while the triangles of `patch`, which share their first corner, get
-    /// the given corners. If so, assigns their points to the patch.
+    /// Whether the triangles `removed` may vanish while the triangles of `patch`, which share their first
+    /// corner, get the given corners. If so, assigns their points to the patch.
     bool accept(std::span<const std::uint32_t> removed, std::span<const PatchTriangle> patch);
 
     /// Calls f(point) for the original points that are assigned to a triangle.
@@ -45,11 +46,11 @@ class DeviationGuard {
     const Mesh& mesh_;
     const TriangleTree& tree_;
     const double max_distance_;
-    std::vector<Vec3d> points_;                // of the original mesh
-    std::vector<std::uint32_t> first_point_;   // of each triangle: the first point of its list
-    std::vector<std::uint32_t> next_point_;    // of each point: the next one in the list of its triangle
-    std::vector<std::size_t> fan_begin_;       // of each point: its first entry in fans_
-    std::vector<std::uint32_t> fans_;          // the original triangles at each point
+    std::vector<Vec3d> points_;               // of the original mesh
+    std::vector<std::uint32_t> first_point_;  // of each triangle: the first point of its list
+    std::vector<std::uint32_t> next_point_;   // of each point: the next one in the list of its triangle
+    std::vector<std::size_t> fan_begin_;      // of each point: its first entry in fans_
+    std::vector<std::uint32_t> fans_;         // the original triangles at each point
     struct Assignment {
         std::uint32_t point, triangle;
     };

@@ -21,8 +21,9 @@ using namespace internal;
 
 namespace {
 
-// Samples that are spread evenly over a mesh. Equal steps along the summed areas of the triangles choose the triangle
-// of sample k. The additive sequence of the plastic number (Roberts 2018) chooses its position in the triangle.
+// Samples that are spread evenly over a mesh. Equal steps along the summed areas of the triangles choose the
+// triangle of sample k. The additive sequence of the plastic number (Roberts 2018) chooses its position in
+// the triangle.
 struct SpreadSamples {
     std::vector<Distances::SurfaceSample> samples;
     std::vector<std::size_t> first;  // triangle t has samples first[t] to first[t + 1] - 1
@@ -90,27 +91,25 @@ Distances distances(const Mesh& from, const TriangleTree& from_tree, const Trian
     std::atomic<double> furthest = 0;
     const auto measure_point = [&](std::uint32_t p, std::uint32_t& guess) {
         double known = furthest.load(std::memory_order_relaxed);
-        const double distance =
-            to.distance(to_double(from.points[p]), std::min(known, search.enough), guess);
+        const double distance = to.distance(to_double(from.points[p]), std::min(known, search.enough), guess);
         while (distance > known &&
                !furthest.compare_exchange_weak(known, distance, std::memory_order_relaxed)) {
         }
         d.points[p] = distance;
     };
     // Along the curve of the tree, the nearest triangle to one sample is a good guess for the next.
-    for_each_range(from.triangles.size(), 256, progress, begin, end,
-                   [&](std::size_t first, std::size_t last) {
-                       std::uint32_t for_sample = TriangleTree::kAnywhere, for_point = TriangleTree::kAnywhere;
-                       for (std::size_t i = first; i < last; ++i) {
-                           const std::uint32_t t = from_tree.along_curve(i);
-                           for (std::size_t k = spread.first[t]; k < spread.first[t + std::size_t{1}]; ++k)
-                               spread.samples[k].distance =
-                                   to.distance(spread.samples[k].position, 0, for_sample);
-                           for (const std::uint32_t p : from.triangles[t]) {
-                               if (triangle_of[p] == t) measure_point(p, for_point);
-                           }
-                       }
-                   });
+    for_each_range(
+        from.triangles.size(), 256, progress, begin, end, [&](std::size_t first, std::size_t last) {
+            std::uint32_t for_sample = TriangleTree::kAnywhere, for_point = TriangleTree::kAnywhere;
+            for (std::size_t i = first; i < last; ++i) {
+                const std::uint32_t t = from_tree.along_curve(i);
+                for (std::size_t k = spread.first[t]; k < spread.first[t + std::size_t{1}]; ++k)
+                    spread.samples[k].distance = to.distance(spread.samples[k].position, 0, for_sample);
+                for (const std::uint32_t p : from.triangles[t]) {
+                    if (triangle_of[p] == t) measure_point(p, for_point);
+                }
+            }
+        });
     for (std::uint32_t p = 0; p < triangle_of.size(); ++p) {
         std::uint32_t guess = TriangleTree::kAnywhere;
         if (triangle_of[p] == kNone) measure_point(p, guess);

@@ -29,9 +29,9 @@ struct Distances {
 /// Which distances to compute.
 struct DistanceSearch {
     std::int64_t samples = DistanceOptions{}.samples;  ///< above 0
-    /// The distances of points are bounds: a point that is not further than `enough`, or than another point, may get a
-    /// larger distance than it has. That distance exceeds neither of the two. So the maximum is right, and so is
-    /// which points are further than `enough`.
+    /// The distances of points are bounds: a point that is not further than `enough`, or than another point,
+    /// may get a larger distance than it has. That distance exceeds neither of the two. So the maximum is
+    /// right, and so is which points are further than `enough`.
     double enough = std::numeric_limits<double>::infinity();
 };
 

@@ -16,9 +16,11 @@ namespace marrow::internal {
 
 namespace {
 
-// The weight of a point, as a fraction of its plane's weight. It holds points in flat regions at their positions.
+// The weight of a point, as a fraction of its plane's weight. It holds points in flat regions at their
+// positions.
 constexpr double kPointWeight = 1e-5;
-// A triangle is thin if its height is below this fraction of its longest edge. A collapse must not make it thinner.
+// A triangle is thin if its height is below this fraction of its longest edge. A collapse must not make it
+// thinner.
 constexpr double kThin = 0.05;
 constexpr double kMinCosine = 0.2;  // between the normals of a triangle before and after a collapse
 // The squared error at an end of an edge may be this many times the least squared error of the edge.
@@ -45,8 +47,8 @@ EdgeCollapse::EdgeCollapse(const Mesh& mesh, double max_error, DeviationGuard* g
     sum_quadrics();
 }
 
-// Finds the twin of each half-edge in the neighbouring triangle. Half-edges along open and non-manifold edges keep
-// kNone.
+// Finds the twin of each half-edge in the neighbouring triangle. Half-edges along open and non-manifold edges
+// keep kNone.
 void EdgeCollapse::pair_half_edges() {
     struct FromLower {  // a half-edge, listed at its lower point
         std::uint32_t higher;
@@ -150,7 +152,7 @@ void EdgeCollapse::queue_all() {
             for (Half t = range.begin(); t < range.end(); ++t) {
                 for (Half h = 4 * t; h < 4 * t + 3; ++h) {
                     const bool wanted = is_alive(h) && twin(h) != kNone && h < twin(h) && !is_fixed(h) &&
-                                       (points_[from(h)].changed || points_[to(h)].changed);
+                                        (points_[from(h)].changed || points_[to(h)].changed);
                     errors[t][h % 4] = wanted ? target(h).error : kSkip;
                 }
             }
@@ -163,8 +165,8 @@ void EdgeCollapse::queue_all() {
     for (Point& point : points_) point.changed = false;
 }
 
-// Returns a half-edge of the edge with the least error, or kNone. If an end has changed since the edge was queued, its
-// error is computed again, and the edge is mostly queued again with a larger error.
+// Returns a half-edge of the edge with the least error, or kNone. If an end has changed since the edge was
+// queued, its error is computed again, and the edge is mostly queued again with a larger error.
 EdgeCollapse::Half EdgeCollapse::pop() {
     for (; lowest_ < buckets_.size(); ++lowest_) {
         Bucket& bucket = buckets_[lowest_];
@@ -197,8 +199,8 @@ void EdgeCollapse::sort_by_position(std::vector<Entry>& entries) {
     std::copy(sorted_.begin(), sorted_.end(), entries.begin());
 }
 
-// The triangles and points of the next entries are scattered over the memory. Prefetches them in stages: each stage
-// follows the indices that an earlier stage has fetched for the same entry.
+// The triangles and points of the next entries are scattered over the memory. Prefetches them in stages: each
+// stage follows the indices that an earlier stage has fetched for the same entry.
 void EdgeCollapse::prefetch(const Bucket& bucket) const {
     constexpr std::size_t kStep = 5;
     const std::size_t left = bucket.entries.size() - bucket.first;
@@ -260,8 +262,8 @@ void EdgeCollapse::find_normals(std::uint32_t point, Ring& ring) const {
     }
 }
 
-// The link condition: the one-rings of the ends of h share exactly the two points opposite to h. These points must also
-// keep at least three triangles each.
+// The link condition: the one-rings of the ends of h share exactly the two points opposite to h. These points
+// must also keep at least three triangles each.
 bool EdgeCollapse::meets_link_condition(Half h) {
     Ring &a = from_ring_, &b = to_ring_;
     if (!find_ring(from(h), a) || !find_ring(to(h), b) || a.size + b.size > kMaxNeighbours) return false;
@@ -282,9 +284,9 @@ bool EdgeCollapse::meets_link_condition(Half h) {
     return true;
 }
 
-// Whether the triangles at `point`, except those at `other`, keep their shape if `point` moves to `position`: they
-// neither flip nor become thinner while thin. The normal of a thin triangle means little, so the sum of the one-ring's
-// normals replaces it.
+// Whether the triangles at `point`, except those at `other`, keep their shape if `point` moves to `position`:
+// they neither flip nor become thinner while thin. The normal of a thin triangle means little, so the sum of
+// the one-ring's normals replaces it.
 bool EdgeCollapse::keeps_shape(const Ring& ring, std::uint32_t point, std::uint32_t other,
                                const Vec3d& position) const {
     const Vec3d& old_position = points_[point].position;
@@ -325,8 +327,8 @@ bool EdgeCollapse::guard_accepts(Half h, const Vec3d& position) {
     return guard_->accept(removed, patch_);
 }
 
-// Merges the end of h into its beginning, at the position with the least error or at the better end. False if no
-// position is acceptable.
+// Merges the end of h into its beginning, at the position with the least error or at the better end. False if
+// no position is acceptable.
 bool EdgeCollapse::collapse(Half h) {
     const std::uint32_t a = from(h), b = to(h);
     if (!meets_link_condition(h)) return false;
@@ -369,7 +371,8 @@ bool EdgeCollapse::collapse(Half h) {
 
 void EdgeCollapse::reduce_to(std::size_t triangles, const Progress& progress) {
     const std::size_t from_count = alive_;
-    // Queues all edges again while this helps: a rejected collapse may become acceptable after its neighbourhood changed.
+    // Queues all edges again while this helps: a rejected collapse may become acceptable after its
+    // neighbourhood changed.
     for (std::size_t before = 2 * alive_; alive_ > triangles && alive_ < 0.99 * before;) {
         before = alive_;
         lowest_ = buckets_.size();

@@ -16,14 +16,15 @@ namespace marrow::internal {
 
 /// Collapses edges to points, in the order of their quadric error.
 ///
-/// An edge is collapsed only if the link condition holds (Dey, Edelsbrunner, Guha and Nekhayev 1999): so a closed,
-/// manifold mesh stays closed and manifold, with the same components and handles. No triangle may flip or become much
-/// thinner, and neither end may be on an open or non-manifold edge. The result has the same bits every time.
+/// An edge is collapsed only if the link condition holds (Dey, Edelsbrunner, Guha and Nekhayev 1999): so a
+/// closed, manifold mesh stays closed and manifold, with the same components and handles. No triangle may
+/// flip or become much thinner, and neither end may be on an open or non-manifold edge. The result has the
+/// same bits every time.
 class EdgeCollapse {
   public:
-    /// Collapses no edge that would leave a root mean square distance above `max_error` mm to the merged planes, and
-    /// no edge that the guard rejects. \pre indices are in range; fewer than 2^30 triangles; the guard, if there is
-    /// one, is a guard of this mesh
+    /// Collapses no edge that would leave a root mean square distance above `max_error` mm to the merged
+    /// planes, and no edge that the guard rejects. \pre indices are in range; fewer than 2^30 triangles; the
+    /// guard, if there is one, is a guard of this mesh
     EdgeCollapse(const Mesh& mesh, double max_error, DeviationGuard* guard = nullptr);
 
     /// Keeps a point at its position.
@@ -32,8 +33,8 @@ class EdgeCollapse {
     /// Collapses until `triangles` are left, or until no edge can be collapsed. \throw Cancelled
     void reduce_to(std::size_t triangles, const Progress& progress);
 
-    /// Returns the reduced mesh without normals. Points and triangles keep their order. `old_triangles`, if given,
-    /// receives the original index of each triangle.
+    /// Returns the reduced mesh without normals. Points and triangles keep their order. `old_triangles`, if
+    /// given, receives the original index of each triangle.
     Mesh mesh(std::vector<std::uint32_t>* old_triangles = nullptr) const;
 
   private:
@@ -64,7 +65,8 @@ class EdgeCollapse {
         Quadric quadric;
     };
     static constexpr std::size_t kMaxNeighbours = 32;
-    // The one-ring of a point. Triangle k has the neighbours k and k + 1. Normals are as long as twice the area.
+    // The one-ring of a point. Triangle k has the neighbours k and k + 1. Normals are as long as twice the
+    // area.
     struct Ring {
         std::size_t size = 0;
         std::array<std::uint32_t, kMaxNeighbours> points;
@@ -122,7 +124,7 @@ class EdgeCollapse {
 
     std::vector<Bucket> buckets_;  // by the logarithm of the error
     std::size_t lowest_ = 0;       // all buckets below are empty
-    std::vector<Entry> sorted_;  // kept for its memory
+    std::vector<Entry> sorted_;    // kept for its memory
 };
 
 }  // namespace marrow::internal

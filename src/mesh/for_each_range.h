@@ -10,8 +10,8 @@
 
 namespace marrow::internal {
 
-/// Calls f(first, last) for the ranges [first, last) of `size` numbers that cover [0, count), and reports progress
-/// from `begin` to `end`. The ranges do not depend on the number of threads. \throw Cancelled
+/// Calls f(first, last) for the ranges [first, last) of `size` numbers that cover [0, count), and reports
+/// progress from `begin` to `end`. The ranges do not depend on the number of threads. \throw Cancelled
 template <class F>
 void for_each_range(std::size_t count, std::size_t size, const Progress& progress, double begin, double end,
                     const F& f) {

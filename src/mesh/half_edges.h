@@ -10,7 +10,8 @@
 
 namespace marrow::internal {
 
-/// A half-edge as seen from its lower point: its higher point, and whether its triangle runs from lower to higher.
+/// A half-edge as seen from its lower point: its higher point, and whether its triangle runs from lower to
+/// higher.
 struct HalfEdge {
     std::uint32_t higher;
     bool upward;

@@ -37,8 +37,8 @@ Mesh copy_components(const Mesh& mesh, const Components& components, const std::
     return result;
 }
 
-// Returns the smallest component around a cavity, or kNone. A ray from the cavity crosses each component around it
-// an odd number of times.
+// Returns the smallest component around a cavity, or kNone. A ray from the cavity crosses each component
+// around it an odd number of times.
 std::uint32_t component_around(const Component& cavity, const Mesh& mesh, const Components& components,
                                const TriangleTree& tree) {
     const Vec3d origin = centroid(corners_of(mesh, mesh.triangles[cavity.first_triangle]));

@@ -73,8 +73,8 @@ void check_points(const Mesh& mesh, const VertexTriangles& vertex_triangles, Mes
     }
 }
 
-// Returns for each triangle the length of the ray from its centre inward until it leaves the object; infinity from
-// `min_wall` on.
+// Returns for each triangle the length of the ray from its centre inward until it leaves the object; infinity
+// from `min_wall` on.
 std::vector<double> wall_thickness(const Mesh& mesh, const TriangleTree& tree, double min_wall,
                                    const Progress& progress, double begin, double end) {
     std::vector<double> thickness(mesh.triangles.size(), std::numeric_limits<double>::infinity());
@@ -125,8 +125,8 @@ void check_surface(const Mesh& mesh, const CheckOptions& options, MeshCheck& che
     check.self_intersections =
         count_self_intersections(mesh, tree, vertex_triangles, options.progress, 0, walls_begin);
     if (options.min_wall)
-        check_walls(mesh,
-                    wall_thickness(mesh, tree, *options.min_wall, options.progress, walls_begin, 1), check);
+        check_walls(mesh, wall_thickness(mesh, tree, *options.min_wall, options.progress, walls_begin, 1),
+                    check);
 }
 
 }  // namespace

@@ -8,9 +8,9 @@
 
 namespace marrow::internal {
 
-/// A triangle and its position on the Morton curve. The key numbers the cell of the triangle's centre in a grid of
-/// 1024^3 cells over the mesh. Its three highest bits choose an eighth of the grid, one bit per axis, the next three
-/// an eighth of that, and so on.
+/// A triangle and its position on the Morton curve. The key numbers the cell of the triangle's centre in a
+/// grid of 1024^3 cells over the mesh. Its three highest bits choose an eighth of the grid, one bit per axis,
+/// the next three an eighth of that, and so on.
 struct MortonKey {
     std::uint32_t key, triangle;
 };

@@ -8,8 +8,8 @@
 
 namespace marrow::internal {
 
-/// The weighted sum of squared distances of a position x to planes and points: x.Ax - 2 b.x + c with symmetric A.
-/// After Garland and Heckbert 1997.
+/// The weighted sum of squared distances of a position x to planes and points: x.Ax - 2 b.x + c with
+/// symmetric A. After Garland and Heckbert 1997.
 struct Quadric {
     double xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;  ///< A
     Vec3d b{};

@@ -1,4 +1,5 @@
-// Intersects every triangle with the triangles near it, and looks at both sides of edges that intersect a triangle.
+// Intersects every triangle with the triangles near it, and looks at both sides of edges that intersect a
+// triangle.
 #include "self_intersections.h"
 
 #include <algorithm>
@@ -17,8 +18,8 @@ std::size_t count_shared_points(const Triangle& a, const Triangle& b) {
         a.begin(), a.end(), [&](std::uint32_t p) { return p == b[0] || p == b[1] || p == b[2]; }));
 }
 
-// Returns the far corner of the neighbour across the edge opposite to a corner. Returns nothing if the edge does not
-// have exactly two triangles.
+// Returns the far corner of the neighbour across the edge opposite to a corner. Returns nothing if the edge
+// does not have exactly two triangles.
 std::optional<Vec3d> across_edge(const Mesh& mesh, const VertexTriangles& vertex_triangles, const Triangle& t,
                                  std::size_t corner) {
     const std::uint32_t a = t[(corner + 1) % 3], b = t[(corner + 2) % 3];
@@ -63,17 +64,16 @@ std::int64_t count_self_intersections(const Mesh& mesh, const TriangleTree& tree
                                       const VertexTriangles& vertex_triangles, const Progress& progress,
                                       double begin, double end) {
     std::atomic<std::int64_t> pairs{0};
-    for_each_range(mesh.triangles.size(), 1024, progress, begin, end,
-                   [&](std::size_t first, std::size_t last) {
-                       std::int64_t found = 0;
-                       for (std::size_t i = first; i < last; ++i) {
-                           tree.for_each_in(bounds_of(mesh, mesh.triangles[i]), [&](std::uint32_t j) {
-                               found +=
-                                   j > i && pass_through(mesh, vertex_triangles, static_cast<std::uint32_t>(i), j);
-                           });
-                       }
-                       if (found) pairs.fetch_add(found, std::memory_order_relaxed);
-                   });
+    for_each_range(
+        mesh.triangles.size(), 1024, progress, begin, end, [&](std::size_t first, std::size_t last) {
+            std::int64_t found = 0;
+            for (std::size_t i = first; i < last; ++i) {
+                tree.for_each_in(bounds_of(mesh, mesh.triangles[i]), [&](std::uint32_t j) {
+                    found += j > i && pass_through(mesh, vertex_triangles, static_cast<std::uint32_t>(i), j);
+                });
+            }
+            if (found) pairs.fetch_add(found, std::memory_order_relaxed);
+        });
     return pairs;
 }
 

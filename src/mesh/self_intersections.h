@@ -11,8 +11,8 @@
 
 namespace marrow::internal {
 
-/// Returns MeshCheck::self_intersections. The tree and the vertex triangles are those of the mesh. Reports progress
-/// from `begin` to `end`. \throw Cancelled
+/// Returns MeshCheck::self_intersections. The tree and the vertex triangles are those of the mesh. Reports
+/// progress from `begin` to `end`. \throw Cancelled
 std::int64_t count_self_intersections(const Mesh& mesh, const TriangleTree& tree,
                                       const VertexTriangles& vertex_triangles, const Progress& progress,
                                       double begin, double end);

@@ -31,15 +31,16 @@ struct Limits {
           max_error(options.max_error.value_or(std::numeric_limits<double>::infinity())) {}
 };
 
-// A reduced mesh, its distance from the original mesh, and the original points near positions that are too far.
+// A reduced mesh, its distance from the original mesh, and the original points near positions that are too
+// far.
 struct Attempt {
     Mesh mesh;
     MeshDistance deviation;
     std::vector<std::uint32_t> to_fix;
 };
 
-// Finds the original points to fix: those that are too far from the reduced mesh, and those near its positions that are
-// too far from the original.
+// Finds the original points to fix: those that are too far from the reduced mesh, and those near its
+// positions that are too far from the original.
 std::vector<std::uint32_t> points_to_fix(const Mesh& mesh, const TriangleTree& tree, const Mesh& reduced,
                                          const std::vector<std::uint32_t>& old_triangles,
                                          const DeviationGuard& guard, const Distances& there,
@@ -86,14 +87,14 @@ Attempt attempt(const Mesh& mesh, const TriangleTree& tree, const Limits& limits
     const Distances back = distances(result.mesh, new_tree, tree, search);
     result.deviation = symmetric(there, back);
     if (result.deviation.max > limits.max_error)
-        result.to_fix = points_to_fix(mesh, tree, result.mesh, old_triangles, *guard, there, back,
-                                      limits.max_error);
+        result.to_fix =
+            points_to_fix(mesh, tree, result.mesh, old_triangles, *guard, there, back, limits.max_error);
     return result;
 }
 
-// Attempts are increasingly careful. The guard samples each triangle only at a few positions, so the measurement may
-// find a larger error in between. The next attempt fixes the points near such positions. Returns nothing if every attempt
-// exceeds the error.
+// Attempts are increasingly careful. The guard samples each triangle only at a few positions, so the
+// measurement may find a larger error in between. The next attempt fixes the points near such positions.
+// Returns nothing if every attempt exceeds the error.
 std::optional<Attempt> reduce_within_error(const Mesh& mesh, const Limits& limits, const Progress& progress) {
     constexpr int kMaxAttempts = 8;
     const TriangleTree tree(mesh);

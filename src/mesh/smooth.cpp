@@ -25,8 +25,8 @@ using namespace internal;
 
 namespace {
 
-// The neighbours of point p are points[start[p]] to points[start[p + 1] - 1]. A point on an open or non-manifold edge
-// has none, so that the filter does not move it.
+// The neighbours of point p are points[start[p]] to points[start[p + 1] - 1]. A point on an open or
+// non-manifold edge has none, so that the filter does not move it.
 struct Neighbours {
     std::vector<std::size_t> start;
     std::vector<std::uint32_t> points;
@@ -53,8 +53,8 @@ struct Neighbours {
     }
 };
 
-// Returns the Chebyshev coefficients of a low-pass filter: the ideal filter that cuts at the angle `cut`, 0 to pi, times
-// a Hamming window. They are scaled so that the filter leaves a constant unchanged.
+// Returns the Chebyshev coefficients of a low-pass filter: the ideal filter that cuts at the angle `cut`, 0
+// to pi, times a Hamming window. They are scaled so that the filter leaves a constant unchanged.
 std::vector<double> low_pass(int degree, double cut) {
     using std::numbers::pi;
     std::vector<double> c(static_cast<std::size_t>(degree) + 1);
@@ -74,8 +74,8 @@ double response(const std::vector<double>& c, double angle) {
     return sum;
 }
 
-// Returns the filter whose response is still almost 1 at the end of the pass band. The response of a short filter falls
-// slowly, so a short filter must cut later.
+// Returns the filter whose response is still almost 1 at the end of the pass band. The response of a short
+// filter falls slowly, so a short filter must cut later.
 std::vector<double> low_pass_for(int degree, double pass_band) {
     constexpr double kPasses = 0.995;
     const double end = std::acos(1 - pass_band / 2);
@@ -107,8 +107,8 @@ class Bound {
     Mat3d to_index_{};
 };
 
-// Moves every point by the filter. y_i = T_i(A) x with the Chebyshev polynomials T_i, where A averages a point with the
-// mean of its neighbours. The result is the sum of c_i y_i.
+// Moves every point by the filter. y_i = T_i(A) x with the Chebyshev polynomials T_i, where A averages a
+// point with the mean of its neighbours. The result is the sum of c_i y_i.
 class Filter {
   public:
     Filter(const Mesh& mesh, const Neighbours& neighbours)
@@ -154,8 +154,8 @@ class Filter {
     std::vector<Vec3d> previous_, y_, next_, sum_;
 };
 
-// Moves the points of components that the filter has nearly flattened back. These are specks of a few triangles, whose
-// shape consists of frequencies above the pass band. Returns their number.
+// Moves the points of components that the filter has nearly flattened back. These are specks of a few
+// triangles, whose shape consists of frequencies above the pass band. Returns their number.
 std::int64_t restore_flattened(const Mesh& before, Mesh& mesh) {
     const Components old = find_components(before), now = find_components(mesh);
     std::vector<bool> restore(old.all.size(), false);

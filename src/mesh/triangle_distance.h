@@ -8,8 +8,9 @@
 
 namespace marrow::internal {
 
-/// A triangle counts as flat if the squared cross product of two edges is at most this fraction of the product of
-/// their squared lengths. Rounding then decides on which side of an edge the projection of a point falls.
+/// A triangle counts as flat if the squared cross product of two edges is at most this fraction of the
+/// product of their squared lengths. Rounding then decides on which side of an edge the projection of a point
+/// falls.
 inline constexpr double kFlat = 1e-14;
 
 /// The squared distance from p to the triangle a, b, c, which may have no area.

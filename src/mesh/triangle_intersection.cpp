@@ -8,7 +8,8 @@ namespace marrow::internal {
 
 namespace {
 
-// An exact sum of doubles: an expansion of terms that do not overlap, the smallest first. After Shewchuk 1997.
+// An exact sum of doubles: an expansion of terms that do not overlap, the smallest first. After Shewchuk
+// 1997.
 class ExactSum {
   public:
     // exact_orient3d() adds 48 products of up to four terms each.
@@ -78,7 +79,8 @@ struct Rotated {
 std::optional<Rotated> rotate_to_apex(const TriangleCorners& s, const std::array<int, 3>& side) {
     for (std::size_t i = 0; i < 3; ++i) {
         const std::size_t j = (i + 1) % 3, k = (i + 2) % 3;
-        // If one corner is in the plane and the others are on one side of it, the plane cuts only this corner.
+        // If one corner is in the plane and the others are on one side of it, the plane cuts only this
+        // corner.
         if (side[i] == 0 || side[i] * side[j] > 0 || side[i] * side[k] > 0) continue;
         const std::size_t opposite = side[j] != 0 ? j : side[k] != 0 ? k : PlaneCut::kNone;
         return Rotated{s[i], s[j], s[k], side[i], {i, opposite}};
@@ -107,9 +109,9 @@ int orient3d(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d& d) {
     return exact_orient3d(a, b, c, d);
 }
 
-// After Devillers and Guigue 2002. Each triangle cuts a segment out of the line that the two planes share. The ends of
-// the segment are on the edges apex-next and apex-last. The orientation of two such edges tells which end comes first
-// on the line, and so whether the segments overlap.
+// After Devillers and Guigue 2002. Each triangle cuts a segment out of the line that the two planes share.
+// The ends of the segment are on the edges apex-next and apex-last. The orientation of two such edges tells
+// which end comes first on the line, and so whether the segments overlap.
 std::optional<TriangleIntersection> intersect(const TriangleCorners& given_s,
                                               const TriangleCorners& given_t) {
     auto s = rotate_to_apex(given_s, sides_of_plane(given_s, given_t));
@@ -127,8 +129,8 @@ std::optional<TriangleIntersection> intersect(const TriangleCorners& given_s,
 
 bool sheets_cross(const Vec3d& p, const Vec3d& q, const std::array<Vec3d, 2>& a,
                   const std::array<Vec3d, 2>& b) {
-    // The sides of the sheet a divide the directions around the line into two sectors. A point is in the sector that
-    // follows a[0] (1), in the sector that follows a[1] (-1), or in the direction of a side (0).
+    // The sides of the sheet a divide the directions around the line into two sectors. A point is in the
+    // sector that follows a[0] (1), in the sector that follows a[1] (-1), or in the direction of a side (0).
     const int turn = orient3d(p, q, a[0], a[1]);
     const auto sector = [&](const Vec3d& point) {
         const int from = orient3d(p, q, a[0], point), to = orient3d(p, q, point, a[1]);

@@ -17,8 +17,9 @@ namespace marrow::internal::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Computes lower bounds of the distances from a position to boxes. The arithmetic is float, so the bounds are reduced by
-// more than the rounding error. Otherwise a search could skip a box that contains the nearest triangle.
+// Computes lower bounds of the distances from a position to boxes. The arithmetic is float, so the bounds are
+// reduced by more than the rounding error. Otherwise a search could skip a box that contains the nearest
+// triangle.
 class Query {
   public:
     explicit Query(const Vec3d& position) {
@@ -31,7 +32,8 @@ class Query {
         }
     }
 
-    // Stores the squared distances to the children's boxes. Returns a mask of the children nearer than sqrt(most).
+    // Stores the squared distances to the children's boxes. Returns a mask of the children nearer than
+    // sqrt(most).
     HWY_INLINE std::uint32_t near(const BoxTree::Node& node, double most, float* to_boxes) const {
         const D d;
         std::uint32_t bits = 0;
@@ -63,7 +65,8 @@ class Query {
 
 // Computes squared_distance_to_triangle, bit for bit, for the triangles of a leaf from index c on.
 template <class D>
-HWY_INLINE hn::Vec<D> squared_distances(D d, const Vec3d& position, const BoxTree::Leaf& leaf, std::size_t c) {
+HWY_INLINE hn::Vec<D> squared_distances(D d, const Vec3d& position, const BoxTree::Leaf& leaf,
+                                        std::size_t c) {
     using V = hn::Vec<D>;
     const auto dot = [](V ax, V ay, V az, V bx, V by, V bz) {
         return hn::Add(hn::Add(hn::Mul(ax, bx), hn::Mul(ay, by)), hn::Mul(az, bz));
@@ -92,8 +95,8 @@ HWY_INLINE hn::Vec<D> squared_distances(D d, const Vec3d& position, const BoxTre
     };
     const auto squared = [&](V x, V y, V z) { return dot(x, y, z, x, y, z); };
     const V on_u = fraction(u_from, uu), on_v = fraction(v_from, vv);
-    const V along_w =
-        fraction(hn::Add(hn::Sub(v_from, u_from), hn::Sub(uu, uv)), hn::Add(hn::Sub(uu, uv), hn::Sub(vv, uv)));
+    const V along_w = fraction(hn::Add(hn::Sub(v_from, u_from), hn::Sub(uu, uv)),
+                               hn::Add(hn::Sub(uu, uv), hn::Sub(vv, uv)));
     const V along_u = hn::Sub(one, along_w);
     const auto away = [](V f, V p, V u) { return hn::Sub(f, hn::Mul(p, u)); };
     const V to_u = squared(away(fx, on_u, ux), away(fy, on_u, uy), away(fz, on_u, uz));
@@ -125,8 +128,9 @@ HWY_INLINE bool search_leaf(const BoxTree::Leaf& leaf, const Vec3d& position, Fo
     return found.squared_distance < before;
 }
 
-// A child that a search may still visit: the squared distance to its box in the upper half, BoxTree::Node::child in the
-// lower half. Choosing between two single numbers needs no branch, which would often be mispredicted.
+// A child that a search may still visit: the squared distance to its box in the upper half,
+// BoxTree::Node::child in the lower half. Choosing between two single numbers needs no branch, which would
+// often be mispredicted.
 using Pending = std::uint64_t;
 
 FoundTriangle find_nearest_any(const BoxTree& tree, const Vec3d& position, double enough, double most,

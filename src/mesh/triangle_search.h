@@ -31,7 +31,8 @@ struct BoxTree {
         std::uint32_t count;
     };
     static constexpr std::uint32_t kLeaf = std::uint32_t{1} << 31;
-    /// An upper bound of the children that wait in a search: all but one at each level. There are fewer than 64 levels.
+    /// An upper bound of the children that wait in a search: all but one at each level. There are fewer than
+    /// 64 levels.
     static constexpr std::size_t kMaxPending = 64 * kWidth;
 
     Buffer<Node> nodes;  ///< the root first, and every node before its children
@@ -43,11 +44,12 @@ struct FoundTriangle {
     std::uint32_t triangle;
 };
 
-/// Returns the nearest triangle within the distance `most`, or any triangle within the distance `enough`. If no triangle
-/// is within `most`, the squared distance of the result is larger than most * most.
+/// Returns the nearest triangle within the distance `most`, or any triangle within the distance `enough`. If
+/// no triangle is within `most`, the squared distance of the result is larger than most * most.
 ///
-/// The leaf `*guess`, if given, is searched first. It is replaced by the leaf of the result; it does not change the
-/// distance if `enough` is 0. The result has the same bits on every SIMD target. \pre the tree has triangles
+/// The leaf `*guess`, if given, is searched first. It is replaced by the leaf of the result; it does not
+/// change the distance if `enough` is 0. The result has the same bits on every SIMD target. \pre the tree has
+/// triangles
 FoundTriangle find_nearest(const BoxTree& tree, const Vec3d& position, double enough, double most,
                            std::uint32_t* guess);
 

@@ -53,7 +53,8 @@ TriangleTree::TriangleTree(const Mesh& mesh) : order_(along_morton_curve(mesh)) 
     merge_bounds();
 }
 
-// Splits where the curve changes from one half of a cube to the other: at the highest bit in which the keys differ.
+// Splits where the curve changes from one half of a cube to the other: at the highest bit in which the keys
+// differ.
 std::uint32_t TriangleTree::split_position(const Range& range) const {
     const std::uint32_t last = order_[range.end - 1].key, difference = order_[range.begin].key ^ last;
     if (difference == 0) return range.begin + range.size() / 2;

@@ -29,9 +29,9 @@ inline Bounds bounds_of(const Mesh& mesh, const Triangle& t) {
     return bounds_of(mesh.points[t[0]], mesh.points[t[1]], mesh.points[t[2]]);
 }
 
-/// Copies the triangles of a mesh in the order of a Morton curve, and builds a bounding volume hierarchy over them. Its
-/// nodes split where the curve changes from one half of a cube to the other, so it costs little more than sorting.
-/// After Lauterbach et al. 2009.
+/// Copies the triangles of a mesh in the order of a Morton curve, and builds a bounding volume hierarchy over
+/// them. Its nodes split where the curve changes from one half of a cube to the other, so it costs little
+/// more than sorting. After Lauterbach et al. 2009.
 class TriangleTree {
   public:
     /// \pre the mesh has triangles, fewer than 2^32, and their indices are in range
@@ -47,8 +47,8 @@ class TriangleTree {
     double distance(const Vec3d& position, double enough = 0) const {
         return nearest(position, enough).distance;
     }
-    /// The same, but searches the leaf `guess` first and sets it to the leaf of the found triangle. The guess of a nearby
-    /// position makes the search faster.
+    /// The same, but searches the leaf `guess` first and sets it to the leaf of the found triangle. The guess
+    /// of a nearby position makes the search faster.
     double distance(const Vec3d& position, double enough, std::uint32_t& guess) const {
         return std::sqrt(find_nearest(tree_, position, enough, kInfinity, &guess).squared_distance);
     }
@@ -74,7 +74,8 @@ class TriangleTree {
     template <class F>
     void for_each_hit(const Vec3d& origin, const Vec3d& direction, double t_max, F f) const;
 
-    /// Calls f(triangle) for each triangle whose bounds overlap or touch the given bounds, in no particular order.
+    /// Calls f(triangle) for each triangle whose bounds overlap or touch the given bounds, in no particular
+    /// order.
     template <class F>
     void for_each_in(const Bounds& bounds, F f) const;
 
