@@ -73,7 +73,7 @@ void measure_surfaces(std::vector<Row>& rows) {
     for (Row& row : rows) {
         row.rough = roughness(row.mesh, kWindow);
         row.smallest_angle = triangle_quality(row.mesh).smallest_angle;
-        row.apart = mesh_distance(row.mesh, marrow, 50'000);
+        row.apart = mesh_distance(row.mesh, marrow, {.samples = 50'000});
     }
 }
 

@@ -30,6 +30,13 @@ using Vec3f = Vec3<float>;
 using Vec3d = Vec3<double>;
 using Mat3d = std::array<Vec3d, 3>;  ///< m[row][column]
 
+constexpr Vec3d to_double(const Vec3f& v) {
+    return {v[0], v[1], v[2]};
+}
+constexpr Vec3f to_float(const Vec3d& v) {
+    return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
+}
+
 constexpr Vec3d operator+(const Vec3d& a, const Vec3d& b) {
     return {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
 }

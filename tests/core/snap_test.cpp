@@ -76,7 +76,7 @@ TEST_P(SnappedRandomGrids, StayWithinTheLimitOfTheSurface) {
             if (before.triangles.empty()) continue;
             for (const double snap : {0.1, 0.3, 0.49}) {
                 const Mesh after = snapped(volume, g.isovalue, snap, closed);
-                ASSERT_LE(mesh_distance(before, after, 2000).max, snap * 2 + 1e-5)
+                ASSERT_LE(mesh_distance(before, after, {.samples = 2000}).max, snap * 2 + 1e-5)
                     << "grid " << i << " snap " << snap;
             }
         }
@@ -116,7 +116,7 @@ TEST(Snap, SmoothSurfacesLoseAThirdOfTheirPointsAndAllSlivers) {
         EXPECT_LE(static_cast<double>(after.points.size()), 0.7 * static_cast<double>(before.points.size()));
         EXPECT_LE(roughness(after, 3).roughness, roughness(before, 3).roughness);
         EXPECT_NEAR(measure(after).volume, measure(before).volume, 0.003 * measure(before).volume);
-        EXPECT_LT(mesh_distance(before, after, 20000).mean, 0.01) << "merged points are on the surface";
+        EXPECT_LT(mesh_distance(before, after, {.samples = 20000}).mean, 0.01) << "merged points are on the surface";
     }
 }
 
@@ -191,7 +191,7 @@ TEST(Snap, ShearedAndAnisotropicGridsStayManifolds) {
     const Mesh before = unsnapped(volume, 66.5, true), after = snapped(volume, 66.5, 0.3, true);
     EXPECT_EQ(manifold_fault(after), "");
     EXPECT_LT(after.points.size(), 4 * before.points.size() / 5);
-    EXPECT_LE(mesh_distance(before, after, 20000).max, 0.3 * 3 + 1e-3);
+    EXPECT_LE(mesh_distance(before, after, {.samples = 20000}).max, 0.3 * 3 + 1e-3);
 }
 
 TEST(Snap, LimitOfZeroDoesNotSnap) {
