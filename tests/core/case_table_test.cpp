@@ -43,7 +43,7 @@ TEST(CaseTable, CrossesExactlyTheEdgesWithOneEndInside) {
     for (unsigned i = 0; i < 256; ++i) {
         std::set<int> used;
         for (int k = 0; k < 3 * kCases[i].triangles; ++k) used.insert(kCases[i].edges[k]);
-        for (int e = 0; e < kEdges; ++e) {
+        for (int e = 0; e < kCellEdges; ++e) {
             const bool crossed = inside(i, kEdgeCorners[e][0]) != inside(i, kEdgeCorners[e][1]);
             EXPECT_EQ(crossed, (kCases[i].crossed >> e & 1) != 0) << "case " << i << " edge " << e;
             EXPECT_EQ(crossed, used.contains(e)) << "case " << i << " edge " << e;

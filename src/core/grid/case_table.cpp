@@ -10,14 +10,6 @@ constexpr bool is_inside(int cell_case, int corner) {
     return (cell_case >> corner & 1) != 0;
 }
 
-constexpr int edge_between(int corner_a, int corner_b) {
-    for (int e = 0; e < kEdges; ++e) {
-        const int first = kEdgeCorners[e][0], second = kEdgeCorners[e][1];
-        if ((first == corner_a && second == corner_b) || (first == corner_b && second == corner_a)) return e;
-    }
-    return -1;
-}
-
 // Bit f is set where the edge lies in face f: face 2 * axis + side holds the corners with that coordinate.
 constexpr int faces_of_edge(int edge) {
     const int a = kEdgeCorners[edge][0], b = kEdgeCorners[edge][1];
@@ -31,7 +23,7 @@ constexpr int faces_of_edge(int edge) {
 // The lines that the surface draws on the faces: next[e] is the edge that follows e round its loop, -1 where
 // not crossed.
 struct Lines {
-    int next[kEdges] = {-1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1};
+    int next[kCellEdges] = {-1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1};
 };
 
 constexpr Lines draw_lines(int cell_case) {
@@ -65,14 +57,14 @@ constexpr int diagonal_cost(int edge_a, int edge_b) {
 
 struct Loop {
     int size = 0;
-    int edges[kEdges] = {};
+    int edges[kCellEdges] = {};
 };
 
 // The cheapest triangulation of a loop, over all of them: the triangle on side (i, j) takes the best third
 // point.
 constexpr void triangulate(const Loop& loop, Case& result) {
-    int cost[kEdges][kEdges] = {};
-    int third[kEdges][kEdges] = {};
+    int cost[kCellEdges][kCellEdges] = {};
+    int third[kCellEdges][kCellEdges] = {};
     for (int width = 2; width < loop.size; ++width) {
         for (int i = 0; i + width < loop.size; ++i) {
             const int j = i + width;
@@ -88,7 +80,7 @@ constexpr void triangulate(const Loop& loop, Case& result) {
             }
         }
     }
-    int stack[kEdges][2] = {{0, loop.size - 1}};
+    int stack[kCellEdges][2] = {{0, loop.size - 1}};
     int depth = 1;
     while (depth > 0) {
         --depth;
@@ -105,7 +97,7 @@ constexpr void triangulate(const Loop& loop, Case& result) {
 constexpr Case derive(int cell_case) {
     Case result;
     Lines lines = draw_lines(cell_case);
-    for (int first = 0; first < kEdges; ++first) {
+    for (int first = 0; first < kCellEdges; ++first) {
         if (lines.next[first] < 0) continue;
         Loop loop;
         for (int e = first; lines.next[e] >= 0;) {

@@ -25,12 +25,21 @@
 
 namespace marrow::internal {
 
-inline constexpr int kEdges = 12;
+inline constexpr int kCellEdges = 12;
 inline constexpr int kMaxTriangles = 5;
 
 /// The two corners of each edge, the one with the lower coordinate first.
-inline constexpr std::uint8_t kEdgeCorners[kEdges][2] = {{0, 1}, {2, 3}, {4, 5}, {6, 7}, {0, 2}, {4, 6},
-                                                         {0, 4}, {2, 6}, {1, 3}, {5, 7}, {1, 5}, {3, 7}};
+inline constexpr std::uint8_t kEdgeCorners[kCellEdges][2] = {{0, 1}, {2, 3}, {4, 5}, {6, 7}, {0, 2}, {4, 6},
+                                                             {0, 4}, {2, 6}, {1, 3}, {5, 7}, {1, 5}, {3, 7}};
+
+/// The edge between two corners, or -1 if there is none.
+constexpr int edge_between(int corner_a, int corner_b) {
+    for (int e = 0; e < kCellEdges; ++e) {
+        const int first = kEdgeCorners[e][0], second = kEdgeCorners[e][1];
+        if ((first == corner_a && second == corner_b) || (first == corner_b && second == corner_a)) return e;
+    }
+    return -1;
+}
 
 /// The corners of each face, counter-clockwise seen from outside the cell: x = 0, 1, y = 0, 1, z = 0, 1.
 inline constexpr std::uint8_t kFaceCorners[6][4] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4},

@@ -42,7 +42,7 @@ class SliceSums {
                 cofactor[r][c] = matrix[r1][c1] * matrix[r2][c2] - matrix[r1][c2] * matrix[r2][c1];
             }
         }
-        for (std::size_t e = 0; e < kEdges; ++e) {
+        for (std::size_t e = 0; e < kCellEdges; ++e) {
             const int first = kEdgeCorners[e][0], axis = kEdgeCorners[e][1] - first;
             for (int r = 0; r < 3; ++r)
                 at_[e][r] = axis == 1 << r ? along_[e] : (first >> r & 1) != 0 ? ones_ : zeros_;
@@ -83,7 +83,7 @@ class SliceSums {
         const auto half = hn::Set(d, R(0.5)), most = hn::Set(d, std::numeric_limits<R>::max());
         alignas(64) R twice_area[kSize], six_volumes[kSize];
         for (std::size_t i = 0; i < kSize; i += hn::Lanes(d)) {
-            for (std::size_t e = 0; e < kEdges; ++e) {
+            for (std::size_t e = 0; e < kCellEdges; ++e) {
                 if ((c.crossed >> e & 1) == 0) continue;
                 const auto from = hn::Load(d, batch.corner[kEdgeCorners[e][0]] + i);
                 const auto difference = hn::Sub(from, hn::Load(d, batch.corner[kEdgeCorners[e][1]] + i));
@@ -139,8 +139,8 @@ class SliceSums {
     R square_[3][3];  // of a normal, taken to space: the sum over a <= b of square_[a][b] n[a] n[b]
     std::array<Batch<R>, 256> batches_;
     // Where points are on their edges; and each coordinate of them, which is that or one of the edge's ends.
-    alignas(64) R along_[kEdges][Batch<R>::kSize], zeros_[Batch<R>::kSize], ones_[Batch<R>::kSize];
-    const R* at_[kEdges][3];
+    alignas(64) R along_[kCellEdges][Batch<R>::kSize], zeros_[Batch<R>::kSize], ones_[Batch<R>::kSize];
+    const R* at_[kCellEdges][3];
 };
 
 template <class T>
