@@ -1,4 +1,5 @@
-// Finds the crossed edges of a label map by comparing rows of samples, and from them its active and multi-label cells.
+// Finds the crossed edges of a label map by comparing rows of samples, and from them its active and
+// multi-label cells.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "core/surface_nets/borders.cpp"
 #include <hwy/foreach_target.h>
@@ -85,9 +86,8 @@ void mark_edges_of_type(const LabelReader<T>& labels, std::int64_t k, BorderBits
 
 // Marks the crossed edges that begin in slice k of samples.
 void mark_edges(const LabelMap& map, std::int64_t k, BorderBits& bits) {
-    with_sample_type(map.type, [&](auto sample) {
-        mark_edges_of_type(LabelReader<decltype(sample)>(map), k, bits);
-    });
+    with_sample_type(map.type,
+                     [&](auto sample) { mark_edges_of_type(LabelReader<decltype(sample)>(map), k, bits); });
 }
 
 // As CrossedEdges::word, for as many words as a vector has.
@@ -99,9 +99,10 @@ HWY_INLINE hn::Vec<D> load_words(D d, const CrossedEdges& crossed, std::size_t e
     return hn::Or(hn::ShiftRight<1>(words), hn::ShiftLeft<63>(hn::LoadU(d, bits + 1)));
 }
 
-// The cells that may have more than two labels or more than one point, by their crossed edges. Such a cell has a face with
-// three or four crossed edges, or two opposite corners whose edges are all crossed. In every other cell each face has
-// two crossed edges or none; they separate the same two labels, and all crossed edges are connected.
+// The cells that may have more than two labels or more than one point, by their crossed edges. Such a cell
+// has a face with three or four crossed edges, or two opposite corners whose edges are all crossed. In every
+// other cell each face has two crossed edges or none; they separate the same two labels, and all crossed
+// edges are connected.
 template <class V>
 HWY_INLINE V multi_label_cells(const V (&e)[kCellEdges]) {
     const auto three_of = [](V a, V b, V c, V d) HWY_ATTR {
@@ -133,7 +134,7 @@ HWY_INLINE void mark_words(D d, const CrossedEdges& crossed, std::size_t w, std:
     hn::StoreU(multi_label_cells(e), d, multi_label + w);
 }
 
-// Marks the active cells of slice k, and leaves the number of each row in the row's entry of first_cell.
+// Marks the active and the multi-label cells of slice k.
 void mark_cells(std::int64_t k, BorderBits& bits) {
     const std::size_t begin = bits.first_word(0, k), size = bits.first_word(0, k + 1) - begin;
     std::uint64_t* const active = &bits.active[begin];
@@ -150,7 +151,21 @@ void mark_cells(std::int64_t k, BorderBits& bits) {
     // There are no cells beyond the last row and slice.
     std::fill_n(active + w, size - w, std::uint64_t{0});
     std::fill_n(multi_label + w, size - w, std::uint64_t{0});
-    // Not vector code, but in this namespace so that it is compiled to the target's population count.
+}
+
+}  // namespace marrow::internal::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace marrow::internal {
+
+namespace {
+
+HWY_EXPORT(mark_edges);
+HWY_EXPORT(mark_cells);
+
+// Counts the active cells before each word of slice k in its row, and leaves those of each row in first_cell.
+void count_cells(std::int64_t k, BorderBits& bits) {
     for (std::int64_t j = 0; j <= bits.cell_rows(); ++j) {
         const std::size_t row = bits.first_word(j, k);
         std::uint32_t count = 0;
@@ -162,14 +177,7 @@ void mark_cells(std::int64_t k, BorderBits& bits) {
     }
 }
 
-}  // namespace marrow::internal::HWY_NAMESPACE
-HWY_AFTER_NAMESPACE();
-
-#if HWY_ONCE
-namespace marrow::internal {
-
-HWY_EXPORT(mark_edges);
-HWY_EXPORT(mark_cells);
+}  // namespace
 
 BorderBits::BorderBits(const Index3& volume_dims)
     : dims(volume_dims), words(static_cast<std::size_t>((volume_dims[0] + 2 + 63) / 64)) {
@@ -188,8 +196,10 @@ BorderBits find_borders(const LabelMap& map, const Progress& progress) {
         HWY_DYNAMIC_DISPATCH(mark_edges)(map, k, bits);
         if (k < bits.cell_slices()) stage.step();
     });
-    tbb::parallel_for(std::int64_t{0}, bits.cell_slices() + 1,
-                      [&](std::int64_t k) { HWY_DYNAMIC_DISPATCH(mark_cells)(k, bits); });
+    tbb::parallel_for(std::int64_t{0}, bits.cell_slices() + 1, [&](std::int64_t k) {
+        HWY_DYNAMIC_DISPATCH(mark_cells)(k, bits);
+        count_cells(k, bits);
+    });
     std::uint64_t total = 0;
     for (std::uint32_t& first : bits.first_cell) {
         const std::uint32_t count = first;

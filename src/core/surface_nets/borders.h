@@ -1,11 +1,12 @@
 /// Finds the grid edges of a label map whose ends have different labels.
 ///
-/// The samples are surrounded by one layer of background, and indices (i, j, k) include this layer: sample (x, y, z) of
-/// the map has index (x + 1, y + 1, z + 1). The corners of cell (i, j, k) are the samples (i, j, k) to
-/// (i + 1, j + 1, k + 1). A grid edge has the index of its lower end.
+/// The samples are surrounded by one layer of background, and indices (i, j, k) include this layer: sample
+/// (x, y, z) of the map has index (x + 1, y + 1, z + 1). The corners of cell (i, j, k) are the samples (i, j,
+/// k) to (i + 1, j + 1, k + 1). A grid edge has the index of its lower end.
 ///
-/// An edge is crossed where its ends have different labels. A cell is active where one of its edges is crossed. An active
-/// cell is a two-label cell if it has two labels and one point (see cell_patterns.h), and a multi-label cell otherwise.
+/// An edge is crossed where its ends have different labels. A cell is active where one of its edges is
+/// crossed. An active cell is a two-label cell if it has two labels and one point (see cell_patterns.h), and
+/// a multi-label cell otherwise.
 #pragma once
 
 #include <array>
@@ -63,7 +64,7 @@ struct BorderBits {
     Buffer<std::uint64_t> active;                  ///< cells with crossed edges
     Buffer<std::uint64_t> multi_label;             ///< active cells that are not two-label cells
     Buffer<std::uint32_t> cells_before;            ///< for each word, the active cells before it in its row
-    std::vector<std::uint32_t> first_cell;         ///< for each row, the active cells before it; then their number
+    std::vector<std::uint32_t> first_cell;  ///< for each row, the active cells before it; then their number
 
     explicit BorderBits(const Index3& volume_dims);
 
@@ -86,7 +87,8 @@ BorderBits find_borders(const LabelMap& map, const Progress& progress);
 /// \throw LimitError always
 [[noreturn]] void throw_too_many_label_points(std::uint64_t points);
 
-/// The active cells of a word. An active cell's id is its position among all active cells, in order of (k, j, i).
+/// The active cells of a word. An active cell's id is its position among all active cells, in order of (k, j,
+/// i).
 struct CellWord {
     std::uint64_t active;
     std::uint32_t first;
@@ -114,20 +116,24 @@ struct CellRow {
 
 /// The crossed edges of a row of cells, numbered as in case_table.h.
 struct CrossedEdges {
-    /// The bits of edge e, or for edges at the cell's upper x, the bits of the same edges by their own index i.
+    /// The bits of edge e, or for edges at the cell's upper x, the bits of the same edges by their own index
+    /// i.
     std::array<const std::uint64_t*, kCellEdges> bits_of_edge;
 
     CrossedEdges(const BorderBits& bits, std::int64_t j, std::int64_t k) {
-        for (std::size_t e = 0; e < kCellEdges; ++e) {
-            const unsigned lower = kEdgeCorners[e][0], upper = kEdgeCorners[e][1];
-            const auto axis = static_cast<std::size_t>(std::countr_zero(lower ^ upper));
-            bits_of_edge[e] = &bits.crossed[axis][bits.first_word(j + (lower >> 1 & 1), k + (lower >> 2))];
-        }
+        const std::array<std::size_t, 4> rows = {bits.first_word(j, k), bits.first_word(j + 1, k),
+                                                 bits.first_word(j, k + 1), bits.first_word(j + 1, k + 1)};
+        for (std::size_t e = 0; e < kCellEdges; ++e)
+            bits_of_edge[e] = &bits.crossed[axis_of(e)][rows[kEdgeCorners[e][0] >> 1]];
     }
 
+    static constexpr std::size_t axis_of(std::size_t e) {
+        return (kEdgeCorners[e][1] - kEdgeCorners[e][0]) >> 1;  // the corners' numbers differ by 1, 2 or 4
+    }
     static constexpr bool is_at_upper_x(std::size_t e) { return (kEdgeCorners[e][0] & 1) != 0; }
 
-    /// Bit b: edge e of cell 64 w + b is crossed. Reading one word too far is safe: no edge is crossed at the ends of rows.
+    /// Bit b: edge e of cell 64 w + b is crossed. The last word of a row may use the next row's first bit,
+    /// which is 0: no edge along y or z is crossed there.
     std::uint64_t word(std::size_t e, std::size_t w) const {
         const std::uint64_t* const bits = bits_of_edge[e] + w;
         return is_at_upper_x(e) ? bits[0] >> 1 | bits[1] << 63 : bits[0];

@@ -37,8 +37,8 @@ std::uint8_t label_at(const CellCorners& corners, std::size_t e, std::size_t end
     return corners.first[kEdgeCorners[e][end]];
 }
 
-// The junctions of a face, as sets of the crossed edges that they connect. A face with one junction has it first, and a face
-// without crossed edges has none.
+// The junctions of a face, as sets of the crossed edges that they connect. A face with one junction has it
+// first, and a face without crossed edges has none.
 using FaceJunctions = std::array<EdgeSet, 2>;
 
 FaceJunctions find_junctions(const CellCorners& corners, std::size_t face) {
@@ -70,8 +70,10 @@ class CellBorder {
     EdgeSet crossed = 0;
     std::array<FaceJunctions, 6> junctions;  // by face
     std::array<std::uint8_t, kCellEdges> component_of_edge;
-    std::vector<EdgeSet> edges_of_point;  // of the point's component; the first points are those of components
-    std::array<std::array<std::uint8_t, 2>, kCellEdges> point_of_end;  // for the labels at both ends of each edge
+    std::vector<EdgeSet>
+        edges_of_point;  // of the point's component; the first points are those of components
+    std::array<std::array<std::uint8_t, 2>, kCellEdges>
+        point_of_end;  // for the labels at both ends of each edge
 
   private:
     // Edges, and ends of edges (end i of edge e is 2 e + i). The lowest number of a set represents it.
@@ -128,7 +130,8 @@ void CellBorder::number_components() {
     });
 }
 
-// Gives each loop of a label the point of its component, or where another loop of the label has it, a further point.
+// Gives each loop of a label the point of its component, or where another loop of the label has it, a further
+// point.
 void CellBorder::number_loops(const CellCorners& corners) {
     for (auto& points : point_of_end) points.fill(kNone);
     for_each_edge(crossed, [&](std::size_t e) {
@@ -232,8 +235,8 @@ class PatternBuilder {
         });
     }
 
-    // Where the lower face along an axis has two junctions, the quads of its edges have a further corner at these. Each
-    // face is the lower one of a single cell, which stores the corners for both.
+    // Where the lower face along an axis has two junctions, the quads of its edges have a further corner at
+    // these. Each face is the lower one of a single cell, which stores the corners for both.
     void add_corners_of_junctions(std::size_t axis) {
         const FaceJunctions& junctions = border_.junctions[2 * axis];
         if (junctions[1] == 0) return;
@@ -257,12 +260,14 @@ class PatternBuilder {
         bool one_junction_each = true;
         for (std::size_t f = 0; f < 6; ++f) {
             const EdgeSet edges = border_.junctions[f][0];
-            pattern_.point_of_face[f] = edges == 0 ? kNone : border_.component_of_edge[std::countr_zero(edges)];
+            pattern_.point_of_face[f] =
+                edges == 0 ? kNone : border_.component_of_edge[std::countr_zero(edges)];
             crossed_faces |= unsigned{edges != 0} << f;
             faces_of_three |= unsigned{std::popcount(edges) > 2} << f;
             one_junction_each = one_junction_each && border_.junctions[f][1] == 0;
         }
-        // A point that is alone in its cell moves. On a line where three labels or more meet, it moves along the line.
+        // A point that is alone in its cell moves. On a line where three labels or more meet, it moves along
+        // the line.
         if (border_.edges_of_point.size() != 1 || !one_junction_each) return;
         const bool on_line = std::popcount(faces_of_three) > 1;
         pattern_.neighbours = static_cast<std::uint8_t>(on_line ? faces_of_three : crossed_faces);
@@ -291,9 +296,9 @@ CellPattern make_cell_pattern(const CellCorners& corners) {
 }
 
 const CellPattern& CellPatternCache::find(const CellCorners& corners) {
-    // Patterns depend on the corners' key alone, so every map can use those of others. This map needs no bound: there are
-    // 4961 keys (the 4140 ways to divide eight corners among labels, some with several orders of two labels on a face), and
-    // a pattern has about a kilobyte.
+    // Patterns depend on the corners' key alone, so every map can use those of others. This map needs no
+    // bound: there are 4961 keys (the 4140 ways to divide eight corners among labels, some with several
+    // orders of two labels on a face), and a pattern has about a kilobyte.
     static tbb::concurrent_unordered_map<std::uint32_t, CellPattern, KeyHash> patterns;
     const std::uint32_t key = corners.key();
     Entry& entry = entries_[hash_of(key) % entries_.size()];

@@ -1,16 +1,18 @@
-/// The shape of a label map's surfaces within one cell, as far as it follows from the labels of the cell's corners.
+/// The shape of a label map's surfaces within one cell, as it follows from the labels of the cell's corners.
 ///
-/// Corners, edges and faces are numbered as in case_table.h. On each face of the cell, junctions connect crossed edges:
+/// Corners, edges and faces are numbered as in case_table.h. On each face of the cell, junctions connect
+/// crossed edges:
 ///
-///   two or three crossed edges, or four labels      one junction connects all of them
-///   two labels, both on a diagonal (a b / b a)      the smaller label is connected: each corner of the larger label has
-///                                                   a junction, which connects the two edges at this corner
-///   one label on a diagonal (a b / c a)             this label is connected: each of the two other corners has such a
-///                                                   junction
+///   two or three crossed edges, or four labels   one junction connects all of them
+///   two labels, both on a diagonal (a b / b a)   the smaller label is connected: at each corner of the larger
+///                                                label, a junction connects the two edges of the corner
+///   one label on a diagonal (a b / c a)          this label is connected: the two other corners have such
+///                                                junctions
 ///
-/// The rule depends on the face alone, so the two cells that share a face agree. The crossed edges that junctions connect,
-/// on any face, are a component of the cell's border. Each component has a point. Every label has either no crossed edge
-/// or two at a junction, so each edge of a label's surface belongs to two quads.
+/// The rule depends on the face alone, so the two cells that share a face agree. The crossed edges that
+/// junctions connect, on any face, are a component of the cell's border. Each component has a point. Every
+/// label has either no crossed edge or two at a junction, so each edge of a label's surface belongs to two
+/// quads.
 #pragma once
 
 #include <array>
@@ -26,7 +28,8 @@ constexpr std::size_t slice_of_edge(std::size_t e) {
     return kEdgeCorners[e][0] >> 2;
 }
 
-/// A position relative to the centre of its cell, in samples. Four numbers are faster than three; the fourth is 0.
+/// A position relative to the centre of its cell, in samples. Four numbers are faster than three; the fourth
+/// is 0.
 struct alignas(16) NetPoint {
     float xyz[4];
 };
@@ -34,7 +37,8 @@ struct alignas(16) NetPoint {
 /// Which corners of a cell have the same label.
 struct CellCorners {
     std::array<std::uint8_t, 8> first{};  ///< for each corner, the first corner with the same label
-    /// Bit f, where face f has two labels, both on a diagonal: the label at its first corner is the smaller one.
+    /// Bit f, where face f has two labels, both on a diagonal: the label at its first corner is the smaller
+    /// one.
     std::uint8_t first_is_smaller = 0;
 
     /// Labels can be of any type that can be compared and ordered.
@@ -65,8 +69,9 @@ struct CellCorners {
 /// How much of a label's mesh belongs to a cell, or to several.
 struct SurfaceCounts {
     std::uint64_t points = 0;
-    /// A quad is two triangles, which are four half triangles. The four cells around an edge along z count one each. Of the
-    /// four cells around an edge along x or y, the two above the edge's slice of samples count two each.
+    /// A quad is two triangles, which are four half triangles. The four cells around an edge along z count
+    /// one each. Of the four cells around an edge along x or y, the two above the edge's slice of samples
+    /// count two each.
     std::uint64_t half_triangles = 0;
 
     SurfaceCounts& operator+=(const SurfaceCounts& other) {
@@ -89,11 +94,13 @@ struct CellPattern {
 
     /// The points of components come first, then further points (see label_points), then those of junctions.
     std::vector<NetPoint> positions;
-    std::uint8_t neighbours = 0;  ///< bit f: relaxation uses the point beyond face f; 0: the first point does not move
-    std::array<std::uint8_t, 6> point_of_face;  ///< of the component on a face with one junction; kNone without crossed edges
+    /// Bit f: relaxation moves the first point towards that beyond face f. 0: it does not move the point.
+    std::uint8_t neighbours = 0;
+    /// By face with one junction, the point of its edges' component; kNone without crossed edges.
+    std::array<std::uint8_t, 6> point_of_face;
 
-    /// A point of a label's mesh. Where the surface of a label has several loops of edges in one component, each loop has
-    /// its own point at the same position, so that the label's mesh is manifold.
+    /// A point of a label's mesh. Where the surface of a label has several loops of edges in one component,
+    /// each loop has its own point at the same position, so that the label's mesh is manifold.
     struct LabelPoint {
         std::uint8_t label, position;
     };
@@ -101,12 +108,12 @@ struct CellPattern {
     static constexpr std::size_t kMaxLabelPoints = 4 * kCellEdges;
     std::vector<LabelPoint> label_points;
 
-    /// A corner of the quads of a crossed edge: one for the label at the edge's lower end and one for its upper end, at the
-    /// same position.
+    /// A corner of the quads of a crossed edge: one for the label at the edge's lower end and one for its
+    /// upper end, at the same position.
     struct Corner {
         std::array<std::uint8_t, 2> label, label_point;
-        /// By axis, where the cell's lower face has two junctions: the edge's junction is the corner so many entries
-        /// after this one; else 0. The fourth makes copies faster.
+        /// By axis, where the cell's lower face has two junctions: the edge's junction is the corner so many
+        /// entries after this one; else 0. The fourth makes copies faster.
         std::array<std::uint8_t, 4> junction;
     };
     std::vector<Corner> corners;      ///< those of crossed edges by edge, then those of junctions

@@ -51,8 +51,8 @@ class MeshMaker {
     std::vector<Mesh> take() { return std::move(meshes_); }
 
   private:
-    // Gives the meshes their sizes. Replaces the counts of each slab by the sum of those before it, where the slab begins
-    // to write.
+    // Gives the meshes their sizes. Replaces the counts of each slab by the sum of those before it, where the
+    // slab begins to write.
     void allocate() {
         std::vector<SurfaceCounts> totals(meshes_.size());
         for (SlabOfCells& slab : net_.slabs) {
@@ -81,8 +81,8 @@ std::vector<Mesh> make_label_meshes(SurfaceNet& net, const Frame& frame, LabelIn
     MeshMaker maker(net, frame, background);
     const std::size_t slabs = net.slabs.size();
     Stage stage(progress, 0, 1, 2 * slabs);
-    // Quads are written while their corners are in the cache. But those of the first slice also need corners of the slab
-    // below, so they wait until all points are written.
+    // Quads are written while their corners are in the cache. But those of the first slice also need corners
+    // of the slab below, so they wait until all points are written.
     tbb::parallel_for(std::size_t{0}, slabs, [&](std::size_t slab) {
         maker.write_points(slab);
         maker.write_quads(slab, SurfaceNet::first_slice(slab) + 1, net.end_slice(slab));

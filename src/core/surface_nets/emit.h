@@ -10,8 +10,8 @@
 
 namespace marrow::internal {
 
-/// Makes a mesh for each label of the net, without normals; the background's is empty. Fills in net.corners. Uses up the counts
-/// of the net's slabs.
+/// Makes a mesh for each label of the net, without normals; the background's is empty. Fills in net.corners.
+/// Uses up the counts of the net's slabs.
 std::vector<Mesh> make_label_meshes(SurfaceNet& net, const Frame& frame, LabelIndex background,
                                     const Progress& progress);
 

@@ -13,13 +13,14 @@ namespace marrow::internal::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Converts points of cells to physical space. The centres of cells are computed in double precision. There are no fused
-// operations, so the result is the same on every processor.
+// Converts points of cells to physical space. The centres of cells are computed in double precision. There
+// are no fused operations, so the result is the same on every processor.
 class CellToPhysical {
   public:
     explicit CellToPhysical(const Frame& frame) {
         for (std::size_t r = 0; r < 3; ++r) {
-            // The centre of cell (i, j, k) has index (i, j, k) - 1/2 in the volume, without the layer around it.
+            // The centre of cell (i, j, k) has index (i, j, k) - 1/2 in the volume, without the layer around
+            // it.
             origin_[r] = frame.origin[r] - 0.5 * frame.exact[r][0];
             for (std::size_t a = 0; a < 3; ++a) {
                 exact_columns_[a][r] = frame.exact[r][a];
@@ -140,7 +141,8 @@ class PointEmitter {
     SurfaceNet& net_;
     CellToPhysical to_physical_;
     PointWriter* writers_;
-    std::array<NetPoint, 128> vector_of_case_;  // from the centre of a two-label cell to its point, not relaxed
+    std::array<NetPoint, 128>
+        vector_of_case_;  // from the centre of a two-label cell to its point, not relaxed
 };
 
 void emit_points_of_slab(SurfaceNet& net, const Frame& frame, std::size_t slab_number, PointWriter* writers) {

@@ -47,8 +47,8 @@ class EdgesBefore {
           y_(&bits.crossed[1][bits.first_word(j - 1, k)]),
           z_(&bits.crossed[2][bits.first_word(j, k - 1)]) {}
 
-    // Bit b: the edges along all three axes that end at sample 64 w + b + 1 are crossed. The last word of a row may read the
-    // next one's first bits, which are 0 for the edges along x.
+    // Bit b: the edges along all three axes that end at sample 64 w + b + 1 are crossed. The last word of a
+    // row may read the next one's first bits, which are 0 for the edges along x.
     std::uint64_t all_crossed(std::size_t w) const {
         return x_[w] & (y_[w] >> 1 | y_[w + 1] << 63) & (z_[w] >> 1 | z_[w + 1] << 63);
     }
@@ -63,8 +63,8 @@ std::vector<std::int64_t> find_values_of_type(const LabelReader<T>& labels, cons
     tbb::parallel_for(std::int64_t{1}, bits.dims[2] + 1, [&](std::int64_t k) {
         LabelSet<T>& set = set_of_thread.local();
         for (std::int64_t j = 1; j <= bits.dims[1]; ++j) {
-            // The first sample of a label differs from those before it along every axis, since these are either
-            // samples of the map or background. So only such samples are read.
+            // The first sample of a label differs from those before it along every axis, since these are
+            // either samples of the map or background. So only such samples are read.
             const EdgesBefore edges(bits, j, k);
             const T* row = labels.row(j, k);
             for (std::size_t w = 0; w < bits.words; ++w) {
@@ -88,9 +88,8 @@ std::vector<std::int64_t> find_values_of_type(const LabelReader<T>& labels, cons
 }  // namespace
 
 std::vector<std::int64_t> find_label_values(const LabelMap& map, const BorderBits& bits) {
-    return with_sample_type(map.type, [&](auto sample) {
-        return find_values_of_type(LabelReader<decltype(sample)>(map), bits);
-    });
+    return with_sample_type(
+        map.type, [&](auto sample) { return find_values_of_type(LabelReader<decltype(sample)>(map), bits); });
 }
 
 }  // namespace marrow::internal

@@ -13,14 +13,13 @@ namespace marrow::internal {
 /// The index of a label among the values of its map, which are in ascending order.
 using LabelIndex = std::uint16_t;
 
-/// Remembers something about recent labels: one entry for each lowest byte, since most maps have few and small labels.
+/// Remembers something about recent labels: one entry for each lowest byte, since most maps have few and
+/// small labels.
 template <class T, class Entry>
 class RecentLabels {
   public:
     explicit RecentLabels(const Entry& initial) { entries_.fill(initial); }
-    Entry& entry(T label) {
-        return entries_[static_cast<std::uint8_t>(static_cast<std::int64_t>(label))];
-    }
+    Entry& entry(T label) { return entries_[static_cast<std::uint8_t>(static_cast<std::int64_t>(label))]; }
 
   private:
     std::array<Entry, 256> entries_;

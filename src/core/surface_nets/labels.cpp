@@ -28,7 +28,8 @@ using namespace internal;
 
 namespace {
 
-// Unit normals at the points of a mesh: the sum of the normals of the triangles around each, weighted by area.
+// Unit normals at the points of a mesh: the sum of the normals of the triangles around each, weighted by
+// area.
 void add_normals(Mesh& mesh) {
     // Four numbers are faster than three; the fourth is 0.
     struct alignas(16) Vector {
@@ -73,7 +74,8 @@ template <class T>
 void check_samples(const VolumeView& map) {
     if constexpr (std::is_floating_point_v<T>) {
         const T* samples = static_cast<const T*>(map.data);
-        constexpr T kLargest = sizeof(T) == 4 ? T(1 << 24) : T(std::int64_t{1} << 53);  // beyond it, not every integer exists
+        constexpr T kLargest =
+            sizeof(T) == 4 ? T(1 << 24) : T(std::int64_t{1} << 53);  // beyond it, not every integer exists
         tbb::parallel_for(
             tbb::blocked_range<std::int64_t>(0, map.geometry.sample_count(), 1 << 16),
             [&](const auto& range) {

@@ -9,8 +9,8 @@
 
 namespace marrow::internal {
 
-/// The quad of a crossed edge: the corners in the four cells around the edge, counter-clockwise seen from the edge's upper end,
-/// and the first again. The edge begins at corner 0 of the third cell.
+/// The quad of a crossed edge: the corners in the four cells around the edge, counter-clockwise seen from the
+/// edge's upper end, and the first again. The edge begins at corner 0 of the third cell.
 struct alignas(32) PendingQuad {
     std::array<std::uint32_t, 5> corners;
     std::uint32_t axis;  ///< of the edge
@@ -19,10 +19,11 @@ struct alignas(32) PendingQuad {
 /// For each axis the two others.
 inline constexpr std::array<std::array<std::size_t, 2>, 3> kOtherAxes = {{{1, 2}, {2, 0}, {0, 1}}};
 
-/// For the axis of an edge and each of the four cells around it, in the order of PendingQuad: the edges of the cell with
-/// lower numbers than this edge.
+/// For the axis of an edge and each of the four cells around it, in the order of PendingQuad: the edges of
+/// the cell with lower numbers than this edge.
 inline constexpr std::array<std::array<std::uint32_t, 4>, 3> kEdgesBefore = [] {
-    constexpr int kSteps[4][2] = {{-1, -1}, {0, -1}, {0, 0}, {-1, 0}};  // from the third cell, along the other axes
+    constexpr int kSteps[4][2] = {
+        {-1, -1}, {0, -1}, {0, 0}, {-1, 0}};  // from the third cell, along the other axes
     std::array<std::array<std::uint32_t, 4>, 3> before{};
     for (std::size_t axis = 0; axis < 3; ++axis) {
         const auto [u, v] = kOtherAxes[axis];

@@ -14,7 +14,7 @@
 
 #include "base/parallel.h"
 #include "relax.h"
-#include "stencil.h"
+#include "stencils.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace marrow::internal::HWY_NAMESPACE {
@@ -25,7 +25,8 @@ template <std::size_t kMaxNeighbours>
 HWY_INLINE void apply_stencils(std::span<const Stencil<kMaxNeighbours>> stencils, const PassTable& table,
                                const NetPoint* from, NetPoint* to) {
     const hn::CappedTag<float, 4> d;
-    constexpr float kReach = 0.45f;  // less than half a sample, so that the points of neighbouring cells stay apart
+    constexpr float kReach =
+        0.45f;  // less than half a sample, so that the points of neighbouring cells stay apart
     const auto keep = hn::Set(d, table.keep), upper = hn::Set(d, kReach), lower = hn::Set(d, -kReach);
     for (const Stencil<kMaxNeighbours>& stencil : stencils) {
         const float* const step = table.by_faces[stencil.faces].xyz;
@@ -54,83 +55,6 @@ void relax_slice(const SliceStencils& stencils, const PassTable& table, const Ne
     apply_stencils(std::span<const Stencil<6>>(stencils.more), table, from, to);
 }
 
-// Lists the stencils of points, row by row. Not vector code, but in this namespace so that it is compiled to the target's
-// population count, which finds the neighbours' ids: without it MEASURED.
-class StencilBuilder {
-  public:
-    StencilBuilder(const SurfaceNet& net, SliceStencils& stencils)
-        : net_(net), missing_(static_cast<std::uint32_t>(net.point_count())), stencils_(stencils) {}
-
-    void add_row(std::int64_t j, std::int64_t k) {
-        const BorderBits& bits = net_.bits;
-        if (!bits.has_active_cells(j, k)) return;
-        const CellRow row(bits, j, k);
-        // The rows beyond faces 2 to 5. At the ends of the map any row will do, as no edge of these faces is crossed.
-        const CellRow adjacent[4] = {
-            CellRow(bits, std::max<std::int64_t>(j - 1, 0), k), CellRow(bits, j + 1, k),
-            CellRow(bits, j, std::max<std::int64_t>(k - 1, 0)), CellRow(bits, j, k + 1)};
-        for (std::size_t w = 0; w < bits.words; ++w) {
-            if (row.active[w] == 0) continue;
-            const std::uint64_t multi_label = row.multi_label[w];
-            std::uint64_t near_multi_label = multi_label << 1 | multi_label >> 1;
-            if (w > 0) near_multi_label |= row.multi_label[w - 1] >> 63;
-            if (w + 1 < bits.words) near_multi_label |= row.multi_label[w + 1] << 63;
-            for (const CellRow& other : adjacent) near_multi_label |= other.multi_label[w];
-            std::uint32_t id = row.word(w).first;
-            for (std::uint64_t left = row.active[w]; left != 0; left &= left - 1, ++id) {
-                const std::uint64_t bit = left & -left;
-                PointsByFace points = {id - 1, id + 1};
-                for (std::size_t r = 0; r < 4; ++r) points[2 + r] = adjacent[r].word(w).id(bit - 1);
-                points[kNoFace] = missing_;
-                const unsigned faces = (multi_label & bit) != 0
-                                           ? net_.multi_label_cell(k, id).pattern->neighbours
-                                           : cases_[net_.cases[id]].neighbours;
-                if ((near_multi_label & bit) != 0) use_extra_points(k, faces, points);
-                add(id, faces, points);
-            }
-        }
-    }
-
-  private:
-    using PointsByFace = std::array<std::uint32_t, 7>;
-
-    // Of a neighbouring multi-label cell, the point on the common face may be another than its first.
-    HWY_NOINLINE void use_extra_points(std::int64_t k, unsigned faces, PointsByFace& points) const {
-        for (std::size_t f = 0; f < 6; ++f) {
-            if ((faces >> f & 1) == 0 || net_.cases[points[f]] != 0) continue;
-            const std::int64_t slice = f == 4 ? k - 1 : f == 5 ? k + 1 : k;
-            const MultiLabelCell& cell = net_.multi_label_cell(slice, points[f]);
-            // A cell whose point moves has one junction on each face, so the face belongs to one point of the neighbour.
-            const std::uint8_t point = cell.pattern->point_of_face[f ^ 1];
-            if (point != CellPattern::kNone && point > 0)
-                points[f] =
-                    static_cast<std::uint32_t>(net_.extra_point(net_.slab_of_slice(slice), cell, point));
-        }
-    }
-
-    HWY_INLINE void add(std::uint32_t id, unsigned faces, const PointsByFace& points) {
-        if (faces == 0) return;
-        const std::array<std::uint8_t, 6>& order = kFacesOfSet[faces];
-        const auto point = [&](std::size_t n) { return points[order[n]]; };
-        if (order[4] == kNoFace)
-            stencils_.up_to_four[stencils_.up_to_four_count++] = {
-                id, faces, {point(0), point(1), point(2), point(3)}};
-        else
-            stencils_.more.push_back(
-                {id, faces, {point(0), point(1), point(2), point(3), point(4), point(5)}});
-    }
-
-    const SurfaceNet& net_;
-    const std::uint32_t missing_;
-    const std::array<TwoLabelCase, 128>& cases_ = two_label_cases();
-    SliceStencils& stencils_;
-};
-
-void list_stencils(const SurfaceNet& net, std::int64_t k, SliceStencils& stencils) {
-    StencilBuilder builder(net, stencils);
-    for (std::int64_t j = 0; j < net.bits.cell_rows(); ++j) builder.add_row(j, k);
-}
-
 }  // namespace marrow::internal::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
@@ -139,7 +63,6 @@ namespace marrow::internal {
 namespace {
 
 HWY_EXPORT(relax_slice);
-HWY_EXPORT(list_stencils);
 
 // A pass that moves points by `step` times the way to the mean of their neighbours.
 PassTable make_pass_table(float step) {
@@ -157,7 +80,8 @@ PassTable make_pass_table(float step) {
     return table;
 }
 
-// Every pass reads one buffer and writes the other. Both begin with the points where cells have them, followed by a point at 0.
+// Every pass reads one buffer and writes the other. Both begin with the points where cells have them,
+// followed by a point at 0.
 using PointBuffers = std::array<Buffer<NetPoint>, 2>;
 
 PointBuffers make_point_buffers(const SurfaceNet& net) {
@@ -184,23 +108,12 @@ PointBuffers make_point_buffers(const SurfaceNet& net) {
     return buffers;
 }
 
-std::vector<SliceStencils> make_stencils(const SurfaceNet& net) {
-    const BorderBits& bits = net.bits;
-    std::vector<SliceStencils> stencils(static_cast<std::size_t>(bits.cell_slices()));
-    tbb::parallel_for(std::int64_t{0}, bits.cell_slices(), [&](std::int64_t k) {
-        SliceStencils& slice = stencils[static_cast<std::size_t>(k)];
-        slice.up_to_four.resize(bits.first_cell[bits.row(0, k + 1)] - bits.first_cell[bits.row(0, k)]);
-        HWY_DYNAMIC_DISPATCH(list_stencils)(net, k, slice);
-    });
-    return stencils;
-}
-
 // Runs some passes over all slices, several of them together.
 //
-// A pass needs the results of the pass before in the same slice and in the slices below and above. So passes need not wait
-// for each other: while pass 0 is at slice k, pass 1 can be at slice k - 1, pass 2 at slice k - 2, and all of them find
-// their points in the cache. Each thread does this in a band of slices. It cannot see the slices of the next band, so at
-// a border pass p stops p slices before it:
+// A pass needs the results of the pass before in the same slice and in the slices below and above. So passes
+// need not wait for each other: while pass 0 is at slice k, pass 1 can be at slice k - 1, pass 2 at slice k -
+// 2, and all of them find their points in the cache. Each thread does this in a band of slices. It cannot see
+// the slices of the next band, so at a border pass p stops p slices before it:
 //
 //     pass 2   a a a a . . . . b b b b     a, b: two bands, relaxed in the first step
 //     pass 1   a a a a a . . b b b b b     .:    relaxed in the second step, when both bands are done
@@ -219,8 +132,7 @@ class PassScheduler {
     // Calls relax(k, p) for each slice k and for p from 0 to passes - 1. \pre passes <= kPassesTogether
     template <class Relax>
     void run(int passes, const Relax& relax) const {
-        tbb::parallel_for(std::int64_t{0}, bands_,
-                          [&](std::int64_t band) { run_band(band, passes, relax); });
+        tbb::parallel_for(std::int64_t{0}, bands_, [&](std::int64_t band) { run_band(band, passes, relax); });
         tbb::parallel_for(std::int64_t{1}, bands_,
                           [&](std::int64_t band) { fill_gap(begin_of(band), passes, relax); });
     }
@@ -255,8 +167,8 @@ class PassScheduler {
 
 void relax(SurfaceNet& net, int passes, const Progress& progress) {
     if (passes == 0) return;
-    // Every other pass moves points away from the mean, by a little more, so that surfaces do not shrink (Taubin 1995, with
-    // a pass band of 10 %).
+    // Every other pass moves points away from the mean, by a little more, so that surfaces do not shrink
+    // (Taubin 1995, with a pass band of 10 %).
     const PassTable tables[] = {make_pass_table(0.6307f), make_pass_table(-0.6732f)};
     PointBuffers points = make_point_buffers(net);
     const std::vector<SliceStencils> stencils = make_stencils(net);

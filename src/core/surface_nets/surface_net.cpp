@@ -20,7 +20,8 @@ namespace marrow::internal::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Which corners of 64 two-label cells have another label than corner 0, bit-sliced: bit b of differs[v] is corner v of cell b.
+// Which corners of 64 two-label cells have another label than corner 0, bit-sliced: bit b of differs[v] is
+// corner v of cell b.
 struct TwoLabelCorners {
     alignas(64) std::uint64_t differs[8];
 
@@ -103,8 +104,8 @@ class CellMaker {
     }
 
   private:
-    // Where cells are active, those in the next row are likely to be active too. Of its samples, only the row at corner 6
-    // has not been read recently.
+    // Where cells are active, those in the next row are likely to be active too. Of its samples, only the row
+    // at corner 6 has not been read recently.
     HWY_INLINE void prefetch_next_row(std::size_t w) const {
         const auto next = reinterpret_cast<std::uintptr_t>(corner_rows_[6]) +
                           sizeof(T) * (64 * w + static_cast<std::size_t>(bits_.dims[0]));

@@ -1,7 +1,8 @@
 /// Finds the points of a label map's surface net, and how many points and triangles each label's mesh has.
 ///
-/// Each active cell has a point, and multi-label cells can have more. Each crossed edge has a quad between the points of the
-/// four cells around it, which belongs to the labels at both ends of the edge. Indices are those of borders.h.
+/// Each active cell has a point, and multi-label cells can have more. Each crossed edge has a quad between
+/// the points of the four cells around it, which belongs to the labels at both ends of the edge. Indices are
+/// those of borders.h.
 #pragma once
 
 #include <algorithm>
@@ -34,9 +35,10 @@ struct LabelPair {
 struct MultiLabelCell {
     const CellPattern* pattern;
     std::array<std::int32_t, 3> index;
-    std::uint32_t id;                 ///< among active cells
-    std::uint32_t first_corner;       ///< of CellPattern::corners, among the slab's extra corners
-    std::uint32_t first_extra_point;  ///< of CellPattern::positions after the first, among the slab's extra points
+    std::uint32_t id;            ///< among active cells
+    std::uint32_t first_corner;  ///< of CellPattern::corners, among the slab's extra corners
+    std::uint32_t
+        first_extra_point;  ///< of CellPattern::positions after the first, among the slab's extra points
     std::array<LabelIndex, 8> index_of_label;  ///< of CellPattern::labels
 };
 
@@ -47,18 +49,20 @@ struct SlabOfCells {
     std::vector<SurfaceCounts> counts;               ///< by label
     std::vector<std::uint64_t> half_triangles_next;  ///< by label, those that belong to the next slab
     std::vector<MultiLabelCell> multi_label_cells;
-    /// Arrays with one element for each active cell continue with the extra elements of multi-label cells, slab by slab.
+    /// Arrays with one element for each active cell continue with the extra elements of multi-label cells,
+    /// slab by slab.
     std::uint32_t extra_corners = 0, extra_points = 0;
     /// Where those of this slab begin among the extra elements.
     std::uint32_t first_extra_corner = 0, first_extra_point = 0;
 };
 
-/// A corner of the quads on both sides of a crossed edge. The corner of a two-label cell serves all edges of the cell. That
-/// of a multi-label cell refers to others instead: each of the cell's crossed edges has its own.
+/// A corner of the quads on both sides of a crossed edge. The corner of a two-label cell serves all edges of
+/// the cell. That of a multi-label cell refers to others instead: each of the cell's crossed edges has its
+/// own.
 struct QuadCorner {
     NetPoint position;  ///< in physical space
-    /// The point in the meshes of the lesser and of the greater label. For a multi-label cell: the first corner of the
-    /// cell's edges, and the set of these edges.
+    /// The point in the meshes of the lesser and of the greater label. For a multi-label cell: the first
+    /// corner of the cell's edges, and the set of these edges.
     std::array<std::uint32_t, 2> point;
     LabelPair labels;
     std::array<std::uint8_t, 4> junction;  ///< as CellPattern::Corner
@@ -72,7 +76,7 @@ struct QuadCorner {
 struct SurfaceNet {
     BorderBits bits;
     std::vector<std::int64_t> labels = {};  ///< the values of labels, in ascending order
-    Buffer<std::uint8_t> cases = {};        ///< by cell, its index in two_label_cases(); 0: a multi-label cell
+    Buffer<std::uint8_t> cases = {};  ///< by cell, its index in two_label_cases(); 0: a multi-label cell
     /// By cell, its labels; for a multi-label cell the cell's number in SlabOfCells::multi_label_cells.
     Buffer<LabelPair> label_pairs = {};
     Buffer<NetPoint> points = {};     ///< by cell its first point, then extra points; empty before relax()

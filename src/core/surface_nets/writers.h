@@ -12,7 +12,8 @@
 
 namespace marrow::internal {
 
-/// Where a label's next point is written. The background's writer has step 0: each of its points overwrites the one before.
+/// Where a label's next point is written. The background's writer has step 0: each of its points overwrites
+/// the one before.
 struct PointWriter {
     Vec3f* points;
     std::uint32_t next, step;
@@ -29,8 +30,8 @@ struct PointWriter {
 /// The points of a quad in a label's mesh.
 using Quad = std::array<std::uint32_t, 4>;
 
-/// Where a label's next triangle is written. The background's writer has step 0: each of its triangles overwrites those before.
-/// A branch instead would be mispredicted at every other border.
+/// Where a label's next triangle is written. The background's writer has step 0: each of its triangles
+/// overwrites those before. A branch instead would be mispredicted at every other border.
 struct TriangleWriter {
     Triangle* next;  ///< followed by room for two triangles
     std::size_t step;
@@ -52,11 +53,13 @@ struct TriangleWriter {
     }
 };
 
-/// Fills in the corners of a slab's cells, and writes their points to the meshes; `writers` has one for each label.
+/// Fills in the corners of a slab's cells, and writes their points to the meshes; `writers` has one for each
+/// label.
 void emit_label_points(SurfaceNet& net, const Frame& frame, std::size_t slab, PointWriter* writers);
 
-/// Writes the quads of the edges that begin in slices [begin, end) of samples; `writers` has one for each label. `mirrored`
-/// flips all triangles. \pre the corners of the cells in these slices, and in the one before them, are filled in
+/// Writes the quads of the edges that begin in slices [begin, end) of samples; `writers` has one for each
+/// label. `mirrored` flips all triangles. \pre the corners of the cells in these slices, and in the one
+/// before them, are filled in
 void emit_label_quads(const SurfaceNet& net, bool mirrored, std::int64_t begin, std::int64_t end,
                       TriangleWriter* writers);
 
