@@ -28,25 +28,27 @@ struct LabelSurface {
 
 /// Extracts one closed surface for each label of a map, in ascending order of labels.
 ///
-/// The method is a surface net: each cell that a border between labels passes through has a point, and each
-/// grid edge between two labels has a quad between the points of the four cells around it. Both labels have
-/// the quad, facing opposite ways. Relaxation moves each point towards the mean of its neighbours, but not
-/// out of its cell. So steps between samples become slopes, and neighbouring surfaces still have the same
-/// points. Lines where three labels meet are smoothed as lines.
+/// The method is a surface net. Each cell with a border between labels has a point. Each grid edge between
+/// two labels has a quad, whose corners are the points of the four cells around the edge. Both labels have
+/// this quad, facing opposite ways. Relaxation moves each point towards the mean of its neighbours, but not
+/// out of its cell: steps between samples become slopes, and neighbouring surfaces keep common points. A line
+/// where three labels meet is smoothed along the line.
 ///
-/// Each surface is manifold. A cell has several points where several separate borders pass through it. Where
-/// two parts of a label touch only at a grid edge or corner, they are separated. Where two labels cross on a
-/// face of a cell (a b / b a), the larger label is separated. Parts of one label can still have points at the
-/// same position, where each part meets two other labels.
+/// Each surface is manifold. For this, a cell with several separate borders has several points. Parts of a
+/// label that touch only at an edge or corner of the grid are separated; where two labels cross on a face of
+/// a cell (a b / b a), the parts of the larger label are. Parts of a label can still have points at the same
+/// position, where two other labels meet them.
 ///
 /// A surface does not enclose exactly the volume of its label's samples, which count_labels returns. The
 /// points begin near the middles of grid edges, which cuts off corners. Relaxation restores some volume of
 /// compact shapes, and shrinks rods and specks by up to half a sample on each side. A large organ loses a few
 /// hundredths of its volume; a structure of one or two samples can lose most of it.
 ///
-/// The result does not depend on the number of threads. Normals are the mean of the triangles' normals, by
-/// area. After Gibson 1998 (constrained elastic surface nets), and Schaefer, Ju and Warren 2007 (manifold
-/// dual contouring).
+/// A normal is the mean of the normals of the triangles around its point, weighted by area. The result does
+/// not depend on the number of threads.
+///
+/// After Gibson 1998 (constrained elastic surface nets), and Schaefer, Ju and Warren 2007 (manifold dual
+/// contouring).
 /// \throw InputError bad geometry, no samples, samples that are not integers, or more than 65535 different
 /// values; LimitError more points than triangles can name; Cancelled
 MARROW_EXPORT std::vector<LabelSurface> extract_labels(const VolumeView& map,
@@ -57,8 +59,7 @@ struct LabelCountOptions {
     Progress progress = {};  ///< called while counting
 };
 
-/// Counts the samples of each label of a map, including the background. The result maps labels to numbers of
-/// samples.
+/// Counts the samples of each label of a map, including the background.
 /// \throw InputError bad geometry, no samples, or samples that are not integers; Cancelled
 MARROW_EXPORT std::map<std::int64_t, std::int64_t> count_labels(const VolumeView& map,
                                                                 const LabelCountOptions& options = {});

@@ -99,10 +99,9 @@ HWY_INLINE hn::Vec<D> load_words(D d, const CrossedEdges& crossed, std::size_t e
     return hn::Or(hn::ShiftRight<1>(words), hn::ShiftLeft<63>(hn::LoadU(d, bits + 1)));
 }
 
-// The cells that may have more than two labels or more than one point, by their crossed edges. Such a cell
-// has a face with three or four crossed edges, or two opposite corners whose edges are all crossed. In every
-// other cell each face has two crossed edges or none; they separate the same two labels, and all crossed
-// edges are connected.
+// The multi-label cells, by the crossed edges of cells. They have a face with three or four crossed edges, or
+// two opposite corners whose edges are all crossed. In every other active cell, each face has two crossed
+// edges or none. Such edges separate the same two labels, and all crossed edges of the cell are connected.
 template <class V>
 HWY_INLINE V multi_label_cells(const V (&e)[kCellEdges]) {
     const auto three_of = [](V a, V b, V c, V d) HWY_ATTR {

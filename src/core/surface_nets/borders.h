@@ -1,12 +1,12 @@
 /// Finds the grid edges of a label map whose ends have different labels.
 ///
 /// The samples are surrounded by one layer of background, and indices (i, j, k) include this layer: sample
-/// (x, y, z) of the map has index (x + 1, y + 1, z + 1). The corners of cell (i, j, k) are the samples (i, j,
-/// k) to (i + 1, j + 1, k + 1). A grid edge has the index of its lower end.
+/// (x, y, z) of the map has index (x + 1, y + 1, z + 1). Cell (i, j, k) has samples (i, j, k) to
+/// (i + 1, j + 1, k + 1) as its corners. A grid edge has the index of its lower end.
 ///
-/// An edge is crossed where its ends have different labels. A cell is active where one of its edges is
-/// crossed. An active cell is a two-label cell if it has two labels and one point (see cell_patterns.h), and
-/// a multi-label cell otherwise.
+/// An edge is crossed if its ends have different labels. A cell is active if one of its edges is crossed. An
+/// active cell is a two-label cell if it has two labels, one point, and one junction at most on each face
+/// (see cell_patterns.h). All other active cells are multi-label cells.
 #pragma once
 
 #include <array>
@@ -64,7 +64,7 @@ struct BorderBits {
     Buffer<std::uint64_t> active;                  ///< cells with crossed edges
     Buffer<std::uint64_t> multi_label;             ///< active cells that are not two-label cells
     Buffer<std::uint32_t> cells_before;            ///< for each word, the active cells before it in its row
-    std::vector<std::uint32_t> first_cell;  ///< for each row, the active cells before it; then their number
+    std::vector<std::uint32_t> first_cell;         ///< for each row, the active cells before it; last, all
 
     explicit BorderBits(const Index3& volume_dims);
 
@@ -73,8 +73,8 @@ struct BorderBits {
     }
     std::size_t first_word(std::int64_t j, std::int64_t k) const { return row(j, k) * words; }
 
-    std::int64_t cell_rows() const { return dims[1] + 1; }    ///< in a slice
-    std::int64_t cell_slices() const { return dims[2] + 1; }  ///< in all
+    std::int64_t cell_rows() const { return dims[1] + 1; }    ///< rows of cells in a slice
+    std::int64_t cell_slices() const { return dims[2] + 1; }  ///< slices of cells
     std::size_t active_cells() const { return first_cell.back(); }
     bool has_active_cells(std::int64_t j, std::int64_t k) const {
         return first_cell[row(j, k)] != first_cell[row(j, k) + 1];
@@ -87,8 +87,8 @@ BorderBits find_borders(const LabelMap& map, const Progress& progress);
 /// \throw LimitError always
 [[noreturn]] void throw_too_many_label_points(std::uint64_t points);
 
-/// The active cells of a word. An active cell's id is its position among all active cells, in order of (k, j,
-/// i).
+/// The active cells of a word. The id of an active cell is the number of active cells before it, in order of
+/// (k, j, i).
 struct CellWord {
     std::uint64_t active;
     std::uint32_t first;
@@ -116,8 +116,7 @@ struct CellRow {
 
 /// The crossed edges of a row of cells, numbered as in case_table.h.
 struct CrossedEdges {
-    /// The bits of edge e, or for edges at the cell's upper x, the bits of the same edges by their own index
-    /// i.
+    /// The bits of edge e of the cells. For edges at the upper x of their cells, bit i + 1 belongs to cell i.
     std::array<const std::uint64_t*, kCellEdges> bits_of_edge;
 
     CrossedEdges(const BorderBits& bits, std::int64_t j, std::int64_t k) {
@@ -132,8 +131,8 @@ struct CrossedEdges {
     }
     static constexpr bool is_at_upper_x(std::size_t e) { return (kEdgeCorners[e][0] & 1) != 0; }
 
-    /// Bit b: edge e of cell 64 w + b is crossed. The last word of a row may use the next row's first bit,
-    /// which is 0: no edge along y or z is crossed there.
+    /// Bit b: edge e of cell 64 w + b is crossed. The last word of a row can include the first bit of the
+    /// next row, which is 0: no edge along y or z is crossed there.
     std::uint64_t word(std::size_t e, std::size_t w) const {
         const std::uint64_t* const bits = bits_of_edge[e] + w;
         return is_at_upper_x(e) ? bits[0] >> 1 | bits[1] << 63 : bits[0];

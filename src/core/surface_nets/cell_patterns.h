@@ -4,8 +4,8 @@
 /// crossed edges:
 ///
 ///   two or three crossed edges, or four labels   one junction connects all of them
-///   two labels, both on a diagonal (a b / b a)   the smaller label is connected: at each corner of the larger
-///                                                label, a junction connects the two edges of the corner
+///   two labels, both on a diagonal (a b / b a)   the smaller label is connected: at each corner of the
+///                                                larger label, a junction connects the corner's two edges
 ///   one label on a diagonal (a b / c a)          this label is connected: the two other corners have such
 ///                                                junctions
 ///
@@ -37,8 +37,7 @@ struct alignas(16) NetPoint {
 /// Which corners of a cell have the same label.
 struct CellCorners {
     std::array<std::uint8_t, 8> first{};  ///< for each corner, the first corner with the same label
-    /// Bit f, where face f has two labels, both on a diagonal: the label at its first corner is the smaller
-    /// one.
+    /// Bit f: face f has two labels, both on a diagonal, and that of its first corner is the smaller one.
     std::uint8_t first_is_smaller = 0;
 
     /// Labels can be of any type that can be compared and ordered.
@@ -58,7 +57,7 @@ struct CellCorners {
         }
     }
 
-    /// Different for corners with different patterns.
+    /// A number that differs where patterns differ.
     std::uint32_t key() const {
         std::uint32_t key = first_is_smaller;
         for (std::size_t v = 1; v < 8; ++v) key = key << 3 | first[v];
@@ -104,7 +103,7 @@ struct CellPattern {
     struct LabelPoint {
         std::uint8_t label, position;
     };
-    /// Both ends of each edge have a point, and again at a junction.
+    /// Each edge needs a point for both of its labels, and two more at a junction.
     static constexpr std::size_t kMaxLabelPoints = 4 * kCellEdges;
     std::vector<LabelPoint> label_points;
 
@@ -112,14 +111,15 @@ struct CellPattern {
     /// upper end, at the same position.
     struct Corner {
         std::array<std::uint8_t, 2> label, label_point;
-        /// By axis, where the cell's lower face has two junctions: the edge's junction is the corner so many
-        /// entries after this one; else 0. The fourth makes copies faster.
+        /// By axis: if the lower face along it has two junctions, the corner at the edge's junction is this
+        /// many entries after this one, else 0. The fourth number is unused and makes copies faster.
         std::array<std::uint8_t, 4> junction;
     };
     std::vector<Corner> corners;      ///< those of crossed edges by edge, then those of junctions
     std::uint16_t crossed_edges = 0;  ///< bit e: edge e
 };
 
+/// Derives the pattern of a cell. \pre not all corners have the same label
 CellPattern make_cell_pattern(const CellCorners& corners);
 
 /// Finds the patterns of cells. Each thread needs its own cache; all of them share the patterns.
@@ -143,7 +143,7 @@ struct TwoLabelCase {
     std::uint8_t neighbours = 0;
 };
 
-/// Two-label cells; bit v - 1 of the index: corner v has another label than corner 0.
+/// The cases of two-label cells. Bit v - 1 of the index: corner v has another label than corner 0.
 const std::array<TwoLabelCase, 128>& two_label_cases();
 
 }  // namespace marrow::internal

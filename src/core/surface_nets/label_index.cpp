@@ -63,8 +63,9 @@ std::vector<std::int64_t> find_values_of_type(const LabelReader<T>& labels, cons
     tbb::parallel_for(std::int64_t{1}, bits.dims[2] + 1, [&](std::int64_t k) {
         LabelSet<T>& set = set_of_thread.local();
         for (std::int64_t j = 1; j <= bits.dims[1]; ++j) {
-            // The first sample of a label differs from those before it along every axis, since these are
-            // either samples of the map or background. So only such samples are read.
+            // The first sample of a label, in memory order, differs from the samples before it along every
+            // axis: they come earlier or are background, which is in the set already. So only samples at
+            // which all three edges are crossed can add a label.
             const EdgesBefore edges(bits, j, k);
             const T* row = labels.row(j, k);
             for (std::size_t w = 0; w < bits.words; ++w) {

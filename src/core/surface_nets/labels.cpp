@@ -33,7 +33,7 @@ namespace {
 void add_normals(Mesh& mesh) {
     // Four numbers are faster than three; the fourth is 0.
     struct alignas(16) Vector {
-        float xyz[4];
+        float values[4];
     };
     const std::size_t count = mesh.points.size();
     Buffer<Vector> points(count), sums(count);
@@ -42,25 +42,26 @@ void add_normals(Mesh& mesh) {
         points[p] = {{point[0], point[1], point[2], 0}};
         sums[p] = {};
     }
+    // The components of normals are in the order z, x, y, 0: value i follows from values i and i + 1 of both
+    // edges. So the compiler makes vector code of these loops.
+    constexpr std::size_t kNext[] = {1, 2, 0, 3};
     for (const Triangle& t : mesh.triangles) {
         const Vector &a = points[t[0]], &b = points[t[1]], &c = points[t[2]];
         Vector u, v, normal;
-        for (std::size_t i = 0; i < 4; ++i) u.xyz[i] = b.xyz[i] - a.xyz[i];
-        for (std::size_t i = 0; i < 4; ++i) v.xyz[i] = c.xyz[i] - a.xyz[i];
-        constexpr std::size_t kNext[] = {1, 2, 0, 3};
+        for (std::size_t i = 0; i < 4; ++i) u.values[i] = b.values[i] - a.values[i];
+        for (std::size_t i = 0; i < 4; ++i) v.values[i] = c.values[i] - a.values[i];
         for (std::size_t i = 0; i < 4; ++i)
-            normal.xyz[i] = u.xyz[i] * v.xyz[kNext[i]] - u.xyz[kNext[i]] * v.xyz[i];
+            normal.values[i] = u.values[i] * v.values[kNext[i]] - u.values[kNext[i]] * v.values[i];
         for (const std::uint32_t p : t) {
-            for (std::size_t i = 0; i < 4; ++i) sums[p].xyz[i] += normal.xyz[i];
+            for (std::size_t i = 0; i < 4; ++i) sums[p].values[i] += normal.values[i];
         }
     }
     mesh.normals.resize(count);
     for (std::size_t p = 0; p < count; ++p) {
-        const auto [z, x, y, w] = sums[p].xyz;
-        const float n[] = {x, y, z};
-        const float length = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+        const auto [z, x, y, unused] = sums[p].values;
+        const float length = std::sqrt(x * x + y * y + z * z);
         // Where the triangles cancel each other, any direction will do.
-        mesh.normals[p] = length > 0 ? Vec3f{n[0] / length, n[1] / length, n[2] / length} : Vec3f{0, 0, 1};
+        mesh.normals[p] = length > 0 ? Vec3f{x / length, y / length, z / length} : Vec3f{0, 0, 1};
     }
 }
 

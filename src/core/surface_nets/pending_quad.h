@@ -22,8 +22,8 @@ inline constexpr std::array<std::array<std::size_t, 2>, 3> kOtherAxes = {{{1, 2}
 /// For the axis of an edge and each of the four cells around it, in the order of PendingQuad: the edges of
 /// the cell with lower numbers than this edge.
 inline constexpr std::array<std::array<std::uint32_t, 4>, 3> kEdgesBefore = [] {
-    constexpr int kSteps[4][2] = {
-        {-1, -1}, {0, -1}, {0, 0}, {-1, 0}};  // from the third cell, along the other axes
+    // The steps from the third cell to each cell, along the other axes.
+    constexpr int kSteps[4][2] = {{-1, -1}, {0, -1}, {0, 0}, {-1, 0}};
     std::array<std::array<std::uint32_t, 4>, 3> before{};
     for (std::size_t axis = 0; axis < 3; ++axis) {
         const auto [u, v] = kOtherAxes[axis];

@@ -21,19 +21,19 @@ namespace marrow::internal::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
+// Moves the points of some stencils as PassTable says.
 template <std::size_t kMaxNeighbours>
 HWY_INLINE void apply_stencils(std::span<const Stencil<kMaxNeighbours>> stencils, const PassTable& table,
                                const NetPoint* from, NetPoint* to) {
     const hn::CappedTag<float, 4> d;
-    constexpr float kReach =
-        0.45f;  // less than half a sample, so that the points of neighbouring cells stay apart
+    constexpr float kReach = 0.45f;  // below 1/2, so that the points of neighbouring cells stay apart
     const auto keep = hn::Set(d, table.keep), upper = hn::Set(d, kReach), lower = hn::Set(d, -kReach);
     for (const Stencil<kMaxNeighbours>& stencil : stencils) {
         const float* const step = table.by_faces[stencil.faces].xyz;
 #if HWY_TARGET == HWY_SCALAR
         const auto factor = hn::Set(d, step[3]);
 #else
-        // Loads take most of the time, so the vector that is needed anyway provides the factor.
+        // Loads take most of the time. The vector of the step is needed anyway, and has the factor.
         const auto factor = hn::Broadcast<3>(hn::Load(d, step));
 #endif
         for (std::size_t i = 0; i < 4; i += hn::Lanes(d)) {
@@ -80,8 +80,8 @@ PassTable make_pass_table(float step) {
     return table;
 }
 
-// Every pass reads one buffer and writes the other. Both begin with the points where cells have them,
-// followed by a point at 0.
+// Every pass reads one buffer and writes the other. Both begin with the positions before relaxation, and end
+// with the point at 0 for missing neighbours.
 using PointBuffers = std::array<Buffer<NetPoint>, 2>;
 
 PointBuffers make_point_buffers(const SurfaceNet& net) {
@@ -110,13 +110,13 @@ PointBuffers make_point_buffers(const SurfaceNet& net) {
 
 // Runs some passes over all slices, several of them together.
 //
-// A pass needs the results of the pass before in the same slice and in the slices below and above. So passes
-// need not wait for each other: while pass 0 is at slice k, pass 1 can be at slice k - 1, pass 2 at slice k -
-// 2, and all of them find their points in the cache. Each thread does this in a band of slices. It cannot see
-// the slices of the next band, so at a border pass p stops p slices before it:
+// In each slice, a pass needs what the previous pass made of this slice and of those below and above it. So a
+// pass can follow one slice after the previous one, while all of these are in the cache. Each thread does
+// this in a band of slices. Pass p stops p slices before the border of the band, since it would need slices
+// of the next band. The gaps that remain are filled when all bands are done:
 //
-//     pass 2   a a a a . . . . b b b b     a, b: two bands, relaxed in the first step
-//     pass 1   a a a a a . . b b b b b     .:    relaxed in the second step, when both bands are done
+//     pass 2   a a a a . . . . b b b b     a, b: two bands
+//     pass 1   a a a a a . . b b b b b     .: the gap between them
 //     pass 0   a a a a a a b b b b b b
 //     slice    0 1 2 3 4 5 6 7 8 9 ...
 class PassScheduler {

@@ -12,8 +12,7 @@
 
 namespace marrow::internal {
 
-/// A point that moves, and its neighbours. Missing ones are replaced by the point after all others, which
-/// stays at 0.
+/// A point that moves, and its neighbours. A point after all others, which stays at 0, replaces missing ones.
 template <std::size_t kMaxNeighbours>
 struct Stencil {
     std::uint32_t point, faces;  ///< faces as CellPattern::neighbours
@@ -27,13 +26,14 @@ struct SliceStencils {
     Buffer<Stencil<6>> more;
 };
 
-/// How one pass moves points, by the faces of their stencils. Positions are relative to cells, so the steps
-/// between cells count.
+/// The numbers of one pass. A point moves to
+///
+///     keep * (its position) + factor * (sum of its neighbours' positions) + step
+///
+/// where the step makes up for positions that are relative to different cells.
 struct PassTable {
-    float keep;  ///< factor of a point's own position
-    /// The first three: the sum of the steps to the neighbours' cells, times the fourth. The fourth: the
-    /// factor of the sum of the neighbours' positions.
-    std::array<NetPoint, 64> by_faces;
+    float keep;
+    std::array<NetPoint, 64> by_faces;  ///< by Stencil::faces, the step; its fourth number is the factor
 };
 
 /// Lists the stencils of each slice of cells.

@@ -32,13 +32,14 @@ struct LabelPair {
     std::uint32_t number() const { return lower | std::uint32_t{upper} << 16; }
 };
 
+/// A multi-label cell. The extra corners and points of a slab are described at SlabOfCells.
 struct MultiLabelCell {
     const CellPattern* pattern;
     std::array<std::int32_t, 3> index;
     std::uint32_t id;            ///< among active cells
-    std::uint32_t first_corner;  ///< of CellPattern::corners, among the slab's extra corners
+    std::uint32_t first_corner;  ///< where its corners begin among the slab's extra corners
     std::uint32_t
-        first_extra_point;  ///< of CellPattern::positions after the first, among the slab's extra points
+        first_extra_point;  ///< where its points after the first begin among the slab's extra points
     std::array<LabelIndex, 8> index_of_label;  ///< of CellPattern::labels
 };
 
@@ -49,16 +50,15 @@ struct SlabOfCells {
     std::vector<SurfaceCounts> counts;               ///< by label
     std::vector<std::uint64_t> half_triangles_next;  ///< by label, those that belong to the next slab
     std::vector<MultiLabelCell> multi_label_cells;
-    /// Arrays with one element for each active cell continue with the extra elements of multi-label cells,
-    /// slab by slab.
+    /// Points and corners of the net begin with one for each active cell. The extra ones of multi-label cells
+    /// follow, slab by slab: how many this slab has.
     std::uint32_t extra_corners = 0, extra_points = 0;
-    /// Where those of this slab begin among the extra elements.
+    /// Where this slab's begin among the extra ones of the net.
     std::uint32_t first_extra_corner = 0, first_extra_point = 0;
 };
 
-/// A corner of the quads on both sides of a crossed edge. The corner of a two-label cell serves all edges of
-/// the cell. That of a multi-label cell refers to others instead: each of the cell's crossed edges has its
-/// own.
+/// A corner of the quads on both sides of a crossed edge. A two-label cell has one corner for all of its
+/// edges. In a multi-label cell each crossed edge has its own corner, and the cell's corner refers to them.
 struct QuadCorner {
     NetPoint position;  ///< in physical space
     /// The point in the meshes of the lesser and of the greater label. For a multi-label cell: the first
@@ -72,15 +72,15 @@ struct QuadCorner {
     std::uint32_t crossed_edges() const { return point[1]; }
 };
 
-/// Cells are active ones, in order of (k, j, i).
+/// A surface net. Its cells are the active ones, in order of (k, j, i).
 struct SurfaceNet {
     BorderBits bits;
     std::vector<std::int64_t> labels = {};  ///< the values of labels, in ascending order
-    Buffer<std::uint8_t> cases = {};  ///< by cell, its index in two_label_cases(); 0: a multi-label cell
-    /// By cell, its labels; for a multi-label cell the cell's number in SlabOfCells::multi_label_cells.
+    Buffer<std::uint8_t> cases = {};        ///< by cell: index in two_label_cases(); 0: multi-label cell
+    /// By cell: its labels. For a multi-label cell: its number in SlabOfCells::multi_label_cells.
     Buffer<LabelPair> label_pairs = {};
-    Buffer<NetPoint> points = {};     ///< by cell its first point, then extra points; empty before relax()
-    Buffer<QuadCorner> corners = {};  ///< by cell, then extra corners; empty before make_label_meshes()
+    Buffer<NetPoint> points = {};     ///< by cell, then extra points; filled in by relax()
+    Buffer<QuadCorner> corners = {};  ///< by cell, then extra corners; filled in by make_label_meshes()
     std::vector<SlabOfCells> slabs = {};
 
     std::size_t cell_count() const { return label_pairs.size(); }

@@ -33,7 +33,7 @@ using Quad = std::array<std::uint32_t, 4>;
 /// Where a label's next triangle is written. The background's writer has step 0: each of its triangles
 /// overwrites those before. A branch instead would be mispredicted at every other border.
 struct TriangleWriter {
-    Triangle* next;  ///< followed by room for two triangles
+    Triangle* next;  ///< with room for two triangles
     std::size_t step;
 
     void write(const Triangle& triangle) {
