@@ -153,7 +153,7 @@ void extract_label_map(const Settings& settings, const Console& console, Voice& 
             filter_scan(map, settings.steps, settings.threads, progress);
         });
     std::vector<std::string> warnings = info.warnings;
-    const Counts counts = count_labels(map, settings.threads);
+    const Counts counts = count_labels(map, {.threads = settings.threads});
     Labels labels = labels_of(counts, table);
     if (labels.empty()) throw EmptySurface("there is nothing but background, so there is no surface");
     choose(settings.only, labels);
