@@ -40,11 +40,16 @@ function(marrow_library name export_name)
   endif()
 endfunction()
 
-# marrow_program(TARGET NAME): an executable that is called NAME and is installed.
+# marrow_program(TARGET NAME [COMPONENT component]): an executable that is called NAME and is installed with a component,
+# which is `program` by default.
 function(marrow_program target name)
+  cmake_parse_arguments(PARSE_ARGV 2 arg "" "COMPONENT" "")
+  if(NOT arg_COMPONENT)
+    set(arg_COMPONENT program)
+  endif()
   marrow_target(${target})
   set_target_properties(${target} PROPERTIES OUTPUT_NAME ${name})
   if(MARROW_INSTALL)
-    install(TARGETS ${target} COMPONENT program)
+    install(TARGETS ${target} COMPONENT ${arg_COMPONENT})
   endif()
 endfunction()

@@ -1,5 +1,5 @@
-// Drives the viewer as a person would and takes the pictures of docs/viewer.md.
-// usage: viewer_pictures SCAN FOLDER      (SCAN: the head CT that scripts/demo unpacks)
+// Drives the viewer like a user and takes the screenshots of docs/viewer.md.
+// usage: viewer_screenshots SCAN FOLDER      (SCAN: the head CT that scripts/demo unpacks)
 #include <cstdio>
 #include <stdexcept>
 
@@ -33,7 +33,7 @@ class Photographer {
                 return !window_.busy() && window_.surfaces().settled() && !window_.surface_view()->stale();
             },
             kPatience);
-        if (!done) throw std::runtime_error("the viewer does not come to rest");
+        if (!done) throw std::runtime_error("the viewer does not become idle");
         QTest::qWait(200);
     }
 
@@ -42,8 +42,8 @@ class Photographer {
         QTest::keyClick(&window_, key, modifiers);
     }
 
-    void click(QWidget* widget, const QPointF& place) {
-        QTest::mouseClick(widget, Qt::LeftButton, Qt::NoModifier, place.toPoint());
+    void click(QWidget* widget, const QPointF& point) {
+        QTest::mouseClick(widget, Qt::LeftButton, Qt::NoModifier, point.toPoint());
     }
 
     void drag(QWidget* widget, QPoint from, QPoint to, Qt::MouseButton button = Qt::LeftButton) {
@@ -56,7 +56,7 @@ class Photographer {
         QTest::mouseRelease(widget, button, Qt::NoModifier, to);
     }
 
-    /// The window, with a dialog over it where one is given.
+    /// Saves the window, and above it the dialog if there is one.
     void take(const QString& name, QWidget* dialog = nullptr) {
         settle();
         window_.statusBar()->clearMessage();
@@ -89,13 +89,14 @@ void take_all(viewer::MainWindow& window, const char* scan, const QString& folde
 
     window.findChild<QCheckBox*>("largest")->click();
     camera.key(Qt::Key_R);
-    camera.click(window.slice_view(Plane::axial), window.slice_view(Plane::axial)->place_of({139, 150, 30}));
+    camera.click(window.slice_view(Plane::axial),
+                 window.slice_view(Plane::axial)->widget_point({139, 150, 30}));
     camera.click(window.slice_view(Plane::coronal),
-                 window.slice_view(Plane::coronal)->place_of({139, 150, 34}));
+                 window.slice_view(Plane::coronal)->widget_point({139, 150, 34}));
     camera.key(Qt::Key_X);
     camera.take("window");
 
-    // Bone in translucent skin, cut open.
+    // Bone in translucent skin, then a cut.
     session.add_surface("skin", -300, QColor::fromRgbF(0.93, 0.72, 0.60), 0.22);
     session.apply_preset("skin");
     camera.settle();
@@ -104,7 +105,7 @@ void take_all(viewer::MainWindow& window, const char* scan, const QString& folde
 
     session.select_surface(session.parameters().surfaces[0].id);
     camera.click(window.slice_view(Plane::coronal),
-                 window.slice_view(Plane::coronal)->place_of({124, 150, 34}));
+                 window.slice_view(Plane::coronal)->widget_point({124, 150, 34}));
     camera.key(Qt::Key_C);
     camera.key(Qt::Key_C);
     camera.key(Qt::Key_C);
@@ -122,15 +123,15 @@ void take_all(viewer::MainWindow& window, const char* scan, const QString& folde
     for (const double x : {0.38, 0.62}) camera.click(view, QPointF(x * area.width(), 0.56 * area.height()));
     viewer::SliceView* axial = window.slice_view(Plane::axial);
     camera.key(Qt::Key_N);
-    camera.click(axial, axial->place_of({124, 128, 60}));
+    camera.click(axial, axial->widget_point({124, 128, 60}));
     camera.key(Qt::Key_D);
     viewer::SliceView* coronal = window.slice_view(Plane::coronal);
     const double k = session.crosshair()[2];
-    camera.click(axial, axial->place_of({69, 128, k}));
-    camera.click(axial, axial->place_of({180, 128, k}));
+    camera.click(axial, axial->widget_point({69, 128, k}));
+    camera.click(axial, axial->widget_point({180, 128, k}));
     camera.key(Qt::Key_A);
     for (const Vec3d& p : {Vec3d{80, 128, 60}, Vec3d{124, 128, 95}, Vec3d{170, 128, 60}})
-        camera.click(coronal, coronal->place_of(p));
+        camera.click(coronal, coronal->widget_point(p));
     camera.key(Qt::Key_N);
     camera.take("measure");
     for (int i = 0; i < 3; ++i) camera.key(Qt::Key_Z, Qt::ControlModifier);
@@ -148,16 +149,16 @@ void take_all(viewer::MainWindow& window, const char* scan, const QString& folde
     camera.key(Qt::Key_R);
     camera.key(Qt::Key_K);
     wheel(-4);
-    camera.click(axial, axial->place_of({124, 128, 60}));
-    camera.drag(coronal, coronal->place_of({60, 128, -0.5}).toPoint(),
-                coronal->place_of({60, 128, 44.5}).toPoint());
-    camera.drag(axial, axial->place_of({255.5, 60, 60}).toPoint(),
-                axial->place_of({139.5, 60, 60}).toPoint());
+    camera.click(axial, axial->widget_point({124, 128, 60}));
+    camera.drag(coronal, coronal->widget_point({60, 128, -0.5}).toPoint(),
+                coronal->widget_point({60, 128, 44.5}).toPoint());
+    camera.drag(axial, axial->widget_point({255.5, 60, 60}).toPoint(),
+                axial->widget_point({139.5, 60, 60}).toPoint());
     camera.take("crop");
     camera.key(Qt::Key_N);
     window.findChild<QAction*>("whole_scan")->trigger();
 
-    // Wireframe, near.
+    // Edges from close by.
     camera.key(Qt::Key_R);
     camera.key(Qt::Key_W);
     wheel(9);
@@ -177,7 +178,7 @@ void take_all(viewer::MainWindow& window, const char* scan, const QString& folde
 
 int main(int argc, char** argv) {
     if (argc != 3) {
-        std::fprintf(stderr, "usage: viewer_pictures SCAN FOLDER\n");
+        std::fprintf(stderr, "usage: viewer_screenshots SCAN FOLDER\n");
         return 2;
     }
     QTemporaryDir settings;
@@ -187,7 +188,7 @@ int main(int argc, char** argv) {
     QSurfaceFormat::setDefaultFormat(format);
     vtkObject::GlobalWarningDisplayOff();
     QApplication application(argc, argv);
-    QApplication::setOrganizationName("marrow-pictures");
+    QApplication::setOrganizationName("marrow-screenshots");
     viewer::apply_theme(application);
     QDir().mkpath(argv[2]);
     viewer::MainWindow window;
@@ -198,7 +199,7 @@ int main(int argc, char** argv) {
         window.grab().save(QDir(argv[2]).filePath("welcome.png"));
         take_all(window, argv[1], argv[2]);
     } catch (const std::exception& error) {
-        std::fprintf(stderr, "viewer_pictures: %s\n", error.what());
+        std::fprintf(stderr, "viewer_screenshots: %s\n", error.what());
         return 1;
     }
     return 0;
