@@ -38,7 +38,8 @@ Contender marrow_contender(const VolumeView& volume, double isovalue, int thread
             }};
 }
 
-// Uses an extractor that already knows the block ranges of the volume, and alternates between two isovalues 4 % apart.
+// Uses an extractor that already knows the block ranges of the volume, and alternates between two isovalues 4
+// % apart.
 Contender next_contender(const VolumeView& volume, double isovalue, int threads) {
     auto extractor = std::make_shared<IsosurfaceExtractor>(volume, IsosurfaceOptions{.threads = threads});
     extractor->extract(isovalue);

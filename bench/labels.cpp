@@ -1,4 +1,5 @@
-// marrow-bench-labels: compares extracting all labels in one pass with one extraction per label, in one process.
+// marrow-bench-labels: compares extracting all labels in one pass with one extraction per label, in one
+// process.
 #include <fmt/core.h>
 #include <tbb/global_control.h>
 #include <tbb/parallel_for.h>

@@ -41,8 +41,9 @@ struct Row {
     double ratio_to_flying_edges, limit_fraction;
 };
 
-// Runs every contender once per round, so that a temporary slowdown of the machine affects them all. The order rotates,
-// because a contender can affect the next one, for instance by the memory that it returns to the system.
+// Runs every contender once per round, so that a temporary slowdown of the machine affects them all. The
+// order rotates, because a contender can affect the next one, for instance by the memory that it returns to
+// the system.
 std::vector<Row> measure_case(const Case& c, const Settings& settings, int threads,
                               const Bandwidth& bandwidth) {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,

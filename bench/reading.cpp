@@ -1,4 +1,5 @@
-// marrow-bench-reading: times reading a folder of DICOM slices with Marrow and, if installed, with ITK, interleaved.
+// marrow-bench-reading: times reading a folder of DICOM slices with Marrow and, if installed, with ITK,
+// interleaved.
 // usage: marrow-bench-reading FOLDER [ROUNDS]
 #include <algorithm>
 #include <chrono>

@@ -1,5 +1,5 @@
-// marrow-bench-scaling: shows how the time grows with the samples N and the active cells M, as a table and as a plot with
-// the fit a N + b M log2 N.
+// marrow-bench-scaling: shows how the time grows with the samples N and the active cells M, as a table and as
+// a plot with the fit a N + b M log2 N.
 // usage: marrow-bench-scaling OUT.svg RUN.json...      (RUN.json: output of marrow-bench --json)
 #include <fmt/format.h>
 

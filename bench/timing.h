@@ -37,8 +37,8 @@ struct Method {
     std::function<std::size_t()> work;  ///< returns the number of triangles
 };
 
-/// Runs every method once per round, so that a temporary slowdown of the machine affects them all. Prints the medians of
-/// wall and processor time, and their ratios to those of the first method.
+/// Runs every method once per round, so that a temporary slowdown of the machine affects them all. Prints the
+/// medians of wall and processor time, and their ratios to those of the first method.
 inline void compare(std::span<const Method> methods, int rounds) {
     struct Times {
         std::vector<double> wall, processor;

@@ -30,7 +30,8 @@ struct Hash {
     }
 };
 
-// Merges points at the same position. Triangles that lose their area, because a sample equals the isovalue, are dropped.
+// Merges points at the same position. Triangles that lose their area, because a sample equals the isovalue,
+// are dropped.
 Mesh weld(const Mesh& soup) {
     Mesh mesh;
     std::unordered_map<PositionBits, std::uint32_t, Hash> index;

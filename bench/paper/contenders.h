@@ -16,8 +16,8 @@ struct Contender {
     std::function<Mesh(double& milliseconds)> run;
 };
 
-/// The first contender is the paper's marching cubes. Then follow a variant that only shares points, VTK, and Marrow. The
-/// volume must outlive them. None uses more threads than the caller allows.
+/// The first contender is the paper's marching cubes. Then follow a variant that only shares points, VTK, and
+/// Marrow. The volume must outlive them. None uses more threads than the caller allows.
 std::vector<Contender> make_contenders(const VolumeView& volume, double isovalue);
 
 }  // namespace marrow::paper

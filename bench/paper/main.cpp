@@ -1,4 +1,5 @@
-// marrow-paper: repeats Table 1 of Visutsak 2020 with other models and contenders, and draws images like its Figure 13.
+// marrow-paper: repeats Table 1 of Visutsak 2020 with other models and contenders, and draws images like its
+// Figure 13.
 #include <fmt/format.h>
 
 #include <tbb/global_control.h>

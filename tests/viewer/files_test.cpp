@@ -54,7 +54,8 @@ TEST_F(BallViewer, ExportsTheSameFilesAsTheShownCommandLine) {
     EXPECT_EQ(session().current()->isovalue, 225.5);
     EXPECT_NE(window->command().indexOf("--type bone"), -1);
     compare(".stl", "bone");
-    // With a crop box, otsu would mean the isovalue of the cropped samples, so the command line has the number.
+    // With a crop box, otsu would mean the isovalue of the cropped samples, so the command line has the
+    // number.
     session().move_crop_side({0, true}, 30);
     session().move_crop_side({2, false}, 6);
     session().set_isovalue(*session().scan()->otsu);

@@ -80,7 +80,8 @@ TEST(SliceContour, MeetsTheSurface) {
     }
 }
 
-// Lines from the samples and from the mesh agree on all slices, inside and at the border of a box, closed or open.
+// Lines from the samples and from the mesh agree on all slices, inside and at the border of a box, closed or
+// open.
 TEST(SliceContour, IsWhereTheMeshMeetsTheSlice) {
     for (const Mat3d& direction : {kStraight, kSagittal}) {
         const auto scan = noise({9, 8, 7}, direction, 6);

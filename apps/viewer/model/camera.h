@@ -12,7 +12,8 @@ namespace marrow::viewer {
 /// The side from which the patient is seen.
 enum class Side { anterior, posterior, left, right, superior, inferior };
 
-/// The direction from the patient to the viewer, and the direction that is up on the screen. Unit vectors, LPS.
+/// The direction from the patient to the viewer, and the direction that is up on the screen. Unit vectors,
+/// LPS.
 struct Viewpoint {
     Vec3d towards_viewer, up;
 };
@@ -24,14 +25,15 @@ Viewpoint front_left_viewpoint();
 /// Calls the given function with each position, LPS mm.
 using Points = std::function<void(const std::function<void(const Vec3d&)>&)>;
 
-/// Moves the camera as close as possible so that all points fit into an image with this width-to-height ratio. Does
-/// nothing without points.
+/// Moves the camera as close as possible so that all points fit into an image with this width-to-height
+/// ratio. Does nothing without points.
 void fit_camera(vtkCamera* camera, const Viewpoint& viewpoint, double aspect, const Points& points);
 
 /// Rotates the camera about the patient's long axis, as on a turntable.
 void turn_camera(vtkCamera* camera, double degrees);
 
-/// The point on the line start + t * step that is nearest to the ray, as t; nothing if the two are nearly parallel.
+/// The point on the line start + t * step that is nearest to the ray, as t; nothing if the two are nearly
+/// parallel.
 std::optional<double> nearest_on_line(const Vec3d& start, const Vec3d& step, const Ray& ray);
 
 }  // namespace marrow::viewer

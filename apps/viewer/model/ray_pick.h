@@ -27,8 +27,8 @@ struct HalfSpace {
     double height(const Vec3d& p) const { return dot(p - point, normal); }
 };
 
-/// The smallest t >= 0 at which the ray meets the mesh, within `visible` if given. It tests every triangle: about 10 ms
-/// for a million, which is less than building a search tree for every isovalue.
+/// The smallest t >= 0 at which the ray meets the mesh, within `visible` if given. It tests every triangle:
+/// about 10 ms for a million, which is less than building a search tree for every isovalue.
 std::optional<double> first_hit(const Mesh& mesh, const Ray& ray, const std::optional<HalfSpace>& visible);
 
 }  // namespace marrow::viewer

@@ -58,7 +58,8 @@ struct CropSide {
     bool upper = false;    ///< the side with the highest index
 };
 
-/// The position of a side on its index axis: half a sample beyond the outer samples, where closed surfaces end.
+/// The position of a side on its index axis: half a sample beyond the outer samples, where closed surfaces
+/// end.
 inline double border_of(const SampleBox& box, const CropSide& side) {
     return side.upper ? static_cast<double>(box.last[side.axis]) + 0.5
                       : static_cast<double>(box.first[side.axis]) - 0.5;
@@ -101,8 +102,8 @@ class Session : public QObject {
     const Parameters& parameters() const { return parameters_; }
     /// The surface whose isovalue the histogram moves; null without a scan.
     const SurfaceParameters* current() const { return parameters_.find(parameters_.current); }
-    /// Changes parameters as one step of undo. Successive changes with the same nonempty `merge_key` form one step, until
-    /// end_step(): one undo reverts an entire drag.
+    /// Changes parameters as one step of undo. Successive changes with the same nonempty `merge_key` form one
+    /// step, until end_step(): one undo reverts an entire drag.
     void change(const QString& text, const QString& merge_key, const std::function<void(Parameters&)>& edit);
     void end_step() { ++step_; }
     QUndoStack& undo_stack() { return undo_; }
@@ -117,8 +118,8 @@ class Session : public QObject {
     /// The crop box, or the entire scan without one.
     SampleBox crop() const;
     SampleBox whole_scan() const;
-    /// Moves a side of the crop box so that `sample` is its outer sample. It stays inside the scan and at least one sample
-    /// from the opposite side. Successive moves form one step of undo, until end_step().
+    /// Moves a side of the crop box so that `sample` is its outer sample. It stays inside the scan and at
+    /// least one sample from the opposite side. Successive moves form one step of undo, until end_step().
     void move_crop_side(const CropSide& side, double sample);
 
     /// The index of the crosshair, which may be fractional; always inside the scan.

@@ -23,7 +23,8 @@ constexpr std::int64_t kPreviewSamples = 1500000;  // few enough for an extracti
 
 }  // namespace
 
-/// The samples of the surfaces and their extractor. Except for its const members, only the extracting thread uses it.
+/// The samples of the surfaces and their extractor. Except for its const members, only the extracting thread
+/// uses it.
 struct Surfaces::Source {
     const std::shared_ptr<const Scan> scan;
     const std::optional<SampleBox> box;  // none: the entire scan

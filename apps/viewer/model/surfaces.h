@@ -28,8 +28,8 @@ struct Shape {
     std::optional<MeshMeasures> measures;   ///< set later
 };
 
-/// Keeps the shapes up to date with the session. While parameters change, each surface gets previews; after a short
-/// pause, it is extracted in full resolution.
+/// Keeps the shapes up to date with the session. While parameters change, each surface gets previews; after a
+/// short pause, it is extracted in full resolution.
 class Surfaces : public QObject {
     Q_OBJECT
   public:

@@ -10,18 +10,24 @@
 #include <optional>
 #include <thread>
 
+#include <marrow/error.h>
 #include <marrow/progress.h>
 
 namespace marrow::viewer {
 
+/// Calls `progress` if there is one. \throw Cancelled if it returns false
+inline void report(const Progress& progress, double fraction) {
+    if (progress && !progress(fraction)) throw Cancelled();
+}
+
 /// Runs one job at a time, the most urgent first.
 ///
-/// A new job replaces a waiting job with the same key. A running job with this key continues, so that results appear
-/// even if requests arrive faster than they are done; forget() stops it. Only a more urgent job interrupts the running
-/// one, which restarts later unless a newer job has taken its key.
+/// A new job replaces a waiting job with the same key. A running job with this key continues, so that results
+/// appear even if requests arrive faster than they are done; forget() stops it. Only a more urgent job
+/// interrupts the running one, which restarts later unless a newer job has taken its key.
 ///
-/// A job reports to the Progress that it receives, which throws Cancelled to interrupt it. It must catch all other
-/// errors itself.
+/// A job reports to the Progress that it receives, which throws Cancelled to interrupt it. It must catch all
+/// other errors itself.
 class Worker {
   public:
     struct Key {

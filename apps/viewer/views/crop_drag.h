@@ -22,8 +22,8 @@ class CropDrag {
     CropDrag(Session& session, Surfaces& surfaces, Projection projection)
         : session_(session), surfaces_(surfaces), projection_(std::move(projection)) {}
 
-    /// Moves a side of the crop box from a press on its handle to the release. Returns whether the event was part of
-    /// such a drag.
+    /// Moves a side of the crop box from a press on its handle to the release. Returns whether the event was
+    /// part of such a drag.
     bool handle_event(const QMouseEvent& mouse);
 
   private:

@@ -1,4 +1,5 @@
-/// The parts of the 3D scene other than the surfaces: cut face, crosshair, crop box, marks and orientation cube.
+/// The parts of the 3D scene other than the surfaces: cut face, crosshair, crop box, marks and orientation
+/// cube.
 #pragma once
 
 #include <array>
@@ -59,8 +60,8 @@ class Crosshair {
     bool visible_ = true, has_position_ = false;
 };
 
-/// The outline of the crop box with a handle on each side. Like closed surfaces, it extends half a sample beyond the
-/// outer samples.
+/// The outline of the crop box with a handle on each side. Like closed surfaces, it extends half a sample
+/// beyond the outer samples.
 class CropBox {
   public:
     CropBox();

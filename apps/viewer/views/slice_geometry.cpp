@@ -208,8 +208,8 @@ QVector<QLineF> slice_mesh(const Mesh& mesh, const Geometry& geometry, const Sam
             slope[0] * p[0] + slope[1] * p[1] + slope[2] * p[2] + zero[axis] - static_cast<double>(through);
         heights[i] = std::abs(height) < kRounding ? 0 : static_cast<float>(height);
     }
-    // Points in the slice count as being on its outer side. Each edge in the slice is then found once, from the triangle on
-    // its inner side, even at the border of an open mesh.
+    // Points in the slice count as being on its outer side. Each edge in the slice is then found once, from
+    // the triangle on its inner side, even at the border of an open mesh.
     const bool zero_is_above = 2 * through >= box.first[axis] + box.last[axis];
     const auto above = [&](std::uint32_t point) {
         return heights[point] > 0 || (heights[point] == 0 && zero_is_above);

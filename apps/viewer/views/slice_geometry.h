@@ -16,9 +16,9 @@
 
 namespace marrow::viewer {
 
-/// The orientation of a slice: as in radiology, the patient's right is on the left of axial and coronal slices, and
-/// anterior is on the left of sagittal ones. Slices follow the index axes of the scan, so that they show unchanged
-/// samples; each index axis stands for the nearest patient axis.
+/// The orientation of a slice: as in radiology, the patient's right is on the left of axial and coronal
+/// slices, and anterior is on the left of sagittal ones. Slices follow the index axes of the scan, so that
+/// they show unchanged samples; each index axis stands for the nearest patient axis.
 struct SliceGeometry {
     int across = 0, down = 1, through = 2;   ///< index axes
     bool across_flipped = false;             ///< the index grows to the left
@@ -36,8 +36,8 @@ struct SliceGeometry {
 /// The geometry of the slices of a plane. \pre the scan has samples
 SliceGeometry slice_geometry(const Geometry& geometry, Plane plane);
 
-/// The samples of a slice that are inside a box: columns and rows from `first` to `last`, both inclusive. Empty if the
-/// slice does not meet the box.
+/// The samples of a slice that are inside a box: columns and rows from `first` to `last`, both inclusive.
+/// Empty if the slice does not meet the box.
 struct SliceRange {
     std::array<std::int64_t, 2> first{0, 0}, last{-1, -1};
 
@@ -52,14 +52,14 @@ SliceRange slice_range(const SliceGeometry& slice, const SampleBox& box, std::in
 /// The samples of the slice at index `through`, row by row from the top left.
 std::vector<float> slice_samples(const Volume& volume, const SliceGeometry& slice, std::int64_t through);
 
-/// The lines in which the isosurface of the samples in a range meets a slice, in samples from the top left sample. As on
-/// the surface itself, ends are on the edges between samples, and an ambiguous face separates its inside corners. A
-/// closed surface is also closed half a sample beyond the range.
+/// The lines in which the isosurface of the samples in a range meets a slice, in samples from the top left
+/// sample. As on the surface itself, ends are on the edges between samples, and an ambiguous face separates
+/// its inside corners. A closed surface is also closed half a sample beyond the range.
 QVector<QLineF> slice_contour(const std::vector<float>& samples, std::array<std::int64_t, 2> size,
                               const SliceRange& range, double isovalue, bool closed);
 
-/// The lines in which a mesh meets a slice, in samples from the top left sample. `box` holds the samples of the mesh; its
-/// outer slices show the border of the mesh. Tests every triangle: a few ms for a million.
+/// The lines in which a mesh meets a slice, in samples from the top left sample. `box` holds the samples of
+/// the mesh; its outer slices show the border of the mesh. Tests every triangle: a few ms for a million.
 QVector<QLineF> slice_mesh(const Mesh& mesh, const Geometry& geometry, const SampleBox& box,
                            const SliceGeometry& slice, std::int64_t through);
 

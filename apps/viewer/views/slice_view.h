@@ -10,9 +10,9 @@
 
 namespace marrow::viewer {
 
-/// The left button sets the crosshair, picks a position to measure, or drags sides of the crop box. The right button
-/// changes the window: its width across, its centre down. The middle button, or Shift, pans. The wheel, arrow keys and
-/// page keys change the slice; Ctrl and the wheel zoom.
+/// The left button sets the crosshair, picks a position to measure, or drags sides of the crop box. The right
+/// button changes the window: its width across, its centre down. The middle button, or Shift, pans. The
+/// wheel, arrow keys and page keys change the slice; Ctrl and the wheel zoom.
 class SliceView : public QWidget {
     Q_OBJECT
   public:
@@ -21,8 +21,8 @@ class SliceView : public QWidget {
     Plane plane() const { return plane_; }
     /// The point in the widget at which an index is drawn.
     QPointF widget_point(const Vec3d& index) const;
-    /// The lines in which a surface meets the slice, in samples of the slice. They are exact even while the surface is a
-    /// preview. Only with "largest component" do they come from the newest shape.
+    /// The lines in which a surface meets the slice, in samples of the slice. They are exact even while the
+    /// surface is a preview. Only with "largest component" do they come from the newest shape.
     QVector<QLineF> contour_of(int id) const;
     void reset_view();
     QSize sizeHint() const override { return {300, 260}; }

@@ -13,7 +13,8 @@
 
 namespace marrow::viewer {
 
-/// Keeps both the full shape and the preview on the graphics card, so that switching between them costs nothing.
+/// Keeps both the full shape and the preview on the graphics card, so that switching between them costs
+/// nothing.
 class SurfaceActor {
   public:
     SurfaceActor();

@@ -38,8 +38,8 @@ class SurfaceView : public QVTKOpenGLNativeWidget {
     /// Draws the view at a size in pixels.
     QImage screenshot(const QSize& size);
 
-    /// The position on a surface, or on the cut through one, at a point of the widget; nothing beside them. Opaque
-    /// surfaces take precedence over translucent ones. LPS mm.
+    /// The position on a surface, or on the cut through one, at a point of the widget; nothing beside them.
+    /// Opaque surfaces take precedence over translucent ones. LPS mm.
     std::optional<Vec3d> position_at(const QPoint& point) const;
     /// The ray from the camera through a point of the widget.
     Ray ray_at(const QPoint& point) const;

@@ -17,8 +17,8 @@ namespace marrow::viewer {
 /// The actions that view from a side, in the order of Side.
 inline constexpr std::array kSideActions{"anterior", "posterior", "left", "right", "superior", "inferior"};
 
-/// All actions of the window by name. Actions that only change the session are connected here; the window connects the
-/// others.
+/// All actions of the window by name. Actions that only change the session are connected here; the window
+/// connects the others.
 class Actions : public QObject {
     Q_OBJECT
   public:

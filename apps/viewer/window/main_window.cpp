@@ -76,7 +76,8 @@ void MainWindow::make_views() {
     stack_ = new QStackedWidget;
     stack_->addWidget(welcome_);
     stack_->addWidget(rows_);
-    // The views exist below the welcome page, so that OpenGL and the layout are ready when the first scan opens.
+    // The views exist below the welcome page, so that OpenGL and the layout are ready when the first scan
+    // opens.
     static_cast<QStackedLayout*>(stack_->layout())->setStackingMode(QStackedLayout::StackAll);
     rows_->setEnabled(false);
     setCentralWidget(stack_);

@@ -45,8 +45,8 @@ struct Stall {
     double with_drawing = 0;
 };
 
-// Measures how long the window does not respond: how late a timer fires. Frames of the 3D view are counted separately,
-// because without a graphics card they are slow.
+// Measures how long the window does not respond: how late a timer fires. Frames of the 3D view are counted
+// separately, because without a graphics card they are slow.
 class Watchdog : public QObject {
   public:
     explicit Watchdog(const SurfaceView& view) : view_(view) {

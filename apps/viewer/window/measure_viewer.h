@@ -7,8 +7,8 @@
 
 namespace marrow::viewer {
 
-/// Opens the scan in the window, moves the isovalue as a user would, exports to a temporary file, and prints the times to
-/// stdout. Returns the exit code of the process.
+/// Opens the scan in the window, moves the isovalue as a user would, exports to a temporary file, and prints
+/// the times to stdout. Returns the exit code of the process.
 int measure_viewer(MainWindow& window, const std::filesystem::path& input, const ScanOptions& options);
 
 }  // namespace marrow::viewer
