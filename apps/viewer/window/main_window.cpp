@@ -264,7 +264,7 @@ void MainWindow::choose_series(const fs::path& input, const ScanOptions& options
 
 void MainWindow::remember(const Scan& scan) {
     if (!scan.options.series.empty() || scan.options.spacing)
-        return;  // the path alone is not enough to open it again
+        return;  // the path alone would not open it again
     QSettings settings;
     const QString path = from_path(fs::absolute(scan.input).lexically_normal());
     settings.setValue("scan_folder", QFileInfo(path).path());
