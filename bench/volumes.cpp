@@ -157,23 +157,7 @@ std::int64_t active_cells(const Case& c) {
         });
         return active.load();
     };
-    switch (c.volume.type()) {
-        case SampleType::uint8:
-            return count(std::uint8_t{});
-        case SampleType::int8:
-            return count(std::int8_t{});
-        case SampleType::uint16:
-            return count(std::uint16_t{});
-        case SampleType::int16:
-            return count(std::int16_t{});
-        case SampleType::int32:
-            return count(std::int32_t{});
-        case SampleType::float32:
-            return count(float{});
-        case SampleType::float64:
-            break;
-    }
-    return count(double{});
+    return visit_sample_type(c.volume.type(), count);
 }
 
 Case raw_volume(const std::string& file, const std::array<std::int64_t, 3>& dims, const std::string& type,

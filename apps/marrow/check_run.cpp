@@ -6,8 +6,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <marrow/mesh_check.h>
 #include <marrow/measure.h>
+#include <marrow/mesh_check.h>
 #include <marrow/mesh_io.h>
 
 namespace marrow {
@@ -63,7 +63,7 @@ Json to_json(const Checked& checked, double min_wall) {
         json["thin_walls"] = {{"below_mm", min_wall},
                               {"triangles", c.thin_triangles},
                               {"area_mm2", c.thin_area},
-                              {"thinnest_mm", c.thin_triangles ? Json(c.thinnest_wall) : Json()}};
+                              {"thinnest_mm", c.thinnest_wall ? Json(*c.thinnest_wall) : Json()}};
     return json;
 }
 
@@ -89,10 +89,10 @@ void print(std::ostream& out, const Checked& checked, double min_wall) {
     line("degenerate triangles", std::to_string(c.degenerate_triangles));
     if (min_wall > 0)
         line("thin walls",
-             c.thin_triangles == 0
+             !c.thinnest_wall
                  ? fmt::format("none below {:g} mm", min_wall)
                  : fmt::format("{} mm2 ({:.2f} %) below {:g} mm; thinnest {:.3g} mm", plain(c.thin_area),
-                               100 * c.thin_area / m.area, min_wall, c.thinnest_wall));
+                               100 * c.thin_area / m.area, min_wall, *c.thinnest_wall));
     line("components", fmt::format("{}, of which {} cavities", m.components, c.cavities));
     line("Euler characteristic", c.genus ? fmt::format("{}; genus {}", m.euler_characteristic, *c.genus)
                                          : std::to_string(m.euler_characteristic));
@@ -119,7 +119,9 @@ ExitCode check(const Settings& settings, const Console& console, Voice& voice) {
         try {
             voice.stage("check", [&](const Progress& progress) {
                 const Mesh mesh = read_mesh(file, &checked.space);
-                checked.found = check_mesh(mesh, {settings.min_wall, progress});
+                CheckOptions options{.threads = settings.threads, .progress = progress};
+                if (settings.min_wall > 0) options.min_wall = settings.min_wall;
+                checked.found = check_mesh(mesh, options);
             });
             sound = sound && checked.found.is_sound();
         } catch (const Cancelled&) {

@@ -41,6 +41,7 @@
 #include <marrow/volume.h>
 
 #include "picture.h"
+#include "report_progress.h"
 
 VTK_MODULE_INIT(vtkRenderingOpenGL2);
 

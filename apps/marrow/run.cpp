@@ -14,6 +14,7 @@
 #include "labels_run.h"
 #include "picture.h"
 #include "report.h"
+#include "report_progress.h"
 #include "run.h"
 #include "sweep_run.h"
 #include "voice.h"
@@ -140,8 +141,8 @@ void extract(const Settings& settings, const Console& console, Voice& voice) {
         if (steps.change_surface())
             seconds.refine += voice.stage("refine", [&](const Progress& progress) {
                 Surface& surface = surfaces.back();
-                surface.steps =
-                    refine_surface(surface.mesh, steps, scan.geometry().index_to_physical(), progress);
+                surface.steps = refine_surface(surface.mesh, steps, scan.geometry().index_to_physical(),
+                                               settings.threads, progress);
                 if (surface.mesh.triangles.empty())
                     throw EmptySurface(
                         fmt::format("no piece of the surface at isovalue {:g} encloses {:g} mm3",

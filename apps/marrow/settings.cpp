@@ -92,7 +92,8 @@ void check_steps(const Steps& steps) {
     if (steps.median < 0 || steps.median > 16) refuse("--median takes a radius from 1 to 16 samples");
     if (!(steps.blur >= 0)) refuse("--blur takes a standard deviation in mm");
     if (!(steps.isotropic >= 0)) refuse("--isotropic takes a spacing in mm");
-    if (steps.components.count < 0) refuse("--components takes a number from 1 upwards");
+    if (steps.components.count && *steps.components.count < 1)
+        refuse("--components takes a number from 1 upwards");
     if (!(steps.components.min_volume >= 0)) refuse("--clean-small takes a volume in mm3");
     if (steps.smooth < 0 || steps.smooth > 1000) refuse("--smooth takes a number from 1 to 1000");
     if (steps.smooth_bound && steps.smooth == 0) refuse("--smooth-bound goes with --smooth N");

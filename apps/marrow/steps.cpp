@@ -8,6 +8,7 @@
 
 #include <marrow/measure.h>
 
+#include "report_progress.h"
 #include "usage_error.h"
 
 namespace marrow {
@@ -59,31 +60,32 @@ Volume cropped(const Volume& scan, const Steps& steps) {
     }
 }
 
-Mesh smoothed(const Mesh& mesh, const Steps& steps, const Mat3d& index_to_physical, const Progress& progress,
-              std::string& note) {
-    SmoothOptions options{.iterations = steps.smooth, .progress = progress};
+Mesh smoothed(const Mesh& mesh, const Steps& steps, const Mat3d& index_to_physical, int threads,
+              const Progress& progress, std::string& note) {
+    SmoothOptions options{.iterations = steps.smooth, .threads = threads, .progress = progress};
     if (steps.smooth_bound) options.bound = index_to_physical;
     SmoothStats stats;
     Mesh result = smooth(mesh, options, &stats);
-    if (stats.restored_shells > 0)
-        note = fmt::format("{} pieces too small to smooth keep their shape", stats.restored_shells);
+    if (stats.restored_components > 0)
+        note = fmt::format("{} pieces too small to smooth keep their shape", stats.restored_components);
     return result;
 }
 
-Mesh reduced(const Mesh& mesh, const Steps& steps, const Progress& progress, StepReport& report) {
-    SimplifyOptions options{.progress = progress};
-    if (steps.triangles) options.triangles = *steps.triangles;
+Mesh reduced(const Mesh& mesh, const Steps& steps, int threads, const Progress& progress,
+             StepReport& report) {
+    SimplifyOptions options{
+        .triangles = steps.triangles, .max_error = steps.max_error, .threads = threads, .progress = progress};
     if (steps.keep)
         options.triangles = std::llround(*steps.keep * static_cast<double>(mesh.triangles.size()));
-    if (steps.max_error) options.max_error = *steps.max_error;
     SimplifyStats stats;
     Mesh result = simplify(mesh, options, &stats);
     report.deviation = stats.deviation;
     if (stats.backed_off)
         report.note = "left as it was: no reduction keeps the error and the topology";
-    else if (!steps.max_error && static_cast<std::int64_t>(result.triangles.size()) > options.triangles)
-        report.note = fmt::format(
-            "{} triangles were asked for, but no more can go without harm to the surface", options.triangles);
+    else if (!steps.max_error && static_cast<std::int64_t>(result.triangles.size()) > *options.triangles)
+        report.note =
+            fmt::format("{} triangles were asked for, but no more can go without harm to the surface",
+                        *options.triangles);
     return result;
 }
 
@@ -98,7 +100,7 @@ void filter_scan(Volume& scan, const Steps& steps, int threads, const Progress& 
 }
 
 std::vector<StepReport> refine_surface(Mesh& mesh, const Steps& steps, const Mat3d& index_to_physical,
-                                       const Progress& progress) {
+                                       int threads, const Progress& progress) {
     std::vector<StepReport> reports;
     const auto step = [&](const char* name, auto change) {
         report(progress, 0);
@@ -111,14 +113,16 @@ std::vector<StepReport> refine_surface(Mesh& mesh, const Steps& steps, const Mat
     if (steps.choose_pieces())
         step("components", [&](StepReport&) {
             ComponentOptions options = steps.components;
+            options.threads = threads;
             if (steps.largest) options.count = 1, options.cavities = false;
             return keep_components(mesh, options);
         });
     if (steps.smooth > 0)
-        step("smooth",
-             [&](StepReport& done) { return smoothed(mesh, steps, index_to_physical, progress, done.note); });
+        step("smooth", [&](StepReport& done) {
+            return smoothed(mesh, steps, index_to_physical, threads, progress, done.note);
+        });
     if (steps.reduce())
-        step("reduce", [&](StepReport& done) { return reduced(mesh, steps, progress, done); });
+        step("reduce", [&](StepReport& done) { return reduced(mesh, steps, threads, progress, done); });
     return reports;
 }
 

@@ -37,7 +37,7 @@ struct Steps {
 
     bool change_volume() const { return crop || median > 0 || blur > 0 || isotropic > 0; }
     bool choose_pieces() const {
-        return largest || components.count > 0 || components.min_volume > 0 || !components.cavities;
+        return largest || components.count || components.min_volume > 0 || !components.cavities;
     }
     bool reduce() const { return keep || triangles || max_error; }
     bool change_surface() const { return choose_pieces() || smooth > 0 || reduce(); }
@@ -57,6 +57,6 @@ void filter_scan(Volume& scan, const Steps& steps, int threads, const Progress& 
 /// Does the steps after extraction, in order. `index_to_physical` is that of the volume that the surface comes
 /// from. \throw as in refine.h
 std::vector<StepReport> refine_surface(Mesh& mesh, const Steps& steps, const Mat3d& index_to_physical,
-                                       const Progress& progress);
+                                       int threads, const Progress& progress);
 
 }  // namespace marrow

@@ -12,6 +12,7 @@
 #include <marrow/error.h>
 #include <marrow/progress.h>
 
+#include "report_progress.h"
 #include "run.h"
 
 namespace marrow {

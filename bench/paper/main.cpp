@@ -75,7 +75,7 @@ void measure_surfaces(std::vector<Row>& rows) {
     for (Row& row : rows) {
         row.rough = roughness(row.mesh, kWindow);
         row.smallest_angle = triangle_quality(row.mesh).smallest_angle;
-        row.distance = mesh_distance(row.mesh, marrow, 50'000);
+        row.distance = mesh_distance(row.mesh, marrow, {.samples = 50'000});
     }
 }
 

@@ -5,9 +5,8 @@
 
 #include <algorithm>
 
-#include "core/grid/case_table.h"
-#include "core/volume/visit_samples.h"
 #include "borders.h"
+#include "core/grid/case_table.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace marrow::internal::HWY_NAMESPACE {
@@ -76,7 +75,8 @@ void mark_slice(const LabelReader<T>& labels, std::int64_t k, BorderBits& bits) 
 }
 
 void mark_slice_any(const LabelMap& map, std::int64_t k, BorderBits& bits) {
-    with_sample_type(map.type, [&](auto sample) { mark_slice(LabelReader<decltype(sample)>(map), k, bits); });
+    visit_sample_type(map.type,
+                      [&](auto sample) { mark_slice(LabelReader<decltype(sample)>(map), k, bits); });
 }
 
 // The cells of which a face has three crossed edges or four; or which have two antipodes that each differ from all their

@@ -14,7 +14,7 @@
 #include <marrow/buffer.h>
 #include <marrow/volume.h>
 
-#include "core/grid/parallel.h"
+#include "base/parallel.h"
 
 namespace marrow::internal {
 

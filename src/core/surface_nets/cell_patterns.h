@@ -21,16 +21,6 @@
 
 namespace marrow::internal {
 
-inline constexpr int kCellEdges = 12;
-
-/// The edge between two corners.
-constexpr int edge_between(int a, int b) {
-    for (int e = 0; e < kCellEdges; ++e) {
-        if (kEdgeCorners[e][0] == std::min(a, b) && kEdgeCorners[e][1] == std::max(a, b)) return e;
-    }
-    return -1;
-}
-
 /// In which slice of samples an edge begins, above the cell's.
 constexpr std::size_t edge_slice(std::size_t e) {
     return kEdgeCorners[e][0] >> 2;

@@ -28,7 +28,7 @@ void allocate(LabelNet& net, Place background, std::vector<Mesh>& meshes) {
     }
 }
 
-void place_points_of(std::size_t p, LabelNet& net, const Frame& frame, Place background,
+void place_points_of(std::size_t p, LabelNet& net, const IndexToPhysical& frame, Place background,
                      std::vector<Mesh>& meshes) {
     Vec3f dropped;
     std::vector<PointWriter> writers;
@@ -41,7 +41,7 @@ void place_points_of(std::size_t p, LabelNet& net, const Frame& frame, Place bac
 }
 
 // Of some slices of a piece; others can follow.
-void make_patches_of(std::size_t p, LabelNet& net, const Frame& frame, Place background,
+void make_patches_of(std::size_t p, LabelNet& net, const IndexToPhysical& frame, Place background,
                      std::vector<Mesh>& meshes, std::int64_t begin, std::int64_t end) {
     std::array<Triangle, 2> dropped;
     std::vector<TriangleWriter> writers;
@@ -59,7 +59,7 @@ void make_patches_of(std::size_t p, LabelNet& net, const Frame& frame, Place bac
 
 }  // namespace
 
-std::vector<Mesh> emit(LabelNet& net, const Frame& frame, Place background, Stage& stage) {
+std::vector<Mesh> emit(LabelNet& net, const IndexToPhysical& frame, Place background, Stage& stage) {
     std::vector<Mesh> meshes(net.values.size());
     allocate(net, background, meshes);
     net.corners.resize(net.corner_count());

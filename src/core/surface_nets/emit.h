@@ -12,6 +12,6 @@ namespace marrow::internal {
 
 /// Takes the net's points into space, parts them by labels, and joins them with triangles. The mesh of `background` stays empty.
 /// Takes two steps of the stage for each piece. \throw LimitError
-std::vector<Mesh> emit(LabelNet& net, const Frame& frame, Place background, Stage& stage);
+std::vector<Mesh> emit(LabelNet& net, const IndexToPhysical& frame, Place background, Stage& stage);
 
 }  // namespace marrow::internal

@@ -16,7 +16,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 // same on every processor.
 class CellFrame {
   public:
-    explicit CellFrame(const Frame& frame) {
+    explicit CellFrame(const IndexToPhysical& frame) {
         for (std::size_t r = 0; r < 3; ++r) {
             // The middle of cell (0, 1/2, 1/2); the first corner of (0, 0, 0) is sample (-1, -1, -1) of the volume.
             first_[r] = frame.origin[r] - 0.5 * frame.exact[r][0];
@@ -67,7 +67,7 @@ class CellFrame {
 // Places a piece's points.
 class PointPlacer {
   public:
-    PointPlacer(LabelNet& net, const Frame& frame, PointWriter* writers)
+    PointPlacer(LabelNet& net, const IndexToPhysical& frame, PointWriter* writers)
         : net_(net), frame_(frame), writers_(writers) {
         for (std::size_t c = 0; c < abouts_.size(); ++c)
             abouts_[c] = frame_.about_middle(plain_cases()[c].at);
@@ -136,7 +136,7 @@ class PointPlacer {
     std::array<NetPoint, 128> abouts_;  // of plain cases
 };
 
-void place_points_of_piece(LabelNet& net, const Frame& frame, std::size_t piece_number,
+void place_points_of_piece(LabelNet& net, const IndexToPhysical& frame, std::size_t piece_number,
                            PointWriter* writers) {
     PointPlacer placer(net, frame, writers);
     const NetPiece& piece = net.pieces[piece_number];
@@ -157,7 +157,7 @@ namespace marrow::internal {
 
 HWY_EXPORT(place_points_of_piece);
 
-void place_points(LabelNet& net, const Frame& frame, std::size_t piece, PointWriter* writers) {
+void place_points(LabelNet& net, const IndexToPhysical& frame, std::size_t piece, PointWriter* writers) {
     HWY_DYNAMIC_DISPATCH(place_points_of_piece)(net, frame, piece, writers);
 }
 

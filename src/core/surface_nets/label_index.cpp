@@ -7,8 +7,6 @@
 
 #include <marrow/error.h>
 
-#include "core/volume/visit_samples.h"
-
 namespace marrow::internal {
 namespace {
 
@@ -67,8 +65,8 @@ std::vector<std::int64_t> values_of(const LabelReader<T>& labels, const BorderBi
 }  // namespace
 
 std::vector<std::int64_t> find_values(const LabelMap& map, const BorderBits& bits) {
-    return with_sample_type(map.type,
-                            [&](auto sample) { return values_of(LabelReader<decltype(sample)>(map), bits); });
+    return visit_sample_type(
+        map.type, [&](auto sample) { return values_of(LabelReader<decltype(sample)>(map), bits); });
 }
 
 }  // namespace marrow::internal

@@ -12,11 +12,11 @@
 
 #include <marrow/buffer.h>
 
-#include "core/volume/visit_samples.h"
 #include "core/grid/index_to_physical.h"
+#include "core/volume/checks.h"
 #include "emit.h"
-#include "surface_net.h"
 #include "relax.h"
+#include "surface_net.h"
 
 namespace marrow {
 
@@ -50,11 +50,6 @@ void add_normals(Mesh& mesh) {
     }
 }
 
-void check_volume(const VolumeView& map) {
-    check_geometry(map.geometry);
-    if (map.data == nullptr && map.geometry.sample_count() > 0) throw InputError("volume has no samples");
-}
-
 template <class T>
 void check_samples(const VolumeView& map, std::int64_t background) {
     if (static_cast<std::int64_t>(static_cast<T>(background)) != background)
@@ -77,12 +72,12 @@ void check_samples(const VolumeView& map, std::int64_t background) {
 
 // The story: find borders, labels and points; relax; part the points by labels and join them.
 std::vector<LabelSurface> extract(const VolumeView& map, const LabelOptions& options) {
-    with_sample_type(map.type,
-                     [&](auto sample) { check_samples<decltype(sample)>(map, options.background); });
+    visit_sample_type(map.type,
+                      [&](auto sample) { check_samples<decltype(sample)>(map, options.background); });
     LabelNet net = make_net({map.type, map.data, map.geometry.dims, options.background}, options.progress);
     relax(net, options.relax, options.progress);
 
-    const Frame frame(map.geometry);
+    const IndexToPhysical frame(map.geometry);
     const auto background = static_cast<Place>(
         std::lower_bound(net.values.begin(), net.values.end(), options.background) - net.values.begin());
     Stage emitting(options.progress, 0.6, 0.9, 2 * net.pieces.size());
@@ -108,7 +103,7 @@ std::vector<LabelSurface> extract_labels(const VolumeView& map, const LabelOptio
     std::vector<LabelSurface> surfaces;
     if (!has_cells(map.geometry, true)) return surfaces;
     with_threads(options.threads, [&] { surfaces = extract(map, options); });
-    report(options.progress, 1);
+    report_progress(options.progress, 1);
     return surfaces;
 }
 
@@ -118,7 +113,7 @@ std::map<std::int64_t, std::int64_t> count_labels(const VolumeView& map, int thr
     using Counts = std::unordered_map<std::int64_t, std::int64_t>;
     tbb::enumerable_thread_specific<Counts> of_thread;
     with_threads(threads, [&, nx = nx, ny = ny, nz = nz] {
-        with_sample_type(map.type, [&](auto sample) {
+        visit_sample_type(map.type, [&](auto sample) {
             check_samples<decltype(sample)>(map, 0);
             const auto* const samples = static_cast<const decltype(sample)*>(map.data);
             tbb::parallel_for(std::int64_t{0}, nz, [&](std::int64_t k) {

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 
-#include "core/volume/visit_samples.h"
 #include "surface_net.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -154,7 +153,7 @@ class CellMaker {
 };
 
 void make_piece(const LabelMap& map, LabelNet& net, std::size_t number, CellPatterns& patterns) {
-    with_sample_type(map.type, [&](auto sample) {
+    visit_sample_type(map.type, [&](auto sample) {
         CellMaker<decltype(sample)> maker(map, net, net.pieces[number], patterns);
         const std::int64_t first = static_cast<std::int64_t>(number) * NetPiece::kSlices;
         for (std::int64_t k = first; k < std::min(first + NetPiece::kSlices, map.dims[2] + 1); ++k) {

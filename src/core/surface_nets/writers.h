@@ -59,7 +59,7 @@ struct TriangleWriter {
 };
 
 /// Makes the net's corners of a piece: takes its points into space, numbers each label's, and writes them.
-void place_points(LabelNet& net, const Frame& frame, std::size_t piece, PointWriter* writers);
+void place_points(LabelNet& net, const IndexToPhysical& frame, std::size_t piece, PointWriter* writers);
 
 /// Writes the patches of the edges in some slices of samples, in the order of slices. \pre the corners of cells in these slices,
 /// and in the one before them, are made

@@ -1,4 +1,5 @@
-#include "parallel.h"
+// Checks arguments and results.
+#include "checks.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,8 +10,14 @@
 
 namespace marrow::internal {
 
+void check_volume(const VolumeView& volume) {
+    check_geometry(volume.geometry);
+    if (volume.data == nullptr && volume.geometry.sample_count() > 0)
+        throw InputError("volume: the pointer to its samples is null");
+}
+
 void check_isovalue(double isovalue) {
-    if (!std::isfinite(isovalue)) throw InputError("isovalue is not a finite number");
+    if (!std::isfinite(isovalue)) throw InputError("the isovalue is not a finite number");
 }
 
 void check_point_count(std::uint64_t points) {
@@ -22,16 +29,6 @@ void check_point_count(std::uint64_t points) {
 bool has_cells(const Geometry& geometry, bool closed) {
     const std::int64_t fewest = *std::min_element(geometry.dims.begin(), geometry.dims.end());
     return fewest >= (closed ? 1 : 2);
-}
-
-std::size_t share_count() {
-    return kSharesPerThread * static_cast<std::size_t>(tbb::this_task_arena::max_concurrency());
-}
-
-std::size_t row_at(const HistoPyramid& pyramid, std::uint64_t key) {
-    if (key >= pyramid.total()) return pyramid.leaves().size();
-    const auto [row, remainder] = pyramid.locate(key);
-    return row + (remainder > 0 ? 1 : 0);
 }
 
 }  // namespace marrow::internal

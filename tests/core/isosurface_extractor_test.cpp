@@ -1,4 +1,4 @@
-// The extractor that remembers gives what the one-off call gives.
+// An extractor makes the same meshes as extract_isosurface, whatever it extracted before.
 #include <gtest/gtest.h>
 
 #include <marrow/isosurface.h>
@@ -9,7 +9,7 @@
 namespace marrow::test {
 namespace {
 
-// Smooth, with noise, NaN where the type has it, and rows that are not a multiple of the word.
+// Smooth samples with noise, with NaN if the type has it, in rows that are not a multiple of a word.
 template <class T>
 Volume scan(Random& random) {
     std::normal_distribution<double> noise(0, 4);
@@ -35,7 +35,7 @@ std::vector<Volume> scans() {
     return volumes;
 }
 
-TEST(Extractor, FiftyIsovaluesInAnyOrderGiveTheOneOffSurfaces) {
+TEST(Extractor, FiftyIsovaluesInAnyOrderGiveTheSameMeshes) {
     Random random(6);
     for (const Volume& volume : scans()) {
         for (const bool closed : {false, true}) {
@@ -43,7 +43,7 @@ TEST(Extractor, FiftyIsovaluesInAnyOrderGiveTheOneOffSurfaces) {
             IsosurfaceExtractor extractor(volume, options);
             double isovalue = 60;
             for (int i = 0; i < 50; ++i) {
-                // Small steps as a slider's, jumps, values on samples and beyond them all.
+                // Small steps as from a slider, jumps, values of samples, and values beyond all samples.
                 switch (random() % 5) {
                     case 0:
                         isovalue = static_cast<double>(random() % 128);
@@ -65,7 +65,7 @@ TEST(Extractor, FiftyIsovaluesInAnyOrderGiveTheOneOffSurfaces) {
     }
 }
 
-TEST(Extractor, PreviewIsTheSurfaceOfEveryNthSampleAtItsPlace) {
+TEST(Extractor, PreviewIsTheSurfaceOfEveryNthSample) {
     Random random(7);
     const Volume volume = scan<std::int16_t>(random);
     IsosurfaceExtractor extractor(volume);
@@ -87,7 +87,7 @@ TEST(Extractor, PreviewIsTheSurfaceOfEveryNthSampleAtItsPlace) {
     EXPECT_EQ(mesh_hash(extractor.extract(60)), mesh_hash(extract_isosurface(volume, 60)));
 }
 
-TEST(Extractor, IsAsGoodAsBeforeAfterCancelling) {
+TEST(Extractor, WorksAfterCancelling) {
     Random random(8);
     const Volume volume = scan<float>(random);
     int calls_left = 1 << 30;

@@ -1,11 +1,10 @@
-// Closed, two-manifold, and of the topology that the samples have: on random grids, without trusting the
-// mesher.
+// Surfaces of random grids are closed manifolds with the topology of the samples, which is computed
+// independently.
 #include <gtest/gtest.h>
 
 #include <marrow/isosurface.h>
 #include <marrow/measure.h>
 
-#include "core/volume/visit_samples.h"
 #include "core/grid/threshold.h"
 #include "support/fields.h"
 #include "support/mesh_checks.h"
@@ -15,14 +14,14 @@ namespace {
 
 const IsosurfaceOptions kClosed{.closed = true, .threads = 1};
 
-// The samples as a digital solid, with one sample of outside all round.
+// The samples as a digital solid, with a layer of outside samples around them.
 class DigitalSolid {
   public:
     DigitalSolid(const Volume& volume, double isovalue) {
         const auto& dims = volume.geometry().dims;
         for (std::size_t a = 0; a < 3; ++a) n_[a] = static_cast<int>(dims[a]) + 2;
         inside_.assign(static_cast<std::size_t>(n_[0] * n_[1] * n_[2]), false);
-        internal::with_sample_type(volume.type(), [&](auto sample) {
+        visit_sample_type(volume.type(), [&](auto sample) {
             using T = decltype(sample);
             const auto* samples = volume.samples<T>();
             for (int z = 1; z + 1 < n_[2]; ++z) {
@@ -36,7 +35,7 @@ class DigitalSolid {
         });
     }
 
-    // Components of the inside (joined across faces of voxels) or of the outside (across edges too).
+    // Components of the inside (connected across faces of voxels) or of the outside (across edges too).
     int components(bool of_inside) const {
         std::vector<bool> seen(inside_.size(), false);
         int components = 0;
@@ -64,13 +63,13 @@ class DigitalSolid {
         return components;
     }
 
-    // Euler characteristic of the solid: samples - edges + faces - cells that are wholly inside, and one more
-    // for every cell whose six inside corners ring two antipodal outside ones, which the surface closes by a
-    // disc on each side.
+    // The Euler characteristic of the solid: samples - edges + faces - cells that are completely inside, and
+    // one more for every cell with two antipodal outside corners and six inside ones: there the surface
+    // closes the ring of inside corners by a disc on each side.
     int euler_characteristic() const {
         int chi = 0;
         for_each([&](int x, int y, int z) {
-            for (int extent = 0; extent < 8; ++extent) {  // along which axes the element reaches
+            for (int extent = 0; extent < 8; ++extent) {  // the axes along which the element extends
                 const int ex = extent & 1, ey = extent >> 1 & 1, ez = extent >> 2;
                 if (x + ex >= n_[0] || y + ey >= n_[1] || z + ez >= n_[2]) continue;
                 int inside = 0, mask = 0;
@@ -123,7 +122,7 @@ TEST_P(RandomGrids, CappedSurfaceIsAClosedManifoldOfTheSolidsTopology) {
         const DigitalSolid solid(g.volume, g.isovalue);
         const MeshMeasures m = measure(mesh);
         ASSERT_EQ(m.euler_characteristic, 2 * solid.euler_characteristic()) << "grid " << i;
-        // Regions inside and outside hang together like a tree whose links are the surface's components.
+        // Inside and outside regions form a tree whose edges are the components of the surface.
         ASSERT_EQ(m.components, solid.components(true) + solid.components(false) - 1) << "grid " << i;
         ASSERT_EQ(m.boundary_edges, 0);
         ASSERT_EQ(m.nonmanifold_edges, 0);

@@ -1,4 +1,4 @@
-// The surface comes closer to the truth at the rate that linear interpolation promises.
+// With finer grids the surface approaches the exact shape at the rate of linear interpolation.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -27,7 +27,7 @@ const Shape kShapes[] = {
 
 struct Sampling {
     const char* name;
-    Vec3d stretch;  // spacing along the axes, relative
+    Vec3d stretch;  // relative spacing along the axes
     Mat3d direction;
 };
 
@@ -38,7 +38,7 @@ const Sampling kSamplings[] = {
     {"mirrored", {1, 1, 1}, {{{-1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}},
 };
 
-// A grid about the origin, 80 mm wide in every direction, with n samples across in the finest.
+// A grid around the origin, 80 mm wide in every direction, with n samples along the finest axis.
 Geometry around_origin(const Sampling& sampling, int n) {
     Geometry g;
     g.direction = sampling.direction;
@@ -72,7 +72,7 @@ Errors errors(const Shape& shape, const Geometry& g) {
                 centre[a] += p[c][a] / 3;
             }
         }
-        // Area-weighted, so that slivers, whose normals mean nothing, count for nothing.
+        // Weighted by area, because the normals of slivers are arbitrary.
         Vec3d u, v;
         for (std::size_t a = 0; a < 3; ++a) u[a] = p[1][a] - p[0][a], v[a] = p[2][a] - p[0][a];
         const Vec3d normal{u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
@@ -107,7 +107,7 @@ TEST(Convergence, OrderOfDistanceAreaVolumeAndNormals) {
     for (const Shape& shape : kShapes) {
         for (const Sampling& sampling : kSamplings) {
             SCOPED_TRACE(std::string(shape.name) + ", " + sampling.name);
-            // From spacings that resolve the shape in every direction.
+            // Starts with a spacing that resolves the shape in every direction.
             const bool thick = sampling.stretch[2] > 1;
             const int coarse_n = thick ? 64 : 32, steps = thick ? 2 : 3;
             const Errors coarse = errors(shape, around_origin(sampling, coarse_n));

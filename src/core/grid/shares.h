@@ -1,34 +1,26 @@
-/// What every way through the passes shares: checks, threads, shares of the output, progress.
+/// Divides the output of a pass into shares of about equal size, for threads to work on.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 
 #include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
 
 #include <marrow/histo_pyramid.h>
-#include <marrow/volume.h>
-
-#include "base/parallel.h"
 
 namespace marrow::internal {
 
-/// \throw InputError not finite
-void check_isovalue(double isovalue);
-/// \throw LimitError more points than triangles can name
-void check_point_count(std::uint64_t points);
-/// Whether a grid has any cell; without one there is no surface.
-bool has_cells(const Geometry& geometry, bool closed);
-
-/// Into how many shares work on the output is divided: several a thread, so that none waits long for the slowest.
+/// With several shares per thread, no thread waits long for the slowest one.
 inline constexpr std::size_t kSharesPerThread = 8;
+
+/// The number of shares: kSharesPerThread for each thread of the current arena.
 std::size_t share_count();
 
-/// The row at which the part of the output from `key` on starts: the first that does not begin before it.
+/// The first row that does not begin before output `key`. \pre the leaves of `pyramid` are rows
 std::size_t row_at(const HistoPyramid& pyramid, std::uint64_t key);
 
-/// Runs f(begin, end) on up to share_count() parts of the rows [row_begin, row_end) that make equal shares of the output.
+/// Divides the rows [row_begin, row_end) into up to share_count() ranges with about equal output, and calls
+/// f(begin, end) for each of them on the threads of the current arena.
 template <class F>
 void for_each_share(const HistoPyramid& pyramid, std::size_t row_begin, std::size_t row_end, const F& f) {
     const std::uint64_t first = pyramid.first_output(row_begin),
