@@ -1,4 +1,4 @@
-// What is likely a mistake is warned of, or refused with what to do instead.
+// Likely mistakes cause a warning, or an error that names the remedy.
 #include <cstdlib>
 
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@ namespace {
 class Mistake : public BallScan {};
 
 TEST_F(Mistake, WarnsWhereNoSampleIsOutside) {
-    const std::string whole = "the surface is where the scan ends";
+    const std::string whole = "the surface is the border of the scan";
     const auto warns = [&](const std::vector<std::string>& more) {
         std::vector<std::string> command{scan, "-o", folder / "box.ply"};
         command.insert(command.end(), more.begin(), more.end());
@@ -27,7 +27,7 @@ TEST_F(Mistake, WarnsOfPointsThatStlJoins) {
                [](int x, int y, int z) { return std::abs(x - 4) + std::abs(y - 4) + std::abs(z - 4); });
     const auto warns = [&](const char* file, const char* isovalue) {
         return marrow_with({folder / "ramp.nrrd", "-o", folder / file, "--isovalue", isovalue})
-                   .err.find("lie where others do") != std::string::npos;
+                   .err.find("have the same coordinates") != std::string::npos;
     };
     EXPECT_TRUE(warns("a.stl", "6"));
     EXPECT_FALSE(warns("a.ply", "6"));
@@ -41,7 +41,7 @@ TEST_F(Mistake, NeverWritesOverTheScan) {
     for (const char* output : {"scan.stl", "link.stl"}) {
         const Outcome outcome = marrow_with({folder / "scan.stl", "-o", folder / output, "--type", "bone"});
         EXPECT_EQ(outcome.code, kUsage);
-        EXPECT_NE(outcome.err.find("is what the scan is read from"), outcome.err.npos) << outcome.err;
+        EXPECT_NE(outcome.err.find("would overwrite the scan"), outcome.err.npos) << outcome.err;
         EXPECT_EQ(read_file(folder / "scan.stl"), before);
     }
 }
