@@ -2,6 +2,7 @@
 #include "arguments.h"
 
 #include <ostream>
+#include <sstream>
 
 #include <fmt/format.h>
 #include <CLI/App.hpp>
@@ -39,15 +40,36 @@ std::string wrapped(const std::string& text, std::size_t width) {
     return result;
 }
 
-std::string option_help(const std::string& text) {
-    return wrapped(text, kHelpWidth - kNameWidth);
-}
+// CLI11's help with wrapped lines and our own usage.
+class HelpFormatter : public CLI::Formatter {
+  public:
+    explicit HelpFormatter(std::string usage) : usage_(std::move(usage)) {
+        column_width(kNameWidth);
+        label("Positionals", "Input");
+    }
 
-void set_up(CLI::App& app, const std::string& footer) {
-    app.footer(footer);
-    app.get_formatter()->column_width(kNameWidth);
-    app.get_formatter()->label("Positionals", "Input");
-    app.get_formatter()->label("SUBCOMMAND", "COMMAND");
+    std::string make_usage(const CLI::App*, std::string) const override { return "Usage: " + usage_ + "\n"; }
+    std::string make_description(const CLI::App* app) const override {
+        return wrapped(app->get_description(), kHelpWidth) + "\n";
+    }
+    std::string make_option_desc(const CLI::Option* option) const override {
+        return wrapped(option->get_description(), kHelpWidth - kNameWidth);
+    }
+    std::string make_subcommand(const CLI::App* command) const override {
+        std::ostringstream out;
+        CLI::detail::format_help(out, command->get_name(),
+                                 wrapped(command->get_description(), kHelpWidth - kNameWidth), kNameWidth);
+        return out.str();
+    }
+
+  private:
+    const std::string usage_;
+};
+
+void set_up(CLI::App& app, const CommandHelp& help) {
+    app.description(help.description);
+    app.footer(help.footer);
+    app.formatter(std::make_shared<HelpFormatter>(help.usage));
 }
 
 }  // namespace
@@ -68,7 +90,7 @@ struct Arguments::Command {
     CLI::Option* add(const std::string& names, Value value, const std::string& help) {
         // The texts are stored after parsing, so that --help comes before mistakes.
         CLI::Option* option = app->add_option(
-            names, [](const CLI::results_t&) { return true; }, option_help(help));
+            names, [](const CLI::results_t&) { return true; }, help);
         option->group(group)->type_size(1)->option_text(value.name);
         entries.push_back({option, std::move(value)});
         return option;
@@ -85,33 +107,30 @@ struct Arguments::Command {
     }
 };
 
-Arguments::Arguments(const std::string& name, const std::string& description, const std::string& footer)
+Arguments::Arguments(const std::string& name, const CommandHelp& help)
     : command_(std::make_unique<Command>()) {
-    command_->root = std::make_unique<CLI::App>(description, name);
+    command_->root = std::make_unique<CLI::App>("", name);
     command_->app = command_->root.get();
-    command_->app->set_version_flag("--version", "marrow " MARROW_VERSION, "Print the version and exit.");
-    set_up(*command_->app, footer);
+    set_up(*command_->app, help);
     command_->app->set_help_flag("-h,--help", "Print this help and exit.");
+    command_->app->set_version_flag("--version", "marrow " MARROW_VERSION, "Print the version and exit.");
 }
 
 Arguments::Arguments(std::unique_ptr<Command> command) : command_(std::move(command)) {}
 
 Arguments::~Arguments() = default;
 
-Arguments& Arguments::add_command(const std::string& name, const std::string& description,
-                                  const std::string& footer) {
+Arguments& Arguments::add_command(const std::string& name, const CommandHelp& help) {
     auto command = std::make_unique<Command>();
-    command->app = command_->app->add_subcommand(name, option_help(description));
-    command->app->group("Commands");
-    set_up(*command->app, footer);
+    command->app = command_->app->add_subcommand(name)->group("Commands");
+    set_up(*command->app, help);
     command_->commands.emplace_back(new Arguments(std::move(command)));
     return *command_->commands.back();
 }
 
 void Arguments::add_program(const std::string& name, const std::string& description) {
-    CLI::App* app = command_->app->add_subcommand(name, option_help(description));
-    app->group("Commands")->allow_extras();
-    command_->programs.push_back(app);
+    command_->programs.push_back(
+        command_->app->add_subcommand(name, description)->group("Commands")->allow_extras());
 }
 
 void Arguments::start_group(const std::string& title) {
@@ -130,7 +149,7 @@ void Arguments::add_option(const std::string& names, Value value, const std::str
 void Arguments::add_flag(const std::string& names, bool& to, const std::string& help) {
     command_->app
         ->add_flag(
-            names, [&to](std::int64_t count) { to = count > 0; }, option_help(help))
+            names, [&to](std::int64_t count) { to = count > 0; }, help)
         ->group(command_->group);
 }
 
@@ -154,7 +173,8 @@ bool Arguments::parse(int argc, const char* const* argv, std::ostream& out) {
     try {
         app.parse(argc, argv);
     } catch (const CLI::CallForHelp&) {
-        out << app.help();
+        // CLI11 separates groups by two empty lines.
+        out << CLI::detail::find_and_replace(app.help(), "\n\n\n", "\n\n");
         return false;
     } catch (const CLI::CallForVersion& version) {
         out << version.what() << '\n';

@@ -11,16 +11,22 @@
 
 namespace marrow::cli {
 
+/// The texts in the help of a program or command, besides those of the options.
+struct CommandHelp {
+    std::string description;  ///< one sentence
+    std::string usage;        ///< such as "marrow info [OPTIONS] INPUT..."
+    std::string footer;       ///< follows the options; lines of at most 100 columns
+};
+
 /// The options of a program, and of its commands. Only arguments.cpp includes CLI11, whose headers compile slowly.
 class Arguments {
   public:
-    /// A program of this name. `footer` follows the list of options in the help.
-    Arguments(const std::string& name, const std::string& description, const std::string& footer);
+    /// A program of this name.
+    Arguments(const std::string& name, const CommandHelp& help);
     ~Arguments();
 
     /// Adds a command to the program. The reference lives as long as the program.
-    Arguments& add_command(const std::string& name, const std::string& description,
-                           const std::string& footer);
+    Arguments& add_command(const std::string& name, const CommandHelp& help);
 
     /// Adds a command that is a program of its own, so that the help lists it.
     void add_program(const std::string& name, const std::string& description);

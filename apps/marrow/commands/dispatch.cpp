@@ -22,7 +22,7 @@ std::string preset_list() {
 
 std::string main_footer() {
     return fmt::format(
-        "Presets of --type in Hounsfield units: {}.\n"
+        "Presets in Hounsfield units: {}.\n"
         "For several surfaces, repeat --isovalue or --type. OUT is then a .3mf, .glb, .vtp or .obj file, a\n"
         "folder, or a pattern with {{name}}.\n"
         "The order of the steps does not depend on the order of the options: crop, median, blur, isotropic;\n"
@@ -42,19 +42,23 @@ struct AllOptions {
 ExitCode read_and_run(int argc, const char* const* argv, const Console& console,
                       const std::atomic<bool>& stop) {
     AllOptions options;
-    Arguments arguments("marrow", "Turns CT and MRI scans into surfaces.", main_footer());
+    Arguments arguments(
+        "marrow",
+        {"Turns CT and MRI scans into surfaces.",
+         "marrow INPUT -o OUT --isovalue N [OPTIONS]\n       marrow COMMAND [OPTIONS] ...", main_footer()});
     add_options(arguments, options.surfaces);
     Arguments& info = arguments.add_command(
-        "info", "Say what is in scans: which series would be read and why, and what is wrong with them.",
-        kExitCodesHelp);
+        "info", {"Say what is in scans: which series would be read and why, and what is wrong with them.",
+                 "marrow info [OPTIONS] INPUT...", kExitCodesHelp});
     add_options(info, options.info);
     Arguments& check = arguments.add_command(
-        "check", "Say whether meshes are fit to print: closed, manifold, oriented, and free of other faults.",
-        kExitCodesHelp);
+        "check",
+        {"Say whether meshes are fit to print: closed, manifold, oriented, and free of other faults.",
+         "marrow check [OPTIONS] MESH...", kExitCodesHelp});
     add_options(check, options.check);
     Arguments& sweep = arguments.add_command(
-        "sweep", "Measure the closed surfaces at many isovalues: volume, area, components and triangles.",
-        std::string(kSweepHelp) + kExitCodesHelp);
+        "sweep", {"Measure the closed surfaces at many isovalues: volume, area, components and triangles.",
+                  "marrow sweep [OPTIONS] INPUT", std::string(kSweepHelp) + kExitCodesHelp});
     add_options(sweep, options.sweep);
     arguments.add_program("terrain", "Turn an elevation raster into a surface: marrow terrain DEM -o OUT.");
     arguments.add_program("view",

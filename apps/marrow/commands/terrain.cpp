@@ -183,17 +183,18 @@ void run(const TerrainCommandOptions& options, const Console& console, const std
 }
 
 int run_terrain(int argc, const char* const* argv, const Console& console, const std::atomic<bool>& stop) {
+    constexpr const char* kFooter =
+        "The model is in mm: x to the east, y to the north, z up. Without --size and --base it has its true\n"
+        "size.\n"
+        "With several levels, OUT is a folder; a pattern with {name}, which becomes level0, level1, ...; or "
+        "a\n"
+        ".glb file, in which they are nodes of these names.\n"
+        "Exit codes: see marrow --help.";
     return exit_code_of(console, [&] {
         TerrainCommandOptions options;
         Arguments arguments("marrow terrain",
-                            "Turns an elevation raster into a surface, or into a block to print.",
-                            "The model is in mm: x to the east, y to the north, z up. Without --size and "
-                            "--base it has its true\n"
-                            "size.\n"
-                            "With several levels, OUT is a folder; a pattern with {name}, which becomes "
-                            "level0, level1, ...; or a\n"
-                            ".glb file, in which they are nodes of these names.\n"
-                            "Exit codes: as of marrow.");
+                            {"Turns an elevation raster into a surface, or into a block to print.",
+                             "marrow terrain DEM -o OUT [OPTIONS]", kFooter});
         add_options(arguments, options);
         if (arguments.parse(argc, argv, console.out)) run(options, console, stop);
         return kOk;
