@@ -70,5 +70,26 @@ TEST_F(Mistake, SaysWhereTheScanIsIfTheBoxIsElsewhere) {
     EXPECT_NE(err("vox:0,1000,0,1,0,1").find("whose samples are vox:0,23,0,24,0,12"), std::string::npos);
 }
 
+TEST_F(Mistake, NamesTheOptionThatDoesNotGoWithTheMode) {
+    const std::vector<std::pair<std::vector<std::string>, std::string>> cases{
+        {{"--labels", "--snap", "0.3"}, "--snap does not go with --labels"},
+        {{"--labels", "--type", "bone"}, "--type does not go with --labels"},
+        {{"--labels", "--max-memory", "1G"}, "--max-memory does not go with --labels"},
+        {{"--isovalue", "0", "--max-memory", "1G", "--blur", "1"}, "--blur does not go with --max-memory"},
+        {{"--isovalue", "0", "--relax", "3"}, "--relax goes only with --labels"},
+        {{"--isovalue", "otsu", "--max-memory", "1G"}, "--max-memory needs one --isovalue N"},
+        {{"--isovalue", "0", "--keep", "2"}, "--keep takes a fraction above 0, at most 1, not '2'"},
+        {{"--isovalue", "0", "--threads", "x"}, "--threads takes a whole number, at least 0, not 'x'"},
+        {{"--isovalue", "0", "--threads", "1", "--threads", "2"}, "--threads"},
+    };
+    for (const auto& [options, message] : cases) {
+        std::vector<std::string> command{scan, "-o", folder / "a.stl"};
+        command.insert(command.end(), options.begin(), options.end());
+        const Outcome outcome = marrow_with(command);
+        EXPECT_EQ(outcome.code, kUsage) << message;
+        EXPECT_NE(outcome.err.find(message), outcome.err.npos) << outcome.err;
+    }
+}
+
 }  // namespace
 }  // namespace marrow::test
