@@ -1,3 +1,7 @@
+// Draws surfaces with VTK.
+#include "render.h"
+#include "report_progress.h"
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -30,6 +34,7 @@
 #include <vtkSSAOPass.h>
 #include <vtkSequencePass.h>
 #include <vtkShaderProperty.h>
+#include <vtkSmartPointer.h>
 #include <vtkTranslucentPass.h>
 #include <vtkTypeInt32Array.h>
 #include <vtkTypeInt64Array.h>
@@ -38,19 +43,16 @@
 
 #include <marrow/atomic_file.h>
 #include <marrow/error.h>
-#include <marrow/volume.h>
-
-#include "picture.h"
-#include "report_progress.h"
+#include <marrow/vector.h>
 
 VTK_MODULE_INIT(vtkRenderingOpenGL2);
 
-namespace marrow {
+namespace marrow::cli {
 namespace {
 
 constexpr int kWidth = 1600;
 constexpr int kHeight = 1200;
-constexpr int kOversampling = 2;  // drawn this much larger, then averaged
+constexpr int kOversampling = 2;  // draw this many times larger, then average
 
 // Shares the mesh's memory where VTK allows; the mesh must outlive the result.
 vtkNew<vtkPolyData> to_vtk(const Mesh& mesh) {
@@ -80,14 +82,14 @@ vtkNew<vtkPolyData> to_vtk(const Mesh& mesh) {
     return result;
 }
 
-double dot(const Vec3d& a, const Vec3f& b) {
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+double along(const Vec3d& axis, const Vec3f& p) {
+    return axis[0] * p[0] + axis[1] * p[1] + axis[2] * p[2];
 }
 
-// Upright, as near as all points fit.
-void aim(vtkCamera* camera, const std::vector<PictureSurface>& surfaces, const PictureView& view) {
+// Points the camera at the surfaces, upright and as close as all points fit into the picture.
+void aim(vtkCamera* camera, const std::vector<RenderedSurface>& surfaces, const CameraAngles& angles) {
     constexpr double kRadians = 3.14159265358979323846 / 180;
-    const double turn = view.turn * kRadians, rise = view.rise * kRadians;
+    const double turn = angles.turn * kRadians, rise = angles.rise * kRadians;
     constexpr double kViewAngle = 20, kMargin = 1.12;
     const double ct = std::cos(turn), st = std::sin(turn), cr = std::cos(rise), sr = std::sin(rise);
     const Vec3d towards{st * cr, -ct * cr, sr};  // from the patient to the camera; LPS: -y is anterior
@@ -96,9 +98,9 @@ void aim(vtkCamera* camera, const std::vector<PictureSurface>& surfaces, const P
 
     Vec3d lower{1e300, 1e300, 1e300}, upper{-1e300, -1e300, -1e300};
     const auto each_point = [&](auto visit) {
-        for (const PictureSurface& surface : surfaces) {
+        for (const RenderedSurface& surface : surfaces) {
             for (const Vec3f& p : surface.mesh->points)
-                visit(Vec3d{dot(right, p), dot(up, p), dot(towards, p)});
+                visit(Vec3d{along(right, p), along(up, p), along(towards, p)});
         }
     };
     each_point([&](const Vec3d& p) {
@@ -116,18 +118,18 @@ void aim(vtkCamera* camera, const std::vector<PictureSurface>& surfaces, const P
         distance = std::max(distance, across / slope + (p[2] - z));
     });
 
-    const auto place = [&](double along) {
+    const auto position = [&](double depth) {
         Vec3d p;
-        for (std::size_t a = 0; a < 3; ++a) p[a] = x * right[a] + y * up[a] + along * towards[a];
+        for (std::size_t a = 0; a < 3; ++a) p[a] = x * right[a] + y * up[a] + depth * towards[a];
         return p;
     };
-    camera->SetFocalPoint(place(z).data());
-    camera->SetPosition(place(z + distance).data());
+    camera->SetFocalPoint(position(z).data());
+    camera->SetPosition(position(z + distance).data());
     camera->SetViewUp(up.data());
     camera->SetViewAngle(kViewAngle);
 }
 
-// Opaque surfaces with ambient occlusion, then translucent ones over them, nearest last.
+// Draws opaque surfaces with ambient occlusion, then translucent ones over them, the nearest last.
 void shade(vtkRenderer* renderer) {
     const auto sequence = [](std::initializer_list<vtkRenderPass*> passes) {
         vtkNew<vtkRenderPassCollection> steps;
@@ -153,7 +155,7 @@ void shade(vtkRenderer* renderer) {
     renderer->SetPass(sequence({occlusion, peeling}));
 }
 
-// Like glass: clear where it faces the camera, denser towards its outline.
+// Makes a surface like glass: clear where it faces the camera, denser towards its outline.
 void make_translucent(vtkActor* actor) {
     actor->ForceTranslucentOn();
     actor->GetProperty()->BackfaceCullingOn();
@@ -165,7 +167,7 @@ void make_translucent(vtkActor* actor) {
         false);
 }
 
-vtkNew<vtkActor> to_actor(const PictureSurface& surface) {
+vtkNew<vtkActor> to_actor(const RenderedSurface& surface) {
     vtkNew<vtkPolyDataMapper> mapper;
     mapper->SetInputData(to_vtk(*surface.mesh));
     vtkNew<vtkActor> actor;
@@ -178,39 +180,8 @@ vtkNew<vtkActor> to_actor(const PictureSurface& surface) {
     return actor;
 }
 
-}  // namespace
-
-// Without one, VTK would end the process. An X server resets itself when its last client leaves, and refuses newcomers
-// meanwhile: so ask again for a second, and stay connected until VTK is.
-void require_display() {
-    static Display* display = nullptr;
-    for (int attempt = 0; display == nullptr && attempt < 10; ++attempt) {
-        if (attempt > 0) std::this_thread::sleep_for(std::chrono::milliseconds(100));
-        display = XOpenDisplay(nullptr);
-        if (std::getenv("DISPLAY") == nullptr) break;
-    }
-    if (display == nullptr)
-        throw IoError("--picture needs a display and there is none: run 'xvfb-run -a marrow ...'");
-}
-
-void write_picture(const std::vector<PictureSurface>& surfaces, const std::filesystem::path& file,
-                   const Progress& progress, const PictureView& view) {
-    require_display();
-
-    vtkNew<vtkRenderer> renderer;
-    renderer->GradientBackgroundOn();
-    renderer->SetBackground(0.10, 0.12, 0.15);   // bottom
-    renderer->SetBackground2(0.30, 0.36, 0.43);  // top
-    for (const PictureSurface& surface : surfaces) renderer->AddActor(to_actor(surface));
-    aim(renderer->GetActiveCamera(), surfaces, view);
-    renderer->ResetCameraClippingRange();
-    vtkNew<vtkLightKit> lights;  // key, fill and back lights that go with the camera
-    lights->SetKeyLightAngle(45, -35);
-    lights->SetKeyToFillRatio(2.2);
-    lights->SetKeyToBackRatio(2.2);
-    lights->AddLightsToRenderer(renderer);
-    shade(renderer);
-
+// Draws the scene off screen and returns it as a PNG file.
+vtkSmartPointer<vtkUnsignedCharArray> draw(vtkRenderer* renderer) {
     vtkNew<vtkRenderWindow> window;
     window->SetOffScreenRendering(1);
     window->SetMultiSamples(0);
@@ -229,14 +200,49 @@ void write_picture(const std::vector<PictureSurface>& surfaces, const std::files
     writer->SetInputConnection(average->GetOutputPort());
     writer->WriteToMemoryOn();
     writer->Write();
-    vtkUnsignedCharArray* png = writer->GetResult();
+    return writer->GetResult();
+}
+
+}  // namespace
+
+// Without a display, VTK would end the process. An X server resets itself when its last client leaves, and refuses new
+// clients meanwhile. So try for a second, and stay connected until VTK is.
+void require_display() {
+    static Display* display = nullptr;
+    for (int attempt = 0; display == nullptr && attempt < 10; ++attempt) {
+        if (attempt > 0) std::this_thread::sleep_for(std::chrono::milliseconds(100));
+        display = XOpenDisplay(nullptr);
+        if (std::getenv("DISPLAY") == nullptr) break;
+    }
+    if (display == nullptr)
+        throw IoError("--picture needs a display, but there is none: run 'xvfb-run -a marrow ...'");
+}
+
+void render(const std::vector<RenderedSurface>& surfaces, const std::filesystem::path& file,
+            const Progress& progress, const CameraAngles& angles) {
+    require_display();
+
+    vtkNew<vtkRenderer> renderer;
+    renderer->GradientBackgroundOn();
+    renderer->SetBackground(0.10, 0.12, 0.15);   // bottom
+    renderer->SetBackground2(0.30, 0.36, 0.43);  // top
+    for (const RenderedSurface& surface : surfaces) renderer->AddActor(to_actor(surface));
+    aim(renderer->GetActiveCamera(), surfaces, angles);
+    renderer->ResetCameraClippingRange();
+    vtkNew<vtkLightKit> lights;  // key, fill and back lights that go with the camera
+    lights->SetKeyLightAngle(45, -35);
+    lights->SetKeyToFillRatio(2.2);
+    lights->SetKeyToBackRatio(2.2);
+    lights->AddLightsToRenderer(renderer);
+    shade(renderer);
+
+    const vtkSmartPointer<vtkUnsignedCharArray> png = draw(renderer);
     if (!png || png->GetNumberOfValues() == 0)
         throw IoError("cannot draw '" + file.string() + "': VTK made no picture");
-
-    report(progress, 1);  // drawing cannot be stopped, writing can
+    report(progress, 1);  // drawing cannot be cancelled, but writing can
     AtomicFile out(file);
     out.write(png->GetPointer(0), static_cast<std::size_t>(png->GetNumberOfValues()));
     out.commit();
 }
 
-}  // namespace marrow
+}  // namespace marrow::cli
