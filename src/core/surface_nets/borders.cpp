@@ -15,7 +15,6 @@
 
 #include "base/parallel.h"
 #include "borders.h"
-#include "core/volume/visit_samples.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace marrow::internal::HWY_NAMESPACE {
@@ -86,8 +85,8 @@ void mark_edges_of_type(const LabelReader<T>& labels, std::int64_t k, BorderBits
 
 // Marks the crossed edges that begin in slice k of samples.
 void mark_edges(const LabelMap& map, std::int64_t k, BorderBits& bits) {
-    with_sample_type(map.type,
-                     [&](auto sample) { mark_edges_of_type(LabelReader<decltype(sample)>(map), k, bits); });
+    visit_sample_type(map.type,
+                      [&](auto sample) { mark_edges_of_type(LabelReader<decltype(sample)>(map), k, bits); });
 }
 
 // As CrossedEdges::word, for as many words as a vector has.

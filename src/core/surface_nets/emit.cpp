@@ -15,8 +15,8 @@ namespace {
 // The work on all slabs. The background's points and triangles are computed, too, and dropped.
 class MeshMaker {
   public:
-    MeshMaker(SurfaceNet& net, const Frame& frame, LabelIndex background)
-        : net_(net), frame_(frame), background_(background), meshes_(net.labels.size()) {
+    MeshMaker(SurfaceNet& net, const IndexToPhysical& to_physical, LabelIndex background)
+        : net_(net), to_physical_(to_physical), background_(background), meshes_(net.labels.size()) {
         allocate();
         net.corners.resize(net.corner_count());
     }
@@ -29,7 +29,7 @@ class MeshMaker {
             writers.push_back({meshes_[l].points.data(), static_cast<std::uint32_t>(before), 1});
         }
         writers[background_] = {&dropped, 0, 0};
-        emit_label_points(net_, frame_, slab, writers.data());
+        emit_label_points(net_, to_physical_, slab, writers.data());
     }
 
     // Writes the quads of some slices of a slab. The next call for this slab continues after them.
@@ -40,7 +40,7 @@ class MeshMaker {
         for (std::size_t l = 0; l < meshes_.size(); ++l)
             writers.push_back({meshes_[l].triangles.data() + counts[l].half_triangles / 2, 1});
         writers[background_] = {dropped.data(), 0};
-        emit_label_quads(net_, frame_.mirrored, begin, end, writers.data());
+        emit_label_quads(net_, to_physical_.mirrored, begin, end, writers.data());
         for (std::size_t l = 0; l < meshes_.size(); ++l) {
             if (l == background_) continue;
             const auto written = writers[l].next - meshes_[l].triangles.data();
@@ -69,16 +69,16 @@ class MeshMaker {
     }
 
     SurfaceNet& net_;
-    const Frame& frame_;
+    const IndexToPhysical& to_physical_;
     const LabelIndex background_;
     std::vector<Mesh> meshes_;
 };
 
 }  // namespace
 
-std::vector<Mesh> make_label_meshes(SurfaceNet& net, const Frame& frame, LabelIndex background,
-                                    const Progress& progress) {
-    MeshMaker maker(net, frame, background);
+std::vector<Mesh> make_label_meshes(SurfaceNet& net, const IndexToPhysical& to_physical,
+                                    LabelIndex background, const Progress& progress) {
+    MeshMaker maker(net, to_physical, background);
     const std::size_t slabs = net.slabs.size();
     Stage stage(progress, 0, 1, 2 * slabs);
     // Quads are written while their corners are in the cache. But those of the first slice also need corners

@@ -12,7 +12,7 @@ namespace marrow::internal {
 
 /// Makes a mesh for each label of the net, without normals; the background's is empty. Fills in net.corners.
 /// Uses up the counts of the net's slabs.
-std::vector<Mesh> make_label_meshes(SurfaceNet& net, const Frame& frame, LabelIndex background,
-                                    const Progress& progress);
+std::vector<Mesh> make_label_meshes(SurfaceNet& net, const IndexToPhysical& to_physical,
+                                    LabelIndex background, const Progress& progress);
 
 }  // namespace marrow::internal

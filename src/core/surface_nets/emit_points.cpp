@@ -17,14 +17,14 @@ namespace hn = hwy::HWY_NAMESPACE;
 // are no fused operations, so the result is the same on every processor.
 class CellToPhysical {
   public:
-    explicit CellToPhysical(const Frame& frame) {
+    explicit CellToPhysical(const IndexToPhysical& to_physical) {
         for (std::size_t r = 0; r < 3; ++r) {
             // The centre of cell (i, j, k) has index (i, j, k) - 1/2 in the volume, without the layer around
             // it.
-            origin_[r] = frame.origin[r] - 0.5 * frame.exact[r][0];
+            origin_[r] = to_physical.origin[r] - 0.5 * to_physical.exact[r][0];
             for (std::size_t a = 0; a < 3; ++a) {
-                exact_columns_[a][r] = frame.exact[r][a];
-                columns_[a][r] = frame.matrix[r][a];
+                exact_columns_[a][r] = to_physical.exact[r][a];
+                columns_[a][r] = to_physical.matrix[r][a];
             }
         }
     }
@@ -72,8 +72,8 @@ class CellToPhysical {
 // Emits the points of cells.
 class PointEmitter {
   public:
-    PointEmitter(SurfaceNet& net, const Frame& frame, PointWriter* writers)
-        : net_(net), to_physical_(frame), writers_(writers) {
+    PointEmitter(SurfaceNet& net, const IndexToPhysical& to_physical, PointWriter* writers)
+        : net_(net), to_physical_(to_physical), writers_(writers) {
         for (std::size_t c = 0; c < vector_of_case_.size(); ++c)
             vector_of_case_[c] = to_physical_.vector_to(two_label_cases()[c].position);
     }
@@ -145,8 +145,9 @@ class PointEmitter {
         vector_of_case_;  // from the centre of a two-label cell to its point, not relaxed
 };
 
-void emit_points_of_slab(SurfaceNet& net, const Frame& frame, std::size_t slab_number, PointWriter* writers) {
-    PointEmitter emitter(net, frame, writers);
+void emit_points_of_slab(SurfaceNet& net, const IndexToPhysical& to_physical, std::size_t slab_number,
+                         PointWriter* writers) {
+    PointEmitter emitter(net, to_physical, writers);
     for (std::int64_t k = SurfaceNet::first_slice(slab_number); k < net.end_slice(slab_number); ++k) {
         for (std::int64_t j = 0; j < net.bits.cell_rows(); ++j) emitter.emit_row(j, k);
     }
@@ -164,8 +165,9 @@ namespace marrow::internal {
 
 HWY_EXPORT(emit_points_of_slab);
 
-void emit_label_points(SurfaceNet& net, const Frame& frame, std::size_t slab, PointWriter* writers) {
-    HWY_DYNAMIC_DISPATCH(emit_points_of_slab)(net, frame, slab, writers);
+void emit_label_points(SurfaceNet& net, const IndexToPhysical& to_physical, std::size_t slab,
+                       PointWriter* writers) {
+    HWY_DYNAMIC_DISPATCH(emit_points_of_slab)(net, to_physical, slab, writers);
 }
 
 }  // namespace marrow::internal

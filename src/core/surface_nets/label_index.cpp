@@ -9,8 +9,6 @@
 
 #include <marrow/error.h>
 
-#include "core/volume/visit_samples.h"
-
 namespace marrow::internal {
 namespace {
 
@@ -89,7 +87,7 @@ std::vector<std::int64_t> find_values_of_type(const LabelReader<T>& labels, cons
 }  // namespace
 
 std::vector<std::int64_t> find_label_values(const LabelMap& map, const BorderBits& bits) {
-    return with_sample_type(
+    return visit_sample_type(
         map.type, [&](auto sample) { return find_values_of_type(LabelReader<decltype(sample)>(map), bits); });
 }
 

@@ -15,9 +15,9 @@
 #include <marrow/buffer.h>
 
 #include "base/parallel.h"
+#include "base/progress.h"
 #include "core/grid/index_to_physical.h"
-#include "core/grid/parallel.h"
-#include "core/volume/visit_samples.h"
+#include "core/volume/checks.h"
 #include "emit.h"
 #include "relax.h"
 #include "surface_net.h"
@@ -65,11 +65,6 @@ void add_normals(Mesh& mesh) {
     }
 }
 
-void check_label_map(const VolumeView& map) {
-    check_geometry(map.geometry);
-    if (map.data == nullptr && map.geometry.sample_count() > 0) throw InputError("volume has no samples");
-}
-
 // Checks that all samples are integers.
 template <class T>
 void check_samples(const VolumeView& map) {
@@ -96,27 +91,21 @@ void check_background(std::int64_t background) {
         throw InputError("the background label does not fit the sample type of the label map");
 }
 
-// The share of a task in the progress of all work, from `begin` to `end`.
-Progress share(const Progress& progress, double begin, double end) {
-    if (!progress) return {};
-    return [&progress, begin, end](double fraction) { return progress(begin + fraction * (end - begin)); };
-}
-
 std::vector<LabelSurface> extract(const VolumeView& map, const LabelOptions& options) {
-    with_sample_type(map.type, [&](auto sample) {
+    visit_sample_type(map.type, [&](auto sample) {
         check_background<decltype(sample)>(options.background);
         check_samples<decltype(sample)>(map);
     });
     const LabelMap label_map{map.type, map.data, map.geometry.dims, options.background};
     const Progress& progress = options.progress;
-    SurfaceNet net = make_surface_net(label_map, find_borders(label_map, share(progress, 0, 0.15)),
-                                      share(progress, 0.15, 0.3));
-    relax(net, options.relax, share(progress, 0.3, 0.6));
+    SurfaceNet net = make_surface_net(label_map, find_borders(label_map, sub_progress(progress, 0, 0.15)),
+                                      sub_progress(progress, 0.15, 0.3));
+    relax(net, options.relax, sub_progress(progress, 0.3, 0.6));
 
     const auto background = static_cast<LabelIndex>(
         std::lower_bound(net.labels.begin(), net.labels.end(), options.background) - net.labels.begin());
     std::vector<Mesh> meshes =
-        make_label_meshes(net, Frame(map.geometry), background, share(progress, 0.6, 0.9));
+        make_label_meshes(net, IndexToPhysical(map.geometry), background, sub_progress(progress, 0.6, 0.9));
 
     std::vector<LabelSurface> surfaces;
     for (std::size_t l = 0; l < meshes.size(); ++l) {
@@ -145,23 +134,23 @@ void count_runs(const T* begin, const T* end, LabelCounts& counts) {
 }  // namespace
 
 std::vector<LabelSurface> extract_labels(const VolumeView& map, const LabelOptions& options) {
-    check_label_map(map);
+    check_volume(map);
     if (options.relax < 0) throw InputError("the number of relaxation passes must not be negative");
     std::vector<LabelSurface> surfaces;
     if (!has_cells(map.geometry, true)) return surfaces;
     with_threads(options.threads, [&] { surfaces = extract(map, options); });
-    report(options.progress, 1);
+    report_progress(options.progress, 1);
     return surfaces;
 }
 
 std::map<std::int64_t, std::int64_t> count_labels(const VolumeView& map, const LabelCountOptions& options) {
-    check_label_map(map);
+    check_volume(map);
     const std::int64_t slices = map.geometry.dims[2],
                        samples_in_slice = map.geometry.dims[0] * map.geometry.dims[1];
     Stage stage(options.progress, 0, 1, static_cast<std::size_t>(slices));
     tbb::enumerable_thread_specific<LabelCounts> counts_of_thread;
     with_threads(options.threads, [&] {
-        with_sample_type(map.type, [&](auto sample) {
+        visit_sample_type(map.type, [&](auto sample) {
             using T = decltype(sample);
             check_samples<T>(map);
             tbb::parallel_for(std::int64_t{0}, slices, [&](std::int64_t k) {

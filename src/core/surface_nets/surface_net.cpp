@@ -12,7 +12,6 @@
 #include <tbb/parallel_for.h>
 
 #include "base/parallel.h"
-#include "core/volume/visit_samples.h"
 #include "surface_net.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -170,7 +169,7 @@ class CellMaker {
 };
 
 void make_slab(const LabelMap& map, SurfaceNet& net, std::size_t slab, CellPatternCache& patterns) {
-    with_sample_type(map.type, [&](auto sample) {
+    visit_sample_type(map.type, [&](auto sample) {
         CellMaker<decltype(sample)> maker(map, net, net.slabs[slab], patterns);
         for (std::int64_t k = SurfaceNet::first_slice(slab); k < net.end_slice(slab); ++k) {
             for (std::int64_t j = 0; j < net.bits.cell_rows(); ++j) {

@@ -55,7 +55,8 @@ struct TriangleWriter {
 
 /// Fills in the corners of a slab's cells, and writes their points to the meshes; `writers` has one for each
 /// label.
-void emit_label_points(SurfaceNet& net, const Frame& frame, std::size_t slab, PointWriter* writers);
+void emit_label_points(SurfaceNet& net, const IndexToPhysical& to_physical, std::size_t slab,
+                       PointWriter* writers);
 
 /// Writes the quads of the edges that begin in slices [begin, end) of samples; `writers` has one for each
 /// label. `mirrored` flips all triangles. \pre the corners of the cells in these slices, and in the one
