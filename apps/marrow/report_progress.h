@@ -3,11 +3,11 @@
 
 #include <marrow/progress.h>
 
-namespace marrow {
+namespace marrow::cli {
 
 /// Calls `progress` if there is one. \throw Cancelled if it returns false
 inline void report(const Progress& progress, double fraction) {
     if (progress && !progress(fraction)) throw Cancelled();
 }
 
-}  // namespace marrow
+}  // namespace marrow::cli

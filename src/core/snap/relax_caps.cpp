@@ -74,7 +74,7 @@ class LimitedMover {
         moved += allowed;
         Vec3d done;
         for (std::size_t r = 0; r < 3; ++r) {
-            done[r] = dot(input_.frame.exact[r], edges);
+            done[r] = dot(input_.to_physical.exact[r], edges);
             point[r] += static_cast<float>(done[r]);
         }
         return dot(done, step) / dot(step, step);
@@ -84,7 +84,7 @@ class LimitedMover {
     // A point in a face of an open volume's box stays in that face.
     Vec3d step_in_edges(const Vec3f& point, const Vec3d& step) const {
         constexpr double kTolerance = 0.01;
-        const Vec3d from_origin = Vec3d{point[0], point[1], point[2]} - input_.frame.origin;
+        const Vec3d from_origin = Vec3d{point[0], point[1], point[2]} - input_.to_physical.origin;
         const auto& dims = input_.volume.geometry.dims;
         Vec3d edges;
         for (std::size_t a = 0; a < 3; ++a) {
