@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "io/mesh/reader.h"
+#include "file_content.h"
 
 namespace marrow {
 
@@ -22,6 +22,6 @@ struct XmlTag {
 
 /// Finds the next tag from `at` on, comments and declarations left out; false where there is none. \throw
 /// InputError a tag without an end
-bool next_tag(const MeshInput& input, std::size_t at, XmlTag& tag);
+bool next_tag(const FileContent& input, std::size_t at, XmlTag& tag);
 
 }  // namespace marrow

@@ -6,6 +6,8 @@
 
 #include <zlib.h>
 
+#include <marrow/error.h>
+
 #include "text.h"
 
 namespace marrow {
@@ -27,7 +29,7 @@ std::uint64_t ZipReader::number(std::uint64_t at, int bytes) const {
     return value;
 }
 
-ZipReader::ZipReader(const MeshInput& archive) : archive_(archive) {
+ZipReader::ZipReader(const FileContent& archive) : archive_(archive) {
     constexpr std::uint64_t kEndSize = 22, kLongestComment = 65535;
     const std::uint64_t size = archive.bytes.size();
     std::uint64_t end = size < kEndSize ? 0 : size - kEndSize + 1;

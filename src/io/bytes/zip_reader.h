@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "io/mesh/reader.h"
+#include "file_content.h"
 
 namespace marrow {
 
@@ -14,7 +14,7 @@ namespace marrow {
 class ZipReader {
   public:
     /// \pre archive outlives this. \throw InputError no ZIP archive, or one that is damaged
-    explicit ZipReader(const MeshInput& archive);
+    explicit ZipReader(const FileContent& archive);
 
     /// A file's bytes; small and capital letters in names are the same. \throw InputError it is not there,
     /// damaged, or not kept in a way that can be read
@@ -28,7 +28,7 @@ class ZipReader {
     std::uint64_t number(std::uint64_t at, int bytes) const;
     void take_large_sizes(Entry& entry, std::uint64_t at, std::uint64_t end) const;
 
-    const MeshInput& archive_;
+    const FileContent& archive_;
     std::vector<Entry> entries_;
 };
 

@@ -28,9 +28,9 @@ double determinant(const Transform& m) {
 }
 
 // The part of the archive that its root names as the model.
-MeshInput model_of(const MeshInput& archive) {
+FileContent model_of(const FileContent& archive) {
     const ZipReader zip(archive);
-    const MeshInput relations{archive.path, zip.file("_rels/.rels")};
+    const FileContent relations{archive.path, zip.file("_rels/.rels")};
     XmlTag tag;
     for (std::size_t at = 0; next_tag(relations, at, tag); at = tag.end) {
         if (tag.name != "Relationship" || !tag.get("Type").ends_with("/3dmodel")) continue;
@@ -43,7 +43,7 @@ MeshInput model_of(const MeshInput& archive) {
 
 class ModelReader {
   public:
-    explicit ModelReader(const MeshInput& model) : model_(model) {}
+    explicit ModelReader(const FileContent& model) : model_(model) {}
 
     Mesh read(std::optional<Space>& space) {
         Object* object = nullptr;
@@ -157,7 +157,7 @@ class ModelReader {
         object.mesh = {};
     }
 
-    const MeshInput& model_;
+    const FileContent& model_;
     XmlTag tag_;
     std::map<std::string, Object> objects_;
     Mesh built_;
@@ -166,8 +166,8 @@ class ModelReader {
 
 }  // namespace
 
-Mesh read_3mf(const MeshInput& input, std::optional<Space>& space) {
-    const MeshInput model = model_of(input);
+Mesh read_3mf(const FileContent& input, std::optional<Space>& space) {
+    const FileContent model = model_of(input);
     return ModelReader(model).read(space);
 }
 

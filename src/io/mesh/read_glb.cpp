@@ -30,7 +30,7 @@ struct Elements {
 
 class GlbReader {
   public:
-    explicit GlbReader(const MeshInput& input) : input_(input) {
+    explicit GlbReader(const FileContent& input) : input_(input) {
         constexpr std::uint32_t kMagic = 0x46546C67, kJson = 0x4E4F534A, kBinary = 0x004E4942;
         if (input.bytes.size() < 20 || word(0) != kMagic) input.refuse("is not a .glb file");
         if (word(4) != 2) input.refuse("is of glTF version " + std::to_string(word(4)) + "; only 2 is read");
@@ -204,7 +204,7 @@ class GlbReader {
     }
 
     static constexpr std::uint64_t kFloat = 5126;
-    const MeshInput& input_;
+    const FileContent& input_;
     Json json_;
     std::string_view buffer_;
     Mesh mesh_;
@@ -214,7 +214,7 @@ class GlbReader {
 
 }  // namespace
 
-Mesh read_glb(const MeshInput& input, std::optional<Space>& space) {
+Mesh read_glb(const FileContent& input, std::optional<Space>& space) {
     GlbReader reader(input);
     Mesh mesh = reader.read();
     if (!reader.names_no_space()) space = Space::LPS;  // glTF says how a model stands

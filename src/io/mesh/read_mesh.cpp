@@ -30,7 +30,7 @@ class Lines {
     std::string_view rest_;
 };
 
-Vec3f coordinates(const MeshInput& input, const std::vector<std::string_view>& words) {
+Vec3f coordinates(const FileContent& input, const std::vector<std::string_view>& words) {
     if (words.size() < 4) input.refuse("a point has fewer than three coordinates");
     Vec3f point;
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -67,7 +67,7 @@ Mesh with_shared_points(const std::vector<Vec3f>& corners) {
     return mesh;
 }
 
-Mesh read_stl(const MeshInput& input, std::optional<Space>& space) {
+Mesh read_stl(const FileContent& input, std::optional<Space>& space) {
     constexpr std::size_t kHeader = 84, kFacet = 50;
     const std::string& bytes = input.bytes;
     std::vector<Vec3f> corners;
@@ -98,7 +98,7 @@ Mesh read_stl(const MeshInput& input, std::optional<Space>& space) {
     return with_shared_points(corners);
 }
 
-Mesh read_obj(const MeshInput& input, std::optional<Space>& space) {
+Mesh read_obj(const FileContent& input, std::optional<Space>& space) {
     Mesh mesh;
     std::vector<std::int64_t> corners;
     Lines lines(input.bytes);
@@ -123,11 +123,7 @@ Mesh read_obj(const MeshInput& input, std::optional<Space>& space) {
 
 }  // namespace
 
-void MeshInput::refuse(const std::string& why) const {
-    throw InputError(shown(path) + ": " + why);
-}
-
-void add_polygon(const MeshInput& input, const std::vector<std::int64_t>& corners, std::size_t points,
+void add_polygon(const FileContent& input, const std::vector<std::int64_t>& corners, std::size_t points,
                  Mesh& mesh) {
     if (corners.size() < 3) input.refuse("a face has fewer than three corners");
     for (const std::int64_t c : corners) {
@@ -140,7 +136,7 @@ void add_polygon(const MeshInput& input, const std::vector<std::int64_t>& corner
                                   static_cast<std::uint32_t>(corners[i])});
 }
 
-void refuse_non_finite(const MeshInput& input, std::span<const Vec3f> points) {
+void refuse_non_finite(const FileContent& input, std::span<const Vec3f> points) {
     for (const Vec3f& p : points) {
         if (!std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2]))
             input.refuse("a coordinate is NaN or infinite");
@@ -155,22 +151,7 @@ std::optional<Space> marked_space(std::string_view text) {
 
 Mesh read_mesh(const std::filesystem::path& path, std::optional<Space>* stated) {
     const MeshFormat format = mesh_format(path);
-    MeshInput input{path, {}};
-    if (is_gzipped(path)) {
-        constexpr std::size_t kChunk = std::size_t{1} << 20;
-        ByteStream stream(path, Compression::zlib);
-        std::size_t size = 0, read = 0;
-        do {
-            input.bytes.resize(size + kChunk);
-            read = stream.read_some(input.bytes.data() + size, kChunk);
-            size += read;
-        } while (read > 0);
-        input.bytes.resize(size);
-        stream.verify_end();
-    } else {
-        input.bytes.resize(size_of_file(path));
-        ByteStream(path, Compression::none).read(input.bytes.data(), input.bytes.size());
-    }
+    const FileContent input = read_content(path, is_gzipped(path) ? Compression::zlib : Compression::none);
     std::optional<Space> space;
     Mesh mesh;
     if (format == MeshFormat::stl) mesh = read_stl(input, space);

@@ -51,7 +51,7 @@ double value_of(const char* bytes) {
 // The numbers after the header, one after the other.
 class Numbers {
   public:
-    Numbers(const MeshInput& input, std::size_t at, Encoding encoding)
+    Numbers(const FileContent& input, std::size_t at, Encoding encoding)
         : input_(input), at_(at), encoding_(encoding) {}
 
     double next(const Type& type) { return encoding_ == Encoding::text ? next_word() : next_binary(type); }
@@ -87,7 +87,7 @@ class Numbers {
         }
     }
 
-    const MeshInput& input_;
+    const FileContent& input_;
     std::size_t at_;
     const Encoding encoding_;
 };
@@ -98,7 +98,7 @@ struct Header {
     std::size_t end = 0;
 };
 
-Header parse_header(const MeshInput& input, std::optional<Space>& space) {
+Header parse_header(const FileContent& input, std::optional<Space>& space) {
     Header header;
     bool has_format = false;
     for (std::size_t at = 0; header.end == 0;) {
@@ -140,7 +140,7 @@ Header parse_header(const MeshInput& input, std::optional<Space>& space) {
 
 }  // namespace
 
-Mesh read_ply(const MeshInput& input, std::optional<Space>& space) {
+Mesh read_ply(const FileContent& input, std::optional<Space>& space) {
     const Header header = parse_header(input, space);
     Numbers numbers(input, header.end, header.encoding);
     Mesh mesh;

@@ -40,7 +40,7 @@ std::string from_base64(std::string_view text) {
 
 class VtpReader {
   public:
-    explicit VtpReader(const MeshInput& input) : input_(input) {}
+    explicit VtpReader(const FileContent& input) : input_(input) {}
 
     Mesh read(std::optional<Space>& space) {
         std::string_view section;
@@ -218,7 +218,7 @@ class VtpReader {
         }
     }
 
-    const MeshInput& input_;
+    const FileContent& input_;
     Mesh mesh_;
     bool is_file_ = false, compressed_ = false, appended_raw_ = false;
     std::size_t word_ = 4;      // bytes of a length
@@ -228,7 +228,7 @@ class VtpReader {
 
 }  // namespace
 
-Mesh read_vtp(const MeshInput& input, std::optional<Space>& space) {
+Mesh read_vtp(const FileContent& input, std::optional<Space>& space) {
     return VtpReader(input).read(space);
 }
 
