@@ -21,25 +21,30 @@ void with_threads(int threads, const F& f) {
     tbb::task_arena(threads > 0 ? std::min(threads, most) : most).execute(f);
 }
 
-/// Reports the progress of one stage of the work, from `begin` to `end` of the whole, in equal steps. Any thread may step.
+/// Counts the equal steps of a stage of work and reports progress from `begin` to `end`. Any thread may call
+/// step().
 class Stage {
   public:
     Stage(const Progress& progress, double begin, double end, std::size_t steps)
         : progress_(progress),
           begin_(begin),
-          per_step_((end - begin) / static_cast<double>(std::max<std::size_t>(steps, 1))) {}
+          end_(end),
+          steps_(static_cast<double>(std::max<std::size_t>(steps, 1))) {}
 
-    /// \throw Cancelled
-    void step() {
+    /// Counts a step, or a part of one. \throw Cancelled
+    void step(double part = 1) {
         if (!progress_) return;
         const std::lock_guard lock(mutex_);
-        report(progress_, begin_ + per_step_ * static_cast<double>(++done_));
+        done_ += part;
+        // Parts such as 1/3 do not add up exactly.
+        const bool complete = done_ > steps_ - 1e-6;
+        report(progress_, complete ? end_ : begin_ + (end_ - begin_) * done_ / steps_);
     }
 
   private:
     const Progress& progress_;
-    const double begin_, per_step_;
-    std::size_t done_ = 0;
+    const double begin_, end_, steps_;
+    double done_ = 0;
     std::mutex mutex_;
 };
 

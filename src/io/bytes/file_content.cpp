@@ -5,10 +5,10 @@
 
 #include "text.h"
 
-namespace marrow {
+namespace marrow::internal::io {
 
 void FileContent::refuse(const std::string& why) const {
-    throw InputError(shown(path) + ": " + why);
+    throw InputError(quoted(path) + ": " + why);
 }
 
 FileContent read_content(const std::filesystem::path& path, Compression compression) {
@@ -16,7 +16,7 @@ FileContent read_content(const std::filesystem::path& path, Compression compress
     std::string& bytes = content.bytes;
     ByteStream stream(path, compression);
     if (compression == Compression::none) {
-        bytes.resize(size_of_file(path));
+        bytes.resize(regular_file_size(path));
         stream.read(bytes.data(), bytes.size());
         return content;
     }
@@ -32,4 +32,4 @@ FileContent read_content(const std::filesystem::path& path, Compression compress
     return content;
 }
 
-}  // namespace marrow
+}  // namespace marrow::internal::io

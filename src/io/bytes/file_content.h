@@ -6,7 +6,7 @@
 
 #include "byte_stream.h"
 
-namespace marrow {
+namespace marrow::internal::io {
 
 struct FileContent {
     std::filesystem::path path;
@@ -19,4 +19,4 @@ struct FileContent {
 /// Reads a whole file, decompressed. \throw IoError; InputError if the compressed data are damaged
 FileContent read_content(const std::filesystem::path& path, Compression compression);
 
-}  // namespace marrow
+}  // namespace marrow::internal::io

@@ -1,14 +1,15 @@
+// Parses the tags of XML files.
 #include "xml.h"
 
 #include <algorithm>
 
 #include "text.h"
 
-namespace marrow {
+namespace marrow::internal::io {
 
 namespace {
 
-// Where the tag ends whose bracket opens before `at`: behind the first closing one outside quotes.
+// The offset after the first closing bracket from `at` on that is not in quotes.
 std::size_t end_of_tag(const FileContent& input, std::size_t at) {
     const std::string& text = input.bytes;
     for (;;) {
@@ -62,4 +63,4 @@ bool next_tag(const FileContent& input, std::size_t at, XmlTag& tag) {
     return true;
 }
 
-}  // namespace marrow
+}  // namespace marrow::internal::io
