@@ -18,7 +18,7 @@ using Json = nlohmann::ordered_json;
 
 struct Checked {
     fs::path file;
-    std::optional<Space> space;
+    Space space = Space::none;
     MeshCheck found;
     std::string refusal;  // why nothing was found; empty: something was
 
@@ -38,7 +38,7 @@ Json to_json(const Checked& checked, double min_wall) {
     const MeshCheck& c = checked.found;
     const MeshMeasures& m = c.measures;
     Json json{{"mesh", checked.file.string()},
-              {"space", checked.space ? Json(*checked.space == Space::RAS ? "RAS" : "LPS") : Json()},
+              {"space", checked.space != Space::none ? Json(checked.space == Space::RAS ? "RAS" : "LPS") : Json()},
               {"sound", c.is_sound()},
               {"closed", c.is_closed()},
               {"manifold", c.is_manifold()},
@@ -104,7 +104,7 @@ void print(std::ostream& out, const Checked& checked, double min_wall) {
                                           : "- (an open mesh has no volume)"));
     line("bounds", fmt::format("{:g} {:g} {:g} to {:g} {:g} {:g} mm ({})", m.lower[0], m.lower[1], m.lower[2],
                                m.upper[0], m.upper[1], m.upper[2],
-                               checked.space ? "LPS" : "the file does not say which space"));
+                               checked.space != Space::none ? "LPS" : "the file does not say which space"));
 }
 
 }  // namespace
@@ -146,7 +146,7 @@ void verify(std::span<const MeshObject> objects, const fs::path& file, Space spa
     const auto fail = [&](const std::string& why) {
         throw CheckFailed(fmt::format("'{}' is not what was written: {}", file.string(), why));
     };
-    std::optional<Space> stated;
+    Space stated = Space::none;
     const Mesh found = read_mesh(file, &stated);
     if (stated != space) fail("it states another space");
     std::size_t points = 0, triangles = 0;

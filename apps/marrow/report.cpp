@@ -81,7 +81,7 @@ void print(std::ostream& out, const Json& json) {
 void print_json(std::ostream& out, const ScanInfo& info, const std::vector<Surface>& surfaces, Space space,
                 const std::vector<std::string>& warnings, const StageSeconds& seconds) {
     Json json;
-    json["input"] = {{"format", info.format},
+    json["input"] = {{"format", scan_format_name(info.format)},
                      {"modality", text_or_null(info.series.modality)},
                      {"dims", info.series.dims},
                      {"spacing_mm", info.series.spacing},
@@ -149,7 +149,7 @@ Json finding_json(const Finding& finding, bool show_patient) {
     }
     const ScanReport& report = finding.report;
     json["refused"] = report.chosen ? Json() : Json(report.reason);
-    json["format"] = report.format;
+    json["format"] = scan_format_name(report.format);
     json["files"] = report.files;
     json["chosen"] = report.chosen ? Json(*report.chosen) : Json();
     json["reason"] = report.chosen ? Json(report.reason) : Json();
@@ -167,10 +167,10 @@ Json finding_json(const Finding& finding, bool show_patient) {
                  {"tilt_degrees", s.tilt},
                  {"gaps", s.gaps},
                  {"hounsfield_units", s.hounsfield ? Json(*s.hounsfield) : Json()},
-                 {"smallest_feature_mm", number_or_null(s.smallest_feature)},
+                 {"smallest_feature_mm", s.smallest_feature ? Json(*s.smallest_feature) : Json()},
                  {"memory_bytes", s.memory},
                  {"warnings", s.warnings},
-                 {"refused", text_or_null(s.refusal)}};
+                 {"refused", s.refusal ? Json(*s.refusal) : Json()}};
         if (show_patient) one["patient"] = text_or_null(s.patient_name);
         json["series"].push_back(std::move(one));
     }
@@ -200,12 +200,12 @@ void print_one(std::ostream& out, const SeriesReport& s, bool is_chosen, bool is
     for (std::size_t i = 0; i < std::min(most_gaps, s.gaps.size()); ++i) line("gap", s.gaps[i]);
     if (s.gaps.size() > most_gaps) line("gap", fmt::format("{} more", s.gaps.size() - most_gaps));
     if (s.hounsfield) line("values", *s.hounsfield ? "Hounsfield units" : "not Hounsfield units");
-    if (s.smallest_feature > 0)
-        line("smallest detail", fmt::format("{:.3g} mm, two samples wide", s.smallest_feature));
+    if (s.smallest_feature)
+        line("smallest detail", fmt::format("{:.3g} mm, two samples wide", *s.smallest_feature));
     if (s.memory > 0)
         line("memory", fmt::format("{:.1f} MiB for the samples", static_cast<double>(s.memory) / (1 << 20)));
     for (const std::string& warning : s.warnings) line("warning", warning);
-    if (!is_only) line("refused", s.refusal);
+    if (!is_only) line("refused", s.refusal.value_or(""));
 }
 
 }  // namespace
@@ -215,7 +215,7 @@ void print_findings(std::ostream& out, const std::vector<Finding>& findings, boo
         if (!finding.refusal.empty()) continue;
         const ScanReport& report = finding.report;
         if (findings.size() > 1) out << finding.input.string() << ": ";
-        out << fmt::format("{}, {} files, {} series\n", report.format, report.files, report.series.size());
+        out << fmt::format("{}, {} files, {} series\n", scan_format_name(report.format), report.files, report.series.size());
         for (const std::string& warning : report.warnings) out << "warning: " << warning << '\n';
         if (report.chosen)
             out << "the series marked * would be read: " << report.reason << '\n';

@@ -434,7 +434,7 @@ std::vector<fs::path> files_for(const Settings& settings, const std::vector<std:
 
 ScanOptions scan_options(const Settings& settings) {
     ScanOptions options;
-    options.series = settings.series;
+    if (!settings.series.empty()) options.series = settings.series;
     options.spacing = settings.spacing;
     options.resample = settings.resample;
     options.volume = settings.volume;

@@ -55,7 +55,7 @@ std::string level_text(const TerrainInfo& info, const Mesh& mesh, const fs::path
 }
 
 void check_levels(const TerrainSettings& settings) {
-    const std::optional<int> most = most_terrain_levels(settings.input, settings.cell);
+    const std::optional<int> most = most_terrain_levels(settings.input, settings.cell > 0 ? std::optional(settings.cell) : std::nullopt);
     if (!most) throw UsageError("--levels needs a raster that says where its samples are");
     if (settings.levels > *most)
         throw UsageError(
@@ -93,7 +93,7 @@ void extract_levels(const TerrainSettings& settings, const Console& console, Voi
         extract_seconds += voice.stage("extract", [&](const Progress& progress) {
             level.mesh = extract_terrain(
                 settings.input,
-                {cell, settings.exaggerate, settings.base, settings.size, settings.threads, progress},
+                {cell > 0 ? std::optional(cell) : std::nullopt, settings.exaggerate, settings.base, settings.size, settings.threads, progress},
                 &level.info);
         });
         if (&level == &levels.front()) {

@@ -4,6 +4,8 @@
 #include <array>
 #include <string_view>
 
+#include <marrow/scan_io.h>
+
 namespace marrow {
 
 /// A surface around CT samples of at least `lowest` HU.
@@ -39,9 +41,9 @@ inline constexpr double kAir = -500;  ///< HU; below this there is only air and 
 
 /// Whether samples are Hounsfield units: those of CT, or of a format that does not state the modality and holds air.
 /// `lowest` is the lowest sample.
-constexpr bool presets_apply(std::string_view modality, std::string_view format, double lowest) {
+constexpr bool presets_apply(std::string_view modality, ScanFormat format, double lowest) {
     if (!modality.empty()) return modality == "CT";
-    return format != "DICOM" && lowest <= kAir;
+    return format != ScanFormat::dicom && lowest <= kAir;
 }
 
 /// The preset of that name, or null.

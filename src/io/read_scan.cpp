@@ -134,7 +134,7 @@ RawImage read_raw_header(const Input& input, const ScanOptions& options) {
                                                         : read_metaimage_header(path, options.volume);
     if (image.has_spacing && options.spacing) {
         throw InputError(
-            fmt::format("{}: states its spacing; do not set ScanOptions::spacing", quoted(path)));
+            fmt::format("{}: states its spacing; do not set options.spacing", quoted(path)));
     }
     if (options.spacing) image.geometry.spacing = *options.spacing;
     return image;
@@ -153,19 +153,19 @@ void check_options(const Input& input, const fs::path& path, const ScanOptions& 
     const bool dicom = input.format == ScanFormat::dicom;
     if (!dicom && options.series)
         throw InputError(
-            fmt::format("{}: only DICOM has series; do not set ScanOptions::series", quoted(path)));
+            fmt::format("{}: only DICOM has series; do not set options.series", quoted(path)));
     if (!dicom && options.resample)
         throw InputError(
-            fmt::format("{}: only DICOM can be resampled; do not set ScanOptions::resample", quoted(path)));
+            fmt::format("{}: only DICOM can be resampled; do not set options.resample", quoted(path)));
     if (options.volume && input.format != ScanFormat::nifti && input.format != ScanFormat::metaimage)
         throw InputError(
-            fmt::format("{}: only NIfTI and MetaImage have several volumes; do not set ScanOptions::volume",
+            fmt::format("{}: only NIfTI and MetaImage have several volumes; do not set options.volume",
                         quoted(path)));
 }
 
 std::string needs_spacing(const fs::path& path) {
     return fmt::format(
-        "{}: does not state the spacing of its samples; give it in ScanOptions::spacing, in mm",
+        "{}: does not state the spacing of its samples; give it with options.spacing, in mm",
         quoted(path));
 }
 

@@ -126,9 +126,9 @@ TEST(TerrainCommand, FilesClaimNoPatientSpace) {
     for (const char* ending : {"stl", "ply", "obj", "vtp", "3mf", "glb"}) {
         const auto file = folder / (std::string("tent.") + ending);
         ASSERT_EQ(terrain_with({grid, "-o", file}).code, kOk);
-        std::optional<Space> space;
+        Space space = Space::LPS;
         read_mesh(file, &space);
-        EXPECT_FALSE(space) << ending;
+        EXPECT_EQ(space, Space::none) << ending;
     }
 }
 

@@ -1,4 +1,4 @@
-// Slices as pictures.
+// Volumes made of images: TIFF files with several pages, and folders of slices.
 #include <gtest/gtest.h>
 
 #include <tiffio.h>
@@ -11,7 +11,7 @@
 namespace marrow::test {
 namespace {
 
-TEST(ReadPictures, FolderOfSlicesInNaturalOrder) {
+TEST(ImageStack, FolderOfSlicesInNaturalOrder) {
     TemporaryFolder folder;
     ScanOptions options;
     options.spacing = Vec3d{0.5, 0.5, 2};
@@ -22,19 +22,19 @@ TEST(ReadPictures, FolderOfSlicesInNaturalOrder) {
         expected.insert(expected.end(), slice.begin(), slice.end());
     }
     write_file(folder / "notes.txt", "not a slice");
-    contains(refusal<GeometryError>(folder.path()), "--spacing");
+    contains(refusal<GeometryError>(folder.path()), "options.spacing");
     ScanInfo info;
     const Volume v = read_scan(folder.path(), options, &info);
     EXPECT_EQ(samples_of<std::uint16_t>(v), expected);
     expect_at(v.geometry(), {2, 1, 11}, {1, 0.5, 22});
-    EXPECT_EQ(info.format, "slices");
+    EXPECT_EQ(info.format, ScanFormat::slices);
     EXPECT_EQ(info.series.files, 12u);
 
     write_file(folder / "slice 5.png", png(2, 2, std::vector<std::uint16_t>{1, 2, 3, 4}));
     contains(refusal<InputError>(folder.path(), options), "slice 5.png");
 }
 
-TEST(ReadPictures, EightBitsAndColour) {
+TEST(ImageStack, EightBitsAndColour) {
     TemporaryFolder folder;
     ScanOptions options;
     options.spacing = Vec3d{1, 1, 1};
@@ -44,7 +44,7 @@ TEST(ReadPictures, EightBitsAndColour) {
     contains(refusal<InputError>(write_file(folder / "b.png", png(2, 1, grey, 3)), options), "colour");
 }
 
-TEST(ReadPictures, EqualChannelsAreGreyAndOthersColour) {
+TEST(ImageStack, EqualChannelsAreGreyAndOthersColour) {
     TemporaryFolder folder;
     ScanOptions options;
     options.spacing = Vec3d{1, 1, 1};
@@ -104,7 +104,7 @@ TEST(ReadPictures, EqualChannelsAreGreyAndOthersColour) {
             refusal<InputError>(write_file(folder / "a.png", png(columns, rows, samples, channels)), options);
         contains(why, channels == 3 ? "colour" : "transparent");
     }
-    // lossy, but equal channels come back equal: the same as of one channel
+    // JPEG is lossy, but equal channels stay equal: the result is that of one channel.
     EXPECT_EQ(samples_of<std::uint8_t>(
                   read(write_file(folder / "a.jpg", jpeg_8(columns, rows, in_channels(grey, 3), 3)))),
               samples_of<std::uint8_t>(read(write_file(folder / "b.jpg", jpeg_8(columns, rows, grey)))));
@@ -119,7 +119,7 @@ TEST(ReadPictures, EqualChannelsAreGreyAndOthersColour) {
              "colour");
 }
 
-TEST(ReadPictures, AnOddSliceIsNamedBeforeSamplesAreRead) {
+TEST(ImageStack, ADifferentSliceIsNamedBeforeSamplesAreRead) {
     TemporaryFolder folder;
     ScanOptions options;
     options.spacing = Vec3d{1, 1, 1};
@@ -135,7 +135,7 @@ TEST(ReadPictures, AnOddSliceIsNamedBeforeSamplesAreRead) {
     }
 }
 
-TEST(ReadPictures, ProgressGrowsAndStops) {
+TEST(ImageStack, ProgressGrowsAndStops) {
     TemporaryFolder folder;
     for (int k = 0; k < 8; ++k)
         write_file(folder / (std::to_string(k) + ".png"), png(2, 2, std::vector<std::uint8_t>(4)));
@@ -149,7 +149,7 @@ TEST(ReadPictures, ProgressGrowsAndStops) {
     };
     read_scan(folder.path(), options);
     EXPECT_EQ(last, 1);
-    for (int calls = 1; calls <= 18; ++calls) {  // a beginning and 8 files, twice
+    for (int calls = 1; calls <= 18; ++calls) {  // the start and 8 files, twice
         int left = calls;
         options.progress = [&](double) { return --left > 0; };
         options.threads = calls % 2 + 1;
@@ -157,7 +157,7 @@ TEST(ReadPictures, ProgressGrowsAndStops) {
     }
 }
 
-TEST(ReadPictures, TiffOfSeveralPages) {
+TEST(ImageStack, TiffOfSeveralPages) {
     TemporaryFolder folder;
     ScanOptions options;
     options.spacing = Vec3d{1, 1, 3};
@@ -170,11 +170,11 @@ TEST(ReadPictures, TiffOfSeveralPages) {
     EXPECT_EQ(samples_of<std::uint16_t>(v),
               (std::vector<std::uint16_t>{1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 65535}));
     EXPECT_EQ(v.geometry().dims[2], 2);
-    EXPECT_EQ(info.format, "TIFF");
-    contains(refusal<GeometryError>(path), "--spacing");
+    EXPECT_EQ(info.format, ScanFormat::tiff);
+    contains(refusal<GeometryError>(path), "options.spacing");
 }
 
-TEST(ReadPictures, BmpRunsFromTheBottom) {
+TEST(ImageStack, BmpRunsFromTheBottom) {
     TemporaryFolder folder;
     ScanOptions options;
     options.spacing = Vec3d{1, 1, 1};
@@ -185,7 +185,7 @@ TEST(ReadPictures, BmpRunsFromTheBottom) {
     contains(refusal<InputError>(write_file(folder / "a.bmp", bmp(3, 2, grey, true)), options), "colour");
 }
 
-TEST(ReadPictures, JpegWholeOrNotAtAll) {
+TEST(ImageStack, JpegWholeOrNotAtAll) {
     TemporaryFolder folder;
     ScanOptions options;
     options.spacing = Vec3d{1, 1, 1};
@@ -198,9 +198,9 @@ TEST(ReadPictures, JpegWholeOrNotAtAll) {
     }
 }
 
-TEST(ReadPictures, TiledTiff) {
+TEST(ImageStack, TiledTiff) {
     TemporaryFolder folder;
-    constexpr std::uint32_t width = 37, height = 21, side = 16;  // tiles reach beyond two edges
+    constexpr std::uint32_t width = 37, height = 21, side = 16;  // tiles extend beyond two edges
     TIFF* out = TIFFOpen((folder / "t.tif").c_str(), "w");
     for (std::uint32_t page = 0; page < 2; ++page) {
         TIFFSetField(out, TIFFTAG_IMAGEWIDTH, width);

@@ -1,4 +1,4 @@
-// One small valid scan of each format, written by the tests: what is damaged, made to fail, and fuzzed.
+/// A small valid scan of each format, as the start for damaged files, faults and fuzzing.
 #pragma once
 
 #include <cstdio>
@@ -12,12 +12,12 @@
 
 namespace marrow::test {
 
-/// A scan of 4 x 4 x 4 samples (pictures: 16 x 16 and one or two pages) with values on both sides of 0.5.
+/// A scan of 4 x 4 x 4 samples (images: 16 x 16 with one or two pages) with values on both sides of 0.5.
 struct SmallScan {
-    std::string name;                          ///< of the file or folder that is read
+    std::string name;                          ///< name of the file or folder to read
     std::map<std::string, std::string> files;  ///< name -> bytes
     bool needs_spacing = false;
-    /// Bytes at the end that hold no samples: checksums, marks of the end, padding.
+    /// Number of bytes at the end that hold no samples: checksums, end marks, padding.
     std::size_t tail = 0;
 
     void write(const fs::path& folder) const {
@@ -25,7 +25,7 @@ struct SmallScan {
     }
 };
 
-/// A grey (channels 1) or RGB (3) JPEG of 8 bits.
+/// An 8-bit JPEG: grey (1 channel) or RGB (3 channels).
 inline std::string jpeg_8(int columns, int rows, const std::vector<std::uint8_t>& samples, int channels = 1) {
     jpeg_compress_struct out{};
     jpeg_error_mgr errors{};
@@ -53,8 +53,8 @@ inline std::string jpeg_8(int columns, int rows, const std::vector<std::uint8_t>
     return whole;
 }
 
-/// A BMP, rows from the bottom as usual: of 8 bits with a palette, which `colour` makes green, or of 24 or 32 bits in equal
-/// channels, or green.
+/// A BMP with rows from the bottom: 8 bits with a grey palette, or 24 or 32 bits with equal channels. With
+/// `colour` it is green.
 inline std::string bmp(int columns, int rows, const std::vector<std::uint8_t>& samples, bool colour = false,
                        int bits = 8) {
     const auto shade = [&](int grey) {
@@ -79,7 +79,7 @@ inline std::string bmp(int columns, int rows, const std::vector<std::uint8_t>& s
            palette + lines;
 }
 
-/// Grey samples in several equal channels, the fourth being opacity.
+/// Grey samples in several equal channels. A fourth channel is opacity.
 template <class T>
 std::vector<T> in_channels(const std::vector<T>& grey, int channels) {
     std::vector<T> out;
@@ -167,7 +167,7 @@ inline std::vector<SmallScan> small_scans() {
         single("jpegls.dcm", compressed("1.2.840.10008.1.2.4.80", jpeg_ls(wide, wide, picture, 12), 12), 0));
     out.push_back(
         single("j2k.dcm", compressed("1.2.840.10008.1.2.4.90", jpeg_2000(wide, wide, picture, 12), 12), 0));
-    out.push_back(single("i.png", png(wide, wide, picture), 16));  // a checksum and an end
+    out.push_back(single("i.png", png(wide, wide, picture), 16));  // a checksum and an end mark
     out.push_back(single("j.tif", tiff(wide, wide, {picture, picture}), 0));
     out.push_back(single("k.jpg", jpeg_8(wide, wide, picture8), 0));
     out.push_back(single("l.bmp", bmp(wide, wide, picture8), 0));

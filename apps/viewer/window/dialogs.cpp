@@ -46,7 +46,7 @@ SeriesDialog::SeriesDialog(const ScanReport& report, QWidget* parent) : QDialog(
         const SeriesReport& series = report.series[static_cast<std::size_t>(row)];
         const SeriesInfo& info = series.series;
         ids_.push_back(info.id);
-        const QString remarks = QString::fromStdString(!series.refusal.empty()    ? series.refusal
+        const QString remarks = QString::fromStdString(series.refusal             ? *series.refusal
                                                        : !series.warnings.empty() ? series.warnings.front()
                                                                                   : std::string());
         const QStringList texts{QString::fromStdString(info.description),
@@ -60,12 +60,12 @@ SeriesDialog::SeriesDialog(const ScanReport& report, QWidget* parent) : QDialog(
                                 remarks};
         for (int column = 0; column < texts.size(); ++column) {
             auto* item = new QTableWidgetItem(texts[column]);
-            if (!series.refusal.empty()) item->setFlags(Qt::NoItemFlags);
+            if (series.refusal) item->setFlags(Qt::NoItemFlags);
             item->setToolTip(column == 5 ? remarks : QString::fromStdString(info.id));
             table_->setItem(row, column, item);
         }
         const std::int64_t samples = info.dims[0] * info.dims[1] * info.dims[2];
-        if (series.refusal.empty() && samples > most) most = samples, best = row;
+        if (!series.refusal && samples > most) most = samples, best = row;
     }
     table_->resizeColumnsToContents();
     table_->horizontalHeader()->setStretchLastSection(true);

@@ -130,7 +130,7 @@ SeriesChoice choose_series(DicomHeaders& headers, const DicomInput& input, const
 DicomStack& only_candidate(const SeriesChoice& choice) {
     if (choice.candidates.size() > 1) {
         throw GeometryError(
-            fmt::format("there are {} series, for example {}; choose one with ScanOptions::series; "
+            fmt::format("there are {} series, for example {}; choose one with options.series; "
                         "inspect_scan lists all",
                         choice.candidates.size(), listed(choice.candidates)));
     }

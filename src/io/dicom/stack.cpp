@@ -187,7 +187,7 @@ Mat3d axes_of(const DicomStack& stack) {
                                    stack.slices[slice + 1].short_name()));
     refuse(stack,
            fmt::format(
-               "its slices are uneven: {}{}, elsewhere {:.4g} mm; ScanOptions::resample makes them even",
+               "its slices are uneven: {}{}, elsewhere {:.4g} mm; options.resample makes them even",
                examples(gaps), gaps.size() > 1 ? fmt::format(" ({} such gaps)", gaps.size()) : "", usual));
 }
 
@@ -226,17 +226,17 @@ Vec3d step_of(const DicomStack& stack, const Vec3d& normal, std::vector<double>*
 std::array<double, 2> in_plane_spacing(const DicomStack& stack, const std::optional<Vec3d>& given) {
     const DicomFrame& first = stack.slices[0].frame();
     if (!first.spacing && !given)
-        refuse(stack, "it has no PixelSpacing; give the spacing in ScanOptions::spacing, in mm");
+        refuse(stack, "it has no PixelSpacing; give the spacing with options.spacing, in mm");
     const std::array<double, 2> in_plane =
         first.spacing ? *first.spacing : std::array<double, 2>{(*given)[0], (*given)[1]};
     if (!(in_plane[0] > 0) || !(in_plane[1] > 0)) refuse(stack, "its PixelSpacing is not positive");
     if (!has_position(first) && !given) {
         refuse(stack,
                "its slices have no position and orientation (ImagePositionPatient, "
-               "ImageOrientationPatient); ScanOptions::spacing stacks them by number");
+               "ImageOrientationPatient); options.spacing stacks them by number");
     }
     if (stack.slices.size() == 1 && !given) {
-        refuse(stack, "it is a single slice; ScanOptions::spacing gives it a thickness, in mm");
+        refuse(stack, "it is a single slice; options.spacing gives it a thickness, in mm");
     }
     return in_plane;
 }

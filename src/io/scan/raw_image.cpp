@@ -189,7 +189,7 @@ void check_claims(const RawImage& image) {
 void choose_volume(RawImage& image, double count, std::optional<std::int64_t> volume) {
     if (!volume && count != 1) {
         throw GeometryError(
-            fmt::format("{}: holds {:.0f} volumes; choose one from 0 to {:.0f} with ScanOptions::volume",
+            fmt::format("{}: holds {:.0f} volumes; choose one from 0 to {:.0f} with options.volume",
                         quoted(image.files[0]), count, count - 1));
     }
     if (volume && (*volume < 0 || static_cast<double>(*volume) >= count)) {
