@@ -133,8 +133,7 @@ RawImage read_raw_header(const Input& input, const ScanOptions& options) {
                      : input.format == ScanFormat::nrrd ? read_nrrd_header(path)
                                                         : read_metaimage_header(path, options.volume);
     if (image.has_spacing && options.spacing) {
-        throw InputError(
-            fmt::format("{}: states its spacing; do not set options.spacing", quoted(path)));
+        throw InputError(fmt::format("{}: states its spacing; do not set options.spacing", quoted(path)));
     }
     if (options.spacing) image.geometry.spacing = *options.spacing;
     return image;
@@ -152,21 +151,18 @@ bool is_image_stack(const Input& input) {
 void check_options(const Input& input, const fs::path& path, const ScanOptions& options) {
     const bool dicom = input.format == ScanFormat::dicom;
     if (!dicom && options.series)
-        throw InputError(
-            fmt::format("{}: only DICOM has series; do not set options.series", quoted(path)));
+        throw InputError(fmt::format("{}: only DICOM has series; do not set options.series", quoted(path)));
     if (!dicom && options.resample)
         throw InputError(
             fmt::format("{}: only DICOM can be resampled; do not set options.resample", quoted(path)));
     if (options.volume && input.format != ScanFormat::nifti && input.format != ScanFormat::metaimage)
-        throw InputError(
-            fmt::format("{}: only NIfTI and MetaImage have several volumes; do not set options.volume",
-                        quoted(path)));
+        throw InputError(fmt::format(
+            "{}: only NIfTI and MetaImage have several volumes; do not set options.volume", quoted(path)));
 }
 
 std::string needs_spacing(const fs::path& path) {
-    return fmt::format(
-        "{}: does not state the spacing of its samples; give it with options.spacing, in mm",
-        quoted(path));
+    return fmt::format("{}: does not state the spacing of its samples; give it with options.spacing, in mm",
+                       quoted(path));
 }
 
 // The report on an image stack or a raw image.

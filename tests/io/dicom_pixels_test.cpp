@@ -93,7 +93,7 @@ TEST(DicomTable, MoreFramesThanBytesAreRefused) {
     DicomWriter frames = enhanced(5);
     frames.text(0x00280008, "IS", "6");
     frames.write(folder / "frames.dcm");
-    contains(refusal<InputError>(folder.path()), "describes 5 frames and has 6");
+    contains(refusal<InputError>(folder.path()), "describe 5 frames, but it has 6");
     frames = enhanced(5);
     frames.elements[0x7fe00010].second.resize(2 * (5 * columns * rows - 1));
     frames.write(folder / "frames.dcm");
@@ -228,7 +228,7 @@ TEST(DicomTable, CompressedFramesAreFoundByTheirTable) {
     EXPECT_EQ(samples_of<std::int16_t>(read_scan(s.write(folder / "frames.dcm"))), expected);
     s.offset_table.clear();
     s.write(folder / "frames.dcm");
-    contains(refusal<InputError>(folder.path()), "no table");
+    contains(refusal<InputError>(folder.path()), "without an offset table");
 }
 
 TEST(DicomTable, UnknownTransferSyntaxAndVideoAreRefusedByName) {

@@ -349,7 +349,7 @@ TEST(DicomTable, ASeriesOfThousandsOfVolumesIsRefused) {
     }
     frames.elements[0x52009230] = {"SQ", groups};
     frames.write(folder / "frames.dcm");
-    contains(refusal<InputError>(folder.path()), "more than 2000 volumes");
+    contains(refusal<InputError>(folder.path()), "more than 2000 different geometries");
 }
 
 TEST(DicomTable, ADifferentFrameIsRefusedOrSplit) {

@@ -44,18 +44,18 @@ TEST(ImageStack, EightBitsAndColour) {
     contains(refusal<InputError>(write_file(folder / "b.png", png(2, 1, grey, 3)), options), "colour");
 }
 
-TEST(ImageStack, EqualChannelsAreGreyAndOthersColour) {
-    TemporaryFolder folder;
-    ScanOptions options;
-    options.spacing = Vec3d{1, 1, 1};
-    constexpr int columns = 16, rows = 8;
-    std::vector<std::uint8_t> grey;
-    std::vector<std::uint16_t> grey16;
-    for (int i = 0; i < columns * rows; ++i) {
-        grey.push_back(static_cast<std::uint8_t>(i));
-        grey16.push_back(static_cast<std::uint16_t>(500 * i));
+// Files with several channels, which hold the same grey image if the channels are equal.
+class ImageChannels : public testing::Test {
+  protected:
+    static constexpr int columns = 16, rows = 8;
+
+    ImageChannels() {
+        options.spacing = Vec3d{1, 1, 1};
+        for (int i = 0; i < columns * rows; ++i) grey.push_back(static_cast<std::uint8_t>(i));
     }
-    const auto tiff_of = [&](std::uint16_t channels, bool tiled, std::uint8_t odd) {
+
+    // A TIFF of RGB or RGB and opacity; `odd` changes a sample.
+    fs::path tiff_of(std::uint16_t channels, bool tiled, std::uint8_t odd) const {
         std::vector<std::uint8_t> samples = in_channels(grey, channels);
         samples[5] ^= odd;
         const fs::path path = folder / "t.tif";
@@ -78,21 +78,44 @@ TEST(ImageStack, EqualChannelsAreGreyAndOthersColour) {
         }
         TIFFClose(out);
         return path;
-    };
-    const auto read = [&](const fs::path& path) { return read_scan(path, options); };
-    EXPECT_EQ(
-        samples_of<std::uint8_t>(read(write_file(folder / "a.bmp", bmp(columns, rows, grey, false, 24)))),
-        grey);
-    EXPECT_EQ(
-        samples_of<std::uint8_t>(read(write_file(folder / "a.bmp", bmp(columns, rows, grey, false, 32)))),
-        grey);
-    EXPECT_EQ(samples_of<std::uint8_t>(read(tiff_of(3, false, 0))), grey);
-    EXPECT_EQ(samples_of<std::uint8_t>(read(tiff_of(4, true, 0))), grey);
+    }
+
+    Volume read(const fs::path& path) const { return read_scan(path, options); }
+    void expect_grey(const fs::path& path) const { EXPECT_EQ(samples_of<std::uint8_t>(read(path)), grey); }
+    void expect_colour(const fs::path& path) const { contains(refusal<InputError>(path, options), "colour"); }
+
+    const TemporaryFolder folder;
+    ScanOptions options;
+    std::vector<std::uint8_t> grey;
+};
+
+TEST_F(ImageChannels, EqualChannelsAreGrey) {
+    expect_grey(write_file(folder / "a.bmp", bmp(columns, rows, grey, false, 24)));
+    expect_grey(write_file(folder / "a.bmp", bmp(columns, rows, grey, false, 32)));
+    expect_grey(tiff_of(3, false, 0));
+    expect_grey(tiff_of(4, true, 0));
+    // JPEG is lossy, but equal channels stay equal: the result is that of one channel.
+    EXPECT_EQ(samples_of<std::uint8_t>(
+                  read(write_file(folder / "a.jpg", jpeg_8(columns, rows, in_channels(grey, 3), 3)))),
+              samples_of<std::uint8_t>(read(write_file(folder / "b.jpg", jpeg_8(columns, rows, grey)))));
+}
+
+TEST_F(ImageChannels, OtherChannelsAreColour) {
+    expect_colour(tiff_of(3, false, 1));
+    expect_colour(tiff_of(4, true, 1));
+    expect_colour(write_file(folder / "a.bmp", bmp(columns, rows, grey, true, 24)));
+    std::vector<std::uint8_t> red = in_channels(grey, 3);
+    for (std::size_t i = 0; i < red.size(); i += 3) red[i] = 255;
+    expect_colour(write_file(folder / "a.jpg", jpeg_8(columns, rows, red, 3)));
+}
+
+TEST_F(ImageChannels, PngMayHaveOpaqueChannels) {
+    std::vector<std::uint16_t> grey16;
+    for (int i = 0; i < columns * rows; ++i) grey16.push_back(static_cast<std::uint16_t>(500 * i));
     for (const int channels : {2, 3, 4}) {
         SCOPED_TRACE(channels);
-        // two channels: grey and opacity
-        auto samples = in_channels(grey16, channels == 2 ? 4 : channels);
-        if (channels == 2) {
+        auto samples = in_channels(grey16, channels);
+        if (channels == 2) {  // grey and opacity
             samples.clear();
             for (const std::uint16_t sample : grey16) samples.insert(samples.end(), {sample, 65535});
         }
@@ -104,19 +127,6 @@ TEST(ImageStack, EqualChannelsAreGreyAndOthersColour) {
             refusal<InputError>(write_file(folder / "a.png", png(columns, rows, samples, channels)), options);
         contains(why, channels == 3 ? "colour" : "transparent");
     }
-    // JPEG is lossy, but equal channels stay equal: the result is that of one channel.
-    EXPECT_EQ(samples_of<std::uint8_t>(
-                  read(write_file(folder / "a.jpg", jpeg_8(columns, rows, in_channels(grey, 3), 3)))),
-              samples_of<std::uint8_t>(read(write_file(folder / "b.jpg", jpeg_8(columns, rows, grey)))));
-
-    contains(refusal<InputError>(tiff_of(3, false, 1), options), "colour");
-    contains(refusal<InputError>(tiff_of(4, true, 1), options), "colour");
-    contains(refusal<InputError>(write_file(folder / "a.bmp", bmp(columns, rows, grey, true, 24)), options),
-             "colour");
-    std::vector<std::uint8_t> red = in_channels(grey, 3);
-    for (std::size_t i = 0; i < red.size(); i += 3) red[i] = 255;
-    contains(refusal<InputError>(write_file(folder / "a.jpg", jpeg_8(columns, rows, red, 3)), options),
-             "colour");
 }
 
 TEST(ImageStack, ADifferentSliceIsNamedBeforeSamplesAreRead) {

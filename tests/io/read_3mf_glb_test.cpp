@@ -335,27 +335,27 @@ TEST_F(ReadGlb, RefusesNumbersThatDoNotFit) {
     expect_refused("\"count\":4", "\"count\":5", beyond);
     expect_refused("\"count\":4", "\"count\":4294967295", beyond);
     expect_refused("\"count\":4", "\"count\":3", "names point 3, which is not there");
-    expect_refused("\"count\":4", "\"count\":-4", "no fitting number");
-    expect_refused("\"count\":4", "\"count\":1e30", "no fitting number");
-    expect_refused("\"count\":4,", "", "no fitting number");
-    expect_refused("\"count\":12", "\"count\":11", "no whole triangles");
+    expect_refused("\"count\":4", "\"count\":-4", "lacks a number");
+    expect_refused("\"count\":4", "\"count\":1e30", "lacks a number");
+    expect_refused("\"count\":4,", "", "lacks a number");
+    expect_refused("\"count\":12", "\"count\":11", "incomplete triangle");
     expect_refused("\"count\":12", "\"count\":0", "shows no triangles");
     expect_refused("\"byteLength\":64", "\"byteLength\":60,\"byteOffset\":17", beyond);
     expect_refused("\"byteOffset\":64", "\"byteOffset\":4294967295", beyond);
     expect_refused("\"byteStride\":16", "\"byteStride\":8", beyond);
-    expect_refused("\"indices\":1", "\"indices\":2", "accessors that is not there");
-    expect_refused("\"indices\":1", "\"indices\":0", "of another type");
-    expect_refused("\"mesh\":0", "\"mesh\":1", "meshes that is not there");
-    expect_refused("\"nodes\":[0]", "\"nodes\":[7]", "nodes that is not there");
+    expect_refused("\"indices\":1", "\"indices\":2", "missing element of its accessors");
+    expect_refused("\"indices\":1", "\"indices\":0", "of the wrong type");
+    expect_refused("\"mesh\":0", "\"mesh\":1", "missing element of its meshes");
+    expect_refused("\"nodes\":[0]", "\"nodes\":[7]", "missing element of its nodes");
     expect_refused("5121", "5120", "component type 5120");
-    expect_refused("{\"asset\"", "[\"asset\"", "no JSON object");
+    expect_refused("{\"asset\"", "[\"asset\"", "not a JSON object");
 }
 
 TEST_F(ReadGlb, RefusesUnsupportedFeatures) {
     expect_refused("\"scene\":0", "\"extensionsRequired\":[\"KHR_draco_mesh_compression\"]",
                    "extension: 'KHR_draco_mesh_compression'");
     expect_refused("\"mesh\":0", "\"mesh\":0,\"translation\":[1,0,0]", "a node with a translation");
-    expect_refused("\"mesh\":0", "\"children\":[1]", "nodes in nodes");
+    expect_refused("\"mesh\":0", "\"children\":[1]", "nested nodes");
     expect_refused("\"indices\":1", "\"indices\":1,\"mode\":5", "strips");
     expect_refused(",\"indices\":1", "", "without indices");
     expect_refused("\"bufferView\":0", "\"sparse\":{},\"bufferView\":0", "sparse");
@@ -363,7 +363,7 @@ TEST_F(ReadGlb, RefusesUnsupportedFeatures) {
     // A small file that uses the same bytes many times.
     expect_refused("\"nodes\":[0]", "\"nodes\":[0,0,0]", "several times");
     EXPECT_NE(refusal(file("a.glb", "glTF")).find("is not a .glb file"), std::string::npos);
-    EXPECT_NE(refusal(file("a.glb", glb(std::string(200'000, '['), ""))).find("no JSON"), std::string::npos);
+    EXPECT_NE(refusal(file("a.glb", glb(std::string(200'000, '['), ""))).find("not a JSON"), std::string::npos);
 }
 
 }  // namespace

@@ -119,8 +119,8 @@ double inflation_of(const std::string& transfer_syntax) {
     return is_plain_syntax(transfer_syntax) ? 1 : most_inflation(transfer_syntax);
 }
 
-// Why the file cannot hold this number of frames; empty if it can.
-std::string overclaim(const DicomFile& file, double frames) {
+// Why the file cannot hold this number of frames, if so.
+std::optional<std::string> overclaim(const DicomFile& file, double frames) {
     const double claimed =
         static_cast<double>(file.columns * file.rows) * frames * static_cast<double>(file.bits_allocated) / 8;
     if (claimed <= inflation_of(file.transfer_syntax) * static_cast<double>(regular_file_size(file.path)))
@@ -129,8 +129,8 @@ std::string overclaim(const DicomFile& file, double frames) {
                        claimed);
 }
 
-// Why the pixels of a file cannot be read; empty if they can.
-std::string refusal(const DicomFile& file, const DicomDataSet& data_set) {
+// Why the pixels of a file cannot be read, if so.
+std::optional<std::string> refusal(const DicomFile& file, const DicomDataSet& data_set) {
     const std::string photometric = data_set.text(tag::kPhotometricInterpretation);
     if (data_set.unsigned_short(tag::kSamplesPerPixel).value_or(1) != 1 ||
         (!photometric.empty() && photometric != "MONOCHROME1" && photometric != "MONOCHROME2")) {
@@ -198,8 +198,8 @@ std::optional<DicomFile> read_dicom_header(const std::filesystem::path& path) {
     // Allocate no memory for frames that cannot exist.
     if (!(frames >= 1) || frames > static_cast<double>(regular_file_size(path)))
         throw InputError(fmt::format("{}: claims {} frames", quoted(path), frames));
-    if (const std::string why = overclaim(file, frames); file.refusal.empty() && !why.empty())
-        throw InputError(fmt::format("{}: {}", quoted(path), why));
+    if (const auto why = overclaim(file, frames); why && !file.refusal)
+        throw InputError(fmt::format("{}: {}", quoted(path), *why));
     file.frames.resize(static_cast<std::size_t>(frames));
     try {
         read_frames(file, data_set);
@@ -273,7 +273,7 @@ void decode_compressed(const DicomFile& file, const ParsedDicom& parsed, Buffer<
 }  // namespace
 
 const std::int32_t* decode_dicom(const DicomFile& file, DicomWorkspace& workspace, const Step& step) {
-    if (!file.refusal.empty()) throw InputError(fmt::format("{}: {}", quoted(file.path), file.refusal));
+    if (file.refusal) throw InputError(fmt::format("{}: {}", quoted(file.path), *file.refusal));
     ParsedDicom parsed = parse_dicom(file.path, std::move(workspace.bytes));
     try {
         workspace.stored.resize(static_cast<std::size_t>(file.columns * file.rows) * file.frames.size());

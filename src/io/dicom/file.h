@@ -28,11 +28,11 @@ struct DicomFrame {
 struct DicomFile {
     std::filesystem::path path;
     std::string series_uid, frame_of_reference, description, modality, echo;
-    std::string transfer_syntax;  ///< UID
-    std::string refusal;          ///< why its pixels cannot be read; empty if they can
-    std::string patient_name;     ///< only shown on request
-    bool localizer = false;       ///< whether ImageType says that it is a scout image
-    std::optional<int> instance;  ///< InstanceNumber: orders slices without a position
+    std::string transfer_syntax;         ///< UID
+    std::optional<std::string> refusal;  ///< why its pixels cannot be read
+    std::string patient_name;            ///< only shown on request
+    bool localizer = false;              ///< whether ImageType says that it is a scout image
+    std::optional<int> instance;         ///< InstanceNumber: orders slices without a position
     std::int64_t columns = 0, rows = 0;
     int bits_allocated = 0, bits_stored = 0, high_bit = 0;
     bool is_signed = false;

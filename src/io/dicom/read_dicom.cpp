@@ -142,7 +142,8 @@ std::optional<double> load_slices(const DicomStack& stack, const ScanOptions& op
     return reached;
 }
 
-// Interpolates linearly between slices at `positions`, which are fractional indices along the third axis of `even`.
+// Interpolates linearly between slices at `positions`, which are fractional indices along the third axis of
+// `even`.
 template <class T>
 Volume resampled(const Volume& uneven, const std::vector<double>& positions, const Geometry& even) {
     Volume out(even, uneven.type());
@@ -175,8 +176,7 @@ Volume resampled_if_uneven(Volume volume, const StackGeometry& stack_geometry) {
 
 void check_supported(const DicomStack& stack) {
     for (const DicomSlice& s : stack.slices) {
-        if (!s.file->refusal.empty())
-            throw InputError(fmt::format("{}: {}", quoted(s.file->path), s.file->refusal));
+        if (s.file->refusal) throw InputError(fmt::format("{}: {}", quoted(s.file->path), *s.file->refusal));
     }
 }
 
@@ -205,7 +205,8 @@ SeriesReport report_on(DicomStack& stack, const ScanOptions& options) {
         out.series.dims = stack_geometry.geometry.dims;
         out.series.spacing = stack_geometry.geometry.spacing;
         out.tilt = stack_geometry.tilt;
-        out.warnings.insert(out.warnings.end(), stack_geometry.warnings.begin(), stack_geometry.warnings.end());
+        out.warnings.insert(out.warnings.end(), stack_geometry.warnings.begin(),
+                            stack_geometry.warnings.end());
     } catch (const InputError& error) {
         out.refusal = error.what();
     }

@@ -106,7 +106,7 @@ SeriesChoice choose_series(DicomHeaders& headers, const DicomInput& input, const
                 fmt::format("there is no series {}, only {}, for example {}; inspect_scan lists all",
                             quoted(*options.series), choice.candidates.size(), listed(choice.candidates)));
         }
-        return {std::move(chosen), "it was asked for", false};
+        return {std::move(chosen), "options.series selects it", false};
     }
     if (input.named) {
         auto chosen = keep([&](const DicomStack* s) {

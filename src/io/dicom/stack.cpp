@@ -186,9 +186,9 @@ Mat3d axes_of(const DicomStack& stack) {
         gaps.push_back(fmt::format("{:.4g} mm between {} and {}", length, stack.slices[slice].short_name(),
                                    stack.slices[slice + 1].short_name()));
     refuse(stack,
-           fmt::format(
-               "its slices are uneven: {}{}, elsewhere {:.4g} mm; options.resample makes them even",
-               examples(gaps), gaps.size() > 1 ? fmt::format(" ({} such gaps)", gaps.size()) : "", usual));
+           fmt::format("its slices are uneven: {}{}, elsewhere {:.4g} mm; options.resample makes them even",
+                       examples(gaps), gaps.size() > 1 ? fmt::format(" ({} such gaps)", gaps.size()) : "",
+                       usual));
 }
 
 // The step from slice to slice, which must be the same for all. If `uneven` is not null, only its direction

@@ -1,5 +1,5 @@
-// Writes 3MF after its core specification 1.2: a ZIP archive with an XML model. Numbers have the fewest digits
-// that read back to the same float, in any locale.
+// Writes 3MF after its core specification 1.2: a ZIP archive with an XML model. Numbers have the fewest
+// digits that read back to the same float, in any locale.
 #include <algorithm>
 #include <charconv>
 #include <cmath>

@@ -171,9 +171,9 @@ void read_data_location(const Header& header, RawImage& image) {
         if (!size || *size < -1 || (*size == -1 && image.compressed))
             header.refuse("HeaderSize is not a size");
         if (*size == -1)
-            image.file_offset = -1;
+            image.file_offset.reset();
         else
-            image.file_offset += *size;
+            *image.file_offset += *size;
     }
 }
 

@@ -376,7 +376,7 @@ void read_data_location(const Header& header, RawImage& image) {
     const std::int64_t bytes = skip("byte skip");
     if (bytes == -1) {
         if (image.compressed) header.refuse("'byte skip: -1' needs the encoding raw");
-        image.file_offset = -1;
+        image.file_offset.reset();
     } else {
         image.data_offset = bytes;
     }

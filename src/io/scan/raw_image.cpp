@@ -94,8 +94,8 @@ std::uint64_t checked_file_bytes(const RawImage& image) {
                               static_cast<double>(image.volumes - image.volume) /
                               static_cast<double>(image.files.size());
     for (const auto& path : image.files) {
-        const double held = static_cast<double>(regular_file_size(path)) -
-                            static_cast<double>(std::max<std::int64_t>(image.file_offset, 0));
+        const double held =
+            static_cast<double>(regular_file_size(path)) - static_cast<double>(image.file_offset.value_or(0));
         const double needed = file_bytes + static_cast<double>(image.data_offset);
         if (needed > (image.compressed ? held * kMostInflation : held)) {
             throw InputError(
@@ -146,8 +146,8 @@ void read_samples(ByteStream& stream, const RawImage& image, std::size_t count, 
 
 // The offset of the (compressed) data in a file.
 std::uint64_t data_begin(const RawImage& image, const std::filesystem::path& path, std::uint64_t file_bytes) {
-    return image.file_offset >= 0
-               ? static_cast<std::uint64_t>(image.file_offset)
+    return image.file_offset
+               ? static_cast<std::uint64_t>(*image.file_offset)
                : regular_file_size(path) - file_bytes * static_cast<std::uint64_t>(image.volumes);
 }
 

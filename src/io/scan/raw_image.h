@@ -24,8 +24,8 @@ struct RawImage {
     bool big_endian = false;
     bool compressed = false;                   ///< gzip or zlib
     std::vector<std::filesystem::path> files;  ///< in order; each holds the same number of samples
-    /// Bytes before the (compressed) data in each file. -1: the data are at the end of the file.
-    std::int64_t file_offset = 0;
+    /// Bytes before the (compressed) data in each file. No value: the data are at the end of the file.
+    std::optional<std::int64_t> file_offset = 0;
     std::int64_t data_offset = 0;  ///< bytes before the samples, after decompression
     std::int64_t volumes = 1;      ///< number of volumes, one after the other
     std::int64_t volume = 0;       ///< index of the volume to read
