@@ -127,11 +127,8 @@ Grid make_grid(const Raster& raster, const TerrainOptions& options, const Terrai
         const std::string unit_hint =
             raster.has_coordinate_system()
                 ? ""
-                : fmt::format(
-                      "its coordinates were assumed to be metres ({:.4g} between samples); if they are "
-                      "degrees, name the coordinate system (in a .prj file, or by gdal_translate -a_srs "
-                      "EPSG:4326), else ",
-                      raster.east_step());
+                : "the raster does not name its coordinate system; if its coordinates are degrees, name it "
+                  "(in a .prj file, or by gdal_translate -a_srs EPSG:4326), else ";
         throw LimitError(fmt::format(
             "the terrain needs {} x {} samples in {:.0f} layers, and at most {} layers are possible: {}"
             "give a larger options.cell",

@@ -207,7 +207,7 @@ TEST(TerrainCommand, SaysThatCoordinatesWithoutANameMayBeDegrees) {
     write_file(grid, text);
     const Outcome refused = terrain_with({grid, "-o", folder / "x.stl"});
     EXPECT_EQ(refused.code, kUnreadable);
-    EXPECT_NE(refused.err.find("does not name its coordinates"), refused.err.npos) << refused.err;
+    EXPECT_NE(refused.err.find("does not name its coordinate system"), refused.err.npos) << refused.err;
     EXPECT_NE(refused.err.find(".prj"), refused.err.npos) << refused.err;
     EXPECT_EQ(std::count(refused.err.begin(), refused.err.end(), '\n'), 1);
 }

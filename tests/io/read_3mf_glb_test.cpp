@@ -250,13 +250,14 @@ TEST_F(ReadObjects, RefusesNumbersThatDoNotFitTheirModel) {
         return refusal(model(text.replace(at, from.size(), to)));
     };
     EXPECT_EQ(with("v3=\"1\"", "v3=\"3\""), "");
-    EXPECT_NE(with("v3=\"1\"", "v3=\"4\"").find("names point 4, which is not there"), std::string::npos);
+    EXPECT_NE(with("v3=\"1\"", "v3=\"4\"").find("names point 4, which is missing"), std::string::npos);
     EXPECT_NE(with("v3=\"1\"", "v3=\"-1\"").find("names point -1"), std::string::npos);
-    EXPECT_NE(with("v3=\"1\"", "v3=\"18446744073709551617\"").find("has no number v3"), std::string::npos);
-    EXPECT_NE(with("v3=\"1\"", "").find("has no number v3"), std::string::npos);
+    EXPECT_NE(with("v3=\"1\"", "v3=\"18446744073709551617\"").find("v3 of a triangle is not a number"),
+              std::string::npos);
+    EXPECT_NE(with("v3=\"1\"", "").find("v3 of a triangle is not a number"), std::string::npos);
     EXPECT_NE(with("x=\"1e1\"", "x=\"inf\"").find("NaN or infinite"), std::string::npos);
     EXPECT_NE(with("x=\"1e1\"", "x=\"1e99\"").find("NaN or infinite"), std::string::npos);
-    EXPECT_NE(with("x=\"1e1\"", "x=\"ten\"").find("has no number x, but 'ten'"), std::string::npos);
+    EXPECT_NE(with("x=\"1e1\"", "x=\"ten\"").find("x of a vertex is not a number: 'ten'"), std::string::npos);
     EXPECT_NE(with("<object id=\"1\">", "").find("outside objects"), std::string::npos);
 }
 
@@ -266,7 +267,7 @@ TEST_F(ReadObjects, RefusesUnsupported3mfFeatures) {
     };
     const std::string solid = object(kTetrahedron), item = "<item objectid=\"1\"/>";
     says(refusal(model(solid, "")), "has no build items");
-    says(refusal(model(solid, "<item objectid=\"5\"/>")), "builds object '5', which is not there");
+    says(refusal(model(solid, "<item objectid=\"5\"/>")), "builds object '5', which is missing");
     says(refusal(model(solid, item + item)), "twice");
     says(refusal(model(solid + solid)), "two objects '1'");
     says(refusal(model(solid, item, "unit=\"parsec\"")), "unknown unit 'parsec'");
@@ -274,7 +275,7 @@ TEST_F(ReadObjects, RefusesUnsupported3mfFeatures) {
     says(refusal(model(solid, "<item objectid=\"1\" transform=\"1 2 3\"/>")), "12 numbers");
     says(refusal(model(solid + object("<components><component objectid=\"1\"/></components>", 2),
                        "<item objectid=\"2\"/>")),
-         "put together from others");
+         "consists of other objects");
     write_zip(folder / "a.3mf", {{"_rels/.rels", kRelations}});
     says(refusal(folder / "a.3mf"), "has no file '3D/3dmodel.model'");
     write_zip(folder / "a.3mf", {{"_rels/.rels", "<Relationships/>"}});
@@ -363,7 +364,8 @@ TEST_F(ReadGlb, RefusesUnsupportedFeatures) {
     // A small file that uses the same bytes many times.
     expect_refused("\"nodes\":[0]", "\"nodes\":[0,0,0]", "several times");
     EXPECT_NE(refusal(file("a.glb", "glTF")).find("is not a .glb file"), std::string::npos);
-    EXPECT_NE(refusal(file("a.glb", glb(std::string(200'000, '['), ""))).find("not a JSON"), std::string::npos);
+    EXPECT_NE(refusal(file("a.glb", glb(std::string(200'000, '['), ""))).find("not a JSON"),
+              std::string::npos);
 }
 
 }  // namespace

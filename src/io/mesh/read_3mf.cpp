@@ -91,8 +91,8 @@ class ModelReader {
     T attribute(const char* name, std::optional<T> (*parse)(std::string_view)) const {
         const std::optional<T> value = parse(tag_.get(name));
         if (!value) {
-            model_.refuse("a " + std::string(tag_.name) + " has no number " + name + " but " +
-                          quoted(tag_.get(name)));
+            model_.refuse("the attribute " + std::string(name) + " of a " + std::string(tag_.name) +
+                          " is not a number: " + quoted(tag_.get(name)));
         }
         return *value;
     }
@@ -109,7 +109,7 @@ class ModelReader {
         for (std::size_t c = 0; c < 3; ++c) {
             const std::int64_t index = attribute(kNames[c], parse_integer);
             if (index < 0 || index >= static_cast<std::int64_t>(points.size()))
-                model_.refuse("a triangle names point " + std::to_string(index) + ", which is not there");
+                model_.refuse("a triangle names point " + std::to_string(index) + ", which is missing");
             corners[c] = static_cast<std::uint32_t>(index);
         }
         return corners;
@@ -131,7 +131,7 @@ class ModelReader {
     void build() {
         const std::string_view id = tag_.get("objectid");
         const auto found = objects_.find(std::string(id));
-        if (found == objects_.end()) model_.refuse("builds object " + quoted(id) + ", which is not there");
+        if (found == objects_.end()) model_.refuse("builds object " + quoted(id) + ", which is missing");
         Object& object = found->second;
         if (object.has_components)
             model_.refuse("object " + quoted(id) + " consists of other objects, which is not supported");

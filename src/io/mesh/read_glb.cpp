@@ -78,7 +78,7 @@ class GlbReader {
         const auto at = object.is_object() ? object.find(name) : object.end();
         return at == object.end() ? kNull : *at;
     }
-    // The elements of a list; a list that is not there is empty.
+    // The elements of a list; empty if it is missing.
     const Json& list(const Json& object, const char* name) const {
         static const Json kEmpty = Json::array();
         const Json& found = member(object, name);
@@ -151,7 +151,7 @@ class GlbReader {
             std::uint32_t index = 0;
             std::memcpy(&index, corners.begin + i * corners.stride, size_of(corners.component_type));
             if (index >= points.count)
-                input_.refuse("a triangle names point " + std::to_string(index) + ", which is not there");
+                input_.refuse("a triangle names point " + std::to_string(index) + ", which is missing");
             triangle[i % 3] = static_cast<std::uint32_t>(points.first + index);
             if (i % 3 == 2) mesh_.triangles.push_back(triangle);
         }

@@ -12,7 +12,7 @@ void add_polygon(const FileContent& input, const std::vector<std::int64_t>& corn
     if (corners.size() < 3) input.refuse("a face has fewer than three corners");
     for (const std::int64_t c : corners) {
         if (c < 0 || c >= static_cast<std::int64_t>(points))
-            input.refuse("a face names point " + std::to_string(c) + ", which is not there");
+            input.refuse("a face names point " + std::to_string(c) + ", which is missing");
     }
     for (std::size_t i = 2; i < corners.size(); ++i)
         mesh.triangles.push_back({static_cast<std::uint32_t>(corners[0]),

@@ -123,8 +123,9 @@ class ArrayWriter {
 
     void write_vectors(std::uint64_t bytes, Buffer<Vec3f> Mesh::*vectors) {
         write(bytes, [&](const Mesh& mesh, std::size_t) {
-            output_.items<sizeof(Vec3f)>((mesh.*vectors).size(), 0, 1, [&](std::size_t i, char* to) {
-                return put(to, output_.oriented((mesh.*vectors)[i]));
+            const Buffer<Vec3f>& values = mesh.*vectors;
+            output_.items<sizeof(Vec3f)>(values.size(), 0, 1, [&](std::size_t i, char* to) {
+                return put(to, output_.oriented(values[i]));
             });
         });
     }
