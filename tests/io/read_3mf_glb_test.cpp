@@ -335,7 +335,7 @@ TEST_F(ReadGlb, RefusesNumbersThatDoNotFit) {
     const std::string beyond = "reaches beyond its buffer";
     expect_refused("\"count\":4", "\"count\":5", beyond);
     expect_refused("\"count\":4", "\"count\":4294967295", beyond);
-    expect_refused("\"count\":4", "\"count\":3", "names point 3, which is not there");
+    expect_refused("\"count\":4", "\"count\":3", "names point 3, which is missing");
     expect_refused("\"count\":4", "\"count\":-4", "lacks a number");
     expect_refused("\"count\":4", "\"count\":1e30", "lacks a number");
     expect_refused("\"count\":4,", "", "lacks a number");
