@@ -164,7 +164,7 @@ Json check_numbers(const CheckedMesh& checked, double min_wall) {
         json["thin_walls"] = {{"below_mm", min_wall},
                               {"triangles", c.thin_triangles},
                               {"area_mm2", c.thin_area},
-                              {"thinnest_mm", c.thin_triangles ? Json(c.thinnest_wall) : Json()}};
+                              {"thinnest_mm", c.thinnest_wall ? Json(*c.thinnest_wall) : Json()}};
     return json;
 }
 

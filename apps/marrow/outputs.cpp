@@ -1,5 +1,6 @@
 // Names, checks, writes and verifies the files of surfaces.
 #include "outputs.h"
+#include "report_progress.h"
 
 #include <algorithm>
 #include <cmath>

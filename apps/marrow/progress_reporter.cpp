@@ -1,5 +1,6 @@
 // Draws progress bars and prints the times of stages.
 #include "progress_reporter.h"
+#include "report_progress.h"
 
 #include <ostream>
 

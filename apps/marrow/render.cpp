@@ -1,5 +1,6 @@
 // Draws surfaces with VTK.
 #include "render.h"
+#include "report_progress.h"
 
 #include <algorithm>
 #include <chrono>

@@ -1,5 +1,6 @@
 // Declares and does the steps before and after extraction.
 #include "steps.h"
+#include "report_progress.h"
 
 #include <algorithm>
 #include <cmath>
@@ -81,8 +82,9 @@ Volume cropped(const Volume& scan, const CropBox& wanted) {
     }
 }
 
-Mesh with_chosen_components(const Mesh& mesh, const SurfaceSteps& steps) {
-    ComponentOptions options{.min_volume = steps.min_volume, .cavities = !steps.no_cavities};
+Mesh with_chosen_components(const Mesh& mesh, const SurfaceSteps& steps, int threads) {
+    ComponentOptions options{
+        .min_volume = steps.min_volume, .cavities = !steps.no_cavities, .threads = threads};
     if (steps.components > 0) options.count = steps.components;
     if (steps.largest) {
         options.count = 1;
@@ -91,24 +93,24 @@ Mesh with_chosen_components(const Mesh& mesh, const SurfaceSteps& steps) {
     return keep_components(mesh, options);
 }
 
-Mesh smoothed(const Mesh& mesh, const SurfaceSteps& steps, const Mat3d& index_to_physical,
+Mesh smoothed(const Mesh& mesh, const SurfaceSteps& steps, const Mat3d& index_to_physical, int threads,
               const Progress& progress, std::string& note) {
-    SmoothOptions options{.iterations = steps.smooth, .progress = progress};
+    SmoothOptions options{.iterations = steps.smooth, .threads = threads, .progress = progress};
     if (steps.smooth_bound) options.bound = index_to_physical;
     SmoothStats stats;
     Mesh result = smooth(mesh, options, &stats);
-    if (stats.restored_shells > 0)
-        note =
-            fmt::format("{} components are too small to smooth and keep their shape", stats.restored_shells);
+    if (stats.restored_components > 0)
+        note = fmt::format("{} components are too small to smooth and keep their shape",
+                           stats.restored_components);
     return result;
 }
 
-Mesh reduced(const Mesh& mesh, const SurfaceSteps& steps, const Progress& progress, StepReport& report) {
+Mesh reduced(const Mesh& mesh, const SurfaceSteps& steps, int threads, const Progress& progress,
+             StepReport& report) {
     std::optional<std::int64_t> triangles = steps.triangles;
     if (steps.keep) triangles = std::llround(*steps.keep * static_cast<double>(mesh.triangles.size()));
-    SimplifyOptions options{.progress = progress};
-    if (triangles) options.triangles = *triangles;
-    if (steps.max_error) options.max_error = *steps.max_error;
+    const SimplifyOptions options{
+        .triangles = triangles, .max_error = steps.max_error, .threads = threads, .progress = progress};
     SimplifyStats stats;
     Mesh result = simplify(mesh, options, &stats);
     report.deviation = stats.deviation;
@@ -192,7 +194,7 @@ void filter_scan(Volume& scan, const FilterSteps& steps, int threads, const Prog
 }
 
 std::vector<StepReport> refine_surface(Mesh& mesh, const SurfaceSteps& steps, const Mat3d& index_to_physical,
-                                       [[maybe_unused]] int threads, const Progress& progress) {
+                                       int threads, const Progress& progress) {
     std::vector<StepReport> reports;
     const auto step = [&](const char* name, auto change) {
         report(progress, 0);
@@ -203,12 +205,13 @@ std::vector<StepReport> refine_surface(Mesh& mesh, const SurfaceSteps& steps, co
         reports.push_back(std::move(done));
     };
     if (steps.choose_components())
-        step("components", [&](StepReport&) { return with_chosen_components(mesh, steps); });
+        step("components", [&](StepReport&) { return with_chosen_components(mesh, steps, threads); });
     if (steps.smooth > 0)
-        step("smooth",
-             [&](StepReport& done) { return smoothed(mesh, steps, index_to_physical, progress, done.note); });
+        step("smooth", [&](StepReport& done) {
+            return smoothed(mesh, steps, index_to_physical, threads, progress, done.note);
+        });
     if (steps.reduce())
-        step("reduce", [&](StepReport& done) { return reduced(mesh, steps, progress, done); });
+        step("reduce", [&](StepReport& done) { return reduced(mesh, steps, threads, progress, done); });
     return reports;
 }
 

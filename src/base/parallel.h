@@ -1,45 +1,46 @@
-/// Running work on a chosen number of threads, with progress and cancellation.
+/// Runs work on a chosen number of threads, with progress and cancellation.
 #pragma once
 
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <mutex>
 
-#include <marrow/progress.h>
+#include "progress.h"
 
 namespace marrow::internal {
 
 /// Runs f on `threads` threads; 0 means all of them.
 template <class F>
 void with_threads(int threads, const F& f) {
-    // oneTBB prints a warning when it is asked for more threads than there are.
+    // oneTBB prints a warning if an arena has more threads than the machine.
     const auto most =
         static_cast<int>(tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism));
     tbb::task_arena(threads > 0 ? std::min(threads, most) : most).execute(f);
 }
 
-/// Reports the progress of one stage of the work, from `begin` to `end` of the whole, in equal steps. Any thread may step.
+/// Counts the equal steps of a stage of work and reports progress from `begin` to `end`. Any thread may call
+/// step().
 class Stage {
   public:
+    /// Refers to `progress`, which must outlive it.
     Stage(const Progress& progress, double begin, double end, std::size_t steps)
-        : progress_(progress),
-          begin_(begin),
-          per_step_((end - begin) / static_cast<double>(std::max<std::size_t>(steps, 1))) {}
+        : progress_(progress), begin_(begin), end_(end), steps_(static_cast<double>(steps)) {}
 
     /// \throw Cancelled
     void step() {
         if (!progress_) return;
         const std::lock_guard lock(mutex_);
-        report(progress_, begin_ + per_step_ * static_cast<double>(++done_));
+        report_progress(progress_, std::lerp(begin_, end_, ++done_ / steps_));
     }
 
   private:
     const Progress& progress_;
-    const double begin_, per_step_;
-    std::size_t done_ = 0;
+    const double begin_, end_, steps_;
+    double done_ = 0;
     std::mutex mutex_;
 };
 

@@ -7,9 +7,10 @@
 
 #include <marrow/error.h>
 
+#include "base/progress.h"
 #include "io/bytes/byte_stream.h"
-#include "io/dicom/data_set.h"
 #include "io/bytes/text.h"
+#include "io/dicom/data_set.h"
 #include "io/dicom/read_dicom.h"
 #include "io/scan/image_stack.h"
 #include "io/scan/raw_image.h"
@@ -74,7 +75,7 @@ std::vector<fs::path> files_in(const fs::path& folder, bool nested) {
 std::vector<fs::path> dicom_among(const std::vector<fs::path>& files, const Progress& progress) {
     std::vector<fs::path> dicom, perhaps;
     for (const fs::path& file : files) {
-        report(progress, 0);  // a folder may hold many files, far away
+        internal::report_progress(progress, 0);  // a folder may hold many files, far away
         const std::string head = head_of(file, head_size);
         if (is_dicom(head))
             dicom.push_back(file);

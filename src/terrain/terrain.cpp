@@ -13,6 +13,7 @@
 
 #include <marrow/error.h>
 
+#include "base/progress.h"
 #include "ground.h"
 #include "height_error.h"
 #include "raster.h"
@@ -43,7 +44,7 @@ class Work {
 
     void advance(double fraction) {
         done_ = fraction;
-        report(progress_, done_);
+        internal::report_progress(progress_, done_);
     }
     bool goes_on() const { return !progress_ || progress_(done_); }
 

@@ -46,7 +46,7 @@ void print(std::ostream& out, const CheckedMesh& checked, double min_wall) {
              c.thin_triangles == 0
                  ? fmt::format("none below {:g} mm", min_wall)
                  : fmt::format("{} mm2 ({:.2f} %) below {:g} mm; thinnest {:.3g} mm", plain(c.thin_area),
-                               100 * c.thin_area / m.area, min_wall, c.thinnest_wall));
+                               100 * c.thin_area / m.area, min_wall, *c.thinnest_wall));
     line("components", fmt::format("{}, of which {} cavities", m.components, c.cavities));
     line("Euler characteristic", c.genus ? fmt::format("{}; genus {}", m.euler_characteristic, *c.genus)
                                          : std::to_string(m.euler_characteristic));

@@ -187,7 +187,7 @@ void run(const LabelsOptions& options, const Console& console, const std::atomic
 
     const Volume map = job.read_scan({.crop = options.crop});
     SurfaceResults& results = job.results;
-    const Counts counts = count_labels(map, job.threads());
+    const Counts counts = count_labels(map, {.threads = job.threads()});
     Labels labels = labels_of(counts, table);
     if (labels.empty()) throw EmptySurface("the map contains only background, so there is no surface");
     choose_labels(options.only, labels);

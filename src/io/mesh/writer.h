@@ -15,6 +15,8 @@
 #include <marrow/mesh_io.h>
 #include <marrow/streaming.h>
 
+#include "base/progress.h"
+
 namespace marrow {
 
 static_assert(std::endian::native == std::endian::little, "binary meshes are written as they lie in memory");
@@ -69,7 +71,7 @@ class MeshOutput {
             write_(piece_.data(), static_cast<std::size_t>(end - piece_.data()));
             const double fraction =
                 from + (until - from) * static_cast<double>(last) / static_cast<double>(count);
-            report(progress_, share_begin_ + (share_end_ - share_begin_) * fraction);
+            internal::report_progress(progress_, share_begin_ + (share_end_ - share_begin_) * fraction);
         }
     }
 

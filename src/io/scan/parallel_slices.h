@@ -10,7 +10,7 @@
 #include <functional>
 #include <mutex>
 
-#include <marrow/progress.h>
+#include "base/progress.h"
 
 namespace marrow {
 
@@ -24,14 +24,14 @@ void for_each_slice(std::size_t count, int threads, const Progress& progress, do
                     Work&& work) {
     std::mutex mutex;
     double done = 0, reached = begin;
-    report(progress, begin);
+    internal::report_progress(progress, begin);
     const Step step = [&](double part) {
         const std::lock_guard lock(mutex);
         done += part;
         const auto all = static_cast<double>(count);
         // sums of parts are not exact
         reached = done > all - 1e-6 ? end : std::max(reached, begin + (end - begin) * done / all);
-        report(progress, reached);
+        internal::report_progress(progress, reached);
     };
     const int most = oneapi::tbb::info::default_concurrency();  // oneTBB warns on stderr when asked for more
     oneapi::tbb::task_arena arena(threads > 0 ? std::min(threads, most) : most);
