@@ -13,7 +13,7 @@
 namespace marrow::cli {
 
 /// One object. The numbers of a single surface are its members; those of several form the array `surfaces`. Bounds are
-/// in `space`, as written.
+/// in `space`, as written. Surfaces that were not measured have null for their measures.
 std::string surfaces_json(const SurfaceResults& results, Space space);
 
 /// One object for one input; for several, one with an array `inputs`.
@@ -25,7 +25,7 @@ std::string checks_json(const std::vector<CheckedMesh>& meshes, double min_wall)
 /// One object with the arrays `sweep` and `plateaus`.
 std::string sweep_json(const std::vector<SweepSample>& sweep, const std::vector<Plateau>& plateaus);
 
-/// One object with an array `levels`.
+/// One object with an array `levels`, which must be measured.
 std::string terrain_json(const TerrainResults& results);
 
 }  // namespace marrow::cli

@@ -1,6 +1,5 @@
 // Names, checks, writes and verifies the files of surfaces.
 #include "outputs.h"
-#include "report_progress.h"
 
 #include <algorithm>
 #include <cmath>
@@ -12,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "console.h"
+#include "report_progress.h"
 
 namespace marrow::cli {
 namespace fs = std::filesystem;

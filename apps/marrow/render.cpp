@@ -1,6 +1,5 @@
 // Draws surfaces with VTK.
 #include "render.h"
-#include "report_progress.h"
 
 #include <algorithm>
 #include <chrono>
@@ -44,6 +43,8 @@
 #include <marrow/atomic_file.h>
 #include <marrow/error.h>
 #include <marrow/vector.h>
+
+#include "report_progress.h"
 
 VTK_MODULE_INIT(vtkRenderingOpenGL2);
 

@@ -156,8 +156,8 @@ void measure_volumes(const Counts& counts, const Mat3d& index_to_physical, std::
     const double sample_mm3 = std::abs(dot(step[0], cross(step[1], step[2])));
     for (Surface& surface : surfaces) {
         const std::int64_t samples = counts.at(*surface.label);
-        surface.label_volume = {samples, static_cast<double>(samples) * sample_mm3,
-                                measure(surface.mesh).volume};
+        surface.measures = measure(surface.mesh);
+        surface.label_volume = {samples, static_cast<double>(samples) * sample_mm3, surface.measures->volume};
     }
 }
 
