@@ -206,8 +206,8 @@ vtkSmartPointer<vtkUnsignedCharArray> draw(vtkRenderer* renderer) {
 
 }  // namespace
 
-// Without a display, VTK would end the process. An X server resets itself when its last client leaves, and refuses new
-// clients meanwhile. So try for a second, and stay connected until VTK is.
+// Without a display, VTK would end the process. An X server resets itself when its last client leaves, and
+// refuses new clients meanwhile. So try for a second, and stay connected until VTK is.
 void require_display() {
     static Display* display = nullptr;
     for (int attempt = 0; display == nullptr && attempt < 10; ++attempt) {
