@@ -18,7 +18,8 @@ struct CommandHelp {
     std::string footer;       ///< follows the options; lines of at most 100 columns
 };
 
-/// The options of a program, and of its commands. Only arguments.cpp includes CLI11, whose headers compile slowly.
+/// The options of a program, and of its commands. Only arguments.cpp includes CLI11, whose headers compile
+/// slowly.
 class Arguments {
   public:
     /// A program of this name.
@@ -46,8 +47,8 @@ class Arguments {
     /// Adds several inputs, at least one.
     void add_inputs(const std::string& name, std::vector<std::filesystem::path>& to, const std::string& help);
 
-    /// Reads the command line and stores all values. Prints help or the version to `out` and returns false if that is
-    /// wanted instead. \throw UsageError
+    /// Reads the command line and stores all values. Prints help or the version to `out` and returns false if
+    /// that is wanted instead. \throw UsageError
     bool parse(int argc, const char* const* argv, std::ostream& out);
 
     /// Whether this command was named on the command line.

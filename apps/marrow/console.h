@@ -49,8 +49,8 @@ struct Console {
     void warning(std::string_view text) const;
 };
 
-/// The console of this process. Colours are used on a terminal, unless NO_COLOR is set (see no-color.org) or TERM is
-/// "dumb".
+/// The console of this process. Colours are used on a terminal, unless NO_COLOR is set (see no-color.org) or
+/// TERM is "dumb".
 Console standard_console();
 
 /// Does the work and returns its exit code. Errors become one line on console.err.

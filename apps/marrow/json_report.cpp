@@ -61,13 +61,13 @@ Json surface_numbers(const Surface& surface, Space space) {
     else
         numbers["isovalue"] = surface.isovalue;
     numbers.update({{"points", points}, {"triangles", triangles}});
-    if (surface.in_slabs) {  // the other numbers need the whole surface
+    if (!surface.measures) {  // a surface that was written slab by slab
         for (const char* name : {"components", "boundary_edges", "nonmanifold_edges", "euler_characteristic",
                                  "area_mm2", "volume_mm3", "bounds_mm", "steps"})
             numbers[name] = Json();
         return numbers;
     }
-    const MeshMeasures m = measure(surface.mesh);
+    const MeshMeasures& m = *surface.measures;
     numbers.update({{"components", m.components},
                     {"boundary_edges", m.boundary_edges},
                     {"nonmanifold_edges", m.nonmanifold_edges},
@@ -171,7 +171,7 @@ Json check_numbers(const CheckedMesh& checked, double min_wall) {
 
 Json level_numbers(const TerrainLevel& level) {
     const TerrainInfo& info = level.info;
-    const MeshMeasures m = measure(level.mesh);
+    const MeshMeasures& m = level.measures;
     return {{"samples", info.samples},
             {"cell_m", info.cell},
             {"mm_per_metre", info.mm_per_metre},

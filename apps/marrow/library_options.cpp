@@ -15,10 +15,10 @@ struct OptionFlag {
 
 constexpr std::array kFlags{
     // ScanOptions
-    OptionFlag{"options.series", "--series UID"},
-    OptionFlag{"options.spacing", "--spacing X,Y,Z"},
+    OptionFlag{"options.series", "--series"},
+    OptionFlag{"options.spacing", "--spacing"},
     OptionFlag{"options.resample", "--resample"},
-    OptionFlag{"options.volume", "--volume K"},
+    OptionFlag{"options.volume", "--volume"},
     OptionFlag{"options.threads", "--threads"},
     // IsosurfaceOptions
     OptionFlag{"options.snap", "--snap"},
@@ -26,6 +26,7 @@ constexpr std::array kFlags{
     OptionFlag{"limits.memory", "--max-memory"},
     // TerrainOptions
     OptionFlag{"options.cell", "--cell"},
+    OptionFlag{"options.exaggerate", "--exaggerate"},
     OptionFlag{"options.base", "--base"},
     OptionFlag{"options.size", "--size"},
 };

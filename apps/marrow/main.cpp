@@ -22,7 +22,8 @@ struct SiblingProgram {
 
 constexpr SiblingProgram kSiblings[] = {
     {"terrain", "marrow-terrain",
-     "'marrow terrain' is not installed; build it with MARROW_TERRAIN=ON, which needs GDAL"},
+     "'marrow terrain' is not installed; build it with MARROW_TERRAIN=ON or install the package "
+     "marrow-terrain"},
     {"view", "marrow-viewer",
      "the viewer is not installed; build it with 'make viewer' or install the package marrow-viewer"},
 };

@@ -1,6 +1,5 @@
 // Names, checks, writes and verifies the files of surfaces.
 #include "outputs.h"
-#include "report_progress.h"
 
 #include <algorithm>
 #include <cmath>
@@ -12,20 +11,21 @@
 #include <fmt/format.h>
 
 #include "console.h"
+#include "report_progress.h"
 
 namespace marrow::cli {
 namespace fs = std::filesystem;
 namespace {
 
-// Files of meshes and reports in the folder of a scan may be overwritten; others there are slices of the scan.
+// Meshes in the folder of a scan may be overwritten. Pictures and tables there may belong to the scan.
 bool is_of_scan(const fs::path& file, const fs::path& input) {
     std::error_code ignored;
     if (!fs::is_directory(input, ignored)) return fs::equivalent(file, input, ignored);
     if (!fs::exists(file, ignored)) return false;
     const std::string extension = file.extension().string();
-    const bool may_be_slice =
+    const bool may_belong_to_scan =
         extension == ".png" || extension == ".csv" || extension == ".json" || extension == ".svg";
-    return may_be_slice && fs::equivalent(fs::absolute(file, ignored).parent_path(), input, ignored);
+    return may_belong_to_scan && fs::equivalent(fs::absolute(file, ignored).parent_path(), input, ignored);
 }
 
 std::map<fs::path, std::vector<MeshObject>> objects_by_file(const std::vector<Surface>& surfaces) {

@@ -13,8 +13,8 @@
 
 namespace marrow::cli {
 
-/// The files for surfaces of these names, in order. `output` is a file, which all share; a folder, which gets a .stl file
-/// for each; or a pattern with {name}. Without an output, the paths are empty.
+/// The files for surfaces of these names, in order. `output` is a file, which all share; a folder, which gets
+/// a .stl file for each; or a pattern with {name}. Without an output, the paths are empty.
 /// \throw UsageError an unknown extension, or one file for two surfaces because they have the same name
 std::vector<std::filesystem::path> files_for(const std::filesystem::path& output,
                                              const std::vector<std::string>& names);
@@ -22,8 +22,8 @@ std::vector<std::filesystem::path> files_for(const std::filesystem::path& output
 /// Whether these files are one file that several surfaces share.
 bool is_shared_file(const std::vector<std::filesystem::path>& files);
 
-/// As files_for, for surfaces of a scan. \throw UsageError several surfaces in a format that holds one, or a format
-/// that cannot be written in this space
+/// As files_for, for surfaces of a scan. \throw UsageError several surfaces in a format that holds one, or a
+/// format that cannot be written in this space
 std::vector<std::filesystem::path> surface_files(const std::filesystem::path& output, Space space,
                                                  const std::vector<std::string>& names);
 
@@ -38,7 +38,8 @@ void write_surfaces(const std::vector<Surface>& surfaces, Space space, const Pro
 /// Reads each file again and compares it with its surfaces. \throw as verify
 void verify_surfaces(const std::vector<Surface>& surfaces, Space space, const Progress& progress);
 
-/// Reads a file that write_meshes made of `objects` and compares every triangle. \throw CheckFailed it differs
+/// Reads a file that write_meshes made of `objects` and compares every triangle. \throw CheckFailed it
+/// differs
 void verify(std::span<const MeshObject> objects, const std::filesystem::path& file, Space space);
 
 }  // namespace marrow::cli

@@ -1,12 +1,12 @@
 // Draws progress bars and prints the times of stages.
 #include "progress_reporter.h"
-#include "report_progress.h"
 
 #include <ostream>
 
 #include <fmt/format.h>
 
 #include "library_options.h"
+#include "report_progress.h"
 
 namespace marrow::cli {
 

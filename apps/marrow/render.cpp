@@ -1,6 +1,5 @@
 // Draws surfaces with VTK.
 #include "render.h"
-#include "report_progress.h"
 
 #include <algorithm>
 #include <chrono>
@@ -44,6 +43,8 @@
 #include <marrow/atomic_file.h>
 #include <marrow/error.h>
 #include <marrow/vector.h>
+
+#include "report_progress.h"
 
 VTK_MODULE_INIT(vtkRenderingOpenGL2);
 
@@ -205,8 +206,8 @@ vtkSmartPointer<vtkUnsignedCharArray> draw(vtkRenderer* renderer) {
 
 }  // namespace
 
-// Without a display, VTK would end the process. An X server resets itself when its last client leaves, and refuses new
-// clients meanwhile. So try for a second, and stay connected until VTK is.
+// Without a display, VTK would end the process. An X server resets itself when its last client leaves, and
+// refuses new clients meanwhile. So try for a second, and stay connected until VTK is.
 void require_display() {
     static Display* display = nullptr;
     for (int attempt = 0; display == nullptr && attempt < 10; ++attempt) {

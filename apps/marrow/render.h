@@ -25,8 +25,8 @@ struct CameraAngles {
 /// Connects to the X display, which OpenGL needs for drawing. \throw IoError there is no display
 void require_display();
 
-/// Draws the surfaces, z up, to a PNG file that appears complete or not at all. The default camera looks from the
-/// patient's front left. \throw IoError no display, or the file cannot be written; Cancelled
+/// Draws the surfaces, z up, to a PNG file that appears complete or not at all. The default camera looks from
+/// the patient's front left. \throw IoError no display, or the file cannot be written; Cancelled
 void render(const std::vector<RenderedSurface>& surfaces, const std::filesystem::path& file,
             const Progress& progress, const CameraAngles& camera = {});
 

@@ -49,6 +49,7 @@ struct Surface {
     std::optional<std::array<double, 3>> colour = {};  ///< red, green, blue from 0 to 1
     std::optional<std::int64_t> label = {};            ///< in a label map, instead of the isovalue
     LabelVolume label_volume = {};                     ///< with a label
+    std::optional<MeshMeasures> measures = {};         ///< of the mesh, if it was measured
 
     Size size() const { return in_slabs.value_or(Size{mesh.points.size(), mesh.triangles.size()}); }
 };
@@ -97,6 +98,7 @@ struct TerrainLevel {
     TerrainInfo info;
     Mesh mesh;
     std::filesystem::path output;  ///< empty: not written
+    MeshMeasures measures = {};    ///< of the mesh, if it was measured
 };
 
 /// All that `marrow terrain` made.

@@ -6,7 +6,8 @@
 
 namespace marrow::cli {
 
-/// Becomes true on SIGINT and SIGTERM. A file that exceeds its size limit then causes an error, as a full disk does.
+/// Becomes true on SIGINT and SIGTERM. A file that exceeds its size limit then causes an error, as a full
+/// disk does.
 inline const std::atomic<bool>& stopped_by_signals() {
     static std::atomic<bool> stop{false};
     static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler sets it");

@@ -1,6 +1,5 @@
 // Declares and does the steps before and after extraction.
 #include "steps.h"
-#include "report_progress.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,6 +13,7 @@
 #include <marrow/smooth.h>
 
 #include "console.h"
+#include "report_progress.h"
 
 namespace marrow::cli {
 namespace {

@@ -58,10 +58,12 @@ void add_surface_options(Arguments& arguments, SurfaceSteps& steps);
 /// \throw UsageError steps that contradict each other
 void check_steps(const SurfaceSteps& steps);
 
-/// Does the steps before extraction. \throw UsageError a crop box outside the scan; others as in volume_filters.h
+/// Does the steps before extraction. \throw UsageError a crop box outside the scan; others as in
+/// volume_filters.h
 void filter_scan(Volume& scan, const FilterSteps& steps, int threads, const Progress& progress);
 
-/// Does the steps after extraction. `index_to_physical` is that of the volume that the surface was extracted from.
+/// Does the steps after extraction. `index_to_physical` is that of the volume that the surface was extracted
+/// from.
 /// \throw as in components.h, smooth.h and simplify.h
 std::vector<StepReport> refine_surface(Mesh& mesh, const SurfaceSteps& steps, const Mat3d& index_to_physical,
                                        int threads, const Progress& progress);

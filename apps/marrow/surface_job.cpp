@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include <marrow/measure.h>
 #include <marrow/scan_io.h>
 
 #include "outputs.h"
@@ -59,6 +60,11 @@ void SurfaceJob::deliver() {
     if (!output.picture.empty())
         seconds.write += stage("picture", [&](const Progress& progress) { draw(progress); });
     seconds.total = seconds_since(start_);
+    if (options_.reporting.json) {
+        for (Surface& surface : results.surfaces) {
+            if (!surface.measures) surface.measures = measure(surface.mesh);
+        }
+    }
     print_results(reporter_, results, output.space);
 }
 

@@ -15,7 +15,8 @@ struct SurfaceJobOptions {
     Reporting reporting;
 };
 
-/// One run of such a command: it reads and filters the scan, and delivers the surfaces that the command makes of it.
+/// One run of such a command: it reads and filters the scan, and delivers the surfaces that the command makes
+/// of it.
 class SurfaceJob {
   public:
     SurfaceJob(const SurfaceJobOptions& options, const Console& console, const std::atomic<bool>& stop);

@@ -47,7 +47,8 @@ void warn_of_non_finite(std::int64_t samples, std::vector<std::string>& warnings
         warnings.push_back(fmt::format("{} samples are NaN or infinite and are treated as outside", samples));
 }
 
-// Points coincide at samples that equal the isovalue. Integer samples never equal an isovalue between integers.
+// Points coincide at samples that equal the isovalue. Integer samples never equal an isovalue between
+// integers.
 void warn_of_ties(const std::vector<Surface>& surfaces, const Volume& scan,
                   std::vector<std::string>& warnings) {
     const bool integers = scan.type() != SampleType::float32 && scan.type() != SampleType::float64;

@@ -14,8 +14,9 @@ namespace marrow::cli {
 /// Warns of samples that are NaN or infinite.
 void warn_of_non_finite(std::int64_t samples, std::vector<std::string>& warnings);
 
-/// Warns of surfaces in STL files that have several points with the same coordinates. STL has only coordinates, so its
-/// readers merge these points, and edges may then have more than two triangles. `remedy` ends the warning.
+/// Warns of surfaces in STL files that have several points with the same coordinates. STL has only
+/// coordinates, so its readers merge these points, and edges may then have more than two triangles. `remedy`
+/// ends the warning.
 void warn_of_coinciding_points(const std::vector<Surface>& surfaces, const std::string& remedy,
                                std::vector<std::string>& warnings);
 
@@ -23,7 +24,8 @@ void warn_of_coinciding_points(const std::vector<Surface>& surfaces, const std::
 void warn_of_ties(const std::vector<Surface>& surfaces, const Volume& scan,
                   std::vector<std::string>& warnings);
 
-/// Warns of closed surfaces of a scan that has no sample outside, so that the surface is the border of the scan.
+/// Warns of closed surfaces of a scan that has no sample outside, so that the surface is the border of the
+/// scan.
 void warn_of_box(const std::vector<Surface>& surfaces, const Volume& scan,
                  std::vector<std::string>& warnings);
 

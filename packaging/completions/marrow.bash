@@ -5,7 +5,7 @@ _marrow_options() {
   local scan="--series --spacing --resample --volume"
   case $1 in
     info) echo "-h --help $scan --json --show-patient" ;;
-    check) echo "-h --help --min-wall --strict --json -q --quiet" ;;
+    check) echo "-h --help --min-wall --strict --threads --json -q --quiet" ;;
     sweep)
       echo "-h --help --from --to -n --samples -o --output --plot --threads $scan" \
         "--json -q --quiet -v --verbose"

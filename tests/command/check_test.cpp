@@ -36,7 +36,7 @@ TEST_F(CheckCommand, ChecksMeshes) {
     EXPECT_EQ(marrow_with({"check", scan}).code, 3);
 }
 
-TEST_F(CheckCommand, ChecksTheOthersWhereAMeshCannotBeRead) {
+TEST_F(CheckCommand, ChecksTheOtherMeshesIfOneCannotBeRead) {
     const std::string stl = folder / "ball.stl", bad = folder / "bad.stl", gone = folder / "gone.stl";
     ASSERT_EQ(marrow_with({scan, "-o", stl, "--isovalue", "0.5"}).code, 0);
     write_file(bad, "no mesh");

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Checks that the completions and the manual pages name the options of the programs: all of them, and no others.
+# Checks that the completions and the manual pages name all options of the programs, and no others.
 # usage: completions_test.sh BIN PACKAGING      BIN: the folder of the programs
 set -uo pipefail
 bin=$(realpath "$1")
@@ -32,8 +32,8 @@ options_in_zsh() {
 
 # The options in a manual page, from a section to the next.
 options_in_man() {
-  sed -n "/^\.SH $2\$/,/^\.SH/p" "$packaging/man/$1" | sed -n '/^\.TP/{n;p}' | sed -E 's/\\f[BRI]//g; s/\\-/-/g' |
-    grep -oE '(^|[ ,])--?[a-z][a-z-]*' | tr -d ' ,' | sort
+  sed -n "/^\.SH $2\$/,/^\.SH/p" "$packaging/man/$1" | sed -n '/^\.TP/{n;p}' |
+    sed -E 's/\\f[BRI]//g; s/\\-/-/g' | grep -oE '(^|[ ,])--?[a-z][a-z-]*' | tr -d ' ,' | sort
 }
 
 # check WHAT WANTED FOUND: compares two lists.
@@ -94,7 +94,8 @@ check_words "--min-wall" marrow check --m
 check_words "--measure" marrow-viewer --m
 check_words "--exaggerate" marrow terrain --ex
 # All presets are offered.
-presets=$("$bin/marrow" --help | sed -nE 's/^Presets.*: (.*)\.$/\1/p' | tr ',' '\n' | awk '{print $1}' | xargs)
+presets=$("$bin/marrow" --help | sed -nE 's/^Presets.*: (.*)\.$/\1/p' | tr ',' '\n' |
+  awk '{print $1}' | xargs)
 check_words "$presets" marrow scan.nii --type ""
 
 if command -v zsh > /dev/null; then

@@ -76,7 +76,7 @@ TEST_F(CommandLine, JsonHoldsTheNumbersOfTheMesh) {
     EXPECT_GT(json["peak_memory_bytes"].get<std::int64_t>(), 1 << 20);
 }
 
-TEST_F(CommandLine, RasTurnsWhatIsWritten) {
+TEST_F(CommandLine, RasNegatesXAndY) {
     const Json lps = extract_json({"-o", mesh, "--isovalue", "0"})["bounds_mm"];
     const std::string first = read_file(mesh);
     const Json ras = extract_json({"-o", mesh, "--isovalue", "0", "--space", "RAS"})["bounds_mm"];
@@ -88,13 +88,13 @@ TEST_F(CommandLine, RasTurnsWhatIsWritten) {
     EXPECT_EQ(ras[0][2], lps[0][2]);
 }
 
-TEST_F(CommandLine, ClosesTheSurfaceWhereTheScanEnds) {
+TEST_F(CommandLine, ClosesTheSurfaceAtTheBorderOfTheScan) {
     write_nrrd(scan, 24, 25, 13, ball(0, 12, 6, 8));
     EXPECT_EQ(extract_json({"-o", mesh, "--isovalue", "0"})["boundary_edges"], 0);
     EXPECT_GT(extract_json({"-o", mesh, "--isovalue", "0", "--open"})["boundary_edges"], 0);
 }
 
-TEST_F(CommandLine, KeepsOnlyTheLargestPiece) {
+TEST_F(CommandLine, KeepsOnlyTheLargestComponent) {
     const auto large = ball(7, 12, 6, 6), small = ball(19, 12, 6, 4);
     write_nrrd(scan, 24, 25, 13,
                [&](int x, int y, int z) { return std::max(large(x, y, z), small(x, y, z)); });
@@ -114,7 +114,7 @@ TEST_F(CommandLine, SnapsToFewerPoints) {
     EXPECT_EQ(extract_json({"-o", mesh, "--isovalue", "0", "--snap", "0"})["points"], plain["points"]);
 }
 
-TEST_F(CommandLine, OtsuPartsDarkFromBright) {
+TEST_F(CommandLine, OtsuSeparatesDarkFromBright) {
     write_nrrd(scan, 24, 25, 13, [](int x, int, int) { return x < 12 ? -70 : 130; });
     EXPECT_NEAR(extract_json({"-o", mesh, "--isovalue", "otsu"})["isovalue"].get<double>(), 30, 1);
 }
@@ -170,8 +170,8 @@ TEST_F(CommandLine, RefusesWhatMakesNoSense) {
     EXPECT_EQ(folder.files(), Names{"ball.nrrd"});
 }
 
-// Thirty slices or so at a time, and then one.
-TEST_F(CommandLine, WithinLittleMemoryTheFileHasTheSameBytes) {
+// With 2M, about thirty slices fit into memory; with 610K, one.
+TEST_F(CommandLine, SlabsGiveTheSameBytes) {
     write_nrrd(scan, 150, 140, 90, [](int x, int y, int z) {
         return 500 * std::sin(0.2 * x) * std::sin(0.15 * y) * std::cos(0.21 * z) +
                (7 * x + 11 * y + 13 * z) % 40;
@@ -221,7 +221,7 @@ TEST_F(CommandLine, FiltersTheScanInItsSpace) {
     EXPECT_GT(even["triangles"], whole["triangles"]);
 }
 
-TEST_F(CommandLine, RefinesTheSurfaceAndReportsEachStep) {
+TEST_F(CommandLine, ReportsEachStepAfterExtraction) {
     write_nrrd(scan, 40, 25, 13, [](int x, int y, int z) {
         return std::max({ball(12, 12, 6, 8)(x, y, z), ball(31, 12, 6, 4)(x, y, z),
                          x == 37 && y == 3 && z == 2 ? 900.0 : -1e3});
@@ -329,7 +329,7 @@ TEST_F(CommandLine, VerifyFindsAnotherMesh) {
     EXPECT_THROW(verify_as(other, Space::LPS), CheckFailed);
 }
 
-TEST_F(CommandLine, SaysTheRangeWhereNothingIsFound) {
+TEST_F(CommandLine, SaysTheRangeOfSamplesIfThereIsNoSurface) {
     for (const std::string isovalue : {"1001", "-2000"}) {
         const bool open = isovalue[0] == '-';  // capped, all inside has a surface: the box
         const Outcome outcome = extract({"-o", mesh, "--isovalue", isovalue, open ? "--open" : "-v"});
@@ -347,7 +347,7 @@ TEST_F(CommandLine, WritesNoneOfSeveralSurfacesIfOneIsEmpty) {
     EXPECT_EQ(folder.files(), Names{"ball.nrrd"});
 }
 
-TEST_F(CommandLine, TakesSamplesWithAirForHounsfieldUnitsAndSaysSo) {
+TEST_F(CommandLine, AssumesHounsfieldUnitsIfThereIsAirAndSaysSo) {
     const Outcome outcome = extract({"-o", mesh, "--type", "bone"});
     EXPECT_EQ(outcome.code, 0);
     EXPECT_NE(outcome.err.find("warning: NRRD does not say whether this is CT"), outcome.err.npos)
@@ -384,7 +384,7 @@ TEST_F(CommandLine, SaysWhyItCannotReadOrWrite) {
     EXPECT_EQ(folder.files(), before);
 }
 
-TEST_F(CommandLine, StopsWithoutATraceWhenAskedTo) {
+TEST_F(CommandLine, LeavesNoTraceWhenCancelled) {
     write_file(mesh, "old");
     const Outcome outcome = marrow_with({scan, "-o", mesh, "--isovalue", "0"}, true);
     EXPECT_EQ(outcome.code, 130);

@@ -1,4 +1,4 @@
-// marrow info: what it says about scans, and what it keeps to itself.
+// `marrow info` on the command line.
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
@@ -78,7 +78,7 @@ TEST(Info, SeveralSeriesAreListedAndNoneIsChosen) {
     EXPECT_EQ(marrow_with({"info", folder.path(), "--series", "1.2.5"}).code, 4);
 }
 
-TEST(Info, PatientsNamesOnlyWhereAskedFor) {
+TEST(Info, PrintsPatientNamesOnlyOnRequest) {
     TemporaryFolder folder;
     write_series(folder, 3);
     for (const bool json : {false, true}) {

@@ -1,4 +1,4 @@
-// Label maps, as the command line has them.
+// `marrow INPUT --labels` on the command line.
 #include <random>
 
 #include <gtest/gtest.h>
@@ -53,13 +53,13 @@ TEST_F(LabelMap, BecomesAFileForEachLabel) {
               (Names{"map.nrrd", "table.ctbl", "part liver.stl", "part a_b.stl", "part label-12.stl"}));
 }
 
-TEST_F(LabelMap, TellsLabelsOfOneNameApart) {
+TEST_F(LabelMap, DistinguishesLabelsOfTheSameName) {
     write_file(table, "3 part\n7 part\n");
     EXPECT_EQ(marrow_with({map, "--labels", table, "-o", folder / "{name}.stl"}).code, 0);
     EXPECT_EQ(folder.files(), (Names{"map.nrrd", "table.ctbl", "part-3.stl", "part-7.stl", "label-12.stl"}));
 }
 
-TEST_F(LabelMap, RelaxationCanBeLeftOut) {
+TEST_F(LabelMap, RelaxationIsOptional) {
     const auto volume = [&](const std::string& passes) {
         const Outcome outcome =
             marrow_with({map, "-o", folder / "a.glb", "--labels", "--relax", passes, "--json"});
@@ -69,7 +69,7 @@ TEST_F(LabelMap, RelaxationCanBeLeftOut) {
     EXPECT_NE(volume("0"), volume("40"));
 }
 
-TEST_F(LabelMap, SaysWhatSurfacesLoseOfTheirSamples) {
+TEST_F(LabelMap, WarnsOfSurfacesThatShrink) {
     const Outcome outcome = marrow_with({map, "--labels", table, "-o", folder / "all.vtp", "--json"});
     ASSERT_EQ(outcome.code, 0) << outcome.err;
     const Json surfaces = Json::parse(outcome.out)["surfaces"];
@@ -90,7 +90,7 @@ TEST_F(LabelMap, SaysWhatSurfacesLoseOfTheirSamples) {
     EXPECT_EQ(marrow_with({map, "--labels", "-o", folder / "all.vtp", "-q"}).err, "");
 }
 
-TEST_F(LabelMap, OfOneLabelGoesIntoAnyFormat) {
+TEST_F(LabelMap, WithOneLabelFitsAnyFormat) {
     write_nrrd(map, 6, 6, 6, [](int x, int y, int z) {
         return 4 * (std::min({x, y, z, 5 - x, 5 - y, 5 - z}) > 0);
     });
@@ -98,7 +98,7 @@ TEST_F(LabelMap, OfOneLabelGoesIntoAnyFormat) {
     EXPECT_EQ(folder.files(), (Names{"map.nrrd", "table.ctbl", "one.stl"}));
 }
 
-TEST_F(LabelMap, GivesOnlyTheLabelsAskedForInTheSameShape) {
+TEST_F(LabelMap, WritesOnlyTheWantedLabelsInTheSameShape) {
     const auto surfaces = [&](const std::vector<std::string>& more) {
         std::vector<std::string> command{map, "--labels", table, "-o", folder / "a.vtp", "--json"};
         command.insert(command.end(), more.begin(), more.end());
@@ -111,7 +111,7 @@ TEST_F(LabelMap, GivesOnlyTheLabelsAskedForInTheSameShape) {
     EXPECT_EQ(two[0], all[0]);
     EXPECT_EQ(two[1], all[2]);
     EXPECT_EQ(marrow_with({map, "--labels", table, "-o", folder / "b.stl", "--only", "7"}).code, 0);
-    // The table is that of the map, though not of what is wanted.
+    // The table belongs to the map, even if it has no wanted label.
     EXPECT_EQ(marrow_with({map, "--labels", table, "-o", folder / "c.vtp", "--only", "12", "-q"}).err, "");
     write_file(table, "3,\"lobe, left\"\n7 lobe\n");
     EXPECT_EQ(marrow_with({map, "--labels", table, "-o", folder / "d.stl", "--only", "lobe, left"}).code, 0);
@@ -136,7 +136,7 @@ TEST_F(LabelMap, WritesAllFilesOrNone) {
     EXPECT_EQ(folder.files(), (Names{"map.nrrd", "table.ctbl", "part-label-12.stl"}));
 }
 
-TEST_F(LabelMap, WarnsOfWhatItMayNotBeAndOfATableForAnother) {
+TEST_F(LabelMap, WarnsOfScansAndOfTablesForAnotherMap) {
     write_file(table, "99 elsewhere\n");
     EXPECT_NE(marrow_with({map, "--labels", table, "-o", folder / "a.vtp"})
                   .err.find("has none of the map's labels"),
@@ -147,7 +147,7 @@ TEST_F(LabelMap, WarnsOfWhatItMayNotBeAndOfATableForAnother) {
               std::string::npos);
 }
 
-// Parts of one label in noise touch in points, which STL joins.
+// In noise, the surface of a label touches itself at points, which STL merges.
 TEST_F(LabelMap, WarnsOfPointsThatStlJoins) {
     const auto warns = [&](const char* file) {
         return marrow_with({map, "--labels", "-o", folder / file}).err.find("have the same coordinates") !=

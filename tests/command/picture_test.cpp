@@ -9,8 +9,7 @@
 #include "render.h"
 #include "support/command_line.h"
 
-// OpenGL drivers keep memory until the process ends; AddressSanitizer, where it is on, shall not take that
-// for our leak.
+// OpenGL drivers keep memory until the process ends. AddressSanitizer must not report that as a leak.
 extern "C" const char* __asan_default_options() {
     return "detect_leaks=0";
 }
@@ -29,7 +28,7 @@ bool has_display() {
     }
 }
 
-TEST(Picture, NamesXvfbWhereThereIsNoDisplay) {
+TEST(Picture, NamesXvfbIfThereIsNoDisplay) {
     const TemporaryFolder folder;
     write_nrrd(folder / "ball.nrrd", 24, 25, 13, ball(12, 12, 6, 8));
     const char* set = std::getenv("DISPLAY");
@@ -65,7 +64,7 @@ TEST(Picture, ShowsThePatientUprightFromTheFront) {
     ASSERT_EQ(width, 1600);
     ASSERT_EQ(height, 1200);
 
-    // The balls are grey and brighter than the bluish background; count them in three parts of their box.
+    // The balls are grey and brighter than the bluish background. Count them in three parts of their box.
     const auto is_ball = [&](int x, int y) {
         const auto* rgb = static_cast<const unsigned char*>(image->GetScalarPointer(x, y, 0));
         return rgb[0] + 10 > rgb[2];
@@ -78,7 +77,7 @@ TEST(Picture, ShowsThePatientUprightFromTheFront) {
             lowest_y = std::min(lowest_y, y), highest_y = std::max(highest_y, y);
         }
     }
-    // Centred, near to filling the picture, not cut off.
+    // The balls are centred, almost fill the picture, and are not cut off.
     EXPECT_GT(std::min(lowest_x, lowest_y), 10);
     EXPECT_LT(std::max(highest_x - width, highest_y - height), -10);
     EXPECT_TRUE(highest_x - lowest_x > width / 2 || highest_y - lowest_y > height / 2);

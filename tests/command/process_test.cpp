@@ -1,4 +1,4 @@
-// The program as a process: what signals leave behind.
+// The program as a process: which files remain after signals.
 #include <chrono>
 #include <csignal>
 #include <thread>
@@ -47,7 +47,7 @@ TEST(Process, InterruptedLeavesTheOldFileOrTheWholeNewOne) {
     const auto whole = std::filesystem::file_size(mesh);
 
     int interrupted = 0;
-    // Longer where the machine is so busy that the program is not ready before.
+    // On a busy machine the program needs longer before it handles signals.
     for (int delay = 30; delay <= 600 || (interrupted == 0 && delay < 20'000); delay = delay * 3 / 2) {
         for (const int signal : {SIGINT, SIGTERM}) {
             write_file(mesh, "old");
@@ -58,7 +58,7 @@ TEST(Process, InterruptedLeavesTheOldFileOrTheWholeNewOne) {
             } else if (code == 0) {
                 EXPECT_EQ(std::filesystem::file_size(mesh), whole);
             } else {
-                // The signal came before the program was ready for it.
+                // The signal came before the program handled signals.
                 EXPECT_EQ(code, -signal);
                 EXPECT_EQ(read_file(mesh), "old");
             }

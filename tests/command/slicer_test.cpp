@@ -1,4 +1,4 @@
-// PrusaSlicer slices what is written without mending it. Skipped where it is not installed.
+// PrusaSlicer slices the written meshes without repairing them. Skipped if it is not installed.
 #include <cstdlib>
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ class Slicer : public testing::Test {
             GTEST_SKIP() << "prusa-slicer is not installed (Debian: prusa-slicer)";
     }
 
-    // What it prints, with everything it says.
+    // Captures standard output and errors.
     std::string slicer(const std::string& arguments) const {
         const std::string output = folder / "said";
         const std::string command =
@@ -41,7 +41,7 @@ class Slicer : public testing::Test {
     void expect_skull_sliced(const std::string& scan) const {
         for (const char* name : {"skull.stl", "skull.3mf"}) {
             const std::string mesh = folder / name;
-            // Between the integers of a CT: no sample lies on it, so no triangle is without area.
+            // No integer sample of a CT equals this isovalue, so every triangle has an area.
             const Outcome outcome = marrow_with({scan, "-o", mesh, "--isovalue", "225.5", "--largest"});
             ASSERT_EQ(outcome.code, 0) << outcome.err;
             expect_sliced(mesh, "--scale 0.1");

@@ -1,4 +1,4 @@
-// marrow sweep and files of several surfaces, as the command line has them.
+// `marrow sweep` on the command line, and files of several surfaces.
 #include <cstdio>
 
 #include <gtest/gtest.h>
@@ -37,7 +37,7 @@ TEST_F(Sweep, WritesATableAndAPlot) {
     EXPECT_NE(svg.find("</svg>"), svg.npos);
 }
 
-TEST_F(Sweep, SaysNoShiftToTheFirst) {
+TEST_F(Sweep, HasNoShiftForTheFirstIsovalue) {
     const std::vector<std::string> command{"sweep", scan, "--from", "0", "--to", "100", "-n", "2"};
     const std::string table = marrow_with(command).out, row = table.substr(table.find('\n') + 1);
     EXPECT_EQ(row.substr(0, row.find('\n')).substr(row.find('\n') - 2), ",,") << row;
@@ -48,7 +48,7 @@ TEST_F(Sweep, SaysNoShiftToTheFirst) {
     EXPECT_GT(json["sweep"][1]["shift_mm"], 0);
 }
 
-TEST_F(Sweep, DrawsRoundNumbersInPlain) {
+TEST_F(Sweep, LabelsAxesWithRoundNumbers) {
     ASSERT_EQ(marrow_with({"sweep", scan, "--from", "-523", "--to", "891", "-n", "9", "--plot",
                            folder / "a.svg", "-o", folder / "a.csv"})
                   .code,
@@ -73,7 +73,7 @@ TEST_F(Sweep, RefusesARangeWithoutASurface) {
     EXPECT_EQ(folder.files(), (Names{"ball.nrrd"}));
 }
 
-TEST(SweepOfFloats, WarnsOfSamplesWithoutAValue) {
+TEST(SweepOfFloats, WarnsOfNonFiniteSamples) {
     const TemporaryFolder folder;
     std::string text =
         "NRRD0005\ntype: float\ndimension: 3\nsizes: 4 4 4\nendian: little\nencoding: raw\n"
@@ -89,7 +89,7 @@ TEST(SweepOfFloats, WarnsOfSamplesWithoutAValue) {
     EXPECT_NE(outcome.err.find("8 samples are NaN"), outcome.err.npos) << outcome.err;
 }
 
-TEST_F(Sweep, SaysTheNumbersOfTheSurfaceItself) {
+TEST_F(Sweep, AgreesWithTheExtractedSurface) {
     const Outcome outcome = marrow_with({"sweep", scan, "--from", "0", "--to", "100", "-n", "2", "--json"});
     ASSERT_EQ(outcome.code, 0) << outcome.err;
     const Json first = Json::parse(outcome.out)["sweep"][0];
@@ -100,14 +100,14 @@ TEST_F(Sweep, SaysTheNumbersOfTheSurfaceItself) {
         EXPECT_NEAR(first[name].get<double>(), alone[name].get<double>(), 1e-5 * alone[name].get<double>());
 }
 
-TEST_F(Sweep, GoesOverAllSamplesWhereItIsNotTold) {
+TEST_F(Sweep, CoversTheRangeOfAllSamplesByDefault) {
     const Outcome outcome = marrow_with({"sweep", scan, "-n", "3"});
     ASSERT_EQ(outcome.code, 0) << outcome.err;
     EXPECT_EQ(outcome.out.find("\n-1000,"), outcome.out.find('\n'));
     EXPECT_NE(outcome.out.find("\n1000,"), outcome.out.npos);
 }
 
-TEST_F(Sweep, DrawsIsovaluesThatAreNextToEachOther) {
+TEST_F(Sweep, DrawsIsovaluesThatAreNeighbouringNumbers) {
     EXPECT_EQ(marrow_with({"sweep", scan, "--from", "1", "--to", "1.0000000000000004", "-n", "2", "--plot",
                            folder / "near.svg"})
                   .code,

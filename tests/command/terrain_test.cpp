@@ -69,7 +69,7 @@ TEST(TerrainCommand, WritesABlockAndSaysWhatItIs) {
               84 + 50 * level["triangles"].get<std::size_t>());
 }
 
-TEST(TerrainCommand, WritesLevelsEachOfHalfTheResolution) {
+TEST(TerrainCommand, WritesLevelsWithHalfTheResolutionEach) {
     const TemporaryFolder folder;
     const std::string grid = write_grid(folder / "tent.asc");
     const Outcome outcome = terrain_with({grid, "-o", folder / "levels/", "--levels", "3", "--json"});
@@ -146,7 +146,7 @@ TEST(TerrainCommand, RefusesWhatMakesNoSense) {
     EXPECT_EQ(folder.files(), (std::set<std::string>{"tent.asc"}));
 }
 
-TEST(TerrainCommand, RefusesASurfaceOfNothing) {
+TEST(TerrainCommand, RefusesAnEmptySurface) {
     const TemporaryFolder folder;
     const std::string grid = folder / "one.asc";
     const std::string head = "ncols 4\nnrows 4\nxllcorner 0\nyllcorner 0\ncellsize 10\nNODATA_value -9\n";
@@ -157,7 +157,7 @@ TEST(TerrainCommand, RefusesASurfaceOfNothing) {
     EXPECT_EQ(terrain_with({grid, "-o", folder / "block.stl", "--base", "3"}).code, kOk)
         << "a block has walls";
     std::filesystem::remove(folder / "block.stl");
-    // The first level has a surface, the second not: nothing is written, nor said to be.
+    // The first level has a surface but the second has none: nothing is written or reported.
     write_file(grid, head + "5 6 -9 -9\n5 6 -9 -9\n-9 -9 -9 -9\n-9 -9 -9 -9\n");
     const Outcome second = terrain_with({grid, "-o", folder / "{name}.stl", "--levels", "2"});
     EXPECT_EQ(second.code, kEmpty);
@@ -175,7 +175,7 @@ TEST(TerrainCommand, CountsLevelsBeforeTheWork) {
     EXPECT_NE(many.err.find("at most 6"), many.err.npos) << many.err;
     EXPECT_EQ(folder.files(), (std::set<std::string>{"tent.asc"}));
     EXPECT_EQ(terrain_with({grid, "-o", folder / "{name}.stl", "--levels", "6"}).code, kOk);
-    // 49 rows 5 m apart: 2.5 of 98 m make 3, but 1.25 of 196 m only 1.
+    // 49 rows at 5 m are 2.5 cells of 98 m, which give 3 rows; but 1.25 of 196 m give only 1.
     EXPECT_EQ(terrain_with({grid, "-o", folder / "{name}.stl", "--cell", "98", "--levels", "2"}).code,
               kUsage);
 }
@@ -194,7 +194,7 @@ TEST(TerrainCommand, RefusesAbsurdGridsAtOnce) {
     EXPECT_EQ(folder.files(), (std::set<std::string>{"tent.asc"}));
 }
 
-TEST(TerrainCommand, SaysThatCoordinatesWithoutANameMayBeDegrees) {
+TEST(TerrainCommand, SaysThatUnnamedCoordinatesMayBeDegrees) {
     const TemporaryFolder folder;
     const std::string grid = folder / "deg.asc";
     std::string text =
@@ -208,8 +208,8 @@ TEST(TerrainCommand, SaysThatCoordinatesWithoutANameMayBeDegrees) {
     EXPECT_EQ(std::count(refused.err.begin(), refused.err.end(), '\n'), 1);
 }
 
-TEST(TerrainCommand, MakesTheGroundAsLongAsAskedFor) {
-    // Samples without a height at the borders take nothing of the size.
+TEST(TerrainCommand, MakesTheGroundAsLongAsRequested) {
+    // Samples without a height at the border do not count towards the size.
     const TemporaryFolder folder;
     const std::string grid = folder / "island.asc";
     std::string text = "ncols 40\nnrows 20\nxllcorner 0\nyllcorner 0\ncellsize 10\nNODATA_value -9999\n";

@@ -21,7 +21,7 @@ TEST_F(Mistake, WarnsWhereNoSampleIsOutside) {
     EXPECT_FALSE(warns({"--type", "bone"}));
 }
 
-// At an integer the surface goes through samples, and several of its points lie in each.
+// At an integer isovalue the surface passes through samples, where several of its points coincide.
 TEST_F(Mistake, WarnsOfPointsThatStlJoins) {
     write_nrrd(folder / "ramp.nrrd", 9, 9, 9,
                [](int x, int y, int z) { return std::abs(x - 4) + std::abs(y - 4) + std::abs(z - 4); });
@@ -46,7 +46,7 @@ TEST_F(Mistake, NeverWritesOverTheScan) {
     }
 }
 
-TEST_F(Mistake, NoPictureTakesThePlaceOfASliceOrAPlotThatOfAScan) {
+TEST_F(Mistake, NeverReplacesASliceByAPictureOrAScanByAPlot) {
     std::filesystem::create_directory(folder / "stack");
     for (const char* slice : {"0.png", "1.png"}) write_file(folder / "stack" / slice, "a slice");
     EXPECT_EQ(marrow_with({folder / "stack", "--spacing", "1,1,1", "--isovalue", "9", "--picture",
@@ -59,7 +59,7 @@ TEST_F(Mistake, NoPictureTakesThePlaceOfASliceOrAPlotThatOfAScan) {
     EXPECT_EQ(read_file(folder / "scan.svg"), read_file(scan));
 }
 
-TEST_F(Mistake, SaysWhereTheScanIsIfTheBoxIsElsewhere) {
+TEST_F(Mistake, SaysWhereTheScanIsIfTheBoxMissesIt) {
     const auto err = [&](const std::string& box) {
         const Outcome outcome = marrow_with({scan, "-o", folder / "a.stl", "--type", "bone", "--crop", box});
         EXPECT_EQ(outcome.code, kUsage);

@@ -61,14 +61,16 @@ void print(std::ostream& out, const CheckedMesh& checked, double min_wall) {
                                checked.space != Space::none ? "LPS" : "the file does not state its space"));
 }
 
-CheckedMesh check_file(const fs::path& file, double min_wall, const ProgressReporter& reporter) {
+CheckedMesh check_file(const fs::path& file, const CheckCommandOptions& wanted,
+                       const ProgressReporter& reporter) {
     CheckedMesh checked{file, {}, {}, {}};
     try {
         reporter.stage("check", [&](const Progress& progress) {
             const Mesh mesh = read_mesh(file, &checked.space);
             CheckOptions options;
+            options.threads = wanted.threads;
             options.progress = progress;
-            if (min_wall > 0) options.min_wall = min_wall;
+            if (wanted.min_wall > 0) options.min_wall = wanted.min_wall;
             checked.found = check_mesh(mesh, options);
         });
     } catch (const Cancelled&) {
@@ -90,6 +92,7 @@ void add_options(Arguments& arguments, CheckCommandOptions& options) {
         number_value("MM", "a thickness in mm", options.min_wall, [](double x) { return x >= 0; }),
         "Find walls thinner than MM.");
     arguments.add_flag("--strict", options.strict, "Exit with 6 if a mesh is not sound.");
+    add_threads_option(arguments, options.threads);
     add_json_option(arguments, options.reporting);
     add_quiet_option(arguments, options.reporting);
 }
@@ -99,7 +102,7 @@ ExitCode run(const CheckCommandOptions& options, const Console& console, const s
     std::vector<CheckedMesh> meshes;
     bool readable = true, sound = true;
     for (const fs::path& file : options.inputs) {
-        const CheckedMesh& checked = meshes.emplace_back(check_file(file, options.min_wall, reporter));
+        const CheckedMesh& checked = meshes.emplace_back(check_file(file, options, reporter));
         readable = readable && checked.refusal.empty();
         sound = sound && (!checked.refusal.empty() || checked.found.is_sound());
         if (!options.reporting.json && !options.reporting.quiet && checked.refusal.empty())

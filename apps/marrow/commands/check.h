@@ -14,6 +14,7 @@ struct CheckCommandOptions {
     std::vector<std::filesystem::path> inputs;
     double min_wall = 0;  ///< mm; 0: do not look for thin walls
     bool strict = false;
+    int threads = 0;
     Reporting reporting;
 };
 

@@ -33,8 +33,8 @@ Value preset_value(std::vector<SurfaceRequest>& to) {
         .name = "TYPE", .expected = "bone, skin, soft, fat or muscle", .store = store, .may_repeat = true};
 }
 
-// Presets are Hounsfield units, which only CT has. Formats that do not state the modality pass if they contain air. The
-// returned warning states this assumption.
+// Presets are Hounsfield units, which only CT has. Formats that do not state the modality pass if they
+// contain air. The returned warning states this assumption.
 std::string check_presets(const std::vector<SurfaceRequest>& surfaces, const ScanInfo& info,
                           const Volume& scan) {
     const auto has_preset = [](const SurfaceRequest& request) { return request.preset != nullptr; };

@@ -19,8 +19,8 @@ struct InfoCommandOptions {
 
 void add_options(Arguments& arguments, InfoCommandOptions& options);
 
-/// Inspects all inputs and prints what was found; an input that cannot be read does not stop the others. Returns the
-/// exit code of the first one that cannot be read.
+/// Inspects all inputs and prints what was found; an input that cannot be read does not stop the others.
+/// Returns the exit code of the first one that cannot be read.
 ExitCode run(const InfoCommandOptions& options, const Console& console, const std::atomic<bool>& stop);
 
 }  // namespace marrow::cli

@@ -21,7 +21,8 @@ namespace marrow::cli {
 namespace fs = std::filesystem;
 namespace {
 
-// The part of a file's name that stands for a label: characters that file systems or shells do not like become "_".
+// The part of a file's name that stands for a label: characters that file systems or shells do not like
+// become "_".
 std::string file_name(const std::string& name) {
     std::string file;
     for (const char c : name) {
@@ -62,7 +63,8 @@ Labels labels_of(const Counts& counts, const LabelTable& table) {
     return labels;
 }
 
-// Marks the labels in `only` as wanted: numbers or names, separated by commas. A name may itself contain commas.
+// Marks the labels in `only` as wanted: numbers or names, separated by commas. A name may itself contain
+// commas.
 void choose_labels(const std::string& only, Labels& labels) {
     if (only.empty()) return;
     for (auto& [label, one] : labels) one.wanted = false;
@@ -88,7 +90,8 @@ std::vector<fs::path> files_of(const LabelsOptions& options, const std::vector<s
     return surface_files(options.job.output.mesh, options.job.output.space, names);
 }
 
-// The labels, and whether there are several, are not known before the map is read. Until then, one stands for all.
+// The labels, and whether there are several, are not known before the map is read. Until then, one stands for
+// all.
 std::vector<fs::path> file_pattern(const LabelsOptions& options) {
     return files_of(options, {"{name}"});
 }
@@ -156,8 +159,8 @@ void measure_volumes(const Counts& counts, const Mat3d& index_to_physical, std::
     const double sample_mm3 = std::abs(dot(step[0], cross(step[1], step[2])));
     for (Surface& surface : surfaces) {
         const std::int64_t samples = counts.at(*surface.label);
-        surface.label_volume = {samples, static_cast<double>(samples) * sample_mm3,
-                                measure(surface.mesh).volume};
+        surface.measures = measure(surface.mesh);
+        surface.label_volume = {samples, static_cast<double>(samples) * sample_mm3, surface.measures->volume};
     }
 }
 

@@ -17,7 +17,8 @@ struct SurfacesOptions {
 
 void add_options(Arguments& arguments, SurfacesOptions& options);
 
-/// Runs the one that the given options belong to. \throw UsageError options that do not go together; as the three
+/// Runs the one that the given options belong to. \throw UsageError options that do not go together; as the
+/// three
 void run(const Arguments& arguments, const SurfacesOptions& options, const Console& console,
          const std::atomic<bool>& stop);
 

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include <marrow/measure.h>
 #include <marrow/mesh_io.h>
 #include <marrow/terrain.h>
 
@@ -164,7 +165,7 @@ void run(const TerrainCommandOptions& options, const Console& console, const std
     if (files.size() > 1) check_levels(options);
     TerrainResults results;
     results.exaggerate = options.exaggerate;
-    for (const fs::path& file : files) results.levels.push_back({{}, {}, file});
+    for (const fs::path& file : files) results.levels.push_back({{}, {}, file, {}});
     extract_levels(options, reporter, results);
     results.write_seconds += reporter.stage("write", [&](const Progress& progress) {
         write_levels(results.levels, is_shared_file(files), progress);
@@ -176,6 +177,7 @@ void run(const TerrainCommandOptions& options, const Console& console, const std
     results.total_seconds = seconds_since(start);
 
     if (options.reporting.json) {
+        for (TerrainLevel& level : results.levels) level.measures = measure(level.mesh);
         console.out << terrain_json(results);
     } else if (!options.reporting.quiet) {
         for (const TerrainLevel& level : results.levels) console.out << level_text(level);

@@ -1,5 +1,5 @@
-/// The command `marrow terrain`: turns elevation rasters into surfaces. It is a program of its own, so that only it loads
-/// GDAL.
+/// The command `marrow terrain`: turns elevation rasters into surfaces. It is a program of its own, so that
+/// only it loads GDAL.
 #pragma once
 
 #include <atomic>
@@ -29,8 +29,8 @@ void add_options(Arguments& arguments, TerrainCommandOptions& options);
 /// Extracts, writes, draws and reports all levels. \throw UsageError; EmptySurface; as extract_terrain
 void run(const TerrainCommandOptions& options, const Console& console, const std::atomic<bool>& stop);
 
-/// Reads the command line after `marrow`, runs the command and returns its exit code. Errors become one line on
-/// console.err.
+/// Reads the command line after `marrow`, runs the command and returns its exit code. Errors become one line
+/// on console.err.
 int run_terrain(int argc, const char* const* argv, const Console& console, const std::atomic<bool>& stop);
 
 }  // namespace marrow::cli
