@@ -187,10 +187,7 @@ void run(const VolumeView& volume, int threads, const Work& work) {
     try {
         with_threads(threads, work);
     } catch (const std::bad_alloc&) {
-        const auto& dims = volume.geometry.dims;
-        throw LimitError("there is not enough memory to extract a surface from " + std::to_string(dims[0]) +
-                         " x " + std::to_string(dims[1]) + " x " + std::to_string(dims[2]) +
-                         " samples; crop or coarsen the volume");
+        throw_out_of_memory(volume.geometry);
     }
 }
 
@@ -231,7 +228,8 @@ IsosurfaceExtractor::IsosurfaceExtractor(const VolumeView& volume, const Isosurf
     : impl_(std::make_unique<Impl>()) {
     check(volume, options);
     impl_->options = options;
-    impl_->levels.push_back(std::make_unique<Impl::Level>(volume, impl_->options));
+    run(volume, options.threads,
+        [&] { impl_->levels.push_back(std::make_unique<Impl::Level>(volume, impl_->options)); });
 }
 
 IsosurfaceExtractor::~IsosurfaceExtractor() = default;

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <new>
 #include <optional>
 
 #include "base/parallel.h"
@@ -281,14 +282,18 @@ void extract_isosurface_in_slabs(const SliceSource& source, double isovalue, con
     if (stats != nullptr) *stats = {};
     if (!has_cells(source.geometry, options.closed)) return sink.begin(0, 0, options.normals);
 
-    with_threads(options.threads, [&] {
-        Slabs slabs(source, isovalue, limits, options);
-        const Pyramids pyramids = count(slabs);
-        check_point_count(pyramids.points.total());
-        sink.begin(pyramids.points.total(), pyramids.triangles.total(), options.normals);
-        emit(slabs, pyramids, sink);
-        if (stats != nullptr) stats->non_finite_samples = slabs.window.non_finite_samples();
-    });
+    try {
+        with_threads(options.threads, [&] {
+            Slabs slabs(source, isovalue, limits, options);
+            const Pyramids pyramids = count(slabs);
+            check_point_count(pyramids.points.total());
+            sink.begin(pyramids.points.total(), pyramids.triangles.total(), options.normals);
+            emit(slabs, pyramids, sink);
+            if (stats != nullptr) stats->non_finite_samples = slabs.window.non_finite_samples();
+        });
+    } catch (const std::bad_alloc&) {
+        throw_out_of_memory(source.geometry);
+    }
 }
 
 }  // namespace marrow

@@ -26,6 +26,13 @@ void check_point_count(std::uint64_t points) {
                      " points, more than the 2^32 - 1 that triangles can name; crop or coarsen the volume");
 }
 
+void throw_out_of_memory(const Geometry& geometry) {
+    const auto& dims = geometry.dims;
+    throw LimitError("there is not enough memory to extract a surface from " + std::to_string(dims[0]) +
+                     " x " + std::to_string(dims[1]) + " x " + std::to_string(dims[2]) +
+                     " samples; crop or coarsen the volume");
+}
+
 bool has_cells(const Geometry& geometry, bool closed) {
     const std::int64_t fewest = *std::min_element(geometry.dims.begin(), geometry.dims.end());
     return fewest >= (closed ? 1 : 2);

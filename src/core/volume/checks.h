@@ -13,6 +13,8 @@ void check_volume(const VolumeView& volume);
 void check_isovalue(double isovalue);
 /// \throw LimitError more points than the indices of triangles can name
 void check_point_count(std::uint64_t points);
+/// \throw LimitError always: a volume of this size needs more memory than there is
+[[noreturn]] void throw_out_of_memory(const Geometry& geometry);
 /// Whether the grid has any cell; without cells there is no surface. A `closed` grid has a layer of samples
 /// more on every side.
 bool has_cells(const Geometry& geometry, bool closed);
