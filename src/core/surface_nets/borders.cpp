@@ -162,7 +162,8 @@ namespace {
 HWY_EXPORT(mark_edges);
 HWY_EXPORT(mark_cells);
 
-// Counts the active cells before each word of slice k in its row, and leaves those of each row in first_cell.
+// Counts the active cells before each word of slice k in its row. The entries of first_cell get the number of
+// active cells in each row; find_borders() adds them up.
 void count_cells(std::int64_t k, BorderBits& bits) {
     for (std::int64_t j = 0; j <= bits.cell_rows(); ++j) {
         const std::size_t row = bits.first_word(j, k);

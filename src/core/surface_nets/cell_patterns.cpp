@@ -63,6 +63,9 @@ FaceJunctions find_junctions(const CellCorners& corners, std::size_t face) {
 }
 
 // The components of the border within a cell, and their points.
+//
+// At a junction, each label has two ends of edges or none. So the ends that junctions connect form loops.
+// Each loop of a label is a disk of the label's surface, around one point.
 class CellBorder {
   public:
     explicit CellBorder(const CellCorners& corners);
@@ -70,10 +73,10 @@ class CellBorder {
     EdgeSet crossed = 0;
     std::array<FaceJunctions, 6> junctions;  // by face
     std::array<std::uint8_t, kCellEdges> component_of_edge;
-    std::vector<EdgeSet>
-        edges_of_point;  // of the point's component; the first points are those of components
-    std::array<std::array<std::uint8_t, 2>, kCellEdges>
-        point_of_end;  // for the labels at both ends of each edge
+    // For each point, the edges of its component. Each component has a point first; further points follow.
+    std::vector<EdgeSet> edges_of_point;
+    // For each edge, the points of the labels at its ends.
+    std::array<std::array<std::uint8_t, 2>, kCellEdges> point_of_end;
 
   private:
     // Edges, and ends of edges (end i of edge e is 2 e + i). The lowest number of a set represents it.
@@ -101,7 +104,7 @@ CellBorder::CellBorder(const CellCorners& corners) {
     number_loops(corners);
 }
 
-// Connects the edges of a junction, and for each label those of its ends.
+// Connects the edges of a junction, and the ends of these edges that have the same label.
 void CellBorder::unite_junction(const CellCorners& corners, EdgeSet junction) {
     for_each_edge(junction, [&](std::size_t a) {
         for_each_edge(junction, [&](std::size_t b) {
@@ -296,7 +299,7 @@ CellPattern make_cell_pattern(const CellCorners& corners) {
 }
 
 const CellPattern& CellPatternCache::find(const CellCorners& corners) {
-    // Patterns depend on the corners' key alone, so every map can use those of others. This map needs no
+    // Patterns depend on the corners' key alone, so all maps share them. This map needs no
     // bound: there are 4961 keys (the 4140 ways to divide eight corners among labels, some with several
     // orders of two labels on a face), and a pattern has about a kilobyte.
     static tbb::concurrent_unordered_map<std::uint32_t, CellPattern, KeyHash> patterns;

@@ -51,8 +51,8 @@ class MeshMaker {
     std::vector<Mesh> take() { return std::move(meshes_); }
 
   private:
-    // Gives the meshes their sizes. Replaces the counts of each slab by the sum of those before it, where the
-    // slab begins to write.
+    // Gives the meshes their sizes. Replaces the counts of each slab by the sum over all slabs before it,
+    // where the slab begins to write.
     void allocate() {
         std::vector<SurfaceCounts> totals(meshes_.size());
         for (SlabOfCells& slab : net_.slabs) {

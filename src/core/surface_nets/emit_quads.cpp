@@ -37,8 +37,8 @@ class QuadEmitter {
         for (std::size_t w = 0; w < bits.words; ++w) {
             const std::uint64_t x_edges = bits.crossed[0][row + w], y_edges = bits.crossed[1][row + w],
                                 z_edges = bits.crossed[2][row + w];
-            // Whether one of the two cells at sample i is a multi-label cell: those around a y edge at its
-            // upper x, and those around a z edge.
+            // Cell i of these two rows of cells lies at a y edge, or at a z edge. The bits tell whether one
+            // of the two cells i is a multi-label cell.
             const std::uint64_t here = rows[3].multi_label[w], at_y = here | rows[1].multi_label[w],
                                 at_z = here | rows[2].multi_label[w];
             if ((x_edges | y_edges | z_edges) != 0) {
@@ -71,7 +71,7 @@ class QuadEmitter {
 
   private:
     static constexpr std::size_t kCapacity = 256;
-    // Quads whose corners are known, and quads around which a cell has a corner for each edge.
+    // Quads whose corners are known, and quads with a multi-label cell whose corner must be found.
     static constexpr std::size_t kResolved = 0, kUnresolved = 1;
 
     // `cells` returns the four cells around an edge, given the bits below that of the edge.

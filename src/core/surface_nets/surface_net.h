@@ -1,8 +1,8 @@
 /// Finds the points of a label map's surface net, and how many points and triangles each label's mesh has.
 ///
 /// Each active cell has a point, and multi-label cells can have more. Each crossed edge has a quad between
-/// the points of the four cells around it, which belongs to the labels at both ends of the edge. Indices are
-/// those of borders.h.
+/// the points of the four cells around it. The labels at both ends of the edge share the quad. Indices are
+/// as in borders.h.
 #pragma once
 
 #include <algorithm>
