@@ -35,37 +35,13 @@ Volume with_labels(const Volume& map, std::size_t most, std::vector<std::int64_t
         kept[static_cast<std::size_t>(s.label)] = true;
     }
     Volume result(map.geometry(), SampleType::uint16);
-    const auto copy = [&](auto sample) {
-        using T = decltype(sample);
+    visit_sample_type(map.type(), [&](auto type) {
         for (std::int64_t i = 0; i < map.geometry().sample_count(); ++i) {
-            const auto label = static_cast<std::size_t>(map.samples<T>()[i]);
+            const auto label = static_cast<std::size_t>(map.samples<decltype(type)>()[i]);
             result.samples<std::uint16_t>()[i] =
                 static_cast<std::uint16_t>(label < kept.size() && kept[label] ? label : 0);
         }
-    };
-    switch (map.type()) {
-        case SampleType::uint8:
-            copy(std::uint8_t{});
-            break;
-        case SampleType::int8:
-            copy(std::int8_t{});
-            break;
-        case SampleType::uint16:
-            copy(std::uint16_t{});
-            break;
-        case SampleType::int16:
-            copy(std::int16_t{});
-            break;
-        case SampleType::int32:
-            copy(std::int32_t{});
-            break;
-        case SampleType::float32:
-            copy(float{});
-            break;
-        case SampleType::float64:
-            copy(double{});
-            break;
-    }
+    });
     return result;
 }
 

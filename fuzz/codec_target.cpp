@@ -1,4 +1,4 @@
-// Any bytes as a compressed frame: the first say in which transfer syntax and of what size.
+// Decodes any bytes as a compressed DICOM frame. The first four select transfer syntax and size.
 #include <array>
 #include <cstdint>
 #include <cstdlib>
@@ -14,12 +14,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
                                                         "1.2.840.10008.1.2.4.57", "1.2.840.10008.1.2.4.70",
                                                         "1.2.840.10008.1.2.4.80", "1.2.840.10008.1.2.4.90",
                                                         "1.2.840.10008.1.2.5"};
-    constexpr std::size_t head = 4;
-    if (size < head) return 0;
+    constexpr std::size_t kHead = 4;
+    if (size < kHead) return 0;
     const int columns = data[1] + 1, rows = data[2] + 1, allocated = data[3] % 2 ? 8 : 16;
     try {
-        const marrow::DecodedFrame frame = marrow::decode_frame(
-            syntaxes[data[0] % syntaxes.size()], {reinterpret_cast<const char*>(data) + head, size - head},
+        const marrow::internal::io::DecodedFrame frame = marrow::internal::io::decode_frame(
+            syntaxes[data[0] % syntaxes.size()], {reinterpret_cast<const char*>(data) + kHead, size - kHead},
             columns, rows, allocated, allocated);
         const auto needed = static_cast<std::size_t>(columns * rows * frame.cell_size);
         if (frame.cells.size() < needed || frame.bits < 1 || frame.bits > 8 * frame.cell_size) std::abort();

@@ -1,5 +1,5 @@
-// Any bytes as a volume: the fast algorithm gives the triangles of the classic one, and with a closed border each
-// edge has two triangles that run along it in opposite directions.
+// Extracts any bytes as a volume: the fast algorithm must give the triangles of the classic one. With a
+// closed border, each edge must have two triangles with opposite orientation.
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -66,16 +66,16 @@ void check(const std::uint8_t* data, std::size_t size, const Geometry& geometry,
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-    constexpr std::size_t head = 6;
-    if (size <= head) return 0;
+    constexpr std::size_t kHead = 6;
+    if (size <= kHead) return 0;
     Geometry geometry;
     for (std::size_t axis = 0; axis < 3; ++axis) geometry.dims[axis] = 2 + data[axis] % (axis == 0 ? 130 : 8);
     const bool closed = data[3] & 1;
     const int type = data[3] >> 1 & 3;
     std::int16_t isovalue = 0;
     std::memcpy(&isovalue, data + 4, sizeof isovalue);
-    const std::uint8_t* samples = data + head;
-    const std::size_t rest = size - head;
+    const std::uint8_t* samples = data + kHead;
+    const std::size_t rest = size - kHead;
     if (type == 0) check<std::uint8_t>(samples, rest, geometry, isovalue & 0xff, closed);
     if (type == 1) check<std::int16_t>(samples, rest, geometry, isovalue, closed);
     if (type == 2) check<float>(samples, rest, geometry, isovalue / 8.0, closed);

@@ -1,4 +1,5 @@
-// Writes the small valid scans of the tests, and a mesh in every format, as seeds: make_seeds FOLDER gives FOLDER/<target>/<seed>.
+// Writes seeds for the fuzz targets to FOLDER/<target>/<seed>: the small valid scans of the tests, and a mesh
+// in every format.
 #include <cstdio>
 
 #include <marrow/mesh_io.h>
@@ -13,12 +14,12 @@ namespace {
 
 std::string target_of(const fs::path& file) {
     const std::string name = file.string();
-    for (const auto& [part, target] :
+    for (const auto& [end, target] :
          {std::pair(".nii", "nifti"), std::pair(".hdr", "nifti"), std::pair(".nrrd", "nrrd"),
           std::pair(".nhdr", "nrrd"), std::pair(".mha", "metaimage"), std::pair(".mhd", "metaimage"),
           std::pair(".png", "picture"), std::pair(".tif", "picture"), std::pair(".jpg", "picture"),
           std::pair(".bmp", "picture")}) {
-        if (name.find(part) != name.npos) return target;
+        if (name.find(end) != name.npos) return target;
     }
     return "dicom";
 }
@@ -42,19 +43,14 @@ void write_meshes_to(const fs::path& folder) {
                            "7 8 9\"/></build></model>"));
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-    if (argc != 2) return std::fputs("usage: make_seeds FOLDER\n", stderr), 2;
-    const fs::path folder = argv[1];
-    for (const SmallScan& scan : small_scans()) {
-        const auto& [name, bytes] = *scan.files.begin();  // of several the header, or the first slice
-        std::string flat = name;
-        for (char& c : flat) c = c == '/' ? '-' : c;
-        write_file(folder / target_of(scan.name) / flat, bytes);
-    }
+std::vector<std::uint16_t> sample_values() {
     std::vector<std::uint16_t> samples;
     for (int i = 0; i < 144; ++i) samples.push_back(static_cast<std::uint16_t>(i * i % 4001));
+    return samples;
+}
+
+void write_codec_seeds(const fs::path& folder) {
+    const std::vector<std::uint16_t> samples = sample_values();
     const std::string head{"\0\x0b\x0b\0", 4};
     const auto codec = [&](char syntax, const std::string& name, const std::string& stream) {
         write_file(folder / "codec" / name, syntax + head.substr(1) + stream);
@@ -68,9 +64,28 @@ int main(int argc, char** argv) {
     std::string runs = bytes_of(std::uint32_t{2}) + bytes_of(std::uint32_t{64}) + bytes_of(std::uint32_t{68});
     runs.resize(64);
     codec(6, "rle", runs + "\x81\1\xf1\2\x81\3\xf1\4");
+}
+
+void write_extract_seeds(const fs::path& folder) {
+    const std::vector<std::uint16_t> samples = sample_values();
     for (const char type : {0, 2, 4, 6, 1, 3, 5, 7})
         write_file(folder / "extract" / std::to_string(type),
                    std::string("\x06\x02\x03") + type + std::string("\x40\x00", 2) + bytes_of(samples));
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    if (argc != 2) return std::fputs("usage: make_seeds FOLDER\n", stderr), 2;
+    const fs::path folder = argv[1];
+    for (const SmallScan& scan : small_scans()) {
+        const auto& [name, bytes] = *scan.files.begin();  // the header, or the first slice
+        std::string flat = name;
+        for (char& c : flat) c = c == '/' ? '-' : c;
+        write_file(folder / target_of(scan.name) / flat, bytes);
+    }
+    write_codec_seeds(folder);
+    write_extract_seeds(folder);
     write_meshes_to(folder / "mesh");
     return 0;
 }

@@ -1,4 +1,5 @@
-// The files that the target `mesh` takes, by number; after the last comes a 3MF model without its archive.
+/// The extensions of the files that the target `mesh` reads, by number. The number after the last is a bare
+/// 3MF model.
 #pragma once
 
 inline constexpr const char* kMeshKinds[] = {".stl", ".ply", ".obj", ".vtp", ".3mf", ".glb", ".obj.gz"};

@@ -1,5 +1,5 @@
-// Any bytes as a mesh file: read_mesh returns triangles that name its points, or throws what it promises. The first byte picks
-// the format.
+// Reads any bytes as a mesh file: read_mesh must return valid triangles or throw an Error. The first byte
+// selects the format.
 #include <cstdint>
 #include <cstdlib>
 #include <filesystem>
@@ -9,7 +9,7 @@
 #include <marrow/error.h>
 #include <marrow/mesh_io.h>
 
-#include "file_place.h"
+#include "input_folder.h"
 #include "io/bytes/deflate.h"
 #include "mesh_kinds.h"
 
@@ -17,12 +17,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A checksum keeps most damage from the model inside an archive, so that it also comes as it is.
+// The checksums of an archive hide damage from the reader of the model, so this packs a damaged model.
 void put_model(const fs::path& path, std::string_view model) {
     constexpr std::string_view kRelations =
         "<Relationships><Relationship Target=\"m\" Type=\"/3dmodel\"/></Relationships>";
     marrow::AtomicFile file(path);
-    marrow::ZipWriter zip(file);
+    marrow::internal::io::ZipWriter zip(file);
     zip.begin("_rels/.rels");
     zip.write(kRelations.data(), kRelations.size());
     zip.begin("m");
@@ -34,12 +34,12 @@ void put_model(const fs::path& path, std::string_view model) {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-    static const FilePlace place;
+    static const InputFolder folder;
     if (size == 0) return 0;
     const std::string_view bytes(reinterpret_cast<const char*>(data) + 1, size - 1);
     const std::size_t kind = data[0] % (std::size(kMeshKinds) + 1);
     const bool is_model = kind == std::size(kMeshKinds);
-    const fs::path path = place.folder / (std::string("mesh") + (is_model ? ".3mf" : kMeshKinds[kind]));
+    const fs::path path = folder.path / (std::string("mesh") + (is_model ? ".3mf" : kMeshKinds[kind]));
     is_model ? put_model(path, bytes) : put_file(path, bytes);
     try {
         const marrow::Mesh mesh = marrow::read_mesh(path);

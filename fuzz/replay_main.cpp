@@ -1,5 +1,5 @@
-// Runs a target over stored inputs, and over copies of them with damage: files, and the files of folders. For compilers
-// without libFuzzer, and for tests.
+// Runs a fuzz target on stored inputs and on damaged copies of them, for tests and for compilers without
+// libFuzzer. Its arguments are files, or folders of files.
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
@@ -20,13 +20,13 @@ void run(const std::vector<char>& bytes) {
 void replay(const std::filesystem::path& path) {
     std::ifstream in(path, std::ios::binary);
     const std::vector<char> whole{std::istreambuf_iterator<char>(in), {}};
-    std::fprintf(stderr, "%s\n", path.c_str());  // the last one named is the one that crashed
+    std::fprintf(stderr, "%s\n", path.c_str());  // the last name printed is the input that crashed
     run(whole);
     if (whole.empty()) return;
-    constexpr int copies = 200;
-    std::minstd_rand random;  // the same damage each time
+    constexpr int kCopies = 200;
+    std::minstd_rand random;  // the same damage in each run
     const auto below = [&](std::size_t limit) { return random() % limit; };
-    for (int n = 0; n < copies; ++n) {
+    for (int n = 0; n < kCopies; ++n) {
         std::vector<char> damaged = whole;
         for (auto flips = below(4); flips > 0; --flips)
             damaged[below(damaged.size())] = static_cast<char>(below(256));

@@ -1,5 +1,5 @@
-// Any bytes as a scan file: read_scan returns a volume or throws what it promises. FUZZ_FILE is the file's name,
-// whose ending picks the reader where the content does not.
+// Reads any bytes as a scan file: read_scan must return a valid volume or throw an Error. FUZZ_FILE is the
+// name of the file; its extension selects the reader if the content is ambiguous.
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
@@ -9,13 +9,13 @@
 #include <marrow/error.h>
 #include <marrow/scan_io.h>
 
-#include "file_place.h"
+#include "input_folder.h"
 
 namespace {
 
 namespace fs = std::filesystem;
 
-// False where the scan is refused for want of a spacing or the like.
+// Returns false if the scan needs an option.
 bool read(const fs::path& path, const marrow::ScanOptions& options) {
     try {
         const marrow::Volume volume = marrow::read_scan(path, options);
@@ -23,7 +23,7 @@ bool read(const fs::path& path, const marrow::ScanOptions& options) {
         const std::size_t expected =
             static_cast<std::size_t>(volume.geometry().sample_count()) * marrow::sample_size(volume.type());
         if (volume.bytes() != expected) std::abort();
-        // what was never written is found by MemorySanitizer only, but what is not there by all
+        // Touch the samples, so that sanitizers find memory that is missing.
         volatile unsigned char sum = 0;
         for (std::size_t i = 0; i < volume.bytes(); i += 4096)
             sum = sum + static_cast<const unsigned char*>(volume.data())[i];
@@ -38,8 +38,8 @@ bool read(const fs::path& path, const marrow::ScanOptions& options) {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-    static const FilePlace place;
-    const fs::path path = place.folder / FUZZ_FILE;
+    static const InputFolder folder;
+    const fs::path path = folder.path / FUZZ_FILE;
     put_file(path, {reinterpret_cast<const char*>(data), size});
 
     marrow::ScanOptions options;

@@ -108,10 +108,10 @@ Json series_numbers(const SeriesReport& s, bool show_patient) {
         {"tilt_degrees", s.tilt},
         {"gaps", s.gaps},
         {"hounsfield_units", s.hounsfield ? Json(*s.hounsfield) : Json()},
-        {"smallest_feature_mm", number_or_null(s.smallest_feature)},
+        {"smallest_feature_mm", s.smallest_feature ? Json(*s.smallest_feature) : Json()},
         {"memory_bytes", s.memory},
         {"warnings", message_list(s.warnings)},
-        {"refused", message_or_null(s.refusal)}};
+        {"refused", message_or_null(s.refusal.value_or(""))}};
     if (show_patient) one["patient"] = text_or_null(s.patient_name);
     return one;
 }
@@ -124,7 +124,7 @@ Json finding_numbers(const Finding& finding, bool show_patient) {
     }
     const ScanReport& report = finding.report;
     json["refused"] = report.chosen ? Json() : Json(name_flags(report.reason));
-    json["format"] = report.format;
+    json["format"] = scan_format_name(report.format);
     json["files"] = report.files;
     json["chosen"] = report.chosen ? Json(*report.chosen) : Json();
     json["reason"] = report.chosen ? Json(report.reason) : Json();
@@ -138,28 +138,29 @@ Json check_numbers(const CheckedMesh& checked, double min_wall) {
     if (!checked.refusal.empty()) return {{"mesh", checked.file.string()}, {"error", checked.refusal}};
     const MeshCheck& c = checked.found;
     const MeshMeasures& m = c.measures;
-    Json json{{"mesh", checked.file.string()},
-              {"space", checked.space ? Json(*checked.space == Space::RAS ? "RAS" : "LPS") : Json()},
-              {"sound", c.is_sound()},
-              {"closed", c.is_closed()},
-              {"manifold", c.is_manifold()},
-              {"oriented", c.is_oriented()},
-              {"points", m.points},
-              {"triangles", m.triangles},
-              {"components", m.components},
-              {"cavities", c.cavities},
-              {"euler_characteristic", m.euler_characteristic},
-              {"genus", c.genus ? Json(*c.genus) : Json()},
-              {"boundary_edges", m.boundary_edges},
-              {"nonmanifold_edges", m.nonmanifold_edges - c.misoriented_edges},
-              {"misoriented_edges", c.misoriented_edges},
-              {"nonmanifold_points", c.nonmanifold_points},
-              {"unused_points", c.unused_points},
-              {"degenerate_triangles", c.degenerate_triangles},
-              {"self_intersections", c.self_intersections},
-              {"area_mm2", m.area},
-              {"volume_mm3", checked.has_volume() ? Json(m.volume) : Json()},
-              {"bounds_mm", {m.lower, m.upper}}};
+    Json json{
+        {"mesh", checked.file.string()},
+        {"space", checked.space != Space::none ? Json(checked.space == Space::RAS ? "RAS" : "LPS") : Json()},
+        {"sound", c.is_sound()},
+        {"closed", c.is_closed()},
+        {"manifold", c.is_manifold()},
+        {"oriented", c.is_oriented()},
+        {"points", m.points},
+        {"triangles", m.triangles},
+        {"components", m.components},
+        {"cavities", c.cavities},
+        {"euler_characteristic", m.euler_characteristic},
+        {"genus", c.genus ? Json(*c.genus) : Json()},
+        {"boundary_edges", m.boundary_edges},
+        {"nonmanifold_edges", m.nonmanifold_edges - c.misoriented_edges},
+        {"misoriented_edges", c.misoriented_edges},
+        {"nonmanifold_points", c.nonmanifold_points},
+        {"unused_points", c.unused_points},
+        {"degenerate_triangles", c.degenerate_triangles},
+        {"self_intersections", c.self_intersections},
+        {"area_mm2", m.area},
+        {"volume_mm3", checked.has_volume() ? Json(m.volume) : Json()},
+        {"bounds_mm", {m.lower, m.upper}}};
     if (min_wall > 0)
         json["thin_walls"] = {{"below_mm", min_wall},
                               {"triangles", c.thin_triangles},
@@ -199,7 +200,7 @@ std::string surfaces_json(const SurfaceResults& results, Space space) {
     // A single surface needs no array, unless it is one of a label map, whose labels are not known before.
     const bool single = surfaces.size() == 1 && !surfaces.front().label;
     Json json;
-    json["input"] = {{"format", results.info.format},
+    json["input"] = {{"format", scan_format_name(results.info.format)},
                      {"modality", text_or_null(series.modality)},
                      {"dims", series.dims},
                      {"spacing_mm", series.spacing},

@@ -130,7 +130,7 @@ void verify(std::span<const MeshObject> objects, const fs::path& file, Space spa
     const auto fail = [&](const std::string& why) {
         throw CheckFailed(fmt::format("'{}' differs from what was written: {}", file.string(), why));
     };
-    std::optional<Space> stated;
+    Space stated = Space::none;
     const Mesh found = read_mesh(file, &stated);
     if (stated != space) fail("it states another space");
     std::size_t points = 0, triangles = 0;

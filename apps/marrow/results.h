@@ -83,7 +83,7 @@ struct Finding {
 /// What `marrow check` found in one mesh.
 struct CheckedMesh {
     std::filesystem::path file;
-    std::optional<Space> space;
+    Space space = Space::none;
     MeshCheck found;
     std::string refusal;  ///< why nothing was found; empty: something was
 

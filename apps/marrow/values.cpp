@@ -82,7 +82,7 @@ bool parse_numbers(std::string_view text, double* numbers, std::size_t count) {
     return true;
 }
 
-Value text_value(std::string name, std::string& to) {
+Value text_value(std::string name, std::optional<std::string>& to) {
     return {std::move(name), "a text", [&to](const std::string& text) {
                 to = text;
                 return true;

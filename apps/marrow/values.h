@@ -30,7 +30,7 @@ std::optional<double> parse_number(std::string_view text);
 bool parse_numbers(std::string_view text, double* numbers, std::size_t count);
 
 /// Text as it is.
-Value text_value(std::string name, std::string& to);
+Value text_value(std::string name, std::optional<std::string>& to);
 
 /// A file; `extension`, if not empty, is the only one that is accepted.
 Value file_value(std::string name, std::filesystem::path& to, std::string_view extension = {});

@@ -1,4 +1,4 @@
-/// Files that appear whole or not at all.
+/// Writes files that appear complete or not at all.
 #pragma once
 
 #include <cstddef>
@@ -10,29 +10,28 @@
 
 namespace marrow {
 
-/// A new file that takes its place only when it is complete and on the disk.
+/// A new file that replaces its target only when it is complete and on the disk.
 ///
-/// What is written goes to a temporary file in the target's folder; finish() flushes it to the disk and commit()
-/// renames it. Until then an old file of that name is untouched; without commit() the destructor removes the
-/// temporary file. A target that is a symbolic link is followed. Every member throws IoError when the system
-/// says no.
+/// The content goes to a temporary file in the target's folder. finish() flushes it to the disk and commit()
+/// renames it to the target. Until then an older target is untouched. Without commit() the destructor removes
+/// the temporary file. If the target is a symbolic link, the file that it points to is replaced.
+/// \throw IoError every member function, if the system reports an error
 class MARROW_EXPORT AtomicFile {
   public:
-    /// Opens the temporary file. \throw IoError also where the target exists and is not a regular file.
+    /// Opens the temporary file. \throw IoError also if the target exists and is not a regular file
     explicit AtomicFile(const std::filesystem::path& target);
     ~AtomicFile();
     AtomicFile(const AtomicFile&) = delete;
     AtomicFile& operator=(const AtomicFile&) = delete;
 
-    /// Writes behind what was written last; unbuffered, so hand over large pieces.
+    /// Appends bytes, or overwrites after seek(). There is no buffer: pass large blocks.
     void write(const void* data, std::size_t bytes);
     void write(std::string_view text) { write(text.data(), text.size()); }
-    /// The next write goes to this many bytes from the start.
+    /// Moves the position of the next write to this many bytes from the start.
     void seek(std::uint64_t offset);
-    /// Flushes and closes the temporary file: what can fail before it is in its place has not. Nothing may be
-    /// written afterwards.
+    /// Flushes and closes the temporary file, so that only the rename can still fail. \pre no write follows
     void finish();
-    /// Puts the file in its place, finished first where it is not yet.
+    /// Renames the file to its target, after finish() if that was not called.
     void commit();
 
   private:

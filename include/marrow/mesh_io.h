@@ -1,4 +1,4 @@
-/// Writing meshes, and reading them back.
+/// Writes meshes to files and reads them back.
 #pragma once
 
 #include <array>
@@ -18,69 +18,73 @@ namespace marrow {
 
 class AtomicFile;
 
-/// The patient space of written coordinates: x to the Left, y to Posterior, z to Superior; or Right,
-/// Anterior, Superior; or none, for what is no patient: then files name no space.
+/// The space of the coordinates in a file. LPS: x to the patient's left, y to posterior, z to superior. RAS:
+/// x to the right, y to anterior, z to superior. none: the mesh is not a patient's, or the file does not
+/// state a space.
 enum class Space { LPS, RAS, none };
 
-/// The formats that are written; see write_mesh.
+/// The formats of mesh files; write_mesh describes them.
 enum class MeshFormat { stl, ply, obj, vtp, threemf, glb };
 
+/// The format that a file's extension selects; case does not matter.
+/// \throw InputError the extension is unknown
+MARROW_EXPORT MeshFormat mesh_format(const std::filesystem::path& output);
+
+/// Whether a file of this format can hold several separate surfaces.
+MARROW_EXPORT bool holds_several(MeshFormat format);
+
 struct MeshWriteOptions {
-    Space space = Space::LPS;  ///< RAS negates x and y of points and normals; not for .glb
+    Space space = Space::LPS;  ///< RAS negates x and y of points and normals; .glb does not support it
     Progress progress = {};    ///< called while writing
 };
 
-/// The format that an ending (in either case) stands for. \throw InputError an unknown ending; the message
-/// lists them.
-MARROW_EXPORT MeshFormat mesh_format(const std::filesystem::path& output);
-
-/// Whether a format keeps several surfaces apart in one file.
-MARROW_EXPORT bool holds_several(MeshFormat format);
-
-/// One surface in a file.
+/// One surface of a file.
 struct MeshObject {
     const Mesh* mesh = nullptr;                        ///< borrowed
-    std::string name = {};                             ///< UTF-8; what is not is replaced
+    std::string name = {};                             ///< UTF-8; invalid bytes are replaced
     std::optional<std::array<double, 3>> colour = {};  ///< red, green, blue from 0 to 1, sRGB
 };
 
-/// Writes a mesh; the ending picks the format. The file appears whole or not at all, and an old one stays
-/// until then.
+/// Writes a mesh; the extension selects the format. The file appears complete or not at all; until then an
+/// older file of that name stays.
 ///
-/// | ending | format                                    | normals | several, names, colours | says its space by                  |
-/// | ------ | ----------------------------------------- | ------- | ----------------------- | ---------------------------------- |
-/// | .stl   | binary STL                                | facet   | no                      | `SPACE=LPS UNITS=mm` in its header |
-/// | .ply   | binary little-endian PLY, float32         | point   | no                      | the same in a comment              |
-/// | .obj   | text OBJ, digits that read back exactly   | point   | objects, names          | the same in a comment              |
-/// | .vtp   | VTK XML PolyData, appended raw, float32   | point   | cell arrays             | string array SPACE in field data   |
-/// | .3mf   | 3MF core, unit millimetre, exact digits   | no      | objects, names, colours | the same in its Description        |
-/// | .glb   | binary glTF 2.0, float32 metres, Y up     | point   | nodes, names, colours   | being glTF: +X left, +Y up, +Z to the front |
+/// | extension | format                        | normals | several                | stated space            |
+/// | --------- | ----------------------------- | ------- | ---------------------- | ----------------------- |
+/// | .stl      | binary STL                    | facet   | no                     | in the header           |
+/// | .ply      | little-endian PLY             | point   | no                     | in a comment            |
+/// | .obj      | text OBJ                      | point   | objects, names         | in a comment            |
+/// | .vtp      | VTK XML PolyData, raw         | point   | cell arrays            | in the field data       |
+/// | .3mf      | 3MF core, unit millimetre     | no      | objects, names, colour | in Description          |
+/// | .glb      | binary glTF 2.0, metres, y up | point   | nodes, names, colour   | glTF: +x left, +z front |
 ///
-/// .stl.gz, .ply.gz and .obj.gz are the same compressed by gzip (.3mf is compressed by itself). The `SPACE` mark is the one
-/// 3D Slicer reads. Coordinates read back with the same bits from every format but .glb, where they are rounded once, to
-/// metres. In .vtp, several surfaces or a colour make the cell arrays `Surface` (counted from 0, in the order of the field
-/// data's `Names`) and `Colors` (RGB).
-/// \throw InputError an unknown ending, normals that do not match the points, triangles that name none, or RAS for .glb;
-/// LimitError more than the format can count (.stl 2^32 - 1 triangles, .glb and .3mf 4 GiB); IoError the system said no;
-/// Cancelled.
+/// .stl.gz, .ply.gz and .obj.gz are compressed by gzip. The space is stated as SPACE=LPS or SPACE=RAS, which
+/// 3D Slicer reads too. Coordinates are float32 and read back with the same bits, except that .glb rounds
+/// them once, to metres. For several surfaces or a colour, .vtp has the cell arrays `Surface` (index in the
+/// field data's `Names`) and `Colors` (RGB).
+///
+/// \throw InputError the extension is unknown, the normals do not match the points, a triangle names a
+/// missing point, or RAS for .glb; LimitError more than the format can hold (.stl: 2^32 - 1 triangles, .glb
+/// and .3mf: 4 GiB); IoError; Cancelled
 MARROW_EXPORT void write_mesh(const Mesh& mesh, const std::filesystem::path& output,
                               const MeshWriteOptions& options = {});
 
-/// Writes surfaces into one file. \throw as write_mesh; InputError several for a format that holds one, or none
+/// Writes several  to one file.
+/// \throw the errors of write_mesh; InputError there is no surface, or the format does not hold several
 MARROW_EXPORT void write_meshes(std::span<const MeshObject> objects, const std::filesystem::path& output,
                                 const MeshWriteOptions& options = {});
 
-/// Files of surfaces that appear together: none before all of them are complete and on the disk. Each waits
-/// beside its place until then, and goes with the set that is not committed.
+/// A set of mesh files that appear together. Until commit() each is a temporary file in its target's folder.
+/// Without commit() the destructor removes them.
 class MARROW_EXPORT MeshFiles {
   public:
     MeshFiles();
     ~MeshFiles();
 
-    /// Writes a file of the set; one that throws is not in it. \throw as write_meshes
+    /// Adds a file to the set, complete and on the disk. If this throws, the file is not in the set.
+    /// \throw the errors of write_meshes
     void write(std::span<const MeshObject> objects, const std::filesystem::path& output,
                const MeshWriteOptions& options = {});
-    /// Puts all in their places, one after the other: only a place that refuses a finished file leaves those behind it out.
+    /// Renames the files to their targets, in order. If a rename fails, the later files do not appear.
     /// \throw IoError
     void commit();
 
@@ -88,28 +92,32 @@ class MARROW_EXPORT MeshFiles {
     std::vector<std::unique_ptr<AtomicFile>> files_;
 };
 
-/// Reads a mesh from any of these formats, STL, PLY and VTP also in their other encodings; the ending says which.
-/// Several surfaces become one mesh, in the order of the file, polygons fans of triangles, without normals. Points
-/// come back with the bits that they have in the file; .glb's are turned from metres, rounded once. STL names no
-/// points: those of the same coordinates become one, in the order of the file. Of 3MF, what is to be built is read, in
-/// its unit and place; of glTF, a scene whose nodes are neither moved nor nested. What a file has beyond that is refused.
+/// Reads a mesh; the extension selects the format. All encodings of STL, PLY and VTP are supported.
+/// Coordinates become millimetres in LPS: x and y are negated if the file states RAS.
 ///
-/// Coordinates are millimetres in LPS: x and y are negated where the file's mark says RAS. `space`, where given,
-/// receives what the mark says, for .glb LPS unless it says none; nothing where there is none, and the file is then taken for
-/// LPS. \throw InputError an unknown ending, or a file that is not what it should be; IoError; LimitError 2^32 points
-MARROW_EXPORT Mesh read_mesh(const std::filesystem::path& input, std::optional<Space>* space = nullptr);
+/// Several surfaces become one mesh, in the order of the file. Polygons become fans of triangles. Normals are
+/// not read. Points keep the bits of the file, but .glb is converted from metres and rounded once. STL has no
+/// shared points: corners with the same coordinates become one point. Of 3MF, the build items are read, with
+/// unit and transform. Of glTF, a scene is read whose nodes have no transform and no children. Other features
+/// are an error.
+///
+/// `space`, if given, receives the space that the file states; Space::none if it states none, which is read
+/// as LPS. .glb is LPS, unless its extras state none.
+/// \throw InputError the extension is unknown or the file is damaged; IoError; LimitError 2^32 points
+MARROW_EXPORT Mesh read_mesh(const std::filesystem::path& input, Space* space = nullptr);
 
-/// Writes a surface part by part, with no more in memory than a part: .stl and .ply, not compressed. The file has the same bytes as
-/// write_mesh's of the whole, and appears with commit() or not at all.
+/// Writes a surface in parts, with only one part in memory: .stl and .ply, uncompressed. The file has the
+/// same bytes as from write_mesh. It appears with commit() or not at all.
 class MARROW_EXPORT SurfaceWriter {
   public:
-    /// options.progress is not called. \throw as write_mesh; InputError a format that cannot be written in parts
+    /// options.progress is not called.
+    /// \throw the errors of write_mesh; InputError the format cannot be written in parts
     explicit SurfaceWriter(const std::filesystem::path& output, const MeshWriteOptions& options = {});
     ~SurfaceWriter();
 
-    /// What to hand to extract_isosurface_in_slabs; it must not outlive the writer.
+    /// The sink for extract_isosurface_in_slabs. It must not outlive the writer.
     SurfaceSink sink();
-    /// Puts the file in its place. \pre all parts were written
+    /// Renames the file to its target. \pre the sink received all parts
     void commit();
 
   private:

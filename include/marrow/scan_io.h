@@ -1,4 +1,4 @@
-/// Reading scans.
+/// Reads scans: DICOM, NIfTI, NRRD, MetaImage, TIFF, and folders of image slices.
 #pragma once
 
 #include <array>
@@ -16,101 +16,113 @@
 
 namespace marrow {
 
-/// What is read:
+/// The formats that are read.
 ///
-/// | input                                 | format name | geometry from                                        |
-/// | ------------------------------------- | ----------- | ---------------------------------------------------- |
-/// | folder of DICOM files, one DICOM file | "DICOM"     | ImagePositionPatient and ImageOrientationPatient     |
-/// | .nii .nii.gz .hdr/.img                | "NIfTI"     | sform if its code is > 0, else qform; RAS, made LPS  |
-/// | .nrrd .nhdr                           | "NRRD"      | space directions and origin, made LPS                |
-/// | .mha .mhd                             | "MetaImage" | TransformMatrix, Offset, ElementSpacing              |
-/// | .tif .tiff (several pages)            | "TIFF"      | options.spacing, which is required                   |
-/// | folder of .png .tif .jpg .bmp slices, or one such | "slices" | options.spacing, which is required; natural order |
+/// | format    | input                                    | geometry                                       |
+/// | --------- | ---------------------------------------- | ---------------------------------------------- |
+/// | dicom     | folder of DICOM files, or a file         | ImagePositionPatient, ImageOrientationPatient  |
+/// | nifti     | .nii .nii.gz .hdr/.img                   | sform if its code is > 0, else qform; made LPS |
+/// | nrrd      | .nrrd .nhdr                              | space directions and origin; made LPS          |
+/// | metaimage | .mha .mhd                                | TransformMatrix, Offset, ElementSpacing        |
+/// | tiff      | .tif .tiff of several pages              | ScanOptions::spacing, required                 |
+/// | slices    | folder of .png .tif .jpg .bmp, or a file | ScanOptions::spacing, required                 |
 ///
-/// - The content decides what a file is, its ending only where the content does not tell. DICOM files may have any
-///   name and lie in nested folders; where there are none, pictures count. One DICOM file stands for the series it
-///   belongs to, whose other files are beside it.
-/// - DICOM: slices are sorted by their position, never by name or number. Frames of one series that differ in size,
-///   orientation, spacing, echo or frame of reference, or lie far apart, are series of their own. Scouts and single
-///   images are passed over where there is a volume. Two slices at one place with the same pixels count once, with
-///   others they are refused; so are uneven slices (by more than 1 % or 0.01 mm), unless options.resample makes them
-///   even. A tilted gantry gives a sheared geometry and a warning. Enhanced multi-frame files are read.
-/// - Samples keep their type; uint32, int64 and uint64 become float64, or are refused where that would not be exact.
-///   DICOM becomes int16 after rescaling, or float32 where the values are not integers or do not fit. Scaled NIfTI
-///   becomes float32 (float64 from int32 and wider). MONOCHROME1 and white-is-zero pictures keep their values.
-/// - Refused: colour, vectors, complex numbers, NRRD of more than three dimensions, NRRD as text or bzip2, video,
-///   modality lookup tables, data files outside their header's folder, headers that claim more than their file holds.
+/// The content of a file decides its format; the extension counts only if the content is ambiguous. Files in
+/// a folder may have any name. A folder is DICOM if it or a nested folder holds a DICOM file. One DICOM file
+/// stands for its series; the other files of that series are in the same folder. Image slices are in natural
+/// order: slice 2 comes before slice 10.
+enum class ScanFormat { dicom, nifti, nrrd, metaimage, tiff, slices };
+
+/// The name of a format: "DICOM", "NIfTI", "NRRD", "MetaImage", "TIFF" or "slices".
+MARROW_EXPORT const char* scan_format_name(ScanFormat format);
+
+/// How to read a scan. An option that does not apply to the input is an InputError.
 struct ScanOptions {
-    std::string series;  ///< SeriesInfo::id of the one to read; empty: the only one
-    /// mm; for input that does not say: pictures, DICOM with a single slice or without positions. InputError
-    /// where the input has its own.
-    std::optional<Vec3d> spacing;
-    /// Uneven DICOM slices become even ones, as far apart as most are: linear between neighbours.
-    bool resample = false;
-    std::optional<std::int64_t> volume;  ///< which one of a 4D NIfTI or MetaImage file, counted from 0
-    int threads = 0;                     ///< for decoding; 0: all
-    Progress progress = {};              ///< called while reading
+    std::optional<std::string> series = {};  ///< SeriesInfo::id; needed if the input holds several series
+    /// mm along i, j and k. It is only for input that does not state its spacing: image slices, a single
+    /// DICOM slice, DICOM without positions.
+    std::optional<Vec3d> spacing = {};
+    bool resample = false;  ///< interpolate unevenly spaced DICOM slices linearly to even spacing
+    std::optional<std::int64_t> volume = {};  ///< index of a volume in a 4-D NIfTI or MetaImage file, from 0
+    int threads = 0;                          ///< threads to use; 0: all
+    Progress progress = {};                   ///< called while reading
 };
 
-/// One series or image found in an input.
+/// One series or image of an input.
 struct SeriesInfo {
-    std::string id;  ///< SeriesInstanceUID, with /1, /2 where it holds several volumes; empty outside DICOM
-    std::string description;  ///< SeriesDescription or file name; never a patient's name
-    std::string modality;     ///< "CT", "MR", ... or empty where the format does not say
+    std::string id;           ///< SeriesInstanceUID, with /1, /2, ... if it holds several volumes; else empty
+    std::string description;  ///< SeriesDescription or file name; never the patient's name
+    std::string modality;     ///< "CT", "MR", ...; empty if the format does not state it
     std::array<std::int64_t, 3> dims{0, 0, 0};
-    Vec3d spacing{0, 0, 0};  ///< mm; 0 where it is unknown
-    std::size_t files = 0;   ///< files it is made of
+    Vec3d spacing{0, 0, 0};  ///< mm; 0 along an axis whose spacing is unknown
+    std::size_t files = 0;   ///< number of files that it is made of
 };
 
-/// What was read, beside the samples.
+/// What was read, apart from the samples.
 struct ScanInfo {
-    std::string format;  ///< as in the table above
+    ScanFormat format{};
     SeriesInfo series;
     std::vector<std::string> warnings;  ///< one line each
 };
 
-/// Reads a scan into memory. `info`, where given, receives what was read.
-/// \throw IoError a missing or unreadable file; InputError a damaged or unsupported one; GeometryError several
-/// series without `options.series`, uneven slices, no spacing; LimitError too big; Cancelled.
+/// Reads a scan into memory. `info`, if given, receives a description.
+///
+/// DICOM:
+/// - Slices are sorted by position. The frames of one series form several volumes if they differ in size,
+///   orientation, spacing, echo or frame of reference, or if a large gap separates them.
+/// - Scouts and single images are skipped if the input also holds a volume.
+/// - Of several slices at one position with the same pixels, one is used. If the pixels differ, that is an
+///   error.
+/// - Slices whose spacing differs by more than 1 % or 0.01 mm are an error, unless ScanOptions::resample is
+///   set.
+/// - A tilted gantry gives a sheared geometry and a warning.
+///
+/// Sample types:
+/// - Samples keep their type. uint32, int64 and uint64 become float64; values beyond 2^53 are an error.
+/// - DICOM is rescaled to int16, or to float32 if a value is fractional or does not fit.
+/// - Scaled NIfTI becomes float32, or float64 if it was stored as int32 or wider.
+/// - Inverted grey (MONOCHROME1, white-is-zero TIFF) keeps its values.
+///
+/// Not supported: colour, vectors, complex numbers, NRRD with more than three dimensions or with samples as
+/// text or bzip2, video, modality lookup tables, and data files outside their header's folder.
+///
+/// \throw IoError a file is missing or unreadable; InputError a file is damaged or not supported;
+/// GeometryError several series without ScanOptions::series, uneven slices, or no spacing; LimitError too
+/// large; Cancelled
 MARROW_EXPORT Volume read_scan(const std::filesystem::path& input, const ScanOptions& options = {},
                                ScanInfo* info = nullptr);
 
-/// What there is to say about one series before its samples are read.
+/// What the headers tell about one series.
 struct SeriesReport {
     SeriesInfo series;
-    std::string refusal;                ///< why read_scan refuses it; empty: its headers give no reason
-    std::vector<std::string> warnings;  ///< what read_scan would warn about
-    std::vector<std::string> gaps;      ///< "4 mm between 'a' and 'b'", where that is not as elsewhere
-    double tilt = 0;                    ///< of the gantry, degrees
-    /// Hounsfield units: yes, no, or nothing where the format does not say.
-    std::optional<bool> hounsfield;
-    /// The smallest detail that can show, mm: two samples along the coarsest axis; 0 where it is unknown.
-    double smallest_feature = 0;
-    std::uint64_t memory = 0;  ///< bytes that the samples take, read as they are
-    std::string patient_name;  ///< as DICOM has it: "family^given"; not to be shown unless asked for
+    std::optional<std::string> refusal;      ///< why read_scan would fail, if the headers show it
+    std::vector<std::string> warnings;       ///< the warnings of read_scan
+    std::vector<std::string> gaps;           ///< unusual gaps: "4 mm between 'a' and 'b'"
+    double tilt = 0;                         ///< of the gantry, degrees
+    std::optional<bool> hounsfield;          ///< whether samples are Hounsfield units, if known
+    std::optional<double> smallest_feature;  ///< mm; twice the coarsest spacing: the finest visible detail
+    std::uint64_t memory = 0;                ///< bytes that the samples need
+    std::string patient_name;                ///< as in DICOM: "family^given"; show it only on request
 };
 
 /// What an input holds.
 struct ScanReport {
-    std::string format;
-    std::size_t files = 0;  ///< that were looked at
+    ScanFormat format{};
+    std::size_t files = 0;  ///< number of files inspected
     std::vector<SeriesReport> series;
-    std::optional<std::size_t> chosen;  ///< the series that read_scan would read
-    std::string reason;                 ///< why that one, or why none, in a few words
-    std::vector<std::string> warnings;  ///< about files that are left out
+    std::optional<std::size_t> chosen;  ///< index of the series that read_scan would read
+    std::string reason;                 ///< why read_scan would read that series, or none
+    std::vector<std::string> warnings;  ///< about files that are skipped
 };
 
-/// Looks at an input as read_scan would with these options, without reading samples.
-/// \throw as read_scan, where there is no image at all.
+/// Reports what read_scan would do with these options, from the headers alone.
+/// \throw the errors of read_scan, if there is no image at all
 MARROW_EXPORT ScanReport inspect_scan(const std::filesystem::path& input, const ScanOptions& options = {});
 
-/// Opens a scan that is read slice by slice, for volumes that do not fit in memory: NIfTI, NRRD and MetaImage that are not
-/// compressed. Samples and geometry are those of read_scan. \throw as read_scan; InputError input that can only be read whole
+/// Opens a scan to read it slice by slice, for volumes that do not fit in memory: uncompressed NIfTI, NRRD
+/// and MetaImage. Samples and geometry are the same as from read_scan.
+/// \throw the errors of read_scan; InputError the input must be read as a whole
 MARROW_EXPORT SliceSource open_slices(const std::filesystem::path& input, const ScanOptions& options = {},
                                       ScanInfo* info = nullptr);
-
-/// Lists what an input holds, without reading samples. \throw as inspect_scan.
-MARROW_EXPORT std::vector<SeriesInfo> list_series(const std::filesystem::path& input,
-                                                  std::string* format = nullptr);
 
 }  // namespace marrow

@@ -4,6 +4,8 @@
 #include <array>
 #include <string_view>
 
+#include <marrow/scan_io.h>
+
 namespace marrow {
 
 /// A surface that encloses the CT samples of at least `lowest` HU.
@@ -39,9 +41,9 @@ inline constexpr double kAir = -500;  ///< HU; only air and lung are below it
 
 /// Whether samples are Hounsfield units: if the modality is CT, or if the format does not state the modality
 /// and some samples are air. `lowest` is the lowest sample.
-constexpr bool presets_apply(std::string_view modality, std::string_view format, double lowest) {
+constexpr bool presets_apply(std::string_view modality, ScanFormat format, double lowest) {
     if (!modality.empty()) return modality == "CT";
-    return format != "DICOM" && lowest <= kAir;
+    return format != ScanFormat::dicom && lowest <= kAir;
 }
 
 /// The preset with this name, or null.

@@ -30,11 +30,14 @@ class Stage {
     Stage(const Progress& progress, double begin, double end, std::size_t steps)
         : progress_(progress), begin_(begin), end_(end), steps_(static_cast<double>(steps)) {}
 
-    /// \throw Cancelled
-    void step() {
+    /// Counts a step, or a part of one. \throw Cancelled
+    void step(double part = 1) {
         if (!progress_) return;
         const std::lock_guard lock(mutex_);
-        report_progress(progress_, std::lerp(begin_, end_, ++done_ / steps_));
+        done_ += part;
+        // Parts such as 1/3 do not add up exactly.
+        const bool complete = done_ > steps_ - 1e-6;
+        report_progress(progress_, complete ? end_ : std::lerp(begin_, end_, done_ / steps_));
     }
 
   private:

@@ -1,4 +1,4 @@
-// What an input is, and who reads it.
+// Detects the format of an input and calls its reader.
 #include <marrow/scan_io.h>
 
 #include <fmt/format.h>
@@ -20,38 +20,38 @@ namespace marrow {
 namespace {
 
 namespace fs = std::filesystem;
+using namespace internal::io;
 
 struct Input {
-    std::string format;           // as in the table of scan_io.h
-    std::vector<fs::path> files;  // of a folder, those that matter
-    fs::path wanted;              // DICOM: the one file that was named
+    ScanFormat format;
+    std::vector<fs::path> files;    // of a folder, only the files of that format
+    std::optional<fs::path> named;  // DICOM: the file that stands for its series
 };
 
-constexpr std::size_t head_size = 352;
+constexpr std::size_t kHeadSize = 352;
 
-// The format of a file by its first bytes, else by its name; empty where neither tells.
-std::string format_of(const fs::path& path) {
-    const std::string head = head_of(path, head_size);
-    if (head.size() >= 132 && head.compare(128, 4, "DICM") == 0)
-        return "DICOM";  // what is before may be TIFF
-    if (head.starts_with("NRRD000")) return "NRRD";
-    if (is_tiff(head)) return "TIFF";
-    if (is_picture(head)) return "slices";
-    const std::string end = ending(path);
-    if (end == ".nii" || end == ".nii.gz" || end == ".hdr" || end == ".hdr.gz" || end == ".img" ||
-        end == ".img.gz")
-        return "NIfTI";
-    if (end == ".nrrd" || end == ".nhdr") return "NRRD";
-    if (end == ".mha" || end == ".mhd") return "MetaImage";
-    if (end == ".dcm" || end == ".dicom" || end == ".ima" || is_dicom(head)) return "DICOM";
-    return "";
+// The format of a file by its first bytes, else by its name.
+std::optional<ScanFormat> format_of(const fs::path& path, std::string_view head) {
+    // The preamble of a DICOM file may be a TIFF header.
+    if (head.size() >= 132 && head.substr(128, 4) == "DICM") return ScanFormat::dicom;
+    if (head.starts_with("NRRD000")) return ScanFormat::nrrd;
+    if (is_tiff(head)) return ScanFormat::tiff;
+    if (is_image_file(head)) return ScanFormat::slices;
+    const std::string end = extension(path);
+    for (const char* nifti : {".nii", ".nii.gz", ".hdr", ".hdr.gz", ".img", ".img.gz"}) {
+        if (end == nifti) return ScanFormat::nifti;
+    }
+    if (end == ".nrrd" || end == ".nhdr") return ScanFormat::nrrd;
+    if (end == ".mha" || end == ".mhd") return ScanFormat::metaimage;
+    if (end == ".dcm" || end == ".dicom" || end == ".ima" || is_dicom(head)) return ScanFormat::dicom;
+    return {};
 }
 
 fs::path folder_of(const fs::path& file) {
     return file.has_parent_path() ? file.parent_path() : fs::path(".");
 }
 
-// Regular files in a folder, in a fixed order.
+// The regular files in a folder, in natural order.
 std::vector<fs::path> files_in(const fs::path& folder, bool nested) {
     std::vector<fs::path> out;
     const auto add = [&](const fs::directory_entry& entry) {
@@ -65,72 +65,76 @@ std::vector<fs::path> files_in(const fs::path& folder, bool nested) {
             for (const auto& entry : fs::directory_iterator(folder)) add(entry);
         }
     } catch (const fs::filesystem_error& error) {
-        throw IoError(fmt::format("{}: cannot be listed: {}", shown(folder), error.code().message()));
+        throw IoError(fmt::format("{}: cannot be listed: {}", quoted(folder), error.code().message()));
     }
     std::sort(out.begin(), out.end(), natural_less);
     return out;
 }
 
-// What is cut off within the zeros before its mark counts as DICOM where other files are; it is refused later.
+// A file that is cut off within its preamble counts as DICOM if others are DICOM, so that it is not silently
+// missing; reading it fails later.
 std::vector<fs::path> dicom_among(const std::vector<fs::path>& files, const Progress& progress) {
-    std::vector<fs::path> dicom, perhaps;
+    std::vector<fs::path> dicom, truncated;
     for (const fs::path& file : files) {
-        internal::report_progress(progress, 0);  // a folder may hold many files, far away
-        const std::string head = head_of(file, head_size);
+        internal::report_progress(progress, 0);  // a folder may have many files on a slow disk
+        const std::string head = read_head(file, kHeadSize);
         if (is_dicom(head))
             dicom.push_back(file);
         else if (head.size() <= 132 && head.find_first_not_of(std::string_view("\0DICM", 5)) == head.npos)
-            perhaps.push_back(file);
+            truncated.push_back(file);
     }
-    if (!dicom.empty()) dicom.insert(dicom.end(), perhaps.begin(), perhaps.end());
+    if (!dicom.empty()) dicom.insert(dicom.end(), truncated.begin(), truncated.end());
     return dicom;
 }
 
 Input identify_folder(const fs::path& folder, const Progress& progress) {
     const std::vector<fs::path> all = files_in(folder, true);
-    Input input{"DICOM", dicom_among(all, progress), {}};
+    Input input{ScanFormat::dicom, dicom_among(all, progress), {}};
     if (!input.files.empty()) return input;
-    input = {"slices", files_in(folder, false), {}};
-    std::erase_if(input.files, [](const fs::path& file) { return !is_picture(head_of(file, head_size)); });
+    input = {ScanFormat::slices, files_in(folder, false), {}};
+    std::erase_if(input.files,
+                  [](const fs::path& file) { return !is_image_file(read_head(file, kHeadSize)); });
     if (!input.files.empty()) return input;
-    if (all.empty()) throw InputError(fmt::format("{}: the folder holds no files", shown(folder)));
-    throw InputError(
-        fmt::format("{}: none of the folder's {} files is DICOM or a picture; name a NIfTI, NRRD or "
-                    "MetaImage file itself",
-                    shown(folder), all.size()));
+    if (all.empty()) throw InputError(fmt::format("{}: the folder holds no files", quoted(folder)));
+    throw InputError(fmt::format(
+        "{}: none of the folder's {} files is DICOM or an image; open a NIfTI, NRRD or MetaImage file itself",
+        quoted(folder), all.size()));
 }
 
-Input identify(const fs::path& path, const Progress& progress) {
-    std::error_code ignored;
-    if (fs::is_directory(path, ignored)) return identify_folder(path, progress);
-    size_of_file(path);
-    const std::string format = format_of(path);
-    if (format.empty()) {
-        if (head_of(path, 2) == "PK")
-            throw InputError(fmt::format("{}: is an archive; unpack it first", shown(path)));
-        throw InputError(fmt::format(
-            "{}: is not a scan that can be read (DICOM, NIfTI, NRRD, MetaImage, TIFF, PNG)", shown(path)));
+Input identify_file(const fs::path& path, const Progress& progress) {
+    const std::string head = read_head(path, kHeadSize);
+    const std::optional<ScanFormat> format = format_of(path, head);
+    if (!format) {
+        if (head.starts_with("PK"))
+            throw InputError(fmt::format("{}: is an archive; unpack it first", quoted(path)));
+        throw InputError(
+            fmt::format("{}: is not a scan of a supported format (DICOM, NIfTI, NRRD, MetaImage, TIFF, PNG)",
+                        quoted(path)));
     }
-    if (format != "DICOM") return {format, {path}, {}};
-    if (!is_dicom(head_of(path, head_size)))
-        throw InputError(fmt::format("{}: is not a DICOM file", shown(path)));
-    if (lower(path.filename().native()).starts_with("dicomdir"))
+    if (format != ScanFormat::dicom) return {*format, {path}, {}};
+    if (!is_dicom(head)) throw InputError(fmt::format("{}: is not a DICOM file", quoted(path)));
+    if (to_lower(path.filename().native()).starts_with("dicomdir"))
         return identify_folder(folder_of(path), progress);
-    // one file stands for its series, whose other files are beside it
-    Input input{format, dicom_among(files_in(folder_of(path), false), progress), {}};
+    Input input{*format, dicom_among(files_in(folder_of(path), false), progress), {}};
     for (const fs::path& file : input.files) {
-        if (fs::equivalent(file, path, ignored)) input.wanted = file;
+        std::error_code ignored;
+        if (fs::equivalent(file, path, ignored)) input.named = file;
     }
     return input;
 }
 
+Input identify(const fs::path& path, const Progress& progress) {
+    std::error_code ignored;
+    return fs::is_directory(path, ignored) ? identify_folder(path, progress) : identify_file(path, progress);
+}
+
 RawImage read_raw_header(const Input& input, const ScanOptions& options) {
     const fs::path& path = input.files[0];
-    RawImage image = input.format == "NIfTI"  ? read_nifti_header(path, options.volume)
-                     : input.format == "NRRD" ? read_nrrd_header(path)
-                                              : read_metaimage_header(path, options.volume);
+    RawImage image = input.format == ScanFormat::nifti  ? read_nifti_header(path, options.volume)
+                     : input.format == ScanFormat::nrrd ? read_nrrd_header(path)
+                                                        : read_metaimage_header(path, options.volume);
     if (image.has_spacing && options.spacing) {
-        throw InputError(fmt::format("{}: has a spacing of its own; do not give one", shown(path)));
+        throw InputError(fmt::format("{}: states its spacing; do not set options.spacing", quoted(path)));
     }
     if (options.spacing) image.geometry.spacing = *options.spacing;
     return image;
@@ -140,30 +144,80 @@ SeriesInfo series_of(const fs::path& path, const Geometry& geometry, std::size_t
     return {"", path.filename().string(), "", geometry.dims, geometry.spacing, files};
 }
 
-bool is_pictures(const Input& input) {
-    return input.format == "TIFF" || input.format == "slices";
+bool is_image_stack(const Input& input) {
+    return input.format == ScanFormat::tiff || input.format == ScanFormat::slices;
 }
 
-// Options that mean nothing for an input are refused, not passed over.
+// Refuses options that do not apply to the input.
 void check_options(const Input& input, const fs::path& path, const ScanOptions& options) {
-    const bool dicom = input.format == "DICOM";
-    if (!dicom && !options.series.empty())
-        throw InputError(fmt::format("{}: has no series to choose from", shown(path)));
+    const bool dicom = input.format == ScanFormat::dicom;
+    if (!dicom && options.series)
+        throw InputError(fmt::format("{}: only DICOM has series; do not set options.series", quoted(path)));
     if (!dicom && options.resample)
         throw InputError(
-            fmt::format("{}: its samples are even already; only DICOM is resampled", shown(path)));
-    if (options.volume && input.format != "NIfTI" && input.format != "MetaImage")
-        throw InputError(fmt::format("{}: has no volumes to choose from", shown(path)));
+            fmt::format("{}: only DICOM can be resampled; do not set options.resample", quoted(path)));
+    if (options.volume && input.format != ScanFormat::nifti && input.format != ScanFormat::metaimage)
+        throw InputError(fmt::format(
+            "{}: only NIfTI and MetaImage have several volumes; do not set options.volume", quoted(path)));
 }
 
 std::string needs_spacing(const fs::path& path) {
-    return fmt::format(
-        "{}: does not say how far apart its samples are; give it with --spacing X,Y,Z "
-        "(options.spacing), in mm",
-        shown(path));
+    return fmt::format("{}: does not state the spacing of its samples; give it with options.spacing, in mm",
+                       quoted(path));
+}
+
+// The report on an image stack or a raw image.
+SeriesReport report_on_file(const Input& input, const fs::path& path, const ScanOptions& options) {
+    SeriesReport series;
+    Geometry geometry;
+    SampleType type{};
+    bool has_spacing = options.spacing.has_value();
+    if (is_image_stack(input)) {
+        const ImageStack stack = read_image_stack(input.files, options);
+        geometry = stack.geometry;
+        type = stack.image.type;
+    } else {
+        const RawImage image = read_raw_header(input, options);
+        geometry = image.geometry;
+        type = loaded_type(image);
+        has_spacing |= image.has_spacing;
+        series.warnings = image.warnings;
+        try {
+            check_claims(image);
+        } catch (const Error& error) {
+            series.refusal = error.what();
+        }
+    }
+    if (has_spacing) {
+        series.smallest_feature = 2 * *std::max_element(geometry.spacing.begin(), geometry.spacing.end());
+    } else {
+        geometry.spacing = {0, 0, 0};
+        series.refusal = needs_spacing(path);
+    }
+    series.series = series_of(path, geometry, input.files.size());
+    series.memory = static_cast<std::uint64_t>(geometry.sample_count()) * sample_size(type);
+    return series;
 }
 
 }  // namespace
+
+const char* scan_format_name(ScanFormat format) {
+    switch (format) {
+        case ScanFormat::dicom:
+            return "DICOM";
+        case ScanFormat::nifti:
+            return "NIfTI";
+        case ScanFormat::nrrd:
+            return "NRRD";
+        case ScanFormat::metaimage:
+            return "MetaImage";
+        case ScanFormat::tiff:
+            return "TIFF";
+        case ScanFormat::slices:
+            return "slices";
+    }
+    throw InputError("unknown scan format");
+}
 
 Volume read_scan(const fs::path& path, const ScanOptions& options, ScanInfo* info) {
     const Input input = identify(path, options.progress);
@@ -171,13 +225,13 @@ Volume read_scan(const fs::path& path, const ScanOptions& options, ScanInfo* inf
     found.format = input.format;
     Volume volume;
     check_options(input, path, options);
-    if (input.format == "DICOM") {
-        volume = load_dicom(input.files, input.wanted, options, found);
-    } else if (is_pictures(input)) {
+    if (input.format == ScanFormat::dicom) {
+        volume = read_dicom({input.files, input.named}, options, found);
+    } else if (is_image_stack(input)) {
         if (!options.spacing) throw GeometryError(needs_spacing(path));
-        const PictureStack stack = read_picture_headers(input.files, options);
+        const ImageStack stack = read_image_stack(input.files, options);
         found.series = series_of(path, stack.geometry, stack.files.size());
-        volume = load_pictures(stack, options);
+        volume = load_image_stack(stack, options);
     } else {
         const RawImage image = read_raw_header(input, options);
         if (!image.has_spacing && !options.spacing) throw GeometryError(needs_spacing(path));
@@ -192,11 +246,11 @@ Volume read_scan(const fs::path& path, const ScanOptions& options, ScanInfo* inf
 SliceSource open_slices(const fs::path& path, const ScanOptions& options, ScanInfo* info) {
     const Input input = identify(path, options.progress);
     check_options(input, path, options);
-    if (input.format != "NIfTI" && input.format != "NRRD" && input.format != "MetaImage") {
+    if (input.format == ScanFormat::dicom || is_image_stack(input)) {
         throw InputError(
-            fmt::format("{}: {} can only be read whole; without a memory limit, or convert it to NRRD, "
-                        "MetaImage or NIfTI without compression",
-                        shown(path), input.format));
+            fmt::format("{}: {} cannot be read slice by slice; read it as a whole, or convert it to "
+                        "uncompressed NRRD, MetaImage or NIfTI",
+                        quoted(path), scan_format_name(input.format)));
     }
     const RawImage image = read_raw_header(input, options);
     if (!image.has_spacing && !options.spacing) throw GeometryError(needs_spacing(path));
@@ -208,49 +262,14 @@ SliceSource open_slices(const fs::path& path, const ScanOptions& options, ScanIn
 ScanReport inspect_scan(const fs::path& path, const ScanOptions& options) {
     const Input input = identify(path, options.progress);
     check_options(input, path, options);
-    if (input.format == "DICOM") return inspect_dicom(input.files, input.wanted, options);
+    if (input.format == ScanFormat::dicom) return inspect_dicom({input.files, input.named}, options);
     ScanReport out{input.format, input.files.size(), {}, 0, "there is no other", {}};
-    SeriesReport series;
-    Geometry geometry;
-    SampleType type{};
-    bool has_spacing = options.spacing.has_value();
-    if (is_pictures(input)) {
-        const PictureStack stack = read_picture_headers(input.files, options);
-        geometry = stack.geometry;
-        type = stack.picture.type;
-    } else {
-        const RawImage image = read_raw_header(input, options);
-        geometry = image.geometry;
-        type = loaded_type(image);
-        has_spacing |= image.has_spacing;
-        series.warnings = image.warnings;
-        try {
-            check_claims(image);
-        } catch (const Error& error) {
-            series.refusal = error.what();
-        }
-    }
-    if (!has_spacing) {
-        geometry.spacing = {0, 0, 0};
-        series.refusal = needs_spacing(path);
-    } else {
-        series.smallest_feature = 2 * *std::max_element(geometry.spacing.begin(), geometry.spacing.end());
-    }
-    series.series = series_of(path, geometry, input.files.size());
-    series.memory = static_cast<std::uint64_t>(geometry.sample_count()) * sample_size(type);
-    if (!series.refusal.empty()) {
+    SeriesReport series = report_on_file(input, path, options);
+    if (series.refusal) {
         out.chosen.reset();
-        out.reason = series.refusal;
+        out.reason = *series.refusal;
     }
     out.series.push_back(std::move(series));
-    return out;
-}
-
-std::vector<SeriesInfo> list_series(const fs::path& path, std::string* format) {
-    const ScanReport report = inspect_scan(path);
-    if (format) *format = report.format;
-    std::vector<SeriesInfo> out;
-    for (const SeriesReport& s : report.series) out.push_back(s.series);
     return out;
 }
 

@@ -165,6 +165,49 @@ void EdgeCollapse::queue_all() {
     for (Point& point : points_) point.changed = false;
 }
 
+// The triangles and points of the next entries are scattered over the memory. Prefetches them in stages: each
+// stage follows the indices that an earlier stage has fetched for the same entry.
+//
+// Everything here must be inlined: GCC treats a function that only prefetches as free of effects and removes
+// calls of it. So the lambdas return addresses.
+HWY_INLINE void EdgeCollapse::prefetch(const Bucket& bucket) const {
+    constexpr std::size_t kStep = 5;
+    const std::size_t left = bucket.entries.size() - bucket.first;
+    const auto entry = [&](std::size_t steps) { return bucket.entries[bucket.first + steps * kStep]; };
+    const auto face = [&](Half h) { return &faces_[h / 4]; };
+    const auto apex = [&](Half h) { return &points_[from(prev(h))]; };
+    if (left > 5 * kStep) hwy::Prefetch(face(entry(5).half));
+    if (left > 4 * kStep && is_alive(entry(4).half)) {
+        const Half h = entry(4).half;
+        hwy::Prefetch(face(twin(h)));
+        for (const std::uint32_t p : {from(h), to(h)}) {
+            hwy::Prefetch(&points_[p]);
+            hwy::Prefetch(&points_[p].quadric.c);
+        }
+    }
+    for (const std::size_t steps : {3, 2, 1}) {
+        if (left <= steps * kStep) continue;
+        const auto [h, version_then] = entry(steps);
+        if (!is_alive(h) || version(h) != version_then) continue;
+        for (const Half side : {h, twin(h)}) {
+            // The next triangles around the end and around the beginning of `side`.
+            Half at_end = twin(next(side)), at_begin = twin(prev(side));
+            if (steps == 3) {
+                hwy::Prefetch(apex(side));
+                hwy::Prefetch(face(at_end));
+                hwy::Prefetch(face(at_begin));
+                continue;
+            }
+            if (steps == 1) at_end = twin(next(at_end)), at_begin = twin(prev(at_begin));
+            hwy::Prefetch(apex(at_end));
+            hwy::Prefetch(apex(at_begin));
+            if (steps == 1) continue;
+            hwy::Prefetch(face(twin(next(at_end))));
+            hwy::Prefetch(face(twin(prev(at_begin))));
+        }
+    }
+}
+
 // Returns a half-edge of the edge with the least error, or kNone. If an end has changed since the edge was
 // queued, its error is computed again, and the edge is mostly queued again with a larger error.
 EdgeCollapse::Half EdgeCollapse::pop() {
@@ -197,46 +240,6 @@ void EdgeCollapse::sort_by_position(std::vector<Entry>& entries) {
     sorted_.resize(entries.size());
     for (const Entry& e : entries) sorted_[start[e.half / range]++] = e;
     std::copy(sorted_.begin(), sorted_.end(), entries.begin());
-}
-
-// The triangles and points of the next entries are scattered over the memory. Prefetches them in stages: each
-// stage follows the indices that an earlier stage has fetched for the same entry.
-void EdgeCollapse::prefetch(const Bucket& bucket) const {
-    constexpr std::size_t kStep = 5;
-    const std::size_t left = bucket.entries.size() - bucket.first;
-    const auto entry = [&](std::size_t steps) { return bucket.entries[bucket.first + steps * kStep]; };
-    const auto prefetch_face = [&](Half h) { hwy::Prefetch(&faces_[h / 4]); };
-    const auto prefetch_apex = [&](Half h) { hwy::Prefetch(&points_[from(prev(h))]); };
-    if (left > 5 * kStep) prefetch_face(entry(5).half);
-    if (left > 4 * kStep && is_alive(entry(4).half)) {
-        const Half h = entry(4).half;
-        prefetch_face(twin(h));
-        for (const std::uint32_t p : {from(h), to(h)}) {
-            hwy::Prefetch(&points_[p]);
-            hwy::Prefetch(&points_[p].quadric.c);
-        }
-    }
-    for (const std::size_t steps : {3, 2, 1}) {
-        if (left <= steps * kStep) continue;
-        const auto [h, version_then] = entry(steps);
-        if (!is_alive(h) || version(h) != version_then) continue;
-        for (const Half side : {h, twin(h)}) {
-            // The next triangles around the end and around the beginning of `side`.
-            Half at_end = twin(next(side)), at_begin = twin(prev(side));
-            if (steps == 3) {
-                prefetch_apex(side);
-                prefetch_face(at_end);
-                prefetch_face(at_begin);
-                continue;
-            }
-            if (steps == 1) at_end = twin(next(at_end)), at_begin = twin(prev(at_begin));
-            prefetch_apex(at_end);
-            prefetch_apex(at_begin);
-            if (steps == 1) continue;
-            prefetch_face(twin(next(at_end)));
-            prefetch_face(twin(prev(at_begin)));
-        }
-    }
 }
 
 // Finds the neighbours of a point. False if there are too many.

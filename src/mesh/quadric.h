@@ -29,7 +29,7 @@ struct Quadric {
         c += w * d * d;
         weight += w;
     }
-    /// Adds a point, which decides where the planes leave the minimum open. It does not count in `weight`.
+    /// Adds a point, which determines the minimum if the planes do not. It does not count in `weight`.
     void add_point(const Vec3d& p, double w) {
         xx += w;
         yy += w;

@@ -1,4 +1,4 @@
-/// The corners of a triangle, and what follows from them.
+/// The corners of a triangle, and its normal, area and centroid.
 #pragma once
 
 #include <array>

@@ -1,7 +1,9 @@
-// The density height - z needs no more than its sign in the grid: one byte a sample, extracted at one half. That
-// gives the triangles, and names the edge of each point without doubt: it is the one whose middle it is. Where
-// the density is 0 on the edge then follows from the heights at its ends, in double: at the height itself on an
-// edge upwards, and where the line between both heights passes the layer on a level one.
+// Extracts the surface of a block of heights.
+//
+// The volume holds only the sign of the density height - z: one byte per sample, extracted at 0.5. This gives
+// the triangles, and the grid edge of each point, because the point is in the middle of its edge. The zero of
+// the density on the edge then follows from the heights, in double: on a vertical edge it is the height
+// itself; on a horizontal edge it is the crossing of the layer and the line between both heights.
 #include "ground.h"
 
 #include <algorithm>
@@ -10,11 +12,11 @@
 
 #include <marrow/isosurface.h>
 
-namespace marrow::terrain {
+namespace marrow::internal::terrain {
 
 std::int64_t Grid::layer_below(double h) const {
     auto k = static_cast<std::int64_t>(std::floor((h - lowest_layer) / layer));
-    // Rounding may be off by one; the layers' own heights decide.
+    // Rounding may be off by one; compare with the heights of the layers.
     while (height(k) > h) --k;
     while (height(k + 1) <= h) ++k;
     return k;
@@ -32,12 +34,12 @@ namespace {
 constexpr std::int64_t kNoGround = std::numeric_limits<std::int64_t>::min();
 
 struct Edge {
-    std::int64_t i, j, k;  // its lower end
+    std::int64_t i, j, k;  // the lower end
     int axis;
 };
 
-// Level edges across the raster's border end at their sample in the raster, and all of a sample's do so in the
-// same point: their name is the sample's.
+// Horizontal edges across the raster's border have their point at the sample in the raster. All such edges of
+// a sample share this point, so its name is the sample.
 constexpr int kAtSample = 3;
 
 std::uint64_t name_of(const Edge& e) {
@@ -63,7 +65,8 @@ class BlockExtractor {
     }
 
   private:
-    // The highest layer in the ground, for each column, and the layers that hold the surface.
+    // Finds the highest layer in the ground for each column, and the layers around the surface. Returns false
+    // if no height is known.
     bool find_layers() {
         std::int64_t lowest = std::numeric_limits<std::int64_t>::max(), highest = kNoGround;
         for (std::int64_t j = block_.south; j <= block_.north; ++j) {
@@ -104,7 +107,7 @@ class BlockExtractor {
     }
 
     void add_point(Edge e, BlockSurface& surface) const {
-        const std::int64_t i2 = e.i + (e.axis == 0), j2 = e.j + (e.axis == 1);  // the other end
+        const std::int64_t i2 = e.i + (e.axis == 0), j2 = e.j + (e.axis == 1);  // the upper end
         const double first = strip_(e.i, e.j), second = strip_(i2, j2);
         Vec3d p{static_cast<double>(e.i), static_cast<double>(e.j), grid_.height(e.k)};
         if (e.axis == 2) {
@@ -131,7 +134,7 @@ class BlockExtractor {
                (e.axis != 1 && (e.j == block_.south || e.j == block_.north));
     }
 
-    // The south-western corner of the cell that a triangle lies in. Its middle is in the inside of it, since no
+    // The south-western corner of the cell of a triangle. The centroid is inside the cell, because no
     // triangle lies in a face.
     std::array<std::int64_t, 2> cell_of(const Triangle& t, const Mesh& middles) const {
         const auto along = [&](std::size_t axis) {
@@ -142,7 +145,7 @@ class BlockExtractor {
         return {along(0), along(1)};
     }
 
-    // Whether a cell has ground under all four corners: an open surface ends where it has not.
+    // Whether all four corners of a cell have a height. An open surface ends at other cells.
     bool is_known(const std::array<std::int64_t, 2>& cell) const {
         const auto* top = top_.data() + cell[1] * width_ + cell[0];
         return top[0] != kNoGround && top[1] != kNoGround && top[width_] != kNoGround &&
@@ -163,4 +166,4 @@ BlockSurface extract_block(const Strip& strip, const Block& block) {
     return BlockExtractor(strip, block).extract();
 }
 
-}  // namespace marrow::terrain
+}  // namespace marrow::internal::terrain

@@ -1,46 +1,36 @@
+// Rasterizes triangles and compares their heights with the samples.
 #include "height_error.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <vector>
 
-namespace marrow::terrain {
+namespace marrow::internal::terrain {
 
 namespace {
 
-// A triangle of zero width sees no sample, and a sample right on an edge is seen by both sides or, by rounding,
-// neither: so each takes the triangle that it is deepest in, and may be outside by this part of it.
+// A sample on an edge may be inside both triangles or, by rounding, inside none. Each sample uses the
+// triangle that it is deepest inside, and may be outside by this fraction of the triangle.
 constexpr double kOutside = 1e-3;
 
 double twice_area(const Vec3d& a, const Vec3d& b, double x, double y) {
     return (b[0] - a[0]) * (y - a[1]) - (b[1] - a[1]) * (x - a[0]);
 }
 
-}  // namespace
+// The surface's height at each sample of a strip, and how deep the sample is inside its triangle.
+struct SurfaceHeights {
+    SurfaceHeights(std::int64_t w, std::int64_t r)
+        : width(w),
+          rows(r),
+          heights(static_cast<std::size_t>(w * r), std::numeric_limits<double>::quiet_NaN()),
+          depth(static_cast<std::size_t>(w * r), -kOutside) {}
 
-void HeightError::add_strip(double south, double north, std::span<const Vec3d> corners) {
-    // The first row at or above a northing.
-    const auto row_at = [&](double northing) {
-        const double row = std::ceil((northing - raster_.south()) / raster_.north_step() - 1e-9);
-        return static_cast<std::int64_t>(std::clamp(row, 0.0, static_cast<double>(raster_.rows())));
-    };
-    const std::int64_t first = row_at(south), end = row_at(north), width = raster_.columns();
-    if (first >= end) return;
-    const auto size = static_cast<std::size_t>((end - first) * width);
-    std::vector<double> heights(size), surface(size), depth(size, -kOutside);
-    std::fill(surface.begin(), surface.end(), std::numeric_limits<double>::quiet_NaN());
-    raster_.read(first, end - first, heights.data());
-
-    for (std::size_t t = 0; t < corners.size(); t += 3) {
-        Vec3d p[3];  // in samples of the strip
-        for (std::size_t c = 0; c < 3; ++c) {
-            const Vec3d& from = corners[t + c];
-            p[c] = {(from[0] - raster_.west()) / raster_.east_step(),
-                    (from[1] - raster_.south()) / raster_.north_step() - static_cast<double>(first), from[2]};
-        }
+    // Adds a triangle whose corners are in columns and rows of the strip.
+    void add(const std::array<Vec3d, 3>& p) {
         const double area = twice_area(p[0], p[1], p[2][0], p[2][1]);
-        if (!(area > 0)) continue;
+        if (!(area > 0)) return;
         const auto range = [&](std::size_t axis, std::int64_t samples) {
             const auto [low, high] = std::minmax({p[0][axis], p[1][axis], p[2][axis]});
             return std::array<std::int64_t, 2>{
@@ -48,7 +38,7 @@ void HeightError::add_strip(double south, double north, std::span<const Vec3d> c
                 std::min<std::int64_t>(static_cast<std::int64_t>(std::floor(high + kOutside)), samples - 1)};
         };
         const auto [x_begin, x_last] = range(0, width);
-        const auto [y_begin, y_last] = range(1, end - first);
+        const auto [y_begin, y_last] = range(1, rows);
         for (std::int64_t y = y_begin; y <= y_last; ++y) {
             for (std::int64_t x = x_begin; x <= x_last; ++x) {
                 const double px = static_cast<double>(x), py = static_cast<double>(y);
@@ -58,13 +48,42 @@ void HeightError::add_strip(double south, double north, std::span<const Vec3d> c
                 const auto at = static_cast<std::size_t>(y * width + x);
                 if (std::min({a, b, c}) <= depth[at]) continue;
                 depth[at] = std::min({a, b, c});
-                surface[at] = a * p[0][2] + b * p[1][2] + c * p[2][2];
+                heights[at] = a * p[0][2] + b * p[1][2] + c * p[2][2];
             }
         }
     }
+
+    std::int64_t width, rows;
+    std::vector<double> heights, depth;
+};
+
+}  // namespace
+
+void HeightError::add_strip(double south, double north, std::span<const Vec3d> corners) {
+    // The first row at or north of a northing.
+    const auto row_at = [&](double northing) {
+        const double row = std::ceil((northing - raster_.south()) / raster_.north_step() - 1e-9);
+        return static_cast<std::int64_t>(std::clamp(row, 0.0, static_cast<double>(raster_.rows())));
+    };
+    const std::int64_t first = row_at(south), end = row_at(north), width = raster_.columns();
+    if (first >= end) return;
+    const auto size = static_cast<std::size_t>((end - first) * width);
+    std::vector<double> heights(size);
+    SurfaceHeights surface(width, end - first);
+    raster_.read(first, end - first, heights.data());
+
+    for (std::size_t t = 0; t < corners.size(); t += 3) {
+        std::array<Vec3d, 3> p;
+        for (std::size_t c = 0; c < 3; ++c) {
+            const Vec3d& from = corners[t + c];
+            p[c] = {(from[0] - raster_.west()) / raster_.east_step(),
+                    (from[1] - raster_.south()) / raster_.north_step() - static_cast<double>(first), from[2]};
+        }
+        surface.add(p);
+    }
     for (std::size_t at = 0; at < size; ++at) {
-        const double error = std::abs(surface[at] - heights[at]);
-        if (std::isnan(error)) continue;  // no surface, or no height
+        const double error = std::abs(surface.heights[at] - heights[at]);
+        if (std::isnan(error)) continue;  // no surface or no height
         squares_ += error * error;
         max_ = std::max(max_, error);
         ++samples_;
@@ -75,4 +94,4 @@ double HeightError::rms() const {
     return samples_ > 0 ? std::sqrt(squares_ / static_cast<double>(samples_)) : 0;
 }
 
-}  // namespace marrow::terrain
+}  // namespace marrow::internal::terrain

@@ -1,4 +1,4 @@
-// How far a surface's heights are from those of the raster.
+/// Measures the distance between the heights of a surface and of a raster.
 #pragma once
 
 #include <cstdint>
@@ -8,15 +8,16 @@
 
 #include "raster.h"
 
-namespace marrow::terrain {
+namespace marrow::internal::terrain {
 
-/// Compares triangles of a terrain with the samples of a raster under them, strip by strip.
+/// Compares the triangles of a terrain with the samples of a raster, strip by strip.
 class HeightError {
   public:
     explicit HeightError(const Raster& raster) : raster_(raster) {}
 
-    /// Adds the samples with a northing in [south, north); each must be in one strip only. `corners` are
-    /// easting, northing and height in metres, three a triangle; those not seen from above are left out.
+    /// Adds the samples with a northing in [south, north). `corners` are the easting, northing and height of
+    /// each triangle's corners, in metres; triangles that face down are ignored. \pre the strips do not
+    /// overlap
     void add_strip(double south, double north, std::span<const Vec3d> corners);
 
     double rms() const;
@@ -28,4 +29,4 @@ class HeightError {
     std::int64_t samples_ = 0;
 };
 
-}  // namespace marrow::terrain
+}  // namespace marrow::internal::terrain

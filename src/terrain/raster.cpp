@@ -1,3 +1,4 @@
+// Reads elevation rasters by GDAL.
 #include "raster.h"
 
 #include <cpl_conv.h>
@@ -16,15 +17,15 @@
 
 #include <marrow/error.h>
 
-namespace marrow::terrain {
+namespace marrow::internal::terrain {
 
 namespace {
 
-// What is opened. Not every driver that GDAL has: some of them read what a file points to, from elsewhere.
+// The drivers that may open a file. Some others of GDAL read remote data that a file refers to.
 constexpr const char* kDrivers[] = {"GTiff", "USGSDEM", "SRTMHGT", "DTED", "AAIGrid",
                                     "EHdr",  "HFA",     "PNG",     nullptr};
 
-// GDAL's messages come back in our errors and not on stderr.
+// Collects GDAL's messages for our errors instead of printing them to stderr.
 class QuietErrors {
   public:
     QuietErrors() {
@@ -34,7 +35,7 @@ class QuietErrors {
     ~QuietErrors() { CPLPopErrorHandler(); }
     QuietErrors(const QuietErrors&) = delete;
 
-    std::string said() const {
+    std::string message() const {
         std::string text = CPLGetLastErrorMsg();
         std::replace(text.begin(), text.end(), '\n', ' ');
         return text;
@@ -48,7 +49,7 @@ struct SpatialReference {
     OGRSpatialReferenceH handle;
 };
 
-std::string name_of(OGRSpatialReferenceH reference) {
+std::string projection_name(OGRSpatialReferenceH reference) {
     if (reference == nullptr) return {};
     int north = 0;
     const int zone = OSRGetUTMZone(reference, &north);
@@ -58,7 +59,7 @@ std::string name_of(OGRSpatialReferenceH reference) {
     return zone != 0 ? fmt::format("UTM zone {}{}", std::abs(zone), north ? 'N' : 'S') : "";
 }
 
-// The UTM zone of the raster's middle.
+// The UTM zone of the raster's centre.
 std::string utm_zone(GDALDatasetH dataset, const std::array<double, 6>& g, OGRSpatialReferenceH from,
                      const std::string& name) {
     const double column = GDALGetRasterXSize(dataset) / 2.0, row = GDALGetRasterYSize(dataset) / 2.0;
@@ -70,15 +71,16 @@ std::string utm_zone(GDALDatasetH dataset, const std::array<double, 6>& g, OGRSp
     const bool known = to != nullptr && OCTTransform(to, 1, &longitude, &latitude, nullptr);
     if (to != nullptr) OCTDestroyCoordinateTransformation(to);
     if (!known || std::abs(latitude) > 84) {
-        throw GeometryError(fmt::format(
-            "{}: no UTM zone for its place on the earth; project it to metres first (gdalwarp -t_srs)",
-            name));
+        throw GeometryError(
+            fmt::format("{}: there is no UTM zone at its position on the earth; project it to metres first "
+                        "(gdalwarp -t_srs)",
+                        name));
     }
     const int zone = std::clamp(static_cast<int>(std::floor((longitude + 180) / 6)) + 1, 1, 60);
     return fmt::format("EPSG:{}", (latitude < 0 ? 32700 : 32600) + zone);
 }
 
-// Heights are metres where the raster does not say otherwise.
+// Heights are in metres unless the raster states another unit.
 double metres_of(std::string unit) {
     std::transform(unit.begin(), unit.end(), unit.begin(), [](unsigned char c) { return std::tolower(c); });
     if (unit.find("survey") != unit.npos || unit == "us-ft") return 1200.0 / 3937;
@@ -86,28 +88,65 @@ double metres_of(std::string unit) {
     return 1;
 }
 
-// How many samples GDAL's warper puts into a length.
+// The number of samples that GDAL's warper fits into a length.
 double samples_across(double length, double step) {
     return std::floor(length / step + 0.5);
 }
 
 }  // namespace
 
-Raster::Raster(const std::filesystem::path& path, double cell, GoOn go_on)
-    : name_(path.string()), go_on_(std::move(go_on)) {
+Raster::Raster(const std::filesystem::path& path, std::optional<double> cell, Continue should_continue)
+    : name_(path.string()), should_continue_(std::move(should_continue)) {
     static std::once_flag registered;
     std::call_once(registered, GDALAllRegister);
     if (!std::filesystem::exists(path)) throw IoError(fmt::format("{}: there is no such file", name_));
-    if (!std::filesystem::is_regular_file(path)) throw InputError(fmt::format("{}: is not a file", name_));
+    if (!std::filesystem::is_regular_file(path))
+        throw InputError(fmt::format("{}: is not a regular file", name_));
 
+    const QuietErrors errors;
+    open();
+
+    std::array<double, 6> g{0, 1, 0, 0, 0, -1};
+    georeferenced_ = GDALGetGeoTransform(dataset_, g.data()) == CE_None;
+    OGRSpatialReferenceH reference = GDALGetSpatialRef(dataset_);
+    if (!georeferenced_) {
+        if (!cell)
+            throw GeometryError(fmt::format(
+                "{}: has no georeference; give the distance between its samples with options.cell, in metres",
+                name_));
+        g = {-*cell / 2, *cell, 0, -*cell / 2, 0, -*cell};
+    } else if (reference == nullptr) {
+        has_coordinate_system_ = false;
+        warnings_.push_back(
+            "the raster does not name its coordinate system; its coordinates are assumed to be metres");
+    }
+    const bool degrees = reference != nullptr && OSRIsGeographic(reference);
+    const bool rotated = g[2] != 0 || g[4] != 0 || g[1] < 0 || g[5] > 0;
+    if (georeferenced_ && (degrees || rotated || cell)) {
+        project(degrees ? utm_zone(dataset_, g, reference, name_) : "", cell);
+        GDALGetGeoTransform(dataset_, g.data());
+        reference = GDALGetSpatialRef(dataset_);
+    }
+    projection_ = projection_name(reference);
+
+    const double unit = reference != nullptr ? OSRGetLinearUnits(reference, nullptr) : 1;
+    columns_ = GDALGetRasterXSize(dataset_);
+    rows_ = GDALGetRasterYSize(dataset_);
+    east_step_ = g[1] * unit;
+    north_step_ = -g[5] * unit;
+    west_ = (g[0] + g[1] / 2) * unit;
+    south_ = (g[3] + g[5] * (static_cast<double>(rows_) - 0.5)) * unit;
+}
+
+void Raster::open() {
     const QuietErrors errors;
     source_.reset(GDALOpenEx(name_.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, kDrivers, nullptr, nullptr));
     if (!source_) {
-        const std::string said = errors.said();
+        const std::string message = errors.message();
         throw InputError(
             fmt::format("{}: cannot be read as an elevation raster (GeoTIFF, USGS DEM, SRTM .hgt, "
                         "DTED, Arc/Info grid, ERDAS Imagine, PNG){}{}",
-                        name_, said.empty() ? "" : ": ", said));
+                        name_, message.empty() ? "" : ": ", message));
     }
     dataset_ = source_.get();
     if (GDALGetRasterCount(dataset_) != 1) {
@@ -119,44 +158,14 @@ Raster::Raster(const std::filesystem::path& path, double cell, GoOn go_on)
     height_unit_ = metres_of(GDALGetRasterUnitType(band));
     height_scale_ = GDALGetRasterScale(band, nullptr);
     height_offset_ = GDALGetRasterOffset(band, nullptr);
-
-    std::array<double, 6> g{0, 1, 0, 0, 0, -1};
-    placed_ = GDALGetGeoTransform(dataset_, g.data()) == CE_None;
-    OGRSpatialReferenceH reference = GDALGetSpatialRef(dataset_);
-    if (!placed_) {
-        if (!(cell > 0))
-            throw GeometryError(fmt::format(
-                "{}: does not say where on the earth its samples are; give the metres between them: --cell M",
-                name_));
-        g = {-cell / 2, cell, 0, -cell / 2, 0, -cell};
-    } else if (reference == nullptr) {
-        names_coordinates_ = false;
-        warnings_.push_back("the raster does not name its coordinates; they are taken for metres");
-    }
-    const bool degrees = reference != nullptr && OSRIsGeographic(reference);
-    const bool turned = g[2] != 0 || g[4] != 0 || g[1] < 0 || g[5] > 0;
-    if (placed_ && (degrees || turned || cell > 0)) {
-        project(degrees ? utm_zone(dataset_, g, reference, name_) : "", cell);
-        GDALGetGeoTransform(dataset_, g.data());
-        reference = GDALGetSpatialRef(dataset_);
-    }
-    projection_ = name_of(reference);
-
-    const double unit = reference != nullptr ? OSRGetLinearUnits(reference, nullptr) : 1;
-    columns_ = GDALGetRasterXSize(dataset_);
-    rows_ = GDALGetRasterYSize(dataset_);
-    east_step_ = g[1] * unit;
-    north_step_ = -g[5] * unit;
-    west_ = (g[0] + g[1] / 2) * unit;
-    south_ = (g[3] + g[5] * (static_cast<double>(rows_) - 0.5)) * unit;
 }
 
-// Reads the file through GDAL's warper, which works on what is asked for and keeps no whole image.
-void Raster::project(const std::string& to, double cell) {
+// Opens the file through GDAL's warper, which computes only the rows that are read.
+void Raster::project(const std::string& to, std::optional<double> cell) {
     std::vector<std::string> words{"-of", "VRT", "-ot", "Float64", "-dstnodata", "nan"};
     const auto add = [&](std::initializer_list<std::string> more) { words.insert(words.end(), more); };
     if (!to.empty()) add({"-t_srs", to});
-    // Averages where samples become fewer, so that none is passed over; else between neighbours.
+    // Samples are averaged if they become fewer, so that none is skipped; else interpolated.
     const auto warp = [&] {
         std::vector<char*> argv;
         for (std::string& word : words) argv.push_back(word.data());
@@ -171,24 +180,25 @@ void Raster::project(const std::string& to, double cell) {
     };
     add({"-r", "bilinear"});
     warp();
-    if (!(cell > 0)) return;
+    if (!cell) return;
 
     std::array<double, 6> own{};
     GDALGetGeoTransform(dataset_, own.data());
     const OGRSpatialReferenceH reference = GDALGetSpatialRef(dataset_);
-    const double step = cell / (reference != nullptr ? OSRGetLinearUnits(reference, nullptr) : 1);
+    const double step = *cell / (reference != nullptr ? OSRGetLinearUnits(reference, nullptr) : 1);
     const double columns = samples_across(own[1] * GDALGetRasterXSize(dataset_), step);
     const double rows = samples_across(-own[5] * GDALGetRasterYSize(dataset_), step);
     if (columns < 2 || rows < 2)
-        throw InputError(
-            fmt::format("{}: samples {:g} m apart leave {:.0f} x {:.0f} of them, and a terrain needs 2 x 2: "
-                        "give a smaller --cell; the raster's own is {:.4g} m",
-                        name_, cell, columns, rows, own[1] * cell / step));
+        throw InputError(fmt::format(
+            "{}: with {:g} m between samples there are {:.0f} x {:.0f}, but a terrain needs 2 x 2: "
+            "give a smaller options.cell; the raster's own is {:.4g} m",
+            name_, *cell, columns, rows, own[1] * *cell / step));
     if (columns * rows > kMostSamples)
         throw LimitError(
-            fmt::format("{}: samples {:g} m apart are {:.0f} x {:.0f}, and a surface has 2^32 - 1 points at "
-                        "most: give a larger --cell; the raster's own is {:.4g} m",
-                        name_, cell, columns, rows, own[1] * cell / step));
+            fmt::format("{}: with {:g} m between samples there are {:.0f} x {:.0f}, but a surface has at "
+                        "most 2^32 - 1 points: "
+                        "give a larger options.cell; the raster's own is {:.4g} m",
+                        name_, *cell, columns, rows, own[1] * *cell / step));
     if (step > own[1]) words.back() = "average";
     const std::string text = fmt::format("{:.17g}", step);
     add({"-tr", text, text});
@@ -196,36 +206,36 @@ void Raster::project(const std::string& to, double cell) {
 }
 
 void Raster::read(std::int64_t first, std::int64_t count, double* heights) const {
-    constexpr std::int64_t kTile = 4096;  // columns at a time, so that a wide raster can be stopped too
+    constexpr std::int64_t kTile = 4096;  // columns at a time, so that a wide raster can be cancelled
     const QuietErrors errors;
     const GDALRasterBandH band = GDALGetRasterBand(dataset_, 1);
     const int height = static_cast<int>(count);
-    const int top = static_cast<int>(rows_ - first - count);  // GDAL counts rows from the north
+    const int top = static_cast<int>(rows_ - first - count);  // GDAL numbers rows from the north
     std::vector<unsigned char> known(static_cast<std::size_t>(columns_ * count));
-    struct Asking {
-        const GoOn& go_on;
+    struct Cancellation {
+        const Continue& should_continue;
         bool stopped = false;
 
-        bool goes_on() { return !stopped && !(stopped = go_on && !go_on()); }
-    } asking{go_on_};
-    GDALRasterIOExtraArg stoppable;
-    INIT_RASTERIO_EXTRA_ARG(stoppable);
-    stoppable.pProgressData = &asking;
-    stoppable.pfnProgress = [](double, const char*, void* to_ask) {
-        return static_cast<int>(static_cast<Asking*>(to_ask)->goes_on());
+        bool continues() { return !stopped && !(stopped = should_continue && !should_continue()); }
+    } cancellation{should_continue_};
+    GDALRasterIOExtraArg arguments;
+    INIT_RASTERIO_EXTRA_ARG(arguments);
+    arguments.pProgressData = &cancellation;
+    arguments.pfnProgress = [](double, const char*, void* data) {
+        return static_cast<int>(static_cast<Cancellation*>(data)->continues());
     };
     const auto read_tile = [&](GDALRasterBandH from, std::int64_t west, auto* to, GDALDataType type) {
         const auto width = static_cast<int>(std::min(kTile, columns_ - west));
         const auto row_bytes = static_cast<GSpacing>(columns_) * static_cast<GSpacing>(sizeof *to);
         return GDALRasterIOEx(from, GF_Read, static_cast<int>(west), top, width, height, to + west, width,
-                              height, type, 0, row_bytes, &stoppable) == CE_None;
+                              height, type, 0, row_bytes, &arguments) == CE_None;
     };
     for (std::int64_t west = 0; west < columns_; west += kTile) {
-        if (asking.goes_on() && read_tile(band, west, heights, GDT_Float64) &&
+        if (cancellation.continues() && read_tile(band, west, heights, GDT_Float64) &&
             read_tile(GDALGetMaskBand(band), west, known.data(), GDT_Byte))
             continue;
-        if (asking.stopped) throw Cancelled();
-        throw IoError(fmt::format("{}: cannot be read: {}", name_, errors.said()));
+        if (cancellation.stopped) throw Cancelled();
+        throw IoError(fmt::format("{}: cannot be read: {}", name_, errors.message()));
     }
     for (std::size_t i = 0; i < known.size(); ++i) {
         const double metres = (heights[i] * height_scale_ + height_offset_) * height_unit_;
@@ -237,4 +247,4 @@ void Raster::read(std::int64_t first, std::int64_t count, double* heights) const
                          heights + (count - 1 - row) * columns_);
 }
 
-}  // namespace marrow::terrain
+}  // namespace marrow::internal::terrain

@@ -1,28 +1,30 @@
-// Elevation rasters through GDAL: north up, in metres, rows from south to north.
+/// Reads elevation rasters by GDAL: north up, in metres, rows from south to north.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include <gdal.h>
 
-namespace marrow::terrain {
+namespace marrow::internal::terrain {
 
-/// A surface has a point at least for each sample, and 2^32 - 1 of them at most.
+/// A surface has at least one point per sample, and at most 2^32 - 1 points.
 inline constexpr double kMostSamples = 4294967295.0;
 
-/// An opened raster of heights. Its samples are at the centres of its pixels.
+/// An open raster of heights. Its samples are at the centres of its pixels.
 class Raster {
   public:
-    /// Asked now and then while GDAL reads; false stops it.
-    using GoOn = std::function<bool()>;
+    /// Called while GDAL reads; returns false to stop it.
+    using Continue = std::function<bool()>;
 
-    /// \throw as extract_terrain. `cell` as in TerrainOptions.
-    Raster(const std::filesystem::path& path, double cell, GoOn go_on = {});
+    /// Opens a raster and projects it if necessary. `cell` is TerrainOptions::cell. \throw the errors of
+    /// extract_terrain
+    Raster(const std::filesystem::path& path, std::optional<double> cell, Continue should_continue = {});
 
     std::int64_t columns() const { return columns_; }
     std::int64_t rows() const { return rows_; }
@@ -31,14 +33,14 @@ class Raster {
     double west() const { return west_; }              ///< easting of the first column, metres
     double south() const { return south_; }            ///< northing of the first row, metres
 
-    /// Reads rows [first, first + count), each from west to east, in metres; NaN where unknown.
+    /// Reads rows [first, first + count), each from west to east, in metres; NaN if unknown.
     /// \throw IoError; Cancelled
     void read(std::int64_t first, std::int64_t count, double* heights) const;
 
-    /// Whether the raster says where it is; else its step is the `cell` it was opened with.
-    bool placed() const { return placed_; }
-    /// Whether it says what its coordinates are; else they are taken for metres.
-    bool names_coordinates() const { return names_coordinates_; }
+    /// Whether the raster has a georeference; else the steps between its samples are `cell`.
+    bool georeferenced() const { return georeferenced_; }
+    /// Whether the raster names its coordinate system; else its coordinates are assumed to be metres.
+    bool has_coordinate_system() const { return has_coordinate_system_; }
     const std::string& format() const { return format_; }
     const std::string& projection() const { return projection_; }
     const std::vector<std::string>& warnings() const { return warnings_; }
@@ -49,19 +51,20 @@ class Raster {
     };
     using Dataset = std::unique_ptr<void, Close>;
 
-    void project(const std::string& to, double cell);
+    void open();
+    void project(const std::string& to, std::optional<double> cell);
 
     std::string name_;
-    GoOn go_on_;
+    Continue should_continue_;
     Dataset source_;  // the file
-    Dataset warped_;  // the same as it is read, where that differs; goes before its source
+    Dataset warped_;  // the file as it is read, if that differs; destroyed before its source
     GDALDatasetH dataset_ = nullptr;
     std::int64_t columns_ = 0, rows_ = 0;
     double east_step_ = 0, north_step_ = 0, west_ = 0, south_ = 0;
-    bool placed_ = false, names_coordinates_ = true;
+    bool georeferenced_ = false, has_coordinate_system_ = true;
     double height_unit_ = 1, height_scale_ = 1, height_offset_ = 0;
     std::string format_, projection_;
     std::vector<std::string> warnings_;
 };
 
-}  // namespace marrow::terrain
+}  // namespace marrow::internal::terrain

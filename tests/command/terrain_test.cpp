@@ -122,9 +122,9 @@ TEST(TerrainCommand, FilesClaimNoPatientSpace) {
     for (const char* ending : {"stl", "ply", "obj", "vtp", "3mf", "glb"}) {
         const auto file = folder / (std::string("tent.") + ending);
         ASSERT_EQ(terrain_with({grid, "-o", file}).code, kOk);
-        std::optional<Space> space;
+        Space space = Space::LPS;
         read_mesh(file, &space);
-        EXPECT_FALSE(space) << ending;
+        EXPECT_EQ(space, Space::none) << ending;
     }
 }
 
@@ -203,7 +203,7 @@ TEST(TerrainCommand, SaysThatUnnamedCoordinatesMayBeDegrees) {
     write_file(grid, text);
     const Outcome refused = terrain_with({grid, "-o", folder / "x.stl"});
     EXPECT_EQ(refused.code, kUnreadable);
-    EXPECT_NE(refused.err.find("does not name its coordinates"), refused.err.npos) << refused.err;
+    EXPECT_NE(refused.err.find("does not name its coordinate system"), refused.err.npos) << refused.err;
     EXPECT_NE(refused.err.find(".prj"), refused.err.npos) << refused.err;
     EXPECT_EQ(std::count(refused.err.begin(), refused.err.end(), '\n'), 1);
 }

@@ -1,3 +1,4 @@
+// AtomicFile: files appear complete or not at all.
 #include <csignal>
 
 #include <gtest/gtest.h>
@@ -32,7 +33,7 @@ TEST(AtomicFile, LeavesNothingWithoutCommit) {
         AtomicFile old(folder / "a"), fresh(folder / "b");
         old.write("new");
         fresh.write("new");
-        EXPECT_EQ(folder.files().size(), 3u);  // the temporary files lie beside the target
+        EXPECT_EQ(folder.files().size(), 3u);  // the temporary files are in the target's folder
     }
     EXPECT_EQ(read_file(folder / "a"), "old");
     EXPECT_EQ(folder.files(), Names{"a"});
@@ -59,7 +60,7 @@ TEST(AtomicFile, GivesThePermissionsOfANewFile) {
               std::filesystem::status(folder / "b").permissions());
 }
 
-TEST(AtomicFile, RefusesWhatIsNotAPlainFile) {
+TEST(AtomicFile, RefusesTargetsThatAreNotRegularFiles) {
     const TemporaryFolder folder;
     write_file(folder / "file", "old");
     std::filesystem::create_directory(folder / "folder");
@@ -72,12 +73,29 @@ TEST(AtomicFile, RefusesWhatIsNotAPlainFile) {
     EXPECT_EQ(read_file(folder / "file"), "old");
 }
 
+TEST(AtomicFile, ReportsTheErrorOfTheSystem) {
+    const TemporaryFolder folder;
+    const auto message = [](const std::filesystem::path& target) -> std::string {
+        try {
+            AtomicFile file(target);
+        } catch (const IoError& error) {
+            return error.what();
+        }
+        return "opened";
+    };
+    EXPECT_NE(message(folder / "missing/a").find("there is no folder"), std::string::npos);
+    // This folder exists, but no file can be created in it.
+    const std::string proc = message("/proc/a");
+    EXPECT_EQ(proc.find("there is no folder"), std::string::npos) << proc;
+    EXPECT_EQ(proc.find("cannot write '/proc/a': "), 0u) << proc;
+}
+
 TEST(AtomicFile, LeavesNothingWhenTheSystemStopsWriting) {
     const TemporaryFolder folder;
     write_file(folder / "a", "old");
     const std::string data(100000, 'x');
 
-    // The first write is cut short by the limit and the next one fails.
+    // The limit shortens the first write, and the next one fails.
     const auto old_handler = std::signal(SIGXFSZ, SIG_IGN);
     rlimit old_limit{};
     getrlimit(RLIMIT_FSIZE, &old_limit);

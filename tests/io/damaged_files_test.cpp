@@ -1,4 +1,4 @@
-// Damaged files of every format: none crashes the reader, none that lost samples is read.
+// Damaged files of every format: none crashes the reader, and no truncated file is read.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -30,14 +30,14 @@ ScanOptions options_for(const SmallScan& scan) {
     return options;
 }
 
-// A header alone can lose its last line end without harm.
+// A separate header may lose its last newline without harm.
 bool holds_samples(const std::string& file) {
     return !file.ends_with(".nhdr") && !file.ends_with(".mhd");
 }
 
-constexpr std::size_t per_kind = 10000 / 2;
+constexpr std::size_t kPerKind = 10000 / 2;
 
-TEST(Hostile, AllSmallScansAreReadAsTheyAre) {
+TEST(DamagedFiles, UndamagedScansAreRead) {
     for (const SmallScan& scan : small_scans()) {
         SCOPED_TRACE(scan.name);
         TemporaryFolder folder;
@@ -46,7 +46,7 @@ TEST(Hostile, AllSmallScansAreReadAsTheyAre) {
     }
 }
 
-TEST(Hostile, TruncatedFilesAreNeverRead) {
+TEST(DamagedFiles, TruncatedFilesAreNeverRead) {
     Random random;
     const auto scans = small_scans();
     testing::internal::CaptureStderr();
@@ -54,7 +54,7 @@ TEST(Hostile, TruncatedFilesAreNeverRead) {
         SCOPED_TRACE(scan.name);
         TemporaryFolder folder;
         scan.write(folder.path());
-        for (std::size_t n = 0; n <= per_kind / scans.size(); ++n) {
+        for (std::size_t n = 0; n <= kPerKind / scans.size(); ++n) {
             auto file = scan.files.begin();
             std::advance(file, random.below(scan.files.size()));
             const auto& [name, whole] = *file;
@@ -63,7 +63,7 @@ TEST(Hostile, TruncatedFilesAreNeverRead) {
             try {
                 read_scan(folder / scan.name, options_for(scan));
                 EXPECT_FALSE(holds_samples(name)) << name << " cut to " << size << " of " << whole.size();
-            } catch (const Error&) {  // anything else fails the test
+            } catch (const Error&) {  // any other exception fails the test
             }
             write_file(folder / name, whole);
         }
@@ -71,7 +71,7 @@ TEST(Hostile, TruncatedFilesAreNeverRead) {
     EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
 }
 
-TEST(Hostile, FlippedBytesNeverCrash) {
+TEST(DamagedFiles, FlippedBytesNeverCrash) {
     Random random;
     const auto scans = small_scans();
     testing::internal::CaptureStderr();
@@ -79,7 +79,7 @@ TEST(Hostile, FlippedBytesNeverCrash) {
         SCOPED_TRACE(scan.name);
         TemporaryFolder folder;
         scan.write(folder.path());
-        for (std::size_t n = 0; n <= per_kind / scans.size(); ++n) {
+        for (std::size_t n = 0; n <= kPerKind / scans.size(); ++n) {
             auto file = scan.files.begin();
             std::advance(file, random.below(scan.files.size()));
             const auto& [name, whole] = *file;
@@ -102,12 +102,12 @@ TEST(Hostile, FlippedBytesNeverCrash) {
     EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
 }
 
-TEST(Hostile, ADamagedSliceIsNotLeftOut) {
+TEST(DamagedFiles, ADamagedSliceIsNotSkipped) {
     TemporaryFolder folder;
     for (const SmallScan& scan : small_scans()) {
         if (scan.name == "dicom") scan.write(folder.path());
     }
-    // the last slice: without it the others would make a good volume
+    // The last slice: without it, the others are a valid volume.
     const std::string whole = read_file(folder / "dicom/3");
     write_file(folder / "dicom/3", whole.substr(0, 400));
     contains(refusal<InputError>(folder / "dicom"), "dicom/3");

@@ -1,5 +1,5 @@
-// What each case of DICOM becomes, row by row: the table is in docs/reliability.md. Pixels: rescaling, bits, transfer
-// syntaxes, frames.
+// The rows about pixels of the DICOM table in docs/reliability.md: rescaling, bits, transfer syntaxes,
+// frames.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -46,7 +46,7 @@ TEST(DicomTable, CtWithoutRescaleWarns) {
 
 TEST(DicomTable, UnusedBitsAreMaskedAndTheSignExtended) {
     TemporaryFolder folder;
-    // 12 bits, signed, in the middle of the cell: bits 2 to 13; the others are junk
+    // 12 signed bits in the middle of the cell, bits 2 to 13; the other bits are random.
     write_series(folder, 2, "s", [](DicomWriter& s, int) {
         s.pixel_format(16, 12, true);
         s.number(0x00280102, 13);
@@ -93,14 +93,14 @@ TEST(DicomTable, MoreFramesThanBytesAreRefused) {
     DicomWriter frames = enhanced(5);
     frames.text(0x00280008, "IS", "6");
     frames.write(folder / "frames.dcm");
-    contains(refusal<InputError>(folder.path()), "describes 5 frames and has 6");
+    contains(refusal<InputError>(folder.path()), "describe 5 frames, but it has 6");
     frames = enhanced(5);
     frames.elements[0x7fe00010].second.resize(2 * (5 * columns * rows - 1));
     frames.write(folder / "frames.dcm");
     contains(refusal<InputError>(folder.path()), "truncated");
 }
 
-TEST(DicomTable, FramesWithoutEndAreRefusedBeforeTheyCost) {
+TEST(DicomTable, TooManyFramesAreRefusedBeforeAllocation) {
     TemporaryFolder folder;
     DicomWriter frames = enhanced(5);
     frames.elements.erase(0x52009230);
@@ -138,7 +138,7 @@ TEST(DicomTable, LosslessTransferSyntaxesGiveTheSamePixels) {
             s.compressed_syntax = syntax;
             const std::string whole = even(stream);
             const std::size_t half = whole.size() / 4 * 2;
-            s.fragments = {whole.substr(0, half), whole.substr(half)};  // one frame may lie in several
+            s.fragments = {whole.substr(0, half), whole.substr(half)};  // a frame may have several fragments
             const fs::path path = s.write(folder / "one.dcm");
             ScanOptions options;
             options.spacing = Vec3d{1, 1, 1};
@@ -153,7 +153,7 @@ TEST(DicomTable, LosslessTransferSyntaxesGiveTheSamePixels) {
 }
 
 TEST(DicomTable, LossyTransferSyntaxesGiveNearlyTheSamePixels) {
-    constexpr int width = 20, height = 12;  // 3 x 2 blocks, cut at two sides
+    constexpr int width = 20, height = 12;  // 3 x 2 blocks, incomplete at two sides
     for (const int bits : {8, 12}) {
         for (const bool progressive : {false, true}) {
             const int most = (1 << bits) - 2;  // the encoder adds an eighth
@@ -179,7 +179,7 @@ TEST(DicomTable, LossyTransferSyntaxesGiveNearlyTheSamePixels) {
     }
 }
 
-// Each scan is work for the whole picture, so a small file of many could keep a reader busy for hours.
+// Each scan processes the whole image, so a small file with many scans could take hours.
 TEST(DicomTable, JpegOfManyScansIsRefused) {
     TemporaryFolder folder;
     constexpr int width = 16, height = 8;
@@ -228,7 +228,7 @@ TEST(DicomTable, CompressedFramesAreFoundByTheirTable) {
     EXPECT_EQ(samples_of<std::int16_t>(read_scan(s.write(folder / "frames.dcm"))), expected);
     s.offset_table.clear();
     s.write(folder / "frames.dcm");
-    contains(refusal<InputError>(folder.path()), "no table");
+    contains(refusal<InputError>(folder.path()), "without an offset table");
 }
 
 TEST(DicomTable, UnknownTransferSyntaxAndVideoAreRefusedByName) {

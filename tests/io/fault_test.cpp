@@ -1,4 +1,4 @@
-// What is left when the system says no: each call that can fail fails once, for every format.
+// System calls fail: each call that can fail fails once, for every format, and the old mesh stays.
 #include <cerrno>
 #include <chrono>
 #include <csignal>
@@ -19,12 +19,13 @@ namespace marrow::test {
 namespace {
 
 struct Process {
-    int code = 0;  // minus the signal that ended it
+    int code = 0;  // exit code, or minus the signal that ended the process
     std::string err;
     std::int64_t peak_bytes = 0;
 };
 
-// `marrow ARGUMENTS...` as a process, with more in its environment; killed after `delay` where that is not 0.
+// Runs `marrow ARGUMENTS...` with additional environment variables. Sends `kill_signal` after `delay`, if it
+// is not 0.
 Process run(std::vector<std::string> arguments, const std::vector<std::string>& more,
             const TemporaryFolder& scratch, int kill_signal = 0, std::chrono::microseconds delay = {}) {
     arguments.insert(arguments.begin(), MARROW_PROGRAM);
@@ -57,8 +58,8 @@ Process run(std::vector<std::string> arguments, const std::vector<std::string>& 
             std::int64_t{usage.ru_maxrss} * 1024};
 }
 
-// Runs the command with the n-th `call` failing, n = 1, 2, ... until none is left to fail.
-// Each time the mesh is the old one or the whole new one, and nothing else is left.
+// Runs the command with the n-th `call` failing, n = 1, 2, ..., until it has fewer calls. Each time the mesh
+// must be the old one or the complete new one, and no other file may be left.
 void fail_each(const std::vector<std::string>& command, const TemporaryFolder& folder, const fs::path& mesh,
                const std::string& call, int error) {
     TemporaryFolder scratch;
@@ -87,7 +88,7 @@ void fail_each(const std::vector<std::string>& command, const TemporaryFolder& f
             return;
         }
         if (error == 0) {
-            EXPECT_EQ(process.code, 0) << process.err;  // a short transfer is no failure
+            EXPECT_EQ(process.code, 0) << process.err;  // a short transfer is not a failure
             EXPECT_TRUE(read_file(mesh) == whole);
             continue;
         }
@@ -110,8 +111,8 @@ std::vector<std::string> command_for(const SmallScan& scan, const TemporaryFolde
     return command;
 }
 
-// First, since a new process begins with the peak of the one that starts it. The program's libraries count too.
-TEST(Faults, AHeaderThatClaimsATrillionSamplesCostsNothing) {
+// This test is first, because a new process starts with the peak memory of its parent. Libraries count too.
+TEST(Faults, AHeaderThatClaimsATrillionSamplesAllocatesNothing) {
     TemporaryFolder folder, scratch;
     NiftiWriter nifti;
     nifti.dim = {3, 10000, 10000, 10000};
@@ -174,7 +175,7 @@ TEST(Faults, WhereWritingFailsTheOldMeshStays) {
 
 TEST(Faults, KilledAtAnyTimeTheMeshIsOldOrWhole) {
     TemporaryFolder folder, scratch;
-    NiftiWriter header;  // many small balls: reading, extracting and writing take a while each
+    NiftiWriter header;  // many small balls, so that reading, extracting and writing take some time
     constexpr int n = 128;
     header.dim = {3, n, n, n};
     std::vector<std::int16_t> samples;
@@ -198,7 +199,7 @@ TEST(Faults, KilledAtAnyTimeTheMeshIsOldOrWhole) {
         if (process.code == 0) {
             EXPECT_TRUE(left == whole);
         }
-        for (const auto& name : folder.files()) {  // what a killed process cannot remove says what it is
+        for (const auto& name : folder.files()) {  // a killed process cannot remove its temporary file
             EXPECT_TRUE(name == "scan.nii" || name == "mesh.stl" || name.starts_with(".marrow-")) << name;
             if (name.starts_with(".marrow-")) fs::remove(folder / name);
         }
@@ -206,7 +207,7 @@ TEST(Faults, KilledAtAnyTimeTheMeshIsOldOrWhole) {
     EXPECT_GT(killed, 0);
 }
 
-TEST(Faults, DevicesAreNoPlaceForAMesh) {
+TEST(Faults, DevicesAreRefused) {
     TemporaryFolder folder, scratch;
     const SmallScan scan = small_scans().front();
     scan.write(folder.path());
@@ -221,7 +222,7 @@ TEST(Faults, ReadOnlyFoldersAreRefused) {
     TemporaryFolder folder, scratch;
     const SmallScan scan = small_scans().front();
     scan.write(folder.path());
-    if (geteuid() == 0) {  // who may write into any folder but those of the kernel
+    if (geteuid() == 0) {  // root may write to any folder except those of the kernel
         const Process refused = run(command_for(scan, folder, "/sys/mesh.stl"), {}, scratch);
         EXPECT_EQ(refused.code, 3);
         EXPECT_NE(refused.err.find("cannot write '/sys/mesh.stl'"), refused.err.npos) << refused.err;

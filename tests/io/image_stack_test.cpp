@@ -1,4 +1,4 @@
-// Slices as pictures.
+// Volumes made of images: TIFF files with several pages, and folders of slices.
 #include <gtest/gtest.h>
 
 #include <tiffio.h>
@@ -11,7 +11,7 @@
 namespace marrow::test {
 namespace {
 
-TEST(ReadPictures, FolderOfSlicesInNaturalOrder) {
+TEST(ImageStack, FolderOfSlicesInNaturalOrder) {
     TemporaryFolder folder;
     ScanOptions options;
     options.spacing = Vec3d{0.5, 0.5, 2};
@@ -22,19 +22,19 @@ TEST(ReadPictures, FolderOfSlicesInNaturalOrder) {
         expected.insert(expected.end(), slice.begin(), slice.end());
     }
     write_file(folder / "notes.txt", "not a slice");
-    contains(refusal<GeometryError>(folder.path()), "--spacing");
+    contains(refusal<GeometryError>(folder.path()), "options.spacing");
     ScanInfo info;
     const Volume v = read_scan(folder.path(), options, &info);
     EXPECT_EQ(samples_of<std::uint16_t>(v), expected);
     expect_at(v.geometry(), {2, 1, 11}, {1, 0.5, 22});
-    EXPECT_EQ(info.format, "slices");
+    EXPECT_EQ(info.format, ScanFormat::slices);
     EXPECT_EQ(info.series.files, 12u);
 
     write_file(folder / "slice 5.png", png(2, 2, std::vector<std::uint16_t>{1, 2, 3, 4}));
     contains(refusal<InputError>(folder.path(), options), "slice 5.png");
 }
 
-TEST(ReadPictures, EightBitsAndColour) {
+TEST(ImageStack, EightBitsAndColour) {
     TemporaryFolder folder;
     ScanOptions options;
     options.spacing = Vec3d{1, 1, 1};
@@ -44,18 +44,18 @@ TEST(ReadPictures, EightBitsAndColour) {
     contains(refusal<InputError>(write_file(folder / "b.png", png(2, 1, grey, 3)), options), "colour");
 }
 
-TEST(ReadPictures, EqualChannelsAreGreyAndOthersColour) {
-    TemporaryFolder folder;
-    ScanOptions options;
-    options.spacing = Vec3d{1, 1, 1};
-    constexpr int columns = 16, rows = 8;
-    std::vector<std::uint8_t> grey;
-    std::vector<std::uint16_t> grey16;
-    for (int i = 0; i < columns * rows; ++i) {
-        grey.push_back(static_cast<std::uint8_t>(i));
-        grey16.push_back(static_cast<std::uint16_t>(500 * i));
+// Files with several channels, which hold the same grey image if the channels are equal.
+class ImageChannels : public testing::Test {
+  protected:
+    static constexpr int columns = 16, rows = 8;
+
+    ImageChannels() {
+        options.spacing = Vec3d{1, 1, 1};
+        for (int i = 0; i < columns * rows; ++i) grey.push_back(static_cast<std::uint8_t>(i));
     }
-    const auto tiff_of = [&](std::uint16_t channels, bool tiled, std::uint8_t odd) {
+
+    // A TIFF of RGB or RGB and opacity; `odd` changes a sample.
+    fs::path tiff_of(std::uint16_t channels, bool tiled, std::uint8_t odd) const {
         std::vector<std::uint8_t> samples = in_channels(grey, channels);
         samples[5] ^= odd;
         const fs::path path = folder / "t.tif";
@@ -78,21 +78,44 @@ TEST(ReadPictures, EqualChannelsAreGreyAndOthersColour) {
         }
         TIFFClose(out);
         return path;
-    };
-    const auto read = [&](const fs::path& path) { return read_scan(path, options); };
-    EXPECT_EQ(
-        samples_of<std::uint8_t>(read(write_file(folder / "a.bmp", bmp(columns, rows, grey, false, 24)))),
-        grey);
-    EXPECT_EQ(
-        samples_of<std::uint8_t>(read(write_file(folder / "a.bmp", bmp(columns, rows, grey, false, 32)))),
-        grey);
-    EXPECT_EQ(samples_of<std::uint8_t>(read(tiff_of(3, false, 0))), grey);
-    EXPECT_EQ(samples_of<std::uint8_t>(read(tiff_of(4, true, 0))), grey);
+    }
+
+    Volume read(const fs::path& path) const { return read_scan(path, options); }
+    void expect_grey(const fs::path& path) const { EXPECT_EQ(samples_of<std::uint8_t>(read(path)), grey); }
+    void expect_colour(const fs::path& path) const { contains(refusal<InputError>(path, options), "colour"); }
+
+    const TemporaryFolder folder;
+    ScanOptions options;
+    std::vector<std::uint8_t> grey;
+};
+
+TEST_F(ImageChannels, EqualChannelsAreGrey) {
+    expect_grey(write_file(folder / "a.bmp", bmp(columns, rows, grey, false, 24)));
+    expect_grey(write_file(folder / "a.bmp", bmp(columns, rows, grey, false, 32)));
+    expect_grey(tiff_of(3, false, 0));
+    expect_grey(tiff_of(4, true, 0));
+    // JPEG is lossy, but equal channels stay equal: the result is that of one channel.
+    EXPECT_EQ(samples_of<std::uint8_t>(
+                  read(write_file(folder / "a.jpg", jpeg_8(columns, rows, in_channels(grey, 3), 3)))),
+              samples_of<std::uint8_t>(read(write_file(folder / "b.jpg", jpeg_8(columns, rows, grey)))));
+}
+
+TEST_F(ImageChannels, OtherChannelsAreColour) {
+    expect_colour(tiff_of(3, false, 1));
+    expect_colour(tiff_of(4, true, 1));
+    expect_colour(write_file(folder / "a.bmp", bmp(columns, rows, grey, true, 24)));
+    std::vector<std::uint8_t> red = in_channels(grey, 3);
+    for (std::size_t i = 0; i < red.size(); i += 3) red[i] = 255;
+    expect_colour(write_file(folder / "a.jpg", jpeg_8(columns, rows, red, 3)));
+}
+
+TEST_F(ImageChannels, PngMayHaveOpaqueChannels) {
+    std::vector<std::uint16_t> grey16;
+    for (int i = 0; i < columns * rows; ++i) grey16.push_back(static_cast<std::uint16_t>(500 * i));
     for (const int channels : {2, 3, 4}) {
         SCOPED_TRACE(channels);
-        // two channels: grey and opacity
-        auto samples = in_channels(grey16, channels == 2 ? 4 : channels);
-        if (channels == 2) {
+        auto samples = in_channels(grey16, channels);
+        if (channels == 2) {  // grey and opacity
             samples.clear();
             for (const std::uint16_t sample : grey16) samples.insert(samples.end(), {sample, 65535});
         }
@@ -104,22 +127,9 @@ TEST(ReadPictures, EqualChannelsAreGreyAndOthersColour) {
             refusal<InputError>(write_file(folder / "a.png", png(columns, rows, samples, channels)), options);
         contains(why, channels == 3 ? "colour" : "transparent");
     }
-    // lossy, but equal channels come back equal: the same as of one channel
-    EXPECT_EQ(samples_of<std::uint8_t>(
-                  read(write_file(folder / "a.jpg", jpeg_8(columns, rows, in_channels(grey, 3), 3)))),
-              samples_of<std::uint8_t>(read(write_file(folder / "b.jpg", jpeg_8(columns, rows, grey)))));
-
-    contains(refusal<InputError>(tiff_of(3, false, 1), options), "colour");
-    contains(refusal<InputError>(tiff_of(4, true, 1), options), "colour");
-    contains(refusal<InputError>(write_file(folder / "a.bmp", bmp(columns, rows, grey, true, 24)), options),
-             "colour");
-    std::vector<std::uint8_t> red = in_channels(grey, 3);
-    for (std::size_t i = 0; i < red.size(); i += 3) red[i] = 255;
-    contains(refusal<InputError>(write_file(folder / "a.jpg", jpeg_8(columns, rows, red, 3)), options),
-             "colour");
 }
 
-TEST(ReadPictures, AnOddSliceIsNamedBeforeSamplesAreRead) {
+TEST(ImageStack, ADifferentSliceIsNamedBeforeSamplesAreRead) {
     TemporaryFolder folder;
     ScanOptions options;
     options.spacing = Vec3d{1, 1, 1};
@@ -135,7 +145,7 @@ TEST(ReadPictures, AnOddSliceIsNamedBeforeSamplesAreRead) {
     }
 }
 
-TEST(ReadPictures, ProgressGrowsAndStops) {
+TEST(ImageStack, ProgressGrowsAndStops) {
     TemporaryFolder folder;
     for (int k = 0; k < 8; ++k)
         write_file(folder / (std::to_string(k) + ".png"), png(2, 2, std::vector<std::uint8_t>(4)));
@@ -149,7 +159,7 @@ TEST(ReadPictures, ProgressGrowsAndStops) {
     };
     read_scan(folder.path(), options);
     EXPECT_EQ(last, 1);
-    for (int calls = 1; calls <= 18; ++calls) {  // a beginning and 8 files, twice
+    for (int calls = 1; calls <= 18; ++calls) {  // the start and 8 files, twice
         int left = calls;
         options.progress = [&](double) { return --left > 0; };
         options.threads = calls % 2 + 1;
@@ -157,7 +167,7 @@ TEST(ReadPictures, ProgressGrowsAndStops) {
     }
 }
 
-TEST(ReadPictures, TiffOfSeveralPages) {
+TEST(ImageStack, TiffOfSeveralPages) {
     TemporaryFolder folder;
     ScanOptions options;
     options.spacing = Vec3d{1, 1, 3};
@@ -170,11 +180,11 @@ TEST(ReadPictures, TiffOfSeveralPages) {
     EXPECT_EQ(samples_of<std::uint16_t>(v),
               (std::vector<std::uint16_t>{1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 65535}));
     EXPECT_EQ(v.geometry().dims[2], 2);
-    EXPECT_EQ(info.format, "TIFF");
-    contains(refusal<GeometryError>(path), "--spacing");
+    EXPECT_EQ(info.format, ScanFormat::tiff);
+    contains(refusal<GeometryError>(path), "options.spacing");
 }
 
-TEST(ReadPictures, BmpRunsFromTheBottom) {
+TEST(ImageStack, BmpRunsFromTheBottom) {
     TemporaryFolder folder;
     ScanOptions options;
     options.spacing = Vec3d{1, 1, 1};
@@ -185,7 +195,7 @@ TEST(ReadPictures, BmpRunsFromTheBottom) {
     contains(refusal<InputError>(write_file(folder / "a.bmp", bmp(3, 2, grey, true)), options), "colour");
 }
 
-TEST(ReadPictures, JpegWholeOrNotAtAll) {
+TEST(ImageStack, JpegWholeOrNotAtAll) {
     TemporaryFolder folder;
     ScanOptions options;
     options.spacing = Vec3d{1, 1, 1};
@@ -198,9 +208,9 @@ TEST(ReadPictures, JpegWholeOrNotAtAll) {
     }
 }
 
-TEST(ReadPictures, TiledTiff) {
+TEST(ImageStack, TiledTiff) {
     TemporaryFolder folder;
-    constexpr std::uint32_t width = 37, height = 21, side = 16;  // tiles reach beyond two edges
+    constexpr std::uint32_t width = 37, height = 21, side = 16;  // tiles extend beyond two edges
     TIFF* out = TIFFOpen((folder / "t.tif").c_str(), "w");
     for (std::uint32_t page = 0; page < 2; ++page) {
         TIFFSetField(out, TIFFTAG_IMAGEWIDTH, width);

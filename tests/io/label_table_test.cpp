@@ -1,3 +1,4 @@
+// read_label_table and default_label_colour.
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -18,7 +19,7 @@ LabelTable table_of(const std::string& text) {
 
 using Colour = std::array<double, 3>;
 
-TEST(LabelTable, ReadsSlicers) {
+TEST(LabelTable, ReadsTablesOf3DSlicer) {
     const LabelTable table = table_of(
         "# Color table file GenericAnatomyColors\n# 3 values\n0 background 0 0 0 0\n"
         "1 tissue 128 174 128 255\n2 left_lung 255 0 51 255\n");
@@ -27,7 +28,7 @@ TEST(LabelTable, ReadsSlicers) {
     EXPECT_EQ(table.at(2).colour, (Colour{1, 0, 0.2}));
 }
 
-TEST(LabelTable, ReadsItkSnaps) {
+TEST(LabelTable, ReadsTablesOfItkSnap) {
     const LabelTable table = table_of(
         "################\n# ITK-SnAP Label Description File\n################\n"
         "    0     0    0    0        0  0  0    \"Clear Label\"\n"
@@ -37,7 +38,7 @@ TEST(LabelTable, ReadsItkSnaps) {
     EXPECT_EQ(table.at(0).name, "Clear Label");
 }
 
-TEST(LabelTable, ReadsPlainOnes) {
+TEST(LabelTable, ReadsPlainTables) {
     const LabelTable table = table_of(
         "1 Precentral_L 2001\r\n2\tPrecentral R\n3, liver\n-4;\"the \xc3\xbc one\"\n7 vessel 2 "
         "9\n8,hot,255,0,0");
@@ -50,7 +51,7 @@ TEST(LabelTable, ReadsPlainOnes) {
     EXPECT_EQ(table.at(8).colour, (Colour{1, 0, 0}));
 }
 
-TEST(LabelTable, TakesQuotesWithinQuotesAndTheMarkOfUtf8) {
+TEST(LabelTable, AcceptsQuotesWithinQuotesAndAByteOrderMark) {
     const LabelTable table = table_of(
         "\xEF\xBB\xBF"
         "1 0 255 0  0.5 1 1  \"La \"\"grande\"\"\"\n2,\"a, b\",0,0,255\n");
@@ -60,7 +61,7 @@ TEST(LabelTable, TakesQuotesWithinQuotesAndTheMarkOfUtf8) {
     EXPECT_EQ(table.at(2).colour, (Colour{0, 0, 1}));
 }
 
-TEST(LabelTable, RefusesWithTheLine) {
+TEST(LabelTable, NamesTheLineOfAnError) {
     for (const char* text : {"1 a\nliver\n", "1 a\n2\n", "1 a\n1 b\n", "1 a\n1.5 b\n", "1 a\nnan b\n"}) {
         SCOPED_TRACE(text);
         try {

@@ -1,4 +1,4 @@
-// Files of several surfaces, 3MF and GLB, opened with readers that are not ours.
+// Files with several surfaces, 3MF and GLB, read by the libraries of other projects.
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
@@ -28,7 +28,7 @@
 namespace marrow::test {
 namespace {
 
-// Rotated and shifted, so that coordinates use all their digits and have both signs.
+// Rotated and shifted, so that coordinates have many digits and both signs.
 Mesh ball(double radius, double x) {
     Geometry g = grid(21, 22, 19);
     const double c = std::cos(0.3), s = std::sin(0.3);
@@ -39,7 +39,7 @@ Mesh ball(double radius, double x) {
     return extract_isosurface(volume, 0);
 }
 
-// Two surfaces with what names may hold.
+// Two surfaces with difficult names.
 struct Two {
     const Mesh first = ball(4, 0), second = ball(5, 100);
     const std::string first_name = "Skull & \"<jaw>\" ü", second_name = "skin\\2";
@@ -54,7 +54,7 @@ struct ReadObject {
     std::vector<Triangle> triangles;
 };
 
-// As lib3mf reads it, in strict mode.
+// Reads a file by lib3mf in strict mode.
 std::vector<ReadObject> read_3mf(const std::filesystem::path& file) {
     using namespace NMR;
     std::vector<ReadObject> objects;
@@ -153,7 +153,7 @@ TEST(Write3mf, TheSameBytesEveryTime) {
     EXPECT_TRUE(read_file(folder / "a.3mf") == read_file(folder / "b.3mf"));
 }
 
-TEST(WriteMeshes, NamesThatAreNoTextAreMended) {
+TEST(WriteMeshes, InvalidNamesAreReplaced) {
     const TemporaryFolder folder;
     const Mesh mesh = ball(4, 0);
     const MeshObject odd{&mesh,
@@ -175,7 +175,7 @@ TEST(WriteMeshes, NamesThatAreNoTextAreMended) {
                  "c\xef\xbf\xbd");
 }
 
-// Metres, y up, the patient's left at x and front at z.
+// Converts to metres, y up, left at +x, front at +z.
 Vec3f in_gltf(const Vec3f& v, double scale) {
     return {static_cast<float>(v[0] * scale), static_cast<float>(v[2] * scale),
             static_cast<float>(-v[1] * scale)};
@@ -216,7 +216,7 @@ TEST(WriteGlb, ReadsBackInAssimpInMetresWithYUp) {
     }
 }
 
-TEST(WriteGlb, HasAxesOfItsOwn) {
+TEST(WriteGlb, HasItsOwnAxes) {
     const TemporaryFolder folder;
     EXPECT_THROW(write_mesh(ball(4, 0), folder / "a.glb", {.space = Space::RAS}), InputError);
     EXPECT_TRUE(folder.files().empty());
@@ -276,7 +276,7 @@ TEST(WriteMeshes, VtpKeepsSurfacesApart) {
     EXPECT_EQ(static_cast<float>(p[0]), two.second.points[two.second.triangles[0][0]][0]);
 }
 
-TEST(WriteMeshes, RefusesSeveralWhereOneFits) {
+TEST(WriteMeshes, RefusesSeveralInAFormatForOne) {
     const TemporaryFolder folder;
     const Two two;
     EXPECT_THROW(write_meshes(two.objects, folder / "a.stl"), InputError);

@@ -1,4 +1,4 @@
-// What each case of NIfTI becomes, row by row: the table is in docs/reliability.md.
+// The rows of the NIfTI table in docs/reliability.md.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -53,7 +53,7 @@ void expect_nifti_type(std::int16_t datatype, bool big_endian) {
     EXPECT_EQ(samples_of<T>(v), values);
 }
 
-TEST(NiftiTable, TypesStayAsTheyAre) {
+TEST(NiftiTable, TypesAreKept) {
     for (const bool big : {false, true}) {
         expect_nifti_type<std::uint8_t>(2, big);
         expect_nifti_type<std::int16_t>(4, big);
@@ -138,7 +138,7 @@ TEST(NiftiTable, FourDimensionsNeedAVolume) {
             data);
     for (const auto& path : {plain, zipped, meta}) {
         SCOPED_TRACE(path.filename());
-        contains(refusal<GeometryError>(path), "6 volumes; choose one with --volume");
+        contains(refusal<GeometryError>(path), "6 volumes; choose one from 0 to 5 with options.volume");
         ScanOptions options;
         options.volume = 4;
         const auto read = samples_of<std::int16_t>(read_scan(path, options));
@@ -149,12 +149,12 @@ TEST(NiftiTable, FourDimensionsNeedAVolume) {
         options.volume = -1;
         refusal<GeometryError>(path, options);
     }
-    // the last volume must be there even when the first is asked for
+    // The last volume must exist even if the first is read.
     write_file(folder / "a.nii", series.header() + data.substr(0, data.size() - 1));
     ScanOptions first;
     first.volume = 0;
     contains(refusal<InputError>(folder / "a.nii", first), "truncated");
-    // an axis of one value is none
+    // An axis with one value is ignored.
     series.dim = {5, nx, ny, nz, 1, 1};
     EXPECT_EQ(samples_of<std::int16_t>(
                   read_scan(write_file(folder / "a.nii", series.header() + bytes_of(samples())))),

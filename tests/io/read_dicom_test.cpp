@@ -1,4 +1,4 @@
-// DICOM beside what dicom_table_test.cpp asks.
+// DICOM cases that are not in the tables of docs/reliability.md.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 namespace marrow::test {
 namespace {
 
-TEST(ReadDicom, ObliqueSlicesLieWhereTheHeaderSays) {
+TEST(ReadDicom, ObliqueSlicesHaveThePositionsOfTheHeader) {
     TemporaryFolder folder;
     // rows run along (0.8, 0.6, 0), columns down (0, 0, -1): the normal is (-0.6, 0.8, 0)
     write_series(folder, 3, "s", [](DicomWriter& s, int k) {
@@ -65,7 +65,8 @@ TEST(ReadDicom, TheLimitsOfInt16AreKeptAndOneMoreGivesFloat) {
                         s.rescale(std::to_string(slope), std::to_string(intercept));
                     });
                     const Volume read = read_scan(folder.path());
-                    const bool fits = more == 0 && intercept >= -32768 && intercept <= 32767;  // of 0 and 1
+                    const bool fits =
+                        more == 0 && intercept >= -32768 && intercept <= 32767;  // for samples 0 and 1
                     ASSERT_EQ(read.type(), fits ? SampleType::int16 : SampleType::float32);
                     if (fits)
                         EXPECT_EQ(read.samples<std::int16_t>()[5], limit);
@@ -147,7 +148,7 @@ TEST(ReadDicom, TruncatedAnywhereIsNeverRead) {
         ScanOptions options;
         options.spacing = Vec3d{1, 1, 1};
         EXPECT_NO_THROW(read_scan(writer.write(folder / "one"), options));
-        // the last bytes of run lengths and of deflated data are padding and a mark of the end
+        // The last bytes of run lengths and of deflated data are padding and an end mark.
         const std::size_t padding = form == Form::run_length ? 10 : form == Form::deflated ? 8 : 0;
         for (std::size_t size = 0; size + padding < whole.size(); ++size) {
             write_file(folder / "one", whole.substr(0, size));
@@ -176,7 +177,7 @@ TEST(ReadDicom, FlippedBytesNeverCrash) {
                     ScanOptions options;
                     if (n % 2) options.spacing = Vec3d{1, 1, 1};
                     read_scan(folder / "one", options);
-                } catch (const Error&) {  // anything else fails the test
+                } catch (const Error&) {  // any other exception fails the test
                 }
             }
         }
@@ -195,7 +196,7 @@ TEST(ReadDicom, ProgressGrowsAndStops) {
     };
     read_scan(folder.path(), options);
     EXPECT_EQ(last, 1);
-    for (int calls = 1; calls <= 18; ++calls) {  // a beginning and 8 files, twice
+    for (int calls = 1; calls <= 18; ++calls) {  // the start and 8 files, twice
         int left = calls;
         options.progress = [&](double) { return --left > 0; };
         options.threads = calls % 2 + 1;

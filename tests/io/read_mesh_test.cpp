@@ -1,3 +1,4 @@
+// read_mesh: STL, PLY, OBJ and VTP, as Marrow and others write them, and damaged.
 #include <gtest/gtest.h>
 
 #include <vtkCellArray.h>
@@ -68,7 +69,7 @@ TEST_F(ReadMesh, ReadsBackWhatIsWrittenInEitherSpace) {
              {"a.ply", "a.obj", "a.vtp", "a.stl", "a.3mf", "a.ply.gz", "a.obj.gz", "a.stl.gz"}) {
             const fs::path file = folder / name;
             write_mesh(mesh, file, {space, {}});
-            std::optional<Space> stated;
+            Space stated = Space::none;
             const Mesh read = read_mesh(file, &stated);
             EXPECT_EQ(stated, space) << name;
             if (mesh_format(file) != MeshFormat::stl) {
@@ -85,9 +86,9 @@ TEST_F(ReadMesh, ReadsBackWhatIsWrittenInEitherSpace) {
 TEST_F(ReadMesh, ReadsWhatVtkWrites) {
     const auto data = poly_data(mesh);
     const auto same_surface = [&](const fs::path& file) {
-        std::optional<Space> stated = Space::RAS;
+        Space stated = Space::RAS;
         const Mesh read = read_mesh(file, &stated);
-        EXPECT_FALSE(stated) << "VTK does not say";
+        EXPECT_EQ(stated, Space::none) << "VTK states no space";
         EXPECT_EQ(triangle_positions(read), triangle_positions(mesh)) << file;
     };
     const auto write_with = [&](auto& writer, const char* name, auto... settings) {
@@ -164,37 +165,37 @@ TEST_F(ReadMesh, RefusesCompressedFilesThatAreCutOffOrDamaged) {
             EXPECT_THROW(read_mesh(write(std::string("cut-") + name, whole.substr(0, size))), InputError)
                 << name << " " << size;
         std::string damaged = whole;
-        damaged[whole.size() - 6] ^= 1;  // of the checksum
+        damaged[whole.size() - 6] ^= 1;  // in the checksum
         EXPECT_THROW(read_mesh(write(std::string("bad-") + name, damaged)), InputError) << name;
         EXPECT_THROW(read_mesh(write(std::string("plain-") + name, "not compressed")), InputError) << name;
     }
-    // Of several streams, as gzip appends them.
+    // Several gzip streams, one after the other.
     write_mesh(mesh, folder / "a.obj.gz");
     const std::string once = read_file(folder / "a.obj.gz");
     const Mesh twice = read_mesh(write("b.obj.gz", once + once));
     EXPECT_EQ(twice.points.size(), 2 * mesh.points.size());
 }
 
-TEST_F(ReadMesh, NeverBelievesDamagedBytes) {
+TEST_F(ReadMesh, DamagedBytesNeverGiveAnInvalidMesh) {
     Random random(4);
     for (const char* name : {"a.stl", "a.ply", "a.obj", "a.vtp", "a.stl.gz", "a.obj.gz"}) {
         write_mesh(mesh, folder / name);
         const std::string whole = read_file(folder / name);
         for (int trial = 0; trial < 300; ++trial) {
             std::string damaged = whole;
-            // Headers are where most can go wrong.
+            // Most errors are possible in headers.
             const std::size_t reach = trial % 2 ? std::min<std::size_t>(1500, whole.size()) : whole.size();
             for (int i = 0; i < 3; ++i) damaged[random() % reach] = static_cast<char>(random());
             try {
                 const Mesh read = read_mesh(write(std::string("b-") + name, damaged));
-                measure(read);  // throws where a triangle names no point
+                measure(read);  // throws if a triangle names a missing point
             } catch (const Error&) {
             }
         }
     }
 }
 
-TEST_F(ReadMesh, RefusesWhatItDoesNotKnow) {
+TEST_F(ReadMesh, RefusesOtherFiles) {
     EXPECT_THROW(read_mesh(write("a.stl", "not a mesh")), InputError);
     EXPECT_THROW(read_mesh(write("a.off", "OFF")), InputError);
     EXPECT_THROW(read_mesh(write("a.obj", "v 0 0 0\nf 1 1 2\n")), InputError);

@@ -1,4 +1,4 @@
-// NRRD and MetaImage, and what all volume files share; NIfTI's own cases are in nifti_table_test.cpp.
+// read_scan, inspect_scan and open_slices for NRRD and MetaImage, and features of all volume files.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -79,9 +79,9 @@ TEST(ReadNrrd, LeftHandedSpaceIsNotMirrored) {
             .geometry();
     };
     expect_at(read("3D-left-handed"), {1, 1, 1}, {2, 3, -4});
-    contains(info.warnings.at(0), "does not say how the patient lies");
+    contains(info.warnings.at(0), "does not state the orientation");
     expect_at(read("3D-right-handed"), {1, 1, 1}, {2, 3, 4});
-    contains(info.warnings.at(0), "does not say how the patient lies");
+    contains(info.warnings.at(0), "does not state the orientation");
 }
 
 TEST(ReadGeometry, WithoutASpacingOneMustBeGivenAndOnlyThen) {
@@ -91,11 +91,11 @@ TEST(ReadGeometry, WithoutASpacingOneMustBeGivenAndOnlyThen) {
     const fs::path bare = write_file(folder / "n.nrrd", nrrd("\n") + bytes_of(samples()));
     const fs::path bare_too = write_file(folder / "m.mha", metaimage("") + bytes_of(samples()));
     for (const auto& path : {bare, bare_too}) {
-        contains(refusal<GeometryError>(path), "--spacing");
+        contains(refusal<GeometryError>(path), "options.spacing");
         EXPECT_EQ(read_scan(path, options).geometry().spacing[2], 2);
     }
     const fs::path own = write_file(folder / "n.nii", nifti().header() + bytes_of(samples()));
-    contains(refusal<InputError>(own, options), "spacing of its own");
+    contains(refusal<InputError>(own, options), "states its spacing");
 }
 
 TEST(ReadGeometry, BadNumbersAreRefused) {
@@ -140,7 +140,7 @@ TEST(ReadVolume, MoreThanOneValuePerPointIsRefused) {
         "one value per point");
 }
 
-TEST(ReadNrrd, WaysToPlaceTheData) {
+TEST(ReadNrrd, DataMayBeInOtherFiles) {
     TemporaryFolder folder;
     const std::string data = bytes_of(samples()), space = "spacings: 1 1 1\n";
     write_file(folder / "data.raw", data);
@@ -151,7 +151,7 @@ TEST(ReadNrrd, WaysToPlaceTheData) {
     write_file(folder / "sub/s08.raw", data.substr(data.size() / 2));
     const std::vector<std::string> headers = {
         nrrd(space + "data file: data.raw\n"),
-        nrrd(space + "datafile: ./data.raw"),  // no line end
+        nrrd(space + "datafile: ./data.raw"),  // no newline
         nrrd(space + "byte skip: 12\ndata file: later.raw\n"),
         nrrd(space + "byte skip: -1\ndata file: later.raw\n"),
         nrrd(space + "data file: data.raw.gz\n", "gzip"),
@@ -175,7 +175,7 @@ TEST(ReadNrrd, WaysToPlaceTheData) {
              "missing.raw");
 }
 
-TEST(ReadMetaImage, WaysToPlaceTheData) {
+TEST(ReadMetaImage, DataMayBeInOtherFiles) {
     TemporaryFolder folder;
     const std::string data = bytes_of(samples()), space = "ElementSpacing = 1 1 1\n";
     write_file(folder / "data.raw", data);
@@ -248,9 +248,9 @@ TEST(ReadVolume, ClaimsBeyondTheFileAreRefusedAtOnce) {
     }
 }
 
-// --- what cannot be read
+// --- invalid input
 
-TEST(ReadScan, MissingEmptyAndForeign) {
+TEST(ReadScan, MissingEmptyAndOtherFilesAreRefused) {
     TemporaryFolder folder;
     contains(refusal<IoError>(folder / "nothing.nii"), "no such file");
     fs::create_directory(folder / "empty");
@@ -262,7 +262,7 @@ TEST(ReadScan, MissingEmptyAndForeign) {
     contains(refusal<InputError>(write_file(folder / "letter.txt", "Dear colleague")), "not a scan");
     contains(refusal<InputError>(write_file(folder / "zero.nii", "")), "not a NIfTI file");
     refusal<IoError>("/dev/null");
-    EXPECT_THROW(list_series(folder / "nothing.nii"), IoError);
+    EXPECT_THROW(inspect_scan(folder / "nothing.nii"), IoError);
 }
 
 TEST(ReadScan, NamesInMessagesAreEscaped) {
@@ -270,13 +270,12 @@ TEST(ReadScan, NamesInMessagesAreEscaped) {
     contains(refusal<InputError>(write_file(folder / "a\nb\x1b[31m.nii", "no")), "a\\x0ab\\x1b[31m.nii");
 }
 
-TEST(ReadScan, ListingNeedsNoSamples) {
+TEST(InspectScan, NeedsNoSamples) {
     TemporaryFolder folder;
-    std::string format;
-    const auto series = list_series(write_file(folder / "n.nii", nifti().header()), &format);
-    ASSERT_EQ(series.size(), 1u);
-    EXPECT_EQ(format, "NIfTI");
-    EXPECT_EQ(series[0].dims, (std::array<std::int64_t, 3>{nx, ny, nz}));
+    const ScanReport report = inspect_scan(write_file(folder / "n.nii", nifti().header()));
+    ASSERT_EQ(report.series.size(), 1u);
+    EXPECT_EQ(report.format, ScanFormat::nifti);
+    EXPECT_EQ(report.series[0].series.dims, (std::array<std::int64_t, 3>{nx, ny, nz}));
 }
 
 TEST(ReadScan, TruncatedAnywhereIsNeverReadAndNothingIsPrinted) {
@@ -299,7 +298,7 @@ TEST(ReadScan, TruncatedAnywhereIsNeverReadAndNothingIsPrinted) {
         if (picture) options.spacing = Vec3d{1, 1, 1};
         EXPECT_NO_THROW(read_scan(write_file(path, whole), options));
         const std::size_t marks =
-            (path.extension() == ".png") ? 16 : 0;  // what follows a PNG's pixels: a checksum and an end
+            (path.extension() == ".png") ? 16 : 0;  // a checksum and an end mark follow the pixels of a PNG
         for (std::size_t size = 0; size + marks < whole.size(); ++size) {
             write_file(path, whole.substr(0, size));
             EXPECT_THROW(read_scan(path, options), Error) << size << " of " << whole.size();
@@ -335,7 +334,7 @@ TEST(ReadScan, FlippedBytesNeverCrash) {
                 ScanOptions options;
                 if (n % 2) options.spacing = Vec3d{1, 1, 1};
                 read_scan(path, options);
-            } catch (const Error&) {  // anything else fails the test
+            } catch (const Error&) {  // any other exception fails the test
             }
         }
     }
@@ -355,7 +354,7 @@ TEST(ReadScan, RawFilesReportProgressAndStop) {
     EXPECT_EQ(calls, 3);
 }
 
-// Reads a file whole and slice by slice.
+// Reads a file as a whole and slice by slice.
 void expect_same_slices(const fs::path& file) {
     const Volume whole = read_scan(file);
     const SliceSource source = open_slices(file);
@@ -377,7 +376,7 @@ void expect_same_slices(const fs::path& file) {
     }
 }
 
-TEST(ReadSlices, AreThoseOfTheWholeVolume) {
+TEST(OpenSlices, GivesTheSamplesOfReadScan) {
     TemporaryFolder folder;
     std::vector<std::int16_t> samples(5 * 4 * 6);
     for (std::size_t i = 0; i < samples.size(); ++i) samples[i] = static_cast<std::int16_t>(i * 771);
@@ -388,7 +387,7 @@ TEST(ReadSlices, AreThoseOfTheWholeVolume) {
         const std::string endian = big ? "endian: big\n" : "endian: little\n";
         expect_same_slices(
             write_file(folder / "a.nrrd", header + endian + "encoding: raw\n\n" + bytes_of(samples, big)));
-        // Two slices to a file.
+        // Two slices in each file.
         for (int part = 0; part < 3; ++part) {
             const std::vector<std::int16_t> share(samples.begin() + 40 * part,
                                                   samples.begin() + 40 * (part + 1));

@@ -1,4 +1,4 @@
-// Real scans, where they are at hand.
+// Real scans, if MARROW_TEST_DATA names a folder with them.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -26,7 +26,7 @@ double farthest_corner(const Geometry& a, const Geometry& b) {
     return out;
 }
 
-// The NRRD header names a left-handed space and lists the slices from the top: the same head, 92 slices
+// The NRRD header names a left-handed space and lists the slices from the top: the same head is 92 slices
 // higher.
 TEST(ReadReal, SmallHeadIsTheSameInDicomAndNrrd) {
     MARROW_TEST_SCAN(dicom, "slicer_cthead_dcm");
@@ -49,7 +49,7 @@ TEST(ReadReal, SmallHeadIsTheSameInDicomAndNrrd) {
     }
 }
 
-// Every point of one surface lies within 1e-3 mm of one of the other's.
+// Every point of one surface is within 1e-3 mm of a point of the other.
 void expect_points_among(const Mesh& points, const Mesh& others, float shift_z) {
     using Cell = std::array<long, 3>;
     const auto cell_of = [](const Vec3f& p) {
@@ -90,13 +90,13 @@ TEST(ReadReal, HeadAndFeetUnderOneSeriesNumberAreTwoVolumes) {
     TemporaryFolder folder;
     fs::copy(head, folder / "a", fs::copy_options::recursive);
     fs::copy(feet, folder / "b", fs::copy_options::recursive);
-    const auto series = list_series(folder.path());
+    const auto series = inspect_scan(folder.path()).series;
     ASSERT_EQ(series.size(), 2u);
-    EXPECT_EQ(series[0].dims[2], 234);
-    EXPECT_EQ(series[1].dims[2], 150);
+    EXPECT_EQ(series[0].series.dims[2], 234);
+    EXPECT_EQ(series[1].series.dims[2], 150);
     contains(refusal<GeometryError>(folder.path()), "2 series");
     ScanOptions options;
-    options.series = series[1].id;
+    options.series = series[1].series.id;
     EXPECT_EQ(read_scan(folder.path(), options).geometry().dims[2], 150);
 }
 
@@ -105,7 +105,7 @@ TEST(ReadReal, TiltedScanWithGapsIsRefused) {
     contains(refusal<GeometryError>(scan), "uneven");
 }
 
-TEST(ReadReal, TiltedScanWithGapsIsResampledInPlace) {
+TEST(ReadReal, TiltedScanWithGapsIsResampled) {
     MARROW_TEST_SCAN(scan, "qa_ct_ge_tilt");
     ScanOptions options;
     options.resample = true;
@@ -124,7 +124,7 @@ TEST(ReadReal, UnevenAndMixedSetsAreRefused) {
     contains(refusal<GeometryError>(sets / "sliceincrement/001"), "uneven: 10 mm between");
     contains(refusal<GeometryError>(sets / "sliceincrement/002"), "uneven: 1.499 mm between");
     contains(refusal<GeometryError>(sets / "sliceorientation/001"), "2 series");
-    contains(refusal<GeometryError>(sets / "notavolume/001"), "same place");
+    contains(refusal<GeometryError>(sets / "notavolume/001"), "same position");
 }
 
 TEST(ReadReal, TiltedScanIsSheared) {
@@ -140,9 +140,9 @@ TEST(ReadReal, TiltedScanIsSheared) {
 TEST(ReadReal, EveryTransferSyntaxDecodesToTheSamePixels) {
     MARROW_TEST_SCAN(images, "n_cornerstone3d_ctimage/nasty_dicom/cornerstone3d/testImages");
     const auto pixels = [](const fs::path& file) {
-        TemporaryFolder folder;  // alone: beside each other they are slices at one place
+        TemporaryFolder folder;  // alone, because together they are slices with the same position
         fs::copy(file, folder / "one.dcm");
-        const Vec3d in_plane = list_series(folder.path()).at(0).spacing;
+        const Vec3d in_plane = inspect_scan(folder.path()).series.at(0).series.spacing;
         ScanOptions options;
         options.spacing = Vec3d{in_plane[0], in_plane[1], 1};
         const Volume v = read_scan(folder.path(), options);
@@ -182,12 +182,12 @@ TEST(ReadReal, EveryTransferSyntaxDecodesToTheSamePixels) {
 
 TEST(ReadReal, TwoEchoesAreTwoSeries) {
     MARROW_TEST_SCAN(scan, "knee_t2_2echo_bigendian");
-    const auto series = list_series(scan);
+    const auto series = inspect_scan(scan).series;
     ASSERT_EQ(series.size(), 2u);
     ScanOptions options;
-    options.series = series[0].id;
+    options.series = series[0].series.id;
     const Volume first = read_scan(scan, options);
-    options.series = series[1].id;
+    options.series = series[1].series.id;
     const Volume second = read_scan(scan, options);
     EXPECT_EQ(first.geometry().dims[2], 24);
     EXPECT_NEAR(first.geometry().spacing[2], 4, 1e-3);
@@ -204,16 +204,16 @@ TEST(ReadReal, EnhancedMultiFrame) {
     EXPECT_EQ(info.series.files, 1u);
 }
 
-TEST(ReadReal, DicomAndItsLabelsInNiftiCoverTheSamePlace) {
+TEST(ReadReal, DicomAndItsLabelsInNiftiHaveTheSameExtent) {
     MARROW_TEST_SCAN(dicom, "totalseg/totalseg/example_ct_dicom");
     MARROW_TEST_SCAN(nifti, "totalseg/totalseg/example_seg_dicom.nii.gz");
     const Geometry a = read_scan(dicom).geometry(), b = read_scan(nifti).geometry();
-    // the rows run the other way in NIfTI
+    // The rows have the opposite direction in NIfTI.
     expect_at(b, {0, static_cast<double>(b.dims[1] - 1), 0}, a.origin, 1e-3);
     expect_at(b, {10, static_cast<double>(b.dims[1] - 1) - 20, 5}, a.physical({10, 20, 5}), 1e-3);
 }
 
-TEST(ReadReal, OneScanInNrrdAndMetaImage) {
+TEST(ReadReal, OneScanIsTheSameInNrrdAndMetaImage) {
     MARROW_TEST_SCAN(folder, "n_nifti/nasty_nifti/i2nii/test");
     const Volume a = read_scan(folder / "nrrd.nhdr"), b = read_scan(folder / "mha.mha");
     EXPECT_EQ(samples_of<std::int16_t>(a), samples_of<std::int16_t>(b));
@@ -229,8 +229,8 @@ TEST(ReadReal, BothByteOrdersAndVersionsOfNifti) {
     EXPECT_LT(farthest_corner(one.geometry(), two.geometry()), 1e-6);
 }
 
-// Each odd file is read or refused in one line; nothing is printed, and nothing else is thrown.
-TEST(ReadReal, OddFilesAreReadOrRefused) {
+// Each unusual file is read, or refused with a message of one line. Nothing is printed.
+TEST(ReadReal, UnusualFilesAreReadOrRefused) {
     const char* root = std::getenv("MARROW_TEST_DATA");
     if (!root) GTEST_SKIP() << "no MARROW_TEST_DATA";
     int read = 0, refused = 0;

@@ -1,3 +1,4 @@
+// write_mesh, write_meshes and MeshFiles.
 #include <cmath>
 #include <cstring>
 #include <ostream>
@@ -28,7 +29,7 @@ namespace {
 
 using Names = std::set<std::string>;
 
-// Rotated and shifted, so that coordinates use all their digits and have both signs.
+// Rotated and shifted, so that coordinates have many digits and both signs.
 Mesh ball() {
     Geometry g = grid(17, 18, 19);
     const double c = std::cos(0.3), s = std::sin(0.3);
@@ -88,7 +89,7 @@ std::vector<Triangle> triangles(vtkPolyData* data) {
     return result;
 }
 
-// Bit for bit: 0 and -0 differ.
+// Compares bits: 0 and -0 differ.
 template <class T, class Container>
 bool same_bits(const std::vector<T>& a, const Container& b) {
     return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0;
@@ -133,7 +134,7 @@ TEST_P(EveryFormat, ReadsBackWithTheSameBits) {
     const auto data = read_back(file);
     const std::vector<Vec3f> expected = in_space(mesh.points, space);
     const std::vector<Vec3f> points = vectors(data->GetPoints()->GetData());
-    if (mesh_format(file) == MeshFormat::stl) {  // three points of its own for each triangle
+    if (mesh_format(file) == MeshFormat::stl) {  // each triangle has three points of its own
         std::vector<Vec3f> corners;
         for (const Triangle& t : mesh.triangles) {
             for (const std::uint32_t p : t) corners.push_back(expected[p]);
@@ -147,7 +148,7 @@ TEST_P(EveryFormat, ReadsBackWithTheSameBits) {
     }
 }
 
-TEST_P(EveryFormat, SaysItsSpaceWhere3DSlicerLooks) {
+TEST_P(EveryFormat, StatesItsSpaceWhere3DSlicerReadsIt) {
     const auto [ending, space] = GetParam();
     const TemporaryFolder folder;
     const auto file = folder / (std::string("ball.") + ending);
@@ -240,7 +241,7 @@ TEST(WriteStl, GivesATriangleWithoutAreaNoNormal) {
     EXPECT_EQ(read_file(folder / "line.stl").substr(84, 12), std::string(12, '\0'));
 }
 
-TEST(WriteMesh, TakesEndingsInEitherCase) {
+TEST(WriteMesh, AcceptsExtensionsInEitherCase) {
     EXPECT_EQ(mesh_format("a/B.STL"), MeshFormat::stl);
     EXPECT_EQ(mesh_format("a.b.Ply"), MeshFormat::ply);
     EXPECT_EQ(mesh_format("a.Obj.GZ"), MeshFormat::obj);
@@ -282,7 +283,7 @@ TEST(MeshFiles, AppearTogetherOrNotAtAll) {
     EXPECT_EQ(folder.files(), Names{"a.stl"});
     EXPECT_EQ(read_file(folder / "a.stl"), "old");
 
-    // One that was cut off is not in the set.
+    // A file that failed is not in the set.
     MeshFiles files;
     EXPECT_THROW(files.write({&object, 1}, folder / "c.vtp", {Space::LPS, [](double) { return false; }}),
                  Cancelled);
@@ -293,8 +294,8 @@ TEST(MeshFiles, AppearTogetherOrNotAtAll) {
     EXPECT_EQ(read_mesh(folder / "a.stl").triangles.size(), mesh.triangles.size());
 }
 
-// A label map may have more labels than a process may have files open.
-TEST(MeshFiles, AreNotHeldOpen) {
+// A label map may have more labels than a process may have open files.
+TEST(MeshFiles, AreNotKeptOpen) {
     const TemporaryFolder folder;
     const Mesh mesh = ball();
     const MeshObject object{&mesh};

@@ -33,7 +33,7 @@ TEST(Simplify, ReachesTheCountAndStaysNear) {
         const Mesh reduced = simplify(mesh, {.triangles = triangles}, &stats);
         EXPECT_EQ(manifold_fault(reduced), "");
         EXPECT_EQ(static_cast<std::int64_t>(reduced.triangles.size()), triangles);
-        // A sphere's best approximation by n triangles lies about 4 sqrt(3) pi r / (9 n) away (Fejes Toth).
+        // The best n triangles are about 4 sqrt(3) pi r / (9 n) away from a sphere (Fejes Toth).
         const double best = 4 * std::sqrt(3) * M_PI * 15 / (9 * static_cast<double>(triangles));
         EXPECT_LT(stats.deviation.mean, 2 * best);
         const MeshDistance again = mesh_distance(mesh, reduced);

@@ -1,4 +1,4 @@
-// Pixels as compressed DICOM has them, by small encoders that share nothing with the readers.
+/// Small encoders for the compressed pixels of DICOM. They share no code with the readers.
 #pragma once
 
 #include <charls/charls.h>
@@ -14,7 +14,7 @@
 
 namespace marrow::test {
 
-/// Bits of JPEG: the highest first, a zero byte after each 0xff.
+/// The bits of a JPEG stream: highest first, with a zero byte after each 0xff.
 class JpegBits {
   public:
     void put(std::uint32_t bits, int count) {
@@ -26,7 +26,7 @@ class JpegBits {
             filled_ = 0;
         }
     }
-    /// A difference: its size as a code of five bits, then its bits.
+    /// Appends a difference: its size as a code of five bits, then its bits.
     void put_difference(int value) {
         int size = 0;
         while (std::abs(value) >> size) ++size;
@@ -49,8 +49,8 @@ inline std::string jpeg_segment(int marker, const std::string& content) {
            bytes_of(static_cast<std::uint16_t>(content.size() + 2), true) + content;
 }
 
-/// The start of a grey JPEG: sizes from 0 to 16 have codes of five bits; the only AC code is one zero bit: end of
-/// block.
+/// The start of a grey JPEG. Sizes from 0 to 16 have codes of five bits. The only AC code is one zero bit:
+/// end of block.
 inline std::string jpeg_start(int frame_marker, int bits, int columns, int rows) {
     std::string dc = std::string(1, '\0') + std::string(4, '\0') + '\x11' + std::string(11, '\0');
     for (char size = 0; size <= 16; ++size) dc += size;
@@ -68,7 +68,7 @@ inline std::string jpeg_scan(int first, int last, int approximation, const std::
            bits;
 }
 
-/// Lossless JPEG with any of the seven predictors; with a restart after each row where asked.
+/// Lossless JPEG with one of the seven predictors, perhaps with a restart after each row.
 inline std::string lossless_jpeg(int columns, int rows, const std::vector<std::uint16_t>& samples, int bits,
                                  int predictor, bool restarts) {
     std::string out = jpeg_start(0xc3, bits, columns, rows);
@@ -101,17 +101,17 @@ inline std::string lossless_jpeg(int columns, int rows, const std::vector<std::u
     return out + jpeg_scan(predictor, 0, 0, coded) + "\xff\xd9";
 }
 
-/// JPEG by cosine transform of a picture that is flat in each block of 8 x 8: `values`, one for each block, are
-/// kept exactly. Progressive: the lowest bit comes in a scan of its own, at last.
+/// Lossy JPEG of an image that is constant in each block of 8 x 8, so that the `values` of the blocks are
+/// exact. If progressive, the lowest bit is in a scan of its own at the end.
 inline std::string flat_jpeg(int columns, int rows, const std::vector<int>& values, int bits,
                              bool progressive) {
-    // a quantization of 1: the first coefficient is 8 times the value about the middle
+    // With quantization 1, the first coefficient is 8 times the difference from the middle value.
     std::string out = jpeg_start(progressive ? 0xc2 : 0xc1, bits, columns, rows);
     out.insert(2, jpeg_segment(0xdb, std::string(1, '\0') + std::string(64, '\1')));
     JpegBits code, rest, ends;
     int last = 0;
     for (const int value : values) {
-        const int c = 8 * (value - (1 << (bits - 1))) + 1;  // + 1: a lowest bit to send, lost in rounding
+        const int c = 8 * (value - (1 << (bits - 1))) + 1;  // + 1 sets the lowest bit, which rounding removes
         const int sent = progressive ? c >> 1 : c;
         code.put_difference(sent - last);
         last = sent;
@@ -144,7 +144,7 @@ inline std::string jpeg_2000(int columns, int rows, const std::vector<std::uint1
     std::copy(samples.begin(), samples.end(), image->comps[0].data);
     opj_cparameters_t parameters;
     opj_set_default_encoder_parameters(&parameters);
-    parameters.numresolution = 1;  // pictures of a few samples
+    parameters.numresolution = 1;  // images of a few samples
     parameters.tcp_numlayers = 1;
     parameters.cp_disto_alloc = 1;
     opj_codec_t* codec = opj_create_compress(OPJ_CODEC_J2K);
@@ -165,7 +165,7 @@ inline std::string jpeg_2000(int columns, int rows, const std::vector<std::uint1
     return out;
 }
 
-/// Pads to an even number of bytes, as fragments must have.
+/// Pads to an even number of bytes, as fragments require.
 inline std::string even(std::string stream) {
     if (stream.size() % 2 != 0) stream += '\0';
     return stream;

@@ -1,4 +1,4 @@
-// A scan of 4 x 3 x 2 samples that count up, and its headers in each format of volume files.
+/// A scan of 4 x 3 x 2 samples that count up, and its headers in the formats of volume files.
 #pragma once
 
 #include <cstdint>

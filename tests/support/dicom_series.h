@@ -1,4 +1,4 @@
-// Small DICOM series that tell where each sample belongs.
+/// Small DICOM series whose samples encode their position.
 #pragma once
 
 #include "scan_files.h"
@@ -9,7 +9,7 @@ using Form = DicomWriter::Form;
 
 inline constexpr int columns = 3, rows = 2;
 
-// Samples that tell their place: 100 k + 10 j + i.
+/// The samples of slice k: 100 k + 10 j + i.
 inline std::vector<std::int16_t> slice_samples(int k) {
     std::vector<std::int16_t> out;
     for (int j = 0; j < rows; ++j) {
@@ -34,7 +34,7 @@ inline std::vector<std::int16_t> volume_samples(int slices) {
     return out;
 }
 
-// `count` slices 2 mm apart.
+/// Writes `count` slices with a spacing of 2 mm.
 inline void write_series(const TemporaryFolder& folder, int count, const std::string& prefix = "slice",
                          const std::function<void(DicomWriter&, int)>& change = {}) {
     for (int k = 0; k < count; ++k) {
@@ -44,7 +44,7 @@ inline void write_series(const TemporaryFolder& folder, int count, const std::st
     }
 }
 
-// Enhanced multi-frame: positions and rescale in the functional groups, not in order.
+/// An enhanced multi-frame file: positions and rescale are in functional groups, and frames are not in order.
 inline DicomWriter enhanced(int frames) {
     const auto sequence = [](std::uint32_t tag, const std::string& items) {
         return DicomWriter::element(tag, "SQ", items, Form::explicit_little);

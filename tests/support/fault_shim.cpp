@@ -1,11 +1,11 @@
-// Preloaded into the program by fault_test: makes the n-th system call of a kind fail, among those that concern
-// files under one folder.
+// Makes the n-th system call of a kind fail, for files below one folder. fault_test preloads it into the
+// program.
 //
 // MARROW_FAULT_FOLDER  the folder
 // MARROW_FAULT_CALL    open, read, write, fsync, close (of files open for writing) or rename
 // MARROW_FAULT_AT      n, from 1
 // MARROW_FAULT_ERRNO   the error; 0: the n-th read or write transfers one byte only, and succeeds
-// MARROW_FAULT_FIRED   a file that is created when it happens
+// MARROW_FAULT_FIRED   a file that is created when the call fails
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <unistd.h>
@@ -47,7 +47,7 @@ F next(const char* name) {
 using Open = int (*)(const char*, int, ...);
 using OpenAt = int (*)(int, const char*, int, ...);
 
-// True where this call is the one to fail; errno is set then.
+// Whether this call must fail; then errno is set.
 bool is_the_one(const char* call) {
     static const char* const wanted = setting("MARROW_FAULT_CALL");
     static const int at = std::atoi(setting("MARROW_FAULT_AT"));
@@ -77,7 +77,7 @@ int open_through(const char* name, const char* path, int flags, mode_t mode) {
     return remember(next<Open>(name)(path, flags, mode), path, flags);
 }
 
-// Of `size` bytes, how many to transfer: a short transfer is one byte.
+// The number of bytes to transfer: a short transfer is one byte.
 bool fails(const char* call, std::size_t& size) {
     if (!is_the_one(call)) return false;
     if (errno != 0) return true;

@@ -1,4 +1,4 @@
-// What the reading tests ask of a scan.
+/// Checks of the scans that tests read.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -19,12 +19,12 @@ std::vector<T> samples_of(const Volume& volume) {
     return {volume.samples<T>(), volume.samples<T>() + volume.geometry().sample_count()};
 }
 
-inline void expect_at(const Geometry& g, const Vec3d& index, const Vec3d& place, double tolerance = 1e-9) {
+inline void expect_at(const Geometry& g, const Vec3d& index, const Vec3d& position, double tolerance = 1e-9) {
     const Vec3d p = g.physical(index);
-    for (int row = 0; row < 3; ++row) EXPECT_NEAR(p[row], place[row], tolerance) << "coordinate " << row;
+    for (int row = 0; row < 3; ++row) EXPECT_NEAR(p[row], position[row], tolerance) << "coordinate " << row;
 }
 
-/// The message of the error E that reading throws; empty where it throws nothing.
+/// The message of the error E that reading must throw: one line of at most about 300 characters.
 template <class E>
 std::string refusal(const std::filesystem::path& path, const ScanOptions& options = {}) {
     try {
@@ -32,6 +32,7 @@ std::string refusal(const std::filesystem::path& path, const ScanOptions& option
     } catch (const E& error) {
         const std::string what = error.what();
         EXPECT_EQ(what.find('\n'), what.npos) << "one line: " << what;
+        EXPECT_LE(what.size(), 350u) << what;
         return what;
     }
     ADD_FAILURE() << path << " was read";
@@ -44,7 +45,7 @@ inline bool contains(const std::string& text, const std::string& part) {
     return false;
 }
 
-/// A scan of the test data, which lie where MARROW_TEST_DATA says; skips the test where there are none.
+/// Declares the path of a scan in the folder MARROW_TEST_DATA, and skips the test if it is missing.
 #define MARROW_TEST_SCAN(variable, name)                                      \
     const char* const variable##_root = std::getenv("MARROW_TEST_DATA");      \
     const std::filesystem::path variable =                                    \

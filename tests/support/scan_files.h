@@ -1,4 +1,4 @@
-// Small scans written by the tests themselves, byte by byte, so that no library under test takes part.
+/// Writers of small scans that share no code with the library.
 #pragma once
 
 #include <zlib.h>
@@ -18,7 +18,7 @@ namespace marrow::test {
 
 namespace fs = std::filesystem;
 
-/// A number's bytes, little-endian unless asked.
+/// The bytes of a number, little-endian by default.
 template <class T>
 std::string bytes_of(T value, bool big_endian = false) {
     std::string out(reinterpret_cast<const char*>(&value), sizeof value);
@@ -32,7 +32,7 @@ std::string bytes_of(const std::vector<T>& values, bool big_endian = false) {
     return out;
 }
 
-/// window_bits: 31 gzip, 15 zlib, -15 bare.
+/// Compresses bytes. `window_bits`: 31 for gzip, 15 for zlib, -15 for bare deflate.
 inline std::string deflated(const std::string& bytes, int window_bits) {
     z_stream zip{};
     deflateInit2(&zip, Z_BEST_COMPRESSION, Z_DEFLATED, window_bits, 8, Z_DEFAULT_STRATEGY);
@@ -51,16 +51,16 @@ inline std::string gzipped(const std::string& bytes) {
     return deflated(bytes, 31);
 }
 
-/// One DICOM file. Fill in the elements, then write.
+/// Writes one DICOM file. Set its elements first.
 struct DicomWriter {
     enum class Form { explicit_little, implicit_little, explicit_big, deflated, run_length, no_preamble };
 
     Form form = Form::explicit_little;
     std::map<std::uint32_t, std::pair<std::string, std::string>>
         elements;                        ///< tag -> VR, value in little-endian
-    std::string compressed_syntax;       ///< where not empty, the pixels are these fragments
-    std::string offset_table;            ///< of them
-    std::vector<std::string> fragments;  ///< of an even number of bytes each
+    std::string compressed_syntax;       ///< if not empty, the pixels are `fragments`
+    std::string offset_table;            ///< of the fragments
+    std::vector<std::string> fragments;  ///< each has an even number of bytes
 
     DicomWriter() {
         text(0x00080008, "CS", "ORIGINAL\\PRIMARY\\AXIAL");
@@ -106,7 +106,7 @@ struct DicomWriter {
         elements[0x7fe00010] = {sizeof(T) == 1 ? "OB" : "OW", bytes_of(values)};
     }
 
-    /// An element's bytes. US and OW are swapped where the form is big-endian.
+    /// The bytes of an element. US and OW are swapped if the form is big-endian.
     static std::string element(std::uint32_t tag, const std::string& vr, std::string value, Form form) {
         const bool big = form == Form::explicit_big;
         if (big && (vr == "US" || vr == "OW")) {
@@ -161,7 +161,7 @@ struct DicomWriter {
     fs::path write(const fs::path& path) const { return write_file(path, bytes()); }
 
   private:
-    // 16-bit samples as two segments, every run of length one to three.
+    // 16-bit samples in two segments, with runs of one to three samples.
     static std::string run_length_pixels(const std::string& cells) {
         std::array<std::string, 2> segments;
         for (const int high : {1, 0}) {
@@ -195,7 +195,7 @@ struct DicomWriter {
     }
 };
 
-/// A NIfTI-1 header; all zero but what is given.
+/// Writes a NIfTI-1 header; all other fields are zero.
 struct NiftiWriter {
     std::vector<std::int16_t> dim{3, 1, 1, 1};
     std::array<float, 4> pixdim{1, 1, 1, 1};
@@ -233,7 +233,7 @@ struct NiftiWriter {
     }
 };
 
-/// A PNG of 8 or 16 bits: grey (channels 1), grey and opacity (2), RGB (3), RGB and opacity (4); samples in rows, big-endian as PNG has them.
+/// A PNG with 8 or 16 bits: grey (1 channel), grey and opacity (2), RGB (3), RGB and opacity (4).
 template <class T>
 std::string png(int columns, int rows, const std::vector<T>& samples, int channels = 1) {
     const auto chunk = [](const std::string& type, const std::string& data) {

@@ -1,4 +1,4 @@
-// One small valid scan of each format, written by the tests: what is damaged, made to fail, and fuzzed.
+/// A small valid scan of each format, as the start for damaged files, faults and fuzzing.
 #pragma once
 
 #include <cstdio>
@@ -12,12 +12,12 @@
 
 namespace marrow::test {
 
-/// A scan of 4 x 4 x 4 samples (pictures: 16 x 16 and one or two pages) with values on both sides of 0.5.
+/// A scan of 4 x 4 x 4 samples (images: 16 x 16 with one or two pages) with values on both sides of 0.5.
 struct SmallScan {
-    std::string name;                          ///< of the file or folder that is read
+    std::string name;                          ///< name of the file or folder to read
     std::map<std::string, std::string> files;  ///< name -> bytes
     bool needs_spacing = false;
-    /// Bytes at the end that hold no samples: checksums, marks of the end, padding.
+    /// Number of bytes at the end that hold no samples: checksums, end marks, padding.
     std::size_t tail = 0;
 
     void write(const fs::path& folder) const {
@@ -25,7 +25,7 @@ struct SmallScan {
     }
 };
 
-/// A grey (channels 1) or RGB (3) JPEG of 8 bits.
+/// An 8-bit JPEG: grey (1 channel) or RGB (3 channels).
 inline std::string jpeg_8(int columns, int rows, const std::vector<std::uint8_t>& samples, int channels = 1) {
     jpeg_compress_struct out{};
     jpeg_error_mgr errors{};
@@ -53,8 +53,8 @@ inline std::string jpeg_8(int columns, int rows, const std::vector<std::uint8_t>
     return whole;
 }
 
-/// A BMP, rows from the bottom as usual: of 8 bits with a palette, which `colour` makes green, or of 24 or 32 bits in equal
-/// channels, or green.
+/// A BMP with rows from the bottom: 8 bits with a grey palette, or 24 or 32 bits with equal channels. With
+/// `colour` it is green.
 inline std::string bmp(int columns, int rows, const std::vector<std::uint8_t>& samples, bool colour = false,
                        int bits = 8) {
     const auto shade = [&](int grey) {
@@ -79,7 +79,7 @@ inline std::string bmp(int columns, int rows, const std::vector<std::uint8_t>& s
            palette + lines;
 }
 
-/// Grey samples in several equal channels, the fourth being opacity.
+/// Grey samples in several equal channels. A fourth channel is opacity.
 template <class T>
 std::vector<T> in_channels(const std::vector<T>& grey, int channels) {
     std::vector<T> out;
@@ -89,57 +89,36 @@ std::vector<T> in_channels(const std::vector<T>& grey, int channels) {
     return out;
 }
 
-inline std::vector<SmallScan> small_scans() {
-    constexpr int n = 4, wide = 16;
+/// The 4 x 4 x 4 samples of the volumes.
+inline std::vector<std::int16_t> small_samples() {
+    constexpr int n = 4;
     std::vector<std::int16_t> samples;
     for (int i = 0; i < n * n * n; ++i) {
         const bool inside = i % n % 3 && i / n % n % 3 && i / n / n % 3;
         samples.push_back(static_cast<std::int16_t>(inside ? 900 + i : 0));
     }
-    std::vector<std::uint16_t> picture;
-    std::vector<std::uint8_t> picture8;
-    for (int i = 0; i < wide * wide; ++i) {
-        picture.push_back(static_cast<std::uint16_t>(i % wide > 5 && i / wide > 5 ? 200 + i % 50 : 0));
-        picture8.push_back(static_cast<std::uint8_t>(picture.back()));
-    }
-    const std::string data = bytes_of(samples);
+    return samples;
+}
+
+/// The 16 x 16 samples of the images.
+template <class T>
+std::vector<T> small_image() {
+    constexpr int wide = 16;
+    std::vector<T> image;
+    for (int i = 0; i < wide * wide; ++i)
+        image.push_back(static_cast<T>(i % wide > 5 && i / wide > 5 ? 200 + i % 50 : 0));
+    return image;
+}
+
+inline void add_volume_files(std::vector<SmallScan>& out) {
+    const std::string data = bytes_of(small_samples());
     const std::string nrrd =
         "NRRD0004\ntype: short\ndimension: 3\nsizes: 4 4 4\nendian: little\nspacings: 1 1 1\n";
     const std::string meta =
         "ObjectType = Image\nNDims = 3\nDimSize = 4 4 4\nElementType = MET_SHORT\nElementSpacing = 1 1 1\n";
     NiftiWriter nifti, pair;
-    nifti.dim = pair.dim = {3, n, n, n};
+    nifti.dim = pair.dim = {3, 4, 4, 4};
     pair.pair = true;
-
-    using Form = DicomWriter::Form;
-    const auto slice = [&](int k) {
-        DicomWriter s;
-        s.pixels<std::int16_t>(n, n, {samples.begin() + k * n * n, samples.begin() + (k + 1) * n * n});
-        s.position("0\\0\\" + std::to_string(k));
-        return s;
-    };
-    const auto folder_of_slices = [&](const std::string& name,
-                                      const std::function<void(DicomWriter&)>& change) {
-        SmallScan out{name, {}};
-        for (int k = 0; k < n; ++k) {
-            DicomWriter s = slice(k);
-            change(s);
-            out.files[name + "/" + std::to_string(k)] = s.bytes();
-        }
-        return out;
-    };
-    const auto compressed = [&](const std::string& syntax, const std::string& stream, int bits) {
-        DicomWriter s;
-        s.pixel_format(bits > 8 ? 16 : 8, bits, false);
-        s.pixels(wide, wide, picture);
-        s.compressed_syntax = syntax;
-        s.fragments = {even(stream)};
-        return s.bytes();
-    };
-    const auto single = [](const std::string& name, const std::string& bytes, std::size_t tail) {
-        return SmallScan{name, {{name, bytes}}, true, tail};
-    };
-    std::vector<SmallScan> out;
     out.push_back({"a.nii", {{"a.nii", nifti.header() + data}}});
     out.push_back({"b.nii.gz", {{"b.nii.gz", gzipped(nifti.header() + data)}}});
     out.push_back({"c.hdr", {{"c.hdr", pair.header()}, {"c.img", data}}});
@@ -150,30 +129,72 @@ inline std::vector<SmallScan> small_scans() {
     out.push_back({"h.mhd",
                    {{"h.mhd", meta + "CompressedData = True\nElementDataFile = h.zraw\n"},
                     {"h.zraw", deflated(data, 15)}}});
-    out.push_back(folder_of_slices("dicom", [](DicomWriter&) {}));
-    out.push_back(folder_of_slices("implicit", [](DicomWriter& s) { s.form = Form::implicit_little; }));
-    out.push_back(folder_of_slices("big", [](DicomWriter& s) { s.form = Form::explicit_big; }));
-    out.push_back(folder_of_slices("deflated", [](DicomWriter& s) { s.form = Form::deflated; }));
-    out.push_back(folder_of_slices("rle", [](DicomWriter& s) { s.form = Form::run_length; }));
-    out.push_back(
-        single("jpeg.dcm", compressed("1.2.840.10008.1.2.4.50", jpeg_8(wide, wide, picture8), 8), 0));
-    out.push_back(single(
-        "progressive.dcm",
-        compressed("1.2.840.10008.1.2.4.55", flat_jpeg(wide, wide, {1, 4000, 0, 900}, 12, true), 12), 0));
-    out.push_back(
-        single("lossless.dcm",
-               compressed("1.2.840.10008.1.2.4.57", lossless_jpeg(wide, wide, picture, 12, 4, true), 12), 0));
-    out.push_back(
-        single("jpegls.dcm", compressed("1.2.840.10008.1.2.4.80", jpeg_ls(wide, wide, picture, 12), 12), 0));
-    out.push_back(
-        single("j2k.dcm", compressed("1.2.840.10008.1.2.4.90", jpeg_2000(wide, wide, picture, 12), 12), 0));
-    out.push_back(single("i.png", png(wide, wide, picture), 16));  // a checksum and an end
-    out.push_back(single("j.tif", tiff(wide, wide, {picture, picture}), 0));
-    out.push_back(single("k.jpg", jpeg_8(wide, wide, picture8), 0));
-    out.push_back(single("l.bmp", bmp(wide, wide, picture8), 0));
-    out.push_back(single("m.bmp", bmp(wide, wide, picture8, false, 24), 0));
-    out.push_back(single("n.png", png(wide, wide, in_channels(picture8, 3), 3), 16));
-    out.push_back(single("o.jpg", jpeg_8(wide, wide, in_channels(picture8, 3), 3), 0));
+}
+
+/// A folder with a DICOM file for each slice.
+inline SmallScan dicom_folder(const std::string& name, DicomWriter::Form form) {
+    constexpr int n = 4;
+    const std::vector<std::int16_t> samples = small_samples();
+    SmallScan out{name, {}};
+    for (int k = 0; k < n; ++k) {
+        DicomWriter s;
+        s.pixels<std::int16_t>(n, n, {samples.begin() + k * n * n, samples.begin() + (k + 1) * n * n});
+        s.position("0\\0\\" + std::to_string(k));
+        s.form = form;
+        out.files[name + "/" + std::to_string(k)] = s.bytes();
+    }
+    return out;
+}
+
+/// A scan of one file, which needs a spacing.
+inline SmallScan single_file(const std::string& name, const std::string& bytes, std::size_t tail) {
+    return SmallScan{name, {{name, bytes}}, true, tail};
+}
+
+inline void add_compressed_dicom(std::vector<SmallScan>& out) {
+    constexpr int wide = 16;
+    const auto image = small_image<std::uint16_t>();
+    const auto add = [&](const std::string& name, const std::string& syntax, const std::string& stream,
+                         int bits) {
+        DicomWriter s;
+        s.pixel_format(bits > 8 ? 16 : 8, bits, false);
+        s.pixels(wide, wide, image);
+        s.compressed_syntax = "1.2.840.10008.1.2.4." + syntax;
+        s.fragments = {even(stream)};
+        out.push_back(single_file(name, s.bytes(), 0));
+    };
+    add("jpeg.dcm", "50", jpeg_8(wide, wide, small_image<std::uint8_t>()), 8);
+    add("progressive.dcm", "55", flat_jpeg(wide, wide, {1, 4000, 0, 900}, 12, true), 12);
+    add("lossless.dcm", "57", lossless_jpeg(wide, wide, image, 12, 4, true), 12);
+    add("jpegls.dcm", "80", jpeg_ls(wide, wide, image, 12), 12);
+    add("j2k.dcm", "90", jpeg_2000(wide, wide, image, 12), 12);
+}
+
+inline void add_image_files(std::vector<SmallScan>& out) {
+    constexpr int wide = 16;
+    constexpr std::size_t kPngTail = 16;  // a checksum and an end mark
+    const auto image = small_image<std::uint16_t>();
+    const auto image8 = small_image<std::uint8_t>();
+    out.push_back(single_file("i.png", png(wide, wide, image), kPngTail));
+    out.push_back(single_file("j.tif", tiff(wide, wide, {image, image}), 0));
+    out.push_back(single_file("k.jpg", jpeg_8(wide, wide, image8), 0));
+    out.push_back(single_file("l.bmp", bmp(wide, wide, image8), 0));
+    out.push_back(single_file("m.bmp", bmp(wide, wide, image8, false, 24), 0));
+    out.push_back(single_file("n.png", png(wide, wide, in_channels(image8, 3), 3), kPngTail));
+    out.push_back(single_file("o.jpg", jpeg_8(wide, wide, in_channels(image8, 3), 3), 0));
+}
+
+inline std::vector<SmallScan> small_scans() {
+    using Form = DicomWriter::Form;
+    std::vector<SmallScan> out;
+    add_volume_files(out);
+    out.push_back(dicom_folder("dicom", Form::explicit_little));
+    out.push_back(dicom_folder("implicit", Form::implicit_little));
+    out.push_back(dicom_folder("big", Form::explicit_big));
+    out.push_back(dicom_folder("deflated", Form::deflated));
+    out.push_back(dicom_folder("rle", Form::run_length));
+    add_compressed_dicom(out);
+    add_image_files(out);
     return out;
 }
 

@@ -1,4 +1,4 @@
-/// A folder for a test's files, and what is in them.
+/// A temporary folder, and reading and writing of whole files.
 #pragma once
 
 #include <cstdlib>
@@ -11,7 +11,7 @@
 
 namespace marrow::test {
 
-/// A new, empty folder that goes when this goes.
+/// A new, empty folder. The destructor removes it.
 class TemporaryFolder {
   public:
     TemporaryFolder() {
@@ -26,7 +26,7 @@ class TemporaryFolder {
     std::filesystem::path operator/(const std::filesystem::path& name) const { return path_ / name; }
     const std::filesystem::path& path() const { return path_; }
 
-    /// The names of all files in it, hidden ones too.
+    /// The names of all its files, including hidden ones.
     std::set<std::string> files() const {
         std::set<std::string> names;
         for (const auto& entry : std::filesystem::directory_iterator(path_))
@@ -43,11 +43,10 @@ inline std::string read_file(const std::filesystem::path& file) {
     return {std::istreambuf_iterator<char>(in), {}};
 }
 
-/// Makes the file's folder too. \return the file
+/// Writes a file, and creates its folder. \return the file
 inline std::filesystem::path write_file(const std::filesystem::path& file, const std::string& bytes) {
     std::filesystem::create_directories(file.parent_path());
-    std::filesystem::remove(
-        file);  // some file systems write through when a file is truncated and written again
+    std::filesystem::remove(file);  // some file systems flush a file that is truncated and written again
     std::ofstream(file, std::ios::binary) << bytes;
     return file;
 }

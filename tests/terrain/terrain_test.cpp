@@ -1,4 +1,4 @@
-// Terrain from elevation rasters: exact where samples are, closed where it should be, the same for any blocks.
+// extract_terrain: exact at the samples, closed if requested, independent of the blocks.
 #include <gtest/gtest.h>
 
 #include <cpl_conv.h>
@@ -27,11 +27,12 @@ namespace fs = std::filesystem;
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
-/// A GeoTIFF of height(column from the west, row from the south); by default in UTM 33 N, `cell` metres a pixel.
+/// A GeoTIFF of height(column from the west, row from the south), by default in UTM 33 N, with pixels of
+/// `cell` metres.
 struct RasterFile {
     int columns = 0, rows = 0;
     double cell = 10;
-    int epsg = 32633;  ///< 0: none
+    int epsg = 32633;  ///< 0: no coordinate system
     double west = 500000, north = 5000000;
     std::string unit = {};
     bool placed = true;
@@ -73,7 +74,7 @@ double hills(int i, int j) {
     return 300 + 40 * std::sin(0.11 * i) * std::cos(0.07 * j) + 15 * std::sin(0.23 * (i + j));
 }
 
-// Rough ground: noise up to several samples high, with flat parts and heights that are whole multiples.
+// Rough ground: noise up to several samples high, with flat areas and heights at multiples of a step.
 double rough(int i, int j) {
     const auto h = static_cast<std::uint32_t>(i) * 73856093u ^ static_cast<std::uint32_t>(j) * 19349663u;
     if ((i / 9 + j / 7) % 3 == 0) return 20 * static_cast<double>((i / 9 + j / 7) % 5);
@@ -86,7 +87,7 @@ double rough_with_holes(int i, int j) {
     return hole ? kUnknown : rough(i, j);
 }
 
-TEST(Terrain, OfBlocksIsThatOfOneVolume) {
+TEST(Terrain, BlocksGiveTheSurfaceOfOneVolume) {
     const test::TemporaryFolder folder;
     constexpr int kColumns = 150, kRows = 139;  // three by three blocks
     const auto height = [](int i, int j) { return hills(i, j) + 0.37 * rough(i, j); };
@@ -95,12 +96,12 @@ TEST(Terrain, OfBlocksIsThatOfOneVolume) {
     const Mesh terrain = extract_terrain(file, {}, &info);
     EXPECT_EQ(test::manifold_fault(terrain, true), "");
 
-    // The whole ground as one volume of densities, in mm about the raster's centre.
+    // The whole ground as one density volume, in mm, centred on the raster.
     Geometry g;
     const double lowest = 200, highest = 420;
     g.dims = {kColumns, kRows, static_cast<std::int64_t>((highest - lowest) / 10)};
     g.spacing = {10e3, 10e3, 10e3};
-    const double shift = info.lowest - 0.381966 * 10;  // layers lie where those of the terrain lie
+    const double shift = info.lowest - 0.381966 * 10;  // the same layers as in the terrain
     const double first_layer = shift - 10 * std::ceil((shift - lowest) / 10);
     g.origin = {-(kColumns - 1) * 5e3, -(kRows - 1) * 5e3, first_layer * 1e3};
     const Volume density = test::sampled<double>(g, [&](auto i, auto j, auto k) {
@@ -132,7 +133,7 @@ TEST(Terrain, GoesThroughEverySample) {
     EXPECT_EQ(found, 90u * 70u) << "each sample once";
 }
 
-TEST(Terrain, OfAPlaneIsThePlane) {
+TEST(Terrain, OfAPlaneIsAPlane) {
     const test::TemporaryFolder folder;
     const auto plane = [](int i, int j) { return 100 + 3.25 * i - 1.5 * j; };
     const fs::path file = RasterFile{130, 70}.write(folder / "dem.tif", plane);
@@ -163,13 +164,14 @@ INSTANTIATE_TEST_SUITE_P(Of, ClosedTerrain,
                          testing::Values(Ground{"hills", hills}, Ground{"rough", rough},
                                          Ground{"rough with holes", rough_with_holes}, Ground{"flat", flat}));
 
-TEST_P(ClosedTerrain, HasNoOpenEdgeAndNoPointWhereSheetsMeet) {
+TEST_P(ClosedTerrain, IsAClosedManifold) {
     const test::TemporaryFolder folder;
     for (const auto& [columns, rows] : {std::pair{2, 2}, {3, 9}, {64, 65}, {66, 63}, {131, 70}}) {
         const fs::path file = RasterFile{columns, rows}.write(folder / "dem.tif", GetParam().height);
-        for (const double cell : {0.0, 4.0}) {
+        for (const std::optional<double>& cell : {std::optional<double>(), std::optional(4.0)}) {
             const Mesh block = extract_terrain(file, {.cell = cell, .base = 2, .size = 100});
-            EXPECT_EQ(test::manifold_fault(block), "") << columns << " x " << rows << ", cell " << cell;
+            EXPECT_EQ(test::manifold_fault(block), "")
+                << columns << " x " << rows << ", cell " << cell.value_or(0);
             EXPECT_GT(measure(block).volume, 0);
         }
         const Mesh open = extract_terrain(file);
@@ -177,7 +179,7 @@ TEST_P(ClosedTerrain, HasNoOpenEdgeAndNoPointWhereSheetsMeet) {
     }
 }
 
-TEST(TerrainBlock, HasTheSizeTheBaseAndTheVolumeAskedFor) {
+TEST(TerrainBlock, HasTheRequestedSizeBaseAndVolume) {
     const test::TemporaryFolder folder;
     // 100 m below the highest corner on 1290 m: a wedge, whose volume is known.
     const fs::path file =
@@ -229,8 +231,8 @@ TEST(Terrain, OfSmoothGroundKeepsItsHeightsAtACoarserCell) {
     EXPECT_GT(jagged.rms_error, 0.1 * jagged.cell[2]) << "and says so where it cannot";
 }
 
-TEST(Terrain, ErrorIsThatOfTheHeightsBetweenSamples) {
-    // Every other sample of a zigzag of 8 m: averages of two are 4 m off, everywhere.
+TEST(Terrain, ErrorIncludesTheHeightsBetweenSamples) {
+    // A zigzag of 8 m: averages of two samples differ by 4 m everywhere.
     const test::TemporaryFolder folder;
     const fs::path file =
         RasterFile{64, 64}.write(folder / "dem.tif", [](int i, int) { return i % 2 == 0 ? 100.0 : 108.0; });
@@ -244,7 +246,7 @@ TEST(Terrain, InDegreesIsProjectedToMetres) {
     const test::TemporaryFolder folder;
     RasterFile degrees{121, 121};
     degrees.epsg = 4326;
-    degrees.cell = 1.0 / 12000;  // a hundredth of a degree in all
+    degrees.cell = 1.0 / 12000;  // 0.01 degrees in total
     degrees.west = 15;
     degrees.north = 60;
     const fs::path file =
@@ -268,7 +270,7 @@ TEST(Terrain, WithRowsFromTheSouthIsTheSame) {
     EXPECT_EQ(test::mesh_hash(a), test::mesh_hash(b));
 }
 
-TEST(Terrain, InFeetComesOutInMetres) {
+TEST(Terrain, InFeetBecomesMetres) {
     const test::TemporaryFolder folder;
     RasterFile feet{10, 10};
     feet.unit = "ft";
@@ -308,7 +310,7 @@ std::string refusal(const fs::path& file, const TerrainOptions& options = {}) {
     return {};
 }
 
-TEST(Terrain, RefusesWhatItCannotRead) {
+TEST(Terrain, RefusesInvalidInput) {
     const test::TemporaryFolder folder;
     refusal<IoError>(folder / "missing.tif");
     refusal<InputError>(folder.path());
@@ -333,8 +335,8 @@ TEST(Terrain, RefusesWhatItCannotRead) {
     EXPECT_THROW(extract_terrain(good, {.progress = [](double) { return false; }}), Cancelled);
 }
 
-TEST(Terrain, StopsWhileItReads) {
-    // So fine that one strip of rows alone takes minutes; the first look that GDAL takes at it can be stopped.
+TEST(Terrain, CanBeCancelledWhileReading) {
+    // The cell is so small that one strip takes minutes, but GDAL can be cancelled within it.
     const test::TemporaryFolder folder;
     const fs::path file = RasterFile{64, 64}.write(folder / "dem.tif", hills);
     int asked = 0;
@@ -356,7 +358,7 @@ TEST(Terrain, WithoutGeoreferenceNeedsACell) {
     bare.placed = false;
     bare.epsg = 0;
     const fs::path file = bare.write(folder / "bare.tif", hills);
-    EXPECT_NE(refusal<GeometryError>(file).find("--cell"), std::string::npos);
+    EXPECT_NE(refusal<GeometryError>(file).find("options.cell"), std::string::npos);
     TerrainInfo info;
     const MeshMeasures m = measure(extract_terrain(file, {.cell = 25}, &info));
     EXPECT_FALSE(info.georeferenced);

@@ -58,7 +58,7 @@ void print(std::ostream& out, const CheckedMesh& checked, double min_wall) {
                                           : "- (an open mesh has no volume)"));
     line("bounds", fmt::format("{:g} {:g} {:g} to {:g} {:g} {:g} mm ({})", m.lower[0], m.lower[1], m.lower[2],
                                m.upper[0], m.upper[1], m.upper[2],
-                               checked.space ? "LPS" : "the file does not state its space"));
+                               checked.space != Space::none ? "LPS" : "the file does not state its space"));
 }
 
 CheckedMesh check_file(const fs::path& file, const CheckCommandOptions& wanted,

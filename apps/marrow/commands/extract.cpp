@@ -50,14 +50,14 @@ std::string check_presets(const std::vector<SurfaceRequest>& surfaces, const Sca
     const double lowest = histogram(scan).lower;
     if (!presets_apply(info.series.modality, info.format, lowest)) {
         if (!info.series.modality.empty()) refuse("this scan's modality is " + info.series.modality);
-        if (info.format == "DICOM") refuse("this scan does not state its modality");
+        if (info.format == ScanFormat::dicom) refuse("this scan does not state its modality");
         refuse(fmt::format("{} does not say whether this is CT, and its lowest sample, {:g}, is not air",
-                           info.format, lowest));
+                           scan_format_name(info.format), lowest));
     }
     return fmt::format(
         "{} does not say whether this is CT; the samples are assumed to be Hounsfield units because the "
         "lowest, {:g}, looks like air",
-        info.format, lowest);
+        scan_format_name(info.format), lowest);
 }
 
 double choose_isovalue(const SurfaceRequest& request, const Volume& scan) {

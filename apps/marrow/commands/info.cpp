@@ -39,12 +39,12 @@ void print_series(std::ostream& out, const SeriesReport& s, bool is_chosen, bool
     for (std::size_t i = 0; i < std::min(kMostGaps, s.gaps.size()); ++i) line("gap", s.gaps[i]);
     if (s.gaps.size() > kMostGaps) line("gap", fmt::format("{} more", s.gaps.size() - kMostGaps));
     if (s.hounsfield) line("values", *s.hounsfield ? "Hounsfield units" : "not Hounsfield units");
-    if (s.smallest_feature > 0)
-        line("smallest detail", fmt::format("{:.3g} mm, two samples wide", s.smallest_feature));
+    if (s.smallest_feature)
+        line("smallest detail", fmt::format("{:.3g} mm, two samples wide", *s.smallest_feature));
     if (s.memory > 0)
         line("memory", fmt::format("{:.1f} MiB for the samples", static_cast<double>(s.memory) / (1 << 20)));
     for (const std::string& warning : s.warnings) line("warning", name_flags(warning));
-    if (!is_only) line("refused", name_flags(s.refusal));
+    if (!is_only) line("refused", name_flags(s.refusal.value_or("")));
 }
 
 // Inputs without a report are left out.
@@ -53,7 +53,8 @@ void print_findings(std::ostream& out, const std::vector<Finding>& findings, boo
         if (!finding.refusal.empty()) continue;
         const ScanReport& report = finding.report;
         if (findings.size() > 1) out << finding.input.string() << ": ";
-        out << fmt::format("{}, {} files, {} series\n", report.format, report.files, report.series.size());
+        out << fmt::format("{}, {} files, {} series\n", scan_format_name(report.format), report.files,
+                           report.series.size());
         for (const std::string& warning : report.warnings) out << "warning: " << name_flags(warning) << '\n';
         if (report.chosen)
             out << "the series marked * would be read: " << name_flags(report.reason) << '\n';

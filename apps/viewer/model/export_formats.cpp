@@ -91,7 +91,7 @@ std::vector<std::string> command_arguments(const Scan& scan, const Parameters& p
     if (space == Space::RAS) add("--space", "RAS");
 
     const ScanOptions& options = scan.options;
-    if (!options.series.empty()) add("--series", options.series);
+    if (options.series) add("--series", *options.series);
     if (options.spacing) {
         const Vec3d& s = *options.spacing;
         add("--spacing", number_text(s[0]) + "," + number_text(s[1]) + "," + number_text(s[2]));

@@ -15,7 +15,7 @@ constexpr Worker::Key kLoading{0, 0};
 bool must_choose(const ScanReport& report) {
     if (report.chosen) return false;
     std::size_t readable = 0;
-    for (const SeriesReport& series : report.series) readable += series.refusal.empty();
+    for (const SeriesReport& series : report.series) readable += !series.refusal;
     return readable > 1;
 }
 
@@ -57,7 +57,7 @@ void Loader::open(const fs::path& input, const ScanOptions& options) {
             return job_progress(fraction);
         };
         try {
-            if (fs::is_directory(input) && options.series.empty()) {
+            if (fs::is_directory(input) && !options.series) {
                 const ScanReport report = inspect_scan(input, watched);
                 if (must_choose(report)) return end([=, this] { emit undecided(input, options, report); });
             }

@@ -4,8 +4,6 @@
 #include <marrow/error.h>
 #include <marrow/tissue_presets.h>
 
-#include "samples.h"
-
 namespace marrow::viewer {
 
 std::shared_ptr<const Scan> open_scan(const std::filesystem::path& input, const ScanOptions& options) {
@@ -27,8 +25,8 @@ std::shared_ptr<const Scan> open_scan(const std::filesystem::path& input, const 
 
 double sample_at(const Volume& volume, std::int64_t i, std::int64_t j, std::int64_t k) {
     const auto& dims = volume.geometry().dims;
-    return with_samples(volume, [&](const auto* samples) {
-        return static_cast<double>(samples[(k * dims[1] + j) * dims[0] + i]);
+    return visit_sample_type(volume.type(), [&](auto type) {
+        return static_cast<double>(volume.samples<decltype(type)>()[(k * dims[1] + j) * dims[0] + i]);
     });
 }
 

@@ -5,8 +5,6 @@
 #include <cmath>
 #include <limits>
 
-#include "model/samples.h"
-
 namespace marrow::viewer {
 namespace {
 
@@ -136,7 +134,8 @@ std::vector<float> slice_samples(const Volume& volume, const SliceGeometry& slic
     if (slice.down_flipped) first += (height - 1) * stride(slice.down);
 
     std::vector<float> result(static_cast<std::size_t>(width * height));
-    with_samples(volume, [&, width = width, height = height](const auto* samples) {
+    visit_sample_type(volume.type(), [&, width = width, height = height](auto type) {
+        const auto* samples = volume.samples<decltype(type)>();
         float* to = result.data();
         for (std::int64_t v = 0; v < height; ++v) {
             const auto* from = samples + first + v * step_down;

@@ -51,7 +51,7 @@ SeriesDialog::SeriesDialog(const ScanReport& report, QWidget* parent) : QDialog(
         fill_row(row, series);
         const auto& dims = series.series.dims;
         const std::int64_t samples = dims[0] * dims[1] * dims[2];
-        if (series.refusal.empty() && samples > most_samples) most_samples = samples, largest = row;
+        if (!series.refusal && samples > most_samples) most_samples = samples, largest = row;
     }
     table_->resizeColumnsToContents();
     table_->horizontalHeader()->setStretchLastSection(true);
@@ -73,7 +73,7 @@ void SeriesDialog::fill_row(int row, const SeriesReport& series) {
     const std::array<QString, 3> spacing{QString::number(info.spacing[0], 'g', 3),
                                          QString::number(info.spacing[1], 'g', 3),
                                          QString::number(info.spacing[2], 'g', 3)};
-    const QString remarks = QString::fromStdString(!series.refusal.empty()    ? series.refusal
+    const QString remarks = QString::fromStdString(series.refusal             ? *series.refusal
                                                    : !series.warnings.empty() ? series.warnings.front()
                                                                               : std::string());
     const QStringList texts{QString::fromStdString(info.description),
@@ -84,7 +84,7 @@ void SeriesDialog::fill_row(int row, const SeriesReport& series) {
                             remarks};
     for (int column = 0; column < texts.size(); ++column) {
         auto* item = new QTableWidgetItem(texts[column]);
-        if (!series.refusal.empty()) item->setFlags(Qt::NoItemFlags);
+        if (series.refusal) item->setFlags(Qt::NoItemFlags);
         item->setToolTip(column == 5 ? remarks : QString::fromStdString(info.id));
         table_->setItem(row, column, item);
     }

@@ -263,7 +263,7 @@ void MainWindow::choose_series(const fs::path& input, const ScanOptions& options
 }
 
 void MainWindow::remember(const Scan& scan) {
-    if (!scan.options.series.empty() || scan.options.spacing)
+    if (scan.options.series || scan.options.spacing)
         return;  // the path alone would not open it again
     QSettings settings;
     const QString path = from_path(fs::absolute(scan.input).lexically_normal());
@@ -299,7 +299,7 @@ void MainWindow::follow_scan() {
         from_path(scan->input.has_filename() ? scan->input.filename() : scan->input.parent_path().filename());
     setWindowTitle(tr("%1 – Marrow Viewer").arg(name));
     facts_->setText(QString("%1    %2%3    %4 × %5 × %6    %7 × %8 × %9 mm    %10")
-                        .arg(name, QString::fromStdString(scan->info.format),
+                        .arg(name, QString(scan_format_name(scan->info.format)),
                              scan->info.series.modality.empty()
                                  ? QString()
                                  : " " + QString::fromStdString(scan->info.series.modality))

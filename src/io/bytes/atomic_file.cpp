@@ -1,3 +1,4 @@
+// Writes a temporary file and renames it to its target.
 #include <atomic>
 #include <cerrno>
 #include <string>
@@ -20,7 +21,7 @@ fs::path folder_of(const fs::path& file) {
     return folder.empty() ? fs::path(".") : folder;
 }
 
-// A rename is on the disk once its folder is. Some file systems cannot flush a folder and say EINVAL.
+// A rename is durable once its folder is flushed. Some file systems cannot flush folders and return EINVAL.
 int flush_folder(const fs::path& folder) {
     const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     if (descriptor < 0) return errno;
@@ -37,7 +38,7 @@ AtomicFile::AtomicFile(const fs::path& target) : named_(target) {
     if (error) fail(error.value());
     const fs::file_status status = fs::status(target_, error);
     if (!target_.has_filename() || fs::is_directory(status)) fail(EISDIR);
-    // A rename would put a plain file in place of a device or a pipe.
+    // A rename would replace a device or a pipe by a regular file.
     if (fs::exists(status) && !fs::is_regular_file(status))
         throw IoError("cannot write '" + named_.string() + "': it is not a regular file");
 
@@ -89,7 +90,9 @@ void AtomicFile::commit() {
 
 void AtomicFile::fail(int error) const {
     std::string reason = std::generic_category().message(error);
-    if (error == ENOENT) reason = "there is no folder '" + folder_of(named_).string() + "'";
+    std::error_code ignored;
+    if (error == ENOENT && !fs::exists(folder_of(named_), ignored))
+        reason = "there is no folder '" + folder_of(named_).string() + "'";
     throw IoError("cannot write '" + named_.string() + "': " + reason);
 }
 

@@ -1,3 +1,4 @@
+// Reads files through POSIX calls, and inflates them by zlib.
 #include "byte_stream.h"
 
 #include <fmt/format.h>
@@ -17,13 +18,13 @@
 
 #include "text.h"
 
-namespace marrow {
+namespace marrow::internal::io {
 
 struct ByteStream::State {
     std::filesystem::path path;
     int descriptor = -1;
     bool compressed = false;
-    bool ended = false;  // of the compressed stream
+    bool ended = false;  // the compressed stream
     z_stream zip{};
     std::vector<unsigned char> input;
 
@@ -40,7 +41,7 @@ struct ByteStream::State {
             if (got > 0)
                 done += static_cast<std::size_t>(got);
             else if (errno != EINTR)
-                throw IoError(fmt::format("{}: cannot be read: {}", shown(path), std::strerror(errno)));
+                throw IoError(fmt::format("{}: cannot be read: {}", quoted(path), std::strerror(errno)));
         }
         return done;
     }
@@ -64,48 +65,48 @@ struct ByteStream::State {
             const int result = inflate(&zip, Z_NO_FLUSH);
             done += room - zip.avail_out;
             if (result == Z_STREAM_END) {
-                // gzip files may be several streams one after the other
+                // A gzip file may consist of several streams.
                 if (refill() && zip.next_in[0] == 0x1f)
                     inflateReset(&zip);
                 else
                     ended = true;
             } else if (result != Z_OK && result != Z_BUF_ERROR) {
-                throw InputError(fmt::format("{}: its compressed data are damaged", shown(path)));
+                throw InputError(fmt::format("{}: its compressed data are damaged", quoted(path)));
             }
         }
         return done;
     }
 };
 
-std::uint64_t size_of_file(const std::filesystem::path& path) {
+std::uint64_t regular_file_size(const std::filesystem::path& path) {
     std::error_code error;
     const auto status = std::filesystem::status(path, error);
     if (status.type() == std::filesystem::file_type::not_found) {
-        throw IoError(fmt::format("{}: there is no such file", shown(path)));
+        throw IoError(fmt::format("{}: there is no such file", quoted(path)));
     }
-    if (error) throw IoError(fmt::format("{}: cannot be read: {}", shown(path), error.message()));
+    if (error) throw IoError(fmt::format("{}: cannot be read: {}", quoted(path), error.message()));
     if (!std::filesystem::is_regular_file(status)) {
-        throw IoError(fmt::format("{}: is not a regular file", shown(path)));
+        throw IoError(fmt::format("{}: is not a regular file", quoted(path)));
     }
     const std::uint64_t size = std::filesystem::file_size(path, error);
-    if (error) throw IoError(fmt::format("{}: cannot be read: {}", shown(path), error.message()));
+    if (error) throw IoError(fmt::format("{}: cannot be read: {}", quoted(path), error.message()));
     return size;
 }
 
 ByteStream::ByteStream(const std::filesystem::path& path, Compression compression, std::uint64_t offset)
     : state_(std::make_unique<State>()) {
     state_->path = path;
-    // O_NONBLOCK: to open a pipe would wait for its writer
+    // With O_NONBLOCK, opening a pipe does not wait for its writer.
     state_->descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
     struct stat status {};
     if (state_->descriptor < 0 || ::fstat(state_->descriptor, &status) != 0) {
-        throw IoError(fmt::format("{}: cannot be opened: {}", shown(path), std::strerror(errno)));
+        throw IoError(fmt::format("{}: cannot be opened: {}", quoted(path), std::strerror(errno)));
     }
-    if (!S_ISREG(status.st_mode)) throw IoError(fmt::format("{}: is not a regular file", shown(path)));
+    if (!S_ISREG(status.st_mode)) throw IoError(fmt::format("{}: is not a regular file", quoted(path)));
     if (offset > 0) seek(offset);
     if (compression != Compression::none) {
         const int window_bits = compression == Compression::deflate ? -15 : 15 + 32;  // 32: gzip or zlib
-        if (inflateInit2(&state_->zip, window_bits) != Z_OK) throw LimitError("zlib: no memory");
+        if (inflateInit2(&state_->zip, window_bits) != Z_OK) throw LimitError("not enough memory for zlib");
         state_->compressed = true;
         state_->input.resize(1 << 16);
     }
@@ -120,7 +121,7 @@ std::size_t ByteStream::read_some(void* to, std::size_t size) {
 void ByteStream::read(void* to, std::size_t size) {
     if (read_some(to, size) != size) {
         throw InputError(
-            fmt::format("{}: ends before its last sample; the file is truncated", shown(state_->path)));
+            fmt::format("{}: ends before its last sample; the file is truncated", quoted(state_->path)));
     }
 }
 
@@ -135,7 +136,7 @@ void ByteStream::skip(std::uint64_t size) {
 
 void ByteStream::seek(std::uint64_t offset) {
     if (::lseek(state_->descriptor, static_cast<off_t>(offset), SEEK_SET) < 0) {
-        throw IoError(fmt::format("{}: cannot be read: {}", shown(state_->path), std::strerror(errno)));
+        throw IoError(fmt::format("{}: cannot be read: {}", quoted(state_->path), std::strerror(errno)));
     }
 }
 
@@ -145,16 +146,16 @@ void ByteStream::verify_end() {
     for (int block = 0; block < 256 && !state_->ended; ++block) {
         if (read_some(bin.data(), bin.size()) < bin.size() && !state_->ended) {
             throw InputError(fmt::format("{}: its compressed data end too early; the file is truncated",
-                                         shown(state_->path)));
+                                         quoted(state_->path)));
         }
     }
 }
 
-std::string head_of(const std::filesystem::path& path, std::size_t size) {
+std::string read_head(const std::filesystem::path& path, std::size_t size) {
+    std::string head(std::min<std::uint64_t>(size, regular_file_size(path)), '\0');
     ByteStream stream(path, Compression::none);
-    std::string head(std::min<std::uint64_t>(size, size_of_file(path)), '\0');
     head.resize(stream.read_some(head.data(), head.size()));
     return head;
 }
 
-}  // namespace marrow
+}  // namespace marrow::internal::io

@@ -1,4 +1,4 @@
-// The bytes of a file in order, inflated where they are compressed.
+/// Reads files from front to back, and decompresses them on the way.
 #pragma once
 
 #include <cstddef>
@@ -7,31 +7,32 @@
 #include <memory>
 #include <string>
 
-namespace marrow {
+namespace marrow::internal::io {
 
 enum class Compression {
     none,
     zlib,     ///< gzip or zlib
-    deflate,  ///< the same without header and checksum
+    deflate,  ///< without a header and checksum
 };
 
-/// Reads a file from front to back. Only regular files are opened.
+/// A regular file that is read from front to back.
 class ByteStream {
   public:
-    /// Opens `path` at `offset`. \throw IoError where it cannot be opened or is not a regular file.
+    /// Opens a file at an offset. \throw IoError it cannot be opened or is not a regular file
     ByteStream(const std::filesystem::path& path, Compression compression, std::uint64_t offset = 0);
     ~ByteStream();
     ByteStream(const ByteStream&) = delete;
     ByteStream& operator=(const ByteStream&) = delete;
 
-    /// Reads up to `size` bytes and returns how many there were. \throw IoError; InputError a damaged stream.
+    /// Reads up to `size` bytes and returns their number; it is less only at the end.
+    /// \throw IoError; InputError the compressed data are damaged
     std::size_t read_some(void* to, std::size_t size);
-    /// Reads `size` bytes. \throw as read_some, and InputError where the file ends before.
+    /// Reads `size` bytes. \throw the errors of read_some; InputError the file ends early
     void read(void* to, std::size_t size);
     void skip(std::uint64_t size);
-    /// Goes to `offset` in the file. \pre it is not compressed.
+    /// Continues at an offset of the file. \pre it is not compressed
     void seek(std::uint64_t offset);
-    /// Where little is left, reads on to the end of a compressed stream, whose checksum is then verified.
+    /// Reads to the end of a compressed stream, if that is near, which verifies its checksum.
     void verify_end();
 
   private:
@@ -39,10 +40,10 @@ class ByteStream {
     std::unique_ptr<State> state_;
 };
 
-/// Size of a regular file. \throw IoError where it is missing or not a regular file.
-std::uint64_t size_of_file(const std::filesystem::path& path);
+/// The size of a regular file. \throw IoError it is missing or not a regular file
+std::uint64_t regular_file_size(const std::filesystem::path& path);
 
-/// The first bytes of a file, at most `size`.
-std::string head_of(const std::filesystem::path& path, std::size_t size);
+/// The first bytes of a file, at most `size`. \throw IoError
+std::string read_head(const std::filesystem::path& path, std::size_t size);
 
-}  // namespace marrow
+}  // namespace marrow::internal::io

@@ -1,3 +1,4 @@
+// Compresses output by zlib, and writes ZIP archives.
 #include "deflate.h"
 
 #include <algorithm>
@@ -7,10 +8,10 @@
 
 #include <marrow/error.h>
 
-namespace marrow {
+namespace marrow::internal::io {
 namespace {
 
-// Numbers of meshes compress little better at higher levels, which take several times as long.
+// Higher levels hardly compress meshes better but take several times as long.
 constexpr int kLevel = 3;
 
 void append(std::string& text, std::uint64_t value, int bytes) {
@@ -45,7 +46,7 @@ Deflater::Deflater(Wrapping wrapping, Write write) : state_(std::make_unique<Sta
     constexpr int kWindow = 15, kGzip = 16, kMemory = 8;
     const int window = wrapping == Wrapping::gzip ? kWindow + kGzip : -kWindow;
     if (deflateInit2(&state_->stream, kLevel, Z_DEFLATED, window, kMemory, Z_DEFAULT_STRATEGY) != Z_OK)
-        throw LimitError("no memory to compress");
+        throw LimitError("not enough memory for zlib");
 }
 
 Deflater::~Deflater() {
@@ -71,7 +72,7 @@ std::uint64_t Deflater::written() const {
     return state_->written;
 }
 
-// The header before a file's bytes, or the longer one in the directory at the end.
+// The header before a file's bytes, or the longer one in the central directory.
 std::string ZipWriter::header_of(const Entry& entry, bool central) const {
     constexpr int kDeflated = 8, kVersion = 20, kFirstDay = 1 << 5 | 1;  // 1980-01-01
     std::string text = central ? "PK\1\2" : "PK\3\4";
@@ -94,7 +95,7 @@ std::string ZipWriter::header_of(const Entry& entry, bool central) const {
 void ZipWriter::begin(const std::string& name) {
     end_entry();
     entries_.push_back({name, end_});
-    const std::string header = header_of(entries_.back(), false);  // rewritten when the sizes are known
+    const std::string header = header_of(entries_.back(), false);  // end_entry() overwrites it with the sizes
     file_.write(header);
     end_ += header.size();
     deflater_ = std::make_unique<Deflater>(
@@ -108,7 +109,7 @@ void ZipWriter::write(const void* data, std::size_t bytes) {
     entry.size += bytes;
     if (entry.size > std::numeric_limits<std::uint32_t>::max())
         throw LimitError(
-            "a 3MF file holds at most 4 GiB of text and these surfaces need more; write .ply or .vtp");
+            "a 3MF file holds at most 4 GiB of text, and these surfaces need more; write .ply or .vtp");
     deflater_->write(data, bytes);
 }
 
@@ -129,7 +130,7 @@ void ZipWriter::finish() {
     std::string directory;
     for (const Entry& entry : entries_) directory += header_of(entry, true);
     std::string end = "PK\5\6";
-    append(end, 0, 2 + 2);  // this disk, the directory's disk
+    append(end, 0, 2 + 2);  // number of this disk and of the directory's
     append(end, entries_.size(), 2);
     append(end, entries_.size(), 2);
     append(end, directory.size(), 4);
@@ -138,4 +139,4 @@ void ZipWriter::finish() {
     file_.write(directory + end);
 }
 
-}  // namespace marrow
+}  // namespace marrow::internal::io

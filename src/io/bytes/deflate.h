@@ -1,4 +1,4 @@
-// Compressing what is written: gzip streams, and ZIP archives.
+/// Compresses output: gzip streams and ZIP archives.
 #pragma once
 
 #include <cstddef>
@@ -10,9 +10,9 @@
 
 #include <marrow/atomic_file.h>
 
-namespace marrow {
+namespace marrow::internal::io {
 
-/// Deflates bytes on their way to `write`. The same bytes give the same stream.
+/// Compresses bytes and passes them on to `write`. The same input always gives the same output.
 class Deflater {
   public:
     using Write = std::function<void(const void* data, std::size_t bytes)>;
@@ -22,7 +22,7 @@ class Deflater {
     ~Deflater();
 
     void write(const void* data, std::size_t bytes);
-    /// Writes what is left; nothing may follow.
+    /// Writes the rest. \pre no write follows
     void finish();
     std::uint64_t written() const;  ///< compressed bytes so far
 
@@ -31,15 +31,15 @@ class Deflater {
     std::unique_ptr<State> state_;
 };
 
-/// A ZIP archive, file by file, with file times left at 1980-01-01.
+/// Writes a ZIP archive, file by file. The time of each file is 1980-01-01.
 class ZipWriter {
   public:
-    /// \pre nothing is in `file` yet, and it outlives this
+    /// \pre `file` is empty and outlives the writer
     explicit ZipWriter(AtomicFile& file) : file_(file) {}
 
-    /// Ends the file before and begins one of this name.
+    /// Begins a file of the archive; the one before ends.
     void begin(const std::string& name);
-    /// \throw LimitError more than 4 GiB in a file
+    /// Appends to the current file. \throw LimitError the file has more than 4 GiB
     void write(const void* data, std::size_t bytes);
     /// Ends the archive.
     void finish();
@@ -55,8 +55,8 @@ class ZipWriter {
 
     AtomicFile& file_;
     std::vector<Entry> entries_;
-    std::unique_ptr<Deflater> deflater_;  // of the last entry, until it ends
-    std::uint64_t end_ = 0;               // of what is in the file
+    std::unique_ptr<Deflater> deflater_;  // of the last entry while it is open
+    std::uint64_t end_ = 0;               // bytes in the archive so far
 };
 
-}  // namespace marrow
+}  // namespace marrow::internal::io

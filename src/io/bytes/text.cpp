@@ -1,16 +1,18 @@
+// Parses the text of headers, and quotes names for error messages.
 #include "text.h"
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 
 #include <marrow/error.h>
 
-namespace marrow {
+namespace marrow::internal::io {
 
 namespace {
 
-constexpr std::string_view white = " \t\r\n\v\f";
+constexpr std::string_view kWhite = " \t\r\n\v\f";
 
 template <class T>
 std::optional<T> parse(std::string_view text) {
@@ -24,26 +26,42 @@ std::optional<T> parse(std::string_view text) {
 
 }  // namespace
 
-std::string shown(std::string_view text) {
-    constexpr std::size_t longest = 300;
+std::string quoted(std::string_view text) {
+    // The end of a long path is its file name.
+    constexpr std::size_t kMost = 160, kFirst = 40;
+    const bool is_long = text.size() > kMost;
     std::string out = "'";
-    for (const char c : text.substr(0, longest)) {
-        const auto byte = static_cast<unsigned char>(c);
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        if (is_long && i == kFirst) {
+            out += "...";
+            i = text.size() - (kMost - kFirst);
+        }
+        const auto byte = static_cast<unsigned char>(text[i]);
         if (byte < 0x20 || byte == 0x7f)
             out += fmt::format("\\x{:02x}", byte);
         else
-            out += c;
+            out += text[i];
     }
-    return out + (text.size() > longest ? "...'" : "'");
+    return out + "'";
+}
+
+std::string examples(const std::vector<std::string>& items) {
+    constexpr std::size_t kMost = 3, kLongest = 150;
+    std::string out;
+    for (std::size_t i = 0; i < std::min(items.size(), kMost); ++i) {
+        if (i > 0 && out.size() + items[i].size() > kLongest) break;
+        out += (i > 0 ? "; " : "") + items[i];
+    }
+    return out;
 }
 
 std::string_view trimmed(std::string_view text) {
-    const std::size_t first = text.find_first_not_of(white);
+    const std::size_t first = text.find_first_not_of(kWhite);
     if (first == text.npos) return {};
-    return text.substr(first, text.find_last_not_of(white) - first + 1);
+    return text.substr(first, text.find_last_not_of(kWhite) - first + 1);
 }
 
-std::string lower(std::string_view text) {
+std::string to_lower(std::string_view text) {
     std::string out(text);
     for (char& c : out) {
         if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
@@ -51,26 +69,33 @@ std::string lower(std::string_view text) {
     return out;
 }
 
-std::vector<std::string_view> words(std::string_view text) {
+std::vector<std::string_view> split(std::string_view text) {
     std::vector<std::string_view> out;
-    for (std::size_t at = text.find_first_not_of(white); at != text.npos;) {
-        const std::size_t end = std::min(text.find_first_of(white, at), text.size());
+    for (std::size_t at = text.find_first_not_of(kWhite); at != text.npos;) {
+        const std::size_t end = std::min(text.find_first_of(kWhite, at), text.size());
         out.push_back(text.substr(at, end - at));
-        at = text.find_first_not_of(white, end);
+        at = text.find_first_not_of(kWhite, end);
     }
     return out;
 }
 
-std::optional<double> number(std::string_view text) {
+std::string_view take_line(std::string_view& text) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    const std::string_view line = text.substr(0, end);
+    text.remove_prefix(std::min(end + 1, text.size()));
+    return line;
+}
+
+std::optional<double> parse_double(std::string_view text) {
     return parse<double>(text);
 }
 
-std::optional<std::int64_t> integer(std::string_view text) {
+std::optional<std::int64_t> parse_integer(std::string_view text) {
     return parse<std::int64_t>(text);
 }
 
 std::optional<double> millimetres(std::string_view unit) {
-    const std::string u = lower(trimmed(unit));
+    const std::string u = to_lower(trimmed(unit));
     if (u == "mm" || u == "millimeter" || u == "millimetre") return 1.0;
     if (u == "um" || u == "\xc2\xb5m" || u == "micron" || u == "micrometer") return 1e-3;
     if (u == "cm" || u == "centimeter" || u == "centimetre") return 10.0;
@@ -78,28 +103,28 @@ std::optional<double> millimetres(std::string_view unit) {
     return {};
 }
 
-std::string ending(const std::filesystem::path& path) {
-    const std::string last = lower(path.extension().native());
+std::string extension(const std::filesystem::path& path) {
+    const std::string last = to_lower(path.extension().native());
     if (last != ".gz") return last;
-    return lower(path.stem().extension().native()) + last;
+    return to_lower(path.stem().extension().native()) + last;
 }
 
-std::filesystem::path beside(const std::filesystem::path& header, std::string_view name) {
+std::filesystem::path sibling_path(const std::filesystem::path& header, std::string_view name) {
     const std::filesystem::path folder = header.parent_path();
     const std::filesystem::path named = std::filesystem::path(trimmed(name)).lexically_normal();
-    const auto lies_within = [](const std::filesystem::path& relative) {
+    const auto is_within = [](const std::filesystem::path& relative) {
         return !relative.empty() && !relative.is_absolute() && *relative.begin() != "..";
     };
-    // a symbolic link must not lead out of the folder either
+    // A symbolic link must not lead out of the folder either.
     std::error_code error;
     const auto real_folder = std::filesystem::weakly_canonical(folder.empty() ? "." : folder, error);
     const auto real_file = std::filesystem::weakly_canonical(folder / named, error);
-    if (error || !lies_within(named) || !lies_within(real_file.lexically_relative(real_folder))) {
+    if (error || !is_within(named) || !is_within(real_file.lexically_relative(real_folder))) {
         throw InputError(
             fmt::format("{}: its data file {} is not in the header's folder; put both into one folder",
-                        shown(header), shown(name)));
+                        quoted(header), quoted(name)));
     }
     return folder / named;
 }
 
-}  // namespace marrow
+}  // namespace marrow::internal::io

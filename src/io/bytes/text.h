@@ -1,4 +1,4 @@
-// The words and numbers of text headers, and how names from files are shown in messages.
+/// Parses the text of headers, and quotes names for error messages.
 #pragma once
 
 #include <cstdint>
@@ -8,34 +8,41 @@
 #include <string_view>
 #include <vector>
 
-namespace marrow {
+namespace marrow::internal::io {
 
-/// A path or a word of a file for a message: in quotes, control characters escaped, long ones cut.
-std::string shown(std::string_view text);
-inline std::string shown(const std::string& text) {
-    return shown(std::string_view(text));
+/// A path or a word of a file in quotes, for a message: control characters are escaped, long text loses its
+/// middle.
+std::string quoted(std::string_view text);
+inline std::string quoted(const std::string& text) {
+    return quoted(std::string_view(text));
 }
-inline std::string shown(const std::filesystem::path& path) {
-    return shown(std::string_view(path.native()));
+inline std::string quoted(const std::filesystem::path& path) {
+    return quoted(std::string_view(path.native()));
 }
+
+/// The first few items for a message, as far as a line has room: "a; b; ...".
+std::string examples(const std::vector<std::string>& items);
 
 std::string_view trimmed(std::string_view text);
-std::string lower(std::string_view text);
+std::string to_lower(std::string_view text);
 /// The words between white space.
-std::vector<std::string_view> words(std::string_view text);
+std::vector<std::string_view> split(std::string_view text);
+/// Removes the first line from `text` and returns it without its newline.
+std::string_view take_line(std::string_view& text);
 
-/// The whole text as a number, whatever the locale; nothing where it is not one. NaN and inf are numbers.
-std::optional<double> number(std::string_view text);
-std::optional<std::int64_t> integer(std::string_view text);
+/// The number that the trimmed text consists of, in any locale; NaN and inf count. No value if it is not a
+/// number.
+std::optional<double> parse_double(std::string_view text);
+std::optional<std::int64_t> parse_integer(std::string_view text);
 
-/// Millimetres in a unit of length ("mm", "um", "cm", "m", ...); nothing where it is unknown.
+/// How many millimetres a unit of length has ("mm", "um", "cm", "m", ...). No value if it is unknown.
 std::optional<double> millimetres(std::string_view unit);
 
-/// The ending, in lower case: ".nrrd"; ".nii.gz" counts as one.
-std::string ending(const std::filesystem::path& path);
+/// The extension in lower case: ".nrrd". ".nii.gz" counts as one extension.
+std::string extension(const std::filesystem::path& path);
 
-/// A data file named in a header, beside or below that header.
-/// \throw InputError where the name, or a symbolic link, leaves the header's folder.
-std::filesystem::path beside(const std::filesystem::path& header, std::string_view name);
+/// The path of a data file that a header names: in the header's folder or below it.
+/// \throw InputError the name or a symbolic link leaves that folder
+std::filesystem::path sibling_path(const std::filesystem::path& header, std::string_view name);
 
-}  // namespace marrow
+}  // namespace marrow::internal::io

@@ -1,15 +1,16 @@
+// Parses the tags of XML files.
 #include "xml.h"
 
 #include <algorithm>
 
 #include "text.h"
 
-namespace marrow {
+namespace marrow::internal::io {
 
 namespace {
 
-// Where the tag ends whose bracket opens before `at`: behind the first closing one outside quotes.
-std::size_t end_of_tag(const MeshInput& input, std::size_t at) {
+// The offset after the first closing bracket from `at` on that is not in quotes.
+std::size_t end_of_tag(const FileContent& input, std::size_t at) {
     const std::string& text = input.bytes;
     for (;;) {
         at = text.find_first_of(">\"'", at);
@@ -30,7 +31,7 @@ std::string_view XmlTag::get(std::string_view attribute) const {
     return {};
 }
 
-bool next_tag(const MeshInput& input, std::size_t at, XmlTag& tag) {
+bool next_tag(const FileContent& input, std::size_t at, XmlTag& tag) {
     const std::string_view text = input.bytes;
     tag.attributes.clear();
     for (;; at = tag.end) {
@@ -62,4 +63,4 @@ bool next_tag(const MeshInput& input, std::size_t at, XmlTag& tag) {
     return true;
 }
 
-}  // namespace marrow
+}  // namespace marrow::internal::io

@@ -1,27 +1,26 @@
-// The tags of XML files, as VTP and 3MF have them.
+/// Parses the tags of XML files, as far as VTP and 3MF need it.
 #pragma once
 
-#include <optional>
 #include <string_view>
 #include <utility>
 #include <vector>
 
-#include "io/mesh/reader.h"
+#include "file_content.h"
 
-namespace marrow {
+namespace marrow::internal::io {
 
-/// A tag; its texts lie in the file.
+/// A tag; its views point into the file's content.
 struct XmlTag {
-    std::string_view name;  ///< with a slash before an end tag's
+    std::string_view name;  ///< an end tag's name starts with a slash
     std::vector<std::pair<std::string_view, std::string_view>> attributes;
-    std::size_t begin = 0, end = 0;  ///< in the file; end is behind the bracket
+    std::size_t begin = 0, end = 0;  ///< offsets of its first byte and after its last one
 
-    /// An attribute's value as it stands there; empty where there is none.
+    /// An attribute's value, with entities as they are; empty if it is absent.
     std::string_view get(std::string_view attribute) const;
 };
 
-/// Finds the next tag from `at` on, comments and declarations left out; false where there is none. \throw
-/// InputError a tag without an end
-bool next_tag(const MeshInput& input, std::size_t at, XmlTag& tag);
+/// Finds the next tag from offset `at` on, but no comment or declaration. Returns false if there is none.
+/// \throw InputError a tag is cut off
+bool next_tag(const FileContent& input, std::size_t at, XmlTag& tag);
 
-}  // namespace marrow
+}  // namespace marrow::internal::io

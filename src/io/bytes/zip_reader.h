@@ -1,4 +1,4 @@
-// Reading ZIP archives.
+/// Reads ZIP archives.
 #pragma once
 
 #include <cstdint>
@@ -6,30 +6,30 @@
 #include <string_view>
 #include <vector>
 
-#include "io/mesh/reader.h"
+#include "file_content.h"
 
-namespace marrow {
+namespace marrow::internal::io {
 
-/// The files of a ZIP archive, stored or deflated, of at most 4 GiB each.
+/// A ZIP archive. Its files are stored or deflated and have at most 4 GiB each.
 class ZipReader {
   public:
-    /// \pre archive outlives this. \throw InputError no ZIP archive, or one that is damaged
-    explicit ZipReader(const MeshInput& archive);
+    /// \pre the archive outlives the reader. \throw InputError it is not a ZIP archive, or damaged
+    explicit ZipReader(const FileContent& archive);
 
-    /// A file's bytes; small and capital letters in names are the same. \throw InputError it is not there,
-    /// damaged, or not kept in a way that can be read
+    /// A file's bytes; names match in either case.
+    /// \throw InputError it is missing, damaged, encrypted or compressed by another method
     std::string file(std::string_view name) const;
 
   private:
     struct Entry {
-        std::string name;  // in small letters
+        std::string name;  // in lower case
         std::uint64_t method = 0, flags = 0, checksum = 0, compressed_size = 0, size = 0, offset = 0;
     };
-    std::uint64_t number(std::uint64_t at, int bytes) const;
-    void take_large_sizes(Entry& entry, std::uint64_t at, std::uint64_t end) const;
+    std::uint64_t number(std::uint64_t at, int bytes) const;  // little-endian
+    void read_zip64_sizes(Entry& entry, std::uint64_t at, std::uint64_t end) const;
 
-    const MeshInput& archive_;
+    const FileContent& archive_;
     std::vector<Entry> entries_;
 };
 
-}  // namespace marrow
+}  // namespace marrow::internal::io

@@ -1,3 +1,4 @@
+// Decodes compressed DICOM frames, and checks what their streams claim before a library sees them.
 #include "codec.h"
 
 #include <fmt/format.h>
@@ -14,7 +15,7 @@
 
 #include "grey_jpeg.h"
 
-namespace marrow {
+namespace marrow::internal::io {
 
 namespace {
 
@@ -29,22 +30,23 @@ void check_size(std::int64_t columns, std::int64_t rows, std::int64_t components
         throw InputError(fmt::format("its compressed samples have {} bits; 2 to 16 are read", bits));
 }
 
-// Run lengths (PackBits), one segment for each byte of a cell, the highest first: DICOM PS3.5 annex G.
+// Decodes run lengths (PackBits) after DICOM PS3.5 annex G: one segment for each byte of a cell, the highest
+// first.
 std::vector<char> decode_run_lengths(std::string_view stream, std::size_t area, std::size_t cell_size) {
-    constexpr std::size_t header_size = 64;
+    constexpr std::size_t kHeaderSize = 64;
     const auto at = [&](std::size_t offset) {
         std::uint32_t out = 0;
         for (std::size_t i = 0; i < 4; ++i)
             out |= static_cast<std::uint32_t>(static_cast<unsigned char>(stream[offset + i])) << (8 * i);
         return out;
     };
-    if (stream.size() < header_size || at(0) != cell_size)
+    if (stream.size() < kHeaderSize || at(0) != cell_size)
         throw InputError("its run-length coded pixels are damaged");
     std::vector<char> cells(area * cell_size);
     for (std::size_t segment = 0; segment < cell_size; ++segment) {
         const std::size_t begin = at(4 + 4 * segment);
         const std::size_t end = segment + 1 < cell_size ? at(8 + 4 * segment) : stream.size();
-        if (begin < header_size || end < begin || end > stream.size())
+        if (begin < kHeaderSize || end < begin || end > stream.size())
             throw InputError("its run-length coded pixels are damaged");
         const std::string_view runs = stream.substr(begin, end - begin);
         std::size_t done = 0, i = 0;
@@ -64,14 +66,14 @@ std::vector<char> decode_run_lengths(std::string_view stream, std::size_t area, 
 }
 
 DecodedFrame decode_jpeg(std::string_view stream, std::int64_t columns, std::int64_t rows) {
-    const GreyJpeg picture = decode_grey_jpeg(stream, columns, rows);
-    DecodedFrame out{std::vector<char>(picture.samples.size() * 2), 2, picture.bits};
-    std::memcpy(out.cells.data(), picture.samples.data(), out.cells.size());
+    const GreyJpeg image = decode_grey_jpeg(stream, columns, rows);
+    DecodedFrame out{std::vector<char>(image.samples.size() * 2), 2, image.bits};
+    std::memcpy(out.cells.data(), image.samples.data(), out.cells.size());
     return out;
 }
 
 DecodedFrame decode_jpeg_ls(std::string_view stream, std::int64_t columns, std::int64_t rows) {
-    // A marker stops CharLS 2.4 where the bits run out; without one it counts 2^31 of them that are not there.
+    // Without an end marker, CharLS 2.4 reads up to 2^31 missing bits of a truncated stream.
     const std::string bounded = std::string(stream) + "\xff\xd9";
     try {
         charls::jpegls_decoder decoder(bounded, true);
@@ -86,7 +88,7 @@ DecodedFrame decode_jpeg_ls(std::string_view stream, std::int64_t columns, std::
     }
 }
 
-// A stream in memory, for OpenJPEG.
+// A stream in memory for OpenJPEG.
 struct Memory {
     std::string_view bytes;
     std::size_t at = 0;
@@ -113,11 +115,11 @@ struct Memory {
     }
 };
 
-// OpenJPEG spends time and memory on what the start of a stream claims, so that is looked at before: SIZ, ITU-T
-// T.800 A.5.1.
+// OpenJPEG spends time and memory on the claims of the SIZ marker (ITU-T T.800 A.5.1), so they are checked
+// first.
 void check_jpeg2000_start(std::string_view stream, std::int64_t columns, std::int64_t rows) {
-    constexpr std::size_t siz_size = 42;
-    if (stream.size() < siz_size) throw InputError("its JPEG 2000 pixels are truncated");
+    constexpr std::size_t kSizSize = 42;
+    if (stream.size() < kSizSize) throw InputError("its JPEG 2000 pixels are truncated");
     const auto at = [&](std::size_t offset, std::size_t size) {
         std::int64_t out = 0;
         for (std::size_t i = 0; i < size; ++i)
@@ -126,16 +128,16 @@ void check_jpeg2000_start(std::string_view stream, std::int64_t columns, std::in
     };
     const std::int64_t width = at(8, 4) - at(16, 4), height = at(12, 4) - at(20, 4);
     check_size(width, height, at(40, 2), 8, columns, rows);
-    // tiles as small as 32 x 32 are already rare
+    // Tiles of 32 x 32 are rare already.
     const std::int64_t tile = std::min(at(24, 4), width) * std::min(at(28, 4), height);
     if (tile < std::min<std::int64_t>(32 * 32, width * height))
-        throw InputError("its JPEG 2000 pixels come in tiles too small to be true");
+        throw InputError("its JPEG 2000 pixels have implausibly small tiles");
 }
 
 DecodedFrame decode_jpeg2000(std::string_view stream, std::int64_t columns, std::int64_t rows) {
     using namespace std::string_view_literals;
     const InputError damaged("its JPEG 2000 pixels are damaged or truncated");
-    // some files wrap the stream into the boxes of JP2, which mean nothing here
+    // Some files wrap the stream in the boxes of JP2, which are not needed.
     const std::size_t start = stream.find("\xff\x4f\xff\x51"sv);
     if (start == stream.npos) throw damaged;
     stream.remove_prefix(start);
@@ -145,7 +147,7 @@ DecodedFrame decode_jpeg2000(std::string_view stream, std::int64_t columns, std:
                                                                      opj_destroy_codec);
     const std::unique_ptr<opj_stream_t, void (*)(opj_stream_t*)> source(opj_stream_default_create(OPJ_TRUE),
                                                                         opj_stream_destroy);
-    if (!codec || !source) throw LimitError("OpenJPEG: no memory");
+    if (!codec || !source) throw LimitError("not enough memory for OpenJPEG");
     opj_stream_set_user_data(source.get(), &memory, nullptr);
     opj_stream_set_user_data_length(source.get(), stream.size());
     opj_stream_set_read_function(source.get(), Memory::read);
@@ -180,11 +182,11 @@ DecodedFrame decode_jpeg2000(std::string_view stream, std::int64_t columns, std:
     return out;
 }
 
-constexpr const char* run_lengths = "1.2.840.10008.1.2.5";
-constexpr std::array jpeg = {"1.2.840.10008.1.2.4.50", "1.2.840.10008.1.2.4.51", "1.2.840.10008.1.2.4.53",
-                             "1.2.840.10008.1.2.4.55", "1.2.840.10008.1.2.4.57", "1.2.840.10008.1.2.4.70"};
-constexpr std::array jpeg_ls = {"1.2.840.10008.1.2.4.80", "1.2.840.10008.1.2.4.81"};
-constexpr std::array jpeg_2000 = {"1.2.840.10008.1.2.4.90", "1.2.840.10008.1.2.4.91"};
+constexpr const char* kRunLengths = "1.2.840.10008.1.2.5";
+constexpr std::array kJpeg = {"1.2.840.10008.1.2.4.50", "1.2.840.10008.1.2.4.51", "1.2.840.10008.1.2.4.53",
+                              "1.2.840.10008.1.2.4.55", "1.2.840.10008.1.2.4.57", "1.2.840.10008.1.2.4.70"};
+constexpr std::array kJpegLs = {"1.2.840.10008.1.2.4.80", "1.2.840.10008.1.2.4.81"};
+constexpr std::array kJpeg2000 = {"1.2.840.10008.1.2.4.90", "1.2.840.10008.1.2.4.91"};
 
 template <class Uids>
 bool is_one_of(const Uids& uids, const std::string& uid) {
@@ -194,19 +196,19 @@ bool is_one_of(const Uids& uids, const std::string& uid) {
 }  // namespace
 
 double most_inflation(const std::string& uid) {
-    if (uid == run_lengths) return 64;      // 128 equal bytes are written as two
-    if (is_one_of(jpeg, uid)) return 1024;  // a bit for each block of 64 samples
-    if (is_one_of(jpeg_ls, uid) || is_one_of(jpeg_2000, uid))
-        return 20000;  // an empty slice is almost nothing
+    if (uid == kRunLengths) return 64;       // 128 equal bytes become two
+    if (is_one_of(kJpeg, uid)) return 1024;  // one bit for a block of 64 samples
+    if (is_one_of(kJpegLs, uid) || is_one_of(kJpeg2000, uid))
+        return 20000;  // an empty slice takes almost no bytes
     return 0;
 }
 
 DecodedFrame decode_frame(const std::string& syntax_uid, std::string_view stream, std::int64_t columns,
                           std::int64_t rows, int bits_allocated, int bits_stored) {
     try {
-        if (is_one_of(jpeg, syntax_uid)) return decode_jpeg(stream, columns, rows);
-        if (is_one_of(jpeg_ls, syntax_uid)) return decode_jpeg_ls(stream, columns, rows);
-        if (is_one_of(jpeg_2000, syntax_uid)) return decode_jpeg2000(stream, columns, rows);
+        if (is_one_of(kJpeg, syntax_uid)) return decode_jpeg(stream, columns, rows);
+        if (is_one_of(kJpegLs, syntax_uid)) return decode_jpeg_ls(stream, columns, rows);
+        if (is_one_of(kJpeg2000, syntax_uid)) return decode_jpeg2000(stream, columns, rows);
     } catch (const std::bad_alloc&) {
         throw LimitError("its pixels do not fit in memory");
     }
@@ -215,4 +217,4 @@ DecodedFrame decode_frame(const std::string& syntax_uid, std::string_view stream
     return {decode_run_lengths(stream, area, cell_size), static_cast<int>(cell_size), bits_stored};
 }
 
-}  // namespace marrow
+}  // namespace marrow::internal::io

@@ -1,4 +1,4 @@
-// Compressed DICOM frames.
+/// Decodes compressed DICOM frames: JPEG, JPEG-LS, JPEG 2000 and run lengths.
 #pragma once
 
 #include <cstdint>
@@ -6,22 +6,24 @@
 #include <string_view>
 #include <vector>
 
-namespace marrow {
+namespace marrow::internal::io {
 
-/// How many bytes of pixels a byte in a compressed transfer syntax can become: JPEG, JPEG-LS, JPEG 2000, RLE.
-/// 0 for syntaxes that decode_frame does not know.
+/// The most bytes of pixels that one byte in a compressed transfer syntax can become. 0 if decode_frame does
+/// not support the syntax.
 double most_inflation(const std::string& uid);
 
-/// Cells of one, two or four bytes, little-endian, of which the lowest `bits` are meant.
+/// Pixel cells of one, two or four bytes, little-endian. The lowest `bits` bits of a cell hold the sample.
 struct DecodedFrame {
     std::vector<char> cells;
     int cell_size = 0;
     int bits = 0;
 };
 
-/// Decodes one frame. `bits_allocated`, `bits_stored`: of the header, which other streams than RLE have
-/// themselves. \pre most_inflation(syntax_uid) > 0. \throw InputError, in words that go after a file's name.
+/// Decodes one frame. `bits_allocated` and `bits_stored` are from the header; only run lengths need them,
+/// because the other streams state them.
+/// \pre most_inflation(syntax_uid) > 0. \throw InputError with a message that continues a file name;
+/// LimitError
 DecodedFrame decode_frame(const std::string& syntax_uid, std::string_view stream, std::int64_t columns,
                           std::int64_t rows, int bits_allocated, int bits_stored);
 
-}  // namespace marrow
+}  // namespace marrow::internal::io

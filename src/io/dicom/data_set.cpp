@@ -1,3 +1,4 @@
+// Parses DICOM files without trusting any length in them.
 #include "data_set.h"
 
 #include <fmt/format.h>
@@ -10,18 +11,18 @@
 
 #include "io/bytes/byte_stream.h"
 #include "io/bytes/text.h"
+#include "tags.h"
 
-namespace marrow {
+namespace marrow::internal::io {
 
 namespace {
 
-constexpr DicomTag transfer_syntax_uid = 0x00020010, pixel_data = 0x7fe00010;
-constexpr DicomTag item_start = 0xfffee000, item_end = 0xfffee00d, sequence_end = 0xfffee0dd;
-constexpr std::uint32_t undefined_length = 0xffffffff;
-constexpr int deepest_nesting = 32;
+constexpr DicomTag kItem = 0xfffee000, kItemEnd = 0xfffee00d, kSequenceEnd = 0xfffee0dd;
+constexpr std::uint32_t kUndefinedLength = 0xffffffff;
+constexpr int kDeepestNesting = 32;
 
 struct Damaged {};    // the bytes are not a data set
-struct NeedsMore {};  // they end before the data set does
+struct NeedsMore {};  // the bytes end before the data set
 
 std::uint32_t number_at(std::string_view bytes, std::size_t at, std::size_t size, bool big_endian) {
     std::uint32_t out = 0;
@@ -38,7 +39,7 @@ bool is_vr(std::string_view two) {
 
 }  // namespace
 
-// Walks over elements without trusting a length.
+// Iterates over elements and checks each length.
 class DicomParser {
   public:
     DicomParser(std::string_view bytes, DicomEncoding encoding, std::size_t at = 0)
@@ -77,12 +78,12 @@ class DicomParser {
         return h;
     }
 
-    // The value of an element of known or undefined length; walks past it.
-    DicomSet::Element value(const Header& h, int depth) {
-        DicomSet::Element out{{}, encoding_};
+    // Returns the value of an element of known or undefined length, and moves past it.
+    DicomDataSet::Element value(const Header& h, int depth) {
+        DicomDataSet::Element out{{}, encoding_};
         const std::size_t begin = at_;
-        if (h.length == undefined_length) {
-            // what comes with an unknown VR and length is written without VRs
+        if (h.length == kUndefinedLength) {
+            // A value with unknown VR and undefined length is encoded without VRs.
             if (h.vr == "UN") out.encoding = {false, false};
             DicomParser inner(bytes_, out.encoding, at_);
             at_ = inner.skip_items(depth + 1);
@@ -95,20 +96,20 @@ class DicomParser {
         return out;
     }
 
-    // The elements up to the end, the pixel data, an item's end, or the end of group `only_group` where that
-    // is not 0.
-    DicomSet set(int depth, std::uint32_t only_group = 0) {
-        if (depth > deepest_nesting) throw Damaged();
-        DicomSet out;
+    // Returns the elements up to the end, the pixel data, the end of an item, or the end of the group
+    // `only_group`.
+    DicomDataSet data_set(int depth, std::optional<std::uint32_t> only_group = {}) {
+        if (depth > kDeepestNesting) throw Damaged();
+        DicomDataSet out;
         while (!at_end()) {
-            if (only_group != 0) {  // what follows may be encoded otherwise
+            if (only_group) {  // the next group may have another encoding
                 need(2);
-                if (number_at(bytes_, at_, 2, encoding_.big_endian) != only_group) break;
+                if (number_at(bytes_, at_, 2, encoding_.big_endian) != *only_group) break;
             }
             const std::size_t begin = at_;
             const Header h = header();
-            if (h.tag == item_end && depth > 0) break;
-            if (h.tag == pixel_data && depth == 0) {
+            if (h.tag == kItemEnd && depth > 0) break;
+            if (h.tag == tag::kPixelData && depth == 0) {
                 pixels_ = h;
                 break;
             }
@@ -122,14 +123,14 @@ class DicomParser {
         return out;
     }
 
-    // Calls `f` for each item of a sequence, with its parser at its elements.
+    // Calls `f` for each item of a sequence, with a parser at its first element.
     template <class F>
     void items(int depth, F&& f) {
         while (!at_end()) {
             const Header h = header();
-            if (h.tag == sequence_end) return;
-            if (h.tag != item_start) throw Damaged();
-            if (h.length == undefined_length) {
+            if (h.tag == kSequenceEnd) return;
+            if (h.tag != kItem) throw Damaged();
+            if (h.length == kUndefinedLength) {
                 f(*this, depth);
             } else {
                 need(h.length);
@@ -143,21 +144,21 @@ class DicomParser {
     const std::optional<Header>& pixels() const { return pixels_; }
 
   private:
-    // Past the delimiter of a sequence of undefined length.
+    // Returns the offset after the delimiter of a sequence of undefined length.
     std::size_t skip_items(int depth) {
-        if (depth > deepest_nesting) throw Damaged();
+        if (depth > kDeepestNesting) throw Damaged();
         for (;;) {
             const Header h = header();
-            if (h.tag == sequence_end) return at_;
-            if (h.tag != item_start) throw Damaged();
-            if (h.length != undefined_length) {
+            if (h.tag == kSequenceEnd) return at_;
+            if (h.tag != kItem) throw Damaged();
+            if (h.length != kUndefinedLength) {
                 need(h.length);
                 at_ += h.length;
                 continue;
             }
             for (;;) {
                 const Header e = header();
-                if (e.tag == item_end) break;
+                if (e.tag == kItemEnd) break;
                 value(e, depth);
             }
         }
@@ -178,29 +179,29 @@ class DicomParser {
     std::optional<Header> pixels_;
 };
 
-std::string_view DicomSet::bytes(DicomTag tag) const {
+std::string_view DicomDataSet::bytes(DicomTag tag) const {
     const auto at = elements_.find(tag);
     return at == elements_.end() ? std::string_view() : at->second.value;
 }
 
-std::string DicomSet::text(DicomTag tag) const {
+std::string DicomDataSet::text(DicomTag tag) const {
     std::string_view value = bytes(tag);
     while (!value.empty() && value.back() == '\0') value.remove_suffix(1);
     return std::string(trimmed(value));
 }
 
-std::optional<int> DicomSet::unsigned_short(DicomTag tag) const {
+std::optional<int> DicomDataSet::unsigned_short(DicomTag tag) const {
     const auto at = elements_.find(tag);
     if (at == elements_.end() || at->second.value.size() < 2) return {};
     return static_cast<int>(number_at(at->second.value, 0, 2, at->second.encoding.big_endian));
 }
 
-std::optional<std::vector<double>> DicomSet::decimals(DicomTag tag, std::size_t count) const {
+std::optional<std::vector<double>> DicomDataSet::decimals(DicomTag tag, std::size_t count) const {
     const std::string value = text(tag);
     std::vector<double> out;
     for (std::size_t at = 0; !value.empty() && at <= value.size();) {
         const std::size_t end = std::min(value.find('\\', at), value.size());
-        const auto one = number(std::string_view(value).substr(at, end - at));
+        const auto one = parse_double(std::string_view(value).substr(at, end - at));
         if (!one || !std::isfinite(*one)) return {};
         out.push_back(*one);
         at = end + 1;
@@ -209,18 +210,18 @@ std::optional<std::vector<double>> DicomSet::decimals(DicomTag tag, std::size_t 
     return out;
 }
 
-std::optional<double> DicomSet::decimal(DicomTag tag) const {
+std::optional<double> DicomDataSet::decimal(DicomTag tag) const {
     const auto one = decimals(tag, 1);
     return one ? std::optional((*one)[0]) : std::nullopt;
 }
 
-std::vector<DicomSet> DicomSet::items(DicomTag tag) const {
-    std::vector<DicomSet> out;
+std::vector<DicomDataSet> DicomDataSet::items(DicomTag tag) const {
+    std::vector<DicomDataSet> out;
     const auto at = elements_.find(tag);
     if (at == elements_.end()) return out;
     try {
         DicomParser parser(at->second.value, at->second.encoding);
-        parser.items(1, [&](DicomParser& item, int depth) { out.push_back(item.set(depth)); });
+        parser.items(1, [&](DicomParser& item, int depth) { out.push_back(item.data_set(depth)); });
     } catch (const NeedsMore&) {
         throw InputError(fmt::format("a DICOM sequence ({:04x},{:04x}) is damaged", tag >> 16, tag & 0xffff));
     } catch (const Damaged&) {
@@ -231,7 +232,7 @@ std::vector<DicomSet> DicomSet::items(DicomTag tag) const {
 
 bool is_dicom(std::string_view head) {
     if (head.size() >= 132 && head.substr(128, 4) == "DICM") return true;
-    // Without a preamble a data set begins with a small element of group 0002 or 0008, in either byte order.
+    // Without a preamble, a data set begins with a low element of group 0002 or 0008, in either byte order.
     if (head.size() < 8) return false;
     for (const bool big : {false, true}) {
         const std::uint32_t group = number_at(head, 0, 2, big), element = number_at(head, 2, 2, big);
@@ -242,21 +243,21 @@ bool is_dicom(std::string_view head) {
 
 namespace {
 
-// The encoding that the first element betrays, where no transfer syntax is named.
-DicomEncoding guessed(std::string_view bytes, std::size_t at) {
+// Guesses the encoding from the first element, for files that do not name a transfer syntax.
+DicomEncoding guess_encoding(std::string_view bytes, std::size_t at) {
     if (bytes.size() - at < 8) throw NeedsMore();
     return {is_vr(bytes.substr(at + 4, 2)), number_at(bytes, at, 2, false) > 0xff};
 }
 
-// What a deflated data set inflates to, from `at` in the file.
-Buffer<char> inflated(const std::filesystem::path& path, std::size_t at) {
-    constexpr std::size_t most = std::size_t{1} << 30;
+// Inflates a deflated data set, which starts at offset `at` of the file.
+Buffer<char> inflate_data_set(const std::filesystem::path& path, std::size_t at) {
+    constexpr std::size_t kMost = std::size_t{1} << 30;
     ByteStream stream(path, Compression::deflate, at);
     Buffer<char> out;
     for (std::size_t step = 1 << 16;; step = out.size()) {
         const std::size_t before = out.size();
-        if (before + step > most)
-            throw LimitError(fmt::format("{}: inflates to more than 1 GiB", shown(path)));
+        if (before + step > kMost)
+            throw LimitError(fmt::format("{}: inflates to more than 1 GiB", quoted(path)));
         out.resize(before + step);
         out.resize(before + stream.read_some(out.data() + before, step));
         if (out.size() < before + step) {
@@ -266,68 +267,64 @@ Buffer<char> inflated(const std::filesystem::path& path, std::size_t at) {
     }
 }
 
-// Parses what of the file is in `file.bytes`. \throw NeedsMore, Damaged
-void parse(DicomBytes& file, const std::filesystem::path& path) {
+// Parses `file.bytes`, which may be only the start of the file. \throw NeedsMore; Damaged
+void parse(ParsedDicom& file, const std::filesystem::path& path) {
     std::string_view bytes(file.bytes.data(), file.bytes.size());
     std::size_t at = bytes.size() >= 132 && bytes.substr(128, 4) == "DICM" ? 132 : 0;
     if (bytes.size() - at >= 4 && number_at(bytes, at, 2, false) == 2) {
         DicomParser meta(bytes, {true, false}, at);
-        file.transfer_syntax = meta.set(0, 2).text(transfer_syntax_uid);
+        file.transfer_syntax = meta.data_set(0, 2).text(tag::kTransferSyntaxUid);
         at = meta.at();
     }
-    if (file.transfer_syntax == "1.2.840.10008.1.2.1.99") {  // deflated, without zlib's header
-        file.bytes = inflated(path, at);
+    if (file.transfer_syntax == "1.2.840.10008.1.2.1.99") {  // deflated, without a zlib header
+        file.bytes = inflate_data_set(path, at);
         bytes = {file.bytes.data(), file.bytes.size()};
         at = 0;
         file.encoding = {true, false};
     } else if (file.transfer_syntax.empty()) {
-        file.encoding = guessed(bytes, at);
+        file.encoding = guess_encoding(bytes, at);
     } else {
         file.encoding = {file.transfer_syntax != "1.2.840.10008.1.2",
                          file.transfer_syntax == "1.2.840.10008.1.2.2"};
     }
     DicomParser parser(bytes, file.encoding, at);
-    file.set = parser.set(0);
+    file.data_set = parser.data_set(0);
     if (const auto& pixels = parser.pixels()) {
         file.pixels_at = parser.at();
         file.pixels_are_words = pixels->vr == "OW" || !file.encoding.explicit_vr;
-        if (pixels->length != undefined_length) file.pixels_size = pixels->length;
+        if (pixels->length != kUndefinedLength) file.pixels_size = pixels->length;
     }
 }
 
-}  // namespace
-
-namespace {
-
-// Parses the first `size` bytes of a file.
-DicomBytes parse_head(const std::filesystem::path& path, std::size_t size, Buffer<char> memory) {
-    DicomBytes file;
+// Parses the first `size` bytes of a file. \throw NeedsMore; IoError; InputError
+ParsedDicom parse_head(const std::filesystem::path& path, std::size_t size, Buffer<char> memory) {
+    ParsedDicom file;
     file.bytes = std::move(memory);
     file.bytes.resize(size);
     ByteStream(path, Compression::none).read(file.bytes.data(), size);
     try {
         parse(file, path);
     } catch (const Damaged&) {
-        throw InputError(fmt::format("{}: is not a DICOM file, or a damaged one", shown(path)));
+        throw InputError(fmt::format("{}: is not a DICOM file, or it is damaged", quoted(path)));
     }
     return file;
 }
 
 }  // namespace
 
-DicomBytes parse_dicom(const std::filesystem::path& path, Buffer<char> memory) {
+ParsedDicom parse_dicom(const std::filesystem::path& path, Buffer<char> memory) {
     try {
-        return parse_head(path, size_of_file(path), std::move(memory));
+        return parse_head(path, regular_file_size(path), std::move(memory));
     } catch (const NeedsMore&) {
-        throw InputError(fmt::format("{}: the DICOM file is truncated or damaged", shown(path)));
+        throw InputError(fmt::format("{}: the DICOM file is truncated or damaged", quoted(path)));
     }
 }
 
-DicomBytes parse_dicom_header(const std::filesystem::path& path) {
-    constexpr std::size_t usual_header = 1 << 14;
-    if (size_of_file(path) > usual_header) {
+ParsedDicom parse_dicom_header(const std::filesystem::path& path) {
+    constexpr std::size_t kUsualHeader = 1 << 14;
+    if (regular_file_size(path) > kUsualHeader) {
         try {
-            DicomBytes file = parse_head(path, usual_header, {});
+            ParsedDicom file = parse_head(path, kUsualHeader, {});
             if (file.pixels_at > 0) return file;
         } catch (const NeedsMore&) {
         }
@@ -340,10 +337,10 @@ namespace {
 struct Fragments {
     std::string_view offset_table;
     std::vector<std::string_view> parts;
-    std::vector<std::size_t> starts;  // of their items, counted as the offset table does
+    std::vector<std::size_t> starts;  // offsets of their items, relative as in the offset table
 };
 
-Fragments fragments(const DicomBytes& file) {
+Fragments fragments(const ParsedDicom& file) {
     const std::string_view bytes(file.bytes.data(), file.bytes.size());
     Fragments out;
     try {
@@ -352,8 +349,8 @@ Fragments fragments(const DicomBytes& file) {
         for (bool table = true;; table = false) {
             const std::size_t start = parser.at();
             const auto h = parser.header();
-            if (h.tag == sequence_end && !table) return out;
-            if (h.tag != item_start || h.length == undefined_length) throw Damaged();
+            if (h.tag == kSequenceEnd && !table) return out;
+            if (h.tag != kItem || h.length == kUndefinedLength) throw Damaged();
             const std::string_view value = parser.value(h, 0).value;
             if (table) {
                 out.offset_table = value;
@@ -372,16 +369,15 @@ Fragments fragments(const DicomBytes& file) {
 
 }  // namespace
 
-std::vector<std::string> compressed_frames(const DicomBytes& file, std::size_t frames) {
+std::vector<std::string> compressed_frames(const ParsedDicom& file, std::size_t frames) {
     const Fragments all = fragments(file);
     if (all.parts.empty()) throw InputError("has no pixels");
     std::vector<std::string> out(frames);
     const bool one_each = all.parts.size() == frames;
     if (frames > 1 && !one_each && all.offset_table.size() != 4 * frames) {
-        throw InputError(
-            fmt::format("has {} frames in {} fragments and no table of which belong together; decompress it "
-                        "with another program first",
-                        frames, all.parts.size()));
+        throw InputError(fmt::format(
+            "has {} frames in {} fragments without an offset table; decompress it with another program first",
+            frames, all.parts.size()));
     }
     std::size_t frame = 0;
     for (std::size_t i = 0; i < all.parts.size(); ++i) {
@@ -393,8 +389,8 @@ std::vector<std::string> compressed_frames(const DicomBytes& file, std::size_t f
         }
         out[frame] += all.parts[i];
     }
-    if (frame + 1 != frames) throw InputError("its table of frames does not fit its pixel data");
+    if (frame + 1 != frames) throw InputError("its offset table does not match its pixel data");
     return out;
 }
 
-}  // namespace marrow
+}  // namespace marrow::internal::io

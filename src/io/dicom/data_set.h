@@ -1,4 +1,4 @@
-// The elements of a DICOM file.
+/// Parses DICOM files into data elements.
 #pragma once
 
 #include <cstdint>
@@ -11,32 +11,32 @@
 
 #include <marrow/buffer.h>
 
-namespace marrow {
+namespace marrow::internal::io {
 
 /// A tag as one number: (0028,0010) is 0x00280010.
 using DicomTag = std::uint32_t;
 
-/// How numbers and elements are written.
+/// How elements and numbers are encoded.
 struct DicomEncoding {
     bool explicit_vr = true;
     bool big_endian = false;
 };
 
-/// A data set: elements by tag, their values as views into the file's bytes.
-class DicomSet {
+/// A data set: elements by tag. Their values are views into the file's bytes.
+class DicomDataSet {
   public:
-    /// An element's bytes; empty where it is absent.
+    /// An element's bytes; empty if it is absent.
     std::string_view bytes(DicomTag tag) const;
     bool has(DicomTag tag) const { return elements_.contains(tag); }
     /// Text without padding.
     std::string text(DicomTag tag) const;
-    /// The number of an element of VR US.
+    /// The number in an element with VR US.
     std::optional<int> unsigned_short(DicomTag tag) const;
-    /// The numbers of a decimal string "1\2\3"; nothing where there are not exactly `count` finite ones.
+    /// The numbers in a decimal string "1\2\3". No value unless there are exactly `count` finite numbers.
     std::optional<std::vector<double>> decimals(DicomTag tag, std::size_t count) const;
     std::optional<double> decimal(DicomTag tag) const;
-    /// The items of a sequence. \throw InputError where it is damaged.
-    std::vector<DicomSet> items(DicomTag tag) const;
+    /// The items of a sequence. \throw InputError it is damaged
+    std::vector<DicomDataSet> items(DicomTag tag) const;
 
   private:
     friend class DicomParser;
@@ -47,35 +47,36 @@ class DicomSet {
     std::map<DicomTag, Element> elements_;
 };
 
-/// A file. Moves, but does not copy: the set looks into its bytes.
-struct DicomBytes {
-    DicomBytes() = default;
-    DicomBytes(DicomBytes&&) = default;
-    DicomBytes& operator=(DicomBytes&&) = default;
+/// A parsed file. It cannot be copied: the data set points into its bytes.
+struct ParsedDicom {
+    ParsedDicom() = default;
+    ParsedDicom(ParsedDicom&&) = default;
+    ParsedDicom& operator=(ParsedDicom&&) = default;
 
-    Buffer<char> bytes;  ///< of the file, or what a deflated file inflates to
+    Buffer<char> bytes;  ///< of the file; inflated if it was deflated
     std::string transfer_syntax;
     DicomEncoding encoding;
-    DicomSet set;
-    /// Where the pixel data begin in `bytes`, as far as they are there; 0: nowhere.
+    DicomDataSet data_set;
+    /// Offset of the pixel data in `bytes`; 0 if there are none.
     std::size_t pixels_at = 0;
-    /// Their bytes; nothing where they come in fragments, as compressed ones do.
+    /// Size of the pixel data. No value if they are compressed, in fragments.
     std::optional<std::size_t> pixels_size;
-    bool pixels_are_words = false;  ///< of 16 bits, in the file's byte order
+    bool pixels_are_words = false;  ///< 16-bit words in the file's byte order
 };
 
-/// True where the first bytes (132 where there are so many) look like DICOM, with or without a preamble.
+/// Whether a file with these first bytes (132, or all if it is shorter) looks like DICOM. The preamble may be
+/// missing.
 bool is_dicom(std::string_view head);
 
-/// Parses a file up to its pixel data. \throw IoError; InputError where it is not DICOM or damaged.
-DicomBytes parse_dicom_header(const std::filesystem::path& path);
+/// Parses a file up to its pixel data. \throw IoError; InputError it is not DICOM, or damaged
+ParsedDicom parse_dicom_header(const std::filesystem::path& path);
 
-/// Parses a file; `bytes` holds all of it, in `memory` that had another use before.
-/// \throw as parse_dicom_header.
-DicomBytes parse_dicom(const std::filesystem::path& path, Buffer<char> memory = {});
+/// Parses a file; the result holds all its bytes, in `memory` of an earlier file.
+/// \throw the errors of parse_dicom_header
+ParsedDicom parse_dicom(const std::filesystem::path& path, Buffer<char> memory = {});
 
-/// The compressed streams of `frames` frames, put together from their fragments.
-/// \throw InputError where they are damaged, in words that go after the file's name.
-std::vector<std::string> compressed_frames(const DicomBytes& file, std::size_t frames);
+/// Joins the fragments of the compressed streams of all frames.
+/// \throw InputError they are damaged; the message continues a file name
+std::vector<std::string> compressed_frames(const ParsedDicom& file, std::size_t frames);
 
-}  // namespace marrow
+}  // namespace marrow::internal::io

@@ -1,8 +1,9 @@
+// Decodes the JPEG streams of medical images by DCMTK.
 #include "grey_jpeg.h"
 
 #include <fmt/format.h>
 
-#define HAVE_CONFIG_H  // as DCMTK's headers ask for
+#define HAVE_CONFIG_H  // required by DCMTK's headers
 #include <dcmtk/config/osconfig.h>
 
 #include <dcmtk/dcmjpeg/djcparam.h>
@@ -12,19 +13,19 @@
 
 #include <marrow/error.h>
 
-namespace marrow {
+namespace marrow::internal::io {
 
 namespace {
 
-const InputError damaged("its JPEG pixels are damaged or truncated");
+const InputError kDamaged("its JPEG pixels are damaged or truncated");
 
-// Each scan of a progressive picture is work for all of its samples, however few bytes it has. Ten are usual.
+// Each scan of a progressive image processes all samples, even if it has few bytes. Ten scans are usual.
 void check_scans(std::string_view stream) {
     using namespace std::string_view_literals;
-    constexpr int most = 200;
+    constexpr int kMost = 200;
     int scans = 0;
     for (std::size_t at = 0; (at = stream.find("\xff\xda"sv, at)) != stream.npos; at += 2) {
-        if (++scans > most) throw damaged;
+        if (++scans > kMost) throw kDamaged;
     }
 }
 
@@ -34,26 +35,26 @@ struct FrameHeader {
     int components;
 };
 
-// The frame header of a stream: ITU-T T.81, B.2.2.
+// Reads the frame header of a stream: ITU-T T.81, B.2.2.
 FrameHeader frame_header(std::string_view stream) {
     const auto byte = [&](std::size_t at) {
-        if (at >= stream.size()) throw damaged;
+        if (at >= stream.size()) throw kDamaged;
         return static_cast<int>(static_cast<unsigned char>(stream[at]));
     };
     const auto word = [&](std::size_t at) { return byte(at) << 8 | byte(at + 1); };
-    if (word(0) != 0xffd8) throw damaged;
+    if (word(0) != 0xffd8) throw kDamaged;
     for (std::size_t at = 2;;) {
-        if (byte(at++) != 0xff) throw damaged;
+        if (byte(at++) != 0xff) throw kDamaged;
         while (byte(at) == 0xff) ++at;
         const int marker = byte(at++);
         if (marker >= 0xc0 && marker <= 0xc3) return {byte(at + 2), word(at + 3), word(at + 5), byte(at + 7)};
-        // tables and comments, but no other frame and no scan before it
-        if (marker != 0xc4 && (marker < 0xdb || marker == 0xdc)) throw damaged;
+        // Only tables and comments may come before the frame header.
+        if (marker != 0xc4 && (marker < 0xdb || marker == 0xdc)) throw kDamaged;
         at += static_cast<std::size_t>(word(at));
     }
 }
 
-// DCMTK fills up what is damaged and warns. A warning is a failure here.
+// DCMTK completes damaged images and warns. Here a warning is an error.
 template <class Base>
 struct Strict : Base {
     using Base::Base;
@@ -67,11 +68,11 @@ template <class Base>
 void decode(std::string_view stream, void* to, std::size_t bytes) {
     static const DJCodecParameter parameters(ECC_lossyYCbCr, EDC_never, EUC_never, EPC_default);
     Strict<Base> decoder(parameters, false);
-    if (decoder.init().bad()) throw LimitError("DCMTK: no memory");
-    auto* from = reinterpret_cast<Uint8*>(const_cast<char*>(stream.data()));  // which it only reads
+    if (decoder.init().bad()) throw LimitError("not enough memory for DCMTK");
+    auto* from = reinterpret_cast<Uint8*>(const_cast<char*>(stream.data()));  // DCMTK only reads it
     const OFCondition result = decoder.decode(from, static_cast<Uint32>(stream.size()),
                                               static_cast<Uint8*>(to), static_cast<Uint32>(bytes), false);
-    if (result.bad() || decoder.warned) throw damaged;
+    if (result.bad() || decoder.warned) throw kDamaged;
 }
 
 }  // namespace
@@ -84,7 +85,7 @@ GreyJpeg decode_grey_jpeg(std::string_view stream, std::int64_t columns, std::in
                         frame.columns, frame.rows, frame.components, columns, rows));
     }
     check_scans(stream);
-    if (frame.bits < 2 || frame.bits > 16) throw damaged;
+    if (frame.bits < 2 || frame.bits > 16) throw kDamaged;
     GreyJpeg out{frame.bits, std::vector<std::uint16_t>(static_cast<std::size_t>(columns * rows))};
     if (frame.bits > 12) {
         decode<DJDecompressIJG16Bit>(stream, out.samples.data(), 2 * out.samples.size());
@@ -98,4 +99,4 @@ GreyJpeg decode_grey_jpeg(std::string_view stream, std::int64_t columns, std::in
     return out;
 }
 
-}  // namespace marrow
+}  // namespace marrow::internal::io

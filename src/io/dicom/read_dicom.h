@@ -1,21 +1,16 @@
-// DICOM series as volumes.
+/// Reads DICOM series as volumes.
 #pragma once
-
-#include <filesystem>
-#include <string>
-#include <vector>
 
 #include <marrow/scan_io.h>
 
-namespace marrow {
+#include "series.h"
 
-/// The series among `files`, split where their geometry differs. `wanted`: where not empty, the file that the
-/// series to choose holds. \throw InputError where there is none.
-ScanReport inspect_dicom(const std::vector<std::filesystem::path>& files, const std::filesystem::path& wanted,
-                         const ScanOptions& options);
+namespace marrow::internal::io {
 
-/// Reads one series. \throw as read_scan.
-Volume load_dicom(const std::vector<std::filesystem::path>& files, const std::filesystem::path& wanted,
-                  const ScanOptions& options, ScanInfo& info);
+/// \throw the errors of inspect_scan
+ScanReport inspect_dicom(const DicomInput& input, const ScanOptions& options);
 
-}  // namespace marrow
+/// \throw the errors of read_scan
+Volume read_dicom(const DicomInput& input, const ScanOptions& options, ScanInfo& info);
+
+}  // namespace marrow::internal::io

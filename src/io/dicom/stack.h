@@ -1,5 +1,5 @@
-// Which DICOM frames make a volume together, and where it lies. Nothing here guesses: what does not fit is
-// refused.
+/// Groups DICOM frames into volumes and computes their geometry. Nothing is guessed: inconsistent frames are
+/// an error.
 #pragma once
 
 #include <cstddef>
@@ -10,52 +10,59 @@
 
 #include "file.h"
 
-namespace marrow {
+namespace marrow::internal::io {
 
 struct DicomSlice {
     const DicomFile* file;
     std::size_t index;  ///< of the frame in the file
-    double along = 0;   ///< mm along the normal
+    double along = 0;   ///< position along the normal, mm
 
     const DicomFrame& frame() const { return file->frames[index]; }
-    /// The file, and the frame where there are several, for a message.
+    /// The path in quotes, and the frame if there are several, for messages.
     std::string name() const;
+    /// The same without the folder.
+    std::string short_name() const;
 };
 
-/// Frames of one series, size, orientation, spacing, echo and frame of reference, in order along their
+/// Frames with the same series, size, orientation, spacing, echo and frame of reference, sorted along their
 /// normal.
 struct DicomStack {
-    std::string id;  ///< SeriesInstanceUID, or SeriesInstanceUID/1, /2, ... where a series falls apart
+    std::string id;  ///< SeriesInstanceUID, with /1, /2, ... if the series has several stacks
     std::vector<DicomSlice> slices;
 
     const DicomFile& first() const { return *slices[0].file; }
 };
 
-/// Sorts the frames of `files`, which must outlive the result, into stacks: the largest first.
-std::vector<DicomStack> stacks_of(const std::vector<DicomFile>& files);
+/// Groups the frames of `files` into stacks, the largest first. The files must outlive the result.
+/// \throw InputError a series has too many different geometries
+std::vector<DicomStack> group_into_stacks(const std::vector<DicomFile>& files);
 
-/// Groups of slices that lie at one place, as indices into the stack's slices; places of one slice are left
-/// out.
-std::vector<std::vector<std::size_t>> slices_at_one_place(const DicomStack& stack);
+/// Groups of slices that have the same position, as indices into the stack's slices.
+std::vector<std::vector<std::size_t>> coincident_slices(const DicomStack& stack);
 
-/// Where the volume of a stack lies.
-struct StackPlace {
+struct StackGeometry {
     Geometry geometry;
-    /// Where uneven slices lie, as fractional indices along the third axis of `geometry`, which is even; empty
-    /// where the slices are even themselves.
+    /// For uneven slices, their positions as fractional indices along the third axis of `geometry`, which is
+    /// even. Empty if the slices are even.
     std::vector<double> uneven;
     double tilt = 0;  ///< of the gantry, degrees
     std::vector<std::string> warnings;
 };
 
-/// The origin is the first slice's, the third axis goes from slice to slice, slanted for a tilted gantry (with
-/// a warning). `options.spacing` fills in what the headers leave out; `options.resample` makes uneven slices
-/// even. \throw GeometryError where the slices are uneven (by more than 1 % or 0.01 mm), at one place, shifted
-/// sideways, single, or without position, orientation or spacing, and the options do not help; where the
-/// options contradict the headers.
-StackPlace place_of(const DicomStack& stack, const ScanOptions& options);
+/// Computes the geometry of a stack. The origin is the position of the first slice. The third axis is the
+/// step between slices; it is oblique for a tilted gantry, with a warning. options.spacing supplies what the
+/// headers lack. options.resample allows uneven slices.
+/// \throw GeometryError the slices are uneven (by more than 1 % or 0.01 mm), coincide, are shifted sideways,
+/// are single, or lack position, orientation or spacing, and the options do not help; or the options
+/// contradict the headers
+StackGeometry geometry_of(const DicomStack& stack, const ScanOptions& options);
 
-/// "4 mm between 'a' and 'b'" for gaps that differ from the usual one.
-std::vector<std::string> uneven_gaps(const DicomStack& stack);
+/// An unusual distance between a slice and the next.
+struct UnevenGap {
+    std::size_t slice;  ///< index into the stack's slices
+    double length;      ///< mm
+};
 
-}  // namespace marrow
+std::vector<UnevenGap> uneven_gaps(const DicomStack& stack);
+
+}  // namespace marrow::internal::io

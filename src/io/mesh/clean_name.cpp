@@ -1,9 +1,10 @@
+// Makes names valid UTF-8.
 #include "writer.h"
 
-namespace marrow {
+namespace marrow::internal::io {
 namespace {
 
-// How many bytes the character at the start of `text` has; 0 where it is no valid UTF-8.
+// The number of bytes of the first character; 0 if it is not valid UTF-8.
 std::size_t length_of_character(std::string_view text) {
     const auto byte = [&](std::size_t i) {
         return i < text.size() ? static_cast<unsigned char>(text[i]) : 0u;
@@ -20,8 +21,8 @@ std::size_t length_of_character(std::string_view text) {
         code = code << 6 | (byte(i) & 0x3f);
     }
     constexpr unsigned kLeast[] = {0, 0, 0x80, 0x800, 0x10000};
-    const bool surrogate = code >= 0xd800 && code < 0xe000, no_character = (code & 0xfffe) == 0xfffe;
-    return code >= kLeast[length] && code <= 0x10ffff && !surrogate && !no_character ? length : 0;
+    const bool surrogate = code >= 0xd800 && code < 0xe000, noncharacter = (code & 0xfffe) == 0xfffe;
+    return code >= kLeast[length] && code <= 0x10ffff && !surrogate && !noncharacter ? length : 0;
 }
 
 }  // namespace
@@ -40,4 +41,4 @@ std::string clean_name(const std::string& name) {
     return clean;
 }
 
-}  // namespace marrow
+}  // namespace marrow::internal::io

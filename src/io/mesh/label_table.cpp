@@ -1,3 +1,4 @@
+// Reads the names and colours of labels.
 #include <marrow/label_table.h>
 
 #include <algorithm>
@@ -11,8 +12,12 @@
 #include <marrow/error.h>
 
 #include "io/bytes/byte_stream.h"
+#include "io/bytes/text.h"
 
 namespace marrow {
+
+using namespace internal::io;
+
 namespace {
 
 struct Word {
@@ -28,7 +33,7 @@ struct Word {
     }
 };
 
-// What stands in quotes, with two for each within, as in CSV; takes it off the line.
+// Takes text in quotes off the line. Two quotes in it stand for one, as in CSV.
 std::string quoted_text(std::string_view& line) {
     std::string text;
     line.remove_prefix(1);
@@ -43,7 +48,7 @@ std::string quoted_text(std::string_view& line) {
     return text;
 }
 
-// By spaces, tabs, commas and semicolons; what stands in quotes is one word.
+// Splits a line at spaces, tabs, commas and semicolons. Text in quotes is one word.
 std::vector<Word> words_of(std::string_view line) {
     constexpr std::string_view kBetween = " \t\r,;";
     std::vector<Word> words;
@@ -60,7 +65,7 @@ std::vector<Word> words_of(std::string_view line) {
     }
 }
 
-// Three words from `first` as a colour, where they are numbers from 0 to 255.
+// The colour in three words from `first` on, if they are numbers from 0 to 255.
 std::optional<std::array<double, 3>> colour_at(const std::vector<Word>& words, std::size_t first) {
     if (first + 3 > words.size()) return {};
     std::array<double, 3> colour{};
@@ -73,9 +78,9 @@ std::optional<std::array<double, 3>> colour_at(const std::vector<Word>& words, s
 }
 
 LabelEntry entry_of(const std::vector<Word>& words) {
-    // ITK-SNAP: seven numbers and the name.
+    // ITK-SNAP: seven numbers, then the name in quotes.
     if (words.size() == 8 && words.back().quoted) return {words.back().text, colour_at(words, 1)};
-    // Numbers behind the name are a colour where they are three, or four with alpha.
+    // Three numbers after the name are a colour, or four with alpha.
     std::size_t end = words.size();
     while (end > 2 && words[end - 1].number()) --end;
     const std::size_t numbers = words.size() - end;
@@ -88,37 +93,33 @@ LabelEntry entry_of(const std::vector<Word>& words) {
 }  // namespace
 
 LabelTable read_label_table(const std::filesystem::path& file) {
-    constexpr std::uint64_t kMost = 16 << 20;  // a table is text of a few lines
-    const std::uint64_t size = size_of_file(file);
-    if (size > kMost)
-        throw InputError(fmt::format("'{}' is too large to be a table of labels", file.string()));
-    const std::string text = head_of(file, static_cast<std::size_t>(size));
+    constexpr std::uint64_t kMost = 16 << 20;
+    const std::uint64_t size = regular_file_size(file);
+    if (size > kMost) throw InputError(fmt::format("{} is too large to be a table of labels", quoted(file)));
+    const std::string text = read_head(file, static_cast<std::size_t>(size));
     LabelTable table;
     int line_number = 0;
     std::string_view rest = text;
     constexpr std::string_view kUtf8Mark = "\xEF\xBB\xBF";
     if (rest.starts_with(kUtf8Mark)) rest.remove_prefix(kUtf8Mark.size());
     while (!rest.empty()) {
-        const std::size_t end = std::min(rest.find('\n'), rest.size());
-        const std::vector<Word> words = words_of(rest.substr(0, end));
-        rest.remove_prefix(std::min(end + 1, rest.size()));
+        const std::vector<Word> words = words_of(take_line(rest));
         ++line_number;
         if (words.empty()) continue;
         const auto label = words.front().number();
         const bool is_label = label && std::trunc(*label) == *label && std::abs(*label) < 9e15;
         if (!is_label || words.size() < 2)
-            throw InputError(
-                fmt::format("'{}', line {}: a label and its name are expected, such as '3 liver'",
-                            file.string(), line_number));
+            throw InputError(fmt::format("{}, line {}: is not a label and its name, such as '3 liver'",
+                                         quoted(file), line_number));
         if (!table.emplace(static_cast<std::int64_t>(*label), entry_of(words)).second)
-            throw InputError(fmt::format("'{}', line {}: label {} stands there twice", file.string(),
-                                         line_number, *label));
+            throw InputError(
+                fmt::format("{}, line {}: label {} occurs twice", quoted(file), line_number, *label));
     }
     return table;
 }
 
 std::array<double, 3> default_label_colour(std::int64_t label) {
-    // Hues a golden section apart never come near those just before.
+    // Hues at steps of the golden section differ from all hues shortly before.
     constexpr double kGolden = 0.61803398874989485, kSaturation = 0.55, kValue = 0.92;
     const double turns = static_cast<double>(label) * kGolden, hue = 6 * (turns - std::floor(turns));
     std::array<double, 3> colour{};

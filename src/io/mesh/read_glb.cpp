@@ -1,5 +1,5 @@
-// glTF 2.0 in its binary form: a header, a JSON text that describes the buffer, and the buffer. What stands where
-// without being moved is read: a flat scene of triangles, as Marrow writes it.
+// Reads binary glTF 2.0: a header, a JSON description, and a buffer. Only a flat scene of triangles without
+// transforms is supported, as Marrow writes it.
 #include <cstring>
 #include <limits>
 #include <map>
@@ -9,19 +9,19 @@
 #include "io/bytes/text.h"
 #include "reader.h"
 
-namespace marrow {
+namespace marrow::internal::io {
 
 namespace {
 
 using Json = nlohmann::json;
 
-// From glTF's metres, with y up and the front at z, to millimetres in LPS.
+// Converts from glTF (metres, y up, front at +z) to millimetres in LPS.
 Vec3f position(const Vec3f& p) {
     return {static_cast<float>(p[0] * 1000.0), static_cast<float>(p[2] * -1000.0),
             static_cast<float>(p[1] * 1000.0)};
 }
 
-// The elements of an accessor, which the buffer is known to hold.
+// The elements of an accessor, which are inside the buffer.
 struct Elements {
     const char* begin = nullptr;
     std::uint64_t count = 0, stride = 0;
@@ -30,36 +30,37 @@ struct Elements {
 
 class GlbReader {
   public:
-    explicit GlbReader(const MeshInput& input) : input_(input) {
+    explicit GlbReader(const FileContent& input) : input_(input) {
         constexpr std::uint32_t kMagic = 0x46546C67, kJson = 0x4E4F534A, kBinary = 0x004E4942;
         if (input.bytes.size() < 20 || word(0) != kMagic) input.refuse("is not a .glb file");
-        if (word(4) != 2) input.refuse("is of glTF version " + std::to_string(word(4)) + "; only 2 is read");
+        if (word(4) != 2)
+            input.refuse("is glTF version " + std::to_string(word(4)) + "; only version 2 is supported");
         if (word(8) < 20 || word(8) > input.bytes.size() || word(16) != kJson)
             input.refuse("the file is cut off");
         const std::string_view all = std::string_view(input.bytes).substr(0, word(8));
-        const auto chunk = [&](std::uint64_t at) {  // behind its header
+        const auto chunk = [&](std::uint64_t at) {  // without its header
             const std::uint64_t size = word(at);
             if (size > all.size() - at - 8) input.refuse("the file is cut off");
             return all.substr(at + 8, size);
         };
         const std::string_view text = chunk(12);
         json_ = Json::parse(text, nullptr, false);
-        if (!json_.is_object()) input.refuse("its description is no JSON object");
+        if (!json_.is_object()) input.refuse("its description is not a JSON object");
         const std::uint64_t next = 20 + text.size();
         if (all.size() >= next + 8 && word(next + 4) == kBinary) buffer_ = chunk(next);
     }
 
     Mesh read() {
         for (const Json& needed : list(json_, "extensionsRequired"))
-            input_.refuse("needs a glTF extension that is not read: " +
-                          shown(needed.is_string() ? needed.get<std::string>() : "?"));
+            input_.refuse("needs an unsupported glTF extension: " +
+                          quoted(needed.is_string() ? needed.get<std::string>() : "?"));
         const Json& scene = element("scenes", number(json_, "scene", 0));
         for (const Json& index : list(scene, "nodes")) add_node(element("nodes", number(index)));
         if (mesh_.triangles.empty()) input_.refuse("its scene shows no triangles");
         return std::move(mesh_);
     }
 
-    /// As terrain, which is no patient's.
+    // Terrain is not in a patient's space.
     bool names_no_space() const {
         return member(member(member(json_, "asset"), "extras"), "space") == "none";
     }
@@ -77,17 +78,17 @@ class GlbReader {
         const auto at = object.is_object() ? object.find(name) : object.end();
         return at == object.end() ? kNull : *at;
     }
-    // The elements of a list; a list that is not there is empty.
+    // The elements of a list; empty if it is missing.
     const Json& list(const Json& object, const char* name) const {
         static const Json kEmpty = Json::array();
         const Json& found = member(object, name);
         return found.is_array() ? found : kEmpty;
     }
-    // A count or place; a file has at most 4 GiB.
+    // A count or an offset; a file has at most 4 GiB.
     std::uint64_t number(const Json& value) const {
         if (!value.is_number_unsigned() ||
             value.get<std::uint64_t>() > std::numeric_limits<std::uint32_t>::max())
-            input_.refuse("its description has no fitting number where one belongs");
+            input_.refuse("its description lacks a number, or has an invalid one");
         return value.get<std::uint64_t>();
     }
     std::uint64_t number(const Json& object, const char* name, std::optional<std::uint64_t> otherwise) const {
@@ -96,18 +97,17 @@ class GlbReader {
     }
     const Json& element(const char* name, std::uint64_t index) const {
         const Json& all = list(json_, name);
-        if (index >= all.size())
-            input_.refuse("names one of its " + std::string(name) + " that is not there");
+        if (index >= all.size()) input_.refuse("names a missing element of its " + std::string(name));
         return all[index];
     }
 
     void add_node(const Json& node) {
-        if (!list(node, "children").empty()) input_.refuse("has nodes in nodes, which are not read");
+        if (!list(node, "children").empty()) input_.refuse("has nested nodes, which are not supported");
         if (member(node, "mesh").is_null()) return;  // a camera or a light
         for (const char* move : {"matrix", "translation", "rotation", "scale"}) {
             if (!member(node, move).is_null())
                 input_.refuse("has a node with a " + std::string(move) +
-                              ", which is not read; apply it before exporting");
+                              ", which is not supported; apply it before exporting");
         }
         const Json& mesh = element("meshes", number(node, "mesh", {}));
         for (const Json& primitive : list(mesh, "primitives")) add_primitive(primitive);
@@ -116,26 +116,24 @@ class GlbReader {
     void add_primitive(const Json& primitive) {
         constexpr std::uint64_t kTriangles = 4;
         if (number(primitive, "mode", kTriangles) != kTriangles)
-            input_.refuse("has lines, points, strips or fans, which are not read");
-        // Primitives of one accessor share its points.
+            input_.refuse("has lines, points, strips or fans, which are not supported");
+        // Primitives with the same accessor share its points.
         const std::uint64_t accessor = number(member(primitive, "attributes"), "POSITION", {});
         const auto [at, is_new] = points_of_.try_emplace(accessor);
         if (is_new) at->second = add_points(elements(accessor, "VEC3"));
         const Json& indices = member(primitive, "indices");
-        if (indices.is_null())
-            input_.refuse(
-                "has triangles without indices, which are not read: their neighbours are not named");
+        if (indices.is_null()) input_.refuse("has triangles without indices, which are not supported");
         add_triangles(elements(number(indices), "SCALAR"), at->second);
     }
 
-    // Which points of the mesh belong to an accessor.
+    // The points of the mesh that belong to an accessor.
     struct PointRange {
         std::uint64_t first = 0, count = 0;
     };
 
     PointRange add_points(const Elements& points) {
         if (points.component_type != kFloat)
-            input_.refuse("has points that are no floats, which are not read");
+            input_.refuse("has points that are not floats, which is not supported");
         const PointRange range{mesh_.points.size(), points.count};
         for (std::uint64_t i = 0; i < points.count; ++i) {
             Vec3f p;
@@ -146,14 +144,14 @@ class GlbReader {
     }
 
     void add_triangles(const Elements& corners, const PointRange& points) {
-        if (corners.component_type == kFloat) input_.refuse("has indices that are no integers");
-        if (corners.count % 3 != 0) input_.refuse("has corners that make no whole triangles");
+        if (corners.component_type == kFloat) input_.refuse("has indices that are not integers");
+        if (corners.count % 3 != 0) input_.refuse("has an incomplete triangle");
         Triangle triangle{};
         for (std::uint64_t i = 0; i < corners.count; ++i) {
             std::uint32_t index = 0;
             std::memcpy(&index, corners.begin + i * corners.stride, size_of(corners.component_type));
             if (index >= points.count)
-                input_.refuse("a triangle names point " + std::to_string(index) + ", which is not there");
+                input_.refuse("a triangle names point " + std::to_string(index) + ", which is missing");
             triangle[i % 3] = static_cast<std::uint32_t>(points.first + index);
             if (i % 3 == 2) mesh_.triangles.push_back(triangle);
         }
@@ -161,13 +159,13 @@ class GlbReader {
 
     Elements elements(std::uint64_t index, const char* type) {
         const Json& accessor = element("accessors", index);
-        if (member(accessor, "type") != type) input_.refuse("has an accessor of another type than its use");
+        if (member(accessor, "type") != type) input_.refuse("has an accessor of the wrong type");
         if (!member(accessor, "sparse").is_null() || member(accessor, "bufferView").is_null())
-            input_.refuse("has sparse accessors, which are not read");
+            input_.refuse("has sparse accessors, which are not supported");
         const Json& view = element("bufferViews", number(accessor, "bufferView", {}));
         const std::uint64_t buffer = number(view, "buffer", {});
         if (buffer != 0 || !member(element("buffers", buffer), "uri").is_null())
-            input_.refuse("has buffers outside the file, which are not read");
+            input_.refuse("has buffers outside the file, which are not supported");
         Elements found;
         found.component_type = number(accessor, "componentType", {});
         const std::uint64_t size = size_of(found.component_type) * (type == std::string_view("VEC3") ? 3 : 1);
@@ -181,9 +179,9 @@ class GlbReader {
                                                found.count - 1 <= (view_size - begin - size) / found.stride);
         if (!view_fits || !fits)
             input_.refuse("an accessor reaches beyond its buffer; the file may be cut off");
-        // No byte is read twice: a small file cannot name its contents over and over.
+        // No byte is used twice, so that a small file cannot describe a huge mesh.
         bytes_read_ += size * found.count;
-        if (bytes_read_ > buffer_.size()) input_.refuse("shows the same triangles several times");
+        if (bytes_read_ > buffer_.size()) input_.refuse("uses the same bytes several times");
         found.begin = buffer_.data() + view_begin + begin;
         return found;
     }
@@ -200,25 +198,25 @@ class GlbReader {
                 return 4;
         }
         input_.refuse("has an accessor of component type " + std::to_string(component_type) +
-                      ", which is not read");
+                      ", which is not supported");
     }
 
     static constexpr std::uint64_t kFloat = 5126;
-    const MeshInput& input_;
+    const FileContent& input_;
     Json json_;
     std::string_view buffer_;
     Mesh mesh_;
-    std::map<std::uint64_t, PointRange> points_of_;  // of a position accessor
+    std::map<std::uint64_t, PointRange> points_of_;  // by position accessor
     std::uint64_t bytes_read_ = 0;
 };
 
 }  // namespace
 
-Mesh read_glb(const MeshInput& input, std::optional<Space>& space) {
+Mesh read_glb(const FileContent& input, Space& space) {
     GlbReader reader(input);
     Mesh mesh = reader.read();
-    if (!reader.names_no_space()) space = Space::LPS;  // glTF says how a model stands
+    if (!reader.names_no_space()) space = Space::LPS;  // glTF defines the orientation of a model
     return mesh;
 }
 
-}  // namespace marrow
+}  // namespace marrow::internal::io

@@ -1,4 +1,4 @@
-// PLY: a text header that describes the records after it, in text or binary.
+// Reads PLY: a text header describes the records after it, which are text or binary.
 #include <algorithm>
 #include <bit>
 #include <cstring>
@@ -6,7 +6,7 @@
 #include "io/bytes/text.h"
 #include "reader.h"
 
-namespace marrow {
+namespace marrow::internal::io {
 
 namespace {
 
@@ -32,7 +32,7 @@ std::optional<Type> type_of(std::string_view name) {
 struct Property {
     std::string name;
     Type type;
-    std::optional<Type> count;  // of a list
+    std::optional<Type> count;  // type of the length, if it is a list
 };
 
 struct Element {
@@ -48,10 +48,10 @@ double value_of(const char* bytes) {
     return static_cast<double>(value);
 }
 
-// The numbers after the header, one after the other.
+// Iterates over the numbers after the header.
 class Numbers {
   public:
-    Numbers(const MeshInput& input, std::size_t at, Encoding encoding)
+    Numbers(const FileContent& input, std::size_t at, Encoding encoding)
         : input_(input), at_(at), encoding_(encoding) {}
 
     double next(const Type& type) { return encoding_ == Encoding::text ? next_word() : next_binary(type); }
@@ -65,8 +65,8 @@ class Numbers {
         while (at_ < bytes.size() && !is_space(bytes[at_])) ++at_;
         if (begin == at_) input_.refuse("the file is cut off");
         const std::string_view word = std::string_view(bytes).substr(begin, at_ - begin);
-        const std::optional<double> value = number(word);
-        if (!value) input_.refuse("not a number: " + shown(word));
+        const std::optional<double> value = parse_double(word);
+        if (!value) input_.refuse("a value is not a number: " + quoted(word));
         return *value;
     }
 
@@ -87,7 +87,7 @@ class Numbers {
         }
     }
 
-    const MeshInput& input_;
+    const FileContent& input_;
     std::size_t at_;
     const Encoding encoding_;
 };
@@ -98,18 +98,18 @@ struct Header {
     std::size_t end = 0;
 };
 
-Header parse_header(const MeshInput& input, std::optional<Space>& space) {
+Header parse_header(const FileContent& input, Space& space) {
     Header header;
     bool has_format = false;
     for (std::size_t at = 0; header.end == 0;) {
         const std::size_t end = input.bytes.find('\n', at);
         if (end == std::string::npos || end > (1 << 20)) input.refuse("the PLY header has no end");
         const std::string_view line = std::string_view(input.bytes).substr(at, end - at);
-        const std::vector<std::string_view> w = words(line);
+        const std::vector<std::string_view> w = split(line);
         if (at == 0 && (w.empty() || w[0] != "ply")) input.refuse("is not a PLY file");
         at = end + 1;
         if (w.empty()) continue;
-        if (w[0] == "comment" && !space) space = marked_space(line);
+        if (w[0] == "comment" && space == Space::none) space = stated_space(line);
         if (w[0] == "end_header") header.end = at;
         if (w[0] == "format" && w.size() > 1) {
             has_format = true;
@@ -118,11 +118,11 @@ Header parse_header(const MeshInput& input, std::optional<Space>& space) {
             else if (w[1] == "binary_big_endian")
                 header.encoding = Encoding::big;
             else if (w[1] != "ascii")
-                input.refuse("unknown PLY format " + shown(w[1]));
+                input.refuse("unknown PLY format " + quoted(w[1]));
         }
         if (w[0] == "element") {
-            const auto count = w.size() == 3 ? integer(w[2]) : std::nullopt;
-            if (!count || *count < 0) input.refuse("a PLY element without a count");
+            const auto count = w.size() == 3 ? parse_integer(w[2]) : std::nullopt;
+            if (!count || *count < 0) input.refuse("a PLY element has no count");
             header.elements.push_back({std::string(w[1]), *count, {}});
         }
         if (w[0] == "property") {
@@ -130,7 +130,7 @@ Header parse_header(const MeshInput& input, std::optional<Space>& space) {
             const auto type = w.size() < 3 ? std::nullopt : type_of(w[list ? 3 : 1]);
             const auto count = list ? type_of(w[2]) : std::nullopt;
             if (header.elements.empty() || !type || (list && !count))
-                input.refuse("a PLY property that cannot be read: " + shown(line));
+                input.refuse("a PLY property is invalid: " + quoted(line));
             header.elements.back().properties.push_back({std::string(w.back()), *type, count});
         }
     }
@@ -140,14 +140,14 @@ Header parse_header(const MeshInput& input, std::optional<Space>& space) {
 
 }  // namespace
 
-Mesh read_ply(const MeshInput& input, std::optional<Space>& space) {
+Mesh read_ply(const FileContent& input, Space& space) {
     const Header header = parse_header(input, space);
     Numbers numbers(input, header.end, header.encoding);
     Mesh mesh;
     std::vector<std::int64_t> corners;
     bool has_points = false;
     for (const Element& element : header.elements) {
-        // An element without properties takes no bytes, so that its count says nothing.
+        // An element without properties takes no bytes, so its count can be arbitrarily large.
         for (std::int64_t i = 0; i < (element.properties.empty() ? 0 : element.count); ++i) {
             Vec3f point{};
             for (const Property& property : element.properties) {
@@ -161,7 +161,7 @@ Mesh read_ply(const MeshInput& input, std::optional<Space>& space) {
                 corners.clear();
                 for (double c = 0; c < size; ++c) {
                     const double corner = numbers.next(property.type);
-                    // Beyond what points can be, which add_polygon refuses.
+                    // add_polygon refuses -1.
                     corners.push_back(corner >= 0 && corner < 1e15 ? static_cast<std::int64_t>(corner) : -1);
                 }
                 if (element.name == "face" && property.name.starts_with("vertex_ind"))
@@ -175,4 +175,4 @@ Mesh read_ply(const MeshInput& input, std::optional<Space>& space) {
     return mesh;
 }
 
-}  // namespace marrow
+}  // namespace marrow::internal::io

@@ -1,19 +1,19 @@
-// VTK XML PolyData: arrays in text, base64 or as they lie in memory, in the XML or after it, packed by zlib or
-// not: https://docs.vtk.org/en/latest/design_documents/VTKFileFormats.html
+// Reads VTK XML PolyData. Its arrays are text, base64 or raw bytes, in the XML or appended to it, perhaps
+// compressed by zlib. See https://docs.vtk.org/en/latest/design_documents/VTKFileFormats.html.
 #include <zlib.h>
 
 #include <algorithm>
 #include <cstring>
 
 #include "io/bytes/text.h"
-#include "reader.h"
 #include "io/bytes/xml.h"
+#include "reader.h"
 
-namespace marrow {
+namespace marrow::internal::io {
 
 namespace {
 
-// Base64 from `at` up to its padding or what is not base64.
+// Decodes base64 up to its padding or any other character.
 std::string from_base64(std::string_view text) {
     std::string bytes;
     std::uint32_t bits = 0;
@@ -40,9 +40,9 @@ std::string from_base64(std::string_view text) {
 
 class VtpReader {
   public:
-    explicit VtpReader(const MeshInput& input) : input_(input) {}
+    explicit VtpReader(const FileContent& input) : input_(input) {}
 
-    Mesh read(std::optional<Space>& space) {
+    Mesh read(Space& space) {
         std::string_view section;
         std::size_t piece = 0;
         std::vector<double> points, connectivity, offsets;
@@ -58,7 +58,7 @@ class VtpReader {
             if (tag.name == "Piece") {
                 piece = mesh_.points.size();
                 if (!tag.get("NumberOfStrips").empty() && tag.get("NumberOfStrips") != "0")
-                    input_.refuse("has triangle strips, which are not read");
+                    input_.refuse("has triangle strips, which are not supported");
                 connectivity.clear(), offsets.clear();
             }
             if (tag.name == "DataArray" && section == "Points") {
@@ -81,15 +81,15 @@ class VtpReader {
   private:
     void begin_file(const XmlTag& tag) {
         is_file_ = tag.get("type") == "PolyData";
-        if (tag.get("byte_order") == "BigEndian") input_.refuse("is big-endian, which is not read");
+        if (tag.get("byte_order") == "BigEndian") input_.refuse("is big-endian, which is not supported");
         if (tag.get("header_type") == "UInt64") word_ = 8;
         const std::string_view compressor = tag.get("compressor");
         compressed_ = !compressor.empty();
         if (compressed_ && compressor != "vtkZLibDataCompressor")
-            input_.refuse("is compressed by " + shown(compressor) + ", which is not read");
+            input_.refuse("is compressed by " + quoted(compressor) + ", which is not supported");
     }
 
-    // The XML ends where the appended data begin, which may hold any bytes.
+    // The XML ends where the appended data begin, because they may hold any bytes.
     void find_appended() {
         xml_end_ = input_.bytes.size();
         const std::size_t at = input_.bytes.find("<AppendedData");
@@ -110,7 +110,7 @@ class VtpReader {
         return value;
     }
 
-    // The array's bytes from `text` on, which is base64 or raw.
+    // Returns the bytes of an array that starts at `text`, in base64 or raw.
     std::string unpack(std::string_view text, bool raw) const {
         if (!compressed_) {
             const std::string decoded = raw ? std::string() : from_base64(text);
@@ -119,7 +119,8 @@ class VtpReader {
             if (bytes.size() - word_ < size) input_.refuse("an array is cut off");
             return std::string(bytes.substr(word_, size));
         }
-        // Number of blocks, size of a block, size of the last, then each block's compressed size.
+        // The header: number of blocks, size of a block, size of the last block, compressed size of each
+        // block.
         const auto base64_size = [](std::uint64_t bytes) { return (bytes + 2) / 3 * 4; };
         std::string decoded = raw ? std::string() : from_base64(text.substr(0, base64_size(3 * word_)));
         const std::uint64_t blocks = word(raw ? text : std::string_view(decoded), 0);
@@ -130,21 +131,21 @@ class VtpReader {
         text.remove_prefix(
             std::min<std::uint64_t>(raw ? header_size : base64_size(header_size), text.size()));
         if (!raw) decoded = from_base64(text);
-        std::string_view packed = raw ? text : std::string_view(decoded);
+        std::string_view compressed = raw ? text : std::string_view(decoded);
         std::string bytes;
         for (std::uint64_t b = 0; b < blocks; ++b) {
-            const std::uint64_t last = word(header, 2), packed_size = word(header, 3 + b);
+            const std::uint64_t last = word(header, 2), compressed_size = word(header, 3 + b);
             const std::uint64_t size = b + 1 == blocks && last > 0 ? last : word(header, 1);
-            // zlib packs no more than a thousandfold.
-            if (packed_size > packed.size() || size / 1100 > packed_size)
+            // zlib compresses to no less than a thousandth.
+            if (compressed_size > compressed.size() || size / 1100 > compressed_size)
                 input_.refuse("an array is cut off");
             const std::size_t before = bytes.size();
             bytes.resize(before + size);
             uLongf found = size;
             const int result = uncompress(reinterpret_cast<Bytef*>(bytes.data() + before), &found,
-                                          reinterpret_cast<const Bytef*>(packed.data()), packed_size);
+                                          reinterpret_cast<const Bytef*>(compressed.data()), compressed_size);
             if (result != Z_OK || found != size) input_.refuse("an array is damaged");
-            packed.remove_prefix(packed_size);
+            compressed.remove_prefix(compressed_size);
         }
         return bytes;
     }
@@ -165,19 +166,19 @@ class VtpReader {
         std::string_view text = std::string_view(input_.bytes).substr(tag.end);
         if (format == "ascii") {
             std::vector<double> result;
-            for (const std::string_view word : words(text.substr(0, text.find('<')))) {
-                const std::optional<double> value = number(word);
-                if (!value) input_.refuse("not a number: " + shown(word));
+            for (const std::string_view word : split(text.substr(0, text.find('<')))) {
+                const std::optional<double> value = parse_double(word);
+                if (!value) input_.refuse("a value is not a number: " + quoted(word));
                 result.push_back(*value);
             }
             return result;
         }
         bool raw = false;
         if (format == "appended") {
-            const std::optional<std::int64_t> offset = integer(tag.get("offset"));
+            const std::optional<std::int64_t> offset = parse_integer(tag.get("offset"));
             if (appended_ == 0 || !offset || *offset < 0 ||
                 static_cast<std::uint64_t>(*offset) > input_.bytes.size() - appended_)
-                input_.refuse("an array's offset lies outside the file");
+                input_.refuse("an array's offset is outside the file");
             text = std::string_view(input_.bytes).substr(appended_ + static_cast<std::size_t>(*offset));
             raw = appended_raw_;
         } else {
@@ -191,13 +192,13 @@ class VtpReader {
         if (type == "Int64") return converted<std::int64_t>(bytes);
         if (type == "UInt64") return converted<std::uint64_t>(bytes);
         if (type == "UInt8" || type == "String") return converted<std::uint8_t>(bytes);
-        input_.refuse("has an array of type " + shown(type) + ", which is not read");
+        input_.refuse("has an array of type " + quoted(type) + ", which is not supported");
     }
 
-    static std::optional<Space> space_of(const std::vector<double>& codes) {
+    static Space space_of(const std::vector<double>& codes) {
         std::string text;
         for (const double code : codes) text += static_cast<char>(code);
-        return marked_space("SPACE=" + text);
+        return stated_space("SPACE=" + text);
     }
 
     void add_polygons(const std::vector<double>& connectivity, const std::vector<double>& offsets,
@@ -206,7 +207,7 @@ class VtpReader {
         double from = 0;
         for (const double to : offsets) {
             if (!(to >= from && to <= static_cast<double>(connectivity.size())))
-                input_.refuse("a polygon's corners lie outside its list");
+                input_.refuse("a polygon's corners are outside the connectivity array");
             corners.clear();
             for (auto i = static_cast<std::size_t>(from); i < static_cast<std::size_t>(to); ++i)
                 corners.push_back(connectivity[i] >= 0 && connectivity[i] < 1e15
@@ -218,18 +219,18 @@ class VtpReader {
         }
     }
 
-    const MeshInput& input_;
+    const FileContent& input_;
     Mesh mesh_;
     bool is_file_ = false, compressed_ = false, appended_raw_ = false;
-    std::size_t word_ = 4;      // bytes of a length
-    std::size_t xml_end_ = 0;   // in the file
-    std::size_t appended_ = 0;  // where the appended data begin; 0: there are none
+    std::size_t word_ = 4;      // bytes of a length field
+    std::size_t xml_end_ = 0;   // offset of the end of the XML
+    std::size_t appended_ = 0;  // offset of the appended data; 0 if there are none
 };
 
 }  // namespace
 
-Mesh read_vtp(const MeshInput& input, std::optional<Space>& space) {
+Mesh read_vtp(const FileContent& input, Space& space) {
     return VtpReader(input).read(space);
 }
 
-}  // namespace marrow
+}  // namespace marrow::internal::io

@@ -1,43 +1,42 @@
-// What the mesh readers share.
+/// The readers of mesh formats, and what they share.
 #pragma once
 
 #include <array>
 #include <cstdint>
-#include <filesystem>
-#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include <marrow/error.h>
 #include <marrow/mesh.h>
 #include <marrow/mesh_io.h>
 
-namespace marrow {
+#include "io/bytes/file_content.h"
 
-/// A mesh file's bytes, and where its faults are said to be.
-struct MeshInput {
-    std::filesystem::path path;
-    std::string bytes;
+namespace marrow::internal::io {
 
-    /// \throw InputError "<path>: <why>"
-    [[noreturn]] void refuse(const std::string& why) const;
-};
-
-/// Adds a polygon as a fan of triangles. \throw InputError a corner that is no point, or fewer than three
-void add_polygon(const MeshInput& input, const std::vector<std::int64_t>& corners, std::size_t points,
+/// Adds a polygon as a fan of triangles. \throw InputError a corner is not one of `points` points, or there
+/// are fewer than three
+void add_polygon(const FileContent& input, const std::vector<std::int64_t>& corners, std::size_t points,
                  Mesh& mesh);
 
+/// The point in words 1 to 3 of a line, as in STL and OBJ. \throw InputError
+Vec3f parse_point(const FileContent& input, const std::vector<std::string_view>& words);
+
 /// The space that a header or comment states by SPACE=LPS or SPACE=RAS.
-std::optional<Space> marked_space(std::string_view text);
+Space stated_space(std::string_view text);
 
-/// \throw InputError a coordinate that is NaN or infinite
-void refuse_non_finite(const MeshInput& input, std::span<const Vec3f> points);
+/// \throw InputError a coordinate is NaN or infinite
+void check_finite(const FileContent& input, std::span<const Vec3f> points);
 
-Mesh read_ply(const MeshInput& input, std::optional<Space>& space);
-Mesh read_vtp(const MeshInput& input, std::optional<Space>& space);
-Mesh read_3mf(const MeshInput& input, std::optional<Space>& space);
-Mesh read_glb(const MeshInput& input, std::optional<Space>& space);
+/// Each reads a format, with coordinates as in the file. `space` is Space::none and receives the space that
+/// the file states. \throw InputError
+Mesh read_stl(const FileContent& input, Space& space);
+Mesh read_ply(const FileContent& input, Space& space);
+Mesh read_obj(const FileContent& input, Space& space);
+Mesh read_vtp(const FileContent& input, Space& space);
+Mesh read_3mf(const FileContent& input, Space& space);
+/// The coordinates are in millimetres and LPS.
+Mesh read_glb(const FileContent& input, Space& space);
 
-}  // namespace marrow
+}  // namespace marrow::internal::io

@@ -1,12 +1,12 @@
-// 3MF core specification 1.2: a ZIP archive with an XML model in it. Numbers have the shortest digits that read back to the
-// same float; independent of the locale.
+// Writes 3MF after its core specification 1.2: a ZIP archive with an XML model. Numbers have the fewest
+// digits that read back to the same float, in any locale.
 #include <algorithm>
 #include <charconv>
 #include <cmath>
 
 #include "writer.h"
 
-namespace marrow {
+namespace marrow::internal::io {
 namespace {
 
 constexpr std::size_t kFloatChars = 15, kIndexChars = 10;
@@ -83,8 +83,8 @@ void write_object(MeshOutput& output, const Mesh& mesh) {
 
 }  // namespace
 
-std::span<const ZipPart> parts_of_3mf() {
-    static constexpr ZipPart kParts[] = {
+std::span<const ArchiveFile> other_3mf_files() {
+    static constexpr ArchiveFile kFiles[] = {
         {"[Content_Types].xml",
          "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
          "<Types xmlns=\"http://schemas.openxmlformats.org/package/2006/content-types\">"
@@ -98,7 +98,7 @@ std::span<const ZipPart> parts_of_3mf() {
          "<Relationships xmlns=\"http://schemas.openxmlformats.org/package/2006/relationships\">"
          "<Relationship Id=\"model\" Target=\"/3D/3dmodel.model\" "
          "Type=\"http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel\"/></Relationships>\n"}};
-    return kParts;
+    return kFiles;
 }
 
 void write_3mf_model(MeshOutput& output, MeshObjects objects) {
@@ -107,7 +107,7 @@ void write_3mf_model(MeshOutput& output, MeshObjects objects) {
         "xmlns=\"http://schemas.microsoft.com/3dmanufacturing/core/2015/02\">\n"
         "<metadata name=\"Application\">Marrow</metadata>\n<metadata name=\"Description\">" +
         space_mark(output.space) + "</metadata>\n<resources>\n";
-    // Objects refer to their colours by place in this list; resource 1 is the list, the objects follow.
+    // Resource 1 is the list of colours; objects refer to them by index. The objects follow.
     const bool coloured =
         std::any_of(objects.begin(), objects.end(), [](const MeshObject& o) { return o.colour.has_value(); });
     std::vector<std::string> colour_of(objects.size());
@@ -138,4 +138,4 @@ void write_3mf_model(MeshOutput& output, MeshObjects objects) {
     output.text(text + "</build>\n</model>\n");
 }
 
-}  // namespace marrow
+}  // namespace marrow::internal::io

@@ -1,4 +1,4 @@
-// glTF 2.0 in its binary form: a header, a JSON text that describes the buffer, and the buffer.
+// Writes binary glTF 2.0: a header, a JSON description of the buffer, and the buffer.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -9,10 +9,10 @@
 
 #include "writer.h"
 
-namespace marrow {
+namespace marrow::internal::io {
 namespace {
 
-// glTF is in metres with y up, and models look along z with their left at x. From LPS millimetres.
+// Converts from millimetres in LPS to glTF: metres, y up, front at +z, left at +x.
 Vec3f direction(const Vec3f& v) {
     return {v[0], v[2], -v[1]};
 }
@@ -22,11 +22,11 @@ Vec3f position(const Vec3f& p) {
             static_cast<float>(q[2] / 1000.0)};
 }
 
-std::string list(const Vec3f& v) {  // fmt writes the shortest digits that read back, whatever the locale
+std::string list(const Vec3f& v) {  // fmt writes the fewest digits that read back, in any locale
     return fmt::format("[{},{},{}]", v[0], v[1], v[2]);
 }
 
-std::string quoted(const std::string& name) {
+std::string json_string(const std::string& name) {
     std::string text = "\"";
     for (const char c : clean_name(name)) {
         if (c == '"' || c == '\\') text += '\\';
@@ -35,7 +35,7 @@ std::string quoted(const std::string& name) {
     return text + "\"";
 }
 
-// glTF's colours are linear, not sRGB.
+// Colours in glTF are linear, not sRGB.
 Vec3f linear(const std::array<double, 3>& colour) {
     Vec3f result{};
     for (std::size_t i = 0; i < 3; ++i) {
@@ -45,7 +45,7 @@ Vec3f linear(const std::array<double, 3>& colour) {
     return result;
 }
 
-// A list of JSON objects that grows, and is numbered.
+// A growing JSON array of objects.
 class Array {
   public:
     std::uint64_t add(std::string_view object) {
@@ -62,7 +62,8 @@ class Array {
     std::uint64_t size_ = 0;
 };
 
-// The JSON, and how long the buffer is that it describes: for each object its points, normals and triangles.
+// The JSON description of the buffer, and the size of the buffer. It holds points, normals and triangles of
+// each object.
 class Description {
   public:
     Description(MeshObjects objects, Space space) {
@@ -90,7 +91,7 @@ class Description {
   private:
     static constexpr int kFloat = 5126, kUnsignedInt = 5125, kVertices = 34962, kIndices = 34963;
 
-    // An accessor for `count` elements that lie next in the buffer.
+    // Adds an accessor for the next `count` elements of the buffer.
     std::uint64_t add_accessor(std::uint64_t count, std::uint64_t bytes, int target, int component,
                                const char* type, const std::string& more) {
         const std::uint64_t view = views_.add(fmt::format(
@@ -102,7 +103,7 @@ class Description {
     }
 
     static std::string name_member(const MeshObject& object) {
-        return object.name.empty() ? "" : fmt::format("\"name\":{},", quoted(object.name));
+        return object.name.empty() ? "" : fmt::format("\"name\":{},", json_string(object.name));
     }
 
     std::uint64_t add_mesh(const MeshObject& object) {
@@ -145,7 +146,7 @@ class Description {
     std::string json_;
 };
 
-std::string words(std::initializer_list<std::uint64_t> values) {
+std::string little_endian_words(std::initializer_list<std::uint64_t> values) {
     std::string bytes(4 * values.size(), '\0');
     char* to = bytes.data();
     for (const std::uint64_t value : values) to = put(to, static_cast<std::uint32_t>(value));
@@ -161,9 +162,10 @@ void write_glb(MeshOutput& output, MeshObjects objects) {
     const std::string& json = description.json();
     const std::uint64_t buffer = description.buffer_bytes(), total = 12 + 8 + json.size() + 8 + buffer;
     if (total > std::numeric_limits<std::uint32_t>::max())
-        throw LimitError("a .glb file holds at most 4 GiB and these surfaces need " +
+        throw LimitError("a .glb file holds at most 4 GiB, and these surfaces need " +
                          std::to_string(total >> 20) + " MiB; write .ply or .vtp");
-    output.text(words({kMagic, 2, total, json.size(), kJson}) + json + words({buffer, kBinary}));
+    output.text(little_endian_words({kMagic, 2, total, json.size(), kJson}) + json +
+                little_endian_words({buffer, kBinary}));
     for (std::size_t i = 0; i < objects.size(); ++i) {
         const Mesh& mesh = *objects[i].mesh;
         output.set_share(i, objects.size());
@@ -178,4 +180,4 @@ void write_glb(MeshOutput& output, MeshObjects objects) {
     }
 }
 
-}  // namespace marrow
+}  // namespace marrow::internal::io

@@ -1,3 +1,4 @@
+// Writes mesh files by the writer of their format.
 #include <algorithm>
 #include <string>
 #include <utility>
@@ -6,16 +7,14 @@
 #include <marrow/mesh_io.h>
 
 #include "io/bytes/deflate.h"
+#include "io/bytes/text.h"
 #include "writer.h"
 
 namespace marrow {
-namespace {
 
-std::string lower_case(std::string text) {
-    std::transform(text.begin(), text.end(), text.begin(),
-                   [](char c) { return 'A' <= c && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
-    return text;
-}
+using namespace internal::io;
+
+namespace {
 
 MeshOutput::Write into(AtomicFile& file) {
     return [&](const void* data, std::size_t bytes) { file.write(data, bytes); };
@@ -23,21 +22,22 @@ MeshOutput::Write into(AtomicFile& file) {
 
 void check_objects(MeshObjects objects, MeshFormat format, const std::filesystem::path& output, Space space) {
     const auto refuse = [&](const std::string& reason) {
-        throw InputError("cannot write '" + output.string() + "'" + reason);
+        throw InputError("cannot write " + quoted(output) + ": " + reason);
     };
-    if (objects.empty()) refuse(": there is no surface");
+    if (objects.empty()) refuse("there is no surface");
     if (objects.size() > 1 && !holds_several(format))
-        refuse(": it holds one surface and there are " + std::to_string(objects.size()) +
+        refuse("this format holds one surface, and there are " + std::to_string(objects.size()) +
                "; write .3mf, .glb, .vtp or .obj");
-    if (format == MeshFormat::glb && space == Space::RAS) refuse(" in RAS: glTF has axes of its own");
+    if (format == MeshFormat::glb && space == Space::RAS)
+        refuse("glTF has its own axes and cannot be in RAS");
     for (const MeshObject& object : objects) {
         const Mesh& mesh = *object.mesh;
         if (!mesh.normals.empty() && mesh.normals.size() != mesh.points.size())
-            refuse(": the mesh has " + std::to_string(mesh.points.size()) + " points but " +
+            refuse("the mesh has " + std::to_string(mesh.points.size()) + " points but " +
                    std::to_string(mesh.normals.size()) + " normals");
         for (const Triangle& t : mesh.triangles) {
             if (std::max({t[0], t[1], t[2]}) >= mesh.points.size())
-                refuse(": a triangle of the mesh names a point that is not there");
+                refuse("a triangle of the mesh names a missing point");
         }
     }
 }
@@ -70,7 +70,7 @@ void write_content(MeshFormat format, MeshOutput& to, MeshObjects objects) {
     }
 }
 
-// As the format has it, or compressed.
+// Writes the file: plain, compressed by gzip, or as a ZIP archive for 3MF.
 void write_content(MeshFormat format, AtomicFile& file, bool gzipped, MeshObjects objects,
                    const MeshWriteOptions& options) {
     if (gzipped) {
@@ -80,7 +80,7 @@ void write_content(MeshFormat format, AtomicFile& file, bool gzipped, MeshObject
         gzip.finish();
     } else if (format == MeshFormat::threemf) {
         ZipWriter zip(file);
-        for (const auto& [name, text] : parts_of_3mf()) {
+        for (const auto& [name, text] : other_3mf_files()) {
             zip.begin(name);
             zip.write(text, std::char_traits<char>::length(text));
         }
@@ -96,21 +96,21 @@ void write_content(MeshFormat format, AtomicFile& file, bool gzipped, MeshObject
 
 }  // namespace
 
-bool is_gzipped(const std::filesystem::path& file) {
-    return lower_case(file.extension().string()) == ".gz";
+bool internal::io::is_gzipped(const std::filesystem::path& file) {
+    return to_lower(file.extension().string()) == ".gz";
 }
 
 MeshFormat mesh_format(const std::filesystem::path& output) {
     const bool gzipped = is_gzipped(output);
-    const std::string ending = lower_case((gzipped ? output.stem() : output).extension().string());
-    if (ending == ".stl") return MeshFormat::stl;
-    if (ending == ".ply") return MeshFormat::ply;
-    if (ending == ".obj") return MeshFormat::obj;
-    if (ending == ".vtp" && !gzipped) return MeshFormat::vtp;
-    if (ending == ".3mf" && !gzipped) return MeshFormat::threemf;
-    if (ending == ".glb" && !gzipped) return MeshFormat::glb;
-    throw InputError("no mesh format is known for '" + output.string() +
-                     "': its ending must be .stl, .ply, .obj (or these with .gz), .vtp, .3mf or .glb");
+    const std::string end = to_lower((gzipped ? output.stem() : output).extension().string());
+    if (end == ".stl") return MeshFormat::stl;
+    if (end == ".ply") return MeshFormat::ply;
+    if (end == ".obj") return MeshFormat::obj;
+    if (end == ".vtp" && !gzipped) return MeshFormat::vtp;
+    if (end == ".3mf" && !gzipped) return MeshFormat::threemf;
+    if (end == ".glb" && !gzipped) return MeshFormat::glb;
+    throw InputError("there is no mesh format for " + quoted(output) +
+                     ": its extension must be .stl, .ply, .obj (also with .gz), .vtp, .3mf or .glb");
 }
 
 bool holds_several(MeshFormat format) {
@@ -146,7 +146,7 @@ void MeshFiles::commit() {
     for (const auto& file : files) file->commit();
 }
 
-// What a file written part by part holds, and where.
+// The layout of a file that is written in parts.
 struct SurfaceWriter::State {
     State(const std::filesystem::path& output, const MeshWriteOptions& options)
         : format(mesh_format(output)), file(output), to(into(file), options) {}
@@ -181,9 +181,9 @@ struct SurfaceWriter::State {
 SurfaceWriter::SurfaceWriter(const std::filesystem::path& output, const MeshWriteOptions& options) {
     const MeshFormat format = mesh_format(output);
     if ((format != MeshFormat::stl && format != MeshFormat::ply) || is_gzipped(output)) {
-        throw InputError(
-            "cannot write '" + output.string() +
-            "' part by part: its ending must be .stl or .ply; write those, or do without a memory limit");
+        throw InputError("cannot write " + quoted(output) +
+                         " in parts: its extension must be .stl or .ply; write one of these, or extract the "
+                         "surface as a whole");
     }
     state_ = std::make_unique<State>(output, options);
 }

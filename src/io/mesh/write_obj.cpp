@@ -1,13 +1,13 @@
-// Wavefront OBJ: text. Shortest digits that read back to the same float; independent of the locale.
+// Writes Wavefront OBJ. Numbers have the fewest digits that read back to the same float, in any locale.
 #include <charconv>
 
 #include "writer.h"
 
-namespace marrow {
+namespace marrow::internal::io {
 namespace {
 
 constexpr int kFloatChars = 15;  // "-3.4028235e+38" and a space
-constexpr int kIndexChars = 20;  // of several meshes together
+constexpr int kIndexChars = 20;  // indices count through all meshes
 
 char* put_vector(char* to, const char* keyword, const Vec3f& v) {
     while (*keyword) *to++ = *keyword++;
@@ -23,7 +23,7 @@ char* put_index(char* to, std::uint64_t index) {
     return std::to_chars(to, to + kIndexChars, index).ptr;
 }
 
-// Indices go on behind the points and normals that are in the file already.
+// Indices count from the first point and normal of the file.
 void write_object(MeshOutput& output, const MeshObject& object, std::uint64_t points_before,
                   std::uint64_t normals_before) {
     const Mesh& mesh = *object.mesh;
@@ -66,4 +66,4 @@ void write_obj(MeshOutput& output, MeshObjects objects) {
     }
 }
 
-}  // namespace marrow
+}  // namespace marrow::internal::io

@@ -1,9 +1,9 @@
-// Binary little-endian PLY: a text header that describes the records after it.
+// Writes binary little-endian PLY: a text header describes the records after it.
 #include <limits>
 
 #include "writer.h"
 
-namespace marrow {
+namespace marrow::internal::io {
 
 std::string ply_header(Space space, std::uint64_t points, bool normals, std::uint64_t triangles) {
     const bool signed_indices = points <= std::numeric_limits<std::int32_t>::max();
@@ -30,4 +30,4 @@ void write_ply_faces(MeshOutput& output, const SurfacePart& part) {
     });
 }
 
-}  // namespace marrow
+}  // namespace marrow::internal::io

@@ -1,5 +1,5 @@
-// Binary STL: an 80-byte header, a count, and for each triangle its normal, its three points and two unused
-// bytes.
+// Writes binary STL: an 80-byte header, the number of triangles, and for each triangle its normal, three
+// points and two unused bytes.
 #include <cmath>
 #include <limits>
 
@@ -7,10 +7,10 @@
 
 #include "writer.h"
 
-namespace marrow {
+namespace marrow::internal::io {
 namespace {
 
-// Zero for a triangle without area, as the format asks.
+// Zero for a triangle without area, as the format requires.
 Vec3f facet_normal(const Vec3f& a, const Vec3f& b, const Vec3f& c) {
     const Vec3d u{double(b[0]) - a[0], double(b[1]) - a[1], double(b[2]) - a[2]};
     const Vec3d v{double(c[0]) - a[0], double(c[1]) - a[1], double(c[2]) - a[2]};
@@ -25,9 +25,9 @@ Vec3f facet_normal(const Vec3f& a, const Vec3f& b, const Vec3f& c) {
 
 void write_stl_header(MeshOutput& output, std::uint64_t triangles) {
     if (triangles > std::numeric_limits<std::uint32_t>::max())
-        throw LimitError("an STL file counts at most 4294967295 triangles and this mesh has " +
+        throw LimitError("an STL file holds at most 4294967295 triangles, and this mesh has " +
                          std::to_string(triangles) + "; write .ply or .vtp");
-    // Readers take a header that starts with "solid" for the text format.
+    // The header must not start with "solid", which marks the text format.
     std::string header = "Marrow " + space_mark(output.space);
     header.resize(80, ' ');
     char count[4];
@@ -47,4 +47,4 @@ void write_stl_facets(MeshOutput& output, const SurfacePart& part) {
     });
 }
 
-}  // namespace marrow
+}  // namespace marrow::internal::io

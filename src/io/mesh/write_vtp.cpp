@@ -1,14 +1,14 @@
-// VTK XML PolyData: an XML header, then the arrays as they lie in memory, each after its length in bytes.
+// Writes VTK XML PolyData: an XML header, then the raw arrays, each after its length in bytes.
 #include <array>
 #include <cmath>
 #include <limits>
 
 #include "writer.h"
 
-namespace marrow {
+namespace marrow::internal::io {
 namespace {
 
-// Names the arrays in the header and keeps count of where each will lie.
+// Writes the header elements of the appended arrays and computes their offsets.
 class AppendedArrays {
   public:
     std::string element(const char* type, const char* name, int components, std::uint64_t bytes) {
@@ -29,7 +29,7 @@ void begin_array(MeshOutput& output, std::uint64_t bytes) {
     output.text(std::string(length, sizeof length));
 }
 
-// An array of text: each as its character codes, ended by 0.
+// A string array: the character codes of each text, terminated by 0.
 std::string text_array(const char* name, const std::vector<std::string>& texts) {
     std::string array = std::string("<DataArray type=\"String\" Name=\"") + name + "\" NumberOfTuples=\"" +
                         std::to_string(texts.size()) + "\" format=\"ascii\">";
@@ -51,84 +51,114 @@ Rgb rgb(const MeshObject& object) {
     return result;
 }
 
-// All surfaces as one, one after the other.
-template <class Index>
-void write_arrays(MeshOutput& output, MeshObjects objects, const char* index_type) {
-    std::uint64_t points = 0, triangles = 0;
-    bool normals = true, has_colour = false;
-    std::vector<std::string> names;
-    for (const MeshObject& object : objects) {
-        points += object.mesh->points.size();
-        triangles += object.mesh->triangles.size();
-        normals &= !object.mesh->normals.empty();
-        has_colour |= object.colour.has_value();
-        names.push_back(clean_name(object.name));
+// What the file holds: the surfaces, one after the other.
+struct Contents {
+    explicit Contents(MeshObjects objects) {
+        bool has_colour = false;
+        for (const MeshObject& object : objects) {
+            points += object.mesh->points.size();
+            triangles += object.mesh->triangles.size();
+            normals &= !object.mesh->normals.empty();
+            has_colour |= object.colour.has_value();
+            names.push_back(clean_name(object.name));
+        }
+        cell_arrays = objects.size() > 1 || has_colour;
     }
-    const bool apart = objects.size() > 1 || has_colour;
-    const std::uint64_t point_bytes = points * sizeof(Vec3f);
-    const std::uint64_t corner_bytes = triangles * 3 * sizeof(Index);
-    const std::uint64_t end_bytes = triangles * sizeof(Index);
-    const std::uint64_t surface_bytes = triangles * sizeof(std::int32_t);
-    const std::uint64_t colour_bytes = triangles * sizeof(Rgb);
 
+    std::uint64_t point_bytes() const { return points * sizeof(Vec3f); }
+    std::uint64_t surface_bytes() const { return triangles * sizeof(std::int32_t); }
+    std::uint64_t colour_bytes() const { return triangles * sizeof(Rgb); }
+
+    std::uint64_t points = 0, triangles = 0;
+    bool normals = true;       // all surfaces have normals
+    bool cell_arrays = false;  // triangles have a surface and a colour
+    std::vector<std::string> names;
+};
+
+template <class Index>
+void write_header(MeshOutput& output, const Contents& contents, const char* index_type) {
     AppendedArrays arrays;
     std::string header = "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" ";
     header += "byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<PolyData>\n<FieldData>\n";
     if (output.space != Space::none)
         header += text_array("SPACE", {output.space == Space::RAS ? "RAS" : "LPS"});
-    if (apart) header += text_array("Names", names);
+    if (contents.cell_arrays) header += text_array("Names", contents.names);
     header += "</FieldData>\n";
-    header += "<Piece NumberOfPoints=\"" + std::to_string(points) + "\" NumberOfVerts=\"0\" ";
-    header += "NumberOfLines=\"0\" NumberOfStrips=\"0\" NumberOfPolys=\"" + std::to_string(triangles);
-    header += "\">\n<Points>\n" + arrays.element("Float32", "Points", 3, point_bytes) + "</Points>\n";
-    if (normals)
-        header += "<PointData Normals=\"Normals\">\n" + arrays.element("Float32", "Normals", 3, point_bytes) +
-                  "</PointData>\n";
-    if (apart) {
-        header += "<CellData Scalars=\"Colors\">\n" + arrays.element("Int32", "Surface", 1, surface_bytes);
-        header += arrays.element("UInt8", "Colors", 3, colour_bytes) + "</CellData>\n";
+    header += "<Piece NumberOfPoints=\"" + std::to_string(contents.points) + "\" NumberOfVerts=\"0\" ";
+    header +=
+        "NumberOfLines=\"0\" NumberOfStrips=\"0\" NumberOfPolys=\"" + std::to_string(contents.triangles);
+    header +=
+        "\">\n<Points>\n" + arrays.element("Float32", "Points", 3, contents.point_bytes()) + "</Points>\n";
+    if (contents.normals)
+        header += "<PointData Normals=\"Normals\">\n" +
+                  arrays.element("Float32", "Normals", 3, contents.point_bytes()) + "</PointData>\n";
+    if (contents.cell_arrays) {
+        header += "<CellData Scalars=\"Colors\">\n" +
+                  arrays.element("Int32", "Surface", 1, contents.surface_bytes());
+        header += arrays.element("UInt8", "Colors", 3, contents.colour_bytes()) + "</CellData>\n";
     }
-    header += "<Polys>\n" + arrays.element(index_type, "connectivity", 1, corner_bytes);
-    header += arrays.element(index_type, "offsets", 1, end_bytes) + "</Polys>\n";
+    const std::uint64_t index_bytes = contents.triangles * sizeof(Index);
+    header += "<Polys>\n" + arrays.element(index_type, "connectivity", 1, 3 * index_bytes);
+    header += arrays.element(index_type, "offsets", 1, index_bytes) + "</Polys>\n";
     output.text(header + "</Piece>\n</PolyData>\n<AppendedData encoding=\"raw\">\n_");
+}
 
-    // Each array runs through all surfaces; so does the progress.
-    std::size_t arrays_done = 0;
-    const std::size_t array_count = 3 + (normals ? 1u : 0u) + (apart ? 2u : 0u);
-    const auto each = [&](std::uint64_t bytes, const auto& write) {
-        begin_array(output, bytes);
-        for (std::size_t i = 0; i < objects.size(); ++i) {
-            output.set_share(arrays_done * objects.size() + i, array_count * objects.size());
-            write(*objects[i].mesh, i);
+// Writes the appended arrays. Each contains the values of all surfaces, and so does its share of the
+// progress.
+class ArrayWriter {
+  public:
+    ArrayWriter(MeshOutput& output, MeshObjects objects, std::size_t arrays)
+        : output_(output), objects_(objects), arrays_(arrays) {}
+
+    /// Writes the length of an array and calls `write_part` with the index of each surface.
+    template <class WritePart>
+    void write(std::uint64_t bytes, const WritePart& write_part) {
+        begin_array(output_, bytes);
+        for (std::size_t i = 0; i < objects_.size(); ++i) {
+            output_.set_share(done_ * objects_.size() + i, arrays_ * objects_.size());
+            write_part(*objects_[i].mesh, i);
         }
-        ++arrays_done;
-    };
-    each(point_bytes, [&](const Mesh& mesh, std::size_t) {
-        output.items<sizeof(Vec3f)>(mesh.points.size(), 0, 1, [&](std::size_t i, char* to) {
-            return put(to, output.oriented(mesh.points[i]));
-        });
-    });
-    if (normals) {
-        each(point_bytes, [&](const Mesh& mesh, std::size_t) {
-            output.items<sizeof(Vec3f)>(mesh.normals.size(), 0, 1, [&](std::size_t i, char* to) {
-                return put(to, output.oriented(mesh.normals[i]));
+        ++done_;
+    }
+
+    void write_vectors(std::uint64_t bytes, Buffer<Vec3f> Mesh::*vectors) {
+        write(bytes, [&](const Mesh& mesh, std::size_t) {
+            const Buffer<Vec3f>& values = mesh.*vectors;
+            output_.items<sizeof(Vec3f)>(values.size(), 0, 1, [&](std::size_t i, char* to) {
+                return put(to, output_.oriented(values[i]));
             });
         });
     }
-    if (apart) {
-        each(surface_bytes, [&](const Mesh& mesh, std::size_t surface) {
+
+  private:
+    MeshOutput& output_;
+    const MeshObjects objects_;
+    const std::size_t arrays_;
+    std::size_t done_ = 0;
+};
+
+template <class Index>
+void write_polydata(MeshOutput& output, MeshObjects objects, const Contents& contents,
+                    const char* index_type) {
+    write_header<Index>(output, contents, index_type);
+    ArrayWriter arrays(output, objects, 3 + (contents.normals ? 1u : 0u) + (contents.cell_arrays ? 2u : 0u));
+    arrays.write_vectors(contents.point_bytes(), &Mesh::points);
+    if (contents.normals) arrays.write_vectors(contents.point_bytes(), &Mesh::normals);
+    if (contents.cell_arrays) {
+        arrays.write(contents.surface_bytes(), [&](const Mesh& mesh, std::size_t surface) {
             output.items<sizeof(std::int32_t)>(mesh.triangles.size(), 0, 1, [&](std::size_t, char* to) {
                 return put(to, static_cast<std::int32_t>(surface));
             });
         });
-        each(colour_bytes, [&](const Mesh& mesh, std::size_t surface) {
+        arrays.write(contents.colour_bytes(), [&](const Mesh& mesh, std::size_t surface) {
             const Rgb colour = rgb(objects[surface]);
             output.items<sizeof(Rgb)>(mesh.triangles.size(), 0, 1,
                                       [&](std::size_t, char* to) { return put(to, colour); });
         });
     }
+    const std::uint64_t index_bytes = contents.triangles * sizeof(Index);
     std::uint64_t first_point = 0, first_triangle = 0;
-    each(corner_bytes, [&](const Mesh& mesh, std::size_t) {
+    arrays.write(3 * index_bytes, [&](const Mesh& mesh, std::size_t) {
         output.items<3 * sizeof(Index)>(mesh.triangles.size(), 0, 1, [&](std::size_t i, char* to) {
             for (const std::uint32_t corner : mesh.triangles[i])
                 to = put(to, static_cast<Index>(first_point + corner));
@@ -136,29 +166,25 @@ void write_arrays(MeshOutput& output, MeshObjects objects, const char* index_typ
         });
         first_point += mesh.points.size();
     });
-    each(end_bytes,
-         [&](const Mesh& mesh, std::size_t) {  // where each triangle's corners end in the connectivity
-             output.items<sizeof(Index)>(mesh.triangles.size(), 0, 1, [&](std::size_t i, char* to) {
-                 return put(to, static_cast<Index>(3 * (first_triangle + i + 1)));
-             });
-             first_triangle += mesh.triangles.size();
-         });
+    // The offsets: where the corners of each triangle end in the connectivity.
+    arrays.write(index_bytes, [&](const Mesh& mesh, std::size_t) {
+        output.items<sizeof(Index)>(mesh.triangles.size(), 0, 1, [&](std::size_t i, char* to) {
+            return put(to, static_cast<Index>(3 * (first_triangle + i + 1)));
+        });
+        first_triangle += mesh.triangles.size();
+    });
     output.text("\n</AppendedData>\n</VTKFile>\n");
 }
 
 }  // namespace
 
 void write_vtp(MeshOutput& output, MeshObjects objects) {
-    constexpr std::uint64_t int32_max = std::numeric_limits<std::int32_t>::max();
-    std::uint64_t points = 0, triangles = 0;
-    for (const MeshObject& object : objects) {
-        points += object.mesh->points.size();
-        triangles += object.mesh->triangles.size();
-    }
-    if (points <= int32_max && triangles <= int32_max / 3)
-        write_arrays<std::int32_t>(output, objects, "Int32");
+    constexpr std::uint64_t kMost = std::numeric_limits<std::int32_t>::max();
+    const Contents contents(objects);
+    if (contents.points <= kMost && contents.triangles <= kMost / 3)
+        write_polydata<std::int32_t>(output, objects, contents, "Int32");
     else
-        write_arrays<std::int64_t>(output, objects, "Int64");
+        write_polydata<std::int64_t>(output, objects, contents, "Int64");
 }
 
-}  // namespace marrow
+}  // namespace marrow::internal::io

@@ -1,4 +1,4 @@
-// What the mesh writers share: where the bytes go, in which space, and how far along they are.
+/// The writers of mesh formats, and what they share: output, space and progress.
 #pragma once
 
 #include <algorithm>
@@ -17,27 +17,27 @@
 
 #include "base/progress.h"
 
-namespace marrow {
+namespace marrow::internal::io {
 
-static_assert(std::endian::native == std::endian::little, "binary meshes are written as they lie in memory");
+static_assert(std::endian::native == std::endian::little, "binary meshes are written as in memory");
 
-/// The mark that written meshes carry.
+/// The text that states the space of a written mesh.
 inline std::string space_mark(Space space) {
     if (space == Space::none) return "UNITS=mm";
     return space == Space::RAS ? "SPACE=RAS UNITS=mm" : "SPACE=LPS UNITS=mm";
 }
 
-/// Copies a value's bytes to `to` and returns the end.
+/// Copies the bytes of a value to `to` and returns the end.
 template <class T>
 char* put(char* to, const T& value) {
     std::memcpy(to, &value, sizeof value);
     return to + sizeof value;
 }
 
-/// Whether a mesh file of that name is compressed.
+/// Whether the extension of a mesh file is .gz.
 bool is_gzipped(const std::filesystem::path& file);
 
-/// Surfaces on their way into a file.
+/// The output of a writer: it converts to the space of the file and reports progress.
 class MeshOutput {
   public:
     using Write = std::function<void(const void* data, std::size_t bytes)>;
@@ -47,42 +47,42 @@ class MeshOutput {
 
     const Space space;
 
-    /// A point or normal in the space that is written.
+    /// A point or normal in the space of the file.
     Vec3f oriented(const Vec3f& v) const { return space == Space::RAS ? Vec3f{-v[0], -v[1], v[2]} : v; }
 
     void text(const std::string& text) { write_(text.data(), text.size()); }
 
-    /// From now on, progress from 0 to 1 is that of object `index` of so many.
+    /// From now on, progress from 0 to 1 is that of one object.
     void set_share(std::size_t index, std::size_t objects) {
         share_begin_ = static_cast<double>(index) / static_cast<double>(objects);
         share_end_ = static_cast<double>(index + 1) / static_cast<double>(objects);
     }
 
-    /// Writes items 0 to count - 1 in large pieces: `encode(i, to)` puts at most `MaxBytes` at `to` and
+    /// Writes items 0 to count - 1 in large blocks. `encode(i, to)` writes at most `MaxBytes` at `to` and
     /// returns the end. Progress goes from `from` to `until`.
     template <std::size_t MaxBytes, class Encode>
     void items(std::size_t count, double from, double until, Encode encode) {
-        constexpr std::size_t kPiece = (std::size_t{1} << 20) / MaxBytes;
-        piece_.resize(kPiece * MaxBytes);
-        for (std::size_t first = 0; first < count; first += kPiece) {
-            const std::size_t last = std::min(first + kPiece, count);
-            char* end = piece_.data();
+        constexpr std::size_t kBlock = (std::size_t{1} << 20) / MaxBytes;
+        block_.resize(kBlock * MaxBytes);
+        for (std::size_t first = 0; first < count; first += kBlock) {
+            const std::size_t last = std::min(first + kBlock, count);
+            char* end = block_.data();
             for (std::size_t i = first; i < last; ++i) end = encode(i, end);
-            write_(piece_.data(), static_cast<std::size_t>(end - piece_.data()));
+            write_(block_.data(), static_cast<std::size_t>(end - block_.data()));
             const double fraction =
                 from + (until - from) * static_cast<double>(last) / static_cast<double>(count);
-            internal::report_progress(progress_, share_begin_ + (share_end_ - share_begin_) * fraction);
+            report_progress(progress_, share_begin_ + (share_end_ - share_begin_) * fraction);
         }
     }
 
   private:
     const Write write_;
-    const Progress progress_;  // a copy: a SurfaceWriter outlives its options
+    const Progress progress_;  // a copy, because a SurfaceWriter outlives its options
     double share_begin_ = 0, share_end_ = 1;
-    std::vector<char> piece_;
+    std::vector<char> block_;
 };
 
-/// A whole mesh as the only part of its surface.
+/// A mesh as the only part of its surface.
 inline SurfacePart whole(const Mesh& mesh) {
     return {0, mesh.points, mesh.normals, 0, mesh.triangles};
 }
@@ -92,25 +92,25 @@ using MeshObjects = std::span<const MeshObject>;
 void write_obj(MeshOutput& output, MeshObjects objects);
 void write_vtp(MeshOutput& output, MeshObjects objects);
 void write_glb(MeshOutput& output, MeshObjects objects);
-/// The model part of a 3MF file, which is a ZIP archive.
+/// Writes the model of a 3MF file, which is a ZIP archive.
 void write_3mf_model(MeshOutput& output, MeshObjects objects);
 inline constexpr char k3mfModelName[] = "3D/3dmodel.model";
-/// Its other parts.
-struct ZipPart {
+/// The other files of the archive.
+struct ArchiveFile {
     const char* name;
     const char* text;
 };
-std::span<const ZipPart> parts_of_3mf();
+std::span<const ArchiveFile> other_3mf_files();
 
-/// A name as UTF-8 without control characters: what is not so becomes U+FFFD.
+/// A name as valid UTF-8 without control characters; invalid bytes become U+FFFD.
 std::string clean_name(const std::string& name);
 
-// STL and PLY have records of one size, so that a surface can also be written part by part.
+// STL and PLY have records of a fixed size, so that a surface can be written in parts.
 void write_stl_header(MeshOutput& output, std::uint64_t triangles);
 void write_stl_facets(MeshOutput& output, const SurfacePart& part);
 inline constexpr std::uint64_t kStlHeaderBytes = 84, kStlFacetBytes = 50;
 
-/// The text before the points.
+/// The header of a PLY file.
 std::string ply_header(Space space, std::uint64_t points, bool normals, std::uint64_t triangles);
 void write_ply_points(MeshOutput& output, const SurfacePart& part);
 void write_ply_faces(MeshOutput& output, const SurfacePart& part);
@@ -119,4 +119,4 @@ constexpr std::uint64_t ply_point_bytes(bool normals) {
     return normals ? 24 : 12;
 }
 
-}  // namespace marrow
+}  // namespace marrow::internal::io

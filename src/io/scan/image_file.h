@@ -1,4 +1,4 @@
-// Grey pictures, be it in three equal channels: PNG, TIFF, JPEG, BMP, decoded by libpng, libtiff and libjpeg with errors as exceptions.
+/// Reads grey images, also those saved with equal colour channels: PNG, TIFF, JPEG and BMP.
 #pragma once
 
 #include <cstdint>
@@ -9,26 +9,26 @@
 
 #include "parallel_slices.h"
 
-namespace marrow {
+namespace marrow::internal::io {
 
-/// True for the content of a PNG, TIFF, JPEG or BMP file, known by its first bytes.
-bool is_picture(std::string_view head);
+/// Whether a file with these first bytes is a PNG, TIFF, JPEG or BMP file.
+bool is_image_file(std::string_view head);
 bool is_tiff(std::string_view head);
 
-struct Picture {
+struct ImageHeader {
     std::int64_t columns = 0, rows = 0;
-    std::int64_t pages = 1;  ///< of a TIFF file; all alike
+    std::int64_t pages = 1;  ///< of a TIFF file; they have the same size and type
     SampleType type = SampleType::uint8;
 
-    friend bool operator==(const Picture&, const Picture&) = default;
+    friend bool operator==(const ImageHeader&, const ImageHeader&) = default;
 };
 
-/// \throw IoError; InputError where it is damaged, of a kind that is not read, or claims more than it can hold.
-Picture read_picture_header(const std::filesystem::path& path);
+/// \throw IoError; InputError the image is damaged, of an unsupported kind, or claims more than it can hold
+ImageHeader read_image_header(const std::filesystem::path& path);
 
-/// Reads the samples of a picture whose header is `expected` still: columns fastest, then rows from the top, then pages, as
-/// they are stored; of three equal channels one. False where the header is another, `to` being of no use then.
-/// \throw as read_picture_header; InputError where it is truncated, or in colour; Cancelled.
-bool read_picture(const std::filesystem::path& path, const Picture& expected, void* to, const Step& step);
+/// Reads the samples: columns fastest, then rows from the top, then pages. If the header is not `expected`,
+/// it returns false and the samples are undefined.
+/// \throw the errors of read_image_header; InputError the image is truncated or in colour; Cancelled
+bool read_image(const std::filesystem::path& path, const ImageHeader& expected, void* to, const Step& step);
 
-}  // namespace marrow
+}  // namespace marrow::internal::io

@@ -1,3 +1,4 @@
+// Reads volumes made of images.
 #include "image_stack.h"
 
 #include <fmt/format.h>
@@ -7,7 +8,7 @@
 #include "io/bytes/text.h"
 #include "parallel_slices.h"
 
-namespace marrow {
+namespace marrow::internal::io {
 
 bool natural_less(const std::filesystem::path& left, const std::filesystem::path& right) {
     const std::string& a = left.native();
@@ -33,48 +34,48 @@ bool natural_less(const std::filesystem::path& left, const std::filesystem::path
         }
     }
     if (i < a.size() || j < b.size()) return i == a.size();
-    return a < b;  // "01" and "1"
+    return a < b;  // such as "01" and "1"
 }
 
 namespace {
 
-constexpr double headers_done = 0.2;  // of the progress
+constexpr double kHeadersDone = 0.2;  // fraction of the progress
 
-[[noreturn]] void refuse_odd(const PictureStack& stack, std::size_t i) {
+[[noreturn]] void refuse_different(const ImageStack& stack, std::size_t i) {
     throw InputError(
-        fmt::format("{}: differs in size or sample type from {}; the slices of a volume are alike",
-                    shown(stack.files[i]), shown(stack.files.front())));
+        fmt::format("{}: differs in size or sample type from {}; all slices of a volume must be the same",
+                    quoted(stack.files[i]), quoted(stack.files.front().filename())));
 }
 
 }  // namespace
 
-PictureStack read_picture_headers(std::vector<std::filesystem::path> files, const ScanOptions& options) {
-    const Picture picture = read_picture_header(files.front());
-    if (files.size() > 1 && picture.pages != 1) {
-        throw InputError(fmt::format("{}: has several pages; name this file alone", shown(files.front())));
+ImageStack read_image_stack(std::vector<std::filesystem::path> files, const ScanOptions& options) {
+    const ImageHeader image = read_image_header(files.front());
+    if (files.size() > 1 && image.pages != 1) {
+        throw InputError(fmt::format("{}: has several pages; read this file alone", quoted(files.front())));
     }
-    PictureStack stack{std::move(files), picture, {}};
-    stack.geometry.dims = {picture.columns, picture.rows,
-                           picture.pages * static_cast<std::int64_t>(stack.files.size())};
+    ImageStack stack{std::move(files), image, {}};
+    stack.geometry.dims = {image.columns, image.rows,
+                           image.pages * static_cast<std::int64_t>(stack.files.size())};
     if (options.spacing) stack.geometry.spacing = *options.spacing;
     check_geometry(stack.geometry);
-    for_each_slice(stack.files.size(), options.threads, options.progress, 0, headers_done,
+    for_each_slice(stack.files.size(), options.threads, options.progress, 0, kHeadersDone,
                    [&](std::size_t i, const Step& step) {
-                       if (read_picture_header(stack.files[i]) != picture) refuse_odd(stack, i);
+                       if (read_image_header(stack.files[i]) != image) refuse_different(stack, i);
                        step(1);
                    });
     return stack;
 }
 
-Volume load_pictures(const PictureStack& stack, const ScanOptions& options) {
-    Volume volume(stack.geometry, stack.picture.type);
+Volume load_image_stack(const ImageStack& stack, const ScanOptions& options) {
+    Volume volume(stack.geometry, stack.image.type);
     const std::size_t file_bytes = volume.bytes() / stack.files.size();
-    for_each_slice(stack.files.size(), options.threads, options.progress, headers_done, 1,
+    for_each_slice(stack.files.size(), options.threads, options.progress, kHeadersDone, 1,
                    [&](std::size_t i, const Step& step) {
                        auto* to = static_cast<std::byte*>(volume.data()) + i * file_bytes;
-                       if (!read_picture(stack.files[i], stack.picture, to, step)) refuse_odd(stack, i);
+                       if (!read_image(stack.files[i], stack.image, to, step)) refuse_different(stack, i);
                    });
     return volume;
 }
 
-}  // namespace marrow
+}  // namespace marrow::internal::io

@@ -1,4 +1,4 @@
-// Pictures as volumes: TIFF files of several pages, and folders of slices.
+/// Reads volumes made of images: TIFF files with several pages, and folders of slices.
 #pragma once
 
 #include <filesystem>
@@ -8,22 +8,23 @@
 
 #include "image_file.h"
 
-namespace marrow {
+namespace marrow::internal::io {
 
-/// The order people expect: "2" before "10".
+/// Whether `a` comes before `b` in natural order: "2" before "10".
 bool natural_less(const std::filesystem::path& a, const std::filesystem::path& b);
 
-/// A volume made of pictures: one file of one or more pages, or one file for each slice.
-struct PictureStack {
+/// A volume made of images: one file with one or more pages, or one file for each slice.
+struct ImageStack {
     std::vector<std::filesystem::path> files;
-    Picture picture;  ///< what each of them is like
+    ImageHeader image;  ///< the header of each file
     Geometry geometry;
 };
 
-/// Reads the headers, which must be alike. Where options give no spacing it is 1. \throw IoError, InputError, Cancelled.
-PictureStack read_picture_headers(std::vector<std::filesystem::path> files, const ScanOptions& options);
+/// Reads the headers of the files. Without options.spacing the spacing is 1.
+/// \throw IoError; InputError, also if the headers differ; Cancelled
+ImageStack read_image_stack(std::vector<std::filesystem::path> files, const ScanOptions& options);
 
-/// Reads the samples. \throw IoError; InputError, also for slices in colour; Cancelled.
-Volume load_pictures(const PictureStack& stack, const ScanOptions& options);
+/// Reads the samples. \throw IoError; InputError, also if a slice is in colour; Cancelled
+Volume load_image_stack(const ImageStack& stack, const ScanOptions& options);
 
-}  // namespace marrow
+}  // namespace marrow::internal::io

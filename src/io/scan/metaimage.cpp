@@ -1,4 +1,5 @@
-// MetaImage headers, attached (.mha) and detached (.mhd): https://itk.org/Wiki/ITK/MetaIO/Documentation
+// Reads MetaImage headers, attached (.mha) and detached (.mhd). See
+// https://itk.org/Wiki/ITK/MetaIO/Documentation.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -10,7 +11,7 @@
 #include "io/bytes/text.h"
 #include "raw_image.h"
 
-namespace marrow {
+namespace marrow::internal::io {
 
 namespace {
 
@@ -18,12 +19,12 @@ struct Header {
     std::filesystem::path path;
     std::map<std::string, std::string> fields;  // names in lower case
     std::vector<std::string> listed_files;
-    std::size_t end = 0;
+    std::size_t end = 0;  // offset of the first byte after ElementDataFile
 
     [[noreturn]] void refuse(std::string_view why) const {
-        throw InputError(fmt::format("{}: MetaImage header: {}", shown(path), why));
+        throw InputError(fmt::format("{}: MetaImage header: {}", quoted(path), why));
     }
-    // The first of several names of a field that is there.
+    // The value of the first of these fields that is present.
     const std::string* find(std::initializer_list<const char*> names) const {
         for (const char* name : names) {
             if (const auto at = fields.find(name); at != fields.end()) return &at->second;
@@ -37,35 +38,35 @@ struct Header {
     }
     std::vector<double> numbers(const std::string& text, std::size_t count) const {
         std::vector<double> out;
-        for (const auto word : words(text)) {
-            const auto value = number(word);
-            if (!value) refuse(fmt::format("{} is not a number", shown(word)));
+        for (const auto word : split(text)) {
+            const auto value = parse_double(word);
+            if (!value) refuse(fmt::format("{} is not a number", quoted(word)));
             out.push_back(*value);
         }
         if (out.size() != count)
-            refuse(fmt::format("{} holds {} numbers instead of {}", shown(text), out.size(), count));
+            refuse(fmt::format("{} holds {} numbers instead of {}", quoted(text), out.size(), count));
         return out;
     }
 };
 
 Header parse(const std::filesystem::path& path) {
-    constexpr std::size_t longest = 1 << 20;
-    const std::string text = head_of(path, longest);
+    constexpr std::size_t kLongest = 1 << 20;
+    const std::string text = read_head(path, kLongest);
     Header header{path, {}, {}, 0};
-    // The last field is ElementDataFile: what follows are data, or the names of a list.
+    // ElementDataFile is the last field. The data, or a list of file names, come after it.
     while (header.end < text.size() && !header.fields.contains("elementdatafile")) {
         const std::size_t end = std::min(text.find('\n', header.end), text.size());
         const std::string_view line = trimmed(std::string_view(text).substr(header.end, end - header.end));
         header.end = std::min(end + 1, text.size());
         if (line.empty()) continue;
         const std::size_t equals = line.find('=');
-        if (equals == line.npos) throw InputError(fmt::format("{}: is not a MetaImage file", shown(path)));
-        header.fields[lower(trimmed(line.substr(0, equals)))] = trimmed(line.substr(equals + 1));
+        if (equals == line.npos) throw InputError(fmt::format("{}: is not a MetaImage file", quoted(path)));
+        header.fields[to_lower(trimmed(line.substr(0, equals)))] = trimmed(line.substr(equals + 1));
     }
     if (!header.fields.contains("elementdatafile")) {
-        throw InputError(fmt::format("{}: is not a MetaImage file: it has no ElementDataFile", shown(path)));
+        throw InputError(fmt::format("{}: is not a MetaImage file: it has no ElementDataFile", quoted(path)));
     }
-    if (lower(header.fields["elementdatafile"]).starts_with("list")) {
+    if (to_lower(header.fields["elementdatafile"]).starts_with("list")) {
         for (std::size_t at = header.end; at < text.size();) {
             const std::size_t end = std::min(text.find('\n', at), text.size());
             const std::string_view line = trimmed(std::string_view(text).substr(at, end - at));
@@ -85,22 +86,22 @@ StoredType stored_type(const Header& header) {
         {"met_int", StoredType::int32},
         {"met_uint", StoredType::uint32},
         {"met_long", StoredType::int32},
-        {"met_ulong", StoredType::uint32},  // of four bytes, whatever the machine
+        {"met_ulong", StoredType::uint32},  // four bytes, on every machine
         {"met_long_long", StoredType::int64},
         {"met_ulong_long", StoredType::uint64},
         {"met_float", StoredType::float32},
         {"met_double", StoredType::float64}};
     const std::string* text = header.find({"elementtype"});
     if (!text) header.refuse("ElementType is missing");
-    const auto at = names.find(lower(*text));
-    if (at == names.end()) header.refuse(fmt::format("samples of type {} are not read", shown(*text)));
+    const auto at = names.find(to_lower(*text));
+    if (at == names.end()) header.refuse(fmt::format("samples of type {} are not supported", quoted(*text)));
     return at->second;
 }
 
-// Returns how many volumes there are: the product of the sizes beyond three.
+// Returns the number of volumes: the product of the sizes after the third.
 double read_geometry(const Header& header, RawImage& image) {
     const std::string* text = header.find({"ndims"});
-    const auto axes = text ? integer(*text) : std::nullopt;
+    const auto axes = text ? parse_integer(*text) : std::nullopt;
     if (!axes || *axes < 1 || *axes > 10) header.refuse("NDims is missing or not a number from 1 to 10");
     const auto n = static_cast<std::size_t>(*axes);
     text = header.find({"dimsize"});
@@ -109,7 +110,7 @@ double read_geometry(const Header& header, RawImage& image) {
     double volumes = 1;
     for (std::size_t a = 0; a < n; ++a) {
         if (!(sizes[a] >= 1) || sizes[a] != std::floor(sizes[a]) || sizes[a] > 9e15)
-            header.refuse("DimSize holds a value that is not a size");
+            header.refuse("DimSize has a value that is not a size");
         if (a >= 3) volumes *= sizes[a];
     }
     if (n < 3) header.refuse("is not three-dimensional");
@@ -117,14 +118,14 @@ double read_geometry(const Header& header, RawImage& image) {
     Mat3d m{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
     if ((text = header.find({"transformmatrix", "rotation", "orientation"}))) {
         const auto values = header.numbers(*text, n * n);
-        for (int axis = 0; axis < 3; ++axis) {  // the file lists the direction of one axis after the other
+        for (int axis = 0; axis < 3; ++axis) {  // the file lists the direction of each axis
             for (int row = 0; row < 3; ++row) m[row][axis] = values[static_cast<std::size_t>(axis) * n + row];
         }
     }
     double mm = 1;
     if ((text = header.find({"distanceunits"})) && *text != "?") {
         const auto known = millimetres(*text);
-        if (!known) header.refuse(fmt::format("the unit {} is not known", shown(*text)));
+        if (!known) header.refuse(fmt::format("the unit {} is unknown", quoted(*text)));
         mm = *known;
     }
     std::vector<double> spacing(n, 1 / mm);
@@ -146,33 +147,33 @@ double read_geometry(const Header& header, RawImage& image) {
     return volumes;
 }
 
-void read_data_place(const Header& header, RawImage& image) {
+void read_data_location(const Header& header, RawImage& image) {
     if (!header.flag({"binarydata"}, true))
-        header.refuse("samples written as text are not read; save it as binary");
+        header.refuse("samples as text are not supported; save it as binary");
     image.compressed = header.flag({"compresseddata"}, false);
     image.big_endian = header.flag({"binarydatabyteordermsb", "elementbyteordermsb"}, false);
 
     const std::string& name = *header.find({"elementdatafile"});
-    const std::string kind = lower(name);
+    const std::string kind = to_lower(name);
     if (kind == "local") {
         image.files = {header.path};
         image.file_offset = static_cast<std::int64_t>(header.end);
     } else if (kind.starts_with("list")) {
         if (header.listed_files.empty()) header.refuse("lists no data file");
-        for (const auto& file : header.listed_files) image.files.push_back(beside(header.path, file));
+        for (const auto& file : header.listed_files) image.files.push_back(sibling_path(header.path, file));
     } else if (name.find('%') != name.npos) {
-        header.refuse("data files named by a pattern are not read; use LIST");
+        header.refuse("a file name pattern is not supported; use LIST");
     } else {
-        image.files = {beside(header.path, name)};
+        image.files = {sibling_path(header.path, name)};
     }
     if (const std::string* text = header.find({"headersize"})) {
-        const auto size = integer(*text);
+        const auto size = parse_integer(*text);
         if (!size || *size < -1 || (*size == -1 && image.compressed))
             header.refuse("HeaderSize is not a size");
         if (*size == -1)
-            image.file_offset = -1;
+            image.file_offset.reset();
         else
-            image.file_offset += *size;
+            *image.file_offset += *size;
     }
 }
 
@@ -180,20 +181,20 @@ void read_data_place(const Header& header, RawImage& image) {
 
 RawImage read_metaimage_header(const std::filesystem::path& path, std::optional<std::int64_t> volume) {
     const Header header = parse(path);
-    if (const std::string* object = header.find({"objecttype"}); object && lower(*object) != "image") {
-        header.refuse(fmt::format("holds an object of type {}, not an image", shown(*object)));
+    if (const std::string* object = header.find({"objecttype"}); object && to_lower(*object) != "image") {
+        header.refuse(fmt::format("holds an object of type {}, not an image", quoted(*object)));
     }
     if (const std::string* channels = header.find({"elementnumberofchannels"});
-        channels && integer(*channels) != 1) {
-        header.refuse(fmt::format("has {} values per point; only volumes of one value per point are read",
-                                  shown(*channels)));
+        channels && parse_integer(*channels) != 1) {
+        header.refuse(
+            fmt::format("has {} values per point; only one value per point is supported", quoted(*channels)));
     }
     RawImage image;
     image.type = stored_type(header);
     const double volumes = read_geometry(header, image);
-    read_data_place(header, image);
+    read_data_location(header, image);
     choose_volume(image, volumes, volume);
     return image;
 }
 
-}  // namespace marrow
+}  // namespace marrow::internal::io

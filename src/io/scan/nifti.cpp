@@ -1,5 +1,5 @@
-// NIfTI-1 and NIfTI-2 headers, alone (.nii) and in pairs (.hdr, .img), plain and gzipped:
-// https://nifti.nimh.nih.gov
+// Reads NIfTI-1 and NIfTI-2 headers: single files (.nii) and pairs (.hdr, .img), also gzipped. See
+// https://nifti.nimh.nih.gov.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -13,11 +13,11 @@
 #include "io/bytes/text.h"
 #include "raw_image.h"
 
-namespace marrow {
+namespace marrow::internal::io {
 
 namespace {
 
-// The fields that matter, the same for both versions.
+// The fields that are used, for both versions.
 struct Header {
     std::filesystem::path path;
     bool big_endian = false;
@@ -31,11 +31,11 @@ struct Header {
     std::array<std::array<double, 4>, 3> srow{};
 
     [[noreturn]] void refuse(std::string_view why) const {
-        throw InputError(fmt::format("{}: NIfTI header: {}", shown(path), why));
+        throw InputError(fmt::format("{}: NIfTI header: {}", quoted(path), why));
     }
 };
 
-// Takes numbers of type T out of the header's bytes, in the header's byte order.
+// Extracts numbers from the header's bytes, in their byte order.
 struct Bytes {
     const std::string& bytes;
     bool swap;
@@ -50,7 +50,45 @@ struct Bytes {
 };
 
 bool is_gzip(const std::filesystem::path& path) {
-    return head_of(path, 2) == "\x1f\x8b";
+    return read_head(path, 2) == "\x1f\x8b";
+}
+
+void parse_version_1(const Bytes& in, Header& header) {
+    for (std::size_t i = 0; i < 8; ++i) {
+        header.dim[i] = in.get<std::int16_t>(40 + 2 * i);
+        header.pixdim[i] = in.get<float>(76 + 4 * i);
+    }
+    header.datatype = in.get<std::int16_t>(70);
+    header.vox_offset = in.get<float>(108);
+    header.slope = in.get<float>(112);
+    header.intercept = in.get<float>(116);
+    header.units = in.get<std::uint8_t>(123);
+    header.qform_code = in.get<std::int16_t>(252);
+    header.sform_code = in.get<std::int16_t>(254);
+    for (std::size_t i = 0; i < 3; ++i) {
+        header.quaternion[i] = in.get<float>(256 + 4 * i);
+        header.qoffset[i] = in.get<float>(268 + 4 * i);
+        for (std::size_t j = 0; j < 4; ++j) header.srow[i][j] = in.get<float>(280 + 16 * i + 4 * j);
+    }
+}
+
+void parse_version_2(const Bytes& in, Header& header) {
+    for (std::size_t i = 0; i < 8; ++i) {
+        header.dim[i] = in.get<std::int64_t>(16 + 8 * i);
+        header.pixdim[i] = in.get<double>(104 + 8 * i);
+    }
+    header.datatype = in.get<std::int16_t>(12);
+    header.vox_offset = static_cast<double>(in.get<std::int64_t>(168));
+    header.slope = in.get<double>(176);
+    header.intercept = in.get<double>(184);
+    header.qform_code = in.get<std::int32_t>(344);
+    header.sform_code = in.get<std::int32_t>(348);
+    header.units = in.get<std::int32_t>(500);
+    for (std::size_t i = 0; i < 3; ++i) {
+        header.quaternion[i] = in.get<double>(352 + 8 * i);
+        header.qoffset[i] = in.get<double>(376 + 8 * i);
+        for (std::size_t j = 0; j < 4; ++j) header.srow[i][j] = in.get<double>(400 + 32 * i + 8 * j);
+    }
 }
 
 Header parse(const std::filesystem::path& path) {
@@ -60,8 +98,8 @@ Header parse(const std::filesystem::path& path) {
     bytes.resize(ByteStream(path, compression).read_some(bytes.data(), bytes.size()));
 
     Header header{path};
-    const auto is_not_nifti = [&](const char* what) {
-        return InputError(fmt::format("{}: is not a NIfTI file: {}", shown(path), what));
+    const auto is_not_nifti = [&](const char* why) {
+        return InputError(fmt::format("{}: is not a NIfTI file: {}", quoted(path), why));
     };
     if (bytes.size() < size1) throw is_not_nifti("it is too short for a header");
     const auto little = Bytes{bytes, std::endian::native != std::endian::little}.get<std::int32_t>(0);
@@ -69,52 +107,22 @@ Header parse(const std::filesystem::path& path) {
     header.big_endian = big == size1 || big == size2;
     const bool second = little == size2 || big == size2;
     if (!header.big_endian && !second && little != size1)
-        throw is_not_nifti("it does not begin with a header's size");
+        throw is_not_nifti("it does not begin with the size of a header");
     if (second && bytes.size() < size2) throw is_not_nifti("it is too short for a header");
     const std::string magic = bytes.substr(second ? 4 : 344, 4);
     if (magic != "n+1" + std::string(1, '\0') && magic != "n+2" + std::string(1, '\0') &&
         magic != "ni1" + std::string(1, '\0') && magic != "ni2" + std::string(1, '\0')) {
         throw is_not_nifti(
-            "its magic is missing (Analyze 7.5 files do not say how the patient lies; convert it to NIfTI)");
+            "its magic number is missing (an Analyze 7.5 file does not state the orientation; convert it to "
+            "NIfTI)");
     }
     header.pair = magic[1] == 'i';
 
     const Bytes in{bytes, header.big_endian != (std::endian::native == std::endian::big)};
-    if (second) {
-        for (std::size_t i = 0; i < 8; ++i) {
-            header.dim[i] = in.get<std::int64_t>(16 + 8 * i);
-            header.pixdim[i] = in.get<double>(104 + 8 * i);
-        }
-        header.datatype = in.get<std::int16_t>(12);
-        header.vox_offset = static_cast<double>(in.get<std::int64_t>(168));
-        header.slope = in.get<double>(176);
-        header.intercept = in.get<double>(184);
-        header.qform_code = in.get<std::int32_t>(344);
-        header.sform_code = in.get<std::int32_t>(348);
-        header.units = in.get<std::int32_t>(500);
-        for (std::size_t i = 0; i < 3; ++i) {
-            header.quaternion[i] = in.get<double>(352 + 8 * i);
-            header.qoffset[i] = in.get<double>(376 + 8 * i);
-            for (std::size_t j = 0; j < 4; ++j) header.srow[i][j] = in.get<double>(400 + 32 * i + 8 * j);
-        }
-    } else {
-        for (std::size_t i = 0; i < 8; ++i) {
-            header.dim[i] = in.get<std::int16_t>(40 + 2 * i);
-            header.pixdim[i] = in.get<float>(76 + 4 * i);
-        }
-        header.datatype = in.get<std::int16_t>(70);
-        header.vox_offset = in.get<float>(108);
-        header.slope = in.get<float>(112);
-        header.intercept = in.get<float>(116);
-        header.units = in.get<std::uint8_t>(123);
-        header.qform_code = in.get<std::int16_t>(252);
-        header.sform_code = in.get<std::int16_t>(254);
-        for (std::size_t i = 0; i < 3; ++i) {
-            header.quaternion[i] = in.get<float>(256 + 4 * i);
-            header.qoffset[i] = in.get<float>(268 + 4 * i);
-            for (std::size_t j = 0; j < 4; ++j) header.srow[i][j] = in.get<float>(280 + 16 * i + 4 * j);
-        }
-    }
+    if (second)
+        parse_version_2(in, header);
+    else
+        parse_version_1(in, header);
     return header;
 }
 
@@ -143,20 +151,20 @@ StoredType stored_type(const Header& header) {
         case 32:
         case 1792:
         case 2048:
-            header.refuse("complex samples are not read");
+            header.refuse("complex samples are not supported");
         case 128:
         case 2304:
-            header.refuse("colour samples are not read");
+            header.refuse("colour samples are not supported");
         default:
-            header.refuse(fmt::format("samples of type {} are not read", header.datatype));
+            header.refuse(fmt::format("samples of type {} are not supported", header.datatype));
     }
 }
 
-// The rotation of nifti1.h's "method 2".
+// The rotation by the quaternion: "method 2" in nifti1.h.
 Mat3d rotation(const Header& header) {
     const double b = header.quaternion[0], c = header.quaternion[1], d = header.quaternion[2];
     const double rest = 1 - (b * b + c * c + d * d);
-    if (!(rest > -1e-5)) header.refuse("the quaternion of its qform is longer than 1");
+    if (!(rest > -1e-5)) header.refuse("the quaternion of the qform is longer than 1");
     const double a = std::sqrt(std::max(rest, 0.0));
     return {{{a * a + b * b - c * c - d * d, 2 * (b * c - a * d), 2 * (b * d + a * c)},
              {2 * (b * c + a * d), a * a + c * c - b * b - d * d, 2 * (c * d - a * b)},
@@ -184,7 +192,7 @@ void read_geometry(const Header& header, RawImage& image) {
         } else {
             m = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
             image.warnings.push_back(
-                "the NIfTI header has neither sform nor qform: position and orientation are unknown");
+                "the NIfTI header has neither sform nor qform; position and orientation are unknown");
         }
         const double mirrored = header.qform_code > 0 && header.pixdim[0] < 0 ? -1 : 1;  // qfac
         for (int row = 0; row < 3; ++row) {
@@ -203,10 +211,10 @@ void read_geometry(const Header& header, RawImage& image) {
     set_columns(image.geometry, m);
 }
 
-// The other half of a pair: the same name with another ending, also in capitals and gzipped.
+// The other file of a pair: the same name with another extension, perhaps in capitals or gzipped.
 std::filesystem::path partner(const std::filesystem::path& path, const char* wanted) {
     std::filesystem::path stem = path;
-    if (lower(stem.extension().native()) == ".gz") stem.replace_extension();
+    if (to_lower(stem.extension().native()) == ".gz") stem.replace_extension();
     std::string upper = wanted;
     for (char& c : upper) c = static_cast<char>(std::toupper(c));
     for (const std::string& end : {std::string(wanted), wanted + std::string(".gz"), upper, upper + ".GZ"}) {
@@ -214,14 +222,15 @@ std::filesystem::path partner(const std::filesystem::path& path, const char* wan
         other.replace_extension(end);
         if (std::filesystem::exists(other)) return other;
     }
-    throw IoError(fmt::format("{}: its other half, the {} file, is not beside it", shown(path), wanted));
+    throw IoError(fmt::format("{}: the {} file that belongs to it is missing; put both into one folder",
+                              quoted(path), wanted));
 }
 
 }  // namespace
 
 RawImage read_nifti_header(const std::filesystem::path& given, std::optional<std::int64_t> volume) {
-    size_of_file(given);
-    const bool is_img = ending(given) == ".img" || ending(given) == ".img.gz";
+    regular_file_size(given);
+    const bool is_img = extension(given) == ".img" || extension(given) == ".img.gz";
     const Header header = parse(is_img ? partner(given, ".hdr") : given);
     RawImage image;
     image.type = stored_type(header);
@@ -239,7 +248,7 @@ RawImage read_nifti_header(const std::filesystem::path& given, std::optional<std
     for (std::size_t axis = 0; axis < 3; ++axis) image.geometry.dims[axis] = header.dim[axis + 1];
     read_geometry(header, image);
 
-    // A slope of 0 means unscaled; so does NaN, which some libraries write.
+    // A slope of 0 means that the samples are not scaled. Some libraries write NaN instead.
     if (header.slope != 0 && !std::isnan(header.slope)) {
         if (!std::isfinite(header.slope) || !std::isfinite(header.intercept))
             header.refuse("scl_slope or scl_inter is not finite");
@@ -251,10 +260,10 @@ RawImage read_nifti_header(const std::filesystem::path& given, std::optional<std
     image.compressed = is_gzip(image.files[0]);
     const double least = header.pair ? 0 : 352;
     if (header.vox_offset != std::floor(header.vox_offset) || !(std::abs(header.vox_offset) < 1e15))
-        header.refuse("vox_offset is not a count of bytes");
+        header.refuse("vox_offset is not a number of bytes");
     image.data_offset = static_cast<std::int64_t>(std::max(header.vox_offset, least));
     choose_volume(image, volumes, volume);
     return image;
 }
 
-}  // namespace marrow
+}  // namespace marrow::internal::io

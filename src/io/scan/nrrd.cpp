@@ -1,7 +1,9 @@
-// NRRD headers, attached (.nrrd) and detached (.nhdr): http://teem.sourceforge.net/nrrd/format.html
+// Reads NRRD headers, attached (.nrrd) and detached (.nhdr). See
+// http://teem.sourceforge.net/nrrd/format.html.
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 
@@ -11,7 +13,7 @@
 #include "io/bytes/text.h"
 #include "raw_image.h"
 
-namespace marrow {
+namespace marrow::internal::io {
 
 namespace {
 
@@ -21,27 +23,27 @@ struct Header {
     std::filesystem::path path;
     Fields fields;
     std::vector<std::string> listed_files;  // lines after "data file: LIST"
-    std::size_t end = 0;                    // where the data of an attached header begin
+    std::size_t end = 0;                    // offset of the data after an attached header
 
     [[noreturn]] void refuse(std::string_view why) const {
-        throw InputError(fmt::format("{}: NRRD header: {}", shown(path), why));
+        throw InputError(fmt::format("{}: NRRD header: {}", quoted(path), why));
     }
-    // A field's text, or nothing.
+    // The text of a field, if it is present.
     std::optional<std::string_view> find(const char* name) const {
         const auto at = fields.find(name);
         if (at == fields.end()) return {};
         return at->second;
     }
-    std::string_view need(const char* name) const {
+    std::string_view require(const char* name) const {
         const auto text = find(name);
         if (!text) refuse(fmt::format("the field '{}' is missing", name));
         return *text;
     }
 };
 
-// Some fields are spelled in two ways.
+// Some fields have two spellings.
 std::string field_name(std::string_view name) {
-    const std::string n = lower(trimmed(name));
+    const std::string n = to_lower(trimmed(name));
     if (n == "datafile") return "data file";
     if (n == "lineskip") return "line skip";
     if (n == "byteskip") return "byte skip";
@@ -51,16 +53,16 @@ std::string field_name(std::string_view name) {
 }
 
 Header parse(const std::filesystem::path& path) {
-    constexpr std::size_t longest = 1 << 20;
-    const std::string text = head_of(path, longest);
+    constexpr std::size_t kLongest = 1 << 20;
+    const std::string text = read_head(path, kLongest);
     Header header{path, {}, {}, 0};
-    if (!text.starts_with("NRRD000")) throw InputError(fmt::format("{}: is not a NRRD file", shown(path)));
+    if (!text.starts_with("NRRD000")) throw InputError(fmt::format("{}: is not a NRRD file", quoted(path)));
 
     bool in_list = false;
     bool first = true;
     while (header.end < text.size()) {
         const std::size_t newline = text.find('\n', header.end);
-        if (newline == text.npos && text.size() == longest) header.refuse("is longer than 1 MiB");
+        if (newline == text.npos && text.size() == kLongest) header.refuse("is longer than 1 MiB");
         const std::size_t end = std::min(newline, text.size());
         const std::string_view line = trimmed(std::string_view(text).substr(header.end, end - header.end));
         header.end = std::min(end + 1, text.size());
@@ -71,13 +73,13 @@ Header parse(const std::filesystem::path& path) {
         }
         if (line.empty()) break;
         const std::size_t colon = line.find(':');
-        if (colon == line.npos) header.refuse(fmt::format("cannot make sense of the line {}", shown(line)));
-        if (line.substr(colon).starts_with(":=")) continue;  // a key and value, of no meaning here
+        if (colon == line.npos) header.refuse(fmt::format("cannot parse the line {}", quoted(line)));
+        if (line.substr(colon).starts_with(":=")) continue;  // a key and its value, which are not used
         const std::string name = field_name(line.substr(0, colon));
         const std::string_view value = trimmed(line.substr(colon + 1));
         if (!header.fields.emplace(name, value).second)
-            header.refuse(fmt::format("the field {} is there twice", shown(name)));
-        in_list = name == "data file" && lower(value).starts_with("list");
+            header.refuse(fmt::format("the field {} occurs twice", quoted(name)));
+        in_list = name == "data file" && to_lower(value).starts_with("list");
     }
     return header;
 }
@@ -123,18 +125,18 @@ StoredType stored_type(const Header& header) {
                                                             {"uint64_t", StoredType::uint64},
                                                             {"float", StoredType::float32},
                                                             {"double", StoredType::float64}};
-    const auto at = names.find(lower(header.need("type")));
+    const auto at = names.find(to_lower(header.require("type")));
     if (at == names.end())
-        header.refuse(fmt::format("samples of type {} are not read", shown(header.need("type"))));
+        header.refuse(fmt::format("samples of type {} are not supported", quoted(header.require("type"))));
     return at->second;
 }
 
-// One number per axis. \throw InputError
+// Parses one number for each axis.
 std::vector<double> numbers(const Header& header, const char* name, std::size_t axes) {
     std::vector<double> out;
-    for (const auto word : words(header.need(name))) {
-        const auto value = number(word);
-        if (!value) header.refuse(fmt::format("'{}' holds {}, which is not a number", name, shown(word)));
+    for (const auto word : split(header.require(name))) {
+        const auto value = parse_double(word);
+        if (!value) header.refuse(fmt::format("'{}' has {}, which is not a number", name, quoted(word)));
         out.push_back(*value);
     }
     if (out.size() != axes)
@@ -142,7 +144,7 @@ std::vector<double> numbers(const Header& header, const char* name, std::size_t 
     return out;
 }
 
-// "(x,y,z)". \throw InputError
+// Parses "(x,y,z)".
 Vec3d vector(const Header& header, std::string_view text) {
     Vec3d out{};
     const std::string_view whole = text;
@@ -151,21 +153,21 @@ Vec3d vector(const Header& header, std::string_view text) {
     if (good) text = text.substr(1, text.size() - 2);
     for (int i = 0; i < 3 && good; ++i) {
         const std::size_t comma = i < 2 ? text.find(',') : text.size();
-        const auto value = comma == text.npos ? std::nullopt : number(text.substr(0, comma));
+        const auto value = comma == text.npos ? std::nullopt : parse_double(text.substr(0, comma));
         good = value.has_value();
         if (good) out[i] = *value;
         if (good && i < 2) text.remove_prefix(comma + 1);
     }
-    if (!good) header.refuse(fmt::format("{} is not a vector of three numbers", shown(whole)));
+    if (!good) header.refuse(fmt::format("{} is not a vector of three numbers", quoted(whole)));
     return out;
 }
 
-// "(1,0,0) none (0,0,1)"; words may be apart by any white space, also inside the brackets.
+// Parses "(1,0,0) none (0,0,1)". There may be white space inside the brackets too.
 std::vector<std::optional<Vec3d>> directions(const Header& header, std::size_t axes) {
     std::vector<std::optional<Vec3d>> out;
-    std::string_view rest = trimmed(header.need("space directions"));
+    std::string_view rest = trimmed(header.require("space directions"));
     while (!rest.empty()) {
-        if (lower(rest.substr(0, 4)) == "none") {
+        if (to_lower(rest.substr(0, 4)) == "none") {
             out.emplace_back();
             rest = trimmed(rest.substr(4));
         } else {
@@ -179,8 +181,8 @@ std::vector<std::optional<Vec3d>> directions(const Header& header, std::size_t a
     return out;
 }
 
-// The words in quotes: "mm" "mm" "mm".
-std::vector<std::string_view> quoted(std::string_view text) {
+// Returns the words in quotes: "mm" "mm" "mm".
+std::vector<std::string_view> quoted_words(std::string_view text) {
     std::vector<std::string_view> out;
     for (std::size_t open = text.find('"'); open != text.npos;) {
         const std::size_t close = text.find('"', open + 1);
@@ -194,101 +196,109 @@ std::vector<std::string_view> quoted(std::string_view text) {
 double unit(const Header& header, std::string_view name) {
     if (trimmed(name).empty() || name == "???") return 1;
     const auto mm = millimetres(name);
-    if (!mm) header.refuse(fmt::format("the unit {} is not known", shown(name)));
+    if (!mm) header.refuse(fmt::format("the unit {} is unknown", quoted(name)));
     return *mm;
 }
 
-// The signs that turn the header's space into LPS.
+// The signs that convert the header's space to LPS.
 Vec3d to_lps(const Header& header, RawImage& image) {
     const auto space = header.find("space");
     if (!space) {
         image.warnings.push_back(
-            "the NRRD header names no space; its axes are taken as left, posterior, superior");
+            "the NRRD header names no space; its axes are assumed to be left, posterior, superior");
         return {1, 1, 1};
     }
-    const std::string name = lower(*space);
+    const std::string name = to_lower(*space);
     if (name == "left-posterior-superior" || name == "lps") return {1, 1, 1};
     if (name == "right-anterior-superior" || name == "ras") return {-1, -1, 1};
     if (name == "left-anterior-superior" || name == "las") return {1, -1, 1};
     if (name == "scanner-xyz" || name == "3d-right-handed" || name == "3d-left-handed") {
-        const bool mirrored =
-            name ==
-            "3d-left-handed";  // LPS is right-handed: one axis turns, so that the body is not mirrored
+        // LPS is right-handed: one axis is negated, so that the body is not mirrored.
+        const bool mirrored = name == "3d-left-handed";
         image.warnings.push_back(
-            fmt::format("the space '{}' does not say how the patient lies; its axes are taken as left, "
+            fmt::format("the space '{}' does not state the orientation; its axes are assumed to be left, "
                         "posterior, {}",
                         name, mirrored ? "inferior" : "superior"));
         return {1, 1, mirrored ? -1.0 : 1.0};
     }
-    header.refuse(fmt::format("the space {} is not read", shown(*space)));
+    header.refuse(fmt::format("the space {} is not supported", quoted(*space)));
+}
+
+// The three axes of space. Other axes may be present if they have one value each.
+std::array<std::size_t, 3> spatial_axes(const Header& header, const std::vector<double>& sizes,
+                                        const std::vector<std::optional<Vec3d>>& known_directions) {
+    const std::size_t axes = sizes.size();
+    static const std::vector<std::string> spatial = {"domain", "space", "???", "none"};
+    const auto kinds =
+        header.find("kinds") ? split(*header.find("kinds")) : std::vector<std::string_view>(axes, "???");
+    if (kinds.size() != axes)
+        header.refuse(fmt::format("'kinds' has {} values for {} axes", kinds.size(), axes));
+    std::vector<std::size_t> space;
+    for (std::size_t a = 0; a < axes; ++a) {
+        const bool in_space = known_directions.empty() || known_directions[a];
+        const bool of_space = std::find(spatial.begin(), spatial.end(), to_lower(kinds[a])) != spatial.end();
+        if (in_space && of_space && (axes == 3 || space.size() < 3)) {
+            space.push_back(a);
+        } else if (sizes[a] != 1) {
+            header.refuse(fmt::format(
+                "axis {} has {:.0f} values per point (kind {}); only one value per point is supported", a,
+                sizes[a], quoted(kinds[a])));
+        }
+    }
+    if (space.size() != 3) header.refuse("is not three-dimensional");
+    return {space[0], space[1], space[2]};
+}
+
+// Spacing and origin of headers without space directions.
+void read_spacings(const Header& header, std::size_t axes, const std::array<std::size_t, 3>& space,
+                   RawImage& image, Mat3d& m, Vec3d& origin) {
+    const auto units =
+        header.find("units") ? quoted_words(*header.find("units")) : std::vector<std::string_view>(axes, "");
+    if (units.size() != axes) header.refuse("'units' needs one unit in quotes for each axis");
+    const auto spacings =
+        header.find("spacings") ? numbers(header, "spacings", axes) : std::vector<double>(axes, NAN);
+    const auto mins =
+        header.find("axis mins") ? numbers(header, "axis mins", axes) : std::vector<double>(axes, NAN);
+    const auto centers =
+        header.find("centers") ? split(*header.find("centers")) : std::vector<std::string_view>(axes, "???");
+    if (centers.size() != axes)
+        header.refuse(fmt::format("'centers' has {} values for {} axes", centers.size(), axes));
+    for (int i = 0; i < 3; ++i) {
+        const std::size_t a = space[i];
+        const double mm = unit(header, units[a]);
+        if (std::isnan(spacings[a]))
+            image.has_spacing = false;
+        else if (!(spacings[a] > 0))
+            header.refuse("'spacings' has a value that is not positive");
+        m[i][i] = std::isnan(spacings[a]) ? 1 : spacings[a] * mm;
+        // The minimum is the position of the first sample, or of the outer face of its cell.
+        if (!std::isnan(mins[a]))
+            origin[i] = mins[a] * mm + (to_lower(centers[a]) == "cell" ? m[i][i] / 2 : 0);
+    }
 }
 
 void read_geometry(const Header& header, const std::vector<double>& sizes, RawImage& image) {
     const std::size_t axes = sizes.size();
     const auto known =
         header.find("space directions") ? directions(header, axes) : std::vector<std::optional<Vec3d>>();
-
-    // The axes of space: three. Others may be there if they hold one value each.
-    static const std::vector<std::string> spatial = {"domain", "space", "???", "none"};
-    const auto kinds =
-        header.find("kinds") ? words(*header.find("kinds")) : std::vector<std::string_view>(axes, "???");
-    if (kinds.size() != axes)
-        header.refuse(fmt::format("'kinds' has {} values for {} axes", kinds.size(), axes));
-    std::vector<std::size_t> space;
-    for (std::size_t a = 0; a < axes; ++a) {
-        const bool in_space = known.empty() || known[a];
-        const bool of_space = std::find(spatial.begin(), spatial.end(), lower(kinds[a])) != spatial.end();
-        if (in_space && of_space && (axes == 3 || space.size() < 3))
-            space.push_back(a);
-        else if (sizes[a] != 1) {
-            header.refuse(
-                fmt::format("axis {} holds {:.0f} values per point (kind {}); only volumes of one value per "
-                            "point are read",
-                            a, sizes[a], shown(kinds[a])));
-        }
-    }
-    if (space.size() != 3) header.refuse("is not three-dimensional");
-
+    const std::array<std::size_t, 3> space = spatial_axes(header, sizes, known);
     const Vec3d sign = to_lps(header, image);
     Vec3d axis_unit{1, 1, 1};
     if (const auto units = header.find("space units")) {
-        const auto names = quoted(*units);
+        const auto names = quoted_words(*units);
         if (names.size() != 3) header.refuse("'space units' needs three units in quotes");
         for (int row = 0; row < 3; ++row) axis_unit[row] = unit(header, names[row]);
     }
 
     Geometry& g = image.geometry;
     for (int i = 0; i < 3; ++i) g.dims[i] = static_cast<std::int64_t>(sizes[space[i]]);
-
     Mat3d m{};
     Vec3d origin{};
-    if (!known.empty()) {
+    if (known.empty()) {
+        read_spacings(header, axes, space, image, m, origin);
+    } else {
         for (int i = 0; i < 3; ++i) {
             for (int row = 0; row < 3; ++row) m[row][i] = (*known[space[i]])[row];
-        }
-    } else {
-        const auto units =
-            header.find("units") ? quoted(*header.find("units")) : std::vector<std::string_view>(axes, "");
-        if (units.size() != axes) header.refuse("'units' needs one unit in quotes for each axis");
-        const auto spacings =
-            header.find("spacings") ? numbers(header, "spacings", axes) : std::vector<double>(axes, NAN);
-        const auto mins =
-            header.find("axis mins") ? numbers(header, "axis mins", axes) : std::vector<double>(axes, NAN);
-        const auto centers = header.find("centers") ? words(*header.find("centers"))
-                                                    : std::vector<std::string_view>(axes, "???");
-        if (centers.size() != axes)
-            header.refuse(fmt::format("'centers' has {} values for {} axes", centers.size(), axes));
-        for (int i = 0; i < 3; ++i) {
-            const std::size_t a = space[i];
-            const double mm = unit(header, units[a]);
-            if (std::isnan(spacings[a]))
-                image.has_spacing = false;
-            else if (!(spacings[a] > 0))
-                header.refuse("'spacings' holds a value that is not positive");
-            m[i][i] = std::isnan(spacings[a]) ? 1 : spacings[a] * mm;
-            // the minimum is the first sample's place, or the outer face of its cell
-            if (!std::isnan(mins[a]))
-                origin[i] = mins[a] * mm + (lower(centers[a]) == "cell" ? m[i][i] / 2 : 0);
         }
     }
     if (const auto text = header.find("space origin")) origin = vector(header, *text);
@@ -299,15 +309,16 @@ void read_geometry(const Header& header, const std::vector<double>& sizes, RawIm
     set_columns(g, m);
 }
 
-// "name%03d.raw 1 93 1": the names for the numbers from the first to the last.
+// Expands "name%03d.raw 1 93 1" to the names with the numbers 1 to 93.
 std::vector<std::string> pattern_files(const Header& header, const std::vector<std::string_view>& parts,
                                        double most) {
-    const auto first = integer(parts[1]);
-    const auto last = integer(parts[2]);
-    const auto step = integer(parts[3]);
+    const auto first = parse_integer(parts[1]);
+    const auto last = parse_integer(parts[2]);
+    const auto step = parse_integer(parts[3]);
     if (!first || !last || !step || *step == 0 || (*last - *first) / *step < 0 ||
         static_cast<double>((*last - *first) / *step) >= most) {
-        header.refuse(fmt::format("'data file' does not number files: {}", shown(header.need("data file"))));
+        header.refuse(fmt::format("'data file' has no valid range of numbers: {}",
+                                  quoted(header.require("data file"))));
     }
     const std::string_view name = parts[0];
     const std::size_t percent = name.find('%');
@@ -316,10 +327,10 @@ std::vector<std::string> pattern_files(const Header& header, const std::vector<s
     const std::string_view width = letter == name.npos ? "" : name.substr(percent + 1, letter - percent - 1);
     if (letter == name.npos || (name[letter] != 'd' && name[letter] != 'u') || width.size() > 2 ||
         name.find('%', letter) != name.npos) {
-        header.refuse(fmt::format("'data file' has no number like %03d: {}", shown(name)));
+        header.refuse(fmt::format("'data file' has no number like %03d: {}", quoted(name)));
     }
     const char fill = width.starts_with('0') ? '0' : ' ';
-    const std::size_t least = static_cast<std::size_t>(integer(width).value_or(0));
+    const std::size_t least = static_cast<std::size_t>(parse_integer(width).value_or(0));
     std::vector<std::string> out;
     for (std::int64_t n = *first; *step > 0 ? n <= *last : n >= *last; n += *step) {
         std::string digits = std::to_string(n);
@@ -329,41 +340,43 @@ std::vector<std::string> pattern_files(const Header& header, const std::vector<s
     return out;
 }
 
-void read_data_place(const Header& header, RawImage& image) {
-    const std::string encoding = lower(header.need("encoding"));
+void read_data_location(const Header& header, RawImage& image) {
+    const std::string encoding = to_lower(header.require("encoding"));
     if (encoding == "gzip" || encoding == "gz")
         image.compressed = true;
     else if (encoding != "raw")
-        header.refuse(fmt::format("the encoding {} is not read; save it as raw or gzip", shown(encoding)));
+        header.refuse(
+            fmt::format("the encoding {} is not supported; save it as raw or gzip", quoted(encoding)));
 
     const auto data_file = header.find("data file");
     if (!data_file) {
         image.files = {header.path};
         image.file_offset = static_cast<std::int64_t>(header.end);
     } else {
-        const auto parts = words(*data_file);
+        const auto parts = split(*data_file);
         std::vector<std::string> names;
-        if (!parts.empty() && lower(parts[0]) == "list")
+        if (!parts.empty() && to_lower(parts[0]) == "list")
             names = header.listed_files;
         else if (parts.size() >= 4 && parts[0].find('%') != parts[0].npos) {
             names = pattern_files(header, parts, static_cast<double>(image.geometry.dims[2]));
         } else
             names = {std::string(*data_file)};
         if (names.empty()) header.refuse("names no data file");
-        for (const auto& name : names) image.files.push_back(beside(header.path, name));
+        for (const auto& name : names) image.files.push_back(sibling_path(header.path, name));
     }
 
     const auto skip = [&](const char* name) {
         const auto text = header.find(name);
-        const auto value = text ? integer(*text) : 0;
-        if (!value || *value < -1) header.refuse(fmt::format("'{}' is not a count: {}", name, shown(*text)));
+        const auto value = text ? parse_integer(*text) : 0;
+        if (!value || *value < -1)
+            header.refuse(fmt::format("'{}' is not a number of bytes or lines: {}", name, quoted(*text)));
         return *value;
     };
-    if (skip("line skip") != 0) header.refuse("'line skip' is not read; use 'byte skip'");
+    if (skip("line skip") != 0) header.refuse("'line skip' is not supported; use 'byte skip'");
     const std::int64_t bytes = skip("byte skip");
     if (bytes == -1) {
         if (image.compressed) header.refuse("'byte skip: -1' needs the encoding raw");
-        image.file_offset = -1;
+        image.file_offset.reset();
     } else {
         image.data_offset = bytes;
     }
@@ -376,21 +389,21 @@ RawImage read_nrrd_header(const std::filesystem::path& path) {
     RawImage image;
     image.type = stored_type(header);
 
-    const auto axes = integer(header.need("dimension"));
+    const auto axes = parse_integer(header.require("dimension"));
     if (!axes || *axes < 1 || *axes > 16) header.refuse("'dimension' is not a number from 1 to 16");
     const auto sizes = numbers(header, "sizes", static_cast<std::size_t>(*axes));
     for (const double size : sizes) {
         if (!(size >= 1) || size != std::floor(size) || size > 9e15)
-            header.refuse("'sizes' holds a value that is not a size");
+            header.refuse("'sizes' has a value that is not a size");
     }
     read_geometry(header, sizes, image);
-    read_data_place(header, image);
+    read_data_location(header, image);
 
     const bool bytes = image.type == StoredType::uint8 || image.type == StoredType::int8;
-    const std::string endian = bytes ? "little" : lower(header.need("endian"));
+    const std::string endian = bytes ? "little" : to_lower(header.require("endian"));
     if (endian != "little" && endian != "big") header.refuse("'endian' is neither little nor big");
     image.big_endian = endian == "big";
     return image;
 }
 
-}  // namespace marrow
+}  // namespace marrow::internal::io

@@ -1,3 +1,4 @@
+// Reads samples that are stored as in memory, or compressed by zlib.
 #include "raw_image.h"
 
 #include <fmt/format.h>
@@ -13,7 +14,7 @@
 #include "io/bytes/byte_stream.h"
 #include "io/bytes/text.h"
 
-namespace marrow {
+namespace marrow::internal::io {
 
 namespace {
 
@@ -66,66 +67,66 @@ void swap_bytes(void* data, std::size_t count, std::size_t size) {
 
 template <class S, class T>
 void convert(const S* from, T* to, std::size_t count, const RawImage& image) {
-    constexpr bool may_round = std::is_integral_v<S> && sizeof(S) == 8;
+    constexpr bool kMayRound = std::is_integral_v<S> && sizeof(S) == 8;
     for (std::size_t i = 0; i < count; ++i) {
         const auto value = static_cast<double>(from[i]);
-        if constexpr (may_round) {
+        if constexpr (kMayRound) {
             if (std::abs(value) >= 9007199254740992.0) {  // 2^53
                 throw InputError(
                     fmt::format("{}: a 64-bit sample is beyond 2^53 and cannot be kept exactly; "
                                 "convert the file to a smaller type",
-                                shown(image.files[0])));
+                                quoted(image.files[0])));
             }
         }
         to[i] = static_cast<T>(image.slope * value + image.intercept);
     }
 }
 
-// Refuses headers that claim more than their files can hold, before memory is spent on them.
-// Returns how many bytes each file holds.
-std::uint64_t checked_share(const RawImage& image) {
-    // What deflate can make of a byte: 258 bytes of a repeated match from two bits.
-    constexpr double most_inflation = 1032;
+// Returns the number of bytes of samples in each file.
+// \throw InputError the header claims more than the files can hold
+std::uint64_t checked_file_bytes(const RawImage& image) {
+    // Deflate writes 258 bytes of a repeated match as two bits.
+    constexpr double kMostInflation = 1032;
 
     const double samples = static_cast<double>(image.geometry.dims[0]) *
                            static_cast<double>(image.geometry.dims[1]) *
                            static_cast<double>(image.geometry.dims[2]);
-    const double share = samples * static_cast<double>(stored_size(image.type)) *
-                         static_cast<double>(image.volumes - image.volume) /
-                         static_cast<double>(image.files.size());
+    const double file_bytes = samples * static_cast<double>(stored_size(image.type)) *
+                              static_cast<double>(image.volumes - image.volume) /
+                              static_cast<double>(image.files.size());
     for (const auto& path : image.files) {
-        const double held = static_cast<double>(size_of_file(path)) -
-                            static_cast<double>(std::max<std::int64_t>(image.file_offset, 0));
-        const double needed = share + static_cast<double>(image.data_offset);
-        if (needed > (image.compressed ? held * most_inflation : held)) {
+        const double held =
+            static_cast<double>(regular_file_size(path)) - static_cast<double>(image.file_offset.value_or(0));
+        const double needed = file_bytes + static_cast<double>(image.data_offset);
+        if (needed > (image.compressed ? held * kMostInflation : held)) {
             throw InputError(
-                fmt::format("{}: the header claims {:.0f} bytes of samples but the file holds {:.0f}; "
-                            "it is truncated or not what the header describes",
-                            shown(path), share, std::max(held, 0.0)));
+                fmt::format("{}: the header claims {:.0f} bytes of samples but the file has {:.0f}; "
+                            "it is truncated, or the header is wrong",
+                            quoted(path), file_bytes, std::max(held, 0.0)));
         }
     }
     check_geometry(image.geometry);
     const auto count = static_cast<std::uint64_t>(image.geometry.sample_count());
     if (count % image.files.size() != 0) {
-        throw InputError(fmt::format("{}: {} data files do not share {} samples evenly",
-                                     shown(image.files[0]), image.files.size(), count));
+        throw InputError(fmt::format("{}: {} samples cannot be divided evenly among {} data files",
+                                     quoted(image.files[0]), count, image.files.size()));
     }
     return count / image.files.size() * stored_size(image.type);
 }
 
-// Reads the next `count` samples of a stream into `out`, of the loaded type; calls done(n) after every n of them.
+// Reads the next `count` samples of a stream and converts them. Calls done(n) after each n samples.
 template <class Done>
 void read_samples(ByteStream& stream, const RawImage& image, std::size_t count, std::byte* out,
                   const Done& done) {
-    constexpr std::size_t chunk_samples = std::size_t{1} << 20;
+    constexpr std::size_t kChunkSamples = std::size_t{1} << 20;
     const SampleType type = loaded_type(image);
     const std::size_t stored = stored_size(image.type);
     const bool as_is = image.slope == 1 && image.intercept == 0 && image.type != StoredType::uint32 &&
                        image.type != StoredType::uint64 && image.type != StoredType::int64;
     const bool swap = image.big_endian != (std::endian::native == std::endian::big);
-    std::vector<std::byte> chunk(as_is ? 0 : std::min(count, chunk_samples) * stored);
+    std::vector<std::byte> chunk(as_is ? 0 : std::min(count, kChunkSamples) * stored);
     while (count > 0) {
-        const std::size_t n = std::min(count, chunk_samples);
+        const std::size_t n = std::min(count, kChunkSamples);
         std::byte* to = as_is ? out : chunk.data();
         stream.read(to, n * stored);
         if (swap) swap_bytes(to, n, stored);
@@ -144,10 +145,11 @@ void read_samples(ByteStream& stream, const RawImage& image, std::size_t count, 
     }
 }
 
-// Where a file's share of the samples starts, for data that is not compressed; where the compressed data starts, else.
-std::uint64_t data_begin(const RawImage& image, const std::filesystem::path& path, std::uint64_t share) {
-    return image.file_offset >= 0 ? static_cast<std::uint64_t>(image.file_offset)
-                                  : size_of_file(path) - share * static_cast<std::uint64_t>(image.volumes);
+// The offset of the (compressed) data in a file.
+std::uint64_t data_begin(const RawImage& image, const std::filesystem::path& path, std::uint64_t file_bytes) {
+    return image.file_offset
+               ? static_cast<std::uint64_t>(*image.file_offset)
+               : regular_file_size(path) - file_bytes * static_cast<std::uint64_t>(image.volumes);
 }
 
 }  // namespace
@@ -157,7 +159,7 @@ void set_columns(Geometry& geometry, const Mat3d& m) {
         const double length = std::hypot(m[0][axis], m[1][axis], m[2][axis]);
         geometry.spacing[axis] = length;
         for (int row = 0; row < 3; ++row)
-            geometry.direction[row][axis] = length > 0 ? m[row][axis] / length + 0.0 : 0;  // + 0.0: no -0
+            geometry.direction[row][axis] = length > 0 ? m[row][axis] / length + 0.0 : 0;  // + 0.0 avoids -0
     }
 }
 
@@ -182,45 +184,45 @@ SampleType loaded_type(const RawImage& image) {
 }
 
 void check_claims(const RawImage& image) {
-    checked_share(image);
+    checked_file_bytes(image);
 }
 
 void choose_volume(RawImage& image, double count, std::optional<std::int64_t> volume) {
     if (!volume && count != 1) {
-        throw GeometryError(fmt::format(
-            "{}: holds {:.0f} volumes; choose one with --volume K (options.volume), from 0 to {:.0f}",
-            shown(image.files[0]), count, count - 1));
+        throw GeometryError(
+            fmt::format("{}: holds {:.0f} volumes; choose one from 0 to {:.0f} with options.volume",
+                        quoted(image.files[0]), count, count - 1));
     }
     if (volume && (*volume < 0 || static_cast<double>(*volume) >= count)) {
-        throw GeometryError(fmt::format("{}: has no volume {}; there are {:.0f}, counted from 0",
-                                        shown(image.files[0]), *volume, count));
+        throw GeometryError(fmt::format("{}: has no volume {}; there are {:.0f}, numbered from 0",
+                                        quoted(image.files[0]), *volume, count));
     }
     if (count > 1 && image.files.size() > 1)
-        throw InputError(
-            fmt::format("{}: several volumes in several files are not read", shown(image.files[0])));
+        throw InputError(fmt::format("{}: several volumes in several data files are not supported",
+                                     quoted(image.files[0])));
     const auto& dims = image.geometry.dims;
     const double bytes = static_cast<double>(dims[0]) * static_cast<double>(dims[1]) *
                          static_cast<double>(dims[2]) * static_cast<double>(stored_size(image.type));
     if (count * bytes > 9e18)
         throw InputError(fmt::format("{}: the header claims {:.0f} volumes of {:.0f} bytes",
-                                     shown(image.files[0]), count, bytes));
+                                     quoted(image.files[0]), count, bytes));
     image.volumes = static_cast<std::int64_t>(count);
     image.volume = volume.value_or(0);
     image.data_offset += image.volume * static_cast<std::int64_t>(bytes);
 }
 
 Volume load_raw(const RawImage& image, const Progress& progress) {
-    const std::uint64_t share = checked_share(image);
+    const std::uint64_t file_bytes = checked_file_bytes(image);
     Volume volume(image.geometry, loaded_type(image));
     const std::size_t kept = sample_size(volume.type());
     const std::size_t total = volume.bytes() / kept;
-    const std::size_t in_file = share / stored_size(image.type);
+    const std::size_t in_file = file_bytes / stored_size(image.type);
     auto* out = static_cast<std::byte*>(volume.data());
     std::size_t done = 0;
     internal::report_progress(progress, 0);
     for (const auto& path : image.files) {
         ByteStream stream(path, image.compressed ? Compression::zlib : Compression::none,
-                          data_begin(image, path, share));
+                          data_begin(image, path, file_bytes));
         stream.skip(static_cast<std::uint64_t>(image.data_offset));
         read_samples(stream, image, in_file, out + done * kept, [&](std::size_t n) {
             done += n;
@@ -233,24 +235,23 @@ Volume load_raw(const RawImage& image, const Progress& progress) {
 
 SliceSource raw_slices(const RawImage& image) {
     if (image.compressed) {
-        throw InputError(
-            fmt::format("{}: is compressed and can only be read whole; decompress it, or do without "
-                        "a memory limit",
-                        shown(image.files[0])));
+        throw InputError(fmt::format(
+            "{}: is compressed and cannot be read slice by slice; decompress it, or read it as a whole",
+            quoted(image.files[0])));
     }
-    const std::uint64_t share = checked_share(image);
-    const auto read = [image, share](std::int64_t z_begin, std::int64_t z_end, void* to) {
+    const std::uint64_t file_bytes = checked_file_bytes(image);
+    const auto read = [image, file_bytes](std::int64_t z_begin, std::int64_t z_end, void* to) {
         const std::size_t stored = stored_size(image.type), kept = sample_size(loaded_type(image));
         const auto area = static_cast<std::size_t>(image.geometry.dims[0] * image.geometry.dims[1]);
-        const std::size_t in_file = share / stored;
+        const std::size_t in_file = file_bytes / stored;
         auto* out = static_cast<std::byte*>(to);
         std::size_t at = static_cast<std::size_t>(z_begin) * area;
         for (const std::size_t end = static_cast<std::size_t>(z_end) * area; at < end;) {
             const auto& path = image.files[at / in_file];
             const std::size_t first = at % in_file, count = std::min(end - at, in_file - first);
             ByteStream stream(path, Compression::none,
-                              data_begin(image, path, share) + static_cast<std::uint64_t>(image.data_offset) +
-                                  first * stored);
+                              data_begin(image, path, file_bytes) +
+                                  static_cast<std::uint64_t>(image.data_offset) + first * stored);
             read_samples(stream, image, count, out, [](std::size_t) {});
             out += count * kept;
             at += count;
@@ -259,4 +260,4 @@ SliceSource raw_slices(const RawImage& image) {
     return {image.geometry, loaded_type(image), read};
 }
 
-}  // namespace marrow
+}  // namespace marrow::internal::io

@@ -1,4 +1,4 @@
-// Samples that lie in a file as they are in memory, or gzipped: what NIfTI, NRRD and MetaImage come down to.
+/// Reads samples that are stored as in memory, or compressed by zlib: the data of NIfTI, NRRD and MetaImage.
 #pragma once
 
 #include <cstdint>
@@ -10,54 +10,56 @@
 #include <marrow/scan_io.h>
 #include <marrow/streaming.h>
 
-namespace marrow {
+namespace marrow::internal::io {
 
-/// The types a file can hold. Those that a Volume has not become float64, exactly or not at all.
+/// The sample types of files. A Volume lacks some of them; those become float64, or an error if that is not
+/// exact.
 enum class StoredType { uint8, int8, uint16, int16, uint32, int32, uint64, int64, float32, float64 };
 
-/// What a header says, checked for sense but not yet against the data.
+/// The content of a header. Its values are plausible but not yet compared with the data.
 struct RawImage {
     Geometry geometry;        ///< in LPS
-    bool has_spacing = true;  ///< false: the spacing is 1 for want of a better one
+    bool has_spacing = true;  ///< if not, the spacing is 1
     StoredType type = StoredType::uint8;
     bool big_endian = false;
     bool compressed = false;                   ///< gzip or zlib
-    std::vector<std::filesystem::path> files;  ///< in order, of equal shares
-    std::int64_t file_offset =
-        0;  ///< bytes before the (compressed) data in each file; -1: they end with the file
-    std::int64_t data_offset = 0;  ///< bytes before the samples, counted after decompression
-    std::int64_t volumes = 1;      ///< of this size that lie one after the other
-    std::int64_t volume = 0;       ///< the one to read
+    std::vector<std::filesystem::path> files;  ///< in order; each holds the same number of samples
+    /// Bytes before the (compressed) data in each file. No value: the data are at the end of the file.
+    std::optional<std::int64_t> file_offset = 0;
+    std::int64_t data_offset = 0;  ///< bytes before the samples, after decompression
+    std::int64_t volumes = 1;      ///< number of volumes, one after the other
+    std::int64_t volume = 0;       ///< index of the volume to read
     double slope = 1;              ///< value = slope * stored + intercept
     double intercept = 0;
     std::vector<std::string> warnings;
 };
 
-/// What the three headers say. `volume`: which one of several, counted from 0.
-/// \throw IoError, InputError; GeometryError where there are several volumes and none is named.
+/// Each reads the header of a format. `volume` is the index of the volume, for files with several.
+/// \throw IoError; InputError; GeometryError there are several volumes and no index
 RawImage read_nifti_header(const std::filesystem::path& path, std::optional<std::int64_t> volume);
 RawImage read_nrrd_header(const std::filesystem::path& path);
 RawImage read_metaimage_header(const std::filesystem::path& path, std::optional<std::int64_t> volume);
 
-/// Makes `image`, which is otherwise complete, the named one of `count` volumes that lie one after the other.
-/// \throw as above.
+/// Selects one of `count` volumes that follow one another; all other members of `image` are set already.
+/// \throw InputError; GeometryError there are several volumes and no index
 void choose_volume(RawImage& image, double count, std::optional<std::int64_t> volume);
 
-/// \throw InputError where the files are smaller than the header claims.
+/// \throw InputError the files are smaller than the header claims
 void check_claims(const RawImage& image);
 
-/// Reads the samples. The type stays as stored; where slope and intercept ask for it, and for types that a
-/// Volume has not, it is float32 or, where float32 would not be exact, float64. \throw InputError where the
-/// files are smaller than the header claims, before memory is allocated.
+/// Reads the samples, with the type of loaded_type().
+/// \throw InputError the files are smaller than the header claims, before memory is allocated; IoError;
+/// Cancelled
 Volume load_raw(const RawImage& image, const Progress& progress);
 
-/// The same samples, slice by slice. \throw as load_raw, and InputError where they are compressed.
+/// Reads the same samples slice by slice. \throw the errors of load_raw; InputError they are compressed
 SliceSource raw_slices(const RawImage& image);
 
-/// The type load_raw will give.
+/// The type of the samples in memory: as stored, or float32 if they are scaled. It is float64 if float32
+/// would not be exact, and for types that a Volume lacks.
 SampleType loaded_type(const RawImage& image);
 
-/// Sets spacing and direction from the columns of an index-to-millimetre matrix, where not all zero.
+/// Sets spacing and direction from the columns of an index-to-physical matrix.
 void set_columns(Geometry& geometry, const Mat3d& index_to_physical);
 
-}  // namespace marrow
+}  // namespace marrow::internal::io

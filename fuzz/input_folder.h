@@ -1,4 +1,4 @@
-/// Where the file that a fuzz target reads stands.
+/// The folder of the file that a fuzz target reads.
 #pragma once
 
 #include <fcntl.h>
@@ -9,20 +9,21 @@
 #include <string>
 #include <string_view>
 
-/// A folder in memory where there is one, gone at the end.
-struct FilePlace {
-    std::filesystem::path folder = [] {
+/// A temporary folder, in memory if possible.
+struct InputFolder {
+    std::filesystem::path path = [] {
         std::string name =
             (std::filesystem::exists("/dev/shm") ? "/dev/shm" : "/tmp") + std::string("/marrow-fuzz-XXXXXX");
         if (!mkdtemp(name.data())) std::abort();
         return name;
     }();
-    FilePlace() = default;
-    FilePlace(const FilePlace&) = delete;
-    FilePlace& operator=(const FilePlace&) = delete;
-    ~FilePlace() { std::filesystem::remove_all(folder); }
+    InputFolder() = default;
+    InputFolder(const InputFolder&) = delete;
+    InputFolder& operator=(const InputFolder&) = delete;
+    ~InputFolder() { std::filesystem::remove_all(path); }
 };
 
+/// Writes a file without buffering; aborts if the system reports an error.
 inline void put_file(const std::filesystem::path& path, std::string_view bytes) {
     const int file = open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
     const bool written =

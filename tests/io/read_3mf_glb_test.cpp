@@ -1,4 +1,4 @@
-// 3MF and GLB read back: as Marrow writes them, as others do, damaged, and with what is not read.
+// read_mesh: 3MF and GLB, as Marrow and others write them, damaged, and with unsupported features.
 #include <cmath>
 #include <cstring>
 #include <functional>
@@ -15,8 +15,8 @@
 #include <marrow/measure.h>
 #include <marrow/mesh_io.h>
 
-#include "support/fields.h"
 #include "io/bytes/deflate.h"
+#include "support/fields.h"
 #include "support/mesh_checks.h"
 #include "support/temporary_folder.h"
 
@@ -38,7 +38,7 @@ constexpr char kRelations[] =
 
 void write_zip(const fs::path& path, const std::map<std::string, std::string>& files) {
     AtomicFile file(path);
-    ZipWriter zip(file);
+    internal::io::ZipWriter zip(file);
     for (const auto& [name, text] : files) {
         zip.begin(name);
         zip.write(text.data(), text.size());
@@ -65,7 +65,7 @@ std::string glb(std::string json, const std::string& buffer) {
 
 class ReadObjects : public testing::Test {
   protected:
-    // A 3MF file of a model with these resources and build items.
+    // Writes a 3MF file with these resources and build items.
     fs::path model(const std::string& resources, const std::string& items = "<item objectid=\"1\"/>",
                    const std::string& attributes = "") {
         const fs::path path = folder / "model.3mf";
@@ -79,7 +79,7 @@ class ReadObjects : public testing::Test {
         write_file(folder / name, bytes);
         return folder / name;
     }
-    // Why a file is refused; empty where it is not.
+    // Why a file is refused; empty if it is read.
     static std::string refusal(const fs::path& path) {
         try {
             read_mesh(path);
@@ -92,7 +92,7 @@ class ReadObjects : public testing::Test {
     const Mesh first = ball(0), second = ball(50);
 };
 
-// Two triangles of a tetrahedron in an odd order of attributes, with a comment and another tag's text between.
+// Two triangles of a tetrahedron, with attributes in unusual order, a comment, and the text of another tag.
 const std::string kTetrahedron =
     "<mesh><vertices><vertex y='0' z='0' x='0'/><!-- <vertex/> --><vertex x=\"1e1\" y=\"0\" z=\"0\" "
     "note=\">\"/>"
@@ -104,7 +104,7 @@ TEST_F(ReadObjects, SurfacesOf3mfKeepTheirBitsAndOrder) {
     for (const Space space : {Space::LPS, Space::RAS}) {
         write_meshes(std::array{MeshObject{&first, "a", {}}, MeshObject{&second, "b", {}}}, folder / "a.3mf",
                      {.space = space});
-        std::optional<Space> stated;
+        Space stated = Space::none;
         const Mesh read = read_mesh(folder / "a.3mf", &stated);
         EXPECT_EQ(stated, space);
         const std::size_t points = first.points.size(), triangles = first.triangles.size();
@@ -120,7 +120,7 @@ TEST_F(ReadObjects, SurfacesOf3mfKeepTheirBitsAndOrder) {
 
 TEST_F(ReadObjects, SurfacesOfGlbComeBackInMillimetres) {
     write_meshes(std::array{MeshObject{&first, "a", {}}, MeshObject{&second, "b", {}}}, folder / "a.glb");
-    std::optional<Space> stated;
+    Space stated = Space::none;
     const Mesh read = read_mesh(folder / "a.glb", &stated);
     EXPECT_EQ(stated, Space::LPS);
     ASSERT_EQ(read.points.size(), first.points.size() + second.points.size());
@@ -140,13 +140,13 @@ TEST_F(ReadObjects, ItemsOf3mfAreMovedTurnedAndScaled) {
     EXPECT_NEAR(measure(plain).volume, 1000 / 6.0, 1e-9);
     const Mesh inches = read_mesh(model(object(kTetrahedron), "<item objectid=\"1\"/>", "unit=\"inch\""));
     EXPECT_FLOAT_EQ(inches.points[1][0], 254);
-    // Mirrored, twice as large, and moved, in centimetres.
+    // Mirrored, scaled by two, and translated, in centimetres.
     const Mesh moved =
         read_mesh(model(object(kTetrahedron), "<item objectid=\"1\" transform=\"0 2 0 2 0 0 0 0 2 7 8 9\"/>",
                         "unit=\"centimeter\""));
     EXPECT_TRUE(moved.points[1] == (Vec3f{70, 280, 90}));
     EXPECT_NEAR(measure(moved).volume, 8e6 / 6, 1) << "it still faces outward";
-    // What is not built is not read.
+    // Objects without a build item are ignored.
     EXPECT_EQ(read_mesh(model(object(kTetrahedron) + object(kTetrahedron, 2))).points.size(), 4u);
 }
 
@@ -170,9 +170,9 @@ TEST_F(ReadObjects, ReadsWhatLib3mfWrites) {
     ASSERT_EQ(lib3mf_model_addbuilditem(model, object, &transform, &item), 0);
     ASSERT_EQ(lib3mf_model_querywriter(model, "3mf", &writer), 0);
     ASSERT_EQ(lib3mf_writer_writetofileutf8(writer, (folder / "lib.3mf").c_str()), 0);
-    std::optional<Space> stated = Space::RAS;
+    Space stated = Space::RAS;
     const Mesh read = read_mesh(folder / "lib.3mf", &stated);
-    EXPECT_FALSE(stated);
+    EXPECT_EQ(stated, Space::none);
     EXPECT_TRUE(read.triangles == first.triangles);
     ASSERT_EQ(read.points.size(), first.points.size());
     EXPECT_NEAR(read.points[7][0], 10 * (first.points[7][0] + 5), 0.02) << "lib3mf writes few digits";
@@ -218,7 +218,7 @@ TEST_F(ReadObjects, RefusesFilesThatAreCutOff) {
     }
 }
 
-TEST_F(ReadObjects, NeverBelievesDamagedBytes) {
+TEST_F(ReadObjects, DamagedBytesNeverGiveAnInvalidMesh) {
     Random random(7);
     const auto damaged = [&](std::string bytes, std::size_t reach) {
         for (int i = 0; i < 3; ++i) bytes[random() % reach] = static_cast<char>(random());
@@ -226,7 +226,7 @@ TEST_F(ReadObjects, NeverBelievesDamagedBytes) {
     };
     const auto read = [](const fs::path& path) {
         try {
-            measure(read_mesh(path));  // throws where a triangle names no point
+            measure(read_mesh(path));  // throws if a triangle names a missing point
         } catch (const Error&) {
         }
     };
@@ -250,55 +250,56 @@ TEST_F(ReadObjects, RefusesNumbersThatDoNotFitTheirModel) {
         return refusal(model(text.replace(at, from.size(), to)));
     };
     EXPECT_EQ(with("v3=\"1\"", "v3=\"3\""), "");
-    EXPECT_NE(with("v3=\"1\"", "v3=\"4\"").find("names point 4, which is not there"), std::string::npos);
+    EXPECT_NE(with("v3=\"1\"", "v3=\"4\"").find("names point 4, which is missing"), std::string::npos);
     EXPECT_NE(with("v3=\"1\"", "v3=\"-1\"").find("names point -1"), std::string::npos);
-    EXPECT_NE(with("v3=\"1\"", "v3=\"18446744073709551617\"").find("has no number v3"), std::string::npos);
-    EXPECT_NE(with("v3=\"1\"", "").find("has no number v3"), std::string::npos);
+    EXPECT_NE(with("v3=\"1\"", "v3=\"18446744073709551617\"").find("v3 of a triangle is not a number"),
+              std::string::npos);
+    EXPECT_NE(with("v3=\"1\"", "").find("v3 of a triangle is not a number"), std::string::npos);
     EXPECT_NE(with("x=\"1e1\"", "x=\"inf\"").find("NaN or infinite"), std::string::npos);
     EXPECT_NE(with("x=\"1e1\"", "x=\"1e99\"").find("NaN or infinite"), std::string::npos);
-    EXPECT_NE(with("x=\"1e1\"", "x=\"ten\"").find("has no number x, but 'ten'"), std::string::npos);
+    EXPECT_NE(with("x=\"1e1\"", "x=\"ten\"").find("x of a vertex is not a number: 'ten'"), std::string::npos);
     EXPECT_NE(with("<object id=\"1\">", "").find("outside objects"), std::string::npos);
 }
 
-TEST_F(ReadObjects, SaysWhatOf3mfIsNotRead) {
+TEST_F(ReadObjects, RefusesUnsupported3mfFeatures) {
     const auto says = [](const std::string& why, const std::string& part) {
         EXPECT_NE(why.find(part), why.npos) << why;
     };
     const std::string solid = object(kTetrahedron), item = "<item objectid=\"1\"/>";
-    says(refusal(model(solid, "")), "names nothing that is to be built");
-    says(refusal(model(solid, "<item objectid=\"5\"/>")), "builds object '5', which is not there");
+    says(refusal(model(solid, "")), "has no build items");
+    says(refusal(model(solid, "<item objectid=\"5\"/>")), "builds object '5', which is missing");
     says(refusal(model(solid, item + item)), "twice");
     says(refusal(model(solid + solid)), "two objects '1'");
     says(refusal(model(solid, item, "unit=\"parsec\"")), "unknown unit 'parsec'");
-    says(refusal(model(solid, item, "requiredextensions=\"p\"")), "extensions that are not read: 'p'");
+    says(refusal(model(solid, item, "requiredextensions=\"p\"")), "unsupported 3MF extensions: 'p'");
     says(refusal(model(solid, "<item objectid=\"1\" transform=\"1 2 3\"/>")), "12 numbers");
     says(refusal(model(solid + object("<components><component objectid=\"1\"/></components>", 2),
                        "<item objectid=\"2\"/>")),
-         "put together from others");
+         "consists of other objects");
     write_zip(folder / "a.3mf", {{"_rels/.rels", kRelations}});
-    says(refusal(folder / "a.3mf"), "holds no '3D/3dmodel.model'");
+    says(refusal(folder / "a.3mf"), "has no file '3D/3dmodel.model'");
     write_zip(folder / "a.3mf", {{"_rels/.rels", "<Relationships/>"}});
     says(refusal(folder / "a.3mf"), "names no 3D model");
     write_zip(folder / "a.3mf", {{"_rels/.rels", kRelations}, {"3D/3dmodel.model", "<model>" + solid}});
     says(refusal(folder / "a.3mf"), "cut off");
-    says(refusal(file("a.3mf", "PK, but no archive at all")), "no whole ZIP archive");
+    says(refusal(file("a.3mf", "PK, but no archive at all")), "not a complete ZIP archive");
     const std::string archive = read_file(model(solid));
-    const std::size_t entry = archive.rfind("PK\1\2");  // the model's in the directory
+    const std::size_t entry = archive.rfind("PK\1\2");  // the entry of the model in the directory
     const auto with = [&](std::size_t at, const std::string& bytes) {
         std::string changed = archive;
         return refusal(file("b.3mf", changed.replace(entry + at, bytes.size(), bytes)));
     };
     says(with(8, "\1"), "is encrypted");
-    says(with(10, "\x0c"), "compressed in a way that is not read");
+    says(with(10, "\x0c"), "compressed by a method that is not supported");
     says(with(16, "abcd"), "is damaged");              // checksum
     says(with(20, "\xff\xff\xff\x7f"), "is cut off");  // compressed size
-    says(with(24, "\xff\xff\xff\xf0"), "is damaged");  // size: nothing packs so well
-    says(with(42, "\xf0\xff\xff\xff"), "is damaged");  // place
+    says(with(24, "\xff\xff\xff\xf0"), "is damaged");  // size; no data compress so well
+    says(with(42, "\xf0\xff\xff\xff"), "is damaged");  // offset
 }
 
 class ReadGlb : public ReadObjects {
   protected:
-    // A tetrahedron, with `from` in its description replaced.
+    // Reads a tetrahedron whose description has `from` replaced.
     std::string with(const std::string& from, const std::string& to) {
         std::string json =
             "{\"asset\":{\"version\":\"2.0\"},\"scene\":0,\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"mesh\":"
@@ -334,36 +335,37 @@ TEST_F(ReadGlb, RefusesNumbersThatDoNotFit) {
     const std::string beyond = "reaches beyond its buffer";
     expect_refused("\"count\":4", "\"count\":5", beyond);
     expect_refused("\"count\":4", "\"count\":4294967295", beyond);
-    expect_refused("\"count\":4", "\"count\":3", "names point 3, which is not there");
-    expect_refused("\"count\":4", "\"count\":-4", "no fitting number");
-    expect_refused("\"count\":4", "\"count\":1e30", "no fitting number");
-    expect_refused("\"count\":4,", "", "no fitting number");
-    expect_refused("\"count\":12", "\"count\":11", "no whole triangles");
+    expect_refused("\"count\":4", "\"count\":3", "names point 3, which is missing");
+    expect_refused("\"count\":4", "\"count\":-4", "lacks a number");
+    expect_refused("\"count\":4", "\"count\":1e30", "lacks a number");
+    expect_refused("\"count\":4,", "", "lacks a number");
+    expect_refused("\"count\":12", "\"count\":11", "incomplete triangle");
     expect_refused("\"count\":12", "\"count\":0", "shows no triangles");
     expect_refused("\"byteLength\":64", "\"byteLength\":60,\"byteOffset\":17", beyond);
     expect_refused("\"byteOffset\":64", "\"byteOffset\":4294967295", beyond);
     expect_refused("\"byteStride\":16", "\"byteStride\":8", beyond);
-    expect_refused("\"indices\":1", "\"indices\":2", "accessors that is not there");
-    expect_refused("\"indices\":1", "\"indices\":0", "of another type");
-    expect_refused("\"mesh\":0", "\"mesh\":1", "meshes that is not there");
-    expect_refused("\"nodes\":[0]", "\"nodes\":[7]", "nodes that is not there");
+    expect_refused("\"indices\":1", "\"indices\":2", "missing element of its accessors");
+    expect_refused("\"indices\":1", "\"indices\":0", "of the wrong type");
+    expect_refused("\"mesh\":0", "\"mesh\":1", "missing element of its meshes");
+    expect_refused("\"nodes\":[0]", "\"nodes\":[7]", "missing element of its nodes");
     expect_refused("5121", "5120", "component type 5120");
-    expect_refused("{\"asset\"", "[\"asset\"", "no JSON object");
+    expect_refused("{\"asset\"", "[\"asset\"", "not a JSON object");
 }
 
-TEST_F(ReadGlb, SaysWhatIsNotRead) {
+TEST_F(ReadGlb, RefusesUnsupportedFeatures) {
     expect_refused("\"scene\":0", "\"extensionsRequired\":[\"KHR_draco_mesh_compression\"]",
-                   "extension that is not read: 'KHR_draco_mesh_compression'");
+                   "extension: 'KHR_draco_mesh_compression'");
     expect_refused("\"mesh\":0", "\"mesh\":0,\"translation\":[1,0,0]", "a node with a translation");
-    expect_refused("\"mesh\":0", "\"children\":[1]", "nodes in nodes");
+    expect_refused("\"mesh\":0", "\"children\":[1]", "nested nodes");
     expect_refused("\"indices\":1", "\"indices\":1,\"mode\":5", "strips");
     expect_refused(",\"indices\":1", "", "without indices");
     expect_refused("\"bufferView\":0", "\"sparse\":{},\"bufferView\":0", "sparse");
     expect_refused("\"buffers\":[{", "\"buffers\":[{\"uri\":\"../a.bin\",", "outside the file");
-    // A small file that names its contents over and over.
+    // A small file that uses the same bytes many times.
     expect_refused("\"nodes\":[0]", "\"nodes\":[0,0,0]", "several times");
     EXPECT_NE(refusal(file("a.glb", "glTF")).find("is not a .glb file"), std::string::npos);
-    EXPECT_NE(refusal(file("a.glb", glb(std::string(200'000, '['), ""))).find("no JSON"), std::string::npos);
+    EXPECT_NE(refusal(file("a.glb", glb(std::string(200'000, '['), ""))).find("not a JSON"),
+              std::string::npos);
 }
 
 }  // namespace

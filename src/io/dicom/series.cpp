@@ -1,0 +1,140 @@
+// Finds the series among DICOM files and chooses one.
+#include "series.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+
+#include <marrow/error.h>
+
+#include "io/bytes/text.h"
+#include "io/scan/parallel_slices.h"
+
+namespace marrow::internal::io {
+
+DicomHeaders read_dicom_headers(const DicomInput& input, const ScanOptions& options) {
+    const std::vector<std::filesystem::path>& paths = input.files;
+    std::vector<std::optional<DicomFile>> headers(paths.size());
+    std::vector<std::string> failures(paths.size());
+    for_each_slice(paths.size(), options.threads, options.progress, 0, kHeadersDone,
+                   [&](std::size_t i, const Step& step) {
+                       try {
+                           headers[i] = read_dicom_header(paths[i]);
+                       } catch (const InputError& error) {
+                           failures[i] = error.what();
+                       }
+                       step(1);
+                   });
+
+    DicomHeaders found;
+    std::size_t without_image = 0;
+    for (std::size_t i = 0; i < paths.size(); ++i) {
+        if (headers[i])
+            found.files.push_back(std::move(*headers[i]));
+        else if (failures[i].empty())
+            ++without_image;
+    }
+    for (std::size_t i = 0; i < paths.size(); ++i) {
+        const std::string& failure = failures[i];
+        if (failure.empty()) continue;
+        if (found.files.empty() || paths[i] == input.named) throw InputError(failure);
+        if (!found.damage)
+            found.damage = failure + "; it may belong to the scan: repair it or remove it from the folder";
+    }
+    if (found.files.empty()) {
+        throw InputError(fmt::format("{}: none of {} DICOM files holds an image",
+                                     quoted(paths[0].parent_path()), paths.size()));
+    }
+    if (without_image > 0)
+        found.warnings.push_back(fmt::format("{} DICOM files hold no image and are skipped", without_image));
+    found.stacks = group_into_stacks(found.files);
+    return found;
+}
+
+SeriesInfo describe(const DicomStack& stack) {
+    const DicomFile& file = stack.first();
+    SeriesInfo info{stack.id,
+                    file.description,
+                    file.modality,
+                    {file.columns, file.rows, static_cast<std::int64_t>(stack.slices.size())},
+                    {},
+                    0};
+    std::vector<const DicomFile*> files;
+    for (const DicomSlice& s : stack.slices) files.push_back(s.file);
+    std::sort(files.begin(), files.end());
+    info.files = static_cast<std::size_t>(std::unique(files.begin(), files.end()) - files.begin());
+    if (const auto spacing = stack.slices[0].frame().spacing)
+        info.spacing = {(*spacing)[0], (*spacing)[1], 0};
+    try {
+        info.spacing = geometry_of(stack, {}).geometry.spacing;
+    } catch (const InputError&) {  // It cannot be read, but it can be described.
+    }
+    return info;
+}
+
+namespace {
+
+std::string listed(const std::vector<DicomStack*>& stacks) {
+    std::vector<std::string> all;
+    for (const DicomStack* stack : stacks) {
+        const SeriesInfo info = describe(*stack);
+        all.push_back(fmt::format("{} ({}, {}, {} x {} x {}, {} files)", info.id,
+                                  info.modality.empty() ? "modality unknown" : info.modality,
+                                  quoted(info.description), info.dims[0], info.dims[1], info.dims[2],
+                                  info.files));
+    }
+    return examples(all);
+}
+
+}  // namespace
+
+SeriesChoice choose_series(DicomHeaders& headers, const DicomInput& input, const ScanOptions& options) {
+    SeriesChoice choice;
+    for (DicomStack& s : headers.stacks) choice.candidates.push_back(&s);
+    const auto keep = [&](auto&& condition) {
+        std::vector<DicomStack*> kept;
+        std::copy_if(choice.candidates.begin(), choice.candidates.end(), std::back_inserter(kept), condition);
+        return kept;
+    };
+    if (options.series) {
+        auto chosen = keep([&](const DicomStack* s) { return s->id == *options.series; });
+        if (chosen.empty())
+            chosen = keep([&](const DicomStack* s) { return s->first().series_uid == *options.series; });
+        if (chosen.empty()) {
+            throw GeometryError(
+                fmt::format("there is no series {}, only {}, for example {}; inspect_scan lists all",
+                            quoted(*options.series), choice.candidates.size(), listed(choice.candidates)));
+        }
+        return {std::move(chosen), "options.series selects it", false};
+    }
+    if (input.named) {
+        auto chosen = keep([&](const DicomStack* s) {
+            return std::any_of(s->slices.begin(), s->slices.end(),
+                               [&](const DicomSlice& slice) { return slice.file->path == *input.named; });
+        });
+        if (chosen.empty()) throw InputError(fmt::format("{}: holds no image", quoted(*input.named)));
+        return {std::move(chosen), "the named file belongs to it", false};
+    }
+    choice.reason = "there is no other";
+    auto volumes = keep([](const DicomStack* s) { return s->slices.size() > 1 && !s->first().localizer; });
+    if (!volumes.empty() && volumes.size() < choice.candidates.size()) {
+        choice.reason =
+            fmt::format("{} scout or single images are skipped", choice.candidates.size() - volumes.size());
+        choice.candidates = std::move(volumes);
+        choice.skips_single_images = true;
+    }
+    return choice;
+}
+
+DicomStack& only_candidate(const SeriesChoice& choice) {
+    if (choice.candidates.size() > 1) {
+        throw GeometryError(
+            fmt::format("there are {} series, for example {}; choose one with options.series; "
+                        "inspect_scan lists all",
+                        choice.candidates.size(), listed(choice.candidates)));
+    }
+    return *choice.candidates[0];
+}
+
+}  // namespace marrow::internal::io

@@ -1,0 +1,53 @@
+/// Finds the series among DICOM files and chooses one.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <marrow/scan_io.h>
+
+#include "file.h"
+#include "stack.h"
+
+namespace marrow::internal::io {
+
+/// The DICOM files of an input.
+struct DicomInput {
+    std::vector<std::filesystem::path> files;
+    std::optional<std::filesystem::path> named;  ///< if the input is one file; it stands for its series
+};
+
+/// The headers of an input's files, grouped into stacks.
+struct DicomHeaders {
+    std::vector<DicomFile> files;
+    std::vector<DicomStack> stacks;  ///< they point into `files`
+    std::vector<std::string> warnings;
+    std::optional<std::string> damage;  ///< the error of a damaged file, which may belong to any stack
+};
+
+/// The part of the progress that reading headers takes.
+inline constexpr double kHeadersDone = 0.2;
+
+/// Reads the headers of all files. \throw IoError; InputError no file holds an image, or the named file is
+/// damaged; Cancelled
+DicomHeaders read_dicom_headers(const DicomInput& input, const ScanOptions& options);
+
+/// Describes a stack, as far as its headers allow.
+SeriesInfo describe(const DicomStack& stack);
+
+/// The stacks that read_scan could read.
+struct SeriesChoice {
+    std::vector<DicomStack*> candidates;
+    std::string reason;                ///< why these
+    bool skips_single_images = false;  ///< whether scouts or single images are skipped
+};
+
+/// \throw GeometryError options.series does not exist; InputError the named file holds no image
+SeriesChoice choose_series(DicomHeaders& headers, const DicomInput& input, const ScanOptions& options);
+
+/// \throw GeometryError there are several candidates
+DicomStack& only_candidate(const SeriesChoice& choice);
+
+}  // namespace marrow::internal::io

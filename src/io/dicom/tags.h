@@ -1,0 +1,44 @@
+/// The tags of the DICOM elements that are read.
+#pragma once
+
+#include "data_set.h"
+
+namespace marrow::internal::io::tag {
+
+inline constexpr DicomTag kTransferSyntaxUid = 0x00020010;
+inline constexpr DicomTag kDirectoryRecords = 0x00041220;
+inline constexpr DicomTag kSpecificCharacterSet = 0x00080005;
+inline constexpr DicomTag kImageType = 0x00080008;
+inline constexpr DicomTag kSopClassUid = 0x00080016;
+inline constexpr DicomTag kModality = 0x00080060;
+inline constexpr DicomTag kSeriesDescription = 0x0008103e;
+inline constexpr DicomTag kPatientName = 0x00100010;
+inline constexpr DicomTag kSliceThickness = 0x00180050;
+inline constexpr DicomTag kEchoNumbers = 0x00180086;
+inline constexpr DicomTag kSeriesInstanceUid = 0x0020000e;
+inline constexpr DicomTag kInstanceNumber = 0x00200013;
+inline constexpr DicomTag kImagePosition = 0x00200032;
+inline constexpr DicomTag kImageOrientation = 0x00200037;
+inline constexpr DicomTag kFrameOfReferenceUid = 0x00200052;
+inline constexpr DicomTag kPlanePosition = 0x00209113;
+inline constexpr DicomTag kPlaneOrientation = 0x00209116;
+inline constexpr DicomTag kSamplesPerPixel = 0x00280002;
+inline constexpr DicomTag kPhotometricInterpretation = 0x00280004;
+inline constexpr DicomTag kNumberOfFrames = 0x00280008;
+inline constexpr DicomTag kRows = 0x00280010;
+inline constexpr DicomTag kColumns = 0x00280011;
+inline constexpr DicomTag kPixelSpacing = 0x00280030;
+inline constexpr DicomTag kBitsAllocated = 0x00280100;
+inline constexpr DicomTag kBitsStored = 0x00280101;
+inline constexpr DicomTag kHighBit = 0x00280102;
+inline constexpr DicomTag kPixelRepresentation = 0x00280103;
+inline constexpr DicomTag kRescaleIntercept = 0x00281052;
+inline constexpr DicomTag kRescaleSlope = 0x00281053;
+inline constexpr DicomTag kModalityLookupTable = 0x00283000;
+inline constexpr DicomTag kPixelMeasures = 0x00289110;
+inline constexpr DicomTag kPixelValueTransformation = 0x00289145;
+inline constexpr DicomTag kSharedFunctionalGroups = 0x52009229;
+inline constexpr DicomTag kPerFrameFunctionalGroups = 0x52009230;
+inline constexpr DicomTag kPixelData = 0x7fe00010;
+
+}  // namespace marrow::internal::io::tag

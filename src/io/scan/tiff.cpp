@@ -1,0 +1,180 @@
+// Reads TIFF images with one or more pages.
+#include "image_decoders.h"
+
+#include <tiffio.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstring>
+#include <memory>
+
+#include <marrow/error.h>
+
+#include "io/bytes/byte_stream.h"
+
+namespace marrow::internal::io {
+
+namespace {
+
+// A file for libtiff. It remembers read errors, because libtiff mistakes some of them for the end of the
+// file.
+class TiffFile {
+  public:
+    explicit TiffFile(const std::filesystem::path& path)
+        : stream_(path, Compression::none), size_(regular_file_size(path)) {}
+
+    void check() const {
+        if (!failure_.empty()) throw IoError(failure_);
+    }
+
+    static tmsize_t read(thandle_t self, void* to, tmsize_t size) {
+        auto& file = *static_cast<TiffFile*>(self);
+        try {
+            file.stream_.seek(file.at_);
+            const std::size_t got = file.stream_.read_some(to, static_cast<std::size_t>(size));
+            file.at_ += got;
+            return static_cast<tmsize_t>(got);
+        } catch (const Error& error) {
+            file.failure_ = error.what();
+            return -1;
+        }
+    }
+    static tmsize_t write(thandle_t, void*, tmsize_t) { return -1; }
+    static toff_t seek(thandle_t self, toff_t to, int from) {
+        auto& file = *static_cast<TiffFile*>(self);
+        file.at_ = to + (from == SEEK_SET ? 0 : from == SEEK_CUR ? file.at_ : file.size_);
+        return file.at_;
+    }
+    static int close(thandle_t) { return 0; }
+    static toff_t size(thandle_t self) { return static_cast<TiffFile*>(self)->size_; }
+
+  private:
+    ByteStream stream_;
+    std::uint64_t size_, at_ = 0;
+    std::string failure_;
+};
+
+// Returns 1 so that libtiff does not print the message.
+int tiff_ignore(TIFF*, void*, const char*, const char*, va_list) {
+    return 1;
+}
+
+struct TiffSamples {
+    SampleType type;
+    int channels;
+};
+
+TiffSamples tiff_samples(TIFF* tiff) {
+    std::uint16_t bits = 1, format = SAMPLEFORMAT_UINT, channels = 1, photometric = PHOTOMETRIC_MINISBLACK,
+                  planes = PLANARCONFIG_CONTIG;
+    TIFFGetFieldDefaulted(tiff, TIFFTAG_BITSPERSAMPLE, &bits);
+    TIFFGetFieldDefaulted(tiff, TIFFTAG_SAMPLEFORMAT, &format);
+    TIFFGetFieldDefaulted(tiff, TIFFTAG_SAMPLESPERPIXEL, &channels);
+    TIFFGetFieldDefaulted(tiff, TIFFTAG_PHOTOMETRIC, &photometric);
+    TIFFGetFieldDefaulted(tiff, TIFFTAG_PLANARCONFIG, &planes);
+    const bool grey =
+        channels == 1 && (photometric == PHOTOMETRIC_MINISBLACK || photometric == PHOTOMETRIC_MINISWHITE);
+    const bool perhaps_grey = photometric == PHOTOMETRIC_RGB && (channels == 3 || channels == 4) &&
+                              planes == PLANARCONFIG_CONTIG && format == SAMPLEFORMAT_UINT &&
+                              (bits == 8 || bits == 16);
+    if (!grey && !perhaps_grey) throw kInColour;
+    if (format == SAMPLEFORMAT_UINT && bits == 8) return {SampleType::uint8, channels};
+    if (format == SAMPLEFORMAT_UINT && bits == 16) return {SampleType::uint16, channels};
+    if (format == SAMPLEFORMAT_INT && bits == 8) return {SampleType::int8, 1};
+    if (format == SAMPLEFORMAT_INT && bits == 16) return {SampleType::int16, 1};
+    if (format == SAMPLEFORMAT_INT && bits == 32) return {SampleType::int32, 1};
+    if (format == SAMPLEFORMAT_IEEEFP && bits == 32) return {SampleType::float32, 1};
+    if (format == SAMPLEFORMAT_IEEEFP && bits == 64) return {SampleType::float64, 1};
+    throw kOddSamples;
+}
+
+// The tiles at the right and lower edges extend beyond the image.
+void read_tiles(TIFF* tiff, std::uint32_t columns, std::uint32_t rows, std::size_t pixel, unsigned char* to) {
+    std::uint32_t width = 0, height = 0;
+    TIFFGetField(tiff, TIFFTAG_TILEWIDTH, &width);
+    TIFFGetField(tiff, TIFFTAG_TILELENGTH, &height);
+    const std::uint64_t size = TIFFTileSize64(tiff);
+    constexpr std::uint64_t largest = std::uint64_t{1} << 28;
+    if (width == 0 || height == 0 || size > largest || size != std::uint64_t{width} * height * pixel)
+        throw kDamaged;
+    Bytes tile(size);
+    for (std::uint32_t top = 0; top < rows; top += std::min(height, rows - top)) {
+        for (std::uint32_t left = 0; left < columns; left += std::min(width, columns - left)) {
+            const auto got = TIFFReadEncodedTile(tiff, TIFFComputeTile(tiff, left, top, 0, 0), tile.data(),
+                                                 static_cast<tmsize_t>(size));
+            if (got != static_cast<tmsize_t>(size)) throw kDamaged;
+            const std::size_t wide = std::min(width, columns - left) * pixel;
+            for (std::uint32_t row = 0; row < std::min(height, rows - top); ++row)
+                std::memcpy(to + ((top + row) * std::size_t{columns} + left) * pixel,
+                            tile.data() + row * std::size_t{width} * pixel, wide);
+        }
+    }
+}
+
+void read_strips(TIFF* tiff, std::uint32_t columns, std::uint32_t rows, std::size_t pixel,
+                 unsigned char* to) {
+    const std::size_t line = columns * pixel;
+    if (static_cast<std::size_t>(TIFFScanlineSize64(tiff)) != line) throw kDamaged;
+    for (std::uint32_t row = 0; row < rows; ++row) {
+        if (TIFFReadScanline(tiff, to + row * line, row) != 1) throw kDamaged;
+    }
+}
+
+ImageHeader read_tiff_pages(TiffFile& file, const ImageTarget& target) {
+    const std::unique_ptr<TIFFOpenOptions, void (*)(TIFFOpenOptions*)> options(TIFFOpenOptionsAlloc(),
+                                                                               TIFFOpenOptionsFree);
+    if (!options) throw LimitError("not enough memory for libtiff");
+    TIFFOpenOptionsSetErrorHandlerExtR(options.get(), tiff_ignore, nullptr);
+    TIFFOpenOptionsSetWarningHandlerExtR(options.get(), tiff_ignore, nullptr);
+    // "m" disables memory mapping: if a mapped file shrinks meanwhile, the process gets SIGBUS.
+    const std::unique_ptr<TIFF, void (*)(TIFF*)> tiff(
+        TIFFClientOpenExt("", "rm", &file, TiffFile::read, TiffFile::write, TiffFile::seek, TiffFile::close,
+                          TiffFile::size, nullptr, nullptr, options.get()),
+        TIFFClose);
+    if (!tiff) throw kDamaged;
+
+    ImageHeader out;
+    for (out.pages = 0; out.pages == 0 || TIFFReadDirectory(tiff.get()); ++out.pages) {
+        std::uint32_t columns = 0, rows = 0;
+        TIFFGetField(tiff.get(), TIFFTAG_IMAGEWIDTH, &columns);
+        TIFFGetField(tiff.get(), TIFFTAG_IMAGELENGTH, &rows);
+        const auto [type, channels] = tiff_samples(tiff.get());
+        if (out.pages == 0) {
+            out.columns = columns;
+            out.rows = rows;
+            out.type = type;
+        } else if (out.columns != columns || out.rows != rows || out.type != type) {
+            throw UnreadableImage{"has pages that differ in size or sample type"};
+        }
+        ImageHeader known = out;  // only one page is known so far
+        if (target.to) known.pages = target.expected->pages;
+        if (target.takes(known) && out.pages < known.pages) {
+            const std::size_t area = std::size_t{columns} * rows, sample = sample_size(type);
+            unsigned char* page = target.bytes() + static_cast<std::size_t>(out.pages) * area * sample;
+            const std::size_t pixel = sample * static_cast<std::size_t>(channels);
+            Bytes pixels(channels > 1 ? area * pixel : 0);
+            (TIFFIsTiled(tiff.get()) ? read_tiles : read_strips)(tiff.get(), columns, rows, pixel,
+                                                                 pixels.empty() ? page : pixels.data());
+            if (!pixels.empty()) keep_grey(pixels, area, channels, type, page);
+            (*target.step)(1 / static_cast<double>(known.pages));
+        }
+        if (TIFFLastDirectory(tiff.get())) return ++out.pages, out;
+    }
+    throw kDamaged;  // an announced page is missing
+}
+
+}  // namespace
+
+ImageHeader read_tiff(const std::filesystem::path& path, const ImageTarget& target) {
+    TiffFile file(path);
+    try {
+        const ImageHeader out = read_tiff_pages(file, target);
+        file.check();
+        return out;
+    } catch (const UnreadableImage&) {
+        file.check();
+        throw;
+    }
+}
+
+}  // namespace marrow::internal::io
