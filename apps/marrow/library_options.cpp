@@ -1,4 +1,4 @@
-// The table of the library's options and the flags that set them.
+// The table of names in the library's messages and what the command line calls them.
 #include "library_options.h"
 
 #include <array>
@@ -29,6 +29,8 @@ constexpr std::array kFlags{
     OptionFlag{"options.exaggerate", "--exaggerate"},
     OptionFlag{"options.base", "--base"},
     OptionFlag{"options.size", "--size"},
+    // The function that lists series.
+    OptionFlag{"inspect_scan", "'marrow info'"},
 };
 
 bool continues_name(char c) {

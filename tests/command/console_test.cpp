@@ -60,6 +60,7 @@ TEST(Console, UsesColourOnTerminalsOnly) {
 TEST(Console, NamesFlagsInsteadOfLibraryOptions) {
     EXPECT_EQ(name_flags("3 series; choose one with options.series, or options.series_x"),
               "3 series; choose one with --series, or options.series_x");
+    EXPECT_EQ(name_flags("inspect_scan lists all"), "'marrow info' lists all");
     EXPECT_EQ(name_flags("no option"), "no option");
 }
 

@@ -66,7 +66,6 @@ Labels labels_of(const Counts& counts, const LabelTable& table) {
 // Marks the labels in `only` as wanted: numbers or names, separated by commas. A name may itself contain
 // commas.
 void choose_labels(const std::string& only, Labels& labels) {
-    if (only.empty()) return;
     for (auto& [label, one] : labels) one.wanted = false;
     const auto choose_one = [&](const std::string& wanted) {
         bool found = false;
@@ -193,7 +192,7 @@ void run(const LabelsOptions& options, const Console& console, const std::atomic
     const Counts counts = count_labels(map, {.threads = job.threads()});
     Labels labels = labels_of(counts, table);
     if (labels.empty()) throw EmptySurface("the map contains only background, so there is no surface");
-    choose_labels(options.only, labels);
+    if (options.only) choose_labels(*options.only, labels);
     warn_of_scan(counts, results.warnings);
     warn_of_table(options.table, table, labels, results.warnings);
     job.print_warnings();

@@ -13,9 +13,9 @@ namespace marrow::cli {
 struct LabelsOptions {
     SurfaceJobOptions job;
     std::optional<CropBox> crop;
-    std::filesystem::path table;  ///< names and colours; empty: none
-    int relax = 40;               ///< smoothing passes
-    std::string only;             ///< the labels to write, by number or name; empty: all
+    std::filesystem::path table;      ///< names and colours; empty: none
+    int relax = 40;                   ///< smoothing passes
+    std::optional<std::string> only;  ///< the labels to write, by number or name; none: all
 };
 
 /// Declares --labels, --relax and --only.
