@@ -46,6 +46,20 @@ install: program
 	$(call build,release)
 	cmake --install build/release
 
+# Debian packages of the libraries and of all programs, in build/package/packages.
+package:
+	$(install) program viewer terrain package
+	$(call configure,package)
+	$(call build,package)
+	cd build/package && cpack > /dev/null
+	ls build/package/packages/*.deb
+
+# The reference of the library as a web site, in build/docs/html.
+docs:
+	$(install) docs
+	mkdir -p build/docs
+	MARROW_VERSION=$$(sed -n 's/^#define MARROW_VERSION "\(.*\)"/\1/p' include/marrow/version.h) doxygen docs/Doxyfile
+
 everything:
 	$(install) program viewer terrain tests
 	$(call configure,$(PRESET))

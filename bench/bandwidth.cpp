@@ -1,3 +1,4 @@
+// Reads and writes a large buffer with all threads.
 #include "bandwidth.h"
 
 #include <tbb/parallel_for.h>
@@ -13,7 +14,6 @@
 #include <marrow/buffer.h>
 
 namespace marrow::bench {
-
 namespace {
 
 constexpr std::size_t kWords = std::size_t{1} << 25;  // 256 MiB
@@ -42,9 +42,9 @@ Bandwidth measure_bandwidth(int threads) {
     Buffer<std::uint64_t> memory(kWords, 1);
     std::atomic<std::uint64_t> sum = 0;
     const double read = bytes_per_second(threads, [&](std::size_t begin) {
-        std::uint64_t lanes[16] = {};  // independent, so that additions do not wait for each other
+        std::uint64_t lanes[16] = {};  // independent sums, so that additions do not wait for each other
         for (std::size_t i = begin; i < begin + kChunk; i += 16) {
-            // The processor's own prefetching starts anew with each page.
+            // The prefetcher of the processor restarts on each page.
             for (std::size_t line = 0; line < 16; line += 8)
                 __builtin_prefetch(memory.data() + i + line + kAhead);
             for (std::size_t k = 0; k < 16; ++k) lanes[k] += memory[i + k];

@@ -1,4 +1,4 @@
-/// What the machine's memory can do: the limit that extraction is held against.
+/// Measures the bandwidth of the memory, which limits extraction.
 #pragma once
 
 namespace marrow::bench {
@@ -8,7 +8,7 @@ struct Bandwidth {
     double write_bytes_per_second;
 };
 
-/// Measured on buffers larger than the caches, with warm pages. Median of several rounds.
+/// The median of several rounds on buffers larger than the caches, with warm pages.
 Bandwidth measure_bandwidth(int threads);
 
 }  // namespace marrow::bench

@@ -1,3 +1,4 @@
+// Wraps Marrow, VTK and the classic algorithm.
 #include "contenders.h"
 
 #include <malloc.h>
@@ -18,7 +19,6 @@
 #include "vtk_image.h"
 
 namespace marrow::bench {
-
 namespace {
 
 std::int64_t mesh_bytes(const Mesh& mesh) {
@@ -26,7 +26,7 @@ std::int64_t mesh_bytes(const Mesh& mesh) {
                                      mesh.triangles.size() * sizeof(Triangle));
 }
 
-Arm marrow_arm(const VolumeView& volume, double isovalue, int threads, bool normals) {
+Contender marrow_contender(const VolumeView& volume, double isovalue, int threads, bool normals) {
     return {normals ? "marrow" : "marrow-no-normals", [=] {
                 const auto start = std::chrono::steady_clock::now();
                 IsosurfaceStats stats;
@@ -38,9 +38,9 @@ Arm marrow_arm(const VolumeView& volume, double isovalue, int threads, bool norm
             }};
 }
 
-// The extractor that has the volume's block ranges already, going back and forth between two isovalues 4 %
-// apart.
-Arm next_arm(const VolumeView& volume, double isovalue, int threads) {
+// Uses an extractor that already knows the block ranges of the volume, and alternates between two isovalues 4
+// % apart.
+Contender next_contender(const VolumeView& volume, double isovalue, int threads) {
     auto extractor = std::make_shared<IsosurfaceExtractor>(volume, IsosurfaceOptions{.threads = threads});
     extractor->extract(isovalue);
     return {"marrow-next", [=, other = false]() mutable {
@@ -55,7 +55,7 @@ Arm next_arm(const VolumeView& volume, double isovalue, int threads) {
 }
 
 template <class Filter>
-Arm vtk_arm(const std::string& name, const VolumeView& volume, double isovalue, bool normals) {
+Contender vtk_contender(const std::string& name, const VolumeView& volume, double isovalue, bool normals) {
     return {name, [=, image = vtk_image(volume)] {
                 const auto start = std::chrono::steady_clock::now();
                 vtkNew<Filter> filter;
@@ -72,7 +72,7 @@ Arm vtk_arm(const std::string& name, const VolumeView& volume, double isovalue, 
             }};
 }
 
-Arm classic_arm(const VolumeView& volume, double isovalue) {
+Contender classic_contender(const VolumeView& volume, double isovalue) {
     return {"classic", [=] {
                 const auto start = std::chrono::steady_clock::now();
                 const Mesh mesh = extract_isosurface_classic(volume, isovalue);
@@ -83,19 +83,19 @@ Arm classic_arm(const VolumeView& volume, double isovalue) {
 
 }  // namespace
 
-std::vector<Arm> make_arms(const VolumeView& volume, double isovalue, int threads) {
-    std::vector<Arm> arms{
-        marrow_arm(volume, isovalue, threads, true),
-        next_arm(volume, isovalue, threads),
-        marrow_arm(volume, isovalue, threads, false),
-        vtk_arm<vtkFlyingEdges3D>("flying-edges", volume, isovalue, true),
-        vtk_arm<vtkFlyingEdges3D>("flying-edges-no-normals", volume, isovalue, false),
+std::vector<Contender> make_contenders(const VolumeView& volume, double isovalue, int threads) {
+    std::vector<Contender> contenders{
+        marrow_contender(volume, isovalue, threads, true),
+        next_contender(volume, isovalue, threads),
+        marrow_contender(volume, isovalue, threads, false),
+        vtk_contender<vtkFlyingEdges3D>("flying-edges", volume, isovalue, true),
+        vtk_contender<vtkFlyingEdges3D>("flying-edges-no-normals", volume, isovalue, false),
     };
-    if (threads == 1) {  // these have no threads
-        arms.push_back(vtk_arm<vtkMarchingCubes>("vtk-marching-cubes", volume, isovalue, true));
-        arms.push_back(classic_arm(volume, isovalue));
+    if (threads == 1) {  // the others have no threads
+        contenders.push_back(vtk_contender<vtkMarchingCubes>("vtk-marching-cubes", volume, isovalue, true));
+        contenders.push_back(classic_contender(volume, isovalue));
     }
-    return arms;
+    return contenders;
 }
 
 void set_memory(Memory memory) {

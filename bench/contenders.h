@@ -1,4 +1,4 @@
-/// The extractors that are compared, behind one call.
+/// The extractors that marrow-bench compares.
 #pragma once
 
 #include <cstdint>
@@ -15,21 +15,21 @@ struct Result {
     std::int64_t points = 0;
     std::int64_t triangles = 0;
     std::int64_t output_bytes = 0;
-    std::int64_t scratch_bytes = -1;  ///< -1: not known
+    std::int64_t scratch_bytes = -1;  ///< -1: unknown
 };
 
-struct Arm {
+struct Contender {
     std::string name;
-    /// One timed extraction; its output is freed before it returns, outside the time.
+    /// Times one extraction. Frees the output before it returns, which is not timed.
     std::function<Result()> run;
 };
 
-/// marrow, marrow-next, marrow-no-normals, flying-edges, flying-edges-no-normals, vtk-marching-cubes,
-/// classic. The volume must outlive them; all read the same buffer.
-std::vector<Arm> make_arms(const VolumeView& volume, double isovalue, int threads);
+/// marrow, marrow-next, marrow-no-normals, flying-edges, flying-edges-no-normals, vtk-marching-cubes and
+/// classic. All read the same buffer, and the volume must outlive them.
+std::vector<Contender> make_contenders(const VolumeView& volume, double isovalue, int threads);
 
-/// Whether large allocations come from freshly mapped pages every time, as in a program's first call, or from
-/// a heap that keeps its pages. The same for every arm; affects allocations from now on.
+/// Whether every large allocation maps new pages, as in the first call of a program, or reuses the pages of
+/// the heap. Affects all later allocations of every contender.
 enum class Memory { fresh, retained };
 void set_memory(Memory memory);
 

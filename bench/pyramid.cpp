@@ -1,4 +1,4 @@
-// marrow-bench-pyramid: what a histogram pyramid costs to build and to descend, beside flat offsets.
+// marrow-bench-pyramid: times building and descending histogram pyramids, compared with flat offsets.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -15,7 +15,7 @@ namespace {
 constexpr int kRounds = 7;
 constexpr std::size_t kKeys = 200'000;
 
-// The median of some rounds, in nanoseconds.
+// The median over a few rounds, in nanoseconds.
 template <class Work>
 double nanoseconds(const Work& work) {
     std::vector<double> times;
@@ -29,7 +29,7 @@ double nanoseconds(const Work& work) {
     return times[kRounds / 2];
 }
 
-// N leaves of which M are not empty, with 1 to 5 outputs each.
+// N leaves, of which M have 1 to 5 outputs and the others none.
 std::vector<std::uint32_t> make_leaves(std::size_t n, std::size_t m, std::mt19937& random) {
     std::vector<std::uint32_t> leaves(n, 0);
     for (std::size_t i = 0; i < m; ++i) leaves[i] = 1 + static_cast<std::uint32_t>(random() % 5);
@@ -38,10 +38,10 @@ std::vector<std::uint32_t> make_leaves(std::size_t n, std::size_t m, std::mt1993
 }
 
 struct Cost {
-    double build, descent, descent_in_order;  // ns: a leaf, a key, a key
+    double build, descent, descent_in_order;  // ns per leaf, per key, per key
 };
 
-// Where each key lies, summed so that nothing is left out.
+// The sum of all results, so that the compiler cannot omit the search.
 std::size_t sink = 0;
 
 template <class Locate>
@@ -66,7 +66,7 @@ Cost measure_pyramid(const std::vector<std::uint32_t>& leaves, std::size_t branc
             time_keys(sorted, locate)};
 }
 
-// Flat offsets: where each leaf's outputs start, all summed up one after the other, and binary search.
+// Flat offsets: the prefix sums of the outputs of all leaves, and binary search.
 Cost measure_offsets(const std::vector<std::uint32_t>& leaves, const std::vector<std::uint64_t>& shuffled,
                      const std::vector<std::uint64_t>& sorted) {
     std::vector<std::uint64_t> ends(leaves.size());
@@ -84,7 +84,7 @@ Cost measure_offsets(const std::vector<std::uint32_t>& leaves, const std::vector
 
 void run() {
     fmt::print(
-        "| leaves N | active M | index | build, ns a leaf | descent, ns a key | keys in order | bytes a leaf "
+        "| leaves N | active M | index | build, ns/leaf | descent, ns/key | sorted keys, ns/key | bytes/leaf "
         "|\n"
         "| ---: | ---: | --- | ---: | ---: | ---: | ---: |\n");
     std::mt19937 random(1);

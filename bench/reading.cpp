@@ -1,6 +1,6 @@
-// How fast a folder of DICOM slices is read: Marrow with one thread and with all, and ITK's series reader where it is
-// installed, in turns in one process.
-// usage: marrow-bench-reading FOLDER [TURNS]
+// marrow-bench-reading: times reading a folder of DICOM slices with Marrow and, if installed, with ITK,
+// interleaved.
+// usage: marrow-bench-reading FOLDER [ROUNDS]
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -22,9 +22,9 @@
 
 namespace {
 
-struct Arm {
+struct Contender {
     std::string name;
-    std::function<std::size_t()> read;  // returns how many samples it read
+    std::function<std::size_t()> read;  // returns the number of samples
     std::vector<double> seconds = {};
 };
 
@@ -45,9 +45,9 @@ std::size_t read_with_itk(const std::string& folder) {
 }  // namespace
 
 int main(int argc, char** argv) {
-    if (argc < 2) return std::fputs("usage: marrow-bench-reading FOLDER [TURNS]\n", stderr), 2;
+    if (argc < 2) return std::fputs("usage: marrow-bench-reading FOLDER [ROUNDS]\n", stderr), 2;
     const std::string folder = argv[1];
-    const int turns = argc > 2 ? std::atoi(argv[2]) : 9;
+    const int rounds = argc > 2 ? std::atoi(argv[2]) : 9;
     const auto marrow_with = [&](int threads) {
         return [=] {
             marrow::ScanOptions options;
@@ -56,28 +56,28 @@ int main(int argc, char** argv) {
         };
     };
     const int all = static_cast<int>(std::thread::hardware_concurrency());
-    std::vector<Arm> arms = {{"Marrow, 1 thread", marrow_with(1)},
-                             {"Marrow, " + std::to_string(all) + " threads", marrow_with(all)}};
+    std::vector<Contender> contenders = {{"Marrow, 1 thread", marrow_with(1)},
+                                         {"Marrow, " + std::to_string(all) + " threads", marrow_with(all)}};
 #ifdef MARROW_BENCH_ITK
-    arms.push_back({"ITK series reader", [&] { return read_with_itk(folder); }});
+    contenders.push_back({"ITK series reader", [&] { return read_with_itk(folder); }});
 #endif
     try {
-        for (Arm& arm : arms) arm.read();  // the files are in memory from here on
-        for (int turn = 0; turn < turns; ++turn) {
-            for (Arm& arm : arms) {
+        for (Contender& contender : contenders) contender.read();  // afterwards the files are in the cache
+        for (int round = 0; round < rounds; ++round) {
+            for (Contender& contender : contenders) {
                 const auto start = std::chrono::steady_clock::now();
-                arm.read();
-                arm.seconds.push_back(
+                contender.read();
+                contender.seconds.push_back(
                     std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
             }
         }
     } catch (const std::exception& error) {
         return std::fprintf(stderr, "%s\n", error.what()), 3;
     }
-    std::printf("%-20s %10s %10s\n", folder.size() > 20 ? "seconds" : folder.c_str(), "median", "least");
-    for (Arm& arm : arms) {
-        std::sort(arm.seconds.begin(), arm.seconds.end());
-        std::printf("%-20s %10.3f %10.3f\n", arm.name.c_str(), arm.seconds[arm.seconds.size() / 2],
-                    arm.seconds[0]);
+    std::printf("%-20s %10s %10s\n", folder.size() > 20 ? "seconds" : folder.c_str(), "median", "minimum");
+    for (Contender& contender : contenders) {
+        std::sort(contender.seconds.begin(), contender.seconds.end());
+        std::printf("%-20s %10.3f %10.3f\n", contender.name.c_str(),
+                    contender.seconds[contender.seconds.size() / 2], contender.seconds[0]);
     }
 }

@@ -1,6 +1,6 @@
-// marrow-bench-scaling: how the time grows with the samples N and the active cells M: a table, and a plot with the fit of
-// a N + b M log2 N.
-// usage: marrow-bench-scaling OUT.svg RUN.json...      (RUN.json: what marrow-bench --json printed)
+// marrow-bench-scaling: shows how the time grows with the samples N and the active cells M, as a table and as
+// a plot with the fit a N + b M log2 N.
+// usage: marrow-bench-scaling OUT.svg RUN.json...      (RUN.json: output of marrow-bench --json)
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -20,13 +20,13 @@
 namespace marrow::bench {
 namespace {
 
-/// One arm on one volume.
+/// The time of one contender on one volume.
 struct Point {
-    std::string volume, arm;
+    std::string volume, contender;
     double samples, active_cells, milliseconds;
 };
 
-/// milliseconds = a * samples + b * (active cells, each times log2 of the samples or not)
+/// milliseconds = a * samples + b * active cells * (log2(samples) or 1)
 struct Fit {
     double a = 0, b = 0;
     bool logarithm = true;
@@ -35,7 +35,7 @@ struct Fit {
     double operator()(double n, double m) const { return a * n + b * cells_term(n, m); }
 };
 
-// Least squares of the deviations relative to what was measured, so that small volumes count as large ones do.
+// Least squares of the relative deviations, so that small and large volumes have equal weight.
 Fit fit(const std::vector<Point>& points, bool logarithm) {
     Fit f{0, 0, logarithm};
     double uu = 0, uv = 0, vv = 0, u1 = 0, v1 = 0;
@@ -51,9 +51,9 @@ Fit fit(const std::vector<Point>& points, bool logarithm) {
     return f;
 }
 
-/// How far a fit is from what was measured, relative.
+/// The relative deviation of a fit from the measurements.
 struct Deviation {
-    double typical = 0, largest = 0;  // typical: root mean square
+    double typical = 0, largest = 0;  // typical is the root mean square
 };
 
 Deviation deviation(const std::vector<Point>& points, const Fit& f) {
@@ -71,20 +71,21 @@ std::vector<Point> read_runs(int files, char** names) {
     std::vector<Point> points;
     for (int i = 0; i < files; ++i) {
         std::ifstream in(names[i]);
-        if (!in) throw IoError(std::string(names[i]) + ": cannot be read");
+        if (!in) throw IoError(std::string(names[i]) + ": cannot read this file");
         for (const auto& row : nlohmann::json::parse(in)) {
             if (row.at("memory") != "retained" || row.at("threads") != 1) continue;
-            points.push_back(
-                {row.at("volume"), row.at("arm"), row.at("samples"), row.at("active_cells"), row.at("ms")});
+            points.push_back({row.at("volume"), row.at("contender"), row.at("samples"),
+                              row.at("active_cells"), row.at("ms")});
         }
     }
     return points;
 }
 
-std::vector<Point> chosen(const std::vector<Point>& points, std::string_view arm, std::string_view volumes) {
+std::vector<Point> chosen(const std::vector<Point>& points, std::string_view contender,
+                          std::string_view volumes) {
     std::vector<Point> result;
     for (const Point& p : points) {
-        if (p.arm == arm && p.volume.starts_with(volumes)) result.push_back(p);
+        if (p.contender == contender && p.volume.starts_with(volumes)) result.push_back(p);
     }
     return result;
 }
@@ -92,11 +93,11 @@ std::vector<Point> chosen(const std::vector<Point>& points, std::string_view arm
 constexpr const char* kInk = "#24323f";
 constexpr const char* kMarrow = "#c96f3b";
 constexpr const char* kOther = "#8a97a3";
-constexpr double kTop = 44, kSize = 280, kLeast = 0.01, kMost = 10'000;  // a panel's place in the drawing; ms
+constexpr double kTop = 44, kSize = 280, kLeast = 0.01, kMost = 10'000;  // pixels; range in ms
 
 /// One of the two plots, both axes logarithmic.
 struct Panel {
-    double left, from, to;  // `from` and `to`: what is on the x axis
+    double left, from, to;  // the x axis shows `from` to `to`
 
     double x(double value) const { return left + kSize * std::log(value / from) / std::log(to / from); }
     static double y(double ms) {
@@ -151,7 +152,7 @@ std::string draw(const std::vector<Point>& points, const Fit& f) {
         "<title>Time of an extraction against samples and against active cells</title>\n"
         "<rect width=\"720\" height=\"380\" fill=\"#ffffff\"/>\n";
 
-    // Phantoms of growing size: the surface grows with them.
+    // Phantoms of growing size, whose surface grows with the volume.
     const Panel by_size{54, 50.0 * 50 * 50, 1000.0 * 1000 * 1000};
     std::vector<std::pair<double, std::string>> ticks;
     for (const double n : {64, 128, 256, 512, 768}) ticks.emplace_back(n * n * n, fmt::format("{:g}³", n));
@@ -167,7 +168,7 @@ std::string draw(const std::vector<Point>& points, const Fit& f) {
     add_dots(svg, kOther, by_size, chosen(points, "flying-edges", "phantom-"), &Point::samples);
     add_dots(svg, kMarrow, by_size, sizes, &Point::samples);
 
-    // Gyroids of one size and ever shorter periods: the surface alone grows.
+    // Gyroids of one size with ever shorter periods, where only the surface grows.
     const std::vector<Point> surfaces = chosen(points, "marrow", "waves-");
     const double n = surfaces.empty() ? 0 : surfaces.front().samples;
     const Panel by_surface{414, 1e5, 2e7};
@@ -196,7 +197,7 @@ std::string draw(const std::vector<Point>& points, const Fit& f) {
 
 void print_table(const std::vector<Point>& points, const Fit& f, const Fit& linear) {
     fmt::print(
-        "| volume | samples N | active cells M | M / N | ms | fit | ns a sample | Flying Edges, ms | ratio "
+        "| volume | samples N | active cells M | M / N | ms | fit | ns/sample | Flying Edges, ms | ratio "
         "|\n"
         "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n");
     const std::vector<Point> rivals = chosen(points, "flying-edges", "");
@@ -211,16 +212,17 @@ void print_table(const std::vector<Point>& points, const Fit& f, const Fit& line
         else
             fmt::print(" {:.1f} | {:.1f} |\n", rival->milliseconds, rival->milliseconds / p.milliseconds);
     }
-    const auto sentence = [&](const char* formula, const Fit& g, const char* cells) {
+    const auto print_fit = [&](const char* formula, const Fit& g, const char* cells) {
         const Deviation d = deviation(chosen(points, "marrow", ""), g);
         fmt::print(
-            "- {}: a = {:.3f} ns a sample, b = {:.2f} ns {}; off by {:.0f} % (root mean square), at most "
-            "{:.0f} %.\n",
+            "- {}: a = {:.3f} ns per sample, b = {:.2f} ns {}; relative error {:.0f} % (root mean square), "
+            "at "
+            "most {:.0f} %.\n",
             formula, 1e6 * g.a, 1e6 * g.b, cells, 100 * d.typical, 100 * d.largest);
     };
     fmt::print("\n");
-    sentence("a N + b M log2 N", f, "an active cell and level");
-    sentence("a N + b M", linear, "an active cell");
+    print_fit("a N + b M log2 N", f, "per active cell and level");
+    print_fit("a N + b M", linear, "per active cell");
 }
 
 void run(const std::string& plot, int files, char** names) {
@@ -230,7 +232,7 @@ void run(const std::string& plot, int files, char** names) {
     print_table(points, f, fit(marrow, false));
     std::ofstream out(plot);
     out << draw(points, f) << std::flush;
-    if (!out) throw IoError(plot + ": cannot be written");
+    if (!out) throw IoError(plot + ": cannot write this file");
 }
 
 }  // namespace

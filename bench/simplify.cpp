@@ -1,4 +1,4 @@
-// marrow-bench-simplify: reducing a skull to a tenth of its triangles beside vtkQuadricDecimation, interleaved.
+// marrow-bench-simplify: compares simplify with vtkQuadricDecimation: a tenth of the triangles, interleaved.
 #include <vtkCellArray.h>
 #include <vtkNew.h>
 #include <vtkPoints.h>
@@ -11,11 +11,9 @@
 #include <string>
 #include <vector>
 
-#include <marrow/components.h>
 #include <marrow/isosurface.h>
 #include <marrow/measure.h>
 #include <marrow/simplify.h>
-#include <marrow/smooth.h>
 
 #include "paper/cranium.h"
 #include "timing.h"
@@ -57,9 +55,9 @@ Mesh from_vtk(vtkPolyData* data) {
     return mesh;
 }
 
-struct Reducer {
+struct Contender {
     std::string name;
-    std::function<Mesh(double&)> run;  // adds the CPU seconds that it took
+    std::function<Mesh(double&)> run;  // sets the processor time in seconds
     std::vector<double> seconds = {};
     Mesh result = {};
 };
@@ -67,39 +65,39 @@ struct Reducer {
 void reduce(const std::string& name, const Mesh& mesh) {
     const auto target = static_cast<std::int64_t>(mesh.triangles.size() / 10);
     const auto vtk_mesh = to_vtk(mesh);
-    std::vector<Reducer> reducers;
-    reducers.push_back({"marrow", [&](double& seconds) {
-                            const double start = processor_seconds();
-                            Mesh result = simplify(mesh, {.triangles = target});
-                            seconds = processor_seconds() - start;
-                            return result;
-                        }});
-    reducers.push_back({"marrow, measured", [&](double& seconds) {
-                            const double start = processor_seconds();
-                            SimplifyStats stats;
-                            Mesh result = simplify(mesh, {.triangles = target}, &stats);
-                            seconds = processor_seconds() - start;
-                            return result;
-                        }});
-    reducers.push_back({"vtkQuadricDecimation", [&](double& seconds) {
-                            const double start = processor_seconds();
-                            vtkNew<vtkQuadricDecimation> filter;
-                            filter->SetInputData(vtk_mesh);
-                            filter->SetTargetReduction(0.9);
-                            filter->Update();
-                            seconds = processor_seconds() - start;
-                            return from_vtk(filter->GetOutput());
-                        }});
+    std::vector<Contender> contenders;
+    contenders.push_back({"marrow", [&](double& seconds) {
+                              const double start = processor_seconds();
+                              Mesh result = simplify(mesh, {.triangles = target});
+                              seconds = processor_seconds() - start;
+                              return result;
+                          }});
+    contenders.push_back({"marrow, measured", [&](double& seconds) {
+                              const double start = processor_seconds();
+                              SimplifyStats stats;
+                              Mesh result = simplify(mesh, {.triangles = target}, &stats);
+                              seconds = processor_seconds() - start;
+                              return result;
+                          }});
+    contenders.push_back({"vtkQuadricDecimation", [&](double& seconds) {
+                              const double start = processor_seconds();
+                              vtkNew<vtkQuadricDecimation> filter;
+                              filter->SetInputData(vtk_mesh);
+                              filter->SetTargetReduction(0.9);
+                              filter->Update();
+                              seconds = processor_seconds() - start;
+                              return from_vtk(filter->GetOutput());
+                          }});
     for (int round = 0; round < kRounds; ++round) {
-        for (Reducer& r : reducers) r.result = r.run(r.seconds.emplace_back());
+        for (Contender& r : contenders) r.result = r.run(r.seconds.emplace_back());
     }
-    const double vtk_seconds = median(reducers.back().seconds);
-    for (const Reducer& reducer : reducers) {
-        const MeshMeasures m = measure(reducer.result);
-        const MeshDistance distance = mesh_distance(mesh, reducer.result);
+    const double vtk_seconds = median(contenders.back().seconds);
+    for (const Contender& contender : contenders) {
+        const MeshMeasures m = measure(contender.result);
+        const MeshDistance distance = mesh_distance(mesh, contender.result);
         fmt::print("{:<12} {:<21} {:>8} {:>8} {:>8.2f} {:>6.1f} {:>6} {:>8} {:>8.4f} {:>8.3f}\n", name,
-                   reducer.name, mesh.triangles.size(), m.triangles, median(reducer.seconds),
-                   vtk_seconds / median(reducer.seconds), m.boundary_edges, m.nonmanifold_edges,
+                   contender.name, mesh.triangles.size(), m.triangles, median(contender.seconds),
+                   vtk_seconds / median(contender.seconds), m.boundary_edges, m.nonmanifold_edges,
                    distance.mean, distance.max);
     }
 }
@@ -109,8 +107,8 @@ void reduce(const std::string& name, const Mesh& mesh) {
 
 int main() {
     using namespace marrow;
-    fmt::print("{:<12} {:<21} {:>8} {:>8} {:>8} {:>6} {:>6} {:>8} {:>8} {:>8}\n", "surface", "arm", "from",
-               "to", "CPU s", "ratio", "open", "nonmanif", "mean mm", "max mm");
+    fmt::print("{:<12} {:<21} {:>8} {:>8} {:>8} {:>6} {:>6} {:>8} {:>8} {:>8}\n", "surface", "contender",
+               "from", "to", "CPU s", "ratio", "open", "nonmanif", "mean mm", "max mm");
     if (const auto scan = bench::cranium()) {
         bench::reduce("skull", extract_isosurface(*scan, 226, {.closed = true}));
         bench::reduce("skin", extract_isosurface(*scan, -300, {.closed = true}));

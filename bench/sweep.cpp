@@ -1,4 +1,4 @@
-// marrow-bench-sweep: sweep_isovalues beside one run of Flying Edges an isovalue, in one process on the same samples.
+// marrow-bench-sweep: compares sweep_isovalues with one run of Flying Edges per isovalue, in one process.
 #include <fmt/core.h>
 #include <tbb/global_control.h>
 #include <vtkFlyingEdges3D.h>
@@ -9,9 +9,9 @@
 #include <CLI/CLI.hpp>
 
 #include <marrow/isosurface.h>
+#include <marrow/isovalue_sweep.h>
 #include <marrow/measure.h>
 #include <marrow/scan_io.h>
-#include <marrow/isovalue_sweep.h>
 
 #include "timing.h"
 #include "vtk_image.h"
@@ -46,7 +46,7 @@ void run(const std::string& input, double from, double to, int steps, int rounds
         }
         return triangles;
     };
-    const Way ways[] = {
+    const Method methods[] = {
         {"marrow sweep",
          [&] {
              std::size_t triangles = 0;
@@ -56,7 +56,7 @@ void run(const std::string& input, double from, double to, int steps, int rounds
          }},
         {"flying edges alone", [&] { return flying_edges(false); }},
         {"flying edges, mass properties, connectivity", [&] { return flying_edges(true); }},
-        {"marrow's cached extractor and measure()",
+        {"IsosurfaceExtractor and measure()",
          [&] {
              IsosurfaceExtractor extractor(scan, {.normals = false, .closed = true});
              std::size_t triangles = 0;
@@ -66,7 +66,7 @@ void run(const std::string& input, double from, double to, int steps, int rounds
          }},
     };
     fmt::print("{} isovalues from {:g} to {:g}, {} threads\n", steps, from, to, threads);
-    compare(ways, rounds);
+    compare(methods, rounds);
 }
 
 }  // namespace
@@ -74,9 +74,8 @@ void run(const std::string& input, double from, double to, int steps, int rounds
 
 int main(int argc, char** argv) {
     CLI::App app(
-        "Times marrow's sweep beside one run of Flying Edges an isovalue. ratio: of the arm's time to the "
-        "sweep's, on "
-        "the wall and in brackets of processors.");
+        "Compares Marrow's sweep with one run of Flying Edges per isovalue.\n"
+        "ratio: wall and processor time relative to the sweep");
     std::string input;
     double from = -300, to = 1500;
     int steps = 100, rounds = 3, threads = 1;

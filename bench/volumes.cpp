@@ -1,3 +1,4 @@
+// Generates phantoms and loads scans.
 #include "volumes.h"
 
 #include <tbb/parallel_for.h>
@@ -14,12 +15,11 @@
 #include "paper/cranium.h"
 
 namespace marrow::bench {
-
 namespace {
 
 constexpr double kBone = 226;  // HU
 
-// `slice` gives, for each z, what gives a slice's samples from x and y.
+// `slice(z)` returns a function of x and y that computes the samples of slice z.
 template <class T, class F>
 Volume sampled(std::int64_t n, const F& slice) {
     Geometry g;
@@ -35,7 +35,7 @@ Volume sampled(std::int64_t n, const F& slice) {
     return volume;
 }
 
-// Noise that depends on the place alone, in [-1, 1].
+// Noise in [-1, 1] that depends only on the index.
 double noise(std::int64_t x, std::int64_t y, std::int64_t z) {
     std::uint64_t h = static_cast<std::uint64_t>(x) * 0x9E3779B97F4A7C15u ^
                       static_cast<std::uint64_t>(y) * 0xC2B2AE3D27D4EB4Fu ^
@@ -45,7 +45,7 @@ double noise(std::int64_t x, std::int64_t y, std::int64_t z) {
     return static_cast<double>(static_cast<std::int64_t>(h >> 11)) / static_cast<double>(1LL << 52) - 1;
 }
 
-// Where the surface winds with a period of so many samples.
+// The period is in samples.
 template <class T>
 Volume gyroid_samples(std::int64_t n, double period, double amplitude) {
     const double scale = 2 * 3.14159265358979 / period;
@@ -138,7 +138,7 @@ std::int64_t active_cells(const Case& c) {
         const auto [nx, ny, nz] = c.volume.geometry().dims;
         std::atomic<std::int64_t> active = 0;
         tbb::parallel_for(std::int64_t{1}, nz, [&, nx = nx, ny = ny](std::int64_t z) {
-            // How many of the four samples at each x are inside, for one row of cells.
+            // For one row of cells: how many of the four samples at each x are inside.
             std::vector<unsigned char> inside(static_cast<std::size_t>(nx));
             std::int64_t found = 0;
             for (std::int64_t y = 1; y < ny; ++y) {
@@ -157,23 +157,7 @@ std::int64_t active_cells(const Case& c) {
         });
         return active.load();
     };
-    switch (c.volume.type()) {
-        case SampleType::uint8:
-            return count(std::uint8_t{});
-        case SampleType::int8:
-            return count(std::int8_t{});
-        case SampleType::uint16:
-            return count(std::uint16_t{});
-        case SampleType::int16:
-            return count(std::int16_t{});
-        case SampleType::int32:
-            return count(std::int32_t{});
-        case SampleType::float32:
-            return count(float{});
-        case SampleType::float64:
-            break;
-    }
-    return count(double{});
+    return visit_sample_type(c.volume.type(), count);
 }
 
 Case raw_volume(const std::string& file, const std::array<std::int64_t, 3>& dims, const std::string& type,

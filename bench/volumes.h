@@ -1,4 +1,4 @@
-/// The volumes that are measured.
+/// The volumes of the benchmarks.
 #pragma once
 
 #include <array>
@@ -17,18 +17,19 @@ struct Case {
     double isovalue;
 };
 
-/// Nested noisy ellipsoids and tubes, as a head is: int16, n^3, 1 to 2 % of the cells active at the isovalue.
+/// Nested noisy ellipsoids and tubes, similar to a head: int16, n^3, 1 to 2 % of the cells are active.
 Case head_phantom(std::int64_t n);
-/// A gyroid: float, n^3, 10 to 20 % of the cells active.
+/// A gyroid: float, n^3, 10 to 20 % of the cells are active.
 Case gyroid(std::int64_t n);
-/// A gyroid again, int16, whose surface is the larger the shorter its period, in samples.
+/// A gyroid with a given period in samples: int16, n^3. Shorter periods have larger surfaces.
 Case waves(std::int64_t n, std::int64_t period);
-/// phantom-N, gyroid-N, waves-N-PERIOD, cranium (the head CT of the package invesalius-examples) or vhf-head (vhf_head_ct in the folder
-/// MARROW_TEST_DATA) by its name; none where that scan is not there. \throw InputError an unknown name; as read_scan
+/// The volume with this name: phantom-N, gyroid-N, waves-N-PERIOD, cranium (the head CT of the package
+/// invesalius-examples) or vhf-head (vhf_head_ct in the folder MARROW_TEST_DATA). Nothing if the scan is not
+/// available. \throw InputError for an unknown name, and as read_scan
 std::optional<Case> named_volume(const std::string& name);
-/// How many cells have corners on both sides of the isovalue.
+/// The number of cells with corners on both sides of the isovalue.
 std::int64_t active_cells(const Case& c);
-/// A raw file, x fastest, little-endian, 1 mm. \throw InputError, IoError
+/// Reads a raw file: x fastest, little-endian, spacing 1 mm. \throw InputError for an unknown type, IoError
 Case raw_volume(const std::string& file, const std::array<std::int64_t, 3>& dims, const std::string& type,
                 double isovalue);
 

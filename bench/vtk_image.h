@@ -1,4 +1,4 @@
-/// A volume as VTK sees it.
+/// Converts volumes to VTK images without copying.
 #pragma once
 
 #include <vtkDoubleArray.h>
@@ -25,7 +25,7 @@ vtkSmartPointer<vtkDataArray> borrow(const VolumeView& volume) {
     return array;
 }
 
-/// The same samples as a vtkImageData, not copied.
+/// An image that borrows the samples. The volume must outlive it.
 inline vtkSmartPointer<vtkImageData> vtk_image(const VolumeView& volume) {
     const Geometry& g = volume.geometry;
     vtkNew<vtkImageData> image;

@@ -6,10 +6,14 @@ cmake_minimum_required(VERSION 3.25)
 set(faults "")
 
 # check_folder(FOLDER ROOT MAY_INCLUDE LIBRARIES): the files of FOLDER include in quotes only files of their own folder
-# and, by their path from ROOT, of the folders MAY_INCLUDE; in angle brackets, beside the standard library, the system and
-# Marrow's public headers, only what begins with one of LIBRARIES ("*": anything).
+# and, by their path from ROOT, of the folders MAY_INCLUDE ("." is ROOT itself); in angle brackets, beside the standard
+# library, the system and Marrow's public headers, only what begins with one of LIBRARIES ("*": anything).
+# [EXCEPT FILES...]: these are not checked.
 function(check_folder folder root may_include libraries)
   file(GLOB files ${SOURCE}/${folder}/*.h ${SOURCE}/${folder}/*.cpp)
+  cmake_parse_arguments(PARSE_ARGV 4 arg "" "" "EXCEPT")
+  list(TRANSFORM arg_EXCEPT PREPEND ${SOURCE}/${folder}/)
+  list(REMOVE_ITEM files ${arg_EXCEPT})
   if(NOT files)
     list(APPEND faults "there are no sources in ${folder}")
   endif()
@@ -21,7 +25,8 @@ function(check_folder folder root may_include libraries)
         set(included ${CMAKE_MATCH_1})
         cmake_path(GET included PARENT_PATH included_folder)
         if(included_folder STREQUAL "")
-          if(NOT EXISTS ${SOURCE}/${folder}/${included})
+          if(NOT EXISTS ${SOURCE}/${folder}/${included} AND
+             NOT ("." IN_LIST may_include AND EXISTS ${SOURCE}/${root}/${included}))
             list(APPEND faults "${name}: there is no ${included} in this folder")
           endif()
         elseif(NOT included_folder IN_LIST may_include)
@@ -73,7 +78,9 @@ check_folder(src/io/mesh src "base;io/bytes" "fmt/;nlohmann/;zlib.h")
 check_folder(src/io src "base;io/bytes;io/scan;io/dicom" "fmt/")
 check_folder(src/terrain src "base" "fmt/;tbb/;gdal;ogr_;cpl_")
 
-check_folder(apps/marrow apps/marrow "" "*")
+# Only the main programs include commands.
+check_folder(apps/marrow apps/marrow "" "*" EXCEPT main.cpp terrain_main.cpp)
+check_folder(apps/marrow/commands apps/marrow "." "*")
 check_folder(apps/viewer/model apps/viewer "" "*")
 check_folder(apps/viewer/views apps/viewer "model" "*")
 check_folder(apps/viewer/window apps/viewer "model;views" "*")

@@ -1,4 +1,5 @@
 # What the targets of Marrow have in common.
+set(MARROW_CMAKE_FOLDER ${CMAKE_INSTALL_LIBDIR}/cmake/marrow)  # where find_package(marrow) looks
 
 # Language, warnings and reproducible arithmetic.
 function(marrow_target target)
@@ -9,11 +10,11 @@ function(marrow_target target)
   target_compile_options(${target} PRIVATE -ffp-contract=off)
 endfunction()
 
-# marrow_library(NAME EXPORT_NAME [SOURCES ...] [PUBLIC ...] [PRIVATE ...]): a library that is exported as
+# marrow_library(NAME EXPORT_NAME [PACKAGE package] [SOURCES ...] [PUBLIC ...] [PRIVATE ...]): a library that is exported as
 # marrow::EXPORT_NAME. Its objects form a target of their own, NAME_objects, so that the tests can link the hidden
-# symbols too.
+# symbols too. With PACKAGE it is installed, and found by CMake, apart from the others.
 function(marrow_library name export_name)
-  cmake_parse_arguments(PARSE_ARGV 2 arg "" "" "SOURCES;PUBLIC;PRIVATE")
+  cmake_parse_arguments(PARSE_ARGV 2 arg "" "PACKAGE" "SOURCES;PUBLIC;PRIVATE")
   add_library(${name}_objects OBJECT ${arg_SOURCES})
   marrow_target(${name}_objects)
   set_target_properties(${name}_objects PROPERTIES
@@ -35,16 +36,26 @@ function(marrow_library name export_name)
     $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
   target_link_libraries(${name} PUBLIC ${arg_PUBLIC} PRIVATE ${arg_PRIVATE})
   if(MARROW_INSTALL)
-    install(TARGETS ${name} EXPORT marrow
-      RUNTIME COMPONENT library LIBRARY COMPONENT library NAMELINK_COMPONENT development ARCHIVE COMPONENT development)
+    set(export marrow)
+    set(library library)
+    set(development development)
+    if(arg_PACKAGE)
+      set(export marrow-${arg_PACKAGE})
+      set(library ${arg_PACKAGE})
+      set(development ${arg_PACKAGE})
+      install(EXPORT ${export} NAMESPACE marrow:: FILE ${export}-targets.cmake
+        DESTINATION ${MARROW_CMAKE_FOLDER} COMPONENT ${development})
+    endif()
+    install(TARGETS ${name} EXPORT ${export}
+      LIBRARY COMPONENT ${library} NAMELINK_COMPONENT ${development} ARCHIVE COMPONENT ${development})
   endif()
 endfunction()
 
-# marrow_program(TARGET NAME): an executable that is called NAME and is installed.
-function(marrow_program target name)
+# marrow_program(TARGET NAME COMPONENT): an executable that is called NAME and is installed with COMPONENT.
+function(marrow_program target name component)
   marrow_target(${target})
   set_target_properties(${target} PROPERTIES OUTPUT_NAME ${name})
   if(MARROW_INSTALL)
-    install(TARGETS ${target} COMPONENT program)
+    install(TARGETS ${target} COMPONENT ${component})
   endif()
 endfunction()

@@ -1,10 +1,12 @@
-// Terrain with overhangs, arches and caves: what a height field cannot hold and marching cubes can.
+// Generates ground with overhangs, arches and caves, which a height field cannot hold and marching cubes can.
 //
-// usage: caves OUT.stl|OUT.nrrd [SAMPLES]     (SAMPLES along the longer sides; 192 when not given; .nrrd: the density itself,
-//                                              a volume whose surface at isovalue 0 is the ground)
+//     example_caves OUT [SAMPLES]
 //
-// The ground is where density > 0. Density is height(x, y) - z, as of any terrain, plus three-dimensional noise
-// that is strong enough to turn cliffs over and to hollow them out.
+// OUT ends in .stl for the mesh, or in .nrrd for the density, whose surface at isovalue 0 is the ground.
+// SAMPLES is the number of samples along the longer sides, 192 by default.
+//
+// The ground is where the density is positive. The density is height(x, y) - z, as of any terrain, plus
+// three-dimensional noise that is strong enough to turn cliffs over and to hollow them out.
 #include <marrow/marrow.h>
 
 #include <cmath>
@@ -43,7 +45,7 @@ double noise(double x, double y, double z) {
     return sum;
 }
 
-// Octaves of noise, each half as large and twice as fine.
+// A sum of octaves of noise, each with half the amplitude and twice the frequency of the one before.
 double fractal(double x, double y, double z, int octaves) {
     double sum = 0, size = 1;
     for (int octave = 0; octave < octaves; ++octave, size /= 2, x *= 2, y *= 2, z *= 2)
@@ -51,19 +53,20 @@ double fractal(double x, double y, double z, int octaves) {
     return sum;
 }
 
-// Metres, over a square of 100 m.
+// The density at a position in metres, over a square of 100 m.
 double density(double x, double y, double z) {
     const double hills = 22 + 9 * fractal(x / 40, y / 40, 0.5, 4);
     const double rock = 9 * fractal(x / 16, y / 16, z / 12, 3);
-    // Tunnels follow where two noises are both near 0.
+    // A tunnel runs where two noises are both near 0.
     const double a = noise(x / 18 + 40, y / 18, z / 14), b = noise(x / 18, y / 18 + 80, z / 14);
     const double tunnels = 10 * std::exp(-30 * (a * a + b * b));
-    const double floor = z < 3 ? 20 * (3 - z) : 0;  // the lowest 3 m stay whole
+    const double floor = z < 3 ? 20 * (3 - z) : 0;  // keeps the lowest 3 m solid
     return hills - z + rock - tunnels * 2 + floor;
 }
 
-// The part of the area that looks downwards, without the flat bottom: none on a height field.
-double overhanging_part(const marrow::Mesh& mesh) {
+// The fraction of the area, seen from above, that faces downwards. The flat bottom does not count. A height
+// field has 0.
+double overhanging_fraction(const marrow::Mesh& mesh) {
     double all = 0, hanging = 0, bottom = std::numeric_limits<double>::infinity();
     for (const marrow::Vec3f& p : mesh.points) bottom = std::fmin(bottom, p[2]);
     for (const marrow::Triangle& t : mesh.triangles) {
@@ -94,7 +97,7 @@ void write_density(const marrow::Volume& ground, const char* file) {
 int main(int argc, char** argv) {
     const std::int64_t n = argc > 2 ? std::atoll(argv[2]) : 192;
     if (argc < 2 || n < 8 || n > 1024) {
-        std::fprintf(stderr, "usage: caves OUT.stl|OUT.nrrd [SAMPLES from 8 to 1024]\n");
+        std::fprintf(stderr, "usage: example_caves OUT.stl|OUT.nrrd [SAMPLES from 8 to 1024]\n");
         return 2;
     }
     try {
@@ -117,17 +120,18 @@ int main(int argc, char** argv) {
             write_density(ground, argv[1]);
             return 0;
         }
-        // Rocks that float in the air are pieces of their own and stay behind.
-        const marrow::Mesh terrain =
-            marrow::largest_component(marrow::extract_isosurface(ground, 0, {.closed = true}));
+        // Rocks that float in the air are dropped, and so are caves without a mouth.
+        const marrow::Mesh terrain = marrow::keep_components(
+            marrow::extract_isosurface(ground, 0, {.closed = true}), {.count = 1, .cavities = false});
         marrow::write_mesh(terrain, argv[1]);
         const marrow::MeshMeasures m = marrow::measure(terrain);
         std::printf("%lld points, %lld triangles, %lld open edges, %lld tunnels, %.0f %% overhanging\n",
                     static_cast<long long>(m.points), static_cast<long long>(m.triangles),
                     static_cast<long long>(m.boundary_edges),
-                    static_cast<long long>(1 - m.euler_characteristic / 2), 100 * overhanging_part(terrain));
+                    static_cast<long long>(1 - m.euler_characteristic / 2),
+                    100 * overhanging_fraction(terrain));
     } catch (const marrow::Error& error) {
-        std::fprintf(stderr, "caves: %s\n", error.what());
+        std::fprintf(stderr, "%s\n", error.what());
         return 1;
     }
     return 0;

@@ -1,38 +1,50 @@
+// The program `marrow`.
 #include <cerrno>
 #include <cstring>
-#include <iostream>
+#include <filesystem>
+#include <string>
 #include <string_view>
 
 #include <unistd.h>
 
-#include "run.h"
+#include "commands/dispatch.h"
+#include "console.h"
 #include "signals.h"
 
 namespace {
 
-// `marrow terrain` and `marrow view` are programs of their own, so that scans do not wait until GDAL or Qt is loaded.
-int become(const char* name, const char* option, char** arguments) {
-    const auto program = std::filesystem::read_symlink("/proc/self/exe").parent_path() / name;
+// A command that is a program of its own, so that other commands do not wait until GDAL or Qt is loaded.
+struct SiblingProgram {
+    std::string_view command;
+    const char* name;
+    const char* how_to_get_it;
+};
+
+constexpr SiblingProgram kSiblings[] = {
+    {"terrain", "marrow-terrain",
+     "'marrow terrain' is not installed; build it with MARROW_TERRAIN=ON, which needs GDAL"},
+    {"view", "marrow-viewer",
+     "the viewer is not installed; build it with 'make viewer' or install the package marrow-viewer"},
+};
+
+// Replaces this process by the program beside it. Returns only if that fails.
+int become(const SiblingProgram& sibling, char** arguments) {
+    const auto program = std::filesystem::read_symlink("/proc/self/exe").parent_path() / sibling.name;
     execv(program.c_str(), arguments);
-    std::cerr << "marrow: cannot start '" << program.string() << "': " << std::strerror(errno)
-              << "; build Marrow with " << option << "\n";
-    return marrow::kUnreadable;
+    const std::string why = errno == ENOENT
+                                ? sibling.how_to_get_it
+                                : "cannot start '" + program.string() + "': " + std::strerror(errno);
+    marrow::cli::standard_console().error(why);
+    return marrow::cli::kUnreadable;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
     const std::string_view first = argc > 1 ? argv[1] : "";
-    if (first == "terrain") return become("marrow-terrain", "MARROW_TERRAIN", argv + 1);
-    if (first == "view") return become("marrow-viewer", "MARROW_VIEWER", argv + 1);
-    const std::atomic<bool>& stop = marrow::stopped_by_signals();
-    try {
-        const auto parsed = marrow::parse_command_line(argc, argv, std::cout);
-        if (const int* exit_code = std::get_if<int>(&parsed)) return *exit_code;
-        return marrow::run(std::get<marrow::Settings>(parsed),
-                           {std::cout, std::cerr, isatty(STDERR_FILENO) != 0}, stop);
-    } catch (const marrow::UsageError& error) {
-        std::cerr << "marrow: " << error.what() << '\n';
-        return marrow::kUsage;
+    for (const SiblingProgram& sibling : kSiblings) {
+        if (first == sibling.command) return become(sibling, argv + 1);
     }
+    return marrow::cli::run_marrow(argc, argv, marrow::cli::standard_console(),
+                                   marrow::cli::stopped_by_signals());
 }

@@ -1,15 +1,15 @@
-// What signals do to the programs.
+/// Turns signals into a flag that stops the work.
 #pragma once
 
 #include <atomic>
 #include <csignal>
 
-namespace marrow {
+namespace marrow::cli {
 
-/// Becomes true on SIGINT and SIGTERM. A file that grows beyond its limit becomes an error like a full disk.
+/// Becomes true on SIGINT and SIGTERM. A file that exceeds its size limit then causes an error, as a full disk does.
 inline const std::atomic<bool>& stopped_by_signals() {
     static std::atomic<bool> stop{false};
-    static_assert(std::atomic<bool>::is_always_lock_free, "set in a signal handler");
+    static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler sets it");
     struct sigaction action {};
     action.sa_handler = [](int) { stop = true; };
     action.sa_flags = SA_RESTART;
@@ -19,4 +19,4 @@ inline const std::atomic<bool>& stopped_by_signals() {
     return stop;
 }
 
-}  // namespace marrow
+}  // namespace marrow::cli

@@ -1,4 +1,6 @@
+// Declares and does the steps before and after extraction.
 #include "steps.h"
+#include "report_progress.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,19 +8,40 @@
 
 #include <fmt/format.h>
 
+#include <marrow/components.h>
 #include <marrow/measure.h>
+#include <marrow/simplify.h>
+#include <marrow/smooth.h>
 
-#include "usage_error.h"
+#include "console.h"
 
-namespace marrow {
+namespace marrow::cli {
 namespace {
 
-std::array<std::int64_t, 3> whole(const Vec3d& v) {
+// X0,X1,Y0,Y1,Z0,Z1 in mm, or in samples after "vox:".
+bool store_crop(std::string_view text, std::optional<CropBox>& crop) {
+    constexpr std::string_view kSamples = "vox:";
+    const bool in_samples = text.starts_with(kSamples);
+    double e[6];
+    if (!parse_numbers(in_samples ? text.substr(kSamples.size()) : text, e, 6)) return false;
+    if (e[0] > e[1] || e[2] > e[3] || e[4] > e[5]) return false;
+    const auto is_index = [](double end) { return end == std::floor(end) && std::abs(end) <= 1e9; };
+    if (in_samples && !std::all_of(e, e + 6, is_index)) return false;
+    crop = CropBox{{{e[0], e[2], e[4]}, {e[1], e[3], e[5]}}, in_samples};
+    return true;
+}
+
+// LPS to RAS, or back.
+Box with_x_and_y_negated(const Box& box) {
+    return {{-box.upper[0], -box.upper[1], box.lower[2]}, {-box.lower[0], -box.lower[1], box.upper[2]}};
+}
+
+std::array<std::int64_t, 3> to_indices(const Vec3d& v) {
     return {static_cast<std::int64_t>(v[0]), static_cast<std::int64_t>(v[1]),
             static_cast<std::int64_t>(v[2])};
 }
 
-// Of the samples, LPS mm.
+// The bounding box of the samples, LPS mm.
 Box bounds(const Geometry& geometry) {
     constexpr double kFar = std::numeric_limits<double>::infinity();
     Box box{{kFar, kFar, kFar}, {-kFar, -kFar, -kFar}};
@@ -35,70 +58,143 @@ Box bounds(const Geometry& geometry) {
     return box;
 }
 
-// Where the box is not in the scan, the command line does not fit it.
-Volume cropped(const Volume& scan, const Steps& steps) {
+[[noreturn]] void throw_outside(const Geometry& geometry, const CropBox& crop) {
+    const auto& dims = geometry.dims;
+    if (crop.in_samples)
+        throw UsageError(
+            fmt::format("--crop: the box reaches beyond the scan, whose samples are vox:0,{},0,{},0,{}",
+                        dims[0] - 1, dims[1] - 1, dims[2] - 1));
+    const bool ras = crop.space == Space::RAS;
+    const Box box = ras ? with_x_and_y_negated(bounds(geometry)) : bounds(geometry);
+    throw UsageError(
+        fmt::format("--crop: the box contains no sample of the scan; it goes from {:g} to {:g}, {:g} to {:g} "
+                    "and {:g} to {:g} mm in {}",
+                    box.lower[0], box.upper[0], box.lower[1], box.upper[1], box.lower[2], box.upper[2],
+                    ras ? "RAS" : "LPS"));
+}
+
+Volume cropped(const Volume& scan, const CropBox& wanted) {
     try {
-        return steps.crop_in_samples ? crop(scan, whole(steps.crop->lower), whole(steps.crop->upper))
-                                     : crop(scan, *steps.crop);
+        if (wanted.in_samples) return crop(scan, to_indices(wanted.box.lower), to_indices(wanted.box.upper));
+        return crop(scan, wanted.space == Space::RAS ? with_x_and_y_negated(wanted.box) : wanted.box);
     } catch (const InputError&) {
-        const Geometry& geometry = scan.geometry();
-        const auto& dims = geometry.dims;
-        if (steps.crop_in_samples)
-            throw UsageError(
-                fmt::format("--crop: the box leaves the scan, whose samples are vox:0,{},0,{},0,{}",
-                            dims[0] - 1, dims[1] - 1, dims[2] - 1));
-        Box box = bounds(geometry);
-        if (steps.crop_in_ras)
-            box = {{-box.upper[0], -box.upper[1], box.lower[2]},
-                   {-box.lower[0], -box.lower[1], box.upper[2]}};
-        throw UsageError(fmt::format(
-            "--crop: no sample of the scan lies in the box; it goes from {:g} to {:g}, {:g} to {:g} "
-            "and {:g} to {:g} mm in {}",
-            box.lower[0], box.upper[0], box.lower[1], box.upper[1], box.lower[2], box.upper[2],
-            steps.crop_in_ras ? "RAS" : "LPS"));
+        throw_outside(scan.geometry(), wanted);
     }
 }
 
-Mesh smoothed(const Mesh& mesh, const Steps& steps, const Mat3d& index_to_physical, const Progress& progress,
-              std::string& note) {
-    SmoothOptions options{.iterations = steps.smooth, .progress = progress};
+Mesh with_chosen_components(const Mesh& mesh, const SurfaceSteps& steps, int threads) {
+    ComponentOptions options{
+        .min_volume = steps.min_volume, .cavities = !steps.no_cavities, .threads = threads};
+    if (steps.components > 0) options.count = steps.components;
+    if (steps.largest) {
+        options.count = 1;
+        options.cavities = false;
+    }
+    return keep_components(mesh, options);
+}
+
+Mesh smoothed(const Mesh& mesh, const SurfaceSteps& steps, const Mat3d& index_to_physical, int threads,
+              const Progress& progress, std::string& note) {
+    SmoothOptions options{.iterations = steps.smooth, .threads = threads, .progress = progress};
     if (steps.smooth_bound) options.bound = index_to_physical;
     SmoothStats stats;
     Mesh result = smooth(mesh, options, &stats);
-    if (stats.restored_shells > 0)
-        note = fmt::format("{} pieces too small to smooth keep their shape", stats.restored_shells);
+    if (stats.restored_components > 0)
+        note = fmt::format("{} components are too small to smooth and keep their shape",
+                           stats.restored_components);
     return result;
 }
 
-Mesh reduced(const Mesh& mesh, const Steps& steps, const Progress& progress, StepReport& report) {
-    SimplifyOptions options{.progress = progress};
-    if (steps.triangles) options.triangles = *steps.triangles;
-    if (steps.keep)
-        options.triangles = std::llround(*steps.keep * static_cast<double>(mesh.triangles.size()));
-    if (steps.max_error) options.max_error = *steps.max_error;
+Mesh reduced(const Mesh& mesh, const SurfaceSteps& steps, int threads, const Progress& progress,
+             StepReport& report) {
+    std::optional<std::int64_t> triangles = steps.triangles;
+    if (steps.keep) triangles = std::llround(*steps.keep * static_cast<double>(mesh.triangles.size()));
+    const SimplifyOptions options{
+        .triangles = triangles, .max_error = steps.max_error, .threads = threads, .progress = progress};
     SimplifyStats stats;
     Mesh result = simplify(mesh, options, &stats);
     report.deviation = stats.deviation;
     if (stats.backed_off)
-        report.note = "left as it was: no reduction keeps the error and the topology";
-    else if (!steps.max_error && static_cast<std::int64_t>(result.triangles.size()) > options.triangles)
+        report.note = "the surface is unchanged: no reduction keeps the error and the topology";
+    else if (!steps.max_error && triangles && static_cast<std::int64_t>(result.triangles.size()) > *triangles)
         report.note = fmt::format(
-            "{} triangles were asked for, but no more can go without harm to the surface", options.triangles);
+            "{} triangles were requested, but no more can be removed without damage to the surface",
+            *triangles);
     return result;
 }
 
 }  // namespace
 
-void filter_scan(Volume& scan, const Steps& steps, int threads, const Progress& progress) {
+void add_crop_option(Arguments& arguments, std::optional<CropBox>& crop) {
+    arguments.add_option(
+        "--crop",
+        {"X0,X1,Y0,Y1,Z0,Z1",
+         "X0,X1,Y0,Y1,Z0,Z1 in mm, or vox: and six whole numbers in samples, each X0 <= X1",
+         [&crop](const std::string& text) { return store_crop(text, crop); }},
+        "Keep only the scan within a box, in mm along the axes of --space; or in samples, with "
+        "vox:X0,X1,Y0,Y1,Z0,Z1. Both ends are included. An oblique scan keeps the block of samples around "
+        "the box.");
+}
+
+void add_filter_options(Arguments& arguments, FilterSteps& steps) {
+    add_crop_option(arguments, steps.crop);
+    arguments.add_option(
+        "--median", integer_value("N", steps.median, 0, 16),
+        "Remove noise: replace each sample by the median of its neighbours up to N samples away, 1 to 16.");
+    arguments.add_option(
+        "--blur",
+        number_value("MM", "a standard deviation in mm", steps.blur, [](double x) { return x >= 0; }),
+        "Blur the scan with a Gaussian of standard deviation MM.");
+    arguments.add_option(
+        "--isotropic",
+        number_value("MM", "a spacing in mm", steps.isotropic, [](double x) { return x >= 0; }),
+        "Resample the scan to the spacing MM along all axes; helps with thick slices.");
+}
+
+void add_surface_options(Arguments& arguments, SurfaceSteps& steps) {
+    arguments.add_flag("--largest", steps.largest,
+                       "Keep only the largest component; the same as --components 1 --no-cavities.");
+    arguments.add_option("--components", integer_value("N", steps.components, 0),
+                         "Keep the N components with the most triangles.");
+    arguments.add_option(
+        "--clean-small",
+        number_value("MM3", "a volume in mm3", steps.min_volume, [](double x) { return x >= 0; }),
+        "Remove components and fill cavities that enclose less than MM3.");
+    arguments.add_flag("--no-cavities", steps.no_cavities, "Fill all cavities: remove the shells inside.");
+    arguments.add_option(
+        "--smooth", integer_value("N", steps.smooth, 0, 1000),
+        "Smooth the surface without shrinking it, with N iterations of a windowed sinc filter; 20 is usual.");
+    arguments.add_flag(
+        "--smooth-bound", steps.smooth_bound,
+        "With --smooth: move no point further than half a sample along each axis of the scan.");
+    arguments.add_option("--keep",
+                         number_value("FRACTION", "a fraction above 0, at most 1", steps.keep,
+                                      [](double x) { return x > 0 && x <= 1; }),
+                         "Reduce the surface to this fraction of its triangles.");
+    arguments.add_option("--triangles", integer_value("N", steps.triangles, 1),
+                         "Reduce the surface to at most N triangles.");
+    arguments.add_option(
+        "--max-error",
+        number_value("MM", "a distance in mm", steps.max_error, [](double x) { return x > 0; }),
+        "Reduce the surface as far as it stays within MM of the original, as measured.");
+}
+
+void check_steps(const SurfaceSteps& steps) {
+    if (steps.smooth_bound && steps.smooth == 0) throw UsageError("--smooth-bound needs --smooth N");
+    if (steps.keep && steps.triangles)
+        throw UsageError("--keep and --triangles both set the number of triangles: give one of them");
+}
+
+void filter_scan(Volume& scan, const FilterSteps& steps, int threads, const Progress& progress) {
     const FilterOptions options{threads, progress};
-    if (steps.crop) scan = cropped(scan, steps);
+    if (steps.crop) scan = cropped(scan, *steps.crop);
     if (steps.median > 0) scan = median_filter(scan, steps.median, options);
     if (steps.blur > 0) scan = gaussian_filter(scan, steps.blur, options);
     if (steps.isotropic > 0) scan = resample_isotropic(scan, steps.isotropic, options);
 }
 
-std::vector<StepReport> refine_surface(Mesh& mesh, const Steps& steps, const Mat3d& index_to_physical,
-                                       const Progress& progress) {
+std::vector<StepReport> refine_surface(Mesh& mesh, const SurfaceSteps& steps, const Mat3d& index_to_physical,
+                                       int threads, const Progress& progress) {
     std::vector<StepReport> reports;
     const auto step = [&](const char* name, auto change) {
         report(progress, 0);
@@ -108,18 +204,15 @@ std::vector<StepReport> refine_surface(Mesh& mesh, const Steps& steps, const Mat
         done.after = measure(mesh);
         reports.push_back(std::move(done));
     };
-    if (steps.choose_pieces())
-        step("components", [&](StepReport&) {
-            ComponentOptions options = steps.components;
-            if (steps.largest) options.count = 1, options.cavities = false;
-            return keep_components(mesh, options);
-        });
+    if (steps.choose_components())
+        step("components", [&](StepReport&) { return with_chosen_components(mesh, steps, threads); });
     if (steps.smooth > 0)
-        step("smooth",
-             [&](StepReport& done) { return smoothed(mesh, steps, index_to_physical, progress, done.note); });
+        step("smooth", [&](StepReport& done) {
+            return smoothed(mesh, steps, index_to_physical, threads, progress, done.note);
+        });
     if (steps.reduce())
-        step("reduce", [&](StepReport& done) { return reduced(mesh, steps, progress, done); });
+        step("reduce", [&](StepReport& done) { return reduced(mesh, steps, threads, progress, done); });
     return reports;
 }
 
-}  // namespace marrow
+}  // namespace marrow::cli

@@ -1,4 +1,4 @@
-// What extraction warns of: surfaces that are likely not what was wanted.
+/// Warnings about surfaces that are probably not what the user wants.
 #pragma once
 
 #include <cstdint>
@@ -7,24 +7,24 @@
 
 #include <marrow/volume.h>
 
-#include "report.h"
+#include "results.h"
 
-namespace marrow {
+namespace marrow::cli {
 
-/// Samples without a value.
+/// Warns of samples that are NaN or infinite.
 void warn_of_non_finite(std::int64_t samples, std::vector<std::string>& warnings);
 
-/// Surfaces in STL files some of whose points lie where others do. STL has only coordinates, so whoever reads it joins them,
-/// and edges may then have more than two triangles.
-void warn_of_meeting_points(const std::vector<Surface>& surfaces, const std::string& remedy,
-                            std::vector<std::string>& warnings);
+/// Warns of surfaces in STL files that have several points with the same coordinates. STL has only coordinates, so its
+/// readers merge these points, and edges may then have more than two triangles. `remedy` ends the warning.
+void warn_of_coinciding_points(const std::vector<Surface>& surfaces, const std::string& remedy,
+                               std::vector<std::string>& warnings);
 
-/// The same of isosurfaces through samples.
+/// The same for isosurfaces that pass through samples.
 void warn_of_ties(const std::vector<Surface>& surfaces, const Volume& scan,
                   std::vector<std::string>& warnings);
 
-/// Closed surfaces of a scan that is inside as a whole.
+/// Warns of closed surfaces of a scan that has no sample outside, so that the surface is the border of the scan.
 void warn_of_box(const std::vector<Surface>& surfaces, const Volume& scan,
                  std::vector<std::string>& warnings);
 
-}  // namespace marrow
+}  // namespace marrow::cli

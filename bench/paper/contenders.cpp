@@ -1,3 +1,4 @@
+// Wraps the classic algorithm, VTK and Marrow.
 #include "contenders.h"
 
 #include <vtkCellArray.h>
@@ -19,7 +20,6 @@
 #include <marrow/isosurface.h>
 
 namespace marrow::paper {
-
 namespace {
 
 using PositionBits = std::array<std::uint32_t, 3>;
@@ -30,17 +30,17 @@ struct Hash {
     }
 };
 
-// One point for each place. Also joins points that coincide where a sample equals the isovalue, and drops the
-// triangles that this leaves without area.
+// Merges points at the same position. Triangles that lose their area, because a sample equals the isovalue,
+// are dropped.
 Mesh weld(const Mesh& soup) {
     Mesh mesh;
-    std::unordered_map<PositionBits, std::uint32_t, Hash> number;
-    number.reserve(soup.points.size() / 5);
+    std::unordered_map<PositionBits, std::uint32_t, Hash> index;
+    index.reserve(soup.points.size() / 5);
     std::vector<std::uint32_t> welded(soup.points.size());
     for (std::size_t p = 0; p < soup.points.size(); ++p) {
         PositionBits bits;
         std::memcpy(bits.data(), soup.points[p].data(), sizeof bits);
-        const auto [at, added] = number.try_emplace(bits, static_cast<std::uint32_t>(mesh.points.size()));
+        const auto [at, added] = index.try_emplace(bits, static_cast<std::uint32_t>(mesh.points.size()));
         if (added) mesh.points.push_back(soup.points[p]);
         welded[p] = at->second;
     }
@@ -54,7 +54,7 @@ Mesh weld(const Mesh& soup) {
 Mesh to_mesh(vtkPolyData* surface, const VolumeView& volume) {
     Mesh mesh;
     for (vtkIdType i = 0; i < surface->GetNumberOfPoints(); ++i) {
-        // VTK 9.1 extracts in index space times spacing; the rest of the geometry is applied here.
+        // VTK 9.1 ignores the direction here and multiplies indices only by the spacing.
         double p[3];
         surface->GetPoint(i, p);
         const Geometry& g = volume.geometry;
@@ -82,8 +82,8 @@ auto timed(double& milliseconds, const Work& work) {
     return result;
 }
 
-Arm vtk_arm(const VolumeView& volume, double isovalue) {
-    if (volume.type != SampleType::int16) throw InputError("the models are of int16 samples");
+Contender vtk_contender(const VolumeView& volume, double isovalue) {
+    if (volume.type != SampleType::int16) throw InputError("the models must have int16 samples");
     const Geometry& g = volume.geometry;
     vtkNew<vtkShortArray> samples;
     samples->SetArray(const_cast<short*>(static_cast<const short*>(volume.data)), g.sample_count(), 1);
@@ -109,7 +109,7 @@ Arm vtk_arm(const VolumeView& volume, double isovalue) {
 
 }  // namespace
 
-std::vector<Arm> make_arms(const VolumeView& volume, double isovalue) {
+std::vector<Contender> make_contenders(const VolumeView& volume, double isovalue) {
     const auto classic = [=] { return extract_isosurface_classic(volume, isovalue); };
     const auto marrow = [=](bool normals, double snap = 0) {
         return extract_isosurface(volume, isovalue, {.normals = normals, .snap = snap, .threads = 1});
@@ -117,7 +117,7 @@ std::vector<Arm> make_arms(const VolumeView& volume, double isovalue) {
     return {
         {"classic", [=](double& ms) { return timed(ms, classic); }},
         {"classic + welding", [=](double& ms) { return timed(ms, [&] { return weld(classic()); }); }},
-        vtk_arm(volume, isovalue),
+        vtk_contender(volume, isovalue),
         {"Marrow", [=](double& ms) { return timed(ms, [&] { return marrow(false); }); }},
         {"Marrow, normals", [=](double& ms) { return timed(ms, [&] { return marrow(true); }); }},
         {"Marrow, snap 0.3", [=](double& ms) { return timed(ms, [&] { return marrow(false, 0.3); }); }},

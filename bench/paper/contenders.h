@@ -1,4 +1,4 @@
-/// What Table 1 compares, and what it leaves out: the ways from a volume to a surface.
+/// The extractors that marrow-paper compares: those of the paper's Table 1 and others.
 #pragma once
 
 #include <functional>
@@ -10,14 +10,14 @@
 
 namespace marrow::paper {
 
-struct Arm {
+struct Contender {
     std::string name;
-    /// Extracts the surface and says how long that took, in milliseconds.
+    /// Extracts the surface and sets its duration in milliseconds.
     std::function<Mesh(double& milliseconds)> run;
 };
 
-/// The paper's "marching cubes" comes first, then what sharing points alone brings, another implementation, and
-/// Marrow. The volume must outlive them; none uses more threads than the caller allows.
-std::vector<Arm> make_arms(const VolumeView& volume, double isovalue);
+/// The first contender is the paper's marching cubes. Then follow a variant that only shares points, VTK, and
+/// Marrow. The volume must outlive them. None uses more threads than the caller allows.
+std::vector<Contender> make_contenders(const VolumeView& volume, double isovalue);
 
 }  // namespace marrow::paper

@@ -1,4 +1,5 @@
-// marrow-paper: Table 1 of Visutsak 2020 with our models and arms, and pictures as in its Figure 13.
+// marrow-paper: repeats Table 1 of Visutsak 2020 with other models and contenders, and draws images like its
+// Figure 13.
 #include <fmt/format.h>
 
 #include <tbb/global_control.h>
@@ -20,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kWindow = 3;  // mm, of the roughness
+constexpr double kWindow = 3;  // mm, for the roughness
 
 struct Settings {
     fs::path data, out;
@@ -28,14 +29,14 @@ struct Settings {
     bool pictures = true;
 };
 
-/// What is found out about one arm on one model.
+/// The results of one contender on one model.
 struct Row {
-    std::string model, arm;
+    std::string model, contender;
     Mesh mesh;
     double milliseconds;  // median
     Roughness rough;
     double smallest_angle;  // degrees
-    MeshDistance apart;     // from Marrow's, unsnapped
+    MeshDistance distance;  // from the surface of Marrow without snapping
 };
 
 double median(std::vector<double> values) {
@@ -43,37 +44,38 @@ double median(std::vector<double> values) {
     return values[values.size() / 2];
 }
 
-// Every arm once a round, so that whatever slows the machine for a while slows them all; one thread.
-std::vector<Row> run_arms(const Model& model, int rounds) {
+// Runs every contender once per round with one thread, so that a temporary slowdown affects them all.
+std::vector<Row> run_contenders(const Model& model, int rounds) {
     const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
-    const std::vector<Arm> arms = make_arms(model.volume, model.isovalue);
-    std::vector<std::vector<double>> times(arms.size());
-    std::vector<Row> rows(arms.size());
-    for (int round = -1; round < rounds; ++round) {  // the first is not counted
-        for (std::size_t a = 0; a < arms.size(); ++a) {
+    const std::vector<Contender> contenders = make_contenders(model.volume, model.isovalue);
+    std::vector<std::vector<double>> times(contenders.size());
+    std::vector<Row> rows(contenders.size());
+    for (int round = -1; round < rounds; ++round) {  // the first round is not counted
+        for (std::size_t a = 0; a < contenders.size(); ++a) {
             double milliseconds = 0;
-            rows[a].mesh = arms[a].run(milliseconds);
+            rows[a].mesh = contenders[a].run(milliseconds);
             if (round >= 0) times[a].push_back(milliseconds);
         }
     }
-    for (std::size_t a = 0; a < arms.size(); ++a) {
+    for (std::size_t a = 0; a < contenders.size(); ++a) {
         rows[a].model = model.name;
-        rows[a].arm = arms[a].name;
+        rows[a].contender = contenders[a].name;
         rows[a].milliseconds = median(times[a]);
     }
     return rows;
 }
 
-const Row& find_arm(const std::vector<Row>& rows, const std::string& arm) {
-    return *std::find_if(rows.begin(), rows.end(), [&](const Row& row) { return row.arm == arm; });
+const Row& find_contender(const std::vector<Row>& rows, const std::string& contender) {
+    return *std::find_if(rows.begin(), rows.end(),
+                         [&](const Row& row) { return row.contender == contender; });
 }
 
 void measure_surfaces(std::vector<Row>& rows) {
-    const Mesh& marrow = find_arm(rows, "Marrow").mesh;
+    const Mesh& marrow = find_contender(rows, "Marrow").mesh;
     for (Row& row : rows) {
         row.rough = roughness(row.mesh, kWindow);
         row.smallest_angle = triangle_quality(row.mesh).smallest_angle;
-        row.apart = mesh_distance(row.mesh, marrow, 50'000);
+        row.distance = mesh_distance(row.mesh, marrow, {.samples = 50'000});
     }
 }
 
@@ -101,7 +103,7 @@ constexpr const char* kTable1Head =
 
 std::string table_1_line(const std::vector<Row>& rows) {
     const Row& classic = rows.front();
-    const Row& marrow = find_arm(rows, "Marrow");
+    const Row& marrow = find_contender(rows, "Marrow");
     const Printed& p = *std::find_if(std::begin(kPrinted), std::end(kPrinted),
                                      [&](const Printed& printed) { return classic.model == printed.model; });
     return fmt::format(
@@ -114,24 +116,25 @@ std::string table_1_line(const std::vector<Row>& rows) {
 }
 
 constexpr const char* kTableHead =
-    "| model | arm | points | fewer points | triangles | ms | less time | times as fast | roughness, 1/mm | "
+    "| model | contender | points | fewer points | triangles | ms | less time | times as fast | roughness, "
+    "1/mm | "
     "smallest angle | distance to Marrow, mean / max mm |\n"
     "| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n";
 
-// The first arm is what points and time are compared with.
+// Points and times are compared with those of the first contender.
 std::string table_lines(const std::vector<Row>& rows) {
     std::string lines;
     const Row& classic = rows.front();
     for (const Row& row : rows) {
         lines +=
             fmt::format("| {} | {} | {} | {} | {} | {:.2f} | {} | {:.1f} | {} | {:.2g} | {:.1g} / {:.1g} |\n",
-                        row.model, row.arm, row.mesh.points.size(),
+                        row.model, row.contender, row.mesh.points.size(),
                         less(static_cast<double>(row.mesh.points.size()),
                              static_cast<double>(classic.mesh.points.size())),
                         row.mesh.triangles.size(), row.milliseconds,
                         less(row.milliseconds, classic.milliseconds), classic.milliseconds / row.milliseconds,
                         row.rough.points > 0 ? fmt::format("{:.4f}", row.rough.roughness) : "-",
-                        row.smallest_angle, row.apart.mean, row.apart.max);
+                        row.smallest_angle, row.distance.mean, row.distance.max);
     }
     return lines;
 }
@@ -143,14 +146,14 @@ constexpr const char* kSnappingHead =
     "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n";
 
 std::string snapping_line(const std::vector<Row>& rows) {
-    const Row& before = find_arm(rows, "Marrow");
-    const Row& after = find_arm(rows, "Marrow, snap 0.3");
+    const Row& before = find_contender(rows, "Marrow");
+    const Row& after = find_contender(rows, "Marrow, snap 0.3");
     return fmt::format(
         "| {} | {} | {} | {} | {:.2g} | {:.2g} | {:.4f} | {:.4f} | {:.3f} | {:.1f} |\n", before.model,
         before.mesh.points.size(), after.mesh.points.size(),
         less(static_cast<double>(after.mesh.points.size()), static_cast<double>(before.mesh.points.size())),
         before.smallest_angle, after.smallest_angle, before.rough.roughness, after.rough.roughness,
-        after.apart.max, after.milliseconds / before.milliseconds);
+        after.distance.max, after.milliseconds / before.milliseconds);
 }
 
 std::string file_name(std::string model) {
@@ -166,7 +169,7 @@ void run(const Settings& settings) {
     std::string table_1 = kTable1Head, table = kTableHead, snapping = kSnappingHead;
     std::string sources = "| model | cut from | samples | isovalue |\n| --- | --- | --- | --- |\n";
     for (const Model& model : models) {
-        std::vector<Row> rows = run_arms(model, settings.rounds);
+        std::vector<Row> rows = run_contenders(model, settings.rounds);
         measure_surfaces(rows);
         table_1 += table_1_line(rows);
         table += table_lines(rows);
@@ -175,7 +178,7 @@ void run(const Settings& settings) {
         sources += fmt::format("| {} | {} | {} x {} x {} | {} HU |\n", model.name, model.source, dims[0],
                                dims[1], dims[2], model.isovalue);
         if (settings.pictures)
-            draw_shaded_and_edges(find_arm(rows, "Marrow, normals").mesh, model.view,
+            draw_shaded_and_edges(find_contender(rows, "Marrow, normals").mesh, model.view,
                                   settings.out / file_name(model.name));
         fmt::print(stderr, "{}\n", model.name);
     }
@@ -194,16 +197,15 @@ int main(int argc, char** argv) {
     if (const char* data = std::getenv("MARROW_TEST_DATA")) settings.data = data;
     bool no_pictures = false;
     CLI::App app(
-        "Cuts the six models of Visutsak 2020 out of real scans, extracts each by every arm with one "
-        "thread,\n"
-        "and writes Table 1 as OUT/table.md and a picture of each model.");
-    app.add_option("OUT", settings.out, "a folder")->required();
+        "Cuts the six models of Visutsak 2020 out of real scans, extracts each with every contender and one\n"
+        "thread, and writes Table 1 as OUT/table.md and an image of each model.");
+    app.add_option("OUT", settings.out, "output folder")->required();
     app.add_option("--data", settings.data,
-                   "where vhf_head_ct and vhf_ankle_ct are; default: MARROW_TEST_DATA");
-    app.add_option("--rounds", settings.rounds, "counted rounds; medians are shown")
+                   "folder of vhf_head_ct and vhf_ankle_ct; default: MARROW_TEST_DATA");
+    app.add_option("--rounds", settings.rounds, "number of rounds; the results are medians")
         ->capture_default_str()
         ->check(CLI::PositiveNumber);
-    app.add_flag("--no-pictures", no_pictures, "the table alone, which needs no display");
+    app.add_flag("--no-pictures", no_pictures, "write only the table, which needs no display");
     CLI11_PARSE(app, argc, argv);
     settings.pictures = !no_pictures;
     try {

@@ -1,3 +1,4 @@
+// Lists the boxes of the models and cuts them out.
 #include "models.h"
 
 #include <algorithm>
@@ -10,7 +11,6 @@
 #include "cranium.h"
 
 namespace marrow::paper {
-
 namespace {
 
 namespace fs = std::filesystem;
@@ -43,12 +43,12 @@ const std::vector<Cut> kCranium{
 };
 
 Volume cut_out(const Volume& scan, const Cut& cut) {
-    if (scan.type() != SampleType::int16) throw InputError("the scan is not of int16 samples");
+    if (scan.type() != SampleType::int16) throw InputError("the scan must have int16 samples");
     const auto& dims = scan.geometry().dims;
     Geometry g = scan.geometry();
     Vec3d first{};
     for (std::size_t axis = 0; axis < 3; ++axis) {
-        if (cut.upper[axis] > dims[axis]) throw InputError(std::string(cut.name) + " lies beyond the scan");
+        if (cut.upper[axis] > dims[axis]) throw InputError(std::string(cut.name) + " is outside the scan");
         g.dims[axis] = cut.upper[axis] - cut.lower[axis];
         first[axis] = static_cast<double>(cut.lower[axis]);
     }
@@ -78,16 +78,16 @@ std::vector<Model> cut_models(const fs::path& data, std::vector<std::string>& no
         cut_from(read_scan(data / "vhf_head_ct"), "Visible Human Female, head CT, 1 mm", kVisibleHumanHead,
                  models);
     } else if (const std::optional<Volume> scan = bench::cranium()) {
-        notes.push_back("vhf_head_ct is not there: the models of the head are cut from Cranium instead");
+        notes.push_back("vhf_head_ct is not available, so the models of the head are cut from Cranium");
         cut_from(*scan, "Cranium (InVesalius), head CT, 0.96 x 0.96 x 1.5 mm", kCranium, models);
     } else {
-        throw IoError("there is neither vhf_head_ct in the data folder nor the package invesalius-examples");
+        throw IoError("no head scan; put vhf_head_ct into the data folder or install invesalius-examples");
     }
     if (has("vhf_ankle_ct")) {
         cut_from(read_scan(data / "vhf_ankle_ct"), "Visible Human Female, ankle CT, 1 mm", kVisibleHumanAnkle,
                  models);
     } else {
-        notes.push_back("vhf_ankle_ct is not there: the ankle is left out");
+        notes.push_back("vhf_ankle_ct is not available, so the ankle is omitted");
     }
     return models;
 }

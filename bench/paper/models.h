@@ -1,4 +1,4 @@
-/// The six models of Table 1 in Visutsak 2020, cut out of real scans.
+/// Cuts the six models of Table 1 in Visutsak 2020 out of real scans.
 #pragma once
 
 #include <filesystem>
@@ -14,12 +14,12 @@ struct Model {
     std::string source;  ///< the scan it is cut from
     Volume volume;
     double isovalue;
-    Vec3d view;  ///< from the model to who looks at it, LPS
+    Vec3d view;  ///< direction from the model to the camera, LPS
 };
 
-/// Cuts the models from vhf_head_ct and vhf_ankle_ct in the folder `data`, or those of the head from Cranium
-/// (invesalius-examples) where it has none; `notes` receives what is missing. \throw as read_scan; IoError
-/// where there is no scan at all.
+/// Cuts the models from vhf_head_ct and vhf_ankle_ct in the folder `data`. Without vhf_head_ct, it uses
+/// Cranium (invesalius-examples). Adds a note for each missing scan. \throw IoError without any head scan,
+/// and as read_scan
 std::vector<Model> cut_models(const std::filesystem::path& data, std::vector<std::string>& notes);
 
 }  // namespace marrow::paper

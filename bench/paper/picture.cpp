@@ -1,3 +1,4 @@
+// Renders a mesh with VTK.
 #include "picture.h"
 
 #include <vtkActor.h>
@@ -16,10 +17,9 @@
 #include <vtkWindowToImageFilter.h>
 
 namespace marrow::paper {
-
 namespace {
 
-constexpr int kWidth = 480, kHeight = 360;  // pixels, of each half
+constexpr int kWidth = 480, kHeight = 360;  // pixels of each half
 
 vtkSmartPointer<vtkPolyData> to_vtk(const Mesh& mesh) {
     vtkNew<vtkPoints> points;

@@ -1,4 +1,4 @@
-/// A picture as in Figure 13.
+/// Draws images like Figure 13 of Visutsak 2020.
 #pragma once
 
 #include <filesystem>
@@ -8,8 +8,8 @@
 
 namespace marrow::paper {
 
-/// Draws a mesh with normals twice beside each other, shaded and with its triangles' edges, to a PNG file.
-/// Needs an X display.
+/// Draws a mesh with normals twice, shaded and with the edges of its triangles, into a PNG file. Needs an X
+/// display.
 void draw_shaded_and_edges(const Mesh& mesh, const Vec3d& view, const std::filesystem::path& file);
 
 }  // namespace marrow::paper

@@ -10,17 +10,18 @@
 
 namespace marrow {
 
-/// Memory for large arrays. The first touch of each page is their largest cost, so they get huge pages, of which there
-/// are 512 times fewer, where the system grants them, and start and end with one.
+/// Memory for large arrays, aligned to huge pages. Touching a page for the first time is the largest cost of
+/// large arrays, and with huge pages there are 512 times fewer of them. Systems without huge pages use normal
+/// ones.
 struct MARROW_EXPORT PageAllocator {
-    /// Memory for `bytes`, uninitialized. \throw std::bad_alloc
+    /// Allocates `bytes` of uninitialised memory. \throw std::bad_alloc
     static void* allocate(std::size_t bytes);
-    /// Gives back what allocate() returned for the same number of bytes.
+    /// Frees what allocate() returned for the same number of bytes.
     static void deallocate(void* memory, std::size_t bytes) noexcept;
 };
 
-/// An allocator that leaves new elements uninitialised, so that output is touched once, by the thread that
-/// writes it.
+/// An allocator that leaves new elements uninitialised. So the output is touched only once, by the thread
+/// that writes it.
 template <class T>
 struct UninitializedAllocator {
     using value_type = T;
@@ -43,7 +44,7 @@ struct UninitializedAllocator {
     friend bool operator==(UninitializedAllocator, UninitializedAllocator) { return true; }
 };
 
-/// A std::vector whose resize() does not write. Elements must be written before they are read.
+/// A std::vector whose resize() leaves new elements uninitialised: write them before you read them.
 template <class T>
 using Buffer = std::vector<T, UninitializedAllocator<T>>;
 

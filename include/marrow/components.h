@@ -1,32 +1,34 @@
-/// Keeping some of the connected pieces of a mesh.
+/// Keeps some connected components of a mesh and drops the others.
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include <marrow/export.h>
 #include <marrow/mesh.h>
 
 namespace marrow {
 
-/// The connected piece of a mesh with the most triangles; the first of equals. Points, normals and triangles
-/// keep their order. Of a hollow object this is the outer shell alone: cavities are pieces of their own. \pre
-/// triangles name points that are there
-MARROW_EXPORT Mesh largest_component(const Mesh& mesh);
-
-/// Which shells of a mesh to keep; see keep_components.
+/// Which components keep_components keeps.
 struct ComponentOptions {
-    std::int64_t count = 0;  ///< so many pieces, those whose outer shells have the most triangles; 0: all
-    double min_volume = 0;   ///< mm^3; shells that enclose less go, specks and small cavities alike
-    bool cavities = true;    ///< keep the walls of hollows
+    /// Keep this many components: those with the most triangles, and the first of equals. Cavities do not
+    /// count. Not set: all.
+    std::optional<std::int64_t> count = {};
+    double min_volume = 0;  ///< mm^3; drop closed components and cavities that enclose less
+    bool cavities = true;   ///< keep cavities
+    int threads = 0;        ///< 0: all
 };
 
-/// The chosen pieces of a mesh; points, normals and triangles keep their order, and points without a triangle
-/// go.
+/// Returns the chosen components of a mesh. Points, normals and triangles keep their order. Points that no
+/// triangle uses are dropped.
 ///
-/// A shell is a set of triangles connected through shared points. A closed shell that encloses a negative
-/// volume is a cavity: it goes with the smallest piece around it, and alone it never stays. Every other shell
-/// is a piece. An open shell encloses no volume that could be compared, so min_volume and `cavities` leave it.
-/// In near-linear time. \throw InputError a negative count or volume, NaN, or triangles that name no point
+/// A component is a set of triangles that are connected through shared points. A closed component that faces
+/// inward is a cavity. It belongs to the smallest component around it, and `count` drops it together with
+/// that one. An open component encloses no volume, so `min_volume` and `cavities` do not apply to it.
+/// `{.count = 1, .cavities = false}` returns the largest component alone.
+///
+/// Takes nearly linear time. \throw InputError if `count` is below 1, if `min_volume` is negative or NaN, or
+/// if a triangle has an index out of range
 MARROW_EXPORT Mesh keep_components(const Mesh& mesh, const ComponentOptions& options);
 
 }  // namespace marrow

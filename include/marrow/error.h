@@ -1,4 +1,4 @@
-/// What Marrow throws.
+/// The exceptions that Marrow throws.
 #pragma once
 
 #include <stdexcept>
@@ -7,33 +7,34 @@
 
 namespace marrow {
 
-/// Base of every error that Marrow throws on purpose; what() is one line: what, where, what to do.
+/// The base of all errors that Marrow throws. what() is one line that says what is wrong, where, and what to
+/// do.
 struct MARROW_EXPORT Error : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
-/// A bad argument, or a file whose content is not what it should be.
+/// A bad argument, or a file whose content is damaged or not supported.
 struct MARROW_EXPORT InputError : Error {
     using Error::Error;
 };
 
-/// The content is readable but its geometry is ambiguous or would distort: several series, uneven slices, no
-/// spacing.
+/// The content is readable, but its geometry is ambiguous or would distort the result: several series, uneven
+/// slices, no spacing.
 struct MARROW_EXPORT GeometryError : InputError {
     using InputError::InputError;
 };
 
-/// The operating system said no: missing file, no permission, full disk.
+/// The operating system refused: missing file, no permission, full disk.
 struct MARROW_EXPORT IoError : Error {
     using Error::Error;
 };
 
-/// A result or an input beyond what can be represented: more than 2^32 - 1 points, not enough memory.
+/// An input or a result that is too large: more than 2^32 - 1 points, not enough memory.
 struct MARROW_EXPORT LimitError : Error {
     using Error::Error;
 };
 
-/// The progress callback asked to stop.
+/// The progress callback returned false, which stops the work.
 struct MARROW_EXPORT Cancelled : Error {
     Cancelled() : Error("cancelled") {}
 };

@@ -1,4 +1,4 @@
-/// Marks what a shared library exports; everything else is hidden.
+/// Marks what the shared libraries export. Everything else is hidden.
 #pragma once
 
 #define MARROW_EXPORT __attribute__((visibility("default")))

@@ -1,4 +1,4 @@
-/// How the samples of a volume are distributed, and the isovalue this suggests.
+/// The distribution of a volume's samples, and the isovalue that it suggests.
 #pragma once
 
 #include <cstdint>
@@ -11,22 +11,23 @@ namespace marrow {
 
 /// Counts of samples in equal bins from the smallest to the largest finite sample.
 struct Histogram {
-    double lower = 0;                     ///< smallest finite sample
-    double upper = 0;                     ///< largest finite sample; the last bin includes it
-    std::vector<std::int64_t> counts;     ///< empty where no sample is finite
+    double lower = 0;                     ///< the smallest finite sample
+    double upper = 0;                     ///< the largest finite sample, which is in the last bin
+    std::vector<std::int64_t> counts;     ///< empty if no sample is finite
     std::int64_t non_finite_samples = 0;  ///< NaN and infinite samples, which are in no bin
 };
 
-/// Counts the samples of a volume in `bins` bins. \throw InputError bad geometry or bins < 2.
+/// Counts the samples of a volume in `bins` bins, on one thread. \throw InputError a null view, bad geometry,
+/// or bins < 2
 MARROW_EXPORT Histogram histogram(const VolumeView& volume, int bins = 256);
 
-/// The isovalue that best parts the samples in two classes: the bin border with the largest variance between
-/// them (Otsu 1979); the middle one where several are equally good, as between two separate peaks. \throw
-/// InputError where fewer than two bins are occupied: there is nothing to part.
+/// The isovalue that best separates the samples into two classes: the border between bins with the largest
+/// variance between the classes (Otsu 1979). If several borders are equally good, as between two separate
+/// peaks, it is the middle one. \throw InputError fewer than two bins hold samples
 MARROW_EXPORT double otsu_isovalue(const Histogram& histogram);
 
-/// How far the means of the two classes that Otsu's method parts the samples in lie from each other, to within a bin: in CT
-/// about that of air and tissue. 0 where there is nothing to part.
+/// The distance between the means of the two classes that otsu_isovalue() separates, with the precision of a
+/// bin. In CT this is about the contrast between air and tissue. 0 if fewer than two bins hold samples
 MARROW_EXPORT double otsu_contrast(const Histogram& histogram);
 
 }  // namespace marrow

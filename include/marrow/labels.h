@@ -1,4 +1,4 @@
-/// Surfaces of label maps.
+/// Extracts the surfaces of the labels of a label map, such as a segmented CT scan.
 #pragma once
 
 #include <cstdint>
@@ -13,44 +13,55 @@
 namespace marrow {
 
 struct LabelOptions {
-    std::int64_t background = 0;  ///< the label that has no surface; beyond the volume there is nothing else
-    int relax = 40;               ///< passes of relaxation against stairs; 0: none
-    bool normals = true;          ///< a unit normal for each point, from the triangles around it
+    std::int64_t background = 0;  ///< the label that has no surface; it also surrounds the volume
+    int relax = 40;               ///< smoothing passes, which remove the steps between samples; 0: none
+    bool normals = true;          ///< compute a unit normal for each point
     int threads = 0;              ///< threads to use; 0: all
     Progress progress = {};       ///< called while extracting
 };
 
-/// The surface of the samples that have one label.
+/// The surface of the samples with one label.
 struct LabelSurface {
     std::int64_t label = 0;
     Mesh mesh;
 };
 
-/// Extracts one closed surface for each label of a map, in ascending order of labels, in a single pass over the samples.
+/// Extracts one closed surface for each label of a map, in ascending order of labels.
 ///
-/// A surface net: each cell between eight samples that holds a border has a point, and each grid edge between two labels a
-/// patch between the points of the four cells around it, which both labels' surfaces have, facing opposite ways. Points are
-/// moved to the middle of those they are joined with, again and again, but not out of their cells: stairs become slopes, and
-/// surfaces that meet still do, point for point. Where three labels meet, their common line is smoothed as a line.
+/// The method is a surface net. Each cell with a border between labels has a point. Each grid edge between
+/// two labels has a quad, whose corners are the points of the four cells around the edge. Both labels have
+/// this quad, facing opposite ways. Relaxation moves each point towards the mean of its neighbours, but not
+/// out of its cell: steps between samples become slopes, and neighbouring surfaces keep common points. A line
+/// where three labels meet is smoothed along the line.
 ///
-/// Each surface is closed and manifold. For that a cell has several points where borders pass through it without touching, and
-/// where a label's parts touch at an edge or corner of the grid they are separated: on a face with two labels across its
-/// diagonals, the parts of the larger label are. Parts of one label can touch at a point that it shares with two others.
+/// Each surface is manifold. For this, a cell with several separate borders has several points. Parts of a
+/// label that touch only at an edge or corner of the grid are separated; where two labels cross on a face of
+/// a cell (a b / b a), the parts of the larger label are. Parts of a label can still have points at the same
+/// position, where two other labels meet them.
 ///
-/// What a surface encloses is not the volume of its label's samples: points start amid the middles of the grid edges that the
-/// border crosses, which cuts corners off; relaxation gives some of that back to what is compact, and shrinks rods and specks by
-/// up to half a sample all round. Of a large organ that is a few hundredths, of what is one or two samples thick it can be most.
-/// count_labels tells what it should be.
-/// The order of points and triangles, and every bit of them, does not depend on `threads`.
+/// A surface does not enclose exactly the volume of its label's samples, which count_labels returns. The
+/// points begin near the middles of grid edges, which cuts off corners. Relaxation restores some volume of
+/// compact shapes, and shrinks rods and specks by up to half a sample on each side. A large organ loses a few
+/// hundredths of its volume; a structure of one or two samples can lose most of it.
 ///
-/// After Gibson 1998 (constrained elastic surface nets), Schaefer, Ju and Warren 2007 (manifold dual contouring).
-/// \throw InputError bad geometry, or samples that are no integers or have more than 65535 different values; LimitError more
-/// points than triangles can name; Cancelled
+/// A normal is the mean of the normals of the triangles around its point, weighted by area. The result does
+/// not depend on the number of threads.
+///
+/// After Gibson 1998 (constrained elastic surface nets), and Schaefer, Ju and Warren 2007 (manifold dual
+/// contouring).
+/// \throw InputError bad geometry, no samples, samples that are not integers, or more than 65535 different
+/// values; LimitError more points than triangles can name; Cancelled
 MARROW_EXPORT std::vector<LabelSurface> extract_labels(const VolumeView& map,
                                                        const LabelOptions& options = {});
 
-/// How many samples have each label, the background among them; `threads` 0: all. \throw InputError bad geometry, or samples
-/// that are no integers
-MARROW_EXPORT std::map<std::int64_t, std::int64_t> count_labels(const VolumeView& map, int threads = 0);
+struct LabelCountOptions {
+    int threads = 0;         ///< threads to use; 0: all
+    Progress progress = {};  ///< called while counting
+};
+
+/// Counts the samples of each label of a map, including the background.
+/// \throw InputError bad geometry, no samples, or samples that are not integers; Cancelled
+MARROW_EXPORT std::map<std::int64_t, std::int64_t> count_labels(const VolumeView& map,
+                                                                const LabelCountOptions& options = {});
 
 }  // namespace marrow

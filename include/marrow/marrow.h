@@ -1,4 +1,4 @@
-/// Marrow: from scans to surfaces. Includes everything.
+/// Includes all of Marrow: from scans to surfaces.
 #pragma once
 
 #include <marrow/atomic_file.h>

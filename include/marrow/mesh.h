@@ -1,4 +1,4 @@
-/// Triangle meshes.
+/// The triangle mesh that Marrow extracts, changes, measures and writes.
 #pragma once
 
 #include <array>
@@ -9,15 +9,14 @@
 
 namespace marrow {
 
+/// The indices of a triangle's points, counter-clockwise as seen from outside.
 using Triangle = std::array<std::uint32_t, 3>;
 
-/// A triangle mesh with shared points.
-/// Points are millimetres in the patient space of the volume (LPS). Triangles are indices into `points`,
-/// counter-clockwise seen from outside. `normals` has one unit vector a point, pointing outside, or is empty.
+/// A triangle mesh whose triangles share their points.
 struct Mesh {
-    Buffer<Vec3f> points;
-    Buffer<Vec3f> normals;
-    Buffer<Triangle> triangles;
+    Buffer<Vec3f> points;        ///< mm, in the patient space of the volume (LPS)
+    Buffer<Vec3f> normals;       ///< one outward unit vector per point, or empty
+    Buffer<Triangle> triangles;  ///< indices into `points`
 };
 
 }  // namespace marrow

@@ -1,4 +1,4 @@
-/// Whether a mesh is fit to be printed and measured.
+/// Checks whether a mesh is fit to be printed and measured.
 #pragma once
 
 #include <cstdint>
@@ -12,49 +12,56 @@
 namespace marrow {
 
 struct CheckOptions {
-    double min_wall = 0;  ///< mm; look for walls thinner than this; 0: do not
+    std::optional<double> min_wall = {};  ///< mm; find walls that are thinner; not set: do not look for them
+    int threads = 0;                      ///< 0: all
     Progress progress = {};
 };
 
-/// What check_mesh finds. Lengths are in the mesh's unit (mm). A triangle that names a point twice has no place
-/// in a surface: it counts as degenerate and nowhere else.
+/// The result of check_mesh(). Lengths are in the unit of the mesh (mm).
+/// A triangle with two equal indices counts only as degenerate. All other numbers ignore it.
 struct MeshCheck {
     MeshMeasures measures;
-    std::int64_t misoriented_edges = 0;     ///< that two triangles run in the same direction
-    std::int64_t nonmanifold_points = 0;    ///< whose triangles hang together only at the point itself
-    std::int64_t unused_points = 0;         ///< without a triangle
-    std::int64_t degenerate_triangles = 0;  ///< without area, or with a point named twice
-    std::int64_t cavities = 0;              ///< closed shells that face inward
-    /// Handles, of all shells together; nothing where the mesh is not closed, manifold and oriented.
+    std::int64_t misoriented_edges = 0;     ///< edges whose two triangles run in the same direction
+    std::int64_t nonmanifold_points = 0;    ///< points whose triangles form several fans
+    std::int64_t unused_points = 0;         ///< points without a triangle
+    std::int64_t degenerate_triangles = 0;  ///< triangles without area or with two equal indices
+    std::int64_t cavities = 0;              ///< closed components that face inward
+    /// The number of handles of all components. It is set if the mesh is closed, manifold and oriented.
     std::optional<std::int64_t> genus;
-    /// Pairs of triangles at which the surface passes through itself, decided exactly for the coordinates as they are: those
-    /// whose insides meet along a line, and those that meet along an edge of one or both where the surface goes on, behind
-    /// the edge, on the other side. Touching is no passing: in a point, along an edge with the rest on one side, or in a
-    /// common plane, as parts do that stand on each other. Neighbours that share an edge never count, those that share a
-    /// corner only where their insides meet.
+    /// Pairs of triangles at which the surface passes through itself. The decision is exact for the given
+    /// coordinates. A pair counts if the interiors of the triangles intersect along a line. It also counts if
+    /// they intersect along an edge of one or both, and the surface continues on the other side of that edge.
+    ///
+    /// Triangles that only touch do not count: in a point, along an edge with the surface on one side, or in
+    /// a common plane. Triangles that share an edge never count. Triangles that share one corner count only
+    /// if their interiors intersect.
     std::int64_t self_intersections = 0;
-    /// Triangles whose middle is nearer than min_wall to where a ray inwards leaves the object again, their
-    /// area, and the least of those distances; 0 where there are none.
+    /// Triangles with a thin wall: a ray from the centre of the triangle into the object leaves the object
+    /// after less than `min_wall`.
     std::int64_t thin_triangles = 0;
-    double thin_area = 0;
-    double thinnest_wall = 0;
+    double thin_area = 0;                 ///< mm^2; the area of these triangles
+    std::optional<double> thinnest_wall;  ///< mm; the shortest of these rays; not set without thin triangles
 
     bool is_closed() const { return measures.triangles > 0 && measures.boundary_edges == 0; }
-    /// Along edges and at points.
+    /// Whether edges and points are manifold. Misoriented edges are allowed.
     bool is_manifold() const {
         return measures.nonmanifold_edges == misoriented_edges && nonmanifold_points == 0;
     }
-    /// Neighbours agree, and the whole faces outward.
+    /// Whether neighbouring triangles agree in orientation and a closed mesh faces outward.
     bool is_oriented() const { return misoriented_edges == 0 && (!is_closed() || measures.volume > 0); }
-    /// Nothing that a slicer would have to repair, and no wall too thin.
+    /// Whether no wall is too thin and a slicer has nothing to repair.
     bool is_sound() const {
         return is_closed() && is_manifold() && is_oriented() && self_intersections == 0 &&
                degenerate_triangles == 0 && thin_triangles == 0;
     }
 };
 
-/// Checks a mesh. \throw InputError where a triangle names a point that is not there or a coordinate is not
-/// finite, a min_wall that is negative or NaN; LimitError 2^32 triangles; Cancelled.
+/// Checks a mesh. The result is the same for any number of threads.
+///
+/// \throw InputError if a triangle has an index out of range, if a coordinate is not finite, or if `min_wall`
+/// is negative or NaN
+/// \throw LimitError if the mesh has 2^32 triangles or more
+/// \throw Cancelled if `progress` returns false
 MARROW_EXPORT MeshCheck check_mesh(const Mesh& mesh, const CheckOptions& options = {});
 
 }  // namespace marrow

@@ -1,4 +1,4 @@
-/// How long work reports how far it is, and how it is stopped.
+/// How long tasks report their progress, and how they are cancelled.
 #pragma once
 
 #include <functional>
@@ -7,13 +7,9 @@
 
 namespace marrow {
 
-/// Called now and then with the fraction done, from 0 to 1; returns false to stop the work.
-/// It may be called from worker threads, but never from two at once. The work then throws Cancelled.
+/// Called from time to time with the fraction of the work that is done, from 0 to 1. The fraction never
+/// decreases. If it returns false, the work stops and throws Cancelled. It may be called from worker threads,
+/// but never from two at the same time.
 using Progress = std::function<bool(double fraction)>;
-
-/// Reports to `progress` where there is one. \throw Cancelled when it returns false.
-inline void report(const Progress& progress, double fraction) {
-    if (progress && !progress(fraction)) throw Cancelled();
-}
 
 }  // namespace marrow

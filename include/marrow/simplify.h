@@ -1,8 +1,8 @@
-/// Reducing the number of triangles of a mesh.
+/// Reduces the number of triangles of a mesh.
 #pragma once
 
 #include <cstdint>
-#include <limits>
+#include <optional>
 
 #include <marrow/export.h>
 #include <marrow/measure.h>
@@ -11,29 +11,37 @@
 
 namespace marrow {
 
+/// When to stop. With both limits, simplify stops at the first that it reaches. With neither, it goes on
+/// until no edge can be collapsed.
 struct SimplifyOptions {
-    std::int64_t triangles = 0;  ///< stop where no more than so many are left
-    /// mm; how far the two surfaces may lie apart, as mesh_distance measures it. With 0 triangles this alone
-    /// says where to stop.
-    double max_error = std::numeric_limits<double>::infinity();
+    std::optional<std::int64_t> triangles = {};  ///< stop when this many triangles or fewer are left
+    std::optional<double> max_error = {};        ///< mm; the largest allowed MeshDistance::max
+    int threads = 0;                             ///< 0: all
     Progress progress = {};
 };
 
 struct SimplifyStats {
-    MeshDistance deviation;   ///< of the result from the mesh, as mesh_distance measures it
-    bool backed_off = false;  ///< no result kept the error or the topology: the mesh is as it was
+    MeshDistance deviation;  ///< mesh_distance between the mesh and the result
+    bool backed_off =
+        false;  ///< the mesh is unchanged: every result exceeded the error or changed the topology
 };
 
-/// Takes triangles off a mesh where they matter least, by collapsing edges in the order of their quadric error.
+/// Reduces the triangles of a mesh by collapsing edges in the order of their quadric error.
 /// After Garland and Heckbert 1997.
 ///
-/// Topology stays: a closed, manifold mesh gives a closed, manifold one with the same pieces, cavities and
-/// handles; so no piece vanishes, and a piece of few triangles may keep the result above `triangles`. Points on
-/// open or non-manifold edges stay. With max_error the result is measured, and made again with less freedom
-/// where it lies too far away, until it keeps the error everywhere. Normals, where there are any, become those
-/// of the triangles. Without max_error and `stats` nothing is measured, which is faster. The same bits for any
-/// number of threads. \throw InputError negative triangles, a max_error that is not positive, triangles that name
-/// no point; LimitError 2^30 triangles; Cancelled
+/// The topology does not change: a closed, manifold mesh stays closed and manifold, with the same components,
+/// cavities and handles. No component vanishes, so the result may have more than `triangles` triangles.
+/// Points on open or non-manifold edges stay. If the mesh has normals, they are computed again from the
+/// triangles. The result has the same bits for any number of threads.
+///
+/// With `max_error`, simplify measures the result. If the error is too large, it starts again with stricter
+/// limits, until the error is kept everywhere. Without `max_error` and `stats` it measures nothing, which is
+/// faster.
+///
+/// \throw InputError if `triangles` is negative, if `max_error` is not positive, or if a triangle has an
+/// index out of range
+/// \throw LimitError if the mesh has 2^30 triangles or more
+/// \throw Cancelled if `progress` returns false
 MARROW_EXPORT Mesh simplify(const Mesh& mesh, const SimplifyOptions& options, SimplifyStats* stats = nullptr);
 
 }  // namespace marrow

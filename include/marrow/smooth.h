@@ -1,4 +1,4 @@
-/// Smoothing a mesh without shrinking it.
+/// Smooths a mesh without shrinking it.
 #pragma once
 
 #include <cstdint>
@@ -12,29 +12,36 @@
 namespace marrow {
 
 struct SmoothOptions {
-    /// The filter's degree: how many rings of neighbours take part. More make it sharper.
+    /// The degree of the filter: a point depends on this many rings of neighbours. A higher degree cuts more
+    /// sharply between the frequencies that it keeps and those that it removes.
     int iterations = 20;
-    /// What passes: the filter keeps shapes whose spatial frequency k is below, 0 < k < 2. On an even mesh of
-    /// edge length h a wave of length L has k = (2 pi h / L)^2 / 4, so 0.1 keeps waves from about 10 edges on.
+    /// The filter keeps shapes whose spatial frequency k is lower than this; 0 < pass_band < 2. On an even
+    /// mesh with edge length h, a wave of length L has k = (2 pi h / L)^2 / 4. So 0.1 keeps waves that are
+    /// longer than about 10 edges.
     double pass_band = 0.1;
-    /// Geometry::index_to_physical() of the volume that the mesh was extracted from: each point then stays
-    /// within half a sample of where it was along each index axis.
+    /// Geometry::index_to_physical() of the volume that the mesh was extracted from. If it is set, each point
+    /// moves at most half a sample along each index axis.
     std::optional<Mat3d> bound = {};
+    int threads = 0;  ///< 0: all
     Progress progress = {};
 };
 
 struct SmoothStats {
-    std::int64_t restored_shells = 0;  ///< closed shells left unsmoothed, since they would have gone
+    std::int64_t restored_components = 0;  ///< closed components that were left unsmoothed
 };
 
-/// Takes noise and steps off a mesh by a windowed sinc filter over its edges, which does not shrink it as
-/// averaging does. After Taubin, Zhang and Golub 1996.
+/// Removes noise and steps from a mesh with a windowed sinc filter over its edges.
+/// Unlike averaging, this filter does not shrink the mesh.
+/// After Taubin, Zhang and Golub 1996.
 ///
-/// Points move and triangles stay, so that the surface is as closed and manifold as before. Points on open or
-/// non-manifold edges stay where they are. A shell whose volume would change by more than half, a speck of a
-/// few samples, keeps its shape. Normals, where there are any, become those of the triangles. The same bits
-/// for any number of threads. \throw InputError negative iterations, a pass band outside its range, a singular
-/// bound, triangles that name no point; Cancelled
+/// Only points move, so the surface stays as closed and as manifold as it was. Points on open or non-manifold
+/// edges do not move. A closed component keeps its shape if its volume would change by more than half; this
+/// happens to specks of a few samples. If the mesh has normals, they are computed again from the triangles.
+/// The result has the same bits for any number of threads.
+///
+/// \throw InputError if `iterations` is negative, if `pass_band` is outside its range, if `bound` is
+/// singular, or if a triangle has an index out of range
+/// \throw Cancelled if `progress` returns false
 MARROW_EXPORT Mesh smooth(const Mesh& mesh, const SmoothOptions& options = {}, SmoothStats* stats = nullptr);
 
 }  // namespace marrow

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 
 #include <marrow/export.h>
@@ -17,36 +18,43 @@ namespace marrow {
 struct SliceSource {
     Geometry geometry;
     SampleType type = SampleType::uint8;
-    /// Reads slices [z_begin, z_end) as they lie in a VolumeView. Called from one thread; what it throws ends the work.
+    /// Writes slices [z_begin, z_end) to `samples`, in the order of a VolumeView. It is called from one
+    /// thread. An exception that it throws ends the extraction.
     std::function<void(std::int64_t z_begin, std::int64_t z_end, void* samples)> read;
 };
 
-/// A run of a surface's points and of its triangles, which are numbered through the whole surface. The points hold all
-/// that the triangles name; parts overlap in points, which are then the same.
+/// A part of a surface. Points and triangles are numbered through the whole surface, and each part holds a
+/// range of both. A part has all points that its triangles name. Consecutive parts overlap in points, which
+/// are equal in both.
 struct SurfacePart {
-    std::uint64_t first_point = 0;
+    std::uint64_t first_point = 0;  ///< the number of points[0] in the whole surface
     std::span<const Vec3f> points;
-    std::span<const Vec3f> normals;  ///< empty without normals
-    std::uint64_t first_triangle = 0;
+    std::span<const Vec3f> normals;    ///< as many as points; empty without normals
+    std::uint64_t first_triangle = 0;  ///< the number of triangles[0] in the whole surface
     std::span<const Triangle> triangles;
 };
 
-/// Takes a surface in parts.
+/// Receives a surface in parts.
 struct SurfaceSink {
-    /// Called first, with the size of the whole; normals: whether parts will have them.
+    /// Called first, with the numbers of points and triangles of the whole surface, and whether parts have
+    /// normals.
     std::function<void(std::uint64_t points, std::uint64_t triangles, bool normals)> begin;
-    /// Called with each part, in order. Its memory is taken back afterwards.
+    /// Called with each part, in order. The part's arrays are valid during the call only.
     std::function<void(const SurfacePart& part)> part;
 };
 
 struct SlabLimits {
-    std::size_t memory = std::size_t{1} << 30;  ///< bytes to stay within, all arrays together
-    std::int64_t slices = 0;                    ///< most slices at a time; 0: as many as memory allows
+    std::size_t memory = std::size_t{1} << 30;  ///< bytes that all arrays together may take
+    std::optional<std::int64_t> slices = {};    ///< most slices in a slab; not set: as many as fit in memory
 };
 
-/// As extract_isosurface, with only a slab of the volume and of the surface in memory at a time. The volume is read twice:
-/// first to count, so that the size of the whole is known before its first part. The points and triangles are byte for byte
-/// those of extract_isosurface. \throw as extract_isosurface, and LimitError where limits.memory is too little
+/// Extracts a surface as extract_isosurface does, with only a slab of the volume and of the surface in memory
+/// at a time.
+///
+/// The volume is read twice. The first reading counts, so that the sink learns the size of the surface before
+/// it gets the first part. Points, normals and triangles are byte for byte those of extract_isosurface.
+/// `options.snap` must be 0. \throw InputError as extract_isosurface, or a function of the source or the sink
+/// is missing; LimitError as extract_isosurface, or limits.memory is too little; Cancelled
 MARROW_EXPORT void extract_isosurface_in_slabs(const SliceSource& source, double isovalue,
                                                const SurfaceSink& sink, const SlabLimits& limits,
                                                const IsosurfaceOptions& options = {},

@@ -1,4 +1,4 @@
-/// Vectors and matrices of three dimensions.
+/// Three-dimensional vectors and matrices.
 #pragma once
 
 #include <array>
@@ -30,6 +30,13 @@ using Vec3f = Vec3<float>;
 using Vec3d = Vec3<double>;
 using Mat3d = std::array<Vec3d, 3>;  ///< m[row][column]
 
+constexpr Vec3d to_double(const Vec3f& v) {
+    return {v[0], v[1], v[2]};
+}
+constexpr Vec3f to_float(const Vec3d& v) {
+    return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
+}
+
 constexpr Vec3d operator+(const Vec3d& a, const Vec3d& b) {
     return {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
 }
@@ -57,6 +64,11 @@ constexpr Vec3d operator*(const Mat3d& m, const Vec3d& v) {
 }
 constexpr double determinant(const Mat3d& m) {
     return dot(column(m, 0), cross(column(m, 1), column(m, 2)));
+}
+/// The cofactors: determinant(m) times the transpose of the inverse. They map normals as m maps positions,
+/// except for their length; where m mirrors, they turn normals over.
+constexpr Mat3d cofactors(const Mat3d& m) {
+    return {cross(m[1], m[2]), cross(m[2], m[0]), cross(m[0], m[1])};
 }
 /// The inverse, by Cramer's rule. \pre determinant(m) is not 0
 constexpr Mat3d inverse(const Mat3d& m) {

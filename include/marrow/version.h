@@ -1,4 +1,4 @@
-/// The version of Marrow that these headers belong to.
+/// The version of Marrow.
 #pragma once
 
 #define MARROW_VERSION_MAJOR 0

@@ -1,4 +1,4 @@
-/// Sampled volumes: where the samples lie in space, and the samples themselves.
+/// Sampled volumes: samples on a regular grid, and the position of the grid in space.
 #pragma once
 
 #include <array>
@@ -41,15 +41,38 @@ constexpr SampleType sample_type_of() {
     }
 }
 
-/// Where the samples of a volume lie: sample (i, j, k) is at origin + direction * (spacing .* (i, j, k)).
-/// Physical space is LPS millimetres (x to the patient's left, y to posterior, z to superior), as in DICOM
+/// Calls f with a value of the C++ type that `type` stands for, and returns what f returns. \pre `type` is
+/// valid
+template <class F>
+decltype(auto) visit_sample_type(SampleType type, F&& f) {
+    switch (type) {
+        case SampleType::uint8:
+            return f(std::uint8_t{});
+        case SampleType::int8:
+            return f(std::int8_t{});
+        case SampleType::uint16:
+            return f(std::uint16_t{});
+        case SampleType::int16:
+            return f(std::int16_t{});
+        case SampleType::int32:
+            return f(std::int32_t{});
+        case SampleType::float32:
+            return f(float{});
+        case SampleType::float64:
+            break;
+    }
+    return f(double{});
+}
+
+/// The position of a volume's samples in space: sample (i, j, k) is at origin + direction * (spacing .* (i,
+/// j, k)). Physical space is LPS in mm (x to the patient's left, y to posterior, z to superior), as in DICOM
 /// and ITK.
 struct MARROW_EXPORT Geometry {
     std::array<std::int64_t, 3> dims{0, 0, 0};  ///< samples along i, j, k; i is fastest in memory
     Vec3d spacing{1, 1, 1};  ///< mm between neighbouring samples along each index axis, > 0
     Vec3d origin{0, 0, 0};   ///< position of sample (0, 0, 0)
-    /// Column a is the unit vector of index axis a. It need not be orthogonal (a tilted gantry shears it) and
-    /// may mirror.
+    /// Column a is the unit vector of index axis a. The columns need not be orthogonal (a tilted gantry
+    /// shears them), and the matrix may mirror.
     Mat3d direction{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
 
     /// direction * diag(spacing): the linear part of index -> physical.
@@ -60,14 +83,16 @@ struct MARROW_EXPORT Geometry {
     std::int64_t sample_count() const { return dims[0] * dims[1] * dims[2]; }
 };
 
-/// \throw InputError where dims are negative or overflow, spacing is not positive and finite, the origin is
-/// not finite, the direction is singular, or a corner lies beyond what float32 holds.
+/// Checks that a geometry can be worked with. \throw InputError dims that are negative or overflow, a spacing
+/// that is not positive and finite, an origin that is not finite, a singular direction, or a corner beyond
+/// the range of float32
 MARROW_EXPORT void check_geometry(const Geometry& geometry);
 
 class Volume;
 
-/// A borrowed volume: geometry and a pointer to dims[2] * dims[1] * dims[0] samples, x fastest, without
-/// padding. The samples must outlive the view.
+/// A borrowed volume: its geometry, and a pointer to dims[2] * dims[1] * dims[0] samples, x fastest, without
+/// padding. The samples must outlive the view. Functions throw InputError for a view with samples whose
+/// pointer is null.
 struct MARROW_EXPORT VolumeView {
     VolumeView() = default;
     template <class T>
@@ -84,17 +109,17 @@ struct MARROW_EXPORT VolumeView {
 class MARROW_EXPORT Volume {
   public:
     Volume() = default;
-    /// Allocates, uninitialised. \throw InputError as check_geometry, LimitError where the memory is not to
-    /// be had.
+    /// Allocates the samples, which are uninitialised. \throw InputError as check_geometry; LimitError not
+    /// enough memory
     Volume(const Geometry& geometry, SampleType type);
 
     const Geometry& geometry() const { return geometry_; }
-    /// Moves the volume in space. \pre the same dims. \throw InputError as check_geometry.
+    /// Moves the volume in space. \throw InputError as check_geometry, or other dims than before
     void set_geometry(const Geometry& geometry);
     SampleType type() const { return type_; }
     const void* data() const { return samples_.data(); }
     void* data() { return samples_.data(); }
-    /// The samples as T. \pre T is the volume's sample type.
+    /// The samples. \pre T is the volume's sample type
     template <class T>
     const T* samples() const {
         return reinterpret_cast<const T*>(samples_.data());

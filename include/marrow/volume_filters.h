@@ -1,4 +1,4 @@
-/// What is done to a volume before a surface is extracted from it.
+/// Filters that prepare a volume for extraction: crop, median, blur, resample.
 #pragma once
 
 #include <array>
@@ -10,7 +10,7 @@
 
 namespace marrow {
 
-/// A box with sides along the axes of a space.
+/// A box whose sides are parallel to the axes of physical space (LPS, mm).
 struct Box {
     Vec3d lower, upper;
 };
@@ -20,34 +20,38 @@ struct FilterOptions {
     Progress progress = {};  ///< called while filtering
 };
 
-/// The samples from `first` to `last`, both included, where they were in space. \throw InputError a range that
-/// is empty or leaves the volume
+// All filters throw InputError on a null view and on bad geometry.
+
+/// Copies the samples from index `first` to index `last`, both included. They keep their positions in space.
+/// \throw InputError a range that is empty or leaves the volume
 MARROW_EXPORT Volume crop(const VolumeView& volume, const std::array<std::int64_t, 3>& first,
                           const std::array<std::int64_t, 3>& last);
 
-/// The smallest block of samples that holds all of the volume's samples in `box`, in patient space (LPS mm).
-/// Where the volume's axes run along those of the patient, these are the samples in the box; an oblique volume
-/// keeps more, since it cannot be cut across its axes. \throw InputError where box and volume have nothing in
-/// common, or the box's ends are in the wrong order
+/// Copies the smallest block of samples that holds all of the volume's samples in `box`. If the volume's axes
+/// are parallel to those of physical space, these are exactly the samples in the box. An oblique volume keeps
+/// more, because it can be cut only along its own axes. \throw InputError no sample lies in the box, or lower
+/// > upper
 MARROW_EXPORT Volume crop(const VolumeView& volume, const Box& box);
 
-/// Each sample becomes the median of those up to `radius` samples away along each axis, 2 radius + 1 a side,
-/// as far as they lie in the volume; the higher of two middle ones. Takes off single noisy samples and keeps
-/// edges. NaN is left out, and stays NaN itself. \throw InputError a radius outside 1 to 16; Cancelled
+/// Replaces each sample by the median of the samples up to `radius` away along each axis: a window of 2
+/// radius + 1 samples a side, cut off at the volume's border. If their number is even, it is the higher of
+/// the two middle ones. It removes single noisy samples and keeps edges. NaN is left out of the windows and
+/// stays NaN. \throw InputError a radius that is not 1 to 16; Cancelled
 MARROW_EXPORT Volume median_filter(const VolumeView& volume, int radius, const FilterOptions& options = {});
 
-/// Convolves with a Gaussian of standard deviation `sigma` mm, cut at four of them; at the volume's border with
-/// the part of it that lies inside. The result is float32, float64 of int32 and float64: rounding to integers
-/// would bring the steps back. Infinite and NaN samples are left out, and become NaN. \throw InputError a sigma
-/// that is not positive and finite; Cancelled
+/// Blurs with a Gaussian of standard deviation `sigma` mm, cut off at four standard deviations. At the border
+/// the weights inside the volume are scaled to the sum 1. The result is float32, or float64 for int32 and
+/// float64, because rounding to integers would bring back steps. Infinite and NaN samples have no weight and
+/// become NaN. \throw InputError a sigma that is not positive and finite; Cancelled
 MARROW_EXPORT Volume gaussian_filter(const VolumeView& volume, double sigma,
                                      const FilterOptions& options = {});
 
-/// Resamples to `spacing` mm along all three axes, from the same first sample to the last that still lies
-/// within the volume, by cubic convolution (Keys 1981): it keeps the samples that it meets, and an axis that
-/// has the spacing already. Does not blur: to a coarser spacing, use gaussian_filter first. The result's type
-/// is as gaussian_filter's; NaN spreads to what is interpolated from it. \throw InputError a spacing that is
-/// not positive and finite, LimitError more than 2^30 samples along an axis or no memory; Cancelled
+/// Resamples to `spacing` mm along all three axes by cubic convolution (Keys 1981). The first sample stays;
+/// the last is the last one within the volume. New samples at positions of old ones keep their values, and an
+/// axis that already has the spacing does not change. It does not blur: before a coarser spacing, call
+/// gaussian_filter. The result has the sample type that gaussian_filter gives. NaN spreads to the samples
+/// that are interpolated from it. \throw InputError a spacing that is not positive and finite; LimitError
+/// more than 2^30 samples along an axis, or not enough memory; Cancelled
 MARROW_EXPORT Volume resample_isotropic(const VolumeView& volume, double spacing,
                                         const FilterOptions& options = {});
 

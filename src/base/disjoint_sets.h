@@ -1,4 +1,4 @@
-/// Disjoint sets of the numbers 0 to n - 1, kept as an array of parents: union-find with path halving.
+/// Disjoint sets of the numbers 0 to n - 1 in an array of parents (union-find with path halving).
 ///
 /// The caller owns the array, which begins as parents[i] = i. The lowest number of a set represents it.
 #pragma once

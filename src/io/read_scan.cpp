@@ -7,6 +7,7 @@
 
 #include <marrow/error.h>
 
+#include "base/progress.h"
 #include "io/bytes/byte_stream.h"
 #include "io/bytes/text.h"
 #include "io/dicom/data_set.h"
@@ -75,7 +76,7 @@ std::vector<fs::path> files_in(const fs::path& folder, bool nested) {
 std::vector<fs::path> dicom_among(const std::vector<fs::path>& files, const Progress& progress) {
     std::vector<fs::path> dicom, truncated;
     for (const fs::path& file : files) {
-        report(progress, 0);  // a folder may have many files on a slow disk
+        internal::report_progress(progress, 0);  // a folder may have many files on a slow disk
         const std::string head = read_head(file, kHeadSize);
         if (is_dicom(head))
             dicom.push_back(file);

@@ -1,4 +1,4 @@
-/// What every measure asks of a mesh.
+/// The check that every function on meshes begins with: that the triangles' indices are in range.
 #pragma once
 
 #include <string>
@@ -8,13 +8,14 @@
 
 namespace marrow::internal {
 
-/// \throw InputError where a triangle names a point that is not there.
-inline void check_triangles(const Mesh& mesh) {
+/// \throw InputError if a triangle has an index out of range
+inline void check_indices(const Mesh& mesh) {
     for (const Triangle& t : mesh.triangles) {
-        for (std::uint32_t p : t) {
-            if (p >= mesh.points.size())
-                throw InputError("mesh: a triangle names point " + std::to_string(p) +
-                                 ", which is not there");
+        for (const std::uint32_t p : t) {
+            if (p < mesh.points.size()) continue;
+            throw InputError("mesh: a triangle refers to point " + std::to_string(p) +
+                             ", but there are only " + std::to_string(mesh.points.size()) +
+                             " points, numbered from 0");
         }
     }
 }

@@ -1,17 +1,19 @@
-// Mean curvature at points, and roughness: how it varies within a local window.
-#include <tbb/blocked_range.h>
+// Computes the mean curvature at points, and roughness from its variation within windows.
 #include <tbb/enumerable_thread_specific.h>
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
+#include <vector>
 
 #include <marrow/error.h>
 #include <marrow/measure.h>
 
+#include "base/parallel.h"
 #include "check_indices.h"
+#include "for_each_range.h"
+#include "triangle_corners.h"
 #include "vertex_triangles.h"
-#include "vector.h"
 
 namespace marrow {
 
@@ -19,20 +21,20 @@ using namespace internal;
 
 namespace {
 
-// Whether the triangles round a point leave no gap: every neighbour is entered once and left once.
-bool is_closed(const Triangle* begin, const Triangle* end) {
-    std::vector<std::uint32_t> entered, left;
+// Whether the triangles at a point close around it: each neighbour begins one triangle and ends one.
+bool is_closed_fan(const Triangle* begin, const Triangle* end) {
+    std::vector<std::uint32_t> firsts, seconds;
     for (const Triangle* t = begin; t != end; ++t) {
-        left.push_back((*t)[1]);
-        entered.push_back((*t)[2]);
+        firsts.push_back((*t)[1]);
+        seconds.push_back((*t)[2]);
     }
-    std::sort(left.begin(), left.end());
-    std::sort(entered.begin(), entered.end());
-    return begin != end && left == entered && std::adjacent_find(left.begin(), left.end()) == left.end();
+    std::sort(firsts.begin(), firsts.end());
+    std::sort(seconds.begin(), seconds.end());
+    return begin != end && firsts == seconds &&
+           std::adjacent_find(firsts.begin(), firsts.end()) == firsts.end();
 }
 
-// A corner's part of its triangle: the Voronoi region where the triangle is not obtuse, else half or a
-// quarter.
+// The share of corner p in its triangle: its Voronoi region, or half or a quarter of an obtuse triangle.
 double mixed_area(const Vec3d& p, const Vec3d& q, const Vec3d& r, double area) {
     const double at_p = dot(q - p, r - p), at_q = dot(r - q, p - q), at_r = dot(p - r, q - r);
     if (at_p < 0) return area / 2;
@@ -43,55 +45,66 @@ double mixed_area(const Vec3d& p, const Vec3d& q, const Vec3d& r, double area) {
 
 struct PointCurvature {
     double curvature = std::numeric_limits<double>::quiet_NaN();  // 1/mm
-    double area = 0;                                              // mm^2; 0 where there is no curvature
+    double area = 0;                                              // mm^2; 0 if there is no curvature
 };
 
 PointCurvature curvature_at(const Mesh& mesh, const Triangle* begin, const Triangle* end) {
-    if (!is_closed(begin, end)) return {};
+    if (!is_closed_fan(begin, end)) return {};
     Vec3d gradient{0, 0, 0}, normal{0, 0, 0};
     double area = 0;
     for (const Triangle* t = begin; t != end; ++t) {
-        const Corners corners(mesh, *t);
-        const Vec3d n = cross(corners.b - corners.a, corners.c - corners.a);
+        const TriangleCorners corners = corners_of(mesh, *t);
+        const Vec3d n = scaled_normal(corners);
         const double twice_area = length(n);
         if (!(twice_area > 0)) continue;
-        // Half the opposite edge, turned in the triangle's plane: finite however thin the triangle.
-        gradient = gradient + (0.5 / twice_area) * cross(n, corners.c - corners.b);
+        // Half the opposite edge, rotated in the plane of the triangle. It is finite for thin triangles too.
+        gradient = gradient + (0.5 / twice_area) * cross(n, corners[2] - corners[1]);
         normal = normal + n;
-        area += mixed_area(corners.a, corners.b, corners.c, twice_area / 2);
+        area += mixed_area(corners[0], corners[1], corners[2], twice_area / 2);
     }
     const double weight = length(normal);
     if (!(area > 0) || !(weight > 0)) return {};
     return {dot(gradient, normal) / (weight * 2 * area), area};
 }
 
-std::vector<PointCurvature> curvatures(const Mesh& mesh, const Fans& fans) {
+constexpr std::size_t kPointsPerRange = 1024;
+
+std::vector<PointCurvature> curvatures(const Mesh& mesh, const VertexTriangles& vertex_triangles,
+                                       const Progress& progress, double begin, double end) {
     std::vector<PointCurvature> result(mesh.points.size());
-    tbb::parallel_for(std::size_t{0}, result.size(),
-                      [&](std::size_t p) { result[p] = curvature_at(mesh, fans.begin(p), fans.end(p)); });
+    for_each_range(result.size(), kPointsPerRange, progress, begin, end,
+                   [&](std::size_t first, std::size_t last) {
+                       for (std::size_t p = first; p < last; ++p)
+                           result[p] = curvature_at(mesh, vertex_triangles.begin(p), vertex_triangles.end(p));
+                   });
     return result;
 }
 
-// The mean curvature of the points that are reached from one without leaving its window.
-class Window {
+// Averages the mean curvature over the windows of points. Each thread needs its own.
+class WindowMean {
   public:
-    Window(const Mesh& mesh, const Fans& fans, const std::vector<PointCurvature>& points, double radius)
-        : mesh_(mesh), fans_(fans), points_(points), radius_(radius), seen_(mesh.points.size(), kNone) {}
+    WindowMean(const Mesh& mesh, const VertexTriangles& vertex_triangles,
+               const std::vector<PointCurvature>& points, double radius)
+        : mesh_(mesh),
+          vertex_triangles_(vertex_triangles),
+          points_(points),
+          radius_(radius),
+          reached_from_(mesh.points.size(), kNone) {}
 
-    double mean_round(std::uint32_t centre) {
-        const Vec3d middle = to_double(mesh_.points[centre]);
+    double operator()(std::uint32_t centre) {
+        const Vec3d position = to_double(mesh_.points[centre]);
         double sum = 0, area = 0;
-        reached_.assign(1, centre);
-        seen_[centre] = centre;
-        for (std::size_t i = 0; i < reached_.size(); ++i) {
-            const std::uint32_t p = reached_[i];
+        window_.assign(1, centre);
+        reached_from_[centre] = centre;
+        for (std::size_t i = 0; i < window_.size(); ++i) {
+            const std::uint32_t p = window_[i];
             sum += points_[p].area * points_[p].curvature;
             area += points_[p].area;
-            for (const Triangle* t = fans_.begin(p); t != fans_.end(p); ++t) {
-                const std::uint32_t next = (*t)[1];  // of a closed fan, every neighbour once
-                if (seen_[next] == centre || points_[next].area == 0) continue;
-                seen_[next] = centre;
-                if (length(to_double(mesh_.points[next]) - middle) <= radius_) reached_.push_back(next);
+            for (const Triangle* t = vertex_triangles_.begin(p); t != vertex_triangles_.end(p); ++t) {
+                const std::uint32_t next = (*t)[1];  // in a closed fan, this visits every neighbour once
+                if (reached_from_[next] == centre || points_[next].area == 0) continue;
+                reached_from_[next] = centre;
+                if (length(to_double(mesh_.points[next]) - position) <= radius_) window_.push_back(next);
             }
         }
         return sum / area;
@@ -101,44 +114,18 @@ class Window {
     static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
     const Mesh& mesh_;
-    const Fans& fans_;
+    const VertexTriangles& vertex_triangles_;
     const std::vector<PointCurvature>& points_;
     const double radius_;
-    std::vector<std::uint32_t> seen_;  // the last centre that came by
-    std::vector<std::uint32_t> reached_;
+    std::vector<std::uint32_t> reached_from_;  // of each point: the last centre whose search reached it
+    std::vector<std::uint32_t> window_;        // kept for its memory
 };
 
-}  // namespace
-
-std::vector<double> mean_curvature(const Mesh& mesh) {
-    check_triangles(mesh);
-    const std::vector<PointCurvature> points = curvatures(mesh, Fans(mesh));
-    std::vector<double> result(points.size());
-    std::transform(points.begin(), points.end(), result.begin(),
-                   [](const PointCurvature& p) { return p.curvature; });
-    return result;
-}
-
-Roughness roughness(const Mesh& mesh, double window) {
-    if (!(window > 0)) throw InputError("roughness: the window must be a positive number of mm");
-    check_triangles(mesh);
-    const Fans fans(mesh);
-    const std::vector<PointCurvature> points = curvatures(mesh, fans);
-
-    std::vector<double> deviation(points.size(), 0);
-    tbb::enumerable_thread_specific<Window> windows([&] { return Window(mesh, fans, points, window); });
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, points.size(), 4096), [&](const auto& range) {
-        Window& local = windows.local();
-        for (std::size_t p = range.begin(); p < range.end(); ++p) {
-            if (points[p].area > 0)
-                deviation[p] =
-                    std::abs(points[p].curvature - local.mean_round(static_cast<std::uint32_t>(p)));
-        }
-    });
-
+// Serial, so that the sums have the same bits for any number of threads.
+Roughness average(const std::vector<PointCurvature>& points, const std::vector<double>& deviation) {
     Roughness result;
     double area = 0;
-    for (std::size_t p = 0; p < points.size(); ++p) {  // one after another, so that the sum has the same bits
+    for (std::size_t p = 0; p < points.size(); ++p) {
         if (points[p].area == 0) continue;
         ++result.points;
         area += points[p].area;
@@ -150,6 +137,42 @@ Roughness roughness(const Mesh& mesh, double window) {
         result.mean_curvature /= area;
     }
     return result;
+}
+
+}  // namespace
+
+std::vector<double> mean_curvature(const Mesh& mesh, const CurvatureOptions& options) {
+    check_indices(mesh);
+    std::vector<PointCurvature> points;
+    with_threads(options.threads,
+                 [&] { points = curvatures(mesh, VertexTriangles(mesh), options.progress, 0, 1); });
+    std::vector<double> result(points.size());
+    std::transform(points.begin(), points.end(), result.begin(),
+                   [](const PointCurvature& p) { return p.curvature; });
+    return result;
+}
+
+Roughness roughness(const Mesh& mesh, double window, const CurvatureOptions& options) {
+    if (!(window > 0)) throw InputError("roughness: the window must be a positive number of mm");
+    check_indices(mesh);
+    const VertexTriangles vertex_triangles(mesh);
+    std::vector<PointCurvature> points;
+    std::vector<double> deviation(mesh.points.size(), 0);
+    with_threads(options.threads, [&] {
+        points = curvatures(mesh, vertex_triangles, options.progress, 0, 0.2);
+        tbb::enumerable_thread_specific<WindowMean> means(
+            [&] { return WindowMean(mesh, vertex_triangles, points, window); });
+        for_each_range(points.size(), kPointsPerRange, options.progress, 0.2, 1,
+                       [&](std::size_t first, std::size_t last) {
+                           WindowMean& mean = means.local();
+                           for (std::size_t p = first; p < last; ++p) {
+                               if (points[p].area > 0)
+                                   deviation[p] =
+                                       std::abs(points[p].curvature - mean(static_cast<std::uint32_t>(p)));
+                           }
+                       });
+    });
+    return average(points, deviation);
 }
 
 }  // namespace marrow

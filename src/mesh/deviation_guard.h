@@ -1,4 +1,4 @@
-/// Keeping a surface near another while it is changed piece by piece.
+/// Keeps a surface near its original while its triangles are replaced.
 #pragma once
 
 #include <cstdint>
@@ -7,29 +7,31 @@
 
 #include <marrow/mesh.h>
 
+#include "triangle_corners.h"
 #include "triangle_tree.h"
 
 namespace marrow::internal {
 
-/// A triangle of the changing surface, and where its corners are.
-struct PlacedTriangle {
+/// A triangle of the changing surface.
+struct PatchTriangle {
     std::uint32_t index;
-    Vec3d a, b, c;
+    TriangleCorners corners;
 };
 
-/// Lets triangles be replaced only where every point of the surface at first stays within a distance of the
-/// changed one, and the new triangles' places within that of the surface at first. After Klein, Liebich and
-/// Strasser 1996: each of the first points belongs to a triangle near it, so that a change asks few of them.
+/// Accepts a change only if all original points stay near the changed surface, and samples of the new
+/// triangles are near the original surface. After Klein, Liebich and Strasser 1996: each original point is
+/// assigned to a triangle near it, so that a change concerns only the points of the triangles that it
+/// replaces.
 class DeviationGuard {
   public:
-    /// The tree is that of the mesh, and both must outlive the guard. \pre fewer than 2^32 triangles
+    /// `tree` is the tree of `mesh`. Both must outlive the guard. \pre fewer than 2^32 triangles
     DeviationGuard(const Mesh& mesh, const TriangleTree& tree, double max_distance);
 
-    /// Whether the triangles `gone` may go and those of `patch`, which share corner a, be where they are now; if
-    /// so, takes note.
-    bool accept(std::span<const std::uint32_t> gone, std::span<const PlacedTriangle> patch);
+    /// Whether the triangles `removed` may vanish while the triangles of `patch`, which share their first
+    /// corner, get the given corners. If so, assigns their points to the patch.
+    bool accept(std::span<const std::uint32_t> removed, std::span<const PatchTriangle> patch);
 
-    /// The points at first that belong to a triangle now.
+    /// Calls f(point) for the original points that are assigned to a triangle.
     template <class F>
     void for_each_point_of(std::uint32_t triangle, F f) const {
         for (std::uint32_t p = first_point_[triangle]; p != kNone; p = next_point_[p]) f(p);
@@ -37,22 +39,22 @@ class DeviationGuard {
 
   private:
     static constexpr std::uint32_t kNone = ~std::uint32_t{0};
-    bool points_stay_near(std::span<const PlacedTriangle> patch);
-    bool patch_is_near(std::span<const PlacedTriangle> patch) const;
-    bool is_near(const Vec3d& place) const;
+    bool points_stay_near(std::span<const PatchTriangle> patch);
+    bool patch_is_near(std::span<const PatchTriangle> patch) const;
+    bool is_near(const Vec3d& position) const;
 
     const Mesh& mesh_;
     const TriangleTree& tree_;
     const double max_distance_;
-    std::vector<Vec3d> points_;
-    std::vector<std::uint32_t> first_point_;  // of each triangle: a list of the points that belong to it
-    std::vector<std::uint32_t> next_point_;
-    std::vector<std::size_t> fan_begin_;  // of each point at first: where its triangles begin in fans_
-    std::vector<std::uint32_t> fans_;
-    struct Move {
+    std::vector<Vec3d> points_;               // of the original mesh
+    std::vector<std::uint32_t> first_point_;  // of each triangle: the first point of its list
+    std::vector<std::uint32_t> next_point_;   // of each point: the next one in the list of its triangle
+    std::vector<std::size_t> fan_begin_;      // of each point: its first entry in fans_
+    std::vector<std::uint32_t> fans_;         // the original triangles at each point
+    struct Assignment {
         std::uint32_t point, triangle;
     };
-    std::vector<Move> moves_;  // kept for its memory
+    std::vector<Assignment> assignments_;  // kept for its memory
 };
 
 }  // namespace marrow::internal

@@ -1,4 +1,4 @@
-/// How far places of one mesh are from another mesh.
+/// Measures how far one mesh is from another, in one direction.
 #pragma once
 
 #include <cstdint>
@@ -12,30 +12,37 @@
 
 namespace marrow::internal {
 
-/// The distances of a mesh from another: of places spread over its area, and of its points.
+/// The distances of a mesh to another mesh.
 struct Distances {
-    struct Place {
-        Vec3d place;
-        std::uint32_t triangle;  ///< that the place is in
+    struct SurfaceSample {
+        Vec3d position;
+        std::uint32_t triangle;  ///< the triangle that contains the position
         double distance;
     };
-    std::vector<Place> places;
-    std::vector<double> points;
+    std::vector<SurfaceSample> samples;  ///< spread over the area
+    std::vector<double> points;          ///< the distance of each point of the mesh
 
     double max() const;
     double mean() const;  ///< over the area
 };
 
-/// The trees are those of the two meshes. Of the points, a distance that is no more than `enough`, or than another
-/// one, may come out larger than it is, though no larger than these: the largest, and which are above `enough`, are right.
-/// \pre both meshes have triangles, which name points that are there; samples > 0
+/// Which distances to compute.
+struct DistanceSearch {
+    std::int64_t samples = DistanceOptions{}.samples;  ///< above 0
+    /// The distances of points are bounds: a point that is not further than `enough`, or than another point,
+    /// may get a larger distance than it has. That distance exceeds neither of the two. So the maximum is
+    /// right, and so is which points are further than `enough`.
+    double enough = std::numeric_limits<double>::infinity();
+};
+
+/// Measures from `from` to the mesh of the tree `to`. Reports progress from `begin` to `end`.
+/// \pre both meshes have triangles, whose indices are in range; `from_tree` is the tree of `from`
+/// \throw Cancelled
 Distances distances(const Mesh& from, const TriangleTree& from_tree, const TriangleTree& to,
-                    std::int64_t samples, double enough = std::numeric_limits<double>::infinity());
+                    const DistanceSearch& search, const Progress& progress = {}, double begin = 0,
+                    double end = 1);
 
-/// Of both directions' distances.
+/// Combines the two directions.
 MeshDistance symmetric(const Distances& there, const Distances& back);
-
-/// How many places mesh_distance takes by default.
-inline constexpr std::int64_t kDistanceSamples = 200'000;
 
 }  // namespace marrow::internal

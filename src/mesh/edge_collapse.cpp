@@ -1,25 +1,33 @@
+// Half-edge collapse with a bucket queue.
 #include "edge_collapse.h"
 
 #include <tbb/parallel_for.h>
 
 #include <hwy/cache_control.h>
 
+#include <algorithm>
 #include <bit>
+#include <limits>
 #include <numeric>
+
+#include "base/progress.h"
 
 namespace marrow::internal {
 
 namespace {
 
-constexpr double kPull = 1e-5;  // of a plane's weight: keeps points of flat parts where they are
-// A triangle's height over its longest edge: below this a collapse must not make it worse.
+// The weight of a point, as a fraction of its plane's weight. It holds points in flat regions at their
+// positions.
+constexpr double kPointWeight = 1e-5;
+// A triangle is thin if its height is below this fraction of its longest edge. A collapse must not make it
+// thinner.
 constexpr double kThin = 0.05;
-constexpr double kTurn = 0.2;  // the least cosine between a triangle's normals before and after
-
-constexpr double kSecondBest = 9;  // how much more than its best an edge's error may be, squared
+constexpr double kMinCosine = 0.2;  // between the normals of a triangle before and after a collapse
+// The squared error at an end of an edge may be this many times the least squared error of the edge.
+constexpr double kMaxErrorRatio = 9;
 
 std::size_t bucket_of(float error) {
-    return std::bit_cast<std::uint32_t>(error) >> 21;  // four buckets an octave
+    return std::bit_cast<std::uint32_t>(error) >> 21;  // four buckets per octave
 }
 
 }  // namespace
@@ -31,7 +39,7 @@ EdgeCollapse::EdgeCollapse(const Mesh& mesh, double max_error, DeviationGuard* g
       buckets_(bucket_of(std::numeric_limits<float>::infinity()) + 1) {
     if (!mesh.points.empty()) origin_ = to_double(mesh.points.front());
     points_.reserve(mesh.points.size());
-    for (const Vec3f& p : mesh.points) points_.push_back({.place = to_double(p) - origin_, .quadric = {}});
+    for (const Vec3f& p : mesh.points) points_.push_back({.position = to_double(p) - origin_, .quadric = {}});
     faces_.reserve(mesh.triangles.size());
     for (const Triangle& t : mesh.triangles) faces_.push_back({t, {kNone, kNone, kNone}});
     pair_half_edges();
@@ -39,9 +47,10 @@ EdgeCollapse::EdgeCollapse(const Mesh& mesh, double max_error, DeviationGuard* g
     sum_quadrics();
 }
 
-// Finds each half-edge's twin in the triangle beside it: kNone along open and non-manifold edges.
+// Finds the twin of each half-edge in the neighbouring triangle. Half-edges along open and non-manifold edges
+// keep kNone.
 void EdgeCollapse::pair_half_edges() {
-    struct Seen {  // from its lower point
+    struct FromLower {  // a half-edge, listed at its lower point
         std::uint32_t higher;
         Half half;
     };
@@ -51,17 +60,17 @@ void EdgeCollapse::pair_half_edges() {
             for (Half h = 4 * t; h < 4 * t + 3; ++h) f(std::min(from(h), to(h)), std::max(from(h), to(h)), h);
         }
     };
-    // Counted two slots on, so that filling leaves start[p] at the begin of p's bucket.
+    // Counts go two entries further, so that filling leaves the first entry of p in start[p].
     for_each_half([&](std::uint32_t lower, std::uint32_t, Half) { ++start[lower + std::size_t{2}]; });
     std::partial_sum(start.begin(), start.end(), start.begin());
-    Buffer<Seen> sorted(3 * faces_.size());
+    Buffer<FromLower> sorted(3 * faces_.size());
     for_each_half([&](std::uint32_t lower, std::uint32_t higher, Half h) {
         sorted[start[lower + std::size_t{1}]++] = {higher, h};
     });
     for (std::size_t p = 0; p < points_.size(); ++p) {
         const auto begin = sorted.begin() + static_cast<std::ptrdiff_t>(start[p]);
         const auto end = sorted.begin() + static_cast<std::ptrdiff_t>(start[p + 1]);
-        std::sort(begin, end, [](const Seen& a, const Seen& b) { return a.higher < b.higher; });
+        std::sort(begin, end, [](const FromLower& a, const FromLower& b) { return a.higher < b.higher; });
         for (auto at = begin; at != end;) {
             auto after = at;
             while (after != end && after->higher == at->higher) ++after;
@@ -71,7 +80,7 @@ void EdgeCollapse::pair_half_edges() {
     }
 }
 
-// Those that have a half-edge without a twin, and those whose triangles are not one fan round them.
+// Fixes points that have a half-edge without a twin, and points whose triangles do not form one closed fan.
 void EdgeCollapse::fix_points() {
     std::vector<std::uint32_t> triangles_at(points_.size(), 0);
     for (Half t = 0; t < faces_.size(); ++t) {
@@ -94,13 +103,13 @@ void EdgeCollapse::fix_points() {
 void EdgeCollapse::sum_quadrics() {
     for (const Face& face : faces_) {
         Point* const corners[3] = {&points_[face.from[0]], &points_[face.from[1]], &points_[face.from[2]]};
-        const Vec3d& a = corners[0]->place;
-        const Vec3d normal = cross(corners[1]->place - a, corners[2]->place - a);
+        const Vec3d& a = corners[0]->position;
+        const Vec3d normal = cross(corners[1]->position - a, corners[2]->position - a);
         const double twice_area = length(normal);
         if (twice_area == 0) continue;
         for (Point* const p : corners) {
             p->quadric.add_plane((1 / twice_area) * normal, a, twice_area / 6);
-            p->quadric.add_place(p->place, kPull * twice_area / 6);
+            p->quadric.add_point(p->position, kPointWeight * twice_area / 6);
         }
     }
 }
@@ -118,13 +127,13 @@ void EdgeCollapse::for_each_outgoing(std::uint32_t point, F f) const {
 
 EdgeCollapse::Target EdgeCollapse::target(Half h) const {
     const Point &a = points_[from(h)], &b = points_[to(h)];
-    const Vec3d middle = 0.5 * (a.place + b.place), along = b.place - a.place;
+    const Vec3d middle = 0.5 * (a.position + b.position), along = b.position - a.position;
     Quadric q = a.quadric;
     q += b.quadric;
-    Vec3d place = q.least().value_or(middle);
-    // Far off, the planes are all but parallel to some line, and rounding errors decide.
-    if (const Vec3d off = place - middle; dot(off, off) > 4 * dot(along, along)) place = middle;
-    return {place, static_cast<float>(q.mean(place))};
+    Vec3d position = q.minimum().value_or(middle);
+    // If the minimum is far away, the planes are nearly parallel to a line, and rounding errors decide.
+    if (const Vec3d off = position - middle; dot(off, off) > 4 * dot(along, along)) position = middle;
+    return {position, static_cast<float>(q.mean(position))};
 }
 
 void EdgeCollapse::queue(Half h, float error) {
@@ -136,34 +145,77 @@ void EdgeCollapse::queue(Half h, float error) {
 }
 
 void EdgeCollapse::queue_all() {
-    constexpr float kUnasked = -1;
+    constexpr float kSkip = -1;
     Buffer<std::array<float, 3>> errors(faces_.size());
     tbb::parallel_for(
         tbb::blocked_range<Half>(0, static_cast<Half>(faces_.size()), 4096), [&](const auto& range) {
             for (Half t = range.begin(); t < range.end(); ++t) {
                 for (Half h = 4 * t; h < 4 * t + 3; ++h) {
-                    const bool asked = is_alive(h) && twin(h) != kNone && h < twin(h) && !is_fixed(h) &&
-                                       (points_[from(h)].changed || points_[to(h)].changed);
-                    errors[t][h % 4] = asked ? target(h).error : kUnasked;
+                    const bool wanted = is_alive(h) && twin(h) != kNone && h < twin(h) && !is_fixed(h) &&
+                                        (points_[from(h)].changed || points_[to(h)].changed);
+                    errors[t][h % 4] = wanted ? target(h).error : kSkip;
                 }
             }
         });
     for (Half t = 0; t < faces_.size(); ++t) {
         for (Half k = 0; k < 3; ++k) {
-            if (errors[t][k] != kUnasked) queue(4 * t + k, errors[t][k]);
+            if (errors[t][k] != kSkip) queue(4 * t + k, errors[t][k]);
         }
     }
     for (Point& point : points_) point.changed = false;
 }
 
-// The half-edge of the edge with the least error; kNone where there is none. Where an end has changed since an edge was
-// queued, it is only now that its error is found again: mostly it has grown.
+// The triangles and points of the next entries are scattered over the memory. Prefetches them in stages: each
+// stage follows the indices that an earlier stage has fetched for the same entry.
+//
+// Everything here must be inlined: GCC treats a function that only prefetches as free of effects and removes
+// calls of it. So the lambdas return addresses.
+HWY_INLINE void EdgeCollapse::prefetch(const Bucket& bucket) const {
+    constexpr std::size_t kStep = 5;
+    const std::size_t left = bucket.entries.size() - bucket.first;
+    const auto entry = [&](std::size_t steps) { return bucket.entries[bucket.first + steps * kStep]; };
+    const auto face = [&](Half h) { return &faces_[h / 4]; };
+    const auto apex = [&](Half h) { return &points_[from(prev(h))]; };
+    if (left > 5 * kStep) hwy::Prefetch(face(entry(5).half));
+    if (left > 4 * kStep && is_alive(entry(4).half)) {
+        const Half h = entry(4).half;
+        hwy::Prefetch(face(twin(h)));
+        for (const std::uint32_t p : {from(h), to(h)}) {
+            hwy::Prefetch(&points_[p]);
+            hwy::Prefetch(&points_[p].quadric.c);
+        }
+    }
+    for (const std::size_t steps : {3, 2, 1}) {
+        if (left <= steps * kStep) continue;
+        const auto [h, version_then] = entry(steps);
+        if (!is_alive(h) || version(h) != version_then) continue;
+        for (const Half side : {h, twin(h)}) {
+            // The next triangles around the end and around the beginning of `side`.
+            Half at_end = twin(next(side)), at_begin = twin(prev(side));
+            if (steps == 3) {
+                hwy::Prefetch(apex(side));
+                hwy::Prefetch(face(at_end));
+                hwy::Prefetch(face(at_begin));
+                continue;
+            }
+            if (steps == 1) at_end = twin(next(at_end)), at_begin = twin(prev(at_begin));
+            hwy::Prefetch(apex(at_end));
+            hwy::Prefetch(apex(at_begin));
+            if (steps == 1) continue;
+            hwy::Prefetch(face(twin(next(at_end))));
+            hwy::Prefetch(face(twin(prev(at_begin))));
+        }
+    }
+}
+
+// Returns a half-edge of the edge with the least error, or kNone. If an end has changed since the edge was
+// queued, its error is computed again, and the edge is mostly queued again with a larger error.
 EdgeCollapse::Half EdgeCollapse::pop() {
     for (; lowest_ < buckets_.size(); ++lowest_) {
         Bucket& bucket = buckets_[lowest_];
-        if (bucket.first == 0) sort_by_place(bucket.entries);
+        if (bucket.first == 0) sort_by_position(bucket.entries);
         while (bucket.first < bucket.entries.size()) {
-            fetch_soon(bucket);
+            prefetch(bucket);
             const auto [h, version_then] = bucket.entries[bucket.first++];
             faces_[h / 4].queued &= ~(std::uint64_t{1} << h % 4);
             if (!is_alive(h) || h > twin(h)) continue;
@@ -177,66 +229,26 @@ EdgeCollapse::Half EdgeCollapse::pop() {
     return kNone;
 }
 
-// Roughly in the order that triangles have, so that what is read lies where something was read just before.
-void EdgeCollapse::sort_by_place(std::vector<Entry>& entries) {
-    constexpr std::size_t kShares = 4096;
-    if (entries.size() < kShares) return;
-    const std::size_t share = 4 * faces_.size() / kShares + 1;
-    std::array<std::size_t, kShares + 1> start{};
-    for (const Entry& e : entries) ++start[e.half / share + 1];
+// Sorts roughly in the order of the triangles, so that successive entries read nearby memory.
+void EdgeCollapse::sort_by_position(std::vector<Entry>& entries) {
+    constexpr std::size_t kRanges = 4096;
+    if (entries.size() < kRanges) return;
+    const std::size_t range = 4 * faces_.size() / kRanges + 1;
+    std::array<std::size_t, kRanges + 1> start{};
+    for (const Entry& e : entries) ++start[e.half / range + 1];
     std::partial_sum(start.begin(), start.end(), start.begin());
     sorted_.resize(entries.size());
-    for (const Entry& e : entries) sorted_[start[e.half / share]++] = e;
+    for (const Entry& e : entries) sorted_[start[e.half / range]++] = e;
     std::copy(sorted_.begin(), sorted_.end(), entries.begin());
 }
 
-// What the next entries name lies all over the memory: step by step, each from what the one before has fetched, asks
-// for the triangles and points round their edges.
-void EdgeCollapse::fetch_soon(const Bucket& bucket) const {
-    constexpr std::size_t kStep = 5;
-    const std::size_t left = bucket.entries.size() - bucket.first;
-    const auto entry = [&](std::size_t steps) { return bucket.entries[bucket.first + steps * kStep]; };
-    const auto fetch_face = [&](Half h) { hwy::Prefetch(&faces_[h / 4]); };
-    const auto fetch_apex = [&](Half h) { hwy::Prefetch(&points_[from(prev(h))]); };
-    if (left > 5 * kStep) fetch_face(entry(5).half);
-    if (left > 4 * kStep && is_alive(entry(4).half)) {
-        const Half h = entry(4).half;
-        fetch_face(twin(h));
-        for (const std::uint32_t p : {from(h), to(h)}) {
-            hwy::Prefetch(&points_[p]);
-            hwy::Prefetch(&points_[p].quadric.c);
-        }
-    }
-    for (const std::size_t steps : {3, 2, 1}) {
-        if (left <= steps * kStep) continue;
-        const auto [h, version_then] = entry(steps);
-        if (!is_alive(h) || version(h) != version_then) continue;
-        for (const Half side : {h, twin(h)}) {
-            // The triangles that follow round the end of `side` and round its beginning.
-            Half at_end = twin(next(side)), at_begin = twin(prev(side));
-            if (steps == 3) {
-                fetch_apex(side);
-                fetch_face(at_end);
-                fetch_face(at_begin);
-                continue;
-            }
-            if (steps == 1) at_end = twin(next(at_end)), at_begin = twin(prev(at_begin));
-            fetch_apex(at_end);
-            fetch_apex(at_begin);
-            if (steps == 1) continue;
-            fetch_face(twin(next(at_end)));
-            fetch_face(twin(prev(at_begin)));
-        }
-    }
-}
-
-// False where it has too many points.
+// Finds the neighbours of a point. False if there are too many.
 bool EdgeCollapse::find_ring(std::uint32_t point, Ring& ring) const {
     ring.size = 0;
     const Half first = points_[point].outgoing;
     Half h = first;
     do {
-        if (ring.size == kMostNeighbours) return false;
+        if (ring.size == kMaxNeighbours) return false;
         ring.points[ring.size++] = to(h);
         h = twin(prev(h));
     } while (h != first);
@@ -244,27 +256,27 @@ bool EdgeCollapse::find_ring(std::uint32_t point, Ring& ring) const {
 }
 
 void EdgeCollapse::find_normals(std::uint32_t point, Ring& ring) const {
-    const Vec3d& place = points_[point].place;
+    const Vec3d& position = points_[point].position;
     ring.normal = {};
     for (std::size_t k = 0; k < ring.size; ++k) {
-        const Vec3d &u = points_[ring.points[k]].place, &w = points_[ring.points[ring.after(k)]].place;
-        ring.normals[k] = cross(u - place, w - place);
+        const Vec3d &u = points_[ring.points[k]].position, &w = points_[ring.points[ring.after(k)]].position;
+        ring.normals[k] = cross(u - position, w - position);
         ring.normal = ring.normal + ring.normals[k];
     }
 }
 
-// The link condition: the ends of h share exactly the two points opposite to it, and these keep at least three
-// triangles each.
-bool EdgeCollapse::links_meet_twice(Half h) {
+// The link condition: the one-rings of the ends of h share exactly the two points opposite to h. These points
+// must also keep at least three triangles each.
+bool EdgeCollapse::meets_link_condition(Half h) {
     Ring &a = from_ring_, &b = to_ring_;
-    if (!find_ring(from(h), a) || !find_ring(to(h), b) || a.size + b.size > kMostNeighbours) return false;
+    if (!find_ring(from(h), a) || !find_ring(to(h), b) || a.size + b.size > kMaxNeighbours) return false;
     const auto end = a.points.begin() + static_cast<std::ptrdiff_t>(a.size);
     int shared = 0;
     for (std::size_t k = 0; k < b.size; ++k) shared += std::find(a.points.begin(), end, b.points[k]) != end;
     if (shared != 2) return false;
     for (const Half towards : {next(h), next(twin(h))}) {
         const std::uint32_t opposite = to(towards);
-        if (points_[opposite].fixed) continue;  // if it had only three, its triangles would close round it
+        if (points_[opposite].fixed) continue;  // its triangles do not form a closed fan
         const Half first = points_[opposite].outgoing;
         Half out = first;
         for (int triangles = 1; triangles <= 3; ++triangles) {
@@ -275,70 +287,72 @@ bool EdgeCollapse::links_meet_twice(Half h) {
     return true;
 }
 
-// Whether the triangles round `point` that do not have `other` neither turn over nor thin out when it goes to
-// `place`. A triangle that is thin already has no normal to speak of: it is asked to face as its fan does.
+// Whether the triangles at `point`, except those at `other`, keep their shape if `point` moves to `position`:
+// they neither flip nor become thinner while thin. The normal of a thin triangle means little, so the sum of
+// the one-ring's normals replaces it.
 bool EdgeCollapse::keeps_shape(const Ring& ring, std::uint32_t point, std::uint32_t other,
-                               const Vec3d& place) const {
-    const Vec3d& old_place = points_[point].place;
+                               const Vec3d& position) const {
+    const Vec3d& old_position = points_[point].position;
     for (std::size_t k = 0; k < ring.size; ++k) {
         const std::uint32_t i = ring.points[k], j = ring.points[ring.after(k)];
         if (i == other || j == other) continue;
-        const Vec3d &u = points_[i].place, &w = points_[j].place, &old_normal = ring.normals[k];
-        const Vec3d normal = cross(u - place, w - place);
+        const Vec3d &u = points_[i].position, &w = points_[j].position, &old_normal = ring.normals[k];
+        const Vec3d normal = cross(u - position, w - position);
+        // Areas are squared and edges to the fourth power, so that their ratio compares with kThin squared.
         const double area = dot(normal, normal), old_area = dot(old_normal, old_normal);
-        // A triangle is thin where its height is below kThin of its longest edge; all is squared.
-        const auto longest = [&](const Vec3d& p) {
+        const auto longest_edge = [&](const Vec3d& p) {
             const double edge = std::max({dot(u - p, u - p), dot(w - p, w - p), dot(w - u, w - u)});
             return edge * edge;
         };
-        const double edge = longest(place), old_edge = longest(old_place);
+        const double edge = longest_edge(position), old_edge = longest_edge(old_position);
         const bool was_thin = !(old_area > kThin * kThin * old_edge);
         const bool is_thinner = edge > 0 ? area * old_edge < old_area * edge : old_area > 0;
         const Vec3d& facing = was_thin ? ring.normal : old_normal;
         const double cosine = dot(facing, normal), sizes = dot(facing, facing) * area;
-        const bool turns = sizes > 0 && !(cosine > 0 && cosine * cosine > kTurn * kTurn * sizes);
+        const bool flips = sizes > 0 && !(cosine > 0 && cosine * cosine > kMinCosine * kMinCosine * sizes);
         const bool thins = !(area > kThin * kThin * edge) && is_thinner;
-        if (turns || thins) return false;
+        if (flips || thins) return false;
     }
     return true;
 }
 
-bool EdgeCollapse::guard_accepts(Half h, const Vec3d& place) {
+bool EdgeCollapse::guard_accepts(Half h, const Vec3d& position) {
     patch_.clear();
-    const std::uint32_t gone[2] = {h / 4, twin(h) / 4};
+    const std::uint32_t removed[2] = {h / 4, twin(h) / 4};
     for (const std::uint32_t end : {from(h), to(h)}) {
         for_each_outgoing(end, [&](Half out) {
-            if (out / 4 == gone[0] || out / 4 == gone[1]) return;
-            patch_.push_back({out / 4, origin_ + place, origin_ + points_[to(out)].place,
-                              origin_ + points_[from(prev(out))].place});
+            if (out / 4 == removed[0] || out / 4 == removed[1]) return;
+            patch_.push_back({out / 4,
+                              {origin_ + position, origin_ + points_[to(out)].position,
+                               origin_ + points_[from(prev(out))].position}});
         });
     }
-    return guard_->accept(gone, patch_);
+    return guard_->accept(removed, patch_);
 }
 
-// Merges the end of h into its beginning, at the best place or at one of the ends; false where that would do
-// harm.
+// Merges the end of h into its beginning, at the position with the least error or at the better end. False if
+// no position is acceptable.
 bool EdgeCollapse::collapse(Half h) {
     const std::uint32_t a = from(h), b = to(h);
-    if (!links_meet_twice(h)) return false;
+    if (!meets_link_condition(h)) return false;
     find_normals(a, from_ring_);
     find_normals(b, to_ring_);
     const auto keeps = [&](const Vec3d& p) {
         return keeps_shape(from_ring_, a, b, p) && keeps_shape(to_ring_, b, a, p);
     };
-    auto [place, error] = target(h);
-    if (!keeps(place)) {
+    auto [position, error] = target(h);
+    if (!keeps(position)) {
         Quadric q = points_[a].quadric;
         q += points_[b].quadric;
-        const bool a_is_better = q.mean(points_[a].place) <= q.mean(points_[b].place);
-        place = points_[a_is_better ? a : b].place;
-        const double most = std::min<double>(max_squared_error_, kSecondBest * error);
-        if (!(q.mean(place) <= most) || !keeps(place)) return false;
+        const bool a_is_better = q.mean(points_[a].position) <= q.mean(points_[b].position);
+        position = points_[a_is_better ? a : b].position;
+        const double most = std::min<double>(max_squared_error_, kMaxErrorRatio * error);
+        if (!(q.mean(position) <= most) || !keeps(position)) return false;
     }
-    if (guard_ && !guard_accepts(h, place)) return false;
+    if (guard_ && !guard_accepts(h, position)) return false;
     const Half g = twin(h);
     for_each_outgoing(b, [&](Half out) { faces_[out / 4].from[out % 4] = a; });
-    // The two triangles along h go; their other edges, one to a and one to b, become one.
+    // Removes the two triangles along h. Each had an edge to a and an edge to b, which become one edge.
     const auto close = [&](Half left, Half right) {
         const Half l = twin(left), r = twin(right);
         pair(l, r);
@@ -347,20 +361,21 @@ bool EdgeCollapse::collapse(Half h) {
     };
     close(next(h), prev(h));
     close(next(g), prev(g));
-    for (const Half dead : {h, g}) faces_[dead / 4].from = {kNone, kNone, kNone};
+    for (const Half removed : {h, g}) faces_[removed / 4].from = {kNone, kNone, kNone};
     alive_ -= 2;
 
-    Point &kept = points_[a], &gone = points_[b];
-    kept.place = place;
-    kept.quadric += gone.quadric;
-    kept.version = std::max(kept.version, gone.version) + 1;
-    gone.outgoing = kNone;
+    Point &kept = points_[a], &removed = points_[b];
+    kept.position = position;
+    kept.quadric += removed.quadric;
+    kept.version = std::max(kept.version, removed.version) + 1;
+    removed.outgoing = kNone;
     return true;
 }
 
 void EdgeCollapse::reduce_to(std::size_t triangles, const Progress& progress) {
     const std::size_t from_count = alive_;
-    // Queued again while that helps: a collapse that did harm may do none when what is round it has changed.
+    // Queues all edges again while this helps: a rejected collapse may become acceptable after its
+    // neighbourhood changed.
     for (std::size_t before = 2 * alive_; alive_ > triangles && alive_ < 0.99 * before;) {
         before = alive_;
         lowest_ = buckets_.size();
@@ -368,8 +383,8 @@ void EdgeCollapse::reduce_to(std::size_t triangles, const Progress& progress) {
         Half h = kNone;
         for (std::size_t tried = 0; alive_ > triangles && (h = pop()) != kNone; ++tried) {
             if (tried % 8192 == 0)
-                report(progress, static_cast<double>(from_count - alive_) /
-                                     static_cast<double>(from_count - triangles));
+                report_progress(progress, static_cast<double>(from_count - alive_) /
+                                              static_cast<double>(from_count - triangles));
             const std::uint32_t kept = from(h);
             if (!collapse(h)) continue;
             points_[kept].changed = true;
@@ -389,7 +404,7 @@ Mesh EdgeCollapse::mesh(std::vector<std::uint32_t>* old_triangles) const {
     for (std::size_t p = 0; p < points_.size(); ++p) {
         if (points_[p].outgoing == kNone) continue;
         new_index[p] = static_cast<std::uint32_t>(result.points.size());
-        result.points.push_back(to_float(origin_ + points_[p].place));
+        result.points.push_back(to_float(origin_ + points_[p].position));
     }
     result.triangles.reserve(alive_);
     for (std::uint32_t t = 0; t < faces_.size(); ++t) {

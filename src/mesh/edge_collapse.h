@@ -1,4 +1,4 @@
-/// Taking edges out of a mesh, cheapest first, without changing its topology.
+/// Collapses the edges of a mesh, cheapest first, without changing its topology.
 #pragma once
 
 #include <array>
@@ -14,26 +14,27 @@
 
 namespace marrow::internal {
 
-/// Collapses edges to points, in the order of the quadric error that each would leave.
+/// Collapses edges to points, in the order of their quadric error.
 ///
-/// An edge is only collapsed where the link condition holds (Dey, Edelsbrunner, Guha and Nekhayev 1999), so
-/// that a closed, manifold mesh stays one, with the same pieces and handles; where no triangle turns over or
-/// thins out; and where neither end lies on an open or non-manifold edge. The same bits every time.
+/// An edge is collapsed only if the link condition holds (Dey, Edelsbrunner, Guha and Nekhayev 1999): so a
+/// closed, manifold mesh stays closed and manifold, with the same components and handles. No triangle may
+/// flip or become much thinner, and neither end may be on an open or non-manifold edge. The result has the
+/// same bits every time.
 class EdgeCollapse {
   public:
-    /// Collapses no edge that would leave a root mean square distance above `max_error` mm to the planes that
-    /// were merged, nor one that the guard, where there is one, does not accept. \pre triangles name points
-    /// that are there; fewer than 2^30. The guard is one of this mesh.
+    /// Collapses no edge that would leave a root mean square distance above `max_error` mm to the merged
+    /// planes, and no edge that the guard rejects. \pre indices are in range; fewer than 2^30 triangles; the
+    /// guard, if there is one, is a guard of this mesh
     EdgeCollapse(const Mesh& mesh, double max_error, DeviationGuard* guard = nullptr);
 
-    /// Keeps a point where it is.
+    /// Keeps a point at its position.
     void fix(std::uint32_t point) { points_[point].fixed = true; }
 
-    /// Collapses until `triangles` are left, or no edge can go any more. \throw Cancelled
+    /// Collapses until `triangles` are left, or until no edge can be collapsed. \throw Cancelled
     void reduce_to(std::size_t triangles, const Progress& progress);
 
-    /// What is left; points and triangles in the order that they had. Without normals. `old_triangles`, where
-    /// given, receives what each triangle's index was.
+    /// Returns the reduced mesh without normals. Points and triangles keep their order. `old_triangles`, if
+    /// given, receives the original index of each triangle.
     Mesh mesh(std::vector<std::uint32_t>* old_triangles = nullptr) const;
 
   private:
@@ -48,40 +49,42 @@ class EdgeCollapse {
     bool is_alive(Half h) const { return faces_[h / 4].from[0] != kNone; }
     bool is_queued(Half h) const { return faces_[h / 4].queued >> h % 4 & 1; }
 
-    /// A triangle: half a cache line.
+    // A triangle. It takes half a cache line.
     struct Face {
-        std::array<std::uint32_t, 3> from;  // its corners; kNone: it is gone
+        std::array<std::uint32_t, 3> from;  // its corners; kNone: the triangle was removed
         std::array<Half, 3> twin;           // kNone: along an open or non-manifold edge
-        std::uint64_t queued = 0;           // bit k: half-edge k has an entry
+        std::uint64_t queued = 0;           // bit k: half-edge k has an entry in the queue
     };
-    /// Two cache lines; in the first, what a collapse reads of the points around.
+    // It takes two cache lines. A collapse reads only the first line of the neighbours.
     struct Point {
-        Vec3d place;                // about origin_, so that quadrics keep their digits
-        std::uint32_t version = 0;  // counts how often the point changed
+        Vec3d position;             // relative to origin_, so that quadrics lose no digits
+        std::uint32_t version = 0;  // counts the changes of the point
         Half outgoing = kNone;      // one of its half-edges; kNone: it has no triangle
         bool fixed = false;         // takes part in no collapse
-        bool changed = true;        // it or a neighbour has moved since its edges were queued
+        bool changed = true;        // the point or a neighbour has moved since its edges were queued
         Quadric quadric;
     };
-    static constexpr std::size_t kMostNeighbours = 32;
-    /// The points around a point, and its triangles' normals, as long as twice their area: triangle k has points k and k + 1.
+    static constexpr std::size_t kMaxNeighbours = 32;
+    // The one-ring of a point. Triangle k has the neighbours k and k + 1. Normals are as long as twice the
+    // area.
     struct Ring {
         std::size_t size = 0;
-        std::array<std::uint32_t, kMostNeighbours> points;
-        std::array<Vec3d, kMostNeighbours> normals;
-        Vec3d normal;  // their sum
+        std::array<std::uint32_t, kMaxNeighbours> points;
+        std::array<Vec3d, kMaxNeighbours> normals;
+        Vec3d normal;  // the sum of the normals
 
         std::size_t after(std::size_t k) const { return k + 1 == size ? 0 : k + 1; }
     };
     struct Target {
-        Vec3d place;
-        float error;  // mean squared
+        Vec3d position;
+        float error;  // the mean squared distance
     };
     struct Entry {
         Half half;
-        std::uint32_t version;  // of both ends together, when it was queued
+        std::uint32_t version;  // the sum of both ends' versions when the entry was queued
     };
-    struct Bucket {  // what is there when its turn comes by place, what comes then first in, first out
+    // The entries of a bucket are sorted by position when its turn comes. Later entries are appended.
+    struct Bucket {
         std::vector<Entry> entries;
         std::size_t first = 0;
     };
@@ -99,29 +102,29 @@ class EdgeCollapse {
     void queue(Half h, float error);
     void queue_all();
     Half pop();
-    void sort_by_place(std::vector<Entry>& entries);
-    void fetch_soon(const Bucket& bucket) const;
+    void sort_by_position(std::vector<Entry>& entries);
+    void prefetch(const Bucket& bucket) const;
     bool find_ring(std::uint32_t point, Ring& ring) const;
     void find_normals(std::uint32_t point, Ring& ring) const;
-    bool links_meet_twice(Half h);
-    bool keeps_shape(const Ring& ring, std::uint32_t point, std::uint32_t other, const Vec3d& place) const;
-    bool guard_accepts(Half h, const Vec3d& place);
+    bool meets_link_condition(Half h);
+    bool keeps_shape(const Ring& ring, std::uint32_t point, std::uint32_t other, const Vec3d& position) const;
+    bool guard_accepts(Half h, const Vec3d& position);
     bool collapse(Half h);
     template <class F>
     void for_each_outgoing(std::uint32_t point, F f) const;
 
     const double max_squared_error_;
     DeviationGuard* const guard_;
-    std::vector<PlacedTriangle> patch_;  // kept for its memory
+    std::vector<PatchTriangle> patch_;  // kept for its memory
     Vec3d origin_{};
     Buffer<Point> points_;
     Buffer<Face> faces_;
-    std::size_t alive_;         // of them
-    Ring from_ring_, to_ring_;  // of the edge that is tried
+    std::size_t alive_;         // the number of faces that are left
+    Ring from_ring_, to_ring_;  // of the edge that collapse() tries
 
     std::vector<Bucket> buckets_;  // by the logarithm of the error
-    std::size_t lowest_ = 0;
-    std::vector<Entry> sorted_;  // kept for its memory
+    std::size_t lowest_ = 0;       // all buckets below are empty
+    std::vector<Entry> sorted_;    // kept for its memory
 };
 
 }  // namespace marrow::internal

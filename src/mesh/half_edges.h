@@ -1,4 +1,4 @@
-/// The edges of a mesh, and which triangles run along each.
+/// Lists the edges of a mesh and counts the triangles along each.
 #pragma once
 
 #include <algorithm>
@@ -10,20 +10,20 @@
 
 namespace marrow::internal {
 
-/// A half-edge seen from its lower point: to which higher point, and whether the triangle runs up or down it.
+/// A half-edge as seen from its lower point: its higher point, and whether its triangle runs from lower to
+/// higher.
 struct HalfEdge {
     std::uint32_t higher;
     bool upward;
 };
 
-/// Half-edges bucketed by their lower point: those of point p are half_edges[start[p]] to
-/// half_edges[start[p + 1]].
+/// Half-edges sorted by their lower point: point p has half_edges[start[p]] to half_edges[start[p + 1] - 1].
 struct HalfEdges {
     std::vector<std::size_t> start;
     std::vector<HalfEdge> half_edges;
 };
 
-/// In linear time. \pre triangles name points that are there
+/// Takes linear time. \pre indices are in range
 inline HalfEdges bucket_half_edges(const Mesh& mesh) {
     HalfEdges result;
     result.start.assign(mesh.points.size() + 2, 0);
@@ -32,7 +32,7 @@ inline HalfEdges bucket_half_edges(const Mesh& mesh) {
             for (std::size_t c = 0; c < 3; ++c) f(t[c], t[(c + 1) % 3]);
         }
     };
-    // Counted two slots on, so that filling leaves start[p] at the begin of p's bucket.
+    // Counts go two entries further, so that filling leaves the first half-edge of p in start[p].
     for_each([&](std::uint32_t a, std::uint32_t b) { ++result.start[std::min(a, b) + std::size_t{2}]; });
     std::partial_sum(result.start.begin(), result.start.end(), result.start.begin());
     result.half_edges.resize(3 * mesh.triangles.size());
@@ -42,16 +42,16 @@ inline HalfEdges bucket_half_edges(const Mesh& mesh) {
     return result;
 }
 
-/// An edge between two points, and how many triangles run it upwards, from the lower to the higher, and down.
+/// An edge between two points, with the number of triangles that run along it in each direction.
 struct Edge {
     std::uint32_t lower, higher;
-    std::int64_t up, down;
+    std::int64_t up, down;  ///< from lower to higher, and from higher to lower
 
     bool is_border() const { return up + down == 1; }
     bool is_manifold() const { return up == 1 && down == 1; }
 };
 
-/// Calls f(Edge) for every edge, ordered by its points. \pre as bucket_half_edges
+/// Calls f(Edge) for every edge, ordered by its points. \pre indices are in range
 template <class F>
 void for_each_edge(const Mesh& mesh, F f) {
     HalfEdges h = bucket_half_edges(mesh);

@@ -1,4 +1,4 @@
-/// Triangles in an order in which those that follow each other lie near each other.
+/// Orders triangles so that triangles which follow each other are near each other.
 #pragma once
 
 #include <cstdint>
@@ -8,13 +8,15 @@
 
 namespace marrow::internal {
 
-/// A triangle of a mesh, and which cell its middle is in of 1024^3 in the mesh's box: three bits, one of each axis, part the box
-/// into eight, the next three these, and so on.
-struct OnCurve {
+/// A triangle and its position on the Morton curve. The key numbers the cell of the triangle's centre in a
+/// grid of 1024^3 cells over the mesh. Its three highest bits choose an eighth of the grid, one bit per axis,
+/// the next three an eighth of that, and so on.
+struct MortonKey {
     std::uint32_t key, triangle;
 };
 
-/// The triangles by key, after Morton 1966; those of a cell as they come in the mesh. \pre fewer than 2^32
-std::vector<OnCurve> along_morton_curve(const Mesh& mesh);
+/// Returns the triangles sorted by key. Triangles with the same key keep their order. After Morton 1966.
+/// \pre fewer than 2^32 triangles, whose indices are in range
+std::vector<MortonKey> along_morton_curve(const Mesh& mesh);
 
 }  // namespace marrow::internal

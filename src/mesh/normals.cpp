@@ -1,18 +1,20 @@
+// Sums the weighted normals of the triangles at each point.
 #include "normals.h"
 
 #include <vector>
 
-#include "vector.h"
+#include "triangle_corners.h"
 
 namespace marrow::internal {
 
 Buffer<Vec3f> point_normals(const Mesh& mesh) {
     std::vector<Vec3d> sums(mesh.points.size(), Vec3d{});
     for (const Triangle& t : mesh.triangles) {
-        const Corners c(mesh, t);
-        const Vec3d ab = c.b - c.a, bc = c.c - c.b, ca = c.a - c.c;
+        const auto [a, b, c] = corners_of(mesh, t);
+        const Vec3d ab = b - a, bc = c - b, ca = a - c;
         const Vec3d twice_area = cross(ab, bc);
         const double ab2 = dot(ab, ab), bc2 = dot(bc, bc), ca2 = dot(ca, ca);
+        // The weight of a corner is 1 over the product of its two squared edge lengths.
         const auto add = [&](std::uint32_t p, double squares) {
             if (squares > 0) sums[p] = sums[p] + (1 / squares) * twice_area;
         };

@@ -1,12 +1,12 @@
-/// Normals of a mesh from its triangles.
+/// Computes the normals of a mesh from its triangles.
 #pragma once
 
 #include <marrow/mesh.h>
 
 namespace marrow::internal {
 
-/// A unit normal for each point, from the triangles round it weighted as in Max 1999, which is exact on a
-/// sphere; the first axis where they cancel. \pre triangles name points that are there
+/// Returns a unit normal for each point, from its triangles, weighted after Max 1999; this is exact on a
+/// sphere. If the triangles' normals cancel, the result is {1, 0, 0}. \pre indices are in range
 Buffer<Vec3f> point_normals(const Mesh& mesh);
 
 }  // namespace marrow::internal

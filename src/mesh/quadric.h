@@ -1,24 +1,24 @@
-/// Squared distances to many planes at once.
+/// The quadric error metric: weighted squared distances to planes and points.
 #pragma once
 
-#include <cmath>
+#include <algorithm>
 #include <optional>
 
-#include "vector.h"
+#include <marrow/vector.h>
 
 namespace marrow::internal {
 
-/// The weighted sum of squared distances from a place x to planes and points: x.Ax - 2 b.x + c, with A
-/// symmetric. After Garland and Heckbert 1997.
+/// The weighted sum of squared distances of a position x to planes and points: x.Ax - 2 b.x + c with
+/// symmetric A. After Garland and Heckbert 1997.
 struct Quadric {
     double xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;  ///< A
     Vec3d b{};
     double c = 0;
     double weight = 0;
 
-    /// Adds the plane through `place` with unit normal n.
-    void add_plane(const Vec3d& n, const Vec3d& place, double w) {
-        const double d = dot(n, place);
+    /// Adds the plane through `p` with the unit normal `n`.
+    void add_plane(const Vec3d& n, const Vec3d& p, double w) {
+        const double d = dot(n, p);
         xx += w * n[0] * n[0];
         xy += w * n[0] * n[1];
         xz += w * n[0] * n[2];
@@ -29,13 +29,13 @@ struct Quadric {
         c += w * d * d;
         weight += w;
     }
-    /// Adds a place without counting it in the weight, to settle what planes leave open.
-    void add_place(const Vec3d& place, double w) {
+    /// Adds a point, which determines the minimum if the planes do not. It does not count in `weight`.
+    void add_point(const Vec3d& p, double w) {
         xx += w;
         yy += w;
         zz += w;
-        b = b + w * place;
-        c += w * dot(place, place);
+        b = b + w * p;
+        c += w * dot(p, p);
     }
     Quadric& operator+=(const Quadric& q) {
         xx += q.xx;
@@ -58,8 +58,8 @@ struct Quadric {
         return std::max(0.0, dot(x, ax) - 2 * dot(b, x) + c) / weight;
     }
 
-    /// Where the sum is least, by Cramer's rule; nothing where A is too near to singular to say.
-    std::optional<Vec3d> least() const {
+    /// The position with the least sum, by Cramer's rule; nothing if A is nearly singular.
+    std::optional<Vec3d> minimum() const {
         const Vec3d r0{xx, xy, xz}, r1{xy, yy, yz}, r2{xz, yz, zz};
         const Vec3d c12 = cross(r1, r2);
         const double determinant = dot(r0, c12);

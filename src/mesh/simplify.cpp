@@ -1,11 +1,15 @@
+// Collapses edges, measures the result, and tries again more carefully if the error is too large.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include <marrow/error.h>
 #include <marrow/simplify.h>
 
+#include "base/parallel.h"
 #include "check_indices.h"
 #include "distance.h"
 #include "edge_collapse.h"
@@ -17,110 +21,142 @@ using namespace internal;
 
 namespace {
 
-// A mesh with fewer triangles, how far it lies from the mesh at first, and which points of that one had to do
-// with places that are too far.
+// The stopping conditions of SimplifyOptions, with values for conditions that are not set.
+struct Limits {
+    std::size_t triangles;
+    double max_error;
+
+    explicit Limits(const SimplifyOptions& options)
+        : triangles(static_cast<std::size_t>(options.triangles.value_or(0))),
+          max_error(options.max_error.value_or(std::numeric_limits<double>::infinity())) {}
+};
+
+// A reduced mesh, its distance from the original mesh, and the original points near positions that are too
+// far.
 struct Attempt {
     Mesh mesh;
     MeshDistance deviation;
-    std::vector<std::uint32_t> to_blame;
+    std::vector<std::uint32_t> to_fix;
 };
 
-Attempt attempt(const Mesh& mesh, const TriangleTree& tree, const SimplifyOptions& options, double guarded,
-                const std::vector<bool>& fixed) {
-    const double max_error = options.max_error;
+// Finds the original points to fix: those that are too far from the reduced mesh, and those near its
+// positions that are too far from the original.
+std::vector<std::uint32_t> points_to_fix(const Mesh& mesh, const TriangleTree& tree, const Mesh& reduced,
+                                         const std::vector<std::uint32_t>& old_triangles,
+                                         const DeviationGuard& guard, const Distances& there,
+                                         const Distances& back, double max_error) {
+    std::vector<std::uint32_t> to_fix;
+    const auto fix = [&](std::uint32_t p) { to_fix.push_back(p); };
+    const auto fix_corners = [&](std::uint32_t t) {
+        for (const std::uint32_t p : mesh.triangles[t]) fix(p);
+    };
+    for (std::uint32_t p = 0; p < mesh.points.size(); ++p) {
+        if (there.points[p] > max_error) fix(p);
+    }
+    for (const Distances::SurfaceSample& s : there.samples) {
+        if (s.distance > max_error) fix_corners(s.triangle);
+    }
+    for (const Distances::SurfaceSample& s : back.samples) {
+        if (s.distance <= max_error) continue;
+        fix_corners(tree.nearest(s.position).triangle);
+        guard.for_each_point_of(old_triangles[s.triangle], fix);
+    }
+    for (const Vec3f& p : reduced.points) {
+        const auto nearest = tree.nearest(to_double(p), max_error);
+        if (nearest.distance > max_error) fix_corners(nearest.triangle);
+    }
+    return to_fix;
+}
+
+// Reduces with the guard at the distance `guarded`, and measures the result.
+Attempt attempt(const Mesh& mesh, const TriangleTree& tree, const Limits& limits, const Progress& progress,
+                double guarded, const std::vector<bool>& fixed) {
     std::optional<DeviationGuard> guard;
-    if (std::isfinite(max_error)) guard.emplace(mesh, tree, guarded);
+    if (std::isfinite(limits.max_error)) guard.emplace(mesh, tree, guarded);
     EdgeCollapse collapse(mesh, guarded, guard ? &*guard : nullptr);
     for (std::uint32_t p = 0; p < fixed.size(); ++p) {
         if (fixed[p]) collapse.fix(p);
     }
-    collapse.reduce_to(static_cast<std::size_t>(options.triangles), options.progress);
+    collapse.reduce_to(limits.triangles, progress);
     Attempt result;
     std::vector<std::uint32_t> old_triangles;
     result.mesh = collapse.mesh(&old_triangles);
     const TriangleTree new_tree(result.mesh);
-    const Distances there = distances(mesh, tree, new_tree, kDistanceSamples, max_error);
-    const Distances back = distances(result.mesh, new_tree, tree, kDistanceSamples, max_error);
+    const DistanceSearch search{.enough = limits.max_error};
+    const Distances there = distances(mesh, tree, new_tree, search);
+    const Distances back = distances(result.mesh, new_tree, tree, search);
     result.deviation = symmetric(there, back);
-    if (result.deviation.max <= max_error) return result;
-
-    const auto blame = [&](std::uint32_t p) { result.to_blame.push_back(p); };
-    const auto blame_corners = [&](std::uint32_t t) {
-        for (const std::uint32_t p : mesh.triangles[t]) blame(p);
-    };
-    for (std::uint32_t p = 0; p < mesh.points.size(); ++p) {
-        if (there.points[p] > max_error) blame(p);
-    }
-    for (const Distances::Place& place : there.places) {
-        if (place.distance > max_error) blame_corners(place.triangle);
-    }
-    for (const Distances::Place& place : back.places) {
-        if (place.distance <= max_error) continue;
-        blame_corners(tree.nearest(place.place).triangle);
-        guard->for_each_point_of(old_triangles[place.triangle], blame);
-    }
-    for (const Vec3f& p : result.mesh.points) {
-        const auto nearest = tree.nearest(to_double(p), max_error);
-        if (nearest.distance > max_error) blame_corners(nearest.triangle);
-    }
+    if (result.deviation.max > limits.max_error)
+        result.to_fix =
+            points_to_fix(mesh, tree, result.mesh, old_triangles, *guard, there, back, limits.max_error);
     return result;
 }
 
-bool same_topology(const Mesh& a, const Mesh& b) {
+// Attempts are increasingly careful. The guard samples each triangle only at a few positions, so the
+// measurement may find a larger error in between. The next attempt fixes the points near such positions.
+// Returns nothing if every attempt exceeds the error.
+std::optional<Attempt> reduce_within_error(const Mesh& mesh, const Limits& limits, const Progress& progress) {
+    constexpr int kMaxAttempts = 8;
+    const TriangleTree tree(mesh);
+    std::vector<bool> fixed(mesh.points.size(), false);
+    for (int i = 0; i < kMaxAttempts; ++i) {
+        const double guarded = 0.65 * std::pow(0.9, i) * limits.max_error;
+        Attempt a = attempt(mesh, tree, limits, progress, guarded, fixed);
+        if (!(a.deviation.max > limits.max_error)) return a;
+        for (const std::uint32_t p : a.to_fix) fixed[p] = true;
+    }
+    return {};
+}
+
+Mesh reduce_unmeasured(const Mesh& mesh, const Limits& limits, const Progress& progress) {
+    EdgeCollapse collapse(mesh, limits.max_error);
+    collapse.reduce_to(limits.triangles, progress);
+    return collapse.mesh();
+}
+
+bool has_same_topology(const Mesh& a, const Mesh& b) {
     const MeshMeasures m = measure(a), n = measure(b);
-    const auto unused = [](const Mesh& mesh) {
+    const auto unused_points = [](const Mesh& mesh) {
         std::vector<bool> used(mesh.points.size(), false);
         for (const Triangle& t : mesh.triangles) used[t[0]] = used[t[1]] = used[t[2]] = true;
         return std::count(used.begin(), used.end(), false);
     };
     return m.components == n.components && m.boundary_edges == n.boundary_edges &&
            m.nonmanifold_edges == n.nonmanifold_edges &&
-           m.euler_characteristic - unused(a) == n.euler_characteristic - unused(b);
+           m.euler_characteristic - unused_points(a) == n.euler_characteristic - unused_points(b);
+}
+
+// The link condition keeps the topology. The final comparison guards against mistakes in it.
+Mesh simplified(const Mesh& mesh, const SimplifyOptions& options, SimplifyStats* stats) {
+    const Limits limits(options);
+    if (mesh.triangles.size() <= limits.triangles) return mesh;
+    std::optional<Attempt> reduced;
+    if (std::isfinite(limits.max_error) || stats)
+        reduced = reduce_within_error(mesh, limits, options.progress);
+    else
+        reduced = Attempt{reduce_unmeasured(mesh, limits, options.progress), {}, {}};
+    if (!reduced || !has_same_topology(mesh, reduced->mesh)) {
+        if (stats) stats->backed_off = true;
+        return mesh;
+    }
+    if (!mesh.normals.empty()) reduced->mesh.normals = point_normals(reduced->mesh);
+    if (stats) stats->deviation = reduced->deviation;
+    return std::move(reduced->mesh);
 }
 
 }  // namespace
 
 Mesh simplify(const Mesh& mesh, const SimplifyOptions& options, SimplifyStats* stats) {
-    constexpr int kMostAttempts = 8;
-    if (options.triangles < 0) throw InputError("simplify: the number of triangles must not be negative");
-    if (!(options.max_error > 0)) throw InputError("simplify: the largest error must be above 0");
-    check_triangles(mesh);
+    if (options.triangles && *options.triangles < 0)
+        throw InputError("simplify: the number of triangles must not be negative");
+    if (options.max_error && !(*options.max_error > 0))
+        throw InputError("simplify: the largest error must be above 0 mm");
+    check_indices(mesh);
     if (mesh.triangles.size() >= std::size_t{1} << 30)
         throw LimitError("simplify: the mesh has 2^30 triangles or more");
-    SimplifyStats found;
-    if (mesh.triangles.size() <= static_cast<std::size_t>(options.triangles)) {
-        if (stats) *stats = found;
-        return mesh;
-    }
+    if (stats) *stats = {};
     Mesh result;
-    if (!std::isfinite(options.max_error) && !stats) {  // nothing to measure
-        EdgeCollapse collapse(mesh, options.max_error);
-        collapse.reduce_to(static_cast<std::size_t>(options.triangles), options.progress);
-        result = collapse.mesh();
-    } else {
-        // The guard looks at few places of each triangle; the measurement finds the few worse ones between.
-        // The next attempt is more careful, and leaves what is round them.
-        const TriangleTree tree(mesh);
-        std::vector<bool> fixed(mesh.points.size(), false);
-        found.backed_off = true;
-        for (int i = 0; i < kMostAttempts && found.backed_off; ++i) {
-            const double guarded = 0.65 * std::pow(0.9, i) * options.max_error;
-            Attempt a = attempt(mesh, tree, options, guarded, fixed);
-            for (const std::uint32_t p : a.to_blame) fixed[p] = true;
-            if (a.deviation.max > options.max_error) continue;
-            found.deviation = a.deviation;
-            result = std::move(a.mesh);
-            found.backed_off = false;
-        }
-    }
-    // The link condition keeps the topology; a mesh to print is worth looking again.
-    if (found.backed_off || !same_topology(mesh, result)) {
-        result = mesh;
-        found = {{}, true};
-    } else if (!mesh.normals.empty()) {
-        result.normals = point_normals(result);
-    }
-    if (stats) *stats = found;
+    with_threads(options.threads, [&] { result = simplified(mesh, options, stats); });
     return result;
 }
 

@@ -1,47 +1,47 @@
+// Intersects triangles with exact predicates. Floating-point expansions decide cases in which rounding could be wrong.
 #include "triangle_intersection.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include <marrow/vector.h>
-
 namespace marrow::internal {
 
 namespace {
 
-// A sum of doubles without rounding: parts that do not overlap, the smallest first. After Shewchuk 1997.
+// An exact sum of doubles: an expansion of terms that do not overlap, the smallest first. After Shewchuk
+// 1997.
 class ExactSum {
   public:
-    // Every part of what is left of the products below, 48 of four parts each.
-    static constexpr std::size_t kMost = 192;
+    // exact_orient3d() adds 48 products of up to four terms each.
+    static constexpr std::size_t kMaxTerms = 192;
 
     void add(double x) {
         std::size_t kept = 0;
         for (std::size_t i = 0; i < count_; ++i) {
-            const double sum = x + parts_[i], back = sum - x;
-            const double lost = (x - (sum - back)) + (parts_[i] - back);
-            if (lost != 0) parts_[kept++] = lost;
+            const double sum = x + terms_[i], back = sum - x;
+            const double lost = (x - (sum - back)) + (terms_[i] - back);
+            if (lost != 0) terms_[kept++] = lost;
             x = sum;
         }
-        if (x != 0) parts_[kept++] = x;
+        if (x != 0) terms_[kept++] = x;
         count_ = kept;
     }
     void add_product(double x, double y, double z) {
         const double xy = x * y, lost = std::fma(x, y, -xy);
-        for (const double part : {xy, lost}) {
-            const double product = part * z;
+        for (const double term : {xy, lost}) {
+            const double product = term * z;
             add(product);
-            add(std::fma(part, z, -product));
+            add(std::fma(term, z, -product));
         }
     }
-    int sign() const { return count_ == 0 ? 0 : parts_[count_ - 1] > 0 ? 1 : -1; }
+    int sign() const { return count_ == 0 ? 0 : terms_[count_ - 1] > 0 ? 1 : -1; }
 
   private:
-    std::array<double, kMost> parts_;
+    std::array<double, kMaxTerms> terms_;
     std::size_t count_ = 0;
 };
 
-// A difference of doubles without rounding: the rounded one, and what was lost.
+// An exact difference of doubles: the rounded difference and its rounding error.
 using ExactDifference = std::array<double, 2>;
 
 ExactDifference exact_difference(double x, double y) {
@@ -49,7 +49,7 @@ ExactDifference exact_difference(double x, double y) {
     return {difference, (x - (difference + back)) + (back - y)};
 }
 
-int exact_side_of(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d& d) {
+int exact_orient3d(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d& d) {
     std::array<ExactDifference, 3> u, v, w;
     for (std::size_t i = 0; i < 3; ++i) {
         u[i] = exact_difference(b[i], a[i]);
@@ -69,32 +69,34 @@ int exact_side_of(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d& d
     return determinant.sign();
 }
 
-// A triangle turned so that its corner `alone` comes first.
-struct Turned {
-    Vec3d alone, next, last;
-    int side = 0;  // on which `alone` lies of the plane
-    Cut cut;
+// A triangle that is rotated so that the apex of its cut comes first.
+struct Rotated {
+    Vec3d apex, next, last;
+    int side = 0;  // of the other triangle's plane on which the apex is
+    PlaneCut cut;
 };
 
-std::optional<Turned> turn(const std::array<Vec3d, 3>& s, const std::array<int, 3>& side) {
+std::optional<Rotated> rotate_to_apex(const TriangleCorners& s, const std::array<int, 3>& side) {
     for (std::size_t i = 0; i < 3; ++i) {
         const std::size_t j = (i + 1) % 3, k = (i + 2) % 3;
-        // With one corner in the plane and both others on one side of it, only that corner is shared.
+        // If one corner is in the plane and the others are on one side of it, the plane cuts only this
+        // corner.
         if (side[i] == 0 || side[i] * side[j] > 0 || side[i] * side[k] > 0) continue;
-        return Turned{s[i], s[j], s[k], side[i], {i, side[j] != 0 ? j : side[k] != 0 ? k : Cut::kNone}};
+        const std::size_t opposite = side[j] != 0 ? j : side[k] != 0 ? k : PlaneCut::kNone;
+        return Rotated{s[i], s[j], s[k], side[i], {i, opposite}};
     }
     return {};
 }
 
-std::array<int, 3> sides_of(const std::array<Vec3d, 3>& s, const std::array<Vec3d, 3>& t) {
-    return {side_of(t[0], t[1], t[2], s[0]), side_of(t[0], t[1], t[2], s[1]),
-            side_of(t[0], t[1], t[2], s[2])};
+std::array<int, 3> sides_of_plane(const TriangleCorners& s, const TriangleCorners& t) {
+    return {orient3d(t[0], t[1], t[2], s[0]), orient3d(t[0], t[1], t[2], s[1]),
+            orient3d(t[0], t[1], t[2], s[2])};
 }
 
 }  // namespace
 
-int side_of(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d& d) {
-    constexpr double kRounding = 1e-14;  // several times what the products and sums below can lose
+int orient3d(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d& d) {
+    constexpr double kRounding = 1e-14;  // several times the rounding error of the products and sums below
     const Vec3d u = b - a, v = c - a, w = d - a;
     const double determinant = dot(u, cross(v, w));
     double size = 0;
@@ -104,34 +106,37 @@ int side_of(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d& d) {
     }
     if (std::abs(determinant) > kRounding * size) return determinant > 0 ? 1 : -1;
     if (size == 0 || d == a || d == b || d == c) return 0;
-    return exact_side_of(a, b, c, d);
+    return exact_orient3d(a, b, c, d);
 }
 
-// After Devillers and Guigue 2002: both triangles meet the line that their planes share in a stretch of it, from the
-// edge alone-next to alone-last. Which end comes first is the side of one such edge on which another lies.
-std::optional<Meeting> meet(const std::array<Vec3d, 3>& given_s, const std::array<Vec3d, 3>& given_t) {
-    auto s = turn(given_s, sides_of(given_s, given_t));
+// After Devillers and Guigue 2002. Each triangle cuts a segment out of the line that the two planes share.
+// The ends of the segment are on the edges apex-next and apex-last. The orientation of two such edges tells
+// which end comes first on the line, and so whether the segments overlap.
+std::optional<TriangleIntersection> intersect(const TriangleCorners& given_s,
+                                              const TriangleCorners& given_t) {
+    auto s = rotate_to_apex(given_s, sides_of_plane(given_s, given_t));
     if (!s) return {};
-    auto t = turn(given_t, sides_of(given_t, given_s));
+    auto t = rotate_to_apex(given_t, sides_of_plane(given_t, given_s));
     if (!t) return {};
-    // To turn a triangle over turns its plane over, and so exchanges the sides on which the other one lies.
+    // Flipping a triangle flips its plane, and so the side on which the other apex is.
     if (s->side < 0) std::swap(t->next, t->last);
     if (t->side < 0) std::swap(s->next, s->last);
-    if (side_of(s->alone, s->next, t->alone, t->next) >= 0 ||
-        side_of(s->alone, s->last, t->alone, t->last) <= 0)
+    if (orient3d(s->apex, s->next, t->apex, t->next) >= 0 ||
+        orient3d(s->apex, s->last, t->apex, t->last) <= 0)
         return {};
-    return Meeting{s->cut, t->cut};
+    return TriangleIntersection{s->cut, t->cut};
 }
 
 bool sheets_cross(const Vec3d& p, const Vec3d& q, const std::array<Vec3d, 2>& a,
                   const std::array<Vec3d, 2>& b) {
-    // 1: a place lies between a[0] and a[1], going round from the first; -1: between them the other way; 0: neither.
-    const int turn = side_of(p, q, a[0], a[1]);
-    const auto sector = [&](const Vec3d& place) {
-        const int from = side_of(p, q, a[0], place), to = side_of(p, q, place, a[1]);
-        const bool both_on = from > 0 && to > 0, both_off = from < 0 && to < 0;
-        if (turn < 0 ? from > 0 || to > 0 : both_on) return 1;
-        return (turn > 0 ? from < 0 || to < 0 : both_off) ? -1 : 0;
+    // The sides of the sheet a divide the directions around the line into two sectors. A point is in the
+    // sector that follows a[0] (1), in the sector that follows a[1] (-1), or in the direction of a side (0).
+    const int turn = orient3d(p, q, a[0], a[1]);
+    const auto sector = [&](const Vec3d& point) {
+        const int from = orient3d(p, q, a[0], point), to = orient3d(p, q, point, a[1]);
+        const bool both_positive = from > 0 && to > 0, both_negative = from < 0 && to < 0;
+        if (turn < 0 ? from > 0 || to > 0 : both_positive) return 1;
+        return (turn > 0 ? from < 0 || to < 0 : both_negative) ? -1 : 0;
     };
     return sector(b[0]) * sector(b[1]) < 0;
 }

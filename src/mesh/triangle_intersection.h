@@ -1,40 +1,43 @@
-/// Whether triangles pass through each other, decided exactly for the coordinates that they have.
+/// Decides whether triangles intersect, exactly for the given coordinates.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <optional>
 
-#include <marrow/volume.h>
+#include <marrow/vector.h>
+
+#include "triangle_corners.h"
 
 namespace marrow::internal {
 
-/// On which side of the plane through a, b, c the place d lies: the sign of the volume they span, 0 in the plane. Exact where
-/// the coordinates are those of floats.
-int side_of(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d& d);
+/// On which side of the plane through a, b, c the point d is: the sign of the volume that they span, 0 in the
+/// plane. Exact if the coordinates are float values.
+int orient3d(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d& d);
 
-/// The part of a triangle that the plane of another one cuts off: the corner `alone` lies on one side of it, `beyond` on the
-/// other; kNone: both other corners are in the plane, and so is the edge between them.
-struct Cut {
+/// How a plane cuts a triangle: the corner `apex` is alone on its side of the plane, and the corner
+/// `opposite` is on the other side. If `opposite` is kNone, the edge opposite to the apex is in the plane.
+struct PlaneCut {
     static constexpr std::size_t kNone = 3;
-    std::size_t alone = kNone, beyond = kNone;
+    std::size_t apex = kNone, opposite = kNone;
 
-    bool along_edge() const { return beyond == kNone; }
+    bool is_along_edge() const { return opposite == kNone; }
 };
 
-/// How two triangles meet that share a stretch of line, more than a point, and not a plane.
-struct Meeting {
-    Cut s, t;
+/// Two triangles that intersect along a line segment and have different planes.
+struct TriangleIntersection {
+    PlaneCut s, t;  ///< how the plane of the other triangle cuts each
 
-    /// Whether the inside of one meets the inside of the other: no neighbours do, and nothing that only touches.
-    bool of_insides() const { return !s.along_edge() && !t.along_edge(); }
+    /// Whether the segment is in the interior of both triangles.
+    bool is_of_interiors() const { return !s.is_along_edge() && !t.is_along_edge(); }
 };
 
-/// Of triangles with these corners; nothing where they do not meet so.
-std::optional<Meeting> meet(const std::array<Vec3d, 3>& s, const std::array<Vec3d, 3>& t);
+/// Intersects two triangles. Returns nothing if they share no line segment or have a common plane.
+std::optional<TriangleIntersection> intersect(const TriangleCorners& s, const TriangleCorners& t);
 
-/// Whether two sheets, bent along one line through p and q, go through each other there: one ends in the places a[0] and a[1]
-/// on its sides of the line, the other in b[0] and b[1]. Not so where any two of them lie in one direction from the line.
+/// Whether two sheets that are folded along the line through p and q cross each other there. One sheet has
+/// the points a[0] and a[1] on its two sides, the other sheet b[0] and b[1]. False if any two of these are in
+/// the same direction from the line.
 bool sheets_cross(const Vec3d& p, const Vec3d& q, const std::array<Vec3d, 2>& a,
                   const std::array<Vec3d, 2>& b);
 

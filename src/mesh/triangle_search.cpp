@@ -1,3 +1,4 @@
+// Finds the nearest triangle of a tree. Highway compiles this file once for each SIMD target.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "mesh/triangle_search.cpp"
 #include <hwy/foreach_target.h>
@@ -16,13 +17,14 @@ namespace marrow::internal::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// A place, and how far boxes are from it at least. Boxes and the arithmetic on them are float: more than rounding may
-// add is taken off, so that no box is passed over whose triangle, in double, would have been nearer.
+// Computes lower bounds of the distances from a position to boxes. The arithmetic is float, so the bounds are
+// reduced by more than the rounding error. Otherwise a search could skip a box that contains the nearest
+// triangle.
 class Query {
   public:
-    explicit Query(const Vec3d& place) {
+    explicit Query(const Vec3d& position) {
         for (std::size_t axis = 0; axis < 3; ++axis) {
-            const auto p = static_cast<float>(place[axis]);
+            const auto p = static_cast<float>(position[axis]);
             const float ulp =
                 std::abs(p) * std::numeric_limits<float>::epsilon() + std::numeric_limits<float>::min();
             lower_[axis] = p - ulp;
@@ -30,12 +32,13 @@ class Query {
         }
     }
 
-    // The squared distances of what is under a node, and which of them are below `most`.
+    // Stores the squared distances to the children's boxes. Returns a mask of the children nearer than
+    // sqrt(most).
     HWY_INLINE std::uint32_t near(const BoxTree::Node& node, double most, float* to_boxes) const {
         const D d;
         std::uint32_t bits = 0;
         const auto largest = hn::Set(d, std::numeric_limits<float>::max());
-        // What holds the place is near however small `most` is, also below what a float can be.
+        // A box that contains the position is near even if `most` is below the range of float.
         const auto limit =
             hn::Set(d, std::max(static_cast<float>(most * 1.000001), std::numeric_limits<float>::min()));
         for (std::size_t c = 0; c < BoxTree::kWidth; c += hn::Lanes(d)) {
@@ -48,9 +51,9 @@ class Query {
             }
             const auto least = hn::Min(hn::Mul(sum, hn::Set(d, 0.999998f)), largest);
             hn::Store(least, d, to_boxes + c);
-            std::uint8_t some[8] = {};
-            hn::StoreMaskBits(d, hn::Lt(least, limit), some);
-            bits |= static_cast<std::uint32_t>(some[0]) << c;
+            std::uint8_t mask[8] = {};
+            hn::StoreMaskBits(d, hn::Lt(least, limit), mask);
+            bits |= static_cast<std::uint32_t>(mask[0]) << c;
         }
         return bits & ((1u << node.count) - 1);
     }
@@ -60,9 +63,10 @@ class Query {
     float lower_[3], upper_[3];
 };
 
-// squared_distance_to_triangle of the triangles from lane c on, bit for bit.
+// Computes squared_distance_to_triangle, bit for bit, for the triangles of a leaf from index c on.
 template <class D>
-HWY_INLINE hn::Vec<D> squared_distances(D d, const Vec3d& place, const BoxTree::Leaf& leaf, std::size_t c) {
+HWY_INLINE hn::Vec<D> squared_distances(D d, const Vec3d& position, const BoxTree::Leaf& leaf,
+                                        std::size_t c) {
     using V = hn::Vec<D>;
     const auto dot = [](V ax, V ay, V az, V bx, V by, V bz) {
         return hn::Add(hn::Add(hn::Mul(ax, bx), hn::Mul(ay, by)), hn::Mul(az, bz));
@@ -73,8 +77,8 @@ HWY_INLINE hn::Vec<D> squared_distances(D d, const Vec3d& place, const BoxTree::
     const V ax = corner(0, 0), ay = corner(0, 1), az = corner(0, 2);
     const V ux = hn::Sub(corner(1, 0), ax), uy = hn::Sub(corner(1, 1), ay), uz = hn::Sub(corner(1, 2), az);
     const V vx = hn::Sub(corner(2, 0), ax), vy = hn::Sub(corner(2, 1), ay), vz = hn::Sub(corner(2, 2), az);
-    const V fx = hn::Sub(hn::Set(d, place[0]), ax), fy = hn::Sub(hn::Set(d, place[1]), ay),
-            fz = hn::Sub(hn::Set(d, place[2]), az);
+    const V fx = hn::Sub(hn::Set(d, position[0]), ax), fy = hn::Sub(hn::Set(d, position[1]), ay),
+            fz = hn::Sub(hn::Set(d, position[2]), az);
     const V nx = hn::Sub(hn::Mul(uy, vz), hn::Mul(uz, vy)), ny = hn::Sub(hn::Mul(uz, vx), hn::Mul(ux, vz)),
             nz = hn::Sub(hn::Mul(ux, vy), hn::Mul(uy, vx));
     const V uu = dot(ux, uy, uz, ux, uy, uz), uv = dot(ux, uy, uz, vx, vy, vz),
@@ -85,14 +89,14 @@ HWY_INLINE hn::Vec<D> squared_distances(D d, const Vec3d& place, const BoxTree::
     const V zero = hn::Zero(d), one = hn::Set(d, 1.0);
     const V height = dot(fx, fy, fz, nx, ny, nz);
     const V to_plane = hn::Div(hn::Mul(height, height), nn);
-    // Along the edges.
-    const auto along = [&](V part, V whole) {
-        return hn::IfThenElseZero(hn::Gt(whole, zero), hn::Min(hn::Max(hn::Div(part, whole), zero), one));
+    // The nearest points on the edges.
+    const auto fraction = [&](V part, V total) {
+        return hn::IfThenElseZero(hn::Gt(total, zero), hn::Min(hn::Max(hn::Div(part, total), zero), one));
     };
     const auto squared = [&](V x, V y, V z) { return dot(x, y, z, x, y, z); };
-    const V on_u = along(u_from, uu), on_v = along(v_from, vv);
-    const V along_w =
-        along(hn::Add(hn::Sub(v_from, u_from), hn::Sub(uu, uv)), hn::Add(hn::Sub(uu, uv), hn::Sub(vv, uv)));
+    const V on_u = fraction(u_from, uu), on_v = fraction(v_from, vv);
+    const V along_w = fraction(hn::Add(hn::Sub(v_from, u_from), hn::Sub(uu, uv)),
+                               hn::Add(hn::Sub(uu, uv), hn::Sub(vv, uv)));
     const V along_u = hn::Sub(one, along_w);
     const auto away = [](V f, V p, V u) { return hn::Sub(f, hn::Mul(p, u)); };
     const V to_u = squared(away(fx, on_u, ux), away(fy, on_u, uy), away(fz, on_u, uz));
@@ -108,12 +112,12 @@ HWY_INLINE hn::Vec<D> squared_distances(D d, const Vec3d& place, const BoxTree::
     return hn::IfThenElse(hn::And(hn::And(not_u, not_v), not_w), to_plane, to_edge);
 }
 
-// The nearest of a leaf's triangles, where it is nearer than what was found.
-HWY_INLINE bool look_at(const BoxTree::Leaf& leaf, const Vec3d& place, FoundTriangle& found) {
+// Updates `found` if a triangle of the leaf is nearer. Returns whether one is.
+HWY_INLINE bool search_leaf(const BoxTree::Leaf& leaf, const Vec3d& position, FoundTriangle& found) {
     const hn::CappedTag<double, BoxTree::kWidth> d;
     const double before = found.squared_distance;
     for (std::size_t c = 0; c < BoxTree::kWidth; c += hn::Lanes(d)) {
-        const auto squared = squared_distances(d, place, leaf, c);
+        const auto squared = squared_distances(d, position, leaf, c);
         const auto nearer = hn::Lt(squared, hn::Set(d, found.squared_distance));
         if (hn::AllFalse(d, nearer)) continue;
         const auto far = hn::Set(d, std::numeric_limits<double>::infinity());
@@ -124,35 +128,36 @@ HWY_INLINE bool look_at(const BoxTree::Leaf& leaf, const Vec3d& place, FoundTria
     return found.squared_distance < before;
 }
 
-// What a search may still visit: how far its box is and, below, what BoxTree::Node::under says. One number, so that choosing
-// between two is no branch, which would be mispredicted.
-using Seen = std::uint64_t;
+// A child that a search may still visit: the squared distance to its box in the upper half,
+// BoxTree::Node::child in the lower half. Choosing between two single numbers needs no branch, which would
+// often be mispredicted.
+using Pending = std::uint64_t;
 
-FoundTriangle find_nearest_any(const BoxTree& tree, const Vec3d& place, double enough, double most,
+FoundTriangle find_nearest_any(const BoxTree& tree, const Vec3d& position, double enough, double most,
                                std::uint32_t* guess) {
-    Seen stack[BoxTree::kMostSeen];
+    Pending stack[BoxTree::kMaxPending];
     alignas(64) float to_boxes[BoxTree::kWidth];
-    const Query query(place);
+    const Query query(position);
     constexpr double kFar = std::numeric_limits<double>::infinity();
-    // What is exactly `most` away counts.
+    // A triangle at exactly the distance `most` counts.
     FoundTriangle found{most < kFar ? std::nextafter(most * most, kFar) : kFar, 0};
     const std::uint32_t guessed = guess ? *guess : BoxTree::kLeaf;
-    if (guess) look_at(tree.leaves[*guess], place, found);
-    constexpr Seen kRoot = 0, kNone = ~Seen{0};
+    if (guess) search_leaf(tree.leaves[*guess], position, found);
+    constexpr Pending kRoot = 0, kNone = ~Pending{0};
     std::size_t depth = 0;
     stack[depth++] = kRoot;
     while (depth > 0 && found.squared_distance > enough * enough) {
-        Seen at = stack[--depth];
+        Pending at = stack[--depth];
         if (!(std::bit_cast<float>(static_cast<std::uint32_t>(at >> 32)) < found.squared_distance)) continue;
-        // Down to a leaf, always to what is nearest.
+        // Descends to a leaf, always to the nearest child.
         while ((at & BoxTree::kLeaf) == 0) {
             const BoxTree::Node& node = tree.nodes[static_cast<std::uint32_t>(at)];
             at = kNone;
             for (std::uint32_t bits = query.near(node, found.squared_distance, to_boxes); bits != 0;
                  bits &= bits - 1) {
                 const auto child = static_cast<std::uint32_t>(hwy::Num0BitsBelowLS1Bit_Nonzero32(bits));
-                const Seen next =
-                    Seen{std::bit_cast<std::uint32_t>(to_boxes[child])} << 32 | node.under[child];
+                const Pending next =
+                    Pending{std::bit_cast<std::uint32_t>(to_boxes[child])} << 32 | node.child[child];
                 const bool is_nearer = next >> 32 <= at >> 32;
                 stack[depth] = is_nearer ? at : next;
                 depth += stack[depth] != kNone ? 1 : 0;
@@ -161,7 +166,7 @@ FoundTriangle find_nearest_any(const BoxTree& tree, const Vec3d& place, double e
         }
         const std::uint32_t leaf = static_cast<std::uint32_t>(at) ^ BoxTree::kLeaf;
         if (at == kNone || leaf == guessed) continue;
-        if (look_at(tree.leaves[leaf], place, found) && guess) *guess = leaf;
+        if (search_leaf(tree.leaves[leaf], position, found) && guess) *guess = leaf;
     }
     return found;
 }
@@ -174,9 +179,9 @@ namespace marrow::internal {
 
 HWY_EXPORT(find_nearest_any);
 
-FoundTriangle find_nearest(const BoxTree& tree, const Vec3d& place, double enough, double most,
+FoundTriangle find_nearest(const BoxTree& tree, const Vec3d& position, double enough, double most,
                            std::uint32_t* guess) {
-    return HWY_DYNAMIC_DISPATCH(find_nearest_any)(tree, place, enough, most, guess);
+    return HWY_DYNAMIC_DISPATCH(find_nearest_any)(tree, position, enough, most, guess);
 }
 
 }  // namespace marrow::internal

@@ -1,4 +1,4 @@
-/// The search for the nearest triangle under a tree of boxes, in vectors.
+/// Searches a tree of bounding boxes for the nearest triangle, with SIMD.
 #pragma once
 
 #include <array>
@@ -6,36 +6,36 @@
 #include <cstdint>
 
 #include <marrow/buffer.h>
-#include <marrow/mesh.h>
-#include <marrow/volume.h>
+#include <marrow/vector.h>
 
 namespace marrow::internal {
 
-/// A tree of boxes, eight under a node, and at its ends triangles, up to eight together.
+/// A bounding volume hierarchy: nodes have up to eight children, leaves up to eight triangles.
 struct BoxTree {
     static constexpr std::uint32_t kWidth = 8;
 
-    /// By corner and axis. Behind the last triangle come copies of it.
+    /// Triangles by corner and axis. Unused entries repeat the last triangle.
     struct Leaf {
         float corners[3][3][kWidth];
-        std::uint32_t triangle[kWidth];  ///< of the mesh
+        std::uint32_t triangle[kWidth];  ///< the index in the mesh
         std::uint32_t count;
 
         Vec3f corner(std::size_t corner, std::size_t i) const {
             return {corners[corner][0][i], corners[corner][1][i], corners[corner][2][i]};
         }
     };
-    /// The boxes of what is under it, by axis, and what that is.
+    /// The children and their boxes by axis.
     struct Node {
         float lower[3][kWidth], upper[3][kWidth];
-        std::uint32_t under[kWidth];  ///< a node, or kLeaf and a leaf
+        std::uint32_t child[kWidth];  ///< the index of a node, or kLeaf plus the index of a leaf
         std::uint32_t count;
     };
     static constexpr std::uint32_t kLeaf = std::uint32_t{1} << 31;
-    /// How many nodes a search may have before it at most: under each of 64 levels, more than there can be, all but one.
-    static constexpr std::size_t kMostSeen = 64 * kWidth;
+    /// An upper bound of the children that wait in a search: all but one at each level. There are fewer than
+    /// 64 levels.
+    static constexpr std::size_t kMaxPending = 64 * kWidth;
 
-    Buffer<Node> nodes;  ///< the root, and nodes before those under them
+    Buffer<Node> nodes;  ///< the root first, and every node before its children
     Buffer<Leaf> leaves;
 };
 
@@ -44,10 +44,13 @@ struct FoundTriangle {
     std::uint32_t triangle;
 };
 
-/// The nearest triangle that is no further than `most`, or the first found that is no further than `enough`; where
-/// there is none, its squared distance is above that of `most`. With a guess, a leaf, looks there first, and leaves
-/// there where the triangle was found. The same bits on every SIMD target. \pre the tree has triangles
-FoundTriangle find_nearest(const BoxTree& tree, const Vec3d& place, double enough, double most,
+/// Returns the nearest triangle within the distance `most`, or any triangle within the distance `enough`. If
+/// no triangle is within `most`, the squared distance of the result is larger than most * most.
+///
+/// The leaf `*guess`, if given, is searched first. It is replaced by the leaf of the result; it does not
+/// change the distance if `enough` is 0. The result has the same bits on every SIMD target. \pre the tree has
+/// triangles
+FoundTriangle find_nearest(const BoxTree& tree, const Vec3d& position, double enough, double most,
                            std::uint32_t* guess);
 
 }  // namespace marrow::internal

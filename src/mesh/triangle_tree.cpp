@@ -1,3 +1,4 @@
+// Builds a tree of boxes over triangles.
 #include "triangle_tree.h"
 
 #include <tbb/parallel_for.h>
@@ -5,18 +6,32 @@
 #include <bit>
 #include <vector>
 
-#include "morton_curve.h"
-#include "vector.h"
+#include "triangle_corners.h"
 
 namespace marrow::internal {
 
 namespace {
 
-void set_box(BoxTree::Node& node, std::size_t i, const TriangleTree::Box& box) {
+void set_bounds(BoxTree::Node& node, std::size_t i, const Bounds& bounds) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
-        node.lower[axis][i] = box.lower[axis];
-        node.upper[axis][i] = box.upper[axis];
+        node.lower[axis][i] = bounds.lower[axis];
+        node.upper[axis][i] = bounds.upper[axis];
     }
+}
+
+// Unused entries repeat a triangle, so they do not change the bounds.
+Bounds bounds_of_leaf(const BoxTree::Leaf& leaf) {
+    Bounds bounds;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        bounds.lower[axis] = bounds.upper[axis] = leaf.corners[0][axis][0];
+        for (const auto& corner : leaf.corners) {
+            for (const float x : corner[axis]) {
+                bounds.lower[axis] = std::min(bounds.lower[axis], x);
+                bounds.upper[axis] = std::max(bounds.upper[axis], x);
+            }
+        }
+    }
+    return bounds;
 }
 
 }  // namespace
@@ -24,52 +39,53 @@ void set_box(BoxTree::Node& node, std::size_t i, const TriangleTree::Box& box) {
 TriangleTree::TriangleTree(const Mesh& mesh) : order_(along_morton_curve(mesh)) {
     std::vector<Range> ranges;  // of leaves
     tree_.nodes.emplace_back();
-    part(0, {0, static_cast<std::uint32_t>(order_.size())}, ranges);
+    split(0, {0, static_cast<std::uint32_t>(order_.size())}, ranges);
     tree_.leaves.resize(ranges.size());
     tbb::parallel_for(std::size_t{0}, tree_.nodes.size(), [&](std::size_t n) {
         BoxTree::Node& node = tree_.nodes[n];
         for (std::size_t i = 0; i < node.count; ++i) {
-            if ((node.under[i] & BoxTree::kLeaf) == 0) continue;
-            const std::uint32_t at = node.under[i] ^ BoxTree::kLeaf;
-            fill(tree_.leaves[at], ranges[at], mesh);
-            set_box(node, i, box_of(tree_.leaves[at]));
+            if ((node.child[i] & BoxTree::kLeaf) == 0) continue;
+            const std::uint32_t leaf = node.child[i] ^ BoxTree::kLeaf;
+            fill(tree_.leaves[leaf], ranges[leaf], mesh);
+            set_bounds(node, i, bounds_of_leaf(tree_.leaves[leaf]));
         }
     });
-    find_boxes();
+    merge_bounds();
 }
 
-// Where the curve goes from one half of a cube to the other.
-std::uint32_t TriangleTree::middle_of(const Range& range) const {
-    const std::uint32_t last = order_[range.end - 1].key, differs = order_[range.begin].key ^ last;
-    if (differs == 0) return range.begin + range.size() / 2;
-    const std::uint32_t half = last & ~(std::bit_floor(differs) - 1);
+// Splits where the curve changes from one half of a cube to the other: at the highest bit in which the keys
+// differ.
+std::uint32_t TriangleTree::split_position(const Range& range) const {
+    const std::uint32_t last = order_[range.end - 1].key, difference = order_[range.begin].key ^ last;
+    if (difference == 0) return range.begin + range.size() / 2;
+    const std::uint32_t half = last & ~(std::bit_floor(difference) - 1);
     const auto found = std::partition_point(order_.begin() + range.begin, order_.begin() + range.end,
-                                            [&](const OnCurve& k) { return k.key < half; });
+                                            [&](const MortonKey& k) { return k.key < half; });
     return static_cast<std::uint32_t>(found - order_.begin());
 }
 
-// Parts a range into up to eight, for a node.
-void TriangleTree::part(std::uint32_t node, const Range& range, std::vector<Range>& leaves) {
+// Splits a range into up to eight children of a node, and splits these in turn.
+void TriangleTree::split(std::uint32_t node, const Range& range, std::vector<Range>& leaves) {
     const auto is_smaller = [](const Range& a, const Range& b) { return a.size() < b.size(); };
     std::uint32_t count = 1;
-    std::array<Range, BoxTree::kWidth> parts{range};
+    std::array<Range, BoxTree::kWidth> children{range};
     while (count < BoxTree::kWidth) {
-        Range& largest = *std::max_element(parts.begin(), parts.begin() + count, is_smaller);
+        Range& largest = *std::max_element(children.begin(), children.begin() + count, is_smaller);
         if (largest.size() <= BoxTree::kWidth) break;
-        const std::uint32_t middle = middle_of(largest);
-        parts[count++] = {middle, largest.end};
+        const std::uint32_t middle = split_position(largest);
+        children[count++] = {middle, largest.end};
         largest.end = middle;
     }
     tree_.nodes[node].count = count;
     for (std::uint32_t i = 0; i < count; ++i) {
-        if (parts[i].size() <= BoxTree::kWidth) {
-            tree_.nodes[node].under[i] = BoxTree::kLeaf | static_cast<std::uint32_t>(leaves.size());
-            leaves.push_back(parts[i]);
+        if (children[i].size() <= BoxTree::kWidth) {
+            tree_.nodes[node].child[i] = BoxTree::kLeaf | static_cast<std::uint32_t>(leaves.size());
+            leaves.push_back(children[i]);
             continue;
         }
-        const auto below = tree_.nodes[node].under[i] = static_cast<std::uint32_t>(tree_.nodes.size());
+        const auto child = tree_.nodes[node].child[i] = static_cast<std::uint32_t>(tree_.nodes.size());
         tree_.nodes.emplace_back();
-        part(below, parts[i], leaves);
+        split(child, children[i], leaves);
     }
 }
 
@@ -84,47 +100,24 @@ void TriangleTree::fill(BoxTree::Leaf& leaf, const Range& range, const Mesh& mes
     }
 }
 
-// Of nodes under nodes, from theirs.
-void TriangleTree::find_boxes() {
+// Sets the bounds of the children that are nodes, from the last node to the root.
+void TriangleTree::merge_bounds() {
     for (std::size_t n = tree_.nodes.size(); n-- > 0;) {
         BoxTree::Node& node = tree_.nodes[n];
         for (std::size_t i = 0; i < node.count; ++i) {
-            if ((node.under[i] & BoxTree::kLeaf) != 0) continue;
-            const BoxTree::Node& below = tree_.nodes[node.under[i]];
-            Box box;
+            if ((node.child[i] & BoxTree::kLeaf) != 0) continue;
+            const BoxTree::Node& child = tree_.nodes[node.child[i]];
+            Bounds bounds;
             for (std::size_t axis = 0; axis < 3; ++axis) {
-                box.lower[axis] = *std::min_element(below.lower[axis], below.lower[axis] + below.count);
-                box.upper[axis] = *std::max_element(below.upper[axis], below.upper[axis] + below.count);
+                bounds.lower[axis] = *std::min_element(child.lower[axis], child.lower[axis] + child.count);
+                bounds.upper[axis] = *std::max_element(child.upper[axis], child.upper[axis] + child.count);
             }
-            set_box(node, i, box);
+            set_bounds(node, i, bounds);
         }
     }
 }
 
-TriangleTree::Box TriangleTree::box_of(const Vec3f& a, const Vec3f& b, const Vec3f& c) {
-    Box box;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-        box.lower[axis] = std::min({a[axis], b[axis], c[axis]});
-        box.upper[axis] = std::max({a[axis], b[axis], c[axis]});
-    }
-    return box;
-}
-
-TriangleTree::Box TriangleTree::box_of(const BoxTree::Leaf& leaf) {
-    Box box;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-        box.lower[axis] = box.upper[axis] = leaf.corners[0][axis][0];
-        for (const auto& corner : leaf.corners) {
-            for (const float x : corner[axis]) {
-                box.lower[axis] = std::min(box.lower[axis], x);
-                box.upper[axis] = std::max(box.upper[axis], x);
-            }
-        }
-    }
-    return box;
-}
-
-// After Moeller and Trumbore 1997; negative where the ray misses.
+// After Moeller and Trumbore 1997. Negative if the ray misses the triangle.
 double TriangleTree::hit(const BoxTree::Leaf& leaf, std::size_t i, const Vec3d& origin,
                          const Vec3d& direction) {
     const Vec3d a = to_double(leaf.corner(0, i)), u = to_double(leaf.corner(1, i)) - a,

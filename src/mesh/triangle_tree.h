@@ -1,4 +1,4 @@
-/// Finding triangles of a mesh by place: the nearest, those along a ray, those in a box.
+/// Finds triangles of a mesh by position: the nearest one, all along a ray, or all in a box.
 #pragma once
 
 #include <algorithm>
@@ -10,100 +10,100 @@
 #include <vector>
 
 #include <marrow/mesh.h>
-#include <marrow/volume.h>
 
+#include "bounds.h"
 #include "morton_curve.h"
 #include "triangle_search.h"
 
 namespace marrow::internal {
 
-/// A copy of a mesh's triangles along a Morton curve, and a tree of boxes over them, eight under each, that are parted
-/// where the curve goes from one half of a cube to the other: little more work than sorting them. After Lauterbach et al.
-/// 2009.
+inline Bounds bounds_of(const Vec3f& a, const Vec3f& b, const Vec3f& c) {
+    Bounds bounds;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        bounds.lower[axis] = std::min({a[axis], b[axis], c[axis]});
+        bounds.upper[axis] = std::max({a[axis], b[axis], c[axis]});
+    }
+    return bounds;
+}
+inline Bounds bounds_of(const Mesh& mesh, const Triangle& t) {
+    return bounds_of(mesh.points[t[0]], mesh.points[t[1]], mesh.points[t[2]]);
+}
+
+/// Copies the triangles of a mesh in the order of a Morton curve, and builds a bounding volume hierarchy over
+/// them. Its nodes split where the curve changes from one half of a cube to the other, so it costs little
+/// more than sorting. After Lauterbach et al. 2009.
 class TriangleTree {
   public:
-    /// \pre mesh has triangles, fewer than 2^32, and they name points that are there
+    /// \pre the mesh has triangles, fewer than 2^32, and their indices are in range
     explicit TriangleTree(const Mesh& mesh);
 
-    /// The i-th triangle of the mesh along the curve, on which neighbours lie near each other.
+    /// The i-th triangle along the curve. Neighbours on the curve are near each other.
     std::uint32_t along_curve(std::size_t i) const { return order_[i].triangle; }
 
-    /// Where a search begins that is given no better guess.
+    /// The guess for a search without a better guess.
     static constexpr std::uint32_t kAnywhere = 0;
 
-    /// The distance from a place to the nearest one on a triangle; or to any that is no further than `enough`.
-    double distance(const Vec3d& place, double enough = 0) const { return nearest(place, enough).distance; }
-    /// The same, with a guess where to look first, which becomes where it was found: that of a place near by makes
-    /// it faster and changes nothing.
-    double distance(const Vec3d& place, double enough, std::uint32_t& guess) const {
-        return std::sqrt(find_nearest(tree_, place, enough, kFar, &guess).squared_distance);
+    /// The distance from a position to the nearest triangle, or to any triangle within the distance `enough`.
+    double distance(const Vec3d& position, double enough = 0) const {
+        return nearest(position, enough).distance;
+    }
+    /// The same, but searches the leaf `guess` first and sets it to the leaf of the found triangle. The guess
+    /// of a nearby position makes the search faster.
+    double distance(const Vec3d& position, double enough, std::uint32_t& guess) const {
+        return std::sqrt(find_nearest(tree_, position, enough, kInfinity, &guess).squared_distance);
     }
 
     struct Nearest {
         double distance;
-        std::uint32_t triangle;  ///< of the mesh
+        std::uint32_t triangle;  ///< the index in the mesh
     };
-    /// The nearest triangle; or the first found that is no further than `enough`.
-    Nearest nearest(const Vec3d& place, double enough = 0) const {
-        const FoundTriangle found = find_nearest(tree_, place, enough, kFar, nullptr);
+    /// The nearest triangle, or any triangle within the distance `enough`.
+    Nearest nearest(const Vec3d& position, double enough = 0) const {
+        const FoundTriangle found = find_nearest(tree_, position, enough, kInfinity, nullptr);
         return {std::sqrt(found.squared_distance), found.triangle};
     }
 
-    /// Whether a triangle is no further than `distance`; faster than to ask for the nearest.
-    bool is_within(const Vec3d& place, double distance) const {
-        return find_nearest(tree_, place, distance, distance, nullptr).squared_distance <=
+    /// Whether a triangle is within `distance` of a position. Faster than finding the nearest triangle.
+    bool is_within(const Vec3d& position, double distance) const {
+        return find_nearest(tree_, position, distance, distance, nullptr).squared_distance <=
                distance * distance;
     }
 
-    /// Calls f(t, triangle) for each triangle of the mesh that the ray from `origin` meets at
-    /// origin + t * direction, 0 <= t <= t_max, in no order. Triangles along the ray are not met.
+    /// Calls f(t, triangle) for each triangle that the ray from `origin` hits at origin + t * direction with
+    /// 0 <= t <= t_max, in no particular order. A triangle that is parallel to the ray is not hit.
     template <class F>
     void for_each_hit(const Vec3d& origin, const Vec3d& direction, double t_max, F f) const;
 
-    struct Box {
-        Vec3f lower, upper;
-    };
-    static Box box_of(const Triangle& t, const Mesh& mesh) {
-        return box_of(mesh.points[t[0]], mesh.points[t[1]], mesh.points[t[2]]);
-    }
-    /// Calls f(triangle) for each triangle of the mesh whose box shares a place with `box`, in no order.
+    /// Calls f(triangle) for each triangle whose bounds overlap or touch the given bounds, in no particular
+    /// order.
     template <class F>
-    void for_each_in(const Box& box, F f) const;
+    void for_each_in(const Bounds& bounds, F f) const;
 
   private:
-    static constexpr double kFar = std::numeric_limits<double>::infinity();
+    static constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-    static Box box_of(const Vec3f& a, const Vec3f& b, const Vec3f& c);
-    static Box box_of(const BoxTree::Leaf& leaf);
-    static Box box_of(const BoxTree::Leaf& leaf, std::size_t i) {
-        return box_of(leaf.corner(0, i), leaf.corner(1, i), leaf.corner(2, i));
-    }
-    static Box box_of(const BoxTree::Node& node, std::size_t i) {
-        return {{node.lower[0][i], node.lower[1][i], node.lower[2][i]},
-                {node.upper[0][i], node.upper[1][i], node.upper[2][i]}};
-    }
-    /// Calls f(leaf, i) for the triangles whose boxes are `wanted`.
+    /// Calls f(leaf, i) for the triangles whose bounds are `wanted`.
     template <class Wanted, class F>
     void visit(Wanted wanted, F f) const;
-    /// Triangles that follow each other along the curve.
+    /// Successive triangles along the curve.
     struct Range {
         std::uint32_t begin, end;
 
         std::uint32_t size() const { return end - begin; }
     };
-    std::uint32_t middle_of(const Range& range) const;
-    void part(std::uint32_t node, const Range& range, std::vector<Range>& leaves);
+    std::uint32_t split_position(const Range& range) const;
+    void split(std::uint32_t node, const Range& range, std::vector<Range>& leaves);
     void fill(BoxTree::Leaf& leaf, const Range& range, const Mesh& mesh) const;
-    void find_boxes();
+    void merge_bounds();
     static double hit(const BoxTree::Leaf& leaf, std::size_t i, const Vec3d& origin, const Vec3d& direction);
 
-    std::vector<OnCurve> order_;
+    std::vector<MortonKey> order_;
     BoxTree tree_;
 };
 
 template <class Wanted, class F>
 void TriangleTree::visit(Wanted wanted, F f) const {
-    std::array<std::uint32_t, BoxTree::kMostSeen> stack;
+    std::array<std::uint32_t, BoxTree::kMaxPending> stack;
     std::size_t depth = 0;
     stack[depth++] = 0;
     while (depth > 0) {
@@ -111,13 +111,15 @@ void TriangleTree::visit(Wanted wanted, F f) const {
         if ((at & BoxTree::kLeaf) != 0) {
             const BoxTree::Leaf& leaf = tree_.leaves[at ^ BoxTree::kLeaf];
             for (std::size_t i = 0; i < leaf.count; ++i) {
-                if (wanted(box_of(leaf, i))) f(leaf, i);
+                if (wanted(bounds_of(leaf.corner(0, i), leaf.corner(1, i), leaf.corner(2, i)))) f(leaf, i);
             }
             continue;
         }
         const BoxTree::Node& node = tree_.nodes[at];
         for (std::size_t i = 0; i < node.count; ++i) {
-            if (wanted(box_of(node, i))) stack[depth++] = node.under[i];
+            const Bounds bounds{{node.lower[0][i], node.lower[1][i], node.lower[2][i]},
+                                {node.upper[0][i], node.upper[1][i], node.upper[2][i]}};
+            if (wanted(bounds)) stack[depth++] = node.child[i];
         }
     }
 }
@@ -125,10 +127,11 @@ void TriangleTree::visit(Wanted wanted, F f) const {
 template <class F>
 void TriangleTree::for_each_hit(const Vec3d& origin, const Vec3d& direction, double t_max, F f) const {
     visit(
-        [&](const Box& box) {
+        [&](const Bounds& bounds) {
             double enter = 0, leave = t_max;
             for (std::size_t axis = 0; axis < 3; ++axis) {
-                const double lower = box.lower[axis] - origin[axis], upper = box.upper[axis] - origin[axis];
+                const double lower = bounds.lower[axis] - origin[axis],
+                             upper = bounds.upper[axis] - origin[axis];
                 if (direction[axis] == 0) {
                     if (lower > 0 || upper < 0) return false;
                     continue;
@@ -146,10 +149,11 @@ void TriangleTree::for_each_hit(const Vec3d& origin, const Vec3d& direction, dou
 }
 
 template <class F>
-void TriangleTree::for_each_in(const Box& box, F f) const {
-    const auto overlaps = [&](const Box& other) {
+void TriangleTree::for_each_in(const Bounds& bounds, F f) const {
+    const auto overlaps = [&](const Bounds& other) {
         for (std::size_t axis = 0; axis < 3; ++axis) {
-            if (other.lower[axis] > box.upper[axis] || other.upper[axis] < box.lower[axis]) return false;
+            if (other.lower[axis] > bounds.upper[axis] || other.upper[axis] < bounds.lower[axis])
+                return false;
         }
         return true;
     };

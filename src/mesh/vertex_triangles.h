@@ -1,4 +1,4 @@
-/// The triangles round each point of a mesh.
+/// Lists the triangles at each point of a mesh.
 #pragma once
 
 #include <cstddef>
@@ -10,25 +10,28 @@
 
 namespace marrow::internal {
 
-/// Those of point p are at [begin(p), end(p)), each turned so that p comes first. \pre triangles name points
-/// that are there
-struct Fans {
-    std::vector<std::size_t> start;
-    std::vector<Triangle> triangles;
-
-    explicit Fans(const Mesh& mesh) : start(mesh.points.size() + 2, 0), triangles(3 * mesh.triangles.size()) {
-        // Counted two slots on, so that filling leaves start[p] at the begin of p's triangles.
+/// The triangles at point p are [begin(p), end(p)). Each is rotated so that p is its first corner.
+/// \pre indices are in range
+class VertexTriangles {
+  public:
+    explicit VertexTriangles(const Mesh& mesh)
+        : start_(mesh.points.size() + 2, 0), triangles_(3 * mesh.triangles.size()) {
+        // Counts go two entries further, so that filling leaves the first triangle of p in start_[p].
         for (const Triangle& t : mesh.triangles) {
-            for (std::uint32_t p : t) ++start[p + std::size_t{2}];
+            for (const std::uint32_t p : t) ++start_[p + std::size_t{2}];
         }
-        std::partial_sum(start.begin(), start.end(), start.begin());
+        std::partial_sum(start_.begin(), start_.end(), start_.begin());
         for (const Triangle& t : mesh.triangles) {
             for (std::size_t c = 0; c < 3; ++c)
-                triangles[start[t[c] + std::size_t{1}]++] = {t[c], t[(c + 1) % 3], t[(c + 2) % 3]};
+                triangles_[start_[t[c] + std::size_t{1}]++] = {t[c], t[(c + 1) % 3], t[(c + 2) % 3]};
         }
     }
-    const Triangle* begin(std::size_t p) const { return triangles.data() + start[p]; }
-    const Triangle* end(std::size_t p) const { return triangles.data() + start[p + 1]; }
+    const Triangle* begin(std::size_t p) const { return triangles_.data() + start_[p]; }
+    const Triangle* end(std::size_t p) const { return triangles_.data() + start_[p + 1]; }
+
+  private:
+    std::vector<std::size_t> start_;
+    std::vector<Triangle> triangles_;
 };
 
 }  // namespace marrow::internal

@@ -12,6 +12,7 @@
 #include <marrow/error.h>
 
 #include "base/parallel.h"
+#include "base/progress.h"
 #include "ground.h"
 #include "height_error.h"
 #include "joined_mesh.h"
@@ -43,7 +44,7 @@ class Work {
 
     void advance(double fraction) {
         done_ = fraction;
-        report(progress_, done_);
+        internal::report_progress(progress_, done_);
     }
     /// Reports the same progress again, so that the work can be cancelled in between.
     bool continues() const { return !progress_ || progress_(done_); }

@@ -1,10 +1,14 @@
-#include "support/command_line.h"
-#include "check_run.h"
-
+// `marrow INPUT` on the command line: extraction, its options and its reports.
 #include <fstream>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
+
+#include <marrow/mesh_io.h>
+#include <marrow/version.h>
+
+#include "outputs.h"
+#include "support/command_line.h"
 
 namespace marrow::test {
 namespace {
@@ -401,11 +405,8 @@ TEST_F(CommandLine, QuietSaysNothingAndVerboseSaysTheStages) {
 TEST_F(CommandLine, FailsWhenTheResultsCannotBePrinted) {
     std::ofstream full("/dev/full");
     std::ostringstream err;
-    Settings settings;
-    settings.inputs = {scan};
-    settings.output = mesh;
-    settings.surfaces = {{"0", 0.0, nullptr}};
-    EXPECT_EQ(run(settings, {full, err}, std::atomic<bool>{false}), 3);
+    const char* argv[] = {"marrow", scan.c_str(), "-o", mesh.c_str(), "--isovalue", "0"};
+    EXPECT_EQ(run_marrow(std::size(argv), argv, {full, err}, std::atomic<bool>{false}), 3);
     EXPECT_EQ(err.str(), "marrow: cannot write the results to standard output\n");
 }
 
@@ -421,7 +422,7 @@ TEST_F(CommandLine, InfoSaysWhatIsThere) {
 }
 
 TEST_F(CommandLine, HelpAndVersionGoToStdout) {
-    EXPECT_EQ(marrow_with({"--version"}).out, "marrow 0.1.0\n");
+    EXPECT_EQ(marrow_with({"--version"}).out, "marrow " MARROW_VERSION "\n");
     const Outcome help = marrow_with({"--help"});
     EXPECT_EQ(help.code, 0);
     EXPECT_NE(help.out.find("bone >= 226"), help.out.npos);

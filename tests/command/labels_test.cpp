@@ -117,7 +117,7 @@ TEST_F(LabelMap, GivesOnlyTheLabelsAskedForInTheSameShape) {
     EXPECT_EQ(marrow_with({map, "--labels", table, "-o", folder / "d.stl", "--only", "lobe, left"}).code, 0);
     const Outcome missing = marrow_with({map, "--labels", table, "-o", folder / "c.vtp", "--only", "7,5"});
     EXPECT_EQ(missing.code, kUsage);
-    EXPECT_NE(missing.err.find("there is no label '5'"), missing.err.npos) << missing.err;
+    EXPECT_NE(missing.err.find("has no label '5'"), missing.err.npos) << missing.err;
 }
 
 TEST_F(LabelMap, CanBeCropped) {
@@ -150,7 +150,7 @@ TEST_F(LabelMap, WarnsOfWhatItMayNotBeAndOfATableForAnother) {
 // Parts of one label in noise touch in points, which STL joins.
 TEST_F(LabelMap, WarnsOfPointsThatStlJoins) {
     const auto warns = [&](const char* file) {
-        return marrow_with({map, "--labels", "-o", folder / file}).err.find("lie where others do") !=
+        return marrow_with({map, "--labels", "-o", folder / file}).err.find("have the same coordinates") !=
                std::string::npos;
     };
     EXPECT_FALSE(warns("{name}.stl"));

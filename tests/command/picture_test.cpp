@@ -1,3 +1,4 @@
+// `marrow --picture`: what the picture shows.
 #include <cstdlib>
 
 #include <gtest/gtest.h>
@@ -5,8 +6,8 @@
 #include <vtkNew.h>
 #include <vtkPNGReader.h>
 
+#include "render.h"
 #include "support/command_line.h"
-#include "picture.h"
 
 // OpenGL drivers keep memory until the process ends; AddressSanitizer, where it is on, shall not take that
 // for our leak.

@@ -12,11 +12,13 @@
 
 #include <marrow/mesh_io.h>
 
+#include "commands/terrain.h"
 #include "support/temporary_folder.h"
-#include "terrain.h"
 
 namespace marrow::test {
 namespace {
+
+using namespace marrow::cli;
 
 struct Outcome {
     int code;
@@ -29,14 +31,8 @@ Outcome terrain_with(const std::vector<std::string>& arguments, bool stop = fals
     for (const std::string& argument : arguments) argv.push_back(argument.c_str());
     std::ostringstream out, err;
     const std::atomic<bool> stopped{stop};
-    try {
-        const auto parsed = parse_terrain_command(static_cast<int>(argv.size()), argv.data(), out);
-        if (const int* code = std::get_if<int>(&parsed)) return {*code, out.str(), err.str()};
-        const int code = run_terrain(std::get<TerrainSettings>(parsed), {out, err}, stopped);
-        return {code, out.str(), err.str()};
-    } catch (const UsageError& error) {
-        return {kUsage, out.str(), error.what()};
-    }
+    const int code = run_terrain(static_cast<int>(argv.size()), argv.data(), {out, err}, stopped);
+    return {code, out.str(), err.str()};
 }
 
 /// An Arc/Info ASCII grid: a tent, 100 m high, on 65 x 49 samples of 5 m.

@@ -1,4 +1,4 @@
-// What is likely a mistake is warned of, or refused with what to do instead.
+// Likely mistakes cause a warning, or an error that names the remedy.
 #include <cstdlib>
 
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@ namespace {
 class Mistake : public BallScan {};
 
 TEST_F(Mistake, WarnsWhereNoSampleIsOutside) {
-    const std::string whole = "the surface is where the scan ends";
+    const std::string whole = "the surface is the border of the scan";
     const auto warns = [&](const std::vector<std::string>& more) {
         std::vector<std::string> command{scan, "-o", folder / "box.ply"};
         command.insert(command.end(), more.begin(), more.end());
@@ -27,7 +27,7 @@ TEST_F(Mistake, WarnsOfPointsThatStlJoins) {
                [](int x, int y, int z) { return std::abs(x - 4) + std::abs(y - 4) + std::abs(z - 4); });
     const auto warns = [&](const char* file, const char* isovalue) {
         return marrow_with({folder / "ramp.nrrd", "-o", folder / file, "--isovalue", isovalue})
-                   .err.find("lie where others do") != std::string::npos;
+                   .err.find("have the same coordinates") != std::string::npos;
     };
     EXPECT_TRUE(warns("a.stl", "6"));
     EXPECT_FALSE(warns("a.ply", "6"));
@@ -41,7 +41,7 @@ TEST_F(Mistake, NeverWritesOverTheScan) {
     for (const char* output : {"scan.stl", "link.stl"}) {
         const Outcome outcome = marrow_with({folder / "scan.stl", "-o", folder / output, "--type", "bone"});
         EXPECT_EQ(outcome.code, kUsage);
-        EXPECT_NE(outcome.err.find("is what the scan is read from"), outcome.err.npos) << outcome.err;
+        EXPECT_NE(outcome.err.find("would overwrite the scan"), outcome.err.npos) << outcome.err;
         EXPECT_EQ(read_file(folder / "scan.stl"), before);
     }
 }
@@ -68,6 +68,27 @@ TEST_F(Mistake, SaysWhereTheScanIsIfTheBoxIsElsewhere) {
     EXPECT_NE(err("1000,1100,0,1,0,1").find("it goes from 10 to 33, 20 to 44 and 30 to 54 mm in LPS"),
               std::string::npos);
     EXPECT_NE(err("vox:0,1000,0,1,0,1").find("whose samples are vox:0,23,0,24,0,12"), std::string::npos);
+}
+
+TEST_F(Mistake, NamesTheOptionThatDoesNotGoWithTheMode) {
+    const std::vector<std::pair<std::vector<std::string>, std::string>> cases{
+        {{"--labels", "--snap", "0.3"}, "--snap does not go with --labels"},
+        {{"--labels", "--type", "bone"}, "--type does not go with --labels"},
+        {{"--labels", "--max-memory", "1G"}, "--max-memory does not go with --labels"},
+        {{"--isovalue", "0", "--max-memory", "1G", "--blur", "1"}, "--blur does not go with --max-memory"},
+        {{"--isovalue", "0", "--relax", "3"}, "--relax goes only with --labels"},
+        {{"--isovalue", "otsu", "--max-memory", "1G"}, "--max-memory needs one --isovalue N"},
+        {{"--isovalue", "0", "--keep", "2"}, "--keep takes a fraction above 0, at most 1, not '2'"},
+        {{"--isovalue", "0", "--threads", "x"}, "--threads takes a whole number, at least 0, not 'x'"},
+        {{"--isovalue", "0", "--threads", "1", "--threads", "2"}, "--threads"},
+    };
+    for (const auto& [options, message] : cases) {
+        std::vector<std::string> command{scan, "-o", folder / "a.stl"};
+        command.insert(command.end(), options.begin(), options.end());
+        const Outcome outcome = marrow_with(command);
+        EXPECT_EQ(outcome.code, kUsage) << message;
+        EXPECT_NE(outcome.err.find(message), outcome.err.npos) << outcome.err;
+    }
 }
 
 }  // namespace

@@ -1,3 +1,4 @@
+// The case table follows its rule: outlines lie in the faces, and neighbours agree on shared faces.
 #include "core/grid/case_table.h"
 
 #include <gtest/gtest.h>
@@ -29,7 +30,7 @@ std::vector<Line> outline(const Case& c) {
     return outer;
 }
 
-// An edge's faces: bit 2 * axis + side.
+// The faces that an edge lies in: bit 2 * axis + side.
 int faces_of(int edge) {
     const int a = kEdgeCorners[edge][0], b = kEdgeCorners[edge][1];
     int faces = 0;
@@ -43,7 +44,7 @@ TEST(CaseTable, CrossesExactlyTheEdgesWithOneEndInside) {
     for (unsigned i = 0; i < 256; ++i) {
         std::set<int> used;
         for (int k = 0; k < 3 * kCases[i].triangles; ++k) used.insert(kCases[i].edges[k]);
-        for (int e = 0; e < kEdges; ++e) {
+        for (int e = 0; e < kCellEdges; ++e) {
             const bool crossed = inside(i, kEdgeCorners[e][0]) != inside(i, kEdgeCorners[e][1]);
             EXPECT_EQ(crossed, (kCases[i].crossed >> e & 1) != 0) << "case " << i << " edge " << e;
             EXPECT_EQ(crossed, used.contains(e)) << "case " << i << " edge " << e;
@@ -71,8 +72,8 @@ TEST(CaseTable, OutlineLiesInTheFacesAndDiagonalsDoNot) {
     }
 }
 
-// All 256 cases against every neighbour across every axis: the lines on the shared face are the same, run the
-// other way.
+// For all 256 cases and every neighbour across every axis, the lines on the shared face are the same, with
+// opposite direction.
 TEST(CaseTable, NeighboursAgreeOnTheirSharedFace) {
     for (int axis = 0; axis < 3; ++axis) {
         const auto lines_on = [&](unsigned cell_case, int side) {
@@ -103,7 +104,8 @@ TEST(CaseTable, NeighboursAgreeOnTheirSharedFace) {
 }
 
 TEST(CaseTable, OneInsideCornerIsCutOffFacingAway) {
-    // Corner 0 inside: the triangle through (1,0,0), (0,1,0), (0,0,1) seen counter-clockwise from (1,1,1).
+    // With corner 0 inside, the triangle through (1,0,0), (0,1,0), (0,0,1) is counter-clockwise seen from
+    // (1,1,1).
     const Case& c = kCases[1];
     ASSERT_EQ(c.triangles, 1);
     std::vector<int> edges(c.edges.begin(), c.edges.begin() + 3);

@@ -1,3 +1,4 @@
+// The histogram pyramid finds the same outputs as running sums.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -61,7 +62,7 @@ TEST(HistoPyramid, SumsBeyond32Bits) {
     EXPECT_EQ(pyramid.locate(2ull * most - 1).remainder, most - 1u);
 }
 
-TEST(HistoPyramid, RefusesWhatIsNotThere) {
+TEST(HistoPyramid, RefusesKeysBeyondTheTotal) {
     const HistoPyramid empty, none(std::vector<std::uint32_t>{}), zeros(std::vector<std::uint32_t>(20, 0));
     for (const HistoPyramid* p : {&empty, &none, &zeros}) {
         EXPECT_EQ(p->total(), 0u);

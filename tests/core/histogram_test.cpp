@@ -1,3 +1,4 @@
+// Histograms of all sample types, and isovalues by Otsu's method.
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -55,7 +56,7 @@ TEST(Otsu, LiesMidwayBetweenTwoSeparatePeaks) {
     EXPECT_NEAR(otsu_isovalue(histogram_of(row<double>({-kMax, kMax}))) / kMax, 0, 0.01);
 }
 
-// The definition, from the samples instead of running sums: the variance between the classes on either side.
+// Computes the variance between the two classes from its definition, without running sums.
 TEST(Otsu, HasTheLargestVarianceBetweenClasses) {
     Random random(1);
     for (int round = 0; round < 20; ++round) {

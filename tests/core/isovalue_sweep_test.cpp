@@ -1,3 +1,4 @@
+// A sweep measures what the extracted meshes measure, and finds plateaus.
 #include <cmath>
 #include <limits>
 #include <random>
@@ -64,13 +65,13 @@ TEST(Sweep, AgreesWithTheMeshesOfAMirroredGrid) {
     expect_as_measured(noise<std::uint16_t>(g, 7, 0, 9), {1, 2, 3.5, 6, 8});
 }
 
-TEST(Sweep, AgreesWithMoreIsovaluesThanOneLookTakes) {
+TEST(Sweep, AgreesWithMoreIsovaluesThanOnePassTakes) {
     std::vector<double> isovalues;
     for (int i = 0; i < 300; ++i) isovalues.push_back(-110 + 0.75 * i);
     expect_as_measured(noise<std::int16_t>(grid(7, 6, 5), 3, -100, 101), isovalues);
 }
 
-TEST(Sweep, CountsSamplesWithoutAValueAsOutside) {
+TEST(Sweep, CountsNonFiniteSamplesAsOutside) {
     Volume volume = noise<float>(grid(6, 7, 8), 5, 0, 10);
     for (std::int64_t i = 0; i < volume.geometry().sample_count(); i += 5)
         volume.samples<float>()[i] =
@@ -105,7 +106,7 @@ TEST(Sweep, TheSameForAnyNumberOfThreads) {
     }
 }
 
-TEST(Sweep, RefusesWhatDoesNotAscend) {
+TEST(Sweep, RefusesIsovaluesThatDoNotAscend) {
     const Volume volume = noise<std::uint8_t>(grid(3, 3, 3), 1, 0, 9);
     EXPECT_THROW(sweep_isovalues(volume, std::vector<double>{1, 1}), InputError);
     EXPECT_THROW(sweep_isovalues(volume, std::vector<double>{2, 1}), InputError);
@@ -113,7 +114,7 @@ TEST(Sweep, RefusesWhatDoesNotAscend) {
     EXPECT_TRUE(sweep_isovalues(volume, std::vector<double>{}).empty());
 }
 
-TEST(Sweep, StopsWhenTold) {
+TEST(Sweep, CanBeCancelled) {
     const Volume volume = noise<std::uint8_t>(grid(9, 9, 9), 1, 0, 9);
     EXPECT_THROW(
         sweep_isovalues(volume, std::vector<double>{1, 2}, {.progress = [](double) { return false; }}),
@@ -127,7 +128,7 @@ TEST(Sweep, StopsWhenTold) {
     EXPECT_NEAR(last, 1, 1e-9);
 }
 
-// A ball of 100 in air of 0, a slope outside it, and a speck of 1000 inside: a steep step.
+// A ball of 100 in air of 0 with a slope at its border, and a speck of 1000 inside it.
 struct Ball {
     Volume volume = sampled_in_space<float>(grid(32, 32, 32), [](const Vec3d& p) {
         const double r = std::hypot(p[0] - 15.5, p[1] - 15.5, p[2] - 15.5);
@@ -141,7 +142,7 @@ struct Ball {
     }
 };
 
-TEST(Plateaus, AreWhereTheSurfaceStays) {
+TEST(Plateaus, AreWhereTheSurfaceHardlyMoves) {
     const Ball ball;
     std::vector<double> isovalues;
     const auto plateaus = ball.plateaus(0.5, 95.5, 20, isovalues);
@@ -151,7 +152,7 @@ TEST(Plateaus, AreWhereTheSurfaceStays) {
     EXPECT_EQ(plateaus[0].last, isovalues.size() - 1);
 }
 
-TEST(Plateaus, DoNotDependOnWhatElseIsSwept) {
+TEST(Plateaus, DoNotDependOnTheRangeOfTheSweep) {
     const Ball ball;
     std::vector<double> isovalues;
     for (const auto& [from, to, samples] : std::vector<std::tuple<double, double, int>>{
@@ -165,7 +166,7 @@ TEST(Plateaus, DoNotDependOnWhatElseIsSwept) {
     EXPECT_TRUE(ball.plateaus(50, 60, 11, isovalues).empty()) << "too short to tell";
 }
 
-TEST(Plateaus, AreNotWhereTheSurfaceIsGone) {
+TEST(Plateaus, AreNotWhereAlmostNoSurfaceIsLeft) {
     const Ball ball;
     std::vector<double> isovalues;
     const auto plateaus = ball.plateaus(0, 900, 181, isovalues);

@@ -1,3 +1,4 @@
+// The surfaces of label maps, and the numbers of their samples.
 #include <cmath>
 #include <limits>
 #include <map>
@@ -30,13 +31,13 @@ Volume random_labels(const Geometry& geometry, unsigned seed, int labels) {
     return labelled(geometry, samples);
 }
 
-// With a name for the map, which must outlive the call.
+// Takes a Volume by reference, so that tests can pass a temporary one.
 std::vector<LabelSurface> surfaces_of(const Volume& map, const LabelOptions& options = {}) {
     return extract_labels(map, options);
 }
 
-// Every surface is closed and manifold, and every triangle of one is either another's turned over or borders on background,
-// and those that border on background are closed too.
+// Every surface is closed and manifold. Every triangle either is also one of another surface, facing the
+// other way, or faces the background. The triangles that face the background are closed, too.
 void expect_partition(const std::vector<LabelSurface>& surfaces) {
     std::multiset<std::array<PointBits, 3>> unmatched;
     for (const LabelSurface& s : surfaces) {
@@ -44,11 +45,11 @@ void expect_partition(const std::vector<LabelSurface>& surfaces) {
         for (const auto& t : triangle_positions(s.mesh)) unmatched.insert(t);
     }
     for (const LabelSurface& s : surfaces) {
-        Mesh turned = s.mesh;
-        for (Triangle& t : turned.triangles) std::swap(t[1], t[2]);
-        for (const auto& t : triangle_positions(turned)) {
-            const auto at = unmatched.find(t);
-            if (at != unmatched.end()) unmatched.erase(at);
+        Mesh flipped = s.mesh;
+        for (Triangle& t : flipped.triangles) std::swap(t[1], t[2]);
+        for (const auto& t : triangle_positions(flipped)) {
+            const auto match = unmatched.find(t);
+            if (match != unmatched.end()) unmatched.erase(match);
         }
     }
     std::map<std::pair<PointBits, PointBits>, int> edges;
@@ -72,7 +73,7 @@ TEST(Labels, SurfacesOfRandomMapsAreClosedAndMeet) {
     }
 }
 
-// Points and triangles are counted for eight slices of cells at a time.
+// Points and triangles are counted in slabs of eight slices of cells.
 TEST(Labels, SurfacesOfDeepRandomMapsAreClosedAndMeet) {
     for (unsigned seed = 0; seed < 24; ++seed) {
         SCOPED_TRACE(seed);
@@ -88,16 +89,16 @@ TEST(Labels, PositionsOfDifferentPointsDiffer) {
     for (unsigned seed = 0; seed < 60; ++seed) {
         for (const LabelSurface& s :
              surfaces_of(random_labels<std::uint8_t>(grid(5, 5, 5), seed, 1 + seed % 3))) {
-            std::set<PointBits> places;
-            for (const Vec3f& p : s.mesh.points) places.insert(bits_of(p));
-            shared += static_cast<int>(s.mesh.points.size() - places.size());
+            std::set<PointBits> positions;
+            for (const Vec3f& p : s.mesh.points) positions.insert(bits_of(p));
+            shared += static_cast<int>(s.mesh.points.size() - positions.size());
             points += static_cast<int>(s.mesh.points.size());
             if (seed % 3 == 0) {  // one label and background
-                EXPECT_EQ(places.size(), s.mesh.points.size());
+                EXPECT_EQ(positions.size(), s.mesh.points.size());
             }
         }
     }
-    EXPECT_LT(shared, points / 20);  // only where a label's parts touch at others' points
+    EXPECT_LT(shared, points / 20);  // only where other labels meet parts of a label
 }
 
 TEST(Labels, FindsEveryLabelOfEveryType) {
@@ -166,7 +167,7 @@ TEST(Labels, FacesOutward) {
     }
 }
 
-// What stairs do: normals jump between the axes.
+// Normals of an unsmoothed surface jump between the axes.
 TEST(Labels, RelaxationSmoothsStairsAndKeepsVolume) {
     const Geometry g = grid(60, 60, 60);
     std::vector<std::uint8_t> samples;
@@ -208,7 +209,8 @@ TEST(Labels, PointsStayInTheirCells) {
     }
 }
 
-// Threads relax bands of slices: several of these, each thick and thin, and more passes than follow each other at once.
+// Threads relax bands of slices: one or several bands, thick and thin ones, and more passes than run
+// together.
 TEST(Labels, TheSameForAnyNumberOfThreads) {
     for (const std::int64_t slices : {1, 15, 20, 67}) {
         const Volume map = random_labels<std::uint16_t>(grid(30, 20, slices), 2, 9);
@@ -225,7 +227,7 @@ TEST(Labels, TheSameForAnyNumberOfThreads) {
     }
 }
 
-TEST(Labels, RefusesWhatIsNoLabelMap) {
+TEST(Labels, RefusesSamplesThatAreNotLabels) {
     EXPECT_THROW(surfaces_of(labelled<float>(grid(2, 1, 1), {1, 1.5})), InputError);
     EXPECT_THROW(surfaces_of(labelled<double>(grid(2, 1, 1), {1, std::nan("")})), InputError);
     std::vector<std::int32_t> many(70000);
@@ -233,11 +235,23 @@ TEST(Labels, RefusesWhatIsNoLabelMap) {
     EXPECT_THROW(surfaces_of(labelled(grid(700, 100, 1), many)), InputError);
 }
 
-TEST(Labels, NothingHasNoSurface) {
+TEST(Labels, RefusesVolumesWithoutSamples) {
+    VolumeView map;
+    map.geometry = grid(2, 2, 2);
+    EXPECT_THROW(extract_labels(map), InputError);
+    EXPECT_THROW(count_labels(map), InputError);
+}
+
+TEST(Labels, EmptyVolumesHaveNoLabels) {
+    EXPECT_TRUE(extract_labels(VolumeView()).empty());
+    EXPECT_TRUE(count_labels(VolumeView()).empty());
+}
+
+TEST(Labels, BackgroundHasNoSurface) {
     EXPECT_TRUE(surfaces_of(labelled<std::uint8_t>(grid(2, 2, 1), {0, 0, 0, 0})).empty());
 }
 
-TEST(Labels, StopsWhenTold) {
+TEST(Labels, ReportsProgressAndCanBeCancelled) {
     const Volume map = random_labels<std::uint8_t>(grid(9, 9, 9), 1, 3);
     EXPECT_THROW(surfaces_of(map, {.progress = [](double f) { return f < 0.5; }}), Cancelled);
     double last = 0;
@@ -255,9 +269,18 @@ TEST(Labels, AreCounted) {
     for (std::int64_t i = 0; i < map.geometry().sample_count(); ++i)
         ++expected[map.samples<std::int16_t>()[i]];
     EXPECT_EQ(count_labels(map), expected);
-    Volume no_map = random_labels<float>(grid(3, 3, 3), 3, 4);
-    no_map.samples<float>()[5] = std::numeric_limits<float>::quiet_NaN();
-    EXPECT_THROW(count_labels(no_map), InputError);
+    EXPECT_EQ(count_labels(map, {.threads = 1}), expected);
+    double last = 0;
+    count_labels(map, {.progress = [&](double fraction) {
+                     EXPECT_GT(fraction, last);
+                     last = fraction;
+                     return true;
+                 }});
+    EXPECT_NEAR(last, 1, 1e-9);
+    EXPECT_THROW(count_labels(map, {.progress = [](double) { return false; }}), Cancelled);
+    Volume not_labels = random_labels<float>(grid(3, 3, 3), 3, 4);
+    not_labels.samples<float>()[5] = std::numeric_limits<float>::quiet_NaN();
+    EXPECT_THROW(count_labels(not_labels), InputError);
 }
 
 }  // namespace

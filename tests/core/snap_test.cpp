@@ -1,5 +1,5 @@
-// Snapped surfaces are closed manifolds of the same topology, near the unsnapped ones, with fewer points and
-// no slivers.
+// Tests that snapped surfaces are manifolds of the same topology as the unsnapped ones, close to them, and
+// without slivers.
 #include <gtest/gtest.h>
 
 #include <hwy/targets.h>
@@ -25,7 +25,7 @@ Mesh unsnapped(const VolumeView& volume, double isovalue, bool closed) {
     return extract_isosurface(volume, isovalue, {.closed = closed, .threads = 1});
 }
 
-// Waves with bumps, thin places and points right at samples.
+// Waves with bumps, thin walls and points exactly at samples.
 template <class T>
 Volume rough_ground(const Geometry& g) {
     return sampled<T>(g, [](auto x, auto y, auto z) {
@@ -39,8 +39,8 @@ Volume rough_ground(const Geometry& g) {
 class SnappedRandomGrids : public testing::TestWithParam<int> {};
 INSTANTIATE_TEST_SUITE_P(Seeds, SnappedRandomGrids, testing::Range(0, 10));
 
-// 10 x 1,000 grids of noise, ties and extremes, the hardest there are: hardly a place where nothing would
-// break.
+// 10 x 1,000 grids of noise, ties and extreme values. Nearly every cell of these could break a rule of
+// snapping.
 TEST_P(SnappedRandomGrids, AreManifoldsOfTheSameTopology) {
     Random random(static_cast<std::uint64_t>(GetParam()));
     for (int i = 0; i < 1000; ++i) {
@@ -64,8 +64,7 @@ TEST_P(SnappedRandomGrids, AreManifoldsOfTheSameTopology) {
     }
 }
 
-// The triangles of the unsnapped surface cover it, and each is moved by no more than its corners, and so is
-// the snapped one.
+// Each triangle moves by no more than its corners do.
 TEST_P(SnappedRandomGrids, StayWithinTheLimitOfTheSurface) {
     Random random(static_cast<std::uint64_t>(100 + GetParam()));
     for (int i = 0; i < 60; ++i) {
@@ -77,14 +76,14 @@ TEST_P(SnappedRandomGrids, StayWithinTheLimitOfTheSurface) {
             if (before.triangles.empty()) continue;
             for (const double snap : {0.1, 0.3, 0.49}) {
                 const Mesh after = snapped(volume, g.isovalue, snap, closed);
-                ASSERT_LE(mesh_distance(before, after, 2000).max, snap * 2 + 1e-5)
+                ASSERT_LE(mesh_distance(before, after, {.samples = 2000}).max, snap * 2 + 1e-5)
                     << "grid " << i << " snap " << snap;
             }
         }
     }
 }
 
-// Where the surface ends at the volume's border, it still does: on the box.
+// The border of an open surface stays on the box of the volume.
 TEST(Snap, KeepsTheBorderOnTheBox) {
     Random random(5);
     for (int i = 0; i < 1000; ++i) {
@@ -97,12 +96,12 @@ TEST(Snap, KeepsTheBorderOnTheBox) {
         const auto& dims = g.volume.geometry().dims;
         for (const auto& [edge, triangles] : edges) {
             if (triangles == 2) continue;
-            bool in_a_face = false;
+            bool in_face = false;
             for (std::size_t a = 0; a < 3; ++a) {
                 for (const float end : {0.0f, static_cast<float>(dims[a] - 1)})
-                    in_a_face |= mesh.points[edge.first][a] == end && mesh.points[edge.second][a] == end;
+                    in_face |= mesh.points[edge.first][a] == end && mesh.points[edge.second][a] == end;
             }
-            ASSERT_TRUE(in_a_face) << "grid " << i;
+            ASSERT_TRUE(in_face) << "grid " << i;
         }
     }
 }
@@ -117,12 +116,11 @@ TEST(Snap, SmoothSurfacesLoseAThirdOfTheirPointsAndAllSlivers) {
         EXPECT_LE(static_cast<double>(after.points.size()), 0.7 * static_cast<double>(before.points.size()));
         EXPECT_LE(roughness(after, 3).roughness, roughness(before, 3).roughness);
         EXPECT_NEAR(measure(after).volume, measure(before).volume, 0.003 * measure(before).volume);
-        EXPECT_LT(mesh_distance(before, after, 20000).mean, 0.01)
-            << "joined points lie on the surface, not beside it";
+        EXPECT_LT(mesh_distance(before, after, {.samples = 20000}).mean, 0.01) << "merged points are on the surface";
     }
 }
 
-TEST(Snap, NoTriangleHasTwoCornersInOnePlace) {
+TEST(Snap, NoTriangleHasTwoCornersAtOnePosition) {
     Random random(9);
     for (int i = 0; i < 2000; ++i) {
         const RandomGrid g = random_grid(random);
@@ -139,15 +137,15 @@ TEST(Snap, NormalsAreUnitAndPointOutside) {
     Geometry g = grid(60, 60, 60);
     for (const double mirror : {1.0, -1.0}) {
         g.direction[0][0] = mirror;
-        const Vec3d at{mirror * centre[0], centre[1], centre[2]};
-        const Volume volume = sampled_in_space<float>(g, sphere(at, 25));
+        const Vec3d mirrored_centre{mirror * centre[0], centre[1], centre[2]};
+        const Volume volume = sampled_in_space<float>(g, sphere(mirrored_centre, 25));
         const Mesh mesh = snapped(volume, 0, 0.3, true);
         EXPECT_GT(measure(mesh).volume, 0);
         for (std::size_t i = 0; i < mesh.points.size(); ++i) {
             double outward = 0, squared = 0;
             for (std::size_t a = 0; a < 3; ++a) {
                 const double n = mesh.normals[i][a];
-                outward += (static_cast<double>(mesh.points[i][a]) - at[a]) * n;
+                outward += (static_cast<double>(mesh.points[i][a]) - mirrored_centre[a]) * n;
                 squared += n * n;
             }
             ASSERT_NEAR(squared, 1, 1e-5);
@@ -156,7 +154,7 @@ TEST(Snap, NormalsAreUnitAndPointOutside) {
     }
 }
 
-// 130 slices: several blocks, and their borders.
+// 130 slices make several slabs.
 TEST(Snap, SameBytesForAnyThreadsAndSimdTarget) {
     const Volume volume = rough_ground<std::int16_t>(grid(90, 40, 130));
     for (const bool closed : {false, true}) {
@@ -193,15 +191,15 @@ TEST(Snap, ShearedAndAnisotropicGridsStayManifolds) {
     const Mesh before = unsnapped(volume, 66.5, true), after = snapped(volume, 66.5, 0.3, true);
     EXPECT_EQ(manifold_fault(after), "");
     EXPECT_LT(after.points.size(), 4 * before.points.size() / 5);
-    EXPECT_LE(mesh_distance(before, after, 20000).max, 0.3 * 3 + 1e-3);
+    EXPECT_LE(mesh_distance(before, after, {.samples = 20000}).max, 0.3 * 3 + 1e-3);
 }
 
-TEST(Snap, ZeroIsOff) {
+TEST(Snap, LimitOfZeroDoesNotSnap) {
     const Volume volume = rough_ground<float>(grid(30, 30, 30));
     EXPECT_EQ(mesh_hash(snapped(volume, 66.5, 0, true)), mesh_hash(unsnapped(volume, 66.5, true)));
 }
 
-TEST(Snap, RefusesWhatItCannotDo) {
+TEST(Snap, RefusesLimitsOutOfRangeAndStreaming) {
     const Volume volume = checkerboard(4);
     for (const double snap : {-0.1, 0.5, 2.0, std::nan("")}) {
         EXPECT_THROW(snapped(volume, 0.5, snap, true), InputError);
@@ -210,6 +208,18 @@ TEST(Snap, RefusesWhatItCannotDo) {
     const SliceSource source{volume.geometry(), volume.type(), [](auto, auto, auto) {}};
     const SurfaceSink sink{[](auto, auto, auto) {}, [](auto) {}};
     EXPECT_THROW(extract_isosurface_in_slabs(source, 0.5, sink, {}, {.snap = 0.3}), InputError);
+}
+
+TEST(Snap, ReportsProgressToTheEnd) {
+    const Volume volume = rough_ground<float>(grid(40, 40, 40));
+    double last = 0;
+    const auto progress = [&](double done) {
+        EXPECT_GT(done, last - 1e-9);
+        last = done;
+        return true;
+    };
+    extract_isosurface(volume, 66.5, {.closed = true, .snap = 0.3, .progress = progress});
+    EXPECT_EQ(last, 1);
 }
 
 TEST(Snap, CanBeCancelled) {

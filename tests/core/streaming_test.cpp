@@ -1,4 +1,4 @@
-// Slab by slab gives what all at once gives.
+// Extraction in slabs makes the same surface as extract_isosurface.
 #include <gtest/gtest.h>
 
 #include <marrow/streaming.h>
@@ -21,7 +21,7 @@ SliceSource source_of(const Volume& volume) {
             }};
 }
 
-// Puts the parts together, and looks whether each could stand by itself.
+// Joins the parts, and checks that each has all points that its triangles name.
 Mesh in_slabs(const Volume& volume, double isovalue, const SlabLimits& limits,
               const IsosurfaceOptions& options) {
     Mesh mesh;
@@ -63,7 +63,7 @@ Volume blobs(std::int64_t nz) {
     });
 }
 
-TEST(Slabs, AnyThicknessGivesTheSameBytes) {
+TEST(Streaming, AnyThicknessGivesTheSameBytes) {
     const Volume volumes[] = {blobs<std::uint8_t>(41), blobs<std::int16_t>(40), blobs<float>(3),
                               blobs<double>(1), blobs<float>(2)};
     for (const Volume& volume : volumes) {
@@ -71,23 +71,24 @@ TEST(Slabs, AnyThicknessGivesTheSameBytes) {
             for (const bool normals : {false, true}) {
                 const IsosurfaceOptions options{.normals = normals, .closed = closed};
                 const std::uint64_t whole = mesh_hash(extract_isosurface(volume, 63, options));
-                for (const std::int64_t slices : {1, 2, 17, 0}) {
+                for (const auto slices : std::initializer_list<std::optional<std::int64_t>>{1, 2, 17, {}}) {
                     EXPECT_EQ(mesh_hash(in_slabs(volume, 63, {.slices = slices}, options)), whole)
-                        << slices << ' ' << closed;
+                        << slices.value_or(0) << ' ' << closed;
                 }
             }
         }
     }
 }
 
-TEST(Slabs, LittleMemoryMakesManySlabsAndTooLittleIsRefused) {
+TEST(Streaming, LittleMemoryMakesManySlabsAndTooLittleIsRefused) {
     const Volume volume = blobs<std::int16_t>(60);
     const std::uint64_t whole = mesh_hash(extract_isosurface(volume, 63));
     EXPECT_EQ(mesh_hash(in_slabs(volume, 63, {.memory = 200'000}, {})), whole);
     EXPECT_THROW(in_slabs(volume, 63, {.memory = 60'000}, {}), LimitError);
+    EXPECT_THROW(in_slabs(volume, 63, {.slices = 0}, {}), InputError);
 }
 
-TEST(Slabs, WhatTheSourceThrowsEndsTheWork) {
+TEST(Streaming, AnExceptionOfTheSourceEndsTheWork) {
     const Volume volume = blobs<std::int16_t>(30);
     SliceSource source = source_of(volume);
     const auto read = source.read;
@@ -100,8 +101,8 @@ TEST(Slabs, WhatTheSourceThrowsEndsTheWork) {
     EXPECT_THROW(extract_isosurface_in_slabs(source, 63, sink, {.slices = 4}), IoError);
 }
 
-// 2^31 samples and more than that in a row of slices: 64-bit indices throughout. Only a few slices are ever in memory.
-TEST(Slabs, MoreThanTwoToThe31Samples) {
+// With more than 2^31 samples, all indices must have 64 bits. Only a few slices are in memory at a time.
+TEST(Streaming, MoreThanTwoToThe31Samples) {
     SliceSource source;
     source.geometry.dims = {2048, 1024, 1030};
     source.type = SampleType::uint8;

@@ -1,3 +1,4 @@
+// Crop, median, blur and resampling.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -57,7 +58,7 @@ TEST(Crop, KeepsSamplesWhereTheyWere) {
     EXPECT_THROW(crop(volume, {3, 0, 0}, {2, 5, 4}), InputError);
 }
 
-TEST(Crop, ByABoxKeepsTheSamplesInItWhereAxesAreThePatients) {
+TEST(Crop, ByABoxAlongTheAxesKeepsTheSamplesInIt) {
     Geometry g = grid(10, 10, 10);
     g.spacing = {2, 1, 1};
     g.origin = {-5, 20, 0};
@@ -69,7 +70,7 @@ TEST(Crop, ByABoxKeepsTheSamplesInItWhereAxesAreThePatients) {
     EXPECT_EQ(at<float>(part, 0, 0, 0), at<float>(volume, 2, 5, 0));
 }
 
-TEST(Crop, ByABoxOfAnObliqueVolumeHoldsTheBox) {
+TEST(Crop, ByABoxKeepsMoreOfAnObliqueVolume) {
     const Volume volume = numbered<float>(oblique(40, 60, 20));
     const Vec3d middle = volume.geometry().physical({20, 30, 10});
     const Box box{{middle[0] - 3, middle[1] - 4, middle[2] - 5},
@@ -102,7 +103,7 @@ TEST(Crop, ByABoxOfAnObliqueVolumeHoldsTheBox) {
 
 // ---- median ----
 
-TEST(Median, IsThatOfTheWindow) {
+TEST(Median, IsTheMedianOfTheWindow) {
     Random random(2);
     const Geometry g = oblique(6, 7, 5);
     const Volume volume = sampled<std::int16_t>(g, [&](auto, auto, auto) { return random() % 1000; });
@@ -129,7 +130,7 @@ TEST(Median, IsThatOfTheWindow) {
     }
 }
 
-TEST(Median, TakesOffSpecksAndKeepsEdges) {
+TEST(Median, RemovesSpecksAndKeepsEdges) {
     const auto edge = [](auto x, auto, auto) { return x < 4 ? 0.0 : 100.0; };
     const Volume clean = sampled<float>(grid(9, 9, 9), edge);
     const Volume specks = sampled<float>(grid(9, 9, 9), [&](auto x, auto y, auto z) {
@@ -173,7 +174,7 @@ TEST(Gaussian, HasTheStandardDeviationInMillimetres) {
     for (const double v : variance) EXPECT_NEAR(std::sqrt(v / sum), sigma, 0.02);
 }
 
-TEST(Gaussian, LeavesAConstantAlsoAtTheBorderAndBesideNan) {
+TEST(Gaussian, KeepsAConstantAtTheBorderAndBesideNan) {
     const Volume volume = sampled<float>(
         grid(8, 8, 8), [](auto x, auto y, auto z) { return x == 3 && y == 3 && z == 3 ? kNan : 42; });
     const Volume result = gaussian_filter(volume, 1.5);
@@ -186,7 +187,7 @@ TEST(Gaussian, LeavesAConstantAlsoAtTheBorderAndBesideNan) {
     }
 }
 
-TEST(Gaussian, TakesTheStairsOffAMask) {
+TEST(Gaussian, RemovesTheStairsOfAMask) {
     const auto field = sphere({16, 16, 16}, 11.2);
     const Volume mask =
         sampled_in_space<std::uint8_t>(grid(33, 33, 33), [&](const Vec3d& p) { return field(p) > 0; });
@@ -197,7 +198,7 @@ TEST(Gaussian, TakesTheStairsOffAMask) {
 
 // ---- resampling ----
 
-TEST(Resample, KeepsSamplesThatItMeetsAndPlaces) {
+TEST(Resample, KeepsSamplesAtOldPositions) {
     const Volume volume = numbered<std::int32_t>(oblique(4, 9, 5));
     const Volume result = resample_isotropic(volume, 1);
     EXPECT_EQ(result.type(), SampleType::float64);
@@ -239,7 +240,7 @@ TEST(Resample, MakesThickSlicesOfABallSmoother) {
     EXPECT_LT(error(extract_isosurface(even, 0)), 0.5 * error(extract_isosurface(ball, 0)));
 }
 
-TEST(Filters, TakeEveryTypeAndOneThread) {
+TEST(Filters, AcceptEveryTypeAndOneThread) {
     const auto try_type = [](auto sample) {
         const Volume volume = numbered<decltype(sample)>(grid(4, 3, 5));
         EXPECT_EQ(median_filter(volume, 1, {.threads = 1}).type(), volume.type());
@@ -253,7 +254,7 @@ TEST(Filters, TakeEveryTypeAndOneThread) {
     try_type(std::int32_t{}), try_type(float{}), try_type(double{});
 }
 
-TEST(Filters, RefuseNonsenseAndStopWhenAsked) {
+TEST(Filters, RefuseBadArgumentsAndCanBeCancelled) {
     const Volume volume = numbered<float>(grid(4, 4, 4));
     for (const double bad : {0.0, -1.0, static_cast<double>(kNan), HUGE_VAL}) {
         EXPECT_THROW(gaussian_filter(volume, bad), InputError);

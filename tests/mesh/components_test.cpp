@@ -1,12 +1,13 @@
+// Tests which components, cavities and points keep_components keeps.
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <functional>
 
+#include <marrow/components.h>
 #include <marrow/error.h>
 #include <marrow/isosurface.h>
 #include <marrow/measure.h>
-#include <marrow/components.h>
 
 #include "support/fields.h"
 #include "support/mesh_checks.h"
@@ -21,10 +22,12 @@ Mesh balls(double first_radius, double second_radius) {
     return extract_isosurface(volume, 0);
 }
 
-TEST(LargestComponent, KeepsTheLargerBallUnchanged) {
+constexpr ComponentOptions kLargestAlone{.count = 1, .cavities = false};
+
+TEST(KeepComponents, KeepsTheLargerOfTwoBallsUnchanged) {
     const Mesh both = balls(5, 7);
     ASSERT_EQ(measure(both).components, 2);
-    const Mesh larger = largest_component(both);
+    const Mesh larger = keep_components(both, kLargestAlone);
     EXPECT_EQ(manifold_fault(larger), "");
     const Mesh alone = balls(-10, 7);  // a ball of negative radius has no surface
     EXPECT_TRUE(larger.points == alone.points);
@@ -32,35 +35,33 @@ TEST(LargestComponent, KeepsTheLargerBallUnchanged) {
     EXPECT_TRUE(larger.triangles == alone.triangles);
 }
 
-TEST(LargestComponent, OfEqualsIsTheFirst) {
+TEST(KeepComponents, KeepsTheFirstOfEquallyLargeComponents) {
     Mesh mesh;
     mesh.points = {{9, 9, 9}, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {5, 0, 0}, {6, 0, 0}, {5, 1, 0}};
     mesh.triangles = {{4, 5, 6}, {1, 2, 3}};
-    const Mesh first = largest_component(mesh);
+    const Mesh first = keep_components(mesh, kLargestAlone);
     EXPECT_TRUE(first.points == (Buffer<Vec3f>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}));
     EXPECT_TRUE(first.triangles == (Buffer<Triangle>{{0, 1, 2}}));
 }
 
-TEST(LargestComponent, OfNothingIsNothing) {
-    EXPECT_TRUE(largest_component({}).points.empty());
+TEST(KeepComponents, ReturnsAnEmptyMeshIfThereAreNoTriangles) {
+    EXPECT_TRUE(keep_components({}, kLargestAlone).points.empty());
     Mesh unused;
     unused.points = {{0, 0, 0}};
-    EXPECT_TRUE(largest_component(unused).points.empty());
+    EXPECT_TRUE(keep_components(unused, kLargestAlone).points.empty());
 }
-
-// ---- keep_components ----
 
 Volume solid(const Geometry& g, const std::function<bool(std::int64_t, std::int64_t, std::int64_t)>& inside) {
     return sampled<std::uint8_t>(g, [&](auto x, auto y, auto z) { return inside(x, y, z) ? 1 : 0; });
 }
 
-/// A box from (0, 0, 0) with samples 0 to side - 1, moved along x.
+// A cube of side^3 samples. It begins at x = from and at y = z = 1.
 bool in_box(std::int64_t from, std::int64_t side, std::int64_t x, std::int64_t y, std::int64_t z) {
     return x >= from && x < from + side && y >= 1 && y <= side && z >= 1 && z <= side;
 }
 
-/// Two hollow boxes, the first with two cavities, the second with one that holds a grain with a cavity, and a
-/// speck: pieces of 18^3, 14^3 and 5^3 samples and of one.
+// Two hollow boxes and a speck. The first box, of 18^3 samples, has two cavities. The second, of 14^3
+// samples, has one cavity, which contains a grain of 5^3 samples with a pore. The speck is a single sample.
 Mesh boxes() {
     const Volume volume = solid(grid(40, 20, 20), [](auto x, auto y, auto z) {
         if (x == 38 && y == 18 && z == 18) return true;
@@ -91,31 +92,32 @@ Kept kept(const Mesh& mesh, const ComponentOptions& options) {
     return {m.components, m.volume};
 }
 
-TEST(KeepComponents, CountsPiecesAndLeavesThemTheirOwnCavities) {
+TEST(KeepComponents, CountsComponentsAndKeepsTheirCavities) {
     const Mesh all = boxes();
     ASSERT_EQ(measure(all).components, 8);
     EXPECT_EQ(kept(all, {}).components, 8);
     EXPECT_EQ(kept(all, {.count = 9}).components, 8);
     EXPECT_EQ(kept(all, {.count = 1}).components, 3) << "the large box and its two cavities";
-    EXPECT_EQ(kept(all, {.count = 2}).components, 5) << "and the other box and its hollow, without the grain";
-    EXPECT_EQ(kept(all, {.count = 3}).components, 7) << "and the grain with its pore";
+    EXPECT_EQ(kept(all, {.count = 2}).components, 5)
+        << "also the other box and its cavity, without the grain";
+    EXPECT_EQ(kept(all, {.count = 3}).components, 7) << "also the grain with its pore";
     EXPECT_EQ(kept(all, {.cavities = false}).components, 4);
     EXPECT_EQ(kept(all, {.count = 2, .cavities = false}).components, 2);
-    EXPECT_EQ(kept(all, {.count = 1, .cavities = false}).volume, measure(largest_component(all)).volume);
+    EXPECT_EQ(kept(all, kLargestAlone).components, 1);
 }
 
-TEST(KeepComponents, DropsWhatEnclosesLessThanTheVolume) {
+TEST(KeepComponents, DropsComponentsBelowTheVolume) {
     const Mesh all = boxes();
     // A single sample's octahedron encloses 1/6 mm^3, two in a row 2/3, six 8/3.
     EXPECT_EQ(kept(all, {.min_volume = 0.16}).components, 8);
-    EXPECT_EQ(kept(all, {.min_volume = 0.17}).components, 6) << "without speck and pore";
+    EXPECT_EQ(kept(all, {.min_volume = 0.17}).components, 6) << "without the speck and the pore";
     EXPECT_EQ(kept(all, {.min_volume = 1}).components, 5);
     EXPECT_EQ(kept(all, {.min_volume = 4}).components, 4);
     EXPECT_EQ(kept(all, {.min_volume = 1e9}).components, 0);
     EXPECT_GT(kept(all, {.min_volume = 4}).volume, measure(all).volume) << "filled cavities add to a solid";
 }
 
-TEST(KeepComponents, LeavesOpenShellsAndThrowsUnusedPointsAway) {
+TEST(KeepComponents, KeepsOpenComponentsAndDropsUnusedPoints) {
     Mesh sheet;
     sheet.points = {{9, 9, 9}, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
     sheet.triangles = {{1, 3, 2}};
@@ -124,10 +126,11 @@ TEST(KeepComponents, LeavesOpenShellsAndThrowsUnusedPointsAway) {
     EXPECT_TRUE(result.triangles == (Buffer<Triangle>{{0, 2, 1}}));
 }
 
-TEST(KeepComponents, RefusesNonsense) {
+TEST(KeepComponents, RejectsInvalidInput) {
     Mesh broken;
     broken.triangles = {{0, 1, 2}};
     EXPECT_THROW(keep_components(broken, {}), InputError);
+    EXPECT_THROW(keep_components({}, {.count = 0}), InputError);
     EXPECT_THROW(keep_components({}, {.count = -1}), InputError);
     EXPECT_THROW(keep_components({}, {.min_volume = std::nan("")}), InputError);
     EXPECT_TRUE(keep_components({}, {.count = 1}).points.empty());

@@ -1,3 +1,4 @@
+// Tests check_mesh with meshes that have known faults.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -6,9 +7,9 @@
 #include <limits>
 #include <map>
 
-#include <marrow/mesh_check.h>
 #include <marrow/error.h>
 #include <marrow/isosurface.h>
+#include <marrow/mesh_check.h>
 
 #include "support/fields.h"
 
@@ -37,7 +38,7 @@ Mesh extracted(const Geometry& g, const std::function<double(const Vec3d&)>& fie
     return extract_isosurface(volume, 0);
 }
 
-TEST(Check, FindsASolidSound) {
+TEST(Check, FindsNoFaultInATetrahedron) {
     const MeshCheck check = check_mesh(tetrahedron());
     EXPECT_TRUE(check.is_sound());
     EXPECT_EQ(check.genus, 0);
@@ -70,7 +71,7 @@ TEST(Check, FindsOpenEdges) {
     EXPECT_FALSE(check.genus);
 }
 
-TEST(Check, FindsTrianglesTheWrongWayRound) {
+TEST(Check, FindsMisorientedTriangles) {
     Mesh mesh = tetrahedron();
     std::swap(mesh.triangles[3][0], mesh.triangles[3][1]);
     const MeshCheck one = check_mesh(mesh);
@@ -86,7 +87,7 @@ TEST(Check, FindsTrianglesTheWrongWayRound) {
     EXPECT_EQ(all.cavities, 1);
 }
 
-TEST(Check, FindsEdgesAndPointsWhereSheetsMeet) {
+TEST(Check, FindsNonManifoldEdgesAndPoints) {
     // Two tetrahedra that share a point, and two that share an edge.
     Mesh at_point = joined(tetrahedron(), tetrahedron({5, 5, 5}));
     for (Triangle& t : at_point.triangles) std::replace(t.begin(), t.end(), 4u, 0u);
@@ -110,7 +111,7 @@ TEST(Check, FindsEdgesAndPointsWhereSheetsMeet) {
 
 TEST(Check, CountsDegenerateTrianglesOnce) {
     Mesh mesh = tetrahedron();
-    mesh.triangles.push_back({1, 1, 2});  // a point twice
+    mesh.triangles.push_back({1, 1, 2});
     const MeshCheck twice = check_mesh(mesh);
     EXPECT_EQ(twice.degenerate_triangles, 1);
     EXPECT_TRUE(twice.is_closed());
@@ -124,7 +125,8 @@ TEST(Check, CountsDegenerateTrianglesOnce) {
 TEST(Check, CountsPairsThatPassThroughEachOther) {
     EXPECT_EQ(check_mesh(joined(tetrahedron(), tetrahedron({2, 0, 0}))).self_intersections, 0);
     EXPECT_EQ(check_mesh(joined(tetrahedron(), tetrahedron({1, 0, 0}))).self_intersections, 0) << "touching";
-    // The other's corner (0.2, 0.2, -0.5) + (0, 0, 1) sticks through the bottom: its three sides there cross it.
+    // The upper corner of the second tetrahedron is above the bottom of the first. Its three sides cross the
+    // bottom.
     const MeshCheck through = check_mesh(joined(tetrahedron(), tetrahedron({0.2f, 0.2f, -0.7f})));
     EXPECT_EQ(through.self_intersections, 3);
     EXPECT_FALSE(through.is_sound());
@@ -134,7 +136,7 @@ std::uint32_t below(Random& random, std::uint32_t n) {
     return static_cast<std::uint32_t>(random() % n);
 }
 
-// An upright box. Each side is cut into a grid of `parts`^2 squares, each of two triangles.
+// An axis-aligned box. Each side consists of `parts`^2 squares of two triangles.
 Mesh box(const Vec3f& lower, const Vec3f& upper, int parts = 1, bool other_diagonals = false) {
     Mesh mesh;
     std::map<Vec3f, std::uint32_t> numbers;
@@ -168,82 +170,84 @@ Mesh box(const Vec3f& lower, const Vec3f& upper, int parts = 1, bool other_diago
     return mesh;
 }
 
-TEST(Check, FindsBoxesInEachOtherWhateverMeetsExactly) {
-    // Whole numbers: edges of one go through diagonals and grid points of the other, or lie in its sides.
+TEST(Check, FindsOverlappingBoxesWithCommonCoordinates) {
+    // The coordinates are integers, so edges of one box pass through diagonals and points of the other, or
+    // are in its sides.
     Random random(11);
     for (int trial = 0; trial < 300; ++trial) {
         const auto length = [&] { return static_cast<float>(2 * below(random, 4) + 4); };
-        const auto part = [&] { return static_cast<int>(below(random, 4) + 1); };
+        const auto parts = [&] { return static_cast<int>(below(random, 4) + 1); };
         Vec3f upper_a, lower_b, upper_b;
         for (std::size_t k = 0; k < 3; ++k) {
             upper_a[k] = length();
             lower_b[k] = static_cast<float>(1 + below(random, static_cast<std::uint32_t>(upper_a[k]) - 1));
             upper_b[k] = upper_a[k] + length();
         }
-        const Mesh both = joined(box({0, 0, 0}, upper_a, part(), below(random, 2) == 0),
-                                 box(lower_b, upper_b, part(), below(random, 2) == 0));
+        const Mesh both = joined(box({0, 0, 0}, upper_a, parts(), below(random, 2) == 0),
+                                 box(lower_b, upper_b, parts(), below(random, 2) == 0));
         ASSERT_GT(check_mesh(both).self_intersections, 0) << "trial " << trial;
     }
 }
 
-TEST(Check, FindsStarsOfTwoTetrahedra) {
+TEST(Check, FindsTheIntersectionsOfAStellaOctangula) {
     Mesh one;
     one.points = {{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}};
     one.triangles = {{0, 1, 2}, {0, 3, 1}, {0, 2, 3}, {1, 3, 2}};
     Mesh other = one;
     for (Vec3f& p : other.points) p = {-p[0], -p[1], -p[2]};
     for (Triangle& t : other.triangles) std::swap(t[0], t[1]);
-    // Each of the twelve edges of the cube's diagonals lies between two sides, all of whose edges meet in their middles.
+    // The two tetrahedra have the corners of a cube. They intersect along the twelve edges of an octahedron,
+    // one for each pair of triangles that intersect.
     EXPECT_EQ(check_mesh(joined(one, other)).self_intersections, 12);
 }
 
-TEST(Check, FindsCrossingsAlongEdgesOfBoth) {
-    // Both are cut into squares of 5, so that they pass through each other only along edges, of different length.
+TEST(Check, FindsIntersectionsAlongEdgesOfBoth) {
+    // The boxes intersect only along edges of both. These edges have different lengths in the second case.
     const Mesh a = box({0, 0, 0}, {10, 10, 10}, 2);
     EXPECT_GT(check_mesh(joined(a, box({5, 5, 5}, {15, 15, 15}, 2))).self_intersections, 0);
     EXPECT_GT(check_mesh(joined(a, box({5, 5, 5}, {15, 15, 15}, 4))).self_intersections, 0);
 }
 
-TEST(Check, CountsNoBoxesThatOnlyTouch) {
+TEST(Check, IgnoresBoxesThatOnlyTouch) {
     const Mesh a = box({0, 0, 0}, {4, 4, 4});
     const std::pair<const char*, Mesh> cases[] = {
-        {"side on side", box({4, 0, 0}, {8, 4, 4})},
-        {"side on part of a side", box({4, 1, 1}, {6, 3, 3}, 2)},
-        {"side over side and beyond", box({4, 2, -2}, {6, 6, 6}, 3, true)},
-        {"edge on edge", box({4, 4, 0}, {8, 8, 4})},
-        {"edge on part of an edge", box({4, 4, 1}, {8, 8, 7}, 3)},
-        {"corner on corner", box({4, 4, 4}, {8, 8, 8})},
-        {"corner on edge", box({4, 4, 1}, {8, 8, 2})},
-        {"inside, on two sides", box({0, 0, 1}, {2, 3, 2})},
-        {"the same", a},
-        {"the same, cut otherwise", box({0, 0, 0}, {4, 4, 4}, 3, true)},
+        {"a side on a side", box({4, 0, 0}, {8, 4, 4})},
+        {"a side on the middle of a side", box({4, 1, 1}, {6, 3, 3}, 2)},
+        {"a side that extends beyond a side", box({4, 2, -2}, {6, 6, 6}, 3, true)},
+        {"an edge on an edge", box({4, 4, 0}, {8, 8, 4})},
+        {"an edge that extends beyond an edge", box({4, 4, 1}, {8, 8, 7}, 3)},
+        {"a corner on a corner", box({4, 4, 4}, {8, 8, 8})},
+        {"a corner on an edge", box({4, 4, 1}, {8, 8, 2})},
+        {"a box inside, at two sides", box({0, 0, 1}, {2, 3, 2})},
+        {"the same box", a},
+        {"the same box with other triangles", box({0, 0, 0}, {4, 4, 4}, 3, true)},
     };
     for (const auto& [name, b] : cases) {
         EXPECT_EQ(check_mesh(joined(a, b)).self_intersections, 0) << name;
         EXPECT_EQ(check_mesh(joined(b, a)).self_intersections, 0) << name;
     }
-    // A wedge that stands with its edge on the middle of a side, and one whose edge ends there.
+    // A wedge whose edge is on the middle of a side, and the same wedge flattened into the side.
     Mesh wedge;
     wedge.points = {{1, 2, 4}, {3, 2, 4}, {2, 1, 6}, {2, 3, 6}};
     wedge.triangles = {{0, 1, 3}, {1, 0, 2}, {0, 3, 2}, {1, 2, 3}};
     EXPECT_EQ(check_mesh(joined(a, wedge)).self_intersections, 0);
-    for (Vec3f& p : wedge.points) p[2] = 10 - p[2] - 2 * (p[2] == 4);
+    for (Vec3f& p : wedge.points) p[2] = 4;
     EXPECT_EQ(check_mesh(joined(a, wedge)).self_intersections, 0);
 }
 
 TEST(Check, DecidesExactly) {
-    // A tip in a slanting side of float coordinates, exactly or within a bit of a coordinate.
+    // A corner is exactly in a side, or above or below it by one bit of a coordinate.
     const float third = 1.0f / 3, up = std::nextafter(1.0f, 2.0f), down = std::nextafter(1.0f, 0.0f);
-    const auto stuck = [&](float z) {
+    const auto intersections = [&](float z) {
         Mesh mesh;
         mesh.points = {{0, 0, 1}, {3, 0, 1}, {0, 3, 1}, {third, third, z}, {third, 1, 4}, {1, third, 4}};
         mesh.triangles = {{0, 1, 2}, {3, 4, 5}};
         return check_mesh(mesh).self_intersections;
     };
-    EXPECT_EQ(stuck(1), 0);
-    EXPECT_EQ(stuck(up), 0);
-    EXPECT_EQ(stuck(down), 1);
-    const auto far_from_zero = [&](float x) {  // 2^-24 of a coordinate, and 1e-14 of the whole
+    EXPECT_EQ(intersections(1), 0);
+    EXPECT_EQ(intersections(up), 0);
+    EXPECT_EQ(intersections(down), 1);
+    const auto far_from_zero = [&](float x) {  // rounding hides the intersection
         Mesh mesh;
         mesh.points = {{0, 0, 0},       {1e7f, 1e7f, 1},     {-1e7f, 1e7f, 0},
                        {x, 1e6f, 5e5f}, {1e6f, 1e6f, -5e5f}, {1e6f, 2e6f, 1}};
@@ -253,7 +257,7 @@ TEST(Check, DecidesExactly) {
     EXPECT_EQ(far_from_zero(1e6f), 1);
 }
 
-TEST(Check, FindsNoCrossingsInWhatIsExtracted) {
+TEST(Check, FindsNoSelfIntersectionsInExtractedSurfaces) {
     Random random(5);
     for (int trial = 0; trial < 100; ++trial) {
         const RandomGrid one = random_grid(random);
@@ -266,19 +270,21 @@ TEST(Check, FindsNoCrossingsInWhatIsExtracted) {
 }
 
 TEST(Check, MeasuresThinWalls) {
-    // A hollow ball whose wall is 2 mm thick.
+    // A hollow ball with a wall of 2 mm.
     const auto outer = sphere({15, 15, 15}, 12), inner = sphere({15, 15, 15}, 10);
     const Mesh mesh =
         extracted(grid(31, 31, 31), [&](const Vec3d& p) { return std::min(outer(p), -inner(p)); });
-    EXPECT_EQ(check_mesh(mesh, {.min_wall = 1.8}).thin_triangles, 0);
+    const MeshCheck thick = check_mesh(mesh, {.min_wall = 1.8});
+    EXPECT_EQ(thick.thin_triangles, 0);
+    EXPECT_FALSE(thick.thinnest_wall);
     const MeshCheck thin = check_mesh(mesh, {.min_wall = 2.2});
     EXPECT_NEAR(thin.thin_area / (4 * M_PI * (144 + 100)), 1, 0.02);
-    EXPECT_NEAR(thin.thinnest_wall, 2, 0.15);
+    EXPECT_NEAR(thin.thinnest_wall.value(), 2, 0.15);
     EXPECT_FALSE(thin.is_sound());
-    EXPECT_EQ(check_mesh(mesh).thin_triangles, 0) << "not asked for";
+    EXPECT_EQ(check_mesh(mesh).thin_triangles, 0) << "there was no min_wall";
 }
 
-TEST(Check, RefusesWhatIsNoMesh) {
+TEST(Check, RejectsInvalidInputAndCanBeCancelled) {
     Mesh mesh = tetrahedron();
     mesh.points[1][0] = std::numeric_limits<float>::infinity();
     EXPECT_THROW(check_mesh(mesh), InputError);

@@ -1,4 +1,5 @@
-// Angles, curvature, roughness and distances of shapes that are known.
+// Tests angles, curvature, roughness and distances with known shapes, and the tree that finds nearest
+// triangles.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -7,16 +8,14 @@
 #include <numbers>
 #include <numeric>
 
-#include <tbb/global_control.h>
-
 #include <marrow/error.h>
 #include <marrow/isosurface.h>
 #include <marrow/measure.h>
 
-#include "support/fields.h"
+#include "mesh/triangle_corners.h"
 #include "mesh/triangle_distance.h"
 #include "mesh/triangle_tree.h"
-#include "mesh/vector.h"
+#include "support/fields.h"
 
 namespace marrow {
 namespace {
@@ -34,7 +33,7 @@ Mesh one_triangle(const Vec3f& a, const Vec3f& b, const Vec3f& c) {
     return mesh;
 }
 
-/// A square sheet from -half to half, `n` cells a side, at height(x, y).
+// A square sheet from -half to half with n^2 squares at height(x, y).
 template <class F>
 Mesh sheet(double half, std::uint32_t n, const F& height) {
     Mesh mesh;
@@ -54,7 +53,7 @@ Mesh sheet(double half, std::uint32_t n, const F& height) {
     return mesh;
 }
 
-/// An octahedron whose faces were split in four `splits` times, every point at `radius(direction)`.
+// An octahedron whose triangles are split in four `splits` times. Every point is at radius(direction).
 template <class F>
 Mesh split_sphere(int splits, const F& radius) {
     Mesh mesh;
@@ -99,7 +98,7 @@ Mesh moved(Mesh mesh, const Vec3f& by) {
 
 // ---- Triangles ----
 
-TEST(TriangleQuality, KnowsTheEquilateralAndTheRightTriangle) {
+TEST(TriangleQuality, MeasuresEquilateralAndRightTriangles) {
     const auto equilateral = triangle_quality(one_triangle({0, 0, 0}, {2, 0, 0}, point(1, std::sqrt(3), 0)));
     EXPECT_NEAR(equilateral.smallest_angle, 60, 1e-5);
     EXPECT_NEAR(equilateral.largest_aspect_ratio, 1, 1e-6);
@@ -112,9 +111,9 @@ TEST(TriangleQuality, KnowsTheEquilateralAndTheRightTriangle) {
     EXPECT_EQ(right.triangles_without_area, 0);
 }
 
-TEST(TriangleQuality, SaysWhichTrianglesHaveNoArea) {
-    Mesh mesh = one_triangle({0, 0, 0}, {1, 0, 0}, {3, 0, 0});  // in a line: 0, 180 and 0 degrees
-    mesh.triangles.push_back({0, 0, 1});                        // two corners at one place
+TEST(TriangleQuality, CountsTrianglesWithoutArea) {
+    Mesh mesh = one_triangle({0, 0, 0}, {1, 0, 0}, {3, 0, 0});  // angles of 0, 180 and 0 degrees
+    mesh.triangles.push_back({0, 0, 1});                        // equal indices
     const auto quality = triangle_quality(mesh);
     EXPECT_EQ(quality.triangles_without_area, 2);
     EXPECT_EQ(quality.smallest_angle, 0);
@@ -123,8 +122,8 @@ TEST(TriangleQuality, SaysWhichTrianglesHaveNoArea) {
     EXPECT_EQ(std::accumulate(quality.angle_histogram.begin(), quality.angle_histogram.end(), 0), 6);
 }
 
-TEST(TriangleQuality, ExtractionThroughSamplesMakesSliversThatShow) {
-    // Samples just above the isovalue, so that points crowd round them.
+TEST(TriangleQuality, FindsTheSliversOfAnExtraction) {
+    // Samples just above the isovalue have points very near them, so triangles become slivers.
     const Volume volume = test::sampled<float>(test::grid(6, 6, 6), [](auto x, auto y, auto z) {
         return x == 0 || y == 0 || z == 0 || x == 5 || y == 5 || z == 5 ? -1.0 : 1e-6;
     });
@@ -133,7 +132,7 @@ TEST(TriangleQuality, ExtractionThroughSamplesMakesSliversThatShow) {
     EXPECT_GT(sharp.largest_aspect_ratio, 100);
 }
 
-TEST(TriangleQuality, OfNothingIsZeroAndOfABrokenMeshRefused) {
+TEST(TriangleQuality, IsZeroWithoutTrianglesAndRejectsInvalidIndices) {
     EXPECT_EQ(triangle_quality({}).smallest_angle, 0);
     Mesh broken = one_triangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0});
     broken.triangles[0][2] = 3;
@@ -161,14 +160,15 @@ TEST(MeanCurvature, IsNegativeInAHollow) {
 }
 
 TEST(MeanCurvature, OfAnExtractedSphereIsRightOnAverage) {
-    // Marching cubes makes points of all shapes; single ones are off, their mean over a window is not.
+    // Marching cubes makes irregular triangles. Their curvature is wrong at single points, but not its mean
+    // over a window.
     const double radius = 24;
     const Volume ball =
         test::sampled_in_space<float>(test::grid(56, 56, 56), test::sphere({27.3, 27.6, 27.1}, radius));
     EXPECT_NEAR(roughness(extract_isosurface(ball, 0), 5).mean_curvature * radius, 1, 0.1);
 }
 
-TEST(MeanCurvature, OfAPlaneIsZeroAndOfItsBorderUnknown) {
+TEST(MeanCurvature, OfAPlaneIsZeroAndOfItsBorderNaN) {
     constexpr std::uint32_t kCells = 12;
     const Mesh plane = sheet(3, kCells, [](double, double) { return 1.0; });
     const auto h = mean_curvature(plane);
@@ -187,9 +187,9 @@ TEST(MeanCurvature, OfAPlaneIsZeroAndOfItsBorderUnknown) {
     EXPECT_EQ(flat.points, (kCells - 1) * (kCells - 1));
 }
 
-TEST(Roughness, OfARippleIsWhatTheFormulaSays) {
-    // z = a sin(kx): H = -z'' / 2 = a k^2 sin(kx) / 2 for small slopes; its mean over a disc of radius w is
-    // 2 J1(kw) / (kw) of that, and the mean of |sin| is 2 / pi.
+TEST(Roughness, OfARippleFollowsTheFormula) {
+    // z = a sin(kx) has H = -z'' / 2 = a k^2 sin(kx) / 2 for small slopes. The mean of H over a disc of
+    // radius w is 2 J1(kw) / (kw) times H. The mean of |sin| is 2 / pi.
     const double k = 2 * pi / 4, window = 1;
     const double in_window = 2 * std::cyl_bessel_j(1, k * window) / (k * window);
     for (const double a : {0.01, 0.02}) {
@@ -199,7 +199,7 @@ TEST(Roughness, OfARippleIsWhatTheFormulaSays) {
     }
 }
 
-TEST(Roughness, DependsOnTheShapeAndNotOnTheDensityOfItsMesh) {
+TEST(Roughness, DoesNotDependOnTheDensityOfTheMesh) {
     const auto bumpy = [](const Vec3f& n) {
         return 10 + 0.1 * std::sin(12 * n[0]) * std::sin(12 * n[1]) * std::sin(12 * n[2]);
     };
@@ -209,7 +209,7 @@ TEST(Roughness, DependsOnTheShapeAndNotOnTheDensityOfItsMesh) {
     EXPECT_GT(coarse, 20 * roughness(sphere(5, 10), 2).roughness);
 }
 
-TEST(Roughness, DoesNotJumpAcrossToAnotherSheet) {
+TEST(Roughness, DoesNotMixNearbySheets) {
     const auto wave = [](double x, double) { return 0.05 * std::sin(3 * x); };
     const Mesh one = sheet(3, 60, wave);
     Mesh two = one;
@@ -226,27 +226,27 @@ TEST(Roughness, DoesNotJumpAcrossToAnotherSheet) {
 TEST(MeshDistance, BetweenParallelPlanesIsTheirGap) {
     const Mesh lower = sheet(5, 3, [](double, double) { return 0.0; });
     const Mesh upper = sheet(5, 7, [](double, double) { return 0.75; });
-    const MeshDistance d = mesh_distance(lower, upper, 1000);
+    const MeshDistance d = mesh_distance(lower, upper, {.samples = 1000});
     EXPECT_NEAR(d.mean, 0.75, 1e-12);
     EXPECT_NEAR(d.max, 0.75, 1e-12);
     EXPECT_EQ(mesh_distance(lower, lower).max, 0);
 }
 
 TEST(MeshDistance, BetweenConcentricSpheresIsTheDifferenceOfRadii) {
-    const MeshDistance d = mesh_distance(sphere(5, 10), sphere(5, 11.5), 20000);
+    const MeshDistance d = mesh_distance(sphere(5, 10), sphere(5, 11.5), {.samples = 20000});
     EXPECT_NEAR(d.mean, 1.5, 0.02);
     EXPECT_NEAR(d.max, 1.5, 0.02);
 }
 
-TEST(MeshDistance, OfAMovedSphereIsHalfTheMoveOnAverageAndTheMoveAtMost) {
-    // | |x + d| - r | is |d cos| to first order, and the mean of |cos| over a sphere is 1/2.
+TEST(MeshDistance, OfAMovedSphereHasHalfTheMoveAsMeanAndTheMoveAsMaximum) {
+    // To first order, | |x + d| - r | is |d cos|. The mean of |cos| over a sphere is 1/2.
     const Mesh ball = sphere(6, 10);
     const MeshDistance d = mesh_distance(ball, moved(ball, {0.3f, 0, 0}));
     EXPECT_NEAR(d.mean, 0.15, 0.005);
     EXPECT_NEAR(d.max, 0.3, 0.005);
 }
 
-TEST(MeshDistance, IsSymmetricAndSeesWhatOnlyOneSideHas) {
+TEST(MeshDistance, IsSymmetricAlsoIfOneMeshIsLarger) {
     const Mesh small = sheet(1, 4, [](double, double) { return 0.0; });
     const Mesh large = sheet(4, 4, [](double, double) { return 0.0; });
     const MeshDistance there = mesh_distance(small, large), back = mesh_distance(large, small);
@@ -255,8 +255,8 @@ TEST(MeshDistance, IsSymmetricAndSeesWhatOnlyOneSideHas) {
     EXPECT_EQ(there.mean, back.mean);
 }
 
-// The distance from p to a triangle, straight from its definition: the minimum over a fine net of its places.
-double distance_by_net(const Vec3f& p, const Mesh& mesh, const Triangle& t) {
+// The distance from p to a triangle by definition: the minimum over a fine grid of positions in the triangle.
+double distance_by_grid(const Vec3f& p, const Mesh& mesh, const Triangle& t) {
     constexpr int kSteps = 64;
     double nearest = std::numeric_limits<double>::infinity();
     for (int i = 0; i <= kSteps; ++i) {
@@ -274,7 +274,7 @@ double distance_by_net(const Vec3f& p, const Mesh& mesh, const Triangle& t) {
     return nearest;
 }
 
-TEST(TriangleTree, FindsTheNearestOfAllTriangles) {
+TEST(TriangleTree, FindsTheNearestTriangle) {
     test::Random random(19);
     std::uniform_real_distribution<float> unit(-1, 1);
     const auto anywhere = [&](float size) {
@@ -295,20 +295,21 @@ TEST(TriangleTree, FindsTheNearestOfAllTriangles) {
         for (int trial = 0; trial < 20; ++trial) {
             const Vec3f p = anywhere(12);
             double nearest = std::numeric_limits<double>::infinity();
-            for (const Triangle& t : soup.triangles) nearest = std::min(nearest, distance_by_net(p, soup, t));
+            for (const Triangle& t : soup.triangles)
+                nearest = std::min(nearest, distance_by_grid(p, soup, t));
             const double found = tree.distance({p[0], p[1], p[2]});
             EXPECT_LE(found, nearest + 1e-6);
-            EXPECT_GE(found, nearest - 0.04);  // the net's step
+            EXPECT_GE(found, nearest - 0.04);  // the step of the grid
         }
     }
 }
 
-TEST(TriangleTree, FindsTheSameAsLookingAtEachTriangleWhereverItBegins) {
+TEST(TriangleTree, AgreesWithAllTrianglesForAnyGuess) {
     test::Random random(23);
     const auto unit = [&] { return std::uniform_real_distribution<float>(-1, 1)(random); };
     for (const std::size_t n : {1u, 7u, 8u, 9u, 64u, 65u, 3000u}) {
         Mesh soup;
-        const bool crowded = n == 65;  // all in one place of the curve
+        const bool crowded = n == 65;  // all triangles have the same Morton key
         for (std::uint32_t t = 0; t < n; ++t) {
             const Vec3f middle{crowded ? 5 : 9 * unit(), crowded ? 5 : 9 * unit(), 0.1f * unit()};
             for (int c = 0; c < 3; ++c)
@@ -322,53 +323,46 @@ TEST(TriangleTree, FindsTheSameAsLookingAtEachTriangleWhereverItBegins) {
             const Vec3d p{10.0 * unit(), 10.0 * unit(), 3.0 * unit()};
             double squared = std::numeric_limits<double>::infinity();
             for (const Triangle& t : soup.triangles) {
-                const internal::Corners c(soup, t);
-                squared = std::min(squared, internal::squared_distance_to_triangle(p, c.a, c.b, c.c));
+                const auto [a, b, c] = internal::corners_of(soup, t);
+                squared = std::min(squared, internal::squared_distance_to_triangle(p, a, b, c));
             }
             const double nearest = std::sqrt(squared);
             ASSERT_EQ(tree.distance(p), nearest);
             ASSERT_EQ(tree.distance(p, 0, guess), nearest);
             EXPECT_TRUE(tree.is_within(p, 1.001 * nearest));
             EXPECT_FALSE(tree.is_within(p, 0.999 * nearest));
-            // Where any within `enough` will do, none further comes out, and where there is none, the nearest.
+            // Any triangle within `enough` may be found. If there is none, the nearest is found.
             EXPECT_LE(tree.distance(p, 1.5 * nearest, guess), 1.5 * nearest);
             EXPECT_EQ(tree.distance(p, 0.9 * nearest), nearest);
         }
     }
 }
 
-TEST(TriangleTree, SeesWhatIsNoDistanceAway) {
+TEST(TriangleTree, FindsTrianglesAtDistanceZero) {
     const Mesh mesh = sphere(4, 3);
     const internal::TriangleTree tree(mesh);
     for (const Vec3f& p : mesh.points) {
-        const Vec3d at = internal::to_double(p);
+        const Vec3d at = to_double(p);
         EXPECT_EQ(tree.distance(at), 0);
         for (const double within : {0.0, 1e-200, 1e-30}) EXPECT_TRUE(tree.is_within(at, within));
     }
 }
 
-TEST(TriangleTree, SeesFurtherThanFloatsSquared) {
+TEST(TriangleTree, FindsTrianglesWhoseSquaredDistanceOverflowsFloat) {
     Mesh far = sphere(1, 1);
     const internal::TriangleTree tree(far);
     EXPECT_NEAR(tree.distance({3e30, 0, 0}) / 3e30, 1, 1e-12);
 }
 
-TEST(MeshDistance, HasTheSameBitsForAnyNumberOfThreads) {
-    const Mesh a = sphere(4, 3), b = moved(sphere(5, 3), {0.1f, 0.2f, 0});
-    const MeshDistance all = mesh_distance(a, b);
-    const double rough = roughness(b, 0.5).roughness;
-    const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
-    const MeshDistance alone = mesh_distance(a, b);
-    EXPECT_EQ(all.mean, alone.mean);
-    EXPECT_EQ(all.max, alone.max);
-    EXPECT_EQ(rough, roughness(b, 0.5).roughness);
-}
-
-TEST(MeshDistance, OfNothingIsRefused) {
+TEST(MeshDistance, RejectsEmptyMeshesAndCanBeCancelled) {
     const Mesh ball = sphere(1, 1);
     EXPECT_THROW(mesh_distance(ball, {}), InputError);
     EXPECT_THROW(mesh_distance({}, ball), InputError);
-    EXPECT_THROW(mesh_distance(ball, ball, 0), InputError);
+    EXPECT_THROW(mesh_distance(ball, ball, {.samples = 0}), InputError);
+    const Progress stop = [](double) { return false; };
+    EXPECT_THROW(mesh_distance(ball, ball, {.progress = stop}), Cancelled);
+    EXPECT_THROW(mean_curvature(ball, {.progress = stop}), Cancelled);
+    EXPECT_THROW(roughness(ball, 1, {.progress = stop}), Cancelled);
 }
 
 }  // namespace

@@ -1,18 +1,18 @@
-// From scan to printable surface through every combination of the steps.
+// Goes from a scan to a printable surface through every combination of the steps.
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
 
-#include <marrow/mesh_check.h>
-#include <marrow/volume_filters.h>
+#include <marrow/components.h>
 #include <marrow/isosurface.h>
 #include <marrow/measure.h>
-#include <marrow/components.h>
+#include <marrow/mesh_check.h>
+#include <marrow/scan_io.h>
 #include <marrow/simplify.h>
 #include <marrow/smooth.h>
-#include <marrow/scan_io.h>
+#include <marrow/volume_filters.h>
 
 #include "cranium.h"
 #include "support/fields.h"
@@ -32,8 +32,8 @@ std::string fault(const Mesh& mesh) {
     return found.empty() && !(measure(mesh).volume > 0) ? "faces inward" : found;
 }
 
-// Filters, snapping, pieces, smoothing and reduction, each in several ways or not at all. What comes out of each is
-// closed, manifold and oriented.
+// Combines filters, snapping, components, smoothing and reduction, each in several ways or not at all. Every
+// result must be closed, manifold and oriented.
 void walk_combinations(const Volume& scan, double isovalue) {
     const std::vector<ComponentOptions> choices{{}, {.count = 2}, {.min_volume = 20, .cavities = false}};
     const Mat3d cell = scan.geometry().index_to_physical();
@@ -43,15 +43,15 @@ void walk_combinations(const Volume& scan, double isovalue) {
             const Mesh surface =
                 extract_isosurface(filtered ? median : scan, isovalue, {.closed = true, .snap = snap});
             ASSERT_GT(surface.triangles.size(), 2'000u);
-            for (std::size_t pieces = 0; pieces < choices.size(); ++pieces) {
-                const Mesh chosen = keep_components(surface, choices[pieces]);
+            for (std::size_t choice = 0; choice < choices.size(); ++choice) {
+                const Mesh chosen = keep_components(surface, choices[choice]);
                 for (const int smoothing : {0, 1, 2}) {
                     SmoothOptions options{.iterations = smoothing == 0 ? 0 : 20};
                     if (smoothing == 2) options.bound = cell;
                     const Mesh smoothed = smooth(chosen, options);
                     SCOPED_TRACE(testing::Message()
                                  << "isovalue " << isovalue << ", median " << filtered << ", snap " << snap
-                                 << ", pieces " << pieces << ", smoothing " << smoothing);
+                                 << ", components " << choice << ", smoothing " << smoothing);
                     ASSERT_EQ(fault(smoothed), "");
                     const auto all = static_cast<double>(smoothed.triangles.size());
                     for (const double keep : {0.3, 0.05}) {
@@ -59,7 +59,7 @@ void walk_combinations(const Volume& scan, double isovalue) {
                         ASSERT_EQ(fault(reduced), "");
                         ASSERT_LT(static_cast<double>(reduced.triangles.size()), 2 * keep * all);
                     }
-                    if (pieces != 1 || snap > 0) continue;  // it takes several times as long
+                    if (choice != 1 || snap > 0) continue;  // the next step takes several times as long
                     const Mesh near = simplify(smoothed, {.max_error = 0.3});
                     ASSERT_EQ(fault(near), "");
                     ASSERT_LE(mesh_distance(smoothed, near).max, 0.3);
@@ -69,8 +69,8 @@ void walk_combinations(const Volume& scan, double isovalue) {
     }
 }
 
-// All steps, one way each, over a whole scan.
-void walk_whole(const Volume& scan, double isovalue) {
+// Applies each step once to a complete scan.
+void walk_once(const Volume& scan, double isovalue) {
     const Volume calm = median_filter(scan, 1);
     const Mesh surface = extract_isosurface(calm, isovalue, {.closed = true, .snap = 0.3});
     const Mesh chosen = keep_components(surface, {.min_volume = 20, .cavities = false});
@@ -85,20 +85,20 @@ void walk_whole(const Volume& scan, double isovalue) {
     EXPECT_EQ(fault(reduced), "");
     EXPECT_LE(static_cast<std::int64_t>(reduced.triangles.size()), wanted);
     EXPECT_EQ(measure(reduced).components, measure(smoothed).components);
-    // What is reported is what is there.
+    // The reported deviation is the measured one.
     const MeshDistance apart = mesh_distance(smoothed, reduced);
     EXPECT_EQ(reduction.deviation.mean, apart.mean);
     EXPECT_EQ(reduction.deviation.max, apart.max);
 }
 
-// Whether the walks that take minutes each are wanted too.
-bool takes_time() {
+// Whether to run the tests that take minutes each.
+bool wants_long_tests() {
     const char* wanted = std::getenv("MARROW_TEST_LONG");
     return wanted != nullptr && *wanted != '\0';
 }
-constexpr const char* kLong = "takes some minutes: set MARROW_TEST_LONG to run it";
+constexpr const char* kLong = "this test takes some minutes: set MARROW_TEST_LONG to run it";
 
-Volume part(const Volume& scan, std::array<std::int64_t, 3> middle, std::int64_t half) {
+Volume crop_around(const Volume& scan, std::array<std::int64_t, 3> middle, std::int64_t half) {
     std::array<std::int64_t, 3> last = middle;
     for (std::size_t a = 0; a < 3; ++a) {
         middle[a] = std::max<std::int64_t>(middle[a] - half, 0);
@@ -118,17 +118,17 @@ class Cranium : public testing::Test {
 };
 
 TEST_F(Cranium, StaysClosedAndManifoldThroughEveryCombination) {
-    const Volume face = part(scan, {128, 50, 54}, 40);
+    const Volume face = crop_around(scan, {128, 50, 54}, 40);
     for (const double isovalue : {kBone, kSkin}) walk_combinations(face, isovalue);
 }
 
-TEST_F(Cranium, StaysClosedAndManifoldThroughEveryCombinationAsAWhole) {
-    if (!takes_time()) GTEST_SKIP() << kLong;
+TEST_F(Cranium, StaysClosedAndManifoldThroughEveryCombinationOfTheCompleteScan) {
+    if (!wants_long_tests()) GTEST_SKIP() << kLong;
     for (const double isovalue : {kBone, kSkin}) walk_combinations(scan, isovalue);
 }
 
-TEST_F(Cranium, StaysClosedAndManifoldAsAWhole) {
-    for (const double isovalue : {kBone, kSkin}) walk_whole(scan, isovalue);
+TEST_F(Cranium, StaysClosedAndManifoldAsACompleteScan) {
+    for (const double isovalue : {kBone, kSkin}) walk_once(scan, isovalue);
 }
 
 TEST_F(Cranium, KeepsItsVolumeWhenSmoothed) {
@@ -142,7 +142,7 @@ TEST_F(Cranium, KeepsItsVolumeWhenSmoothed) {
 }
 
 TEST_F(Cranium, KeepsATenthOfAMillimetre) {
-    const Volume temple = part(scan, {80, 100, 40}, 20);
+    const Volume temple = crop_around(scan, {80, 100, 40}, 20);
     for (const double isovalue : {kBone, kSkin}) {
         const Mesh mesh = smooth(closed_surface(temple, isovalue));
         SimplifyStats stats;
@@ -154,8 +154,8 @@ TEST_F(Cranium, KeepsATenthOfAMillimetre) {
     }
 }
 
-TEST_F(Cranium, IsCalmerAfterTheFiltersAndNoOtherThing) {
-    const Volume back = part(scan, {128, 200, 50}, 30);
+TEST_F(Cranium, IsLessNoisyAfterTheFiltersAndKeepsItsVolume) {
+    const Volume back = crop_around(scan, {128, 200, 50}, 30);
     const Volume calm = median_filter(back, 1), blurred = gaussian_filter(calm, 0.7);
     const Volume even = resample_isotropic(blurred, back.geometry().spacing[0]);
     const Mesh raw = closed_surface(back, kBone), mesh = closed_surface(blurred, kBone);
@@ -170,27 +170,27 @@ class VisibleHuman : public testing::Test {
     void SetUp() override {
         const char* data = std::getenv("MARROW_TEST_DATA");
         const std::filesystem::path head = std::filesystem::path(data ? data : "") / "vhf_head_ct";
-        if (!data || !std::filesystem::exists(head)) GTEST_SKIP() << "vhf_head_ct is not there";
+        if (!data || !std::filesystem::exists(head)) GTEST_SKIP() << "vhf_head_ct is missing";
         scan = read_scan(head);
     }
     Volume scan;
 };
 
 TEST_F(VisibleHuman, StaysClosedAndManifoldThroughEveryCombination) {
-    const Volume face = part(scan, {256, 142, 117}, 40);
+    const Volume face = crop_around(scan, {256, 142, 117}, 40);
     for (const double isovalue : {kBone, kSkin}) walk_combinations(face, isovalue);
 }
 
-TEST_F(VisibleHuman, StaysClosedAndManifoldThroughEveryCombinationAsAWhole) {
-    if (!takes_time()) GTEST_SKIP() << kLong;
+TEST_F(VisibleHuman, StaysClosedAndManifoldThroughEveryCombinationOfTheCompleteScan) {
+    if (!wants_long_tests()) GTEST_SKIP() << kLong;
     for (const double isovalue : {kBone, kSkin}) walk_combinations(scan, isovalue);
 }
 
-TEST_F(VisibleHuman, StaysClosedAndManifoldAsAWhole) {
-    for (const double isovalue : {kBone, kSkin}) walk_whole(scan, isovalue);
+TEST_F(VisibleHuman, StaysClosedAndManifoldAsACompleteScan) {
+    for (const double isovalue : {kBone, kSkin}) walk_once(scan, isovalue);
 }
 
-TEST(Noise, GoesThroughTheWholeChainWithoutAnOpenEdge) {
+TEST(Noise, StaysClosedThroughAllSteps) {
     Random random(41);
     for (int trial = 0; trial < 60; ++trial) {
         SCOPED_TRACE(trial);
@@ -211,8 +211,9 @@ TEST(Noise, GoesThroughTheWholeChainWithoutAnOpenEdge) {
             }
         };
         expect_closed("extraction");
-        mesh =
-            keep_components(mesh, {.count = pick(4), .min_volume = 0.1 * pick(3), .cavities = pick(2) == 0});
+        ComponentOptions components{.min_volume = 0.1 * pick(3), .cavities = pick(2) == 0};
+        if (const int count = pick(4); count > 0) components.count = count;
+        mesh = keep_components(mesh, components);
         expect_closed("components");
         SmoothOptions options{.iterations = pick(40)};
         if (pick(2)) options.bound = volume.geometry().index_to_physical();

@@ -24,7 +24,7 @@ namespace {
 using internal::Case;
 using internal::kCases;
 using internal::kEdgeCorners;
-using internal::kEdges;
+using internal::kCellEdges;
 
 // ---- Figure 5: the index 01000001 and the edges it cuts ----
 
@@ -62,7 +62,7 @@ std::array<int, 3> paper_triangle(const Case& c, int triangle) {
 
 TEST(PaperFigure5, EveryEdgeOfThePaperIsAnEdgeOfACell) {
     std::set<int> found;
-    for (int e = 0; e < kEdges; ++e) found.insert(paper_edge(e));
+    for (int e = 0; e < kCellEdges; ++e) found.insert(paper_edge(e));
     EXPECT_EQ(found.size(), 12u);
     EXPECT_FALSE(found.contains(0));
 }

@@ -19,8 +19,8 @@
 #include <marrow/mesh_io.h>
 #include <marrow/scan_io.h>
 
-#include "support/command_line.h"
 #include "cranium.h"
+#include "support/command_line.h"
 #include "support/fields.h"
 #include "support/mesh_checks.h"
 
@@ -161,7 +161,7 @@ void expect_surface_back(const PaperInput& input) {
     const Mesh surface = extract_isosurface(decoded, input.isovalue, {.closed = true});
     write_mesh(surface, work / "from_decoded.ply");
     EXPECT_TRUE(test::read_file(work / "jpg.ply") == test::read_file(work / "from_decoded.ply"));
-    const MeshDistance moved = mesh_distance(surface, expected, 20'000);
+    const MeshDistance moved = mesh_distance(surface, expected, {.samples = 20'000});
     EXPECT_GT(moved.mean, 0);
     EXPECT_LT(moved.mean, 0.1 * input.slices.geometry().spacing[0]);
 }
@@ -189,8 +189,8 @@ TEST(PaperInput, EightBitsMoveTheSurfaceLittle) {
     if (!ct) GTEST_SKIP() << "no Cranium: install invesalius-examples";
     const PaperInput input = from_ct(*ct, ct->geometry().dims[2]);  // every slice as it is
     ct->set_geometry(input.slices.geometry());                      // pictures do not say how they lie
-    const MeshDistance moved =
-        mesh_distance(extract_isosurface(input.slices, input.isovalue), extract_isosurface(*ct, 226), 20'000);
+    const MeshDistance moved = mesh_distance(extract_isosurface(input.slices, input.isovalue),
+                                             extract_isosurface(*ct, 226), {.samples = 20'000});
     EXPECT_GT(moved.mean, 0);
     EXPECT_LT(moved.mean, 0.01);
 }

@@ -10,10 +10,12 @@
 
 #include <gtest/gtest.h>
 
-#include "run.h"
+#include "commands/dispatch.h"
 #include "temporary_folder.h"
 
 namespace marrow::test {
+
+using namespace marrow::cli;
 
 struct Outcome {
     int code;
@@ -21,20 +23,14 @@ struct Outcome {
     std::string err;
 };
 
-/// What `marrow ARGUMENTS...` does, as main would.
+/// Runs `marrow ARGUMENTS...` as main would.
 inline Outcome marrow_with(const std::vector<std::string>& arguments, bool stop = false) {
     std::vector<const char*> argv{"marrow"};
     for (const std::string& argument : arguments) argv.push_back(argument.c_str());
     std::ostringstream out, err;
     const std::atomic<bool> stopped{stop};
-    try {
-        const auto parsed = parse_command_line(static_cast<int>(argv.size()), argv.data(), out);
-        if (const int* code = std::get_if<int>(&parsed)) return {*code, out.str(), err.str()};
-        const int code = run(std::get<Settings>(parsed), {out, err}, stopped);
-        return {code, out.str(), err.str()};
-    } catch (const UsageError& error) {
-        return {kUsage, out.str(), error.what()};
-    }
+    const int code = run_marrow(static_cast<int>(argv.size()), argv.data(), {out, err}, stopped);
+    return {code, out.str(), err.str()};
 }
 
 /// Writes `value(x, y, z)` of int16 as NRRD, with samples 1 x 1 x 2 mm apart.
@@ -55,7 +51,7 @@ void write_nrrd(const std::filesystem::path& file, int nx, int ny, int nz, const
     write_file(file, text);
 }
 
-/// A ball of `radius` mm round sample (cx, cy, cz): 1000 at its middle, 0 at its surface, -1000 far away.
+/// A ball of `radius` mm around sample (cx, cy, cz): 1000 at its centre, 0 at its surface, -1000 far away.
 inline auto ball(double cx, double cy, double cz, double radius) {
     return [=](int x, int y, int z) {
         const double distance = std::hypot(x - cx, y - cy, 2 * (z - cz));

@@ -1,4 +1,4 @@
-/// Volumes to extract from: random ones, pathologies by name, and shapes whose surface is known.
+/// Volumes for tests: random ones, named pathologies, and shapes with known surfaces.
 #pragma once
 
 #include <cmath>
@@ -18,7 +18,7 @@ inline Geometry grid(std::int64_t nx, std::int64_t ny, std::int64_t nz) {
     return g;
 }
 
-/// A volume of `value(x, y, z)` at every index.
+/// A volume with the sample value(x, y, z) at each index.
 template <class T, class F>
 Volume sampled(const Geometry& geometry, const F& value) {
     Volume volume(geometry, sample_type_of<T>());
@@ -31,7 +31,7 @@ Volume sampled(const Geometry& geometry, const F& value) {
     return volume;
 }
 
-/// As `sampled`, of a function of physical position.
+/// A volume whose samples are a function of their physical position.
 template <class T, class F>
 Volume sampled_in_space(const Geometry& geometry, const F& value) {
     return sampled<T>(geometry, [&](std::int64_t x, std::int64_t y, std::int64_t z) {
@@ -44,7 +44,7 @@ inline Volume checkerboard(std::int64_t n) {
     return sampled<std::uint8_t>(grid(n, n, n), [](auto x, auto y, auto z) { return (x + y + z) % 2; });
 }
 
-/// Samples below, at and above the isovalue in equal parts.
+/// Equally many samples below, at and above the isovalue.
 inline Volume ties_at_isovalue(const Geometry& g, double isovalue, Random& random) {
     std::uniform_int_distribution<int> step(-1, 1);
     return sampled<float>(g, [&](auto, auto, auto) { return isovalue + step(random); });
@@ -54,14 +54,14 @@ inline Volume one_voxel_thick_wall(std::int64_t n) {
     return sampled<std::int16_t>(grid(n, n, n), [&](auto x, auto, auto) { return x == n / 2 ? 1000 : 0; });
 }
 
-/// Distance to a sphere, negative outside, so that it is bright inside at isovalue 0.
+/// The distance to a sphere, positive inside, so that the sphere is the surface at isovalue 0.
 inline auto sphere(const Vec3d& centre, double radius) {
     return [=](const Vec3d& p) {
         return radius - std::hypot(p[0] - centre[0], p[1] - centre[1], p[2] - centre[2]);
     };
 }
 
-/// The same for a torus round the z axis.
+/// The same for a torus around an axis along z.
 inline auto torus(const Vec3d& centre, double ring, double tube) {
     return [=](const Vec3d& p) {
         const double from_ring = std::hypot(p[0] - centre[0], p[1] - centre[1]) - ring;
@@ -69,7 +69,7 @@ inline auto torus(const Vec3d& centre, double ring, double tube) {
     };
 }
 
-/// One of the random grids that meshers stumble over, 2 to 9 samples a side, and an isovalue for it.
+/// A random grid with difficult cells, 2 to 9 samples a side, and an isovalue for it.
 struct RandomGrid {
     Volume volume;
     double isovalue;

@@ -1,4 +1,4 @@
-/// What must hold for a mesh, checked without the code under test.
+/// Checks of meshes that do not use the code under test.
 #pragma once
 
 #include <algorithm>
@@ -14,9 +14,10 @@
 
 namespace marrow::test {
 
-/// Empty where every edge has exactly two oppositely oriented triangles, every point's triangles form one
-/// cycle round it, no triangle repeats an index or another triangle, and every point is used; else what is
-/// wrong. With `open`, edges with one triangle are allowed, and points on them are not asked for a cycle.
+/// Describes a fault of the mesh, or returns "" if it is a closed manifold: every edge has exactly two
+/// triangles with opposite orientation, the triangles around every point form one cycle, no triangle repeats
+/// an index or another triangle, and every point is used. With `open`, edges may have one triangle, and the
+/// points on them need no cycle.
 inline std::string manifold_fault(const Mesh& mesh, bool open = false) {
     using Edge = std::pair<std::uint32_t, std::uint32_t>;
     std::vector<Edge> directed;
@@ -77,8 +78,8 @@ inline PointBits bits_of(const Vec3f& p) {
     return bits;
 }
 
-/// The triangles as positions, each rotated to start at its smallest corner, sorted: equal for equal
-/// surfaces.
+/// The triangles as positions, in a normal form: each begins with its smallest corner, and they are sorted.
+/// Equal for equal surfaces.
 inline std::vector<std::array<PointBits, 3>> triangle_positions(const Mesh& mesh) {
     std::vector<std::array<PointBits, 3>> result;
     result.reserve(mesh.triangles.size());

@@ -1,4 +1,4 @@
-// A window that shows a ball.
+/// A test fixture: a window that shows a ball.
 #pragma once
 
 #include <cmath>
@@ -11,7 +11,7 @@ inline constexpr int kSide = 48, kSlices = 25;  // samples 1 x 1 x 2 mm apart
 inline constexpr double kRadius = 15;           // mm
 inline constexpr Vec3d kMiddle{24, 22, 12};     // index
 
-inline Vec3d position_of(const Vec3d& index) {  // as write_nrrd places it
+inline Vec3d position_of(const Vec3d& index) {  // in the files of write_nrrd
     return {10 + index[0], 20 + index[1], 30 + 2 * index[2]};
 }
 

@@ -1,4 +1,4 @@
-// The viewer's window, driven as a person would.
+/// A test fixture: a window that is driven like a user would.
 #pragma once
 
 #include <cstdlib>
@@ -16,7 +16,7 @@
 
 namespace marrow::test {
 
-/// Made once. Its settings are those of nobody.
+/// The only application of the process, with empty settings.
 inline QApplication& application() {
     static int argc = 1;
     static char name[] = "viewer_test";
@@ -39,7 +39,7 @@ inline QApplication& application() {
 
 class ViewerTest : public ::testing::Test {
   protected:
-    static constexpr int kPatience = 60000;  // ms; a busy machine that draws without a graphics card is slow
+    static constexpr int kPatience = 60000;  // ms; drawing without a graphics card is slow
 
     void SetUp() override {
         if (!std::getenv("DISPLAY")) GTEST_SKIP() << "no display";
@@ -58,7 +58,7 @@ class ViewerTest : public ::testing::Test {
     viewer::SurfaceView* view() { return window->surface_view(); }
     viewer::Session& session() { return window->session(); }
 
-    /// Everything that was asked for is there and drawn.
+    /// Waits until everything requested is extracted and drawn.
     bool settle() {
         return wait([&] { return !window->busy() && window->surfaces().settled() && !view()->stale(); });
     }
@@ -70,17 +70,17 @@ class ViewerTest : public ::testing::Test {
     }
 
     void key(int key, Qt::KeyboardModifiers modifiers = Qt::NoModifier) {
-        QApplication::setActiveWindow(window.get());  // as a window manager would, where there is one
+        QApplication::setActiveWindow(window.get());  // there may be no window manager that does so
         QTest::keyClick(window.get(), Qt::Key(key), modifiers);
     }
 
-    /// Presses at one place of a widget and lets go at another, with moves between.
+    /// Presses at one point of a widget, moves, and releases at another point.
     static void drag(QWidget* widget, QPoint from, QPoint to, Qt::MouseButton button = Qt::LeftButton,
                      int moves = 8) {
         QTest::mousePress(widget, button, Qt::NoModifier, from);
         for (int i = 1; i <= moves; ++i) {
-            const QPoint place = from + (to - from) * i / moves;
-            QMouseEvent move(QEvent::MouseMove, place, widget->mapToGlobal(place), Qt::NoButton, button,
+            const QPoint point = from + (to - from) * i / moves;
+            QMouseEvent move(QEvent::MouseMove, point, widget->mapToGlobal(point), Qt::NoButton, button,
                              Qt::NoModifier);
             QApplication::sendEvent(widget, &move);
             QTest::qWait(5);
@@ -90,10 +90,10 @@ class ViewerTest : public ::testing::Test {
 
     void click_on_slice(viewer::Plane plane, const Vec3d& index) {
         viewer::SliceView* slice = window->slice_view(plane);
-        QTest::mouseClick(slice, Qt::LeftButton, Qt::NoModifier, slice->place_of(index).toPoint());
+        QTest::mouseClick(slice, Qt::LeftButton, Qt::NoModifier, slice->widget_point(index).toPoint());
     }
 
-    /// The 3D view's pixels.
+    /// The image in the 3D view.
     QImage picture() {
         EXPECT_TRUE(settle());
         QTest::qWait(30);
@@ -110,7 +110,7 @@ class ViewerTest : public ::testing::Test {
         return n;
     }
 
-    /// The dark background is bluish; bone, skin and what they are drawn in are warm.
+    /// Whether a pixel has the warm colours of bone and skin. The background is bluish.
     static bool warm(QRgb c) { return qRed(c) > qBlue(c) + 6 && qRed(c) > 30; }
 
     TemporaryFolder folder;

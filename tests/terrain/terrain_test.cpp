@@ -112,7 +112,7 @@ TEST(Terrain, BlocksGiveTheSurfaceOfOneVolume) {
     EXPECT_EQ(terrain.points.size(), whole.points.size());
     EXPECT_EQ(terrain.triangles.size(), whole.triangles.size());
     EXPECT_EQ(measure(terrain).boundary_edges, measure(whole).boundary_edges);
-    EXPECT_LT(mesh_distance(terrain, whole, 20'000).max, 1) << "mm, where a sample is 10 m";
+    EXPECT_LT(mesh_distance(terrain, whole, {.samples = 20'000}).max, 1) << "mm, where a sample is 10 m";
 }
 
 TEST(Terrain, GoesThroughEverySample) {

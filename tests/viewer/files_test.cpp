@@ -1,4 +1,4 @@
-// What the viewer opens and writes.
+// Tests opening scans and writing meshes and screenshots.
 #include <set>
 
 #include <QDialog>
@@ -14,13 +14,13 @@ namespace {
 
 using viewer::Parameters;
 
-TEST_F(BallViewer, ExportsWhatTheShownCommandLineWrites) {
-    const auto compare = [&](const char* ending, const char* what) {
+TEST_F(BallViewer, ExportsTheSameFilesAsTheShownCommandLine) {
+    const auto compare = [&](const char* extension, const char* what) {
         ASSERT_TRUE(settle());
         key(Qt::Key_S, Qt::ControlModifier);
         auto* dialog = window->findChild<viewer::ExportDialog*>("export_dialog");
         ASSERT_TRUE(dialog);
-        const std::filesystem::path file = folder / (std::string("it's ours") + ending);
+        const std::filesystem::path file = folder / (std::string("it's ours") + extension);
         dialog->set_file(QString::fromStdString(file.string()));
         if (std::string(what) == "RAS") dialog->findChild<QComboBox*>("space")->setCurrentIndex(1);
         const std::string line = dialog->commands().toStdString();
@@ -37,9 +37,9 @@ TEST_F(BallViewer, ExportsWhatTheShownCommandLineWrites) {
         const std::string programs = std::filesystem::path(MARROW_PROGRAM).parent_path();
         ASSERT_EQ(std::system(("PATH='" + programs + "':$PATH; " + line + " -q").c_str()), 0) << line;
         EXPECT_TRUE(read_file(file) == ours) << what << " " << line;
-        QTest::qWait(1);  // the dialog goes
+        QTest::qWait(1);  // deletes the dialog
     };
-    for (const viewer::ExportFormat& format : viewer::kExportFormats) compare(format.ending, "as it is");
+    for (const viewer::ExportFormat& format : viewer::kExportFormats) compare(format.extension, "unchanged");
     compare(".ply", "RAS");
     session().set_isovalue(123.456);
     compare(".stl", "a value between samples");
@@ -54,7 +54,8 @@ TEST_F(BallViewer, ExportsWhatTheShownCommandLineWrites) {
     EXPECT_EQ(session().current()->isovalue, 225.5);
     EXPECT_NE(window->command().indexOf("--type bone"), -1);
     compare(".stl", "bone");
-    // In a box, otsu would be that of its samples: the line says the number.
+    // With a crop box, otsu would mean the isovalue of the cropped samples, so the command line has the
+    // number.
     session().move_crop_side({0, true}, 30);
     session().move_crop_side({2, false}, 6);
     session().set_isovalue(*session().scan()->otsu);
@@ -70,7 +71,7 @@ TEST_F(BallViewer, ExportsWhatTheShownCommandLineWrites) {
 TEST_F(BallViewer, ExportsAllVisibleSurfaces) {
     const int first = session().parameters().current;
     session().change("name", {}, [&](Parameters& p) { p.find(first)->name = "ball"; });
-    session().add_surface("ball", 300, {}, 1);  // the same name: its file gets another
+    session().add_surface("ball", 300, {}, 1);  // the same name, but another file name
     session().add_surface("hidden", 600, {}, 1);
     session().change("visibility", {}, [](Parameters& p) { p.surfaces[2].visible = false; });
     ASSERT_TRUE(settle());
@@ -105,7 +106,7 @@ TEST_F(BallViewer, ExportsAllVisibleSurfaces) {
     EXPECT_TRUE(read_file(out / "ball-2.stl") == ours[1]);
 }
 
-// One turn: the small ball beside the large one goes round it, and in the end all is as before.
+// During one turn, the small ball moves around the large one. Afterwards, the view is as before.
 TEST_F(BallViewer, WritesATurntable) {
     const auto large = ball(24, 24, 12, 10), small = ball(40, 24, 12, 5);
     write_nrrd(folder / "two.nrrd", kSide, kSide, kSlices,
@@ -117,16 +118,16 @@ TEST_F(BallViewer, WritesATurntable) {
     ASSERT_TRUE(settle());
     const Vec3d direction = view()->view_direction();
     window->findChild<QAction*>("frames")->trigger();
-    auto* dialog = window->findChild<viewer::PictureDialog*>("picture_dialog");
+    auto* dialog = window->findChild<viewer::ScreenshotDialog*>("screenshot_dialog");
     ASSERT_TRUE(dialog);
     const TemporaryFolder out;
     for (const auto& [name, value] : {std::pair{"width", 200}, {"height", 150}, {"frames", 4}})
         dialog->findChild<QSpinBox*>(name)->setValue(value);
     dialog->findChild<QLineEdit*>("file")->setText(out.path().c_str());
     QTest::keyClick(dialog, Qt::Key_Return);
-    ASSERT_TRUE(wait([&] { return window->banner().contains("4 pictures"); }))
+    ASSERT_TRUE(wait([&] { return window->banner().contains("4 images"); }))
         << window->banner().toStdString();
-    std::vector<double> middles;  // of what is drawn, from left to right
+    std::vector<double> centres;  // horizontal centres of the drawn pixels
     for (int frame = 0; frame < 4; ++frame) {
         const QImage image((out / ("frame-000" + std::to_string(frame) + ".png")).c_str());
         ASSERT_EQ(image.size(), QSize(200, 150));
@@ -139,12 +140,13 @@ TEST_F(BallViewer, WritesATurntable) {
             }
         }
         ASSERT_GT(pixels, 500);
-        middles.push_back(sum / pixels);
+        centres.push_back(sum / pixels);
     }
     EXPECT_FALSE(std::filesystem::exists(out / "frame-0004.png"));
-    EXPECT_GT(std::abs(middles[0] - middles[2]), 4);  // now on the one side, now on the other
-    EXPECT_LT((middles[1] - middles[0]) * (middles[1] - middles[2]), 0);  // behind or before it
-    EXPECT_NEAR(distance(view()->view_direction(), direction), 0, 1e-9);  // once round
+    EXPECT_GT(std::abs(centres[0] - centres[2]), 4);  // once on the left, once on the right
+    EXPECT_LT((centres[1] - centres[0]) * (centres[1] - centres[2]),
+              0);  // behind or in front of the large ball
+    EXPECT_NEAR(distance(view()->view_direction(), direction), 0, 1e-9);  // one full turn
 }
 
 TEST_F(BallViewer, StopsAnExport) {
@@ -161,21 +163,21 @@ TEST_F(BallViewer, StopsAnExport) {
     ASSERT_TRUE(window->busy());
     key(Qt::Key_Escape);
     ASSERT_TRUE(wait([&] { return !window->busy(); }));
-    EXPECT_NE(window->banner().indexOf("Cancelled"), -1) << window->banner().toStdString();
+    EXPECT_NE(window->banner().indexOf("cancelled"), -1) << window->banner().toStdString();
     EXPECT_EQ(read_file(out / "ball.stl"), "old");
-    write();  // and can be asked again
+    write();  // a second request works
     ASSERT_TRUE(wait([&] { return !window->busy(); }));
     EXPECT_NE(read_file(out / "ball.stl"), "old");
     EXPECT_EQ(std::distance(std::filesystem::directory_iterator(out.path()), {}), 1);
 }
 
-TEST_F(BallViewer, SaysWhyAFileCannotBeWritten) {
+TEST_F(BallViewer, ShowsWhyAFileCannotBeWritten) {
     window->write({{session().parameters().current, folder / "nowhere" / "ball.stl"}}, Space::LPS);
     ASSERT_TRUE(wait([&] { return !window->busy(); }));
     EXPECT_NE(window->banner().indexOf("nowhere"), -1) << window->banner().toStdString();
 }
 
-TEST_F(BallViewer, ABadFileLeavesThePreviousScan) {
+TEST_F(BallViewer, ABadFileKeepsThePreviousScan) {
     const viewer::Scan* before = session().scan();
     write_file(folder / "bad.nrrd", "NRRD0005\ntype: int16\ndimension: 3\nsizes: 9 9\n\n");
     for (const auto& bad : {folder / "bad.nrrd", folder / "missing.nii", folder / "missing"}) {
@@ -198,11 +200,11 @@ TEST_F(BallViewer, StopsLoading) {
     EXPECT_FALSE(window->busy());
     QTest::qWait(300);
     EXPECT_EQ(session().scan(), before);
-    ASSERT_TRUE(open(folder / "large.nrrd"));  // and can be asked again
+    ASSERT_TRUE(open(folder / "large.nrrd"));  // a second request works
     EXPECT_EQ(session().scan()->volume.geometry().dims[0], 200);
 }
 
-TEST_F(BallViewer, OpensWhatIsDropped) {
+TEST_F(BallViewer, OpensADroppedFile) {
     write_nrrd(folder / "dropped.nrrd", 20, 20, 20, ball(10, 10, 10, 5));
     const viewer::Scan* before = session().scan();
     QMimeData data;
@@ -227,18 +229,18 @@ TEST_F(BallViewer, AsksWhichSeries) {
     auto* dialog = window->findChild<viewer::SeriesDialog*>();
     EXPECT_EQ(dialog->findChild<QTableWidget*>("series")->rowCount(), 2);
     const viewer::Scan* before = session().scan();
-    QTest::keyClick(dialog, Qt::Key_Return);  // the larger one is proposed
+    QTest::keyClick(dialog, Qt::Key_Return);  // the larger one is preselected
     ASSERT_TRUE(wait([&] { return session().scan() != before; })) << window->banner().toStdString();
     EXPECT_EQ(session().scan()->volume.geometry().dims[2], 6);
     EXPECT_NE(window->command().indexOf("--series 1.2.4"), -1) << window->command().toStdString();
 }
 
-TEST_F(BallViewer, PicturesHaveTheSizeAskedFor) {
-    const QImage image = view()->picture({640, 360});
+TEST_F(BallViewer, ScreenshotsHaveTheRequestedSize) {
+    const QImage image = view()->screenshot({640, 360});
     EXPECT_EQ(image.size(), QSize(640, 360));
     const QImage rgb = image.convertToFormat(QImage::Format_RGB32);
     EXPECT_GT(count(rgb, warm), 640 * 360 / 20);
-    // The window's own picture is as before.
+    // The image in the window is unchanged.
     EXPECT_GT(count(picture(), warm), 1000);
     view()->set_light_background(true);
     EXPECT_GT(qGray(picture().pixel(3, 3)), 200);

@@ -1,4 +1,4 @@
-// The viewer's parts that need no display.
+// Tests the parts of the viewer that need no display.
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -7,12 +7,12 @@
 
 #include <gtest/gtest.h>
 
-#include <marrow/volume_filters.h>
 #include <marrow/isosurface.h>
+#include <marrow/volume_filters.h>
 
 #include "model/ray_pick.h"
-#include "views/slice_geometry.h"
 #include "model/worker.h"
+#include "views/slice_geometry.h"
 
 namespace marrow::viewer {
 namespace {
@@ -37,23 +37,23 @@ constexpr Mat3d kStraight{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
 // Sagittal acquisition: i to posterior, j to inferior, k to the right.
 constexpr Mat3d kSagittal{{{0, 0, -1}, {1, 0, 0}, {0, -1, 0}}};
 
-// What is seen on a slice is what the surface does: the contour's ends are the surface's points on that slice.
+// The ends of the contour are the points of the surface on that slice.
 TEST(SliceContour, MeetsTheSurface) {
     for (const Mat3d& direction : {kStraight, kSagittal}) {
         for (const Plane plane : {Plane::axial, Plane::coronal, Plane::sagittal}) {
-            for (const double isovalue : {0.5, 1.0}) {  // 1: some samples are equal to it
+            for (const double isovalue : {0.5, 1.0}) {  // some samples equal 1
                 const auto scan = noise({7, 8, 9}, direction, 5);
-                const SliceFrame frame = slice_frame(scan->volume.geometry(), plane);
-                const auto through = static_cast<std::size_t>(frame.through);
+                const SliceGeometry slice = slice_geometry(scan->volume.geometry(), plane);
+                const auto through = static_cast<std::size_t>(slice.through);
                 constexpr std::int64_t kSlice = 4;
                 std::vector<Vec3d> ends;
                 for (const QLineF& line :
-                     slice_contour(slice_samples(scan->volume, frame, kSlice), frame.size,
-                                   slice_range(frame, {{0, 0, 0}, {6, 7, 8}}, kSlice), isovalue, false)) {
+                     slice_contour(slice_samples(scan->volume, slice, kSlice), slice.size,
+                                   slice_range(slice, {{0, 0, 0}, {6, 7, 8}}, kSlice), isovalue, false)) {
                     for (const QPointF& end : {line.p1(), line.p2()}) {
-                        Vec3d elsewhere{};
-                        elsewhere[through] = kSlice;
-                        ends.push_back(scan->volume.geometry().physical(frame.to_index(end, elsewhere)));
+                        Vec3d other{};
+                        other[through] = kSlice;
+                        ends.push_back(scan->volume.geometry().physical(slice.to_index(end, other)));
                     }
                 }
                 std::vector<Vec3d> points;
@@ -71,7 +71,7 @@ TEST(SliceContour, MeetsTheSurface) {
                     });
                 };
                 EXPECT_TRUE(all_in(ends, points)) << static_cast<int>(plane);
-                // Where a sample is equal to the isovalue, the surface can touch the slice without crossing it.
+                // If a sample equals the isovalue, the surface can touch the slice without crossing it.
                 if (isovalue == 0.5) {
                     EXPECT_TRUE(all_in(points, ends)) << static_cast<int>(plane);
                 }
@@ -80,7 +80,8 @@ TEST(SliceContour, MeetsTheSurface) {
     }
 }
 
-// Lines from samples and from the mesh itself agree: on all slices, in and at the border of a box, closed or open.
+// Lines from the samples and from the mesh agree on all slices, inside and at the border of a box, closed or
+// open.
 TEST(SliceContour, IsWhereTheMeshMeetsTheSlice) {
     for (const Mat3d& direction : {kStraight, kSagittal}) {
         const auto scan = noise({9, 8, 7}, direction, 6);
@@ -91,25 +92,25 @@ TEST(SliceContour, IsWhereTheMeshMeetsTheSlice) {
                 const Mesh mesh = extract_isosurface(cropped, 0.5, {.closed = closed});
                 double all = 0;
                 for (const Plane plane : {Plane::axial, Plane::coronal, Plane::sagittal}) {
-                    const SliceFrame frame = slice_frame(geometry, plane);
-                    const auto through = static_cast<std::size_t>(frame.through);
-                    for (std::int64_t slice = 0; slice < geometry.dims[through]; ++slice) {
-                        const auto here = ::testing::Message()
-                                          << static_cast<int>(plane) << " slice " << slice << " closed "
-                                          << closed << " from " << box.first[through];
-                        const QVector<QLineF> cut = slice_mesh(mesh, geometry, box, frame, slice);
+                    const SliceGeometry slice = slice_geometry(geometry, plane);
+                    const auto through = static_cast<std::size_t>(slice.through);
+                    for (std::int64_t number = 0; number < geometry.dims[through]; ++number) {
+                        const auto trace = ::testing::Message()
+                                           << static_cast<int>(plane) << " slice " << number << " closed "
+                                           << closed << " from " << box.first[through];
+                        const QVector<QLineF> cut = slice_mesh(mesh, geometry, box, slice, number);
                         const QVector<QLineF> contour =
-                            slice_contour(slice_samples(scan->volume, frame, slice), frame.size,
-                                          slice_range(frame, box, slice), 0.5, closed);
+                            slice_contour(slice_samples(scan->volume, slice, number), slice.size,
+                                          slice_range(slice, box, number), 0.5, closed);
                         const auto length = [](const QVector<QLineF>& lines) {
                             double sum = 0;
                             for (const QLineF& line : lines) sum += line.length();
                             return sum;
                         };
-                        const bool in_box = slice >= box.first[through] && slice <= box.last[through];
-                        ASSERT_TRUE(in_box || contour.empty()) << here;
+                        const bool in_box = number >= box.first[through] && number <= box.last[through];
+                        ASSERT_TRUE(in_box || contour.empty()) << trace;
                         all += length(contour);
-                        ASSERT_NEAR(length(cut), length(contour), 1e-3 * length(contour)) << here;
+                        ASSERT_NEAR(length(cut), length(contour), 1e-3 * length(contour)) << trace;
                         for (const QLineF& line : cut) {
                             ASSERT_TRUE(std::any_of(contour.begin(), contour.end(), [&](const QLineF& other) {
                                 const auto near = [](const QPointF& a, const QPointF& b) {
@@ -117,7 +118,7 @@ TEST(SliceContour, IsWhereTheMeshMeetsTheSlice) {
                                 };
                                 return (near(line.p1(), other.p1()) && near(line.p2(), other.p2())) ||
                                        (near(line.p1(), other.p2()) && near(line.p2(), other.p1()));
-                            })) << here;
+                            })) << trace;
                         }
                     }
                 }
@@ -127,18 +128,18 @@ TEST(SliceContour, IsWhereTheMeshMeetsTheSlice) {
     }
 }
 
-// However the scan was acquired, the patient's right is on the left of an axial slice, and superior is up.
-TEST(SliceFrame, HangsAsRadiologistsDo) {
+// The patient's right is on the left of an axial slice and superior is up, however the scan was acquired.
+TEST(SliceGeometry, FollowsTheConventionOfRadiology) {
     for (const Mat3d& direction : {kStraight, kSagittal, Mat3d{{{-1, 0, 0}, {0, -1, 0}, {0, 0, 1}}}}) {
         const auto scan = noise({7, 8, 9}, direction, 1);
         const Geometry& g = scan->volume.geometry();
         for (const Plane plane : {Plane::axial, Plane::coronal, Plane::sagittal}) {
-            const SliceFrame frame = slice_frame(g, plane);
+            const SliceGeometry slice = slice_geometry(g, plane);
             const Vec3d at{3, 3, 3};
-            const QPointF place = frame.to_slice(at);
+            const QPointF point = slice.to_slice(at);
             const auto step = [&](double right, double down) {
                 const Vec3d from = g.physical(at);
-                const Vec3d to = g.physical(frame.to_index(place + QPointF(right, down), at));
+                const Vec3d to = g.physical(slice.to_index(point + QPointF(right, down), at));
                 return Vec3d{to[0] - from[0], to[1] - from[1], to[2] - from[2]};
             };
             const std::size_t across = plane == Plane::sagittal ? 1 : 0;  // to the left, or to posterior
@@ -147,16 +148,16 @@ TEST(SliceFrame, HangsAsRadiologistsDo) {
                 EXPECT_GT(step(0, 1)[1], 0.1);  // posterior is below
             else
                 EXPECT_LT(step(0, 1)[2], -0.1);  // inferior is below
-            // And the samples are those of that place.
-            const std::vector<float> samples = slice_samples(scan->volume, frame, 3);
-            const auto u = static_cast<std::int64_t>(place.x()), v = static_cast<std::int64_t>(place.y());
-            EXPECT_EQ(samples[static_cast<std::size_t>(v * frame.size[0] + u)],
+            // The samples match this point.
+            const std::vector<float> samples = slice_samples(scan->volume, slice, 3);
+            const auto u = static_cast<std::int64_t>(point.x()), v = static_cast<std::int64_t>(point.y());
+            EXPECT_EQ(samples[static_cast<std::size_t>(v * slice.size[0] + u)],
                       sample_at(scan->volume, 3, 3, 3));
         }
     }
 }
 
-TEST(Pick, FindsTheNearestHitThatIsKept) {
+TEST(RayPick, FindsTheNearestVisibleHit) {
     Mesh mesh;  // two squares across z, at 1 and 3
     for (const float z : {1.F, 3.F}) {
         const auto first = static_cast<std::uint32_t>(mesh.points.size());
@@ -175,39 +176,39 @@ TEST(Pick, FindsTheNearestHitThatIsKept) {
 
 TEST(Worker, TheNewestRequestWinsAndUrgentOnesInterrupt) {
     std::atomic<int> slow_starts{0}, slow_ends{0}, old_ends{0}, urgent_ends{0};
-    std::atomic<bool> let_go{false};
+    std::atomic<bool> stop{false};
     Worker worker;
-    const auto slow = [&](const Progress& unless_interrupted) {
+    const auto slow = [&](const Progress& job_progress) {
         ++slow_starts;
-        while (!let_go) {
-            report(unless_interrupted, 0);
+        while (!stop) {
+            report(job_progress, 0);
             std::this_thread::yield();
         }
         ++slow_ends;
     };
     worker.post({1, 0}, slow);
     while (slow_starts == 0) std::this_thread::yield();
-    worker.post({2, 0}, [&](const Progress&) { ++old_ends; });  // waits, and is replaced
+    worker.post({2, 0}, [&](const Progress&) { ++old_ends; });  // waits and is replaced
     worker.post({2, 0}, [&](const Progress&) {});
     worker.post({0, 0}, [&](const Progress&) { ++urgent_ends; });
-    while (urgent_ends == 0 || slow_starts < 2) std::this_thread::yield();  // done in between, then again
+    while (urgent_ends == 0 || slow_starts < 2) std::this_thread::yield();  // interrupted, then restarted
     EXPECT_EQ(slow_ends, 0);
-    worker.forget({1, 0});  // which runs
-    worker.post({1, 0}, [&](const Progress&) { let_go = true; });
-    while (!let_go) std::this_thread::yield();
+    worker.forget({1, 0});  // the running job
+    worker.post({1, 0}, [&](const Progress&) { stop = true; });
+    while (!stop) std::this_thread::yield();
     worker.forget_all();
     EXPECT_EQ(slow_ends, 0);
     EXPECT_EQ(old_ends, 0);
 }
 
-TEST(Worker, RequestsThatComeFasterThanTheyAreDoneAreNotAllInVain) {
+TEST(Worker, FrequentRequestsDoNotStarve) {
     std::atomic<int> starts{0}, ends{0};
-    std::atomic<bool> let_go{false};
+    std::atomic<bool> stop{false};
     Worker worker;
-    const auto job = [&](const Progress& unless_interrupted) {
+    const auto job = [&](const Progress& job_progress) {
         ++starts;
-        while (!let_go) {
-            report(unless_interrupted, 0);
+        while (!stop) {
+            report(job_progress, 0);
             std::this_thread::yield();
         }
         ++ends;
@@ -215,10 +216,10 @@ TEST(Worker, RequestsThatComeFasterThanTheyAreDoneAreNotAllInVain) {
     worker.post({0, 0}, job);
     while (starts == 0) std::this_thread::yield();
     for (int i = 0; i < 10; ++i) worker.post({0, 0}, job);
-    let_go = true;
-    while (ends < 2) std::this_thread::yield();  // the one that ran, and the newest
-    worker.post({0, 0}, [&](const Progress&) { let_go = false; });
-    while (let_go) std::this_thread::yield();
+    stop = true;
+    while (ends < 2) std::this_thread::yield();  // the running one and the newest
+    worker.post({0, 0}, [&](const Progress&) { stop = false; });
+    while (stop) std::this_thread::yield();
     EXPECT_EQ(starts, 2);
     EXPECT_EQ(ends, 2);
 }
@@ -264,7 +265,7 @@ TEST(Session, UndoesEverythingInSteps) {
                 session.move_crop_side({random() % 3, random() % 2 == 0}, 4 + 2 * value);
                 break;
         }
-        session.seal();
+        session.end_step();
         if (session.undo_stack().index() > before) states.push_back(session.parameters());
     }
     ASSERT_GT(states.size(), 60u);
@@ -275,8 +276,8 @@ TEST(Session, UndoesEverythingInSteps) {
     EXPECT_FALSE(session.undo_stack().canUndo());
     for (std::size_t i = 1; i < states.size(); ++i) session.undo_stack().redo();
     EXPECT_TRUE(session.parameters() == states.back());
-    // A drag is one step.
-    session.seal();
+    // A drag is one step of undo.
+    session.end_step();
     const int before = session.undo_stack().index();
     for (int i = 0; i < 20; ++i) session.set_isovalue(i * 0.01);
     EXPECT_EQ(session.undo_stack().index(), before + 1);

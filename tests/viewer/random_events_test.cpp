@@ -1,17 +1,14 @@
-// Whatever comes, in whatever order.
+// Tests that the viewer survives random events in random order.
 #include <random>
 
 #include <QToolButton>
 
 #include <marrow/components.h>
 #include <marrow/isosurface.h>
-#include <marrow/measure.h>
-#include <marrow/simplify.h>
-#include <marrow/smooth.h>
 #include <marrow/volume_filters.h>
 
-#include "views/scene_parts.h"
 #include "support/viewer_ball.h"
+#include "views/scene_parts.h"
 
 namespace marrow::test {
 namespace {
@@ -40,7 +37,7 @@ class RandomEvents : public BallViewer {
     T one_of(const std::vector<T>& all) {
         return all[static_cast<std::size_t>(any(static_cast<int>(all.size())))];
     }
-    QPoint place(const QWidget* widget) { return {any(widget->width()), any(widget->height())}; }
+    QPoint any_point(const QWidget* widget) { return {any(widget->width()), any(widget->height())}; }
     QWidget* widget() {
         return one_of<QWidget*>({view(), window->slice_view(Plane::axial), window->slice_view(Plane::coronal),
                                  window->slice_view(Plane::sagittal), window->histogram_bar()});
@@ -51,7 +48,7 @@ class RandomEvents : public BallViewer {
 
     void drag_anything() {
         QWidget* on = widget();
-        move(on, button(), place(on), place(on), any(10) > 0);
+        move(on, button(), any_point(on), any_point(on), any(10) > 0);
     }
 
     void drag_a_side_of_the_crop_box() {
@@ -59,34 +56,34 @@ class RandomEvents : public BallViewer {
         viewer::SliceView* slice = window->slice_view(Plane(any(3)));
         Vec3d corner;
         for (std::size_t a = 0; a < 3; ++a) corner[a] = viewer::border_of(session().crop(), {a, any(2) > 0});
-        move(slice, Qt::LeftButton, slice->place_of(corner).toPoint(), place(slice), true);
+        move(slice, Qt::LeftButton, slice->widget_point(corner).toPoint(), any_point(slice), true);
         const viewer::CropSide side{static_cast<std::size_t>(any(3)), any(2) > 0};
         const Vec3d handle = viewer::CropBox::handle(session().crop(), side);
         move(view(), Qt::LeftButton,
-             view()->place_of(session().scan()->volume.geometry().physical(handle)).toPoint(), place(view()),
-             any(10) > 0);
+             view()->widget_point(session().scan()->volume.geometry().physical(handle)).toPoint(),
+             any_point(view()), any(10) > 0);
     }
 
-    // Without letting go, the next events come while the button is still down.
-    static void move(QWidget* on, Qt::MouseButton with, QPoint from, QPoint to, bool let_go) {
+    // Without a release, the next events arrive while the button is still down.
+    static void move(QWidget* on, Qt::MouseButton with, QPoint from, QPoint to, bool release) {
         QTest::mousePress(on, with, Qt::NoModifier, from);
         for (int i = 1; i <= 3; ++i) {
             QMouseEvent move(QEvent::MouseMove, from + (to - from) * i / 3, Qt::NoButton, with,
                              Qt::NoModifier);
             QApplication::sendEvent(on, &move);
         }
-        if (let_go) QTest::mouseRelease(on, with, Qt::NoModifier, to);
+        if (release) QTest::mouseRelease(on, with, Qt::NoModifier, to);
     }
 
     void turn_the_wheel() {
         QWidget* on = widget();
-        QWheelEvent wheel(place(on), on->mapToGlobal(QPoint(5, 5)), QPoint(), QPoint(0, any(2) ? 120 : -120),
-                          Qt::NoButton, any(3) ? Qt::NoModifier : Qt::ControlModifier, Qt::NoScrollPhase,
-                          false);
+        QWheelEvent wheel(any_point(on), on->mapToGlobal(QPoint(5, 5)), QPoint(),
+                          QPoint(0, any(2) ? 120 : -120), Qt::NoButton,
+                          any(3) ? Qt::NoModifier : Qt::ControlModifier, Qt::NoScrollPhase, false);
         QApplication::sendEvent(on, &wheel);
     }
 
-    // And perhaps do something else while it loads.
+    // Sometimes interferes while the scan is loading.
     void open_something() {
         window->open(one_of(any(2) ? good_ : bad_));
         const int until = any(4);
@@ -106,7 +103,7 @@ class RandomEvents : public BallViewer {
         }
     }
 
-    // Closes the window, whatever it is about, and starts anew.
+    // Closes the window, even if it is busy, and opens a new one.
     void close_and_reopen() {
         if (any(2)) window->open(one_of(good_));
         if (any(2)) session().set_isovalue(any(1000) - 500);
@@ -144,7 +141,7 @@ class RandomEvents : public BallViewer {
             case 1: {
                 QWidget* on = widget();
                 return QTest::mouseClick(on, button(), any(4) ? Qt::NoModifier : Qt::ShiftModifier,
-                                         place(on));
+                                         any_point(on));
             }
             case 2:
             case 3:
@@ -173,7 +170,7 @@ class RandomEvents : public BallViewer {
             default:
                 break;
         }
-        // What takes long, above all where OpenGL runs on the processor, comes less often.
+        // Slow events are less frequent, because OpenGL may run on the processor.
         switch (any(24)) {
             case 0:
             case 1:
@@ -200,8 +197,8 @@ class RandomEvents : public BallViewer {
     std::mt19937 random_{20260719};
 };
 
-// It goes on, and in the end shows what was asked for.
-TEST_F(RandomEvents, TwoThousandOfThem) {
+// In the end, the viewer still shows the requested surfaces.
+TEST_F(RandomEvents, SurvivesTwoThousand) {
     for (int event = 0; event < 2000; ++event) {
         something();
         if (HasFatalFailure()) return;

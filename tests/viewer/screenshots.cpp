@@ -1,6 +1,7 @@
-// Drives the viewer as a person would and takes the pictures of docs/viewer.md.
-// usage: viewer_pictures SCAN FOLDER      (SCAN: the head CT that scripts/demo unpacks)
+// Drives the viewer like a user and takes the screenshots of docs/viewer.md.
+// usage: viewer_screenshots SCAN FOLDER      (SCAN: the head CT that scripts/demo unpacks)
 #include <cstdio>
+#include <cstdlib>
 #include <stdexcept>
 
 #include <vtkObject.h>
@@ -27,13 +28,15 @@ class Photographer {
   public:
     Photographer(viewer::MainWindow& window, QString folder) : window_(window), folder_(std::move(folder)) {}
 
+    viewer::MainWindow& window() { return window_; }
+
     void settle() {
         const bool done = QTest::qWaitFor(
             [&] {
                 return !window_.busy() && window_.surfaces().settled() && !window_.surface_view()->stale();
             },
             kPatience);
-        if (!done) throw std::runtime_error("the viewer does not come to rest");
+        if (!done) throw std::runtime_error("the viewer does not become idle");
         QTest::qWait(200);
     }
 
@@ -42,8 +45,8 @@ class Photographer {
         QTest::keyClick(&window_, key, modifiers);
     }
 
-    void click(QWidget* widget, const QPointF& place) {
-        QTest::mouseClick(widget, Qt::LeftButton, Qt::NoModifier, place.toPoint());
+    void click(QWidget* widget, const QPointF& point) {
+        QTest::mouseClick(widget, Qt::LeftButton, Qt::NoModifier, point.toPoint());
     }
 
     void drag(QWidget* widget, QPoint from, QPoint to, Qt::MouseButton button = Qt::LeftButton) {
@@ -56,7 +59,26 @@ class Photographer {
         QTest::mouseRelease(widget, button, Qt::NoModifier, to);
     }
 
-    /// The window, with a dialog over it where one is given.
+    void click_slice(Plane plane, const Vec3d& index) {
+        click(window_.slice_view(plane), window_.slice_view(plane)->widget_point(index));
+    }
+
+    void drag_slice(Plane plane, const Vec3d& from, const Vec3d& to) {
+        viewer::SliceView* slice = window_.slice_view(plane);
+        drag(slice, slice->widget_point(from).toPoint(), slice->widget_point(to).toPoint());
+    }
+
+    void turn_wheel(int steps) {
+        viewer::SurfaceView* view = window_.surface_view();
+        const QPoint centre = view->rect().center();
+        for (int i = 0; i < std::abs(steps); ++i) {
+            QWheelEvent event(centre, view->mapToGlobal(centre), QPoint(), QPoint(0, steps > 0 ? 120 : -120),
+                              Qt::NoButton, Qt::NoModifier, Qt::NoScrollPhase, false);
+            QApplication::sendEvent(view, &event);
+        }
+    }
+
+    /// Saves the window, and above it the dialog if there is one.
     void take(const QString& name, QWidget* dialog = nullptr) {
         settle();
         window_.statusBar()->clearMessage();
@@ -78,24 +100,27 @@ class Photographer {
     QString folder_;
 };
 
-void take_all(viewer::MainWindow& window, const char* scan, const QString& folder) {
-    Photographer camera(window, folder);
-    viewer::Session& session = window.session();
-    viewer::SurfaceView* view = window.surface_view();
+void open_scan(Photographer& camera, const char* scan) {
+    viewer::MainWindow& window = camera.window();
     window.open(scan);
-    (void)QTest::qWaitFor([&] { return session.scan() != nullptr; }, kPatience);
-    if (!session.scan()) throw std::runtime_error(window.banner().toStdString());
+    (void)QTest::qWaitFor([&] { return window.session().scan() != nullptr; }, kPatience);
+    if (!window.session().scan()) throw std::runtime_error(window.banner().toStdString());
     camera.settle();
+}
 
-    window.findChild<QCheckBox*>("largest")->click();
+void take_window(Photographer& camera) {
+    camera.window().findChild<QCheckBox*>("largest")->click();
     camera.key(Qt::Key_R);
-    camera.click(window.slice_view(Plane::axial), window.slice_view(Plane::axial)->place_of({139, 150, 30}));
-    camera.click(window.slice_view(Plane::coronal),
-                 window.slice_view(Plane::coronal)->place_of({139, 150, 34}));
+    camera.click_slice(Plane::axial, {139, 150, 30});
+    camera.click_slice(Plane::coronal, {139, 150, 34});
     camera.key(Qt::Key_X);
     camera.take("window");
+}
 
-    // Bone in translucent skin, cut open.
+// Bone in translucent skin, without and with a cut.
+void take_skin_and_cut(Photographer& camera) {
+    viewer::Session& session = camera.window().session();
+    viewer::SurfaceView* view = camera.window().surface_view();
     session.add_surface("skin", -300, QColor::fromRgbF(0.93, 0.72, 0.60), 0.22);
     session.apply_preset("skin");
     camera.settle();
@@ -103,71 +128,61 @@ void take_all(viewer::MainWindow& window, const char* scan, const QString& folde
     camera.take("skin");
 
     session.select_surface(session.parameters().surfaces[0].id);
-    camera.click(window.slice_view(Plane::coronal),
-                 window.slice_view(Plane::coronal)->place_of({124, 150, 34}));
-    camera.key(Qt::Key_C);
-    camera.key(Qt::Key_C);
-    camera.key(Qt::Key_C);
+    camera.click_slice(Plane::coronal, {124, 150, 34});
+    for (int i = 0; i < 3; ++i) camera.key(Qt::Key_C);
     camera.key(Qt::Key_3);
     camera.drag(view, view->rect().center(), view->rect().center() + QPoint(60, 20));
     camera.take("cut");
     camera.key(Qt::Key_C);
     session.remove_surface(session.parameters().surfaces[1].id);
+}
 
-    // Measurements.
+void take_measurements(Photographer& camera) {
+    viewer::SurfaceView* view = camera.window().surface_view();
     camera.key(Qt::Key_1);
     camera.key(Qt::Key_D);
     camera.settle();
-    const QRect area = view->rect();
-    for (const double x : {0.38, 0.62}) camera.click(view, QPointF(x * area.width(), 0.56 * area.height()));
-    viewer::SliceView* axial = window.slice_view(Plane::axial);
+    for (const double x : {0.38, 0.62}) camera.click(view, QPointF(x * view->width(), 0.56 * view->height()));
     camera.key(Qt::Key_N);
-    camera.click(axial, axial->place_of({124, 128, 60}));
+    camera.click_slice(Plane::axial, {124, 128, 60});
     camera.key(Qt::Key_D);
-    viewer::SliceView* coronal = window.slice_view(Plane::coronal);
-    const double k = session.crosshair()[2];
-    camera.click(axial, axial->place_of({69, 128, k}));
-    camera.click(axial, axial->place_of({180, 128, k}));
+    const double k = camera.window().session().crosshair()[2];
+    camera.click_slice(Plane::axial, {69, 128, k});
+    camera.click_slice(Plane::axial, {180, 128, k});
     camera.key(Qt::Key_A);
     for (const Vec3d& p : {Vec3d{80, 128, 60}, Vec3d{124, 128, 95}, Vec3d{170, 128, 60}})
-        camera.click(coronal, coronal->place_of(p));
+        camera.click_slice(Plane::coronal, p);
     camera.key(Qt::Key_N);
     camera.take("measure");
     for (int i = 0; i < 3; ++i) camera.key(Qt::Key_Z, Qt::ControlModifier);
+}
 
-    const auto wheel = [&](int steps) {
-        for (int i = 0; i < std::abs(steps); ++i) {
-            QWheelEvent event(area.center(), view->mapToGlobal(area.center()), QPoint(),
-                              QPoint(0, steps > 0 ? 120 : -120), Qt::NoButton, Qt::NoModifier,
-                              Qt::NoScrollPhase, false);
-            QApplication::sendEvent(view, &event);
-        }
-    };
-
-    // The upper half of the head's right side.
+// Crops to the upper half of the right side of the head.
+void take_crop(Photographer& camera) {
     camera.key(Qt::Key_R);
     camera.key(Qt::Key_K);
-    wheel(-4);
-    camera.click(axial, axial->place_of({124, 128, 60}));
-    camera.drag(coronal, coronal->place_of({60, 128, -0.5}).toPoint(),
-                coronal->place_of({60, 128, 44.5}).toPoint());
-    camera.drag(axial, axial->place_of({255.5, 60, 60}).toPoint(),
-                axial->place_of({139.5, 60, 60}).toPoint());
+    camera.turn_wheel(-4);
+    camera.click_slice(Plane::axial, {124, 128, 60});
+    camera.drag_slice(Plane::coronal, {60, 128, -0.5}, {60, 128, 44.5});
+    camera.drag_slice(Plane::axial, {255.5, 60, 60}, {139.5, 60, 60});
     camera.take("crop");
     camera.key(Qt::Key_N);
-    window.findChild<QAction*>("whole_scan")->trigger();
+    camera.window().findChild<QAction*>("whole_scan")->trigger();
+}
 
-    // Wireframe, near.
+void take_edges(Photographer& camera) {
     camera.key(Qt::Key_R);
     camera.key(Qt::Key_W);
-    wheel(9);
+    camera.turn_wheel(9);
     camera.take("edges");
     camera.key(Qt::Key_S);
     camera.key(Qt::Key_R);
+}
 
+void take_export_dialog(Photographer& camera) {
     camera.settle();
     camera.key(Qt::Key_S, Qt::ControlModifier);
-    auto* dialog = window.findChild<viewer::ExportDialog*>("export_dialog");
+    auto* dialog = camera.window().findChild<viewer::ExportDialog*>("export_dialog");
     dialog->set_file("/home/me/skull.stl");
     camera.take("export", dialog);
     dialog->reject();
@@ -177,7 +192,7 @@ void take_all(viewer::MainWindow& window, const char* scan, const QString& folde
 
 int main(int argc, char** argv) {
     if (argc != 3) {
-        std::fprintf(stderr, "usage: viewer_pictures SCAN FOLDER\n");
+        std::fprintf(stderr, "usage: viewer_screenshots SCAN FOLDER\n");
         return 2;
     }
     QTemporaryDir settings;
@@ -187,7 +202,7 @@ int main(int argc, char** argv) {
     QSurfaceFormat::setDefaultFormat(format);
     vtkObject::GlobalWarningDisplayOff();
     QApplication application(argc, argv);
-    QApplication::setOrganizationName("marrow-pictures");
+    QApplication::setOrganizationName("marrow-screenshots");
     viewer::apply_theme(application);
     QDir().mkpath(argv[2]);
     viewer::MainWindow window;
@@ -196,9 +211,16 @@ int main(int argc, char** argv) {
     try {
         (void)QTest::qWaitForWindowExposed(&window, kPatience);
         window.grab().save(QDir(argv[2]).filePath("welcome.png"));
-        take_all(window, argv[1], argv[2]);
+        Photographer camera(window, argv[2]);
+        open_scan(camera, argv[1]);
+        take_window(camera);
+        take_skin_and_cut(camera);
+        take_measurements(camera);
+        take_crop(camera);
+        take_edges(camera);
+        take_export_dialog(camera);
     } catch (const std::exception& error) {
-        std::fprintf(stderr, "viewer_pictures: %s\n", error.what());
+        std::fprintf(stderr, "viewer_screenshots: %s\n", error.what());
         return 1;
     }
     return 0;

@@ -1,4 +1,4 @@
-// The viewer, driven by mouse and keys: what it then knows, and what it shows.
+// Tests the state and the image of the viewer after mouse and key events.
 #include <QListWidget>
 
 #include <marrow/isosurface.h>
@@ -6,8 +6,7 @@
 #include "cranium.h"
 #include "support/viewer_ball.h"
 
-// Qt, VTK and OpenGL drivers keep memory until the process ends, and drivers are unloaded before it is counted;
-// AddressSanitizer, where it is on, shall not take that for our leak.
+// Qt, VTK and OpenGL drivers keep memory until the process ends. AddressSanitizer would report it as a leak.
 extern "C" const char* __asan_default_options() {
     return "detect_leaks=0";
 }
@@ -29,10 +28,10 @@ TEST_F(BallViewer, ShowsTheSurfaceThatTheLibraryExtracts) {
     EXPECT_EQ(shape->mesh->triangles, expected.triangles);
     EXPECT_NEAR(shape->measures->volume, 4.0 / 3 * M_PI * std::pow(kRadius, 3), 300);
 
-    // A ball seen from any side is a disc; its radius on the screen is that which the camera gives it.
+    // A ball appears as a disc in the middle of the view.
     const QImage image = picture();
     const Vec3d centre = position_of(kMiddle);
-    const QPointF middle = view()->place_of(centre);
+    const QPointF middle = view()->widget_point(centre);
     const int disc = count(image, warm);
     const double radius = std::sqrt(disc / M_PI);
     EXPECT_GT(radius, 0.25 * view()->height());
@@ -40,7 +39,7 @@ TEST_F(BallViewer, ShowsTheSurfaceThatTheLibraryExtracts) {
     EXPECT_NEAR(middle.y(), view()->height() / 2.0, 3);
 }
 
-TEST_F(BallViewer, WalksThroughTheWaysOfDrawing) {
+TEST_F(BallViewer, CyclesThroughTheDrawModes) {
     key(Qt::Key_1);
     const int surface = count(picture(), warm);
     key(Qt::Key_W);
@@ -81,18 +80,18 @@ TEST_F(BallViewer, SlicesFollowAClick) {
     const Vec3d target{17, 30, 12};
     click_on_slice(Plane::axial, target);
     for (std::size_t a = 0; a < 3; ++a) EXPECT_NEAR(session().crosshair()[a], target[a], 0.51) << a;
-    // The other slices' crosshairs are there.
+    // The other slices show the crosshair too.
     for (const Plane plane : {Plane::coronal, Plane::sagittal}) {
         viewer::SliceView* slice = window->slice_view(plane);
         const QImage image = slice->grab().toImage();
-        const QPoint at = slice->place_of(session().crosshair()).toPoint();
+        const QPoint at = slice->widget_point(session().crosshair()).toPoint();
         const QColor expected = plane == Plane::coronal ? QColor(0xed, 0xd5, 0x4c) : QColor(0x6e, 0xb0, 0x4b);
         bool upright = false;
         for (const int x : {at.x() - 1, at.x(), at.x() + 1})
             upright = upright || std::abs(image.pixelColor(x, 30).hue() - expected.hue()) < 12;
         EXPECT_TRUE(upright) << static_cast<int>(plane);
     }
-    // And it goes slice by slice.
+    // Arrow keys move by one slice.
     const double k = session().crosshair()[2];
     window->slice_view(Plane::axial)->setFocus();
     QTest::keyClick(window->slice_view(Plane::axial), Qt::Key_Up);
@@ -107,15 +106,15 @@ TEST_F(BallViewer, AClickOnTheSurfaceMovesTheCrosshairThere) {
     const Vec3d hit = session().crosshair_position();
     EXPECT_NEAR(distance(hit, centre), kRadius, 0.3);
     EXPECT_LT(hit[1], centre[1] - 5);  // the patient's front
-    const QPointF place = view()->place_of(hit);
-    EXPECT_NEAR(place.x(), view()->rect().center().x() + 20, 1.5);
-    EXPECT_NEAR(place.y(), view()->rect().center().y() - 30, 1.5);
-    // Beside the ball there is nothing to click on.
+    const QPointF point = view()->widget_point(hit);
+    EXPECT_NEAR(point.x(), view()->rect().center().x() + 20, 1.5);
+    EXPECT_NEAR(point.y(), view()->rect().center().y() - 30, 1.5);
+    // A click beside the ball hits nothing.
     QTest::mouseClick(view(), Qt::LeftButton, Qt::NoModifier, QPoint(4, 4));
     EXPECT_EQ(session().crosshair_position(), hit);
 }
 
-TEST_F(BallViewer, SixViews) {
+TEST_F(BallViewer, ViewsFromSixSides) {
     const std::vector<std::pair<int, Vec3d>> expected{{Qt::Key_1, {0, 1, 0}},  {Qt::Key_2, {0, -1, 0}},
                                                       {Qt::Key_3, {-1, 0, 0}}, {Qt::Key_4, {1, 0, 0}},
                                                       {Qt::Key_5, {0, 0, -1}}, {Qt::Key_6, {0, 0, 1}}};
@@ -127,8 +126,10 @@ TEST_F(BallViewer, SixViews) {
     // Seen from the front, the patient's left is on the right and superior is up.
     key(Qt::Key_1);
     ASSERT_TRUE(settle());
-    EXPECT_GT(view()->place_of({centre[0] + 5, centre[1], centre[2]}).x(), view()->place_of(centre).x() + 5);
-    EXPECT_LT(view()->place_of({centre[0], centre[1], centre[2] + 5}).y(), view()->place_of(centre).y() - 5);
+    EXPECT_GT(view()->widget_point({centre[0] + 5, centre[1], centre[2]}).x(),
+              view()->widget_point(centre).x() + 5);
+    EXPECT_LT(view()->widget_point({centre[0], centre[1], centre[2] + 5}).y(),
+              view()->widget_point(centre).y() - 5);
 }
 
 TEST_F(BallViewer, CutsThroughTheCrosshair) {
@@ -146,12 +147,12 @@ TEST_F(BallViewer, CutsThroughTheCrosshair) {
     const auto cut = view()->position_at(middle);
     ASSERT_TRUE(cut);
     EXPECT_NEAR((*cut)[2], height, 1e-3);
-    // The cut shows the slice: grey, where it was the surface's colour.
+    // The cut shows the grey slice instead of the colour of the surface.
     const QImage face = picture();
     const QColor colour = face.pixelColor(middle + QPoint(25, 25));
     EXPECT_LT(colour.saturation(), 20) << colour.name().toStdString();
 
-    key(Qt::Key_F);  // now what is above: from there the surface is as it was
+    key(Qt::Key_F);  // shows the upper half, which looks like the entire ball from above
     const auto flipped = view()->position_at(middle);
     ASSERT_TRUE(flipped);
     EXPECT_NEAR((*flipped)[2], (*uncut)[2], 1e-3);
@@ -167,7 +168,7 @@ TEST_F(BallViewer, MeasuresOnSlices) {
     EXPECT_EQ(session().picked().size(), 1u);
     click_on_slice(Plane::coronal, {34, 22, 15});
     ASSERT_EQ(session().parameters().measurements.size(), 1u);
-    const double pixel = 0.7;  // mm, about, on the screen
+    const double pixel = 0.7;  // mm on the screen, approximately
     EXPECT_NEAR(session().parameters().measurements[0].value(), std::hypot(24, 20), 2 * pixel);
 
     key(Qt::Key_A);
@@ -190,12 +191,12 @@ TEST_F(BallViewer, MeasuresOnTheSurface) {
     key(Qt::Key_D);
     ASSERT_TRUE(settle());
     const Vec3d centre = position_of(kMiddle);
-    // Straight to the left and right on the front of the ball.
+    // Two points on the front of the ball, left and right of its centre.
     const Vec3d from{centre[0] - 9, centre[1] - 12, centre[2]}, to{centre[0] + 9, centre[1] - 12, centre[2]};
     const int before =
         count(view()->grabFramebuffer(), [](QRgb c) { return qBlue(c) > 180 && qRed(c) < 120; });
     for (const Vec3d& p : {from, to})
-        QTest::mouseClick(view(), Qt::LeftButton, Qt::NoModifier, view()->place_of(p).toPoint());
+        QTest::mouseClick(view(), Qt::LeftButton, Qt::NoModifier, view()->widget_point(p).toPoint());
     ASSERT_EQ(session().parameters().measurements.size(), 1u);
     EXPECT_NEAR(session().parameters().measurements[0].value(), 18, 0.5);
     const int line = count(picture(), [](QRgb c) { return qBlue(c) > 180 && qRed(c) < 120; });
@@ -213,7 +214,7 @@ TEST_F(BallViewer, ShowsSeveralSurfaces) {
     window->findChild<QSlider*>("opacity")->setValue(15);
     EXPECT_NEAR(session().current()->opacity, 0.15, 1e-9);
     const auto reddish = [](QRgb c) { return qRed(c) > 60 && qRed(c) > 1.35 * qGreen(c); };
-    EXPECT_GT(count(picture(), reddish), 500);  // seen through it
+    EXPECT_GT(count(picture(), reddish), 500);  // visible through the ball
     // Names, visibility, removal and undo.
     const auto eyes = window->findChildren<QToolButton*>("eye");
     ASSERT_EQ(eyes.size(), 2);
@@ -228,7 +229,7 @@ TEST_F(BallViewer, ShowsSeveralSurfaces) {
     EXPECT_GT(count(picture(), red), 500);
 }
 
-TEST_F(BallViewer, WindowByDrag) {
+TEST_F(BallViewer, DraggingChangesTheWindow) {
     const viewer::Window before = session().parameters().window;
     viewer::SliceView* slice = window->slice_view(Plane::axial);
     const QPoint middle = slice->rect().center();
@@ -237,10 +238,10 @@ TEST_F(BallViewer, WindowByDrag) {
     EXPECT_GT(session().parameters().window.centre, before.centre);
     EXPECT_EQ(session().undo_stack().undoText(), "window");
     key(Qt::Key_Z, Qt::ControlModifier);
-    EXPECT_TRUE(session().parameters().window == before);  // the drag is one step
+    EXPECT_TRUE(session().parameters().window == before);  // the drag is one step of undo
 }
 
-// The whole story on a real head.
+// Loads a real scan and drags the isovalue from bone to skin.
 TEST_F(ViewerTest, CraniumFromBoneToSkin) {
     const std::optional<Volume> scan = bench::cranium();
     if (!scan) GTEST_SKIP() << "no Cranium: install invesalius-examples";
@@ -272,9 +273,9 @@ TEST_F(ViewerTest, CraniumFromBoneToSkin) {
     const Mesh expected = extract_isosurface(session().scan()->volume, dropped_at, {.closed = true});
     EXPECT_EQ(shape->mesh->points, expected.points);
     EXPECT_EQ(shape->mesh->triangles, expected.triangles);
-    EXPECT_GT(count(picture(), warm), 1.05 * bone);  // skin hides bone, and more
+    EXPECT_GT(count(picture(), warm), 1.05 * bone);  // skin covers a larger area than bone
 
-    key(Qt::Key_Z, Qt::ControlModifier);  // the drag is one step
+    key(Qt::Key_Z, Qt::ControlModifier);  // the drag is one step of undo
     EXPECT_EQ(session().current()->isovalue, 225.5);
     EXPECT_NEAR(count(picture(), warm), bone, 0.01 * bone);
     key(Qt::Key_Z, Qt::ControlModifier | Qt::ShiftModifier);

@@ -1,14 +1,13 @@
+// Places and turns the camera of the 3D view.
 #include "camera.h"
 
 #include <algorithm>
 #include <cmath>
 #include <tuple>
 
-#include "vectors.h"
-
 namespace marrow::viewer {
 
-Aim aim_from(Side side) {
+Viewpoint viewpoint_from(Side side) {
     switch (side) {
         case Side::anterior:
             return {{0, -1, 0}, {0, 0, 1}};
@@ -26,15 +25,15 @@ Aim aim_from(Side side) {
     return {{0, 0, -1}, {0, -1, 0}};
 }
 
-Aim aim_from_front_left() {
+Viewpoint front_left_viewpoint() {
     constexpr double kTurn = 30 * M_PI / 180, kRise = 10 * M_PI / 180;
     return {{std::sin(kTurn) * std::cos(kRise), -std::cos(kTurn) * std::cos(kRise), std::sin(kRise)},
             {0, 0, 1}};
 }
 
-void fit(vtkCamera* camera, const Aim& aim, double aspect, const Points& points) {
-    const Vec3d& towards = aim.towards;
-    const Vec3d right = unit(cross(aim.up, towards)), up = cross(towards, right);
+void fit_camera(vtkCamera* camera, const Viewpoint& viewpoint, double aspect, const Points& points) {
+    const Vec3d& towards = viewpoint.towards_viewer;
+    const Vec3d right = unit(cross(viewpoint.up, towards)), up = cross(towards, right);
     const auto each_point = [&](auto visit) {
         points([&](const Vec3d& p) { visit(Vec3d{dot(right, p), dot(up, p), dot(towards, p)}); });
     };
@@ -77,8 +76,8 @@ void turn_camera(vtkCamera* camera, double degrees) {
     camera->SetViewUp(up.data());
 }
 
-std::optional<double> along_line(const Vec3d& start, const Vec3d& step, const Ray& ray) {
-    // The foot on the line of the common perpendicular.
+std::optional<double> nearest_on_line(const Vec3d& start, const Vec3d& step, const Ray& ray) {
+    // Where the common perpendicular of both lines meets the first one.
     const Vec3d common = cross(step, ray.direction);
     const double size = dot(common, common);
     if (size < 1e-4 * dot(step, step)) return {};

@@ -1,4 +1,4 @@
-// Where the 3D view is seen from.
+/// Camera positions of the 3D view.
 #pragma once
 
 #include <functional>
@@ -9,29 +9,31 @@
 
 namespace marrow::viewer {
 
-/// The side that the patient is seen from.
+/// The side from which the patient is seen.
 enum class Side { anterior, posterior, left, right, superior, inferior };
 
-/// From the patient towards who looks, and what is up for them; unit length, LPS.
-struct Aim {
-    Vec3d towards, up;
+/// The direction from the patient to the viewer, and the direction that is up on the screen. Unit vectors,
+/// LPS.
+struct Viewpoint {
+    Vec3d towards_viewer, up;
 };
 
-Aim aim_from(Side side);
-/// From the front left, a little from above.
-Aim aim_from_front_left();
+Viewpoint viewpoint_from(Side side);
+/// From the front left, slightly from above.
+Viewpoint front_left_viewpoint();
 
-/// Calls the given function with positions, LPS mm.
+/// Calls the given function with each position, LPS mm.
 using Points = std::function<void(const std::function<void(const Vec3d&)>&)>;
 
-/// Places the camera as near as all points fit into a picture of this width : height. Leaves it alone where there are none.
-void fit(vtkCamera* camera, const Aim& aim, double aspect, const Points& points);
+/// Moves the camera as close as possible so that all points fit into an image with this width-to-height
+/// ratio. Does nothing without points.
+void fit_camera(vtkCamera* camera, const Viewpoint& viewpoint, double aspect, const Points& points);
 
-/// Turns round the patient's long axis, as on a turntable.
+/// Rotates the camera about the patient's long axis, as on a turntable.
 void turn_camera(vtkCamera* camera, double degrees);
 
-/// How far along the line through `start` its nearest approach to the ray is, in lengths of `step`; none where the two are
-/// all but parallel.
-std::optional<double> along_line(const Vec3d& start, const Vec3d& step, const Ray& ray);
+/// The point on the line start + t * step that is nearest to the ray, as t; nothing if the two are nearly
+/// parallel.
+std::optional<double> nearest_on_line(const Vec3d& start, const Vec3d& step, const Ray& ray);
 
 }  // namespace marrow::viewer

@@ -1,3 +1,4 @@
+// Estimates file sizes and composes command lines.
 #include "export_formats.h"
 
 #include <algorithm>
@@ -9,24 +10,25 @@
 namespace marrow::viewer {
 namespace {
 
-// The shortest digits that are read back as this number.
+// The shortest text that is read back as this number.
 std::string number_text(double value) {
     char text[40];
     return {text, std::to_chars(text, text + sizeof text, value).ptr};
 }
 
-// How the command line is asked for a surface.
-struct Request {
+// The option of the command line that selects the isovalue.
+struct IsovalueOption {
     const char* option;
     std::string value;
     const Preset* preset;
 };
 
-Request request_for(const Scan& scan, const Parameters& parameters, const SurfaceParameters& surface) {
+IsovalueOption isovalue_option(const Scan& scan, const Parameters& parameters,
+                               const SurfaceParameters& surface) {
     const auto preset = std::find_if(kPresets.begin(), kPresets.end(),
                                      [&](const Preset& p) { return p.isovalue() == surface.isovalue; });
     if (scan.hounsfield && preset != kPresets.end()) return {"--type", std::string(preset->name), &*preset};
-    // With --crop, otsu is that of the samples which are left.
+    // With --crop, the command line computes Otsu's isovalue from the cropped samples.
     if (scan.otsu && *scan.otsu == surface.isovalue && !parameters.crop)
         return {"--isovalue", "otsu", nullptr};
     return {"--isovalue", number_text(surface.isovalue), nullptr};
@@ -38,14 +40,15 @@ double digits(std::size_t n) {
 
 }  // namespace
 
-std::optional<double> estimated_bytes(const std::string& ending, std::size_t points, std::size_t triangles) {
+std::optional<double> estimated_bytes(const std::string& extension, std::size_t points,
+                                      std::size_t triangles) {
     const auto p = static_cast<double>(points), t = static_cast<double>(triangles);
-    if (ending == ".stl") return 84 + 50 * t;
-    if (ending == ".ply") return 300 + 24 * p + 13 * t;
-    if (ending == ".vtp") return 1000 + 24 * p + 16 * t;
-    if (ending == ".glb") return 1000 + 24 * p + 12 * t;
-    if (ending == ".obj")
-        return 60 + 62 * p + t * (2 + 3 * (2 * digits(points) + 3));  // text: as long as its digits
+    if (extension == ".stl") return 84 + 50 * t;
+    if (extension == ".ply") return 300 + 24 * p + 13 * t;
+    if (extension == ".vtp") return 1000 + 24 * p + 16 * t;
+    if (extension == ".glb") return 1000 + 24 * p + 12 * t;
+    if (extension == ".obj")
+        return 60 + 62 * p + t * (2 + 3 * (2 * digits(points) + 3));  // text, with indices of varying length
     return {};
 }
 
@@ -57,9 +60,9 @@ QString size_text(double bytes) {
 
 MeshObject export_object(const Scan& scan, const Parameters& parameters, const SurfaceParameters& surface,
                          const Mesh& mesh) {
-    const Request request = request_for(scan, parameters, surface);
-    MeshObject object{&mesh, request.value};
-    if (request.preset) object.colour = request.preset->colour;
+    const IsovalueOption isovalue = isovalue_option(scan, parameters, surface);
+    MeshObject object{&mesh, isovalue.value};
+    if (isovalue.preset) object.colour = isovalue.preset->colour;
     return object;
 }
 
@@ -72,8 +75,8 @@ std::vector<std::string> command_arguments(const Scan& scan, const Parameters& p
         result.emplace_back(option);
         result.push_back(value);
     };
-    const Request request = request_for(scan, parameters, surface);
-    add(request.option, request.value);
+    const IsovalueOption isovalue = isovalue_option(scan, parameters, surface);
+    add(isovalue.option, isovalue.value);
     if (parameters.crop) {
         std::string box = "vox:";
         for (std::size_t a = 0; a < 3; ++a)
@@ -111,12 +114,12 @@ QString shell_line(const std::vector<std::string>& arguments) {
     return line;
 }
 
-QString file_name(const SurfaceParameters& surface, const std::string& ending) {
+QString file_name(const SurfaceParameters& surface, const std::string& extension) {
     QString name;
     for (const QChar c : surface.name.simplified())
         name += c.isLetterOrNumber() || c == '-' || c == '_' || c == '.' ? c : QChar('-');
     while (name.startsWith('.') || name.startsWith('-')) name.remove(0, 1);
-    return (name.isEmpty() ? QString("surface") : name) + QString::fromStdString(ending);
+    return (name.isEmpty() ? QString("surface") : name) + QString::fromStdString(extension);
 }
 
 }  // namespace marrow::viewer

@@ -1,9 +1,10 @@
-// What is written, and the command line that writes the same bytes.
+/// The mesh formats of the export, and the command lines that write the same files.
 #pragma once
 
-#include <cstdint>
+#include <array>
 #include <filesystem>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include <QString>
@@ -15,37 +16,38 @@
 namespace marrow::viewer {
 
 struct ExportFormat {
-    const char* ending;
+    const char* extension;
     const char* name;
 };
 
 /// The formats that the library writes.
 inline constexpr std::array<ExportFormat, 6> kExportFormats{{
-    {".stl", "STL, for printing"},
-    {".3mf", "3MF, for printing, with name and colour"},
+    {".stl", "STL, for 3D printing"},
+    {".3mf", "3MF, for 3D printing, with name and colour"},
     {".ply", "PLY, with normals"},
-    {".obj", "OBJ, as text"},
+    {".obj", "OBJ, plain text"},
     {".vtp", "VTP, for ParaView and 3D Slicer"},
     {".glb", "GLB, for the web, with name and colour"},
 }};
 
-/// About how large the file will be; nothing for formats that are compressed.
-std::optional<double> estimated_bytes(const std::string& ending, std::size_t points, std::size_t triangles);
-/// "12.3 MB"
+/// The approximate size of the file; nothing for compressed formats.
+std::optional<double> estimated_bytes(const std::string& extension, std::size_t points,
+                                      std::size_t triangles);
+/// The size as text, such as "12.3 MB".
 QString size_text(double bytes);
 
-/// The surface as the command line writes it: its name there, and the colour of a preset.
+/// The surface with the name and colour that the command line gives it.
 MeshObject export_object(const Scan& scan, const Parameters& parameters, const SurfaceParameters& surface,
                          const Mesh& mesh);
 
-/// The arguments after `marrow` that write this surface to `output`.
+/// The arguments for `marrow` that write this surface to `output`.
 std::vector<std::string> command_arguments(const Scan& scan, const Parameters& parameters,
                                            const SurfaceParameters& surface,
                                            const std::filesystem::path& output, Space space);
-/// `marrow` and arguments as a shell takes them.
+/// The command line for a shell: `marrow` and the quoted arguments.
 QString shell_line(const std::vector<std::string>& arguments);
 
-/// A file name for a surface: its name, without what shells and file systems take for something else.
-QString file_name(const SurfaceParameters& surface, const std::string& ending);
+/// A file name from the name of the surface, without characters that are special to shells or file systems.
+QString file_name(const SurfaceParameters& surface, const std::string& extension);
 
 }  // namespace marrow::viewer

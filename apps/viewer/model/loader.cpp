@@ -1,3 +1,4 @@
+// Opens scans on a worker thread and reports to the thread of the window.
 #include "loader.h"
 
 #include <chrono>
@@ -10,7 +11,7 @@ namespace {
 
 constexpr Worker::Key kLoading{0, 0};
 
-// A folder whose series the reader would not choose between, although it can read some of them.
+// Whether the user must choose: the input has several readable series.
 bool must_choose(const ScanReport& report) {
     if (report.chosen) return false;
     std::size_t readable = 0;
@@ -20,13 +21,13 @@ bool must_choose(const ScanReport& report) {
 
 }  // namespace
 
-// Back on the window's thread, unless another request has come meanwhile.
-template <class Tell>
-void Loader::tell(int request, Tell what) {
+// Does nothing if the request was cancelled or replaced in the meantime.
+template <class Action>
+void Loader::on_own_thread(int request, Action action) {
     QMetaObject::invokeMethod(
         this,
-        [this, request, what] {
-            if (request == request_ && busy_) what();
+        [this, request, action] {
+            if (request == request_ && busy_) action();
         },
         Qt::QueuedConnection);
 }
@@ -36,24 +37,24 @@ void Loader::open(const fs::path& input, const ScanOptions& options) {
     busy_ = true;
     emit started(
         QString::fromStdString(input.filename().empty() ? input.string() : input.filename().string()));
-    const auto end = [this, request](auto what) {
-        tell(request, [this, what] {
+    const auto end = [this, request](auto action) {
+        on_own_thread(request, [this, action] {
             busy_ = false;
             emit finished();
-            what();
+            action();
         });
     };
     worker_.forget(kLoading);
-    worker_.post(kLoading, [=, this](const Progress& unless_interrupted) {
-        auto told = std::chrono::steady_clock::now();
+    worker_.post(kLoading, [=, this](const Progress& job_progress) {
+        auto last_report = std::chrono::steady_clock::now();
         ScanOptions watched = options;
         watched.progress = [&](double fraction) {
             const auto now = std::chrono::steady_clock::now();
-            if (now - told > std::chrono::milliseconds(30)) {
-                told = now;
-                tell(request, [this, fraction] { emit progressed(fraction); });
+            if (now - last_report > std::chrono::milliseconds(30)) {
+                last_report = now;
+                on_own_thread(request, [this, fraction] { emit progressed(fraction); });
             }
-            return unless_interrupted(fraction);
+            return job_progress(fraction);
         };
         try {
             if (fs::is_directory(input) && !options.series) {
@@ -65,7 +66,7 @@ void Loader::open(const fs::path& input, const ScanOptions& options) {
         } catch (const Cancelled&) {
             throw;
         } catch (const std::bad_alloc&) {
-            end([this] { emit failed(tr("There is not enough memory for this scan.")); });
+            end([this] { emit failed(tr("Not enough memory for this scan.")); });
         } catch (const std::exception& error) {
             end([this, text = QString::fromUtf8(error.what())] { emit failed(text); });
         }

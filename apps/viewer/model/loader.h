@@ -1,4 +1,4 @@
-// Scans are opened away from the window's thread.
+/// Opens scans in the background.
 #pragma once
 
 #include <filesystem>
@@ -17,7 +17,7 @@ class Loader : public QObject {
   public:
     explicit Loader(QObject* parent = nullptr) : QObject(parent) {}
 
-    /// Opens a scan; what was being opened before is given up.
+    /// Starts to open a scan. Cancels one that is still being opened.
     void open(const std::filesystem::path& input, const ScanOptions& options);
     void cancel();
     bool busy() const { return busy_; }
@@ -25,15 +25,15 @@ class Loader : public QObject {
   signals:
     void started(const QString& name);
     void progressed(double fraction);
-    void finished();  ///< in whatever way; comes before the others below
+    void finished();  ///< always emitted, before one of the signals below
     void opened(const std::shared_ptr<const Scan>& scan);
-    /// There are several series and none was asked for.
+    /// The input has several series, and the options name none.
     void undecided(const std::filesystem::path& input, const ScanOptions& options, const ScanReport& report);
-    void failed(const QString& sentence);
+    void failed(const QString& message);
 
   private:
-    template <class Tell>
-    void tell(int request, Tell what);
+    template <class Action>
+    void on_own_thread(int request, Action action);
 
     int request_ = 0;
     bool busy_ = false;

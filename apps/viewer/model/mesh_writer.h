@@ -1,4 +1,4 @@
-// Surfaces are written away from the window's thread.
+/// Writes mesh files in the background.
 #pragma once
 
 #include <atomic>
@@ -16,27 +16,27 @@
 
 namespace marrow::viewer {
 
-class Writer : public QObject {
+class MeshWriter : public QObject {
     Q_OBJECT
   public:
     struct File {
-        std::shared_ptr<const Shape> shape;  ///< whose mesh the object borrows
+        std::shared_ptr<const Shape> shape;  ///< owns the mesh that `object` refers to
         MeshObject object;
         std::filesystem::path path;
     };
 
-    explicit Writer(QObject* parent = nullptr) : QObject(parent) {}
+    explicit MeshWriter(QObject* parent = nullptr) : QObject(parent) {}
 
-    /// Writes them; none appears before all are complete. \pre not busy; at least one file
+    /// Writes all files; none appears before all are complete. \pre not busy, and at least one file
     void write(std::vector<File> files, Space space);
-    /// Stops, which `finished` tells; files that were there before stay as they were.
+    /// Stops writing and then emits `finished`. Existing files stay as they were.
     void cancel() { cancelled_ = true; }
     bool busy() const { return busy_; }
 
   signals:
     void started();
     void progressed(double fraction);
-    void finished(const QString& sentence, bool error);
+    void finished(const QString& message, bool error);
 
   private:
     bool busy_ = false;

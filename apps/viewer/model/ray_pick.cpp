@@ -1,8 +1,7 @@
+// Intersects a ray with the triangles of a mesh.
 #include "ray_pick.h"
 
 #include <limits>
-
-#include "vectors.h"
 
 namespace marrow::viewer {
 namespace {
@@ -13,8 +12,8 @@ Vec3d position(const Vec3f& p) {
 
 }  // namespace
 
-// Moeller and Trumbore 1997.
-std::optional<double> first_hit(const Mesh& mesh, const Ray& ray, const std::optional<HalfSpace>& kept) {
+// Moeller and Trumbore, "Fast, minimum storage ray-triangle intersection", 1997.
+std::optional<double> first_hit(const Mesh& mesh, const Ray& ray, const std::optional<HalfSpace>& visible) {
     double nearest = std::numeric_limits<double>::infinity();
     for (const Triangle& t : mesh.triangles) {
         const Vec3d corner = position(mesh.points[t[0]]);
@@ -31,7 +30,7 @@ std::optional<double> first_hit(const Mesh& mesh, const Ray& ray, const std::opt
         if (!(v >= 0 && u + v <= 1)) continue;
         const double along = dot(ac, q) / determinant;
         if (along < 0 || along >= nearest) continue;
-        if (kept && kept->height(ray.at(along)) < 0) continue;
+        if (visible && visible->height(ray.at(along)) < 0) continue;
         nearest = along;
     }
     if (nearest == std::numeric_limits<double>::infinity()) return {};

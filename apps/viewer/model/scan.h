@@ -1,4 +1,4 @@
-// What was opened.
+/// An opened scan and what the viewer knows about its samples.
 #pragma once
 
 #include <filesystem>
@@ -13,21 +13,21 @@ namespace marrow::viewer {
 
 struct Scan {
     std::filesystem::path input;
-    ScanOptions options;  ///< it was read with; without progress
+    ScanOptions options;  ///< used to read it, without the progress function
     Volume volume;
     ScanInfo info;
     Histogram histogram;
-    std::optional<double> otsu;  ///< none where all samples are alike
-    bool hounsfield = false;     ///< presets apply, as on the command line
+    std::optional<double> otsu;  ///< nothing if all samples are equal
+    bool hounsfield = false;     ///< the samples are in HU, so the tissue presets apply
 };
 
-/// Reads a scan and looks at its samples. \throw as read_scan
+/// Reads a scan and computes its histogram. \throw as read_scan
 std::shared_ptr<const Scan> open_scan(const std::filesystem::path& input, const ScanOptions& options);
 
-/// The sample at an index; the indices must be inside.
+/// The sample at an index. \pre the index is inside
 double sample_at(const Volume& volume, std::int64_t i, std::int64_t j, std::int64_t k);
 
-/// The (fractional) index of a position: the inverse of Geometry::physical.
+/// The index of a position, which may be fractional: the inverse of Geometry::physical.
 Vec3d index_of(const Geometry& geometry, const Vec3d& position);
 
 }  // namespace marrow::viewer

@@ -1,12 +1,12 @@
+// Changes the session and records the changes for undo.
 #include "session.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include <marrow/tissue_presets.h>
 #include <QUndoCommand>
 
-#include "vectors.h"
+#include <marrow/tissue_presets.h>
 
 namespace marrow::viewer {
 namespace {
@@ -18,8 +18,8 @@ QColor to_colour(const std::array<double, 3>& c) {
 constexpr std::array<std::array<double, 3>, 5> kColours{
     {{0.55, 0.75, 0.88}, {0.62, 0.80, 0.60}, {0.85, 0.66, 0.83}, {0.90, 0.80, 0.52}, {0.80, 0.55, 0.48}}};
 
-// Bone to air for CT; else nearly all samples.
-Window first_window(const Scan& scan) {
+// From air to bone for CT, otherwise nearly all values.
+Window default_window(const Scan& scan) {
     if (scan.hounsfield) return {300, 1500};
     const Histogram& h = scan.histogram;
     if (h.counts.empty() || h.upper <= h.lower) return {h.lower, 1};
@@ -35,14 +35,15 @@ Window first_window(const Scan& scan) {
 
 }  // namespace
 
-/// One step: what was before and what comes after.
+/// One step of undo: the parameters before and after it.
 class Change : public QUndoCommand {
   public:
-    Change(Session& session, const QString& text, const QString& run, Parameters before, Parameters after)
+    Change(Session& session, const QString& text, const QString& merge_key, Parameters before,
+           Parameters after)
         : QUndoCommand(text),
           session_(session),
-          run_(run),
-          number_(session.run_),
+          merge_key_(merge_key),
+          step_(session.step_),
           before_(std::move(before)),
           after_(std::move(after)) {}
 
@@ -51,7 +52,7 @@ class Change : public QUndoCommand {
     void redo() override { session_.restore(after_); }
     bool mergeWith(const QUndoCommand* next) override {
         const auto* other = static_cast<const Change*>(next);
-        if (run_.isEmpty() || other->run_ != run_ || other->number_ != number_) return false;
+        if (merge_key_.isEmpty() || other->merge_key_ != merge_key_ || other->step_ != step_) return false;
         after_ = other->after_;
         setObsolete(after_ == before_);
         return true;
@@ -59,8 +60,8 @@ class Change : public QUndoCommand {
 
   private:
     Session& session_;
-    QString run_;
-    int number_;
+    QString merge_key_;
+    int step_;
     Parameters before_, after_;
 };
 
@@ -109,20 +110,21 @@ void Session::set_scan(std::shared_ptr<const Scan> scan) {
     }
     parameters_.surfaces.push_back(surface);
     parameters_.current = surface.id;
-    parameters_.window = first_window(*scan_);
+    parameters_.window = default_window(*scan_);
     emit scan_changed();
     emit parameters_changed();
     emit crosshair_changed();
     emit picking_changed();
 }
 
-void Session::change(const QString& text, const QString& run, const std::function<void(Parameters&)>& edit) {
+void Session::change(const QString& text, const QString& merge_key,
+                     const std::function<void(Parameters&)>& edit) {
     if (!scan_) return;
     Parameters after = parameters_;
     edit(after);
     if (after == parameters_) return;
-    if (run.isEmpty()) seal();
-    undo_.push(new Change(*this, text, run, parameters_, after));  // does it
+    if (merge_key.isEmpty()) end_step();
+    undo_.push(new Change(*this, text, merge_key, parameters_, after));  // also applies it
 }
 
 void Session::restore(const Parameters& parameters) {
@@ -150,7 +152,7 @@ void Session::apply_preset(const QString& name) {
 }
 
 void Session::add_surface(const QString& name, double isovalue, const QColor& colour, double opacity) {
-    change(tr("new surface"), {}, [&](Parameters& p) {
+    change(tr("add surface"), {}, [&](Parameters& p) {
         SurfaceParameters surface;
         surface.id = next_id_++;
         surface.name = name;
@@ -164,7 +166,7 @@ void Session::add_surface(const QString& name, double isovalue, const QColor& co
 
 void Session::remove_surface(int id) {
     change(tr("remove surface"), {}, [&](Parameters& p) {
-        if (p.surfaces.size() < 2) return;  // the histogram always has one to move
+        if (p.surfaces.size() < 2) return;  // the histogram always needs one
         p.surfaces.erase(std::remove_if(p.surfaces.begin(), p.surfaces.end(),
                                         [&](const auto& surface) { return surface.id == id; }),
                          p.surfaces.end());
@@ -173,9 +175,9 @@ void Session::remove_surface(int id) {
 }
 
 void Session::select_surface(int id) {
-    // A choice, not a step: undo does not stop here.
+    // Selecting is not a step of undo.
     if (!parameters_.find(id) || parameters_.current == id) return;
-    seal();
+    end_step();
     parameters_.current = id;
     emit parameters_changed();
 }
@@ -212,11 +214,11 @@ void Session::move_crop_side(const CropSide& side, double sample) {
     const SampleBox whole = whole_scan();
     SampleBox box = crop();
     const auto a = side.axis;
-    const std::int64_t least = side.upper ? std::min(box.first[a] + 1, whole.last[a]) : 0;
-    const std::int64_t most = side.upper ? whole.last[a] : std::max<std::int64_t>(box.last[a] - 1, 0);
+    const std::int64_t lowest = side.upper ? std::min(box.first[a] + 1, whole.last[a]) : 0;
+    const std::int64_t highest = side.upper ? whole.last[a] : std::max<std::int64_t>(box.last[a] - 1, 0);
     (side.upper ? box.last : box.first)[a] = std::clamp(
-        std::int64_t{std::llround(std::clamp(sample, -1.0, static_cast<double>(whole.last[a]) + 1))}, least,
-        most);
+        std::int64_t{std::llround(std::clamp(sample, -1.0, static_cast<double>(whole.last[a]) + 1))}, lowest,
+        highest);
     change(tr("crop"), "crop",
            [&](Parameters& p) { p.crop = box == whole ? std::nullopt : std::optional(box); });
 }
@@ -241,7 +243,7 @@ void Session::click(const Vec3d& position) {
     emit picking_changed();
 }
 
-void Session::drop_picked() {
+void Session::clear_picked() {
     if (picked_.empty()) return;
     picked_.clear();
     emit picking_changed();

@@ -1,6 +1,8 @@
-// What the person has opened and asked for. Knows no widget.
+/// The state of the viewer: the scan, all parameters, and undo. Independent of widgets.
 #pragma once
 
+#include <array>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -37,14 +39,14 @@ struct Measurement {
     QString text() const;
 };
 
-/// The surfaces are drawn on one side only of the plane through the crosshair.
+/// Surfaces are drawn only on one side of the plane through the crosshair.
 struct Cut {
     std::optional<Plane> plane;
     bool flipped = false;
     bool operator==(const Cut&) const = default;
 };
 
-/// The samples from `first` to `last`, both included, along i, j, k.
+/// The samples from `first` to `last`, both inclusive, along i, j and k.
 struct SampleBox {
     std::array<std::int64_t, 3> first{0, 0, 0}, last{0, 0, 0};
     bool operator==(const SampleBox&) const = default;
@@ -52,30 +54,31 @@ struct SampleBox {
 
 /// One of the six sides of a box of samples.
 struct CropSide {
-    std::size_t axis = 0;  ///< of the index
-    bool upper = false;    ///< where the index is highest
+    std::size_t axis = 0;  ///< index axis
+    bool upper = false;    ///< the side with the highest index
 };
 
-/// Where a side is, as an index: half a sample beyond the outer samples, where closed surfaces end.
+/// The position of a side on its index axis: half a sample beyond the outer samples, where closed surfaces
+/// end.
 inline double border_of(const SampleBox& box, const CropSide& side) {
     return side.upper ? static_cast<double>(box.last[side.axis]) + 0.5
                       : static_cast<double>(box.first[side.axis]) - 0.5;
 }
 
-/// Which samples are black and white on the slices.
+/// The values that slices show between black and white.
 struct Window {
     double centre = 0;
     double width = 1;
     bool operator==(const Window&) const = default;
 };
 
-/// All that undo covers.
+/// Everything that undo covers.
 struct Parameters {
     std::vector<SurfaceParameters> surfaces;
-    int current = 0;  ///< id of the one that the histogram moves
-    bool largest = false;
-    bool open = false;              ///< where the scan ends
-    std::optional<SampleBox> crop;  ///< what surfaces are made of; none: the whole scan
+    int current = 0;                ///< id of the surface whose isovalue the histogram moves
+    bool largest = false;           ///< keep only the largest component
+    bool open = false;              ///< leave surfaces open at the border of the scan
+    std::optional<SampleBox> crop;  ///< surfaces use only these samples; none: the entire scan
     Cut cut;
     DrawMode mode = DrawMode::surface;
     Window window;
@@ -93,50 +96,50 @@ class Session : public QObject {
 
     const Scan* scan() const { return scan_.get(); }
     std::shared_ptr<const Scan> shared_scan() const { return scan_; }
-    /// Starts anew with this scan: one surface, at bone or where Otsu parts the samples.
+    /// Starts over with this scan and one surface: bone, or at the isovalue of Otsu's method.
     void set_scan(std::shared_ptr<const Scan> scan);
 
     const Parameters& parameters() const { return parameters_; }
-    /// The surface that the histogram moves; null without a scan.
+    /// The surface whose isovalue the histogram moves; null without a scan.
     const SurfaceParameters* current() const { return parameters_.find(parameters_.current); }
-    /// Changes parameters as one step of undo. Steps that follow each other with the same `run`, which is not empty, are
-    /// one, until seal(): a drag is undone as a whole.
-    void change(const QString& text, const QString& run, const std::function<void(Parameters&)>& edit);
-    void seal() { ++run_; }
+    /// Changes parameters as one step of undo. Successive changes with the same nonempty `merge_key` form one
+    /// step, until end_step(): one undo reverts an entire drag.
+    void change(const QString& text, const QString& merge_key, const std::function<void(Parameters&)>& edit);
+    void end_step() { ++step_; }
     QUndoStack& undo_stack() { return undo_; }
 
     void set_isovalue(double isovalue);
     void add_surface(const QString& name, double isovalue, const QColor& colour, double opacity);
-    /// Sets the current surface to a preset of the command line.
+    /// Applies a tissue preset to the current surface.
     void apply_preset(const QString& name);
     void remove_surface(int id);
     void select_surface(int id);
 
-    /// The samples that surfaces are made of.
+    /// The crop box, or the entire scan without one.
     SampleBox crop() const;
     SampleBox whole_scan() const;
-    /// Moves a side of the crop box so that this is its outer sample, as far as the scan reaches and its opposite side, which stays one
-    /// sample away, lets it. Moves that follow each other are one step of undo, until seal().
+    /// Moves a side of the crop box so that `sample` is its outer sample. It stays inside the scan and at
+    /// least one sample from the opposite side. Successive moves form one step of undo, until end_step().
     void move_crop_side(const CropSide& side, double sample);
 
-    /// Where the crosshair is, as an index, which may be fractional; always inside the scan.
+    /// The index of the crosshair, which may be fractional; always inside the scan.
     const Vec3d& crosshair() const { return crosshair_; }
     Vec3d crosshair_position() const;  ///< LPS mm
     void set_crosshair(const Vec3d& index);
 
     Tool tool() const { return tool_; }
     void set_tool(Tool tool);
-    /// Positions picked for a measurement that is not complete.
+    /// The positions picked so far for an incomplete measurement.
     const std::vector<Vec3d>& picked() const { return picked_; }
-    /// Moves the crosshair or goes on measuring, as the tool says. LPS mm.
+    /// Moves the crosshair or adds a position to the measurement, depending on the tool. LPS mm.
     void click(const Vec3d& position);
-    void drop_picked();
+    void clear_picked();
 
   signals:
     void scan_changed();
     void parameters_changed();
     void crosshair_changed();
-    void picking_changed();  ///< the tool, or the positions picked
+    void picking_changed();  ///< the tool or the picked positions
 
   private:
     friend class Change;
@@ -145,7 +148,7 @@ class Session : public QObject {
     std::shared_ptr<const Scan> scan_;
     Parameters parameters_;
     QUndoStack undo_;
-    int run_ = 0;
+    int step_ = 0;  // counts the ends of steps
     int next_id_ = 1;
     Vec3d crosshair_{0, 0, 0};
     Tool tool_ = Tool::navigate;

@@ -1,3 +1,4 @@
+// Posts extractions and measurements to two workers and accepts their results.
 #include "surfaces.h"
 
 #include <chrono>
@@ -10,33 +11,34 @@
 #include <vtkPoints.h>
 #include <vtkTypeInt32Array.h>
 
-#include <marrow/volume_filters.h>
-#include <marrow/isosurface.h>
 #include <marrow/components.h>
+#include <marrow/isosurface.h>
+#include <marrow/volume_filters.h>
 
 namespace marrow::viewer {
 namespace {
 
-constexpr int kRest = 60;                          // ms without a change, then full resolution
-constexpr std::int64_t kPreviewSamples = 1500000;  // an extraction of so many takes a few ms
+constexpr int kPause = 60;                         // ms without a change before full resolution is extracted
+constexpr std::int64_t kPreviewSamples = 1500000;  // few enough for an extraction in a few ms
 
 }  // namespace
 
-/// What surfaces are extracted from. Used by the extracting thread alone, but for what is const.
+/// The samples of the surfaces and their extractor. Except for its const members, only the extracting thread
+/// uses it.
 struct Surfaces::Source {
     const std::shared_ptr<const Scan> scan;
-    const std::optional<SampleBox> box;  // none: the whole scan
+    const std::optional<SampleBox> box;  // none: the entire scan
     const bool open;
 
-    Source(std::shared_ptr<const Scan> of, const std::optional<SampleBox>& in, bool is_open)
-        : scan(std::move(of)), box(in), open(is_open) {}
+    Source(std::shared_ptr<const Scan> the_scan, const std::optional<SampleBox>& crop_box, bool is_open)
+        : scan(std::move(the_scan)), box(crop_box), open(is_open) {}
 
-    Volume cropped;  // where there is a box
+    Volume cropped;  // empty without a box
     std::optional<IsosurfaceExtractor> extractor;
-    Progress progress;  // of the job that runs
+    Progress progress;  // of the running job
 
-    const Mesh& extract(double isovalue, int level, const Progress& unless_interrupted) {
-        progress = unless_interrupted;
+    const Mesh& extract(double isovalue, int level, const Progress& job_progress) {
+        progress = job_progress;
         if (!extractor) {
             if (box) cropped = crop(scan->volume, box->first, box->last);
             extractor.emplace(box ? cropped : scan->volume,
@@ -60,7 +62,7 @@ vtkSmartPointer<vtkPolyData> to_polydata(const Mesh& mesh) {
     vectors(mesh.normals, normals);
     vtkNew<vtkPoints> points;
     points->SetData(coordinates);
-    // VTK counts with signs. A screen's worth of points is far from 2^31.
+    // VTK's ids are signed. No mesh that can be displayed has 2^31 points.
     vtkNew<vtkTypeInt32Array> corners;
     corners->SetArray(reinterpret_cast<int*>(const_cast<Triangle*>(mesh.triangles.data())),
                       3 * static_cast<vtkIdType>(mesh.triangles.size()), kBorrowed);
@@ -71,13 +73,13 @@ vtkSmartPointer<vtkPolyData> to_polydata(const Mesh& mesh) {
     result->SetPoints(points);
     result->GetPointData()->SetNormals(normals);
     result->SetPolys(triangles);
-    result->ComputeBounds();  // here, not when it is drawn
+    result->ComputeBounds();  // now, so that drawing need not
     return result;
 }
 
 Surfaces::Surfaces(Session& session, QObject* parent) : QObject(parent), session_(session) {
-    rest_.setSingleShot(true);
-    connect(&rest_, &QTimer::timeout, this, &Surfaces::settle);
+    pause_.setSingleShot(true);
+    connect(&pause_, &QTimer::timeout, this, &Surfaces::settle);
     connect(&session_, &Session::parameters_changed, this, &Surfaces::follow);
 }
 
@@ -105,7 +107,7 @@ bool Surfaces::settled() const {
     return !states_.empty();
 }
 
-// Compares what the session asks for with what was requested.
+// Requests the surfaces whose parameters have changed.
 void Surfaces::follow() {
     const Parameters& p = session_.parameters();
     const std::shared_ptr<const Scan> scan = session_.shared_scan();
@@ -129,8 +131,7 @@ void Surfaces::follow() {
         const int id = it->first;
         ++it;
         if (p.find(id)) continue;
-        for (const int level : {0, 1})
-            extracting_.forget({1 - level, id}), measuring_.forget({1 - level, id});
+        for (const int urgency : {0, 1}) extracting_.forget({urgency, id}), measuring_.forget({urgency, id});
         states_.erase(id);
         emit removed(id);
     }
@@ -155,11 +156,11 @@ void Surfaces::request(int id, double isovalue) {
     extracting_.forget({1, id});
     state.waits = true;
     post(id, preview_level_);
-    rest_.start(kRest);
+    pause_.start(kPause);
 }
 
 void Surfaces::settle() {
-    rest_.stop();
+    pause_.stop();
     for (auto& [id, state] : states_) {
         if (!state.waits) continue;
         state.waits = false;
@@ -170,14 +171,14 @@ void Surfaces::settle() {
 void Surfaces::post(int id, int level) {
     const State& state = states_[id];
     const auto job = [this, id, level, request = state.request, isovalue = state.isovalue, largest = largest_,
-                      source = source_](const Progress& unless_interrupted) {
+                      source = source_](const Progress& job_progress) {
         try {
             auto shape = std::make_shared<Shape>();
             const auto start = std::chrono::steady_clock::now();
-            const Mesh& extracted = source->extract(isovalue, level, unless_interrupted);
+            const Mesh& extracted = source->extract(isovalue, level, job_progress);
             shape->milliseconds =
                 std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-            report(unless_interrupted, 1);
+            report(job_progress, 1);
             shape->isovalue = isovalue;
             shape->level = level;
             shape->mesh = std::make_shared<Mesh>(
@@ -189,7 +190,10 @@ void Surfaces::post(int id, int level) {
             throw;
         } catch (const std::bad_alloc&) {
             QMetaObject::invokeMethod(
-                this, [this] { emit failed(tr("There is not enough memory for this surface.")); },
+                this,
+                [this] {
+                    emit failed(tr("Not enough memory for this surface. Crop the scan and try again."));
+                },
                 Qt::QueuedConnection);
         } catch (const std::exception& error) {
             QMetaObject::invokeMethod(
@@ -203,10 +207,10 @@ void Surfaces::post(int id, int level) {
 void Surfaces::accept(int id, int request, const std::shared_ptr<Source>& source,
                       std::shared_ptr<Shape> shape) {
     const auto it = states_.find(id);
-    if (it == states_.end() || source->scan != source_->scan) return;  // of a surface or scan that is gone
+    if (it == states_.end() || source->scan != source_->scan) return;  // the surface or the scan is gone
     State& state = it->second;
     const bool newest = request == state.request;
-    if (shape->level == 0 && preview_level_ > 0 && !newest) return;  // previews have moved on
+    if (shape->level == 0 && preview_level_ > 0 && !newest) return;  // newer previews have replaced it
     if (state.exact && shape->level > 0) return;
     state.newest = shape;
     if (shape->level > 0) state.preview = shape;
@@ -219,8 +223,8 @@ void Surfaces::post_measure(int id, std::shared_ptr<Shape> shape) {
     const int urgency = shape->level > 0 ? 0 : 1;
     if (urgency == 0) measuring_.forget({1, id});
     measuring_.forget({urgency, id});
-    measuring_.post({urgency, id}, [this, id, shape](const Progress& unless_interrupted) {
-        report(unless_interrupted, 0);
+    measuring_.post({urgency, id}, [this, id, shape](const Progress& job_progress) {
+        report(job_progress, 0);
         const MeshMeasures measures = measure(*shape->mesh);
         QMetaObject::invokeMethod(
             this,

@@ -1,4 +1,4 @@
-// The surfaces' shapes: extracted away from the window's thread, a preview first.
+/// Extracts and measures the surfaces in the background, previews first.
 #pragma once
 
 #include <map>
@@ -18,18 +18,18 @@
 
 namespace marrow::viewer {
 
-/// One extraction's result.
+/// The result of one extraction.
 struct Shape {
     double isovalue = 0;
     int level = 0;                          ///< 0: full resolution
-    std::shared_ptr<const Mesh> mesh;       ///< what is exported
+    std::shared_ptr<const Mesh> mesh;       ///< this is exported
     vtkSmartPointer<vtkPolyData> polydata;  ///< shares the mesh's memory
-    double milliseconds = 0;                ///< extraction alone
-    std::optional<MeshMeasures> measures;   ///< come later
+    double milliseconds = 0;                ///< duration of the extraction alone
+    std::optional<MeshMeasures> measures;   ///< set later
 };
 
-/// Keeps the shapes in step with the session. While parameters change, each surface follows by previews; when they
-/// rest, full resolution comes.
+/// Keeps the shapes up to date with the session. While parameters change, each surface gets previews; after a
+/// short pause, it is extracted in full resolution.
 class Surfaces : public QObject {
     Q_OBJECT
   public:
@@ -38,13 +38,13 @@ class Surfaces : public QObject {
 
     /// The newest shape of a surface; null before the first.
     std::shared_ptr<const Shape> shape(int id) const;
-    /// The last preview; null where the scan is small enough to need none.
+    /// The last preview; null if the scan is small enough to need none.
     std::shared_ptr<const Shape> preview(int id) const;
-    /// The shape in full resolution, if it is what the parameters ask for.
+    /// The shape in full resolution; null while it does not match the parameters.
     std::shared_ptr<const Shape> exact(int id) const;
-    /// All surfaces are there in full resolution, and measured.
+    /// Whether all surfaces are extracted in full resolution and measured.
     bool settled() const;
-    /// Full resolution now, without waiting for a rest.
+    /// Requests full resolution now, without waiting for the pause.
     void settle();
     /// Previews take every 2^level-th sample.
     int preview_level() const { return preview_level_; }
@@ -59,10 +59,10 @@ class Surfaces : public QObject {
     struct Source;
     struct State {
         std::shared_ptr<Shape> newest, preview;
-        double isovalue = 0;  // asked for
+        double isovalue = 0;  // requested
         int request = 0;      // number of the newest request
-        bool exact = false;   // newest is what was asked for
-        bool waits = false;   // for full resolution, until the hand rests
+        bool exact = false;   // `newest` matches the request in full resolution
+        bool waits = false;   // full resolution will be requested after the pause
     };
 
     void follow();
@@ -77,11 +77,11 @@ class Surfaces : public QObject {
     std::map<int, State> states_;
     int preview_level_ = 0;
     int requests_ = 0;
-    QTimer rest_;
-    Worker measuring_, extracting_;  // last: they end first
+    QTimer pause_;
+    Worker measuring_, extracting_;  // last, so that they end first
 };
 
-/// The mesh as VTK data that shares its memory. It must be kept as long as the result.
+/// The mesh as VTK data that borrows its memory. The mesh must outlive the result.
 vtkSmartPointer<vtkPolyData> to_polydata(const Mesh& mesh);
 
 }  // namespace marrow::viewer

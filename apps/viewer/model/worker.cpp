@@ -1,3 +1,4 @@
+// Keeps the waiting jobs and interrupts the running one.
 #include "worker.h"
 
 namespace marrow::viewer {
@@ -27,7 +28,7 @@ void Worker::forget(Key key) {
     const std::lock_guard lock(mutex_);
     waiting_.erase(key);
     if (running_ == key) {
-        again_ = false;
+        restart_ = false;
         interrupt_ = true;
     }
 }
@@ -35,14 +36,12 @@ void Worker::forget(Key key) {
 void Worker::forget_all() {
     const std::lock_guard lock(mutex_);
     waiting_.clear();
-    again_ = false;
+    restart_ = false;
     interrupt_ = true;
 }
 
 void Worker::run() {
-    const Progress unless_interrupted = [this](double) {
-        return !interrupt_.load(std::memory_order_relaxed);
-    };
+    const Progress job_progress = [this](double) { return !interrupt_.load(std::memory_order_relaxed); };
     std::unique_lock lock(mutex_);
     while (true) {
         running_.reset();
@@ -50,18 +49,18 @@ void Worker::run() {
         if (stop_) return;
         auto job = waiting_.extract(waiting_.begin());
         running_ = job.key();
-        again_ = true;
+        restart_ = true;
         interrupt_ = false;
         lock.unlock();
         bool done = true;
         try {
-            job.mapped()(unless_interrupted);
+            job.mapped()(job_progress);
         } catch (const Cancelled&) {
             done = false;
         }
-        if (done) job = {};  // what it holds is freed outside the lock
+        if (done) job = {};  // frees what the job holds, outside the lock
         lock.lock();
-        if (!done && again_) waiting_.insert(std::move(job));  // does nothing where there is a newer one
+        if (!done && restart_) waiting_.insert(std::move(job));  // does nothing if there is a newer one
     }
 }
 

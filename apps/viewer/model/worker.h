@@ -1,4 +1,4 @@
-// A thread that does jobs, the most urgent first.
+/// A thread that runs jobs by urgency.
 #pragma once
 
 #include <atomic>
@@ -10,31 +10,39 @@
 #include <optional>
 #include <thread>
 
+#include <marrow/error.h>
 #include <marrow/progress.h>
 
 namespace marrow::viewer {
 
-/// Does one job at a time. A job that is posted under the key of one that waits replaces it: the newest request wins. One
-/// that runs goes on, so that requests which come faster than they are done are not all in vain; forget() ends it. Only a
-/// more urgent job interrupts it, and it is done again from its start later, unless there is a newer one then.
+/// Calls `progress` if there is one. \throw Cancelled if it returns false
+inline void report(const Progress& progress, double fraction) {
+    if (progress && !progress(fraction)) throw Cancelled();
+}
+
+/// Runs one job at a time, the most urgent first.
 ///
-/// To be interrupted, a job reports its progress to what it is given, which throws it out with Cancelled. Jobs catch
-/// their other errors themselves.
+/// A new job replaces a waiting job with the same key. A running job with this key continues, so that results
+/// appear even if requests arrive faster than they are done; forget() stops it. Only a more urgent job
+/// interrupts the running one, which restarts later unless a newer job has taken its key.
+///
+/// A job reports to the Progress that it receives, which throws Cancelled to interrupt it. It must catch all
+/// other errors itself.
 class Worker {
   public:
     struct Key {
-        int urgency;  ///< smaller is sooner
+        int urgency;  ///< smaller runs earlier
         int subject;
         auto operator<=>(const Key&) const = default;
     };
-    using Job = std::function<void(const Progress& unless_interrupted)>;
+    using Job = std::function<void(const Progress& job_progress)>;
 
     Worker();
-    /// Interrupts what runs and waits for its end.
+    /// Interrupts the running job and waits for its end.
     ~Worker();
 
     void post(Key key, Job job);
-    /// Drops the job of that key, also where it runs.
+    /// Drops the job with this key, even if it is running.
     void forget(Key key);
     void forget_all();
 
@@ -45,10 +53,10 @@ class Worker {
     std::condition_variable wake_;
     std::map<Key, Job> waiting_;
     std::optional<Key> running_;
-    bool again_ = false;  // what is interrupted comes back
+    bool restart_ = false;  // the running job waits again if it is interrupted
     bool stop_ = false;
     std::atomic<bool> interrupt_{false};
-    std::thread thread_;  // last: it uses the others
+    std::thread thread_;  // last, because it uses the other members
 };
 
 }  // namespace marrow::viewer

@@ -1,27 +1,26 @@
+// Maps mouse positions to indices on the axis of the dragged side.
 #include "crop_drag.h"
 
 #include <cmath>
 
 #include "model/camera.h"
 #include "scene_parts.h"
-#include "surface_view.h"
-#include "model/vectors.h"
 
 namespace marrow::viewer {
-
 namespace {
 
-constexpr double kReach = 11;  // pixels from a handle at which a hand takes it
+constexpr double kReach = 11;  // pixels within which a press takes a handle
 
 }  // namespace
 
-std::optional<CropSide> CropDrag::side_at(const QPoint& place) const {
+std::optional<CropSide> CropDrag::side_at(const QPoint& point) const {
     if (!session_.scan() || session_.tool() != Tool::crop) return {};
     std::optional<CropSide> nearest;
     double distance = kReach;
     for (const CropSide& side : kCropSides) {
         const Vec3d index = CropBox::handle(session_.crop(), side);
-        const QPointF to = view_.place_of(session_.scan()->volume.geometry().physical(index)) - place;
+        const QPointF to =
+            projection_.widget_point(session_.scan()->volume.geometry().physical(index)) - point;
         if (std::hypot(to.x(), to.y()) > distance) continue;
         distance = std::hypot(to.x(), to.y());
         nearest = side;
@@ -29,19 +28,20 @@ std::optional<CropSide> CropDrag::side_at(const QPoint& place) const {
     return nearest;
 }
 
-// The index at which the line along which the side moves passes nearest to what is under the hand.
-std::optional<double> CropDrag::index_at(const CropSide& side, const QPoint& place) const {
+// The index on the axis of the side that is nearest to the ray through the point.
+std::optional<double> CropDrag::index_at(const CropSide& side, const QPoint& point) const {
     const Geometry& geometry = session_.scan()->volume.geometry();
     Vec3d start = CropBox::handle(session_.crop(), side);
     start[side.axis] = 0;
-    return along_line(geometry.physical(start), step_along(geometry, side.axis), view_.ray_at(place));
+    const Vec3d step = column(geometry.index_to_physical(), side.axis);
+    return nearest_on_line(geometry.physical(start), step, projection_.ray_at(point));
 }
 
-bool CropDrag::take(const QMouseEvent& mouse) {
+bool CropDrag::handle_event(const QMouseEvent& mouse) {
     if (mouse.type() == QEvent::MouseButtonPress && mouse.button() == Qt::LeftButton) {
         side_ = side_at(mouse.pos());
         if (!side_) return false;
-        session_.seal();
+        session_.end_step();
         const SampleBox box = session_.crop();
         const auto sample = static_cast<double>((side_->upper ? box.last : box.first)[side_->axis]);
         grip_ = sample - index_at(*side_, mouse.pos()).value_or(sample);
@@ -54,7 +54,7 @@ bool CropDrag::take(const QMouseEvent& mouse) {
     }
     if (mouse.type() == QEvent::MouseButtonRelease && mouse.button() == Qt::LeftButton) {
         side_.reset();
-        session_.seal();
+        session_.end_step();
         surfaces_.settle();
         return true;
     }

@@ -1,34 +1,40 @@
-// Dragging the sides of the crop box in space by their handles.
+/// Drags the sides of the crop box in the 3D view.
 #pragma once
 
+#include <functional>
 #include <optional>
 
 #include <QMouseEvent>
 
+#include "model/ray_pick.h"
 #include "model/surfaces.h"
 
 namespace marrow::viewer {
 
-class SurfaceView;
+/// How a 3D view maps between space and its widget.
+struct Projection {
+    std::function<QPointF(const Vec3d&)> widget_point;  ///< of a position
+    std::function<Ray(const QPoint&)> ray_at;           ///< from the camera through a point of the widget
+};
 
 class CropDrag {
   public:
-    CropDrag(Session& session, Surfaces& surfaces, const SurfaceView& view)
-        : session_(session), surfaces_(surfaces), view_(view) {}
+    CropDrag(Session& session, Surfaces& surfaces, Projection projection)
+        : session_(session), surfaces_(surfaces), projection_(std::move(projection)) {}
 
-    /// Presses on a handle, and what follows until the release: moves its side. Returns whether the event was one of
-    /// these.
-    bool take(const QMouseEvent& mouse);
+    /// Moves a side of the crop box from a press on its handle to the release. Returns whether the event was
+    /// part of such a drag.
+    bool handle_event(const QMouseEvent& mouse);
 
   private:
-    std::optional<CropSide> side_at(const QPoint& place) const;
-    std::optional<double> index_at(const CropSide& side, const QPoint& place) const;
+    std::optional<CropSide> side_at(const QPoint& point) const;
+    std::optional<double> index_at(const CropSide& side, const QPoint& point) const;
 
     Session& session_;
     Surfaces& surfaces_;
-    const SurfaceView& view_;
-    std::optional<CropSide> side_;
-    double grip_ = 0;  // from the hand to the outer sample of the side that it drags
+    const Projection projection_;
+    std::optional<CropSide> side_;  // being dragged
+    double grip_ = 0;               // from the pressed index to the outer sample of that side
 };
 
 }  // namespace marrow::viewer

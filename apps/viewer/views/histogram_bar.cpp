@@ -1,3 +1,4 @@
+// Paints the histogram and turns mouse and keys into isovalues.
 #include "histogram_bar.h"
 
 #include <algorithm>
@@ -5,7 +6,6 @@
 
 #include <QKeyEvent>
 #include <QMouseEvent>
-#include <QPainter>
 #include <QPainterPath>
 #include <QWheelEvent>
 
@@ -14,16 +14,16 @@ namespace {
 
 constexpr double kMargin = 12, kTop = 16, kAxis = 18;
 
-// 1, 2 or 5 times a power of ten, at least `least`.
-double round_step(double least) {
-    const double power = std::pow(10, std::floor(std::log10(least)));
+// The smallest number of the form 1, 2 or 5 times a power of ten that is not below `minimum`.
+double round_step(double minimum) {
+    const double power = std::pow(10, std::floor(std::log10(minimum)));
     for (const double factor : {1.0, 2.0, 5.0}) {
-        if (factor * power >= least) return factor * power;
+        if (factor * power >= minimum) return factor * power;
     }
     return 10 * power;
 }
 
-bool whole_numbers(SampleType type) {
+bool is_integer(SampleType type) {
     return type != SampleType::float32 && type != SampleType::float64;
 }
 
@@ -35,13 +35,13 @@ HistogramBar::HistogramBar(Session& session, QWidget* parent) : QWidget(parent),
     setMouseTracking(true);
     setCursor(Qt::SizeHorCursor);
     setToolTip(
-        tr("How often each value occurs, on a logarithmic scale.\n"
-           "Drag the line, or use the arrow and page keys. The wheel zooms."));
+        tr("Frequency of the values, on a logarithmic scale.\n"
+           "Drag the line or use the arrow and page keys to change the isovalue. Scroll to zoom."));
     connect(&session_, &Session::scan_changed, this, &HistogramBar::follow_scan);
     connect(&session_, &Session::parameters_changed, this, [this] { update(); });
 }
 
-// All values, but without a long tail of very few samples, such as metal.
+// Shows all values except for a long tail with very few samples, such as metal.
 void HistogramBar::follow_scan() {
     const Histogram& h = session_.scan()->histogram;
     lower_ = h.lower;
@@ -78,7 +78,7 @@ double HistogramBar::step() const {
     if (!scan) return 1;
     const double range = scan->histogram.upper - scan->histogram.lower;
     if (range <= 0) return 1;
-    return whole_numbers(scan->volume.type()) && range >= 100 ? 1 : round_step(range / 2000);
+    return is_integer(scan->volume.type()) && range >= 100 ? 1 : round_step(range / 2000);
 }
 
 double HistogramBar::top_of(double count) const {
@@ -86,15 +86,18 @@ double HistogramBar::top_of(double count) const {
 }
 
 void HistogramBar::paintEvent(QPaintEvent*) {
+    if (!session_.scan()) return;
     QPainter painter(this);
     painter.setRenderHint(QPainter::Antialiasing);
-    const QRectF area = plot();
-    const Scan* scan = session_.scan();
-    if (!scan) return;
-    const Histogram& h = scan->histogram;
-    const SurfaceParameters* current = session_.current();
+    paint_bins(painter);
+    paint_axis(painter);
+    paint_isovalues(painter);
+}
 
-    // The bins as steps; what is inside the surface in its colour.
+// Draws the bins as steps. The values inside the current surface have its colour.
+void HistogramBar::paint_bins(QPainter& painter) const {
+    const QRectF area = plot();
+    const Histogram& h = session_.scan()->histogram;
     QPainterPath bins;
     bins.moveTo(area.left(), area.bottom());
     const double bin = (h.upper - h.lower) / static_cast<double>(std::max<std::size_t>(h.counts.size(), 1));
@@ -108,12 +111,13 @@ void HistogramBar::paintEvent(QPaintEvent*) {
     bins.lineTo(x_of(h.upper), area.bottom());
     bins.lineTo(area.left(), area.bottom());
     bins.closeSubpath();
-    const double at = current ? x_of(current->isovalue) : area.left();
+
     painter.save();
     painter.setClipRect(area);
     painter.fillPath(bins, QColor(255, 255, 255, 46));
-    if (current) {
-        painter.setClipRect(area.intersected(QRectF(QPointF(at, area.top()), area.bottomRight())));
+    if (const SurfaceParameters* current = session_.current()) {
+        const QPointF top_left(x_of(current->isovalue), area.top());
+        painter.setClipRect(area.intersected(QRectF(top_left, area.bottomRight())));
         QLinearGradient gradient(area.topLeft(), area.bottomLeft());
         QColor strong = current->colour, weak = current->colour;
         strong.setAlpha(215);
@@ -123,8 +127,10 @@ void HistogramBar::paintEvent(QPaintEvent*) {
         painter.fillPath(bins, gradient);
     }
     painter.restore();
+}
 
-    // The axis.
+void HistogramBar::paint_axis(QPainter& painter) const {
+    const QRectF area = plot();
     QFont small = font();
     small.setPixelSize(10);
     painter.setFont(small);
@@ -139,8 +145,12 @@ void HistogramBar::paintEvent(QPaintEvent*) {
         painter.drawText(QRectF(x - 45, area.bottom() + 3, 90, 14), Qt::AlignCenter,
                          QString::number(std::abs(value) < tick / 2 ? 0 : value, 'g', 6));
     }
+}
 
-    // The other surfaces, then the one that moves.
+// Draws the current surface last, above the others.
+void HistogramBar::paint_isovalues(QPainter& painter) const {
+    const QRectF area = plot();
+    const SurfaceParameters* current = session_.current();
     for (const SurfaceParameters& surface : session_.parameters().surfaces) {
         if (!surface.visible || (current && surface.id == current->id)) continue;
         const double x = x_of(surface.isovalue);
@@ -148,18 +158,24 @@ void HistogramBar::paintEvent(QPaintEvent*) {
         painter.setPen(QPen(surface.colour, 1, Qt::DashLine));
         painter.drawLine(QPointF(x, area.top()), QPointF(x, area.bottom()));
     }
-    if (!current || at < area.left() - 1 || at > area.right() + 1) return;
+    if (current) paint_flag(painter, *current);
+}
+
+void HistogramBar::paint_flag(QPainter& painter, const SurfaceParameters& current) const {
+    const QRectF area = plot();
+    const double x = x_of(current.isovalue);
+    if (x < area.left() - 1 || x > area.right() + 1) return;
     const QColor accent = dragging_ || hasFocus() ? QColor(255, 196, 87) : QColor(240, 168, 48);
     painter.setPen(QPen(accent, 2));
-    painter.drawLine(QPointF(at, kTop - 2), QPointF(at, area.bottom()));
-    const QString text = QString::number(current->isovalue, 'g', 6);
-    QFont bold = small;
+    painter.drawLine(QPointF(x, kTop - 2), QPointF(x, area.bottom()));
+    const QString text = QString::number(current.isovalue, 'g', 6);
+    QFont bold = font();
     bold.setPixelSize(11);
     bold.setBold(true);
     painter.setFont(bold);
-    const double wide = QFontMetricsF(bold).horizontalAdvance(text) + 12;
-    QRectF flag(at - wide / 2, 1, wide, kTop);
-    flag.moveLeft(std::clamp(flag.left(), 0.0, std::max(0.0, width() - wide)));
+    const double flag_width = QFontMetricsF(bold).horizontalAdvance(text) + 12;
+    QRectF flag(x - flag_width / 2, 1, flag_width, kTop);
+    flag.moveLeft(std::clamp(flag.left(), 0.0, std::max(0.0, width() - flag_width)));
     painter.setPen(Qt::NoPen);
     painter.setBrush(accent);
     painter.drawRoundedRect(flag, 4, 4);
@@ -176,7 +192,7 @@ void HistogramBar::set_from(double x) {
 void HistogramBar::mousePressEvent(QMouseEvent* event) {
     if (event->button() != Qt::LeftButton || !session_.scan()) return;
     dragging_ = true;
-    session_.seal();
+    session_.end_step();
     set_from(event->localPos().x());
 }
 
@@ -187,7 +203,7 @@ void HistogramBar::mouseMoveEvent(QMouseEvent* event) {
 void HistogramBar::mouseReleaseEvent(QMouseEvent* event) {
     if (event->button() != Qt::LeftButton || !dragging_) return;
     dragging_ = false;
-    session_.seal();
+    session_.end_step();
     update();
     emit released();
 }
@@ -195,12 +211,12 @@ void HistogramBar::mouseReleaseEvent(QMouseEvent* event) {
 void HistogramBar::wheelEvent(QWheelEvent* event) {
     const Scan* scan = session_.scan();
     if (!scan || scan->histogram.upper <= scan->histogram.lower) return;
-    const double hand = value_at(event->position().x());
+    const double centre = value_at(event->position().x());
     const double factor = std::pow(0.85, event->angleDelta().y() / 120.0);
     const double all = scan->histogram.upper - scan->histogram.lower;
     const double range = std::clamp((upper_ - lower_) * factor, all / 1000, all);
-    const double part = (hand - lower_) / (upper_ - lower_);
-    lower_ = std::clamp(hand - part * range, scan->histogram.lower, scan->histogram.upper - range);
+    const double fraction = (centre - lower_) / (upper_ - lower_);
+    lower_ = std::clamp(centre - fraction * range, scan->histogram.lower, scan->histogram.upper - range);
     upper_ = lower_ + range;
     update();
     event->accept();

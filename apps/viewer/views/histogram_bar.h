@@ -1,14 +1,14 @@
-// The histogram of the scan, with the isovalue as a line to drag.
+/// The histogram of the scan with a line for the isovalue.
 #pragma once
 
-#include <QPolygonF>
+#include <QPainter>
 #include <QWidget>
 
 #include "model/session.h"
 
 namespace marrow::viewer {
 
-/// Drag or click: isovalue. Wheel: zoom. Arrow keys: one step; page keys: ten.
+/// Dragging or clicking sets the isovalue, the wheel zooms. Arrow keys move by one step, page keys by ten.
 class HistogramBar : public QWidget {
     Q_OBJECT
   public:
@@ -16,12 +16,12 @@ class HistogramBar : public QWidget {
 
     double value_at(double x) const;
     double x_of(double value) const;
-    /// One step of the arrow keys: 1 for integers over a wide range.
+    /// The step of the arrow keys: 1 for integers with a wide range.
     double step() const;
     QSize sizeHint() const override { return {600, 120}; }
 
   signals:
-    void released();  ///< the hand has let go of the line
+    void released();  ///< the user has released the line
 
   protected:
     void paintEvent(QPaintEvent*) override;
@@ -34,12 +34,16 @@ class HistogramBar : public QWidget {
   private:
     void follow_scan();
     void set_from(double x);
+    void paint_bins(QPainter& painter) const;
+    void paint_axis(QPainter& painter) const;
+    void paint_isovalues(QPainter& painter) const;
+    void paint_flag(QPainter& painter, const SurfaceParameters& current) const;
     double top_of(double count) const;
     QRectF plot() const;
 
     Session& session_;
-    double lower_ = 0, upper_ = 1;  // the values shown
-    double highest_ = 1;            // log of the fullest bin
+    double lower_ = 0, upper_ = 1;  // the range on display
+    double highest_ = 1;            // log(1 + count) of the fullest bin
     bool dragging_ = false;
 };
 

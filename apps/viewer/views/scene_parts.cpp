@@ -1,3 +1,4 @@
+// Builds and updates the VTK actors of the scene.
 #include "scene_parts.h"
 
 #include <algorithm>
@@ -64,17 +65,17 @@ CutFace::CutFace() {
 void CutFace::show(const Scan& scan, const SampleBox& box, Plane plane, const Vec3d& crosshair,
                    const Window& window, double lowest_isovalue) {
     const Geometry& geometry = scan.volume.geometry();
-    const SliceFrame frame = slice_frame(geometry, plane);
-    const std::int64_t through = std::llround(crosshair[static_cast<std::size_t>(frame.through)]);
-    const std::vector<float> samples = slice_samples(scan.volume, frame, through);
-    const auto [width, height] = frame.size;
+    const SliceGeometry slice = slice_geometry(geometry, plane);
+    const std::int64_t through = std::llround(crosshair[static_cast<std::size_t>(slice.through)]);
+    const std::vector<float> samples = slice_samples(scan.volume, slice, through);
+    const auto [width, height] = slice.size;
 
     pixels_->SetDimensions(static_cast<int>(width), static_cast<int>(height), 1);
     pixels_->AllocateScalars(VTK_UNSIGNED_CHAR, 4);
     auto* to = static_cast<unsigned char*>(pixels_->GetScalarPointer());
     const double black = window.centre - window.width / 2;
     const double scale = 255 / std::max(window.width, 1e-12);
-    const SliceRange range = slice_range(frame, box, through);
+    const SliceRange range = slice_range(slice, box, through);
     const float* from = samples.data();
     for (std::int64_t v = 0; v < height; ++v) {
         for (std::int64_t u = 0; u < width; ++u) {
@@ -84,18 +85,18 @@ void CutFace::show(const Scan& scan, const SampleBox& box, Plane plane, const Ve
             *to++ = g;
             *to++ = g;
             *to++ = g;
-            *to++ = sample >= lowest_isovalue && range.holds(u, v) ? 255 : 0;
+            *to++ = sample >= lowest_isovalue && range.contains(u, v) ? 255 : 0;
         }
     }
     pixels_->Modified();
 
-    // Pixels have extent, samples have not: the image reaches half a sample beyond the outer ones.
+    // Samples are points, but pixels have an area: the image extends half a sample beyond the outer samples.
     const double right = static_cast<double>(width) - 0.5, bottom = static_cast<double>(height) - 0.5;
-    Vec3d elsewhere = crosshair;
-    elsewhere[static_cast<std::size_t>(frame.through)] = static_cast<double>(through);
-    const QPointF places[4]{{-0.5, -0.5}, {right, -0.5}, {right, bottom}, {-0.5, bottom}};
+    Vec3d index = crosshair;
+    index[static_cast<std::size_t>(slice.through)] = static_cast<double>(through);
+    const QPointF corners[4]{{-0.5, -0.5}, {right, -0.5}, {right, bottom}, {-0.5, bottom}};
     for (int i = 0; i < 4; ++i)
-        quad_->GetPoints()->SetPoint(i, geometry.physical(frame.to_index(places[i], elsewhere)).data());
+        quad_->GetPoints()->SetPoint(i, geometry.physical(slice.to_index(corners[i], index)).data());
     quad_->GetPoints()->Modified();
     quad_->Modified();
     actor_->VisibilityOn();
@@ -127,10 +128,10 @@ void Crosshair::add_to(vtkRenderer* renderer) {
     for (Line& line : lines_) renderer->AddActor(line.actor);
 }
 
-void Crosshair::place(const Geometry& geometry, const Vec3d& index) {
+void Crosshair::set_position(const Geometry& geometry, const Vec3d& index) {
     for (const Plane plane : {Plane::sagittal, Plane::coronal, Plane::axial}) {
-        const std::size_t i = 2 - static_cast<std::size_t>(plane);  // as kNormalTo
-        const auto along = static_cast<std::size_t>(slice_frame(geometry, plane).through);
+        const std::size_t i = 2 - static_cast<std::size_t>(plane);  // the order of kNormalTo
+        const auto along = static_cast<std::size_t>(slice_geometry(geometry, plane).through);
         Vec3d from = index, to = index;
         from[along] = 0;
         to[along] = static_cast<double>(geometry.dims[along] - 1);
@@ -139,13 +140,13 @@ void Crosshair::place(const Geometry& geometry, const Vec3d& index) {
         lines_[i].data->GetPoints()->Modified();
         lines_[i].data->Modified();
     }
-    placed_ = true;
+    has_position_ = true;
     set_visible(visible_);
 }
 
 void Crosshair::set_visible(bool visible) {
     visible_ = visible;
-    for (Line& line : lines_) line.actor->SetVisibility(visible_ && placed_);
+    for (Line& line : lines_) line.actor->SetVisibility(visible_ && has_position_);
 }
 
 CropBox::CropBox() {
@@ -185,7 +186,7 @@ void CropBox::add_to(vtkRenderer* renderer) {
     renderer->AddActor(handles_actor_);
 }
 
-void CropBox::place(const Geometry& geometry, const SampleBox& box) {
+void CropBox::set_box(const Geometry& geometry, const SampleBox& box) {
     for (vtkIdType corner = 0; corner < 8; ++corner) {
         Vec3d index;
         for (std::size_t a = 0; a < 3; ++a) index[a] = border_of(box, {a, (corner >> a & 1) != 0});

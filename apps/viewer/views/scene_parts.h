@@ -1,6 +1,8 @@
-// What the 3D view shows beside the surfaces.
+/// The parts of the 3D scene other than the surfaces: cut face, crosshair, crop box, marks and orientation
+/// cube.
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include <vtkActor.h>
@@ -18,15 +20,14 @@
 
 namespace marrow::viewer {
 
-/// The colours that 3D Slicer gives to axial, coronal and sagittal.
+/// The colours of the planes, the same as in 3D Slicer.
 QColor plane_colour(Plane plane);
-/// That of the crop box.
 inline const QColor kCropColour(0xff, 0xa6, 0x3d);
-/// All sides of a box.
+/// All sides of a crop box.
 inline constexpr std::array<CropSide, 6> kCropSides{
     {{0, false}, {0, true}, {1, false}, {1, true}, {2, false}, {2, true}}};
 
-/// The slice in a cut, where its samples lie in the crop box and inside the outermost surface.
+/// The slice on a cut, restricted to samples in the crop box and inside the outermost surface.
 class CutFace {
   public:
     CutFace();
@@ -42,12 +43,12 @@ class CutFace {
     vtkNew<vtkTexture> texture_;
 };
 
-/// Three lines through the scan.
+/// Three lines through the scan that meet at the crosshair.
 class Crosshair {
   public:
     Crosshair();
     void add_to(vtkRenderer* renderer);
-    void place(const Geometry& geometry, const Vec3d& index);
+    void set_position(const Geometry& geometry, const Vec3d& index);
     void set_visible(bool visible);
 
   private:
@@ -56,18 +57,18 @@ class Crosshair {
         vtkNew<vtkActor> actor;
     };
     std::array<Line, 3> lines_;
-    bool visible_ = true, placed_ = false;
+    bool visible_ = true, has_position_ = false;
 };
 
-/// The box that surfaces are made in, with a handle on each of its sides. It reaches half a sample beyond the outer
-/// samples, as closed surfaces do.
+/// The outline of the crop box with a handle on each side. Like closed surfaces, it extends half a sample
+/// beyond the outer samples.
 class CropBox {
   public:
     CropBox();
     void add_to(vtkRenderer* renderer);
-    void place(const Geometry& geometry, const SampleBox& box);
+    void set_box(const Geometry& geometry, const SampleBox& box);
     void set_visible(bool visible);
-    /// The middle of a side, as an index.
+    /// The index of the centre of a side.
     static Vec3d handle(const SampleBox& box, const CropSide& side);
 
   private:
@@ -75,7 +76,7 @@ class CropBox {
     vtkNew<vtkActor> edges_actor_, handles_actor_;
 };
 
-/// Distances and angles with their values.
+/// Measured distances and angles with their values.
 class Marks {
   public:
     void add_to(vtkRenderer* renderer) { renderer_ = renderer; }
@@ -92,12 +93,12 @@ class Marks {
     bool light_ = false;
 };
 
-/// A cube in the corner with the patient's directions on its faces.
+/// A cube in the corner that is labelled with the patient's directions.
 class OrientationCube {
   public:
     OrientationCube();
     void add_to(vtkRenderer* renderer) { renderer->AddActor(cube_); }
-    /// Turns the cube as the camera of the scene sees it, in the lower right corner of a window of this size in pixels.
+    /// Turns the cube like the scene, in the lower right corner of a window of this size in pixels.
     void follow(vtkCamera* scene, vtkRenderer* corner, int width, int height, double pixel_ratio);
 
   private:

@@ -1,9 +1,11 @@
+// Encodes images and steps through a turn of the camera.
 #include "screenshots.h"
 
 #include <QBuffer>
 #include <QDir>
 
 #include <marrow/atomic_file.h>
+#include <marrow/error.h>
 
 namespace marrow::viewer {
 
@@ -11,7 +13,7 @@ void write_png(const QImage& image, const std::filesystem::path& file) {
     QByteArray bytes;
     QBuffer buffer(&bytes);
     buffer.open(QIODevice::WriteOnly);
-    if (!image.save(&buffer, "PNG")) throw IoError("cannot make a PNG of this size: choose a smaller one");
+    if (!image.save(&buffer, "PNG")) throw IoError("cannot encode a PNG of this size; choose a smaller one");
     AtomicFile out(file);
     out.write(bytes.constData(), static_cast<std::size_t>(bytes.size()));
     out.commit();
@@ -27,12 +29,12 @@ void Turntable::step() {
     try {
         if (frame_ < frames_) {
             const QString name = QString("frame-%1.png").arg(frame_, 4, 10, QChar('0'));
-            write_png(view_.picture(size_), QDir(folder_).filePath(name).toStdString());
+            write_png(view_.screenshot(size_), QDir(folder_).filePath(name).toStdString());
             view_.turn(360.0 / frames_);
             emit progressed(++frame_);
             return;
         }
-        emit finished(tr("Wrote %1 pictures to %2.").arg(frames_).arg(folder_), false);
+        emit finished(tr("Wrote %1 images to %2.").arg(frames_).arg(folder_), false);
     } catch (const std::exception& error) {
         emit finished(QString::fromUtf8(error.what()), true);
     }

@@ -1,4 +1,4 @@
-// Pictures of the 3D view as PNG files.
+/// Saves screenshots of the 3D view as PNG files.
 #pragma once
 
 #include <filesystem>
@@ -9,11 +9,11 @@
 
 namespace marrow::viewer {
 
-/// \throw IoError where the picture cannot be made or written
+/// Writes an image as a PNG file. \throw IoError if it cannot be encoded or written
 void write_png(const QImage& image, const std::filesystem::path& file);
 
-/// Writes frame-0000.png, frame-0001.png, ... of one turn into a folder: one for each turn of the event loop, so that the
-/// window stays alive. Deletes itself at the end.
+/// Writes one full turn as frame-0000.png, frame-0001.png, ... into a folder. Draws one frame per iteration
+/// of the event loop, so that the window stays responsive. Deletes itself at the end.
 class Turntable : public QObject {
     Q_OBJECT
   public:
@@ -21,7 +21,7 @@ class Turntable : public QObject {
 
   signals:
     void progressed(int frame);
-    void finished(const QString& sentence, bool error);
+    void finished(const QString& message, bool error);
 
   private:
     void step();

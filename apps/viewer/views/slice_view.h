@@ -1,27 +1,28 @@
-// One slice of the scan, in patient orientation.
+/// Shows one slice of the scan in patient orientation.
 #pragma once
 
 #include <QImage>
 #include <QTransform>
 #include <QWidget>
 
-#include "slice_geometry.h"
 #include "model/surfaces.h"
+#include "slice_geometry.h"
 
 namespace marrow::viewer {
 
-/// Left button: crosshair, a measurement's position, or a side or corner of the crop box. Right button: window (across: width, down: level). Middle button
-/// or shift: pan. Wheel: through the slices; with ctrl: zoom. Keys: arrows and page keys go through the slices, R resets.
+/// The left button sets the crosshair, picks a position to measure, or drags sides of the crop box. The right
+/// button changes the window: its width across, its centre down. The middle button, or Shift, pans. The
+/// wheel, arrow keys and page keys change the slice; Ctrl and the wheel zoom.
 class SliceView : public QWidget {
     Q_OBJECT
   public:
     SliceView(Session& session, Surfaces& surfaces, Plane plane, QWidget* parent = nullptr);
 
     Plane plane() const { return plane_; }
-    /// Where an index is drawn in the widget.
-    QPointF place_of(const Vec3d& index) const;
-    /// Where a surface meets the slice, in samples of the slice: exactly, also while the surface is a preview; but which
-    /// piece is the largest, only the surface knows, so that then it is that of its newest shape.
+    /// The point in the widget at which an index is drawn.
+    QPointF widget_point(const Vec3d& index) const;
+    /// The lines in which a surface meets the slice, in samples of the slice. They are exact even while the
+    /// surface is a preview. Only with "largest component" do they come from the newest shape.
     QVector<QLineF> contour_of(int id) const;
     void reset_view();
     QSize sizeHint() const override { return {300, 260}; }
@@ -42,25 +43,29 @@ class SliceView : public QWidget {
     void go(double slices);
     std::int64_t slice_number() const;
     QTransform to_widget() const;
-    Vec3d index_at(const QPointF& place) const;
+    Vec3d index_at(const QPointF& point) const;
     bool navigates() const { return session_.tool() == Tool::navigate || session_.tool() == Tool::crop; }
     QRectF crop_border() const;
-    /// Sides of the crop box that a hand at this place would take.
-    std::vector<CropSide> crop_sides_at(const QPointF& place) const;
-    void show_what_a_press_takes(const QPointF& place);
+    /// The sides of the crop box that a press at this point would drag.
+    std::vector<CropSide> crop_sides_at(const QPointF& point) const;
+    void update_cursor(const QPointF& point);
+    void press(const QPointF& point);
+    void paint_contours(QPainter& painter, const QTransform& transform);
     void paint_crop(QPainter& painter);
+    void paint_crosshair(QPainter& painter, const QTransform& transform);
     void paint_marks(QPainter& painter, const QTransform& transform);
-    void paint_words(QPainter& painter);
+    void paint_texts(QPainter& painter);
+    double value_at_crosshair() const;
 
     struct Contour {
         int id;
         double isovalue;
         std::optional<SampleBox> crop;
         bool closed;
-        std::shared_ptr<const Shape> shape;  // where it comes from one
+        std::shared_ptr<const Shape> shape;  // null if the lines come from the samples
         QVector<QLineF> lines;
 
-        bool same_but_lines(const Contour& o) const {
+        bool same_source(const Contour& o) const {
             return isovalue == o.isovalue && crop == o.crop && closed == o.closed && shape == o.shape;
         }
     };
@@ -68,8 +73,8 @@ class SliceView : public QWidget {
     Session& session_;
     Surfaces& surfaces_;
     const Plane plane_;
-    SliceFrame frame_;
-    std::int64_t number_ = -1;  // of the slice in samples_
+    SliceGeometry slice_;
+    std::int64_t number_ = -1;  // the index of the slice in samples_
     std::vector<float> samples_;
     Window window_;
     QImage image_;

@@ -1,3 +1,4 @@
+// Configures the VTK actor of a surface.
 #include "surface_actor.h"
 
 #include <vtkProperty.h>
@@ -31,7 +32,7 @@ void SurfaceActor::set_look(const SurfaceParameters& surface, DrawMode mode) {
     look->SetSpecular(0.15);
     look->SetSpecularPower(25);
     look->SetOpacity(surface.opacity);
-    // Like glass: clearer where it faces the camera than at its outline.
+    // As in glass, parts that face the camera are more transparent than the outline.
     const bool glass = surface.opacity < 1 && solid;
     look->SetBackfaceCulling(glass);
     actor_->SetForceTranslucent(surface.opacity < 1);

@@ -1,4 +1,4 @@
-// A surface as the 3D view draws it.
+/// Draws a surface in the 3D view.
 #pragma once
 
 #include <memory>
@@ -13,21 +13,22 @@
 
 namespace marrow::viewer {
 
-/// Keeps two shapes, full and preview, so that either can be drawn without being sent to the graphics card anew.
+/// Keeps both the full shape and the preview on the graphics card, so that switching between them costs
+/// nothing.
 class SurfaceActor {
   public:
     SurfaceActor();
 
-    /// Takes over a surface's newest shape, and the preview that goes with it or null.
+    /// Sets the newest shape of the surface, and its preview or null.
     void set_shapes(std::shared_ptr<const Shape> newest, std::shared_ptr<const Shape> preview);
     void set_look(const SurfaceParameters& surface, DrawMode mode);
-    /// What is on the plane's wrong side is not drawn; null: all is.
+    /// Hides everything behind the plane; null: shows everything.
     void set_cut(vtkPlane* plane);
-    /// Draws the preview, where there is one, if there is no full shape or `coarse` asks for it.
+    /// Draws the preview, if there is one and either `coarse` is true or there is no full shape.
     void choose(bool coarse);
 
     vtkActor* actor() { return actor_; }
-    /// What stands for the surface: full, or else preview; null without either.
+    /// The full shape, or else the preview; null without either.
     const Shape* shape() const { return full_ ? full_.get() : preview_.get(); }
     bool visible() const { return actor_->GetVisibility() != 0; }
     bool drawn_full() const { return full_ && actor_->GetMapper() == full_mapper_; }
@@ -35,7 +36,7 @@ class SurfaceActor {
   private:
     vtkNew<vtkActor> actor_;
     vtkNew<vtkPolyDataMapper> full_mapper_, preview_mapper_;
-    std::shared_ptr<const Shape> full_, preview_;  // whose memory the mappers use
+    std::shared_ptr<const Shape> full_, preview_;  // they own the memory that the mappers use
     bool glass_ = false;
 };
 

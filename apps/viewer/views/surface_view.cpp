@@ -1,11 +1,15 @@
+// Builds the VTK scene, keeps it up to date with the session, and times its frames.
 #include "surface_view.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
+#include <functional>
 #include <limits>
 
 #include <time.h>
+
 #include <vtkCallbackCommand.h>
 #include <vtkCamera.h>
 #include <vtkGenericOpenGLRenderWindow.h>
@@ -25,16 +29,15 @@
 #include "scene_parts.h"
 #include "slice_geometry.h"
 #include "surface_actor.h"
-#include "model/vectors.h"
 
 namespace marrow::viewer {
 namespace {
 
 constexpr double kViewAngle = 24;
-constexpr double kSlowFrame = 60;  // ms; above that, previews are drawn while the view moves
-constexpr int kClick = 4;          // pixels that a hand may shake
+constexpr double kSlowFrame = 60;  // ms; if full frames take longer, a moving view shows previews
+constexpr int kClick = 4;          // pixels; a longer move is a drag, not a click
 
-// Mouse as VTK, ParaView and 3D Slicer have it; keys are the window's own.
+// The mouse works as in VTK, ParaView and 3D Slicer. The window handles the keys.
 class Style : public vtkInteractorStyleTrackballCamera {
   public:
     static Style* New();
@@ -80,13 +83,22 @@ SurfaceView::SurfaceView(Session& session, Surfaces& surfaces, QWidget* parent)
     : QVTKOpenGLNativeWidget(parent),
       session_(session),
       surfaces_(surfaces),
-      crop_drag_(session, surfaces, *this),
+      crop_drag_(session, surfaces,
+                 {[this](const Vec3d& p) { return widget_point(p); },
+                  [this](const QPoint& p) { return ray_at(p); }}),
       scene_(std::make_unique<Scene>()) {
     setRenderWindow(scene_->window);
     setFocusPolicy(Qt::StrongFocus);
     setMinimumSize(240, 200);
     setToolTip({});
+    make_scene();
+    observe_frames();
+    connect_to_session();
+    drawing_.setSingleShot(true);
+    connect(&drawing_, &QTimer::timeout, this, &SurfaceView::draw);
+}
 
+void SurfaceView::make_scene() {
     vtkRenderWindow* window = scene_->window;
     window->SetMultiSamples(0);
     window->SetNumberOfLayers(3);
@@ -114,7 +126,10 @@ SurfaceView::SurfaceView(Session& session, Surfaces& surfaces, QWidget* parent)
     scene_->marks.add_to(scene_->overlay);
     scene_->cube.add_to(scene_->corner);
     set_light_background(false);
+}
 
+void SurfaceView::observe_frames() {
+    vtkRenderWindow* window = scene_->window;
     window->GetInteractor()->SetInteractorStyle(scene_->style);
     scene_->on_frame_start = [this] {
         frame_timer_.start();
@@ -128,7 +143,7 @@ SurfaceView::SurfaceView(Session& session, Surfaces& surfaces, QWidget* parent)
     observe(window, vtkCommand::EndEvent, &scene_->on_frame_end);
     observe(scene_->style, vtkCommand::StartInteractionEvent, &scene_->on_start);
     observe(scene_->style, vtkCommand::EndInteractionEvent, &scene_->on_end);
-    // Qt then puts the picture and the widgets round it together, also by OpenGL.
+    // After each frame, Qt composes it with the surrounding widgets, which takes time too.
     connect(this, &QOpenGLWidget::aboutToCompose, this, [this] {
         composition_timer_.start();
         composition_began_ = thread_milliseconds();
@@ -139,9 +154,9 @@ SurfaceView::SurfaceView(Session& session, Surfaces& surfaces, QWidget* parent)
         all_frames_processor_ += thread_milliseconds() - composition_began_;
         composition_timer_.invalidate();
     });
-    drawing_.setSingleShot(true);
-    connect(&drawing_, &QTimer::timeout, this, &SurfaceView::draw);
+}
 
+void SurfaceView::connect_to_session() {
     connect(&session_, &Session::scan_changed, this, [this] {
         for (auto& [id, surface] : scene_->surfaces) scene_->main->RemoveActor(surface.actor());
         scene_->surfaces.clear();
@@ -165,7 +180,7 @@ SurfaceView::SurfaceView(Session& session, Surfaces& surfaces, QWidget* parent)
 }
 
 SurfaceView::~SurfaceView() {
-    makeCurrent();  // for what the mappers hold in the graphics memory
+    makeCurrent();  // because the mappers release graphics memory
     for (vtkRenderer* renderer : {scene_->main.Get(), scene_->overlay.Get(), scene_->corner.Get()})
         renderer->RemoveAllViewProps();
 }
@@ -202,7 +217,7 @@ void SurfaceView::follow_parameters() {
 void SurfaceView::follow_crop() {
     const Scan* scan = session_.scan();
     if (!scan) return;
-    scene_->crop_box.place(scan->volume.geometry(), session_.crop());
+    scene_->crop_box.set_box(scan->volume.geometry(), session_.crop());
     scene_->crop_box.set_visible(session_.tool() == Tool::crop);
     request_draw();
 }
@@ -210,9 +225,9 @@ void SurfaceView::follow_crop() {
 void SurfaceView::follow_crosshair() {
     const Scan* scan = session_.scan();
     if (!scan) return;
-    scene_->crosshair.place(scan->volume.geometry(), session_.crosshair());
+    scene_->crosshair.set_position(scan->volume.geometry(), session_.crosshair());
 
-    const std::optional<HalfSpace> half = kept();
+    const std::optional<HalfSpace> half = visible_half_space();
     if (half) {
         scene_->plane->SetOrigin(half->point.data());
         scene_->plane->SetNormal(half->normal.data());
@@ -234,22 +249,22 @@ void SurfaceView::follow_measurements() {
     request_draw();
 }
 
-std::optional<HalfSpace> SurfaceView::kept() const {
+std::optional<HalfSpace> SurfaceView::visible_half_space() const {
     const Scan* scan = session_.scan();
     const Cut& cut = session_.parameters().cut;
     if (!scan || !cut.plane) return {};
     const Geometry& geometry = scan->volume.geometry();
-    const SliceFrame frame = slice_frame(geometry, *cut.plane);
+    const SliceGeometry slice = slice_geometry(geometry, *cut.plane);
     Vec3d index = session_.crosshair();
-    double& through = index[static_cast<std::size_t>(frame.through)];
+    double& through = index[static_cast<std::size_t>(slice.through)];
     through = std::round(through);
-    Vec3d normal = unit(cross(step_along(geometry, static_cast<std::size_t>(frame.across)),
-                              step_along(geometry, static_cast<std::size_t>(frame.down))));
-    // Off comes what is superior, anterior or left, until it is flipped.
-    constexpr std::array<Vec3d, 3> kOff{{{0, 0, 1}, {0, -1, 0}, {1, 0, 0}}};
-    const bool towards_off = dot(normal, kOff[static_cast<std::size_t>(*cut.plane)]) > 0;
-    if (towards_off != cut.flipped)
-        for (double& x : normal) x = -x;
+    const Mat3d to_physical = geometry.index_to_physical();
+    Vec3d normal = unit(cross(column(to_physical, static_cast<std::size_t>(slice.across)),
+                              column(to_physical, static_cast<std::size_t>(slice.down))));
+    // Unless flipped, the cut hides the superior, anterior or left side.
+    constexpr std::array<Vec3d, 3> kHidden{{{0, 0, 1}, {0, -1, 0}, {1, 0, 0}}};
+    const bool towards_hidden = dot(normal, kHidden[static_cast<std::size_t>(*cut.plane)]) > 0;
+    if (towards_hidden != cut.flipped) normal = -1 * normal;
     return HalfSpace{geometry.physical(index), normal};
 }
 
@@ -271,10 +286,10 @@ void SurfaceView::set_crosshair_visible(bool visible) {
     request_draw();
 }
 
-// Some thousand points of each visible surface stand for all.
-void SurfaceView::look(const Aim& aim) {
+// Fits at most some 20,000 points of each visible surface, which is close enough.
+void SurfaceView::look(const Viewpoint& viewpoint) {
     const double aspect = std::max(0.1, static_cast<double>(width()) / std::max(1, height()));
-    fit(scene_->main->GetActiveCamera(), aim, aspect, [&](const auto& visit) {
+    fit_camera(scene_->main->GetActiveCamera(), viewpoint, aspect, [&](const auto& visit) {
         for (const auto& [id, surface] : scene_->surfaces) {
             if (!surface.shape() || !surface.visible()) continue;
             const auto& points = surface.shape()->mesh->points;
@@ -287,11 +302,11 @@ void SurfaceView::look(const Aim& aim) {
 }
 
 void SurfaceView::look_from(Side side) {
-    look(aim_from(side));
+    look(viewpoint_from(side));
 }
 
 void SurfaceView::reset_view() {
-    look(aim_from_front_left());
+    look(front_left_viewpoint());
 }
 
 void SurfaceView::turn(double degrees) {
@@ -316,7 +331,7 @@ void SurfaceView::request_draw() {
 void SurfaceView::prepare_camera() {
     vtkCamera* camera = scene_->main->GetActiveCamera();
     if (const Scan* scan = session_.scan()) {
-        // The whole scan, so that crosshair and cut are never clipped away.
+        // Include the entire scan, so that the crosshair and the cut are never clipped.
         const Geometry& g = scan->volume.geometry();
         double bounds[6]{1e300, -1e300, 1e300, -1e300, 1e300, -1e300};
         for (int corner = 0; corner < 8; ++corner) {
@@ -340,7 +355,7 @@ void SurfaceView::draw() {
 }
 
 void SurfaceView::finish_frame() {
-    scene_->window->WaitForCompletion();  // so that the time is that of drawing, not of asking for it
+    scene_->window->WaitForCompletion();  // otherwise the time would end before drawing does
     frame_ = static_cast<double>(frame_timer_.nsecsElapsed()) / 1e6;
     all_frames_ += frame_;
     all_frames_processor_ += thread_milliseconds() - frame_began_;
@@ -355,7 +370,7 @@ void SurfaceView::finish_frame() {
     emit drawn();
 }
 
-QImage SurfaceView::picture(const QSize& size) {
+QImage SurfaceView::screenshot(const QSize& size) {
     constexpr int kOversampling = 2;
     vtkRenderWindow* window = scene_->window;
     const int before[2]{window->GetSize()[0], window->GetSize()[1]};
@@ -377,25 +392,43 @@ QImage SurfaceView::picture(const QSize& size) {
     return image.scaled(size, Qt::IgnoreAspectRatio, Qt::SmoothTransformation);
 }
 
-Ray SurfaceView::ray_at(const QPoint& place) const {
+Ray SurfaceView::ray_at(const QPoint& point) const {
     vtkRenderer* renderer = scene_->main;
     const double ratio = devicePixelRatioF();
     const auto world = [&](double depth) {
-        renderer->SetDisplayPoint(place.x() * ratio, (height() - 1 - place.y()) * ratio, depth);
+        renderer->SetDisplayPoint(point.x() * ratio, (height() - 1 - point.y()) * ratio, depth);
         renderer->DisplayToWorld();
         double p[4];
         renderer->GetWorldPoint(p);
         return Vec3d{p[0] / p[3], p[1] / p[3], p[2] / p[3]};
     };
     const Vec3d near = world(0), far = world(1);
-    return {near, unit({far[0] - near[0], far[1] - near[1], far[2] - near[2]})};
+    return {near, unit(far - near)};
 }
 
-std::optional<Vec3d> SurfaceView::position_at(const QPoint& place) const {
-    const Scan* scan = session_.scan();
-    if (!scan) return {};
-    const Ray ray = ray_at(place);
-    const std::optional<HalfSpace> half = kept();
+// The cut shows the samples inside the outermost surface.
+std::optional<double> SurfaceView::hit_on_cut(const Ray& ray, const HalfSpace& visible,
+                                              double lowest_isovalue) const {
+    const double approach = dot(visible.normal, ray.direction);
+    if (approach == 0) return {};
+    const double t = -visible.height(ray.origin) / approach;
+    if (!(t > 0)) return {};
+    const Volume& volume = session_.scan()->volume;
+    const Vec3d index = index_of(volume.geometry(), ray.at(t));
+    const SampleBox box = session_.crop();
+    std::array<std::int64_t, 3> sample;
+    for (std::size_t a = 0; a < 3; ++a) {
+        sample[a] = std::llround(std::clamp(index[a], -1.0, 1e9));
+        if (sample[a] < box.first[a] || sample[a] > box.last[a]) return {};
+    }
+    if (!(sample_at(volume, sample[0], sample[1], sample[2]) >= lowest_isovalue)) return {};
+    return t;
+}
+
+std::optional<Vec3d> SurfaceView::position_at(const QPoint& point) const {
+    if (!session_.scan()) return {};
+    const Ray ray = ray_at(point);
+    const std::optional<HalfSpace> half = visible_half_space();
     const Parameters& p = session_.parameters();
     for (const bool translucent : {false, true}) {
         double nearest = std::numeric_limits<double>::infinity();
@@ -409,27 +442,15 @@ std::optional<Vec3d> SurfaceView::position_at(const QPoint& place) const {
             if (!shape) continue;
             if (const auto hit = first_hit(*shape->mesh, ray, half)) nearest = std::min(nearest, *hit);
         }
-        // The cut shows what lies inside the outermost surface.
-        const double approach = half ? dot(half->normal, ray.direction) : 0;
-        if (approach != 0) {
-            const double along = -half->height(ray.origin) / approach;
-            const Vec3d index = index_of(scan->volume.geometry(), ray.at(along));
-            const SampleBox box = session_.crop();
-            std::array<std::int64_t, 3> sample;
-            bool inside = along > 0;
-            for (std::size_t a = 0; a < 3; ++a) {
-                sample[a] = std::llround(std::clamp(index[a], -1.0, 1e9));
-                inside = inside && sample[a] >= box.first[a] && sample[a] <= box.last[a];
-            }
-            if (inside && sample_at(scan->volume, sample[0], sample[1], sample[2]) >= lowest)
-                nearest = std::min(nearest, along);
+        if (half) {
+            if (const auto hit = hit_on_cut(ray, *half, lowest)) nearest = std::min(nearest, *hit);
         }
         if (nearest < std::numeric_limits<double>::infinity()) return ray.at(nearest);
     }
     return {};
 }
 
-QPointF SurfaceView::place_of(const Vec3d& position) const {
+QPointF SurfaceView::widget_point(const Vec3d& position) const {
     vtkRenderer* renderer = scene_->main;
     renderer->SetWorldPoint(position[0], position[1], position[2], 1);
     renderer->WorldToDisplay();
@@ -449,9 +470,9 @@ bool SurfaceView::event(QEvent* event) {
     const bool press = event->type() == QEvent::MouseButtonPress;
     const bool release = event->type() == QEvent::MouseButtonRelease;
     if (press) setFocus(Qt::MouseFocusReason);
-    // Handles of the crop box come before VTK's own use of the mouse.
+    // Handles of the crop box take precedence over VTK's camera.
     if ((press || release || event->type() == QEvent::MouseMove) &&
-        crop_drag_.take(*static_cast<QMouseEvent*>(event))) {
+        crop_drag_.handle_event(*static_cast<QMouseEvent*>(event))) {
         pressed_valid_ = false;
         return true;
     }

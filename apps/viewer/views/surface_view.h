@@ -1,4 +1,4 @@
-// The surfaces in space.
+/// Shows the surfaces in 3D.
 #pragma once
 
 #include <map>
@@ -10,13 +10,13 @@
 #include <QPoint>
 #include <QTimer>
 
-#include "model/camera.h"
 #include "crop_drag.h"
+#include "model/camera.h"
 #include "model/surfaces.h"
 
 namespace marrow::viewer {
 
-/// Processor time that the calling thread has used, ms.
+/// The processor time that the calling thread has used, ms.
 double thread_milliseconds();
 
 class SurfaceView : public QVTKOpenGLNativeWidget {
@@ -26,37 +26,38 @@ class SurfaceView : public QVTKOpenGLNativeWidget {
     ~SurfaceView() override;
 
     void look_from(Side side);
-    /// All that is visible, from the front left.
+    /// Shows all visible surfaces from the front left.
     void reset_view();
     void set_light_background(bool light);
     bool light_background() const { return light_; }
     void set_crosshair_visible(bool visible);
-    /// Turns round the patient's long axis, as on a turntable.
+    /// Rotates the view about the patient's long axis, as on a turntable.
     void turn(double degrees);
-    /// While it moves by itself, slow frames are made of previews, as while a hand moves it.
+    /// While the view moves, it draws previews if full frames are slow.
     void set_moving(bool moving);
-    /// What the view shows, drawn anew at a size in pixels.
-    QImage picture(const QSize& size);
+    /// Draws the view at a size in pixels.
+    QImage screenshot(const QSize& size);
 
-    /// The position under a place in the widget, on a surface or on the cut through one; none beside them. Opaque
-    /// surfaces go before translucent ones. LPS mm.
-    std::optional<Vec3d> position_at(const QPoint& place) const;
-    /// From the camera through a place in the widget.
-    Ray ray_at(const QPoint& place) const;
-    /// Where a position is drawn in the widget.
-    QPointF place_of(const Vec3d& position) const;
-    /// From the camera to what it looks at; unit length.
+    /// The position on a surface, or on the cut through one, at a point of the widget; nothing beside them.
+    /// Opaque surfaces take precedence over translucent ones. LPS mm.
+    std::optional<Vec3d> position_at(const QPoint& point) const;
+    /// The ray from the camera through a point of the widget.
+    Ray ray_at(const QPoint& point) const;
+    /// The point of the widget at which a position is drawn.
+    QPointF widget_point(const Vec3d& position) const;
+    /// The unit vector from the camera to its focal point.
     Vec3d view_direction() const;
 
-    /// How long the last frame took to draw, ms, and all frames so far together, with putting them into the window.
+    /// The duration of the last frame, ms.
     double frame_milliseconds() const { return frame_; }
+    /// The duration of all frames so far, including their composition into the window, ms.
     double drawing_milliseconds() const { return all_frames_; }
-    /// The processor time that this thread spent on it, ms.
+    /// The processor time of this thread in all frames so far, ms.
     double drawing_processor_milliseconds() const { return all_frames_processor_; }
-    /// OpenGL runs on the processor; known after the first frame.
+    /// Whether OpenGL runs on the processor; known after the first frame.
     bool software() const { return software_; }
     int frames() const { return frames_; }
-    /// A change waits to be drawn.
+    /// Whether a change has not been drawn yet.
     bool stale() const { return drawing_.isActive(); }
 
   signals:
@@ -68,6 +69,9 @@ class SurfaceView : public QVTKOpenGLNativeWidget {
   private:
     struct Scene;
 
+    void make_scene();
+    void observe_frames();
+    void connect_to_session();
     void follow_shapes(int id);
     void follow_parameters();
     void follow_crosshair();
@@ -78,8 +82,10 @@ class SurfaceView : public QVTKOpenGLNativeWidget {
     void prepare_camera();
     void finish_frame();
     void choose_detail();
-    void look(const Aim& aim);
-    std::optional<HalfSpace> kept() const;
+    void look(const Viewpoint& viewpoint);
+    /// The part of space that the cut leaves visible; nothing without a cut.
+    std::optional<HalfSpace> visible_half_space() const;
+    std::optional<double> hit_on_cut(const Ray& ray, const HalfSpace& visible, double lowest_isovalue) const;
 
     Session& session_;
     Surfaces& surfaces_;

@@ -1,15 +1,19 @@
+// Creates the actions, fills menus and tool bar, and connects actions with the session.
 #include "actions.h"
+
+#include <algorithm>
+#include <utility>
 
 #include <QMenuBar>
 #include <QToolBar>
-#include <QToolButton>
 
 namespace marrow::viewer {
 
 Actions::Actions(QMainWindow* window, Session& session)
     : QObject(window), window_(window), session_(session) {
     make_file_and_edit();
-    make_choices();
+    make_modes_and_tools();
+    make_cuts();
     make_views();
     make_windows();
     make_menus();
@@ -37,11 +41,11 @@ void Actions::make_file_and_edit() {
     add("open_folder", tr("Open folder…"), QKeySequence("Ctrl+Shift+O"),
         tr("Open a folder of DICOM files or slices"));
     add("export", tr("Export…"), QKeySequence("Ctrl+S"),
-        tr("Write the surface as STL, 3MF, PLY, OBJ, VTP or GLB"));
+        tr("Export surfaces as STL, 3MF, PLY, OBJ, VTP or GLB"));
     add("screenshot", tr("Screenshot…"), QKeySequence("Ctrl+P"),
-        tr("Save the 3D view as a picture of any size"));
-    add("frames", tr("Turntable as pictures…"), {}, tr("Save a turn as a row of PNG pictures"));
-    add("quit", tr("Quit"), QKeySequence::Quit, tr("Quit"));
+        tr("Save the 3D view as an image of any size"));
+    add("frames", tr("Save turntable…"), {}, tr("Save one full turn as PNG images"));
+    add("quit", tr("Quit"), QKeySequence::Quit, tr("Quit Marrow Viewer"));
 
     QAction* undo = session_.undo_stack().createUndoAction(window_, tr("Undo"));
     undo->setObjectName("undo");
@@ -53,73 +57,79 @@ void Actions::make_file_and_edit() {
     actions_["redo"] = redo;
     window_->addActions({undo, redo});
     add("copy", tr("Copy command line"), QKeySequence("Ctrl+Shift+C"),
-        tr("Copy the command line that writes this surface"));
-    add("escape", tr("Cancel"), QKeySequence("Esc"), tr("Stop what is under way"));
+        tr("Copy the command line that exports this surface"));
+    add("escape", tr("Cancel"), QKeySequence("Esc"), tr("Cancel the current operation"));
 }
 
-void Actions::make_choices() {
-    const auto group = [&](QActionGroup*& g) { g = new QActionGroup(this); };
-    const auto choice = [&](QActionGroup* g, const QString& name, const QString& text,
-                            const QKeySequence& key, const QString& tip, int value) {
-        QAction* a = add(name, text, key, tip);
-        a->setCheckable(true);
-        a->setData(value);
-        g->addAction(a);
-    };
-    group(modes_);
-    choice(modes_, "surface", tr("Surface"), QKeySequence("S"), tr("Smooth surface"), int(DrawMode::surface));
-    choice(modes_, "edges", tr("Edges"), {}, tr("Surface with the triangles' edges"), int(DrawMode::edges));
-    choice(modes_, "wireframe", tr("Wire"), {}, tr("Wireframe"), int(DrawMode::wireframe));
-    choice(modes_, "points", tr("Points"), {}, tr("Points"), int(DrawMode::points));
-    add("cycle", tr("Next way of drawing"), QKeySequence("W"), tr("Surface, edges, wireframe, points"));
-    group(tools_);
-    choice(tools_, "navigate", tr("Navigate"), QKeySequence("N"), tr("Click moves the crosshair"),
-           int(Tool::navigate));
-    choice(tools_, "distance", tr("Distance"), QKeySequence("D"),
-           tr("Click two positions, on the surface or on slices"), int(Tool::distance));
-    choice(tools_, "angle", tr("Angle"), QKeySequence("A"),
-           tr("Click three positions; the angle is at the second"), int(Tool::angle));
-    choice(tools_, "crop", tr("Crop"), QKeySequence("K"),
-           tr("Drag the sides of a box, in 3D or on slices; surfaces are made of what is in it"),
-           int(Tool::crop));
-    add("whole_scan", tr("Whole scan"), {}, tr("Take the crop box away"));
-    group(cuts_);
-    choice(cuts_, "no_cut", tr("No cut"), {}, tr("Show whole surfaces"), -1);
-    choice(cuts_, "cut_axial", tr("Axial cut"), {}, tr("Cut along the axial slice"), int(Plane::axial));
-    choice(cuts_, "cut_coronal", tr("Coronal cut"), {}, tr("Cut along the coronal slice"),
-           int(Plane::coronal));
-    choice(cuts_, "cut_sagittal", tr("Sagittal cut"), {}, tr("Cut along the sagittal slice"),
-           int(Plane::sagittal));
+void Actions::add_choice(QActionGroup* group, const QString& name, const QString& text,
+                         const QKeySequence& key, const QString& tip, int value) {
+    QAction* action = add(name, text, key, tip);
+    action->setCheckable(true);
+    action->setData(value);
+    group->addAction(action);
+}
+
+void Actions::make_modes_and_tools() {
+    modes_ = new QActionGroup(this);
+    add_choice(modes_, "surface", tr("Surface"), QKeySequence("S"), tr("Draw smooth surfaces"),
+               int(DrawMode::surface));
+    add_choice(modes_, "edges", tr("Edges"), {}, tr("Draw surfaces with the edges of their triangles"),
+               int(DrawMode::edges));
+    add_choice(modes_, "wireframe", tr("Wire"), {}, tr("Draw wireframes"), int(DrawMode::wireframe));
+    add_choice(modes_, "points", tr("Points"), {}, tr("Draw points"), int(DrawMode::points));
+    add("cycle", tr("Next draw mode"), QKeySequence("W"), tr("Surface, edges, wireframe, points"));
+    tools_ = new QActionGroup(this);
+    add_choice(tools_, "navigate", tr("Navigate"), QKeySequence("N"), tr("Click to move the crosshair"),
+               int(Tool::navigate));
+    add_choice(tools_, "distance", tr("Distance"), QKeySequence("D"),
+               tr("Measure a distance: click two positions on a surface or a slice"), int(Tool::distance));
+    add_choice(tools_, "angle", tr("Angle"), QKeySequence("A"),
+               tr("Measure an angle: click three positions; the second is the vertex"), int(Tool::angle));
+    add_choice(tools_, "crop", tr("Crop"), QKeySequence("K"),
+               tr("Drag the sides of a box to restrict surfaces to the samples inside"), int(Tool::crop));
+    add("whole_scan", tr("Reset crop"), {}, tr("Remove the crop box"));
+}
+
+void Actions::make_cuts() {
+    cuts_ = new QActionGroup(this);
+    add_choice(cuts_, "no_cut", tr("No cut"), {}, tr("Show complete surfaces"), -1);
+    add_choice(cuts_, "cut_axial", tr("Axial cut"), {}, tr("Cut along the axial slice"), int(Plane::axial));
+    add_choice(cuts_, "cut_coronal", tr("Coronal cut"), {}, tr("Cut along the coronal slice"),
+               int(Plane::coronal));
+    add_choice(cuts_, "cut_sagittal", tr("Sagittal cut"), {}, tr("Cut along the sagittal slice"),
+               int(Plane::sagittal));
     add("cycle_cut", tr("Next cut"), QKeySequence("C"),
-        tr("No cut, axial, coronal, sagittal: through the crosshair"));
-    add("flip_cut", tr("Other side of the cut"), QKeySequence("F"), tr("Show the other side of the cut"));
+        tr("Cut through the crosshair: none, axial, coronal, sagittal"));
+    add("flip_cut", tr("Flip cut"), QKeySequence("F"), tr("Show the other side of the cut"));
 }
 
 void Actions::make_views() {
-    add("reset", tr("Reset view"), QKeySequence("R"), tr("See all, from the front left"));
+    add("reset", tr("Reset view"), QKeySequence("R"), tr("Show everything from the front left"));
     constexpr std::array kLetters{"A", "P", "L", "R", "S", "I"};
     constexpr std::array kTips{
-        QT_TR_NOOP("From the front (anterior)"), QT_TR_NOOP("From behind (posterior)"),
-        QT_TR_NOOP("From the patient's left"),   QT_TR_NOOP("From the patient's right"),
-        QT_TR_NOOP("From above (superior)"),     QT_TR_NOOP("From below (inferior)")};
+        QT_TR_NOOP("View from anterior (front)"),   QT_TR_NOOP("View from posterior (back)"),
+        QT_TR_NOOP("View from the patient's left"), QT_TR_NOOP("View from the patient's right"),
+        QT_TR_NOOP("View from superior (above)"),   QT_TR_NOOP("View from inferior (below)")};
     for (std::size_t i = 0; i < kSideActions.size(); ++i) {
         QAction* a = add(kSideActions[i], tr(kTips[i]), QKeySequence(QString::number(i + 1)), tr(kTips[i]));
         a->setIconText(kLetters[i]);
     }
-    add("turntable", tr("Turntable"), QKeySequence("T"), tr("Turn the patient slowly"))->setCheckable(true);
+    add("turntable", tr("Turntable"), QKeySequence("T"), tr("Rotate the view slowly"))->setCheckable(true);
     QAction* crosshair =
         add("crosshair", tr("Crosshair in 3D"), QKeySequence("X"), tr("Show the crosshair in the 3D view"));
     crosshair->setCheckable(true);
     crosshair->setChecked(true);
-    add("light", tr("Light background"), QKeySequence("B"), tr("Light or dark behind the surfaces"))
+    add("light", tr("Light background"), QKeySequence("B"),
+        tr("Switch between a light and a dark background"))
         ->setCheckable(true);
-    add("full_screen", tr("Full screen"), QKeySequence("F11"), tr("Full screen"))->setCheckable(true);
-    add("keys", tr("Keys and mouse"), QKeySequence("F1"), tr("Keys and mouse"));
-    add("about", tr("About Marrow Viewer"), {}, tr("About"));
+    add("full_screen", tr("Full screen"), QKeySequence("F11"), tr("Switch full screen on or off"))
+        ->setCheckable(true);
+    add("keys", tr("Keys and mouse"), QKeySequence("F1"), tr("Show keys and mouse buttons"));
+    add("about", tr("About Marrow Viewer"), {}, tr("Show the version and the licence"));
     for (const auto& [name, text] : {std::pair{"open_folder", tr("Open")},
                                      {"reset", tr("Reset")},
                                      {"turntable", tr("Turn")},
-                                     {"screenshot", tr("Picture")},
+                                     {"screenshot", tr("Screenshot")},
                                      {"export", tr("Export")}})
         actions_[name]->setIconText(text);
 }
@@ -129,21 +139,22 @@ void Actions::make_windows() {
         const char* name;
         double centre, width;
     };
-    // Centre and width in HU, as most workstations have them.
+    // Centre and width in HU, as on most workstations.
     for (const WindowPreset& preset : {WindowPreset{QT_TR_NOOP("Bone"), 300, 1500},
                                        {QT_TR_NOOP("Soft tissue"), 40, 400},
                                        {QT_TR_NOOP("Brain"), 40, 80},
                                        {QT_TR_NOOP("Lung"), -600, 1500}}) {
         QAction* a = add(QString("window_%1").arg(preset.name).toLower().replace(' ', '_'),
                          tr("%1: %2 ± %3 HU").arg(tr(preset.name)).arg(preset.centre).arg(preset.width / 2),
-                         {}, tr("Window of the slices"));
+                         {}, tr("Brightness and contrast of the slices"));
         connect(a, &QAction::triggered, this, [this, preset] {
             session_.change(tr("window"), {}, [&](Parameters& p) {
                 p.window = {preset.centre, preset.width};
             });
         });
     }
-    QAction* full = add("window_full", tr("All values"), {}, tr("From the lowest to the highest value"));
+    QAction* full =
+        add("window_full", tr("All values"), {}, tr("Show values from the lowest to the highest"));
     connect(full, &QAction::triggered, this, [this] {
         if (!session_.scan()) return;
         const Histogram& h = session_.scan()->histogram;
@@ -155,8 +166,7 @@ void Actions::make_windows() {
 
 void Actions::connect_to_session() {
     connect(actions_["cycle"], &QAction::triggered, this, [this] {
-        session_.change(tr("way of drawing"), {},
-                        [](Parameters& p) { p.mode = DrawMode((int(p.mode) + 1) % 4); });
+        session_.change(tr("draw mode"), {}, [](Parameters& p) { p.mode = DrawMode((int(p.mode) + 1) % 4); });
     });
     connect(actions_["cycle_cut"], &QAction::triggered, this, [this] {
         session_.change(tr("cut"), {}, [](Parameters& p) {
@@ -165,13 +175,12 @@ void Actions::connect_to_session() {
         });
     });
     connect(actions_["flip_cut"], &QAction::triggered, this, [this] {
-        session_.change(tr("side of the cut"), {}, [](Parameters& p) { p.cut.flipped = !p.cut.flipped; });
+        session_.change(tr("flip cut"), {}, [](Parameters& p) { p.cut.flipped = !p.cut.flipped; });
     });
     connect(actions_["whole_scan"], &QAction::triggered, this,
-            [this] { session_.change(tr("whole scan"), {}, [](Parameters& p) { p.crop.reset(); }); });
+            [this] { session_.change(tr("reset crop"), {}, [](Parameters& p) { p.crop.reset(); }); });
     connect(modes_, &QActionGroup::triggered, this, [this](QAction* a) {
-        session_.change(tr("way of drawing"), {},
-                        [&](Parameters& p) { p.mode = DrawMode(a->data().toInt()); });
+        session_.change(tr("draw mode"), {}, [&](Parameters& p) { p.mode = DrawMode(a->data().toInt()); });
     });
     connect(tools_, &QActionGroup::triggered, this,
             [this](QAction* a) { session_.set_tool(Tool(a->data().toInt())); });
@@ -253,6 +262,16 @@ void Actions::make_tool_bar() {
     for (const char* name : {"navigate", "distance", "angle"}) button(name);
     bar->addSeparator();
     button("crop");
+    bar->addWidget(make_cut_button());
+    button("turntable");
+    auto* space = new QWidget;
+    space->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Preferred);
+    bar->addWidget(space);
+    button("screenshot");
+    button("export")->setObjectName("export");
+}
+
+QToolButton* Actions::make_cut_button() {
     auto* cut = new QToolButton;
     cut->setObjectName("cut");
     cut->setText(tr("Cut"));
@@ -264,15 +283,9 @@ void Actions::make_tool_bar() {
     cut_menu->addSeparator();
     cut_menu->addAction(actions_["flip_cut"]);
     cut->setMenu(cut_menu);
-    bar->addWidget(cut);
     connect(&session_, &Session::parameters_changed, cut,
             [this, cut] { cut->setChecked(session_.parameters().cut.plane.has_value()); });
-    button("turntable");
-    auto* space = new QWidget;
-    space->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Preferred);
-    bar->addWidget(space);
-    button("screenshot");
-    button("export")->setObjectName("export");
+    return cut;
 }
 
 void Actions::follow() {

@@ -1,4 +1,4 @@
-// What a person can ask for: keys, menus, tool bar.
+/// The actions of the window with their keys, menus and tool bar.
 #pragma once
 
 #include <array>
@@ -8,34 +8,40 @@
 #include <QActionGroup>
 #include <QMainWindow>
 #include <QMenu>
+#include <QToolButton>
 
 #include "model/session.h"
 
 namespace marrow::viewer {
 
-/// The actions that look from a side, in the order of Side.
+/// The actions that view from a side, in the order of Side.
 inline constexpr std::array kSideActions{"anterior", "posterior", "left", "right", "superior", "inferior"};
 
-/// All actions of the window, by name. Those that change nothing but the session do so; the window connects the others.
+/// All actions of the window by name. Actions that only change the session are connected here; the window
+/// connects the others.
 class Actions : public QObject {
     Q_OBJECT
   public:
     Actions(QMainWindow* window, Session& session);
 
-    /// \pre there is one of that name
+    /// \pre the action exists
     QAction* operator[](const char* name) const { return actions_.at(name); }
-    /// Filled by the window.
+    /// The menu of recent scans, which the window fills.
     QMenu* recent() { return recent_; }
 
   private:
     QAction* add(const QString& name, const QString& text, const QKeySequence& shortcut, const QString& tip);
     void make_file_and_edit();
-    void make_choices();
+    void make_modes_and_tools();
+    void make_cuts();
+    void add_choice(QActionGroup* group, const QString& name, const QString& text, const QKeySequence& key,
+                    const QString& tip, int value);
     void make_views();
     void make_windows();
     void connect_to_session();
     void make_menus();
     void make_tool_bar();
+    QToolButton* make_cut_button();
     void follow();
 
     QMainWindow* window_;

@@ -1,3 +1,4 @@
+// Styles and positions the banner.
 #include "banner.h"
 
 #include <QHBoxLayout>
@@ -18,7 +19,7 @@ Banner::Banner(QMainWindow* window) : QFrame(window), window_(window) {
     layout->addWidget(text_, 1);
     auto* close = new QToolButton;
     close->setText("×");
-    close->setToolTip(tr("Hide"));
+    close->setToolTip(tr("Dismiss"));
     layout->addWidget(close, 0, Qt::AlignTop);
     connect(close, &QToolButton::clicked, this, &QWidget::hide);
     timer_.setSingleShot(true);
@@ -26,23 +27,23 @@ Banner::Banner(QMainWindow* window) : QFrame(window), window_(window) {
     hide();
 }
 
-void Banner::say(const QString& sentence, bool error) {
-    text_->setText(sentence);
+void Banner::show_message(const QString& message, bool error) {
+    text_->setText(message);
     setProperty("kind", QString(error ? "error" : "note"));
     style()->unpolish(this);
     style()->polish(this);
     show();
     raise();
-    place();
+    reposition();
     error ? timer_.stop() : timer_.start(6000);
 }
 
-void Banner::place() {
-    const int wide = std::min(760, window_->width() - 80);
-    setFixedWidth(wide);
+void Banner::reposition() {
+    const int banner_width = std::min(760, window_->width() - 80);
+    setFixedWidth(banner_width);
     adjustSize();
     const QPoint corner = window_->centralWidget()->mapTo(window_, QPoint(0, 0));
-    move((window_->width() - wide) / 2, corner.y() + 12);
+    move((window_->width() - banner_width) / 2, corner.y() + 12);
 }
 
 }  // namespace marrow::viewer

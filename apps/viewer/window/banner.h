@@ -1,4 +1,4 @@
-// A sentence over the window, such as why a file cannot be read.
+/// A message above the views, such as why a file cannot be read.
 #pragma once
 
 #include <QFrame>
@@ -8,17 +8,17 @@
 
 namespace marrow::viewer {
 
-/// Errors stay until they are closed, notes go by themselves.
+/// Errors stay until they are closed. Notes disappear after a few seconds.
 class Banner : public QFrame {
     Q_OBJECT
   public:
     explicit Banner(QMainWindow* window);
 
-    void say(const QString& sentence, bool error);
-    /// What it says; empty while it is hidden.
-    QString sentence() const { return isHidden() ? QString() : text_->text(); }
-    /// Puts it where it belongs in the window, whose size has changed.
-    void place();
+    void show_message(const QString& message, bool error);
+    /// The message; empty while the banner is hidden.
+    QString message() const { return isHidden() ? QString() : text_->text(); }
+    /// Adapts to the size of the window.
+    void reposition();
 
   private:
     QMainWindow* window_;

@@ -1,20 +1,22 @@
+// Lays out the control bar and keeps it up to date with the session.
 #include "control_bar.h"
 
 #include <cmath>
 
-#include <marrow/tissue_presets.h>
 #include <QHBoxLayout>
 #include <QLabel>
 #include <QSignalBlocker>
 #include <QToolButton>
 #include <QVBoxLayout>
 
+#include <marrow/tissue_presets.h>
+
 #include "model/export_formats.h"
 
 namespace marrow::viewer {
 namespace {
 
-// Shows as many digits as the value has.
+// Shows only as many digits as the value needs.
 class IsovalueBox : public QDoubleSpinBox {
   public:
     QString textFromValue(double value) const override { return QString::number(value, 'g', 10); }
@@ -22,7 +24,7 @@ class IsovalueBox : public QDoubleSpinBox {
 
 }  // namespace
 
-ControlBar::ControlBar(Session& session, QAction* copy_command)
+ControlBar::ControlBar(Session& session, QAction* copy)
     : session_(session), histogram_(new HistogramBar(session)) {
     setObjectName("bottom");
     setAttribute(Qt::WA_StyledBackground);
@@ -30,68 +32,79 @@ ControlBar::ControlBar(Session& session, QAction* copy_command)
     auto* layout = new QVBoxLayout(this);
     layout->setContentsMargins(14, 8, 14, 8);
     layout->setSpacing(5);
-    auto* top = new QHBoxLayout;
-    top->setSpacing(6);
+    layout->addLayout(make_isovalue_row());
+    layout->addWidget(histogram_, 1);
+    layout->addLayout(make_command_row(copy));
+
+    connect(isovalue_, qOverload<double>(&QDoubleSpinBox::valueChanged), this,
+            [this](double value) { session_.set_isovalue(value); });
+    connect(isovalue_, &QDoubleSpinBox::editingFinished, this, [this] { session_.end_step(); });
+    connect(&session_, &Session::scan_changed, this, &ControlBar::follow_scan);
+    connect(&session_, &Session::parameters_changed, this, &ControlBar::follow_parameters);
+}
+
+QLayout* ControlBar::make_isovalue_row() {
+    auto* row = new QHBoxLayout;
+    row->setSpacing(6);
     auto* label = new QLabel(tr("Isovalue"));
     label->setProperty("role", "heading");
-    top->addWidget(label);
+    row->addWidget(label);
     isovalue_ = new IsovalueBox;
     isovalue_->setObjectName("isovalue");
     isovalue_->setKeyboardTracking(false);
     isovalue_->setButtonSymbols(QAbstractSpinBox::NoButtons);
-    isovalue_->setToolTip(tr("The surface is where samples reach this value"));
+    isovalue_->setToolTip(tr("The surface encloses samples at or above this value"));
     isovalue_->setMinimumWidth(120);
     isovalue_->setLocale(QLocale::c());
-    top->addWidget(isovalue_);
-    top->addSpacing(10);
-    const auto chip = [&](const QString& name, const QString& tip) {
-        auto* b = new QPushButton(name);
-        b->setObjectName("chip");
-        b->setCheckable(true);
-        b->setToolTip(tip);
-        b->setAutoDefault(false);
-        top->addWidget(b);
-        chips_.push_back(b);
-        return b;
-    };
+    row->addWidget(isovalue_);
+    row->addSpacing(10);
     for (const Preset& preset : kPresets) {
         const QString name = QString::fromUtf8(preset.name.data(), static_cast<int>(preset.name.size()));
-        connect(chip(name, tr("%1 HU; only for CT").arg(preset.lowest)), &QPushButton::clicked, this,
-                [this, name] {
-                    session_.apply_preset(name);
-                    follow_parameters();
-                });
+        QPushButton* chip = add_chip(row, name, tr("%1 HU, for CT only").arg(preset.lowest));
+        connect(chip, &QPushButton::clicked, this, [this, name] {
+            session_.apply_preset(name);
+            follow_parameters();
+        });
     }
-    connect(chip("otsu", tr("Where Otsu's method parts the values in two")), &QPushButton::clicked, this,
-            [this] {
-                session_.seal();
-                if (session_.scan() && session_.scan()->otsu) session_.set_isovalue(*session_.scan()->otsu);
-                session_.seal();
-                follow_parameters();
-            });
-    top->addStretch();
-    layout->addLayout(top);
-    layout->addWidget(histogram_, 1);
-    auto* line = new QHBoxLayout;
-    line->setSpacing(6);
+    connect(add_chip(row, "otsu", tr("Isovalue from Otsu's method")), &QPushButton::clicked, this,
+            &ControlBar::use_otsu);
+    row->addStretch();
+    return row;
+}
+
+QPushButton* ControlBar::add_chip(QBoxLayout* row, const QString& name, const QString& tip) {
+    auto* chip = new QPushButton(name);
+    chip->setObjectName("chip");
+    chip->setCheckable(true);
+    chip->setToolTip(tip);
+    chip->setAutoDefault(false);
+    row->addWidget(chip);
+    chips_.push_back(chip);
+    return chip;
+}
+
+void ControlBar::use_otsu() {
+    session_.end_step();
+    if (session_.scan() && session_.scan()->otsu) session_.set_isovalue(*session_.scan()->otsu);
+    session_.end_step();
+    follow_parameters();
+}
+
+QLayout* ControlBar::make_command_row(QAction* copy) {
+    auto* row = new QHBoxLayout;
+    row->setSpacing(6);
     command_ = new QLineEdit;
     command_->setObjectName("command");
     command_->setReadOnly(true);
-    command_->setToolTip(tr("This command writes the same bytes as Export"));
-    auto* copy = new QToolButton;
-    copy->setObjectName("copy_command");
-    copy->setText(tr("Copy"));
-    copy->setToolTip(copy_command->toolTip());
-    connect(copy, &QToolButton::clicked, copy_command, &QAction::trigger);
-    line->addWidget(command_, 1);
-    line->addWidget(copy);
-    layout->addLayout(line);
-
-    connect(isovalue_, qOverload<double>(&QDoubleSpinBox::valueChanged), this,
-            [this](double value) { session_.set_isovalue(value); });
-    connect(isovalue_, &QDoubleSpinBox::editingFinished, this, [this] { session_.seal(); });
-    connect(&session_, &Session::scan_changed, this, &ControlBar::follow_scan);
-    connect(&session_, &Session::parameters_changed, this, &ControlBar::follow_parameters);
+    command_->setToolTip(tr("This command writes the same file as Export"));
+    auto* button = new QToolButton;
+    button->setObjectName("copy_command");
+    button->setText(tr("Copy"));
+    button->setToolTip(copy->toolTip());
+    connect(button, &QToolButton::clicked, copy, &QAction::trigger);
+    row->addWidget(command_, 1);
+    row->addWidget(button);
+    return row;
 }
 
 void ControlBar::follow_scan() {

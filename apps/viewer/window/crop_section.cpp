@@ -1,3 +1,4 @@
+// Connects the fields of the crop box with the session.
 #include "crop_section.h"
 
 #include <QGridLayout>
@@ -25,13 +26,13 @@ CropSection::CropSection(Session& session) : session_(session) {
             box->setProperty("section", QString("crop"));
             box->setKeyboardTracking(false);
             box->setButtonSymbols(QAbstractSpinBox::NoButtons);
-            box->setToolTip(upper ? tr("The last sample that surfaces are made of (--crop)")
-                                  : tr("The first sample that surfaces are made of (--crop)"));
+            box->setToolTip(upper ? tr("Last sample of the crop box on this axis")
+                                  : tr("First sample of the crop box on this axis"));
             connect(box, qOverload<int>(&QSpinBox::valueChanged), this, [this, a, upper](int sample) {
-                session_.seal();
+                session_.end_step();
                 session_.move_crop_side({a, upper}, sample);
-                session_.seal();
-                follow_parameters();  // it may not have moved so far
+                session_.end_step();
+                follow_parameters();  // the session may have limited the move
             });
             grid->addWidget(box, axis, upper ? 2 : 1);
             numbers_[a][upper] = box;
@@ -45,11 +46,11 @@ CropSection::CropSection(Session& session) : session_(session) {
     connect(&session_, &Session::parameters_changed, this, &CropSection::follow_parameters);
 }
 
-// Where each axis leads in the patient, such as R–L.
+// Labels each axis with its direction in the patient, such as R–L.
 void CropSection::follow_scan() {
     const Geometry& geometry = session_.scan()->volume.geometry();
-    const SliceFrame axial = slice_frame(geometry, Plane::axial);
-    const SliceFrame coronal = slice_frame(geometry, Plane::coronal);
+    const SliceGeometry axial = slice_geometry(geometry, Plane::axial);
+    const SliceGeometry coronal = slice_geometry(geometry, Plane::coronal);
     const auto name = [&](int axis, const QString& from, const QString& to, bool flipped) {
         names_[static_cast<std::size_t>(axis)]->setText(
             QString("%1  %2–%3").arg(QChar('x' + axis)).arg(flipped ? to : from, flipped ? from : to));

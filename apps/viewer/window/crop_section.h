@@ -1,4 +1,4 @@
-// The crop box as numbers.
+/// The fields for the crop box in the side panel.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 
 namespace marrow::viewer {
 
-/// For each axis of the samples, the first and the last that surfaces are made of.
+/// Shows and edits the first and the last sample of the crop box along each index axis.
 class CropSection : public QWidget {
     Q_OBJECT
   public:

@@ -1,4 +1,8 @@
+// Lays out the dialogs and reads their fields.
 #include "dialogs.h"
+
+#include <algorithm>
+#include <array>
 
 #include <QDialogButtonBox>
 #include <QDir>
@@ -27,11 +31,11 @@ QDialogButtonBox* buttons(QDialog* dialog, const QString& accept, QPushButton*& 
 
 SeriesDialog::SeriesDialog(const ScanReport& report, QWidget* parent) : QDialog(parent) {
     setObjectName("series_dialog");
-    setWindowTitle(tr("Several series"));
+    setWindowTitle(tr("Choose a series"));
     auto* layout = new QVBoxLayout(this);
     layout->setContentsMargins(18, 16, 18, 16);
     layout->setSpacing(12);
-    layout->addWidget(new QLabel(tr("This folder holds several series. Which one?")));
+    layout->addWidget(new QLabel(tr("This folder contains several series. Choose one to open.")));
     table_ = new QTableWidget(static_cast<int>(report.series.size()), 6);
     table_->setObjectName("series");
     table_->setHorizontalHeaderLabels(
@@ -40,32 +44,14 @@ SeriesDialog::SeriesDialog(const ScanReport& report, QWidget* parent) : QDialog(
     table_->setSelectionMode(QAbstractItemView::SingleSelection);
     table_->setEditTriggers(QAbstractItemView::NoEditTriggers);
     table_->verticalHeader()->hide();
-    int best = -1;
-    std::int64_t most = 0;
+    int largest = -1;
+    std::int64_t most_samples = 0;
     for (int row = 0; row < table_->rowCount(); ++row) {
         const SeriesReport& series = report.series[static_cast<std::size_t>(row)];
-        const SeriesInfo& info = series.series;
-        ids_.push_back(info.id);
-        const QString remarks = QString::fromStdString(series.refusal             ? *series.refusal
-                                                       : !series.warnings.empty() ? series.warnings.front()
-                                                                                  : std::string());
-        const QStringList texts{QString::fromStdString(info.description),
-                                QString::fromStdString(info.modality),
-                                QString("%1 × %2 × %3").arg(info.dims[0]).arg(info.dims[1]).arg(info.dims[2]),
-                                QString("%1 × %2 × %3")
-                                    .arg(info.spacing[0], 0, 'g', 3)
-                                    .arg(info.spacing[1], 0, 'g', 3)
-                                    .arg(info.spacing[2], 0, 'g', 3),
-                                QString::number(info.files),
-                                remarks};
-        for (int column = 0; column < texts.size(); ++column) {
-            auto* item = new QTableWidgetItem(texts[column]);
-            if (series.refusal) item->setFlags(Qt::NoItemFlags);
-            item->setToolTip(column == 5 ? remarks : QString::fromStdString(info.id));
-            table_->setItem(row, column, item);
-        }
-        const std::int64_t samples = info.dims[0] * info.dims[1] * info.dims[2];
-        if (!series.refusal && samples > most) most = samples, best = row;
+        fill_row(row, series);
+        const auto& dims = series.series.dims;
+        const std::int64_t samples = dims[0] * dims[1] * dims[2];
+        if (!series.refusal && samples > most_samples) most_samples = samples, largest = row;
     }
     table_->resizeColumnsToContents();
     table_->horizontalHeader()->setStretchLastSection(true);
@@ -74,8 +60,34 @@ SeriesDialog::SeriesDialog(const ScanReport& report, QWidget* parent) : QDialog(
     connect(table_, &QTableWidget::itemSelectionChanged, this,
             [this] { open_->setEnabled(!table_->selectedItems().empty()); });
     connect(table_, &QTableWidget::itemDoubleClicked, this, &QDialog::accept);
-    if (best >= 0) table_->selectRow(best);
+    if (largest >= 0) table_->selectRow(largest);
     resize(860, 340);
+}
+
+void SeriesDialog::fill_row(int row, const SeriesReport& series) {
+    const SeriesInfo& info = series.series;
+    ids_.push_back(info.id);
+    const auto triple = [](const auto& values) {
+        return QString("%1 × %2 × %3").arg(values[0]).arg(values[1]).arg(values[2]);
+    };
+    const std::array<QString, 3> spacing{QString::number(info.spacing[0], 'g', 3),
+                                         QString::number(info.spacing[1], 'g', 3),
+                                         QString::number(info.spacing[2], 'g', 3)};
+    const QString remarks = QString::fromStdString(series.refusal             ? *series.refusal
+                                                   : !series.warnings.empty() ? series.warnings.front()
+                                                                              : std::string());
+    const QStringList texts{QString::fromStdString(info.description),
+                            QString::fromStdString(info.modality),
+                            triple(info.dims),
+                            triple(spacing),
+                            QString::number(info.files),
+                            remarks};
+    for (int column = 0; column < texts.size(); ++column) {
+        auto* item = new QTableWidgetItem(texts[column]);
+        if (series.refusal) item->setFlags(Qt::NoItemFlags);
+        item->setToolTip(column == 5 ? remarks : QString::fromStdString(info.id));
+        table_->setItem(row, column, item);
+    }
 }
 
 std::string SeriesDialog::chosen() const {
@@ -90,10 +102,23 @@ ExportDialog::ExportDialog(Session& session, Surfaces& surfaces, const QString& 
     auto* layout = new QVBoxLayout(this);
     layout->setContentsMargins(18, 16, 18, 16);
     layout->setSpacing(12);
+    layout->addLayout(make_form(folder));
+    auto* caption = new QLabel(tr("Command line for the same files"));
+    caption->setProperty("role", "faint");
+    layout->addWidget(caption);
+    commands_ = new QPlainTextEdit;
+    commands_->setObjectName("commands");
+    commands_->setReadOnly(true);
+    commands_->setMaximumHeight(64);
+    layout->addWidget(commands_);
+    layout->addWidget(buttons(this, tr("Export"), export_));
+    connect_fields();
+    follow();
+}
+
+QLayout* ExportDialog::make_form(const QString& folder) {
     auto* form = new QFormLayout;
     form->setSpacing(9);
-    layout->addLayout(form);
-
     what_ = new QComboBox;
     what_->setObjectName("what");
     const SurfaceParameters* current = session_.current();
@@ -106,70 +131,63 @@ ExportDialog::ExportDialog(Session& session, Surfaces& surfaces, const QString& 
     format_ = new QComboBox;
     format_->setObjectName("format");
     for (const ExportFormat& format : kExportFormats)
-        format_->addItem(tr(format.name), QString(format.ending));
+        format_->addItem(tr(format.name), QString(format.extension));
     form->addRow(tr("Format"), format_);
 
     space_ = new QComboBox;
     space_->setObjectName("space");
-    space_->addItem(tr("LPS: as DICOM, ITK and 3D Slicer's files"));
+    space_->addItem(tr("LPS: x to the left, y to posterior, as in DICOM and ITK"));
     space_->addItem(tr("RAS: x to the right, y to anterior"));
     form->addRow(tr("Axes"), space_);
 
     auto* file_row = new QHBoxLayout;
-    file_ = new QLineEdit;
+    file_ = new QLineEdit(QDir(folder).filePath(current ? file_name(*current, extension()) : QString()));
     file_->setObjectName("file");
     file_->setMinimumWidth(420);
-    auto* browse = new QPushButton(tr("Browse…"));
-    browse->setAutoDefault(false);
+    browse_ = new QPushButton(tr("Browse…"));
+    browse_->setAutoDefault(false);
     file_row->addWidget(file_, 1);
-    file_row->addWidget(browse);
-    form->addRow(tr("To"), file_row);
-    file_->setText(QDir(folder).filePath(current ? file_name(*current, ending()) : QString()));
+    file_row->addWidget(browse_);
+    form->addRow(tr("Save to"), file_row);
     size_ = new QLabel;
     size_->setObjectName("size");
     size_->setProperty("role", "faint");
     form->addRow(QString(), size_);
+    return form;
+}
 
-    auto* same = new QLabel(tr("The same bytes come from"));
-    same->setProperty("role", "faint");
-    layout->addWidget(same);
-    commands_ = new QPlainTextEdit;
-    commands_->setObjectName("commands");
-    commands_->setReadOnly(true);
-    commands_->setMaximumHeight(64);
-    layout->addWidget(commands_);
-    layout->addWidget(buttons(this, tr("Export"), export_));
-
-    connect(browse, &QPushButton::clicked, this, [this] {
-        const QString chosen =
-            all() ? QFileDialog::getExistingDirectory(this, tr("Folder"), QFileInfo(file_->text()).path())
-                  : QFileDialog::getSaveFileName(this, tr("Export"), file_->text());
-        if (!chosen.isEmpty()) file_->setText(chosen);
-    });
+void ExportDialog::connect_fields() {
+    connect(browse_, &QPushButton::clicked, this, &ExportDialog::browse);
     connect(what_, qOverload<int>(&QComboBox::currentIndexChanged), this, [this] {
-        const SurfaceParameters* c = session_.current();
+        const SurfaceParameters* current = session_.current();
         const QFileInfo before(file_->text());
         if (all())
             file_->setText(before.path());
-        else if (c)
-            file_->setText(QDir(before.filePath()).filePath(file_name(*c, ending())));
+        else if (current)
+            file_->setText(QDir(before.filePath()).filePath(file_name(*current, extension())));
         follow();
     });
     connect(format_, qOverload<int>(&QComboBox::currentIndexChanged), this, [this] {
         if (!all()) {
             const QFileInfo before(file_->text());
-            file_->setText(
-                QDir(before.path()).filePath(before.completeBaseName() + QString::fromStdString(ending())));
+            const QString name = before.completeBaseName() + QString::fromStdString(extension());
+            file_->setText(QDir(before.path()).filePath(name));
         }
         follow();
     });
     connect(space_, qOverload<int>(&QComboBox::currentIndexChanged), this, &ExportDialog::follow);
     connect(file_, &QLineEdit::textChanged, this, &ExportDialog::follow);
     connect(&surfaces_, &Surfaces::shape_changed, this, &ExportDialog::follow);
-    follow();
 }
 
-std::string ExportDialog::ending() const {
+void ExportDialog::browse() {
+    const QString chosen =
+        all() ? QFileDialog::getExistingDirectory(this, tr("Folder"), QFileInfo(file_->text()).path())
+              : QFileDialog::getSaveFileName(this, tr("Export"), file_->text());
+    if (!chosen.isEmpty()) file_->setText(chosen);
+}
+
+std::string ExportDialog::extension() const {
     return format_->currentData().toString().toStdString();
 }
 
@@ -183,12 +201,12 @@ std::vector<ExportFile> ExportDialog::files() const {
     std::vector<ExportFile> result;
     for (const SurfaceParameters& surface : session_.parameters().surfaces) {
         if (!surface.visible) continue;
-        // Two surfaces may have one name.
-        std::filesystem::path file = path / file_name(surface, ending()).toStdString();
+        // Two surfaces may have the same name.
+        std::filesystem::path file = path / file_name(surface, extension()).toStdString();
         for (int n = 2;
              std::any_of(result.begin(), result.end(), [&](const ExportFile& f) { return f.file == file; });
              ++n)
-            file = path / (file_name(surface, "").toStdString() + "-" + std::to_string(n) + ending());
+            file = path / (file_name(surface, "").toStdString() + "-" + std::to_string(n) + extension());
         result.push_back({surface.id, file});
     }
     return result;
@@ -210,11 +228,11 @@ void ExportDialog::follow() {
         lines << shell_line(command_arguments(*scan, session_.parameters(), *surface, file.file, space()));
         const std::shared_ptr<const Shape> shape = surfaces_.exact(file.surface);
         if (!shape) {
-            obstacle = tr("Full resolution is being extracted…");
+            obstacle = tr("Extracting the surface in full resolution…");
             continue;
         }
         if (shape->mesh->triangles.empty())
-            obstacle = tr("“%1” is empty: there is no surface at %2.")
+            obstacle = tr("“%1” is empty. There is no surface at isovalue %2.")
                            .arg(surface->name)
                            .arg(surface->isovalue, 0, 'g', 6);
         const auto size = estimated_bytes(file.file.extension().string(), shape->mesh->points.size(),
@@ -222,7 +240,7 @@ void ExportDialog::follow() {
         bytes = bytes && size ? std::optional(*bytes + *size) : std::nullopt;
         try {
             if (mesh_format(file.file) == MeshFormat::glb && space() == Space::RAS)
-                obstacle = tr("GLB has axes of its own: choose LPS.");
+                obstacle = tr("GLB defines its own axes. Choose LPS.");
         } catch (const InputError& error) {
             obstacle = QString::fromUtf8(error.what());
         }
@@ -230,31 +248,31 @@ void ExportDialog::follow() {
     commands_->setPlainText(lines.join("\n"));
     size_->setText(!obstacle.isEmpty() ? obstacle
                    : bytes             ? tr("About %1").arg(size_text(*bytes))
-                                       : tr("Compressed: the size shows when it is written"));
+                                       : tr("The size is unknown because this format is compressed"));
     export_->setEnabled(obstacle.isEmpty() && !file_->text().isEmpty());
 }
 
-PictureDialog::PictureDialog(bool turntable, const QSize& size, const QString& file, QWidget* parent)
+ScreenshotDialog::ScreenshotDialog(bool turntable, const QSize& size, const QString& file, QWidget* parent)
     : QDialog(parent) {
-    setObjectName("picture_dialog");
-    setWindowTitle(turntable ? tr("Turntable as pictures") : tr("Screenshot"));
+    setObjectName("screenshot_dialog");
+    setWindowTitle(turntable ? tr("Save turntable") : tr("Save screenshot"));
     auto* layout = new QVBoxLayout(this);
     layout->setContentsMargins(18, 16, 18, 16);
     layout->setSpacing(12);
     auto* form = new QFormLayout;
     form->setSpacing(9);
     layout->addLayout(form);
-    const auto number = [&](const char* name, const QString& label, int least, int most, int value) {
+    const auto number = [&](const char* name, const QString& label, int lowest, int highest, int value) {
         auto* box = new QSpinBox;
         box->setObjectName(name);
-        box->setRange(least, most);
+        box->setRange(lowest, highest);
         box->setValue(value);
         form->addRow(label, box);
         return box;
     };
     width_ = number("width", tr("Width, pixels"), 16, 4096, size.width());
     height_ = number("height", tr("Height, pixels"), 16, 4096, size.height());
-    frames_ = number("frames", tr("Pictures in a turn"), 2, 3600, 72);
+    frames_ = number("frames", tr("Number of images"), 2, 3600, 72);
     frames_->setVisible(turntable);
     form->labelForField(frames_)->setVisible(turntable);
     auto* row = new QHBoxLayout;
@@ -265,13 +283,14 @@ PictureDialog::PictureDialog(bool turntable, const QSize& size, const QString& f
     browse->setAutoDefault(false);
     row->addWidget(file_, 1);
     row->addWidget(browse);
-    form->addRow(turntable ? tr("Folder") : tr("To"), row);
+    form->addRow(turntable ? tr("Folder") : tr("Save to"), row);
     QPushButton* accept = nullptr;
     layout->addWidget(buttons(this, tr("Save"), accept));
     connect(browse, &QPushButton::clicked, this, [this, turntable] {
         const QString chosen =
-            turntable ? QFileDialog::getExistingDirectory(this, tr("Folder"), file_->text())
-                      : QFileDialog::getSaveFileName(this, tr("Screenshot"), file_->text(), "PNG (*.png)");
+            turntable
+                ? QFileDialog::getExistingDirectory(this, tr("Folder"), file_->text())
+                : QFileDialog::getSaveFileName(this, tr("Save screenshot"), file_->text(), "PNG (*.png)");
         if (!chosen.isEmpty()) file_->setText(chosen);
     });
 }

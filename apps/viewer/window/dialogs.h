@@ -1,9 +1,14 @@
-// The questions that the viewer asks.
+/// The dialogs of the viewer: choice of a series, export and screenshots.
 #pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
 
 #include <QComboBox>
 #include <QDialog>
 #include <QLabel>
+#include <QLayout>
 #include <QLineEdit>
 #include <QPlainTextEdit>
 #include <QPushButton>
@@ -15,26 +20,29 @@
 
 namespace marrow::viewer {
 
-/// Which series of a folder to read. Those that cannot be read say why.
+/// Asks which series of a folder to open. A series that cannot be read shows the reason.
 class SeriesDialog : public QDialog {
     Q_OBJECT
   public:
     SeriesDialog(const ScanReport& report, QWidget* parent);
-    /// SeriesInfo::id
+    /// The id of the chosen series (SeriesInfo::id).
     std::string chosen() const;
 
   private:
+    void fill_row(int row, const SeriesReport& series);
+
     QTableWidget* table_;
     QPushButton* open_;
     std::vector<std::string> ids_;
 };
 
-/// One file to write.
+/// A surface and the file to write.
 struct ExportFile {
-    int surface;
+    int surface;  ///< id
     std::filesystem::path file;
 };
 
+/// Asks what to export, in which format, and where to.
 class ExportDialog : public QDialog {
     Q_OBJECT
   public:
@@ -42,30 +50,34 @@ class ExportDialog : public QDialog {
 
     std::vector<ExportFile> files() const;
     Space space() const;
-    /// The lines that write the same, as they are shown.
+    /// The displayed command lines, which write the same files.
     QString commands() const;
     void set_file(const QString& file) { file_->setText(file); }
 
   private:
+    QLayout* make_form(const QString& folder);
+    void connect_fields();
+    void browse();
     void follow();
     bool all() const { return what_->currentIndex() == 1; }
-    std::string ending() const;
+    std::string extension() const;
 
     Session& session_;
     Surfaces& surfaces_;
     QComboBox *what_, *format_, *space_;
     QLineEdit* file_;
+    QPushButton* browse_;
     QPlainTextEdit* commands_;
     QLabel* size_;
     QPushButton* export_;
 };
 
-/// The size of a picture, and for a turntable how many.
-class PictureDialog : public QDialog {
+/// Asks for the size and the file of a screenshot, or for the frames and the folder of a turntable.
+class ScreenshotDialog : public QDialog {
     Q_OBJECT
   public:
-    PictureDialog(bool turntable, const QSize& size, const QString& file, QWidget* parent);
-    QSize size_of_picture() const { return {width_->value(), height_->value()}; }
+    ScreenshotDialog(bool turntable, const QSize& size, const QString& file, QWidget* parent);
+    QSize image_size() const { return {width_->value(), height_->value()}; }
     int frames() const { return frames_->value(); }
     QString file() const { return file_->text(); }
 

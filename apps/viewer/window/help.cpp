@@ -1,8 +1,13 @@
-#include <marrow/version.h>
-
+// Composes the messages of the help menu.
 #include "help.h"
 
+#include <utility>
+#include <vector>
+
+#include <vtkVersion.h>
 #include <QMessageBox>
+
+#include <marrow/version.h>
 
 namespace marrow::viewer {
 
@@ -14,10 +19,10 @@ void show_about(QWidget* parent) {
     box->setText(QObject::tr("<h3>Marrow Viewer %1</h3>").arg(MARROW_VERSION));
     box->setInformativeText(
         QObject::tr(
-            "<p>From CT and MRI scans to surfaces, by marching cubes over a histogram pyramid.</p>"
-            "<p><b>For research use only.</b> Not a medical device; not for diagnosis or treatment.</p>"
-            "<p>Apache License 2.0. Uses Qt %1 and VTK 9.1.</p>")
-            .arg(qVersion()));
+            "<p>Extracts surfaces from CT and MRI scans with marching cubes and histogram pyramids.</p>"
+            "<p><b>For research use only.</b> Not a medical device. Not for diagnosis or treatment.</p>"
+            "<p>Apache License 2.0. Uses Qt %1 and VTK %2.</p>")
+            .arg(qVersion(), vtkVersion::GetVTKVersion()));
     box->open();
 }
 
@@ -26,22 +31,23 @@ void show_keys(QWidget* parent) {
     box->setAttribute(Qt::WA_DeleteOnClose);
     box->setWindowTitle(QObject::tr("Keys and mouse"));
     const std::vector<std::pair<QString, QString>> rows{
-        {"W", QObject::tr("surface, edges, wireframe, points")},
-        {"S", QObject::tr("surface")},
-        {"R", QObject::tr("reset the views")},
-        {"1 … 6", QObject::tr("from anterior, posterior, left, right, superior, inferior")},
-        {"N  D  A  K", QObject::tr("navigate, distance, angle, crop")},
-        {"C  F", QObject::tr("next cut; its other side")},
-        {"T  X  B", QObject::tr("turntable; crosshair in 3D; background")},
+        {"W", QObject::tr("next draw mode: surface, edges, wireframe, points")},
+        {"S", QObject::tr("draw surfaces")},
+        {"R", QObject::tr("reset all views")},
+        {"1 … 6", QObject::tr("view from anterior, posterior, left, right, superior, inferior")},
+        {"N  D  A  K", QObject::tr("tools: navigate, distance, angle, crop")},
+        {"C  F", QObject::tr("next cut; flip the cut")},
+        {"T  X  B", QObject::tr("turntable; crosshair in 3D; light background")},
         {"Esc", QObject::tr("cancel")},
-        {QObject::tr("3D: left, middle, right"),
-         QObject::tr("rotate, pan, zoom; a click sets the crosshair")},
-        {QObject::tr("Slice: left, middle, right"), QObject::tr("crosshair, pan, window")},
-        {QObject::tr("Slice: wheel, Ctrl+wheel"), QObject::tr("through the slices, zoom")},
-        {QObject::tr("Histogram: drag, arrows, pages"), QObject::tr("isovalue")}};
+        {QObject::tr("3D: left, middle, right button"),
+         QObject::tr("rotate, pan, zoom; click to set the crosshair")},
+        {QObject::tr("Slice: left, middle, right button"),
+         QObject::tr("crosshair, pan, brightness and contrast")},
+        {QObject::tr("Slice: wheel, Ctrl+wheel"), QObject::tr("change the slice, zoom")},
+        {QObject::tr("Histogram: drag, arrow keys, page keys"), QObject::tr("isovalue")}};
     QString text = "<table cellpadding='4'>";
-    for (const auto& [key, what] : rows)
-        text += QString("<tr><td><b>%1</b></td><td>%2</td></tr>").arg(key, what);
+    for (const auto& [key, action] : rows)
+        text += QString("<tr><td><b>%1</b></td><td>%2</td></tr>").arg(key, action);
     box->setText(text + "</table>");
     box->open();
 }

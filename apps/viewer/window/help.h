@@ -1,4 +1,4 @@
-// What the help menu shows.
+/// The messages of the help menu.
 #pragma once
 
 #include <QWidget>

@@ -1,3 +1,4 @@
+// Builds the window and reacts to the user, the loader and the writer.
 #include "main_window.h"
 
 #include <QApplication>
@@ -18,7 +19,7 @@ namespace marrow::viewer {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr std::size_t kRecent = 8;
+constexpr int kRecent = 8;  // scans in the menu
 
 QString from_path(const fs::path& path) {
     return QString::fromStdString(path.string());
@@ -35,29 +36,22 @@ MainWindow::MainWindow(QWidget* parent) : QMainWindow(parent) {
     banner_ = new Banner(this);
     make_status_bar();
     connect_actions();
-    connect_rest();
-    restore();
+    connect_views();
+    connect_loader();
+    connect_writer();
+    restore_settings();
 }
 
 MainWindow::~MainWindow() {
     turning_.stop();
-    // The views refer to the session and the surfaces, which are members and go before child widgets would.
+    // The views refer to members, which are destroyed before the child widgets would be.
     delete stack_;
 }
 
 void MainWindow::make_views() {
     view_ = new SurfaceView(session_, surfaces_);
     view_->setObjectName("surface_view");
-    slice_column_ = new QSplitter(Qt::Vertical);
-    for (const Plane plane : {Plane::axial, Plane::coronal, Plane::sagittal}) {
-        auto* slice = new SliceView(session_, surfaces_, plane);
-        slice->setObjectName(plane == Plane::axial     ? "axial"
-                             : plane == Plane::coronal ? "coronal"
-                                                       : "sagittal");
-        slices_[static_cast<std::size_t>(plane)] = slice;
-        slice_column_->addWidget(slice);
-    }
-    panel_ = new Panel(session_, surfaces_, (*actions_)["whole_scan"]);
+    panel_ = new SidePanel(session_, surfaces_, (*actions_)["whole_scan"]);
     auto* panel_scroll = new QScrollArea;
     panel_scroll->setWidget(panel_);
     panel_scroll->setWidgetResizable(true);
@@ -66,7 +60,7 @@ void MainWindow::make_views() {
     columns_ = new QSplitter(Qt::Horizontal);
     columns_->addWidget(panel_scroll);
     columns_->addWidget(view_);
-    columns_->addWidget(slice_column_);
+    columns_->addWidget(make_slice_column());
     columns_->setStretchFactor(1, 1);
     columns_->setSizes({260, 800, 320});
     controls_ = new ControlBar(session_, (*actions_)["copy"]);
@@ -82,10 +76,24 @@ void MainWindow::make_views() {
     stack_ = new QStackedWidget;
     stack_->addWidget(welcome_);
     stack_->addWidget(rows_);
-    // The views lie below the welcome page from the start, so that OpenGL and the first layout are done before a scan comes.
+    // The views exist below the welcome page, so that OpenGL and the layout are ready when the first scan
+    // opens.
     static_cast<QStackedLayout*>(stack_->layout())->setStackingMode(QStackedLayout::StackAll);
     rows_->setEnabled(false);
     setCentralWidget(stack_);
+}
+
+QWidget* MainWindow::make_slice_column() {
+    slice_column_ = new QSplitter(Qt::Vertical);
+    for (const Plane plane : {Plane::axial, Plane::coronal, Plane::sagittal}) {
+        auto* slice = new SliceView(session_, surfaces_, plane);
+        slice->setObjectName(plane == Plane::axial     ? "axial"
+                             : plane == Plane::coronal ? "coronal"
+                                                       : "sagittal");
+        slices_[static_cast<std::size_t>(plane)] = slice;
+        slice_column_->addWidget(slice);
+    }
+    return slice_column_;
 }
 
 void MainWindow::make_status_bar() {
@@ -100,7 +108,7 @@ void MainWindow::make_status_bar() {
     cancel_ = new QToolButton;
     cancel_->setObjectName("cancel");
     cancel_->setText(tr("Cancel"));
-    cancel_->setToolTip(tr("Stop (Esc)"));
+    cancel_->setToolTip(tr("Cancel (Esc)"));
     statusBar()->addPermanentWidget(progress_);
     statusBar()->addPermanentWidget(cancel_);
     statusBar()->setSizeGripEnabled(false);
@@ -108,7 +116,7 @@ void MainWindow::make_status_bar() {
     cancel_->hide();
 }
 
-void MainWindow::restore() {
+void MainWindow::restore_settings() {
     const QSettings settings;
     restoreGeometry(settings.value("geometry").toByteArray());
     columns_->restoreState(settings.value("columns").toByteArray());
@@ -126,12 +134,12 @@ void MainWindow::connect_actions() {
     on("open", [this] { choose_scan(false); });
     on("open_folder", [this] { choose_scan(true); });
     on("export", [this] { export_surface(); });
-    on("screenshot", [this] { save_picture(); });
+    on("screenshot", [this] { save_screenshot(); });
     on("frames", [this] { save_turntable(); });
     on("quit", [this] { close(); });
     on("copy", [this] {
         QApplication::clipboard()->setText(command());
-        banner_->say(tr("Copied: %1").arg(command()), false);
+        banner_->show_message(tr("Copied: %1").arg(command()), false);
     });
     on("keys", [this] { show_keys(this); });
     on("about", [this] { show_about(this); });
@@ -149,64 +157,74 @@ void MainWindow::connect_actions() {
         view_->set_moving(turn);
     });
     connect(&turning_, &QTimer::timeout, this, [this] { view_->turn(1.5); });
-    on("escape", [this] {
-        if (loader_.busy())
-            loader_.cancel();
-        else if (writer_.busy())
-            writer_.cancel();
-        else if (!session_.picked().empty())
-            session_.drop_picked();
-        else if (session_.tool() != Tool::navigate)
-            session_.set_tool(Tool::navigate);
-        else
-            banner_->hide();
-    });
+    on("escape", [this] { cancel_or_dismiss(); });
 }
 
-void MainWindow::connect_rest() {
-    const auto say_error = [this](const QString& sentence) { banner_->say(sentence, true); };
+void MainWindow::cancel_or_dismiss() {
+    if (loader_.busy())
+        loader_.cancel();
+    else if (writer_.busy())
+        writer_.cancel();
+    else if (!session_.picked().empty())
+        session_.clear_picked();
+    else if (session_.tool() != Tool::navigate)
+        session_.set_tool(Tool::navigate);
+    else
+        banner_->hide();
+}
+
+void MainWindow::connect_views() {
     connect(controls_->histogram(), &HistogramBar::released, &surfaces_, &Surfaces::settle);
     connect(welcome_, &Welcome::chosen, this, [this](const QString& path) { open(path.toStdString()); });
     connect(&session_, &Session::scan_changed, this, &MainWindow::follow_scan);
     connect(&session_, &Session::picking_changed, this, [this] {
-        const bool aims = session_.tool() == Tool::distance || session_.tool() == Tool::angle;
-        view_->setCursor(aims ? Qt::CrossCursor : Qt::ArrowCursor);
+        const bool measures = session_.tool() == Tool::distance || session_.tool() == Tool::angle;
+        view_->setCursor(measures ? Qt::CrossCursor : Qt::ArrowCursor);
     });
-    connect(&surfaces_, &Surfaces::failed, this, say_error);
-
-    connect(&loader_, &Loader::started, this,
-            [this](const QString& name) { show_progress(tr("Opening %1…").arg(name)); });
-    connect(&loader_, &Loader::finished, this, &MainWindow::hide_progress);
-    connect(&loader_, &Loader::opened, this, [this](const std::shared_ptr<const Scan>& scan) {
-        banner_->hide();
-        session_.set_scan(scan);
-        remember(*scan);
-        QString warnings;
-        for (const std::string& warning : scan->info.warnings)
-            warnings += (warnings.isEmpty() ? "" : "\n") + QString::fromStdString(warning);
-        if (!warnings.isEmpty()) banner_->say(warnings, true);
-    });
-    connect(&loader_, &Loader::undecided, this, &MainWindow::choose_series);
-    connect(&loader_, &Loader::failed, this, say_error);
-
-    connect(&writer_, &Writer::started, this, [this] { show_progress(tr("Exporting…")); });
-    connect(&writer_, &Writer::finished, this, [this](const QString& sentence, bool error) {
-        hide_progress();
-        banner_->say(sentence, error);
-        emit written();
-    });
-    const auto progress = [this](double fraction) { progress_->setValue(int(1000 * fraction)); };
-    connect(&loader_, &Loader::progressed, this, progress);
-    connect(&writer_, &Writer::progressed, this, progress);
+    connect(&surfaces_, &Surfaces::failed, this,
+            [this](const QString& message) { banner_->show_message(message, true); });
     connect(cancel_, &QToolButton::clicked, this, [this] {
         loader_.cancel();
         writer_.cancel();
     });
 }
 
-void MainWindow::show_progress(const QString& what) {
+void MainWindow::connect_loader() {
+    connect(&loader_, &Loader::started, this,
+            [this](const QString& name) { show_progress(tr("Opening %1…").arg(name)); });
+    connect(&loader_, &Loader::progressed, this,
+            [this](double fraction) { progress_->setValue(int(1000 * fraction)); });
+    connect(&loader_, &Loader::finished, this, &MainWindow::hide_progress);
+    connect(&loader_, &Loader::opened, this, &MainWindow::show_opened);
+    connect(&loader_, &Loader::undecided, this, &MainWindow::choose_series);
+    connect(&loader_, &Loader::failed, this,
+            [this](const QString& message) { banner_->show_message(message, true); });
+}
+
+void MainWindow::connect_writer() {
+    connect(&writer_, &MeshWriter::started, this, [this] { show_progress(tr("Exporting…")); });
+    connect(&writer_, &MeshWriter::progressed, this,
+            [this](double fraction) { progress_->setValue(int(1000 * fraction)); });
+    connect(&writer_, &MeshWriter::finished, this, [this](const QString& message, bool error) {
+        hide_progress();
+        banner_->show_message(message, error);
+        emit written();
+    });
+}
+
+void MainWindow::show_opened(const std::shared_ptr<const Scan>& scan) {
+    banner_->hide();
+    session_.set_scan(scan);
+    remember(*scan);
+    QString warnings;
+    for (const std::string& warning : scan->info.warnings)
+        warnings += (warnings.isEmpty() ? "" : "\n") + QString::fromStdString(warning);
+    if (!warnings.isEmpty()) banner_->show_message(warnings, true);
+}
+
+void MainWindow::show_progress(const QString& message) {
     statusBar()->clearMessage();
-    facts_->setText(what);
+    facts_->setText(message);
     progress_->setValue(0);
     progress_->show();
     cancel_->show();
@@ -253,7 +271,7 @@ void MainWindow::remember(const Scan& scan) {
     QStringList recent = settings.value("recent").toStringList();
     recent.removeAll(path);
     recent.prepend(path);
-    while (recent.size() > static_cast<int>(kRecent)) recent.removeLast();
+    while (recent.size() > kRecent) recent.removeLast();
     settings.setValue("recent", recent);
     fill_recent();
 }
@@ -295,7 +313,7 @@ void MainWindow::follow_scan() {
 }
 
 void MainWindow::export_surface() {
-    if (writer_.busy()) return banner_->say(tr("An export is under way already."), true);
+    if (writer_.busy()) return banner_->show_message(tr("An export is already running."), true);
     surfaces_.settle();
     auto* dialog = new ExportDialog(session_, surfaces_, export_folder_, this);
     dialog->setAttribute(Qt::WA_DeleteOnClose);
@@ -304,11 +322,12 @@ void MainWindow::export_surface() {
 }
 
 void MainWindow::write(const std::vector<ExportFile>& files, Space space) {
-    std::vector<Writer::File> all;
+    std::vector<MeshWriter::File> all;
     for (const ExportFile& file : files) {
         const std::shared_ptr<const Shape> shape = surfaces_.exact(file.surface);
         if (!shape || shape->mesh->triangles.empty()) {
-            banner_->say(tr("There is no surface to write."), true);
+            banner_->show_message(tr("There is no surface to export. Change the isovalue and try again."),
+                                  true);
             emit written();
             return;
         }
@@ -321,35 +340,36 @@ void MainWindow::write(const std::vector<ExportFile>& files, Space space) {
     writer_.write(std::move(all), space);
 }
 
-void MainWindow::save_picture() {
+void MainWindow::save_screenshot() {
     const QString file =
         QDir(export_folder_)
             .filePath(session_.current() ? file_name(*session_.current(), ".png") : QString("surface.png"));
-    auto* dialog = new PictureDialog(false, {1600, 1200}, file, this);
+    auto* dialog = new ScreenshotDialog(false, {1600, 1200}, file, this);
     dialog->setAttribute(Qt::WA_DeleteOnClose);
     connect(dialog, &QDialog::accepted, this, [=, this] {
         try {
-            write_png(view_->picture(dialog->size_of_picture()), dialog->file().toStdString());
+            write_png(view_->screenshot(dialog->image_size()), dialog->file().toStdString());
             export_folder_ = QFileInfo(dialog->file()).path();
-            banner_->say(tr("Wrote %1.").arg(dialog->file()), false);
+            banner_->show_message(tr("Wrote %1.").arg(dialog->file()), false);
         } catch (const std::exception& error) {
-            banner_->say(QString::fromUtf8(error.what()), true);
+            banner_->show_message(QString::fromUtf8(error.what()), true);
         }
     });
     dialog->open();
 }
 
 void MainWindow::save_turntable() {
-    if (view_->findChild<Turntable*>()) return banner_->say(tr("Pictures are being taken already."), true);
-    auto* dialog = new PictureDialog(true, {960, 720}, export_folder_, this);
+    if (view_->findChild<Turntable*>())
+        return banner_->show_message(tr("A turntable is already being saved."), true);
+    auto* dialog = new ScreenshotDialog(true, {960, 720}, export_folder_, this);
     dialog->setAttribute(Qt::WA_DeleteOnClose);
     connect(dialog, &QDialog::accepted, this, [=, this] {
-        auto* turntable = new Turntable(*view_, dialog->frames(), dialog->size_of_picture(), dialog->file());
+        auto* turntable = new Turntable(*view_, dialog->frames(), dialog->image_size(), dialog->file());
         connect(turntable, &Turntable::progressed, this, [this, frames = dialog->frames()](int frame) {
-            facts_->setText(tr("Picture %1 of %2").arg(frame).arg(frames));
+            facts_->setText(tr("Image %1 of %2").arg(frame).arg(frames));
         });
-        connect(turntable, &Turntable::finished, this, [this](const QString& sentence, bool error) {
-            banner_->say(sentence, error);
+        connect(turntable, &Turntable::finished, this, [this](const QString& message, bool error) {
+            banner_->show_message(message, error);
             follow_scan();
         });
     });
@@ -369,12 +389,12 @@ void MainWindow::dropEvent(QDropEvent* event) {
 
 void MainWindow::resizeEvent(QResizeEvent* event) {
     QMainWindow::resizeEvent(event);
-    banner_->place();
+    banner_->reposition();
 }
 
 void MainWindow::closeEvent(QCloseEvent* event) {
     if (writer_.busy()) {
-        // The file comes first, unless it is cancelled.
+        // Finish the export before closing.
         connect(this, &MainWindow::written, this, &QWidget::close, Qt::UniqueConnection);
         event->ignore();
         return;

@@ -1,5 +1,10 @@
-// The window: what stands where, and what happens when.
+/// The main window: lays out the views and connects them with loading, exporting and the actions.
 #pragma once
+
+#include <array>
+#include <filesystem>
+#include <memory>
+#include <vector>
 
 #include <QLabel>
 #include <QMainWindow>
@@ -14,25 +19,25 @@
 #include "control_bar.h"
 #include "dialogs.h"
 #include "model/loader.h"
-#include "side_panel.h"
+#include "model/mesh_writer.h"
 #include "model/session.h"
+#include "model/surfaces.h"
+#include "side_panel.h"
 #include "views/slice_view.h"
 #include "views/surface_view.h"
-#include "model/surfaces.h"
 #include "welcome.h"
-#include "model/mesh_writer.h"
 
 namespace marrow::viewer {
 
 class MainWindow : public QMainWindow {
     Q_OBJECT
   public:
-    /// Settings are remembered under the application's name, unless it has none.
+    /// Remembers its settings under the name of the application.
     explicit MainWindow(QWidget* parent = nullptr);
     ~MainWindow() override;
 
     void open(const std::filesystem::path& input, const ScanOptions& options = {});
-    /// Writes files away from the window's thread. \pre each surface is there in full resolution
+    /// Writes files in the background. \pre each surface is extracted in full resolution
     void write(const std::vector<ExportFile>& files, Space space);
     bool busy() const { return loader_.busy() || writer_.busy(); }
 
@@ -41,12 +46,12 @@ class MainWindow : public QMainWindow {
     SurfaceView* surface_view() { return view_; }
     SliceView* slice_view(Plane plane) { return slices_[static_cast<std::size_t>(plane)]; }
     HistogramBar* histogram_bar() { return controls_->histogram(); }
-    /// The sentence in the banner; empty where there is none.
-    QString banner() const { return banner_->sentence(); }
+    /// The message of the banner; empty without one.
+    QString banner() const { return banner_->message(); }
     QString command() const { return controls_->command(); }
 
   signals:
-    void written();  ///< or not: then the banner says why
+    void written();  ///< emitted after failures too; then the banner shows the reason
 
   protected:
     void dragEnterEvent(QDragEnterEvent* event) override;
@@ -56,13 +61,18 @@ class MainWindow : public QMainWindow {
 
   private:
     void make_views();
+    QWidget* make_slice_column();
     void make_status_bar();
     void connect_actions();
-    void connect_rest();
-    void restore();
+    void connect_views();
+    void connect_loader();
+    void connect_writer();
+    void restore_settings();
 
     void follow_scan();
-    void show_progress(const QString& what);
+    void cancel_or_dismiss();
+    void show_opened(const std::shared_ptr<const Scan>& scan);
+    void show_progress(const QString& message);
     void hide_progress();
     void choose_scan(bool folder);
     void choose_series(const std::filesystem::path& input, const ScanOptions& options,
@@ -70,13 +80,13 @@ class MainWindow : public QMainWindow {
     void remember(const Scan& scan);
     void fill_recent();
     void export_surface();
-    void save_picture();
+    void save_screenshot();
     void save_turntable();
 
     Session session_;
     Surfaces surfaces_{session_};
     Loader loader_;
-    Writer writer_;
+    MeshWriter writer_;
     QString export_folder_;
     QTimer turning_;
 
@@ -84,7 +94,7 @@ class MainWindow : public QMainWindow {
     QStackedWidget* stack_;
     Welcome* welcome_;
     QSplitter *columns_, *slice_column_, *rows_;
-    Panel* panel_;
+    SidePanel* panel_;
     SurfaceView* view_;
     std::array<SliceView*, 3> slices_;
     ControlBar* controls_;

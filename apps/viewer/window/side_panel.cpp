@@ -1,16 +1,18 @@
+// Lays out the side panel and keeps it up to date with the session.
 #include "side_panel.h"
 
-#include <marrow/tissue_presets.h>
+#include <algorithm>
+
 #include <QAction>
 #include <QColorDialog>
 #include <QGridLayout>
-#include <QLocale>
-#include <QMenu>
 #include <QMouseEvent>
 #include <QPainter>
 #include <QPainterPath>
 #include <QSignalBlocker>
 #include <QStyle>
+
+#include <marrow/tissue_presets.h>
 
 #include "crop_section.h"
 
@@ -28,7 +30,7 @@ QIcon swatch(const QColor& colour) {
     return pixmap;
 }
 
-// An eye, open or closed.
+// An open or a closed eye.
 QIcon eye(bool open) {
     QPixmap pixmap(36, 36);
     pixmap.fill(Qt::transparent);
@@ -55,7 +57,7 @@ QLabel* heading(const QString& text) {
     return label;
 }
 
-// 12 345 678, with narrow spaces.
+// Groups digits by narrow spaces: 12 345 678.
 QString grouped(std::int64_t n) {
     QString text = QString::number(n);
     for (int at = text.size() - 3; at > 0; at -= 3) text.insert(at, QChar(0x2009));
@@ -79,11 +81,11 @@ SurfaceRow::SurfaceRow(Session& session, int id, QWidget* parent)
         layout->addWidget(b);
         return b;
     };
-    eye_ = button("eye", tr("Show or hide"));
+    eye_ = button("eye", tr("Show or hide this surface"));
     colour_ = button("colour", tr("Colour"));
     name_ = new QLineEdit;
     name_->setObjectName("surface_name");
-    name_->setToolTip(tr("The name, also of the exported file"));
+    name_->setToolTip(tr("Name of the surface and of its exported file"));
     name_->setFrame(false);
     layout->addWidget(name_, 1);
     isovalue_ = new QLabel;
@@ -146,109 +148,131 @@ void SurfaceRow::choose_colour() {
     dialog->open();
 }
 
-Panel::Panel(Session& session, Surfaces& surfaces, QAction* whole_scan)
+SidePanel::SidePanel(Session& session, Surfaces& surfaces, QAction* whole_scan)
     : session_(session), surfaces_(surfaces) {
     setObjectName("panel");
     setMinimumWidth(230);
     auto* layout = new QVBoxLayout(this);
     layout->setContentsMargins(14, 12, 14, 12);
     layout->setSpacing(8);
+    add_surfaces(layout);
+    add_opacity(layout);
+    add_options(layout);
+    layout->addSpacing(10);
+    add_measures(layout);
+    layout->addSpacing(10);
+    add_crop(layout, whole_scan);
+    layout->addSpacing(10);
+    add_measurements(layout);
 
+    connect(&session_, &Session::parameters_changed, this, &SidePanel::follow_parameters);
+    connect(&session_, &Session::scan_changed, this, &SidePanel::follow_numbers);
+    connect(&surfaces_, &Surfaces::shape_changed, this, &SidePanel::follow_numbers);
+    connect(&surfaces_, &Surfaces::measured, this, &SidePanel::follow_numbers);
+    follow_parameters();
+}
+
+void SidePanel::add_surfaces(QVBoxLayout* layout) {
     auto* top = new QHBoxLayout;
     top->addWidget(heading(tr("Surfaces")));
     top->addStretch();
-    add_ = new QToolButton;
-    add_->setObjectName("add_surface");
-    add_->setText(tr("+ Add"));
-    add_->setToolTip(tr("Another surface of the same scan, such as translucent skin round bone"));
-    add_->setPopupMode(QToolButton::InstantPopup);
-    add_->setMenu(new QMenu(add_));
-    top->addWidget(add_);
+    auto* add = new QToolButton;
+    add->setObjectName("add_surface");
+    add->setText(tr("+ Add"));
+    add->setToolTip(tr("Add another surface, such as translucent skin around bone"));
+    add->setPopupMode(QToolButton::InstantPopup);
+    add_menu_ = new QMenu(add);
+    add->setMenu(add_menu_);
+    connect(add_menu_, &QMenu::aboutToShow, this, &SidePanel::fill_add_menu);
+    top->addWidget(add);
     layout->addLayout(top);
     rows_ = new QVBoxLayout;
     rows_->setSpacing(4);
     layout->addLayout(rows_);
-    connect(add_->menu(), &QMenu::aboutToShow, this, [this] {
-        add_->menu()->clear();
-        const Scan* scan = session_.scan();
-        if (!scan) return;
-        if (scan->hounsfield) {
-            for (const Preset& preset : kPresets) {
-                const QString name =
-                    QString::fromUtf8(preset.name.data(), static_cast<int>(preset.name.size()));
-                add_->menu()->addAction(
-                    QString("%1   %2 HU").arg(name).arg(preset.lowest), this, [this, name, preset] {
-                        // Outside of what is there already, so it must be seen through.
-                        bool outside = false;
-                        for (const SurfaceParameters& s : session_.parameters().surfaces)
-                            outside = outside || (s.visible && s.isovalue > preset.isovalue());
-                        session_.add_surface(
-                            name, preset.isovalue(),
-                            QColor::fromRgbF(preset.colour[0], preset.colour[1], preset.colour[2]),
-                            outside ? 0.25 : 1);
-                    });
-            }
-            add_->menu()->addSeparator();
-        }
-        if (scan->otsu)
-            add_->menu()->addAction(
-                tr("Otsu   %1").arg(*scan->otsu, 0, 'g', 5), this,
-                [this, value = *scan->otsu] { session_.add_surface("otsu", value, {}, 1); });
-        if (const SurfaceParameters* current = session_.current())
-            add_->menu()->addAction(
-                tr("At %1, as the current one").arg(current->isovalue, 0, 'g', 6), this, [this] {
-                    if (const SurfaceParameters* c = session_.current())
-                        session_.add_surface(tr("surface %1").arg(session_.parameters().surfaces.size() + 1),
-                                             c->isovalue, {}, 1);
-                });
-    });
+}
 
-    auto* opacity_row = new QHBoxLayout;
-    auto* opacity_label = new QLabel(tr("Opacity"));
-    opacity_label->setProperty("role", "faint");
-    opacity_row->addWidget(opacity_label);
+void SidePanel::fill_add_menu() {
+    add_menu_->clear();
+    const Scan* scan = session_.scan();
+    if (!scan) return;
+    if (scan->hounsfield) {
+        for (const Preset& preset : kPresets) {
+            const QString name = QString::fromUtf8(preset.name.data(), static_cast<int>(preset.name.size()));
+            add_menu_->addAction(
+                QString("%1   %2 HU").arg(name).arg(preset.lowest), this, [this, name, preset] {
+                    // A surface that encloses another one must be translucent.
+                    bool outside = false;
+                    for (const SurfaceParameters& s : session_.parameters().surfaces)
+                        outside = outside || (s.visible && s.isovalue > preset.isovalue());
+                    session_.add_surface(
+                        name, preset.isovalue(),
+                        QColor::fromRgbF(preset.colour[0], preset.colour[1], preset.colour[2]),
+                        outside ? 0.25 : 1);
+                });
+        }
+        add_menu_->addSeparator();
+    }
+    if (scan->otsu)
+        add_menu_->addAction(tr("Otsu   %1").arg(*scan->otsu, 0, 'g', 5), this,
+                             [this, value = *scan->otsu] { session_.add_surface("otsu", value, {}, 1); });
+    if (const SurfaceParameters* current = session_.current())
+        add_menu_->addAction(tr("Current isovalue   %1").arg(current->isovalue, 0, 'g', 6), this, [this] {
+            if (const SurfaceParameters* c = session_.current())
+                session_.add_surface(tr("surface %1").arg(session_.parameters().surfaces.size() + 1),
+                                     c->isovalue, {}, 1);
+        });
+}
+
+void SidePanel::add_opacity(QVBoxLayout* layout) {
+    auto* row = new QHBoxLayout;
+    auto* label = new QLabel(tr("Opacity"));
+    label->setProperty("role", "faint");
+    row->addWidget(label);
     opacity_ = new QSlider(Qt::Horizontal);
     opacity_->setObjectName("opacity");
     opacity_->setRange(0, 100);
     opacity_->setToolTip(tr("Opacity of the selected surface"));
-    opacity_row->addWidget(opacity_, 1);
-    layout->addLayout(opacity_row);
+    row->addWidget(opacity_, 1);
+    layout->addLayout(row);
     connect(opacity_, &QSlider::valueChanged, this, [this](int percent) {
         session_.change(tr("opacity"), QString("opacity %1").arg(session_.parameters().current),
                         [&](Parameters& p) {
                             if (auto* surface = p.find(p.current)) surface->opacity = percent / 100.0;
                         });
     });
-    connect(opacity_, &QSlider::sliderReleased, this, [this] { session_.seal(); });
+    connect(opacity_, &QSlider::sliderReleased, this, [this] { session_.end_step(); });
+}
 
-    largest_ = new QCheckBox(tr("Largest piece only"));
+void SidePanel::add_options(QVBoxLayout* layout) {
+    largest_ = new QCheckBox(tr("Largest component only"));
     largest_->setObjectName("largest");
-    largest_->setToolTip(tr("Leaves out table, head rest and specks (--largest)"));
-    open_ = new QCheckBox(tr("Open where the scan ends"));
+    largest_->setToolTip(tr("Remove smaller components, such as the table and noise"));
+    open_ = new QCheckBox(tr("Open at the border of the scan"));
     open_->setObjectName("open");
-    open_->setToolTip(tr("Otherwise surfaces are closed there, as a printer needs (--open)"));
+    open_->setToolTip(tr("Leave surfaces open where the scan ends. Closed surfaces can be printed."));
     layout->addWidget(largest_);
     layout->addWidget(open_);
     connect(largest_, &QCheckBox::clicked, this, [this](bool on) {
-        session_.change(tr("largest piece"), {}, [&](Parameters& p) { p.largest = on; });
+        session_.change(tr("largest component"), {}, [&](Parameters& p) { p.largest = on; });
     });
     connect(open_, &QCheckBox::clicked, this,
             [this](bool on) { session_.change(tr("open border"), {}, [&](Parameters& p) { p.open = on; }); });
+}
 
-    layout->addSpacing(10);
-    auto* numbers_top = new QHBoxLayout;
-    numbers_top->addWidget(heading(tr("Numbers")));
-    numbers_top->addStretch();
-    light_ = new QLabel;
-    light_->setObjectName("light");
-    light_->setToolTip(
-        tr("Closed: every edge has two triangles, so the surface encloses a volume and can be printed"));
-    numbers_top->addWidget(light_);
-    layout->addLayout(numbers_top);
+void SidePanel::add_measures(QVBoxLayout* layout) {
+    auto* top = new QHBoxLayout;
+    top->addWidget(heading(tr("Measures")));
+    top->addStretch();
+    closedness_ = new QLabel;
+    closedness_->setObjectName("closedness");
+    closedness_->setToolTip(
+        tr("Closed: every edge has two triangles. The surface encloses a volume and can be printed."));
+    top->addWidget(closedness_);
+    layout->addLayout(top);
     auto* grid = new QGridLayout;
     grid->setVerticalSpacing(5);
     grid->setColumnStretch(1, 1);
-    const std::array<QString, 6> names{tr("Volume"), tr("Area"),      tr("Pieces"),
+    const std::array<QString, 6> names{tr("Volume"), tr("Area"),      tr("Components"),
                                        tr("Points"), tr("Triangles"), tr("Extraction")};
     for (int i = 0; i < 6; ++i) {
         auto* name = new QLabel(names[static_cast<std::size_t>(i)]);
@@ -262,25 +286,27 @@ Panel::Panel(Session& session, Surfaces& surfaces, QAction* whole_scan)
         numbers_[static_cast<std::size_t>(i)] = value;
     }
     layout->addLayout(grid);
+}
 
-    layout->addSpacing(10);
-    auto* crop_top = new QHBoxLayout;
-    crop_top->addWidget(heading(tr("Crop")));
-    crop_top->addStretch();
-    auto* whole = new QToolButton;
-    whole->setDefaultAction(whole_scan);
-    crop_top->addWidget(whole);
-    layout->addLayout(crop_top);
+void SidePanel::add_crop(QVBoxLayout* layout, QAction* whole_scan) {
+    auto* top = new QHBoxLayout;
+    top->addWidget(heading(tr("Crop")));
+    top->addStretch();
+    auto* reset = new QToolButton;
+    reset->setDefaultAction(whole_scan);
+    top->addWidget(reset);
+    layout->addLayout(top);
     layout->addWidget(new CropSection(session_));
+}
 
-    layout->addSpacing(10);
+void SidePanel::add_measurements(QVBoxLayout* layout) {
     layout->addWidget(heading(tr("Measurements")));
     measurements_ = new QListWidget;
     measurements_->setObjectName("measurements");
-    measurements_->setToolTip(tr("Delete removes the selected one"));
+    measurements_->setToolTip(tr("Press Delete to remove the selected measurement"));
     layout->addWidget(measurements_, 1);
     no_measurements_ =
-        new QLabel(tr("Press D for a distance or A for an angle, then click on the surface or on a slice."));
+        new QLabel(tr("Press D for a distance or A for an angle, then click on a surface or a slice."));
     no_measurements_->setWordWrap(true);
     no_measurements_->setProperty("role", "faint");
     layout->addWidget(no_measurements_);
@@ -296,73 +322,75 @@ Panel::Panel(Session& session, Surfaces& surfaces, QAction* whole_scan)
                 p.measurements.erase(p.measurements.begin() + row);
         });
     });
-
-    connect(&session_, &Session::parameters_changed, this, &Panel::follow_parameters);
-    connect(&session_, &Session::scan_changed, this, &Panel::follow_numbers);
-    connect(&surfaces_, &Surfaces::shape_changed, this, &Panel::follow_numbers);
-    connect(&surfaces_, &Surfaces::measured, this, &Panel::follow_numbers);
-    follow_parameters();
 }
 
-void Panel::follow_parameters() {
+void SidePanel::follow_parameters() {
     const Parameters& p = session_.parameters();
     setEnabled(session_.scan() != nullptr);
-    bool same = row_list_.size() == p.surfaces.size();
-    for (std::size_t i = 0; same && i < row_list_.size(); ++i) same = row_list_[i]->id() == p.surfaces[i].id;
-    if (!same) {
-        for (SurfaceRow* row : row_list_) {
-            row->hide();
-            row->deleteLater();  // it may be the one that was clicked
-        }
-        row_list_.clear();
-        for (const SurfaceParameters& surface : p.surfaces) {
-            row_list_.push_back(new SurfaceRow(session_, surface.id));
-            rows_->addWidget(row_list_.back());
-        }
-    }
-    for (SurfaceRow* row : row_list_) row->follow();
-
+    follow_rows();
     if (const SurfaceParameters* current = session_.current()) {
         const QSignalBlocker quiet(opacity_);
         opacity_->setValue(qRound(current->opacity * 100));
     }
     largest_->setChecked(p.largest);
     open_->setChecked(p.open);
-
-    const int row = measurements_->currentRow();
-    measurements_->clear();
-    for (const Measurement& m : p.measurements)
-        measurements_->addItem((m.points.size() == 2 ? tr("Distance   ") : tr("Angle   ")) + m.text());
-    measurements_->setCurrentRow(std::min(row, measurements_->count() - 1));
-    measurements_->setVisible(!p.measurements.empty());
-    no_measurements_->setVisible(p.measurements.empty());
+    follow_measurements();
     follow_numbers();
 }
 
-void Panel::follow_numbers() {
+void SidePanel::follow_rows() {
+    const std::vector<SurfaceParameters>& surfaces = session_.parameters().surfaces;
+    const bool same = std::equal(row_list_.begin(), row_list_.end(), surfaces.begin(), surfaces.end(),
+                                 [](const SurfaceRow* row, const auto& s) { return row->id() == s.id; });
+    if (!same) {
+        for (SurfaceRow* row : row_list_) {
+            row->hide();
+            row->deleteLater();  // not deleted now, because it may be handling a click
+        }
+        row_list_.clear();
+        for (const SurfaceParameters& surface : surfaces) {
+            row_list_.push_back(new SurfaceRow(session_, surface.id));
+            rows_->addWidget(row_list_.back());
+        }
+    }
+    for (SurfaceRow* row : row_list_) row->follow();
+}
+
+void SidePanel::follow_measurements() {
+    const std::vector<Measurement>& measurements = session_.parameters().measurements;
+    const int row = measurements_->currentRow();
+    measurements_->clear();
+    for (const Measurement& m : measurements)
+        measurements_->addItem((m.points.size() == 2 ? tr("Distance   ") : tr("Angle   ")) + m.text());
+    measurements_->setCurrentRow(std::min(row, measurements_->count() - 1));
+    measurements_->setVisible(!measurements.empty());
+    no_measurements_->setVisible(measurements.empty());
+}
+
+void SidePanel::follow_numbers() {
     const SurfaceParameters* current = session_.current();
     const std::shared_ptr<const Shape> shape = current ? surfaces_.shape(current->id) : nullptr;
     if (!shape) {
         for (QLabel* label : numbers_) label->setText("–");
-        light_->clear();
+        closedness_->clear();
         return;
     }
-    // Numbers of a preview are near, not right.
+    // The numbers of a preview are approximate.
     const QString about = shape->level > 0 ? "≈ " : "";
     numbers_[3]->setText(about + grouped(static_cast<std::int64_t>(shape->mesh->points.size())));
     numbers_[4]->setText(about + grouped(static_cast<std::int64_t>(shape->mesh->triangles.size())));
     numbers_[5]->setText(
         QString("%1%2 ms").arg(about).arg(shape->milliseconds, 0, 'f', shape->milliseconds < 10 ? 1 : 0));
-    if (!shape->measures) return;  // the last ones stay until the new ones are there
+    if (!shape->measures) return;  // the old ones stay until then
     const MeshMeasures& m = *shape->measures;
     const bool closed = m.boundary_edges == 0 && m.nonmanifold_edges == 0 && m.triangles > 0;
     numbers_[0]->setText(closed ? about + QString("%1 mL").arg(m.volume / 1000, 0, 'f', 1)
                                 : tr("not closed"));
     numbers_[1]->setText(about + QString("%1 cm²").arg(m.area / 100, 0, 'f', 1));
     numbers_[2]->setText(about + grouped(m.components));
-    light_->setText(m.triangles == 0 ? QString("<span style='color:#8b949e'>●</span> empty")
-                    : closed         ? QString("<span style='color:#4cc27a'>●</span> closed")
-                                     : QString("<span style='color:#f0883e'>●</span> open"));
+    closedness_->setText(m.triangles == 0 ? QString("<span style='color:#8b949e'>●</span> empty")
+                         : closed         ? QString("<span style='color:#4cc27a'>●</span> closed")
+                                          : QString("<span style='color:#f0883e'>●</span> open"));
 }
 
 }  // namespace marrow::viewer

@@ -1,11 +1,15 @@
-// The list of surfaces and what is known about them.
+/// The panel beside the views: surfaces, their measures, the crop box and measurements.
 #pragma once
+
+#include <array>
+#include <vector>
 
 #include <QCheckBox>
 #include <QFrame>
 #include <QLabel>
 #include <QLineEdit>
 #include <QListWidget>
+#include <QMenu>
 #include <QSlider>
 #include <QToolButton>
 #include <QVBoxLayout>
@@ -15,7 +19,7 @@
 
 namespace marrow::viewer {
 
-/// One surface in the list: visibility, colour, name, isovalue. A click selects it.
+/// One surface in the list with its visibility, colour, name and isovalue. A click selects it.
 class SurfaceRow : public QFrame {
     Q_OBJECT
   public:
@@ -38,25 +42,34 @@ class SurfaceRow : public QFrame {
     QToolButton* remove_;
 };
 
-class Panel : public QWidget {
+class SidePanel : public QWidget {
     Q_OBJECT
   public:
-    /// With a button for the action that takes the crop box away.
-    Panel(Session& session, Surfaces& surfaces, QAction* whole_scan);
+    /// Adds a button for the action that removes the crop box.
+    SidePanel(Session& session, Surfaces& surfaces, QAction* whole_scan);
 
   private:
+    void add_surfaces(QVBoxLayout* layout);
+    void add_opacity(QVBoxLayout* layout);
+    void add_options(QVBoxLayout* layout);
+    void add_measures(QVBoxLayout* layout);
+    void add_crop(QVBoxLayout* layout, QAction* whole_scan);
+    void add_measurements(QVBoxLayout* layout);
+    void fill_add_menu();
     void follow_parameters();
+    void follow_rows();
+    void follow_measurements();
     void follow_numbers();
 
     Session& session_;
     Surfaces& surfaces_;
     QVBoxLayout* rows_;
     std::vector<SurfaceRow*> row_list_;
-    QToolButton* add_;
+    QMenu* add_menu_;
     QSlider* opacity_;
     QCheckBox* largest_;
     QCheckBox* open_;
-    QLabel* light_;
+    QLabel* closedness_;
     std::array<QLabel*, 6> numbers_{};
     QListWidget* measurements_;
     QLabel* no_measurements_;

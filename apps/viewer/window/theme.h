@@ -1,11 +1,11 @@
-// How the window looks.
+/// The appearance of the window.
 #pragma once
 
 #include <QApplication>
 
 namespace marrow::viewer {
 
-/// Dark, so that the picture is the brightest thing on the screen.
+/// Applies a dark theme, so that the surfaces are the brightest part of the window.
 void apply_theme(QApplication& application);
 
 }  // namespace marrow::viewer

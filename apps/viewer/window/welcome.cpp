@@ -1,3 +1,4 @@
+// Lays out the welcome page.
 #include "welcome.h"
 
 #include <QDir>
@@ -48,7 +49,7 @@ Welcome::Welcome(QAction* open_folder, QAction* open_file) {
 void Welcome::set_recent(const QStringList& paths) {
     for (QToolButton* button : recent_->findChildren<QToolButton*>()) {
         button->hide();
-        button->deleteLater();  // it may be the one that was clicked
+        button->deleteLater();  // not deleted now, because it may be handling a click
     }
     for (const QString& path : paths) {
         auto* b = new QToolButton;

@@ -1,4 +1,4 @@
-// What the window shows before a scan is opened.
+/// The page that the window shows before a scan is opened.
 #pragma once
 
 #include <QAction>
@@ -9,12 +9,12 @@ namespace marrow::viewer {
 class Welcome : public QWidget {
     Q_OBJECT
   public:
-    /// With a button for each of the two.
+    /// Adds a button for each of the two actions.
     Welcome(QAction* open_folder, QAction* open_file);
     void set_recent(const QStringList& paths);
 
   signals:
-    void chosen(const QString& path);  ///< a recent one
+    void chosen(const QString& path);  ///< of a recent scan
 
   private:
     QWidget* recent_;

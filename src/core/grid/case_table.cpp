@@ -1,3 +1,4 @@
+// Derives the case table at compile time.
 #include "case_table.h"
 
 #include <utility>
@@ -10,15 +11,8 @@ constexpr bool is_inside(int cell_case, int corner) {
     return (cell_case >> corner & 1) != 0;
 }
 
-constexpr int edge_between(int corner_a, int corner_b) {
-    for (int e = 0; e < kEdges; ++e) {
-        const int first = kEdgeCorners[e][0], second = kEdgeCorners[e][1];
-        if ((first == corner_a && second == corner_b) || (first == corner_b && second == corner_a)) return e;
-    }
-    return -1;
-}
-
-// Bit f is set where the edge lies in face f: face 2 * axis + side holds the corners with that coordinate.
+// Bit f is set if the edge lies in face f. Face 2 * axis + side has the corners whose coordinate on that axis
+// is side.
 constexpr int faces_of_edge(int edge) {
     const int a = kEdgeCorners[edge][0], b = kEdgeCorners[edge][1];
     int faces = 0;
@@ -28,17 +22,22 @@ constexpr int faces_of_edge(int edge) {
     return faces;
 }
 
-// The lines that the surface draws on the faces: next[e] is the edge that follows e round its loop, -1 where
-// not crossed.
+// The lines that the surface draws on the faces: next[e] is the edge that follows edge e in its loop, or -1
+// if edge e is not crossed.
 struct Lines {
-    int next[kEdges] = {-1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1};
+    int next[kCellEdges]{};
+
+    constexpr Lines() {
+        for (int& edge : next) edge = -1;
+    }
 };
 
 constexpr Lines draw_lines(int cell_case) {
     Lines lines;
     for (const auto& ring : kFaceCorners) {
         for (int start = 0; start < 4; ++start) {
-            // A run of inside corners starts where the walk enters; a line to where it leaves cuts it off.
+            // A run of inside corners begins on the edge where the walk enters. A line from there to the edge
+            // where the walk leaves cuts it off.
             if (is_inside(cell_case, ring[start]) || !is_inside(cell_case, ring[(start + 1) % 4])) continue;
             int last = start + 1;
             while (is_inside(cell_case, ring[(last + 1) % 4])) ++last;
@@ -50,8 +49,8 @@ constexpr Lines draw_lines(int cell_case) {
     return lines;
 }
 
-// What a diagonal costs: forbidden in a face, else the squared distance of the edges' midpoints, so short
-// ones win.
+// The cost of a diagonal: the squared distance between the edges' midpoints, so that short ones win.
+// Diagonals in a face are forbidden.
 constexpr int diagonal_cost(int edge_a, int edge_b) {
     if (faces_of_edge(edge_a) & faces_of_edge(edge_b)) return 1000;
     int cost = 0;
@@ -65,14 +64,14 @@ constexpr int diagonal_cost(int edge_a, int edge_b) {
 
 struct Loop {
     int size = 0;
-    int edges[kEdges] = {};
+    int edges[kCellEdges] = {};
 };
 
-// The cheapest triangulation of a loop, over all of them: the triangle on side (i, j) takes the best third
-// point.
+// Finds the cheapest triangulation of a loop, by dynamic programming: the triangle on side (i, j) takes the
+// third point that is best for all points between i and j.
 constexpr void triangulate(const Loop& loop, Case& result) {
-    int cost[kEdges][kEdges] = {};
-    int third[kEdges][kEdges] = {};
+    int cost[kCellEdges][kCellEdges] = {};
+    int third[kCellEdges][kCellEdges] = {};
     for (int width = 2; width < loop.size; ++width) {
         for (int i = 0; i + width < loop.size; ++i) {
             const int j = i + width;
@@ -88,7 +87,7 @@ constexpr void triangulate(const Loop& loop, Case& result) {
             }
         }
     }
-    int stack[kEdges][2] = {{0, loop.size - 1}};
+    int stack[kCellEdges][2] = {{0, loop.size - 1}};
     int depth = 1;
     while (depth > 0) {
         --depth;
@@ -105,7 +104,7 @@ constexpr void triangulate(const Loop& loop, Case& result) {
 constexpr Case derive(int cell_case) {
     Case result;
     Lines lines = draw_lines(cell_case);
-    for (int first = 0; first < kEdges; ++first) {
+    for (int first = 0; first < kCellEdges; ++first) {
         if (lines.next[first] < 0) continue;
         Loop loop;
         for (int e = first; lines.next[e] >= 0;) {

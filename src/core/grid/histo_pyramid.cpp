@@ -1,3 +1,4 @@
+// Builds and searches the histogram pyramid.
 #include <marrow/histo_pyramid.h>
 
 #include <algorithm>
@@ -9,7 +10,7 @@ namespace marrow {
 
 namespace {
 
-// One level up: each element is the sum of up to `branching` children.
+// The level above: each element is the sum of up to `branching` children.
 template <class Count>
 std::vector<std::uint64_t> sum_children(const std::vector<Count>& children, std::size_t branching) {
     std::vector<std::uint64_t> parents((children.size() + branching - 1) / branching, 0);
@@ -21,8 +22,7 @@ std::vector<std::uint64_t> sum_children(const std::vector<Count>& children, std:
     return parents;
 }
 
-// The child whose half-open output range [start, start + count) holds the key; the key becomes relative to
-// it.
+// Finds the child whose range of outputs holds the key, and makes the key relative to that range.
 template <class Count>
 std::size_t descend(const std::vector<Count>& level, std::size_t first_child, std::uint64_t& key) {
     std::size_t child = first_child;
@@ -30,7 +30,7 @@ std::size_t descend(const std::vector<Count>& level, std::size_t first_child, st
     return child;
 }
 
-// What the siblings to the left of `node` make.
+// The outputs of the siblings to the left of `node`.
 template <class Count>
 std::uint64_t sum_left_siblings(const std::vector<Count>& level, std::size_t node, std::size_t branching) {
     std::uint64_t sum = 0;

@@ -1,4 +1,4 @@
-/// From a crossed edge of the grid to a point in space: the one formula that every path shares, bit for bit.
+/// The point on a crossed grid edge: the one formula that all extraction methods share, bit for bit.
 #pragma once
 
 #include <algorithm>
@@ -13,16 +13,17 @@
 
 namespace marrow::internal {
 
-/// The arithmetic type of a sample type: float where it holds every sample and difference, else double.
+/// The type for arithmetic with samples: float if it holds every sample and every difference exactly, else
+/// double.
 template <class T>
 using Real = std::conditional_t<sizeof(T) <= 2 || std::is_same_v<T, float>, float, double>;
 
-/// Floating-point samples are halved first, so that the difference of two huge ones does not overflow.
+/// Floating-point samples are halved before use, so that the difference of two huge ones does not overflow.
 template <class T>
 constexpr Real<T> kSampleScale = std::is_floating_point_v<T> ? Real<T>(0.5) : Real<T>(1);
 
-/// How far along an edge the isovalue lies, in [0, 1]; the middle where an end is not finite. Arguments are
-/// scaled.
+/// The position of the isovalue along an edge, from 0 to 1. It is 0.5 if an end is not finite. All arguments
+/// are multiplied by kSampleScale.
 template <class R>
 R edge_fraction(R first, R second, R isovalue) {
     const R difference = second - first;
@@ -31,9 +32,10 @@ R edge_fraction(R first, R second, R isovalue) {
     return std::min(std::max(t, R(0)), R(1));
 }
 
-/// A volume's index-to-physical map, as single precision about rows that are placed in double.
-struct Frame {
-    explicit Frame(const Geometry& geometry);
+/// Maps indices of a volume to physical space. The start of each row is computed in double precision, and
+/// positions within the row in single precision.
+struct IndexToPhysical {
+    explicit IndexToPhysical(const Geometry& geometry);
 
     /// The position of index (0, y, z).
     Vec3f row_base(std::int64_t y, std::int64_t z) const;
@@ -46,12 +48,11 @@ struct Frame {
     }
 
     Vec3d origin;
-    Mat3d exact;
-    std::array<Vec3f, 3> matrix;  ///< index -> physical
-    std::array<Vec3f, 3>
-        normal_matrix;          ///< index gradient -> physical direction down the gradient, unnormalised
-    std::array<Vec3f, 3> axis;  ///< unit physical direction of each index axis
-    bool mirrored;              ///< the map turns a left-handed index frame into space: winding flips
+    Mat3d exact;                         ///< the linear part of index -> physical
+    std::array<Vec3f, 3> matrix;         ///< the same in single precision
+    std::array<Vec3f, 3> normal_matrix;  ///< index gradient -> direction down the gradient, of any length
+    std::array<Vec3f, 3> axis;           ///< unit direction of each index axis
+    bool mirrored;                       ///< the map mirrors, so the winding of triangles flips
 };
 
 }  // namespace marrow::internal

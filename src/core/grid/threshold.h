@@ -1,4 +1,4 @@
-/// What "inside" means, in one place.
+/// The one definition of "inside".
 #pragma once
 
 #include <cmath>
@@ -8,8 +8,8 @@
 
 namespace marrow::internal {
 
-/// The smallest T that is inside, so that `sample >= *threshold` says exactly `sample >= isovalue`; none
-/// where no finite T is inside. \pre isovalue is finite
+/// The smallest T that is inside, so that `sample >= *threshold` is exactly `sample >= isovalue`. Nothing if
+/// no finite T is inside. \pre isovalue is finite
 template <class T>
 std::optional<T> inside_threshold(double isovalue) {
     using Limits = std::numeric_limits<T>;
@@ -24,7 +24,7 @@ std::optional<T> inside_threshold(double isovalue) {
     }
 }
 
-/// A sample is inside where it is at or above the threshold and finite: NaN and infinities are outside.
+/// A sample is inside if it is finite and at or above the threshold. NaN and infinities are outside.
 template <class T>
 bool is_inside(T sample, T threshold) {
     return sample >= threshold && sample <= std::numeric_limits<T>::max();

@@ -1,3 +1,4 @@
+// Finds the cells of a slice that isovalues cross, batches them by case, and measures eight at a time.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "core/isosurface/cell_measures.cpp"
 #include <hwy/foreach_target.h>
@@ -9,59 +10,49 @@
 #include <limits>
 #include <memory>
 
-#include "core/grid/case_table.h"
 #include "cell_measures.h"
-#include "core/volume/visit_samples.h"
+#include "core/grid/case_table.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace marrow::internal::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Cells of one case, eight at a time, each with one isovalue.
+// Up to eight cells of one case, each with one isovalue.
 template <class R>
 struct Batch {
     static constexpr std::size_t kSize = 8;
 
-    alignas(64) R corner[8][kSize];  // samples' differences from the isovalue; infinite: no value
-    std::uint8_t isovalue[kSize];
+    alignas(64) R corner[8][kSize];  // the samples minus the isovalue; infinite if there is no sample
+    std::uint8_t isovalue[kSize];    // index of the isovalue
     std::size_t size = 0;
 };
 
-// What the cells of a slice add. In index space, where every crossed edge lies along an axis, normals are simple; what maps them
-// to space is the same for all.
+// Measures the cells of a slice in index space, where every point lies on an axis-parallel edge, and maps the
+// results to physical space: areas by the length of the mapped normal, volumes by the determinant.
 template <class R>
 class SliceSums {
   public:
-    SliceSums(const Mat3d& matrix, double z, CellSums& sums) : sums_(sums), three_z_(static_cast<R>(3 * z)) {
-        Mat3d cofactor;
-        for (std::size_t r = 0; r < 3; ++r) {
-            const std::size_t r1 = (r + 1) % 3, r2 = (r + 2) % 3;
-            for (std::size_t c = 0; c < 3; ++c) {
-                const std::size_t c1 = (c + 1) % 3, c2 = (c + 2) % 3;
-                cofactor[r][c] = matrix[r1][c1] * matrix[r2][c2] - matrix[r1][c2] * matrix[r2][c1];
-            }
-        }
-        for (std::size_t e = 0; e < kEdges; ++e) {
+    SliceSums(const Mat3d& matrix, double z, CellMeasures& sums)
+        : sums_(sums), three_z_(static_cast<R>(3 * z)) {
+        const Mat3d cofactor = cofactors(matrix);
+        for (std::size_t e = 0; e < kCellEdges; ++e) {
             const int first = kEdgeCorners[e][0], axis = kEdgeCorners[e][1] - first;
             for (int r = 0; r < 3; ++r)
                 at_[e][r] = axis == 1 << r ? along_[e] : (first >> r & 1) != 0 ? ones_ : zeros_;
         }
         std::fill(zeros_, std::end(zeros_), R(0));
         std::fill(ones_, std::end(ones_), R(1));
-        double determinant = 0;
-        for (std::size_t c = 0; c < 3; ++c) determinant += matrix[0][c] * cofactor[0][c];
-        to_volume_ = std::abs(determinant);
+        to_volume_ = std::abs(dot(matrix[0], cofactor[0]));
         for (std::size_t a = 0; a < 3; ++a) {
             for (std::size_t b = 0; b < 3; ++b) {
-                double dot = 0;
-                for (std::size_t r = 0; r < 3; ++r) dot += cofactor[r][a] * cofactor[r][b];
-                square_[a][b] = static_cast<R>(a == b ? dot : 2 * dot);
+                const double product = dot(column(cofactor, a), column(cofactor, b));
+                square_[a][b] = static_cast<R>(a == b ? product : 2 * product);
             }
         }
     }
 
-    // Adds a cell; `value` on the samples' scale.
+    // Adds a cell whose corners have these values. Values and isovalue are multiplied by kSampleScale.
     HWY_INLINE void add(std::uint8_t cell_case, const R (&value)[8], R isovalue, std::size_t k) {
         Batch<R>& batch = batches_[cell_case];
         for (std::size_t v = 0; v < 8; ++v) batch.corner[v][batch.size] = value[v] - isovalue;
@@ -83,11 +74,11 @@ class SliceSums {
         const auto half = hn::Set(d, R(0.5)), most = hn::Set(d, std::numeric_limits<R>::max());
         alignas(64) R twice_area[kSize], six_volumes[kSize];
         for (std::size_t i = 0; i < kSize; i += hn::Lanes(d)) {
-            for (std::size_t e = 0; e < kEdges; ++e) {
+            for (std::size_t e = 0; e < kCellEdges; ++e) {
                 if ((c.crossed >> e & 1) == 0) continue;
                 const auto from = hn::Load(d, batch.corner[kEdgeCorners[e][0]] + i);
                 const auto difference = hn::Sub(from, hn::Load(d, batch.corner[kEdgeCorners[e][1]] + i));
-                // Where one end has no value, the point is in the middle.
+                // If one end has no value, the point is in the middle.
                 const auto t =
                     hn::IfThenElse(hn::Le(hn::Abs(difference), most), hn::Div(from, difference), half);
                 hn::Store(t, d, along_[e] + i);
@@ -104,7 +95,8 @@ class SliceSums {
                            uz = hn::Sub(bz, az);
                 const auto vx = hn::Sub(corner(2, 0), ax), vy = hn::Sub(corner(2, 1), ay),
                            vz = hn::Sub(cz, az);
-                // No fused operations, so that the numbers are the same on every processor.
+                // The normal, twice as long as the area. No fused operations, so that results are the same on
+                // every processor.
                 const auto nx = hn::Sub(hn::Mul(uy, vz), hn::Mul(uz, vy)),
                            ny = hn::Sub(hn::Mul(uz, vx), hn::Mul(ux, vz)),
                            nz = hn::Sub(hn::Mul(ux, vy), hn::Mul(uy, vx));
@@ -117,7 +109,7 @@ class SliceSums {
                 const auto squared =
                     hn::Add(hn::Add(hn::Mul(by_x, nx), hn::Mul(by_y, ny)), hn::Mul(by_z, nz));
                 area = hn::Add(area, hn::Sqrt(hn::Max(squared, hn::Zero(d))));
-                // The flux of (0, 0, z).
+                // By the divergence theorem, the flux of (0, 0, z) through the surface is the volume.
                 const auto z = hn::Add(hn::Add(hn::Add(az, bz), cz), hn::Set(d, three_z_));
                 volume = hn::Add(volume, hn::Mul(nz, z));
             }
@@ -126,56 +118,115 @@ class SliceSums {
         }
         for (std::size_t n = 0; n < batch.size; ++n) {
             const std::size_t k = batch.isovalue[n];
-            sums_.area[k] += static_cast<double>(twice_area[n]);
-            sums_.volume[k] += static_cast<double>(six_volumes[n]) * to_volume_;
+            sums_.twice_area[k] += static_cast<double>(twice_area[n]);
+            sums_.six_volumes[k] += static_cast<double>(six_volumes[n]) * to_volume_;
             sums_.triangles[k] += c.triangles;
         }
         batch.size = 0;
     }
 
-    CellSums& sums_;
+    CellMeasures& sums_;
     const R three_z_;
     double to_volume_;
-    R square_[3][3];  // of a normal, taken to space: the sum over a <= b of square_[a][b] n[a] n[b]
+    // The squared length of a normal n in physical space is the sum over a <= b of square_[a][b] n[a] n[b].
+    R square_[3][3];
     std::array<Batch<R>, 256> batches_;
-    // Where points are on their edges; and each coordinate of them, which is that or one of the edge's ends.
-    alignas(64) R along_[kEdges][Batch<R>::kSize], zeros_[Batch<R>::kSize], ones_[Batch<R>::kSize];
-    const R* at_[kEdges][3];
+    // The position of each point along its edge. Each coordinate of a point is that, 0, or 1: at_ refers to
+    // the right one.
+    alignas(64) R along_[kCellEdges][Batch<R>::kSize], zeros_[Batch<R>::kSize], ones_[Batch<R>::kSize];
+    const R* at_[kCellEdges][3];
 };
 
+// The four rows of samples around a row of cells, at (y, z), (y + 1, z), (y, z + 1) and (y + 1, z + 1). Index
+// i of the levels belongs to sample i - 1.
 template <class T>
-void add_cells_of(const VolumeView& volume, const Frame& frame, const Levels& levels,
-                  std::span<const double> isovalues, std::int64_t z, CellSums& sums) {
+class LevelRows {
+  public:
     using R = Real<T>;
-    const auto [nx, ny, nz] = volume.geometry.dims;
-    const auto slice = std::make_unique<SliceSums<R>>(
-        frame.exact, static_cast<double>(z) - 0.5 * static_cast<double>(nz - 1), sums);
 
-    R isovalue[Levels::kMost];  // on the samples' scale
-    for (std::size_t k = 0; k < isovalues.size(); ++k)
-        isovalue[k] = static_cast<R>(isovalues[k]) * kSampleScale<T>;
-    const std::vector<std::uint8_t> outside(static_cast<std::size_t>(levels.stride), 0);
-    const auto width = static_cast<std::size_t>(levels.stride);
-    std::vector<std::uint8_t> low(width), high(width), active(width);
-
-    for (std::int64_t row = -1; row < ny; ++row) {
-        // The rows of samples at (row, z), (row + 1, z), (row, z + 1), (row + 1, z + 1).
-        const std::uint8_t* level[4];
-        const T* sample[4];
+    LevelRows(const VolumeView& volume, const Levels& levels, const std::uint8_t* outside, std::int64_t y,
+              std::int64_t z)
+        : nx_(volume.geometry.dims[0]) {
+        const std::int64_t ny = volume.geometry.dims[1], nz = volume.geometry.dims[2];
         for (std::int64_t r = 0; r < 4; ++r) {
-            const std::int64_t sy = row + (r & 1), sz = z + (r >> 1);
+            const std::int64_t sy = y + (r & 1), sz = z + (r >> 1);
             const bool within = sy >= 0 && sy < ny && sz >= 0 && sz < nz;
-            level[r] = within ? levels.bytes.data() + (sz * ny + sy) * levels.stride : outside.data();
-            sample[r] = within ? static_cast<const T*>(volume.data) + (sz * ny + sy) * nx : nullptr;
+            levels_[r] = within ? levels.bytes.data() + (sz * ny + sy) * levels.stride : outside;
+            samples_[r] = within ? static_cast<const T*>(volume.data) + (sz * ny + sy) * nx_ : nullptr;
+            all_within_ &= within;
         }
-        const bool inside_rows = row >= 0 && row + 1 < ny && z >= 0 && z + 1 < nz;
+    }
+
+    // Finds the lowest and highest level at each x, and the cells whose corners differ in level.
+    HWY_INLINE void find_active(std::size_t width, std::uint8_t* HWY_RESTRICT low,
+                                std::uint8_t* HWY_RESTRICT high, std::uint8_t* HWY_RESTRICT active) const {
+        const auto& l = levels_;
         for (std::size_t i = 0; i < width; ++i) {
-            low[i] = std::min(std::min(level[0][i], level[1][i]), std::min(level[2][i], level[3][i]));
-            high[i] = std::max(std::max(level[0][i], level[1][i]), std::max(level[2][i], level[3][i]));
+            low[i] = std::min(std::min(l[0][i], l[1][i]), std::min(l[2][i], l[3][i]));
+            high[i] = std::max(std::max(l[0][i], l[1][i]), std::max(l[2][i], l[3][i]));
         }
         for (std::size_t i = 0; i + 1 < width; ++i)
             active[i] = std::max(high[i], high[i + 1]) != std::min(low[i], low[i + 1]);
+    }
 
+    // The levels of the cell's corners; corner v is byte v.
+    HWY_INLINE std::uint64_t corner_levels(std::size_t i) const {
+        std::uint64_t corners = 0;
+        for (unsigned r = 0; r < 4; ++r) {
+            const unsigned two = levels_[r][i] | unsigned{levels_[r][i + 1]} << 8;
+            corners |= std::uint64_t{two} << (16 * r);
+        }
+        return corners;
+    }
+
+    // The samples at the cell's corners, multiplied by kSampleScale; -infinity outside the volume.
+    HWY_INLINE void corner_values(std::size_t i, R (&value)[8]) const {
+        const std::int64_t x = static_cast<std::int64_t>(i) - 1;
+        const bool within = all_within_ && x >= 0 && x + 1 < nx_;
+        for (unsigned r = 0; r < 4; ++r) {
+            for (std::int64_t s = 0; s < 2; ++s) {
+                const bool has_value = within || (samples_[r] != nullptr && x + s >= 0 && x + s < nx_);
+                value[2 * r + static_cast<unsigned>(s)] =
+                    has_value ? static_cast<R>(samples_[r][x + s]) * kSampleScale<T>
+                              : -std::numeric_limits<R>::infinity();
+            }
+        }
+    }
+
+  private:
+    const std::int64_t nx_;
+    const std::uint8_t* levels_[4];
+    const T* samples_[4];
+    bool all_within_ = true;
+};
+
+// The case of a cell for isovalue k. A corner is inside if its level is above k. Levels have seven bits. So
+// the eighth bit of each byte is free: it stays set in the difference if the level is at least k + 1. A
+// product then gathers these bits.
+HWY_INLINE std::uint8_t cell_case_at(std::uint64_t corner_levels, std::size_t k) {
+    constexpr std::uint64_t kOnes = 0x0101010101010101u, kTops = 0x8080808080808080u;
+    const std::uint64_t inside = ((corner_levels | kTops) - (k + 1) * kOnes) & kTops;
+    return static_cast<std::uint8_t>(((inside >> 7) * 0x0102040810204080u) >> 56);
+}
+
+template <class T>
+void add_cells_of(const VolumeView& volume, const IndexToPhysical& to_physical, const Levels& levels,
+                  std::span<const double> isovalues, std::int64_t z, CellMeasures& sums) {
+    using R = Real<T>;
+    const std::int64_t ny = volume.geometry.dims[1], nz = volume.geometry.dims[2];
+    const auto slice = std::make_unique<SliceSums<R>>(
+        to_physical.exact, static_cast<double>(z) - 0.5 * static_cast<double>(nz - 1), sums);
+
+    R isovalue[Levels::kMost];
+    for (std::size_t k = 0; k < isovalues.size(); ++k)
+        isovalue[k] = static_cast<R>(isovalues[k]) * kSampleScale<T>;
+    const auto width = static_cast<std::size_t>(levels.stride);
+    const std::vector<std::uint8_t> outside(width, 0);
+    std::vector<std::uint8_t> low(width), high(width), active(width);
+
+    for (std::int64_t y = -1; y < ny; ++y) {
+        const LevelRows<T> rows(volume, levels, outside.data(), y, z);
+        rows.find_active(width, low.data(), high.data(), active.data());
         for (std::size_t i = 0; i + 1 < width; ++i) {
             if (i % 8 == 0 && i + 8 < width) {
                 std::uint64_t eight;
@@ -186,40 +237,21 @@ void add_cells_of(const VolumeView& volume, const Frame& frame, const Levels& le
                 }
             }
             if (active[i] == 0) continue;
-            // Level i belongs to sample i - 1.
-            const std::int64_t cell_x = static_cast<std::int64_t>(i) - 1;
-            std::uint64_t corner_levels = 0;
+            const std::uint64_t corner_levels = rows.corner_levels(i);
             R value[8];
-            const bool within = inside_rows && cell_x >= 0 && cell_x + 1 < nx;
-            for (unsigned r = 0; r < 4; ++r) {
-                const unsigned two = level[r][i] | unsigned{level[r][i + 1]} << 8;
-                corner_levels |= std::uint64_t{two} << (16 * r);
-                for (std::int64_t s = 0; s < 2; ++s) {
-                    const bool has_value =
-                        within || (sample[r] != nullptr && cell_x + s >= 0 && cell_x + s < nx);
-                    value[2 * r + static_cast<unsigned>(s)] =
-                        has_value ? static_cast<R>(sample[r][cell_x + s]) * kSampleScale<T>
-                                  : -std::numeric_limits<R>::infinity();
-                }
-            }
+            rows.corner_values(i, value);
             const std::size_t last = std::max(high[i], high[i + 1]);
-            for (std::size_t k = std::min(low[i], low[i + 1]); k < last; ++k) {
-                // A corner is inside surface k where its level is above k. Levels have seven bits, so the eighth of each
-                // byte of a difference tells; a product gathers them.
-                constexpr std::uint64_t kOnes = 0x0101010101010101u, kTops = 0x8080808080808080u;
-                const std::uint64_t inside = ((corner_levels | kTops) - (k + 1) * kOnes) & kTops;
-                const auto cell_case = static_cast<std::uint8_t>(((inside >> 7) * 0x0102040810204080u) >> 56);
-                slice->add(cell_case, value, isovalue[k], k);
-            }
+            for (std::size_t k = std::min(low[i], low[i + 1]); k < last; ++k)
+                slice->add(cell_case_at(corner_levels, k), value, isovalue[k], k);
         }
     }
     slice->flush();
 }
 
-void add_cells_any(const VolumeView& volume, const Frame& frame, const Levels& levels,
-                   std::span<const double> isovalues, std::int64_t z, CellSums& sums) {
-    with_sample_type(volume.type, [&](auto sample) {
-        add_cells_of<decltype(sample)>(volume, frame, levels, isovalues, z, sums);
+void add_cells_any(const VolumeView& volume, const IndexToPhysical& to_physical, const Levels& levels,
+                   std::span<const double> isovalues, std::int64_t z, CellMeasures& sums) {
+    visit_sample_type(volume.type, [&](auto sample) {
+        add_cells_of<decltype(sample)>(volume, to_physical, levels, isovalues, z, sums);
     });
 }
 
@@ -231,9 +263,9 @@ namespace marrow::internal {
 
 HWY_EXPORT(add_cells_any);
 
-void add_cells(const VolumeView& volume, const Frame& frame, const Levels& levels,
-               std::span<const double> isovalues, std::int64_t z, CellSums& sums) {
-    HWY_DYNAMIC_DISPATCH(add_cells_any)(volume, frame, levels, isovalues, z, sums);
+void add_cells(const VolumeView& volume, const IndexToPhysical& to_physical, const Levels& levels,
+               std::span<const double> isovalues, std::int64_t z, CellMeasures& sums) {
+    HWY_DYNAMIC_DISPATCH(add_cells_any)(volume, to_physical, levels, isovalues, z, sums);
 }
 
 }  // namespace marrow::internal

@@ -1,4 +1,9 @@
-/// What cells add to the area and volume of the surfaces that pass through them, for many isovalues at once.
+/// Sums the area, volume and triangles of the surfaces in each cell, for many isovalues at once.
+///
+/// This is a second marching cubes, on bytes, beside the one on bits in core/marching_cubes. The inside bits
+/// belong to one isovalue, so a sweep over bits would read the volume and visit its cells again for each
+/// isovalue. Here each sample has one byte, its level, from which the cases of a cell for up to 127 isovalues
+/// follow. So every cell is visited once, and no points or triangles are stored.
 #pragma once
 
 #include <cstddef>
@@ -12,12 +17,13 @@
 
 namespace marrow::internal {
 
-/// For each sample how many of a sweep's isovalues are at most its value, from 0 to kMost: then it is inside the surfaces of
-/// those. Rows have a 0 at both ends, for the outside round the volume.
+/// The level of each sample: how many isovalues of a sweep are at most its value, from 0 to kMost. A sample
+/// of level n is inside the surfaces of the n lowest isovalues. Each row has a 0 at both ends, for the
+/// outside around the volume.
 struct Levels {
     static constexpr std::size_t kMost = 127;
 
-    std::int64_t stride;
+    std::int64_t stride;  // from one row to the next
     std::vector<std::uint8_t> bytes;
 
     explicit Levels(const std::array<std::int64_t, 3>& dims)
@@ -25,14 +31,16 @@ struct Levels {
 };
 
 /// Sums over cells, one for each isovalue.
-struct CellSums {
-    explicit CellSums(std::size_t isovalues) : area(isovalues), volume(isovalues), triangles(isovalues) {}
-    std::vector<double> area, volume;
+struct CellMeasures {
+    explicit CellMeasures(std::size_t isovalues)
+        : twice_area(isovalues), six_volumes(isovalues), triangles(isovalues) {}
+    std::vector<double> twice_area, six_volumes;
     std::vector<std::int64_t> triangles;
 };
 
-/// Adds up the cells between slices z and z + 1, for z from -1 to the last slice.
-void add_cells(const VolumeView& volume, const Frame& frame, const Levels& levels,
-               std::span<const double> isovalues, std::int64_t z, CellSums& sums);
+/// Adds the measures of the cells between slices z and z + 1 to `sums`, for z from -1 to the last slice. \pre
+/// there are at most Levels::kMost isovalues
+void add_cells(const VolumeView& volume, const IndexToPhysical& to_physical, const Levels& levels,
+               std::span<const double> isovalues, std::int64_t z, CellMeasures& sums);
 
 }  // namespace marrow::internal

@@ -1,5 +1,6 @@
-// Traditional marching cubes (Lorensen and Cline 1987, as Bourke 1994): visit every cell, look its case up,
-// interpolate, and give every triangle its own three points. No bits, no pyramid, no sharing.
+// Traditional marching cubes (Lorensen and Cline 1987, in the form of Bourke 1994): visits every cell, looks
+// up its case, interpolates, and gives every triangle three points of its own. It uses no bits, no pyramids
+// and no shared points.
 #include <cmath>
 #include <limits>
 
@@ -7,9 +8,9 @@
 #include <marrow/isosurface.h>
 
 #include "core/grid/case_table.h"
-#include "core/volume/visit_samples.h"
 #include "core/grid/index_to_physical.h"
 #include "core/grid/threshold.h"
+#include "core/volume/checks.h"
 
 namespace marrow {
 
@@ -32,8 +33,8 @@ struct Field {
 };
 
 template <class T>
-Vec3f edge_point(const Field<T>& field, const Frame& frame, const std::array<std::int64_t, 3>& cell, int edge,
-                 const T* (&corners)[8]) {
+Vec3f edge_point(const Field<T>& field, const IndexToPhysical& to_physical,
+                 const std::array<std::int64_t, 3>& cell, int edge, const T* (&corners)[8]) {
     const int first = kEdgeCorners[edge][0], second = kEdgeCorners[edge][1];
     const std::size_t axis = second - first == 1 ? 0 : second - first == 2 ? 1 : 2;
     Real<T> t = Real<T>(0.5);
@@ -42,7 +43,7 @@ Vec3f edge_point(const Field<T>& field, const Frame& frame, const std::array<std
                                    static_cast<Real<T>>(*corners[second]) * kSampleScale<T>, field.isovalue);
     }
     const std::int64_t x = cell[0] + (first & 1), y = cell[1] + (first >> 1 & 1), z = cell[2] + (first >> 2);
-    return frame.point(frame.row_base(y, z), static_cast<float>(x), axis, static_cast<float>(t));
+    return to_physical.point(to_physical.row_base(y, z), static_cast<float>(x), axis, static_cast<float>(t));
 }
 
 template <class T>
@@ -52,7 +53,7 @@ Mesh march(const VolumeView& volume, double isovalue, bool closed) {
     if (!threshold) return mesh;
     const Field<T> field{static_cast<const T*>(volume.data), volume.geometry.dims, *threshold,
                          static_cast<Real<T>>(isovalue) * kSampleScale<T>};
-    const Frame frame(volume.geometry);
+    const IndexToPhysical to_physical(volume.geometry);
     const std::int64_t low = closed ? -1 : 0, high = closed ? 0 : 1;
     for (std::int64_t z = low; z + high < field.dims[2]; ++z) {
         for (std::int64_t y = low; y + high < field.dims[1]; ++y) {
@@ -68,9 +69,9 @@ Mesh march(const VolumeView& volume, double isovalue, bool closed) {
                     const auto first = static_cast<std::uint32_t>(mesh.points.size());
                     for (int corner = 0; corner < 3; ++corner) {
                         mesh.points.push_back(
-                            edge_point<T>(field, frame, {x, y, z}, c.edges[3 * t + corner], corners));
+                            edge_point<T>(field, to_physical, {x, y, z}, c.edges[3 * t + corner], corners));
                     }
-                    if (frame.mirrored)
+                    if (to_physical.mirrored)
                         mesh.triangles.push_back({first, first + 2, first + 1});
                     else
                         mesh.triangles.push_back({first, first + 1, first + 2});
@@ -84,10 +85,10 @@ Mesh march(const VolumeView& volume, double isovalue, bool closed) {
 }  // namespace
 
 Mesh extract_isosurface_classic(const VolumeView& volume, double isovalue, bool closed) {
-    check_geometry(volume.geometry);
-    if (!std::isfinite(isovalue)) throw InputError("isovalue is not a finite number");
-    return with_sample_type(volume.type,
-                            [&](auto sample) { return march<decltype(sample)>(volume, isovalue, closed); });
+    check_volume(volume);
+    check_isovalue(isovalue);
+    return visit_sample_type(volume.type,
+                             [&](auto sample) { return march<decltype(sample)>(volume, isovalue, closed); });
 }
 
 }  // namespace marrow

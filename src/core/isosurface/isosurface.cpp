@@ -1,3 +1,4 @@
+// The three passes of the extraction in order: classify, count, emit.
 #include <marrow/isosurface.h>
 
 #include <tbb/parallel_for.h>
@@ -10,12 +11,14 @@
 #include <string>
 #include <utility>
 
+#include "base/parallel.h"
+#include "base/resize_discarding.h"
+#include "core/grid/shares.h"
 #include "core/marching_cubes/classify.h"
 #include "core/marching_cubes/count.h"
-#include "core/volume/visit_samples.h"
 #include "core/marching_cubes/emit.h"
-#include "core/grid/parallel.h"
 #include "core/snap/snap.h"
+#include "core/volume/checks.h"
 
 namespace marrow {
 
@@ -27,18 +30,16 @@ using Clock = std::chrono::steady_clock;
 
 void check(const VolumeView& volume, const IsosurfaceOptions& options) {
     if (!(options.snap >= 0 && options.snap < 0.5)) throw InputError("snap must be at least 0 and below 0.5");
-    check_geometry(volume.geometry);
-    if (volume.data == nullptr && volume.geometry.sample_count() > 0)
-        throw InputError("volume has no samples");
+    check_volume(volume);
 }
 
-// Everything an extraction needs beside its result. Kept between extractions, it saves reading what cannot
-// have changed.
+// All data of an extraction except the mesh. An IsosurfaceExtractor keeps it, and with it the bits and ranges
+// that the next isovalue need not compute again.
 struct Extraction {
     Extraction(const VolumeView& view, const IsosurfaceOptions& extraction_options, bool keep_ranges)
         : volume(view),
           options(extraction_options),
-          frame(view.geometry),
+          to_physical(view.geometry),
           bits(view.geometry.dims, extraction_options.closed),
           active(bits),
           rows(bits.rows()) {
@@ -47,12 +48,12 @@ struct Extraction {
 
     const VolumeView volume;
     const IsosurfaceOptions& options;
-    const Frame frame;
+    const IndexToPhysical to_physical;
     InsideBits bits;
     ActiveWords active;
     RowCounts rows;
     std::optional<BlockRanges> ranges;
-    std::optional<double> classified_for;  // the isovalue that bits (and ranges) are right for
+    std::optional<double> classified_for;  // the isovalue that bits and ranges belong to
     std::int64_t non_finite_samples = 0;
 
     std::size_t slices() const { return static_cast<std::size_t>(bits.nz); }
@@ -83,8 +84,8 @@ struct Pyramids {
 };
 
 Pyramids count(Extraction& e) {
-    e.rows.points.resize(
-        e.bits.rows());  // the extraction before may have been cancelled with them in its pyramids
+    // If the previous extraction was cancelled, its pyramids took these arrays with them.
+    e.rows.points.resize(e.bits.rows());
     e.rows.triangles.resize(e.bits.rows());
     Stage stage(e.options.progress, 0.3, 0.4, e.slices());
     tbb::parallel_for(std::int64_t{0}, e.bits.nz, [&](std::int64_t z) {
@@ -97,13 +98,6 @@ Pyramids count(Extraction& e) {
     return {HistoPyramid(std::move(e.rows.points)), HistoPyramid(std::move(e.rows.triangles))};
 }
 
-// Resizes without keeping, or touching, what was there.
-template <class T>
-void resize_discarding(Buffer<T>& buffer, std::uint64_t size) {
-    buffer.clear();
-    buffer.resize(size);
-}
-
 void allocate(const Pyramids& pyramids, bool normals, Mesh& mesh) {
     const std::uint64_t points = pyramids.points.total(), triangles = pyramids.triangles.total();
     resize_discarding(mesh.points, points);
@@ -111,11 +105,14 @@ void allocate(const Pyramids& pyramids, bool normals, Mesh& mesh) {
     resize_discarding(mesh.triangles, triangles);
 }
 
-// Returns the memory that took beside the mesh.
+// Makes the mesh. Returns the bytes of memory that this took in addition to the mesh.
 std::size_t emit(const Extraction& e, const Pyramids& pyramids, double isovalue, Mesh& mesh) {
-    const EmitInput input{e.volume,        isovalue,           e.frame,        e.bits,        e.active,
+    const EmitInput input{e.volume,        isovalue,           e.to_physical,  e.bits,        e.active,
                           pyramids.points, pyramids.triangles, e.rows.along_x, e.rows.along_y};
-    if (e.options.snap > 0) return snap(input, e.options.snap, e.options.normals, e.options.progress, mesh);
+    if (e.options.snap > 0) {
+        const Progress progress = sub_progress(e.options.progress, 0.4, 1);
+        return snap(input, e.options.snap, e.options.normals, progress, mesh);
+    }
     allocate(pyramids, e.options.normals, mesh);
     Stage stage(e.options.progress, 0.4, 1, 2 * share_count());
     Vec3f* normals = e.options.normals ? mesh.normals.data() : nullptr;
@@ -127,11 +124,11 @@ std::size_t emit(const Extraction& e, const Pyramids& pyramids, double isovalue,
         emit_triangles(input, row_begin, row_end, mesh.triangles.data());
         stage.step();
     });
-    report(e.options.progress, 1);
+    report_progress(e.options.progress, 1);
     return 0;
 }
 
-// The story: classify, count, allocate, emit, and where wanted snap.
+// Extracts one surface, and measures the time of each pass.
 void extract(Extraction& e, double isovalue, Mesh& mesh, IsosurfaceStats* stats) {
     const auto start = Clock::now();
     classify(e, isovalue);
@@ -144,8 +141,8 @@ void extract(Extraction& e, double isovalue, Mesh& mesh, IsosurfaceStats* stats)
     try {
         snapping = emit(e, pyramids, isovalue, mesh);
     } catch (const std::bad_alloc&) {
-        throw LimitError("no memory for " + std::to_string(points) + " points and " +
-                         std::to_string(triangles) + " triangles");
+        throw LimitError("there is not enough memory for " + std::to_string(points) + " points and " +
+                         std::to_string(triangles) + " triangles; crop or coarsen the volume");
     }
     const auto emitted = Clock::now();
     const std::size_t scratch = e.bits.bytes() + e.active.bytes() + pyramids.points.bytes() +
@@ -170,7 +167,7 @@ Volume subsampled(const VolumeView& volume, std::int64_t step) {
         geometry.spacing[a] *= static_cast<double>(step);
     }
     Volume result(geometry, volume.type);
-    with_sample_type(volume.type, [&](auto sample) {
+    visit_sample_type(volume.type, [&](auto sample) {
         using T = decltype(sample);
         const auto [nx, ny, nz] = geometry.dims;
         tbb::parallel_for(std::int64_t{0}, nz, [&, nx = nx, ny = ny](std::int64_t z) {
@@ -184,6 +181,19 @@ Volume subsampled(const VolumeView& volume, std::int64_t step) {
     return result;
 }
 
+// Runs `work` on `threads` threads. Memory can run out in any pass: that is a LimitError.
+template <class Work>
+void run(const VolumeView& volume, int threads, const Work& work) {
+    try {
+        with_threads(threads, work);
+    } catch (const std::bad_alloc&) {
+        const auto& dims = volume.geometry.dims;
+        throw LimitError("there is not enough memory to extract a surface from " + std::to_string(dims[0]) +
+                         " x " + std::to_string(dims[1]) + " x " + std::to_string(dims[2]) +
+                         " samples; crop or coarsen the volume");
+    }
+}
+
 }  // namespace
 
 Mesh extract_isosurface(const VolumeView& volume, double isovalue, const IsosurfaceOptions& options,
@@ -193,27 +203,35 @@ Mesh extract_isosurface(const VolumeView& volume, double isovalue, const Isosurf
     Mesh mesh;
     if (stats != nullptr) *stats = {};
     if (!has_cells(volume.geometry, options.closed)) return mesh;
-    with_threads(options.threads, [&] {
+    run(volume, options.threads, [&] {
         Extraction extraction(volume, options, false);
         extract(extraction, isovalue, mesh, stats);
     });
     return mesh;
 }
 
-struct IsosurfaceExtractor::Level {
-    Level(Volume&& samples, const IsosurfaceOptions& options)
-        : owned(std::move(samples)), extraction(owned, options, true) {}
-    Level(const VolumeView& samples, const IsosurfaceOptions& options) : extraction(samples, options, true) {}
+struct IsosurfaceExtractor::Impl {
+    // The extraction from every 2^level-th sample.
+    struct Level {
+        Level(const VolumeView& samples, const IsosurfaceOptions& options)
+            : extraction(samples, options, true) {}
+        Level(Volume&& samples, const IsosurfaceOptions& options)
+            : owned(std::move(samples)), extraction(owned, options, true) {}
 
-    Volume owned;  // empty for level 0, which borrows
-    Extraction extraction;
-    Mesh mesh;
+        Volume owned;  // empty for level 0, which borrows its samples
+        Extraction extraction;
+        Mesh mesh;
+    };
+
+    IsosurfaceOptions options;  // the levels refer to it
+    std::vector<std::unique_ptr<Level>> levels;
 };
 
 IsosurfaceExtractor::IsosurfaceExtractor(const VolumeView& volume, const IsosurfaceOptions& options)
-    : options_(std::make_unique<IsosurfaceOptions>(options)) {
+    : impl_(std::make_unique<Impl>()) {
     check(volume, options);
-    levels_.push_back(std::make_unique<Level>(volume, *options_));
+    impl_->options = options;
+    impl_->levels.push_back(std::make_unique<Impl::Level>(volume, impl_->options));
 }
 
 IsosurfaceExtractor::~IsosurfaceExtractor() = default;
@@ -222,20 +240,22 @@ IsosurfaceExtractor& IsosurfaceExtractor::operator=(IsosurfaceExtractor&&) noexc
 
 const Mesh& IsosurfaceExtractor::extract(double isovalue, int level, IsosurfaceStats* stats) {
     check_isovalue(isovalue);
-    if (level < 0 || level > 30) throw InputError("preview level must be 0 to 30");
+    if (level < 0 || level > 30) throw InputError("the preview level must be between 0 and 30");
     const auto index = static_cast<std::size_t>(level);
-    if (index >= levels_.size()) levels_.resize(index + 1);
+    auto& levels = impl_->levels;
+    if (index >= levels.size()) levels.resize(index + 1);
     if (stats != nullptr) *stats = {};
-    with_threads(options_->threads, [&] {
-        if (!levels_[index]) {
-            levels_[index] = std::make_unique<Level>(
-                subsampled(levels_[0]->extraction.volume, std::int64_t{1} << level), *options_);
+    const VolumeView& volume = levels[0]->extraction.volume;
+    run(volume, impl_->options.threads, [&] {
+        if (!levels[index]) {
+            levels[index] =
+                std::make_unique<Impl::Level>(subsampled(volume, std::int64_t{1} << level), impl_->options);
         }
-        Level& l = *levels_[index];
-        if (has_cells(l.extraction.volume.geometry, options_->closed))
+        Impl::Level& l = *levels[index];
+        if (has_cells(l.extraction.volume.geometry, impl_->options.closed))
             marrow::extract(l.extraction, isovalue, l.mesh, stats);
     });
-    return levels_[index]->mesh;
+    return levels[index]->mesh;
 }
 
 }  // namespace marrow

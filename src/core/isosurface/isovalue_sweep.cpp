@@ -1,3 +1,4 @@
+// Measures the surfaces at many isovalues: area and volume cell by cell, components from inside bits.
 #include <marrow/isovalue_sweep.h>
 
 #include <algorithm>
@@ -8,10 +9,10 @@
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
+#include "base/parallel.h"
 #include "cell_measures.h"
 #include "core/marching_cubes/classify.h"
-#include "core/volume/visit_samples.h"
-#include "core/grid/parallel.h"
+#include "core/volume/checks.h"
 #include "surface_counter.h"
 
 namespace marrow {
@@ -21,12 +22,11 @@ using namespace internal;
 namespace {
 
 void check(const VolumeView& volume, std::span<const double> isovalues) {
-    check_geometry(volume.geometry);
-    if (volume.data == nullptr && volume.geometry.sample_count() > 0)
-        throw InputError("volume has no samples");
+    check_volume(volume);
     for (std::size_t i = 0; i < isovalues.size(); ++i) {
         check_isovalue(isovalues[i]);
-        if (i > 0 && !(isovalues[i - 1] < isovalues[i])) throw InputError("isovalues of a sweep must ascend");
+        if (i > 0 && !(isovalues[i - 1] < isovalues[i]))
+            throw InputError("the isovalues of a sweep must ascend");
     }
 }
 
@@ -39,7 +39,7 @@ std::uint8_t level_of(T value, std::span<const double> isovalues) {
 
 void find_levels(const VolumeView& volume, std::span<const double> isovalues, Levels& levels, Stage& stage) {
     const auto [nx, ny, nz] = volume.geometry.dims;
-    with_sample_type(volume.type, [&, nx = nx, ny = ny, nz = nz](auto sample) {
+    visit_sample_type(volume.type, [&, nx = nx, ny = ny, nz = nz](auto sample) {
         using T = decltype(sample);
         const auto fill = [&](const auto& level) {
             tbb::parallel_for(std::int64_t{0}, nz, [&](std::int64_t z) {
@@ -51,7 +51,7 @@ void find_levels(const VolumeView& volume, std::span<const double> isovalues, Le
                 stage.step();
             });
         };
-        if constexpr (sizeof(T) <= 2) {  // so few values that they are looked up
+        if constexpr (sizeof(T) <= 2) {  // a table of all values is small and faster
             constexpr int kLowest = std::numeric_limits<T>::lowest();
             std::vector<std::uint8_t> table(std::size_t{1} << (8 * sizeof(T)));
             for (std::size_t i = 0; i < table.size(); ++i)
@@ -63,22 +63,22 @@ void find_levels(const VolumeView& volume, std::span<const double> isovalues, Le
     });
 }
 
-// Area, volume and triangles, from one look at every cell.
+// Measures area, volume and triangles in one pass over the cells.
 void measure_cells(const VolumeView& volume, std::span<const double> isovalues,
                    std::span<SweepSample> samples, Levels& levels, Stage& stage) {
     find_levels(volume, isovalues, levels, stage);
-    const Frame frame(volume.geometry);
+    const IndexToPhysical to_physical(volume.geometry);
     const std::int64_t nz = volume.geometry.dims[2];
-    // Summed by slices and then in their order, so that the numbers do not depend on who summed them.
-    std::vector<CellSums> slices(static_cast<std::size_t>(nz + 1), CellSums(isovalues.size()));
+    // The sums of slices are added in order, so that the result does not depend on the threads.
+    std::vector<CellMeasures> slices(static_cast<std::size_t>(nz + 1), CellMeasures(isovalues.size()));
     tbb::parallel_for(std::int64_t{-1}, nz, [&](std::int64_t z) {
-        add_cells(volume, frame, levels, isovalues, z, slices[static_cast<std::size_t>(z + 1)]);
+        add_cells(volume, to_physical, levels, isovalues, z, slices[static_cast<std::size_t>(z + 1)]);
         stage.step();
     });
-    for (const CellSums& slice : slices) {
+    for (const CellMeasures& slice : slices) {
         for (std::size_t k = 0; k < isovalues.size(); ++k) {
-            samples[k].area += slice.area[k] / 2;
-            samples[k].volume += slice.volume[k] / 6;
+            samples[k].area += slice.twice_area[k] / 2;
+            samples[k].volume += slice.six_volumes[k] / 6;
             samples[k].triangles += slice.triangles[k];
         }
     }
@@ -90,9 +90,9 @@ void count_components(const VolumeView& volume, std::span<SweepSample> samples, 
         InsideBits bits;
         SurfaceCounter counter;
     };
-    tbb::enumerable_thread_specific<std::optional<Counting>> of_thread;
+    tbb::enumerable_thread_specific<std::optional<Counting>> counting_of_threads;
     tbb::parallel_for(std::size_t{0}, samples.size(), [&](std::size_t k) {
-        std::optional<Counting>& own = of_thread.local();
+        std::optional<Counting>& own = counting_of_threads.local();
         if (!own) own.emplace(volume.geometry.dims);
         for (std::int64_t z = 0; z < own->bits.nz; ++z)
             classify_slice(volume, samples[k].isovalue, z, own->bits, nullptr);
@@ -131,23 +131,23 @@ double surface_shift(const SweepSample& a, const SweepSample& b) {
 }
 
 std::vector<Plateau> find_plateaus(std::span<const SweepSample> sweep, double spacing, double contrast) {
-    constexpr double kGone = 0.01;
+    constexpr double kFewestTriangles = 0.01;  // of the most in the sweep; fewer are noise
     const double width = contrast / 5;
     if (sweep.empty() || !(width > 0)) return {};
     std::int64_t most_triangles = 0;
     for (const SweepSample& s : sweep) most_triangles = std::max(most_triangles, s.triangles);
-    const auto is_there = [&](const SweepSample& s) {
+    const auto has_surface = [&](const SweepSample& s) {
         return s.triangles > 0 &&
-               static_cast<double>(s.triangles) >= kGone * static_cast<double>(most_triangles);
+               static_cast<double>(s.triangles) >= kFewestTriangles * static_cast<double>(most_triangles);
     };
-    const auto stays = [&](const SweepSample& a, const SweepSample& b) {
+    const auto hardly_moves = [&](const SweepSample& a, const SweepSample& b) {
         const double most = spacing / 2 * (b.isovalue - a.isovalue) / width;
-        return is_there(a) && is_there(b) && surface_shift(a, b) < most;
+        return has_surface(a) && has_surface(b) && surface_shift(a, b) < most;
     };
     std::vector<Plateau> plateaus;
     std::size_t first = 0;
     for (std::size_t i = 0; i < sweep.size(); ++i) {
-        if (i + 1 < sweep.size() && stays(sweep[i], sweep[i + 1])) continue;
+        if (i + 1 < sweep.size() && hardly_moves(sweep[i], sweep[i + 1])) continue;
         if (sweep[i].isovalue - sweep[first].isovalue >= width) plateaus.push_back({first, i});
         first = i + 1;
     }

@@ -1,3 +1,5 @@
+// Extracts surfaces of volumes that do not fit in memory, slab by slab: reads the volume once to count, and
+// once more to make points and triangles.
 #include <marrow/streaming.h>
 
 #include <tbb/parallel_for.h>
@@ -6,10 +8,12 @@
 #include <atomic>
 #include <optional>
 
+#include "base/parallel.h"
+#include "core/grid/shares.h"
 #include "core/marching_cubes/classify.h"
 #include "core/marching_cubes/count.h"
 #include "core/marching_cubes/emit.h"
-#include "core/grid/parallel.h"
+#include "core/volume/checks.h"
 #include "core/volume/sparse_array.h"
 
 namespace marrow {
@@ -18,7 +22,8 @@ using namespace internal;
 
 namespace {
 
-// The volume's samples and inside bits, of which a window of slices is in memory. Slices are numbered as in the grid.
+// The volume's samples and inside bits, of which only a window of slices is in memory. Slices are numbered as
+// in the grid, which for a closed surface has one more at both ends than the volume.
 class Window {
   public:
     Window(const SliceSource& source, double isovalue, bool closed)
@@ -37,19 +42,20 @@ class Window {
     const VolumeView& volume() const { return volume_; }
     const InsideBits& bits() const { return bits_; }
     std::int64_t non_finite_samples() const { return non_finite_; }
-    // Memory of a slice and its bits.
+    // The memory of a slice's samples and bits.
     std::size_t bytes_per_slice() const {
-        return slice_bytes_ + bits_.row_index(0, 1) * bits_.words_per_row * 8;
+        return slice_bytes_ + bits_.row_index(0, 1) * bits_.words_per_row * sizeof(std::uint64_t);
     }
 
-    // Begins again from the first slice.
+    // Begins again with the first slice.
     void rewind() {
         release(bits_.nz);
         read_ = classified_ = released_ = released_bits_ = 0;
         non_finite_ = 0;
     }
 
-    // Has the samples and bits of all slices before `end`, but those released, and the samples of `ahead` slices more.
+    // Reads and classifies all slices before `end` that were not read yet, and reads the samples of `ahead`
+    // more slices.
     void advance(std::int64_t end, std::int64_t ahead) {
         const std::int64_t nz = source_.geometry.dims[2];
         const std::int64_t samples_end = std::clamp<std::int64_t>(end - bits_.pad + ahead, read_, nz);
@@ -67,9 +73,9 @@ class Window {
         classified_ = std::max(classified_, bits_end);
     }
 
-    // Gives back the bits of slices before `end`, and the samples but those of `behind` slices before it.
-    void release(std::int64_t end, std::int64_t behind = 0) {
-        const std::int64_t samples_end = std::clamp<std::int64_t>(end - bits_.pad - behind, released_, read_);
+    // Releases the bits of slices before `end`, and the samples of slices before `end` - `kept`.
+    void release(std::int64_t end, std::int64_t kept = 0) {
+        const std::int64_t samples_end = std::clamp<std::int64_t>(end - bits_.pad - kept, released_, read_);
         samples_.release(slice_bytes_ * static_cast<std::size_t>(released_),
                          slice_bytes_ * static_cast<std::size_t>(samples_end));
         released_ = samples_end;
@@ -88,28 +94,181 @@ class Window {
     SparseArray<std::uint64_t> bit_memory_;
     InsideBits bits_;
     VolumeView volume_;
-    std::int64_t read_ = 0, released_ = 0;  // slices of the volume
+    // In memory are the samples of the volume's slices from released_ to read_, and the bits of the grid's
+    // slices from released_bits_ to classified_.
+    std::int64_t read_ = 0, released_ = 0;
     std::int64_t classified_ = 0, released_bits_ = 0;
     std::int64_t non_finite_ = 0;
 };
 
-// First reading: what every row makes.
-void count(Window& window, std::int64_t slices, RowCounts& rows, ActiveWords& active,
-           const Progress& progress) {
+// Everything that the passes share.
+struct Slabs {
+    Slabs(const SliceSource& source, double level, const SlabLimits& limits,
+          const IsosurfaceOptions& slab_options)
+        : geometry(source.geometry),
+          isovalue(level),
+          options(slab_options),
+          window(source, level, slab_options.closed),
+          rows(window.bits().rows()),
+          active(window.bits()),
+          most_slices(limits.slices.value_or(window.bits().nz)),
+          memory(memory_left(limits)) {}
+
+    const Geometry& geometry;
+    const double isovalue;
+    const IsosurfaceOptions& options;
+    Window window;
+    RowCounts rows;
+    ActiveWords active;
+    const std::int64_t most_slices;  // in a slab
+    const std::size_t memory;        // bytes for a slab's samples, bits and output
+
+    // The slices in memory beside those of a slab. Stencils reach one slice back and two ahead, and the last
+    // slice of points is made with the slab before it.
+    static constexpr std::int64_t kHalo = 5;
+
+  private:
+    std::size_t memory_left(const SlabLimits& limits) const {
+        // RowCounts has four numbers per row. Above its rows, the levels of the two pyramids add up to less
+        // than two bytes per row.
+        constexpr std::size_t kBytesPerRow = 4 * sizeof(std::uint32_t) + 2;
+        const std::size_t counts = kBytesPerRow * window.bits().rows() + active.bytes();
+        const std::size_t least = counts + (kHalo + 1) * window.bytes_per_slice();
+        if (limits.memory < least)
+            throw LimitError("this volume needs at least " + std::to_string((least >> 20) + 1) +
+                             " MiB of memory; allow more, or crop the volume");
+        return limits.memory - counts;
+    }
+};
+
+// The histogram pyramids over rows.
+struct Pyramids {
+    HistoPyramid points, triangles;
+};
+
+// Reads the volume for the first time, and counts what every row makes.
+Pyramids count(Slabs& s) {
+    Window& window = s.window;
     const InsideBits& bits = window.bits();
+    const auto fit = static_cast<std::int64_t>(s.memory / window.bytes_per_slice()) - Slabs::kHalo;
+    const std::int64_t slices = std::min(s.most_slices, std::max<std::int64_t>(fit, 1));
     for (std::int64_t z = 0; z < bits.nz; z += slices) {
         const std::int64_t end = std::min(z + slices, bits.nz);
         window.advance(end + 1, 0);
         tbb::parallel_for(z, end, [&](std::int64_t slice) {
-            count_rows(bits, bits.row_index(0, slice), bits.row_index(0, slice + 1), rows, active);
+            count_rows(bits, bits.row_index(0, slice), bits.row_index(0, slice + 1), s.rows, s.active);
         });
-        // The next slab begins with bits that are there already; no sample is needed again.
+        // The bits that the next slab begins with are there already, so none of the samples is needed again.
         window.release(end, -1);
-        report(progress, 0.4 * static_cast<double>(end) / static_cast<double>(bits.nz));
+        report_progress(s.options.progress, 0.4 * static_cast<double>(end) / static_cast<double>(bits.nz));
     }
     tbb::parallel_for(std::int64_t{0}, bits.nz, [&](std::int64_t slice) {
-        count_triangles(bits, bits.row_index(0, slice), bits.row_index(0, slice + 1), rows);
+        count_triangles(bits, bits.row_index(0, slice), bits.row_index(0, slice + 1), s.rows);
     });
+    return {HistoPyramid(std::move(s.rows.points)), HistoPyramid(std::move(s.rows.triangles))};
+}
+
+// The output of slices [z_begin, z_end): triangles between them and the slice after, and all points that
+// these name.
+struct SlabOutput {
+    std::size_t row_begin, row_end, points_row_end;
+    std::uint64_t point_begin, point_end, triangle_begin, triangle_end;
+
+    SlabOutput(const InsideBits& bits, const Pyramids& pyramids, std::int64_t z_begin, std::int64_t z_end)
+        : row_begin(bits.row_index(0, z_begin)),
+          row_end(bits.row_index(0, z_end)),
+          points_row_end(bits.row_index(0, std::min(z_end + 1, bits.nz))),
+          point_begin(pyramids.points.first_output(row_begin)),
+          point_end(pyramids.points.first_output(points_row_end)),
+          triangle_begin(pyramids.triangles.first_output(row_begin)),
+          triangle_end(pyramids.triangles.first_output(row_end)) {}
+
+    std::size_t bytes(bool normals) const {
+        return (point_end - point_begin) * sizeof(Vec3f) * (normals ? 2 : 1) +
+               (triangle_end - triangle_begin) * sizeof(Triangle);
+    }
+};
+
+// The end of the slab that begins at slice z: it has as many slices as fit in memory, and at least one.
+std::int64_t slab_end(const Slabs& s, const Pyramids& pyramids, std::int64_t z) {
+    const InsideBits& bits = s.window.bits();
+    const auto bytes_until = [&](std::int64_t end) {
+        return static_cast<std::size_t>(end - z + Slabs::kHalo) * s.window.bytes_per_slice() +
+               SlabOutput(bits, pyramids, z, end).bytes(s.options.normals);
+    };
+    std::int64_t end = z + 1;
+    while (end < bits.nz && end - z < s.most_slices && bytes_until(end + 1) <= s.memory) ++end;
+    return end;
+}
+
+// The whole surface's arrays, of which only the current slab's part takes memory.
+struct SurfaceMemory {
+    SurfaceMemory(const Pyramids& pyramids, bool with_normals)
+        : points(pyramids.points.total()),
+          normals(with_normals ? pyramids.points.total() : 0),
+          triangles(pyramids.triangles.total()) {}
+
+    SparseArray<Vec3f> points, normals;
+    SparseArray<Triangle> triangles;
+};
+
+void emit(const EmitInput& input, const SlabOutput& slab, bool normals, SurfaceMemory& memory) {
+    Vec3f* const normal_memory = normals ? memory.normals.data() : nullptr;
+    for_each_share(input.points, slab.row_begin, slab.points_row_end, [&](std::size_t from, std::size_t to) {
+        emit_points(input, from, to, memory.points.data(), normal_memory);
+    });
+    for_each_share(input.triangles, slab.row_begin, slab.row_end, [&](std::size_t from, std::size_t to) {
+        emit_triangles(input, from, to, memory.triangles.data());
+    });
+}
+
+// Gives a slab's part of the surface to the sink, and then its memory back.
+void hand_over(const SlabOutput& slab, bool normals, SurfaceMemory& memory, const SurfaceSink& sink) {
+    const std::uint64_t points = slab.point_end - slab.point_begin,
+                        triangles = slab.triangle_end - slab.triangle_begin;
+    SurfacePart part{slab.point_begin,
+                     {memory.points.data() + slab.point_begin, points},
+                     {},
+                     slab.triangle_begin,
+                     {memory.triangles.data() + slab.triangle_begin, triangles}};
+    if (normals) part.normals = {memory.normals.data() + slab.point_begin, points};
+    sink.part(part);
+    memory.points.release(slab.point_begin, slab.point_end);
+    if (normals) memory.normals.release(slab.point_begin, slab.point_end);
+    memory.triangles.release(slab.triangle_begin, slab.triangle_end);
+}
+
+// Reads the volume again, and makes the surface slab by slab.
+void emit(Slabs& s, const Pyramids& pyramids, const SurfaceSink& sink) {
+    Window& window = s.window;
+    const InsideBits& bits = window.bits();
+    const bool normals = s.options.normals;
+    SurfaceMemory memory(pyramids, normals);
+    const IndexToPhysical to_physical(s.geometry);
+    const EmitInput input{window.volume(), s.isovalue,         to_physical,    bits,          s.active,
+                          pyramids.points, pyramids.triangles, s.rows.along_x, s.rows.along_y};
+    window.rewind();
+    for (std::int64_t z = 0; z < bits.nz;) {
+        const std::int64_t end = slab_end(s, pyramids, z);
+        const SlabOutput slab(bits, pyramids, z, end);
+        window.advance(end + 2, 2);
+        emit(input, slab, normals, memory);
+        hand_over(slab, normals, memory, sink);
+        window.release(end, 1);
+        z = end;
+        report_progress(s.options.progress,
+                        0.4 + 0.6 * static_cast<double>(end) / static_cast<double>(bits.nz));
+    }
+}
+
+void check(const SliceSource& source, const SurfaceSink& sink, const SlabLimits& limits,
+           const IsosurfaceOptions& options) {
+    check_geometry(source.geometry);
+    if (!source.read || !sink.begin || !sink.part)
+        throw InputError("extraction in slabs: a function of the source or the sink is missing");
+    if (limits.slices && *limits.slices < 1) throw InputError("a slab must have at least one slice");
+    if (options.snap != 0)
+        throw InputError("extraction in slabs cannot snap, since it never has all of the surface");
 }
 
 }  // namespace
@@ -117,85 +276,18 @@ void count(Window& window, std::int64_t slices, RowCounts& rows, ActiveWords& ac
 void extract_isosurface_in_slabs(const SliceSource& source, double isovalue, const SurfaceSink& sink,
                                  const SlabLimits& limits, const IsosurfaceOptions& options,
                                  IsosurfaceStats* stats) {
-    check_geometry(source.geometry);
+    check(source, sink, limits, options);
     check_isovalue(isovalue);
-    if (options.snap != 0)
-        throw InputError(
-            "a surface that is extracted in slabs cannot be snapped: it is never there as a whole");
     if (stats != nullptr) *stats = {};
     if (!has_cells(source.geometry, options.closed)) return sink.begin(0, 0, options.normals);
 
     with_threads(options.threads, [&] {
-        Window window(source, isovalue, options.closed);
-        const InsideBits& bits = window.bits();
-        RowCounts rows(bits.rows());
-        ActiveWords active(bits);
-
-        // Stencils reach one slice back and two ahead, and the part's last slice of points is made with it: 5 more.
-        constexpr std::int64_t kHalo = 5;
-        const std::size_t counts = 18 * bits.rows() + active.bytes();
-        const std::size_t least = counts + (kHalo + 1) * window.bytes_per_slice();
-        if (limits.memory < least) {
-            throw LimitError("this volume cannot be worked on in less than " +
-                             std::to_string((least >> 20) + 1) + " MiB");
-        }
-        const std::size_t for_slabs = limits.memory - counts;
-        const std::int64_t most = limits.slices > 0 ? limits.slices : bits.nz;
-        const auto fit = static_cast<std::int64_t>(for_slabs / window.bytes_per_slice()) - kHalo;
-        count(window, std::min(most, std::max<std::int64_t>(fit, 1)), rows, active, options.progress);
-
-        const HistoPyramid points(std::move(rows.points)), triangles(std::move(rows.triangles));
-        check_point_count(points.total());
-        sink.begin(points.total(), triangles.total(), options.normals);
-
-        SparseArray<Vec3f> point_memory(points.total()), normal_memory(options.normals ? points.total() : 0);
-        SparseArray<Triangle> triangle_memory(triangles.total());
-        const Frame frame(source.geometry);
-        const EmitInput input{window.volume(), isovalue,  frame,        bits,        active,
-                              points,          triangles, rows.along_x, rows.along_y};
-        const std::size_t point_bytes = sizeof(Vec3f) * (options.normals ? 2 : 1);
-        const auto slice_row = [&](std::int64_t z) { return bits.row_index(0, std::min(z, bits.nz)); };
-
-        window.rewind();
-        for (std::int64_t z = 0; z < bits.nz;) {
-            // As many slices as memory takes, now that their output is known.
-            std::int64_t end = z;
-            const auto bytes_until = [&](std::int64_t slab_end) {
-                const std::uint64_t slab_points =
-                    points.first_output(slice_row(slab_end + 1)) - points.first_output(slice_row(z));
-                const std::uint64_t slab_triangles =
-                    triangles.first_output(slice_row(slab_end)) - triangles.first_output(slice_row(z));
-                return static_cast<std::size_t>(slab_end - z + kHalo) * window.bytes_per_slice() +
-                       slab_points * point_bytes + slab_triangles * sizeof(Triangle);
-            };
-            do ++end;
-            while (end < bits.nz && end - z < most && bytes_until(end + 1) <= for_slabs);
-
-            window.advance(end + 2, 2);
-            const std::size_t row_begin = slice_row(z), row_end = slice_row(end),
-                              points_end = slice_row(end + 1);
-            for_each_share(points, row_begin, points_end, [&](std::size_t from, std::size_t to) {
-                emit_points(input, from, to, point_memory.data(),
-                            options.normals ? normal_memory.data() : nullptr);
-            });
-            for_each_share(triangles, row_begin, row_end, [&](std::size_t from, std::size_t to) {
-                emit_triangles(input, from, to, triangle_memory.data());
-            });
-
-            const std::uint64_t p0 = points.first_output(row_begin), p1 = points.first_output(points_end);
-            const std::uint64_t t0 = triangles.first_output(row_begin), t1 = triangles.first_output(row_end);
-            SurfacePart part{
-                p0, {point_memory.data() + p0, p1 - p0}, {}, t0, {triangle_memory.data() + t0, t1 - t0}};
-            if (options.normals) part.normals = {normal_memory.data() + p0, p1 - p0};
-            sink.part(part);
-            point_memory.release(p0, p1);
-            if (options.normals) normal_memory.release(p0, p1);
-            triangle_memory.release(t0, t1);
-            window.release(end, 1);
-            z = end;
-            report(options.progress, 0.4 + 0.6 * static_cast<double>(end) / static_cast<double>(bits.nz));
-        }
-        if (stats != nullptr) stats->non_finite_samples = window.non_finite_samples();
+        Slabs slabs(source, isovalue, limits, options);
+        const Pyramids pyramids = count(slabs);
+        check_point_count(pyramids.points.total());
+        sink.begin(pyramids.points.total(), pyramids.triangles.total(), options.normals);
+        emit(slabs, pyramids, sink);
+        if (stats != nullptr) stats->non_finite_samples = slabs.window.non_finite_samples();
     });
 }
 

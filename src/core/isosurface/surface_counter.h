@@ -1,4 +1,4 @@
-/// How many surfaces there are, from inside bits alone.
+/// Counts the components of a closed surface from inside bits alone.
 #pragma once
 
 #include <cstddef>
@@ -7,50 +7,53 @@
 
 #include <marrow/buffer.h>
 
+#include "base/disjoint_sets.h"
 #include "core/marching_cubes/inside_bits.h"
 
 namespace marrow::internal {
 
-/// Runs of samples of one kind, and which of them hang together.
-class Regions {
+/// Sets of connected runs. A run is a range of samples along x that are all inside or all outside.
+class ConnectedRuns {
   public:
-    /// Makes the first `runs` runs regions of their own, from `known` on.
+    /// Adds the runs with numbers from `known` to `runs` - 1, each as a set of its own.
     void add(std::size_t known, std::size_t runs);
-    void join(std::size_t a, std::size_t b) {
-        if (parent_[a] != parent_[b]) join_roots(root(a), root(b));
+    void connect(std::size_t a, std::size_t b) {
+        if (parents_[a] != parents_[b]) connections_ += unite(parents_, a, b);
     }
-    void restart() { joined_ = 0; }
-    std::size_t joined() const { return joined_; }
+    void restart() { connections_ = 0; }
+    /// The number of runs minus the number of sets.
+    std::size_t connections() const { return connections_; }
 
   private:
-    std::uint32_t root(std::size_t run);
-    void join_roots(std::uint32_t a, std::uint32_t b);
-
-    Buffer<std::uint32_t> parent_;
-    std::size_t joined_ = 0;
+    Buffer<std::uint32_t> parents_;
+    std::size_t connections_ = 0;
 };
 
-/// Counts the closed surfaces round a grid's inside samples, for grid after grid in the same memory. Surfaces part space into
-/// one region more than there are surfaces, as each of them has an inner and an outer side; and regions are runs of samples that
-/// hang together: inside ones along the grid's edges, outside ones across diagonals of faces too (see case_table.h).
+/// Counts the closed surfaces around the inside samples of a grid. It can be used for many grids and keeps
+/// its memory.
+///
+/// Each surface has an inner and an outer side, so n surfaces divide space into n + 1 regions. The regions
+/// are sets of connected runs: inside samples are connected along the edges of the grid, outside samples also
+/// across the diagonals of faces (see case_table.h).
 class SurfaceCounter {
   public:
-    /// \pre bits are those of a closed surface
+    /// \pre the bits are those of a closed surface
     std::int64_t count(const InsideBits& bits);
 
   private:
     void add_row(const InsideBits& bits, std::size_t row);
     template <bool kInside>
-    void join_rows(std::size_t row, std::size_t other);
-    void join_diagonals(const InsideBits& bits, std::size_t row, std::size_t other, std::size_t beside_row,
-                        std::size_t beside_other);
+    void connect_rows(std::size_t row, std::size_t other);
+    void connect_diagonals(const InsideBits& bits, std::size_t row, std::size_t other, std::size_t beside_row,
+                           std::size_t beside_other);
     std::size_t outside_run(std::size_t row, std::int32_t sample) const;
 
-    // A row's borders: 0; where it goes in, where it goes out, and so on; and one sample behind its bits. Outside runs lie from
-    // the first of each pair to the second, and inside ones from there to the next pair's first.
+    /// For each row: 0; then the samples at which inside runs begin and end, in turn; then the sample after
+    /// the end of its bits, plus 1. So outside runs reach from the first to the second element of each pair,
+    /// and inside runs from the second to the first of the next pair.
     Buffer<std::int32_t> borders_;
-    std::vector<std::size_t> first_border_;  // of each row, and all
-    Regions inside_, outside_;
+    std::vector<std::size_t> first_border_;  ///< of each row, and the number of all
+    ConnectedRuns inside_, outside_;
 };
 
 }  // namespace marrow::internal

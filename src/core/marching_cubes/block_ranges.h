@@ -1,4 +1,5 @@
-/// The min-max pyramid's base: what values lie in each block of samples.
+/// The range of values in each block of samples, so that blocks which an isovalue does not touch need not be
+/// read.
 #pragma once
 
 #include <array>
@@ -8,11 +9,11 @@
 
 namespace marrow::internal {
 
-/// What the samples of a block are for an isovalue.
+/// Whether the samples of a block are all outside, all inside, or both.
 enum class BlockState { outside, inside, mixed };
 
-/// Bounds of a block's samples, rounded away from them where a float does not hold them exactly. With a
-/// sample that is not finite, min is -infinity: such a block is never inside as a whole.
+/// Bounds of a block's samples. Where float cannot hold them exactly they are rounded outwards. If a sample
+/// is not finite, min is -infinity, so the block is never all inside.
 struct BlockRange {
     float min, max;
 
@@ -22,9 +23,9 @@ struct BlockRange {
     }
 };
 
-/// The ranges of blocks of 64 samples along x (a word of inside bits) by kRows rows of a slice. They do not
-/// depend on the isovalue: when that changes, only blocks that it or the isovalue before lies in need another
-/// look.
+/// The ranges of all blocks. A block has 64 samples along x (one word of inside bits) and kRows rows of a
+/// slice. Ranges do not depend on the isovalue: when it changes, only blocks whose range holds the old or the
+/// new isovalue change.
 struct BlockRanges {
     static constexpr std::int64_t kRows = 8;
 

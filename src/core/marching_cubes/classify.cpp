@@ -1,3 +1,4 @@
+// Compares 64 samples at a time with the isovalue, with vectors.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "core/marching_cubes/classify.cpp"
 #include <hwy/cache_control.h>
@@ -10,7 +11,6 @@
 #include <type_traits>
 
 #include "classify.h"
-#include "core/volume/visit_samples.h"
 #include "core/grid/threshold.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -18,7 +18,7 @@ namespace marrow::internal::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// 64 samples -> 64 bits.
+// Classifies 64 samples.
 template <class T>
 HWY_INLINE std::uint64_t classify_word(const T* HWY_RESTRICT samples, T threshold, std::int64_t& non_finite) {
     const hn::ScalableTag<T> d;
@@ -42,7 +42,7 @@ HWY_INLINE std::uint64_t classify_word(const T* HWY_RESTRICT samples, T threshol
     return ~outside;
 }
 
-// Up to 64 samples -> a word, zeros behind them.
+// Classifies up to 64 samples. The bits after them are 0.
 template <class T>
 HWY_INLINE std::uint64_t classify_samples(const T* samples, std::int64_t count, T threshold,
                                           std::int64_t& non_finite) {
@@ -95,7 +95,7 @@ BlockRange range_of_block(const T* samples, std::int64_t count, std::int64_t row
     return range;
 }
 
-// A slice of the volume and where its bits go.
+// A slice of the volume, and the grid whose bits it makes.
 template <class T>
 struct Slice {
     const T* samples;
@@ -111,29 +111,29 @@ struct Slice {
           bits(inside_bits) {}
 
     const T* row(std::int64_t y) const { return samples + y * nx; }
-    // The words of a row's samples.
+    // The words that hold the bits of a row's samples.
     std::uint64_t* words(std::int64_t y) const {
         return bits.row(bits.row_index(y + bits.pad, z + bits.pad)) + bits.first_x / 64;
     }
     std::int64_t word_count() const { return (nx + 63) / 64; }
 };
 
-// Asks for the memory of 64 samples.
+// Prefetches 64 samples.
 template <class T>
-HWY_INLINE void ask_for(const T* samples) {
+HWY_INLINE void prefetch(const T* samples) {
     for (std::size_t i = 0; i < 64; i += 64 / sizeof(T)) hwy::Prefetch(samples + i);
 }
 
 template <class T>
 std::int64_t classify(const Slice<T>& slice, T threshold) {
-    // The processor's own prefetching starts anew with each page.
+    // The processor's own prefetching stops at each page's end. This covers the start of the next page.
     constexpr std::int64_t kAhead = 2048 / sizeof(T);
     std::int64_t non_finite = 0;
     for (std::int64_t y = 0; y < slice.ny; ++y) {
         const T* samples = slice.row(y);
         std::uint64_t* words = slice.words(y);
         for (std::int64_t w = 0; w < slice.word_count(); ++w) {
-            ask_for(samples + 64 * w + kAhead);
+            prefetch(samples + 64 * w + kAhead);
             words[w] = classify_samples(samples + 64 * w, slice.nx - 64 * w, threshold, non_finite);
         }
     }
@@ -157,7 +157,7 @@ std::int64_t classify_with_ranges(const Slice<T>& slice, T threshold, BlockRange
                    [&](std::int64_t bx, std::int64_t by, std::int64_t y, std::int64_t rows) HWY_ATTR {
                        const std::int64_t x = 64 * bx, count = std::min<std::int64_t>(64, slice.nx - x);
                        for (std::int64_t row = y; row < y + rows; ++row) {
-                           ask_for(slice.row(row + BlockRanges::kRows) + x);
+                           prefetch(slice.row(row + BlockRanges::kRows) + x);
                            slice.words(row)[bx] =
                                classify_samples(slice.row(row) + x, slice.nx - x, threshold, non_finite);
                        }
@@ -186,15 +186,13 @@ void reclassify(const Slice<T>& slice, double from, double to, T threshold, Bloc
         });
 }
 
-// What a slice's bits are to be for an isovalue, and where they come from.
 std::int64_t classify_any(const VolumeView& volume, double isovalue, std::int64_t z, InsideBits& bits,
                           BlockRanges* ranges) {
-    return with_sample_type(volume.type, [&](auto sample) -> std::int64_t {
+    return visit_sample_type(volume.type, [&](auto sample) -> std::int64_t {
         using T = decltype(sample);
         const Slice<T> slice(volume, z, bits);
         const auto threshold = inside_threshold<T>(isovalue);
-        // Where no T is inside, the largest finite one may stand for the threshold: its bits are cleared
-        // again.
+        // If no T is inside, the largest T replaces the threshold, and the bits are cleared afterwards.
         const T lowest_inside = threshold.value_or(std::numeric_limits<T>::max());
         const std::int64_t non_finite = ranges != nullptr
                                             ? classify_with_ranges(slice, lowest_inside, *ranges)
@@ -209,9 +207,9 @@ std::int64_t classify_any(const VolumeView& volume, double isovalue, std::int64_
 
 void reclassify_any(const VolumeView& volume, double from, double to, std::int64_t z, InsideBits& bits,
                     BlockRanges& ranges) {
-    with_sample_type(volume.type, [&](auto sample) {
+    visit_sample_type(volume.type, [&](auto sample) {
         using T = decltype(sample);
-        // Where no T is inside, no block is mixed either, and the threshold is not used.
+        // If no T is inside, no block is mixed either, and the threshold is not used.
         const T threshold = inside_threshold<T>(to).value_or(std::numeric_limits<T>::max());
         reclassify(Slice<T>(volume, z, bits), from, to, threshold, ranges);
     });
@@ -228,7 +226,8 @@ HWY_EXPORT(reclassify_any);
 
 namespace {
 
-// The rows of grid slice z that lie round the volume are outside, as are the words before the samples.
+// Makes everything around the volume outside: rows of grid slice z beside it, and the words before its
+// samples.
 void clear_padding(InsideBits& bits, std::int64_t grid_z, std::int64_t volume_nz) {
     if (bits.pad == 0) return;
     const bool around = grid_z == 0 || grid_z > volume_nz;

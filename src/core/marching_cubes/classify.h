@@ -1,4 +1,4 @@
-/// Pass 1: samples -> inside bits.
+/// Pass 1: compares samples with the isovalue and writes inside bits.
 #pragma once
 
 #include <cstdint>
@@ -10,13 +10,13 @@
 
 namespace marrow::internal {
 
-/// Writes the inside bits of a slice of the grid, and unless `ranges` is null the ranges of its blocks.
-/// Returns how many of its samples are NaN or infinite.
+/// Writes the inside bits of a slice of the grid and, unless `ranges` is null, the ranges of its blocks.
+/// Returns the number of NaN and infinite samples.
 std::int64_t classify_slice(const VolumeView& volume, double isovalue, std::int64_t grid_z, InsideBits& bits,
                             BlockRanges* ranges) noexcept;
 
-/// Changes the inside bits of a slice from one isovalue to another, reading only blocks whose range holds one
-/// of them.
+/// Changes the inside bits of a slice from isovalue `from` to isovalue `to`. Reads only the blocks whose
+/// range holds `to`.
 void reclassify_slice(const VolumeView& volume, double from, double to, std::int64_t grid_z, InsideBits& bits,
                       BlockRanges& ranges) noexcept;
 

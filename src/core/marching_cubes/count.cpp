@@ -1,10 +1,12 @@
-// Triangles are counted without looking at any one cell.
+// Counts points and triangles with bit logic, 64 cells at a time and without looking at single cells.
 //
-// A loop of k points makes k - 2 triangles, so cells with E crossed edges and L loops between them make E - 2
-// L. E: every crossed edge is a point of some row; seen from a row of cells, those along x count once and
-// those along y and z twice, but at the row's two ends. L: the loops divide a cell's boundary into one region
-// more than there are loops, so L = (inside regions) + (outside regions) - 1: nearly always 1, and otherwise
-// again bit logic.
+// A loop of k points makes k - 2 triangles. So cells with E crossed edges and L loops make E - 2 L triangles.
+//
+// E: every crossed edge has a point in some row. Among the edges of a row of cells, each edge along x belongs
+// to one cell, and each edge along y or z to two, except at the ends of the row.
+//
+// L: the loops divide the boundary of a cell into one region more than there are loops. So L = (inside
+// regions) + (outside regions) - 1. This is nearly always 1, and the other cases follow from bit logic too.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "core/marching_cubes/count.cpp"
 #include <hwy/foreach_target.h>
@@ -23,7 +25,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 using Words = hn::ScalableTag<std::uint64_t>;
 using WordVec = hn::Vec<Words>;
 
-// The corners of the cells of as many words as a vector holds, as CellBits.
+// The corners of the cells of as many words as a vector has lanes, in the layout of CellBits.
 struct CellVecs {
     WordVec corners[8];
 
@@ -47,9 +49,9 @@ struct CellVecs {
     }
 };
 
-// Of these cells, those that may have more than one loop. That takes a face with all four edges crossed, or a
-// corner and its antipode alone against the other six, where of the edges along x two diagonally opposite
-// ones are crossed.
+// The cells that may have more than one loop. Such a cell has a face with all four edges crossed, or two
+// antipodal corners that differ from the other six; then two diagonally opposite edges along x are crossed,
+// and the other two are not.
 HWY_INLINE WordVec may_have_loops(const CellVecs& cells) {
     const auto& c = cells.corners;
     const auto all = [](WordVec p, WordVec q, WordVec r) HWY_ATTR { return hn::And(hn::And(p, q), r); };
@@ -65,23 +67,24 @@ HWY_INLINE WordVec may_have_loops(const CellVecs& cells) {
     return hn::Or(hn::Or(faces_along_x, faces_across_x), antipodes);
 }
 
-// Loops of some active ones of 64 cells. Inside corners hang together along edges only, so an inside region is
-// either a lone corner, or the one that the other inside corners make; two of that sort are possible only as
-// two diagonally opposite edges. Outside corners hang together across face diagonals too, so only a corner
-// and its antipode, alone, make two outside regions.
+// Counts the loops of those of 64 cells that `which` selects. All of them must be active. Inside corners are
+// connected along edges only. So an inside region is either a single corner, or all inside corners that have
+// an inside neighbour; only two diagonally opposite edges make two regions of that kind. Outside corners are
+// connected across face diagonals too. So only two antipodal outside corners, with six inside ones, make two
+// outside regions.
 std::uint32_t count_loops(const CellBits& cells, std::uint64_t which) {
     const auto& c = cells.corners;
     std::uint32_t loops = 0;
-    std::uint64_t joined = 0;  // cells with an inside corner that has an inside neighbour
+    std::uint64_t connected = 0;  // cells with an inside corner that has an inside neighbour
     for (unsigned v = 0; v < 8; ++v) {
         const std::uint64_t neighbours = c[v ^ 1] | c[v ^ 2] | c[v ^ 4];
         loops += popcount(c[v] & ~neighbours & which);
-        joined |= c[v] & neighbours;
+        connected |= c[v] & neighbours;
     }
-    loops += popcount(joined & which);
+    loops += popcount(connected & which);
 
     for (unsigned axis = 1; axis < 8; axis <<= 1) {
-        // The four edges along the axis, in a ring; u and w span its plane.
+        // The four edges along the axis begin at corners 0, u, u | w and w.
         const unsigned u = axis == 1 ? 2 : 1, w = axis == 4 ? 2 : 4;
         const auto both = [&](unsigned v) { return c[v] & c[v | axis]; };
         const auto none = [&](unsigned v) { return ~(c[v] | c[v | axis]); };
@@ -98,8 +101,8 @@ std::uint32_t count_loops(const CellBits& cells, std::uint64_t which) {
     return loops;
 }
 
-// The crossed edges along y and z that only one cell of the row has: those at the bits where its cells start
-// and end.
+// Counts the crossed edges along y and z that belong to only one cell of the row: those at both ends of the
+// row.
 HWY_INLINE std::uint32_t count_ends(const RowBits& row, std::int64_t cells_x) {
     const auto ends_at = [&](std::size_t bit) {
         const auto at = [&](Row r) { return row.rows[r][bit / 64] >> (bit % 64) & 1; };
@@ -107,11 +110,11 @@ HWY_INLINE std::uint32_t count_ends(const RowBits& row, std::int64_t cells_x) {
                                           (at(kNextZ) ^ at(kNextYZ)) + (at(kNextY) ^ at(kNextYZ)));
     };
     const auto end = static_cast<std::size_t>(cells_x);
-    // Behind the samples of a closed surface there is no word.
+    // If the last word of a closed surface is full, there is no word after its samples.
     return ends_at(0) + (end < 64 * row.words ? ends_at(end) : 0);
 }
 
-// Which bits of a row's words stand for samples of it, and for cells; 0 in the words behind.
+// The bits of a row's words that are samples, and those that are cells. The words after the row are 0.
 struct RowMasks {
     Buffer<std::uint64_t> samples, cells;
 
@@ -125,18 +128,18 @@ struct RowMasks {
     }
 };
 
-// What a row makes, counted in the lanes of vectors; and the marks of its active words.
+// Counts what a row makes, in the lanes of vectors, and marks its active words.
 struct RowCounter {
     WordVec along_x, along_y, along_z;
-    WordVec one_loop;              // cells that have one
-    std::uint32_t more_loops = 0;  // in the other active cells
+    WordVec one_loop;              // active cells that surely have one loop
+    std::uint32_t more_loops = 0;  // loops of the other active cells
 
     RowCounter() {
         const Words d;
         along_x = along_y = along_z = one_loop = hn::Zero(d);
     }
 
-    // The words from w on. \returns a bit for each that is active
+    // Counts in a vector of words, of which w is the first. Returns a bit for each word that is active.
     HWY_INLINE std::uint64_t count(const RowBits& row, const RowMasks& masks, std::size_t w) {
         const Words d;
         const CellVecs cells(row, w);
@@ -216,7 +219,7 @@ namespace marrow::internal {
 HWY_EXPORT(count_rows_target);
 
 void count_rows(const InsideBits& bits, std::size_t row_begin, std::size_t row_end, RowCounts& counts,
-                ActiveWords& active) noexcept {
+                ActiveWords& active) {
     HWY_DYNAMIC_DISPATCH(count_rows_target)(bits, row_begin, row_end, counts, active);
 }
 
@@ -228,7 +231,7 @@ void count_triangles(const InsideBits& bits, std::size_t row_begin, std::size_t 
     const auto along_z = [&](std::size_t r) { return counts.points[r] - x[r] - y[r]; };
     for (std::size_t r = row_begin; r < row_end; ++r) {
         const std::uint32_t to_subtract = counts.triangles[r];
-        if (to_subtract == 0) continue;  // no loop: no triangle
+        if (to_subtract == 0) continue;  // no loops, so no triangles
         const std::uint32_t crossed = x[r] + x[r + 1] + x[r + ny] + x[r + ny + 1] + 2 * (y[r] + y[r + ny]) +
                                       2 * (along_z(r) + along_z(r + 1));
         counts.triangles[r] = crossed - to_subtract;

@@ -1,4 +1,4 @@
-/// Pass 2: inside bits -> how many points and triangles each row makes.
+/// Pass 2: counts the points and triangles that each row makes, from the inside bits.
 #pragma once
 
 #include <cstdint>
@@ -10,24 +10,26 @@
 
 namespace marrow::internal {
 
-/// What the rows of a grid make. A row of samples owns the points on the edges that start at its samples,
-/// along x, y and z; a row of cells, those whose first corners are its samples, makes triangles.
+/// The output of each row of the grid. A row of samples makes the points on the edges along x, y and z that
+/// start at its samples. A row of cells makes their triangles; it has the index of the row of its first
+/// corners.
 struct RowCounts {
     explicit RowCounts(std::size_t rows) : points(rows), along_x(rows), along_y(rows), triangles(rows) {}
 
-    std::vector<std::uint32_t> points;     ///< on the edges along x, y and z
-    std::vector<std::uint32_t> along_x;    ///< of these, along x
-    std::vector<std::uint32_t> along_y;    ///< and along y
-    std::vector<std::uint32_t> triangles;  ///< of the row of cells
+    std::vector<std::uint32_t> points;     ///< points on edges along all three axes
+    std::vector<std::uint32_t> along_x;    ///< those of them on edges along x
+    std::vector<std::uint32_t> along_y;    ///< those of them on edges along y
+    std::vector<std::uint32_t> triangles;  ///< triangles of the row of cells
 };
 
-/// Marks the active words of the rows [row_begin, row_end) and counts what the rows make, all but their
-/// triangles, for which what is left to subtract is noted.
+/// Counts the points of the rows [row_begin, row_end) and marks their active words. Does not count triangles
+/// yet, because that takes the next rows: `counts.triangles` gets the number that count_triangles()
+/// subtracts.
 void count_rows(const InsideBits& bits, std::size_t row_begin, std::size_t row_end, RowCounts& counts,
-                ActiveWords& active) noexcept;
+                ActiveWords& active);
 
-/// Counts the triangles of the rows [row_begin, row_end). \pre count_rows of these, the next row and the next
-/// slice
+/// Counts the triangles of the rows [row_begin, row_end). \pre count_rows() of these rows, the next row and
+/// the next slice
 void count_triangles(const InsideBits& bits, std::size_t row_begin, std::size_t row_end,
                      RowCounts& counts) noexcept;
 

@@ -1,4 +1,4 @@
-/// Pass 3: crossed edges -> points and normals; active cells -> triangles.
+/// Pass 3: makes points and normals from crossed edges, and triangles from active cells.
 #pragma once
 
 #include <cstdint>
@@ -13,27 +13,28 @@
 
 namespace marrow::internal {
 
-/// What emission reads: the volume and the results of the passes before.
+/// The input of emission: the volume, and the results of the first two passes.
 struct EmitInput {
     const VolumeView& volume;
     double isovalue;
-    const Frame& frame;
+    const IndexToPhysical& to_physical;
     const InsideBits& bits;
     const ActiveWords& active;
-    const HistoPyramid& points;  ///< over the grid's rows, as RowCounts
-    const HistoPyramid& triangles;
-    const std::vector<std::uint32_t>& along_x;  ///< as RowCounts
-    const std::vector<std::uint32_t>& along_y;
+    const HistoPyramid& points;                 ///< its leaves are RowCounts::points
+    const HistoPyramid& triangles;              ///< its leaves are RowCounts::triangles
+    const std::vector<std::uint32_t>& along_x;  ///< RowCounts::along_x
+    const std::vector<std::uint32_t>& along_y;  ///< RowCounts::along_y
 };
 
-/// Writes the points, and unless these are null the normals and how far along its edge each point is, of the
-/// rows [row_begin, row_end) to their places in the whole output. Order: rows by (z, y); in a row the edges
-/// along x, then y, then z; among these by x. Behind the last of the fractions up to 16 more are written.
+/// Writes the points of the rows [row_begin, row_end) to their positions in the whole output. Writes their
+/// normals and their fractions (the position of each point along its edge) too, unless these are null. Rows
+/// are ordered by (z, y). In a row come first the edges along x, then y, then z, each in order of x. Up to 16
+/// values after the last fraction are overwritten.
 void emit_points(const EmitInput& input, std::size_t row_begin, std::size_t row_end, Vec3f* points,
-                 Vec3f* normals, float* fractions = nullptr) noexcept;
+                 Vec3f* normals, float* fractions = nullptr);
 
-/// Writes the triangles of the rows of cells [row_begin, row_end) to their places. Order: cells by (z, y, x).
-void emit_triangles(const EmitInput& input, std::size_t row_begin, std::size_t row_end,
-                    Triangle* triangles) noexcept;
+/// Writes the triangles of the rows of cells [row_begin, row_end) to their positions in the whole output.
+/// Cells are ordered by (z, y, x).
+void emit_triangles(const EmitInput& input, std::size_t row_begin, std::size_t row_end, Triangle* triangles);
 
 }  // namespace marrow::internal

@@ -1,3 +1,5 @@
+// Writes the points and normals on crossed edges: lists the edges of a row, fetches their samples, and
+// interpolates them as vectors.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "core/marching_cubes/emit_points.cpp"
 #include <hwy/cache_control.h>
@@ -10,7 +12,6 @@
 #include <limits>
 #include <type_traits>
 
-#include "core/volume/visit_samples.h"
 #include "emit.h"
 #include "row_bits-inl.h"
 
@@ -19,14 +20,14 @@ namespace marrow::internal::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// What is gathered from the volume, sample by sample: integers stay integers until they are in vectors.
+// The type of fetched samples. Small integers are converted to floating point later, in vectors.
 template <class T>
 using Staged = std::conditional_t<std::is_integral_v<T> && sizeof(T) <= 2, std::int32_t, Real<T>>;
 
-// The samples of a row at which crossed edges start, by axis, ascending.
+// The x of the samples of a row at which crossed edges start, for each axis in ascending order.
 class RowEdges {
   public:
-    // What is written too much at the end of a list, and may be read there.
+    // This many elements after the end of a list may be written, and read.
     static constexpr std::size_t kSlack = 8;
 
     explicit RowEdges(const InsideBits& bits) : first_x_(bits.first_x) {
@@ -41,7 +42,11 @@ class RowEdges {
         for_each_active_word(active, r, [&](std::size_t w) HWY_ATTR {
             const auto x = static_cast<std::int32_t>(64 * static_cast<std::int64_t>(w) - first_x_);
             const std::uint64_t crossed[3] = {row.crossed_x(kRow, w), row.crossed_y(w), row.crossed_z(w)};
-            for (std::size_t axis = 0; axis < 3; ++axis) ends[axis] = append(crossed[axis], x, ends[axis]);
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                ends[axis] = list_bits(crossed[axis], ends[axis],
+                                       [x](std::uint64_t left, std::int32_t& edge)
+                                           HWY_ATTR { edge = x + std::countr_zero(left); });
+            }
         });
         for (std::size_t axis = 0; axis < 3; ++axis)
             counts_[axis] = static_cast<std::size_t>(ends[axis] - xs_[axis].data());
@@ -51,55 +56,43 @@ class RowEdges {
     std::size_t count(std::size_t axis) const { return counts_[axis]; }
 
   private:
-    // Most words have few. Lists so many without asking, and overwrites what was too much.
-    static HWY_INLINE std::int32_t* append(std::uint64_t bits, std::int32_t x, std::int32_t* xs) {
-        std::int32_t* const end = xs + popcount(bits);
-        do {
-            for (std::size_t i = 0; i < 4; ++i) {
-                xs[i] = x + std::countr_zero(bits);
-                bits &= bits - 1;
-            }
-            xs += 4;
-        } while (HWY_UNLIKELY(xs < end));
-        return end;
-    }
-
     const std::int64_t first_x_;
     Buffer<std::int32_t> xs_[3];
     std::size_t counts_[3] = {};
 };
 
-// Crossed edges wait here until there are enough to fetch their samples in one long loop and to interpolate
-// them as whole vectors; neighbours in the batch may belong to different rows and axes. The output is written
-// in the order in which edges are added.
+// A batch of crossed edges, from one or more rows and axes. When it is full, one long loop fetches the
+// samples of all edges, and whole vectors interpolate them. The output has the order in which edges are
+// added.
 template <class T>
 class PointBatch {
   public:
     using R = Real<T>;
     using S = Staged<T>;
 
-    // Writes points up to `end` and, unless they are null, as many normals and fractions.
+    // Writes points from `points` to `end`, and as many normals and fractions unless these are null.
     PointBatch(const EmitInput& input, Vec3f* points, const Vec3f* end, Vec3f* normals, float* fractions)
         : samples_(static_cast<const T*>(input.volume.data)),
           dims_(input.volume.geometry.dims),
           stride_{1, dims_[0], dims_[0] * dims_[1]},
-          frame_(input.frame),
+          to_physical_(input.to_physical),
           isovalue_(static_cast<R>(input.isovalue) * kSampleScale<T>),
           points_(points),
           end_(end),
           normals_(normals),
           fractions_(fractions) {}
 
-    // From now on, edges start in the row of samples (y, z).
+    // The following edges start in the row of samples (y, z).
     void set_row(std::int64_t y, std::int64_t z) {
         y_ = y;
         z_ = z;
         row_ = (z * dims_[1] + y) * dims_[0];
-        base_ = frame_.row_base(y, z);
+        base_ = to_physical_.row_base(y, z);
         inner_row_ = y >= 1 && y + 2 < dims_[1] && z >= 1 && z + 2 < dims_[2];
     }
 
-    // The edges along `axis` from `count` of the row's samples, ascending; RowEdges::kSlack more may be read.
+    // Adds `count` edges along `axis`, which start at the row's samples xs, in ascending order. Up to
+    // RowEdges::kSlack more elements of xs are read.
     HWY_INLINE void add(std::size_t axis, const std::int32_t* xs, std::size_t count) {
         while (count > 0) {
             if (HWY_UNLIKELY(size_ == kCapacity)) flush();
@@ -131,17 +124,17 @@ class PointBatch {
   private:
     static constexpr std::size_t kCapacity = 192;
     static constexpr std::size_t kAtOnce = RowEdges::kSlack;
-    static constexpr std::size_t kAhead = 16;  // edges, whose samples are asked for before they are fetched
+    static constexpr std::size_t kAhead = 16;  // samples are prefetched this many edges ahead
 
     // An edge whose stencil leaves the volume.
     struct BorderEdge {
-        std::size_t edge;  // its number in the batch
+        std::size_t edge;  // index in the batch
         std::array<std::int64_t, 3> first;
     };
 
     static S staged(T sample) { return static_cast<S>(sample); }
 
-    // Notes kAtOnce edges as those from number k of the batch on.
+    // Stores kAtOnce edges in the batch from index k on.
     HWY_INLINE void note(std::int32_t axis, const std::int32_t* xs, std::size_t k) {
         const hn::CappedTag<std::int32_t, kAtOnce> di;
         const hn::CappedTag<float, kAtOnce> df;
@@ -164,15 +157,16 @@ class PointBatch {
         }
     }
 
-    // Whether the stencils of the row's edges from sample x lie within the volume: they reach one sample back
-    // and two ahead.
+    // Whether the stencils of the edges from the row's sample x lie within the volume. They reach one sample
+    // back and two ahead.
     bool is_inner(std::int32_t x) const { return inner_row_ && x >= 1 && x + 2 < dims_[0]; }
 
     // Fetches the edges' samples.
     template <bool kNormals>
     void stage() {
         if (std::min({dims_[0], dims_[1], dims_[2]}) >= 4) {
-            // In place of what is outside, from a sample with all neighbours.
+            // stage_inner() must not read outside the volume. For border edges it reads any stencil within
+            // it, and stage_border() replaces the result.
             for (std::size_t b = 0; b < border_count_; ++b) {
                 first_[borders_[b].edge] = 1 + stride_[1] + stride_[2];
             }
@@ -181,8 +175,9 @@ class PointBatch {
         for (std::size_t b = 0; b < border_count_; ++b) stage_border(borders_[b]);
     }
 
-    // Of an edge's stencil, the rows before had all lines but those at its far side in y.
-    HWY_INLINE void ask_for(std::size_t k) const {
+    // Prefetches the cache lines of an edge's stencil that the rows before did not use: those at its far side
+    // in y.
+    HWY_INLINE void prefetch(std::size_t k) const {
         const T* far = samples_ + (first_[k] + stride_[1]);
         hwy::Prefetch(far - stride_[2]);
         hwy::Prefetch(far + stride_[1]);
@@ -193,12 +188,12 @@ class PointBatch {
     template <bool kNormals>
     HWY_INLINE void stage_inner() {
         const std::int64_t step_y = stride_[1], step_z = stride_[2];
-        for (std::size_t k = 0; asks_ahead_ && k < kAhead; ++k) ask_for(k);
+        for (std::size_t k = 0; prefetches_ && k < kAhead; ++k) prefetch(k);
         for (std::size_t k = 0; k < size_; ++k) {
             const T* HWY_RESTRICT p = samples_ + first_[k];
             const T* HWY_RESTRICT q = p + stride_[axes_[k]];
-            if (asks_ahead_) ask_for(k + kAhead);
-            // The surface goes on in the next slice, whose stencil ends here.
+            if (prefetches_) prefetch(k + kAhead);
+            // The surface continues in the next slice, whose stencil ends at this sample.
             hwy::Prefetch(p + 3 * step_z);
             ends_[0][k] = staged(*p);
             ends_[1][k] = staged(*q);
@@ -224,7 +219,8 @@ class PointBatch {
         return second;
     }
 
-    // With one-sided differences, twice as steep, where the stencil leaves the volume.
+    // Where the stencil leaves the volume, one-sided differences replace the central ones. They are doubled,
+    // because central differences span two samples.
     void stage_border(const BorderEdge& b) {
         const std::array<std::int64_t, 3> ends[2] = {b.first, second_of(b)};
         if (!within(ends[0]) || !within(ends[1])) return;
@@ -245,7 +241,7 @@ class PointBatch {
     }
 
     Vec3f along_edge(std::int32_t axis, bool first_inside) const {
-        Vec3f n = frame_.axis[static_cast<std::size_t>(axis)];
+        Vec3f n = to_physical_.axis[static_cast<std::size_t>(axis)];
         if (!first_inside) n = {-n[0], -n[1], -n[2]};
         return n;
     }
@@ -271,15 +267,16 @@ class PointBatch {
         }
     }
 
-    // Ends and slopes -> points and normals. The lanes beyond the last edge compute on what lies there; what
-    // they write, the next batch overwrites, but behind the end of the output others write.
+    // Computes points and normals from the fetched ends and slopes. The lanes after the last edge compute
+    // from old values. The next batch overwrites their results, except at the end of the output, where
+    // store() leaves them out.
     template <bool kNormals>
     void write() {
         const auto room = static_cast<std::size_t>(end_ - points_);
         for (std::size_t i = 0; i < size_; i += hn::Lanes(D())) {
             const V t = fraction(i);
             VF point[3];
-            place(i, to_float(t), point);
+            find_point(i, to_float(t), point);
             store(point, points_ + i, room - i);
             if (fractions_ != nullptr) hn::StoreU(to_float(t), DF(), fractions_ + i);
             if constexpr (kNormals) {
@@ -320,7 +317,7 @@ class PointBatch {
         }
         if constexpr (std::is_floating_point_v<T>) scale_extreme(gradient);
         for (std::size_t r = 0; r < 3; ++r) {
-            const Vec3f& m = frame_.normal_matrix[r];
+            const Vec3f& m = to_physical_.normal_matrix[r];
             normal[r] = hn::Add(
                 hn::Add(hn::Mul(hn::Set(d, R(m[0])), gradient[0]), hn::Mul(hn::Set(d, R(m[1])), gradient[1])),
                 hn::Mul(hn::Set(d, R(m[2])), gradient[2]));
@@ -329,13 +326,13 @@ class PointBatch {
                                   hn::Mul(normal[2], normal[2]));
         const V per_length = hn::Div(hn::Set(d, R(1)), hn::Sqrt(squared));
         for (V& n : normal) n = hn::Mul(n, per_length);
-        // Flat, or with samples that have no value: the normal follows the edge.
+        // Where the gradient is zero or not finite, the normal has the direction of the edge.
         const auto defined =
             hn::And(hn::Gt(squared, hn::Zero(d)), hn::Le(squared, hn::Set(d, std::numeric_limits<R>::max())));
-        if (HWY_UNLIKELY(!hn::AllTrue(d, defined))) replace(i, hn::Not(defined), normal);
+        if (HWY_UNLIKELY(!hn::AllTrue(d, defined))) set_along_edges(i, hn::Not(defined), normal);
     }
 
-    // Of gradients whose squares might overflow or vanish, those.
+    // Scales gradients whose squares might overflow or underflow.
     static HWY_INLINE void scale_extreme(V (&gradient)[3]) {
         const D d;
         constexpr R kLarge = sizeof(R) == 4 ? R(0x1p50) : R(0x1p400);
@@ -346,7 +343,8 @@ class PointBatch {
         for (V& g : gradient) g = hn::IfThenElse(moderate, g, hn::Div(g, steepest));
     }
 
-    void replace(std::size_t i, hn::Mask<D> which, V (&normal)[3]) const {
+    // Replaces some normals by the direction of their edge.
+    void set_along_edges(std::size_t i, hn::Mask<D> which, V (&normal)[3]) const {
         const D d;
         HWY_ALIGN R undefined[hn::MaxLanes(D())], lanes[3][hn::MaxLanes(D())];
         hn::Store(hn::IfThenElseZero(which, hn::Set(d, R(1))), d, undefined);
@@ -360,8 +358,8 @@ class PointBatch {
         for (std::size_t r = 0; r < 3; ++r) normal[r] = hn::Load(d, lanes[r]);
     }
 
-    // As Frame::point.
-    HWY_INLINE void place(std::size_t i, VF t, VF (&point)[3]) const {
+    // The same operations, in the same order, as IndexToPhysical::point.
+    HWY_INLINE void find_point(std::size_t i, VF t, VF (&point)[3]) const {
         const DF d;
         const hn::RebindToSigned<DF> di;
         const auto x = hn::ConvertTo(d, hn::Load(di, x_ + i));
@@ -369,7 +367,7 @@ class PointBatch {
         const auto along_y = hn::RebindMask(d, hn::Eq(axis, hn::Set(di, 1)));
         const auto along_z = hn::RebindMask(d, hn::Eq(axis, hn::Set(di, 2)));
         for (std::size_t r = 0; r < 3; ++r) {
-            const Vec3f& m = frame_.matrix[r];
+            const Vec3f& m = to_physical_.matrix[r];
             const auto along_x = hn::Set(d, m[0]);
             const auto along_edge =
                 hn::IfThenElse(along_z, hn::Set(d, m[2]), hn::IfThenElse(along_y, hn::Set(d, m[1]), along_x));
@@ -378,7 +376,7 @@ class PointBatch {
         }
     }
 
-    // As triples, of which there is room for so many.
+    // Stores vectors as triples; at most `room` of them.
     static HWY_INLINE void store(const VF (&v)[3], Vec3f* out, std::size_t room) {
         const DF d;
         if (HWY_LIKELY(room >= hn::Lanes(d))) return hn::StoreInterleaved3(v[0], v[1], v[2], d, out->data());
@@ -387,14 +385,16 @@ class PointBatch {
         std::copy_n(last, 3 * room, out->data());
     }
 
-    // An edge out of the volume: its outer end has no value, so the point is in the middle.
+    // Writes the point of an edge that leaves the volume. Its outer end has no value, so the point is in the
+    // middle.
     template <bool kNormals>
     void write_leaving(const BorderEdge& b) {
         const bool first_inside = within(b.first);
         if (first_inside && within(second_of(b))) return;
         const std::size_t k = b.edge;
         const Vec3f base{row_base_[0][k], row_base_[1][k], row_base_[2][k]};
-        points_[k] = frame_.point(base, static_cast<float>(x_[k]), static_cast<std::size_t>(axes_[k]), 0.5f);
+        points_[k] =
+            to_physical_.point(base, static_cast<float>(x_[k]), static_cast<std::size_t>(axes_[k]), 0.5f);
         if (fractions_ != nullptr) fractions_[k] = 0.5f;
         if constexpr (kNormals) normals_[k] = along_edge(axes_[k], first_inside);
     }
@@ -402,10 +402,10 @@ class PointBatch {
     const T* const samples_;
     const std::array<std::int64_t, 3> dims_;
     const std::int64_t stride_[3];
-    // Lines of large slices leave the cache before the next slice needs them; those of 512 x 512 samples even
-    // push out each other.
-    const bool asks_ahead_ = stride_[2] * static_cast<std::int64_t>(sizeof(T)) > 256 * 1024;
-    const Frame& frame_;
+    // Large slices do not stay in the cache until the next slice needs them. In slices of 512 x 512 samples,
+    // the rows of a stencil even evict each other.
+    const bool prefetches_ = stride_[2] * static_cast<std::int64_t>(sizeof(T)) > 256 * 1024;
+    const IndexToPhysical& to_physical_;
     const R isovalue_;
     Vec3f* points_;
     const Vec3f* const end_;
@@ -413,17 +413,17 @@ class PointBatch {
     float* fractions_;
 
     std::int64_t y_ = 0, z_ = 0;
-    std::int64_t row_ = 0;  // its first sample
+    std::int64_t row_ = 0;  // index of the row's first sample
     Vec3f base_{};
     bool inner_row_ = false;
     std::size_t size_ = 0, border_count_ = 0;
 
-    // With room for what is noted too much, and for the lanes beyond the last edge.
+    // Room for the elements that note() stores beyond the last edge, and for whole vectors.
     static constexpr std::size_t kRoom = kCapacity + 16;
     static_assert(kAtOnce <= 16 && kAhead <= 16);
     alignas(64) std::int32_t x_[kRoom] = {};
     alignas(64) std::int32_t axes_[kRoom] = {};
-    alignas(64) std::int64_t first_[kRoom] = {};  // samples
+    alignas(64) std::int64_t first_[kRoom] = {};  // indices of the samples at which edges start
     alignas(64) float row_base_[3][kRoom] = {};
     alignas(64) S ends_[2][kRoom] = {};
     alignas(64) S slopes_[6][kRoom] = {};
@@ -449,7 +449,7 @@ void emit_points_of(const EmitInput& input, std::size_t row_begin, std::size_t r
 
 void emit_points_any(const EmitInput& input, std::size_t row_begin, std::size_t row_end, Vec3f* points,
                      Vec3f* normals, float* fractions) {
-    with_sample_type(input.volume.type, [&](auto sample) {
+    visit_sample_type(input.volume.type, [&](auto sample) {
         emit_points_of<decltype(sample)>(input, row_begin, row_end, points, normals, fractions);
     });
 }
@@ -463,7 +463,7 @@ namespace marrow::internal {
 HWY_EXPORT(emit_points_any);
 
 void emit_points(const EmitInput& input, std::size_t row_begin, std::size_t row_end, Vec3f* points,
-                 Vec3f* normals, float* fractions) noexcept {
+                 Vec3f* normals, float* fractions) {
     const std::uint64_t first = input.points.first_output(row_begin);
     HWY_DYNAMIC_DISPATCH(emit_points_any)
     (input, row_begin, row_end, points + first, normals ? normals + first : nullptr,

@@ -1,3 +1,4 @@
+// Writes the triangles of active cells, with the ids of their points counted instead of looked up.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "core/marching_cubes/emit_triangles.cpp"
 #include <hwy/foreach_target.h>
@@ -15,25 +16,26 @@ namespace marrow::internal::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Where the point ids of a row of samples start: its edges along x, y and z.
+// The ids of the first points on the edges along x, y and z of a row of samples.
 struct RowIds {
     std::uint32_t x, y, z;
 };
 
 constexpr std::size_t kIds = sizeof RunningCase::ids;
 
-// The ids of the points on a cell's edges while cells pass by in x.
+// The ids of the points on the edges of a cell, while a row of cells passes by.
 //
-// Every point on the edges around a row of cells belongs to the next active cell, so ids are never looked up:
-// eight counters run along, one for each edge of the cell but those at its far x. An edge that is crossed
-// uses its counter and advances it; the far edges along y and z are then simply the next values. Edge numbers
-// (case_table.h) are chosen so that counters and edges correspond.
+// Every point on the edges around a row of cells belongs to the next active cell, so ids are never looked up.
+// Eight counters advance with the cells, one for each of the cell's edges except those at its far x. A
+// crossed edge uses its counter and advances it. The crossed edges along y and z at the far x have the
+// counters' next values. The edges are numbered (see case_table.h) so that edge e < 8 has counter e.
 class RunningIds {
   public:
     RunningIds(const RowIds& row, const RowIds& next_y, const RowIds& next_z, const RowIds& next_yz)
         : counters_{row.x, next_y.x, next_z.x, next_yz.x, row.y, next_z.y, row.z, next_y.z} {}
 
-    // Writes kIds ids, those of the cell's triangles first, and moves on.
+    // Writes kIds ids, of which the first are those of the cell's triangles, and moves on to the next active
+    // cell.
     HWY_INLINE void write(const RunningCase& c, std::uint32_t* HWY_RESTRICT out) {
 #if HWY_CAP_GE256
         const hn::FixedTag<std::uint32_t, 8> d;
@@ -55,8 +57,9 @@ class RunningIds {
     alignas(32) std::uint32_t counters_[8];
 };
 
-// The cells of a word, by their rows of samples: bit i of lane r of `here` is the sample at x = i of row r, of
-// `next` the one at x = i + 1. On narrow targets two vectors have two rows each.
+// The samples around the 64 cells of a word. Lane r belongs to row r of RowBits: bit i of that lane of here_
+// is the sample at x = i, and of next_ the sample at x = i + 1. Narrow targets have two rows in each of two
+// vectors, or one in each of four.
 class CellRows {
   public:
     CellRows(const RowBits& row, std::size_t w) {
@@ -68,7 +71,7 @@ class CellRows {
         }
     }
 
-    // The cells that the surface passes through: those whose corners are neither all outside nor all inside.
+    // The cells that the surface crosses: their corners are neither all outside nor all inside.
     HWY_INLINE std::uint64_t active() const {
         Vec some = hn::Or(here_[0], next_[0]), all = hn::And(here_[0], next_[0]);
         for (std::size_t k = 1; k < kVectors; ++k) {
@@ -85,7 +88,7 @@ class CellRows {
 #endif
         return hn::GetLane(hn::AndNot(all, some));
     }
-    // The index into RunningCases of the cell at the one bit that is set.
+    // The index into kRunningCases of the cell whose bit is set in `bit`.
     HWY_INLINE std::uint8_t running_case(std::uint64_t bit) const {
         const Vec cell = hn::Set(D(), bit);
         unsigned c = 0;
@@ -103,7 +106,7 @@ class CellRows {
     using Vec = hn::Vec<D>;
     static constexpr std::size_t kLanes = hn::MaxLanes(D()), kVectors = 4 / kLanes;
 
-    // Word w of each of the k-th vector's rows.
+    // Word w of each row of vector k.
     static HWY_INLINE Vec samples(const RowBits& row, std::size_t k, std::size_t w) {
         const D d;
         const auto of_row = [&](std::size_t r) HWY_ATTR { return hn::Set(d, row.rows[kLanes * k + r][w]); };
@@ -118,31 +121,25 @@ class CellRows {
     Vec here_[kVectors], next_[kVectors];
 };
 
-// Appends the cases of a row's active cells to what `list` points to, and returns its new end.
+// Lists the cases of a row's active cells. Returns the end of the list.
 HWY_INLINE std::uint8_t* list_cases(const ActiveWords& active_words, std::size_t r, const RowBits& row,
                                     std::uint8_t* HWY_RESTRICT list) {
     for_each_active_word(active_words, r, [&](std::size_t w) HWY_ATTR {
         const CellRows cells(row, w);
-        std::uint64_t active = cells.active() & row.valid(w);
-        std::uint8_t* const end = list + popcount(active);
-        // Most words have few. List so many without asking, and overwrite what was too much.
-        do {
-            for (int i = 0; i < 4; ++i) {
-                list[i] = cells.running_case(active & (~active + 1));
-                active &= active - 1;
-            }
-            list += 4;
-        } while (HWY_UNLIKELY(list < end));
-        list = end;
+        list = list_bits(cells.active() & row.valid(w), list,
+                         [&](std::uint64_t left, std::uint8_t& cell_case)
+                             HWY_ATTR { cell_case = cells.running_case(left & (~left + 1)); });
     });
     return list;
 }
 
-// Writes the triangles of a row's cells; `end` is the end of the memory that may be written.
-HWY_INLINE std::uint32_t* emit_row(const std::uint8_t* first, const std::uint8_t* last, RunningIds ids,
-                                   const RunningCase* cases, std::uint32_t* HWY_RESTRICT out,
-                                   const std::uint32_t* end) {
-    // What is written too much, the next cell overwrites; but behind the last one others write.
+// Writes the triangles of a row's cells. `end` is the end of the memory that may be written.
+HWY_INLINE std::uint32_t* emit_row(const std::uint8_t* first, const std::uint8_t* last,
+                                   const RunningIds& first_ids, const RunningCase* cases,
+                                   std::uint32_t* HWY_RESTRICT out, const std::uint32_t* end) {
+    RunningIds ids = first_ids;
+    // Each cell writes kIds ids, and the next cell overwrites those beyond its triangles. Near the end of the
+    // share this is not allowed, because another thread writes there.
     const std::uint8_t* const fast_end =
         end - out >= static_cast<std::ptrdiff_t>(kIds) * (last - first) ? last : first;
     for (; first < fast_end; ++first) {
@@ -165,7 +162,8 @@ void emit_triangles_target(const EmitInput& input, std::size_t row_begin, std::s
     const auto ny = static_cast<std::size_t>(bits.ny);
     const auto points = input.points.leaves();
     const auto triangles = input.triangles.leaves();
-    const RunningCase* cases = input.frame.mirrored ? kMirroredRunningCases.data() : kRunningCases.data();
+    const RunningCase* cases =
+        input.to_physical.mirrored ? kMirroredRunningCases.data() : kRunningCases.data();
     const std::uint32_t* end =
         out + 3 * (input.triangles.first_output(row_end) - input.triangles.first_output(row_begin));
     Buffer<std::uint8_t> list(64 * bits.words_per_row + 4);
@@ -173,7 +171,7 @@ void emit_triangles_target(const EmitInput& input, std::size_t row_begin, std::s
         const auto first = static_cast<std::uint32_t>(first_point);
         return RowIds{first, first + input.along_x[r], first + input.along_x[r] + input.along_y[r]};
     };
-    // The first points of the rows (y, z) and (y, z + 1), which advance together.
+    // The ids of the first points of the rows (y, z) and (y, z + 1), which advance together.
     std::uint64_t first = input.points.first_output(row_begin);
     std::uint64_t first_next_z = input.points.first_output(row_begin + ny);
 
@@ -200,8 +198,7 @@ namespace marrow::internal {
 
 HWY_EXPORT(emit_triangles_target);
 
-void emit_triangles(const EmitInput& input, std::size_t row_begin, std::size_t row_end,
-                    Triangle* triangles) noexcept {
+void emit_triangles(const EmitInput& input, std::size_t row_begin, std::size_t row_end, Triangle* triangles) {
     const std::uint64_t first = input.triangles.first_output(row_begin);
     HWY_DYNAMIC_DISPATCH(emit_triangles_target)(input, row_begin, row_end, triangles[first].data());
 }

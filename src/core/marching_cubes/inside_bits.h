@@ -1,4 +1,4 @@
-/// One bit a sample: inside the surface or not.
+/// One bit per sample: whether it is inside the surface.
 #pragma once
 
 #include <algorithm>
@@ -10,20 +10,21 @@
 
 namespace marrow::internal {
 
-/// The inside bits of a grid of rows along x, 64 to a word; bits behind a row's end are 0.
-/// A closed surface is extracted on a grid with outside all round: a slice more at both ends of z, a row more
-/// at both ends of y, and along x a whole word of zeros before the samples, so that theirs stay aligned;
-/// behind them follow zeros.
+/// The inside bits of a grid of rows along x, 64 per word. Bits after a row's end are 0.
+///
+/// A closed surface is extracted on a larger grid, with outside samples all around the volume: one more slice
+/// at both ends of z, and one more row at both ends of y. Along x a whole word of zeros precedes the samples,
+/// so that samples and bits have the same alignment; zeros follow them.
 struct InsideBits {
-    int pad = 0;                  ///< 1 for a closed surface: grid y and z are the volume's plus one
-    std::int64_t first_x = 0;     ///< the bit of a row's first sample
-    std::int64_t cells_x = 0;     ///< a cell starts at each of a row's bits below this
-    std::int64_t ny = 0, nz = 0;  ///< rows of the grid, those around the volume included
+    int pad = 0;               ///< 1 for a closed surface: y and z of the grid are those of the volume plus 1
+    std::int64_t first_x = 0;  ///< the bit of a row's first sample
+    std::int64_t cells_x = 0;  ///< a cell starts at each bit of a row below this one
+    std::int64_t ny = 0, nz = 0;  ///< rows and slices of the grid, including those around the volume
     std::size_t words_per_row = 0;
-    /// Words behind the last row that may be read (their values mean nothing), so that vectors need not stop
-    /// at a row's end.
+    /// This many words after the last row may be read, so that vectors need not stop at the end of a row.
+    /// Their values have no meaning.
     static constexpr std::size_t kSlack = 16;
-    Buffer<std::uint64_t> owned;  ///< empty where the words lie in borrowed memory
+    Buffer<std::uint64_t> owned;  ///< empty if the words are borrowed memory
     std::uint64_t* words = nullptr;
 
     InsideBits(const std::array<std::int64_t, 3>& volume_dims, bool closed)
@@ -32,7 +33,7 @@ struct InsideBits {
         std::fill_n(owned.end() - kSlack, kSlack, std::uint64_t{0});
         words = owned.data();
     }
-    /// In memory of word_count() + kSlack words that outlives it.
+    /// Uses `memory` of word_count() + kSlack words, which must outlive this object.
     InsideBits(const std::array<std::int64_t, 3>& volume_dims, bool closed, std::uint64_t* memory)
         : pad(closed ? 1 : 0),
           first_x(64 * pad),
@@ -44,7 +45,7 @@ struct InsideBits {
     InsideBits(const InsideBits&) = delete;
     InsideBits& operator=(const InsideBits&) = delete;
 
-    /// The bits of a row's last word at which a cell starts.
+    /// The bits of a row's last word at which cells start.
     std::uint64_t last_cells() const {
         const std::int64_t cells = cells_x - 64 * static_cast<std::int64_t>(words_per_row - 1);
         return cells == 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << cells) - 1;
@@ -60,8 +61,8 @@ struct InsideBits {
     std::size_t bytes() const { return word_count() * sizeof(std::uint64_t); }
 };
 
-/// The level above the bits: a bit for each of a row's words, set where the surface may touch the edges or the
-/// cells that start at the word's samples. What comes after counting looks at these words only.
+/// The level above the inside bits: one bit for each word of a row. It is set if the surface may cross an
+/// edge or a cell that starts at one of the word's samples. After counting, only these words are visited.
 struct ActiveWords {
     explicit ActiveWords(const InsideBits& bits)
         : masks_per_row((bits.words_per_row + 63) / 64), masks(masks_per_row * bits.rows()) {}

@@ -1,4 +1,4 @@
-// Bit logic on the rows around a row of cells, 64 cells at a time. Included once per SIMD target.
+// Bit logic on the rows around a row of cells, 64 cells at a time. Each SIMD target includes this file once.
 #if defined(MARROW_ROW_BITS_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef MARROW_ROW_BITS_INL_H
 #undef MARROW_ROW_BITS_INL_H
@@ -6,6 +6,7 @@
 #define MARROW_ROW_BITS_INL_H
 #endif
 
+#include <bit>
 #include <cstdint>
 
 #include "inside_bits.h"
@@ -13,14 +14,15 @@
 HWY_BEFORE_NAMESPACE();
 namespace marrow::internal::HWY_NAMESPACE {
 
+// As std::popcount, but unsigned as all counts are.
 HWY_INLINE std::uint32_t popcount(std::uint64_t bits) {
-    return static_cast<std::uint32_t>(__builtin_popcountll(bits));
+    return static_cast<std::uint32_t>(std::popcount(bits));
 }
 
-// The row's neighbours in the grid: (y + 1, z), (y, z + 1), (y + 1, z + 1).
+// A row of the grid, and its neighbours at (y + 1, z), (y, z + 1) and (y + 1, z + 1).
 enum Row { kRow = 0, kNextY = 1, kNextZ = 2, kNextYZ = 3 };
 
-// A row of the grid while rows pass by in order.
+// The position of a row in the grid, for loops over rows.
 struct GridRow {
     std::size_t index;
     std::int64_t y, z;
@@ -35,8 +37,8 @@ struct GridRow {
     }
 };
 
-// The four rows of samples around a row of cells. Where the grid ends, a missing row stands for its
-// neighbour, so that no edge towards it is crossed.
+// The four rows of samples around a row of cells. At the end of the grid, an existing row replaces a missing
+// one, so that no edge towards it is crossed.
 struct RowBits {
     const std::uint64_t* rows[4];
     std::size_t words;
@@ -54,9 +56,9 @@ struct RowBits {
         has_cells = !last_y && !last_z;
     }
 
-    // The bits of word w at which a cell starts, and an edge along x.
+    // The bits of word w at which cells and edges along x start.
     std::uint64_t valid(std::size_t w) const { return w + 1 < words ? ~std::uint64_t{0} : last_valid; }
-    // The samples one further along x, for each sample of word w.
+    // For each sample of word w, the next sample along x.
     std::uint64_t next_x(Row r, std::size_t w) const {
         const std::uint64_t carry = w + 1 < words ? rows[r][w + 1] : 0;
         return rows[r][w] >> 1 | carry << 63;
@@ -66,17 +68,37 @@ struct RowBits {
     std::uint64_t crossed_z(std::size_t w) const { return rows[kRow][w] ^ rows[kNextZ][w]; }
 };
 
-// Calls f(w) for each active word of a row, in order.
+// Calls f(w) for each active word of a row, in ascending order.
 template <class F>
 HWY_INLINE void for_each_active_word(const ActiveWords& active, std::size_t row, const F& f) {
     const std::uint64_t* mask = active.row(row);
     for (std::size_t m = 0; m < active.masks_per_row; ++m) {
         for (std::uint64_t left = mask[m]; left != 0; left &= left - 1)
-            f(64 * m + static_cast<std::size_t>(__builtin_ctzll(left)));
+            f(64 * m + static_cast<std::size_t>(std::countr_zero(left)));
     }
 }
 
-// The eight corners of 64 cells, bit-sliced: bit i of corners[v] is corner v of cell i.
+// Writes an element for each set bit of a word to `out`: put(left, element) gets the bits that are left, and
+// writes the element of the lowest. Returns the end of the elements.
+//
+// The number of bits in a word is unpredictable, so a loop that ends after the last bit would mispredict
+// nearly every time. But most words have at most four. So four elements are always written without a test,
+// and the next word's elements overwrite those beyond the end. There must be room for three elements more
+// than there are bits, and for four if there are none; for these put() gets left = 0.
+template <class Element, class Put>
+HWY_INLINE Element* list_bits(std::uint64_t bits, Element* HWY_RESTRICT out, const Put& put) {
+    Element* const end = out + popcount(bits);
+    do {
+        for (std::size_t i = 0; i < 4; ++i) {
+            put(bits, out[i]);
+            bits &= bits - 1;
+        }
+        out += 4;
+    } while (HWY_UNLIKELY(out < end));
+    return end;
+}
+
+// The eight corners of 64 cells: bit i of corners[v] is corner v of cell i.
 struct CellBits {
     alignas(64) std::uint64_t corners[8];
 

@@ -1,4 +1,4 @@
-/// Triangles with a point nearly on the line between the two others.
+/// Finds cap triangles, in which one corner is nearly on the line between the two others.
 #pragma once
 
 #include <array>
@@ -8,21 +8,19 @@
 
 #include <marrow/mesh.h>
 
-#include "core/marching_cubes/emit.h"
-
 namespace marrow::internal {
 
-struct FlatTriangle {
+/// The tangent of the smallest angle that a triangle with an obtuse angle should have: 6.3 degrees.
+inline constexpr double kCapSlope = 0.11;
+
+struct CapTriangle {
     Triangle triangle;
-    std::array<float, 3> moved;  ///< how far its points were moved already, in edges
+    std::array<float, 3> moved;  ///< how far merging moved each of its points, in edges
 };
 
-/// Lists which of `count` triangles may be flat. `points` can be read for a float more than there are.
-void find_flat(const Vec3f* points, const Triangle* triangles, std::size_t count,
-               std::vector<std::uint32_t>& flat);
-
-/// Moves aside the points that lie nearly on the line between the others of a triangle, within its plane, as
-/// far as they may still move until they have moved by `limit`, in edges.
-void move_aside(const EmitInput& input, double limit, const std::vector<FlatTriangle>& flat, Mesh& mesh);
+/// Appends to `caps` the indices of the triangles that may be caps: their height over the longest side is
+/// small. \pre a float after the last of `points` can be read
+void find_caps(const Vec3f* points, const Triangle* triangles, std::size_t count,
+               std::vector<std::uint32_t>& caps);
 
 }  // namespace marrow::internal

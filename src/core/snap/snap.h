@@ -1,5 +1,4 @@
-/// Pass 3 with snapping: points that crowd round a sample are one, and triangles that would collapse are not
-/// there.
+/// Pass 3 with snapping: points close to the same sample merge, and triangles that collapse are left out.
 #pragma once
 
 #include <cstddef>
@@ -11,8 +10,8 @@
 
 namespace marrow::internal {
 
-/// Makes the snapped mesh; `limit` as IsosurfaceOptions::snap. Returns the bytes of memory that took beside it.
-/// Reports progress from 0.4 to 1. \throw Cancelled; std::bad_alloc
+/// Makes the snapped mesh; `limit` as IsosurfaceOptions::snap. Returns the bytes of memory used besides the
+/// mesh. \throw Cancelled; std::bad_alloc
 std::size_t snap(const EmitInput& input, double limit, bool normals, const Progress& progress, Mesh& mesh);
 
 }  // namespace marrow::internal

@@ -1,34 +1,39 @@
-/// Where the labels of a map differ.
+/// Finds the grid edges of a label map whose ends have different labels.
 ///
-/// The samples are surrounded by one layer of background; indices (i, j, k) count from there, so sample (x, y, z) is at
-/// (x + 1, y + 1, z + 1). Cell (i, j, k) lies between samples (i, j, k) and (i + 1, j + 1, k + 1), and so does the grid edge
-/// along an axis from sample (i, j, k): cells and edges have the indices of their lower end.
+/// The samples are surrounded by one layer of background, and indices (i, j, k) include this layer: sample
+/// (x, y, z) of the map has index (x + 1, y + 1, z + 1). Cell (i, j, k) has samples (i, j, k) to
+/// (i + 1, j + 1, k + 1) as its corners. A grid edge has the index of its lower end.
+///
+/// An edge is crossed if its ends have different labels. A cell is active if one of its edges is crossed. An
+/// active cell is a two-label cell if it has two labels, one point, and one junction at most on each face
+/// (see cell_patterns.h). All other active cells are multi-label cells.
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <vector>
 
 #include <marrow/buffer.h>
+#include <marrow/progress.h>
 #include <marrow/volume.h>
 
-#include "core/grid/parallel.h"
+#include "core/grid/case_table.h"
 
 namespace marrow::internal {
 
 using Index3 = std::array<std::int64_t, 3>;
 
-/// A label map's samples; beyond it there is background.
+/// The samples of a label map.
 struct LabelMap {
     SampleType type;
     const void* samples;
     Index3 dims;
-    std::int64_t background;  ///< a value of the type
+    std::int64_t background;  ///< the label around the map; a value of the sample type
 };
 
-/// Reads the samples of a map by their type.
+/// Reads the samples of a map as their own type.
 template <class T>
 struct LabelReader {
     const T* samples;
@@ -40,99 +45,97 @@ struct LabelReader {
           dims(map.dims),
           background(static_cast<T>(map.background)) {}
 
-    /// A row of samples, or null beyond the map.
+    /// The samples of row (j, k), or null for a row of the layer around the map.
     const T* row(std::int64_t j, std::int64_t k) const {
         const bool within = j >= 1 && j <= dims[1] && k >= 1 && k <= dims[2];
         return within ? samples + ((k - 1) * dims[1] + (j - 1)) * dims[0] : nullptr;
     }
-    /// Sample i of such a row.
-    T at(const T* row, std::int64_t i) const {
+    /// The label at index i of a row that row() returned.
+    T label(const T* row, std::int64_t i) const {
         return row != nullptr && i >= 1 && i <= dims[0] ? row[i - 1] : background;
     }
 };
 
-/// One bit for each grid edge: whether its ends have different labels; and for each cell.
+/// One bit for each grid edge and two for each cell, 64 to a word, in rows along x.
 struct BorderBits {
     Index3 dims;                                   ///< samples, without the layer around them
-    std::size_t words;                             ///< 64 indices i each, in a row (j, k)
-    std::array<Buffer<std::uint64_t>, 3> crossed;  ///< by axis
+    std::size_t words;                             ///< words in a row (j, k)
+    std::array<Buffer<std::uint64_t>, 3> crossed;  ///< edges, by axis
     Buffer<std::uint64_t> active;                  ///< cells with crossed edges
-    Buffer<std::uint64_t> complex;  ///< of them, those with more than two labels or more than one point
-    Buffer<std::uint32_t> before;   ///< active cells of the row before each word
-    std::vector<std::uint32_t> first_of_row;  ///< active cells before each row, and all
+    Buffer<std::uint64_t> multi_label;             ///< active cells that are not two-label cells
+    Buffer<std::uint32_t> cells_before;            ///< for each word, the active cells before it in its row
+    std::vector<std::uint32_t> first_cell;         ///< for each row, the active cells before it; last, all
 
     explicit BorderBits(const Index3& volume_dims);
 
-    /// The number of a row; its words are row_number * words and on.
-    std::size_t row_number(std::int64_t j, std::int64_t k) const {
+    std::size_t row(std::int64_t j, std::int64_t k) const {
         return static_cast<std::size_t>(k * (dims[1] + 2) + j);
     }
-    std::size_t row(std::int64_t j, std::int64_t k) const { return row_number(j, k) * words; }
-    std::size_t cells() const { return first_of_row.back(); }
+    std::size_t first_word(std::int64_t j, std::int64_t k) const { return row(j, k) * words; }
+
+    std::int64_t cell_rows() const { return dims[1] + 1; }    ///< rows of cells in a slice
+    std::int64_t cell_slices() const { return dims[2] + 1; }  ///< slices of cells
+    std::size_t active_cells() const { return first_cell.back(); }
+    bool has_active_cells(std::int64_t j, std::int64_t k) const {
+        return first_cell[row(j, k)] != first_cell[row(j, k) + 1];
+    }
 };
 
-/// Finds the bits. Takes a step of the stage for each slice of cells. \throw LimitError 2^32 active cells or more
-BorderBits find_borders(const LabelMap& map, Stage& stage);
+/// Finds crossed edges and active cells. \throw LimitError 2^32 - 1 active cells or more
+BorderBits find_borders(const LabelMap& map, const Progress& progress);
 
 /// \throw LimitError always
 [[noreturn]] void throw_too_many_label_points(std::uint64_t points);
 
-/// The active cells of a row.
-struct CellRow {
-    const std::uint64_t *active, *complex;
-    const std::uint32_t* before;
-    std::uint32_t first;
-
-    CellRow(const BorderBits& bits, std::int64_t j, std::int64_t k)
-        : active(&bits.active[bits.row(j, k)]),
-          complex(&bits.complex[bits.row(j, k)]),
-          before(&bits.before[bits.row(j, k)]),
-          first(bits.first_of_row[bits.row_number(j, k)]) {}
-    /// The number of the cell of word w behind the bits `below`, among all.
-    std::uint32_t id(std::size_t w, std::uint64_t below) const {
-        return first + before[w] + static_cast<std::uint32_t>(__builtin_popcountll(active[w] & below));
-    }
-};
-
-/// Those of one word.
+/// The active cells of a word. The id of an active cell is the number of active cells before it, in order of
+/// (k, j, i).
 struct CellWord {
     std::uint64_t active;
     std::uint32_t first;
 
-    CellWord(const CellRow& row, std::size_t w) : active(row.active[w]), first(row.first + row.before[w]) {}
+    /// The id of the cell at a bit; `below` has all bits below this one.
     std::uint32_t id(std::uint64_t below) const {
-        return first + static_cast<std::uint32_t>(__builtin_popcountll(active & below));
+        return first + static_cast<std::uint32_t>(std::popcount(active & below));
     }
 };
 
-/// The crossed edges of cells, numbered as in case_table.h: of 64 in a word, or of as many in each of several words.
-template <class Bits>
-struct CrossedEdges {
-    Bits edges[12];
+/// The active cells of a row.
+struct CellRow {
+    const std::uint64_t *active, *multi_label;
+    const std::uint32_t* cells_before;
+    std::uint32_t first;
 
-    /// Of cells 64 w and on of row (j, k). Words follow each other across the ends of rows, where no edge is crossed.
-    [[gnu::always_inline]] CrossedEdges(const BorderBits& bits, std::int64_t j, std::int64_t k,
-                                        std::size_t w) {
-        const std::size_t r = bits.row(j, k) + w, next_j = bits.row(j + 1, k) + w,
-                          next_k = bits.row(j, k + 1) + w, next_jk = bits.row(j + 1, k + 1) + w;
-        const auto load = [](const Buffer<std::uint64_t>& from, std::size_t word) {
-            Bits loaded;
-            std::memcpy(&loaded, &from[word], sizeof loaded);
-            return loaded;
-        };
-        const auto& [x, y, z] = bits.crossed;
-        edges[0] = load(x, r);
-        edges[1] = load(x, next_j);
-        edges[2] = load(x, next_k);
-        edges[3] = load(x, next_jk);
-        edges[4] = load(y, r);
-        edges[5] = load(y, next_k);
-        edges[6] = load(z, r);
-        edges[7] = load(z, next_j);
-        edges[8] = edges[4] >> 1 | load(y, r + 1) << 63;
-        edges[9] = edges[5] >> 1 | load(y, next_k + 1) << 63;
-        edges[10] = edges[6] >> 1 | load(z, r + 1) << 63;
-        edges[11] = edges[7] >> 1 | load(z, next_j + 1) << 63;
+    CellRow(const BorderBits& bits, std::int64_t j, std::int64_t k)
+        : active(&bits.active[bits.first_word(j, k)]),
+          multi_label(&bits.multi_label[bits.first_word(j, k)]),
+          cells_before(&bits.cells_before[bits.first_word(j, k)]),
+          first(bits.first_cell[bits.row(j, k)]) {}
+
+    CellWord word(std::size_t w) const { return {active[w], first + cells_before[w]}; }
+};
+
+/// The crossed edges of a row of cells, numbered as in case_table.h.
+struct CrossedEdges {
+    /// The bits of edge e of the cells. For edges at the upper x of their cells, bit i + 1 belongs to cell i.
+    std::array<const std::uint64_t*, kCellEdges> bits_of_edge;
+
+    CrossedEdges(const BorderBits& bits, std::int64_t j, std::int64_t k) {
+        const std::array<std::size_t, 4> rows = {bits.first_word(j, k), bits.first_word(j + 1, k),
+                                                 bits.first_word(j, k + 1), bits.first_word(j + 1, k + 1)};
+        for (std::size_t e = 0; e < kCellEdges; ++e)
+            bits_of_edge[e] = &bits.crossed[axis_of(e)][rows[kEdgeCorners[e][0] >> 1]];
+    }
+
+    static constexpr std::size_t axis_of(std::size_t e) {
+        return (kEdgeCorners[e][1] - kEdgeCorners[e][0]) >> 1;  // the corners' numbers differ by 1, 2 or 4
+    }
+    static constexpr bool is_at_upper_x(std::size_t e) { return (kEdgeCorners[e][0] & 1) != 0; }
+
+    /// Bit b: edge e of cell 64 w + b is crossed. The last word of a row can include the first bit of the
+    /// next row, which is 0: no edge along y or z is crossed there.
+    std::uint64_t word(std::size_t e, std::size_t w) const {
+        const std::uint64_t* const bits = bits_of_edge[e] + w;
+        return is_at_upper_x(e) ? bits[0] >> 1 | bits[1] << 63 : bits[0];
     }
 };
 

@@ -1,18 +1,20 @@
-/// One cell of a label map: where borders pass through it.
+/// The shape of a label map's surfaces within one cell, as it follows from the labels of the cell's corners.
 ///
-/// Corners and edges are numbered as in case_table.h. A grid edge is crossed where its ends have different labels. On each face
-/// of the cell the crossed edges are joined by knots:
+/// Corners, edges and faces are numbered as in case_table.h. On each face of the cell, junctions connect
+/// crossed edges:
 ///
-///   two or three crossed edges, or four labels          one knot joins all
-///   two labels across both diagonals (a b / b a)         the smaller label connects: a knot round each corner of the larger
-///   one label across one diagonal only (a b / c a)       it connects: a knot round each of its neighbours
+///   two or three crossed edges, or four labels   one junction connects all of them
+///   two labels, both on a diagonal (a b / b a)   the smaller label is connected: at each corner of the
+///                                                larger label, a junction connects the corner's two edges
+///   one label on a diagonal (a b / c a)          this label is connected: the two other corners have such
+///                                                junctions
 ///
-/// The rule looks at the face alone, so the two cells that share it agree. Crossed edges that knots join, on whatever face,
-/// make a patch; each patch of a cell has its own point. Within a knot every label has two crossed edges or none, so that the
-/// edges of a label's surface have two patches each.
+/// The rule depends on the face alone, so the two cells that share a face agree. The crossed edges that
+/// junctions connect, on any face, are a component of the cell's border. Each component has a point. Every
+/// label has either no crossed edge or two at a junction, so each edge of a label's surface belongs to two
+/// quads.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <vector>
@@ -21,36 +23,27 @@
 
 namespace marrow::internal {
 
-inline constexpr int kCellEdges = 12;
-
-/// The edge between two corners.
-constexpr int edge_between(int a, int b) {
-    for (int e = 0; e < kCellEdges; ++e) {
-        if (kEdgeCorners[e][0] == std::min(a, b) && kEdgeCorners[e][1] == std::max(a, b)) return e;
-    }
-    return -1;
-}
-
-/// In which slice of samples an edge begins, above the cell's.
-constexpr std::size_t edge_slice(std::size_t e) {
+/// The slice of samples in which an edge begins: 0 the cell's lower one, 1 its upper one.
+constexpr std::size_t slice_of_edge(std::size_t e) {
     return kEdgeCorners[e][0] >> 2;
 }
 
-/// About the middle of its cell, in samples. Four numbers to a point are as quick as three; the fourth is 0.
+/// A position relative to the centre of its cell, in samples. Four numbers are faster than three; the fourth
+/// is 0.
 struct alignas(16) NetPoint {
-    float at[4];
+    float xyz[4];
 };
 
-/// Which of a cell's corners are alike.
+/// Which corners of a cell have the same label.
 struct CellCorners {
-    std::array<std::uint8_t, 8> first{};  ///< the first corner of the same label
-    std::uint8_t faces =
-        0;  ///< bit f: the label at the first corner of face f is smaller than that at the second
+    std::array<std::uint8_t, 8> first{};  ///< for each corner, the first corner with the same label
+    /// Bit f: face f has two labels, both on a diagonal, and that of its first corner is the smaller one.
+    std::uint8_t first_is_smaller = 0;
 
-    /// Labels can be compared and ordered.
+    /// Labels can be of any type that can be compared and ordered.
     template <class Label>
     explicit CellCorners(const std::array<Label, 8>& labels) {
-        // Without branches, which would be mispredicted.
+        // Branches would be mispredicted, so there are none.
         for (std::size_t v = 1; v < 8; ++v) {
             std::size_t same = v;
             for (std::size_t u = v; u-- > 0;) same = labels[u] == labels[v] ? u : same;
@@ -58,90 +51,99 @@ struct CellCorners {
         }
         for (std::size_t f = 0; f < 6; ++f) {
             const auto& c = kFaceCorners[f];
-            // Only two labels across both diagonals are told apart; all else is the same for any order.
-            const unsigned both = unsigned{first[c[0]] == first[c[2]]} & unsigned{first[c[1]] == first[c[3]]};
-            faces = static_cast<std::uint8_t>(faces | (both & unsigned{labels[c[0]] < labels[c[1]]}) << f);
+            const unsigned both = unsigned{first[c[0]] == first[c[2]]} & unsigned{first[c[1]] == first[c[3]]},
+                           smaller = unsigned{labels[c[0]] < labels[c[1]]};
+            first_is_smaller = static_cast<std::uint8_t>(first_is_smaller | (both & smaller) << f);
         }
     }
+
+    /// A number that differs where patterns differ.
     std::uint32_t key() const {
-        std::uint32_t key = faces;
+        std::uint32_t key = first_is_smaller;
         for (std::size_t v = 1; v < 8; ++v) key = key << 3 | first[v];
         return key;
     }
 };
 
-/// What part of a surface a cell has.
-struct SurfaceShare {
+/// How much of a label's mesh belongs to a cell, or to several.
+struct SurfaceCounts {
     std::uint64_t points = 0;
-    /// Of a slice of samples, by the cells above it: a quad is two triangles, and each of its four cells counts a half one, or
-    /// where only two of them are in that slice of cells, a whole.
+    /// A quad is two triangles, which are four half triangles. The four cells around an edge along z count
+    /// one each. Of the four cells around an edge along x or y, the two above the edge's slice of samples
+    /// count two each.
     std::uint64_t half_triangles = 0;
 
-    SurfaceShare& operator+=(const SurfaceShare& other) {
+    SurfaceCounts& operator+=(const SurfaceCounts& other) {
         points += other.points;
         half_triangles += other.half_triangles;
         return *this;
     }
 };
 
-/// All that follows from a cell's corners. Its labels are numbered in the order in which they come at corners.
+/// The shape of the surfaces in a cell. Its labels are numbered in the order of their first corners.
 struct CellPattern {
-    static constexpr std::int8_t kNone = -1;
-
-    explicit CellPattern(const CellCorners& corners);
-
-    std::uint8_t joined = 0;   ///< bit f: relaxation joins the point with that behind face f; 0: it stays
-    std::vector<NetPoint> at;  ///< the points of patches first
-    std::array<std::int8_t, 6> point_of_face;  ///< that of the crossed edges of a face with one knot
-
-    /// What a label's mesh has of the points.
-    struct Own {
-        std::uint8_t label, number;
-    };
-    /// Both ends of each edge, in a patch and in a knot.
-    static constexpr std::size_t kMostOwns = 4 * kCellEdges;
-    std::vector<Own> owns;
-
-    /// A corner of the patches of a crossed edge: `owns` of the labels at the edge's lower and upper end, at the same place.
-    struct Corner {
-        std::array<std::uint8_t, 2> label, own;
-        /// By axis: the knot on the cell's lower face along it, so many corners on; 0: where there are no two knots. Four to
-        /// be quick.
-        std::array<std::uint8_t, 4> knot;
-    };
-    std::uint16_t crossed = 0;    ///< bit e: edge e
-    std::vector<Corner> corners;  ///< of crossed edges, and behind those of knots
+    static constexpr std::uint8_t kNone = 0xff;
 
     struct Label {
-        std::uint8_t corner;  ///< the first that has it
-        SurfaceShare share;
-        std::uint64_t half_triangles_above = 0;  ///< that belong to the next slice of cells
+        std::uint8_t corner;  ///< the first with this label
+        SurfaceCounts counts;
+        std::uint64_t half_triangles_next = 0;  ///< half triangles that belong to the next slice of cells
     };
     std::vector<Label> labels;
+
+    /// The points of components come first, then further points (see label_points), then those of junctions.
+    std::vector<NetPoint> positions;
+    /// Bit f: relaxation moves the first point towards that beyond face f. 0: it does not move the point.
+    std::uint8_t neighbours = 0;
+    /// By face with one junction, the point of its edges' component; kNone without crossed edges.
+    std::array<std::uint8_t, 6> point_of_face;
+
+    /// A point of a label's mesh. Where the surface of a label has several loops of edges in one component,
+    /// each loop has its own point at the same position, so that the label's mesh is manifold.
+    struct LabelPoint {
+        std::uint8_t label, position;
+    };
+    /// Each edge needs a point for both of its labels, and two more at a junction.
+    static constexpr std::size_t kMaxLabelPoints = 4 * kCellEdges;
+    std::vector<LabelPoint> label_points;
+
+    /// A corner of the quads of a crossed edge: one for the label at the edge's lower end and one for its
+    /// upper end, at the same position.
+    struct Corner {
+        std::array<std::uint8_t, 2> label, label_point;
+        /// By axis: if the lower face along it has two junctions, the corner at the edge's junction is this
+        /// many entries after this one, else 0. The fourth number is unused and makes copies faster.
+        std::array<std::uint8_t, 4> junction;
+    };
+    std::vector<Corner> corners;      ///< those of crossed edges by edge, then those of junctions
+    std::uint16_t crossed_edges = 0;  ///< bit e: edge e
 };
 
-/// The patterns that were met, each found quickly when it was asked for before.
-class CellPatterns {
+/// Derives the pattern of a cell. \pre not all corners have the same label
+CellPattern make_cell_pattern(const CellCorners& corners);
+
+/// Finds the patterns of cells. Each thread needs its own cache; all of them share the patterns.
+class CellPatternCache {
   public:
-    /// Stays for good: what one map's cells are like another's are too.
-    const CellPattern& of(const CellCorners& corners);
+    /// The pattern stays valid for the rest of the program.
+    const CellPattern& find(const CellCorners& corners);
 
   private:
-    struct Known {
+    struct Entry {
         std::uint32_t key;
         const CellPattern* pattern = nullptr;
     };
-    std::array<Known, 1024> known_;
+    std::array<Entry, 1024> entries_;
 };
 
-/// A cell with two labels and one point, as CellPattern has them.
-struct PlainCase {
-    NetPoint at;
-    SurfaceShare share;  ///< of both labels
-    std::uint8_t joined = 0;
+/// The pattern of a two-label cell.
+struct TwoLabelCase {
+    NetPoint position;
+    SurfaceCounts counts;  ///< the same for both labels
+    std::uint8_t neighbours = 0;
 };
 
-/// By which corners (bit v - 1: corner v) have another label than corner 0.
-const std::array<PlainCase, 128>& plain_cases();
+/// The cases of two-label cells. Bit v - 1 of the index: corner v has another label than corner 0.
+const std::array<TwoLabelCase, 128>& two_label_cases();
 
 }  // namespace marrow::internal

@@ -1,81 +1,98 @@
+// Allocates the meshes of labels, and lets each slab write its points and triangles where they belong.
 #include "emit.h"
 
-#include <algorithm>
 #include <array>
 #include <utility>
 
 #include <tbb/parallel_for.h>
 
+#include "base/parallel.h"
 #include "writers.h"
 
 namespace marrow::internal {
 namespace {
 
-// Gives the meshes as many points and triangles as their labels have, and each piece instead of its shares those of the pieces
-// before it.
-void allocate(LabelNet& net, Place background, std::vector<Mesh>& meshes) {
-    std::vector<SurfaceShare> totals(meshes.size());
-    for (NetPiece& piece : net.pieces) {
-        for (std::size_t place = 0; place < meshes.size(); ++place) {
-            const SurfaceShare share = std::exchange(piece.shares[place], totals[place]);
-            totals[place] += share;
+// The work on all slabs. The background's points and triangles are computed, too, and dropped.
+class MeshMaker {
+  public:
+    MeshMaker(SurfaceNet& net, const IndexToPhysical& to_physical, LabelIndex background)
+        : net_(net), to_physical_(to_physical), background_(background), meshes_(net.labels.size()) {
+        allocate();
+        net.corners.resize(net.corner_count());
+    }
+
+    void write_points(std::size_t slab) {
+        Vec3f dropped;
+        std::vector<PointWriter> writers;
+        for (std::size_t l = 0; l < meshes_.size(); ++l) {
+            const std::uint64_t before = net_.slabs[slab].counts[l].points;
+            writers.push_back({meshes_[l].points.data(), static_cast<std::uint32_t>(before), 1});
+        }
+        writers[background_] = {&dropped, 0, 0};
+        emit_label_points(net_, to_physical_, slab, writers.data());
+    }
+
+    // Writes the quads of some slices of a slab. The next call for this slab continues after them.
+    void write_quads(std::size_t slab, std::int64_t begin, std::int64_t end) {
+        std::array<Triangle, 2> dropped;
+        std::vector<TriangleWriter> writers;
+        std::vector<SurfaceCounts>& counts = net_.slabs[slab].counts;
+        for (std::size_t l = 0; l < meshes_.size(); ++l)
+            writers.push_back({meshes_[l].triangles.data() + counts[l].half_triangles / 2, 1});
+        writers[background_] = {dropped.data(), 0};
+        emit_label_quads(net_, to_physical_.mirrored, begin, end, writers.data());
+        for (std::size_t l = 0; l < meshes_.size(); ++l) {
+            if (l == background_) continue;
+            const auto written = writers[l].next - meshes_[l].triangles.data();
+            counts[l].half_triangles = 2 * static_cast<std::uint64_t>(written);
         }
     }
-    for (std::size_t place = 0; place < meshes.size(); ++place) {
-        if (place == background) continue;
-        meshes[place].points.resize(totals[place].points);
-        meshes[place].triangles.resize(totals[place].half_triangles / 2);
-    }
-}
 
-void place_points_of(std::size_t p, LabelNet& net, const Frame& frame, Place background,
-                     std::vector<Mesh>& meshes) {
-    Vec3f dropped;
-    std::vector<PointWriter> writers;
-    for (std::size_t place = 0; place < meshes.size(); ++place) {
-        const std::uint64_t before = net.pieces[p].shares[place].points;
-        writers.push_back({meshes[place].points.data(), static_cast<std::uint32_t>(before), 1});
-    }
-    writers[background] = {&dropped, 0, 0};
-    place_points(net, frame, p, writers.data());
-}
+    std::vector<Mesh> take() { return std::move(meshes_); }
 
-// Of some slices of a piece; others can follow.
-void make_patches_of(std::size_t p, LabelNet& net, const Frame& frame, Place background,
-                     std::vector<Mesh>& meshes, std::int64_t begin, std::int64_t end) {
-    std::array<Triangle, 2> dropped;
-    std::vector<TriangleWriter> writers;
-    std::vector<SurfaceShare>& shares = net.pieces[p].shares;
-    for (std::size_t place = 0; place < meshes.size(); ++place)
-        writers.push_back({meshes[place].triangles.data() + shares[place].half_triangles / 2, 1});
-    writers[background] = {dropped.data(), 0};
-    make_patches(net, frame.mirrored, begin, end, writers.data());
-    for (std::size_t place = 0; place < meshes.size(); ++place) {
-        if (place == background) continue;
-        const auto written = writers[place].next - meshes[place].triangles.data();
-        shares[place].half_triangles = 2 * static_cast<std::uint64_t>(written);
+  private:
+    // Gives the meshes their sizes. Replaces the counts of each slab by the sum of those before it, where the
+    // slab begins to write.
+    void allocate() {
+        std::vector<SurfaceCounts> totals(meshes_.size());
+        for (SlabOfCells& slab : net_.slabs) {
+            for (std::size_t l = 0; l < meshes_.size(); ++l) {
+                const SurfaceCounts counts = std::exchange(slab.counts[l], totals[l]);
+                totals[l] += counts;
+            }
+        }
+        for (std::size_t l = 0; l < meshes_.size(); ++l) {
+            if (l == background_) continue;
+            meshes_[l].points.resize(totals[l].points);
+            meshes_[l].triangles.resize(totals[l].half_triangles / 2);
+        }
     }
-}
+
+    SurfaceNet& net_;
+    const IndexToPhysical& to_physical_;
+    const LabelIndex background_;
+    std::vector<Mesh> meshes_;
+};
 
 }  // namespace
 
-std::vector<Mesh> emit(LabelNet& net, const Frame& frame, Place background, Stage& stage) {
-    std::vector<Mesh> meshes(net.values.size());
-    allocate(net, background, meshes);
-    net.corners.resize(net.corner_count());
-    // Patches while their corners are in the cache; but those of a piece's first slice have some of the piece before.
-    const auto first_slice = [&](std::size_t p) { return static_cast<std::int64_t>(p) * NetPiece::kSlices; };
-    tbb::parallel_for(std::size_t{0}, net.pieces.size(), [&](std::size_t p) {
-        const std::int64_t end = std::min(first_slice(p + 1), net.bits.dims[2] + 1);
-        place_points_of(p, net, frame, background, meshes);
-        make_patches_of(p, net, frame, background, meshes, first_slice(p) + 1, end);
+std::vector<Mesh> make_label_meshes(SurfaceNet& net, const IndexToPhysical& to_physical,
+                                    LabelIndex background, const Progress& progress) {
+    MeshMaker maker(net, to_physical, background);
+    const std::size_t slabs = net.slabs.size();
+    Stage stage(progress, 0, 1, 2 * slabs);
+    // Quads are written while their corners are in the cache. But those of the first slice also need corners
+    // of the slab below, so they wait until all points are written.
+    tbb::parallel_for(std::size_t{0}, slabs, [&](std::size_t slab) {
+        maker.write_points(slab);
+        maker.write_quads(slab, SurfaceNet::first_slice(slab) + 1, net.end_slice(slab));
         stage.step();
     });
-    tbb::parallel_for(std::size_t{0}, net.pieces.size(), [&](std::size_t p) {
-        make_patches_of(p, net, frame, background, meshes, first_slice(p), first_slice(p) + 1);
+    tbb::parallel_for(std::size_t{0}, slabs, [&](std::size_t slab) {
+        maker.write_quads(slab, SurfaceNet::first_slice(slab), SurfaceNet::first_slice(slab) + 1);
         stage.step();
     });
-    return meshes;
+    return maker.take();
 }
 
 }  // namespace marrow::internal

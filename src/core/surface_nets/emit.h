@@ -1,4 +1,4 @@
-/// From a label map's net to its labels' meshes.
+/// Makes the meshes of labels from a surface net.
 #pragma once
 
 #include <vector>
@@ -10,8 +10,9 @@
 
 namespace marrow::internal {
 
-/// Takes the net's points into space, parts them by labels, and joins them with triangles. The mesh of `background` stays empty.
-/// Takes two steps of the stage for each piece. \throw LimitError
-std::vector<Mesh> emit(LabelNet& net, const Frame& frame, Place background, Stage& stage);
+/// Makes a mesh for each label of the net, without normals; the background's is empty. Fills in net.corners.
+/// Uses up the counts of the net's slabs.
+std::vector<Mesh> make_label_meshes(SurfaceNet& net, const IndexToPhysical& to_physical,
+                                    LabelIndex background, const Progress& progress);
 
 }  // namespace marrow::internal

@@ -1,218 +1,177 @@
+// Writes the quads of crossed edges to the meshes of the labels at both ends of each edge.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "core/surface_nets/emit_quads.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
 #include <algorithm>
-#include <cstring>
+#include <bit>
 
+#include "pending_quad.h"
 #include "writers.h"
-
-// The patch of a crossed grid edge: a quad between the points of the four cells round it, which the labels at both ends have.
-// Where a face between two of the cells has two knots, that of the edge is a corner more.
-#ifndef MARROW_LABEL_PATCHES_TYPES  // once for all targets
-#define MARROW_LABEL_PATCHES_TYPES
-namespace marrow::internal {
-
-// Whether the diagonal between the first and third of four points is not longer than the other.
-inline bool first_diagonal_is_shorter(const NetPoint& a, const NetPoint& b, const NetPoint& c,
-                                      const NetPoint& d) {
-    using Four = float __attribute__((vector_size(16)));
-    const auto vector = [](const NetPoint& p) {
-        Four four;
-        std::memcpy(&four, p.at, sizeof four);
-        return four;
-    };
-    const Four first = vector(a) - vector(c), second = vector(b) - vector(d);
-    const Four difference = first * first - second * second;
-    return difference[0] + difference[1] + difference[2] <= 0;
-}
-
-// The corners of a patch, counter-clockwise seen from its edge's upper end, and the first again. The edge begins at corner 0 of
-// the third one's cell.
-struct alignas(32) Patch {
-    std::array<std::uint32_t, 5> corners;
-    std::uint32_t axis;  // of the edge
-};
-
-// By axis: the other two.
-constexpr std::array<std::array<std::size_t, 2>, 3> kAcross = {{{1, 2}, {2, 0}, {0, 1}}};
-
-// By axis: below the bit that an edge is to each cell round it.
-constexpr std::array<std::array<std::uint32_t, 4>, 3> kEdgesBefore = [] {
-    constexpr int kRing[4][2] = {{-1, -1}, {0, -1}, {0, 0}, {-1, 0}};
-    std::array<std::array<std::uint32_t, 4>, 3> before{};
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-        const auto [u, v] = kAcross[axis];
-        for (std::size_t c = 0; c < 4; ++c) {
-            const int corner = (kRing[c][0] < 0 ? 1 << u : 0) | (kRing[c][1] < 0 ? 1 << v : 0);
-            before[axis][c] = (1u << edge_between(corner, corner | 1 << axis)) - 1;
-        }
-    }
-    return before;
-}();
-
-}  // namespace marrow::internal
-#endif
 
 HWY_BEFORE_NAMESPACE();
 namespace marrow::internal::HWY_NAMESPACE {
 
-// Makes the patches of a piece's edges. They wait until some hundreds are together: their number varies from word to word of
-// the bits, and each short loop's end would be mispredicted.
-class Patches {
+// Emits the quads of edges. This is not vector code, but it needs each target's population count, which finds
+// the cells around an edge: without it, writing the meshes takes a fifth longer.
+//
+// Quads wait until some hundreds are together. Their number varies from word to word of the edges' bits, so a
+// loop over the quads of one word would end in a mispredicted branch.
+class QuadEmitter {
   public:
-    Patches(const LabelNet& net, bool mirrored, TriangleWriter* writers)
+    QuadEmitter(const SurfaceNet& net, bool mirrored, TriangleWriter* writers)
         : net_(net), corners_(net.corners.data()), mirrored_(mirrored), writers_(writers) {}
 
-    void make_row(std::int64_t j, std::int64_t k) {
+    // Adds the quads of the edges that begin in a row of samples.
+    void add_row(std::int64_t j, std::int64_t k) {
         const BorderBits& bits = net_.bits;
-        // Rows of cells round the row of samples; where there is none, no edge that it is beside is crossed.
+        // The rows of cells around the row of samples. At the ends of the map any row will do: no edge beside
+        // it is crossed.
         const std::int64_t lower_j = std::max<std::int64_t>(j - 1, 0),
                            lower_k = std::max<std::int64_t>(k - 1, 0);
         const CellRow rows[4] = {CellRow(bits, lower_j, lower_k), CellRow(bits, j, lower_k),
                                  CellRow(bits, lower_j, k), CellRow(bits, j, k)};
-        std::uint64_t carry_y = 0, carry_z = 0;  // whether the cells before the word are complex
-        const std::size_t row = bits.row(j, k);
+        std::uint64_t carry_y = 0, carry_z = 0;  // whether the cells before the word are multi-label cells
+        const std::size_t row = bits.first_word(j, k);
         for (std::size_t w = 0; w < bits.words; ++w) {
-            const std::uint64_t crossed[3] = {bits.crossed[0][row + w], bits.crossed[1][row + w],
-                                              bits.crossed[2][row + w]};
-            const std::uint64_t here = rows[3].complex[w], below_y = here | rows[1].complex[w],
-                                below_z = here | rows[2].complex[w];
-            if ((crossed[0] | crossed[1] | crossed[2]) != 0) {
-                const CellWord words[4] = {CellWord(rows[0], w), CellWord(rows[1], w), CellWord(rows[2], w),
-                                           CellWord(rows[3], w)};
-                add<0>(crossed[0], below_y | below_z | rows[0].complex[w], [&](std::uint64_t below) {
-                    return Corners{words[0].id(below), words[1].id(below), words[3].id(below),
-                                   words[2].id(below)};
+            const std::uint64_t x_edges = bits.crossed[0][row + w], y_edges = bits.crossed[1][row + w],
+                                z_edges = bits.crossed[2][row + w];
+            // Whether one of the two cells at sample i is a multi-label cell: those around a y edge at its
+            // upper x, and those around a z edge.
+            const std::uint64_t here = rows[3].multi_label[w], at_y = here | rows[1].multi_label[w],
+                                at_z = here | rows[2].multi_label[w];
+            if ((x_edges | y_edges | z_edges) != 0) {
+                const CellWord words[4] = {rows[0].word(w), rows[1].word(w), rows[2].word(w),
+                                           rows[3].word(w)};
+                add<0>(x_edges, at_y | at_z | rows[0].multi_label[w], [&](std::uint64_t below) {
+                    return Quad{words[0].id(below), words[1].id(below), words[3].id(below),
+                                words[2].id(below)};
                 });
-                add<1>(crossed[1], below_y | below_y << 1 | carry_y, [&](std::uint64_t below) {
+                add<1>(y_edges, at_y | at_y << 1 | carry_y, [&](std::uint64_t below) {
                     const std::uint32_t lower = words[1].id(below), upper = words[3].id(below);
-                    return Corners{lower - 1, upper - 1, upper, lower};
+                    return Quad{lower - 1, upper - 1, upper, lower};
                 });
-                add<2>(crossed[2], below_z | below_z << 1 | carry_z, [&](std::uint64_t below) {
+                add<2>(z_edges, at_z | at_z << 1 | carry_z, [&](std::uint64_t below) {
                     const std::uint32_t lower = words[2].id(below), upper = words[3].id(below);
-                    return Corners{lower - 1, lower, upper, upper - 1};
+                    return Quad{lower - 1, lower, upper, upper - 1};
                 });
             }
-            carry_y = below_y >> 63;
-            carry_z = below_z >> 63;
+            carry_y = at_y >> 63;
+            carry_z = at_z >> 63;
         }
     }
 
-    // Makes those that wait.
+    // Writes the quads that wait.
     void flush() {
-        for (std::size_t n = 0; n < size_[1]; ++n) resolve(waiting_[1][n]);
-        for (std::size_t n = 0; n < size_[0]; ++n) make(waiting_[0][n]);
-        size_ = {};
+        for (std::size_t n = 0; n < count_[kUnresolved]; ++n) resolve(waiting_[kUnresolved][n]);
+        for (std::size_t n = 0; n < count_[kResolved]; ++n) write(waiting_[kResolved][n]);
+        count_ = {};
     }
 
   private:
-    static constexpr std::size_t kRoom = 256;
+    static constexpr std::size_t kCapacity = 256;
+    // Quads whose corners are known, and quads around which a cell has a corner for each edge.
+    static constexpr std::size_t kResolved = 0, kUnresolved = 1;
 
-    // `cells` gives the cells round an edge by the bits below its own.
+    // `cells` returns the four cells around an edge, given the bits below that of the edge.
     template <std::uint32_t kAxis, class Cells>
-    HWY_INLINE void add(std::uint64_t crossed, std::uint64_t complex, const Cells& cells) {
-        if (size_[0] + size_[1] + 64 > kRoom) flush();
-        for (std::uint64_t left = crossed; left != 0; left &= left - 1) {
+    HWY_INLINE void add(std::uint64_t edges, std::uint64_t multi_label, const Cells& cells) {
+        if (count_[kResolved] + count_[kUnresolved] + 64 > kCapacity) flush();
+        for (std::uint64_t left = edges; left != 0; left &= left - 1) {
             const std::uint64_t bit = left & -left;
-            put((complex & bit) != 0 ? 1 : 0, cells(bit - 1), kAxis);
+            wait((multi_label & bit) != 0 ? kUnresolved : kResolved, cells(bit - 1), kAxis);
         }
     }
-    HWY_INLINE void put(std::size_t complex, Corners cells, std::uint32_t axis) {
-        Patch& patch = waiting_[complex][size_[complex]++];
-        std::memcpy(patch.corners.data(), &cells, sizeof cells);
-        patch.corners[4] = cells[0];
-        patch.axis = axis;
+    HWY_INLINE void wait(std::size_t kind, const Quad& corners, std::uint32_t axis) {
+        waiting_[kind][count_[kind]++] = {{corners[0], corners[1], corners[2], corners[3], corners[0]}, axis};
     }
 
-    // Of a patch that complex cells are part of finds the corners.
-    HWY_INLINE void resolve(const Patch& patch) {
-        Corners found;
+    // Replaces the corners of multi-label cells by those of the edge.
+    HWY_INLINE void resolve(const PendingQuad& quad) {
+        Quad found;
         for (std::size_t c = 0; c < 4; ++c) {
-            const std::uint32_t cell = patch.corners[c];
-            const PatchCorner& corner = corners_[cell];
-            const std::uint32_t edges_before = corner.number[1] & kEdgesBefore[patch.axis][c];
+            const std::uint32_t cell = quad.corners[c];
+            const QuadCorner& corner = corners_[cell];
+            const std::uint32_t edges_before = corner.crossed_edges() & kEdgesBefore[quad.axis][c];
             const std::uint32_t of_edge =
-                corner.number[0] + static_cast<std::uint32_t>(__builtin_popcount(edges_before));
-            // Not a choice between two, which would be mispredicted.
-            found[c] = cell ^ ((cell ^ of_edge) & (corner.is_complex() ? ~0u : 0u));
+                corner.first_corner() + static_cast<std::uint32_t>(std::popcount(edges_before));
+            // A branch would be mispredicted.
+            found[c] = cell ^ ((cell ^ of_edge) & (corner.is_multi_label_cell() ? ~0u : 0u));
         }
-        // The face between a cell and the next is the lower one of whichever lies higher.
-        const auto [u, v] = kAcross[patch.axis];
-        const std::uint8_t knots[4] = {corners_[found[1]].knot[u], corners_[found[2]].knot[v],
-                                       corners_[found[2]].knot[u], corners_[found[3]].knot[v]};
-        if ((knots[0] | knots[1] | knots[2] | knots[3]) == 0)
-            put(0, found, patch.axis);
+        // The face between two neighbouring cells is a lower face of the one with the higher index.
+        const auto [u, v] = kOtherAxes[quad.axis];
+        const std::array<std::uint8_t, 4> junctions = {
+            corners_[found[1]].junction[u], corners_[found[2]].junction[v], corners_[found[2]].junction[u],
+            corners_[found[3]].junction[v]};
+        if ((junctions[0] | junctions[1] | junctions[2] | junctions[3]) == 0)
+            wait(kResolved, found, quad.axis);
         else
-            make_with_knots(found, knots);
+            write_with_junctions(found, junctions);
     }
 
-    // From an end of the shorter diagonal.
-    HWY_INLINE void make(const Patch& patch) {
-        const auto corner = [&](std::size_t c) -> const PatchCorner& { return corners_[patch.corners[c]]; };
-        // Not a choice between two, which would be mispredicted at every other edge.
-        const std::size_t from =
-            first_diagonal_is_shorter(corner(0).at, corner(1).at, corner(2).at, corner(3).at) ? 0 : 1;
-        // The numbers of both labels, which are together in memory, from four cells.
-        using Two = std::uint64_t __attribute__((vector_size(16)));
-        const auto numbers = [&](std::size_t c) {
-            std::uint64_t both;
-            std::memcpy(&both, &corner(from + c).number, sizeof both);
-            return both;
-        };
-        const auto some = reinterpret_cast<Corners>(Two{numbers(0), numbers(1)}),
-                   others = reinterpret_cast<Corners>(Two{numbers(2), numbers(3)});
-        const Corners lesser = __builtin_shufflevector(some, others, 0, 2, 4, 6),
-                      greater = __builtin_shufflevector(some, others, 1, 3, 5, 7);
-        const EndPlaces places = corner(2).places;
-        const Place straight = mirrored_ ? places.upper : places.lower,
-                    other = mirrored_ ? places.lower : places.upper;
-        const Corners swapped = (lesser ^ greater) & (Corners{} - (straight > other ? 1u : 0u));
-        writers_[straight].add(lesser ^ swapped);
-        writers_[other].add_turned(greater ^ swapped);
+    // Divides a quad along its shorter diagonal.
+    HWY_INLINE void write(const PendingQuad& quad) {
+        const auto corner = [&](std::size_t c) -> const QuadCorner& { return corners_[quad.corners[c]]; };
+        // A branch would be mispredicted at every other edge.
+        const std::size_t first = first_diagonal_is_shorter(corner(0).position, corner(1).position,
+                                                            corner(2).position, corner(3).position)
+                                      ? 0
+                                      : 1;
+        const LabelPair labels = corner(2).labels;
+        const LabelIndex straight = mirrored_ ? labels.upper : labels.lower,
+                         flipped = mirrored_ ? labels.lower : labels.upper;
+        const std::size_t of_straight = straight > flipped ? 1 : 0;
+        Quad straight_points, flipped_points;
+        for (std::size_t c = 0; c < 4; ++c) {
+            const std::array<std::uint32_t, 2>& points = corner(first + c).point;
+            straight_points[c] = points[of_straight];
+            flipped_points[c] = points[1 - of_straight];
+        }
+        writers_[straight].write_quad(straight_points);
+        writers_[flipped].write_flipped_quad(flipped_points);
     }
 
-    // As a fan from the first knot: a diagonal beside it could be another patch's too, as the face has two knots.
-    HWY_NOINLINE void make_with_knots(const Corners& quad, const std::uint8_t (&knots)[4]) {
-        constexpr std::size_t kHigher[4] = {1, 2, 2, 3};
+    // Writes a quad with further corners at junctions, as a fan from the first junction. A diagonal beside a
+    // junction could also be that of another quad, because the face has two junctions.
+    HWY_NOINLINE void write_with_junctions(const Quad& quad, const std::array<std::uint8_t, 4>& junctions) {
+        constexpr std::size_t kHigherCell[4] = {1, 2, 2, 3};  // of cells c and c + 1 around the edge
         std::array<std::uint32_t, 8> corners{};
-        std::size_t size = 0, from = corners.size();
+        std::size_t size = 0, first = corners.size();
         for (std::size_t c = 0; c < 4; ++c) {
             corners[size++] = quad[c];
-            if (knots[c] == 0) continue;
-            from = std::min(from, size);
-            corners[size++] = quad[kHigher[c]] + knots[c];
+            if (junctions[c] == 0) continue;
+            first = std::min(first, size);
+            corners[size++] = quad[kHigherCell[c]] + junctions[c];
         }
-        const EndPlaces places = corners_[quad[2]].places;
+        const LabelPair labels = corners_[quad[2]].labels;
         for (std::size_t end = 0; end < 2; ++end) {
-            TriangleWriter& writer = writers_[end == 0 ? places.lesser() : places.greater()];
-            const bool turned = (end == 0) == ((places.lower > places.upper) != mirrored_);
+            TriangleWriter& writer = writers_[end == 0 ? labels.lesser() : labels.greater()];
+            const bool flipped = (end == 0) == ((labels.lower > labels.upper) != mirrored_);
             const auto next = [&](std::size_t n) { return n + 1 < size ? n + 1 : 0; };
-            const auto number = [&](std::size_t n) { return corners_[corners[n]].number[end]; };
-            for (std::size_t n = next(from); next(n) != from; n = next(n)) {
-                const std::uint32_t b = number(n), c = number(next(n));
-                writer.add(number(from), turned ? c : b, turned ? b : c);
+            const auto point = [&](std::size_t n) { return corners_[corners[n]].point[end]; };
+            for (std::size_t n = next(first); next(n) != first; n = next(n)) {
+                const std::uint32_t b = point(n), c = point(next(n));
+                writer.write({point(first), flipped ? c : b, flipped ? b : c});
             }
         }
     }
 
-    const LabelNet& net_;
-    const PatchCorner* corners_;
+    const SurfaceNet& net_;
+    const QuadCorner* corners_;
     const bool mirrored_;
     TriangleWriter* writers_;
-    std::array<std::size_t, 2> size_{};
-    // Those that plain cells alone are part of, or whose corners are found; and others.
-    std::array<std::array<Patch, kRoom>, 2> waiting_;
+    std::array<std::size_t, 2> count_{};
+    std::array<std::array<PendingQuad, kCapacity>, 2> waiting_;
 };
 
-void make_patches_of_slices(const LabelNet& net, bool mirrored, std::int64_t begin, std::int64_t end,
-                            TriangleWriter* writers) {
-    Patches patches(net, mirrored, writers);
+void emit_quads_of_slices(const SurfaceNet& net, bool mirrored, std::int64_t begin, std::int64_t end,
+                          TriangleWriter* writers) {
+    QuadEmitter emitter(net, mirrored, writers);
     for (std::int64_t k = begin; k < end; ++k) {
-        for (std::int64_t j = 0; j <= net.bits.dims[1]; ++j) patches.make_row(j, k);
+        for (std::int64_t j = 0; j < net.bits.cell_rows(); ++j) emitter.add_row(j, k);
     }
-    patches.flush();
+    emitter.flush();
 }
 
 }  // namespace marrow::internal::HWY_NAMESPACE
@@ -221,11 +180,11 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace marrow::internal {
 
-HWY_EXPORT(make_patches_of_slices);
+HWY_EXPORT(emit_quads_of_slices);
 
-void make_patches(const LabelNet& net, bool mirrored, std::int64_t begin, std::int64_t end,
-                  TriangleWriter* writers) {
-    HWY_DYNAMIC_DISPATCH(make_patches_of_slices)(net, mirrored, begin, end, writers);
+void emit_label_quads(const SurfaceNet& net, bool mirrored, std::int64_t begin, std::int64_t end,
+                      TriangleWriter* writers) {
+    HWY_DYNAMIC_DISPATCH(emit_quads_of_slices)(net, mirrored, begin, end, writers);
 }
 
 }  // namespace marrow::internal

@@ -1,5 +1,7 @@
+// Finds which label values a map has, from the few samples that can be the first of their label.
 #include "label_index.h"
 
+#include <bit>
 #include <utility>
 
 #include <tbb/enumerable_thread_specific.h>
@@ -7,68 +9,86 @@
 
 #include <marrow/error.h>
 
-#include "core/volume/visit_samples.h"
-
 namespace marrow::internal {
 namespace {
 
-// Ascending values.
+// A set of labels, in ascending order.
 template <class T>
-class Values {
+class LabelSet {
   public:
-    explicit Values(T first) : values_{first}, recent_(first) {}
+    explicit LabelSet(T first) : values_{first}, recent_(first) {}
 
-    void add(T value) {
-        if (std::exchange(recent_.of(value), value) == value) return;
-        const auto at = std::lower_bound(values_.begin(), values_.end(), value);
-        if (at == values_.end() || *at != value) values_.insert(at, value);
+    void insert(T value) {
+        if (std::exchange(recent_.entry(value), value) == value) return;
+        const auto it = std::lower_bound(values_.begin(), values_.end(), value);
+        if (it == values_.end() || *it != value) values_.insert(it, value);
     }
-    const std::vector<T>& all() const { return values_; }
+    const std::vector<T>& values() const { return values_; }
+
+    void check_size() const {
+        if (values_.size() > 65535)
+            throw InputError(
+                "the volume has more than 65535 different values, so it is not a label map; give a volume "
+                "in which each structure has one value");
+    }
 
   private:
     std::vector<T> values_;
-    Recent<T, T> recent_;
+    RecentLabels<T, T> recent_;
 };
 
-// Of every label that is there one sample comes first. Those before it along x, y and z have others, as beyond the volume there
-// is background.
+// The edges along x, y and z that end at the samples of row (j, k), 64 to a word.
+class EdgesBefore {
+  public:
+    EdgesBefore(const BorderBits& bits, std::int64_t j, std::int64_t k)
+        : x_(&bits.crossed[0][bits.first_word(j, k)]),
+          y_(&bits.crossed[1][bits.first_word(j - 1, k)]),
+          z_(&bits.crossed[2][bits.first_word(j, k - 1)]) {}
+
+    // Bit b: the edges along all three axes that end at sample 64 w + b + 1 are crossed. The last word of a
+    // row may read the next one's first bits, which are 0 for the edges along x.
+    std::uint64_t all_crossed(std::size_t w) const {
+        return x_[w] & (y_[w] >> 1 | y_[w + 1] << 63) & (z_[w] >> 1 | z_[w + 1] << 63);
+    }
+
+  private:
+    const std::uint64_t *x_, *y_, *z_;
+};
+
 template <class T>
-std::vector<std::int64_t> values_of(const LabelReader<T>& labels, const BorderBits& bits) {
-    constexpr std::size_t kMost = 65535;
-    tbb::enumerable_thread_specific<Values<T>> of_thread(labels.background);
+std::vector<std::int64_t> find_values_of_type(const LabelReader<T>& labels, const BorderBits& bits) {
+    tbb::enumerable_thread_specific<LabelSet<T>> set_of_thread(labels.background);
     tbb::parallel_for(std::int64_t{1}, bits.dims[2] + 1, [&](std::int64_t k) {
-        Values<T>& seen = of_thread.local();
+        LabelSet<T>& set = set_of_thread.local();
         for (std::int64_t j = 1; j <= bits.dims[1]; ++j) {
+            // The first sample of a label, in memory order, differs from the samples before it along every
+            // axis: they come earlier or are background, which is in the set already. So only samples at
+            // which all three edges are crossed can add a label.
+            const EdgesBefore edges(bits, j, k);
             const T* row = labels.row(j, k);
-            const std::uint64_t *x = &bits.crossed[0][bits.row(j, k)],
-                                *y = &bits.crossed[1][bits.row(j - 1, k)],
-                                *z = &bits.crossed[2][bits.row(j, k - 1)];
             for (std::size_t w = 0; w < bits.words; ++w) {
-                // The edge along x has its bit one before the others'. Behind a row's last word there is no edge.
-                for (std::uint64_t left = x[w] & (y[w] >> 1 | y[w + 1] << 63) & (z[w] >> 1 | z[w + 1] << 63);
-                     left != 0; left &= left - 1)
-                    seen.add(labels.at(row, static_cast<std::int64_t>(64 * w) + __builtin_ctzll(left) + 1));
+                for (std::uint64_t left = edges.all_crossed(w); left != 0; left &= left - 1)
+                    set.insert(
+                        labels.label(row, static_cast<std::int64_t>(64 * w) + std::countr_zero(left) + 1));
             }
         }
-        if (seen.all().size() > kMost)
-            throw InputError("the label map has more than 65535 different values: is it one?");
+        set.check_size();
     });
-    Values<T> values(labels.background);
-    for (const Values<T>& seen : of_thread) {
-        for (const T value : seen.all()) values.add(value);
+    LabelSet<T> all(labels.background);
+    for (const LabelSet<T>& set : set_of_thread) {
+        for (const T value : set.values()) all.insert(value);
     }
-    if (values.all().size() > kMost)
-        throw InputError("the label map has more than 65535 different values: is it one?");
+    all.check_size();
     std::vector<std::int64_t> result;
-    for (const T value : values.all()) result.push_back(static_cast<std::int64_t>(value));
+    for (const T value : all.values()) result.push_back(static_cast<std::int64_t>(value));
     return result;
 }
 
 }  // namespace
 
-std::vector<std::int64_t> find_values(const LabelMap& map, const BorderBits& bits) {
-    return with_sample_type(map.type,
-                            [&](auto sample) { return values_of(LabelReader<decltype(sample)>(map), bits); });
+std::vector<std::int64_t> find_label_values(const LabelMap& map, const BorderBits& bits) {
+    return visit_sample_type(
+        map.type, [&](auto sample) { return find_values_of_type(LabelReader<decltype(sample)>(map), bits); });
 }
 
 }  // namespace marrow::internal

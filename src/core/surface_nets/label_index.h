@@ -1,4 +1,4 @@
-/// Which labels a map has.
+/// Finds which label values a map has, and converts values to indices among them.
 #pragma once
 
 #include <algorithm>
@@ -10,46 +10,48 @@
 
 namespace marrow::internal {
 
-/// A label's place among the map's, in ascending order.
-using Place = std::uint16_t;
+/// The index of a label among the values of its map, which are in ascending order.
+using LabelIndex = std::uint16_t;
 
-/// What is remembered of the last 256 labels: one each for labels with different lowest bits, as they are few and mostly small.
-template <class T, class Known>
-class Recent {
+/// Remembers something about recent labels: one entry for each lowest byte, since most maps have few and
+/// small labels.
+template <class T, class Entry>
+class RecentLabels {
   public:
-    explicit Recent(const Known& known) { known_.fill(known); }
-    Known& of(T label) { return known_[static_cast<std::uint8_t>(static_cast<std::int64_t>(label))]; }
+    explicit RecentLabels(const Entry& initial) { entries_.fill(initial); }
+    Entry& entry(T label) { return entries_[static_cast<std::uint8_t>(static_cast<std::int64_t>(label))]; }
 
   private:
-    std::array<Known, 256> known_;
+    std::array<Entry, 256> entries_;
 };
 
-/// Where each of a map's labels is among `values`.
+/// Converts a label to its index in `values`, which must outlive the finder and contain the label.
 template <class T>
-class Places {
+class LabelIndexFinder {
   public:
-    explicit Places(const std::vector<std::int64_t>& values)
+    explicit LabelIndexFinder(const std::vector<std::int64_t>& values)
         : values_(values), recent_({static_cast<T>(values[0]), 0}) {}
-    Place operator()(T value) {
-        Found& found = recent_.of(value);
-        if (found.value != value) {
-            const auto at =
-                std::lower_bound(values_.begin(), values_.end(), static_cast<std::int64_t>(value));
-            found = {value, static_cast<Place>(at - values_.begin())};
+
+    LabelIndex operator()(T label) {
+        Found& found = recent_.entry(label);
+        if (found.label != label) {
+            const auto it =
+                std::lower_bound(values_.begin(), values_.end(), static_cast<std::int64_t>(label));
+            found = {label, static_cast<LabelIndex>(it - values_.begin())};
         }
-        return found.place;
+        return found.index;
     }
 
   private:
     struct Found {
-        T value;
-        Place place;
+        T label;
+        LabelIndex index;
     };
     const std::vector<std::int64_t>& values_;
-    Recent<T, Found> recent_;
+    RecentLabels<T, Found> recent_;
 };
 
-/// The values of a map and its background, ascending. \throw InputError more than 65535
-std::vector<std::int64_t> find_values(const LabelMap& map, const BorderBits& bits);
+/// The labels of a map and its background, in ascending order. \throw InputError more than 65535 of them
+std::vector<std::int64_t> find_label_values(const LabelMap& map, const BorderBits& bits);
 
 }  // namespace marrow::internal

@@ -1,8 +1,10 @@
+// Extracts the surfaces of all labels of a map at once, and counts the samples of labels.
 #include <marrow/labels.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <type_traits>
 #include <unordered_map>
 #include <utility>
 
@@ -12,11 +14,13 @@
 
 #include <marrow/buffer.h>
 
-#include "core/volume/visit_samples.h"
+#include "base/parallel.h"
+#include "base/progress.h"
 #include "core/grid/index_to_physical.h"
+#include "core/volume/checks.h"
 #include "emit.h"
-#include "surface_net.h"
 #include "relax.h"
+#include "surface_net.h"
 
 namespace marrow {
 
@@ -24,80 +28,107 @@ using namespace internal;
 
 namespace {
 
-// Unit normals from the triangles around each point, by area.
+// Unit normals at the points of a mesh: the sum of the normals of the triangles around each, weighted by
+// area.
 void add_normals(Mesh& mesh) {
-    // Four numbers to a point are quicker than three.
-    using Four = float __attribute__((vector_size(16)));
+    // Four numbers are faster than three; the fourth is 0.
+    struct alignas(16) Vector {
+        float values[4];
+    };
     const std::size_t count = mesh.points.size();
-    Buffer<Four> at(count), sums(count);
+    Buffer<Vector> points(count), sums(count);
     for (std::size_t p = 0; p < count; ++p) {
         const Vec3f& point = mesh.points[p];
-        at[p] = Four{point[0], point[1], point[2], 0};
-        sums[p] = Four{};
+        points[p] = {{point[0], point[1], point[2], 0}};
+        sums[p] = {};
     }
-    const auto turned = [](Four v) { return __builtin_shufflevector(v, v, 1, 2, 0, 3); };
+    // The components of normals are in the order z, x, y, 0: value i follows from values i and i + 1 of both
+    // edges. So the compiler makes vector code of these loops.
+    constexpr std::size_t kNext[] = {1, 2, 0, 3};
     for (const Triangle& t : mesh.triangles) {
-        const Four u = at[t[1]] - at[t[0]], v = at[t[2]] - at[t[0]];
-        const Four n = turned(u * turned(v) - turned(u) * v);  // the cross product
-        for (const std::uint32_t p : t) sums[p] += n;
+        const Vector &a = points[t[0]], &b = points[t[1]], &c = points[t[2]];
+        Vector u, v, normal;
+        for (std::size_t i = 0; i < 4; ++i) u.values[i] = b.values[i] - a.values[i];
+        for (std::size_t i = 0; i < 4; ++i) v.values[i] = c.values[i] - a.values[i];
+        for (std::size_t i = 0; i < 4; ++i)
+            normal.values[i] = u.values[i] * v.values[kNext[i]] - u.values[kNext[i]] * v.values[i];
+        for (const std::uint32_t p : t) {
+            for (std::size_t i = 0; i < 4; ++i) sums[p].values[i] += normal.values[i];
+        }
     }
     mesh.normals.resize(count);
     for (std::size_t p = 0; p < count; ++p) {
-        const Four& n = sums[p];
-        const float length = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
-        // Where triangles cancel any direction is as good.
-        mesh.normals[p] = length > 0 ? Vec3f{n[0] / length, n[1] / length, n[2] / length} : Vec3f{0, 0, 1};
+        const auto [z, x, y, unused] = sums[p].values;
+        const float length = std::sqrt(x * x + y * y + z * z);
+        // Where the triangles cancel each other, any direction will do.
+        mesh.normals[p] = length > 0 ? Vec3f{x / length, y / length, z / length} : Vec3f{0, 0, 1};
     }
 }
 
-void check_volume(const VolumeView& map) {
-    check_geometry(map.geometry);
-    if (map.data == nullptr && map.geometry.sample_count() > 0) throw InputError("volume has no samples");
-}
-
+// Checks that all samples are integers.
 template <class T>
-void check_samples(const VolumeView& map, std::int64_t background) {
-    if (static_cast<std::int64_t>(static_cast<T>(background)) != background)
-        throw InputError("the background label does not fit the map's samples");
+void check_samples(const VolumeView& map) {
     if constexpr (std::is_floating_point_v<T>) {
         const T* samples = static_cast<const T*>(map.data);
-        constexpr T kMost = sizeof(T) == 4 ? T(1 << 24) : T(std::int64_t{1} << 53);
+        constexpr T kLargest =
+            sizeof(T) == 4 ? T(1 << 24) : T(std::int64_t{1} << 53);  // beyond it, not every integer exists
         tbb::parallel_for(
             tbb::blocked_range<std::int64_t>(0, map.geometry.sample_count(), 1 << 16),
             [&](const auto& range) {
                 for (std::int64_t i = range.begin(); i < range.end(); ++i) {
-                    if (!(std::abs(samples[i]) <= kMost) || std::trunc(samples[i]) != samples[i])
+                    if (!(std::abs(samples[i]) <= kLargest) || std::trunc(samples[i]) != samples[i])
                         throw InputError(
-                            "the samples are no labels, as they are not all integers; label maps hold "
-                            "integers");
+                            "the volume has samples that are not integers, so it is not a label map; give a "
+                            "volume in which each structure has one integer value");
                 }
             });
     }
 }
 
-// The story: find borders, labels and points; relax; part the points by labels and join them.
-std::vector<LabelSurface> extract(const VolumeView& map, const LabelOptions& options) {
-    with_sample_type(map.type,
-                     [&](auto sample) { check_samples<decltype(sample)>(map, options.background); });
-    LabelNet net = make_net({map.type, map.data, map.geometry.dims, options.background}, options.progress);
-    relax(net, options.relax, options.progress);
+template <class T>
+void check_background(std::int64_t background) {
+    if (static_cast<std::int64_t>(static_cast<T>(background)) != background)
+        throw InputError("the background label does not fit the sample type of the label map");
+}
 
-    const Frame frame(map.geometry);
-    const auto background = static_cast<Place>(
-        std::lower_bound(net.values.begin(), net.values.end(), options.background) - net.values.begin());
-    Stage emitting(options.progress, 0.6, 0.9, 2 * net.pieces.size());
-    std::vector<Mesh> meshes = emit(net, frame, background, emitting);
+std::vector<LabelSurface> extract(const VolumeView& map, const LabelOptions& options) {
+    visit_sample_type(map.type, [&](auto sample) {
+        check_background<decltype(sample)>(options.background);
+        check_samples<decltype(sample)>(map);
+    });
+    const LabelMap label_map{map.type, map.data, map.geometry.dims, options.background};
+    const Progress& progress = options.progress;
+    SurfaceNet net = make_surface_net(label_map, find_borders(label_map, sub_progress(progress, 0, 0.15)),
+                                      sub_progress(progress, 0.15, 0.3));
+    relax(net, options.relax, sub_progress(progress, 0.3, 0.6));
+
+    const auto background = static_cast<LabelIndex>(
+        std::lower_bound(net.labels.begin(), net.labels.end(), options.background) - net.labels.begin());
+    std::vector<Mesh> meshes =
+        make_label_meshes(net, IndexToPhysical(map.geometry), background, sub_progress(progress, 0.6, 0.9));
 
     std::vector<LabelSurface> surfaces;
-    for (std::size_t place = 0; place < meshes.size(); ++place) {
-        if (place != background) surfaces.push_back({net.values[place], std::move(meshes[place])});
+    for (std::size_t l = 0; l < meshes.size(); ++l) {
+        if (l != background) surfaces.push_back({net.labels[l], std::move(meshes[l])});
     }
-    Stage stage(options.progress, 0.9, 1, surfaces.size());
+    Stage stage(progress, 0.9, 1, surfaces.size());
     tbb::parallel_for(std::size_t{0}, surfaces.size(), [&](std::size_t i) {
         if (options.normals) add_normals(surfaces[i].mesh);
         stage.step();
     });
     return surfaces;
+}
+
+using LabelCounts = std::unordered_map<std::int64_t, std::int64_t>;
+
+// Adds up the samples of each label in [begin, end). Labels come in long runs, so runs are counted first.
+template <class T>
+void count_runs(const T* begin, const T* end, LabelCounts& counts) {
+    while (begin != end) {
+        const T* const run_end = std::find_if(begin, end, [label = *begin](T s) { return s != label; });
+        counts[static_cast<std::int64_t>(*begin)] += run_end - begin;
+        begin = run_end;
+    }
 }
 
 }  // namespace
@@ -108,34 +139,29 @@ std::vector<LabelSurface> extract_labels(const VolumeView& map, const LabelOptio
     std::vector<LabelSurface> surfaces;
     if (!has_cells(map.geometry, true)) return surfaces;
     with_threads(options.threads, [&] { surfaces = extract(map, options); });
-    report(options.progress, 1);
+    report_progress(options.progress, 1);
     return surfaces;
 }
 
-std::map<std::int64_t, std::int64_t> count_labels(const VolumeView& map, int threads) {
+std::map<std::int64_t, std::int64_t> count_labels(const VolumeView& map, const LabelCountOptions& options) {
     check_volume(map);
-    const auto [nx, ny, nz] = map.geometry.dims;
-    using Counts = std::unordered_map<std::int64_t, std::int64_t>;
-    tbb::enumerable_thread_specific<Counts> of_thread;
-    with_threads(threads, [&, nx = nx, ny = ny, nz = nz] {
-        with_sample_type(map.type, [&](auto sample) {
-            check_samples<decltype(sample)>(map, 0);
-            const auto* const samples = static_cast<const decltype(sample)*>(map.data);
-            tbb::parallel_for(std::int64_t{0}, nz, [&](std::int64_t k) {
-                Counts& counts = of_thread.local();
-                const auto* next = samples + k * ny * nx;
-                const auto* const end = next + ny * nx;
-                while (next != end) {  // labels come in long runs
-                    const auto label = *next;
-                    const auto* const first = next;
-                    while (next != end && *next == label) ++next;
-                    counts[static_cast<std::int64_t>(label)] += next - first;
-                }
+    const std::int64_t slices = map.geometry.dims[2],
+                       samples_in_slice = map.geometry.dims[0] * map.geometry.dims[1];
+    Stage stage(options.progress, 0, 1, static_cast<std::size_t>(slices));
+    tbb::enumerable_thread_specific<LabelCounts> counts_of_thread;
+    with_threads(options.threads, [&] {
+        visit_sample_type(map.type, [&](auto sample) {
+            using T = decltype(sample);
+            check_samples<T>(map);
+            tbb::parallel_for(std::int64_t{0}, slices, [&](std::int64_t k) {
+                const T* const first = static_cast<const T*>(map.data) + k * samples_in_slice;
+                count_runs(first, first + samples_in_slice, counts_of_thread.local());
+                stage.step();
             });
         });
     });
     std::map<std::int64_t, std::int64_t> all;
-    for (const Counts& counts : of_thread) {
+    for (const LabelCounts& counts : counts_of_thread) {
         for (const auto& [label, samples] : counts) all[label] += samples;
     }
     return all;

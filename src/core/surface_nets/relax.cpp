@@ -1,262 +1,191 @@
+// Smooths a surface net: lists the stencils of its points once, then applies them in many passes.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "core/surface_nets/relax.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
 #include <algorithm>
+#include <bit>
 #include <span>
+#include <utility>
 
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include "base/parallel.h"
 #include "relax.h"
-
-#ifndef MARROW_LABEL_RELAX_TYPES  // once for all targets
-#define MARROW_LABEL_RELAX_TYPES
-namespace marrow::internal {
-
-// A point that moves, and the points that it is joined with; behind those the one that stands for none, at 0.
-template <std::size_t kMost>
-struct Joint {
-    std::uint32_t point, faces;  // as CellPattern::joined
-    std::array<std::uint32_t, kMost> with;
-};
-
-// Most points of a surface are joined with four others, in whatever directions.
-struct Joints {
-    Buffer<Joint<4>> few;
-    std::size_t few_size = 0;
-    Buffer<Joint<6>> many;
-};
-
-// By faces: those of them, and then kNone.
-constexpr std::uint8_t kNone = 6;
-constexpr std::array<std::array<std::uint8_t, 6>, 64> kOrders = [] {
-    std::array<std::array<std::uint8_t, 6>, 64> orders{};
-    for (std::size_t faces = 0; faces < orders.size(); ++faces) {
-        orders[faces].fill(kNone);
-        std::size_t count = 0;
-        for (std::uint8_t f = 0; f < 6; ++f) {
-            if ((faces >> f & 1) != 0) orders[faces][count++] = f;
-        }
-    }
-    return orders;
-}();
-
-// What one pass does to points by the faces that they are joined through.
-struct PassTable {
-    float keep;  // of where a point is
-    // Of the sum of the others: fourth; and what their cells are away from its own adds.
-    std::array<NetPoint, 64> by_faces;
-};
-
-}  // namespace marrow::internal
-#endif
+#include "stencils.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace marrow::internal::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-template <std::size_t kMost>
-HWY_INLINE void relax_points(std::span<const Joint<kMost>> joints, const PassTable& table,
-                             const NetPoint* from, NetPoint* to) {
+// Moves the points of some stencils as PassTable says.
+template <std::size_t kMaxNeighbours>
+HWY_INLINE void apply_stencils(std::span<const Stencil<kMaxNeighbours>> stencils, const PassTable& table,
+                               const NetPoint* from, NetPoint* to) {
     const hn::CappedTag<float, 4> d;
-    constexpr float kReach = 0.45f;  // from the middle of the cell: points of neighbouring cells stay apart
-    const auto keep = hn::Set(d, table.keep), reach = hn::Set(d, kReach), reach_down = hn::Set(d, -kReach);
-    for (const Joint<kMost>& joint : joints) {
-        const float* shift = table.by_faces[joint.faces].at;
+    constexpr float kReach = 0.45f;  // below 1/2, so that the points of neighbouring cells stay apart
+    const auto keep = hn::Set(d, table.keep), upper = hn::Set(d, kReach), lower = hn::Set(d, -kReach);
+    for (const Stencil<kMaxNeighbours>& stencil : stencils) {
+        const float* const step = table.by_faces[stencil.faces].xyz;
 #if HWY_TARGET == HWY_SCALAR
-        const auto share = hn::Set(d, shift[3]);
+        const auto factor = hn::Set(d, step[3]);
 #else
-        const auto share = hn::Broadcast<3>(hn::Load(d, shift));  // loads are what takes the time
+        // Loads take most of the time. The vector of the step is needed anyway, and has the factor.
+        const auto factor = hn::Broadcast<3>(hn::Load(d, step));
 #endif
         for (std::size_t i = 0; i < 4; i += hn::Lanes(d)) {
-            const auto at = [&](std::size_t n) { return hn::Load(d, from[joint.with[n]].at + i); };
-            auto sum = hn::Add(hn::Add(at(0), at(1)), hn::Add(at(2), at(3)));
-            if constexpr (kMost == 6) sum = hn::Add(sum, hn::Add(at(4), at(5)));
-            const auto here = hn::Load(d, from[joint.point].at + i);
+            const auto neighbour = [&](std::size_t n)
+                                       HWY_ATTR { return hn::Load(d, from[stencil.neighbours[n]].xyz + i); };
+            auto sum = hn::Add(hn::Add(neighbour(0), neighbour(1)), hn::Add(neighbour(2), neighbour(3)));
+            if constexpr (kMaxNeighbours == 6) sum = hn::Add(sum, hn::Add(neighbour(4), neighbour(5)));
+            const auto own = hn::Load(d, from[stencil.point].xyz + i);
             const auto moved =
-                hn::Add(hn::Add(hn::Mul(keep, here), hn::Mul(share, sum)), hn::Load(d, shift + i));
-            hn::Store(hn::Min(hn::Max(moved, reach_down), reach), d, to[joint.point].at + i);
+                hn::Add(hn::Add(hn::Mul(keep, own), hn::Mul(factor, sum)), hn::Load(d, step + i));
+            hn::Store(hn::Min(hn::Max(moved, lower), upper), d, to[stencil.point].xyz + i);
         }
     }
 }
 
-void relax_slice(const Joints& joints, const PassTable& table, const NetPoint* from, NetPoint* to) {
-    relax_points(std::span<const Joint<4>>(joints.few.data(), joints.few_size), table, from, to);
-    relax_points(std::span<const Joint<6>>(joints.many), table, from, to);
-}
-
-// Lists the points of rows of cells that move.
-class Joiner {
-  public:
-    explicit Joiner(const LabelNet& net) : net_(net), none_(static_cast<std::uint32_t>(net.point_count())) {}
-
-    void join_row(std::int64_t j, std::int64_t k, Joints& joints) const {
-        const BorderBits& bits = net_.bits;
-        const CellRow row(bits, j, k);
-        if (row.first == bits.first_of_row[bits.row_number(j, k) + 1]) return;
-        // Behind faces 2 to 5; where there is no row, none is joined.
-        const CellRow beside[4] = {
-            CellRow(bits, std::max<std::int64_t>(j - 1, 0), k), CellRow(bits, j + 1, k),
-            CellRow(bits, j, std::max<std::int64_t>(k - 1, 0)), CellRow(bits, j, k + 1)};
-        for (std::size_t w = 0; w < bits.words; ++w) {
-            if (row.active[w] == 0) continue;
-            const std::uint64_t complex = row.complex[w];
-            std::uint64_t near = complex << 1 | complex >> 1;
-            if (w > 0) near |= row.complex[w - 1] >> 63;
-            if (w + 1 < bits.words) near |= row.complex[w + 1] << 63;
-            for (const CellRow& other : beside) near |= other.complex[w];
-            std::uint32_t id = row.first + row.before[w];
-            for (std::uint64_t left = row.active[w]; left != 0; left &= left - 1, ++id) {
-                const std::uint64_t bit = left & -left;
-                std::array<std::uint32_t, 7> others = {id - 1, id + 1};
-                others[kNone] = none_;
-                for (std::size_t r = 0; r < 4; ++r) others[2 + r] = beside[r].id(w, bit - 1);
-                const unsigned faces = (complex & bit) != 0 ? net_.complex_cell(k, id).pattern->joined
-                                                            : cases_[net_.shapes[id]].joined;
-                if ((near & bit) != 0) replace_complex(k, faces, others);
-                add(id, faces, others, joints);
-            }
-        }
-    }
-
-  private:
-    // A complex cell's point may be another than its first.
-    HWY_NOINLINE void replace_complex(std::int64_t k, unsigned faces,
-                                      std::array<std::uint32_t, 7>& others) const {
-        for (std::size_t f = 0; f < 6; ++f) {
-            if ((faces >> f & 1) == 0 || net_.shapes[others[f]] != 0) continue;
-            const std::int64_t slice = f == 4 ? k - 1 : f == 5 ? k + 1 : k;
-            const NetPiece& piece = net_.piece_of_slice(slice);
-            const ComplexCell& cell = net_.complex_cell(slice, others[f]);
-            // All crossed edges of the face are in one knot, so they have one point.
-            const std::int8_t point = cell.pattern->point_of_face[f ^ 1];
-            if (point > 0)
-                others[f] = static_cast<std::uint32_t>(net_.places.size()) + piece.first_more +
-                            cell.first_more + static_cast<std::uint32_t>(point - 1);
-        }
-    }
-    HWY_INLINE void add(std::uint32_t id, unsigned faces, const std::array<std::uint32_t, 7>& others,
-                        Joints& joints) const {
-        const std::array<std::uint8_t, 6>& order = kOrders[faces];
-        const auto with = [&](std::size_t n) { return others[order[n]]; };
-        if (faces == 0) return;
-        if (order[4] == kNone)
-            joints.few[joints.few_size++] = {id, faces, {with(0), with(1), with(2), with(3)}};
-        else
-            joints.many.push_back({id, faces, {with(0), with(1), with(2), with(3), with(4), with(5)}});
-    }
-
-    const LabelNet& net_;
-    const std::uint32_t none_;
-    const std::array<PlainCase, 128>& cases_ = plain_cases();
-};
-
-void join_slice(const LabelNet& net, std::int64_t k, Joints& joints) {
-    const Joiner joiner(net);
-    for (std::int64_t j = 0; j <= net.bits.dims[1]; ++j) joiner.join_row(j, k, joints);
+void relax_slice(const SliceStencils& stencils, const PassTable& table, const NetPoint* from, NetPoint* to) {
+    apply_stencils(std::span<const Stencil<4>>(stencils.up_to_four.data(), stencils.up_to_four_count), table,
+                   from, to);
+    apply_stencils(std::span<const Stencil<6>>(stencils.more), table, from, to);
 }
 
 }  // namespace marrow::internal::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
-
 namespace marrow::internal {
 namespace {
 
-constexpr int kPassesTogether = 4;
-
 HWY_EXPORT(relax_slice);
-HWY_EXPORT(join_slice);
 
-// A step towards the mean of the others.
-PassTable pass_table(float step) {
+// A pass that moves points by `step` times the way to the mean of their neighbours.
+PassTable make_pass_table(float step) {
     PassTable table{1 - step, {}};
     for (unsigned faces = 1; faces < table.by_faces.size(); ++faces) {
-        NetPoint& shift = table.by_faces[faces];
-        const float share = step / static_cast<float>(__builtin_popcount(faces));
+        NetPoint& entry = table.by_faces[faces];
+        const float factor = step / static_cast<float>(std::popcount(faces));
         for (std::size_t a = 0; a < 3; ++a) {
             const int upper = static_cast<int>(faces >> (2 * a + 1) & 1),
                       lower = static_cast<int>(faces >> (2 * a) & 1);
-            shift.at[a] = share * static_cast<float>(upper - lower);
+            entry.xyz[a] = factor * static_cast<float>(upper - lower);
         }
-        shift.at[3] = share;
+        entry.xyz[3] = factor;
     }
     return table;
 }
 
-}  // namespace
+// Every pass reads one buffer and writes the other. Both begin with the positions before relaxation, and end
+// with the point at 0 for missing neighbours.
+using PointBuffers = std::array<Buffer<NetPoint>, 2>;
 
-void relax(LabelNet& net, int passes, const Progress& progress) {
-    if (passes == 0) return;
-    // Of the way to the mean of the neighbours, and in every other pass away from it, a little more, so that surfaces do not
-    // shrink (Taubin 1995: what passes are waves of 10 % and less of the sharpest).
-    const PassTable tables[] = {pass_table(0.6307f), pass_table(-0.6732f)};
+PointBuffers make_point_buffers(const SurfaceNet& net) {
+    const std::size_t count = net.point_count();
+    PointBuffers buffers{Buffer<NetPoint>(count + 1), Buffer<NetPoint>(count + 1)};
+    const auto set = [&](std::size_t p, const NetPoint& position) {
+        buffers[0][p] = buffers[1][p] = position;
+    };
+    set(count, NetPoint{});
+    const std::array<TwoLabelCase, 128>& cases = two_label_cases();
     const BorderBits& bits = net.bits;
-    const std::int64_t slices = bits.dims[2] + 1;
-    const std::size_t points = net.point_count();
-    std::array<Buffer<NetPoint>, 2> at{Buffer<NetPoint>(points + 1), Buffer<NetPoint>(points + 1)};
-    const auto put = [&](std::size_t point, const NetPoint& where) { at[0][point] = at[1][point] = where; };
-    put(points, NetPoint{});
-    const std::array<PlainCase, 128>& cases = plain_cases();
-    tbb::parallel_for(std::size_t{0}, net.pieces.size(), [&](std::size_t p) {
-        const NetPiece& piece = net.pieces[p];
-        const std::int64_t first = static_cast<std::int64_t>(p) * NetPiece::kSlices,
-                           end = std::min(first + NetPiece::kSlices, slices);
-        for (std::size_t id = bits.first_of_row[bits.row_number(0, first)];
-             id < bits.first_of_row[bits.row_number(0, end)]; ++id)
-            put(id, cases[net.shapes[id]].at);
-        for (const ComplexCell& cell : piece.complex) {
-            const std::vector<NetPoint>& made = cell.pattern->at;
-            put(cell.id, made[0]);
-            for (std::size_t m = 1; m < made.size(); ++m)
-                put(net.places.size() + piece.first_more + cell.first_more + m - 1, made[m]);
+    tbb::parallel_for(std::size_t{0}, net.slabs.size(), [&](std::size_t s) {
+        const SlabOfCells& slab = net.slabs[s];
+        const std::size_t end = bits.first_cell[bits.row(0, net.end_slice(s))];
+        for (std::size_t id = bits.first_cell[bits.row(0, SurfaceNet::first_slice(s))]; id < end; ++id)
+            set(id, cases[net.cases[id]].position);
+        for (const MultiLabelCell& cell : slab.multi_label_cells) {
+            const std::vector<NetPoint>& positions = cell.pattern->positions;
+            set(cell.id, positions[0]);
+            for (std::size_t n = 1; n < positions.size(); ++n)
+                set(net.extra_point(slab, cell, n), positions[n]);
         }
     });
-    std::vector<Joints> joints(static_cast<std::size_t>(slices));
-    tbb::parallel_for(std::int64_t{0}, slices, [&](std::int64_t k) {
-        const std::size_t begin = bits.first_of_row[bits.row_number(0, k)],
-                          end = bits.first_of_row[bits.row_number(0, k + 1)];
-        Joints& made = joints[static_cast<std::size_t>(k)];
-        made.few.resize(end - begin);
-        HWY_DYNAMIC_DISPATCH(join_slice)(net, k, made);
-    });
-    const auto relax_one = [&](std::int64_t k, int pass) {
-        HWY_DYNAMIC_DISPATCH(relax_slice)
-        (joints[static_cast<std::size_t>(k)], tables[pass % 2], at[pass % 2].data(), at[1 - pass % 2].data());
-    };
-    // A slice's next pass waits only for those on both sides of it. So a few passes follow each other closely through the slices,
-    // while what they need is in the cache; and threads have bands of slices, of which they leave ever more at the borders that
-    // others are beyond. Those are made up for afterwards.
-    const std::int64_t bands = std::max<std::int64_t>(
-        1, std::min<std::int64_t>(tbb::this_task_arena::max_concurrency(), slices / (2 * kPassesTogether)));
-    const auto border = [&](std::int64_t band) { return slices * band / bands; };
-    Stage stage(progress, 0.3, 0.6,
-                static_cast<std::size_t>((passes + kPassesTogether - 1) / kPassesTogether));
-    for (int first = 0; first < passes; first += kPassesTogether) {
-        const int together = std::min(kPassesTogether, passes - first);
-        tbb::parallel_for(std::int64_t{0}, bands, [&](std::int64_t band) {
-            const std::int64_t begin = border(band), end = border(band + 1);
-            for (std::int64_t front = begin; front < end + together; ++front) {
-                for (int pass = 0; pass < together; ++pass) {
-                    const std::int64_t k = front - pass;
-                    if (k < begin + (band > 0 ? pass : 0)) continue;
-                    if (k >= end - (band + 1 < bands ? pass : 0)) continue;
-                    relax_one(k, first + pass);
-                }
+    return buffers;
+}
+
+// Runs some passes over all slices, several of them together.
+//
+// In each slice, a pass needs what the previous pass made of this slice and of those below and above it. So a
+// pass can follow one slice after the previous one, while all of these are in the cache. Each thread does
+// this in a band of slices. Pass p stops p slices before the border of the band, since it would need slices
+// of the next band. The gaps that remain are filled when all bands are done:
+//
+//     pass 2   a a a a . . . . b b b b     a, b: two bands
+//     pass 1   a a a a a . . b b b b b     .: the gap between them
+//     pass 0   a a a a a a b b b b b b
+//     slice    0 1 2 3 4 5 6 7 8 9 ...
+class PassScheduler {
+  public:
+    static constexpr int kPassesTogether = 4;
+
+    // Bands are wide enough that the gaps at their borders do not meet.
+    explicit PassScheduler(std::int64_t slices)
+        : slices_(slices),
+          bands_(std::max<std::int64_t>(1, std::min<std::int64_t>(tbb::this_task_arena::max_concurrency(),
+                                                                  slices / (2 * kPassesTogether)))) {}
+
+    // Calls relax(k, p) for each slice k and for p from 0 to passes - 1. \pre passes <= kPassesTogether
+    template <class Relax>
+    void run(int passes, const Relax& relax) const {
+        tbb::parallel_for(std::int64_t{0}, bands_, [&](std::int64_t band) { run_band(band, passes, relax); });
+        tbb::parallel_for(std::int64_t{1}, bands_,
+                          [&](std::int64_t band) { fill_gap(begin_of(band), passes, relax); });
+    }
+
+  private:
+    std::int64_t begin_of(std::int64_t band) const { return slices_ * band / bands_; }
+
+    template <class Relax>
+    void run_band(std::int64_t band, int passes, const Relax& relax) const {
+        const std::int64_t begin = begin_of(band), end = begin_of(band + 1);
+        for (std::int64_t front = begin; front < end + passes; ++front) {
+            for (int pass = 0; pass < passes; ++pass) {
+                const std::int64_t k = front - pass;
+                const std::int64_t first = begin + (band > 0 ? pass : 0);
+                const std::int64_t last = end - (band + 1 < bands_ ? pass : 0);
+                if (k >= first && k < last) relax(k, pass);
             }
-        });
-        tbb::parallel_for(std::int64_t{1}, bands, [&](std::int64_t band) {
-            for (int pass = 1; pass < together; ++pass) {
-                for (std::int64_t k = border(band) - pass; k < border(band) + pass; ++k)
-                    relax_one(k, first + pass);
-            }
+        }
+    }
+
+    template <class Relax>
+    void fill_gap(std::int64_t border, int passes, const Relax& relax) const {
+        for (int pass = 1; pass < passes; ++pass) {
+            for (std::int64_t k = border - pass; k < border + pass; ++k) relax(k, pass);
+        }
+    }
+
+    const std::int64_t slices_, bands_;
+};
+
+}  // namespace
+
+void relax(SurfaceNet& net, int passes, const Progress& progress) {
+    if (passes == 0) return;
+    // Every other pass moves points away from the mean, by a little more, so that surfaces do not shrink
+    // (Taubin 1995, with a pass band of 10 %).
+    const PassTable tables[] = {make_pass_table(0.6307f), make_pass_table(-0.6732f)};
+    PointBuffers points = make_point_buffers(net);
+    const std::vector<SliceStencils> stencils = make_stencils(net);
+
+    constexpr int kTogether = PassScheduler::kPassesTogether;
+    const PassScheduler scheduler(net.bits.cell_slices());
+    Stage stage(progress, 0, 1, static_cast<std::size_t>((passes + kTogether - 1) / kTogether));
+    for (int first = 0; first < passes; first += kTogether) {
+        scheduler.run(std::min(kTogether, passes - first), [&](std::int64_t k, int pass) {
+            const auto parity = static_cast<std::size_t>((first + pass) % 2);
+            HWY_DYNAMIC_DISPATCH(relax_slice)
+            (stencils[static_cast<std::size_t>(k)], tables[parity], points[parity].data(),
+             points[1 - parity].data());
         });
         stage.step();
     }
-    net.points = std::move(at[static_cast<std::size_t>(passes % 2)]);
+    net.points = std::move(points[static_cast<std::size_t>(passes % 2)]);
 }
 
 }  // namespace marrow::internal

@@ -1,10 +1,9 @@
-/// What goes into labels' meshes, and who writes it.
+/// Writers that append points and triangles to the meshes of labels.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 
 #include <marrow/mesh.h>
 
@@ -13,57 +12,56 @@
 
 namespace marrow::internal {
 
-/// Where a label's next point goes. Steps of 0: the background's, which are all dropped.
+/// Where a label's next point is written. The background's writer has step 0: each of its points overwrites
+/// the one before.
 struct PointWriter {
     Vec3f* points;
     std::uint32_t next, step;
 
-    /// Returns the point's number.
-    std::uint32_t write(const NetPoint& point) {
-        const std::uint32_t number = next;
-        points[number] = {point.at[0], point.at[1], point.at[2]};
+    /// Returns the point's index in the label's mesh.
+    std::uint32_t write(const NetPoint& position) {
+        const std::uint32_t index = next;
+        points[index] = {position.xyz[0], position.xyz[1], position.xyz[2]};
         next += step;
-        return number;
+        return index;
     }
 };
 
-/// A quad's points in a label's mesh.
-using Corners = std::uint32_t __attribute__((vector_size(16)));
+/// The points of a quad in a label's mesh.
+using Quad = std::array<std::uint32_t, 4>;
 
-/// Where a label's next triangle goes. Steps of 0: the background's, which are all dropped: a branch would be mispredicted at
-/// every other border.
+/// Where a label's next triangle is written. The background's writer has step 0: each of its triangles
+/// overwrites those before. A branch instead would be mispredicted at every other border.
 struct TriangleWriter {
-    Triangle* next;
+    Triangle* next;  ///< with room for two triangles
     std::size_t step;
 
-    /// Both triangles of a quad.
-    void add(Corners q) {
-        put(__builtin_shufflevector(q, q, 0, 1, 2, 0), __builtin_shufflevector(q, q, 2, 3, 2, 3));
-    }
-    /// Of a quad turned over.
-    void add_turned(Corners q) {
-        put(__builtin_shufflevector(q, q, 0, 3, 2, 0), __builtin_shufflevector(q, q, 2, 1, 2, 1));
-    }
-    void add(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
-        next[0] = {a, b, c};
+    void write(const Triangle& triangle) {
+        next[0] = triangle;
         next += step;
     }
+    /// Writes the two triangles on both sides of the diagonal from the first point to the third.
+    void write_quad(const Quad& q) { write_two({q[0], q[1], q[2]}, {q[0], q[2], q[3]}); }
+    /// Writes the same triangles, facing the other way.
+    void write_flipped_quad(const Quad& q) { write_two({q[0], q[3], q[2]}, {q[0], q[2], q[1]}); }
 
   private:
-    void put(Corners four, Corners two) {
-        char* const to = reinterpret_cast<char*>(next);
+    void write_two(const Triangle& first, const Triangle& second) {
+        next[0] = first;
+        next[1] = second;
         next += 2 * step;
-        std::memcpy(to, &four, 16);
-        std::memcpy(to + 16, &two, 8);
     }
 };
 
-/// Makes the net's corners of a piece: takes its points into space, numbers each label's, and writes them.
-void place_points(LabelNet& net, const Frame& frame, std::size_t piece, PointWriter* writers);
+/// Fills in the corners of a slab's cells, and writes their points to the meshes; `writers` has one for each
+/// label.
+void emit_label_points(SurfaceNet& net, const IndexToPhysical& to_physical, std::size_t slab,
+                       PointWriter* writers);
 
-/// Writes the patches of the edges in some slices of samples, in the order of slices. \pre the corners of cells in these slices,
-/// and in the one before them, are made
-void make_patches(const LabelNet& net, bool mirrored, std::int64_t begin, std::int64_t end,
-                  TriangleWriter* writers);
+/// Writes the quads of the edges that begin in slices [begin, end) of samples; `writers` has one for each
+/// label. `mirrored` flips all triangles. \pre the corners of the cells in these slices, and in the one
+/// before them, are filled in
+void emit_label_quads(const SurfaceNet& net, bool mirrored, std::int64_t begin, std::int64_t end,
+                      TriangleWriter* writers);
 
 }  // namespace marrow::internal

@@ -1,3 +1,4 @@
+// Allocates large arrays on huge pages.
 #include <marrow/buffer.h>
 
 #include <sys/mman.h>
@@ -13,18 +14,19 @@ constexpr std::size_t kHugePage = std::size_t{1} << 21;
 
 }  // namespace
 
-// Of the allocation, whole huge pages are used; what is behind and before them is never touched, but for the
-// allocation's address right before them. Asking for aligned memory instead would leave gaps in the heap that
-// the next array of the same size does not fit into.
+// The allocation is one huge page larger than needed, and the array begins at the first huge page in it. The
+// rest is never touched, except for the word before the array, which holds the address of the allocation. An
+// aligned allocation would be simpler, but leaves gaps in the heap that the next array of the same size does
+// not fit into.
 void* PageAllocator::allocate(std::size_t bytes) {
     if (bytes < kHugePage) return ::operator new(bytes);
     if (bytes > PTRDIFF_MAX) throw std::bad_alloc();
     const std::size_t size = (bytes + kHugePage - 1) & ~(kHugePage - 1);
     void* const allocation = ::operator new(size + kHugePage);
-    const auto behind_address = reinterpret_cast<std::uintptr_t>(allocation) + sizeof(void*);
-    void* const memory = reinterpret_cast<void*>((behind_address + kHugePage - 1) & ~(kHugePage - 1));
+    const auto after_address = reinterpret_cast<std::uintptr_t>(allocation) + sizeof(void*);
+    void* const memory = reinterpret_cast<void*>((after_address + kHugePage - 1) & ~(kHugePage - 1));
     static_cast<void**>(memory)[-1] = allocation;
-    // Advice: where the system declines, pages stay small and nothing is lost but time.
+    // This is only advice. If the system declines it, the pages stay small.
     madvise(memory, size, MADV_HUGEPAGE);
     return memory;
 }

@@ -1,3 +1,4 @@
+// Counts samples in bins, and finds isovalues by Otsu's method.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -5,7 +6,7 @@
 #include <marrow/error.h>
 #include <marrow/histogram.h>
 
-#include "visit_samples.h"
+#include "checks.h"
 
 namespace marrow {
 namespace {
@@ -32,7 +33,7 @@ Histogram count_samples(const T* samples, std::int64_t n, int bins) {
     result.upper = static_cast<double>(upper);
     result.counts.assign(static_cast<std::size_t>(bins), 0);
 
-    // Halves, because the whole range of doubles is wider than a double can hold.
+    // Halved, because the range from the lowest to the largest double does not fit in a double.
     const double half_range = result.upper / 2 - result.lower / 2;
     for (std::int64_t i = 0; i < n; ++i) {
         const double value = static_cast<double>(samples[i]);
@@ -43,7 +44,7 @@ Histogram count_samples(const T* samples, std::int64_t n, int bins) {
     return result;
 }
 
-bool can_be_parted(const Histogram& histogram) {
+bool has_two_values(const Histogram& histogram) {
     return std::count_if(histogram.counts.begin(), histogram.counts.end(),
                          [](std::int64_t c) { return c > 0; }) >= 2;
 }
@@ -51,26 +52,26 @@ bool can_be_parted(const Histogram& histogram) {
 }  // namespace
 
 Histogram histogram(const VolumeView& volume, int bins) {
-    check_geometry(volume.geometry);
+    internal::check_volume(volume);
     if (bins < 2) throw InputError("a histogram needs at least 2 bins");
     const std::int64_t n = volume.geometry.sample_count();
-    return internal::with_sample_type(
+    return visit_sample_type(
         volume.type, [&]<class T>(T) { return count_samples(static_cast<const T*>(volume.data), n, bins); });
 }
 
 double otsu_isovalue(const Histogram& histogram) {
     const auto& counts = histogram.counts;
-    if (!can_be_parted(histogram))
+    if (!has_two_values(histogram))
         throw InputError(
-            "all samples have the same value, so Otsu's method finds no isovalue: give --isovalue N");
+            "all samples have the same value, so Otsu's method finds no isovalue; choose one yourself");
 
-    double all = 0, all_moment = 0;  // moments in bins; the range cancels out
+    double all = 0, all_moment = 0;  // moments in units of bins
     for (std::size_t i = 0; i < counts.size(); ++i) {
         all += static_cast<double>(counts[i]);
         all_moment += static_cast<double>(counts[i]) * static_cast<double>(i);
     }
     double best = -1;
-    std::size_t first = 0, last = 0;  // borders with the best variance; border b lies below bin b
+    std::size_t first = 0, last = 0;  // borders with the best variance; border b is below bin b
     double below = 0, below_moment = 0;
     for (std::size_t border = 1; border < counts.size(); ++border) {
         below += static_cast<double>(counts[border - 1]);
@@ -90,7 +91,7 @@ double otsu_isovalue(const Histogram& histogram) {
 }
 
 double otsu_contrast(const Histogram& histogram) {
-    if (!can_be_parted(histogram)) return 0;
+    if (!has_two_values(histogram)) return 0;
     const double isovalue = otsu_isovalue(histogram), range = histogram.upper - histogram.lower;
     const auto bins = static_cast<double>(histogram.counts.size());
     double count[2] = {0, 0}, moment[2] = {0, 0};
@@ -101,8 +102,8 @@ double otsu_contrast(const Histogram& histogram) {
         moment[above] += static_cast<double>(histogram.counts[i]) * middle;
     }
     const double contrast = (moment[1] / count[1] - moment[0] / count[0]) * range;
-    return std::isfinite(contrast) ? contrast
-                                   : 0;  // numbers too large, or too near to each other, to be told apart
+    // The range may overflow, or be too small for its middle to differ from its ends.
+    return std::isfinite(contrast) ? contrast : 0;
 }
 
 }  // namespace marrow

@@ -1,4 +1,4 @@
-/// Arrays of which only the parts in use take memory.
+/// Large arrays of which only the pages in use take memory.
 #pragma once
 
 #include <sys/mman.h>
@@ -12,8 +12,8 @@
 
 namespace marrow::internal {
 
-/// n elements of address space, uninitialised: pages take memory from when they are written until they are released.
-/// Lets the passes run on parts of a volume with the indices of the whole.
+/// An array of n uninitialised elements. A page takes memory from its first write until it is released. So a
+/// pass over a part of a volume can use the indices of the whole volume.
 template <class T>
 class SparseArray {
   public:
@@ -22,7 +22,7 @@ class SparseArray {
         void* memory =
             mmap(nullptr, bytes_, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
         if (memory == MAP_FAILED)
-            throw LimitError("no address space for " + std::to_string(bytes_ >> 20) + " MiB");
+            throw LimitError("there is no address space for " + std::to_string(bytes_ >> 20) + " MiB");
         data_ = static_cast<T*>(memory);
     }
     ~SparseArray() {
@@ -33,7 +33,7 @@ class SparseArray {
 
     T* data() { return data_; }
 
-    /// Gives back the memory of elements [begin, end), as far as it makes whole pages; their values are lost.
+    /// Releases the whole pages within elements [begin, end). The values of these elements are lost.
     void release(std::size_t begin, std::size_t end) {
         const auto page = static_cast<std::uintptr_t>(sysconf(_SC_PAGESIZE));
         const auto from = (reinterpret_cast<std::uintptr_t>(data_ + begin) + page - 1) & ~(page - 1);

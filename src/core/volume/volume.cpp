@@ -1,3 +1,4 @@
+// Names and sizes of sample types, geometry, and owned volumes.
 #include <marrow/volume.h>
 
 #include <cmath>
@@ -76,20 +77,16 @@ void check_geometry(const Geometry& g) {
         }
         if (!std::isfinite(g.origin[axis])) throw InputError("volume: the origin is not finite");
     }
-    const Mat3d& d = g.direction;
-    const double determinant = d[0][0] * (d[1][1] * d[2][2] - d[1][2] * d[2][1]) -
-                               d[0][1] * (d[1][0] * d[2][2] - d[1][2] * d[2][0]) +
-                               d[0][2] * (d[1][0] * d[2][1] - d[1][1] * d[2][0]);
-    if (!(std::abs(determinant) > 1e-6) || !std::isfinite(determinant)) {
+    const double volume_of_axes = determinant(g.direction);
+    if (!(std::abs(volume_of_axes) > 1e-6) || !std::isfinite(volume_of_axes))
         throw InputError("volume: the direction matrix is singular");
-    }
     for (int corner = 0; corner < 8; ++corner) {
         Vec3d index;
         for (int axis = 0; axis < 3; ++axis)
             index[axis] = corner >> axis & 1 ? static_cast<double>(g.dims[axis]) : 0;
         for (const double coordinate : g.physical(index)) {
             if (!(std::abs(coordinate) <= std::numeric_limits<float>::max()))
-                throw InputError("volume: its coordinates are beyond all bounds");
+                throw InputError("volume: its coordinates exceed the range of float32");
         }
     }
 }
@@ -107,7 +104,7 @@ Volume::Volume(const Geometry& geometry, SampleType type) : geometry_(geometry),
     try {
         samples_.resize(static_cast<std::size_t>(bytes));
     } catch (const std::exception&) {
-        throw LimitError("volume: " + std::to_string(bytes >> 20) + " MiB of memory are not to be had");
+        throw LimitError("volume: " + std::to_string(bytes >> 20) + " MiB of memory are not available");
     }
 }
 

@@ -15,6 +15,8 @@
 #include <marrow/mesh_io.h>
 #include <marrow/streaming.h>
 
+#include "base/progress.h"
+
 namespace marrow::internal::io {
 
 static_assert(std::endian::native == std::endian::little, "binary meshes are written as in memory");
@@ -69,7 +71,7 @@ class MeshOutput {
             write_(block_.data(), static_cast<std::size_t>(end - block_.data()));
             const double fraction =
                 from + (until - from) * static_cast<double>(last) / static_cast<double>(count);
-            report(progress_, share_begin_ + (share_end_ - share_begin_) * fraction);
+            report_progress(progress_, share_begin_ + (share_end_ - share_begin_) * fraction);
         }
     }
 

@@ -7,9 +7,8 @@
 #include <cstddef>
 #include <functional>
 
-#include <marrow/progress.h>
-
 #include "base/parallel.h"
+#include "base/progress.h"
 
 namespace marrow::internal::io {
 
@@ -22,7 +21,7 @@ using Step = std::function<void(double part)>;
 template <class Work>
 void for_each_slice(std::size_t count, int threads, const Progress& progress, double begin, double end,
                     Work&& work) {
-    report(progress, begin);
+    report_progress(progress, begin);
     Stage stage(progress, begin, end, count);
     const Step step = [&](double part) { stage.step(part); };
     with_threads(threads,

@@ -10,6 +10,7 @@
 
 #include <marrow/error.h>
 
+#include "base/progress.h"
 #include "io/bytes/byte_stream.h"
 #include "io/bytes/text.h"
 
@@ -218,14 +219,14 @@ Volume load_raw(const RawImage& image, const Progress& progress) {
     const std::size_t in_file = file_bytes / stored_size(image.type);
     auto* out = static_cast<std::byte*>(volume.data());
     std::size_t done = 0;
-    report(progress, 0);
+    internal::report_progress(progress, 0);
     for (const auto& path : image.files) {
         ByteStream stream(path, image.compressed ? Compression::zlib : Compression::none,
                           data_begin(image, path, file_bytes));
         stream.skip(static_cast<std::uint64_t>(image.data_offset));
         read_samples(stream, image, in_file, out + done * kept, [&](std::size_t n) {
             done += n;
-            report(progress, static_cast<double>(done) / static_cast<double>(total));
+            internal::report_progress(progress, static_cast<double>(done) / static_cast<double>(total));
         });
         stream.verify_end();
     }

@@ -1,0 +1,26 @@
+/// The command `marrow check`: says whether meshes are fit to print.
+#pragma once
+
+#include <atomic>
+#include <filesystem>
+#include <vector>
+
+#include "console.h"
+#include "options.h"
+
+namespace marrow::cli {
+
+struct CheckCommandOptions {
+    std::vector<std::filesystem::path> inputs;
+    double min_wall = 0;  ///< mm; 0: do not look for thin walls
+    bool strict = false;
+    Reporting reporting;
+};
+
+void add_options(Arguments& arguments, CheckCommandOptions& options);
+
+/// Checks all meshes and prints what was found; a mesh that cannot be read does not stop the others. Returns
+/// kUnreadable if one cannot be read, and with options.strict kCheckFailed if one is not sound.
+ExitCode run(const CheckCommandOptions& options, const Console& console, const std::atomic<bool>& stop);
+
+}  // namespace marrow::cli

@@ -1,0 +1,83 @@
+// Declares all commands and runs the one that the command line names.
+#include "dispatch.h"
+
+#include <fmt/format.h>
+
+#include <marrow/tissue_presets.h>
+
+#include "check.h"
+#include "info.h"
+#include "surfaces.h"
+#include "sweep.h"
+
+namespace marrow::cli {
+namespace {
+
+std::string preset_list() {
+    std::string list;
+    for (const Preset& preset : kPresets)
+        list += fmt::format("{}{} >= {:g}", list.empty() ? "" : ", ", preset.name, preset.lowest);
+    return list;
+}
+
+std::string main_footer() {
+    return fmt::format(
+        "Presets in Hounsfield units: {}.\n"
+        "For several surfaces, repeat --isovalue or --type. OUT is then a .3mf, .glb, .vtp or .obj file, a\n"
+        "folder, or a pattern with {{name}}.\n"
+        "The order of the steps does not depend on the order of the options: crop, median, blur, isotropic;\n"
+        "extract; components, smooth, reduce (keep, triangles, max-error); write, verify.\n"
+        "To find a good isovalue, see marrow sweep --help.\n{}",
+        preset_list(), kExitCodesHelp);
+}
+
+// The options of all commands, as one command line sets them.
+struct AllOptions {
+    SurfacesOptions surfaces;
+    InfoCommandOptions info;
+    CheckCommandOptions check;
+    SweepCommandOptions sweep;
+};
+
+ExitCode read_and_run(int argc, const char* const* argv, const Console& console,
+                      const std::atomic<bool>& stop) {
+    AllOptions options;
+    Arguments arguments(
+        "marrow",
+        {"Turns CT and MRI scans into surfaces.",
+         "marrow INPUT -o OUT --isovalue N [OPTIONS]\n       marrow COMMAND [OPTIONS] ...", main_footer()});
+    add_options(arguments, options.surfaces);
+    Arguments& info = arguments.add_command(
+        "info", {"Say what is in scans: which series would be read and why, and what is wrong with them.",
+                 "marrow info [OPTIONS] INPUT...", kExitCodesHelp});
+    add_options(info, options.info);
+    Arguments& check = arguments.add_command(
+        "check",
+        {"Say whether meshes are fit to print: closed, manifold, oriented, and free of other faults.",
+         "marrow check [OPTIONS] MESH...", kExitCodesHelp});
+    add_options(check, options.check);
+    Arguments& sweep = arguments.add_command(
+        "sweep", {"Measure the closed surfaces at many isovalues: volume, area, components and triangles.",
+                  "marrow sweep [OPTIONS] INPUT", std::string(kSweepHelp) + kExitCodesHelp});
+    add_options(sweep, options.sweep);
+    arguments.add_program("terrain", "Turn an elevation raster into a surface: marrow terrain DEM -o OUT.");
+    arguments.add_program("view",
+                          "Look at a scan, find its isovalue, measure and export: marrow view INPUT.");
+
+    if (!arguments.parse(argc, argv, console.out)) return kOk;
+    if (info.is_chosen()) return run(options.info, console, stop);
+    if (check.is_chosen()) return run(options.check, console, stop);
+    if (sweep.is_chosen())
+        run(options.sweep, console, stop);
+    else
+        run(arguments, options.surfaces, console, stop);
+    return kOk;
+}
+
+}  // namespace
+
+int run_marrow(int argc, const char* const* argv, const Console& console, const std::atomic<bool>& stop) {
+    return exit_code_of(console, [&] { return read_and_run(argc, argv, console, stop); });
+}
+
+}  // namespace marrow::cli

@@ -1,0 +1,196 @@
+// Extracts isosurfaces of a scan that is read into memory.
+#include "extract.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include <marrow/histogram.h>
+#include <marrow/isosurface.h>
+
+#include "outputs.h"
+#include "warnings.h"
+
+namespace marrow::cli {
+namespace {
+
+Value isovalue_value(std::vector<SurfaceRequest>& to) {
+    const auto store = [&to](const std::string& text) {
+        const std::optional<double> isovalue = parse_number(text);
+        to.push_back({text, isovalue});
+        return isovalue || text == "otsu";
+    };
+    return {.name = "N|otsu", .expected = "a finite number or 'otsu'", .store = store, .may_repeat = true};
+}
+
+Value preset_value(std::vector<SurfaceRequest>& to) {
+    const auto store = [&to](const std::string& text) {
+        const Preset* preset = find_preset(text);
+        to.push_back({text, {}, preset});
+        return preset != nullptr;
+    };
+    return {
+        .name = "TYPE", .expected = "bone, skin, soft, fat or muscle", .store = store, .may_repeat = true};
+}
+
+// Presets are Hounsfield units, which only CT has. Formats that do not state the modality pass if they contain air. The
+// returned warning states this assumption.
+std::string check_presets(const std::vector<SurfaceRequest>& surfaces, const ScanInfo& info,
+                          const Volume& scan) {
+    const auto has_preset = [](const SurfaceRequest& request) { return request.preset != nullptr; };
+    const auto first = std::find_if(surfaces.begin(), surfaces.end(), has_preset);
+    if (first == surfaces.end() || info.series.modality == "CT") return {};
+
+    const auto refuse = [&](const std::string& reason) {
+        throw UsageError(
+            fmt::format("--type {} is in Hounsfield units, which only CT has, and {}: use --isovalue otsu "
+                        "or --isovalue N",
+                        first->name, reason));
+    };
+    const double lowest = histogram(scan).lower;
+    if (!presets_apply(info.series.modality, info.format, lowest)) {
+        if (!info.series.modality.empty()) refuse("this scan's modality is " + info.series.modality);
+        if (info.format == ScanFormat::dicom) refuse("this scan does not state its modality");
+        refuse(fmt::format("{} does not say whether this is CT, and its lowest sample, {:g}, is not air",
+                           scan_format_name(info.format), lowest));
+    }
+    return fmt::format(
+        "{} does not say whether this is CT; the samples are assumed to be Hounsfield units because the "
+        "lowest, {:g}, looks like air",
+        scan_format_name(info.format), lowest);
+}
+
+double choose_isovalue(const SurfaceRequest& request, const Volume& scan) {
+    if (request.preset) return request.preset->isovalue();
+    if (request.isovalue) return *request.isovalue;
+    try {
+        return otsu_isovalue(histogram(scan));
+    } catch (const InputError& error) {
+        throw InputError(fmt::format("{}; give --isovalue N", error.what()));
+    }
+}
+
+[[noreturn]] void throw_empty(double isovalue, const Volume& scan) {
+    const Histogram samples = histogram(scan);
+    if (samples.counts.empty()) throw EmptySurface("the scan has no finite sample, so there is no surface");
+    throw EmptySurface(fmt::format("no surface at isovalue {:g}: samples range from {:g} to {:g}", isovalue,
+                                   samples.lower, samples.upper));
+}
+
+class Extraction {
+  public:
+    Extraction(const ExtractOptions& options, SurfaceJob& job, const Volume& scan)
+        : options_(options), job_(job), scan_(scan) {}
+
+    void extract(const SurfaceRequest& request, const std::filesystem::path& output) {
+        Surface& surface = job_.results.surfaces.emplace_back();
+        surface.name = request.name;
+        surface.output = output;
+        if (request.preset) surface.colour = request.preset->colour;
+        job_.results.seconds.extract += job_.stage("extract", [&](const Progress& progress) {
+            IsosurfaceStats stats;
+            surface.isovalue = choose_isovalue(request, scan_);
+            surface.mesh = extract_isosurface(scan_, surface.isovalue,
+                                              {.closed = !options_.open,
+                                               .snap = options_.snap,
+                                               .threads = job_.threads(),
+                                               .progress = progress},
+                                              &stats);
+            non_finite_samples_ = stats.non_finite_samples;
+            if (surface.mesh.triangles.empty()) throw_empty(surface.isovalue, scan_);
+        });
+        if (options_.steps.any()) refine(surface);
+    }
+
+    void add_warnings() {
+        SurfaceResults& results = job_.results;
+        warn_of_non_finite(non_finite_samples_, results.warnings);
+        warn_of_ties(results.surfaces, scan_, results.warnings);
+        if (!options_.open) warn_of_box(results.surfaces, scan_, results.warnings);
+    }
+
+  private:
+    void refine(Surface& surface) {
+        job_.results.seconds.refine += job_.stage("refine", [&](const Progress& progress) {
+            surface.steps = refine_surface(surface.mesh, options_.steps, scan_.geometry().index_to_physical(),
+                                           job_.threads(), progress);
+            if (surface.mesh.triangles.empty())
+                throw EmptySurface(
+                    fmt::format("no component of the surface at isovalue {:g} encloses {:g} mm3",
+                                surface.isovalue, options_.steps.min_volume));
+        });
+        for (const StepReport& step : surface.steps) {
+            if (!step.note.empty())
+                job_.results.warnings.push_back(fmt::format("{}: {}", step.name, step.note));
+        }
+    }
+
+    const ExtractOptions& options_;
+    SurfaceJob& job_;
+    const Volume& scan_;
+    std::int64_t non_finite_samples_ = 0;
+};
+
+std::vector<std::filesystem::path> files_of(const ExtractOptions& options) {
+    std::vector<std::string> names;
+    for (const SurfaceRequest& surface : options.surfaces()) names.push_back(surface.name);
+    return surface_files(options.job.output.mesh, options.job.output.space, names);
+}
+
+}  // namespace
+
+std::vector<SurfaceRequest> ExtractOptions::surfaces() const {
+    std::vector<SurfaceRequest> all = isovalues;
+    all.insert(all.end(), presets.begin(), presets.end());
+    return all;
+}
+
+void add_options(Arguments& arguments, ExtractOptions& options) {
+    arguments.start_group("Surface");
+    arguments.add_option(
+        "--isovalue", isovalue_value(options.isovalues),
+        "Extract the surface where samples reach N, or where Otsu's method separates dark from "
+        "bright. May be repeated.");
+    arguments.add_option("--type", preset_value(options.presets),
+                         "Extract the surface of a tissue in CT: bone, skin, soft, fat or muscle. May be "
+                         "repeated.");
+    arguments.add_flag("--open", options.open, "Leave the surface open at the border of the scan.");
+    arguments.add_option(
+        "--snap",
+        number_value("T", "a fraction of an edge, 0 <= T < 0.5", options.snap,
+                     [](double x) { return x >= 0 && x < 0.5; }),
+        "Merge points around samples that are closer to the surface than T edge lengths, 0 <= T "
+        "< 0.5: fewer points and no slivers. 0 (default) is off; 0.3 is a good value.");
+    arguments.start_group("Steps before extraction");
+    add_filter_options(arguments, options.filters);
+    arguments.start_group("Steps after extraction");
+    add_surface_options(arguments, options.steps);
+}
+
+void check(const ExtractOptions& options) {
+    if (options.surfaces().empty())
+        throw UsageError("no surface is given: add --isovalue N, --isovalue otsu, or for CT --type bone");
+    check_steps(options.steps);
+    files_of(options);  // so that mistakes in the output are found before the work
+}
+
+void run(const ExtractOptions& options, const Console& console, const std::atomic<bool>& stop) {
+    SurfaceJob job(options.job, console, stop);
+    const std::vector<std::filesystem::path> files = files_of(options);
+    job.check_outputs(files);
+    const std::vector<SurfaceRequest> surfaces = options.surfaces();
+
+    // Presets are checked against the samples as they are in the scan, before any filter.
+    std::string assumption;
+    const Volume scan = job.read_scan(options.filters, [&](const Volume& unfiltered) {
+        assumption = check_presets(surfaces, job.results.info, unfiltered);
+    });
+    if (!assumption.empty()) job.results.warnings.push_back(assumption);
+    job.results.surfaces.reserve(surfaces.size());
+    Extraction extraction(options, job, scan);
+    for (std::size_t i = 0; i < surfaces.size(); ++i) extraction.extract(surfaces[i], files[i]);
+    extraction.add_warnings();
+    job.deliver();
+}
+
+}  // namespace marrow::cli

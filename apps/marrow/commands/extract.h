@@ -1,0 +1,43 @@
+/// The command `marrow INPUT --isovalue N`: extracts isosurfaces of a scan.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <marrow/tissue_presets.h>
+
+#include "steps.h"
+#include "surface_job.h"
+
+namespace marrow::cli {
+
+/// One surface to extract: at `isovalue`, at `preset`, or by Otsu's method if both are absent.
+struct SurfaceRequest {
+    std::string name;  ///< replaces {name} in the output; as given on the command line
+    std::optional<double> isovalue = {};
+    const Preset* preset = nullptr;
+};
+
+struct ExtractOptions {
+    SurfaceJobOptions job;
+    std::vector<SurfaceRequest> isovalues, presets;
+    bool open = false;
+    double snap = 0;  ///< as IsosurfaceOptions::snap
+    FilterSteps filters;
+    SurfaceSteps steps;
+
+    /// All surfaces, in the order in which they are written.
+    std::vector<SurfaceRequest> surfaces() const;
+};
+
+/// Declares what concerns the surfaces; SurfaceJobOptions are declared by add_surface_command.
+void add_options(Arguments& arguments, ExtractOptions& options);
+
+/// \throw UsageError options that make no sense together
+void check(const ExtractOptions& options);
+
+/// Extracts, writes, draws and reports the surfaces. \throw EmptySurface, and as read_scan and write_meshes
+void run(const ExtractOptions& options, const Console& console, const std::atomic<bool>& stop);
+
+}  // namespace marrow::cli

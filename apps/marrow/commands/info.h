@@ -1,0 +1,26 @@
+/// The command `marrow info`: says what is in scans and which series would be read.
+#pragma once
+
+#include <atomic>
+#include <filesystem>
+#include <vector>
+
+#include "console.h"
+#include "options.h"
+
+namespace marrow::cli {
+
+struct InfoCommandOptions {
+    std::vector<std::filesystem::path> inputs;
+    ScanOptions scan;  ///< as for extraction, to see what they change
+    bool show_patient = false;
+    Reporting reporting;
+};
+
+void add_options(Arguments& arguments, InfoCommandOptions& options);
+
+/// Inspects all inputs and prints what was found; an input that cannot be read does not stop the others. Returns the
+/// exit code of the first one that cannot be read.
+ExitCode run(const InfoCommandOptions& options, const Console& console, const std::atomic<bool>& stop);
+
+}  // namespace marrow::cli

@@ -1,0 +1,208 @@
+// Extracts a surface for each label of a map.
+#include "labels.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include <fmt/format.h>
+
+#include <marrow/label_table.h>
+#include <marrow/labels.h>
+#include <marrow/measure.h>
+#include <marrow/vector.h>
+
+#include "outputs.h"
+#include "warnings.h"
+
+namespace marrow::cli {
+namespace fs = std::filesystem;
+namespace {
+
+// The part of a file's name that stands for a label: characters that file systems or shells do not like become "_".
+std::string file_name(const std::string& name) {
+    std::string file;
+    for (const char c : name) {
+        const bool unsuitable = static_cast<unsigned char>(c) <= ' ' ||
+                                std::string_view("/\\:*?\"<>|").find(c) != std::string_view::npos;
+        file += unsuitable ? '_' : c;
+    }
+    return file.empty() || file.front() == '.' ? "_" + file : file;
+}
+
+using Counts = std::map<std::int64_t, std::int64_t>;
+
+// A label of the map, named by the table or by its number.
+struct Label {
+    std::string name, file_name;
+    std::array<double, 3> colour;
+    bool wanted = true;
+};
+using Labels = std::map<std::int64_t, Label>;
+
+Labels labels_of(const Counts& counts, const LabelTable& table) {
+    Labels labels;
+    std::map<std::string, int> uses;
+    for (const auto& [label, samples] : counts) {
+        if (label == LabelOptions{}.background) continue;
+        Label one{fmt::format("label-{}", label), {}, default_label_colour(label)};
+        if (const auto entry = table.find(label); entry != table.end()) {
+            if (!entry->second.name.empty()) one.name = entry->second.name;
+            if (entry->second.colour) one.colour = *entry->second.colour;
+        }
+        one.file_name = file_name(one.name);
+        ++uses[one.file_name];
+        labels.emplace(label, std::move(one));
+    }
+    for (auto& [label, one] : labels) {
+        if (uses[one.file_name] > 1) one.file_name += fmt::format("-{}", label);
+    }
+    return labels;
+}
+
+// Marks the labels in `only` as wanted: numbers or names, separated by commas. A name may itself contain commas.
+void choose_labels(const std::string& only, Labels& labels) {
+    if (only.empty()) return;
+    for (auto& [label, one] : labels) one.wanted = false;
+    const auto choose_one = [&](const std::string& wanted) {
+        bool found = false;
+        for (auto& [label, one] : labels) {
+            if (wanted != std::to_string(label) && wanted != one.name) continue;
+            one.wanted = found = true;
+        }
+        return found;
+    };
+    if (choose_one(only)) return;
+    for (std::size_t begin = 0; begin <= only.size();) {
+        const std::size_t end = std::min(only.find(',', begin), only.size());
+        const std::string wanted = only.substr(begin, end - begin);
+        if (!choose_one(wanted))
+            throw UsageError(fmt::format("--only: the map, as it is read, has no label '{}'", wanted));
+        begin = end + 1;
+    }
+}
+
+std::vector<fs::path> files_of(const LabelsOptions& options, const std::vector<std::string>& names) {
+    return surface_files(options.job.output.mesh, options.job.output.space, names);
+}
+
+// The labels, and whether there are several, are not known before the map is read. Until then, one stands for all.
+std::vector<fs::path> file_pattern(const LabelsOptions& options) {
+    return files_of(options, {"{name}"});
+}
+
+void name_files(const LabelsOptions& options, const Labels& labels, std::vector<Surface>& surfaces) {
+    std::vector<std::string> names;
+    for (const Surface& surface : surfaces) names.push_back(labels.at(*surface.label).file_name);
+    const std::vector<fs::path> files = files_of(options, names);
+    for (std::size_t i = 0; i < surfaces.size(); ++i) {
+        check_output(files[i], options.job.scan.path);
+        surfaces[i].output = files[i];
+    }
+}
+
+// Called before extraction, as there may be thousands of surfaces to come.
+void warn_of_scan(const Counts& counts, std::vector<std::string>& warnings) {
+    constexpr std::size_t kMany = 256;
+    if (counts.size() > kMany && counts.begin()->first < 0)
+        warnings.push_back(
+            fmt::format("there are {} labels, from {} to {}: is this a scan rather than a label map?",
+                        counts.size(), counts.begin()->first, counts.rbegin()->first));
+}
+
+void warn_of_table(const fs::path& file, const LabelTable& table, const Labels& labels,
+                   std::vector<std::string>& warnings) {
+    const bool any = std::any_of(labels.begin(), labels.end(),
+                                 [&](const auto& entry) { return table.contains(entry.first); });
+    if (!file.empty() && !any)
+        warnings.push_back(fmt::format("'{}' has none of the map's labels", file.string()));
+}
+
+// Smoothing shrinks structures that are only a few samples thick.
+void warn_of_loss(const std::vector<Surface>& surfaces, std::vector<std::string>& warnings) {
+    constexpr double kLarge = -10;  // %
+    std::size_t shrunken = 0;
+    const Surface* worst = nullptr;
+    for (const Surface& surface : surfaces) {
+        if (surface.label_volume.change() > kLarge) continue;
+        ++shrunken;
+        if (!worst || surface.label_volume.change() < worst->label_volume.change()) worst = &surface;
+    }
+    if (worst)
+        warnings.push_back(
+            fmt::format("{} of {} surfaces enclose at least a tenth less than their samples, {} most: "
+                        "{:+.0f} %; structures that are only a few samples thick shrink",
+                        shrunken, surfaces.size(), worst->name, worst->label_volume.change()));
+}
+
+// All labels are extracted, so that a surface does not depend on which of its neighbours are wanted.
+void extract(const LabelsOptions& options, const Volume& map, const Labels& labels, const Progress& progress,
+             std::vector<Surface>& surfaces) {
+    for (LabelSurface& found : extract_labels(
+             map,
+             {.relax = options.relax, .threads = options.job.scan.options.threads, .progress = progress})) {
+        const Label& label = labels.at(found.label);
+        if (!label.wanted) continue;
+        Surface& surface = surfaces.emplace_back(Surface{label.name, 0, std::move(found.mesh), {}});
+        surface.colour = label.colour;
+        surface.label = found.label;
+    }
+}
+
+void measure_volumes(const Counts& counts, const Mat3d& index_to_physical, std::vector<Surface>& surfaces) {
+    const Mat3d& step = index_to_physical;
+    const double sample_mm3 = std::abs(dot(step[0], cross(step[1], step[2])));
+    for (Surface& surface : surfaces) {
+        const std::int64_t samples = counts.at(*surface.label);
+        surface.label_volume = {samples, static_cast<double>(samples) * sample_mm3,
+                                measure(surface.mesh).volume};
+    }
+}
+
+}  // namespace
+
+void add_options(Arguments& arguments, LabelsOptions& options) {
+    Value table = file_value("[TABLE]", options.table);
+    table.may_be_left = true;
+    arguments.add_option(
+        "--labels", std::move(table),
+        "INPUT is a label map: extract a surface for each label. TABLE holds names and colours, "
+        "as 3D Slicer or ITK-SNAP writes them, or one 'LABEL NAME' a line.");
+    arguments.add_option("--relax", integer_value("N", options.relax, 0, std::numeric_limits<int>::max()),
+                         "Smooth the surfaces of labels with N passes; default: 40, 0: none.");
+    arguments.add_option("--only", text_value("LABEL[,LABEL]", options.only),
+                         "Write only the labels with these numbers or names.");
+}
+
+void check(const LabelsOptions& options) {
+    file_pattern(options);
+}
+
+void run(const LabelsOptions& options, const Console& console, const std::atomic<bool>& stop) {
+    SurfaceJob job(options.job, console, stop);
+    job.check_outputs(file_pattern(options));
+    const LabelTable table = options.table.empty() ? LabelTable{} : read_label_table(options.table);
+
+    const Volume map = job.read_scan({.crop = options.crop});
+    SurfaceResults& results = job.results;
+    const Counts counts = count_labels(map, {.threads = job.threads()});
+    Labels labels = labels_of(counts, table);
+    if (labels.empty()) throw EmptySurface("the map contains only background, so there is no surface");
+    choose_labels(options.only, labels);
+    warn_of_scan(counts, results.warnings);
+    warn_of_table(options.table, table, labels, results.warnings);
+    job.print_warnings();
+
+    results.seconds.extract = job.stage("extract", [&](const Progress& progress) {
+        extract(options, map, labels, progress, results.surfaces);
+    });
+    measure_volumes(counts, map.geometry().index_to_physical(), results.surfaces);
+    warn_of_loss(results.surfaces, results.warnings);
+    name_files(options, labels, results.surfaces);
+    warn_of_coinciding_points(results.surfaces, "if that matters, write .3mf or .ply", results.warnings);
+    job.deliver();
+}
+
+}  // namespace marrow::cli

@@ -1,0 +1,30 @@
+/// The command `marrow INPUT --labels`: extracts a surface for each label of a map.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "steps.h"
+#include "surface_job.h"
+
+namespace marrow::cli {
+
+struct LabelsOptions {
+    SurfaceJobOptions job;
+    std::optional<CropBox> crop;
+    std::filesystem::path table;  ///< names and colours; empty: none
+    int relax = 40;               ///< smoothing passes
+    std::string only;             ///< the labels to write, by number or name; empty: all
+};
+
+/// Declares --labels, --relax and --only.
+void add_options(Arguments& arguments, LabelsOptions& options);
+
+/// \throw UsageError an output that cannot be written
+void check(const LabelsOptions& options);
+
+/// Extracts, writes, draws and reports the surfaces. \throw EmptySurface the map contains only background
+void run(const LabelsOptions& options, const Console& console, const std::atomic<bool>& stop);
+
+}  // namespace marrow::cli

@@ -1,0 +1,76 @@
+// Extracts an isosurface of a scan that does not fit in memory.
+#include "stream.h"
+
+#include <fmt/format.h>
+
+#include <marrow/mesh_io.h>
+#include <marrow/scan_io.h>
+#include <marrow/streaming.h>
+
+#include "outputs.h"
+#include "report.h"
+#include "warnings.h"
+
+namespace marrow::cli {
+namespace {
+
+std::filesystem::path file_of(const StreamOptions& options) {
+    const MeshOutput& output = options.job.output;
+    return surface_files(output.mesh, output.space, {options.surface.name}).front();
+}
+
+}  // namespace
+
+void add_options(Arguments& arguments, StreamOptions& options) {
+    arguments.add_option("--max-memory", memory_value(options.memory),
+                         "Read and write slab by slab within this much memory: uncompressed NRRD, MetaImage "
+                         "or NIfTI to .stl or "
+                         ".ply, with one --isovalue N.");
+}
+
+void check(const StreamOptions& options) {
+    if (!options.surface.isovalue)
+        throw UsageError("--max-memory needs one --isovalue N, as 'otsu' and --type need the complete scan");
+    if (options.job.output.mesh.empty()) throw UsageError("--max-memory needs -o OUT.stl or OUT.ply");
+    file_of(options);  // so that mistakes in the output are found before the work
+}
+
+void run(const StreamOptions& options, const Console& console, const std::atomic<bool>& stop) {
+    const Clock::time_point start = Clock::now();
+    const ProgressReporter reporter(options.job.reporting, console, stop);
+    const ScanInput& scan = options.job.scan;
+    const Space space = options.job.output.space;
+    Surface surface{options.surface.name, *options.surface.isovalue, {}, file_of(options), {},
+                    Surface::Size{}};
+    check_output(surface.output, scan.path);
+
+    SurfaceResults results;
+    const SliceSource source = open_slices(scan.path, scan.options, &results.info);
+    SurfaceWriter writer(surface.output, {space, {}});
+    SurfaceSink sink = writer.sink();
+    const auto begin = sink.begin;
+    sink.begin = [&](std::uint64_t points, std::uint64_t triangles, bool normals) {
+        if (triangles == 0)
+            throw EmptySurface(fmt::format("no surface at isovalue {:g}: all samples are on one side of it",
+                                           surface.isovalue));
+        surface.in_slabs = {points, triangles};
+        begin(points, triangles, normals);
+    };
+    IsosurfaceStats stats;
+    results.seconds.extract = reporter.stage("extract", [&](const Progress& progress) {
+        // With normals, so that the file has the same bytes as that of a surface extracted in memory.
+        extract_isosurface_in_slabs(
+            source, surface.isovalue, sink, {.memory = *options.memory},
+            {.closed = !options.open, .threads = scan.options.threads, .progress = progress}, &stats);
+    });
+    results.seconds.write = reporter.stage("write", [&](const Progress&) { writer.commit(); });
+
+    results.surfaces = {surface};
+    results.warnings = results.info.warnings;
+    warn_of_non_finite(stats.non_finite_samples, results.warnings);
+    for (const std::string& warning : results.warnings) reporter.warn(warning);
+    results.seconds.total = seconds_since(start);
+    print_results(reporter, results, space);
+}
+
+}  // namespace marrow::cli

@@ -1,0 +1,155 @@
+// Declares the options of `marrow INPUT` and says which of them go together.
+#include "surfaces.h"
+
+#include <algorithm>
+#include <array>
+#include <string_view>
+
+#include <fmt/format.h>
+
+namespace marrow::cli {
+namespace {
+
+// What `marrow INPUT` does. A bit each, so that the table below can combine them.
+enum Mode : unsigned { kExtract = 1, kStream = 2, kLabels = 4 };
+
+// The modes that an option goes with. Options that are not listed go with all.
+struct OptionModes {
+    std::string_view option;
+    unsigned modes;
+};
+
+constexpr std::array kOptionModes{
+    OptionModes{"--isovalue", kExtract | kStream},
+    OptionModes{"--type", kExtract},
+    OptionModes{"--open", kExtract | kStream},
+    OptionModes{"--snap", kExtract},
+    OptionModes{"--max-memory", kStream},
+    OptionModes{"--labels", kLabels},
+    OptionModes{"--relax", kLabels},
+    OptionModes{"--only", kLabels},
+    OptionModes{"--crop", kExtract | kLabels},
+    OptionModes{"--median", kExtract},
+    OptionModes{"--blur", kExtract},
+    OptionModes{"--isotropic", kExtract},
+    OptionModes{"--largest", kExtract},
+    OptionModes{"--components", kExtract},
+    OptionModes{"--clean-small", kExtract},
+    OptionModes{"--no-cavities", kExtract},
+    OptionModes{"--smooth", kExtract},
+    OptionModes{"--smooth-bound", kExtract},
+    OptionModes{"--keep", kExtract},
+    OptionModes{"--triangles", kExtract},
+    OptionModes{"--max-error", kExtract},
+    OptionModes{"--picture", kExtract | kLabels},
+    OptionModes{"--verify", kExtract | kLabels},
+};
+
+constexpr unsigned modes_of(std::string_view option) {
+    for (const OptionModes& entry : kOptionModes) {
+        if (entry.option == option) return entry.modes;
+    }
+    return kExtract | kStream | kLabels;
+}
+
+Mode mode_of(const std::vector<std::string>& given) {
+    const auto has = [&](const char* option) {
+        return std::find(given.begin(), given.end(), option) != given.end();
+    };
+    return has("--labels") ? kLabels : has("--max-memory") ? kStream : kExtract;
+}
+
+std::string why_not(Mode mode, std::string_view option) {
+    switch (mode) {
+        case kLabels:
+            return fmt::format("{} does not go with --labels, which makes closed surfaces that share faces",
+                               option);
+        case kStream:
+            return fmt::format(
+                "{} does not go with --max-memory, which never has the complete scan or surface", option);
+        case kExtract:
+            break;
+    }
+    return fmt::format("{} goes only with --labels", option);
+}
+
+void check_modes(Mode mode, const std::vector<std::string>& given) {
+    for (const std::string& option : given) {
+        if ((modes_of(option) & mode) == 0) throw UsageError(why_not(mode, option));
+    }
+}
+
+void check_shared(const SurfaceJobOptions& job) {
+    require_input(job.scan.path);
+    require_output(job.output.mesh, job.output.picture);
+    if (job.output.verify && job.output.mesh.empty())
+        throw UsageError("--verify checks the file that -o OUT writes: add -o");
+}
+
+// Each mode receives the shared options, and those that are declared with another mode.
+ExtractOptions extract_options(const SurfacesOptions& options) {
+    ExtractOptions result = options.extract;
+    result.job = options.job;
+    if (result.filters.crop) result.filters.crop->space = options.job.output.space;
+    return result;
+}
+
+StreamOptions stream_options(const SurfacesOptions& options) {
+    StreamOptions result = options.stream;
+    result.job = options.job;
+    result.open = options.extract.open;
+    if (options.extract.isovalues.size() == 1) result.surface = options.extract.isovalues.front();
+    return result;
+}
+
+LabelsOptions labels_options(const SurfacesOptions& options) {
+    LabelsOptions result = options.labels;
+    result.job = options.job;
+    result.crop = options.extract.filters.crop;
+    if (result.crop) result.crop->space = options.job.output.space;
+    return result;
+}
+
+template <class Options>
+void check_and_run(const Options& options, const Console& console, const std::atomic<bool>& stop) {
+    check(options);
+    run(options, console, stop);
+}
+
+}  // namespace
+
+void add_options(Arguments& arguments, SurfacesOptions& options) {
+    SurfaceJobOptions& job = options.job;
+    add_scan_input(arguments, job.scan);
+    arguments.start_group("Output");
+    add_mesh_option(arguments, job.output.mesh);
+    add_picture_option(arguments, job.output.picture);
+    add_space_option(arguments, job.output.space);
+    arguments.add_flag("--verify", job.output.verify, "Read the written file and compare every triangle.");
+    add_json_option(arguments, job.reporting);
+    add_quiet_option(arguments, job.reporting);
+    add_verbose_option(arguments, job.reporting);
+    add_options(arguments, options.extract);
+    arguments.start_group("Label maps");
+    add_options(arguments, options.labels);
+    arguments.start_group("Reading");
+    add_scan_options(arguments, job.scan.options);
+    add_options(arguments, options.stream);
+    add_threads_option(arguments, job.scan.options.threads);
+}
+
+void run(const Arguments& arguments, const SurfacesOptions& options, const Console& console,
+         const std::atomic<bool>& stop) {
+    check_shared(options.job);
+    const std::vector<std::string> given = arguments.given();
+    const Mode mode = mode_of(given);
+    check_modes(mode, given);
+    if (mode == kLabels)
+        check_and_run(labels_options(options), console, stop);
+    else if (mode == kStream)
+        check_and_run(stream_options(options), console, stop);
+    else
+        check_and_run(extract_options(options), console, stop);
+}
+
+}  // namespace marrow::cli

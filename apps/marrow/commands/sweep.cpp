@@ -1,0 +1,137 @@
+// Measures the surfaces of many isovalues.
+#include "sweep.h"
+
+#include <algorithm>
+#include <ostream>
+
+#include <fmt/format.h>
+
+#include <marrow/atomic_file.h>
+#include <marrow/histogram.h>
+#include <marrow/isovalue_sweep.h>
+#include <marrow/scan_io.h>
+
+#include "json_report.h"
+#include "outputs.h"
+#include "progress_reporter.h"
+#include "sweep_report.h"
+#include "warnings.h"
+
+namespace marrow::cli {
+namespace fs = std::filesystem;
+namespace {
+
+void write_file(const fs::path& file, const std::string& text) {
+    AtomicFile out(file);
+    out.write(text);
+    out.commit();
+}
+
+Value table_value(fs::path& to) {
+    return {"OUT", "a .csv or .json file", [&to](const std::string& text) {
+                to = text;
+                return to.empty() || to.extension() == ".csv" || to.extension() == ".json";
+            }};
+}
+
+void check(const SweepCommandOptions& options) {
+    require_input(options.scan.path);
+    if (options.from && options.to && !(*options.from < *options.to))
+        throw UsageError("--from must be below --to");
+    check_output(options.table, options.scan.path);
+    check_output(options.plot, options.scan.path);
+}
+
+Volume read(const SweepCommandOptions& options, const ProgressReporter& reporter, ScanInfo& info) {
+    Volume scan;
+    reporter.stage("read", [&](const Progress& progress) {
+        ScanOptions scan_options = options.scan.options;
+        scan_options.progress = progress;
+        scan = read_scan(options.scan.path, scan_options, &info);
+    });
+    return scan;
+}
+
+// Evenly spaced, including both ends.
+std::vector<double> choose_isovalues(const SweepCommandOptions& options, const Histogram& samples) {
+    if (samples.counts.empty()) throw EmptySurface("the scan has no finite sample, so there is no surface");
+    const double from = options.from.value_or(samples.lower), to = options.to.value_or(samples.upper);
+    if (!(from < to))
+        throw EmptySurface(
+            fmt::format("there are no isovalues between {:g} and {:g}; samples range from {:g} to {:g}", from,
+                        to, samples.lower, samples.upper));
+    std::vector<double> isovalues;
+    for (int i = 0; i < options.samples; ++i)
+        isovalues.push_back(from + (to - from) * i / (options.samples - 1));
+    return isovalues;
+}
+
+void write(const SweepCommandOptions& options, const Console& console,
+           const std::vector<SweepSample>& measured, const std::vector<Plateau>& plateaus) {
+    if (!options.table.empty())
+        write_file(options.table, options.table.extension() == ".json" ? sweep_json(measured, plateaus)
+                                                                       : sweep_csv(measured, plateaus));
+    if (!options.plot.empty()) write_file(options.plot, sweep_svg(measured, plateaus));
+    if (options.reporting.json) {
+        console.out << sweep_json(measured, plateaus);
+    } else if (!options.reporting.quiet && options.table.empty()) {
+        console.out << sweep_csv(measured, plateaus);
+    } else if (!options.reporting.quiet) {
+        for (const Plateau& p : plateaus)
+            console.out << fmt::format("plateau from {:g} to {:g}\n", measured[p.first].isovalue,
+                                       measured[p.last].isovalue);
+        if (plateaus.empty()) console.out << "no plateau\n";
+    }
+}
+
+}  // namespace
+
+const char* const kSweepHelp =
+    "A plateau is a range of isovalues in which the surface hardly depends on the isovalue. It is at\n"
+    "least a fifth of the scan's contrast wide (the contrast between the two classes of 'otsu'), and\n"
+    "each such fifth moves the surface by less than half a sample (mm: change of volume over area).\n";
+
+void add_options(Arguments& arguments, SweepCommandOptions& options) {
+    const auto any = [](double) { return true; };
+    add_scan_input(arguments, options.scan);
+    arguments.add_option("--from", number_value("A", "a finite number", options.from, any),
+                         "First isovalue; default: the least sample.");
+    arguments.add_option("--to", number_value("B", "a finite number", options.to, any),
+                         "Last isovalue; default: the largest sample.");
+    arguments.add_option("-n,--samples", integer_value("N", options.samples, 2, 100'000),
+                         "Measure N isovalues, evenly spaced from A to B; default: 100.");
+    arguments.add_option("-o,--output", table_value(options.table),
+                         "Write the table to OUT, .csv or .json, instead of printing it.");
+    arguments.add_option("--plot", file_value("FILE.svg", options.plot, ".svg"), "Write a drawing.");
+    add_threads_option(arguments, options.scan.options.threads);
+    add_scan_options(arguments, options.scan.options);
+    add_json_option(arguments, options.reporting);
+    add_quiet_option(arguments, options.reporting);
+    add_verbose_option(arguments, options.reporting);
+}
+
+void run(const SweepCommandOptions& options, const Console& console, const std::atomic<bool>& stop) {
+    check(options);
+    const ProgressReporter reporter(options.reporting, console, stop);
+    ScanInfo info;
+    const Volume scan = read(options, reporter, info);
+    const Histogram samples = histogram(scan);
+    std::vector<std::string> warnings = info.warnings;
+    warn_of_non_finite(samples.non_finite_samples, warnings);
+    for (const std::string& warning : warnings) reporter.warn(warning);
+
+    const std::vector<double> isovalues = choose_isovalues(options, samples);
+    std::vector<SweepSample> measured;
+    reporter.stage("sweep", [&](const Progress& progress) {
+        measured = sweep_isovalues(scan, isovalues, {options.scan.options.threads, progress});
+    });
+    if (std::all_of(measured.begin(), measured.end(), [](const SweepSample& s) { return s.triangles == 0; }))
+        throw EmptySurface(
+            fmt::format("no surface at isovalues from {:g} to {:g}: samples range from {:g} to {:g}",
+                        isovalues.front(), isovalues.back(), samples.lower, samples.upper));
+    const Vec3d& spacing = scan.geometry().spacing;
+    const double finest = *std::min_element(spacing.begin(), spacing.end());
+    write(options, console, measured, find_plateaus(measured, finest, otsu_contrast(samples)));
+}
+
+}  // namespace marrow::cli

@@ -1,0 +1,268 @@
+// Turns results into JSON with nlohmann-json.
+#include "json_report.h"
+
+#include <sys/resource.h>
+
+#include <nlohmann/json.hpp>
+
+#include "library_options.h"
+
+namespace marrow::cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json text_or_null(const std::string& text) {
+    return text.empty() ? Json() : Json(text);
+}
+
+// File and series names may hold bytes that are not UTF-8.
+std::string to_text(const Json& json) {
+    return json.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
+}
+
+// Messages of the library, with the flags of the command line.
+Json message_list(const std::vector<std::string>& messages) {
+    Json list = Json::array();
+    for (const std::string& message : messages) list.push_back(name_flags(message));
+    return list;
+}
+
+// The bounding box in the space that is written. RAS negates x and y, which swaps their ends.
+Json bounds(const MeshMeasures& m, Space space) {
+    if (space == Space::LPS) return {m.lower, m.upper};
+    return {Vec3f{-m.upper[0], -m.upper[1], m.lower[2]}, Vec3f{-m.lower[0], -m.lower[1], m.upper[2]}};
+}
+
+Json step_numbers(const StepReport& step) {
+    const auto pair = [](auto before, auto after) { return Json{before, after}; };
+    return {{"step", step.name},
+            {"triangles", pair(step.before.triangles, step.after.triangles)},
+            {"components", pair(step.before.components, step.after.components)},
+            {"boundary_edges", pair(step.before.boundary_edges, step.after.boundary_edges)},
+            {"nonmanifold_edges", pair(step.before.nonmanifold_edges, step.after.nonmanifold_edges)},
+            {"volume_mm3", pair(step.before.volume, step.after.volume)},
+            {"area_mm2", pair(step.before.area, step.after.area)},
+            {"deviation_mm",
+             step.deviation ? Json{{"max", step.deviation->max}, {"mean", step.deviation->mean}} : Json()}};
+}
+
+Json surface_numbers(const Surface& surface, Space space) {
+    const auto [points, triangles] = surface.size();
+    Json numbers;
+    if (surface.label)
+        numbers.update({{"label", *surface.label},
+                        {"samples", surface.label_volume.samples},
+                        {"samples_mm3", surface.label_volume.samples_mm3}});
+    else
+        numbers["isovalue"] = surface.isovalue;
+    numbers.update({{"points", points}, {"triangles", triangles}});
+    if (surface.in_slabs) {  // the other numbers need the whole surface
+        for (const char* name : {"components", "boundary_edges", "nonmanifold_edges", "euler_characteristic",
+                                 "area_mm2", "volume_mm3", "bounds_mm", "steps"})
+            numbers[name] = Json();
+        return numbers;
+    }
+    const MeshMeasures m = measure(surface.mesh);
+    numbers.update({{"components", m.components},
+                    {"boundary_edges", m.boundary_edges},
+                    {"nonmanifold_edges", m.nonmanifold_edges},
+                    {"euler_characteristic", m.euler_characteristic},
+                    {"area_mm2", m.area},
+                    {"volume_mm3", m.volume},
+                    {"bounds_mm", bounds(m, space)}});
+    numbers["steps"] = Json::array();
+    for (const StepReport& step : surface.steps) numbers["steps"].push_back(step_numbers(step));
+    return numbers;
+}
+
+std::int64_t peak_memory_bytes() {
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return std::int64_t{usage.ru_maxrss} * 1024;
+}
+
+Json number_or_null(double value) {
+    return value > 0 ? Json(value) : Json();
+}
+
+Json seconds_numbers(const StageSeconds& seconds) {
+    return {{"read", seconds.read},     {"filter", seconds.filter}, {"extract", seconds.extract},
+            {"refine", seconds.refine}, {"write", seconds.write},   {"verify", seconds.verify},
+            {"total", seconds.total}};
+}
+
+Json series_numbers(const SeriesReport& s, bool show_patient) {
+    const Vec3d& spacing = s.series.spacing;
+    Json one{
+        {"series", text_or_null(s.series.id)},
+        {"description", text_or_null(s.series.description)},
+        {"modality", text_or_null(s.series.modality)},
+        {"dims", s.series.dims},
+        {"spacing_mm", {number_or_null(spacing[0]), number_or_null(spacing[1]), number_or_null(spacing[2])}},
+        {"files", s.series.files},
+        {"tilt_degrees", s.tilt},
+        {"gaps", s.gaps},
+        {"hounsfield_units", s.hounsfield ? Json(*s.hounsfield) : Json()},
+        {"smallest_feature_mm", s.smallest_feature ? Json(*s.smallest_feature) : Json()},
+        {"memory_bytes", s.memory},
+        {"warnings", message_list(s.warnings)},
+        {"refused", s.refusal ? Json(name_flags(*s.refusal)) : Json()}};
+    if (show_patient) one["patient"] = text_or_null(s.patient_name);
+    return one;
+}
+
+Json finding_numbers(const Finding& finding, bool show_patient) {
+    Json json{{"input", finding.input.string()}};
+    if (!finding.refusal.empty()) {
+        json["refused"] = name_flags(finding.refusal);
+        return json;
+    }
+    const ScanReport& report = finding.report;
+    json["refused"] = report.chosen ? Json() : Json(name_flags(report.reason));
+    json["format"] = scan_format_name(report.format);
+    json["files"] = report.files;
+    json["chosen"] = report.chosen ? Json(*report.chosen) : Json();
+    json["reason"] = report.chosen ? Json(report.reason) : Json();
+    json["warnings"] = message_list(report.warnings);
+    json["series"] = Json::array();
+    for (const SeriesReport& s : report.series) json["series"].push_back(series_numbers(s, show_patient));
+    return json;
+}
+
+Json check_numbers(const CheckedMesh& checked, double min_wall) {
+    if (!checked.refusal.empty()) return {{"mesh", checked.file.string()}, {"error", checked.refusal}};
+    const MeshCheck& c = checked.found;
+    const MeshMeasures& m = c.measures;
+    Json json{{"mesh", checked.file.string()},
+              {"space", checked.space != Space::none ? Json(checked.space == Space::RAS ? "RAS" : "LPS") : Json()},
+              {"sound", c.is_sound()},
+              {"closed", c.is_closed()},
+              {"manifold", c.is_manifold()},
+              {"oriented", c.is_oriented()},
+              {"points", m.points},
+              {"triangles", m.triangles},
+              {"components", m.components},
+              {"cavities", c.cavities},
+              {"euler_characteristic", m.euler_characteristic},
+              {"genus", c.genus ? Json(*c.genus) : Json()},
+              {"boundary_edges", m.boundary_edges},
+              {"nonmanifold_edges", m.nonmanifold_edges - c.misoriented_edges},
+              {"misoriented_edges", c.misoriented_edges},
+              {"nonmanifold_points", c.nonmanifold_points},
+              {"unused_points", c.unused_points},
+              {"degenerate_triangles", c.degenerate_triangles},
+              {"self_intersections", c.self_intersections},
+              {"area_mm2", m.area},
+              {"volume_mm3", checked.has_volume() ? Json(m.volume) : Json()},
+              {"bounds_mm", {m.lower, m.upper}}};
+    if (min_wall > 0)
+        json["thin_walls"] = {{"below_mm", min_wall},
+                              {"triangles", c.thin_triangles},
+                              {"area_mm2", c.thin_area},
+                              {"thinnest_mm", c.thinnest_wall ? Json(*c.thinnest_wall) : Json()}};
+    return json;
+}
+
+Json level_numbers(const TerrainLevel& level) {
+    const TerrainInfo& info = level.info;
+    const MeshMeasures m = measure(level.mesh);
+    return {{"samples", info.samples},
+            {"cell_m", info.cell},
+            {"mm_per_metre", info.mm_per_metre},
+            {"unknown_samples", info.unknown_samples},
+            {"points", m.points},
+            {"triangles", m.triangles},
+            {"components", m.components},
+            {"boundary_edges", m.boundary_edges},
+            {"nonmanifold_edges", m.nonmanifold_edges},
+            {"euler_characteristic", m.euler_characteristic},
+            {"area_mm2", m.area},
+            {"volume_mm3", m.boundary_edges == 0 ? Json(m.volume) : Json()},
+            {"bounds_mm", {m.lower, m.upper}},
+            {"height_error",
+             {{"rms_m", info.rms_error},
+              {"max_m", info.max_error},
+              {"rms_of_cell", info.rms_error / info.cell[2]}}},
+            {"output", text_or_null(level.output.string())}};
+}
+
+}  // namespace
+
+std::string surfaces_json(const SurfaceResults& results, Space space) {
+    const SeriesInfo& series = results.info.series;
+    const std::vector<Surface>& surfaces = results.surfaces;
+    // A single surface needs no array, unless it is one of a label map, whose labels are not known before.
+    const bool single = surfaces.size() == 1 && !surfaces.front().label;
+    Json json;
+    json["input"] = {{"format", scan_format_name(results.info.format)},
+                     {"modality", text_or_null(series.modality)},
+                     {"dims", series.dims},
+                     {"spacing_mm", series.spacing},
+                     {"series", text_or_null(series.id)}};
+    if (single) {
+        json.update(surface_numbers(surfaces.front(), space));
+    } else {
+        for (const Surface& surface : surfaces) {
+            Json numbers{{"name", surface.name}};
+            numbers.update(surface_numbers(surface, space));
+            numbers["output"] = text_or_null(surface.output.string());
+            json["surfaces"].push_back(numbers);
+        }
+    }
+    json["warnings"] = message_list(results.warnings);
+    json["seconds"] = seconds_numbers(results.seconds);
+    json["peak_memory_bytes"] = peak_memory_bytes();
+    if (single) json["output"] = text_or_null(surfaces.front().output.string());
+    return to_text(json);
+}
+
+std::string findings_json(const std::vector<Finding>& findings, bool show_patient) {
+    if (findings.size() == 1) return to_text(finding_numbers(findings.front(), show_patient));
+    Json inputs = Json::array();
+    for (const Finding& finding : findings) inputs.push_back(finding_numbers(finding, show_patient));
+    return to_text({{"inputs", std::move(inputs)}});
+}
+
+std::string checks_json(const std::vector<CheckedMesh>& meshes, double min_wall) {
+    if (meshes.size() == 1) return to_text(check_numbers(meshes.front(), min_wall));
+    Json list = Json::array();
+    for (const CheckedMesh& mesh : meshes) list.push_back(check_numbers(mesh, min_wall));
+    return to_text({{"meshes", std::move(list)}});
+}
+
+std::string sweep_json(const std::vector<SweepSample>& sweep, const std::vector<Plateau>& plateaus) {
+    Json json;
+    json["sweep"] = Json::array();
+    for (std::size_t i = 0; i < sweep.size(); ++i) {
+        const SweepSample& s = sweep[i];
+        json["sweep"].push_back({{"isovalue", s.isovalue},
+                                 {"volume_mm3", s.volume},
+                                 {"area_mm2", s.area},
+                                 {"components", s.components},
+                                 {"triangles", s.triangles},
+                                 {"shift_mm", i > 0 ? Json(surface_shift(sweep[i - 1], s)) : Json()}});
+    }
+    json["plateaus"] = Json::array();
+    for (const Plateau& p : plateaus)
+        json["plateaus"].push_back({{"from", sweep[p.first].isovalue}, {"to", sweep[p.last].isovalue}});
+    return to_text(json);
+}
+
+std::string terrain_json(const TerrainResults& results) {
+    const TerrainInfo& info = results.levels.front().info;
+    Json json{{"input",
+               {{"format", info.format},
+                {"projection", text_or_null(info.projection)},
+                {"centre_m", info.centre},
+                {"heights_m", {info.lowest, info.highest}}}},
+              {"exaggerate", results.exaggerate},
+              {"warnings", message_list(info.warnings)}};
+    for (const TerrainLevel& level : results.levels) json["levels"].push_back(level_numbers(level));
+    json["seconds"] = {{"extract", results.extract_seconds},
+                       {"write", results.write_seconds},
+                       {"total", results.total_seconds}};
+    return to_text(json);
+}
+
+}  // namespace marrow::cli

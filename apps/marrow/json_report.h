@@ -1,0 +1,31 @@
+/// The results of all commands as JSON. Only json_report.cpp includes nlohmann-json, whose headers compile slowly.
+///
+/// The keys are a contract: add to them, but never rename or remove one.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <marrow/isovalue_sweep.h>
+
+#include "results.h"
+
+namespace marrow::cli {
+
+/// One object. The numbers of a single surface are its members; those of several form the array `surfaces`. Bounds are
+/// in `space`, as written.
+std::string surfaces_json(const SurfaceResults& results, Space space);
+
+/// One object for one input; for several, one with an array `inputs`.
+std::string findings_json(const std::vector<Finding>& findings, bool show_patient);
+
+/// One object for one mesh; for several, one with an array `meshes`. With `min_wall` > 0, thin walls are included.
+std::string checks_json(const std::vector<CheckedMesh>& meshes, double min_wall);
+
+/// One object with the arrays `sweep` and `plateaus`.
+std::string sweep_json(const std::vector<SweepSample>& sweep, const std::vector<Plateau>& plateaus);
+
+/// One object with an array `levels`.
+std::string terrain_json(const TerrainResults& results);
+
+}  // namespace marrow::cli

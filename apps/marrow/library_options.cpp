@@ -1,0 +1,55 @@
+// The table of the library's options and the flags that set them.
+#include "library_options.h"
+
+#include <array>
+#include <cctype>
+#include <string_view>
+
+namespace marrow::cli {
+namespace {
+
+struct OptionFlag {
+    std::string_view option;  // as the library's messages name it
+    std::string_view flag;
+};
+
+constexpr std::array kFlags{
+    OptionFlag{"inspect_scan", "'marrow info'"},
+    // ScanOptions
+    OptionFlag{"options.series", "--series UID"},
+    OptionFlag{"options.spacing", "--spacing X,Y,Z"},
+    OptionFlag{"options.resample", "--resample"},
+    OptionFlag{"options.volume", "--volume K"},
+    OptionFlag{"options.threads", "--threads"},
+    // IsosurfaceOptions
+    OptionFlag{"options.snap", "--snap"},
+    // SlabLimits
+    OptionFlag{"limits.memory", "--max-memory"},
+    // TerrainOptions
+    OptionFlag{"options.cell", "--cell"},
+    OptionFlag{"options.base", "--base"},
+    OptionFlag{"options.size", "--size"},
+};
+
+bool continues_name(char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_';
+}
+
+}  // namespace
+
+std::string name_flags(std::string message) {
+    for (const auto& [option, flag] : kFlags) {
+        for (std::size_t at = message.find(option); at != message.npos; at = message.find(option, at)) {
+            const std::size_t end = at + option.size();
+            if (end < message.size() && continues_name(message[end])) {
+                at = end;
+                continue;
+            }
+            message.replace(at, option.size(), flag);
+            at += flag.size();
+        }
+    }
+    return message;
+}
+
+}  // namespace marrow::cli

@@ -1,0 +1,154 @@
+// Names, checks, writes and verifies the files of surfaces.
+#include "outputs.h"
+#include "report_progress.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <set>
+#include <string_view>
+
+#include <fmt/format.h>
+
+#include "console.h"
+
+namespace marrow::cli {
+namespace fs = std::filesystem;
+namespace {
+
+// Files of meshes and reports in the folder of a scan may be overwritten; others there are slices of the scan.
+bool is_of_scan(const fs::path& file, const fs::path& input) {
+    std::error_code ignored;
+    if (!fs::is_directory(input, ignored)) return fs::equivalent(file, input, ignored);
+    if (!fs::exists(file, ignored)) return false;
+    const std::string extension = file.extension().string();
+    const bool may_be_slice =
+        extension == ".png" || extension == ".csv" || extension == ".json" || extension == ".svg";
+    return may_be_slice && fs::equivalent(fs::absolute(file, ignored).parent_path(), input, ignored);
+}
+
+std::map<fs::path, std::vector<MeshObject>> objects_by_file(const std::vector<Surface>& surfaces) {
+    std::map<fs::path, std::vector<MeshObject>> objects;
+    for (const Surface& surface : surfaces) {
+        if (!surface.output.empty())
+            objects[surface.output].push_back({&surface.mesh, surface.name, surface.colour});
+    }
+    return objects;
+}
+
+MeshFormat format_of(const fs::path& file) {
+    try {
+        return mesh_format(file);
+    } catch (const InputError& error) {
+        throw UsageError(error.what());
+    }
+}
+
+// Calls fail(index) for the first triangle whose corners differ by more than rounding.
+template <class Fail>
+void compare_triangles(std::span<const MeshObject> objects, const Mesh& found, float tolerance,
+                       const Fail& fail) {
+    std::size_t at = 0;
+    for (const MeshObject& object : objects) {
+        for (const Triangle& t : object.mesh->triangles) {
+            for (std::size_t c = 0; c < 3; ++c) {
+                const Vec3f &a = object.mesh->points[t[c]], &b = found.points[found.triangles[at][c]];
+                for (std::size_t axis = 0; axis < 3; ++axis) {
+                    if (!(std::abs(a[axis] - b[axis]) <= tolerance * std::abs(a[axis]))) fail(at);
+                }
+            }
+            ++at;
+        }
+    }
+}
+
+}  // namespace
+
+std::vector<fs::path> files_for(const fs::path& output, const std::vector<std::string>& names) {
+    constexpr std::string_view kName = "{name}";
+    std::vector<fs::path> files(names.size());
+    if (output.empty()) return files;
+    std::string pattern = output.string();
+    if (!output.has_filename() || fs::is_directory(output)) pattern = (output / "{name}.stl").string();
+    format_of(pattern);
+    const std::size_t at = pattern.find(kName);
+    for (std::size_t i = 0; i < files.size(); ++i) {
+        std::string file = pattern;
+        if (at != pattern.npos) file.replace(at, kName.size(), names[i]);
+        files[i] = file;
+    }
+    if (at != pattern.npos && std::set<fs::path>(files.begin(), files.end()).size() < files.size())
+        throw UsageError("two surfaces of the same name would be written to one file: give each only once");
+    return files;
+}
+
+bool is_shared_file(const std::vector<fs::path>& files) {
+    return files.size() > 1 && !files[0].empty() && files[0] == files[1];
+}
+
+std::vector<fs::path> surface_files(const fs::path& output, Space space,
+                                    const std::vector<std::string>& names) {
+    std::vector<fs::path> files = files_for(output, names);
+    if (output.empty() || files.empty()) return files;
+    const MeshFormat format = format_of(files.front());
+    if (format == MeshFormat::glb && space != Space::LPS)
+        throw UsageError("--space does not go with .glb, whose axes are fixed");
+    if (is_shared_file(files) && !holds_several(format))
+        throw UsageError(
+            fmt::format("the file '{}' can hold only one surface: give a .3mf, .glb, .vtp or .obj file, a "
+                        "folder, or a pattern such as '{{name}}.stl'",
+                        files.front().string()));
+    return files;
+}
+
+void check_output(const fs::path& file, const fs::path& input) {
+    if (file.empty()) return;
+    const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
+    if (!fs::is_directory(folder))
+        throw IoError(
+            fmt::format("cannot write '{}': there is no folder '{}'", file.string(), folder.string()));
+    if (is_of_scan(file, input))
+        throw UsageError(fmt::format("'{}' would overwrite the scan: give another output", file.string()));
+}
+
+void write_surfaces(const std::vector<Surface>& surfaces, Space space, const Progress& progress) {
+    MeshFiles files;
+    for (const auto& [file, objects] : objects_by_file(surfaces))
+        files.write(objects, file, {space, progress});
+    files.commit();
+}
+
+void verify_surfaces(const std::vector<Surface>& surfaces, Space space, const Progress& progress) {
+    for (const auto& [file, objects] : objects_by_file(surfaces)) {
+        report(progress, 0);
+        verify(objects, file, space);
+    }
+}
+
+void verify(std::span<const MeshObject> objects, const fs::path& file, Space space) {
+    const auto fail = [&](const std::string& why) {
+        throw CheckFailed(fmt::format("'{}' differs from what was written: {}", file.string(), why));
+    };
+    Space stated = Space::none;
+    const Mesh found = read_mesh(file, &stated);
+    if (stated != space) fail("it states another space");
+    std::size_t points = 0, triangles = 0;
+    for (const MeshObject& object : objects) {
+        points += object.mesh->points.size();
+        triangles += object.mesh->triangles.size();
+    }
+    if (found.triangles.size() != triangles)
+        fail(fmt::format("it has {} triangles instead of {}", found.triangles.size(), triangles));
+    const MeshFormat format = mesh_format(file);
+    // STL has no list of points: the reader merges those of the same coordinates.
+    if (found.points.size() != points && format != MeshFormat::stl)
+        fail(fmt::format("it has {} points instead of {}", found.points.size(), points));
+    // A coordinate is rounded twice on its way to metres and back.
+    const float tolerance = format == MeshFormat::glb ? std::numeric_limits<float>::epsilon() : 0;
+    compare_triangles(objects, found, tolerance, [&](std::size_t triangle) {
+        fail(fmt::format("triangle {} has other corners or another orientation", triangle));
+    });
+}
+
+}  // namespace marrow::cli

@@ -1,0 +1,33 @@
+/// Draws surfaces to a picture.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <vector>
+
+#include <marrow/mesh.h>
+#include <marrow/progress.h>
+
+namespace marrow::cli {
+
+/// A surface in a picture.
+struct RenderedSurface {
+    const Mesh* mesh;              ///< LPS millimetres, with normals
+    std::array<double, 3> colour;  ///< red, green, blue from 0 to 1
+    bool translucent;              ///< like glass, so that the surfaces inside are visible
+};
+
+/// The direction of the camera, in degrees: turned from the front (-y) towards the left (x), and raised.
+struct CameraAngles {
+    double turn = 33, rise = 8;
+};
+
+/// Connects to the X display, which OpenGL needs for drawing. \throw IoError there is no display
+void require_display();
+
+/// Draws the surfaces, z up, to a PNG file that appears complete or not at all. The default camera looks from the
+/// patient's front left. \throw IoError no display, or the file cannot be written; Cancelled
+void render(const std::vector<RenderedSurface>& surfaces, const std::filesystem::path& file,
+            const Progress& progress, const CameraAngles& camera = {});
+
+}  // namespace marrow::cli

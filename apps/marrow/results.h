@@ -1,0 +1,109 @@
+/// What the commands find: the numbers that reports print.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <marrow/measure.h>
+#include <marrow/mesh.h>
+#include <marrow/mesh_check.h>
+#include <marrow/mesh_io.h>
+#include <marrow/scan_io.h>
+#include <marrow/terrain.h>
+
+namespace marrow::cli {
+
+/// The volume of a label and of its surface.
+struct LabelVolume {
+    std::int64_t samples = 0;
+    double samples_mm3 = 0, enclosed_mm3 = 0;
+
+    /// The difference of the enclosed volume from that of the samples, %.
+    double change() const { return 100 * (enclosed_mm3 / samples_mm3 - 1); }
+};
+
+/// The effect of one step on a surface.
+struct StepReport {
+    std::string name;  ///< "components", "smooth" or "reduce"
+    MeshMeasures before, after;
+    std::optional<MeshDistance> deviation;  ///< of the surface after from the one before, if it was measured
+    std::string note;                       ///< what the user must know; empty: nothing
+};
+
+/// One extracted surface.
+struct Surface {
+    std::string name;
+    double isovalue = 0;
+    Mesh mesh;
+    std::filesystem::path output;        ///< empty: not written
+    std::vector<StepReport> steps = {};  ///< what was done to it
+    /// Of a surface that was written slab by slab only the size is known; the mesh is empty.
+    struct Size {
+        std::uint64_t points = 0, triangles = 0;
+    };
+    std::optional<Size> in_slabs = {};
+    std::optional<std::array<double, 3>> colour = {};  ///< red, green, blue from 0 to 1
+    std::optional<std::int64_t> label = {};            ///< in a label map, instead of the isovalue
+    LabelVolume label_volume = {};                     ///< with a label
+
+    Size size() const { return in_slabs.value_or(Size{mesh.points.size(), mesh.triangles.size()}); }
+};
+
+/// The wall-clock time of each stage, in seconds.
+struct StageSeconds {
+    double read = 0;
+    double filter = 0;
+    double extract = 0;
+    double refine = 0;
+    double write = 0;  ///< meshes and picture
+    double verify = 0;
+    double total = 0;
+};
+
+/// All that a command found that makes surfaces of a scan.
+struct SurfaceResults {
+    ScanInfo info;
+    std::vector<Surface> surfaces;
+    std::vector<std::string> warnings;
+    StageSeconds seconds;
+};
+
+/// What `marrow info` found in one input.
+struct Finding {
+    std::filesystem::path input;
+    ScanReport report;
+    std::string refusal;  ///< why there is no report; empty: there is
+};
+
+/// What `marrow check` found in one mesh.
+struct CheckedMesh {
+    std::filesystem::path file;
+    Space space = Space::none;
+    MeshCheck found;
+    std::string refusal;  ///< why nothing was found; empty: something was
+
+    /// Only a closed mesh whose triangles all face one way encloses a volume.
+    bool has_volume() const {
+        return found.is_closed() && found.measures.nonmanifold_edges == 0 && found.misoriented_edges == 0;
+    }
+};
+
+/// One level of detail of a terrain.
+struct TerrainLevel {
+    TerrainInfo info;
+    Mesh mesh;
+    std::filesystem::path output;  ///< empty: not written
+};
+
+/// All that `marrow terrain` made.
+struct TerrainResults {
+    std::vector<TerrainLevel> levels;
+    double exaggerate = 1;
+    double extract_seconds = 0, write_seconds = 0, total_seconds = 0;
+};
+
+}  // namespace marrow::cli

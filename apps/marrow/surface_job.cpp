@@ -1,0 +1,76 @@
+// Reads and filters a scan, and delivers the surfaces made of it.
+#include "surface_job.h"
+
+#include <algorithm>
+
+#include <marrow/scan_io.h>
+
+#include "outputs.h"
+#include "render.h"
+#include "report.h"
+
+namespace marrow::cli {
+namespace fs = std::filesystem;
+
+SurfaceJob::SurfaceJob(const SurfaceJobOptions& options, const Console& console,
+                       const std::atomic<bool>& stop)
+    : options_(options), reporter_(options.reporting, console, stop) {}
+
+void SurfaceJob::check_outputs(const std::vector<fs::path>& files) const {
+    for (const fs::path& file : files) check_output(file, options_.scan.path);
+    check_output(options_.output.picture, options_.scan.path);
+    if (!options_.output.picture.empty()) require_display();
+}
+
+Volume SurfaceJob::read_scan(const FilterSteps& steps, const std::function<void(const Volume&)>& inspect) {
+    Volume scan;
+    results.seconds.read = stage("read", [&](const Progress& progress) {
+        ScanOptions options = options_.scan.options;
+        options.progress = progress;
+        scan = marrow::read_scan(options_.scan.path, options, &results.info);
+    });
+    results.warnings = results.info.warnings;
+    if (inspect) inspect(scan);
+    if (steps.any())
+        results.seconds.filter =
+            stage("filter", [&](const Progress& progress) { filter_scan(scan, steps, threads(), progress); });
+    return scan;
+}
+
+double SurfaceJob::stage(const char* name, const std::function<void(const Progress&)>& work) const {
+    return reporter_.stage(name, work);
+}
+
+void SurfaceJob::print_warnings() {
+    for (; printed_warnings_ < results.warnings.size(); ++printed_warnings_)
+        reporter_.warn(results.warnings[printed_warnings_]);
+}
+
+void SurfaceJob::deliver() {
+    print_warnings();
+    const MeshOutput& output = options_.output;
+    StageSeconds& seconds = results.seconds;
+    seconds.write = stage(
+        "write", [&](const Progress& progress) { write_surfaces(results.surfaces, output.space, progress); });
+    if (output.verify)
+        seconds.verify = stage("verify", [&](const Progress& progress) {
+            verify_surfaces(results.surfaces, output.space, progress);
+        });
+    if (!output.picture.empty())
+        seconds.write += stage("picture", [&](const Progress& progress) { draw(progress); });
+    seconds.total = seconds_since(start_);
+    print_results(reporter_, results, output.space);
+}
+
+// The surface of the highest isovalue is the innermost. The others are translucent, so that it is visible.
+void SurfaceJob::draw(const Progress& progress) const {
+    constexpr std::array<double, 3> kNeutral{0.80, 0.81, 0.80};
+    double innermost = results.surfaces.front().isovalue;
+    for (const Surface& surface : results.surfaces) innermost = std::max(innermost, surface.isovalue);
+    std::vector<RenderedSurface> rendered;
+    for (const Surface& surface : results.surfaces)
+        rendered.push_back({&surface.mesh, surface.colour.value_or(kNeutral), surface.isovalue < innermost});
+    render(rendered, options_.output.picture, progress);
+}
+
+}  // namespace marrow::cli

@@ -1,0 +1,53 @@
+/// The stages that all commands share that make surfaces of a scan in memory.
+#pragma once
+
+#include "options.h"
+#include "progress_reporter.h"
+#include "results.h"
+#include "steps.h"
+
+namespace marrow::cli {
+
+/// The options that these commands share.
+struct SurfaceJobOptions {
+    ScanInput scan;
+    MeshOutput output;
+    Reporting reporting;
+};
+
+/// One run of such a command: it reads and filters the scan, and delivers the surfaces that the command makes of it.
+class SurfaceJob {
+  public:
+    SurfaceJob(const SurfaceJobOptions& options, const Console& console, const std::atomic<bool>& stop);
+
+    /// Checks where the results go, before the work starts. \throw UsageError, IoError
+    void check_outputs(const std::vector<std::filesystem::path>& files) const;
+
+    /// Reads the scan, calls `inspect` with it, and does the steps before extraction.
+    /// \throw as read_scan and filter_scan
+    Volume read_scan(const FilterSteps& steps, const std::function<void(const Volume&)>& inspect = {});
+
+    /// Runs a stage of the command. Returns its duration in seconds.
+    double stage(const char* name, const std::function<void(const Progress&)>& work) const;
+
+    /// Prints the warnings of `results` that were not printed yet.
+    void print_warnings();
+
+    /// Writes, verifies, draws and reports the surfaces. \throw IoError, CheckFailed, Cancelled
+    void deliver();
+
+    const SurfaceJobOptions& options() const { return options_; }
+    int threads() const { return options_.scan.options.threads; }
+
+    SurfaceResults results;
+
+  private:
+    void draw(const Progress& progress) const;
+
+    const SurfaceJobOptions& options_;
+    const ProgressReporter reporter_;
+    const Clock::time_point start_ = Clock::now();
+    std::size_t printed_warnings_ = 0;
+};
+
+}  // namespace marrow::cli

@@ -1,0 +1,20 @@
+/// Checks of arguments and results that the entry points share.
+#pragma once
+
+#include <cstdint>
+
+#include <marrow/volume.h>
+
+namespace marrow::internal {
+
+/// \throw InputError bad geometry, or a null pointer to the samples
+void check_volume(const VolumeView& volume);
+/// \throw InputError the isovalue is NaN or infinite
+void check_isovalue(double isovalue);
+/// \throw LimitError more points than the indices of triangles can name
+void check_point_count(std::uint64_t points);
+/// Whether the grid has any cell; without cells there is no surface. A `closed` grid has a layer of samples
+/// more on every side.
+bool has_cells(const Geometry& geometry, bool closed);
+
+}  // namespace marrow::internal

@@ -1,0 +1,26 @@
+/// An axis-aligned bounding box of float coordinates.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <limits>
+
+#include <marrow/vector.h>
+
+namespace marrow::internal {
+
+/// Empty at first: `lower` is above `upper`.
+struct Bounds {
+    static constexpr float kInfinity = std::numeric_limits<float>::infinity();
+    Vec3f lower{kInfinity, kInfinity, kInfinity};
+    Vec3f upper{-kInfinity, -kInfinity, -kInfinity};
+
+    void include(const Vec3f& p) {
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            lower[axis] = std::min(lower[axis], p[axis]);
+            upper[axis] = std::max(upper[axis], p[axis]);
+        }
+    }
+};
+
+}  // namespace marrow::internal

@@ -1,0 +1,15 @@
+/// Finds which points of a mesh are connected through triangles.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <marrow/mesh.h>
+
+namespace marrow::internal {
+
+/// Returns for each point the lowest point that it is connected with through triangles. A point without a
+/// triangle gets its own index. Takes nearly linear time. \pre indices are in range
+std::vector<std::uint32_t> lowest_connected_points(const Mesh& mesh);
+
+}  // namespace marrow::internal

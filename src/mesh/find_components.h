@@ -1,0 +1,33 @@
+/// Finds and measures the connected components of a mesh.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <marrow/mesh.h>
+
+namespace marrow::internal {
+
+/// Triangles that are connected through shared points.
+struct Component {
+    std::uint32_t first_triangle = 0;
+    std::int64_t triangles = 0;
+    double volume = 0;   ///< mm^3; negative if the component faces inward
+    bool closed = true;  ///< every edge has two triangles that agree in orientation
+
+    /// Only a closed component encloses a volume, so an open one is never a cavity.
+    bool is_cavity() const { return closed && volume < 0; }
+};
+
+struct Components {
+    std::vector<Component> all;           ///< in the order of their lowest points
+    std::vector<std::uint32_t> of_point;  ///< an index into `all`; kNone for a point without a triangle
+    static constexpr std::uint32_t kNone = ~std::uint32_t{0};
+
+    std::uint32_t of(const Triangle& t) const { return of_point[t[0]]; }
+};
+
+/// Takes nearly linear time. \pre indices are in range
+Components find_components(const Mesh& mesh);
+
+}  // namespace marrow::internal

@@ -1,0 +1,150 @@
+// Counts the faults of a mesh, and measures its thin walls.
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <numeric>
+#include <vector>
+
+#include <marrow/error.h>
+#include <marrow/mesh_check.h>
+
+#include "base/disjoint_sets.h"
+#include "base/parallel.h"
+#include "check_indices.h"
+#include "find_components.h"
+#include "for_each_range.h"
+#include "half_edges.h"
+#include "self_intersections.h"
+#include "triangle_corners.h"
+#include "triangle_tree.h"
+#include "vertex_triangles.h"
+
+namespace marrow {
+
+using namespace internal;
+
+namespace {
+
+bool has_equal_indices(const Triangle& t) {
+    return t[0] == t[1] || t[1] == t[2] || t[2] == t[0];
+}
+
+void check_input(const Mesh& mesh, const CheckOptions& options) {
+    if (options.min_wall && !(*options.min_wall >= 0))
+        throw InputError("check: the smallest wall must be a number of mm from 0 upwards");
+    check_indices(mesh);
+    if (mesh.triangles.size() >> 32) throw LimitError("check: the mesh has 2^32 triangles or more");
+    for (const Vec3f& p : mesh.points) {
+        if (!std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2]))
+            throw InputError("check: a coordinate of the mesh is not finite");
+    }
+}
+
+// Whether the triangles at a point are connected through the edges at that point.
+bool is_one_fan(const Triangle* begin, const Triangle* end) {
+    struct Spoke {
+        std::uint32_t to;
+        std::size_t triangle;
+    };
+    const auto count = static_cast<std::size_t>(end - begin);
+    std::vector<Spoke> spokes;
+    for (std::size_t i = 0; i < count; ++i) {
+        for (const std::uint32_t to : {begin[i][1], begin[i][2]}) spokes.push_back({to, i});
+    }
+    std::sort(spokes.begin(), spokes.end(), [](const Spoke& a, const Spoke& b) { return a.to < b.to; });
+    std::vector<std::size_t> parents(count);
+    std::iota(parents.begin(), parents.end(), std::size_t{0});
+    std::size_t fans = count;
+    for (std::size_t i = 1; i < spokes.size(); ++i) {
+        if (spokes[i].to == spokes[i - 1].to)
+            fans -= unite(parents, spokes[i - 1].triangle, spokes[i].triangle) ? 1 : 0;
+    }
+    return fans <= 1;
+}
+
+void check_points(const Mesh& mesh, const VertexTriangles& vertex_triangles, MeshCheck& check) {
+    for (std::size_t p = 0; p < mesh.points.size(); ++p) {
+        const Triangle *begin = vertex_triangles.begin(p), *end = vertex_triangles.end(p);
+        if (begin == end)
+            ++check.unused_points;
+        else if (!is_one_fan(begin, end))
+            ++check.nonmanifold_points;
+    }
+}
+
+// Returns for each triangle the length of the ray from its centre inward until it leaves the object; infinity
+// from `min_wall` on.
+std::vector<double> wall_thickness(const Mesh& mesh, const TriangleTree& tree, double min_wall,
+                                   const Progress& progress, double begin, double end) {
+    std::vector<double> thickness(mesh.triangles.size(), std::numeric_limits<double>::infinity());
+    const auto measure_wall = [&](std::size_t i) {
+        const TriangleCorners t = corners_of(mesh, mesh.triangles[i]);
+        const Vec3d outward = scaled_normal(t);
+        const double size = length(outward);
+        if (size == 0) return;
+        const Vec3d inward = (-1 / size) * outward;
+        tree.for_each_hit(centroid(t), inward, min_wall, [&](double distance, std::uint32_t j) {
+            const bool leaves = dot(scaled_normal(corners_of(mesh, mesh.triangles[j])), inward) > 0;
+            if (j != i && leaves && distance < min_wall) thickness[i] = std::min(thickness[i], distance);
+        });
+    };
+    for_each_range(mesh.triangles.size(), 1024, progress, begin, end,
+                   [&](std::size_t first, std::size_t last) {
+                       for (std::size_t i = first; i < last; ++i) measure_wall(i);
+                   });
+    return thickness;
+}
+
+void check_walls(const Mesh& mesh, const std::vector<double>& thickness, MeshCheck& check) {
+    for (std::size_t i = 0; i < thickness.size(); ++i) {
+        if (!std::isfinite(thickness[i])) continue;
+        check.thinnest_wall = std::min(check.thinnest_wall.value_or(thickness[i]), thickness[i]);
+        ++check.thin_triangles;
+        check.thin_area += area(corners_of(mesh, mesh.triangles[i]));
+    }
+}
+
+// \pre no triangle has equal indices
+void check_surface(const Mesh& mesh, const CheckOptions& options, MeshCheck& check) {
+    for (const Triangle& t : mesh.triangles) check.degenerate_triangles += area(corners_of(mesh, t)) == 0;
+    check.measures = measure(mesh);
+    for_each_edge(mesh, [&](const Edge& e) {
+        check.misoriented_edges += e.up + e.down == 2 && (e.up == 2 || e.down == 2);
+    });
+    const VertexTriangles vertex_triangles(mesh);
+    check_points(mesh, vertex_triangles, check);
+    for (const Component& component : find_components(mesh).all) check.cavities += component.is_cavity();
+    const MeshMeasures& m = check.measures;
+    if (check.is_closed() && check.is_manifold() && check.misoriented_edges == 0)
+        check.genus = m.components - (m.euler_characteristic - check.unused_points) / 2;
+
+    if (mesh.triangles.empty()) return;
+    const TriangleTree tree(mesh);
+    const double walls_begin = options.min_wall ? 0.6 : 1;
+    check.self_intersections =
+        count_self_intersections(mesh, tree, vertex_triangles, options.progress, 0, walls_begin);
+    if (options.min_wall)
+        check_walls(mesh, wall_thickness(mesh, tree, *options.min_wall, options.progress, walls_begin, 1),
+                    check);
+}
+
+}  // namespace
+
+MeshCheck check_mesh(const Mesh& mesh, const CheckOptions& options) {
+    check_input(mesh, options);
+    MeshCheck check;
+    if (std::none_of(mesh.triangles.begin(), mesh.triangles.end(), has_equal_indices)) {
+        with_threads(options.threads, [&] { check_surface(mesh, options, check); });
+        return check;
+    }
+    Mesh cleaned;
+    cleaned.points = mesh.points;
+    std::remove_copy_if(mesh.triangles.begin(), mesh.triangles.end(), std::back_inserter(cleaned.triangles),
+                        has_equal_indices);
+    check.degenerate_triangles = static_cast<std::int64_t>(mesh.triangles.size() - cleaned.triangles.size());
+    with_threads(options.threads, [&] { check_surface(cleaned, options, check); });
+    return check;
+}
+
+}  // namespace marrow

@@ -1,0 +1,115 @@
+// An extractor makes the same meshes as extract_isosurface, whatever it extracted before.
+#include <gtest/gtest.h>
+
+#include <marrow/isosurface.h>
+
+#include "support/fields.h"
+#include "support/mesh_checks.h"
+
+namespace marrow::test {
+namespace {
+
+// Smooth samples with noise, with NaN if the type has it, in rows that are not a multiple of a word.
+template <class T>
+Volume scan(Random& random) {
+    std::normal_distribution<double> noise(0, 4);
+    return sampled<T>(grid(150, 43, 29), [&](auto x, auto y, auto z) {
+        if (std::is_floating_point_v<T> && random() % 1000 == 0)
+            return std::numeric_limits<double>::quiet_NaN();
+        const double r = std::hypot(static_cast<double>(x) - 75, 2.0 * static_cast<double>(y) - 43,
+                                    3.0 * static_cast<double>(z) - 43);
+        return std::clamp(120 - 1.7 * r + noise(random), 0.0, 127.0);
+    });
+}
+
+std::vector<Volume> scans() {
+    Random random(5);
+    std::vector<Volume> volumes;
+    volumes.push_back(scan<std::uint8_t>(random));
+    volumes.push_back(scan<std::int8_t>(random));
+    volumes.push_back(scan<std::uint16_t>(random));
+    volumes.push_back(scan<std::int16_t>(random));
+    volumes.push_back(scan<std::int32_t>(random));
+    volumes.push_back(scan<float>(random));
+    volumes.push_back(scan<double>(random));
+    return volumes;
+}
+
+TEST(Extractor, FiftyIsovaluesInAnyOrderGiveTheSameMeshes) {
+    Random random(6);
+    for (const Volume& volume : scans()) {
+        for (const bool closed : {false, true}) {
+            const IsosurfaceOptions options{.closed = closed};
+            IsosurfaceExtractor extractor(volume, options);
+            double isovalue = 60;
+            for (int i = 0; i < 50; ++i) {
+                // Small steps as from a slider, jumps, values of samples, and values beyond all samples.
+                switch (random() % 5) {
+                    case 0:
+                        isovalue = static_cast<double>(random() % 128);
+                        break;
+                    case 1:
+                        isovalue = static_cast<double>(random() % 200) * 1.37 - 60;
+                        break;
+                    default:
+                        isovalue *= 1.03;
+                }
+                IsosurfaceStats one_off, cached;
+                const Mesh fresh = extract_isosurface(volume, isovalue, options, &one_off);
+                const Mesh& again = extractor.extract(isovalue, 0, &cached);
+                ASSERT_EQ(mesh_hash(again), mesh_hash(fresh))
+                    << sample_type_name(volume.type()) << ' ' << isovalue;
+                ASSERT_EQ(cached.non_finite_samples, one_off.non_finite_samples);
+            }
+        }
+    }
+}
+
+TEST(Extractor, PreviewIsTheSurfaceOfEveryNthSample) {
+    Random random(7);
+    const Volume volume = scan<std::int16_t>(random);
+    IsosurfaceExtractor extractor(volume);
+    for (const int level : {1, 2, 3}) {
+        const std::int64_t step = 1 << level;
+        Geometry g = volume.geometry();
+        for (std::size_t a = 0; a < 3; ++a) {
+            g.dims[a] = (g.dims[a] + step - 1) / step;
+            g.spacing[a] *= static_cast<double>(step);
+        }
+        const Volume coarse = sampled<std::int16_t>(g, [&](auto x, auto y, auto z) {
+            return volume.samples<std::int16_t>()[((z * 43 + y) * 150 + x) * step];
+        });
+        for (const double isovalue : {60.0, 61.5}) {
+            EXPECT_EQ(mesh_hash(extractor.extract(isovalue, level)),
+                      mesh_hash(extract_isosurface(coarse, isovalue)));
+        }
+    }
+    EXPECT_EQ(mesh_hash(extractor.extract(60)), mesh_hash(extract_isosurface(volume, 60)));
+}
+
+TEST(Extractor, WorksAfterCancelling) {
+    Random random(8);
+    const Volume volume = scan<float>(random);
+    int calls_left = 1 << 30;
+    IsosurfaceExtractor extractor(volume, {.progress = [&](double) { return --calls_left > 0; }});
+    extractor.extract(50);
+    for (const int calls : {1, 5, 20, 35, 60, 80}) {
+        calls_left = calls;
+        EXPECT_THROW(extractor.extract(70), Cancelled) << calls;
+        calls_left = 1 << 30;
+        EXPECT_EQ(mesh_hash(extractor.extract(52)), mesh_hash(extract_isosurface(volume, 52)));
+    }
+}
+
+TEST(Extractor, EmptyVolumesAndBadArguments) {
+    const Volume empty(grid(0, 4, 4), SampleType::uint8);
+    EXPECT_TRUE(IsosurfaceExtractor(empty).extract(1).points.empty());
+    const Volume volume = checkerboard(4);
+    IsosurfaceExtractor extractor(volume);
+    EXPECT_THROW(extractor.extract(std::nan("")), InputError);
+    EXPECT_THROW(extractor.extract(0.5, -1), InputError);
+    EXPECT_TRUE(extractor.extract(0.5, 2).points.empty());  // one sample is left
+}
+
+}  // namespace
+}  // namespace marrow::test

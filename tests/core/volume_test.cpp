@@ -1,0 +1,57 @@
+// Sample types, and views that every function refuses.
+#include <gtest/gtest.h>
+
+#include <marrow/error.h>
+#include <marrow/histogram.h>
+#include <marrow/isosurface.h>
+#include <marrow/isovalue_sweep.h>
+#include <marrow/labels.h>
+#include <marrow/streaming.h>
+#include <marrow/volume.h>
+#include <marrow/volume_filters.h>
+
+#include "support/fields.h"
+
+namespace marrow::test {
+namespace {
+
+TEST(Volume, VisitsTheTypeOfItsSamples) {
+    for (const SampleType type : {SampleType::uint8, SampleType::int8, SampleType::uint16, SampleType::int16,
+                                  SampleType::int32, SampleType::float32, SampleType::float64}) {
+        const auto [visited, size] = visit_sample_type(
+            type, [](auto sample) { return std::pair(sample_type_of<decltype(sample)>(), sizeof(sample)); });
+        EXPECT_EQ(visited, type);
+        EXPECT_EQ(size, sample_size(type));
+    }
+}
+
+TEST(Volume, EveryFunctionRefusesANullView) {
+    VolumeView null;
+    null.geometry = grid(4, 5, 6);
+    null.type = SampleType::int16;
+    EXPECT_THROW(extract_isosurface(null, 1), InputError);
+    EXPECT_THROW(IsosurfaceExtractor{null}, InputError);
+    EXPECT_THROW(extract_isosurface_classic(null, 1), InputError);
+    EXPECT_THROW(extract_labels(null), InputError);
+    EXPECT_THROW(count_labels(null), InputError);
+    EXPECT_THROW(sweep_isovalues(null, std::vector<double>{1, 2}), InputError);
+    EXPECT_THROW(histogram(null), InputError);
+    EXPECT_THROW(crop(null, {0, 0, 0}, {1, 1, 1}), InputError);
+    EXPECT_THROW(crop(null, Box{{0, 0, 0}, {2, 2, 2}}), InputError);
+    EXPECT_THROW(median_filter(null, 1), InputError);
+    EXPECT_THROW(gaussian_filter(null, 1), InputError);
+    EXPECT_THROW(resample_isotropic(null, 0.5), InputError);
+    const SurfaceSink sink{[](auto, auto, auto) {}, [](const SurfacePart&) {}};
+    EXPECT_THROW(extract_isosurface_in_slabs({null.geometry, null.type, {}}, 1, sink, {}), InputError);
+}
+
+TEST(Volume, AViewWithoutSamplesMayBeNull) {
+    VolumeView empty;
+    EXPECT_TRUE(extract_isosurface(empty, 1).points.empty());
+    EXPECT_TRUE(extract_labels(empty).empty());
+    EXPECT_TRUE(histogram(empty).counts.empty());
+    EXPECT_EQ(median_filter(empty, 1).bytes(), 0u);
+}
+
+}  // namespace
+}  // namespace marrow::test

@@ -1,0 +1,48 @@
+# Builds and runs a small program that uses Marrow in one of three ways.
+# Given: WAY (subdirectory, FetchContent or installed), SHARED (ON or OFF), MARROW (its source folder), BUILD (its build
+# folder), WORK (a folder to use), GENERATOR, CXX, CXX_FLAGS.
+function(must_run)
+  execute_process(COMMAND ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
+  if(NOT result EQUAL 0)
+    list(JOIN ARGN " " command)
+    message(FATAL_ERROR "failed (${result}): ${command}\n${output}")
+  endif()
+endfunction()
+
+# One SIMD target and no optimization: these builds test CMake's side, and the other tests the code.
+set(compiler -G ${GENERATOR} -D CMAKE_CXX_COMPILER=${CXX} -D CMAKE_BUILD_TYPE=Debug
+  "-DCMAKE_CXX_FLAGS=${CXX_FLAGS} -O0 -g0 -DHWY_COMPILE_ONLY_STATIC")
+set(here ${MARROW}/tests/embedding)
+file(REMOVE_RECURSE ${WORK})
+
+if(NOT WAY STREQUAL "installed")
+  must_run(${CMAKE_COMMAND} -S ${here}/core -B ${WORK} ${compiler} -D WAY=${WAY} -D MARROW=${MARROW} -D MARROW_SHARED=${SHARED})
+  must_run(${CMAKE_COMMAND} --build ${WORK})
+  must_run(${WORK}/app)
+  return()
+endif()
+
+# The shared libraries are those of this build; the static ones are built here, without the programs.
+set(build ${BUILD})
+if(NOT SHARED)
+  set(build ${WORK}/marrow)
+  must_run(${CMAKE_COMMAND} -S ${MARROW} -B ${build} ${compiler} -D MARROW_SHARED=OFF -D MARROW_APPS=OFF)
+  must_run(${CMAKE_COMMAND} --build ${build})
+endif()
+must_run(${CMAKE_COMMAND} --install ${build} --prefix ${WORK}/prefix)
+must_run(${CMAKE_COMMAND} -S ${here}/installed -B ${WORK}/app ${compiler} -D CMAKE_PREFIX_PATH=${WORK}/prefix)
+must_run(${CMAKE_COMMAND} --build ${WORK}/app)
+if(SHARED)
+  must_run(${WORK}/prefix/bin/marrow --version)
+endif()
+
+# A scan of 3 x 3 x 3 samples, of which the middle one is inside.
+string(REPEAT "0 " 13 zeros)
+string(REPLACE " " "" zeros "${zeros}")
+file(WRITE ${WORK}/scan.nrrd "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 3 3 3\nspace: left-posterior-superior\n"
+  "space directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (0,0,0)\nencoding: raw\n\n${zeros}1${zeros}")
+must_run(${WORK}/app/app ${WORK}/scan.nrrd ${WORK}/mesh.stl)
+file(SIZE ${WORK}/mesh.stl size)
+if(NOT size GREATER 84)
+  message(FATAL_ERROR "mesh.stl has ${size} bytes and so no triangle")
+endif()
