@@ -22,10 +22,6 @@ std::string to_text(const Json& json) {
 }
 
 // Messages of the library, with the flags of the command line.
-Json message_or_null(const std::string& message) {
-    return text_or_null(name_flags(message));
-}
-
 Json message_list(const std::vector<std::string>& messages) {
     Json list = Json::array();
     for (const std::string& message : messages) list.push_back(name_flags(message));
@@ -111,7 +107,7 @@ Json series_numbers(const SeriesReport& s, bool show_patient) {
         {"smallest_feature_mm", s.smallest_feature ? Json(*s.smallest_feature) : Json()},
         {"memory_bytes", s.memory},
         {"warnings", message_list(s.warnings)},
-        {"refused", message_or_null(s.refusal.value_or(""))}};
+        {"refused", s.refusal ? Json(name_flags(*s.refusal)) : Json()}};
     if (show_patient) one["patient"] = text_or_null(s.patient_name);
     return one;
 }

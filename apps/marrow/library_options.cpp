@@ -14,6 +14,7 @@ struct OptionFlag {
 };
 
 constexpr std::array kFlags{
+    OptionFlag{"inspect_scan", "'marrow info'"},
     // ScanOptions
     OptionFlag{"options.series", "--series"},
     OptionFlag{"options.spacing", "--spacing"},

@@ -44,7 +44,7 @@ void print_series(std::ostream& out, const SeriesReport& s, bool is_chosen, bool
     if (s.memory > 0)
         line("memory", fmt::format("{:.1f} MiB for the samples", static_cast<double>(s.memory) / (1 << 20)));
     for (const std::string& warning : s.warnings) line("warning", name_flags(warning));
-    if (!is_only) line("refused", name_flags(s.refusal.value_or("")));
+    if (!is_only && s.refusal) line("refused", name_flags(*s.refusal));
 }
 
 // Inputs without a report are left out.

@@ -7,8 +7,6 @@
 #include <cstddef>
 #include <functional>
 
-#include <marrow/progress.h>
-
 #include "base/parallel.h"
 #include "base/progress.h"
 
