@@ -1,6 +1,6 @@
 # Checks who includes whom. Given: SOURCE, the root of the repository.
 #
-# A quoted name is a file of the same folder, or a path from src/ (from the application's folder in apps/). The tables
+# A quoted name is a file of the same folder, or a path from src/ (from the application's folder in apps/, or from apps/ for apps/shared). The tables
 # below say which folders a folder may include, and which libraries it may use, so that dependencies run one way.
 cmake_minimum_required(VERSION 3.25)
 set(faults "")
@@ -31,7 +31,7 @@ function(check_folder folder root may_include libraries)
           endif()
         elseif(NOT included_folder IN_LIST may_include)
           list(APPEND faults "${name}: ${folder} may not include ${included_folder}")
-        elseif(NOT EXISTS ${SOURCE}/${root}/${included})
+        elseif(NOT EXISTS ${SOURCE}/${root}/${included} AND NOT EXISTS ${SOURCE}/apps/${included})
           list(APPEND faults "${name}: there is no ${root}/${included}")
         endif()
       elseif(line MATCHES "<([^>]+)>" AND NOT libraries STREQUAL "*")
@@ -79,11 +79,12 @@ check_folder(src/io src "base;io/bytes;io/scan;io/dicom" "fmt/")
 check_folder(src/terrain src "base" "fmt/;tbb/;gdal;ogr_;cpl_")
 
 # Only the main programs include commands.
-check_folder(apps/marrow apps/marrow "" "*" EXCEPT main.cpp terrain_main.cpp)
-check_folder(apps/marrow/commands apps/marrow "." "*")
-check_folder(apps/viewer/model apps/viewer "" "*")
+check_folder(apps/shared apps "" "")
+check_folder(apps/marrow apps/marrow "shared" "*" EXCEPT main.cpp terrain_main.cpp)
+check_folder(apps/marrow/commands apps/marrow ".;shared" "*")
+check_folder(apps/viewer/model apps/viewer "shared" "*")
 check_folder(apps/viewer/views apps/viewer "model" "*")
-check_folder(apps/viewer/window apps/viewer "model;views" "*")
+check_folder(apps/viewer/window apps/viewer "model;views;shared" "*")
 check_folder(apps/viewer apps/viewer "window" "*")
 check_folder(bench bench "paper" "*")
 check_folder(bench/paper bench "" "*")

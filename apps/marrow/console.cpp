@@ -7,7 +7,7 @@
 
 #include <unistd.h>
 
-#include "library_options.h"
+#include "shared/library_options.h"
 
 namespace marrow::cli {
 namespace {
@@ -46,7 +46,7 @@ Console standard_console() {
 
 int exit_code_of(const Console& console, const std::function<ExitCode()>& work) {
     const auto fail = [&](ExitCode code, const std::exception& error) {
-        console.error(name_flags(error.what()));
+        console.error(apps::name_flags(error.what()));
         return code;
     };
     try {

@@ -5,7 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "library_options.h"
+#include "shared/library_options.h"
 
 namespace marrow::cli {
 namespace {
@@ -24,7 +24,7 @@ std::string to_text(const Json& json) {
 // Messages of the library, with the flags of the command line.
 Json message_list(const std::vector<std::string>& messages) {
     Json list = Json::array();
-    for (const std::string& message : messages) list.push_back(name_flags(message));
+    for (const std::string& message : messages) list.push_back(apps::name_flags(message));
     return list;
 }
 
@@ -107,7 +107,7 @@ Json series_numbers(const SeriesReport& s, bool show_patient) {
         {"smallest_feature_mm", s.smallest_feature ? Json(*s.smallest_feature) : Json()},
         {"memory_bytes", s.memory},
         {"warnings", message_list(s.warnings)},
-        {"refused", s.refusal ? Json(name_flags(*s.refusal)) : Json()}};
+        {"refused", s.refusal ? Json(apps::name_flags(*s.refusal)) : Json()}};
     if (show_patient) one["patient"] = text_or_null(s.patient_name);
     return one;
 }
@@ -115,11 +115,11 @@ Json series_numbers(const SeriesReport& s, bool show_patient) {
 Json finding_numbers(const Finding& finding, bool show_patient) {
     Json json{{"input", finding.input.string()}};
     if (!finding.refusal.empty()) {
-        json["refused"] = name_flags(finding.refusal);
+        json["refused"] = apps::name_flags(finding.refusal);
         return json;
     }
     const ScanReport& report = finding.report;
-    json["refused"] = report.chosen ? Json() : Json(name_flags(report.reason));
+    json["refused"] = report.chosen ? Json() : Json(apps::name_flags(report.reason));
     json["format"] = scan_format_name(report.format);
     json["files"] = report.files;
     json["chosen"] = report.chosen ? Json(*report.chosen) : Json();

@@ -5,8 +5,8 @@
 
 #include <fmt/format.h>
 
-#include "library_options.h"
 #include "report_progress.h"
+#include "shared/library_options.h"
 
 namespace marrow::cli {
 
@@ -15,7 +15,7 @@ double seconds_since(Clock::time_point start) {
 }
 
 void ProgressReporter::warn(const std::string& text) const {
-    if (!reporting_.quiet) console_.warning(name_flags(text));
+    if (!reporting_.quiet) console_.warning(apps::name_flags(text));
 }
 
 double ProgressReporter::stage(const char* name, const std::function<void(const Progress&)>& work) const {

@@ -99,9 +99,15 @@ std::optional<Attempt> reduce_within_error(const Mesh& mesh, const Limits& limit
     constexpr int kMaxAttempts = 8;
     const TriangleTree tree(mesh);
     std::vector<bool> fixed(mesh.points.size(), false);
+    // Each attempt starts from the mesh again, but the progress must not decrease.
+    double furthest = 0;
+    const Progress never_decreasing = [&](double fraction) {
+        furthest = std::max(furthest, fraction);
+        return !progress || progress(furthest);
+    };
     for (int i = 0; i < kMaxAttempts; ++i) {
         const double guarded = 0.65 * std::pow(0.9, i) * limits.max_error;
-        Attempt a = attempt(mesh, tree, limits, progress, guarded, fixed);
+        Attempt a = attempt(mesh, tree, limits, never_decreasing, guarded, fixed);
         if (!(a.deviation.max > limits.max_error)) return a;
         for (const std::uint32_t p : a.to_fix) fixed[p] = true;
     }

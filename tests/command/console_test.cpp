@@ -10,7 +10,7 @@
 #include <unistd.h>
 
 #include "console.h"
-#include "library_options.h"
+#include "shared/library_options.h"
 #include "support/command_line.h"
 
 namespace marrow::test {
@@ -58,10 +58,10 @@ TEST(Console, UsesColourOnTerminalsOnly) {
 }
 
 TEST(Console, NamesFlagsInsteadOfLibraryOptions) {
-    EXPECT_EQ(name_flags("3 series; choose one with options.series, or options.series_x"),
+    EXPECT_EQ(apps::name_flags("3 series; choose one with options.series, or options.series_x"),
               "3 series; choose one with --series, or options.series_x");
-    EXPECT_EQ(name_flags("inspect_scan lists all"), "'marrow info' lists all");
-    EXPECT_EQ(name_flags("no option"), "no option");
+    EXPECT_EQ(apps::name_flags("inspect_scan lists all"), "'marrow info' lists all");
+    EXPECT_EQ(apps::name_flags("no option"), "no option");
 }
 
 TEST(Console, SaysHowToGetAProgramThatIsNotInstalled) {

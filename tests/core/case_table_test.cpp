@@ -1,5 +1,5 @@
 // The case table follows its rule: outlines lie in the faces, and neighbours agree on shared faces.
-#include "core/grid/case_table.h"
+#include "core/marching_cubes/case_table.h"
 
 #include <gtest/gtest.h>
 

@@ -157,6 +157,11 @@ TEST(MeshThreads, ProgressNeverRunsBackward) {
     last = 0;
     mesh_distance(mesh, smoothed, {.progress = progress});
     EXPECT_NEAR(last, 1, 1e-9);
+    last = 0;
+    smooth(mesh, {.progress = progress});
+    last = 0;
+    simplify(mesh, {.max_error = 0.3, .progress = progress});
+    EXPECT_GT(last, 0);
 }
 
 }  // namespace

@@ -15,7 +15,7 @@
 #include <marrow/isosurface.h>
 #include <marrow/measure.h>
 
-#include "core/grid/case_table.h"
+#include "core/marching_cubes/case_table.h"
 #include "support/fields.h"
 
 namespace marrow {

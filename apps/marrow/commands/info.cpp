@@ -10,7 +10,7 @@
 #include <marrow/scan_io.h>
 
 #include "json_report.h"
-#include "library_options.h"
+#include "shared/library_options.h"
 
 namespace marrow::cli {
 namespace fs = std::filesystem;
@@ -43,8 +43,8 @@ void print_series(std::ostream& out, const SeriesReport& s, bool is_chosen, bool
         line("smallest detail", fmt::format("{:.3g} mm, two samples wide", *s.smallest_feature));
     if (s.memory > 0)
         line("memory", fmt::format("{:.1f} MiB for the samples", static_cast<double>(s.memory) / (1 << 20)));
-    for (const std::string& warning : s.warnings) line("warning", name_flags(warning));
-    if (!is_only && s.refusal) line("refused", name_flags(*s.refusal));
+    for (const std::string& warning : s.warnings) line("warning", apps::name_flags(warning));
+    if (!is_only && s.refusal) line("refused", apps::name_flags(*s.refusal));
 }
 
 // Inputs without a report are left out.
@@ -55,11 +55,12 @@ void print_findings(std::ostream& out, const std::vector<Finding>& findings, boo
         if (findings.size() > 1) out << finding.input.string() << ": ";
         out << fmt::format("{}, {} files, {} series\n", scan_format_name(report.format), report.files,
                            report.series.size());
-        for (const std::string& warning : report.warnings) out << "warning: " << name_flags(warning) << '\n';
+        for (const std::string& warning : report.warnings)
+            out << "warning: " << apps::name_flags(warning) << '\n';
         if (report.chosen)
-            out << "the series marked * would be read: " << name_flags(report.reason) << '\n';
+            out << "the series marked * would be read: " << apps::name_flags(report.reason) << '\n';
         else
-            out << "nothing would be read: " << name_flags(report.reason) << '\n';
+            out << "nothing would be read: " << apps::name_flags(report.reason) << '\n';
         for (std::size_t i = 0; i < report.series.size(); ++i)
             print_series(out, report.series[i], report.chosen == i, report.series.size() == 1, show_patient);
     }
@@ -72,7 +73,7 @@ Finding inspect(const fs::path& input, const ScanOptions& options, const Console
     const auto fail = [&](ExitCode failure, const Error& error) {
         finding.refusal = error.what();
         if (code == kOk) code = failure;
-        if (!json) console.error(name_flags(finding.refusal));
+        if (!json) console.error(apps::name_flags(finding.refusal));
     };
     try {
         finding.report = inspect_scan(input, options);

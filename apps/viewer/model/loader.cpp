@@ -1,5 +1,6 @@
 // Opens scans on a worker thread and reports to the thread of the window.
 #include "loader.h"
+#include "shared/library_options.h"
 
 #include <chrono>
 #include <new>
@@ -68,7 +69,7 @@ void Loader::open(const fs::path& input, const ScanOptions& options) {
         } catch (const std::bad_alloc&) {
             end([this] { emit failed(tr("Not enough memory for this scan.")); });
         } catch (const std::exception& error) {
-            end([this, text = QString::fromUtf8(error.what())] { emit failed(text); });
+            end([this, text = QString::fromStdString(apps::name_flags(error.what()))] { emit failed(text); });
         }
     });
 }

@@ -1,5 +1,6 @@
 // Lays out the dialogs and reads their fields.
 #include "dialogs.h"
+#include "shared/library_options.h"
 
 #include <algorithm>
 #include <array>
@@ -73,9 +74,10 @@ void SeriesDialog::fill_row(int row, const SeriesReport& series) {
     const std::array<QString, 3> spacing{QString::number(info.spacing[0], 'g', 3),
                                          QString::number(info.spacing[1], 'g', 3),
                                          QString::number(info.spacing[2], 'g', 3)};
-    const QString remarks = QString::fromStdString(series.refusal             ? *series.refusal
-                                                   : !series.warnings.empty() ? series.warnings.front()
-                                                                              : std::string());
+    const QString remarks =
+        QString::fromStdString(apps::name_flags(series.refusal             ? *series.refusal
+                                                : !series.warnings.empty() ? series.warnings.front()
+                                                                           : std::string()));
     const QStringList texts{QString::fromStdString(info.description),
                             QString::fromStdString(info.modality),
                             triple(info.dims),

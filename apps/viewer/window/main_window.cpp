@@ -13,6 +13,7 @@
 #include <QStatusBar>
 
 #include "help.h"
+#include "shared/library_options.h"
 #include "views/screenshots.h"
 
 namespace marrow::viewer {
@@ -218,7 +219,7 @@ void MainWindow::show_opened(const std::shared_ptr<const Scan>& scan) {
     remember(*scan);
     QString warnings;
     for (const std::string& warning : scan->info.warnings)
-        warnings += (warnings.isEmpty() ? "" : "\n") + QString::fromStdString(warning);
+        warnings += (warnings.isEmpty() ? "" : "\n") + QString::fromStdString(apps::name_flags(warning));
     if (!warnings.isEmpty()) banner_->show_message(warnings, true);
 }
 
@@ -263,8 +264,7 @@ void MainWindow::choose_series(const fs::path& input, const ScanOptions& options
 }
 
 void MainWindow::remember(const Scan& scan) {
-    if (scan.options.series || scan.options.spacing)
-        return;  // the path alone would not open it again
+    if (scan.options.series || scan.options.spacing) return;  // the path alone would not open it again
     QSettings settings;
     const QString path = from_path(fs::absolute(scan.input).lexically_normal());
     settings.setValue("scan_folder", QFileInfo(path).path());

@@ -11,7 +11,7 @@
 #include <memory>
 
 #include "cell_measures.h"
-#include "core/grid/case_table.h"
+#include "core/marching_cubes/case_table.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace marrow::internal::HWY_NAMESPACE {

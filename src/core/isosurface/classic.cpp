@@ -7,9 +7,9 @@
 #include <marrow/error.h>
 #include <marrow/isosurface.h>
 
-#include "core/grid/case_table.h"
 #include "core/grid/index_to_physical.h"
 #include "core/grid/threshold.h"
+#include "core/marching_cubes/case_table.h"
 #include "core/volume/checks.h"
 
 namespace marrow {

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <bit>
 
-#include "core/grid/case_table.h"
+#include "case_table.h"
 #include "emit.h"
 #include "row_bits-inl.h"
 

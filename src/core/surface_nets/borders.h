@@ -19,7 +19,7 @@
 #include <marrow/progress.h>
 #include <marrow/volume.h>
 
-#include "core/grid/case_table.h"
+#include "core/grid/cell.h"
 
 namespace marrow::internal {
 

@@ -19,7 +19,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/grid/case_table.h"
+#include "core/grid/cell.h"
 
 namespace marrow::internal {
 

@@ -5,7 +5,7 @@
 #include <cctype>
 #include <string_view>
 
-namespace marrow::cli {
+namespace marrow::apps {
 namespace {
 
 struct OptionFlag {
@@ -55,4 +55,4 @@ std::string name_flags(std::string message) {
     return message;
 }
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps
