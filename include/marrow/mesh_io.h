@@ -68,7 +68,7 @@ struct MeshObject {
 MARROW_EXPORT void write_mesh(const Mesh& mesh, const std::filesystem::path& output,
                               const MeshWriteOptions& options = {});
 
-/// Writes several  to one file.
+/// Writes several surfaces to one file.
 /// \throw the errors of write_mesh; InputError there is no surface, or the format does not hold several
 MARROW_EXPORT void write_meshes(std::span<const MeshObject> objects, const std::filesystem::path& output,
                                 const MeshWriteOptions& options = {});
