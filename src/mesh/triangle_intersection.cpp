@@ -1,4 +1,4 @@
-// Intersects triangles with exact predicates. Floating-point expansions decide cases in which rounding could be wrong.
+// Intersects triangles with exact predicates. Expansions decide the cases where rounding could be wrong.
 #include "triangle_intersection.h"
 
 #include <algorithm>

@@ -3,8 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include "support/command_line.h"
 #include "cranium.h"
+#include "support/command_line.h"
 
 namespace marrow::test {
 namespace {

@@ -6,8 +6,8 @@
 #include <gtest/gtest.h>
 
 #include <marrow/isosurface.h>
-#include <marrow/measure.h>
 #include <marrow/isovalue_sweep.h>
+#include <marrow/measure.h>
 
 #include "support/fields.h"
 

@@ -116,7 +116,8 @@ TEST(Snap, SmoothSurfacesLoseAThirdOfTheirPointsAndAllSlivers) {
         EXPECT_LE(static_cast<double>(after.points.size()), 0.7 * static_cast<double>(before.points.size()));
         EXPECT_LE(roughness(after, 3).roughness, roughness(before, 3).roughness);
         EXPECT_NEAR(measure(after).volume, measure(before).volume, 0.003 * measure(before).volume);
-        EXPECT_LT(mesh_distance(before, after, {.samples = 20000}).mean, 0.01) << "merged points are on the surface";
+        EXPECT_LT(mesh_distance(before, after, {.samples = 20000}).mean, 0.01)
+            << "merged points are on the surface";
     }
 }
 

@@ -6,9 +6,9 @@
 #include <limits>
 
 #include <marrow/error.h>
-#include <marrow/volume_filters.h>
 #include <marrow/isosurface.h>
 #include <marrow/measure.h>
+#include <marrow/volume_filters.h>
 
 #include "support/fields.h"
 

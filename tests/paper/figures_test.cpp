@@ -23,8 +23,8 @@ namespace {
 
 using internal::Case;
 using internal::kCases;
-using internal::kEdgeCorners;
 using internal::kCellEdges;
+using internal::kEdgeCorners;
 
 // ---- Figure 5: the index 01000001 and the edges it cuts ----
 

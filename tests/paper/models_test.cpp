@@ -8,8 +8,8 @@
 #include <marrow/scan_io.h>
 
 #include "cranium.h"
-#include "support/mesh_checks.h"
 #include "models.h"
+#include "support/mesh_checks.h"
 
 namespace marrow::test {
 namespace {
@@ -47,7 +47,8 @@ TEST(PaperModels, SnappingSavesAQuarterMoreWithoutSliversOrRoughness) {
         EXPECT_EQ(triangle_quality(before).smallest_angle, 0) << model.name;
         EXPECT_GE(triangle_quality(after).smallest_angle, 5) << model.name;
         EXPECT_LE(roughness(after, 3).roughness, roughness(before, 3).roughness) << model.name;
-        EXPECT_LE(mesh_distance(before, after, {.samples = 50'000}).max, kSnap * longest + 1e-4) << model.name;
+        EXPECT_LE(mesh_distance(before, after, {.samples = 50'000}).max, kSnap * longest + 1e-4)
+            << model.name;
         const MeshMeasures one = measure(before), other = measure(after);
         EXPECT_EQ(other.euler_characteristic, one.euler_characteristic) << model.name;
         EXPECT_EQ(other.components, one.components) << model.name;
