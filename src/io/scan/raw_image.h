@@ -4,7 +4,9 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <marrow/scan_io.h>
@@ -15,6 +17,20 @@ namespace marrow::internal::io {
 /// The sample types of files. A Volume lacks some of them; those become float64, or an error if that is not
 /// exact.
 enum class StoredType { uint8, int8, uint16, int16, uint32, int32, uint64, int64, float32, float64 };
+
+/// What a header calls a sample type.
+struct TypeName {
+    std::string_view name;
+    StoredType type;
+};
+
+/// The type with this name, if the table has it.
+inline std::optional<StoredType> find_type(std::span<const TypeName> names, std::string_view name) {
+    for (const TypeName& entry : names) {
+        if (entry.name == name) return entry.type;
+    }
+    return {};
+}
 
 /// The content of a header. Its values are plausible but not yet compared with the data.
 struct RawImage {
