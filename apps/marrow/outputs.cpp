@@ -11,7 +11,7 @@
 #include <fmt/format.h>
 
 #include "console.h"
-#include "report_progress.h"
+#include "shared/report_progress.h"
 
 namespace marrow::cli {
 namespace fs = std::filesystem;
@@ -121,7 +121,7 @@ void write_surfaces(const std::vector<Surface>& surfaces, Space space, const Pro
 
 void verify_surfaces(const std::vector<Surface>& surfaces, Space space, const Progress& progress) {
     for (const auto& [file, objects] : objects_by_file(surfaces)) {
-        report(progress, 0);
+        apps::report(progress, 0);
         verify(objects, file, space);
     }
 }

@@ -5,8 +5,8 @@
 
 #include <fmt/format.h>
 
-#include "report_progress.h"
 #include "shared/library_options.h"
+#include "shared/report_progress.h"
 
 namespace marrow::cli {
 
@@ -33,7 +33,7 @@ double ProgressReporter::stage(const char* name, const std::function<void(const 
         if (drawn != start) console_.err << "\r\x1b[K" << std::flush;
     };
     try {
-        report(progress, 0);
+        apps::report(progress, 0);
         work(progress);
     } catch (...) {
         erase();

@@ -44,7 +44,7 @@
 #include <marrow/error.h>
 #include <marrow/vector.h>
 
-#include "report_progress.h"
+#include "shared/report_progress.h"
 
 VTK_MODULE_INIT(vtkRenderingOpenGL2);
 
@@ -240,7 +240,7 @@ void render(const std::vector<RenderedSurface>& surfaces, const std::filesystem:
     const vtkSmartPointer<vtkUnsignedCharArray> png = draw(renderer);
     if (!png || png->GetNumberOfValues() == 0)
         throw IoError("cannot draw '" + file.string() + "': VTK made no picture");
-    report(progress, 1);  // drawing cannot be cancelled, but writing can
+    apps::report(progress, 1);  // drawing cannot be cancelled, but writing can
     AtomicFile out(file);
     out.write(png->GetPointer(0), static_cast<std::size_t>(png->GetNumberOfValues()));
     out.commit();

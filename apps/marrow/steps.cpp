@@ -13,7 +13,7 @@
 #include <marrow/smooth.h>
 
 #include "console.h"
-#include "report_progress.h"
+#include "shared/report_progress.h"
 
 namespace marrow::cli {
 namespace {
@@ -197,7 +197,7 @@ std::vector<StepReport> refine_surface(Mesh& mesh, const SurfaceSteps& steps, co
                                        int threads, const Progress& progress) {
     std::vector<StepReport> reports;
     const auto step = [&](const char* name, auto change) {
-        report(progress, 0);
+        apps::report(progress, 0);
         const MeshMeasures before = reports.empty() ? measure(mesh) : reports.back().after;
         StepReport done{name, before, {}, {}, {}};
         mesh = change(done);

@@ -17,7 +17,7 @@ file(REMOVE_RECURSE ${WORK})
 
 if(NOT WAY STREQUAL "installed")
   must_run(${CMAKE_COMMAND} -S ${here}/core -B ${WORK} ${compiler} -D WAY=${WAY} -D MARROW=${MARROW} -D MARROW_SHARED=${SHARED})
-  must_run(${CMAKE_COMMAND} --build ${WORK})
+  must_run(${CMAKE_COMMAND} --build ${WORK} --target app)
   must_run(${WORK}/app)
   return()
 endif()

@@ -12,6 +12,7 @@
 
 #include "model/ray_pick.h"
 #include "model/worker.h"
+#include "shared/report_progress.h"
 #include "views/slice_geometry.h"
 
 namespace marrow::viewer {
@@ -181,7 +182,7 @@ TEST(Worker, TheNewestRequestWinsAndUrgentOnesInterrupt) {
     const auto slow = [&](const Progress& job_progress) {
         ++slow_starts;
         while (!stop) {
-            report(job_progress, 0);
+            apps::report(job_progress, 0);
             std::this_thread::yield();
         }
         ++slow_ends;
@@ -208,7 +209,7 @@ TEST(Worker, FrequentRequestsDoNotStarve) {
     const auto job = [&](const Progress& job_progress) {
         ++starts;
         while (!stop) {
-            report(job_progress, 0);
+            apps::report(job_progress, 0);
             std::this_thread::yield();
         }
         ++ends;

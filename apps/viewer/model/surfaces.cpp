@@ -1,5 +1,6 @@
 // Posts extractions and measurements to two workers and accepts their results.
 #include "surfaces.h"
+#include "shared/report_progress.h"
 
 #include <chrono>
 #include <new>
@@ -178,7 +179,7 @@ void Surfaces::post(int id, int level) {
             const Mesh& extracted = source->extract(isovalue, level, job_progress);
             shape->milliseconds =
                 std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-            report(job_progress, 1);
+            apps::report(job_progress, 1);
             shape->isovalue = isovalue;
             shape->level = level;
             shape->mesh = std::make_shared<Mesh>(
@@ -224,7 +225,7 @@ void Surfaces::post_measure(int id, std::shared_ptr<Shape> shape) {
     if (urgency == 0) measuring_.forget({1, id});
     measuring_.forget({urgency, id});
     measuring_.post({urgency, id}, [this, id, shape](const Progress& job_progress) {
-        report(job_progress, 0);
+        apps::report(job_progress, 0);
         const MeshMeasures measures = measure(*shape->mesh);
         QMetaObject::invokeMethod(
             this,

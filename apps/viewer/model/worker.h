@@ -15,11 +15,6 @@
 
 namespace marrow::viewer {
 
-/// Calls `progress` if there is one. \throw Cancelled if it returns false
-inline void report(const Progress& progress, double fraction) {
-    if (progress && !progress(fraction)) throw Cancelled();
-}
-
 /// Runs one job at a time, the most urgent first.
 ///
 /// A new job replaces a waiting job with the same key. A running job with this key continues, so that results
