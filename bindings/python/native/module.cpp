@@ -1,0 +1,11 @@
+// The native module below the package `marrow`. It converts types and errors; the package is the public interface.
+#include <pybind11/pybind11.h>
+
+#include <marrow/version.h>
+
+#include "errors.h"
+
+PYBIND11_MODULE(_marrow, module) {
+    marrow::python::add_errors(module);
+    module.attr("__version__") = MARROW_VERSION;
+}
