@@ -1,7 +1,9 @@
 """Isosurfaces from CT and MRI scans by marching cubes with histogram pyramids."""
 
+from ._isosurface import extract
 from ._marrow import (
     Cancelled,
+    EmptySurface,
     Error,
     GeometryError,
     InputError,
@@ -9,5 +11,18 @@ from ._marrow import (
     LimitError,
     __version__,
 )
+from ._mesh import Mesh
+from ._volume import Volume
 
-__all__ = ["Cancelled", "Error", "GeometryError", "InputError", "IoError", "LimitError"]
+__all__ = [
+    "Cancelled",
+    "EmptySurface",
+    "Error",
+    "GeometryError",
+    "InputError",
+    "IoError",
+    "LimitError",
+    "Mesh",
+    "Volume",
+    "extract",
+]

@@ -63,6 +63,8 @@ void add_errors(py::module_& module) {
                       bases(error_type, PyExc_MemoryError));
     cancelled = add(module, "Cancelled", "The progress callback returned False, which stops the work.",
                     py::make_tuple(py::handle(error_type)));
+    add(module, "EmptySurface", "There is no surface: all samples are on one side of the isovalue.",
+        bases(input_error, PyExc_RuntimeError));
     py::register_exception_translator(translate);
 }
 

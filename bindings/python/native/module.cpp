@@ -4,8 +4,12 @@
 #include <marrow/version.h>
 
 #include "errors.h"
+#include "isosurface.h"
+#include "volume.h"
 
 PYBIND11_MODULE(_marrow, module) {
     marrow::python::add_errors(module);
+    marrow::python::add_volume(module);
+    marrow::python::add_isosurface(module);
     module.attr("__version__") = MARROW_VERSION;
 }
