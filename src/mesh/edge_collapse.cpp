@@ -20,8 +20,10 @@ namespace {
 // positions.
 constexpr double kPointWeight = 1e-5;
 // A triangle is thin if its height is below this fraction of its longest edge. A collapse must not make it
-// thinner.
+// thinner by more than this factor: the points around a sample that equals the isovalue are so close to each
+// other that merging any two changes the slivers beside them much, until these vanish too.
 constexpr double kThin = 0.05;
+constexpr double kMostThinning = 2;
 constexpr double kMinCosine = 0.2;  // between the normals of a triangle before and after a collapse
 // The squared error at an end of an edge may be this many times the least squared error of the edge.
 constexpr double kMaxErrorRatio = 9;
@@ -288,7 +290,7 @@ bool EdgeCollapse::meets_link_condition(Half h) {
 }
 
 // Whether the triangles at `point`, except those at `other`, keep their shape if `point` moves to `position`:
-// they neither flip nor become thinner while thin. The normal of a thin triangle means little, so the sum of
+// they neither flip nor become much thinner while thin. The normal of a thin triangle means little, so the sum of
 // the one-ring's normals replaces it.
 bool EdgeCollapse::keeps_shape(const Ring& ring, std::uint32_t point, std::uint32_t other,
                                const Vec3d& position) const {
@@ -306,7 +308,8 @@ bool EdgeCollapse::keeps_shape(const Ring& ring, std::uint32_t point, std::uint3
         };
         const double edge = longest_edge(position), old_edge = longest_edge(old_position);
         const bool was_thin = !(old_area > kThin * kThin * old_edge);
-        const bool is_thinner = edge > 0 ? area * old_edge < old_area * edge : old_area > 0;
+        const bool is_thinner =
+            edge > 0 ? kMostThinning * kMostThinning * area * old_edge < old_area * edge : old_area > 0;
         const Vec3d& facing = was_thin ? ring.normal : old_normal;
         const double cosine = dot(facing, normal), sizes = dot(facing, facing) * area;
         const bool flips = sizes > 0 && !(cosine > 0 && cosine * cosine > kMinCosine * kMinCosine * sizes);
