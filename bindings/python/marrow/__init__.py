@@ -12,6 +12,7 @@ from ._marrow import (
     __version__,
 )
 from ._mesh import Mesh
+from ._skimage import MarchingCubes, marching_cubes
 from ._volume import Volume
 
 __all__ = [
@@ -22,7 +23,9 @@ __all__ = [
     "InputError",
     "IoError",
     "LimitError",
+    "MarchingCubes",
     "Mesh",
     "Volume",
     "extract",
+    "marching_cubes",
 ]
