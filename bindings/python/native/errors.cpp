@@ -1,6 +1,6 @@
 #include "errors.h"
 
-#include <marrow/error.h>
+#include <string>
 
 namespace py = pybind11;
 
@@ -15,6 +15,7 @@ PyObject* geometry_error = nullptr;
 PyObject* io_error = nullptr;
 PyObject* limit_error = nullptr;
 PyObject* cancelled = nullptr;
+PyObject* empty_surface = nullptr;
 
 PyObject* add(py::module_& module, const char* name, const char* doc, const py::tuple& bases) {
     const std::string full_name = std::string("marrow.") + name;
@@ -27,6 +28,8 @@ PyObject* add(py::module_& module, const char* name, const char* doc, const py::
 void translate(std::exception_ptr exception) {
     try {
         if (exception) std::rethrow_exception(exception);
+    } catch (const EmptySurface& e) {
+        PyErr_SetString(empty_surface, e.what());
     } catch (const GeometryError& e) {
         PyErr_SetString(geometry_error, e.what());
     } catch (const InputError& e) {
@@ -63,8 +66,9 @@ void add_errors(py::module_& module) {
                       bases(error_type, PyExc_MemoryError));
     cancelled = add(module, "Cancelled", "The progress callback returned False, which stops the work.",
                     py::make_tuple(py::handle(error_type)));
-    add(module, "EmptySurface", "There is no surface: all samples are on one side of the isovalue.",
-        bases(input_error, PyExc_RuntimeError));
+    empty_surface =
+        add(module, "EmptySurface", "There is no surface: all samples are on one side of the isovalue.",
+            bases(input_error, PyExc_RuntimeError));
     py::register_exception_translator(translate);
 }
 

@@ -4,6 +4,9 @@
 #include <pybind11/pybind11.h>
 
 #include <functional>
+#include <optional>
+#include <type_traits>
+#include <utility>
 
 #include <marrow/progress.h>
 
@@ -17,5 +20,25 @@ namespace marrow::python {
 /// No Python code runs on other threads: they could wait for a lock that the caller holds. \pre the caller holds the
 /// lock, and `work` touches no Python object
 void run_long_work(const pybind11::object& progress, const std::function<void(const Progress&)>& work);
+
+/// Returns function(progress), which run_long_work calls.
+template <class Function>
+auto compute(const pybind11::object& progress, const Function& function) {
+    std::optional<std::invoke_result_t<const Function&, const Progress&>> result;
+    run_long_work(progress, [&](const Progress& report) { result.emplace(function(report)); });
+    return std::move(*result);
+}
+
+/// Runs a function on the thread that called run_long_work, which takes the interpreter's lock for it, and waits until it has
+/// returned. The work's own thread calls it. \throw Cancelled the function raised a Python exception, which then goes on
+/// to the caller as above
+using CallPython = std::function<void(const std::function<void()>& function)>;
+
+/// As above, for work that needs Python in between.
+void run_long_work(const pybind11::object& progress,
+                   const std::function<void(const Progress&, const CallPython&)>& work);
+
+/// Cancels, when the interpreter shuts down, the work of threads that it does not wait for.
+void stop_long_work_at_exit();
 
 }  // namespace marrow::python

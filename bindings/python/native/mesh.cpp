@@ -5,6 +5,10 @@
 #include <memory>
 #include <utility>
 
+#include <marrow/error.h>
+
+#include "module.h"
+
 namespace py = pybind11;
 
 namespace marrow::python {
@@ -20,10 +24,47 @@ py::array rows_of_three(const py::dtype& type, std::size_t rows, const void* dat
     return py::array(type, {static_cast<py::ssize_t>(rows), py::ssize_t{3}}, data, owner);
 }
 
+bool is_rows_of_three(const py::array& array) {
+    return array.ndim() == 2 && array.shape(1) == 3 && (array.flags() & py::array::c_style) != 0;
+}
+
+// The rows of an array of (n, 3) elements of type T, whose bits are also those of `Element`.
+template <class Element, class T>
+bool find_rows(const py::object& object, py::array& array, std::span<const Element>& rows) {
+    if (!py::isinstance<py::array_t<T>>(object)) return false;
+    array = py::reinterpret_borrow<py::array>(object);
+    if (!is_rows_of_three(array)) return false;
+    rows = {static_cast<const Element*>(array.data()), static_cast<std::size_t>(array.shape(0))};
+    return true;
+}
+
 }  // namespace
 
-py::tuple to_python(Mesh&& result) {
-    const auto mesh = std::make_shared<Mesh>(std::move(result));
+ArrayMesh::ArrayMesh(const py::object& points, const py::object& triangles, const py::object& normals) {
+    if (!find_rows<Vec3f, float>(points, points_, point_span_))
+        throw InputError("points are not a C-contiguous array of float32 with the shape (n, 3)");
+    if (!find_rows<Triangle, std::int32_t>(triangles, triangles_, triangle_span_) &&
+        !find_rows<Triangle, std::uint32_t>(triangles, triangles_, triangle_span_))
+        throw InputError("triangles are not a C-contiguous array of int32 with the shape (m, 3)");
+    if (normals.is_none()) return;
+    if (!find_rows<Vec3f, float>(normals, normals_, normal_span_) ||
+        normal_span_.size() != point_span_.size())
+        throw InputError("normals are not a C-contiguous array of float32 with the shape of points");
+}
+
+Mesh ArrayMesh::mesh() const {
+    Mesh mesh;
+    mesh.points.assign(point_span_.begin(), point_span_.end());
+    mesh.normals.assign(normal_span_.begin(), normal_span_.end());
+    mesh.triangles.assign(triangle_span_.begin(), triangle_span_.end());
+    return mesh;
+}
+
+py::tuple to_python(Mesh&& mesh) {
+    return to_python(std::make_shared<Mesh>(std::move(mesh)));
+}
+
+py::tuple to_python(const std::shared_ptr<Mesh>& mesh) {
     const bool fits = mesh->points.size() <= std::size_t{std::numeric_limits<std::int32_t>::max()} + 1;
     const py::dtype index = fits ? py::dtype::of<std::int32_t>() : py::dtype::of<std::uint32_t>();
     const py::dtype real = py::dtype::of<float>();
@@ -33,6 +74,12 @@ py::tuple to_python(Mesh&& result) {
     return py::make_tuple(rows_of_three(real, mesh->points.size(), mesh->points.data(), mesh),
                           rows_of_three(index, mesh->triangles.size(), mesh->triangles.data(), mesh),
                           normals);
+}
+
+void add_mesh(py::module_& module) {
+    py::class_<ArrayMesh>(module, "ArrayMesh")
+        .def(py::init<const py::object&, const py::object&, const py::object&>(), py::arg("points"),
+             py::arg("triangles"), py::arg("normals"));
 }
 
 }  // namespace marrow::python

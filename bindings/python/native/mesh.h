@@ -3,13 +3,34 @@
 
 #include <pybind11/numpy.h>
 
+#include <memory>
+#include <span>
+
 #include <marrow/mesh.h>
 
 namespace marrow::python {
 
-/// A mesh as the tuple (points, triangles, normals) of C-contiguous, writable arrays that take its memory over; each keeps
-/// the whole mesh alive. Points and normals are float32, triangles int32, or uint32 where int32 cannot number the points.
-/// `normals` is None without normals.
+/// A mesh whose arrays belong to NumPy.
+class ArrayMesh {
+  public:
+    /// `points` is float32 (n, 3), `triangles` int32 or uint32 (m, 3), `normals` as `points` or None, all C-contiguous.
+    /// \throw InputError other arrays
+    ArrayMesh(const pybind11::object& points, const pybind11::object& triangles,
+              const pybind11::object& normals);
+
+    /// A copy of the mesh. It needs no interpreter's lock.
+    Mesh mesh() const;
+
+  private:
+    pybind11::array points_, triangles_, normals_;  // keep the memory alive
+    std::span<const Vec3f> point_span_, normal_span_;
+    std::span<const Triangle> triangle_span_;
+};
+
+/// A mesh as the tuple (points, triangles, normals) of C-contiguous, writable arrays, without a copy; each keeps the whole mesh
+/// alive. Points and normals are float32, triangles int32, or uint32 where int32 cannot number the points. `normals` is
+/// None for a mesh without normals.
+pybind11::tuple to_python(const std::shared_ptr<Mesh>& mesh);
 pybind11::tuple to_python(Mesh&& mesh);
 
 }  // namespace marrow::python

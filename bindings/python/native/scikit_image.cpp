@@ -1,6 +1,4 @@
 // What scikit-image's marching_cubes returns beyond an isosurface: another winding, and a value for each point.
-#include "scikit_image.h"
-
 #include <pybind11/numpy.h>
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
@@ -19,6 +17,7 @@
 
 #include "long_work.h"
 #include "mesh.h"
+#include "module.h"
 #include "volume.h"
 
 namespace py = pybind11;

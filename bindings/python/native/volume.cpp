@@ -5,13 +5,13 @@
 #include <cstdint>
 #include <cstdlib>
 #include <memory>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include <marrow/error.h>
 
+#include "module.h"
 #include "vectors.h"
 
 namespace py = pybind11;
@@ -19,29 +19,6 @@ namespace py = pybind11;
 namespace marrow::python {
 
 namespace {
-
-std::optional<SampleType> sample_type(const py::dtype& type) {
-    if (!type.attr("isnative").cast<bool>()) return {};
-    switch (type.kind()) {
-        case 'b':
-            return SampleType::uint8;
-        case 'u':
-            if (type.itemsize() == 1) return SampleType::uint8;
-            if (type.itemsize() == 2) return SampleType::uint16;
-            return {};
-        case 'i':
-            if (type.itemsize() == 1) return SampleType::int8;
-            if (type.itemsize() == 2) return SampleType::int16;
-            if (type.itemsize() == 4) return SampleType::int32;
-            return {};
-        case 'f':
-            if (type.itemsize() == 4) return SampleType::float32;
-            if (type.itemsize() == 8) return SampleType::float64;
-            return {};
-        default:
-            return {};
-    }
-}
 
 py::dtype dtype_of(SampleType type) {
     return visit_sample_type(type, [](auto sample) { return py::dtype::of<decltype(sample)>(); });
@@ -98,11 +75,25 @@ Geometry geometry_of(const Layout& layout, const Geometry& placement) {
 
 }  // namespace
 
+SampleType sample_type_of(const py::dtype& type) {
+    const char kind = type.kind();
+    const py::ssize_t bytes = type.itemsize();
+    if (type.attr("isnative").cast<bool>()) {
+        if (kind == 'u' && bytes == 1) return SampleType::uint8;
+        if (kind == 'i' && bytes == 1) return SampleType::int8;
+        if (kind == 'u' && bytes == 2) return SampleType::uint16;
+        if (kind == 'i' && bytes == 2) return SampleType::int16;
+        if (kind == 'i' && bytes == 4) return SampleType::int32;
+        if (kind == 'f' && bytes == 4) return SampleType::float32;
+        if (kind == 'f' && bytes == 8) return SampleType::float64;
+    }
+    throw InputError("samples cannot be of type " + py::str(py::handle(type)).cast<std::string>());
+}
+
 ArrayVolume::ArrayVolume(py::array array, const Geometry& placement) : array_(std::move(array)) {
     if (array_.ndim() != 3)
         throw InputError("a volume has three axes, and the array has " + std::to_string(array_.ndim()));
-    const std::optional<SampleType> type = sample_type(array_.dtype());
-    if (!type) throw InputError("samples cannot be of type " + py::str(array_.dtype()).cast<std::string>());
+    view_.type = sample_type_of(array_.dtype());
     const bool aligned = (array_.flags() & py::detail::npy_api::NPY_ARRAY_ALIGNED_) != 0;
     Layout layout(array_);
     if (!aligned || !layout.is_dense(array_.itemsize())) {
@@ -111,7 +102,6 @@ ArrayVolume::ArrayVolume(py::array array, const Geometry& placement) : array_(st
         is_copy_ = true;
     }
     view_.geometry = geometry_of(layout, placement);
-    view_.type = *type;
     view_.data = layout.first;
     check_geometry(view_.geometry);
 }

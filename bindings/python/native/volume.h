@@ -7,6 +7,9 @@
 
 namespace marrow::python {
 
+/// The sample type of an array. \throw InputError there is none, or it is not in the machine's byte order
+SampleType sample_type_of(const pybind11::dtype& type);
+
 /// A view of an array's samples that keeps the array alive.
 ///
 /// Any axis can be the fastest in memory, and axes can run backward: the view's axes are sorted by stride, and its geometry
@@ -31,7 +34,5 @@ class ArrayVolume {
 /// A volume as the tuple (array, spacing, origin, direction). The array, indexed [k, j, i], takes the samples over; they live
 /// as long as any view of it.
 pybind11::tuple to_python(Volume&& volume);
-
-void add_volume(pybind11::module_& module);
 
 }  // namespace marrow::python
