@@ -27,6 +27,7 @@ from ._marrow import (
 from ._measures import Distance, MeshCheck, MeshMeasures, Roughness, TriangleQuality
 from ._mesh import Mesh, read_mesh, write_meshes
 from ._scan import ScanInfo, ScanReport, SeriesInfo, SeriesReport, inspect, read
+from ._skimage import MarchingCubes, marching_cubes
 from ._streaming import SurfaceSize, extract_to_file
 from ._volume import Volume
 
@@ -43,6 +44,7 @@ __all__ = [
     "IsosurfaceExtractor",
     "LabelEntry",
     "LimitError",
+    "MarchingCubes",
     "Mesh",
     "MeshCheck",
     "MeshMeasures",
@@ -66,6 +68,7 @@ __all__ = [
     "histogram",
     "inspect",
     "labels",
+    "marching_cubes",
     "median_filter",
     "otsu",
     "read",

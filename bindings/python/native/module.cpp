@@ -21,5 +21,6 @@ PYBIND11_MODULE(_marrow, module) {
     add_mesh_files(module);
     add_refine(module);
     add_scan(module);
+    add_scikit_image(module);
     add_streaming(module);
 }

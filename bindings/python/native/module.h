@@ -14,6 +14,7 @@ void add_mesh(pybind11::module_& module);
 void add_mesh_files(pybind11::module_& module);
 void add_refine(pybind11::module_& module);
 void add_scan(pybind11::module_& module);
+void add_scikit_image(pybind11::module_& module);
 void add_streaming(pybind11::module_& module);
 void add_volume(pybind11::module_& module);
 
