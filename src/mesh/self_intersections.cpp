@@ -1,22 +1,30 @@
-// Intersects every triangle with the triangles near it, and looks at both sides of edges that intersect a
-// triangle.
+// Finds the pairs of triangles whose bounding boxes overlap, drops those that a plane separates, and decides
+// the rest with exact predicates.
+//
+// Most pairs are neighbours that share a point. They only need a plane through that point, and the plane
+// between the directions to the two triangles nearly always does. The planes of the triangles themselves
+// separate most of the pairs that share nothing.
 #include "self_intersections.h"
 
 #include <algorithm>
-#include <atomic>
+#include <array>
+#include <cmath>
+#include <mutex>
 #include <optional>
+#include <utility>
 
+#include <tbb/parallel_for.h>
+
+#include "box_pyramid.h"
 #include "for_each_range.h"
+#include "morton_curve.h"
 #include "triangle_intersection.h"
+#include "triangle_tree.h"
+#include "vertex_triangles.h"
 
 namespace marrow::internal {
 
 namespace {
-
-std::size_t count_shared_points(const Triangle& a, const Triangle& b) {
-    return static_cast<std::size_t>(std::count_if(
-        a.begin(), a.end(), [&](std::uint32_t p) { return p == b[0] || p == b[1] || p == b[2]; }));
-}
 
 // Returns the far corner of the neighbour across the edge opposite to a corner. Returns nothing if the edge
 // does not have exactly two triangles.
@@ -35,46 +43,171 @@ std::optional<Vec3d> across_edge(const Mesh& mesh, const VertexTriangles& vertex
     return to_double(mesh.points[far]);
 }
 
-// Whether the surface passes through itself where the triangles i and j intersect.
-bool pass_through(const Mesh& mesh, const VertexTriangles& vertex_triangles, std::uint32_t i,
-                  std::uint32_t j) {
-    const std::size_t shared = count_shared_points(mesh.triangles[i], mesh.triangles[j]);
-    if (shared > 1) return false;
-    const TriangleCorners s = corners_of(mesh, mesh.triangles[i]), t = corners_of(mesh, mesh.triangles[j]);
-    const std::optional<TriangleIntersection> found = intersect(s, t);
-    if (!found || found->is_of_interiors()) return found.has_value();
-    if (shared > 0) return false;
-    // The segment is on an edge. The surface only touches if it continues beyond the edge on the same side.
-    const auto beyond = [&](std::uint32_t triangle, const TriangleCorners& corners, const PlaneCut& cut) {
-        return cut.is_along_edge() ? across_edge(mesh, vertex_triangles, mesh.triangles[triangle], cut.apex)
-                                   : corners[cut.opposite];
-    };
-    const std::optional<Vec3d> beyond_s = beyond(i, s, found->s), beyond_t = beyond(j, t, found->t);
-    if (!beyond_s || !beyond_t) return false;
-    const bool on_s = found->s.is_along_edge();
-    const TriangleCorners& corners = on_s ? s : t;
-    const std::size_t apex = on_s ? found->s.apex : found->t.apex;
-    return sheets_cross(corners[(apex + 1) % 3], corners[(apex + 2) % 3], {s[found->s.apex], *beyond_s},
-                        {t[found->t.apex], *beyond_t});
+// Whether the plane through a common corner p, perpendicular to the difference of the directions to the
+// triangles p, a, b and p, c, d, has these on different sides. False if rounding could be wrong.
+bool are_separate_at(const Vec3d& p, const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d& d) {
+    const Vec3d to_a = a - p, to_b = b - p, to_c = c - p, to_d = d - p;
+    const Vec3d s = to_a + to_b, t = to_c + to_d;
+    const double ss = dot(s, s), tt = dot(t, t);
+    // Both directions get the same length.
+    const Vec3d normal = std::sqrt(tt) * s - std::sqrt(ss) * t;
+    constexpr double kRounding = 1e-12;
+    const double most = kRounding * std::sqrt(ss * tt) * std::max(std::sqrt(ss), std::sqrt(tt));
+    return dot(normal, to_a) > most && dot(normal, to_b) > most && dot(normal, to_c) < -most &&
+           dot(normal, to_d) < -most;
 }
+
+// Decides for pairs of triangles of a mesh whether the surface passes through itself there.
+class Decider {
+  public:
+    explicit Decider(const Mesh& mesh) : mesh_(mesh) {}
+
+    bool pass_through(std::uint32_t i, std::uint32_t j) {
+        const Triangle &s = mesh_.triangles[i], &t = mesh_.triangles[j];
+        std::size_t shared = 0, at_s = 0, at_t = 0;
+        for (std::size_t c = 0; c < 3; ++c) {
+            for (std::size_t k = 0; k < 3; ++k) {
+                if (s[c] == t[k]) ++shared, at_s = c, at_t = k;
+            }
+        }
+        if (shared > 1) return false;
+        if (shared == 1 && are_separate_at(point(s[at_s]), point(s[(at_s + 1) % 3]), point(s[(at_s + 2) % 3]),
+                                           point(t[(at_t + 1) % 3]), point(t[(at_t + 2) % 3])))
+            return false;
+        const TriangleCorners corners_s = corners_of(mesh_, s), corners_t = corners_of(mesh_, t);
+        const std::optional<TriangleIntersection> found = intersect(corners_s, corners_t);
+        if (!found || found->is_of_interiors()) return found.has_value();
+        return shared == 0 && continue_beyond(s, corners_s, t, corners_t, *found);
+    }
+
+  private:
+    Vec3d point(std::uint32_t p) const { return to_double(mesh_.points[p]); }
+
+    // The segment is on an edge. The surface only touches if it continues beyond the edge on the same side.
+    bool continue_beyond(const Triangle& s, const TriangleCorners& corners_s, const Triangle& t,
+                         const TriangleCorners& corners_t, const TriangleIntersection& found) {
+        std::call_once(listed_, [&] { vertex_triangles_.emplace(mesh_); });
+        const auto beyond = [&](const Triangle& triangle, const TriangleCorners& corners,
+                                const PlaneCut& cut) {
+            return cut.is_along_edge() ? across_edge(mesh_, *vertex_triangles_, triangle, cut.apex)
+                                       : corners[cut.opposite];
+        };
+        const std::optional<Vec3d> beyond_s = beyond(s, corners_s, found.s),
+                                   beyond_t = beyond(t, corners_t, found.t);
+        if (!beyond_s || !beyond_t) return false;
+        const bool on_s = found.s.is_along_edge();
+        const TriangleCorners& corners = on_s ? corners_s : corners_t;
+        const std::size_t apex = on_s ? found.s.apex : found.t.apex;
+        return sheets_cross(corners[(apex + 1) % 3], corners[(apex + 2) % 3],
+                            {corners_s[found.s.apex], *beyond_s}, {corners_t[found.t.apex], *beyond_t});
+    }
+
+    const Mesh& mesh_;
+    std::once_flag listed_;
+    std::optional<VertexTriangles> vertex_triangles_;  // made when a segment is on an edge, which is rare
+};
+
+// Searches among some triangles, which are given along a curve. Keeps the pairs that are wanted.
+template <class Wanted>
+std::vector<TrianglePair> search(const Mesh& mesh, const std::vector<MortonKey>& curve, const Wanted& wanted,
+                                 const Progress& progress, double begin, double end) {
+    std::vector<Bounds> boxes(curve.size());
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, curve.size(), 4096), [&](const auto& range) {
+        for (std::size_t i = range.begin(); i < range.end(); ++i)
+            boxes[i] = bounds_of(mesh, mesh.triangles[curve[i].triangle]);
+    });
+    const BoxPyramid pyramid(boxes);
+    Decider decider(mesh);
+    std::mutex mutex;
+    std::vector<TrianglePair> all;
+    for_each_range(pyramid.units(), 16, progress, begin, end, [&](std::size_t first, std::size_t last) {
+        std::vector<BoxPair> near;
+        std::vector<TrianglePair> found;
+        for (std::size_t unit = first; unit < last; ++unit) {
+            near.clear();
+            pyramid.pairs_from(unit, near);
+            for (const auto& [a, b] : near) {
+                const auto [i, j] = std::minmax(curve[a].triangle, curve[b].triangle);
+                if (wanted(i, j) && decider.pass_through(i, j)) found.push_back({i, j});
+            }
+        }
+        if (found.empty()) return;
+        const std::lock_guard lock(mutex);
+        all.insert(all.end(), found.begin(), found.end());
+    });
+    std::sort(all.begin(), all.end());
+    return all;
+}
+
+// A coarse grid over a mesh, with a bit for each cell.
+class CoarseGrid {
+  public:
+    explicit CoarseGrid(const Mesh& mesh) : marked_(kCells * kCells * kCells, false) {
+        for (const Vec3f& p : mesh.points) bounds_.include(p);
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            scale_[axis] = kCells / std::max(bounds_.upper[axis] - bounds_.lower[axis], 1e-30f);
+    }
+    void mark(const Bounds& box) {
+        any_cell(box, [&](std::size_t cell) { return marked_[cell] = true, false; });
+    }
+    bool is_marked(const Bounds& box) const {
+        return any_cell(box, [&](std::size_t cell) { return marked_[cell]; });
+    }
+
+  private:
+    static constexpr std::size_t kCells = 64;
+
+    // Calls f(cell) for the cells that overlap a box until it returns true.
+    template <class F>
+    bool any_cell(const Bounds& box, F f) const {
+        std::array<std::size_t, 3> first, last;
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const auto cell = [&](float x) {
+                const float at = (x - bounds_.lower[axis]) * scale_[axis];
+                return at > 0 ? std::min(static_cast<std::size_t>(std::min(at, 1e6f)), kCells - 1) : 0;
+            };
+            first[axis] = cell(box.lower[axis]);
+            last[axis] = cell(box.upper[axis]);
+        }
+        for (std::size_t z = first[2]; z <= last[2]; ++z) {
+            for (std::size_t y = first[1]; y <= last[1]; ++y) {
+                for (std::size_t x = first[0]; x <= last[0]; ++x) {
+                    if (f((z * kCells + y) * kCells + x)) return true;
+                }
+            }
+        }
+        return false;
+    }
+
+    Bounds bounds_;
+    Vec3f scale_;
+    std::vector<bool> marked_;
+};
 
 }  // namespace
 
-std::int64_t count_self_intersections(const Mesh& mesh, const TriangleTree& tree,
-                                      const VertexTriangles& vertex_triangles, const Progress& progress,
-                                      double begin, double end) {
-    std::atomic<std::int64_t> pairs{0};
-    for_each_range(
-        mesh.triangles.size(), 1024, progress, begin, end, [&](std::size_t first, std::size_t last) {
-            std::int64_t found = 0;
-            for (std::size_t i = first; i < last; ++i) {
-                tree.for_each_in(bounds_of(mesh, mesh.triangles[i]), [&](std::uint32_t j) {
-                    found += j > i && pass_through(mesh, vertex_triangles, static_cast<std::uint32_t>(i), j);
-                });
-            }
-            if (found) pairs.fetch_add(found, std::memory_order_relaxed);
-        });
-    return pairs;
+std::vector<TrianglePair> find_self_intersections(const Mesh& mesh, const Progress& progress, double begin,
+                                                  double end) {
+    return search(
+        mesh, along_morton_curve(mesh), [](std::uint32_t, std::uint32_t) { return true; }, progress, begin,
+        end);
+}
+
+std::vector<TrianglePair> find_self_intersections_of(const Mesh& mesh,
+                                                     const std::vector<std::uint32_t>& changed) {
+    CoarseGrid grid(mesh);
+    std::vector<bool> is_changed(mesh.triangles.size(), false);
+    for (const std::uint32_t t : changed) {
+        is_changed[t] = true;
+        grid.mark(bounds_of(mesh, mesh.triangles[t]));
+    }
+    std::vector<std::uint32_t> near;
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+        if (grid.is_marked(bounds_of(mesh, mesh.triangles[t]))) near.push_back(t);
+    }
+    return search(
+        mesh, along_morton_curve(mesh, near),
+        [&](std::uint32_t i, std::uint32_t j) { return is_changed[i] || is_changed[j]; }, {}, 0, 1);
 }
 
 }  // namespace marrow::internal
