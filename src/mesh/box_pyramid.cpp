@@ -54,7 +54,20 @@ class PairFinder {
         descend(levels_.size() - 1, 0, own, unit);
     }
 
+    void find_with(std::uint32_t box) { descend_to_boxes(levels_.size() - 1, 0, box); }
+
   private:
+    void descend_to_boxes(std::size_t level, std::size_t at, std::uint32_t box) {
+        const Group& own = levels_[0][box / BoxPyramid::kWidth];
+        for_each_bit(overlaps(own, box % BoxPyramid::kWidth, levels_[level][at]), [&](std::uint32_t i) {
+            const std::size_t child = BoxPyramid::kWidth * at + i;
+            if (level > 0)
+                descend_to_boxes(level - 1, child, box);
+            else if (child != box)
+                pairs_.push_back({std::min(box, static_cast<std::uint32_t>(child)),
+                                  std::max(box, static_cast<std::uint32_t>(child))});
+        });
+    }
     // Visits the units from `unit` on below group `at` of a level.
     void descend(std::size_t level, std::size_t at, const Group& own, std::size_t unit) {
         if (level == 1) return compare_units(unit, at);
@@ -92,6 +105,11 @@ void find_pairs(const std::vector<Buffer<Group>>& levels, std::size_t unit, std:
     PairFinder(levels, pairs).find_from(unit);
 }
 
+void find_pairs_with(const std::vector<Buffer<Group>>& levels, std::uint32_t box,
+                     std::vector<BoxPair>& pairs) {
+    PairFinder(levels, pairs).find_with(box);
+}
+
 }  // namespace marrow::internal::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
@@ -99,6 +117,7 @@ HWY_AFTER_NAMESPACE();
 namespace marrow::internal {
 
 HWY_EXPORT(find_pairs);
+HWY_EXPORT(find_pairs_with);
 
 void BoxPyramid::Group::set(std::size_t i, const Bounds& box) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -139,6 +158,17 @@ BoxPyramid::BoxPyramid(const std::vector<Bounds>& boxes) {
 
 void BoxPyramid::pairs_from(std::size_t unit, std::vector<BoxPair>& pairs) const {
     HWY_DYNAMIC_DISPATCH(find_pairs)(levels_, unit, pairs);
+}
+
+void BoxPyramid::pairs_with(std::uint32_t i, std::vector<BoxPair>& pairs) const {
+    HWY_DYNAMIC_DISPATCH(find_pairs_with)(levels_, i, pairs);
+}
+
+void BoxPyramid::set(std::uint32_t i, const Bounds& box) {
+    levels_[0][i / kWidth].set(i % kWidth, box);
+    std::size_t below = i / kWidth;
+    for (std::size_t level = 1; level < levels_.size(); ++level, below /= kWidth)
+        levels_[level][below / kWidth].set(below % kWidth, levels_[level - 1][below].bounds());
 }
 
 }  // namespace marrow::internal

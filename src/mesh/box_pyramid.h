@@ -32,19 +32,23 @@ class BoxPyramid {
     /// of the pairs is fixed.
     void pairs_from(std::size_t unit, std::vector<BoxPair>& pairs) const;
 
+    /// Appends the pairs of box i and each other box that it overlaps or touches.
+    void pairs_with(std::uint32_t i, std::vector<BoxPair>& pairs) const;
+
+    /// Replaces box i.
+    void set(std::uint32_t i, const Bounds& box);
+
     /// Eight boxes by axis. Unused ones are empty and overlap nothing.
     struct Group {
         float lower[3][kWidth], upper[3][kWidth];
 
         void set(std::size_t i, const Bounds& box);
-        Bounds box(std::size_t i) const;
         /// The bounds of all eight.
         Bounds bounds() const;
     };
-    /// The groups of the boxes, then the groups of the bounds of these, up to a single group. At least two.
-    const std::vector<Buffer<Group>>& levels() const { return levels_; }
 
   private:
+    // The groups of the boxes, then the groups of the bounds of these, up to a single group. At least two.
     std::vector<Buffer<Group>> levels_;
 };
 

@@ -130,7 +130,7 @@ void check_surface(const Mesh& mesh, const CheckOptions& options, MeshCheck& che
     tbb::parallel_invoke(
         [&] {
             check.self_intersections = static_cast<std::int64_t>(
-                find_self_intersections(mesh, options.progress, 0, walls_begin).size());
+                SelfIntersections(mesh).find_all(options.progress, 0, walls_begin).size());
         },
         [&] { check.measures = measure(mesh); },
         [&] {

@@ -34,38 +34,28 @@ void sort_by_key(std::vector<MortonKey>& keys) {
     }
 }
 
-// Calls index(i) for the index of triangle i of `count`.
-template <class Index>
-std::vector<MortonKey> sorted_keys(const Mesh& mesh, std::size_t count, const Index& index) {
+}  // namespace
+
+std::vector<MortonKey> along_morton_curve(const Mesh& mesh) {
     Bounds bounds;
     for (const Vec3f& p : mesh.points) bounds.include(p);
     float longest = 0;
     for (std::size_t axis = 0; axis < 3; ++axis)
         longest = std::max(longest, bounds.upper[axis] - bounds.lower[axis]);
     const float scale = longest > 0 ? 1023 / (3 * longest) : 0;
-    std::vector<MortonKey> keys(count);
-    tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
-        const Triangle& t = mesh.triangles[index(i)];
+    std::vector<MortonKey> keys(mesh.triangles.size());
+    tbb::parallel_for(std::size_t{0}, keys.size(), [&](std::size_t i) {
+        const Triangle& t = mesh.triangles[i];
         std::uint32_t key = 0;
         for (std::size_t axis = 0; axis < 3; ++axis) {
             const float sum = mesh.points[t[0]][axis] + mesh.points[t[1]][axis] + mesh.points[t[2]][axis];
             const float cell = (sum - 3 * bounds.lower[axis]) * scale;
             key |= spread(cell > 0 ? static_cast<std::uint32_t>(std::min(cell, 1023.0f)) : 0) << axis;
         }
-        keys[i] = {key, static_cast<std::uint32_t>(index(i))};
+        keys[i] = {key, static_cast<std::uint32_t>(i)};
     });
     sort_by_key(keys);
     return keys;
-}
-
-}  // namespace
-
-std::vector<MortonKey> along_morton_curve(const Mesh& mesh) {
-    return sorted_keys(mesh, mesh.triangles.size(), [](std::size_t i) { return i; });
-}
-
-std::vector<MortonKey> along_morton_curve(const Mesh& mesh, const std::vector<std::uint32_t>& triangles) {
-    return sorted_keys(mesh, triangles.size(), [&](std::size_t i) { return triangles[i]; });
 }
 
 }  // namespace marrow::internal

@@ -18,7 +18,5 @@ struct MortonKey {
 /// Returns the triangles sorted by key. Triangles with the same key keep their order. After Morton 1966.
 /// \pre fewer than 2^32 triangles, whose indices are in range
 std::vector<MortonKey> along_morton_curve(const Mesh& mesh);
-/// The same for some triangles of a mesh, given by their indices.
-std::vector<MortonKey> along_morton_curve(const Mesh& mesh, const std::vector<std::uint32_t>& triangles);
 
 }  // namespace marrow::internal

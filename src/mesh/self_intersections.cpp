@@ -107,29 +107,51 @@ class Decider {
     std::optional<VertexTriangles> vertex_triangles_;  // made when a segment is on an edge, which is rare
 };
 
-// Searches among some triangles, which are given along a curve. Keeps the pairs that are wanted.
-template <class Wanted>
-std::vector<TrianglePair> search(const Mesh& mesh, const std::vector<MortonKey>& curve, const Wanted& wanted,
-                                 const Progress& progress, double begin, double end) {
-    std::vector<Bounds> boxes(curve.size());
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, curve.size(), 4096), [&](const auto& range) {
-        for (std::size_t i = range.begin(); i < range.end(); ++i)
-            boxes[i] = bounds_of(mesh, mesh.triangles[curve[i].triangle]);
-    });
-    const BoxPyramid pyramid(boxes);
-    Decider decider(mesh);
+}  // namespace
+
+struct SelfIntersections::Search {
+    const Mesh& mesh;
+    std::vector<MortonKey> curve;
+    std::vector<std::uint32_t> on_curve;  // where each triangle is on the curve; made when it is needed
+    BoxPyramid pyramid;
+    Decider decider;
+
+    explicit Search(const Mesh& wanted)
+        : mesh(wanted), curve(along_morton_curve(mesh)), pyramid(boxes()), decider(mesh) {}
+
+    std::vector<Bounds> boxes() const {
+        std::vector<Bounds> result(curve.size());
+        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, curve.size(), 4096), [&](const auto& range) {
+            for (std::size_t i = range.begin(); i < range.end(); ++i)
+                result[i] = bounds_of(mesh, mesh.triangles[curve[i].triangle]);
+        });
+        return result;
+    }
+
+    // Adds the pairs to `found` at which the surface passes through itself.
+    void decide(const std::vector<BoxPair>& near, std::vector<TrianglePair>& found) {
+        for (const auto& [a, b] : near) {
+            const auto [i, j] = std::minmax(curve[a].triangle, curve[b].triangle);
+            if (decider.pass_through(i, j)) found.push_back({i, j});
+        }
+    }
+};
+
+SelfIntersections::SelfIntersections(const Mesh& mesh) : search_(std::make_unique<Search>(mesh)) {}
+SelfIntersections::~SelfIntersections() = default;
+
+std::vector<TrianglePair> SelfIntersections::find_all(const Progress& progress, double begin,
+                                                      double end) const {
     std::mutex mutex;
     std::vector<TrianglePair> all;
+    const BoxPyramid& pyramid = search_->pyramid;
     for_each_range(pyramid.units(), 16, progress, begin, end, [&](std::size_t first, std::size_t last) {
         std::vector<BoxPair> near;
         std::vector<TrianglePair> found;
         for (std::size_t unit = first; unit < last; ++unit) {
             near.clear();
             pyramid.pairs_from(unit, near);
-            for (const auto& [a, b] : near) {
-                const auto [i, j] = std::minmax(curve[a].triangle, curve[b].triangle);
-                if (wanted(i, j) && decider.pass_through(i, j)) found.push_back({i, j});
-            }
+            search_->decide(near, found);
         }
         if (found.empty()) return;
         const std::lock_guard lock(mutex);
@@ -139,75 +161,21 @@ std::vector<TrianglePair> search(const Mesh& mesh, const std::vector<MortonKey>&
     return all;
 }
 
-// A coarse grid over a mesh, with a bit for each cell.
-class CoarseGrid {
-  public:
-    explicit CoarseGrid(const Mesh& mesh) : marked_(kCells * kCells * kCells, false) {
-        for (const Vec3f& p : mesh.points) bounds_.include(p);
-        for (std::size_t axis = 0; axis < 3; ++axis)
-            scale_[axis] = kCells / std::max(bounds_.upper[axis] - bounds_.lower[axis], 1e-30f);
+std::vector<TrianglePair> SelfIntersections::find_changed(const std::vector<std::uint32_t>& changed) {
+    Search& s = *search_;
+    if (s.on_curve.empty()) {
+        s.on_curve.resize(s.curve.size());
+        for (std::uint32_t i = 0; i < s.curve.size(); ++i) s.on_curve[s.curve[i].triangle] = i;
     }
-    void mark(const Bounds& box) {
-        any_cell(box, [&](std::size_t cell) { return marked_[cell] = true, false; });
-    }
-    bool is_marked(const Bounds& box) const {
-        return any_cell(box, [&](std::size_t cell) { return marked_[cell]; });
-    }
-
-  private:
-    static constexpr std::size_t kCells = 64;
-
-    // Calls f(cell) for the cells that overlap a box until it returns true.
-    template <class F>
-    bool any_cell(const Bounds& box, F f) const {
-        std::array<std::size_t, 3> first, last;
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-            const auto cell = [&](float x) {
-                const float at = (x - bounds_.lower[axis]) * scale_[axis];
-                return at > 0 ? std::min(static_cast<std::size_t>(std::min(at, 1e6f)), kCells - 1) : 0;
-            };
-            first[axis] = cell(box.lower[axis]);
-            last[axis] = cell(box.upper[axis]);
-        }
-        for (std::size_t z = first[2]; z <= last[2]; ++z) {
-            for (std::size_t y = first[1]; y <= last[1]; ++y) {
-                for (std::size_t x = first[0]; x <= last[0]; ++x) {
-                    if (f((z * kCells + y) * kCells + x)) return true;
-                }
-            }
-        }
-        return false;
-    }
-
-    Bounds bounds_;
-    Vec3f scale_;
-    std::vector<bool> marked_;
-};
-
-}  // namespace
-
-std::vector<TrianglePair> find_self_intersections(const Mesh& mesh, const Progress& progress, double begin,
-                                                  double end) {
-    return search(
-        mesh, along_morton_curve(mesh), [](std::uint32_t, std::uint32_t) { return true; }, progress, begin,
-        end);
-}
-
-std::vector<TrianglePair> find_self_intersections_of(const Mesh& mesh,
-                                                     const std::vector<std::uint32_t>& changed) {
-    CoarseGrid grid(mesh);
-    std::vector<bool> is_changed(mesh.triangles.size(), false);
-    for (const std::uint32_t t : changed) {
-        is_changed[t] = true;
-        grid.mark(bounds_of(mesh, mesh.triangles[t]));
-    }
-    std::vector<std::uint32_t> near;
-    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-        if (grid.is_marked(bounds_of(mesh, mesh.triangles[t]))) near.push_back(t);
-    }
-    return search(
-        mesh, along_morton_curve(mesh, near),
-        [&](std::uint32_t i, std::uint32_t j) { return is_changed[i] || is_changed[j]; }, {}, 0, 1);
+    for (const std::uint32_t t : changed)
+        s.pyramid.set(s.on_curve[t], bounds_of(s.mesh, s.mesh.triangles[t]));
+    std::vector<BoxPair> near;
+    for (const std::uint32_t t : changed) s.pyramid.pairs_with(s.on_curve[t], near);
+    std::vector<TrianglePair> found;
+    s.decide(near, found);
+    std::sort(found.begin(), found.end());
+    found.erase(std::unique(found.begin(), found.end()), found.end());
+    return found;
 }
 
 }  // namespace marrow::internal

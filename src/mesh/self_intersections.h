@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include <marrow/mesh.h>
@@ -13,15 +14,24 @@ namespace marrow::internal {
 /// The indices of two triangles, the lower index first.
 using TrianglePair = std::array<std::uint32_t, 2>;
 
-/// Returns the pairs of triangles that MeshCheck::self_intersections counts, sorted. Reports progress from
-/// `begin` to `end`. The result does not depend on the number of threads.
-/// \pre fewer than 2^32 triangles, none with equal indices, and finite coordinates \throw Cancelled
-std::vector<TrianglePair> find_self_intersections(const Mesh& mesh, const Progress& progress = {},
-                                                  double begin = 0, double end = 1);
+/// Finds the pairs of triangles that MeshCheck::self_intersections counts, and finds them again after points
+/// have moved. The results are sorted and do not depend on the number of threads.
+class SelfIntersections {
+  public:
+    /// Refers to the mesh, which must outlive it. \pre fewer than 2^32 triangles, none with equal indices
+    explicit SelfIntersections(const Mesh& mesh);
+    ~SelfIntersections();
 
-/// Returns those of these pairs that have at least one of the triangles `changed`. If these are few, this is
-/// much faster. \pre as above; indices are in range
-std::vector<TrianglePair> find_self_intersections_of(const Mesh& mesh,
-                                                     const std::vector<std::uint32_t>& changed);
+    /// Finds all pairs, with progress from `begin` to `end`. \throw Cancelled
+    std::vector<TrianglePair> find_all(const Progress& progress = {}, double begin = 0, double end = 1) const;
+
+    /// Finds the pairs that have at least one of the triangles `changed`. These must include all triangles
+    /// that have changed since the last search.
+    std::vector<TrianglePair> find_changed(const std::vector<std::uint32_t>& changed);
+
+  private:
+    struct Search;
+    std::unique_ptr<Search> search_;
+};
 
 }  // namespace marrow::internal
