@@ -43,18 +43,20 @@ std::optional<Vec3d> across_edge(const Mesh& mesh, const VertexTriangles& vertex
     return to_double(mesh.points[far]);
 }
 
-// Whether the plane through a common corner p, perpendicular to the difference of the directions to the
-// triangles p, a, b and p, c, d, has these on different sides. False if rounding could be wrong.
+// Whether a plane through a common corner p, between the directions to the triangles p, a, b and p, c, d, has
+// these on different sides. False if rounding could be wrong.
 bool are_separate_at(const Vec3d& p, const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d& d) {
     const Vec3d to_a = a - p, to_b = b - p, to_c = c - p, to_d = d - p;
     const Vec3d s = to_a + to_b, t = to_c + to_d;
     const double ss = dot(s, s), tt = dot(t, t);
-    // Both directions get the same length.
-    const Vec3d normal = std::sqrt(tt) * s - std::sqrt(ss) * t;
-    constexpr double kRounding = 1e-12;
-    const double most = kRounding * std::sqrt(ss * tt) * std::max(std::sqrt(ss), std::sqrt(tt));
-    return dot(normal, to_a) > most && dot(normal, to_b) > most && dot(normal, to_c) < -most &&
-           dot(normal, to_d) < -most;
+    // Any normal will do. This one is perpendicular to the plane halfway between if the lengths are equal.
+    const Vec3d normal = tt * s - ss * t;
+    // The products below are at most 2e5 ss tt, so that this is far above their rounding errors.
+    const double longest = dot(to_a, to_a) + dot(to_b, to_b) + dot(to_c, to_c) + dot(to_d, to_d);
+    if (!(longest * (ss + tt) < 1e10 * ss * tt)) return false;
+    const double least = 1e-8 * ss * tt;
+    return dot(normal, to_a) > least && dot(normal, to_b) > least && dot(normal, to_c) < -least &&
+           dot(normal, to_d) < -least;
 }
 
 // Decides for pairs of triangles of a mesh whether the surface passes through itself there.
