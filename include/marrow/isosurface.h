@@ -65,10 +65,13 @@ class MARROW_EXPORT IsosurfaceExtractor {
     IsosurfaceExtractor(IsosurfaceExtractor&&) noexcept;
     IsosurfaceExtractor& operator=(IsosurfaceExtractor&&) noexcept;
 
-    /// The surface at `isovalue`, valid until the next call. With `level` from 1 to 30 it is a preview from
-    /// every 2^level-th sample along each axis, at their true positions; these samples are copied on the
-    /// first use of a level. After an exception the extractor can be used as before. \throw as
-    /// extract_isosurface
+    /// Replaces `mesh` by the surface at `isovalue`, and reuses its memory. With `level` from 1 to 30 it is a
+    /// preview from every 2^level-th sample along each axis, at their true positions; these samples are
+    /// copied on the first use of a level. After an exception the extractor can be used as before, and the
+    /// content of the mesh has no meaning. \throw as extract_isosurface
+    void extract(double isovalue, Mesh& mesh, int level = 0, IsosurfaceStats* stats = nullptr);
+
+    /// The same surface in a mesh that the extractor owns. It is valid until the next call with this level.
     const Mesh& extract(double isovalue, int level = 0, IsosurfaceStats* stats = nullptr);
 
   private:

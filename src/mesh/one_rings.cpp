@@ -32,7 +32,7 @@ bool are_manifold(std::uint32_t point, const Corner* begin, const Corner* end) {
 
 }  // namespace
 
-OneRings::OneRings(const Mesh& mesh)
+OneRings::OneRings(const MeshView& mesh)
     : start_(mesh.points.size() + 2, 0),
       neighbours_(3 * mesh.triangles.size()),
       regular_(mesh.points.size()) {

@@ -15,7 +15,7 @@ namespace marrow::internal {
 class OneRings {
   public:
     /// Takes linear time. \pre indices are in range
-    explicit OneRings(const Mesh& mesh);
+    explicit OneRings(const MeshView& mesh);
 
     std::size_t size() const { return regular_.size(); }
     /// Whether all edges of a point are manifold. Only then its neighbours are complete and listed once each.

@@ -28,7 +28,7 @@ namespace {
 
 // Returns the far corner of the neighbour across the edge opposite to a corner. Returns nothing if the edge
 // does not have exactly two triangles.
-std::optional<Vec3d> across_edge(const Mesh& mesh, const VertexTriangles& vertex_triangles, const Triangle& t,
+std::optional<Vec3d> across_edge(const MeshView& mesh, const VertexTriangles& vertex_triangles, const Triangle& t,
                                  std::size_t corner) {
     const std::uint32_t a = t[(corner + 1) % 3], b = t[(corner + 2) % 3];
     std::uint32_t far = t[corner];
@@ -62,7 +62,7 @@ bool are_separate_at(const Vec3d& p, const Vec3d& a, const Vec3d& b, const Vec3d
 // Decides for pairs of triangles of a mesh whether the surface passes through itself there.
 class Decider {
   public:
-    explicit Decider(const Mesh& mesh) : mesh_(mesh) {}
+    explicit Decider(const MeshView& mesh) : mesh_(mesh) {}
 
     bool pass_through(std::uint32_t i, std::uint32_t j) {
         const Triangle &s = mesh_.triangles[i], &t = mesh_.triangles[j];
@@ -104,7 +104,7 @@ class Decider {
                             {corners_s[found.s.apex], *beyond_s}, {corners_t[found.t.apex], *beyond_t});
     }
 
-    const Mesh& mesh_;
+    const MeshView mesh_;
     std::once_flag listed_;
     std::optional<VertexTriangles> vertex_triangles_;  // made when a segment is on an edge, which is rare
 };
@@ -112,13 +112,13 @@ class Decider {
 }  // namespace
 
 struct SelfIntersections::Search {
-    const Mesh& mesh;
+    const MeshView mesh;
     std::vector<MortonKey> curve;
     std::vector<std::uint32_t> on_curve;  // where each triangle is on the curve; made when it is needed
     BoxPyramid pyramid;
     Decider decider;
 
-    explicit Search(const Mesh& wanted)
+    explicit Search(const MeshView& wanted)
         : mesh(wanted), curve(along_morton_curve(mesh)), pyramid(boxes()), decider(mesh) {}
 
     std::vector<Bounds> boxes() const {
@@ -139,7 +139,7 @@ struct SelfIntersections::Search {
     }
 };
 
-SelfIntersections::SelfIntersections(const Mesh& mesh) : search_(std::make_unique<Search>(mesh)) {}
+SelfIntersections::SelfIntersections(MeshView mesh) : search_(std::make_unique<Search>(mesh)) {}
 SelfIntersections::~SelfIntersections() = default;
 
 std::vector<TrianglePair> SelfIntersections::find_all(const Progress& progress, double begin,

@@ -18,8 +18,8 @@ using TrianglePair = std::array<std::uint32_t, 2>;
 /// have moved. The results are sorted and do not depend on the number of threads.
 class SelfIntersections {
   public:
-    /// Refers to the mesh, which must outlive it. \pre fewer than 2^32 triangles, none with equal indices
-    explicit SelfIntersections(const Mesh& mesh);
+    /// \pre fewer than 2^32 triangles, none with equal indices
+    explicit SelfIntersections(MeshView mesh);
     ~SelfIntersections();
 
     /// Finds all pairs, with progress from `begin` to `end`. \throw Cancelled

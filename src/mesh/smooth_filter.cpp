@@ -104,7 +104,7 @@ void for_each_point(std::size_t count, const F& f) {
     });
 }
 
-FilterState start(const Mesh& mesh, const OneRings& rings, double first_coefficient) {
+FilterState start(const MeshView& mesh, const OneRings& rings, double first_coefficient) {
     const std::size_t count = rings.size();
     FilterState state{rings,
                       Buffer<Displacement>(count),
@@ -211,7 +211,7 @@ class PassScheduler {
 
 }  // namespace
 
-Buffer<Displacement> low_pass(const Mesh& mesh, const OneRings& rings, int degree, double pass_band,
+Buffer<Displacement> low_pass(const MeshView& mesh, const OneRings& rings, int degree, double pass_band,
                               const Progress& progress) {
     const std::vector<double> c = coefficients_for(degree, pass_band);
     FilterState state = start(mesh, rings, c[1]);

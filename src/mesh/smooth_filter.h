@@ -27,7 +27,7 @@ struct FilterState {
 /// Returns by how much a low-pass filter of some degree, above 0, moves each point; see SmoothOptions. Points
 /// that are not regular stay. The result has the same bits for any number of threads and any processor.
 /// After Taubin, Zhang and Golub 1996. \throw Cancelled
-Buffer<Displacement> low_pass(const Mesh& mesh, const OneRings& rings, int degree, double pass_band,
+Buffer<Displacement> low_pass(const MeshView& mesh, const OneRings& rings, int degree, double pass_band,
                               const Progress& progress);
 
 }  // namespace marrow::internal

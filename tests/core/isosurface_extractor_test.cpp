@@ -87,6 +87,25 @@ TEST(Extractor, PreviewIsTheSurfaceOfEveryNthSample) {
     EXPECT_EQ(mesh_hash(extractor.extract(60)), mesh_hash(extract_isosurface(volume, 60)));
 }
 
+TEST(Extractor, FillsTheMeshOfTheCallerAndReusesItsMemory) {
+    Random random(9);
+    const Volume volume = scan<std::int16_t>(random);
+    IsosurfaceExtractor extractor(volume, {.threads = 1});
+    Mesh mesh, other;
+    extractor.extract(60, mesh);
+    const Vec3f* const points = mesh.points.data();
+    const std::size_t capacity = mesh.points.capacity();
+    extractor.extract(61, other);
+    EXPECT_EQ(mesh_hash(mesh), mesh_hash(extract_isosurface(volume, 60)));
+    EXPECT_EQ(mesh_hash(other), mesh_hash(extract_isosurface(volume, 61)));
+    extractor.extract(60.5, mesh, 1);  // a preview is smaller
+    EXPECT_EQ(mesh_hash(mesh), mesh_hash(extractor.extract(60.5, 1)));
+    EXPECT_EQ(mesh.points.data(), points);
+    EXPECT_EQ(mesh.points.capacity(), capacity);
+    extractor.extract(1e6, mesh);
+    EXPECT_TRUE(mesh.points.empty() && mesh.normals.empty() && mesh.triangles.empty());
+}
+
 TEST(Extractor, WorksAfterCancelling) {
     Random random(8);
     const Volume volume = scan<float>(random);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <map>
 #include <new>
 #include <optional>
 #include <string>
@@ -27,6 +28,10 @@ using namespace internal;
 namespace {
 
 using Clock = std::chrono::steady_clock;
+
+void check_level(int level) {
+    if (level < 0 || level > 30) throw InputError("the preview level must be between 0 and 30");
+}
 
 void check(const VolumeView& volume, const IsosurfaceOptions& options) {
     if (!(options.snap >= 0 && options.snap < 0.5)) throw InputError("snap must be at least 0 and below 0.5");
@@ -217,11 +222,11 @@ struct IsosurfaceExtractor::Impl {
 
         Volume owned;  // empty for level 0, which borrows its samples
         Extraction extraction;
-        Mesh mesh;
     };
 
     IsosurfaceOptions options;  // the levels refer to it
     std::vector<std::unique_ptr<Level>> levels;
+    std::map<int, Mesh> meshes;  // of the levels that were extracted without a mesh of the caller
 };
 
 IsosurfaceExtractor::IsosurfaceExtractor(const VolumeView& volume, const IsosurfaceOptions& options)
@@ -236,13 +241,16 @@ IsosurfaceExtractor::~IsosurfaceExtractor() = default;
 IsosurfaceExtractor::IsosurfaceExtractor(IsosurfaceExtractor&&) noexcept = default;
 IsosurfaceExtractor& IsosurfaceExtractor::operator=(IsosurfaceExtractor&&) noexcept = default;
 
-const Mesh& IsosurfaceExtractor::extract(double isovalue, int level, IsosurfaceStats* stats) {
+void IsosurfaceExtractor::extract(double isovalue, Mesh& mesh, int level, IsosurfaceStats* stats) {
     check_isovalue(isovalue);
-    if (level < 0 || level > 30) throw InputError("the preview level must be between 0 and 30");
+    check_level(level);
     const auto index = static_cast<std::size_t>(level);
     auto& levels = impl_->levels;
     if (index >= levels.size()) levels.resize(index + 1);
     if (stats != nullptr) *stats = {};
+    resize_discarding(mesh.points, 0);
+    resize_discarding(mesh.normals, 0);
+    resize_discarding(mesh.triangles, 0);
     const VolumeView& volume = levels[0]->extraction.volume;
     run(volume, impl_->options.threads, [&] {
         if (!levels[index]) {
@@ -251,9 +259,15 @@ const Mesh& IsosurfaceExtractor::extract(double isovalue, int level, IsosurfaceS
         }
         Impl::Level& l = *levels[index];
         if (has_cells(l.extraction.volume.geometry, impl_->options.closed))
-            marrow::extract(l.extraction, isovalue, l.mesh, stats);
+            marrow::extract(l.extraction, isovalue, mesh, stats);
     });
-    return levels[index]->mesh;
+}
+
+const Mesh& IsosurfaceExtractor::extract(double isovalue, int level, IsosurfaceStats* stats) {
+    check_level(level);
+    Mesh& mesh = impl_->meshes[level];
+    extract(isovalue, mesh, level, stats);
+    return mesh;
 }
 
 }  // namespace marrow
