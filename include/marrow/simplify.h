@@ -22,6 +22,8 @@ struct SimplifyOptions {
 
 struct SimplifyStats {
     MeshDistance deviation;  ///< mesh_distance between the mesh and the result
+    /// Collapses that were undone because the surface would have passed through itself.
+    std::int64_t undone_collapses = 0;
     bool backed_off =
         false;  ///< the mesh is unchanged: every result exceeded the error or changed the topology
 };
@@ -31,6 +33,7 @@ struct SimplifyStats {
 ///
 /// The topology does not change: a closed, manifold mesh stays closed and manifold, with the same components,
 /// cavities and handles. No component vanishes, so the result may have more than `triangles` triangles.
+/// Nor does the surface pass through itself where it did not before: MeshCheck::self_intersections stays 0.
 /// Points on open or non-manifold edges stay. If the mesh has normals, they are computed again from the
 /// triangles. The result has the same bits for any number of threads.
 ///

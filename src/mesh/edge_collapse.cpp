@@ -38,12 +38,15 @@ EdgeCollapse::EdgeCollapse(const Mesh& mesh, double max_error, DeviationGuard* g
     : max_squared_error_(max_error * max_error),
       guard_(guard),
       alive_(mesh.triangles.size()),
-      buckets_(bucket_of(std::numeric_limits<float>::infinity()) + 1) {
+      log_(1),
+      buckets_(bucket_of(std::numeric_limits<float>::infinity()) + 1),
+      lowest_(buckets_.size()) {
     if (!mesh.points.empty()) origin_ = to_double(mesh.points.front());
     points_.reserve(mesh.points.size());
     for (const Vec3f& p : mesh.points) points_.push_back({.position = to_double(p) - origin_, .quadric = {}});
     faces_.reserve(mesh.triangles.size());
     for (const Triangle& t : mesh.triangles) faces_.push_back({t, {kNone, kNone, kNone}});
+    log_.reserve(mesh.triangles.size() / 2 + 1);
     pair_half_edges();
     fix_points();
     sum_quadrics();
@@ -142,7 +145,7 @@ void EdgeCollapse::queue(Half h, float error) {
     if (!(error <= max_squared_error_)) return;
     const std::size_t bucket = bucket_of(error);
     buckets_[bucket].entries.push_back({h, version(h)});
-    faces_[h / 4].queued |= std::uint64_t{1} << h % 4;
+    faces_[h / 4].queued |= 1u << h % 4;
     lowest_ = std::min(lowest_, bucket);
 }
 
@@ -219,8 +222,8 @@ EdgeCollapse::Half EdgeCollapse::pop() {
         while (bucket.first < bucket.entries.size()) {
             prefetch(bucket);
             const auto [h, version_then] = bucket.entries[bucket.first++];
-            faces_[h / 4].queued &= ~(std::uint64_t{1} << h % 4);
-            if (!is_alive(h) || h > twin(h)) continue;
+            faces_[h / 4].queued &= ~(1u << h % 4);
+            if (!is_alive(h) || h > twin(h) || is_fixed(h)) continue;
             if (version(h) == version_then) return h;
             const float error = target(h).error;
             if (error <= max_squared_error_ && bucket_of(error) <= lowest_) return h;
@@ -364,25 +367,77 @@ bool EdgeCollapse::collapse(Half h) {
     };
     close(next(h), prev(h));
     close(next(g), prev(g));
-    for (const Half removed : {h, g}) faces_[removed / 4].from = {kNone, kNone, kNone};
+    for (const Half removed : {h, g}) faces_[removed / 4].alive = false;
     alive_ -= 2;
 
     Point &kept = points_[a], &removed = points_[b];
+    log_.push_back({h, b, kept.latest, kept.position});
     kept.position = position;
     kept.quadric += removed.quadric;
-    kept.version = std::max(kept.version, removed.version) + 1;
+    kept.latest = static_cast<std::uint32_t>(log_.size() - 1);
     removed.outgoing = kNone;
     return true;
+}
+
+std::size_t EdgeCollapse::undo(std::span<const std::uint32_t> corners, std::size_t count) {
+    std::size_t undone = 0;
+    for (; count > 0; --count) {
+        std::uint32_t latest = 0;
+        for (const std::uint32_t p : corners) latest = std::max(latest, points_[p].latest);
+        if (latest == 0) break;
+        undone += undo(latest);
+    }
+    return undone;
+}
+
+// A collapse can be undone if no later one has changed the triangles at its point. A collapse changes the
+// triangles at the point that it keeps, so none of their corners may have a later one.
+std::size_t EdgeCollapse::undo(std::uint32_t collapse) {
+    std::size_t undone = 0;
+    std::vector<std::uint32_t> pending{collapse};
+    while (!pending.empty()) {
+        const std::uint32_t i = pending.back();
+        const std::uint32_t kept = from(log_[i].half);
+        std::uint32_t later = 0;
+        if (points_[kept].latest == i)
+            for_each_outgoing(kept, [&](Half out) { later = std::max(later, points_[to(out)].latest); });
+        if (later > i) {
+            pending.push_back(later);
+            continue;
+        }
+        if (points_[kept].latest == i) undo_one(log_[i]), ++undone;
+        pending.pop_back();
+    }
+    return undone;
+}
+
+// The inverse of collapse().
+void EdgeCollapse::undo_one(const Collapse& collapse) {
+    const Half h = collapse.half, g = twin(h);
+    const std::uint32_t a = from(h), b = collapse.removed;
+    for (const Half side : {next(h), prev(h), next(g), prev(g)}) pair(side, twin(side));
+    for (const Half revived : {h, g}) faces_[revived / 4].alive = true;
+    alive_ += 2;
+    Half out = g;
+    do {
+        faces_[out / 4].from[out % 4] = b;
+        out = twin(prev(out));
+    } while (out != g);
+    Point &kept = points_[a], &revived = points_[b];
+    kept.position = collapse.position;
+    kept.latest = collapse.latest;
+    kept.outgoing = h;
+    revived.outgoing = g;
+    kept.fixed = revived.fixed = true;
 }
 
 void EdgeCollapse::reduce_to(std::size_t triangles, const Progress& progress) {
     const std::size_t from_count = alive_;
     // Queues all edges again while this helps: a rejected collapse may become acceptable after its
-    // neighbourhood changed.
+    // neighbourhood changed. What is left in the queue after the last call comes first.
     for (std::size_t before = 2 * alive_; alive_ > triangles && alive_ < 0.99 * before;) {
         before = alive_;
-        lowest_ = buckets_.size();
-        queue_all();
+        if (lowest_ == buckets_.size()) queue_all();
         Half h = kNone;
         for (std::size_t tried = 0; alive_ > triangles && (h = pop()) != kNone; ++tried) {
             if (tried % 8192 == 0)
@@ -397,24 +452,25 @@ void EdgeCollapse::reduce_to(std::size_t triangles, const Progress& progress) {
                 if (!is_queued(edge) && !is_fixed(edge)) queue(edge, target(edge).error);
             });
         }
-        for (Bucket& bucket : buckets_) bucket = {};
     }
 }
 
-Mesh EdgeCollapse::mesh(std::vector<std::uint32_t>* old_triangles) const {
-    Mesh result;
+EdgeCollapse::Result EdgeCollapse::result() const {
+    Result result;
     std::vector<std::uint32_t> new_index(points_.size(), kNone);
-    for (std::size_t p = 0; p < points_.size(); ++p) {
+    for (std::uint32_t p = 0; p < points_.size(); ++p) {
         if (points_[p].outgoing == kNone) continue;
-        new_index[p] = static_cast<std::uint32_t>(result.points.size());
-        result.points.push_back(to_float(origin_ + points_[p].position));
+        new_index[p] = static_cast<std::uint32_t>(result.mesh.points.size());
+        result.mesh.points.push_back(to_float(origin_ + points_[p].position));
+        result.old_points.push_back(p);
     }
-    result.triangles.reserve(alive_);
+    result.mesh.triangles.reserve(alive_);
+    result.old_triangles.reserve(alive_);
     for (std::uint32_t t = 0; t < faces_.size(); ++t) {
+        if (!faces_[t].alive) continue;
         const auto& [a, b, c] = faces_[t].from;
-        if (a == kNone) continue;
-        result.triangles.push_back({new_index[a], new_index[b], new_index[c]});
-        if (old_triangles) old_triangles->push_back(t);
+        result.mesh.triangles.push_back({new_index[a], new_index[b], new_index[c]});
+        result.old_triangles.push_back(t);
     }
     return result;
 }

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include <marrow/mesh.h>
@@ -20,6 +21,9 @@ namespace marrow::internal {
 /// closed, manifold mesh stays closed and manifold, with the same components and handles. No triangle may
 /// flip or become much thinner, and neither end may be on an open or non-manifold edge. The result has the
 /// same bits every time.
+///
+/// A log of the collapses allows to undo some of them later, where the result turns out to be bad. A collapse
+/// can be undone once all later ones around its point are (Hoppe 1996, Xia and Varshney 1996).
 class EdgeCollapse {
   public:
     /// Collapses no edge that would leave a root mean square distance above `max_error` mm to the merged
@@ -30,12 +34,23 @@ class EdgeCollapse {
     /// Keeps a point at its position.
     void fix(std::uint32_t point) { points_[point].fixed = true; }
 
-    /// Collapses until `triangles` are left, or until no edge can be collapsed. \throw Cancelled
+    /// Collapses until `triangles` are left, or until no edge can be collapsed. It may be called again with
+    /// the same number after undo(). \throw Cancelled
     void reduce_to(std::size_t triangles, const Progress& progress);
 
-    /// Returns the reduced mesh without normals. Points and triangles keep their order. `old_triangles`, if
-    /// given, receives the original index of each triangle.
-    Mesh mesh(std::vector<std::uint32_t>* old_triangles = nullptr) const;
+    /// Undoes up to `count` collapses that made the triangles that have these corners, the latest first, and
+    /// the later ones around them. Points are as in the original mesh. The points that moved take part in no
+    /// collapse any more. Returns how many collapses it undid.
+    std::size_t undo(std::span<const std::uint32_t> corners, std::size_t count);
+
+    std::size_t triangles() const { return alive_; }
+
+    /// A reduced mesh without normals. Points and triangles keep their order.
+    struct Result {
+        Mesh mesh;
+        std::vector<std::uint32_t> old_points, old_triangles;  ///< their indices in the original mesh
+    };
+    Result result() const;
 
   private:
     // Half-edge 4 t + k runs from corner k of triangle t to the next corner.
@@ -46,22 +61,23 @@ class EdgeCollapse {
     std::uint32_t from(Half h) const { return faces_[h / 4].from[h % 4]; }
     std::uint32_t to(Half h) const { return from(next(h)); }
     Half twin(Half h) const { return faces_[h / 4].twin[h % 4]; }
-    bool is_alive(Half h) const { return faces_[h / 4].from[0] != kNone; }
+    bool is_alive(Half h) const { return faces_[h / 4].alive; }
     bool is_queued(Half h) const { return faces_[h / 4].queued >> h % 4 & 1; }
 
     // A triangle. It takes half a cache line.
     struct Face {
-        std::array<std::uint32_t, 3> from;  // its corners; kNone: the triangle was removed
+        std::array<std::uint32_t, 3> from;  // its corners
         std::array<Half, 3> twin;           // kNone: along an open or non-manifold edge
-        std::uint64_t queued = 0;           // bit k: half-edge k has an entry in the queue
+        std::uint32_t queued = 0;           // bit k: half-edge k has an entry in the queue
+        bool alive = true;                  // false: a collapse has removed it; its corners and twins stay
     };
     // It takes two cache lines. A collapse reads only the first line of the neighbours.
     struct Point {
-        Vec3d position;             // relative to origin_, so that quadrics lose no digits
-        std::uint32_t version = 0;  // counts the changes of the point
-        Half outgoing = kNone;      // one of its half-edges; kNone: it has no triangle
-        bool fixed = false;         // takes part in no collapse
-        bool changed = true;        // the point or a neighbour has moved since its edges were queued
+        Vec3d position;            // relative to origin_, so that quadrics lose no digits
+        std::uint32_t latest = 0;  // the last collapse that merged a point into this one; 0: none
+        Half outgoing = kNone;     // one of its half-edges; kNone: it has no triangle
+        bool fixed = false;        // takes part in no collapse
+        bool changed = true;       // the point or a neighbour has moved since its edges were queued
         Quadric quadric;
     };
     static constexpr std::size_t kMaxNeighbours = 32;
@@ -81,7 +97,14 @@ class EdgeCollapse {
     };
     struct Entry {
         Half half;
-        std::uint32_t version;  // the sum of both ends' versions when the entry was queued
+        std::uint32_t version;  // the sum of both ends' latest collapses when the entry was queued
+    };
+    // A collapse merges the end of a half-edge into its beginning.
+    struct Collapse {
+        Half half;
+        std::uint32_t removed;  // the point at the end
+        std::uint32_t latest;   // of the point at the beginning, before
+        Vec3d position;         // of the point at the beginning, before
     };
     // The entries of a bucket are sorted by position when its turn comes. Later entries are appended.
     struct Bucket {
@@ -97,7 +120,7 @@ class EdgeCollapse {
     void fix_points();
     void sum_quadrics();
     Target target(Half h) const;
-    std::uint32_t version(Half h) const { return points_[from(h)].version + points_[to(h)].version; }
+    std::uint32_t version(Half h) const { return points_[from(h)].latest + points_[to(h)].latest; }
     bool is_fixed(Half h) const { return points_[from(h)].fixed || points_[to(h)].fixed; }
     void queue(Half h, float error);
     void queue_all();
@@ -110,6 +133,8 @@ class EdgeCollapse {
     bool keeps_shape(const Ring& ring, std::uint32_t point, std::uint32_t other, const Vec3d& position) const;
     bool guard_accepts(Half h, const Vec3d& position);
     bool collapse(Half h);
+    std::size_t undo(std::uint32_t collapse);
+    void undo_one(const Collapse& collapse);
     template <class F>
     void for_each_outgoing(std::uint32_t point, F f) const;
 
@@ -121,6 +146,8 @@ class EdgeCollapse {
     Buffer<Face> faces_;
     std::size_t alive_;         // the number of faces that are left
     Ring from_ring_, to_ring_;  // of the edge that collapse() tries
+
+    Buffer<Collapse> log_;  // collapse i is log_[i]; entry 0 is not used
 
     std::vector<Bucket> buckets_;  // by the logarithm of the error
     std::size_t lowest_ = 0;       // all buckets below are empty

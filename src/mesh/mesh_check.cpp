@@ -6,6 +6,8 @@
 #include <numeric>
 #include <vector>
 
+#include <tbb/parallel_invoke.h>
+
 #include <marrow/error.h>
 #include <marrow/mesh_check.h>
 
@@ -41,8 +43,21 @@ void check_input(const MeshView& mesh, const CheckOptions& options) {
     }
 }
 
+// Whether walking around a point from triangle to triangle visits them all and returns.
+bool is_closed_fan(const Triangle* begin, const Triangle* end) {
+    std::uint32_t at = (*begin)[1];
+    for (std::ptrdiff_t left = end - begin; left > 0; --left) {
+        const Triangle* const next = std::find_if(begin, end, [&](const Triangle& t) { return t[1] == at; });
+        if (next == end) return false;
+        at = (*next)[2];
+        if (at == (*begin)[1]) return left == 1;
+    }
+    return false;
+}
+
 // Whether the triangles at a point are connected through the edges at that point.
 bool is_one_fan(const Triangle* begin, const Triangle* end) {
+    if (is_closed_fan(begin, end)) return true;
     struct Spoke {
         std::uint32_t to;
         std::size_t triangle;
@@ -63,7 +78,8 @@ bool is_one_fan(const Triangle* begin, const Triangle* end) {
     return fans <= 1;
 }
 
-void check_points(const MeshView& mesh, const VertexTriangles& vertex_triangles, MeshCheck& check) {
+void check_points(const MeshView& mesh, MeshCheck& check) {
+    const VertexTriangles vertex_triangles(mesh);
     for (std::size_t p = 0; p < mesh.points.size(); ++p) {
         const Triangle *begin = vertex_triangles.begin(p), *end = vertex_triangles.end(p);
         if (begin == end)
@@ -75,8 +91,9 @@ void check_points(const MeshView& mesh, const VertexTriangles& vertex_triangles,
 
 // Returns for each triangle the length of the ray from its centre inward until it leaves the object; infinity
 // from `min_wall` on.
-std::vector<double> wall_thickness(const MeshView& mesh, const TriangleTree& tree, double min_wall,
-                                   const Progress& progress, double begin, double end) {
+std::vector<double> wall_thickness(const MeshView& mesh, double min_wall, const Progress& progress, double begin,
+                                   double end) {
+    const TriangleTree tree(mesh);
     std::vector<double> thickness(mesh.triangles.size(), std::numeric_limits<double>::infinity());
     const auto measure_wall = [&](std::size_t i) {
         const TriangleCorners t = corners_of(mesh, mesh.triangles[i]);
@@ -105,28 +122,32 @@ void check_walls(const MeshView& mesh, const std::vector<double>& thickness, Mes
     }
 }
 
+// The counts are independent, so they run at the same time.
 // \pre no triangle has equal indices
 void check_surface(const MeshView& mesh, const CheckOptions& options, MeshCheck& check) {
     for (const Triangle& t : mesh.triangles) check.degenerate_triangles += area(corners_of(mesh, t)) == 0;
-    check.measures = measure(mesh);
-    for_each_edge(mesh, [&](const Edge& e) {
-        check.misoriented_edges += e.up + e.down == 2 && (e.up == 2 || e.down == 2);
-    });
-    const VertexTriangles vertex_triangles(mesh);
-    check_points(mesh, vertex_triangles, check);
-    for (const Component& component : find_components(mesh).all) check.cavities += component.is_cavity();
+    const double walls_begin = options.min_wall ? 0.6 : 1;
+    tbb::parallel_invoke(
+        [&] {
+            check.self_intersections = static_cast<std::int64_t>(
+                SelfIntersections(mesh).find_all(options.progress, 0, walls_begin).size());
+        },
+        [&] { check.measures = measure(mesh); },
+        [&] {
+            for_each_edge(mesh, [&](const Edge& e) {
+                check.misoriented_edges += e.up + e.down == 2 && (e.up == 2 || e.down == 2);
+            });
+        },
+        [&] { check_points(mesh, check); },
+        [&] {
+            for (const Component& component : find_components(mesh).all)
+                check.cavities += component.is_cavity();
+        });
     const MeshMeasures& m = check.measures;
     if (check.is_closed() && check.is_manifold() && check.misoriented_edges == 0)
         check.genus = m.components - (m.euler_characteristic - check.unused_points) / 2;
-
-    if (mesh.triangles.empty()) return;
-    const TriangleTree tree(mesh);
-    const double walls_begin = options.min_wall ? 0.6 : 1;
-    check.self_intersections =
-        count_self_intersections(mesh, tree, vertex_triangles, options.progress, 0, walls_begin);
-    if (options.min_wall)
-        check_walls(mesh, wall_thickness(mesh, tree, *options.min_wall, options.progress, walls_begin, 1),
-                    check);
+    if (options.min_wall && !mesh.triangles.empty())
+        check_walls(mesh, wall_thickness(mesh, *options.min_wall, options.progress, walls_begin, 1), check);
 }
 
 }  // namespace

@@ -1,20 +1,37 @@
-/// Counts where the surface of a mesh passes through itself.
+/// Finds where the surface of a mesh passes through itself.
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <memory>
+#include <vector>
 
 #include <marrow/mesh.h>
 #include <marrow/progress.h>
 
-#include "triangle_tree.h"
-#include "vertex_triangles.h"
-
 namespace marrow::internal {
 
-/// Returns MeshCheck::self_intersections. The tree and the vertex triangles are those of the mesh. Reports
-/// progress from `begin` to `end`. \throw Cancelled
-std::int64_t count_self_intersections(const MeshView& mesh, const TriangleTree& tree,
-                                      const VertexTriangles& vertex_triangles, const Progress& progress,
-                                      double begin, double end);
+/// The indices of two triangles, the lower index first.
+using TrianglePair = std::array<std::uint32_t, 2>;
+
+/// Finds the pairs of triangles that MeshCheck::self_intersections counts, and finds them again after points
+/// have moved. The results are sorted and do not depend on the number of threads.
+class SelfIntersections {
+  public:
+    /// \pre fewer than 2^32 triangles, none with equal indices
+    explicit SelfIntersections(MeshView mesh);
+    ~SelfIntersections();
+
+    /// Finds all pairs, with progress from `begin` to `end`. \throw Cancelled
+    std::vector<TrianglePair> find_all(const Progress& progress = {}, double begin = 0, double end = 1) const;
+
+    /// Finds the pairs that have at least one of the triangles `changed`. These must include all triangles
+    /// that have changed since the last search.
+    std::vector<TrianglePair> find_changed(const std::vector<std::uint32_t>& changed);
+
+  private:
+    struct Search;
+    std::unique_ptr<Search> search_;
+};
 
 }  // namespace marrow::internal

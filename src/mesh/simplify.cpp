@@ -1,5 +1,6 @@
-// Collapses edges, measures the result, and tries again more carefully if the error is too large.
+// Collapses edges, undoes collapses where the surface passes through itself, measures the result, and tries again more carefully if the error is too large.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -14,6 +15,7 @@
 #include "distance.h"
 #include "edge_collapse.h"
 #include "normals.h"
+#include "self_intersections.h"
 
 namespace marrow {
 
@@ -31,12 +33,42 @@ struct Limits {
           max_error(options.max_error.value_or(std::numeric_limits<double>::infinity())) {}
 };
 
+// Collapses until `triangles` are left, undoes collapses until the surface passes through itself nowhere, and
+// makes up for them elsewhere if `again` is set. An undone collapse often does not help, as the surface came
+// apart earlier: each time, twice as many are undone. Adds what was undone to `undone`.
+EdgeCollapse::Result reduce_to_valid(EdgeCollapse& collapse, std::size_t triangles, bool again,
+                                     const Progress& progress, std::int64_t& undone) {
+    constexpr int kMostTimes = 4;
+    for (int times = 1;; ++times) {
+        const std::size_t before = collapse.triangles();
+        collapse.reduce_to(triangles, progress);
+        const bool is_last = !again || times == kMostTimes || collapse.triangles() == before;
+        for (std::size_t count = 1;; count *= 2) {
+            EdgeCollapse::Result result = collapse.result();
+            std::size_t found = 0;
+            for (const auto& [s, t] : SelfIntersections(result.mesh).find_all()) {
+                std::array<std::uint32_t, 6> corners;
+                for (std::size_t c = 0; c < 3; ++c) {
+                    corners[c] = result.old_points[result.mesh.triangles[s][c]];
+                    corners[3 + c] = result.old_points[result.mesh.triangles[t][c]];
+                }
+                found += collapse.undo(corners, count);
+            }
+            undone += static_cast<std::int64_t>(found);
+            if (found > 0) continue;
+            if (is_last || collapse.triangles() <= triangles) return result;
+            break;
+        }
+    }
+}
+
 // A reduced mesh, its distance from the original mesh, and the original points near positions that are too
 // far.
 struct Attempt {
     Mesh mesh;
     MeshDistance deviation;
     std::vector<std::uint32_t> to_fix;
+    std::int64_t undone = 0;
 };
 
 // Finds the original points to fix: those that are too far from the reduced mesh, and those near its
@@ -77,10 +109,10 @@ Attempt attempt(const Mesh& mesh, const TriangleTree& tree, const Limits& limits
     for (std::uint32_t p = 0; p < fixed.size(); ++p) {
         if (fixed[p]) collapse.fix(p);
     }
-    collapse.reduce_to(limits.triangles, progress);
     Attempt result;
-    std::vector<std::uint32_t> old_triangles;
-    result.mesh = collapse.mesh(&old_triangles);
+    auto [reduced, old_points, old_triangles] =
+        reduce_to_valid(collapse, limits.triangles, !guard, progress, result.undone);
+    result.mesh = std::move(reduced);
     const TriangleTree new_tree(result.mesh);
     const DistanceSearch search{.enough = limits.max_error};
     const Distances there = distances(mesh, tree, new_tree, search);
@@ -114,10 +146,11 @@ std::optional<Attempt> reduce_within_error(const Mesh& mesh, const Limits& limit
     return {};
 }
 
-Mesh reduce_unmeasured(const Mesh& mesh, const Limits& limits, const Progress& progress) {
+Attempt reduce_unmeasured(const Mesh& mesh, const Limits& limits, const Progress& progress) {
     EdgeCollapse collapse(mesh, limits.max_error);
-    collapse.reduce_to(limits.triangles, progress);
-    return collapse.mesh();
+    Attempt result;
+    result.mesh = reduce_to_valid(collapse, limits.triangles, true, progress, result.undone).mesh;
+    return result;
 }
 
 bool has_same_topology(const Mesh& a, const Mesh& b) {
@@ -140,13 +173,16 @@ Mesh simplified(const Mesh& mesh, const SimplifyOptions& options, SimplifyStats*
     if (std::isfinite(limits.max_error) || stats)
         reduced = reduce_within_error(mesh, limits, options.progress);
     else
-        reduced = Attempt{reduce_unmeasured(mesh, limits, options.progress), {}, {}};
+        reduced = reduce_unmeasured(mesh, limits, options.progress);
     if (!reduced || !has_same_topology(mesh, reduced->mesh)) {
         if (stats) stats->backed_off = true;
         return mesh;
     }
     if (!mesh.normals.empty()) reduced->mesh.normals = point_normals(reduced->mesh);
-    if (stats) stats->deviation = reduced->deviation;
+    if (stats) {
+        stats->deviation = reduced->deviation;
+        stats->undone_collapses = reduced->undone;
+    }
     return std::move(reduced->mesh);
 }
 

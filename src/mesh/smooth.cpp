@@ -1,13 +1,13 @@
-// Applies a low-pass filter to the points of a mesh, after Taubin, Zhang and Golub 1996.
-#include <tbb/parallel_for.h>
-
+// Smooths in three steps: a low-pass filter moves the points, components that it has nearly flattened go back,
+// and points go back part of their way where the surface would pass through itself.
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <numbers>
-#include <numeric>
+#include <limits>
 #include <optional>
 #include <vector>
+
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_invoke.h>
 
 #include <marrow/error.h>
 #include <marrow/smooth.h>
@@ -15,77 +15,18 @@
 #include "base/parallel.h"
 #include "base/progress.h"
 #include "check_indices.h"
-#include "find_components.h"
-#include "half_edges.h"
+#include "connected_points.h"
+#include "hold_back.h"
 #include "normals.h"
+#include "one_rings.h"
+#include "smooth_filter.h"
+#include "triangle_corners.h"
 
 namespace marrow {
 
 using namespace internal;
 
 namespace {
-
-// The neighbours of point p are points[start[p]] to points[start[p + 1] - 1]. A point on an open or
-// non-manifold edge has none, so that the filter does not move it.
-struct Neighbours {
-    std::vector<std::size_t> start;
-    std::vector<std::uint32_t> points;
-
-    explicit Neighbours(const Mesh& mesh) : start(mesh.points.size() + 2, 0) {
-        std::vector<bool> fixed(mesh.points.size(), false);
-        std::vector<std::array<std::uint32_t, 2>> edges;
-        edges.reserve(mesh.triangles.size() * 3 / 2);
-        for_each_edge(mesh, [&](const Edge& e) {
-            edges.push_back({e.lower, e.higher});
-            if (!e.is_manifold()) fixed[e.lower] = fixed[e.higher] = true;
-        });
-        const auto for_each = [&](auto&& f) {
-            for (const auto& [a, b] : edges) {
-                if (!fixed[a]) f(a, b);
-                if (!fixed[b]) f(b, a);
-            }
-        };
-        // Counts go two entries further, so that filling leaves the first neighbour of p in start[p].
-        for_each([&](std::uint32_t p, std::uint32_t) { ++start[p + std::size_t{2}]; });
-        std::partial_sum(start.begin(), start.end(), start.begin());
-        points.resize(start.back());
-        for_each([&](std::uint32_t p, std::uint32_t q) { points[start[p + std::size_t{1}]++] = q; });
-    }
-};
-
-// Returns the Chebyshev coefficients of a low-pass filter: the ideal filter that cuts at the angle `cut`, 0
-// to pi, times a Hamming window. They are scaled so that the filter leaves a constant unchanged.
-std::vector<double> low_pass(int degree, double cut) {
-    using std::numbers::pi;
-    std::vector<double> c(static_cast<std::size_t>(degree) + 1);
-    double sum = 0;
-    for (int n = 0; n <= degree; ++n) {
-        const double window = 0.54 + 0.46 * std::cos(n * pi / (degree + 1));
-        c[static_cast<std::size_t>(n)] = window * (n == 0 ? cut / pi : 2 * std::sin(n * cut) / (n * pi));
-        sum += c[static_cast<std::size_t>(n)];
-    }
-    for (double& value : c) value /= sum;
-    return c;
-}
-
-double response(const std::vector<double>& c, double angle) {
-    double sum = 0;
-    for (std::size_t n = 0; n < c.size(); ++n) sum += c[n] * std::cos(static_cast<double>(n) * angle);
-    return sum;
-}
-
-// Returns the filter whose response is still almost 1 at the end of the pass band. The response of a short
-// filter falls slowly, so a short filter must cut later.
-std::vector<double> low_pass_for(int degree, double pass_band) {
-    constexpr double kPasses = 0.995;
-    const double end = std::acos(1 - pass_band / 2);
-    double low = end, high = std::numbers::pi / 2;
-    for (int step = 0; step < 40; ++step) {
-        const double cut = (low + high) / 2;
-        (response(low_pass(degree, cut), end) < kPasses ? low : high) = cut;
-    }
-    return low_pass(degree, high);
-}
 
 // Limits the move of a point to half a sample along each index axis.
 class Bound {
@@ -96,10 +37,10 @@ class Bound {
         to_index_ = inverse(to_physical_);
     }
 
-    Vec3d operator()(const Vec3d& from, const Vec3d& to) const {
-        Vec3d steps = to_index_ * (to - from);
+    Vec3d limited(const Vec3d& move) const {
+        Vec3d steps = to_index_ * move;
         for (double& step : steps) step = std::clamp(step, -0.5, 0.5);
-        return from + to_physical_ * steps;
+        return to_physical_ * steps;
     }
 
   private:
@@ -107,87 +48,78 @@ class Bound {
     Mat3d to_index_{};
 };
 
-// Moves every point by the filter. y_i = T_i(A) x with the Chebyshev polynomials T_i, where A averages a
-// point with the mean of its neighbours. The result is the sum of c_i y_i.
-class Filter {
-  public:
-    Filter(const Mesh& mesh, const Neighbours& neighbours)
-        : neighbours_(neighbours),
-          previous_(mesh.points.size()),
-          y_(mesh.points.size()),
-          next_(mesh.points.size()),
-          sum_(mesh.points.size()) {
-        for_each_point([&](std::size_t p) { y_[p] = to_double(mesh.points[p]); });
+// The volumes of the components of a mesh, under the lowest point of each. Relative to that point, because
+// distant coordinates would cancel.
+std::vector<double> volumes(const Mesh& mesh, const std::vector<std::uint32_t>& lowest) {
+    std::vector<double> sums(mesh.points.size(), 0.0);
+    for (const Triangle& t : mesh.triangles) {
+        const Vec3d origin = to_double(mesh.points[lowest[t[0]]]);
+        const auto [a, b, c] = corners_of(mesh, t);
+        sums[lowest[t[0]]] += dot(a - origin, cross(b - origin, c - origin)) / 6;
     }
+    return sums;
+}
 
-    // \throw Cancelled
-    const std::vector<Vec3d>& apply(const std::vector<double>& c, const Progress& progress) {
-        for_each_point([&](std::size_t p) { sum_[p] = c[0] * y_[p]; });
-        for (std::size_t i = 1; i < c.size(); ++i) {
-            report_progress(progress, static_cast<double>(i) / static_cast<double>(c.size()));
-            for_each_point([&](std::size_t p) {
-                next_[p] = i == 1 ? 0.5 * twice_average(p) : twice_average(p) - previous_[p];
-                sum_[p] = sum_[p] + c[i] * next_[p];
-            });
-            previous_.swap(y_);
-            y_.swap(next_);
-        }
-        return sum_;
+// Moves the points of closed components that the filter has nearly flattened back. These are specks of a few
+// triangles, whose shape consists of frequencies above the pass band. Returns their number. `lowest` has the
+// lowest point of each point's component.
+std::int64_t restore_flattened(const Mesh& before, const OneRings& rings,
+                               const std::vector<std::uint32_t>& lowest, Mesh& mesh) {
+    std::vector<double> old_volumes, new_volumes;
+    tbb::parallel_invoke([&] { old_volumes = volumes(before, lowest); },
+                         [&] { new_volumes = volumes(mesh, lowest); });
+    std::vector<bool> restore(lowest.size(), false);
+    for (std::size_t p = 0; p < lowest.size(); ++p)
+        restore[p] = std::abs(new_volumes[p] - old_volumes[p]) > std::abs(old_volumes[p]) / 2;
+    // A component with an irregular edge is not closed.
+    for (std::size_t p = 0; p < lowest.size(); ++p) {
+        if (!rings.is_regular(p)) restore[lowest[p]] = false;
     }
-
-  private:
-    template <class F>
-    void for_each_point(const F& f) const {
-        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, y_.size(), 4096), [&](const auto& range) {
-            for (std::size_t p = range.begin(); p < range.end(); ++p) f(p);
-        });
-    }
-    Vec3d twice_average(std::size_t p) const {
-        const std::size_t begin = neighbours_.start[p], end = neighbours_.start[p + 1];
-        if (begin == end) return 2 * y_[p];
-        Vec3d sum{};
-        for (std::size_t i = begin; i < end; ++i) sum = sum + y_[neighbours_.points[i]];
-        return y_[p] + (1 / static_cast<double>(end - begin)) * sum;
-    }
-
-    const Neighbours& neighbours_;
-    std::vector<Vec3d> previous_, y_, next_, sum_;
-};
-
-// Moves the points of components that the filter has nearly flattened back. These are specks of a few
-// triangles, whose shape consists of frequencies above the pass band. Returns their number.
-std::int64_t restore_flattened(const Mesh& before, Mesh& mesh) {
-    const Components old = find_components(before), now = find_components(mesh);
-    std::vector<bool> restore(old.all.size(), false);
-    for (std::size_t c = 0; c < old.all.size(); ++c) {
-        const double volume = old.all[c].volume;
-        restore[c] = old.all[c].closed && std::abs(now.all[c].volume - volume) > std::abs(volume) / 2;
-    }
-    for (std::size_t p = 0; p < mesh.points.size(); ++p) {
-        const std::uint32_t component = old.of_point[p];
-        if (component != Components::kNone && restore[component]) mesh.points[p] = before.points[p];
+    for (std::size_t p = 0; p < lowest.size(); ++p) {
+        if (restore[lowest[p]]) mesh.points[p] = before.points[p];
     }
     return std::count(restore.begin(), restore.end(), true);
 }
 
+void measure_moves(const Mesh& before, const Mesh& after, SmoothStats& stats) {
+    double sum = 0;
+    for (std::size_t p = 0; p < before.points.size(); ++p) {
+        const double moved = length(to_double(after.points[p]) - to_double(before.points[p]));
+        sum += moved;
+        stats.moved_max = std::max(stats.moved_max, moved);
+    }
+    if (!before.points.empty()) stats.moved_mean = sum / static_cast<double>(before.points.size());
+}
+
 Mesh smoothed(const Mesh& mesh, const SmoothOptions& options, SmoothStats& stats) {
     const std::optional<Bound> bound = options.bound ? std::optional<Bound>(*options.bound) : std::nullopt;
-    const Neighbours neighbours(mesh);
-    Filter filter(mesh, neighbours);
-    const std::vector<Vec3d>& filtered =
-        filter.apply(low_pass_for(options.iterations, options.pass_band), options.progress);
-
+    const OneRings rings(mesh);
+    Buffer<Displacement> displacements;
+    std::vector<std::uint32_t> lowest;
+    const Progress filtering = sub_progress(options.progress, 0, 0.5);
+    tbb::parallel_invoke(
+        [&] { displacements = low_pass(mesh, rings, options.iterations, options.pass_band, filtering); },
+        [&] { lowest = lowest_connected_points(mesh); });
+    const double longest = options.max_move.value_or(std::numeric_limits<double>::infinity());
     Mesh result;
     result.triangles = mesh.triangles;
     result.points.resize(mesh.points.size());
-    tbb::parallel_for(std::size_t{0}, mesh.points.size(), [&](std::size_t p) {
-        if (neighbours.start[p] == neighbours.start[p + 1])
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, rings.size(), 4096), [&](const auto& range) {
+        for (std::size_t p = range.begin(); p < range.end(); ++p) {
             result.points[p] = mesh.points[p];
-        else
-            result.points[p] =
-                to_float(bound ? (*bound)(to_double(mesh.points[p]), filtered[p]) : filtered[p]);
+            if (!rings.is_regular(p)) continue;
+            const float* const xyz = displacements[p].xyz;
+            Vec3d move{xyz[0], xyz[1], xyz[2]};
+            if (bound) move = bound->limited(move);
+            if (const double size = length(move); size > longest) move = (longest / size) * move;
+            result.points[p] = to_float(to_double(mesh.points[p]) + move);
+        }
     });
-    stats.restored_components = restore_flattened(mesh, result);
+    displacements = {};
+    stats.restored_components = restore_flattened(mesh, rings, lowest, result);
+    stats.held_back_points =
+        static_cast<std::int64_t>(hold_back(mesh.points, result, options.progress, 0.5, 1));
+    measure_moves(mesh, result, stats);
     if (!mesh.normals.empty()) result.normals = point_normals(result);
     return result;
 }
@@ -198,7 +130,11 @@ Mesh smooth(const Mesh& mesh, const SmoothOptions& options, SmoothStats* stats) 
     if (options.iterations < 0) throw InputError("smooth: the number of iterations must not be negative");
     if (!(options.pass_band > 0 && options.pass_band < 2))
         throw InputError("smooth: the pass band must be above 0 and below 2");
+    if (options.max_move && !(*options.max_move >= 0))
+        throw InputError("smooth: the largest move must be a number of mm from 0 upwards");
     check_indices(mesh);
+    if (mesh.triangles.size() >> 32) throw LimitError("smooth: the mesh has 2^32 triangles or more");
+    if (stats) *stats = {};
     if (options.iterations == 0) return mesh;
     Mesh result;
     SmoothStats found;

@@ -24,8 +24,10 @@ void PointWindow::append(std::uint32_t first, std::uint32_t next, std::uint32_t 
     std::fill(moved() + next, moved() + end, 0.0f);
 }
 
-SnapSlab::SnapSlab(const EmitInput& input, float limit, bool normals, std::int64_t begin, std::int64_t end)
+SnapSlab::SnapSlab(const EmitInput& input, const UnsnappedSamples& unsnapped, float limit, bool normals,
+                   std::int64_t begin, std::int64_t end)
     : input_(input),
+      unsnapped_(unsnapped),
       limit_(limit),
       normals_wanted_(normals),
       begin_(begin),
@@ -86,6 +88,7 @@ void SnapSlab::make_points(std::int64_t z) {
     emit_points(input_, input_.bits.row_index(0, z), input_.bits.row_index(0, z + 1), s.points.data() - first,
                 normals_wanted_ ? s.normals.data() - first : nullptr, s.offsets.data() - first);
     measure_slice(input_, limit_, z, s);
+    if (!unsnapped_.empty()) unsnapped_.remove_near_points(z, s);
 }
 
 void SnapSlab::merge_slice(std::int64_t z) {

@@ -13,6 +13,7 @@
 #include "core/marching_cubes/emit.h"
 #include "merge_clusters.h"
 #include "slice.h"
+#include "unsnapped_samples.h"
 
 namespace marrow::internal {
 
@@ -42,7 +43,8 @@ class PointWindow {
 /// output, they are numbered from the first point of slice `begin`.
 class SnapSlab {
   public:
-    SnapSlab(const EmitInput& input, float limit, bool normals, std::int64_t begin, std::int64_t end);
+    SnapSlab(const EmitInput& input, const UnsnappedSamples& unsnapped, float limit, bool normals,
+             std::int64_t begin, std::int64_t end);
 
     /// Makes the output, with a step for each slice of the slab. \throw Cancelled; std::bad_alloc
     void run(Stage& stage);
@@ -68,6 +70,7 @@ class SnapSlab {
     void list_caps(const Triangle* made, std::size_t count);
 
     const EmitInput& input_;
+    const UnsnappedSamples& unsnapped_;
     const float limit_;
     const bool normals_wanted_;
     const std::int64_t begin_, end_;

@@ -10,7 +10,8 @@
 // 3. Write the remaining points of the slice before to the output. No later slice changes them.
 // 4. Make the triangles between that slice and the one before it, except those that collapsed.
 //
-// Finally, cap triangles are widened. The slabs run in parallel. Each processes a few slices more than it
+// Then cap triangles are widened. Where the result passes through itself, all of this is repeated without
+// snapping at the samples around. The slabs run in parallel. Each processes a few slices more than it
 // outputs, so that neighbouring slabs decide alike.
 #include "snap.h"
 
@@ -22,6 +23,7 @@
 #include "base/parallel.h"
 #include "base/progress.h"
 #include "core/grid/shares.h"
+#include "mesh/self_intersections.h"
 #include "relax_caps.h"
 #include "slab.h"
 
@@ -29,14 +31,15 @@ namespace marrow::internal {
 
 namespace {
 
-std::vector<SnapSlab> make_slabs(const EmitInput& input, float limit, bool normals) {
+std::vector<SnapSlab> make_slabs(const EmitInput& input, const UnsnappedSamples& unsnapped, float limit,
+                                 bool normals) {
     constexpr std::int64_t kFewestSlices = 16;  // because a slab processes up to four more than these
     const auto threads = static_cast<std::int64_t>(share_count() / kSharesPerThread);
     const std::int64_t nz = input.bits.nz, slabs = threads == 1 ? 1 : 4 * threads;
     const std::int64_t slices = std::max((nz + slabs - 1) / slabs, kFewestSlices);
     std::vector<SnapSlab> result;
     for (std::int64_t z = 0; z < nz; z += slices)
-        result.emplace_back(input, limit, normals, z, std::min(z + slices, nz));
+        result.emplace_back(input, unsnapped, limit, normals, z, std::min(z + slices, nz));
     return result;
 }
 
@@ -69,10 +72,9 @@ std::vector<CapTriangle> gather(const std::vector<SnapSlab>& slabs, bool normals
     return caps;
 }
 
-}  // namespace
-
-std::size_t snap(const EmitInput& input, double limit, bool normals, const Progress& progress, Mesh& mesh) {
-    std::vector<SnapSlab> slabs = make_slabs(input, static_cast<float>(limit), normals);
+std::size_t snap_once(const EmitInput& input, const UnsnappedSamples& unsnapped, double limit, bool normals,
+                      const Progress& progress, Mesh& mesh) {
+    std::vector<SnapSlab> slabs = make_slabs(input, unsnapped, static_cast<float>(limit), normals);
     const auto swap_with_mesh = [&](SnapSlab& slab) {
         slab.points.swap(mesh.points);
         slab.normals.swap(mesh.normals);
@@ -82,16 +84,45 @@ std::size_t snap(const EmitInput& input, double limit, bool normals, const Progr
     if (slabs.size() == 1) swap_with_mesh(slabs[0]);
     Stage stage(progress, 0, 1, static_cast<std::size_t>(input.bits.nz));
     tbb::parallel_for(std::size_t{0}, slabs.size(), [&](std::size_t s) { slabs[s].run(stage); });
+    std::vector<CapTriangle> caps;
     if (slabs.size() == 1) {
         swap_with_mesh(slabs[0]);
-        relax_caps(input, limit, slabs[0].caps, mesh);
+        caps = std::move(slabs[0].caps);
     } else {
-        relax_caps(input, limit, gather(slabs, normals, mesh), mesh);
+        caps = gather(slabs, normals, mesh);
     }
-    report_progress(progress, 1);
+    if (!unsnapped.empty()) {
+        std::erase_if(caps, [&](const CapTriangle& cap) {
+            return std::any_of(cap.triangle.begin(), cap.triangle.end(),
+                               [&](std::uint32_t p) { return unsnapped.has_nearest_to(mesh.points[p]); });
+        });
+    }
+    relax_caps(input, limit, caps, mesh);
     std::size_t bytes = 0;
     for (const SnapSlab& slab : slabs) bytes += slab.bytes();
     return bytes;
+}
+
+}  // namespace
+
+// Without snapping, the surface does not pass through itself. So it is made again, with less and less
+// snapping around the places where it does.
+std::size_t snap(const EmitInput& input, double limit, bool normals, const Progress& progress, Mesh& mesh) {
+    UnsnappedSamples unsnapped(input);
+    Progress making = sub_progress(progress, 0, 0.5);
+    for (std::int64_t rings = 0;; ++rings) {
+        const std::size_t bytes = snap_once(input, unsnapped, limit, normals, making, mesh);
+        const std::size_t before = unsnapped.size();
+        for (const auto& [s, t] : SelfIntersections(mesh).find_all(progress, rings == 0 ? 0.5 : 1, 1)) {
+            unsnapped.add(mesh, mesh.triangles[s], rings);
+            unsnapped.add(mesh, mesh.triangles[t], rings);
+        }
+        if (unsnapped.size() == before) {
+            report_progress(progress, 1);
+            return bytes;
+        }
+        making = sub_progress(progress, 1, 1);
+    }
 }
 
 }  // namespace marrow::internal
