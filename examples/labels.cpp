@@ -18,7 +18,7 @@ int main(int argc, char** argv) try {
 
     std::vector<marrow::MeshObject> objects;
     for (const marrow::LabelSurface& surface : surfaces) {
-        objects.push_back({.mesh = &surface.mesh,
+        objects.push_back({.mesh = surface.mesh,
                            .name = "label " + std::to_string(surface.label),
                            .colour = marrow::default_label_colour(surface.label)});
         std::printf("%s: %.2f mL\n", objects.back().name.c_str(),

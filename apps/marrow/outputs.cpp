@@ -32,7 +32,7 @@ std::map<fs::path, std::vector<MeshObject>> objects_by_file(const std::vector<Su
     std::map<fs::path, std::vector<MeshObject>> objects;
     for (const Surface& surface : surfaces) {
         if (!surface.output.empty())
-            objects[surface.output].push_back({&surface.mesh, surface.name, surface.colour});
+            objects[surface.output].push_back({surface.mesh, surface.name, surface.colour});
     }
     return objects;
 }
@@ -51,9 +51,9 @@ void compare_triangles(std::span<const MeshObject> objects, const Mesh& found, f
                        const Fail& fail) {
     std::size_t at = 0;
     for (const MeshObject& object : objects) {
-        for (const Triangle& t : object.mesh->triangles) {
+        for (const Triangle& t : object.mesh.triangles) {
             for (std::size_t c = 0; c < 3; ++c) {
-                const Vec3f &a = object.mesh->points[t[c]], &b = found.points[found.triangles[at][c]];
+                const Vec3f &a = object.mesh.points[t[c]], &b = found.points[found.triangles[at][c]];
                 for (std::size_t axis = 0; axis < 3; ++axis) {
                     if (!(std::abs(a[axis] - b[axis]) <= tolerance * std::abs(a[axis]))) fail(at);
                 }
@@ -135,8 +135,8 @@ void verify(std::span<const MeshObject> objects, const fs::path& file, Space spa
     if (stated != space) fail("it states another space");
     std::size_t points = 0, triangles = 0;
     for (const MeshObject& object : objects) {
-        points += object.mesh->points.size();
-        triangles += object.mesh->triangles.size();
+        points += object.mesh.points.size();
+        triangles += object.mesh.triangles.size();
     }
     if (found.triangles.size() != triangles)
         fail(fmt::format("it has {} triangles instead of {}", found.triangles.size(), triangles));

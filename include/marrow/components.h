@@ -29,6 +29,6 @@ struct ComponentOptions {
 ///
 /// Takes nearly linear time. \throw InputError if `count` is below 1, if `min_volume` is negative or NaN, or
 /// if a triangle has an index out of range
-MARROW_EXPORT Mesh keep_components(const Mesh& mesh, const ComponentOptions& options);
+MARROW_EXPORT Mesh keep_components(MeshView mesh, const ComponentOptions& options);
 
 }  // namespace marrow

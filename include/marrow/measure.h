@@ -27,7 +27,7 @@ struct MeshMeasures {
 };
 
 /// Measures a mesh in nearly linear time. \throw InputError if a triangle has an index out of range
-MARROW_EXPORT MeshMeasures measure(const Mesh& mesh);
+MARROW_EXPORT MeshMeasures measure(MeshView mesh);
 
 /// The result of triangle_quality().
 struct TriangleQuality {
@@ -41,7 +41,7 @@ struct TriangleQuality {
 };
 
 /// Measures the shape of every triangle. \throw InputError if a triangle has an index out of range
-MARROW_EXPORT TriangleQuality triangle_quality(const Mesh& mesh);
+MARROW_EXPORT TriangleQuality triangle_quality(MeshView mesh);
 
 /// How mean_curvature and roughness run.
 struct CurvatureOptions {
@@ -59,7 +59,7 @@ struct CurvatureOptions {
 ///
 /// \throw InputError if a triangle has an index out of range
 /// \throw Cancelled if the progress callback returns false
-MARROW_EXPORT std::vector<double> mean_curvature(const Mesh& mesh, const CurvatureOptions& options = {});
+MARROW_EXPORT std::vector<double> mean_curvature(MeshView mesh, const CurvatureOptions& options = {});
 
 /// The result of roughness(). Means are weighted by area, over all points that have a curvature.
 struct Roughness {
@@ -79,7 +79,7 @@ struct Roughness {
 /// The result has the same bits for any number of threads.
 /// \throw InputError if a triangle has an index out of range or if `window` is not positive
 /// \throw Cancelled if the progress callback returns false
-MARROW_EXPORT Roughness roughness(const Mesh& mesh, double window, const CurvatureOptions& options = {});
+MARROW_EXPORT Roughness roughness(MeshView mesh, double window, const CurvatureOptions& options = {});
 
 /// The distance between two surfaces in mm.
 struct MeshDistance {
@@ -99,6 +99,6 @@ struct DistanceOptions {
 /// The samples depend only on the meshes, and the result has the same bits for any number of threads.
 /// \throw InputError if a mesh has no triangles, if a triangle has an index out of range, or if `samples` < 1
 /// \throw Cancelled if the progress callback returns false
-MARROW_EXPORT MeshDistance mesh_distance(const Mesh& a, const Mesh& b, const DistanceOptions& options = {});
+MARROW_EXPORT MeshDistance mesh_distance(MeshView a, MeshView b, const DistanceOptions& options = {});
 
 }  // namespace marrow

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 
 #include <marrow/buffer.h>
 #include <marrow/vector.h>
@@ -17,6 +18,19 @@ struct Mesh {
     Buffer<Vec3f> points;        ///< mm, in the patient space of the volume (LPS)
     Buffer<Vec3f> normals;       ///< one outward unit vector per point, or empty
     Buffer<Triangle> triangles;  ///< indices into `points`
+};
+
+/// A borrowed mesh, for functions that only read one. The arrays must outlive the view and not be resized.
+struct MeshView {
+    MeshView() = default;
+    MeshView(const Mesh& mesh) : points(mesh.points), normals(mesh.normals), triangles(mesh.triangles) {}
+    MeshView(std::span<const Vec3f> point_span, std::span<const Triangle> triangle_span,
+             std::span<const Vec3f> normal_span = {})
+        : points(point_span), normals(normal_span), triangles(triangle_span) {}
+
+    std::span<const Vec3f> points;
+    std::span<const Vec3f> normals;  ///< one per point, or empty
+    std::span<const Triangle> triangles;
 };
 
 }  // namespace marrow

@@ -62,6 +62,6 @@ struct MeshCheck {
 /// is negative or NaN
 /// \throw LimitError if the mesh has 2^32 triangles or more
 /// \throw Cancelled if `progress` returns false
-MARROW_EXPORT MeshCheck check_mesh(const Mesh& mesh, const CheckOptions& options = {});
+MARROW_EXPORT MeshCheck check_mesh(MeshView mesh, const CheckOptions& options = {});
 
 }  // namespace marrow

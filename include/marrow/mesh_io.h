@@ -40,7 +40,7 @@ struct MeshWriteOptions {
 
 /// One surface of a file.
 struct MeshObject {
-    const Mesh* mesh = nullptr;                        ///< borrowed
+    MeshView mesh;                                     ///< borrowed
     std::string name = {};                             ///< UTF-8; invalid bytes are replaced
     std::optional<std::array<double, 3>> colour = {};  ///< red, green, blue from 0 to 1, sRGB
 };
@@ -65,7 +65,7 @@ struct MeshObject {
 /// \throw InputError the extension is unknown, the normals do not match the points, a triangle names a
 /// missing point, or RAS for .glb; LimitError more than the format can hold (.stl: 2^32 - 1 triangles, .glb
 /// and .3mf: 4 GiB); IoError; Cancelled
-MARROW_EXPORT void write_mesh(const Mesh& mesh, const std::filesystem::path& output,
+MARROW_EXPORT void write_mesh(MeshView mesh, const std::filesystem::path& output,
                               const MeshWriteOptions& options = {});
 
 /// Writes several surfaces to one file.

@@ -9,7 +9,7 @@
 namespace marrow::internal {
 
 /// \throw InputError if a triangle has an index out of range
-inline void check_indices(const Mesh& mesh) {
+inline void check_indices(const MeshView& mesh) {
     for (const Triangle& t : mesh.triangles) {
         for (const std::uint32_t p : t) {
             if (p < mesh.points.size()) continue;

@@ -7,7 +7,7 @@
 
 namespace marrow::internal {
 
-std::vector<std::uint32_t> lowest_connected_points(const Mesh& mesh) {
+std::vector<std::uint32_t> lowest_connected_points(const MeshView& mesh) {
     std::vector<std::uint32_t> parents(mesh.points.size());
     std::iota(parents.begin(), parents.end(), 0u);
     for (const Triangle& t : mesh.triangles) {

@@ -48,7 +48,7 @@ struct PointCurvature {
     double area = 0;                                              // mm^2; 0 if there is no curvature
 };
 
-PointCurvature curvature_at(const Mesh& mesh, const Triangle* begin, const Triangle* end) {
+PointCurvature curvature_at(const MeshView& mesh, const Triangle* begin, const Triangle* end) {
     if (!is_closed_fan(begin, end)) return {};
     Vec3d gradient{0, 0, 0}, normal{0, 0, 0};
     double area = 0;
@@ -69,7 +69,7 @@ PointCurvature curvature_at(const Mesh& mesh, const Triangle* begin, const Trian
 
 constexpr std::size_t kPointsPerRange = 1024;
 
-std::vector<PointCurvature> curvatures(const Mesh& mesh, const VertexTriangles& vertex_triangles,
+std::vector<PointCurvature> curvatures(const MeshView& mesh, const VertexTriangles& vertex_triangles,
                                        const Progress& progress, double begin, double end) {
     std::vector<PointCurvature> result(mesh.points.size());
     for_each_range(result.size(), kPointsPerRange, progress, begin, end,
@@ -83,7 +83,7 @@ std::vector<PointCurvature> curvatures(const Mesh& mesh, const VertexTriangles& 
 // Averages the mean curvature over the windows of points. Each thread needs its own.
 class WindowMean {
   public:
-    WindowMean(const Mesh& mesh, const VertexTriangles& vertex_triangles,
+    WindowMean(const MeshView& mesh, const VertexTriangles& vertex_triangles,
                const std::vector<PointCurvature>& points, double radius)
         : mesh_(mesh),
           vertex_triangles_(vertex_triangles),
@@ -113,7 +113,7 @@ class WindowMean {
   private:
     static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
-    const Mesh& mesh_;
+    const MeshView mesh_;
     const VertexTriangles& vertex_triangles_;
     const std::vector<PointCurvature>& points_;
     const double radius_;
@@ -141,7 +141,7 @@ Roughness average(const std::vector<PointCurvature>& points, const std::vector<d
 
 }  // namespace
 
-std::vector<double> mean_curvature(const Mesh& mesh, const CurvatureOptions& options) {
+std::vector<double> mean_curvature(MeshView mesh, const CurvatureOptions& options) {
     check_indices(mesh);
     std::vector<PointCurvature> points;
     with_threads(options.threads,
@@ -152,7 +152,7 @@ std::vector<double> mean_curvature(const Mesh& mesh, const CurvatureOptions& opt
     return result;
 }
 
-Roughness roughness(const Mesh& mesh, double window, const CurvatureOptions& options) {
+Roughness roughness(MeshView mesh, double window, const CurvatureOptions& options) {
     if (!(window > 0)) throw InputError("roughness: the window must be a positive number of mm");
     check_indices(mesh);
     const VertexTriangles vertex_triangles(mesh);

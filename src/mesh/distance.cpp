@@ -28,7 +28,7 @@ struct SpreadSamples {
     std::vector<Distances::SurfaceSample> samples;
     std::vector<std::size_t> first;  // triangle t has samples first[t] to first[t + 1] - 1
 
-    SpreadSamples(const Mesh& mesh, std::int64_t n) : samples(static_cast<std::size_t>(n)) {
+    SpreadSamples(const MeshView& mesh, std::int64_t n) : samples(static_cast<std::size_t>(n)) {
         std::vector<double> summed_area;
         summed_area.reserve(mesh.triangles.size());
         double sum = 0;
@@ -58,7 +58,7 @@ struct SpreadSamples {
 constexpr std::uint32_t kNone = ~std::uint32_t{0};
 
 // Chooses for each point one of its triangles; kNone if it has no triangle.
-std::vector<std::uint32_t> last_triangle_of_points(const Mesh& mesh) {
+std::vector<std::uint32_t> last_triangle_of_points(const MeshView& mesh) {
     std::vector<std::uint32_t> triangle(mesh.points.size(), kNone);
     for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
         for (const std::uint32_t p : mesh.triangles[t]) triangle[p] = t;
@@ -81,7 +81,7 @@ double Distances::mean() const {
     return std::accumulate(samples.begin(), samples.end(), 0.0, add) / static_cast<double>(samples.size());
 }
 
-Distances distances(const Mesh& from, const TriangleTree& from_tree, const TriangleTree& to,
+Distances distances(const MeshView& from, const TriangleTree& from_tree, const TriangleTree& to,
                     const DistanceSearch& search, const Progress& progress, double begin, double end) {
     SpreadSamples spread(from, search.samples);
     const std::vector<std::uint32_t> triangle_of = last_triangle_of_points(from);
@@ -124,11 +124,11 @@ MeshDistance symmetric(const Distances& there, const Distances& back) {
 
 }  // namespace internal
 
-MeshDistance mesh_distance(const Mesh& a, const Mesh& b, const DistanceOptions& options) {
+MeshDistance mesh_distance(MeshView a, MeshView b, const DistanceOptions& options) {
     if (options.samples < 1) throw InputError("mesh distance: there must be at least one sample");
-    for (const Mesh* mesh : {&a, &b}) {
-        if (mesh->triangles.empty()) throw InputError("mesh distance: a mesh has no triangles");
-        check_indices(*mesh);
+    for (const MeshView& mesh : {a, b}) {
+        if (mesh.triangles.empty()) throw InputError("mesh distance: a mesh has no triangles");
+        check_indices(mesh);
     }
     MeshDistance result;
     with_threads(options.threads, [&] {

@@ -38,7 +38,7 @@ struct DistanceSearch {
 /// Measures from `from` to the mesh of the tree `to`. Reports progress from `begin` to `end`.
 /// \pre both meshes have triangles, whose indices are in range; `from_tree` is the tree of `from`
 /// \throw Cancelled
-Distances distances(const Mesh& from, const TriangleTree& from_tree, const TriangleTree& to,
+Distances distances(const MeshView& from, const TriangleTree& from_tree, const TriangleTree& to,
                     const DistanceSearch& search, const Progress& progress = {}, double begin = 0,
                     double end = 1);
 

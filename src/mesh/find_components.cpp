@@ -7,7 +7,7 @@
 
 namespace marrow::internal {
 
-Components find_components(const Mesh& mesh) {
+Components find_components(const MeshView& mesh) {
     Components components;
     const std::vector<std::uint32_t> lowest = lowest_connected_points(mesh);
     std::vector<std::uint32_t>& of_point = components.of_point;

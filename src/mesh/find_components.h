@@ -28,6 +28,6 @@ struct Components {
 };
 
 /// Takes nearly linear time. \pre indices are in range
-Components find_components(const Mesh& mesh);
+Components find_components(const MeshView& mesh);
 
 }  // namespace marrow::internal

@@ -24,7 +24,7 @@ struct HalfEdges {
 };
 
 /// Takes linear time. \pre indices are in range
-inline HalfEdges bucket_half_edges(const Mesh& mesh) {
+inline HalfEdges bucket_half_edges(const MeshView& mesh) {
     HalfEdges result;
     result.start.assign(mesh.points.size() + 2, 0);
     const auto for_each = [&](auto&& f) {
@@ -53,7 +53,7 @@ struct Edge {
 
 /// Calls f(Edge) for every edge, ordered by its points. \pre indices are in range
 template <class F>
-void for_each_edge(const Mesh& mesh, F f) {
+void for_each_edge(const MeshView& mesh, F f) {
     HalfEdges h = bucket_half_edges(mesh);
     for (std::uint32_t p = 0; p < mesh.points.size(); ++p) {
         const auto begin = h.half_edges.begin() + static_cast<std::ptrdiff_t>(h.start[p]);

@@ -20,7 +20,7 @@ using namespace internal;
 
 namespace {
 
-Mesh copy_components(const Mesh& mesh, const Components& components, const std::vector<bool>& keep) {
+Mesh copy_components(const MeshView& mesh, const Components& components, const std::vector<bool>& keep) {
     Mesh result;
     std::vector<std::uint32_t> new_index(mesh.points.size());
     for (std::size_t p = 0; p < mesh.points.size(); ++p) {
@@ -39,7 +39,7 @@ Mesh copy_components(const Mesh& mesh, const Components& components, const std::
 
 // Returns the smallest component around a cavity, or kNone. A ray from the cavity crosses each component
 // around it an odd number of times.
-std::uint32_t component_around(const Component& cavity, const Mesh& mesh, const Components& components,
+std::uint32_t component_around(const Component& cavity, const MeshView& mesh, const Components& components,
                                const TriangleTree& tree) {
     const Vec3d origin = centroid(corners_of(mesh, mesh.triangles[cavity.first_triangle]));
     const Vec3d direction{0.8361, 0.4227, 0.3498};  // not parallel to edges of the sampling grid
@@ -56,7 +56,7 @@ std::uint32_t component_around(const Component& cavity, const Mesh& mesh, const 
 }
 
 // Of the components marked in `keep`, keeps the `count` largest that are not cavities, and their cavities.
-void keep_largest(std::int64_t count, const Mesh& mesh, const Components& components,
+void keep_largest(std::int64_t count, const MeshView& mesh, const Components& components,
                   std::vector<bool>& keep) {
     std::vector<std::uint32_t> solids, cavities;
     for (std::uint32_t c = 0; c < keep.size(); ++c) {
@@ -76,7 +76,7 @@ void keep_largest(std::int64_t count, const Mesh& mesh, const Components& compon
 
 }  // namespace
 
-Mesh keep_components(const Mesh& mesh, const ComponentOptions& options) {
+Mesh keep_components(MeshView mesh, const ComponentOptions& options) {
     if (options.count && *options.count < 1) throw InputError("components: the count must be at least 1");
     if (!(options.min_volume >= 0))
         throw InputError("components: the smallest volume must be a number of mm^3 from 0 upwards");

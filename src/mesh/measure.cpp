@@ -15,7 +15,7 @@ using namespace internal;
 
 namespace {
 
-void count_edges(const Mesh& mesh, MeshMeasures& measures) {
+void count_edges(const MeshView& mesh, MeshMeasures& measures) {
     std::int64_t edges = 0;
     for_each_edge(mesh, [&](const Edge& edge) {
         ++edges;
@@ -27,7 +27,7 @@ void count_edges(const Mesh& mesh, MeshMeasures& measures) {
     measures.euler_characteristic = measures.points - edges + measures.triangles;
 }
 
-std::int64_t count_components(const Mesh& mesh) {
+std::int64_t count_components(const MeshView& mesh) {
     std::vector<bool> used(mesh.points.size(), false);
     for (const Triangle& t : mesh.triangles) {
         for (const std::uint32_t p : t) used[p] = true;
@@ -39,7 +39,7 @@ std::int64_t count_components(const Mesh& mesh) {
 }
 
 // Relative to the first point, because distant coordinates would cancel.
-void sum_area_and_volume(const Mesh& mesh, MeshMeasures& measures) {
+void sum_area_and_volume(const MeshView& mesh, MeshMeasures& measures) {
     if (mesh.points.empty()) return;
     const Vec3d origin = to_double(mesh.points.front());
     for (const Triangle& t : mesh.triangles) {
@@ -53,7 +53,7 @@ void sum_area_and_volume(const Mesh& mesh, MeshMeasures& measures) {
 
 }  // namespace
 
-MeshMeasures measure(const Mesh& mesh) {
+MeshMeasures measure(MeshView mesh) {
     check_indices(mesh);
     MeshMeasures m;
     m.points = static_cast<std::int64_t>(mesh.points.size());

@@ -30,7 +30,7 @@ bool has_equal_indices(const Triangle& t) {
     return t[0] == t[1] || t[1] == t[2] || t[2] == t[0];
 }
 
-void check_input(const Mesh& mesh, const CheckOptions& options) {
+void check_input(const MeshView& mesh, const CheckOptions& options) {
     if (options.min_wall && !(*options.min_wall >= 0))
         throw InputError("check: the smallest wall must be a number of mm from 0 upwards");
     check_indices(mesh);
@@ -63,7 +63,7 @@ bool is_one_fan(const Triangle* begin, const Triangle* end) {
     return fans <= 1;
 }
 
-void check_points(const Mesh& mesh, const VertexTriangles& vertex_triangles, MeshCheck& check) {
+void check_points(const MeshView& mesh, const VertexTriangles& vertex_triangles, MeshCheck& check) {
     for (std::size_t p = 0; p < mesh.points.size(); ++p) {
         const Triangle *begin = vertex_triangles.begin(p), *end = vertex_triangles.end(p);
         if (begin == end)
@@ -75,7 +75,7 @@ void check_points(const Mesh& mesh, const VertexTriangles& vertex_triangles, Mes
 
 // Returns for each triangle the length of the ray from its centre inward until it leaves the object; infinity
 // from `min_wall` on.
-std::vector<double> wall_thickness(const Mesh& mesh, const TriangleTree& tree, double min_wall,
+std::vector<double> wall_thickness(const MeshView& mesh, const TriangleTree& tree, double min_wall,
                                    const Progress& progress, double begin, double end) {
     std::vector<double> thickness(mesh.triangles.size(), std::numeric_limits<double>::infinity());
     const auto measure_wall = [&](std::size_t i) {
@@ -96,7 +96,7 @@ std::vector<double> wall_thickness(const Mesh& mesh, const TriangleTree& tree, d
     return thickness;
 }
 
-void check_walls(const Mesh& mesh, const std::vector<double>& thickness, MeshCheck& check) {
+void check_walls(const MeshView& mesh, const std::vector<double>& thickness, MeshCheck& check) {
     for (std::size_t i = 0; i < thickness.size(); ++i) {
         if (!std::isfinite(thickness[i])) continue;
         check.thinnest_wall = std::min(check.thinnest_wall.value_or(thickness[i]), thickness[i]);
@@ -106,7 +106,7 @@ void check_walls(const Mesh& mesh, const std::vector<double>& thickness, MeshChe
 }
 
 // \pre no triangle has equal indices
-void check_surface(const Mesh& mesh, const CheckOptions& options, MeshCheck& check) {
+void check_surface(const MeshView& mesh, const CheckOptions& options, MeshCheck& check) {
     for (const Triangle& t : mesh.triangles) check.degenerate_triangles += area(corners_of(mesh, t)) == 0;
     check.measures = measure(mesh);
     for_each_edge(mesh, [&](const Edge& e) {
@@ -131,19 +131,18 @@ void check_surface(const Mesh& mesh, const CheckOptions& options, MeshCheck& che
 
 }  // namespace
 
-MeshCheck check_mesh(const Mesh& mesh, const CheckOptions& options) {
+MeshCheck check_mesh(MeshView mesh, const CheckOptions& options) {
     check_input(mesh, options);
     MeshCheck check;
     if (std::none_of(mesh.triangles.begin(), mesh.triangles.end(), has_equal_indices)) {
         with_threads(options.threads, [&] { check_surface(mesh, options, check); });
         return check;
     }
-    Mesh cleaned;
-    cleaned.points = mesh.points;
-    std::remove_copy_if(mesh.triangles.begin(), mesh.triangles.end(), std::back_inserter(cleaned.triangles),
+    std::vector<Triangle> cleaned;
+    std::remove_copy_if(mesh.triangles.begin(), mesh.triangles.end(), std::back_inserter(cleaned),
                         has_equal_indices);
-    check.degenerate_triangles = static_cast<std::int64_t>(mesh.triangles.size() - cleaned.triangles.size());
-    with_threads(options.threads, [&] { check_surface(cleaned, options, check); });
+    check.degenerate_triangles = static_cast<std::int64_t>(mesh.triangles.size() - cleaned.size());
+    with_threads(options.threads, [&] { check_surface({mesh.points, cleaned}, options, check); });
     return check;
 }
 

@@ -36,7 +36,7 @@ void sort_by_key(std::vector<MortonKey>& keys) {
 
 }  // namespace
 
-std::vector<MortonKey> along_morton_curve(const Mesh& mesh) {
+std::vector<MortonKey> along_morton_curve(const MeshView& mesh) {
     Bounds bounds;
     for (const Vec3f& p : mesh.points) bounds.include(p);
     float longest = 0;

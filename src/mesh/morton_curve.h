@@ -17,6 +17,6 @@ struct MortonKey {
 
 /// Returns the triangles sorted by key. Triangles with the same key keep their order. After Morton 1966.
 /// \pre fewer than 2^32 triangles, whose indices are in range
-std::vector<MortonKey> along_morton_curve(const Mesh& mesh);
+std::vector<MortonKey> along_morton_curve(const MeshView& mesh);
 
 }  // namespace marrow::internal

@@ -7,7 +7,7 @@
 
 namespace marrow::internal {
 
-Buffer<Vec3f> point_normals(const Mesh& mesh) {
+Buffer<Vec3f> point_normals(const MeshView& mesh) {
     std::vector<Vec3d> sums(mesh.points.size(), Vec3d{});
     for (const Triangle& t : mesh.triangles) {
         const auto [a, b, c] = corners_of(mesh, t);

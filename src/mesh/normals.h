@@ -7,6 +7,6 @@ namespace marrow::internal {
 
 /// Returns a unit normal for each point, from its triangles, weighted after Max 1999; this is exact on a
 /// sphere. If the triangles' normals cancel, the result is {1, 0, 0}. \pre indices are in range
-Buffer<Vec3f> point_normals(const Mesh& mesh);
+Buffer<Vec3f> point_normals(const MeshView& mesh);
 
 }  // namespace marrow::internal

@@ -31,7 +31,7 @@ double aspect_ratio(const TriangleCorners& t) {
 
 }  // namespace
 
-TriangleQuality triangle_quality(const Mesh& mesh) {
+TriangleQuality triangle_quality(MeshView mesh) {
     check_indices(mesh);
     TriangleQuality quality;
     if (mesh.triangles.empty()) return quality;

@@ -20,8 +20,8 @@ std::size_t count_shared_points(const Triangle& a, const Triangle& b) {
 
 // Returns the far corner of the neighbour across the edge opposite to a corner. Returns nothing if the edge
 // does not have exactly two triangles.
-std::optional<Vec3d> across_edge(const Mesh& mesh, const VertexTriangles& vertex_triangles, const Triangle& t,
-                                 std::size_t corner) {
+std::optional<Vec3d> across_edge(const MeshView& mesh, const VertexTriangles& vertex_triangles,
+                                 const Triangle& t, std::size_t corner) {
     const std::uint32_t a = t[(corner + 1) % 3], b = t[(corner + 2) % 3];
     std::uint32_t far = t[corner];
     int triangles = 0;
@@ -36,7 +36,7 @@ std::optional<Vec3d> across_edge(const Mesh& mesh, const VertexTriangles& vertex
 }
 
 // Whether the surface passes through itself where the triangles i and j intersect.
-bool pass_through(const Mesh& mesh, const VertexTriangles& vertex_triangles, std::uint32_t i,
+bool pass_through(const MeshView& mesh, const VertexTriangles& vertex_triangles, std::uint32_t i,
                   std::uint32_t j) {
     const std::size_t shared = count_shared_points(mesh.triangles[i], mesh.triangles[j]);
     if (shared > 1) return false;
@@ -60,7 +60,7 @@ bool pass_through(const Mesh& mesh, const VertexTriangles& vertex_triangles, std
 
 }  // namespace
 
-std::int64_t count_self_intersections(const Mesh& mesh, const TriangleTree& tree,
+std::int64_t count_self_intersections(const MeshView& mesh, const TriangleTree& tree,
                                       const VertexTriangles& vertex_triangles, const Progress& progress,
                                       double begin, double end) {
     std::atomic<std::int64_t> pairs{0};

@@ -13,7 +13,7 @@ namespace marrow::internal {
 
 /// Returns MeshCheck::self_intersections. The tree and the vertex triangles are those of the mesh. Reports
 /// progress from `begin` to `end`. \throw Cancelled
-std::int64_t count_self_intersections(const Mesh& mesh, const TriangleTree& tree,
+std::int64_t count_self_intersections(const MeshView& mesh, const TriangleTree& tree,
                                       const VertexTriangles& vertex_triangles, const Progress& progress,
                                       double begin, double end);
 

@@ -12,7 +12,7 @@ namespace marrow::internal {
 using TriangleCorners = std::array<Vec3d, 3>;
 
 /// \pre the triangle's indices are in range
-inline TriangleCorners corners_of(const Mesh& mesh, const Triangle& t) {
+inline TriangleCorners corners_of(const MeshView& mesh, const Triangle& t) {
     return {to_double(mesh.points[t[0]]), to_double(mesh.points[t[1]]), to_double(mesh.points[t[2]])};
 }
 

@@ -36,7 +36,7 @@ Bounds bounds_of_leaf(const BoxTree::Leaf& leaf) {
 
 }  // namespace
 
-TriangleTree::TriangleTree(const Mesh& mesh) : order_(along_morton_curve(mesh)) {
+TriangleTree::TriangleTree(const MeshView& mesh) : order_(along_morton_curve(mesh)) {
     std::vector<Range> ranges;  // of leaves
     tree_.nodes.emplace_back();
     split(0, {0, static_cast<std::uint32_t>(order_.size())}, ranges);
@@ -89,7 +89,7 @@ void TriangleTree::split(std::uint32_t node, const Range& range, std::vector<Ran
     }
 }
 
-void TriangleTree::fill(BoxTree::Leaf& leaf, const Range& range, const Mesh& mesh) const {
+void TriangleTree::fill(BoxTree::Leaf& leaf, const Range& range, const MeshView& mesh) const {
     leaf.count = range.size();
     for (std::uint32_t i = 0; i < BoxTree::kWidth; ++i) {
         const std::uint32_t t = leaf.triangle[i] = along_curve(range.begin + std::min(i, range.size() - 1));

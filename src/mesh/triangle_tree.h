@@ -25,7 +25,7 @@ inline Bounds bounds_of(const Vec3f& a, const Vec3f& b, const Vec3f& c) {
     }
     return bounds;
 }
-inline Bounds bounds_of(const Mesh& mesh, const Triangle& t) {
+inline Bounds bounds_of(const MeshView& mesh, const Triangle& t) {
     return bounds_of(mesh.points[t[0]], mesh.points[t[1]], mesh.points[t[2]]);
 }
 
@@ -35,7 +35,7 @@ inline Bounds bounds_of(const Mesh& mesh, const Triangle& t) {
 class TriangleTree {
   public:
     /// \pre the mesh has triangles, fewer than 2^32, and their indices are in range
-    explicit TriangleTree(const Mesh& mesh);
+    explicit TriangleTree(const MeshView& mesh);
 
     /// The i-th triangle along the curve. Neighbours on the curve are near each other.
     std::uint32_t along_curve(std::size_t i) const { return order_[i].triangle; }
@@ -93,7 +93,7 @@ class TriangleTree {
     };
     std::uint32_t split_position(const Range& range) const;
     void split(std::uint32_t node, const Range& range, std::vector<Range>& leaves);
-    void fill(BoxTree::Leaf& leaf, const Range& range, const Mesh& mesh) const;
+    void fill(BoxTree::Leaf& leaf, const Range& range, const MeshView& mesh) const;
     void merge_bounds();
     static double hit(const BoxTree::Leaf& leaf, std::size_t i, const Vec3d& origin, const Vec3d& direction);
 

@@ -14,7 +14,7 @@ namespace marrow::internal {
 /// \pre indices are in range
 class VertexTriangles {
   public:
-    explicit VertexTriangles(const Mesh& mesh)
+    explicit VertexTriangles(const MeshView& mesh)
         : start_(mesh.points.size() + 2, 0), triangles_(3 * mesh.triangles.size()) {
         // Counts go two entries further, so that filling leaves the first triangle of p in start_[p].
         for (const Triangle& t : mesh.triangles) {

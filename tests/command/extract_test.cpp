@@ -314,7 +314,7 @@ TEST_F(CommandLine, VerifyFindsAnotherMesh) {
     ASSERT_EQ(extract({"-o", mesh, "--isovalue", "0"}).code, 0);
     const Mesh written = read_mesh(mesh);
     const auto verify_as = [&](const Mesh& expected, Space space) {
-        verify(std::array{MeshObject{&expected}}, mesh, space);
+        verify(std::array{MeshObject{expected}}, mesh, space);
     };
     EXPECT_NO_THROW(verify_as(written, Space::LPS));
     EXPECT_THROW(verify_as(written, Space::RAS), CheckFailed);

@@ -43,8 +43,8 @@ Mesh ball(double radius, double x) {
 struct Two {
     const Mesh first = ball(4, 0), second = ball(5, 100);
     const std::string first_name = "Skull & \"<jaw>\" ü", second_name = "skin\\2";
-    const std::vector<MeshObject> objects{{&first, first_name, std::array{1.0, 0.5, 0.0}},
-                                          {&second, second_name, std::array{0.0, 0.2, 1.0}}};
+    const std::vector<MeshObject> objects{{first, first_name, std::array{1.0, 0.5, 0.0}},
+                                          {second, second_name, std::array{0.0, 0.2, 1.0}}};
 };
 
 struct ReadObject {
@@ -156,7 +156,7 @@ TEST(Write3mf, TheSameBytesEveryTime) {
 TEST(WriteMeshes, InvalidNamesAreReplaced) {
     const TemporaryFolder folder;
     const Mesh mesh = ball(4, 0);
-    const MeshObject odd{&mesh,
+    const MeshObject odd{mesh,
                          "a\x01"
                          "b\xff"
                          "c\n"};
@@ -191,7 +191,7 @@ TEST(WriteGlb, ReadsBackInAssimpInMetresWithYUp) {
     ASSERT_EQ(scene->mNumMeshes, 2u);
     for (unsigned i = 0; i < 2; ++i) {
         const aiMesh& read = *scene->mMeshes[i];
-        const Mesh& mesh = *two.objects[i].mesh;
+        const MeshView& mesh = two.objects[i].mesh;
         EXPECT_EQ(read.mName.C_Str(), two.objects[i].name);
         ASSERT_EQ(read.mNumVertices, mesh.points.size());
         ASSERT_EQ(read.mNumFaces, mesh.triangles.size());
@@ -233,7 +233,7 @@ TEST(WriteMeshes, AssimpFindsTheObjectsOf3mfAndObj) {
         ASSERT_TRUE(scene) << importer.GetErrorString();
         ASSERT_EQ(scene->mNumMeshes, 2u);
         for (unsigned i = 0; i < 2; ++i) {
-            const Mesh& mesh = *two.objects[i].mesh;
+            const MeshView& mesh = two.objects[i].mesh;
             const aiMesh& read = *scene->mMeshes[i];
             ASSERT_EQ(read.mNumFaces, mesh.triangles.size());
             for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {

@@ -102,7 +102,7 @@ const std::string kTetrahedron =
 
 TEST_F(ReadObjects, SurfacesOf3mfKeepTheirBitsAndOrder) {
     for (const Space space : {Space::LPS, Space::RAS}) {
-        write_meshes(std::array{MeshObject{&first, "a", {}}, MeshObject{&second, "b", {}}}, folder / "a.3mf",
+        write_meshes(std::array{MeshObject{first, "a", {}}, MeshObject{second, "b", {}}}, folder / "a.3mf",
                      {.space = space});
         Space stated = Space::none;
         const Mesh read = read_mesh(folder / "a.3mf", &stated);
@@ -119,7 +119,7 @@ TEST_F(ReadObjects, SurfacesOf3mfKeepTheirBitsAndOrder) {
 }
 
 TEST_F(ReadObjects, SurfacesOfGlbComeBackInMillimetres) {
-    write_meshes(std::array{MeshObject{&first, "a", {}}, MeshObject{&second, "b", {}}}, folder / "a.glb");
+    write_meshes(std::array{MeshObject{first, "a", {}}, MeshObject{second, "b", {}}}, folder / "a.glb");
     Space stated = Space::none;
     const Mesh read = read_mesh(folder / "a.glb", &stated);
     EXPECT_EQ(stated, Space::LPS);

@@ -271,7 +271,7 @@ TEST(WriteMesh, RefusesAndLeavesNothing) {
 TEST(MeshFiles, AppearTogetherOrNotAtAll) {
     const TemporaryFolder folder;
     const Mesh mesh = ball();
-    const MeshObject object{&mesh};
+    const MeshObject object{mesh};
     write_file(folder / "a.stl", "old");
     {
         MeshFiles files;
@@ -298,7 +298,7 @@ TEST(MeshFiles, AppearTogetherOrNotAtAll) {
 TEST(MeshFiles, AreNotKeptOpen) {
     const TemporaryFolder folder;
     const Mesh mesh = ball();
-    const MeshObject object{&mesh};
+    const MeshObject object{mesh};
     rlimit before{};
     getrlimit(RLIMIT_NOFILE, &before);
     rlimit few = before;

@@ -7,8 +7,10 @@
 #include <limits>
 #include <map>
 
+#include <marrow/components.h>
 #include <marrow/error.h>
 #include <marrow/isosurface.h>
+#include <marrow/measure.h>
 #include <marrow/mesh_check.h>
 
 #include "support/fields.h"
@@ -294,6 +296,21 @@ TEST(Check, RejectsInvalidInputAndCanBeCancelled) {
     mesh.triangles[0][0] = 4;
     EXPECT_THROW(check_mesh(mesh), InputError);
     EXPECT_FALSE(check_mesh({}).is_sound());
+}
+
+// The arrays of a view need not be those of a Mesh.
+TEST(Check, MeasuresAndWritesViewsOfOtherArrays) {
+    const Volume volume = sampled_in_space<float>(grid(20, 20, 20), sphere({9.3, 9.6, 9.1}, 6));
+    const Mesh mesh = extract_isosurface(volume, 0);
+    const std::vector<Vec3f> points(mesh.points.begin(), mesh.points.end());
+    const std::vector<Triangle> triangles(mesh.triangles.begin(), mesh.triangles.end());
+    const MeshView view(points, triangles);
+    EXPECT_EQ(measure(view).volume, measure(mesh).volume);
+    EXPECT_EQ(check_mesh(view).self_intersections, 0);
+    EXPECT_LT(mesh_distance(view, mesh).max, 1e-12);
+    Mesh kept = keep_components(view, {});
+    EXPECT_EQ(kept.points, mesh.points);
+    EXPECT_TRUE(kept.normals.empty());
 }
 
 }  // namespace

@@ -110,11 +110,11 @@ void write_levels(const std::vector<TerrainLevel>& levels, bool in_one_file, con
     if (in_one_file) {
         std::vector<MeshObject> objects;
         for (const TerrainLevel& level : levels)
-            objects.push_back({&level.mesh, fmt::format("level{}", objects.size()), kGround});
+            objects.push_back({level.mesh, fmt::format("level{}", objects.size()), kGround});
         files.write(objects, levels.front().output, {Space::none, progress});
     } else {
         for (const TerrainLevel& level : levels)
-            files.write(std::array{MeshObject{&level.mesh}}, level.output, {Space::none, progress});
+            files.write(std::array{MeshObject{level.mesh}}, level.output, {Space::none, progress});
     }
     files.commit();
 }

@@ -61,7 +61,7 @@ QString size_text(double bytes) {
 MeshObject export_object(const Scan& scan, const Parameters& parameters, const SurfaceParameters& surface,
                          const Mesh& mesh) {
     const IsovalueOption isovalue = isovalue_option(scan, parameters, surface);
-    MeshObject object{&mesh, isovalue.value};
+    MeshObject object{mesh, isovalue.value};
     if (isovalue.preset) object.colour = isovalue.preset->colour;
     return object;
 }

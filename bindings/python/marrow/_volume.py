@@ -2,23 +2,63 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Literal, Sequence, Union
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, Literal, Optional, Union
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from . import _marrow
-from ._arrays import as_array, as_samples
+from ._arrays import Array, as_array, as_samples, sample_dtype
 from ._marrow import InputError
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
-
     from ._scan import ScanInfo
 
 Space = Literal["LPS", "RAS"]
+Spacing = Union[float, Sequence[float], NDArray[Any]]
 
-# LPS to RAS and back: x and y change their signs.
-_LPS_TO_RAS = np.diag([-1.0, -1.0, 1.0])
+
+class Geometry:
+    """The position of a grid in space: spacing, origin and direction of the index axes (i, j, k), LPS in mm."""
+
+    def __init__(
+        self,
+        shape: Sequence[int],
+        *,
+        spacing: Optional[Spacing] = None,
+        origin: Optional[ArrayLike] = None,
+        direction: Optional[ArrayLike] = None,
+        affine: Optional[ArrayLike] = None,
+        space: Space = "LPS",
+    ) -> None:
+        if len(shape) != 3:
+            raise InputError(f"a volume has three axes, and the array has {len(shape)}")
+        if affine is None:
+            three = spacing if np.ndim(1 if spacing is None else spacing) else [1 if spacing is None else spacing] * 3
+            self.spacing = _numbers("spacing", three, (3,))
+            self.origin = _numbers("origin", (0, 0, 0) if origin is None else origin, (3,))
+            self.direction = _numbers("direction", np.eye(3) if direction is None else direction, (3, 3))
+            if not np.allclose(np.linalg.norm(self.direction, axis=0), 1, atol=1e-3):
+                raise InputError("a column of direction is not a unit vector: distances belong into spacing")
+        elif spacing is None and origin is None and direction is None:
+            matrix = _numbers("affine", affine, (4, 4))
+            if not np.array_equal(matrix[3], [0, 0, 0, 1]):
+                raise InputError("the last row of affine is not 0 0 0 1")
+            self.spacing = np.linalg.norm(matrix[:3, :3], axis=0)
+            self.origin = matrix[:3, 3].copy()
+            self.direction = matrix[:3, :3] / np.where(self.spacing > 0, self.spacing, 1)
+        else:
+            raise InputError("affine stands for spacing, origin and direction: give either")
+        if space not in ("LPS", "RAS"):
+            raise InputError(f"space is 'LPS' or 'RAS', not {space!r}")
+        if space == "RAS":
+            negate = np.array([-1.0, -1.0, 1.0])
+            self.origin = negate * self.origin
+            self.direction = negate[:, None] * self.direction
+        for values in (self.spacing, self.origin, self.direction):
+            values.flags.writeable = False
+        _marrow.check_geometry(shape, self.spacing, self.origin, self.direction)
 
 
 class Volume:
@@ -26,7 +66,7 @@ class Volume:
 
     Sample ``array[k, j, i]`` lies at ``origin + direction @ (spacing * (i, j, k))``, in millimetres, in LPS:
     x to the patient's left, y to posterior, z to superior. This is the convention of ITK, whose arrays have
-    this order too.
+    this order of axes too.
 
     Parameters
     ----------
@@ -43,138 +83,127 @@ class Volume:
     affine : array_like, shape (4, 4), optional
         Maps (i, j, k, 1) to (x, y, z, 1). It stands for spacing, origin and direction.
     space : {'LPS', 'RAS'}
-        The space of `origin` and `direction`, or of `affine`. RAS, as nibabel has it, is converted to LPS.
+        The space of `origin` and `direction`, or of `affine`. RAS, which nibabel uses, is converted to LPS.
     info : ScanInfo, optional
-        Where the volume was read from.
+        What the volume was read from.
 
     Raises
     ------
     InputError
-        The array has not three axes or no numbers, the geometry is singular or not finite, or `affine` is
+        The array has not three axes or no real numbers, the geometry is singular or not finite, or `affine` is
         given together with another geometry.
 
     Notes
     -----
-    Samples of type uint8, int8, uint16, int16, int32, float32, float64 and bool are used as they are. Each
-    function copies samples of other types: float16, as float32; uint32, int64 and uint64, as float64, where
-    float64 holds them exactly, and else raises InputError; and samples in another byte order.
+    Samples of type uint8, int8, uint16, int16, int32, float32, float64 and bool are used where they are. Other
+    types are converted by each function that reads them: float16 to float32; uint32, int64 and uint64 to
+    float64, which raises InputError for samples beyond 2^53; and foreign byte orders. Also copied are arrays
+    in which no axis has its samples next to each other, such as ``array[:, :, ::2]``.
     """
 
     def __init__(
         self,
         array: Any,
         *,
-        spacing: Union[float, Sequence[float], None] = None,
-        origin: Union[Sequence[float], None] = None,
-        direction: Union[ArrayLike, None] = None,
-        affine: Union[ArrayLike, None] = None,
+        spacing: Optional[Spacing] = None,
+        origin: Optional[ArrayLike] = None,
+        direction: Optional[ArrayLike] = None,
+        affine: Optional[ArrayLike] = None,
         space: Space = "LPS",
-        info: Union[ScanInfo, None] = None,
+        info: Optional[ScanInfo] = None,
     ) -> None:
         self._array = as_array(array)
         self._info = info
-        if self._array.ndim != 3:
-            raise InputError(f"a volume has three axes, and the array has {self._array.ndim}")
-        if affine is None:
-            self._spacing = _numbers("spacing", 1.0 if spacing is None else spacing, (3,))
-            self._origin = _numbers("origin", (0.0, 0.0, 0.0) if origin is None else origin, (3,))
-            self._direction = _numbers("direction", np.eye(3) if direction is None else direction, (3, 3))
-            if not np.allclose(np.linalg.norm(self._direction, axis=0), 1, atol=1e-3):
-                raise InputError("a column of direction is not a unit vector; the spacing belongs into spacing")
-        elif spacing is None and origin is None and direction is None:
-            matrix = _numbers("affine", affine, (4, 4))
-            if not np.array_equal(matrix[3], [0, 0, 0, 1]):
-                raise InputError("the last row of affine is not 0 0 0 1")
-            self._spacing = np.linalg.norm(matrix[:3, :3], axis=0)
-            self._origin = matrix[:3, 3].copy()
-            self._direction = matrix[:3, :3] / np.where(self._spacing > 0, self._spacing, 1)
-        else:
-            raise InputError("affine stands for spacing, origin and direction: give either")
-        if space == "RAS":
-            self._origin = _LPS_TO_RAS @ self._origin
-            self._direction = _LPS_TO_RAS @ self._direction
-        elif space != "LPS":
-            raise InputError(f"space is 'LPS' or 'RAS', not {space!r}")
-        _marrow.check_geometry(self._array.shape, self._spacing, self._origin, self._direction)
-        for values in (self._spacing, self._origin, self._direction):
-            values.flags.writeable = False
+        self._geometry = Geometry(
+            self._array.shape, spacing=spacing, origin=origin, direction=direction, affine=affine, space=space
+        )
+        sample_dtype(self._array.dtype)
 
     @property
-    def array(self) -> np.ndarray:
+    def array(self) -> Array:
         """The samples, shape (nz, ny, nx): the array that the volume was made of."""
         return self._array
 
     @property
-    def spacing(self) -> np.ndarray:
-        """The distances between samples along (i, j, k), in mm; read-only."""
-        return self._spacing
+    def spacing(self) -> NDArray[np.float64]:
+        """The distances between neighbouring samples along (i, j, k), in mm; read-only."""
+        return self._geometry.spacing
 
     @property
-    def origin(self) -> np.ndarray:
+    def origin(self) -> NDArray[np.float64]:
         """The position of ``array[0, 0, 0]``, LPS in mm; read-only."""
-        return self._origin
+        return self._geometry.origin
 
     @property
-    def direction(self) -> np.ndarray:
+    def direction(self) -> NDArray[np.float64]:
         """The unit vectors of the index axes (i, j, k) as columns, shape (3, 3); read-only."""
-        return self._direction
+        return self._geometry.direction
 
     @property
-    def affine(self) -> np.ndarray:
+    def affine(self) -> NDArray[np.float64]:
         """The map from (i, j, k, 1) to (x, y, z, 1), LPS in mm, shape (4, 4)."""
         affine = np.eye(4)
-        affine[:3, :3] = self._direction * self._spacing
-        affine[:3, 3] = self._origin
+        affine[:3, :3] = self.direction * self.spacing
+        affine[:3, 3] = self.origin
         return affine
 
     @property
     def shape(self) -> tuple[int, int, int]:
         """The numbers of samples (nz, ny, nx)."""
-        return self._array.shape
+        nz, ny, nx = self._array.shape
+        return nz, ny, nx
 
     @property
-    def dtype(self) -> np.dtype:
+    def dtype(self) -> np.dtype[Any]:
         """The type of the samples."""
         return self._array.dtype
 
     @property
-    def info(self) -> Union[ScanInfo, None]:
-        """What the scan was read from, or None."""
+    def info(self) -> Optional[ScanInfo]:
+        """What the volume was read from, or None."""
         return self._info
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What was unusual about the scan that was read, one line each."""
+        """What is unusual about the scan that was read, one line each."""
         return self._info.warnings if self._info else ()
 
     def __getitem__(self, key: tuple[slice, slice, slice]) -> Volume:
-        """Return a part of the volume, in its place in space: ``volume[k0:k1, j0:j1, i0:i1]``.
+        """Return a part of the volume, at its place in space: ``volume[k0:k1, j0:j1, i0:i1]``.
 
-        Like a slice of an array, it shares the samples, and may have steps other than 1.
+        It shares the samples, as slices of arrays do. Steps may be larger than 1, or negative.
         """
         if not (isinstance(key, tuple) and len(key) == 3 and all(isinstance(part, slice) for part in key)):
             raise InputError("a part of a volume has three slices: volume[k0:k1, j0:j1, i0:i1]")
-        first, step = np.array([part.indices(size)[::2] for part, size in zip(key, self.shape)], float).T[:, ::-1]
+        ranges = [range(size)[part] for size, part in zip(reversed(self.shape), reversed(key))]
+        first = np.array([indices.start for indices in ranges])
+        step = np.array([indices.step for indices in ranges])
         return Volume(
             self._array[key],
-            spacing=self._spacing * np.abs(step),
-            origin=self._origin + self._direction @ (self._spacing * first),
-            direction=self._direction * np.sign(step),
+            spacing=self.spacing * np.abs(step),
+            origin=self.origin + self.direction @ (self.spacing * first),
+            direction=self.direction * np.sign(step),
             info=self._info,
         )
 
     def __repr__(self) -> str:
         nz, ny, nx = self.shape
-        spacing = " x ".join(f"{value:g}" for value in self._spacing)
+        spacing = " x ".join(f"{value:g}" for value in self.spacing)
         return f"<marrow.Volume: {nx} x {ny} x {nz} samples of {self.dtype}, {spacing} mm>"
 
-    def _native(self) -> _marrow.ArrayVolume:
-        return _marrow.ArrayVolume(as_samples(self._array), self._spacing, self._origin, self._direction)
+    def _repr_html_(self) -> str:
+        from ._html import volume_html
+
+        return volume_html(self)
+
+    def _native(self, array: Optional[Array] = None) -> _marrow.ArrayVolume:
+        """The samples, or others at their positions, for functions of C++."""
+        samples = as_samples(self._array if array is None else array)
+        return _marrow.ArrayVolume(samples, self.spacing, self.origin, self.direction)
 
 
-def _numbers(name: str, value: Any, shape: tuple[int, ...]) -> np.ndarray:
+def _numbers(name: str, value: Any, shape: tuple[int, ...]) -> NDArray[np.float64]:
     try:
-        return np.array(np.broadcast_to(np.asarray(value, float), shape) if np.ndim(value) == 0 and len(shape) == 1
-                        else np.asarray(value, float).reshape(shape))
+        return np.array(value, float).reshape(shape)
     except (TypeError, ValueError):
         raise InputError(f"{name} is not {' x '.join(map(str, shape))} numbers: {value!r}") from None

@@ -1,12 +1,16 @@
 // Isosurfaces of arrays.
 #include <marrow/isosurface.h>
 
+#include <pybind11/stl.h>
+
 #include <atomic>
 #include <chrono>
 #include <memory>
 #include <mutex>
+#include <string>
 #include <utility>
-#include <vector>
+
+#include <marrow/tissue_presets.h>
 
 #include "long_work.h"
 #include "mesh.h"
@@ -64,7 +68,8 @@ class ArrayExtractor {
     // otherwise a new one. At most one unused mesh is kept.
     std::shared_ptr<Mesh> unused_mesh() {
         if (last_.use_count() != 1) last_ = std::make_shared<Mesh>();
-        std::atomic_thread_fence(std::memory_order_acquire);  // use_count does not wait for readers of the mesh
+        std::atomic_thread_fence(
+            std::memory_order_acquire);  // use_count does not wait for readers of the mesh
         return last_;
     }
 
@@ -78,6 +83,19 @@ class ArrayExtractor {
 }  // namespace
 
 void add_isosurface(py::module_& module) {
+    module.def("tissue_presets", [] {
+        py::list presets;
+        for (const Preset& preset : kPresets)
+            presets.append(py::make_tuple(py::str(std::string(preset.name)), preset.lowest, preset.isovalue(),
+                                          py::tuple(py::cast(preset.colour))));
+        return presets;
+    });
+    module.def(
+        "presets_apply",
+        [](const std::string& modality, bool is_dicom, double lowest) {
+            return presets_apply(modality, is_dicom ? ScanFormat::dicom : ScanFormat::nrrd, lowest);
+        },
+        py::arg("modality"), py::arg("is_dicom"), py::arg("lowest"));
     module.def("extract", &extract, py::arg("volume"), py::arg("isovalue"), py::kw_only(),
                py::arg("closed") = false, py::arg("normals") = true, py::arg("snap") = 0.0,
                py::arg("threads") = 0, py::arg("progress") = py::none());

@@ -47,13 +47,13 @@ py::dict dict_of(const TriangleQuality& q) {
 py::dict check(const ArrayMesh& mesh, std::optional<double> min_wall, int threads,
                const py::object& progress) {
     return dict_of(compute(progress, [&](const Progress& report) {
-        return check_mesh(mesh.mesh(), {.min_wall = min_wall, .threads = threads, .progress = report});
+        return check_mesh(mesh.view(), {.min_wall = min_wall, .threads = threads, .progress = report});
     }));
 }
 
 py::dict roughness_of(const ArrayMesh& mesh, double window, int threads, const py::object& progress) {
     const Roughness r = compute(progress, [&](const Progress& report) {
-        return roughness(mesh.mesh(), window, {.threads = threads, .progress = report});
+        return roughness(mesh.view(), window, {.threads = threads, .progress = report});
     });
     return py::dict("roughness"_a = r.roughness, "mean_curvature"_a = r.mean_curvature,
                     "points"_a = r.points);
@@ -61,7 +61,7 @@ py::dict roughness_of(const ArrayMesh& mesh, double window, int threads, const p
 
 py::array_t<double> curvature(const ArrayMesh& mesh, int threads, const py::object& progress) {
     const std::vector<double> values = compute(progress, [&](const Progress& report) {
-        return mean_curvature(mesh.mesh(), {.threads = threads, .progress = report});
+        return mean_curvature(mesh.view(), {.threads = threads, .progress = report});
     });
     return py::array_t<double>(static_cast<py::ssize_t>(values.size()), values.data());
 }
@@ -69,7 +69,7 @@ py::array_t<double> curvature(const ArrayMesh& mesh, int threads, const py::obje
 py::tuple distance(const ArrayMesh& a, const ArrayMesh& b, std::int64_t samples, int threads,
                    const py::object& progress) {
     const MeshDistance d = compute(progress, [&](const Progress& report) {
-        return mesh_distance(a.mesh(), b.mesh(),
+        return mesh_distance(a.view(), b.view(),
                              {.samples = samples, .threads = threads, .progress = report});
     });
     return py::make_tuple(d.mean, d.max);
@@ -81,14 +81,14 @@ void add_measure(py::module_& module) {
     module.def(
         "measure",
         [](const ArrayMesh& mesh) {
-            return dict_of(compute(py::none(), [&](const Progress&) { return measure(mesh.mesh()); }));
+            return dict_of(compute(py::none(), [&](const Progress&) { return measure(mesh.view()); }));
         },
         py::arg("mesh"));
     module.def(
         "triangle_quality",
         [](const ArrayMesh& mesh) {
             return dict_of(
-                compute(py::none(), [&](const Progress&) { return triangle_quality(mesh.mesh()); }));
+                compute(py::none(), [&](const Progress&) { return triangle_quality(mesh.view()); }));
         },
         py::arg("mesh"));
     module.def("check", &check, py::arg("mesh"), py::arg("min_wall"), py::kw_only(), py::arg("threads") = 0,

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <span>
 #include <utility>
 
 #include <marrow/error.h>
@@ -24,40 +25,29 @@ py::array rows_of_three(const py::dtype& type, std::size_t rows, const void* dat
     return py::array(type, {static_cast<py::ssize_t>(rows), py::ssize_t{3}}, data, owner);
 }
 
-bool is_rows_of_three(const py::array& array) {
-    return array.ndim() == 2 && array.shape(1) == 3 && (array.flags() & py::array::c_style) != 0;
-}
-
-// The rows of an array of (n, 3) elements of type T, whose bits are also those of `Element`.
-template <class Element, class T>
-bool find_rows(const py::object& object, py::array& array, std::span<const Element>& rows) {
-    if (!py::isinstance<py::array_t<T>>(object)) return false;
-    array = py::reinterpret_borrow<py::array>(object);
-    if (!is_rows_of_three(array)) return false;
-    rows = {static_cast<const Element*>(array.data()), static_cast<std::size_t>(array.shape(0))};
+// The rows of a C-contiguous array of (n, 3) elements of type T, whose bits are also those of `Row`.
+template <class Row, class T>
+bool find_rows(const py::object& object, std::span<const Row>& rows) {
+    using Array = py::array_t<T, py::array::c_style>;
+    if (!py::isinstance<Array>(object)) return false;
+    const auto array = py::reinterpret_borrow<Array>(object);
+    if (array.ndim() != 2 || array.shape(1) != 3) return false;
+    rows = {reinterpret_cast<const Row*>(array.data()), static_cast<std::size_t>(array.shape(0))};
     return true;
 }
 
 }  // namespace
 
-ArrayMesh::ArrayMesh(const py::object& points, const py::object& triangles, const py::object& normals) {
-    if (!find_rows<Vec3f, float>(points, points_, point_span_))
+ArrayMesh::ArrayMesh(const py::object& points, const py::object& triangles, const py::object& normals)
+    : points_(points), triangles_(triangles), normals_(normals) {
+    if (!find_rows<Vec3f, float>(points, view_.points))
         throw InputError("points are not a C-contiguous array of float32 with the shape (n, 3)");
-    if (!find_rows<Triangle, std::int32_t>(triangles, triangles_, triangle_span_) &&
-        !find_rows<Triangle, std::uint32_t>(triangles, triangles_, triangle_span_))
+    if (!find_rows<Triangle, std::int32_t>(triangles, view_.triangles) &&
+        !find_rows<Triangle, std::uint32_t>(triangles, view_.triangles))
         throw InputError("triangles are not a C-contiguous array of int32 with the shape (m, 3)");
     if (normals.is_none()) return;
-    if (!find_rows<Vec3f, float>(normals, normals_, normal_span_) ||
-        normal_span_.size() != point_span_.size())
+    if (!find_rows<Vec3f, float>(normals, view_.normals) || view_.normals.size() != view_.points.size())
         throw InputError("normals are not a C-contiguous array of float32 with the shape of points");
-}
-
-Mesh ArrayMesh::mesh() const {
-    Mesh mesh;
-    mesh.points.assign(point_span_.begin(), point_span_.end());
-    mesh.normals.assign(normal_span_.begin(), normal_span_.end());
-    mesh.triangles.assign(triangle_span_.begin(), triangle_span_.end());
-    return mesh;
 }
 
 py::tuple to_python(Mesh&& mesh) {

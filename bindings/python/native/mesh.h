@@ -4,7 +4,6 @@
 #include <pybind11/numpy.h>
 
 #include <memory>
-#include <span>
 
 #include <marrow/mesh.h>
 
@@ -18,13 +17,12 @@ class ArrayMesh {
     ArrayMesh(const pybind11::object& points, const pybind11::object& triangles,
               const pybind11::object& normals);
 
-    /// A copy of the mesh. It needs no interpreter's lock.
-    Mesh mesh() const;
+    /// The arrays, which live as long as this object.
+    const MeshView& view() const { return view_; }
 
   private:
-    pybind11::array points_, triangles_, normals_;  // keep the memory alive
-    std::span<const Vec3f> point_span_, normal_span_;
-    std::span<const Triangle> triangle_span_;
+    pybind11::object points_, triangles_, normals_;  // keep the memory alive
+    MeshView view_;
 };
 
 /// A mesh as the tuple (points, triangles, normals) of C-contiguous, writable arrays, without a copy; each keeps the whole mesh

@@ -31,13 +31,8 @@ void write(const std::vector<Surface>& surfaces, const std::filesystem::path& pa
            const py::object& progress) {
     const Space in = space_named(space);
     run_long_work(progress, [&](const Progress& report) {
-        std::vector<Mesh> meshes;
-        meshes.reserve(surfaces.size());
         std::vector<MeshObject> objects;
-        for (const auto& [mesh, name, colour] : surfaces) {
-            meshes.push_back(mesh->mesh());
-            objects.push_back({&meshes.back(), name, colour});
-        }
+        for (const auto& [mesh, name, colour] : surfaces) objects.push_back({mesh->view(), name, colour});
         write_meshes(objects, path, {in, report});
     });
 }

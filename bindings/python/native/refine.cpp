@@ -16,11 +16,18 @@ namespace marrow::python {
 
 namespace {
 
+// smooth and simplify change a mesh of their own, which they begin with.
+Mesh copy_of(const MeshView& mesh) {
+    return {{mesh.points.begin(), mesh.points.end()},
+            {mesh.normals.begin(), mesh.normals.end()},
+            {mesh.triangles.begin(), mesh.triangles.end()}};
+}
+
 py::tuple components(const ArrayMesh& mesh, std::optional<std::int64_t> count, double min_volume,
                      bool cavities, int threads) {
     return to_python(compute(py::none(), [&](const Progress&) {
         return keep_components(
-            mesh.mesh(),
+            mesh.view(),
             {.count = count, .min_volume = min_volume, .cavities = cavities, .threads = threads});
     }));
 }
@@ -28,11 +35,11 @@ py::tuple components(const ArrayMesh& mesh, std::optional<std::int64_t> count, d
 py::tuple smoothed(const ArrayMesh& mesh, int iterations, double pass_band, const std::optional<Mat3d>& bound,
                    int threads, const py::object& progress) {
     return to_python(compute(progress, [&](const Progress& report) {
-        return smooth(mesh.mesh(), {.iterations = iterations,
-                                    .pass_band = pass_band,
-                                    .bound = bound,
-                                    .threads = threads,
-                                    .progress = report});
+        return smooth(copy_of(mesh.view()), {.iterations = iterations,
+                                             .pass_band = pass_band,
+                                             .bound = bound,
+                                             .threads = threads,
+                                             .progress = report});
     }));
 }
 
@@ -40,7 +47,7 @@ py::tuple simplified(const ArrayMesh& mesh, std::optional<std::int64_t> triangle
                      std::optional<double> max_error, int threads, const py::object& progress) {
     return to_python(compute(progress, [&](const Progress& report) {
         return simplify(
-            mesh.mesh(),
+            copy_of(mesh.view()),
             {.triangles = triangles, .max_error = max_error, .threads = threads, .progress = report});
     }));
 }

@@ -78,8 +78,8 @@ class EdgeFinder {
 // The largest difference between samples of a cell, of the cells around an edge. `step` is the distance in samples between
 // neighbours along each axis. NaN counts as the sample before it.
 template <std::size_t along, class T>
-float largest_range(const T* samples, const std::array<std::int64_t, 3>& dims, const std::array<std::int64_t, 3>& step,
-                    const GridEdge& edge) {
+float largest_range(const T* samples, const std::array<std::int64_t, 3>& dims,
+                    const std::array<std::int64_t, 3>& step, const GridEdge& edge) {
     // Single precision holds differences of 16-bit samples; its minimum and maximum are one instruction each.
     using Number = std::conditional_t<sizeof(T) <= 2 || std::is_same_v<T, float>, float, double>;
     constexpr std::size_t u = along == 0 ? 1 : 0, v = along == 2 ? 1 : 2;

@@ -61,7 +61,7 @@ std::string name_attribute(const MeshObject& object) {
     return object.name.empty() ? "" : " name=\"" + escaped(object.name) + "\"";
 }
 
-void write_object(MeshOutput& output, const Mesh& mesh) {
+void write_object(MeshOutput& output, const MeshView& mesh) {
     output.text("<mesh><vertices>\n");
     output.items<24 + 3 * kFloatChars>(mesh.points.size(), 0, 0.5, [&](std::size_t i, char* to) {
         const Vec3f p = output.oriented(mesh.points[i]);
@@ -130,7 +130,7 @@ void write_3mf_model(MeshOutput& output, MeshObjects objects) {
         output.set_share(i, objects.size());
         output.text("<object id=" + id(i) + " type=\"model\"" + name_attribute(objects[i]) + colour_of[i] +
                     ">");
-        write_object(output, *objects[i].mesh);
+        write_object(output, objects[i].mesh);
         output.text("</object>\n");
     }
     text = "</resources>\n<build>\n";

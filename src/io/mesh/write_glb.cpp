@@ -107,7 +107,7 @@ class Description {
     }
 
     std::uint64_t add_mesh(const MeshObject& object) {
-        const auto& [points, normals, triangles] = *object.mesh;
+        const auto& [points, normals, triangles] = object.mesh;
         if (points.empty() || triangles.empty())
             throw InputError("a .glb file cannot hold a surface without triangles");
         Vec3f lower = position(points.front()), upper = lower;
@@ -167,7 +167,7 @@ void write_glb(MeshOutput& output, MeshObjects objects) {
     output.text(little_endian_words({kMagic, 2, total, json.size(), kJson}) + json +
                 little_endian_words({buffer, kBinary}));
     for (std::size_t i = 0; i < objects.size(); ++i) {
-        const Mesh& mesh = *objects[i].mesh;
+        const MeshView& mesh = objects[i].mesh;
         output.set_share(i, objects.size());
         output.items<sizeof(Vec3f)>(mesh.points.size(), 0, 0.4, [&](std::size_t k, char* to) {
             return put(to, position(mesh.points[k]));

@@ -31,7 +31,7 @@ void check_objects(MeshObjects objects, MeshFormat format, const std::filesystem
     if (format == MeshFormat::glb && space == Space::RAS)
         refuse("glTF has its own axes and cannot be in RAS");
     for (const MeshObject& object : objects) {
-        const Mesh& mesh = *object.mesh;
+        const MeshView& mesh = object.mesh;
         if (!mesh.normals.empty() && mesh.normals.size() != mesh.points.size())
             refuse("the mesh has " + std::to_string(mesh.points.size()) + " points but " +
                    std::to_string(mesh.normals.size()) + " normals");
@@ -43,7 +43,7 @@ void check_objects(MeshObjects objects, MeshFormat format, const std::filesystem
 }
 
 void write_content(MeshFormat format, MeshOutput& to, MeshObjects objects) {
-    const Mesh& first = *objects.front().mesh;
+    const MeshView& first = objects.front().mesh;
     switch (format) {
         case MeshFormat::stl:
             write_stl_header(to, first.triangles.size());
@@ -117,8 +117,8 @@ bool holds_several(MeshFormat format) {
     return format != MeshFormat::stl && format != MeshFormat::ply;
 }
 
-void write_mesh(const Mesh& mesh, const std::filesystem::path& output, const MeshWriteOptions& options) {
-    write_meshes(std::array{MeshObject{&mesh}}, output, options);
+void write_mesh(MeshView mesh, const std::filesystem::path& output, const MeshWriteOptions& options) {
+    write_meshes(std::array{MeshObject{mesh}}, output, options);
 }
 
 void write_meshes(std::span<const MeshObject> objects, const std::filesystem::path& output,

@@ -26,7 +26,7 @@ char* put_index(char* to, std::uint64_t index) {
 // Indices count from the first point and normal of the file.
 void write_object(MeshOutput& output, const MeshObject& object, std::uint64_t points_before,
                   std::uint64_t normals_before) {
-    const Mesh& mesh = *object.mesh;
+    const MeshView& mesh = object.mesh;
     if (!object.name.empty()) output.text("o " + clean_name(object.name) + "\n");
 
     constexpr std::size_t vector_chars = 3 + 3 * (kFloatChars + 1);
@@ -61,8 +61,8 @@ void write_obj(MeshOutput& output, MeshObjects objects) {
     for (std::size_t i = 0; i < objects.size(); ++i) {
         output.set_share(i, objects.size());
         write_object(output, objects[i], points, normals);
-        points += objects[i].mesh->points.size();
-        normals += objects[i].mesh->normals.size();
+        points += objects[i].mesh.points.size();
+        normals += objects[i].mesh.normals.size();
     }
 }
 

@@ -56,9 +56,9 @@ struct Contents {
     explicit Contents(MeshObjects objects) {
         bool has_colour = false;
         for (const MeshObject& object : objects) {
-            points += object.mesh->points.size();
-            triangles += object.mesh->triangles.size();
-            normals &= !object.mesh->normals.empty();
+            points += object.mesh.points.size();
+            triangles += object.mesh.triangles.size();
+            normals &= !object.mesh.normals.empty();
             has_colour |= object.colour.has_value();
             names.push_back(clean_name(object.name));
         }
@@ -116,14 +116,14 @@ class ArrayWriter {
         begin_array(output_, bytes);
         for (std::size_t i = 0; i < objects_.size(); ++i) {
             output_.set_share(done_ * objects_.size() + i, arrays_ * objects_.size());
-            write_part(*objects_[i].mesh, i);
+            write_part(objects_[i].mesh, i);
         }
         ++done_;
     }
 
-    void write_vectors(std::uint64_t bytes, Buffer<Vec3f> Mesh::*vectors) {
-        write(bytes, [&](const Mesh& mesh, std::size_t) {
-            const Buffer<Vec3f>& values = mesh.*vectors;
+    void write_vectors(std::uint64_t bytes, std::span<const Vec3f> MeshView::*vectors) {
+        write(bytes, [&](const MeshView& mesh, std::size_t) {
+            const std::span<const Vec3f> values = mesh.*vectors;
             output_.items<sizeof(Vec3f)>(values.size(), 0, 1, [&](std::size_t i, char* to) {
                 return put(to, output_.oriented(values[i]));
             });
@@ -142,15 +142,15 @@ void write_polydata(MeshOutput& output, MeshObjects objects, const Contents& con
                     const char* index_type) {
     write_header<Index>(output, contents, index_type);
     ArrayWriter arrays(output, objects, 3 + (contents.normals ? 1u : 0u) + (contents.cell_arrays ? 2u : 0u));
-    arrays.write_vectors(contents.point_bytes(), &Mesh::points);
-    if (contents.normals) arrays.write_vectors(contents.point_bytes(), &Mesh::normals);
+    arrays.write_vectors(contents.point_bytes(), &MeshView::points);
+    if (contents.normals) arrays.write_vectors(contents.point_bytes(), &MeshView::normals);
     if (contents.cell_arrays) {
-        arrays.write(contents.surface_bytes(), [&](const Mesh& mesh, std::size_t surface) {
+        arrays.write(contents.surface_bytes(), [&](const MeshView& mesh, std::size_t surface) {
             output.items<sizeof(std::int32_t)>(mesh.triangles.size(), 0, 1, [&](std::size_t, char* to) {
                 return put(to, static_cast<std::int32_t>(surface));
             });
         });
-        arrays.write(contents.colour_bytes(), [&](const Mesh& mesh, std::size_t surface) {
+        arrays.write(contents.colour_bytes(), [&](const MeshView& mesh, std::size_t surface) {
             const Rgb colour = rgb(objects[surface]);
             output.items<sizeof(Rgb)>(mesh.triangles.size(), 0, 1,
                                       [&](std::size_t, char* to) { return put(to, colour); });
@@ -158,7 +158,7 @@ void write_polydata(MeshOutput& output, MeshObjects objects, const Contents& con
     }
     const std::uint64_t index_bytes = contents.triangles * sizeof(Index);
     std::uint64_t first_point = 0, first_triangle = 0;
-    arrays.write(3 * index_bytes, [&](const Mesh& mesh, std::size_t) {
+    arrays.write(3 * index_bytes, [&](const MeshView& mesh, std::size_t) {
         output.items<3 * sizeof(Index)>(mesh.triangles.size(), 0, 1, [&](std::size_t i, char* to) {
             for (const std::uint32_t corner : mesh.triangles[i])
                 to = put(to, static_cast<Index>(first_point + corner));
@@ -167,7 +167,7 @@ void write_polydata(MeshOutput& output, MeshObjects objects, const Contents& con
         first_point += mesh.points.size();
     });
     // The offsets: where the corners of each triangle end in the connectivity.
-    arrays.write(index_bytes, [&](const Mesh& mesh, std::size_t) {
+    arrays.write(index_bytes, [&](const MeshView& mesh, std::size_t) {
         output.items<sizeof(Index)>(mesh.triangles.size(), 0, 1, [&](std::size_t i, char* to) {
             return put(to, static_cast<Index>(3 * (first_triangle + i + 1)));
         });

@@ -83,7 +83,7 @@ class MeshOutput {
 };
 
 /// A mesh as the only part of its surface.
-inline SurfacePart whole(const Mesh& mesh) {
+inline SurfacePart whole(const MeshView& mesh) {
     return {0, mesh.points, mesh.normals, 0, mesh.triangles};
 }
 
