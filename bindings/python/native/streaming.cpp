@@ -69,7 +69,7 @@ std::pair<std::uint64_t, std::uint64_t> file_to_file(const std::filesystem::path
 std::pair<std::uint64_t, std::uint64_t> slices_to_file(const py::function& read, const Geometry& geometry,
                                                        const py::dtype& type, const FileOptions& options,
                                                        const py::object& progress) {
-    SliceSource source{geometry, sample_type_of(type), {}};
+    SliceSource source{geometry, sample_type_of(type), {}};  // here, where the thread holds the lock
     std::pair<std::uint64_t, std::uint64_t> size;
     run_long_work(progress, [&](const Progress& report, const CallPython& call) {
         source.read = [&](std::int64_t first, std::int64_t last, void* samples) {
