@@ -101,6 +101,7 @@ Json series_numbers(const SeriesReport& s, bool show_patient) {
         {"dims", s.series.dims},
         {"spacing_mm", {number_or_null(spacing[0]), number_or_null(spacing[1]), number_or_null(spacing[2])}},
         {"files", s.series.files},
+        {"volumes", s.volumes},
         {"tilt_degrees", s.tilt},
         {"gaps", s.gaps},
         {"hounsfield_units", s.hounsfield ? Json(*s.hounsfield) : Json()},

@@ -43,9 +43,11 @@ struct ScanOptions {
     /// DICOM slice, DICOM without positions.
     std::optional<Vec3d> spacing = {};
     bool resample = false;  ///< interpolate unevenly spaced DICOM slices linearly to even spacing
-    std::optional<std::int64_t> volume = {};  ///< index of a volume in a 4-D NIfTI or MetaImage file, from 0
-    int threads = 0;                          ///< threads to use; 0: all
-    Progress progress = {};                   ///< called while reading
+    /// Index of a volume, from 0, if the input holds several: a DICOM series with time points, echoes, ...,
+    /// a 4-D NIfTI or MetaImage file.
+    std::optional<std::int64_t> volume = {};
+    int threads = 0;         ///< threads to use; 0: all
+    Progress progress = {};  ///< called while reading
 };
 
 /// One series or image of an input.
@@ -68,8 +70,12 @@ struct ScanInfo {
 /// Reads a scan into memory. `info`, if given, receives a description.
 ///
 /// DICOM:
-/// - Slices are sorted by position. The frames of one series form several volumes if they differ in size,
-///   orientation, spacing, echo or frame of reference, or if a large gap separates them.
+/// - Slices are sorted by position. The frames of one series form several parts, with their own ids, if they
+///   differ in size, orientation or spacing, or if a large gap separates them; if their positions do not form
+///   one even stack, also if they differ in frame of reference or modality.
+/// - If a part has several slices at a position, and attributes tell them apart (ImageType, EchoTime,
+///   b-value, TemporalPositionIdentifier, TriggerTime, AcquisitionNumber, ...), it holds several volumes, and
+///   ScanOptions::volume chooses one.
 /// - Scouts and single images are skipped if the input also holds a volume.
 /// - Of several slices at one position with the same pixels, one is used. If the pixels differ, that is an
 ///   error.
@@ -87,7 +93,8 @@ struct ScanInfo {
 /// text or bzip2, video, modality lookup tables, and data files outside their header's folder.
 ///
 /// \throw IoError a file is missing or unreadable; InputError a file is damaged or not supported;
-/// GeometryError several series without ScanOptions::series, uneven slices, or no spacing; LimitError too
+/// GeometryError several series without ScanOptions::series, several volumes without ScanOptions::volume,
+/// uneven slices, or no spacing; LimitError too
 /// large; Cancelled
 MARROW_EXPORT Volume read_scan(const std::filesystem::path& input, const ScanOptions& options = {},
                                ScanInfo* info = nullptr);
@@ -102,7 +109,10 @@ struct SeriesReport {
     std::optional<bool> hounsfield;          ///< whether samples are Hounsfield units, if known
     std::optional<double> smallest_feature;  ///< mm; twice the coarsest spacing: the finest visible detail
     std::uint64_t memory = 0;                ///< bytes that the samples need
-    std::string patient_name;                ///< as in DICOM: "family^given"; show it only on request
+    /// If the series has several volumes, what distinguishes each: "echo time 12 ms". The other members
+    /// describe the volume that ScanOptions::volume names, or the first.
+    std::vector<std::string> volumes;
+    std::string patient_name;  ///< as in DICOM: "family^given"; show it only on request
 };
 
 /// What an input holds.

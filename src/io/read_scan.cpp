@@ -156,9 +156,12 @@ void check_options(const Input& input, const fs::path& path, const ScanOptions& 
     if (!dicom && options.resample)
         throw InputError(
             fmt::format("{}: only DICOM can be resampled; do not set options.resample", quoted(path)));
-    if (options.volume && input.format != ScanFormat::nifti && input.format != ScanFormat::metaimage)
-        throw InputError(fmt::format(
-            "{}: only NIfTI and MetaImage have several volumes; do not set options.volume", quoted(path)));
+    if (options.volume && !dicom && input.format != ScanFormat::nifti &&
+        input.format != ScanFormat::metaimage) {
+        throw InputError(
+            fmt::format("{}: only DICOM, NIfTI and MetaImage have several volumes; do not set options.volume",
+                        quoted(path)));
+    }
 }
 
 std::string needs_spacing(const fs::path& path) {

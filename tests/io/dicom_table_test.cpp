@@ -146,7 +146,6 @@ TEST(DicomTable, OneSeriesIsSplitWhereItsGeometryDiffers) {
         {"orientation", [](DicomWriter& s, int) { s.orientation("0\\1\\0\\1\\0\\0"); }},
         {"frame of reference", [](DicomWriter& s, int) { s.text(0x00200052, "UI", "1.2.8"); }},
         {"spacing", [](DicomWriter& s, int) { s.spacing("2\\2"); }},
-        {"echo", [](DicomWriter& s, int) { s.text(0x00180086, "IS", "2"); }},
         {"size",
          [](DicomWriter& s, int) {
              s.pixels<std::int16_t>(2, 2, {1, 2, 3, 4});

@@ -34,6 +34,8 @@ void print_series(std::ostream& out, const SeriesReport& s, bool is_chosen, bool
                                 s.series.dims[2], s.series.files));
     line("spacing", fmt::format("{} x {} x {} mm", mm_or_unknown(s.series.spacing[0]),
                                 mm_or_unknown(s.series.spacing[1]), mm_or_unknown(s.series.spacing[2])));
+    for (std::size_t i = 0; i < s.volumes.size(); ++i)
+        line(fmt::format("volume {}", i), s.volumes[i]);
     if (s.tilt > 0) line("gantry tilt", fmt::format("{:.1f} degrees", s.tilt));
     constexpr std::size_t kMostGaps = 5;
     for (std::size_t i = 0; i < std::min(kMostGaps, s.gaps.size()); ++i) line("gap", s.gaps[i]);

@@ -48,7 +48,7 @@ DicomHeaders read_dicom_headers(const DicomInput& input, const ScanOptions& opti
     }
     if (without_image > 0)
         found.warnings.push_back(fmt::format("{} DICOM files hold no image and are skipped", without_image));
-    found.stacks = group_into_stacks(found.files);
+    found.series = group_into_series(found.files);
     return found;
 }
 
@@ -75,14 +75,16 @@ SeriesInfo describe(const DicomStack& stack) {
 
 namespace {
 
-std::string listed(const std::vector<DicomStack*>& stacks) {
+std::string listed(const std::vector<DicomSeries*>& candidates) {
     std::vector<std::string> all;
-    for (const DicomStack* stack : stacks) {
-        const SeriesInfo info = describe(*stack);
-        all.push_back(fmt::format("{} ({}, {}, {} x {} x {}, {} files)", info.id,
-                                  info.modality.empty() ? "modality unknown" : info.modality,
-                                  quoted(info.description), info.dims[0], info.dims[1], info.dims[2],
-                                  info.files));
+    for (const DicomSeries* series : candidates) {
+        const SeriesInfo info = describe(series->volumes[0]);
+        const std::size_t volumes = series->volumes.size();
+        all.push_back(fmt::format(
+            "{} ({}, {}, {} x {} x {}, {})", info.id,
+            info.modality.empty() ? "modality unknown" : info.modality, quoted(info.description),
+            info.dims[0], info.dims[1], info.dims[2],
+            volumes > 1 ? fmt::format("{} volumes", volumes) : fmt::format("{} files", info.files)));
     }
     return examples(all);
 }
@@ -91,16 +93,16 @@ std::string listed(const std::vector<DicomStack*>& stacks) {
 
 SeriesChoice choose_series(DicomHeaders& headers, const DicomInput& input, const ScanOptions& options) {
     SeriesChoice choice;
-    for (DicomStack& s : headers.stacks) choice.candidates.push_back(&s);
+    for (DicomSeries& s : headers.series) choice.candidates.push_back(&s);
     const auto keep = [&](auto&& condition) {
-        std::vector<DicomStack*> kept;
+        std::vector<DicomSeries*> kept;
         std::copy_if(choice.candidates.begin(), choice.candidates.end(), std::back_inserter(kept), condition);
         return kept;
     };
     if (options.series) {
-        auto chosen = keep([&](const DicomStack* s) { return s->id == *options.series; });
+        auto chosen = keep([&](const DicomSeries* s) { return s->id == *options.series; });
         if (chosen.empty())
-            chosen = keep([&](const DicomStack* s) { return s->first().series_uid == *options.series; });
+            chosen = keep([&](const DicomSeries* s) { return s->first().series_uid == *options.series; });
         if (chosen.empty()) {
             throw GeometryError(
                 fmt::format("there is no series {}, only {}, for example {}; inspect_scan lists all",
@@ -109,15 +111,17 @@ SeriesChoice choose_series(DicomHeaders& headers, const DicomInput& input, const
         return {std::move(chosen), "options.series selects it", false};
     }
     if (input.named) {
-        auto chosen = keep([&](const DicomStack* s) {
-            return std::any_of(s->slices.begin(), s->slices.end(),
-                               [&](const DicomSlice& slice) { return slice.file->path == *input.named; });
+        auto chosen = keep([&](const DicomSeries* s) {
+            return std::any_of(s->volumes.begin(), s->volumes.end(), [&](const DicomStack& volume) {
+                return std::any_of(volume.slices.begin(), volume.slices.end(),
+                                   [&](const DicomSlice& slice) { return slice.file->path == *input.named; });
+            });
         });
         if (chosen.empty()) throw InputError(fmt::format("{}: holds no image", quoted(*input.named)));
         return {std::move(chosen), "the named file belongs to it", false};
     }
     choice.reason = "there is no other";
-    auto volumes = keep([](const DicomStack* s) { return s->slices.size() > 1 && !s->first().localizer; });
+    auto volumes = keep([](const DicomSeries* s) { return s->slices() > 1 && !s->first().localizer; });
     if (!volumes.empty() && volumes.size() < choice.candidates.size()) {
         choice.reason =
             fmt::format("{} scout or single images are skipped", choice.candidates.size() - volumes.size());
@@ -127,7 +131,7 @@ SeriesChoice choose_series(DicomHeaders& headers, const DicomInput& input, const
     return choice;
 }
 
-DicomStack& only_candidate(const SeriesChoice& choice) {
+DicomSeries& only_candidate(const SeriesChoice& choice) {
     if (choice.candidates.size() > 1) {
         throw GeometryError(
             fmt::format("there are {} series, for example {}; choose one with options.series; "
@@ -135,6 +139,24 @@ DicomStack& only_candidate(const SeriesChoice& choice) {
                         choice.candidates.size(), listed(choice.candidates)));
     }
     return *choice.candidates[0];
+}
+
+DicomStack& choose_volume(DicomSeries& series, const ScanOptions& options) {
+    const std::size_t count = series.volumes.size();
+    if (!options.volume && count > 1) {
+        std::vector<std::string> all;
+        for (std::size_t i = 0; i < count; ++i)
+            all.push_back(fmt::format("{}: {}", i, series.volumes[i].difference));
+        throw GeometryError(fmt::format(
+            "series {}: holds {} volumes ({}); choose one with options.volume; inspect_scan lists all",
+            series.id, count, examples(all)));
+    }
+    const std::int64_t chosen = options.volume.value_or(0);
+    if (chosen < 0 || static_cast<std::size_t>(chosen) >= count) {
+        throw GeometryError(fmt::format("series {}: has no volume {}; there are {}, numbered from 0",
+                                        series.id, chosen, count));
+    }
+    return series.volumes[static_cast<std::size_t>(chosen)];
 }
 
 }  // namespace marrow::internal::io
