@@ -181,8 +181,16 @@ TEST(DicomTable, FilesWithoutAnImageAreSkipped) {
     DicomWriter report;
     report.text(0x00080016, "UI", "1.2.840.10008.5.1.4.1.1.88.11");
     report.write(folder / "report");
-    contains(refusal<InputError>(folder.path()), "none of 1 DICOM files holds an image");
+    contains(refusal<InputError>(folder.path()), "report': is a structured report; a scan has images");
+    DicomWriter structures;
+    structures.text(0x00080016, "UI", "1.2.840.10008.5.1.4.1.1.481.3");
+    structures.write(folder / "structures");
+    contains(refusal<InputError>(folder.path()), "none of 2 DICOM files holds an image");
+    contains(refusal<InputError>(folder / "structures"), "is an RT structure set");
+    fs::remove(folder / "report");
+    contains(refusal<InputError>(folder.path()), "is an RT structure set");
     write_series(folder, 2);
+    contains(refusal<InputError>(folder / "structures"), "is an RT structure set");
     write_file(folder / "notes.txt", "nothing");
     ScanInfo info;
     EXPECT_EQ(samples_of<std::int16_t>(read_scan(folder.path(), {}, &info)), volume_samples(2));

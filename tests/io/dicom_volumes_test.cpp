@@ -259,5 +259,148 @@ TEST(DicomVolumes, FramesOfAnEnhancedFile) {
     }
 }
 
+// An entry of Siemens' private header.
+std::string csa_entry(std::string name, const std::vector<std::string>& values) {
+    name.resize(64);
+    std::string out = name + bytes_of(static_cast<std::uint32_t>(values.size())) + std::string("FD\0\0", 4) +
+                      bytes_of(std::uint32_t{4}) + bytes_of(std::uint32_t{6}) + bytes_of(std::uint32_t{77});
+    for (std::size_t i = 0; i < 6; ++i) {
+        std::string value = i < values.size() ? values[i] : "";
+        const auto size = static_cast<std::uint32_t>(value.size());
+        value.resize((value.size() + 3) / 4 * 4);
+        out += bytes_of(size) + bytes_of(size) + bytes_of(std::uint32_t{77}) + bytes_of(size) + value;
+    }
+    return out;
+}
+
+std::string csa_header(const std::vector<std::string>& slices, const std::vector<std::string>& normal) {
+    return "SV10\4\3\2\1" + bytes_of(std::uint32_t{3}) + bytes_of(std::uint32_t{77}) +
+           csa_entry("EchoLinePosition", {"32"}) + csa_entry("NumberOfImagesInMosaic", slices) +
+           csa_entry("SliceNormalVector", normal);
+}
+
+// Five slices in 3 x 3 tiles. Each tile is a slice of three columns and two rows.
+DicomWriter mosaic(int volume) {
+    constexpr int tiles = 3, slices = 5;
+    std::vector<std::int16_t> all(static_cast<std::size_t>(tiles * columns * tiles * rows), -1);
+    for (int k = 0; k < slices; ++k) {
+        const auto samples = slice_samples(10 * volume + k);
+        for (int j = 0; j < rows; ++j) {
+            for (int i = 0; i < columns; ++i) {
+                const int row = k / tiles * rows + j, column = k % tiles * columns + i;
+                all[static_cast<std::size_t>(row * tiles * columns + column)] =
+                    samples[static_cast<std::size_t>(j * columns + i)];
+            }
+        }
+    }
+    DicomWriter out;
+    out.text(0x00080008, "CS", "ORIGINAL\\PRIMARY\\M\\ND\\MOSAIC");
+    out.text(0x00180088, "DS", "2.5");
+    out.text(0x00200012, "IS", std::to_string(volume + 1));
+    out.text(0x00290011, "LO", "SIEMENS CSA HEADER");
+    out.elements[0x00291110] = {"OB", csa_header({"5"}, {"0.0", "0.0", "-1.0"})};
+    out.pixels(tiles * columns, tiles * rows, all);
+    out.position("10\\20\\30");
+    out.spacing("0.5\\0.25");
+    return out;
+}
+
+TEST(DicomVolumes, SiemensMosaicsAreVolumes) {
+    TemporaryFolder folder;
+    for (int volume = 0; volume < 2; ++volume) mosaic(volume).write(folder / std::to_string(volume));
+    EXPECT_EQ(inspect_scan(folder.path()).series.at(0).volumes,
+              (std::vector<std::string>{"acquisition 1", "acquisition 2"}));
+    ScanOptions options;
+    for (const int volume : {0, 1}) {
+        options.volume = volume;
+        const Volume v = read_scan(folder.path(), options);
+        // The slices go down, and volumes are sorted upwards. Nine columns of 0.25 mm become three.
+        std::vector<std::int16_t> expected;
+        for (int k = 4; k >= 0; --k) {
+            const auto samples = slice_samples(10 * volume + k);
+            expected.insert(expected.end(), samples.begin(), samples.end());
+        }
+        EXPECT_EQ(samples_of<std::int16_t>(v), expected);
+        expect_at(v.geometry(), {0, 0, 4}, {10 + 0.75, 20 + 1, 30});
+        expect_at(v.geometry(), {1, 1, 0}, {10 + 1, 20 + 1.5, 20});
+    }
+}
+
+TEST(DicomVolumes, MosaicsWithoutWhatPlacesTheirSlicesAreRefusedByName) {
+    const std::vector<std::pair<const char*, std::function<void(DicomWriter&)>>> changes = {
+        {"private CSA header", [](DicomWriter& s) { s.elements.erase(0x00291110); }},
+        {"private CSA header",
+         [](DicomWriter& s) {
+             s.elements[0x00291110] = {"OB", "SV10"};
+         }},
+        {"private CSA header",
+         [](DicomWriter& s) {
+             s.elements[0x00291110].second = csa_header({"5"}, {"0", "1"});
+         }},
+        {"normal of length 1",
+         [](DicomWriter& s) {
+             s.elements[0x00291110].second = csa_header({"5"}, {"0", "1", "1"});
+         }},
+        {"private CSA header",
+         [](DicomWriter& s) {
+             s.elements[0x00291110].second = csa_header({"1e9"}, {"0", "0", "1"});
+         }},
+        {"do not fit",
+         [](DicomWriter& s) {
+             s.elements[0x00291110].second = csa_header({"17"}, {"0", "0", "1"});
+         }},
+        {"SpacingBetweenSlices", [](DicomWriter& s) { s.elements.erase(0x00180088); }}};
+    for (const auto& [part, change] : changes) {
+        TemporaryFolder folder;
+        DicomWriter s = mosaic(0);
+        change(s);
+        s.write(folder / "a");
+        const std::string what = refusal<InputError>(folder.path());
+        contains(what, "is a Siemens mosaic");
+        contains(what, part);
+    }
+}
+
+TEST(DicomVolumes, RtDoseIsAVolumeInItsUnits) {
+    for (const bool absolute : {false, true}) {
+        TemporaryFolder folder;
+        DicomWriter s;
+        s.text(0x00080016, "UI", "1.2.840.10008.5.1.4.1.1.481.2");
+        s.text(0x00080060, "CS", "RTDOSE");
+        s.text(0x00280008, "IS", "3");
+        s.text(0x3004000c, "DS", absolute ? "7\\4\\1" : "0\\-3\\-6");
+        s.text(0x3004000e, "DS", "0.5");
+        s.elements.erase(0x00281052);
+        s.elements.erase(0x00281053);
+        s.position("10\\20\\7");
+        s.pixel_format(32, 32, false);
+        std::vector<std::uint32_t> samples;
+        for (std::uint32_t i = 0; i < 18; ++i) samples.push_back(100001 * i);
+        s.pixels(columns, rows, samples);
+        for (const Form form : {Form::explicit_little, Form::explicit_big}) {
+            s.form = form;
+            if (form == Form::explicit_big) {  // the writer swaps words of two bytes; these have four
+                std::string& bytes = s.elements[0x7fe00010].second;
+                for (std::size_t i = 0; i < bytes.size(); i += 4) {
+                    std::swap(bytes[i], bytes[i + 2]);
+                    std::swap(bytes[i + 1], bytes[i + 3]);
+                }
+            }
+            s.write(folder / "dose");
+            const Volume v = read_scan(folder / "dose");
+            expect_at(v.geometry(), {0, 0, 0}, {10, 20, 1});
+            expect_at(v.geometry(), {1, 1, 2}, {11, 21, 7});
+            const auto read = samples_of<float>(v);
+            ASSERT_EQ(read.size(), 18u);
+            EXPECT_FLOAT_EQ(read[12 + 5], 0.5f * 100001 * 5);  // the first frame is the highest
+            EXPECT_FLOAT_EQ(read[1], 0.5f * 100001 * 13);
+        }
+        s.form = Form::explicit_little;
+        s.text(0x3004000c, "DS", "1\\4\\7");
+        s.write(folder / "dose");
+        contains(refusal<InputError>(folder.path()), "GridFrameOffsetVector");
+    }
+}
+
 }  // namespace
 }  // namespace marrow::test

@@ -260,6 +260,26 @@ TEST(ReadReal, TimePointsAreThoseOfTheNifti) {
         SCOPED_TRACE(name);
         expect_volumes_of_nifti(scans / name / "001", scans / name / "001_ground_truth.nii.gz", volumes);
     }
+    SCOPED_TRACE("siemens_mosaic");
+    const fs::path mosaics = scans / "siemens_mosaic";
+    expect_volumes_of_nifti(mosaics / "ep2d_Asc_2", mosaics / "2_ep2d_Asc.nii", 6);
+}
+
+TEST(ReadReal, RtDoseIsTheSameInBothByteOrders) {
+    MARROW_TEST_SCAN(files, "n_pydicom/nasty_dicom/pydicom/test_files");
+    std::vector<float> first;
+    for (const char* name : {"rtdose.dcm", "rtdose_expb.dcm", "rtdose_rle.dcm"}) {
+        SCOPED_TRACE(name);
+        TemporaryFolder folder;
+        fs::copy(files / name, folder / name);
+        const Volume v = read_scan(folder.path());
+        EXPECT_EQ(v.geometry().dims, (std::array<std::int64_t, 3>{10, 10, 15}));
+        EXPECT_NEAR(v.geometry().spacing[2], 5, 1e-9);
+        const auto samples = samples_of<float>(v);
+        EXPECT_FLOAT_EQ(*std::max_element(samples.begin(), samples.end()), 1.254f);  // Gy
+        if (first.empty()) first = samples;
+        EXPECT_EQ(samples, first);
+    }
 }
 
 TEST(ReadReal, EnhancedMultiFrame) {

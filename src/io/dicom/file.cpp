@@ -274,6 +274,21 @@ std::optional<DicomFile> read_dicom_header(const std::filesystem::path& path) {
     return file;
 }
 
+std::string name_without_image(const std::filesystem::path& path) {
+    static constexpr std::pair<std::string_view, const char*> names[] = {
+        {"1.2.840.10008.5.1.4.1.1.481.3", "an RT structure set, which holds contours"},
+        {"1.2.840.10008.5.1.4.1.1.481.5", "an RT plan"},
+        {"1.2.840.10008.5.1.4.1.1.88", "a structured report"},
+        {"1.2.840.10008.5.1.4.1.1.66", "a registration or other spatial data"},
+        {"1.2.840.10008.5.1.4.1.1.104", "an encapsulated document"},
+        {"1.2.840.10008.5.1.4.1.1.11", "a presentation state"}};
+    const std::string uid = parse_dicom_header(path).data_set.text(tag::kSopClassUid);
+    for (const auto& [start, name] : names) {
+        if (uid == start || uid.starts_with(std::string(start) + ".")) return name;
+    }
+    return "DICOM without an image";
+}
+
 namespace {
 
 // Extracts the stored bits of each cell and extends their sign. The other bits of a cell may be set.

@@ -46,6 +46,9 @@ struct DicomFile {
 /// \throw IoError; InputError it is damaged
 std::optional<DicomFile> read_dicom_header(const std::filesystem::path& path);
 
+/// What a DICOM file without an image is: "an RT structure set". \throw IoError; InputError it is damaged
+std::string name_without_image(const std::filesystem::path& path);
+
 /// Memory for decoding. Reuse it from file to file: new memory pages cost as much time as decoding.
 struct DicomWorkspace {
     Buffer<char> bytes;

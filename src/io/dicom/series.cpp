@@ -42,6 +42,10 @@ DicomHeaders read_dicom_headers(const DicomInput& input, const ScanOptions& opti
         if (!found.damage)
             found.damage = failure + "; it may belong to the scan: repair it or remove it from the folder";
     }
+    if (found.files.empty() && (input.named || paths.size() == 1)) {
+        const std::filesystem::path& path = input.named.value_or(paths[0]);
+        throw InputError(fmt::format("{}: is {}; a scan has images", quoted(path), name_without_image(path)));
+    }
     if (found.files.empty()) {
         throw InputError(fmt::format("{}: none of {} DICOM files holds an image",
                                      quoted(paths[0].parent_path()), paths.size()));
@@ -117,7 +121,10 @@ SeriesChoice choose_series(DicomHeaders& headers, const DicomInput& input, const
                                    [&](const DicomSlice& slice) { return slice.file->path == *input.named; });
             });
         });
-        if (chosen.empty()) throw InputError(fmt::format("{}: holds no image", quoted(*input.named)));
+        if (chosen.empty()) {
+            throw InputError(fmt::format("{}: is {}; a scan has images", quoted(*input.named),
+                                         name_without_image(*input.named)));
+        }
         return {std::move(chosen), "the named file belongs to it", false};
     }
     choice.reason = "there is no other";
