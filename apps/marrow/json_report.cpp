@@ -267,4 +267,8 @@ std::string terrain_json(const TerrainResults& results) {
     return to_text(json);
 }
 
+std::string error_json(const std::string& message, int exit_code) {
+    return to_text({{"error", message}, {"exit_code", exit_code}});
+}
+
 }  // namespace marrow::cli

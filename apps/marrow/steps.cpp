@@ -12,7 +12,7 @@
 #include <marrow/simplify.h>
 #include <marrow/smooth.h>
 
-#include "console.h"
+#include "shared/console.h"
 #include "shared/report_progress.h"
 
 namespace marrow::cli {

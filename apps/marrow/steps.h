@@ -12,8 +12,8 @@
 #include <marrow/volume.h>
 #include <marrow/volume_filters.h>
 
-#include "arguments.h"
 #include "results.h"
+#include "shared/arguments.h"
 
 namespace marrow::cli {
 

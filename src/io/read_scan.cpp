@@ -134,7 +134,7 @@ RawImage read_raw_header(const Input& input, const ScanOptions& options) {
                      : input.format == ScanFormat::nrrd ? read_nrrd_header(path)
                                                         : read_metaimage_header(path, options.volume);
     if (image.has_spacing && options.spacing) {
-        throw InputError(fmt::format("{}: states its spacing; do not set options.spacing", quoted(path)));
+        throw OptionError(fmt::format("{}: states its spacing; do not set options.spacing", quoted(path)));
     }
     if (options.spacing) image.geometry.spacing = *options.spacing;
     return image;
@@ -152,13 +152,13 @@ bool is_image_stack(const Input& input) {
 void check_options(const Input& input, const fs::path& path, const ScanOptions& options) {
     const bool dicom = input.format == ScanFormat::dicom;
     if (!dicom && options.series)
-        throw InputError(fmt::format("{}: only DICOM has series; do not set options.series", quoted(path)));
+        throw OptionError(fmt::format("{}: only DICOM has series; do not set options.series", quoted(path)));
     if (!dicom && options.resample)
-        throw InputError(
+        throw OptionError(
             fmt::format("{}: only DICOM can be resampled; do not set options.resample", quoted(path)));
     if (options.volume && !dicom && input.format != ScanFormat::nifti &&
         input.format != ScanFormat::metaimage) {
-        throw InputError(
+        throw OptionError(
             fmt::format("{}: only DICOM, NIfTI and MetaImage have several volumes; do not set options.volume",
                         quoted(path)));
     }

@@ -94,7 +94,7 @@ void expect_volumes(const TemporaryFolder& folder, const std::vector<std::string
         EXPECT_TRUE(inspect_scan(folder.path(), options).chosen);
     }
     options.volume = static_cast<std::int64_t>(differences.size());
-    contains(refusal<GeometryError>(folder.path(), options), "has no volume");
+    contains(refusal<OptionError>(folder.path(), options), "has no volume");
 }
 
 TEST(DicomVolumes, AnAttributeTellsVolumesApart) {
@@ -214,7 +214,7 @@ TEST(DicomVolumes, AnOrdinaryScanIsVolumeZero) {
     EXPECT_EQ(samples_of<std::int16_t>(read_scan(folder.path(), options)), volume_samples(3));
     EXPECT_TRUE(inspect_scan(folder.path()).series.at(0).volumes.empty());
     options.volume = 1;
-    contains(refusal<GeometryError>(folder.path(), options), "has no volume 1");
+    contains(refusal<OptionError>(folder.path(), options), "has no volume 1");
 }
 
 // Functional groups of an enhanced file: time points by TemporalPositionIndex, or by a dimension of its own.

@@ -160,7 +160,7 @@ DicomStack& choose_volume(DicomSeries& series, const ScanOptions& options) {
     }
     const std::int64_t chosen = options.volume.value_or(0);
     if (chosen < 0 || static_cast<std::size_t>(chosen) >= count) {
-        throw GeometryError(fmt::format("series {}: has no volume {}; there are {}, numbered from 0",
+        throw OptionError(fmt::format("series {}: has no volume {}; there are {}, numbered from 0",
                                         series.id, chosen, count));
     }
     return series.volumes[static_cast<std::size_t>(chosen)];

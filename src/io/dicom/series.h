@@ -51,7 +51,7 @@ SeriesChoice choose_series(DicomHeaders& headers, const DicomInput& input, const
 DicomSeries& only_candidate(const SeriesChoice& choice);
 
 /// The volume that options.volume chooses, or the only one.
-/// \throw GeometryError there are several and no choice, or there is none of that number
+/// \throw GeometryError there are several and no choice; OptionError there is none of that number
 DicomStack& choose_volume(DicomSeries& series, const ScanOptions& options);
 
 }  // namespace marrow::internal::io
