@@ -188,7 +188,12 @@ bool is_rescaled(const DicomStack& stack) {
 SeriesReport report_on(DicomStack& stack, const ScanOptions& options) {
     SeriesReport out;
     out.series = describe(stack);
-    out.patient_name = stack.first().patient_name;
+    const DicomFile& first = stack.first();
+    out.number = first.series_number;
+    out.echo_time = first.echo_time;
+    out.image_type = first.image_type;
+    out.kernel = first.kernel;
+    out.patient_name = first.patient_name;
     const std::string& modality = stack.first().modality;
     if (modality == "CT")
         out.hounsfield = is_rescaled(stack);
@@ -204,6 +209,7 @@ SeriesReport report_on(DicomStack& stack, const ScanOptions& options) {
         for (const DicomSlice& s : stack.slices) rescale_of(s);
         out.series.dims = stack_geometry.geometry.dims;
         out.series.spacing = stack_geometry.geometry.spacing;
+        out.geometry = stack_geometry.geometry;
         out.tilt = stack_geometry.tilt;
         out.warnings.insert(out.warnings.end(), stack_geometry.warnings.begin(),
                             stack_geometry.warnings.end());
@@ -235,7 +241,14 @@ ScanReport inspect_dicom(const DicomInput& input, const ScanOptions& options) {
         else
             out.chosen = at;
     } else {
-        out.reason = fmt::format("{} series could be read: choose one", choice.candidates.size());
+        const auto readable = static_cast<std::size_t>(
+            std::count_if(choice.candidates.begin(), choice.candidates.end(), [&](const DicomStack* s) {
+                return !out.series[static_cast<std::size_t>(s - headers.stacks.data())].refusal;
+            }));
+        out.reason = readable == 0
+                         ? fmt::format("all {} series are refused", choice.candidates.size())
+                         : fmt::format("{} of {} series can be read: choose one with options.series",
+                                       readable, choice.candidates.size());
     }
     return out;
 }
@@ -244,7 +257,7 @@ Volume read_dicom(const DicomInput& input, const ScanOptions& options, ScanInfo&
     DicomHeaders headers = read_dicom_headers(input, options);
     info.warnings = headers.warnings;
     const SeriesChoice choice = choose_series(headers, input, options);
-    DicomStack& stack = only_candidate(choice);
+    DicomStack& stack = only_candidate(choice, headers);
     if (headers.damage) throw InputError(*headers.damage);
     if (choice.skips_single_images) info.warnings.push_back(choice.reason);
     check_supported(stack);

@@ -43,11 +43,14 @@ DicomHeaders read_dicom_headers(const DicomInput& input, const ScanOptions& opti
             found.damage = failure + "; it may belong to the scan: repair it or remove it from the folder";
     }
     if (found.files.empty()) {
-        throw InputError(fmt::format("{}: none of {} DICOM files holds an image",
-                                     quoted(paths[0].parent_path()), paths.size()));
+        throw InputError(paths.size() == 1 ? fmt::format("{}: holds no image", quoted(paths[0]))
+                                           : fmt::format("{}: none of {} DICOM files holds an image",
+                                                         quoted(paths[0].parent_path()), paths.size()));
     }
     if (without_image > 0)
-        found.warnings.push_back(fmt::format("{} DICOM files hold no image and are skipped", without_image));
+        found.warnings.push_back(
+            without_image == 1 ? "1 DICOM file holds no image and is skipped"
+                               : fmt::format("{} DICOM files hold no image and are skipped", without_image));
     found.stacks = group_into_stacks(found.files);
     return found;
 }
@@ -75,17 +78,38 @@ SeriesInfo describe(const DicomStack& stack) {
 
 namespace {
 
-std::string listed(const std::vector<DicomStack*>& stacks) {
+// The number of a stack in the list of inspect_scan, from 1.
+std::size_t number_of(const DicomStack& stack, const DicomHeaders& headers) {
+    return static_cast<std::size_t>(&stack - headers.stacks.data()) + 1;
+}
+
+std::string listed(const std::vector<DicomStack*>& stacks, const DicomHeaders& headers) {
     std::vector<std::string> all;
     for (const DicomStack* stack : stacks) {
         const SeriesInfo info = describe(*stack);
-        all.push_back(fmt::format("{} ({}, {}, {} x {} x {}, {} files)", info.id,
-                                  info.modality.empty() ? "modality unknown" : info.modality,
+        all.push_back(fmt::format("number {}, {} ({}, {}, {} x {} x {}, {})", number_of(*stack, headers),
+                                  info.id, info.modality.empty() ? "modality unknown" : info.modality,
                                   quoted(info.description), info.dims[0], info.dims[1], info.dims[2],
-                                  info.files));
+                                  count_of(info.files, "file")));
     }
     return examples(all);
 }
+
+// Whether `wanted` names a stack: by its id, its SeriesInstanceUID, its number in the list, or the first part
+// of its id. Only the first of these that names any stack counts.
+using Names = bool (*)(const DicomStack& stack, const DicomHeaders& headers, const std::string& wanted);
+constexpr Names kNames[] = {
+    [](const DicomStack& s, const DicomHeaders&, const std::string& wanted) { return s.id == wanted; },
+    [](const DicomStack& s, const DicomHeaders&, const std::string& wanted) {
+        return s.first().series_uid == wanted;
+    },
+    [](const DicomStack& s, const DicomHeaders& headers, const std::string& wanted) {
+        return std::to_string(number_of(s, headers)) == wanted;
+    },
+    [](const DicomStack& s, const DicomHeaders&, const std::string& wanted) {
+        return !wanted.empty() && s.id.starts_with(wanted);
+    },
+};
 
 }  // namespace
 
@@ -98,13 +122,15 @@ SeriesChoice choose_series(DicomHeaders& headers, const DicomInput& input, const
         return kept;
     };
     if (options.series) {
-        auto chosen = keep([&](const DicomStack* s) { return s->id == *options.series; });
-        if (chosen.empty())
-            chosen = keep([&](const DicomStack* s) { return s->first().series_uid == *options.series; });
+        std::vector<DicomStack*> chosen;
+        for (const Names names : kNames) {
+            if (chosen.empty())
+                chosen = keep([&](const DicomStack* s) { return names(*s, headers, *options.series); });
+        }
         if (chosen.empty()) {
-            throw GeometryError(
-                fmt::format("there is no series {}, only {}, for example {}; inspect_scan lists all",
-                            quoted(*options.series), choice.candidates.size(), listed(choice.candidates)));
+            throw OptionError(fmt::format("there is no series {}, only {}: {}; inspect_scan lists all",
+                                          quoted(*options.series), choice.candidates.size(),
+                                          listed(choice.candidates, headers)));
         }
         return {std::move(chosen), "options.series selects it", false};
     }
@@ -120,19 +146,18 @@ SeriesChoice choose_series(DicomHeaders& headers, const DicomInput& input, const
     auto volumes = keep([](const DicomStack* s) { return s->slices.size() > 1 && !s->first().localizer; });
     if (!volumes.empty() && volumes.size() < choice.candidates.size()) {
         choice.reason =
-            fmt::format("{} scout or single images are skipped", choice.candidates.size() - volumes.size());
+            count_of(choice.candidates.size() - volumes.size(), "scout or single image") + " skipped";
         choice.candidates = std::move(volumes);
         choice.skips_single_images = true;
     }
     return choice;
 }
 
-DicomStack& only_candidate(const SeriesChoice& choice) {
+DicomStack& only_candidate(const SeriesChoice& choice, const DicomHeaders& headers) {
     if (choice.candidates.size() > 1) {
         throw GeometryError(
-            fmt::format("there are {} series, for example {}; choose one with options.series; "
-                        "inspect_scan lists all",
-                        choice.candidates.size(), listed(choice.candidates)));
+            fmt::format("there are {} series, {}; choose one with options.series; inspect_scan lists all",
+                        choice.candidates.size(), listed(choice.candidates, headers)));
     }
     return *choice.candidates[0];
 }

@@ -44,10 +44,10 @@ struct SeriesChoice {
     bool skips_single_images = false;  ///< whether scouts or single images are skipped
 };
 
-/// \throw GeometryError options.series does not exist; InputError the named file holds no image
+/// \throw OptionError options.series does not exist; InputError the named file holds no image
 SeriesChoice choose_series(DicomHeaders& headers, const DicomInput& input, const ScanOptions& options);
 
 /// \throw GeometryError there are several candidates
-DicomStack& only_candidate(const SeriesChoice& choice);
+DicomStack& only_candidate(const SeriesChoice& choice, const DicomHeaders& headers);
 
 }  // namespace marrow::internal::io
