@@ -58,6 +58,9 @@ void add_surface_options(Arguments& arguments, SurfaceSteps& steps);
 /// \throw UsageError steps that contradict each other
 void check_steps(const SurfaceSteps& steps);
 
+/// The bounding box of the samples, LPS mm.
+Box bounds(const Geometry& geometry);
+
 /// Does the steps before extraction. \throw UsageError a crop box outside the scan; others as in
 /// volume_filters.h
 void filter_scan(Volume& scan, const FilterSteps& steps, int threads, const Progress& progress);

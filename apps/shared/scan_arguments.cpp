@@ -23,7 +23,7 @@ void add_scan_options(Arguments& arguments, ScanOptions& options) {
                        "Interpolate unevenly spaced DICOM slices linearly to even spacing.");
     arguments.add_option("--volume",
                          integer_value("K", options.volume, std::numeric_limits<std::int64_t>::min()),
-                         "Read volume K of a 4D NIfTI or MetaImage file, counted from 0.");
+                         "Read volume K of a 4D scan, counted from 0; 'marrow info' lists the volumes.");
 }
 
 }  // namespace marrow::cli

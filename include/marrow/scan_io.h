@@ -36,9 +36,11 @@ enum class ScanFormat { dicom, nifti, nrrd, metaimage, tiff, slices };
 /// The name of a format: "DICOM", "NIfTI", "NRRD", "MetaImage", "TIFF" or "slices".
 MARROW_EXPORT const char* scan_format_name(ScanFormat format);
 
-/// How to read a scan. An option that does not apply to the input is an InputError.
+/// How to read a scan. An option that does not apply to the input is an OptionError.
 struct ScanOptions {
-    std::optional<std::string> series = {};  ///< SeriesInfo::id; needed if the input holds several series
+    /// The series to read, needed if the input holds several: its SeriesInfo::id or the first part of it, or
+    /// its number in the list of inspect_scan, from 1.
+    std::optional<std::string> series = {};
     /// mm along i, j and k. It is only for input that does not state its spacing: image slices, a single
     /// DICOM slice, DICOM without positions.
     std::optional<Vec3d> spacing = {};
@@ -93,8 +95,8 @@ struct ScanInfo {
 /// text or bzip2, video, modality lookup tables, and data files outside their header's folder.
 ///
 /// \throw IoError a file is missing or unreadable; InputError a file is damaged or not supported;
-/// GeometryError several series without ScanOptions::series, several volumes without ScanOptions::volume,
-/// uneven slices, or no spacing; LimitError too
+/// OptionError an option does not apply to the input; GeometryError several series without
+/// ScanOptions::series, several volumes without ScanOptions::volume, uneven slices, or no spacing; LimitError too
 /// large; Cancelled
 MARROW_EXPORT Volume read_scan(const std::filesystem::path& input, const ScanOptions& options = {},
                                ScanInfo* info = nullptr);
@@ -102,6 +104,11 @@ MARROW_EXPORT Volume read_scan(const std::filesystem::path& input, const ScanOpt
 /// What the headers tell about one series.
 struct SeriesReport {
     SeriesInfo series;
+    std::optional<std::int64_t> number;      ///< SeriesNumber of DICOM
+    std::optional<double> echo_time;         ///< ms
+    std::string image_type;                  ///< ImageType of DICOM, such as "ORIGINAL\\PRIMARY\\AXIAL"
+    std::string kernel;                      ///< ConvolutionKernel of DICOM
+    std::optional<Geometry> geometry;        ///< set if the headers give a complete one
     std::optional<std::string> refusal;      ///< why read_scan would fail, if the headers show it
     std::vector<std::string> warnings;       ///< the warnings of read_scan
     std::vector<std::string> gaps;           ///< unusual gaps: "4 mm between 'a' and 'b'"

@@ -134,7 +134,10 @@ RawImage read_raw_header(const Input& input, const ScanOptions& options) {
                      : input.format == ScanFormat::nrrd ? read_nrrd_header(path)
                                                         : read_metaimage_header(path, options.volume);
     if (image.has_spacing && options.spacing) {
-        throw OptionError(fmt::format("{}: states its spacing; do not set options.spacing", quoted(path)));
+        const Vec3d& spacing = image.geometry.spacing;
+        throw OptionError(
+            fmt::format("{}: states its spacing, {:g} x {:g} x {:g} mm; do not set options.spacing",
+                        quoted(path), spacing[0], spacing[1], spacing[2]));
     }
     if (options.spacing) image.geometry.spacing = *options.spacing;
     return image;
@@ -169,6 +172,18 @@ std::string needs_spacing(const fs::path& path) {
                        quoted(path));
 }
 
+// The header of the chosen volume; of the first if there are several and none is chosen, which is refused.
+RawImage header_of_a_volume(const Input& input, ScanOptions options, std::optional<std::string>& refusal) {
+    try {
+        return read_raw_header(input, options);
+    } catch (const GeometryError& error) {
+        if (options.volume) throw;
+        refusal = error.what();
+    }
+    options.volume = 0;
+    return read_raw_header(input, options);
+}
+
 // The report on an image stack or a raw image.
 SeriesReport report_on_file(const Input& input, const fs::path& path, const ScanOptions& options) {
     SeriesReport series;
@@ -180,7 +195,7 @@ SeriesReport report_on_file(const Input& input, const fs::path& path, const Scan
         geometry = stack.geometry;
         type = stack.image.type;
     } else {
-        const RawImage image = read_raw_header(input, options);
+        const RawImage image = header_of_a_volume(input, options, series.refusal);
         geometry = image.geometry;
         type = loaded_type(image);
         has_spacing |= image.has_spacing;
@@ -193,6 +208,7 @@ SeriesReport report_on_file(const Input& input, const fs::path& path, const Scan
     }
     if (has_spacing) {
         series.smallest_feature = 2 * *std::max_element(geometry.spacing.begin(), geometry.spacing.end());
+        series.geometry = geometry;
     } else {
         geometry.spacing = {0, 0, 0};
         series.refusal = needs_spacing(path);

@@ -57,8 +57,10 @@ ExitCode read_and_run(int argc, const char* const* argv, const Console& console,
                         {"Turns CT and MRI scans into surfaces.", kUsageAndExamples, main_footer()});
     add_options(arguments, options.surfaces);
     Arguments& info = arguments.add_command(
-        "info", {"Say what is in scans: which series would be read and why, and what is wrong with them.",
-                 "marrow info [OPTIONS] INPUT...", kExitCodesHelp});
+        "info",
+        {"Say what is in scans: which series would be read and why, what is wrong with them, the range "
+         "of the values and the bounds.",
+         "marrow info [OPTIONS] INPUT...", kExitCodesHelp});
     add_options(info, options.info);
     Arguments& check = arguments.add_command(
         "check",

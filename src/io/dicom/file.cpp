@@ -250,7 +250,11 @@ std::optional<DicomFile> read_dicom_header(const std::filesystem::path& path) {
         instance && std::abs(*instance) < 1000000000)
         file.instance = static_cast<int>(*instance);
     file.transfer_syntax = parsed.transfer_syntax;
-    file.localizer = data_set.text(tag::kImageType).find("LOCALIZER") != std::string::npos;
+    file.image_type = readable(data_set, tag::kImageType);
+    file.localizer = file.image_type.find("LOCALIZER") != std::string::npos;
+    file.kernel = readable(data_set, tag::kConvolutionKernel);
+    file.series_number = parse_integer(data_set.text(tag::kSeriesNumber));
+    file.echo_time = data_set.decimal(tag::kEchoTime);
     file.bits_allocated = data_set.unsigned_short(tag::kBitsAllocated).value_or(0);
     file.bits_stored = data_set.unsigned_short(tag::kBitsStored).value_or(file.bits_allocated);
     file.high_bit = data_set.unsigned_short(tag::kHighBit).value_or(file.bits_stored - 1);

@@ -33,6 +33,10 @@ struct DicomFile {
     std::string transfer_syntax;         ///< UID
     std::optional<std::string> refusal;  ///< why its pixels cannot be read
     std::string patient_name;            ///< only shown on request
+    std::string image_type;              ///< ImageType: "ORIGINAL\\PRIMARY\\AXIAL"
+    std::string kernel;                  ///< ConvolutionKernel
+    std::optional<std::int64_t> series_number;
+    std::optional<double> echo_time;     ///< ms
     bool localizer = false;              ///< whether ImageType says that it is a scout image
     std::optional<int> instance;         ///< InstanceNumber: orders slices without a position
     std::int64_t columns = 0, rows = 0;  ///< of a frame

@@ -199,7 +199,7 @@ SeriesReport report_on(DicomSeries& series, const ScanOptions& options) {
     DicomStack* chosen = &series.volumes[0];
     try {
         chosen = &choose_volume(series, options);
-    } catch (const GeometryError& error) {
+    } catch (const InputError& error) {
         refusal = error.what();
     }
     DicomStack& stack = *chosen;
@@ -207,7 +207,12 @@ SeriesReport report_on(DicomSeries& series, const ScanOptions& options) {
         for (const DicomStack& volume : series.volumes) out.volumes.push_back(volume.difference);
     }
     out.series = describe(stack);
-    out.patient_name = stack.first().patient_name;
+    const DicomFile& first = stack.first();
+    out.number = first.series_number;
+    out.echo_time = first.echo_time;
+    out.image_type = first.image_type;
+    out.kernel = first.kernel;
+    out.patient_name = first.patient_name;
     const std::string& modality = stack.first().modality;
     if (modality == "CT")
         out.hounsfield = is_rescaled(stack);
@@ -224,6 +229,7 @@ SeriesReport report_on(DicomSeries& series, const ScanOptions& options) {
         for (const DicomSlice& s : stack.slices) rescale_of(s);
         out.series.dims = stack_geometry.geometry.dims;
         out.series.spacing = stack_geometry.geometry.spacing;
+        out.geometry = stack_geometry.geometry;
         out.tilt = stack_geometry.tilt;
         out.warnings.insert(out.warnings.end(), stack_geometry.warnings.begin(),
                             stack_geometry.warnings.end());
@@ -256,7 +262,14 @@ ScanReport inspect_dicom(const DicomInput& input, const ScanOptions& options) {
         else
             out.chosen = at;
     } else {
-        out.reason = fmt::format("{} series could be read: choose one", choice.candidates.size());
+        const auto readable = static_cast<std::size_t>(
+            std::count_if(choice.candidates.begin(), choice.candidates.end(), [&](const DicomSeries* s) {
+                return !out.series[static_cast<std::size_t>(s - headers.series.data())].refusal;
+            }));
+        out.reason = readable == 0
+                         ? fmt::format("all {} series are refused", choice.candidates.size())
+                         : fmt::format("{} of {} series can be read: choose one with options.series",
+                                       readable, choice.candidates.size());
     }
     return out;
 }
@@ -265,7 +278,7 @@ Volume read_dicom(const DicomInput& input, const ScanOptions& options, ScanInfo&
     DicomHeaders headers = read_dicom_headers(input, options);
     info.warnings = headers.warnings;
     const SeriesChoice choice = choose_series(headers, input, options);
-    DicomSeries& series = only_candidate(choice);
+    DicomSeries& series = only_candidate(choice, headers);
     if (headers.damage) throw InputError(*headers.damage);
     if (choice.skips_single_images) info.warnings.push_back(choice.reason);
     DicomStack& stack = choose_volume(series, options);

@@ -44,11 +44,11 @@ struct SeriesChoice {
     bool skips_single_images = false;  ///< whether scouts or single images are skipped
 };
 
-/// \throw GeometryError options.series does not exist; InputError the named file holds no image
+/// \throw OptionError options.series does not exist; InputError the named file holds no image
 SeriesChoice choose_series(DicomHeaders& headers, const DicomInput& input, const ScanOptions& options);
 
 /// \throw GeometryError there are several candidates
-DicomSeries& only_candidate(const SeriesChoice& choice);
+DicomSeries& only_candidate(const SeriesChoice& choice, const DicomHeaders& headers);
 
 /// The volume that options.volume chooses, or the only one.
 /// \throw GeometryError there are several and no choice; OptionError there is none of that number

@@ -285,9 +285,23 @@ std::array<double, 2> in_plane_spacing(const DicomStack& stack, const std::optio
                "ImageOrientationPatient); options.spacing stacks them by number");
     }
     if (stack.slices.size() == 1 && !given) {
-        refuse(stack, "it is a single slice; options.spacing gives it a thickness, in mm");
+        refuse(stack, fmt::format("it is a single slice, whose thickness is unknown; set options.spacing to "
+                                  "{:.6g},{:.6g},Z with the thickness Z in mm",
+                                  in_plane[0], in_plane[1]));
     }
     return in_plane;
+}
+
+// A single slice states its spacing, but not the distance to a next one.
+std::string contradiction(const DicomStack& stack, const Geometry& stated, const Vec3d& given) {
+    const Vec3d& s = stated.spacing;
+    const bool single = stack.slices.size() == 1;
+    return fmt::format(
+        "series {}: its headers state a spacing of {:.6g} x {:.6g}{} mm, not {:g} x {:g}{}; {}", stack.id,
+        s[0], s[1], single ? "" : fmt::format(" x {:.6g}", s[2]), given[0], given[1],
+        single ? "" : fmt::format(" x {:g}", given[2]),
+        single ? fmt::format("set options.spacing to {:.6g},{:.6g},{:g}", s[0], s[1], given[2])
+               : "do not set options.spacing");
 }
 
 }  // namespace
@@ -334,9 +348,7 @@ StackGeometry geometry_of(const DicomStack& stack, const ScanOptions& options) {
     if (given) {
         for (int axis = 0; axis < 3; ++axis) {
             if (std::abs(g.spacing[axis] - (*given)[axis]) > 0.01 * g.spacing[axis])
-                refuse(stack,
-                       fmt::format("its spacing is {:.4g} x {:.4g} x {:.4g} mm; do not give a different one",
-                                   g.spacing[0], g.spacing[1], g.spacing[2]));
+                throw OptionError(contradiction(stack, g, *given));
         }
     }
     for (int row = 0; row < 3; ++row)

@@ -34,6 +34,7 @@ inline constexpr DicomTag kMrFrameType = 0x00189226;
 inline constexpr DicomTag kCtReconstruction = 0x00189314;
 inline constexpr DicomTag kCtFrameType = 0x00189329;
 inline constexpr DicomTag kSeriesInstanceUid = 0x0020000e;
+inline constexpr DicomTag kSeriesNumber = 0x00200011;
 inline constexpr DicomTag kAcquisitionNumber = 0x00200012;
 inline constexpr DicomTag kInstanceNumber = 0x00200013;
 inline constexpr DicomTag kImagePosition = 0x00200032;
