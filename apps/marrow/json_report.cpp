@@ -5,7 +5,9 @@
 
 #include <nlohmann/json.hpp>
 
+#include "info_report.h"
 #include "shared/library_options.h"
+#include "steps.h"
 
 namespace marrow::cli {
 namespace {
@@ -92,6 +94,22 @@ Json seconds_numbers(const StageSeconds& seconds) {
             {"total", seconds.total}};
 }
 
+Json scan_bounds(const Geometry& geometry) {
+    const Box box = cli::bounds(geometry);
+    return {box.lower, box.upper};
+}
+
+Json sample_numbers(const SampleReport& samples) {
+    Json json{{"type", sample_type_name(samples.type)},
+              {"lower", samples.finite > 0 ? Json(samples.lower) : Json()},
+              {"upper", samples.finite > 0 ? Json(samples.upper) : Json()},
+              {"may_be_hounsfield_units", samples.may_be_hounsfield}};
+    json["labels"] = Json::array();
+    for (const auto& [label, count] : samples.labels)
+        json["labels"].push_back({{"label", label}, {"samples", count}});
+    return json;
+}
+
 Json series_numbers(const SeriesReport& s, bool show_patient) {
     const Vec3d& spacing = s.series.spacing;
     Json one{
@@ -101,8 +119,17 @@ Json series_numbers(const SeriesReport& s, bool show_patient) {
         {"dims", s.series.dims},
         {"spacing_mm", {number_or_null(spacing[0]), number_or_null(spacing[1]), number_or_null(spacing[2])}},
         {"files", s.series.files},
+        {"volumes", s.volumes},
         {"tilt_degrees", s.tilt},
         {"gaps", s.gaps},
+        {"series_number", s.number ? Json(*s.number) : Json()},
+        {"image_type", text_or_null(s.image_type)},
+        {"echo_time_ms", s.echo_time ? Json(*s.echo_time) : Json()},
+        {"kernel", text_or_null(s.kernel)},
+        {"plane", s.geometry ? Json(plane_name(s.geometry->direction)) : Json()},
+        {"origin_mm", s.geometry ? Json(s.geometry->origin) : Json()},
+        {"direction", s.geometry ? Json(s.geometry->direction) : Json()},
+        {"bounds_mm", s.geometry ? scan_bounds(*s.geometry) : Json()},
         {"hounsfield_units", s.hounsfield ? Json(*s.hounsfield) : Json()},
         {"smallest_feature_mm", s.smallest_feature ? Json(*s.smallest_feature) : Json()},
         {"memory_bytes", s.memory},
@@ -127,6 +154,7 @@ Json finding_numbers(const Finding& finding, bool show_patient) {
     json["warnings"] = message_list(report.warnings);
     json["series"] = Json::array();
     for (const SeriesReport& s : report.series) json["series"].push_back(series_numbers(s, show_patient));
+    json["values"] = finding.samples ? sample_numbers(*finding.samples) : Json();
     return json;
 }
 
@@ -264,6 +292,10 @@ std::string terrain_json(const TerrainResults& results) {
                        {"write", results.write_seconds},
                        {"total", results.total_seconds}};
     return to_text(json);
+}
+
+std::string error_json(const std::string& message, int exit_code) {
+    return to_text({{"error", message}, {"exit_code", exit_code}});
 }
 
 }  // namespace marrow::cli

@@ -1,7 +1,9 @@
 // Prints extracted surfaces as text or JSON.
 #include "report.h"
 
+#include <algorithm>
 #include <ostream>
+#include <string_view>
 
 #include <fmt/format.h>
 
@@ -43,6 +45,13 @@ void print_results(const ProgressReporter& reporter, const SurfaceResults& resul
         out << surfaces_json(results, space);
     else if (!reporter.reporting().quiet)
         print_text(out, results.surfaces);
+}
+
+std::function<void(const std::string&, ExitCode)> error_printer(int argc, const char* const* argv,
+                                                                std::ostream& out) {
+    const auto is_json = [](std::string_view argument) { return argument == "--json"; };
+    if (std::none_of(argv, argv + argc, is_json)) return {};
+    return [&out](const std::string& message, ExitCode code) { out << error_json(message, code); };
 }
 
 }  // namespace marrow::cli

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -73,11 +74,21 @@ struct SurfaceResults {
     StageSeconds seconds;
 };
 
+/// What the samples of a scan are.
+struct SampleReport {
+    SampleType type{};
+    double lower = 0, upper = 0;     ///< the range of the finite samples
+    std::int64_t finite = 0;         ///< samples that are neither NaN nor infinite
+    bool may_be_hounsfield = false;  ///< the format does not say, but the lowest sample looks like air
+    std::map<std::int64_t, std::int64_t> labels;  ///< of a label map: how many samples each has; else empty
+};
+
 /// What `marrow info` found in one input.
 struct Finding {
     std::filesystem::path input;
     ScanReport report;
-    std::string refusal;  ///< why there is no report; empty: there is
+    std::string refusal;                  ///< why there is no report; empty: there is
+    std::optional<SampleReport> samples;  ///< of the series that would be read
 };
 
 /// What `marrow check` found in one mesh.

@@ -12,7 +12,7 @@
 #include <marrow/simplify.h>
 #include <marrow/smooth.h>
 
-#include "console.h"
+#include "shared/console.h"
 #include "shared/report_progress.h"
 
 namespace marrow::cli {
@@ -39,23 +39,6 @@ Box with_x_and_y_negated(const Box& box) {
 std::array<std::int64_t, 3> to_indices(const Vec3d& v) {
     return {static_cast<std::int64_t>(v[0]), static_cast<std::int64_t>(v[1]),
             static_cast<std::int64_t>(v[2])};
-}
-
-// The bounding box of the samples, LPS mm.
-Box bounds(const Geometry& geometry) {
-    constexpr double kFar = std::numeric_limits<double>::infinity();
-    Box box{{kFar, kFar, kFar}, {-kFar, -kFar, -kFar}};
-    for (unsigned corner = 0; corner < 8; ++corner) {
-        Vec3d index;
-        for (std::size_t a = 0; a < 3; ++a)
-            index[a] = (corner >> a & 1) != 0 ? static_cast<double>(geometry.dims[a] - 1) : 0;
-        const Vec3d at = geometry.physical(index);
-        for (std::size_t a = 0; a < 3; ++a) {
-            box.lower[a] = std::min(box.lower[a], at[a]);
-            box.upper[a] = std::max(box.upper[a], at[a]);
-        }
-    }
-    return box;
 }
 
 [[noreturn]] void throw_outside(const Geometry& geometry, const CropBox& crop) {
@@ -183,6 +166,22 @@ void check_steps(const SurfaceSteps& steps) {
     if (steps.smooth_bound && steps.smooth == 0) throw UsageError("--smooth-bound needs --smooth N");
     if (steps.keep && steps.triangles)
         throw UsageError("--keep and --triangles both set the number of triangles: give one of them");
+}
+
+Box bounds(const Geometry& geometry) {
+    constexpr double kFar = std::numeric_limits<double>::infinity();
+    Box box{{kFar, kFar, kFar}, {-kFar, -kFar, -kFar}};
+    for (unsigned corner = 0; corner < 8; ++corner) {
+        Vec3d index;
+        for (std::size_t a = 0; a < 3; ++a)
+            index[a] = (corner >> a & 1) != 0 ? static_cast<double>(geometry.dims[a] - 1) : 0;
+        const Vec3d at = geometry.physical(index);
+        for (std::size_t a = 0; a < 3; ++a) {
+            box.lower[a] = std::min(box.lower[a], at[a]);
+            box.upper[a] = std::max(box.upper[a], at[a]);
+        }
+    }
+    return box;
 }
 
 void filter_scan(Volume& scan, const FilterSteps& steps, int threads, const Progress& progress) {

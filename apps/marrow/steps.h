@@ -12,8 +12,8 @@
 #include <marrow/volume.h>
 #include <marrow/volume_filters.h>
 
-#include "arguments.h"
 #include "results.h"
+#include "shared/arguments.h"
 
 namespace marrow::cli {
 
@@ -57,6 +57,9 @@ void add_surface_options(Arguments& arguments, SurfaceSteps& steps);
 
 /// \throw UsageError steps that contradict each other
 void check_steps(const SurfaceSteps& steps);
+
+/// The bounding box of the samples, LPS mm.
+Box bounds(const Geometry& geometry);
 
 /// Does the steps before extraction. \throw UsageError a crop box outside the scan; others as in
 /// volume_filters.h

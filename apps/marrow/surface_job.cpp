@@ -9,6 +9,7 @@
 #include "outputs.h"
 #include "render.h"
 #include "report.h"
+#include "shared/display.h"
 
 namespace marrow::cli {
 namespace fs = std::filesystem;
@@ -20,7 +21,7 @@ SurfaceJob::SurfaceJob(const SurfaceJobOptions& options, const Console& console,
 void SurfaceJob::check_outputs(const std::vector<fs::path>& files) const {
     for (const fs::path& file : files) check_output(file, options_.scan.path);
     check_output(options_.output.picture, options_.scan.path);
-    if (!options_.output.picture.empty()) require_display();
+    if (!options_.output.picture.empty()) require_display("--picture");
 }
 
 Volume SurfaceJob::read_scan(const FilterSteps& steps, const std::function<void(const Volume&)>& inspect) {

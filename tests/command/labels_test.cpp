@@ -172,6 +172,9 @@ TEST_F(LabelMap, RefusesWhatMakesNoSense) {
     EXPECT_EQ(code({}), kUsage);
     EXPECT_EQ(marrow_with({map, "-o", folder / "a.glb", "--isovalue", "1", "--relax", "3"}).code, kUsage);
     EXPECT_EQ(marrow_with({map, "--labels", folder / "missing", "-o", folder / "a.glb"}).code, kUnreadable);
+    const Outcome swallowed = marrow_with({"--labels", map, "-o", folder / "a.glb"});
+    EXPECT_EQ(swallowed.code, kUsage);
+    EXPECT_NE(swallowed.err.find("after --labels is its table"), swallowed.err.npos) << swallowed.err;
     write_file(table, "nonsense");
     EXPECT_EQ(code({"-o", folder / "a.glb"}), kUnreadable);
     write_nrrd(map, 3, 3, 3, [](int, int, int) { return 0; });

@@ -2,6 +2,7 @@
 #include <cstdlib>
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include "support/command_line.h"
 
@@ -85,7 +86,7 @@ TEST_F(Mistake, NamesTheOptionThatDoesNotGoWithTheMode) {
         {{"--isovalue", "otsu", "--max-memory", "1G"}, "--max-memory needs one --isovalue N"},
         {{"--isovalue", "0", "--keep", "2"}, "--keep takes a fraction above 0, at most 1, not '2'"},
         {{"--isovalue", "0", "--threads", "x"}, "--threads takes a whole number, at least 0, not 'x'"},
-        {{"--isovalue", "0", "--threads", "1", "--threads", "2"}, "--threads"},
+        {{"--isovalue", "0", "--threads", "1", "--threads", "2"}, "--threads is given twice"},
     };
     for (const auto& [options, message] : cases) {
         std::vector<std::string> command{scan, "-o", folder / "a.stl"};
@@ -94,6 +95,76 @@ TEST_F(Mistake, NamesTheOptionThatDoesNotGoWithTheMode) {
         EXPECT_EQ(outcome.code, kUsage) << message;
         EXPECT_NE(outcome.err.find(message), outcome.err.npos) << outcome.err;
     }
+}
+
+// The first word that is wrong is reported, and what it was probably meant to be.
+TEST_F(Mistake, SuggestsOptionsAndCommands) {
+    const std::vector<std::pair<std::vector<std::string>, std::string>> cases{
+        {{scan, "-o", "a.stl", "--isovlaue", "200"}, "no option --isovlaue: did you mean --isovalue?"},
+        {{scan, "--smoth", "20", "-o", "a.stl"}, "no option --smoth: did you mean --smooth?"},
+        {{scan, "-t", "bone"}, "no option -t: did you mean --type, --triangles or --threads?"},
+        {{scan, "--max-mem=1G"}, "no option --max-mem: did you mean --max-memory?"},
+        {{scan, "--colour", "red"}, "no option --colour (see"},
+        {{"inf", scan}, "no command 'inf': did you mean info?"},
+        {{"swepe", scan, "-o", "a.csv"}, "no command 'swepe': did you mean sweep?"},
+        {{"info", scan, "--isovalue", "3"}, "no option --isovalue (see marrow info --help)"},
+        {{"help", "chekc"}, "no command 'chekc': did you mean check?"},
+        {{"--json", "info", scan}, "'info' must come first"},
+        {{scan, "--smooth", "-o", "a.stl"}, "--smooth needs a value, but -o follows"},
+        {{scan, "-o"}, "-o needs a value"},
+        {{scan, "other.nrrd", "-o", "a.stl"}, "several inputs"},
+    };
+    for (const auto& [command, message] : cases) {
+        const Outcome outcome = marrow_with(command);
+        EXPECT_EQ(outcome.code, kUsage) << message;
+        EXPECT_NE(outcome.err.find(message), outcome.err.npos) << outcome.err;
+    }
+}
+
+TEST_F(Mistake, NeverTakesAFileForAMistypedCommand) {
+    std::filesystem::copy_file(scan, folder / "inf");
+    const auto here = std::filesystem::current_path();
+    std::filesystem::current_path(folder.path());
+    const Outcome outcome = marrow_with({"inf", "-o", "a.stl", "--isovalue", "0"});
+    std::filesystem::current_path(here);
+    EXPECT_NE(outcome.code, kUsage) << outcome.err;
+}
+
+TEST_F(Mistake, ANegativeNumberIsAValue) {
+    EXPECT_EQ(marrow_with({scan, "-o", folder / "a.ply", "--isovalue", "-100"}).code, kOk);
+    EXPECT_EQ(marrow_with({scan, "-o", folder / "a.ply", "--isovalue=-100"}).code, kOk);
+}
+
+TEST(Help, OfACommandIsTheSameBothWays) {
+    for (const char* command : {"info", "check", "sweep"}) {
+        const Outcome help = marrow_with({"help", command});
+        EXPECT_EQ(help.code, kOk);
+        EXPECT_EQ(help.out, marrow_with({command, "--help"}).out);
+        EXPECT_NE(help.out.find("Usage: marrow "), help.out.npos);
+    }
+    EXPECT_EQ(marrow_with({"help"}).out, marrow_with({"--help"}).out);
+}
+
+TEST(Help, ComesBeforeMistakes) {
+    EXPECT_EQ(marrow_with({"--isovlaue", "3", "--help"}).code, kOk);
+}
+
+// Scripts that read JSON from standard output find the reason there, wherever the fault is.
+TEST_F(Mistake, IsAnObjectWithJson) {
+    const std::vector<std::pair<std::vector<std::string>, int>> cases{
+        {{scan, "--isovlaue", "3", "--json"}, kUsage},
+        {{"missing.nrrd", "-o", folder / "a.stl", "--isovalue", "0", "--json"}, kUnreadable},
+        {{scan, "-o", folder / "a.stl", "--isovalue", "0", "--series", "1", "--json"}, kUsage},
+        {{scan, "-o", folder / "a.stl", "--isovalue", "5000", "--json"}, kEmpty},
+    };
+    for (const auto& [command, code] : cases) {
+        const Outcome outcome = marrow_with(command);
+        EXPECT_EQ(outcome.code, code);
+        const auto json = nlohmann::json::parse(outcome.out);
+        EXPECT_EQ(json["exit_code"], code);
+        EXPECT_EQ("marrow: " + json["error"].get<std::string>() + "\n", outcome.err);
+    }
+    EXPECT_EQ(marrow_with({scan, "--isovlaue", "3"}).out, "");
 }
 
 }  // namespace

@@ -145,7 +145,7 @@ std::vector<SurfaceRequest> ExtractOptions::surfaces() const {
     return all;
 }
 
-void add_options(Arguments& arguments, ExtractOptions& options) {
+void add_surface_options(Arguments& arguments, ExtractOptions& options) {
     arguments.start_group("Surface");
     arguments.add_option(
         "--isovalue", isovalue_value(options.isovalues),
@@ -161,9 +161,12 @@ void add_options(Arguments& arguments, ExtractOptions& options) {
                      [](double x) { return x >= 0 && x < 0.5; }),
         "Merge points around samples that are closer to the surface than T edge lengths, 0 <= T "
         "< 0.5: fewer points and no slivers. 0 (default) is off; 0.3 is a good value.");
-    arguments.start_group("Steps before extraction");
+}
+
+void add_step_options(Arguments& arguments, ExtractOptions& options) {
+    arguments.start_group("Before extraction");
     add_filter_options(arguments, options.filters);
-    arguments.start_group("Steps after extraction");
+    arguments.start_group("After extraction");
     add_surface_options(arguments, options.steps);
 }
 
