@@ -82,6 +82,18 @@ void add_face_lines(const Face& face, double isovalue, QVector<QLineF>& lines) {
     }
 }
 
+// Draws a plane true to scale: maps multiples of the vectors `across` and `down`, mm, to the right and down.
+// The angle between the two is kept. One of them stays level or upright.
+QTransform true_to_scale(const Vec3d& across, const Vec3d& down, bool upright) {
+    constexpr double kRounding = 1e-4;  // less than a tenth of a sample over a thousand samples
+    const double wide = length(across), high = length(down);
+    double cosine = dot(across, down) / (wide * high);
+    if (std::abs(cosine) < kRounding) cosine = 0;
+    const double sine = std::sqrt(1 - cosine * cosine);
+    if (upright) return QTransform(wide * sine, wide * cosine, 0, high, 0, 0);
+    return QTransform(wide, 0, high * cosine, high * sine, 0, 0);
+}
+
 }  // namespace
 
 SliceGeometry slice_geometry(const Geometry& geometry, Plane plane) {
@@ -99,7 +111,16 @@ SliceGeometry slice_geometry(const Geometry& geometry, Plane plane) {
     slice.down_flipped = axes.against[down] != (down == kSuperior);  // superior is up
     const auto at = [](const auto& array, int axis) { return array[static_cast<std::size_t>(axis)]; };
     slice.size = {at(geometry.dims, slice.across), at(geometry.dims, slice.down)};
-    slice.pixel = {at(geometry.spacing, slice.across), at(geometry.spacing, slice.down)};
+    const auto column_of = [&](int axis, bool flipped) {
+        const Vec3d along = column(geometry.index_to_physical(), static_cast<std::size_t>(axis));
+        return flipped ? -1 * along : along;
+    };
+    const auto alignment = [&](std::size_t patient, int axis) {
+        return std::abs(geometry.direction[patient][static_cast<std::size_t>(axis)]);
+    };
+    slice.to_mm = true_to_scale(column_of(slice.across, slice.across_flipped),
+                                column_of(slice.down, slice.down_flipped),
+                                alignment(down, slice.down) > alignment(across, slice.across));
     slice.left = plane == Plane::sagittal ? "A" : "R";
     slice.right = plane == Plane::sagittal ? "P" : "L";
     slice.top = plane == Plane::axial ? "A" : "S";

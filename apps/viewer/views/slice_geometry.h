@@ -6,8 +6,8 @@
 
 #include <QLineF>
 #include <QPointF>
-#include <QSizeF>
 #include <QString>
+#include <QTransform>
 #include <QVector>
 
 #include <marrow/mesh.h>
@@ -18,13 +18,15 @@ namespace marrow::viewer {
 
 /// The orientation of a slice: as in radiology, the patient's right is on the left of axial and coronal
 /// slices, and anterior is on the left of sagittal ones. Slices follow the index axes of the scan, so that
-/// they show unchanged samples; each index axis stands for the nearest patient axis.
+/// they show unchanged samples; each index axis stands for the nearest patient axis. A tilted gantry shears
+/// the scan: then the slice is a parallelogram, and the index axis that is nearer to its patient axis stays
+/// upright or level on the screen.
 struct SliceGeometry {
     int across = 0, down = 1, through = 2;   ///< index axes
     bool across_flipped = false;             ///< the index grows to the left
     bool down_flipped = false;               ///< the index grows upwards
     std::array<std::int64_t, 2> size{0, 0};  ///< samples across and down
-    QSizeF pixel;                            ///< mm between samples
+    QTransform to_mm;                        ///< from samples to mm to the right and down, true to scale
     QString left, right, top, bottom;        ///< patient directions: L R A P S I
 
     /// The point of an index in the slice, in samples from the top left sample.

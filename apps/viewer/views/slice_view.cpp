@@ -115,15 +115,12 @@ void SliceView::reset_view() {
 
 // Maps samples to pixels of the widget.
 QTransform SliceView::to_widget() const {
-    const double wide = static_cast<double>(slice_.size[0]) * slice_.pixel.width();
-    const double high = static_cast<double>(slice_.size[1]) * slice_.pixel.height();
-    const double scale = zoom_ * std::min((width() - 8) / wide, (height() - 8) / high);
-    QTransform transform;
-    transform.translate(width() / 2.0 + pan_.x(), height() / 2.0 + pan_.y());
-    transform.scale(scale * slice_.pixel.width(), scale * slice_.pixel.height());
-    transform.translate(-static_cast<double>(slice_.size[0] - 1) / 2,
-                        -static_cast<double>(slice_.size[1] - 1) / 2);
-    return transform;
+    const auto columns = static_cast<double>(slice_.size[0]), rows = static_cast<double>(slice_.size[1]);
+    const QSizeF mm = slice_.to_mm.mapRect(QRectF(0, 0, columns, rows)).size();
+    const double scale = zoom_ * std::min((width() - 8) / mm.width(), (height() - 8) / mm.height());
+    return QTransform::fromTranslate((1 - columns) / 2, (1 - rows) / 2) * slice_.to_mm *
+           QTransform::fromScale(scale, scale) *
+           QTransform::fromTranslate(width() / 2.0 + pan_.x(), height() / 2.0 + pan_.y());
 }
 
 QPointF SliceView::widget_point(const Vec3d& index) const {
@@ -141,7 +138,9 @@ void SliceView::paintEvent(QPaintEvent*) {
     const QTransform transform = to_widget();
     painter.setRenderHint(QPainter::SmoothPixmapTransform);
     // Samples are points, but pixels have an area: the image extends half a sample beyond the outer samples.
-    painter.drawImage(transform.mapRect(QRectF(-0.5, -0.5, image_.width(), image_.height())), image_);
+    painter.setTransform(transform);
+    painter.drawImage(QRectF(-0.5, -0.5, image_.width(), image_.height()), image_);
+    painter.resetTransform();
 
     painter.setRenderHint(QPainter::Antialiasing);
     paint_contours(painter, transform);
@@ -175,14 +174,19 @@ void SliceView::paint_crosshair(QPainter& painter, const QTransform& transform) 
         colour.setAlpha(200);
         return QPen(colour, 1);
     };
-    painter.setRenderHint(QPainter::Antialiasing, false);
+    // From the gap to beyond the widget, along the samples.
+    const double far = std::hypot(width(), height()) + QLineF(at, QPointF(0, 0)).length();
+    const auto draw = [&](const QPointF& samples) {
+        const QLineF step(QPointF(0, 0), transform.map(samples) - transform.map(QPointF(0, 0)));
+        const QPointF along = step.p2() / step.length();
+        for (const double side : {-1.0, 1.0})
+            painter.drawLine(at + side * kGap * along, at + side * far * along);
+    };
+    painter.setRenderHint(QPainter::Antialiasing, transform.type() > QTransform::TxScale);
     painter.setPen(pen(others[0]));
-    painter.drawLine(QPointF(at.x(), 0), QPointF(at.x(), at.y() - kGap));
-    painter.drawLine(QPointF(at.x(), at.y() + kGap), QPointF(at.x(), height()));
+    draw({0, 1});
     painter.setPen(pen(others[1]));
-    painter.drawLine(QPointF(0, at.y()), QPointF(at.x() - kGap, at.y()));
-    painter.drawLine(QPointF(at.x() + kGap, at.y()), QPointF(width(), at.y()));
-
+    draw({1, 0});
     painter.setRenderHint(QPainter::Antialiasing);
 }
 
@@ -191,46 +195,58 @@ void SliceView::paint_crop(QPainter& painter) {
     if (session_.parameters().crop) {
         QPainterPath outside, inside;
         outside.addRect(rect());
-        if (!slice_range(slice_, session_.crop(), number_).empty()) inside.addRect(crop_border());
+        if (!slice_range(slice_, session_.crop(), number_).empty()) {
+            inside.addPolygon(crop_border());
+            inside.closeSubpath();
+        }
         painter.fillPath(outside.subtracted(inside), QColor(0, 0, 0, 150));
     }
     if (session_.tool() != Tool::crop) return;
-    const QRectF border = crop_border();
+    const QPolygonF border = crop_border();
     painter.setBrush(Qt::NoBrush);
     painter.setPen(QPen(kCropColour, 1.6));
-    painter.drawRect(border);
+    painter.drawPolygon(border);
     painter.setBrush(kCropColour);
     painter.setPen(Qt::NoPen);
-    const QPointF middle = border.center();
-    for (const QPointF& handle : {QPointF(border.left(), middle.y()), QPointF(border.right(), middle.y()),
-                                  QPointF(middle.x(), border.top()), QPointF(middle.x(), border.bottom())})
-        painter.drawEllipse(handle, 4.5, 4.5);
+    for (int i = 0; i < 4; ++i) painter.drawEllipse((border[i] + border[(i + 1) % 4]) / 2, 4.5, 4.5);
 }
 
-// The crop box in the widget, even if the slice does not meet it.
-QRectF SliceView::crop_border() const {
+// The crop box in samples of the slice, even if the slice does not meet it.
+QRectF SliceView::crop_rectangle() const {
     const SampleBox box = session_.crop();
     Vec3d first, last;
     for (std::size_t a = 0; a < 3; ++a) {
         first[a] = border_of(box, {a, false});
         last[a] = border_of(box, {a, true});
     }
-    return QRectF(widget_point(first), widget_point(last)).normalized();
+    return QRectF(slice_.to_slice(first), slice_.to_slice(last)).normalized();
+}
+
+// The corners of the crop box in the widget.
+QPolygonF SliceView::crop_border() const {
+    const QRectF box = crop_rectangle();
+    return to_widget().map(QPolygonF({box.topLeft(), box.topRight(), box.bottomRight(), box.bottomLeft()}));
 }
 
 std::vector<CropSide> SliceView::crop_sides_at(const QPointF& point) const {
     std::vector<CropSide> sides;
     if (!session_.scan() || session_.tool() != Tool::crop) return sides;
     constexpr double kReach = 7;  // pixels
-    const QRectF border = crop_border();
-    if (!border.adjusted(-kReach, -kReach, kReach, kReach).contains(point)) return sides;
-    const auto add_nearer = [&](double at, double lower, double upper, int axis, bool flipped) {
-        const double to_lower = std::abs(at - lower), to_upper = std::abs(at - upper);
-        if (std::min(to_lower, to_upper) <= kReach)
+    const QTransform transform = to_widget();
+    const QPointF at = transform.inverted().map(point);
+    const QRectF box = crop_rectangle();
+    // How far columns and rows of samples are apart in the widget; they need not be perpendicular.
+    const double area = std::abs(transform.determinant());
+    const double reach_across = kReach * std::hypot(transform.m21(), transform.m22()) / area;
+    const double reach_down = kReach * std::hypot(transform.m11(), transform.m12()) / area;
+    if (!box.adjusted(-reach_across, -reach_down, reach_across, reach_down).contains(at)) return sides;
+    const auto add_nearer = [&](double x, double lower, double upper, double reach, int axis, bool flipped) {
+        const double to_lower = std::abs(x - lower), to_upper = std::abs(x - upper);
+        if (std::min(to_lower, to_upper) <= reach)
             sides.push_back({static_cast<std::size_t>(axis), (to_upper < to_lower) != flipped});
     };
-    add_nearer(point.x(), border.left(), border.right(), slice_.across, slice_.across_flipped);
-    add_nearer(point.y(), border.top(), border.bottom(), slice_.down, slice_.down_flipped);
+    add_nearer(at.x(), box.left(), box.right(), reach_across, slice_.across, slice_.across_flipped);
+    add_nearer(at.y(), box.top(), box.bottom(), reach_down, slice_.down, slice_.down_flipped);
     return sides;
 }
 

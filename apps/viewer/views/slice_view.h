@@ -2,6 +2,7 @@
 #pragma once
 
 #include <QImage>
+#include <QPolygonF>
 #include <QTransform>
 #include <QWidget>
 
@@ -45,7 +46,8 @@ class SliceView : public QWidget {
     QTransform to_widget() const;
     Vec3d index_at(const QPointF& point) const;
     bool navigates() const { return session_.tool() == Tool::navigate || session_.tool() == Tool::crop; }
-    QRectF crop_border() const;
+    QRectF crop_rectangle() const;
+    QPolygonF crop_border() const;
     /// The sides of the crop box that a press at this point would drag.
     std::vector<CropSide> crop_sides_at(const QPointF& point) const;
     void update_cursor(const QPointF& point);
