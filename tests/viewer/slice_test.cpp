@@ -114,6 +114,37 @@ TEST_F(Slices, TheCropBoxIsDraggedOnATiltedScan) {
     EXPECT_EQ(box.last, (std::array<std::int64_t, 3>{kSide - 1, kSide - 1, 19}));
 }
 
+// The 3D view is drawn again only if something in it changes.
+TEST_F(Slices, AWindowIsChangedWithoutDrawingIn3D) {
+    viewer::SliceView* slice = window->slice_view(Plane::axial);
+    const QPoint middle = slice->rect().center();
+    const QImage before = slice->grab().toImage();
+    const int frames = view()->frames();
+    drag(slice, middle, middle + QPoint(60, 30), Qt::RightButton);
+    ASSERT_TRUE(settle());
+    EXPECT_EQ(view()->frames(), frames);
+    EXPECT_NE(slice->grab().toImage(), before);
+
+    key(Qt::Key_C);  // the cut shows samples, so now the window matters
+    key(Qt::Key_5);
+    const QImage cut = picture();
+    drag(slice, middle, middle - QPoint(60, 0), Qt::RightButton);
+    EXPECT_NE(picture(), cut);
+}
+
+TEST_F(Slices, AHiddenCrosshairIsMovedWithoutDrawingIn3D) {
+    const int frames = view()->frames();
+    click_on_slice(Plane::axial, {17, 30, 12});
+    ASSERT_TRUE(settle());
+    EXPECT_GT(view()->frames(), frames);
+    key(Qt::Key_X);
+    ASSERT_TRUE(settle());
+    const int hidden = view()->frames();
+    click_on_slice(Plane::axial, {30, 17, 12});
+    ASSERT_TRUE(settle());
+    EXPECT_EQ(view()->frames(), hidden);
+}
+
 // A head CT whose gantry was tilted by 18.5 degrees.
 TEST_F(ViewerTest, MeasuresTrueAnglesOnARealTiltedScan) {
     MARROW_TEST_SCAN(folder_of_scan, "qa_ct_ge_tilt");

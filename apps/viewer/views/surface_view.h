@@ -77,7 +77,12 @@ class SurfaceView : public QVTKOpenGLNativeWidget {
     void follow_crosshair();
     void follow_measurements();
     void follow_crop();
+    /// The parameters as far as the view shows them.
+    Parameters drawn_parameters() const;
+    void update_cut();
     void request_draw();
+    /// Draws when the slices have not changed for a moment, if frames are slow: slices do not wait for them.
+    void request_draw_after_slices();
     void draw();
     void prepare_camera();
     void finish_frame();
@@ -91,7 +96,9 @@ class SurfaceView : public QVTKOpenGLNativeWidget {
     Surfaces& surfaces_;
     CropDrag crop_drag_;
     std::unique_ptr<Scene> scene_;
+    Parameters drawn_parameters_;
     QTimer drawing_;
+    bool after_slices_ = false;  // the timer waits for the slices
     QElapsedTimer frame_timer_, composition_timer_;
     int frames_ = 0;
     QPoint pressed_;
