@@ -114,6 +114,25 @@ TEST_F(Slices, TheCropBoxIsDraggedOnATiltedScan) {
     EXPECT_EQ(box.last, (std::array<std::int64_t, 3>{kSide - 1, kSide - 1, 19}));
 }
 
+TEST_F(BallViewer, EdgesFadeWhereTrianglesAreSmall) {
+    const auto edges_cover = [&] {
+        key(Qt::Key_S);
+        const int surface = count(picture(), warm);
+        key(Qt::Key_W);
+        return 1 - static_cast<double>(count(picture(), warm)) / surface;
+    };
+    const auto turn_wheel = [&](int step) {
+        const QPoint middle = view()->rect().center();
+        QWheelEvent event(middle, view()->mapToGlobal(middle), {}, {0, step}, Qt::NoButton, Qt::NoModifier,
+                          Qt::NoScrollPhase, false);
+        QApplication::sendEvent(view(), &event);
+    };
+    key(Qt::Key_X);
+    EXPECT_GT(edges_cover(), 0.05);
+    for (int i = 0; i < 18; ++i) turn_wheel(-120);
+    EXPECT_LT(edges_cover(), 0.02);
+}
+
 // The 3D view is drawn again only if something in it changes.
 TEST_F(Slices, AWindowIsChangedWithoutDrawingIn3D) {
     viewer::SliceView* slice = window->slice_view(Plane::axial);
@@ -143,6 +162,23 @@ TEST_F(Slices, AHiddenCrosshairIsMovedWithoutDrawingIn3D) {
     click_on_slice(Plane::axial, {30, 17, 12});
     ASSERT_TRUE(settle());
     EXPECT_EQ(view()->frames(), hidden);
+}
+
+// A wall two samples thick, where a sample is smaller than a pixel.
+TEST_F(ViewerTest, ContoursDoNotFillThinBone) {
+    constexpr int kWide = 250, kWall = 60;
+    write_nrrd(folder / "wall.nrrd", kWide, kWide, 4,
+               [](int x, int, int) { return x == kWall || x == kWall + 1 ? 1000 : -1000; });
+    ASSERT_TRUE(open(folder / "wall.nrrd"));
+    session().change("colour", {}, [](viewer::Parameters& p) { p.surfaces[0].colour = Qt::red; });
+    viewer::SliceView* slice = window->slice_view(Plane::axial);
+    ASSERT_LT(slice->widget_point({1, 0, 0}).x() - slice->widget_point({0, 0, 0}).x(), 1);
+    const QImage image = slice->grab().toImage();
+    const QPoint wall = slice->widget_point({kWall + 0.5, 100, 0}).toPoint();
+    int brightest = 0;
+    for (int x = wall.x() - 1; x <= wall.x() + 1; ++x)
+        brightest = std::max(brightest, qGreen(image.pixel(x, wall.y())));
+    EXPECT_GT(brightest, 80);  // the wall is white, and the lines are red
 }
 
 // A head CT whose gantry was tilted by 18.5 degrees.

@@ -151,13 +151,16 @@ void SliceView::paintEvent(QPaintEvent*) {
 }
 
 void SliceView::paint_contours(QPainter& painter, const QTransform& transform) {
+    // Where samples are small on the screen, lines are thin, so that they do not fill thin bone.
+    const double sample = std::sqrt(std::abs(transform.determinant()));
+    const double width = std::clamp(0.5 * sample, 0.4, 1.6);
     for (const Contour& contour : contours_) {
         const SurfaceParameters* surface = session_.parameters().find(contour.id);
         if (!surface) continue;
         const bool current = surface->id == session_.parameters().current;
         QVector<QLineF> lines = contour.lines;
         for (QLineF& line : lines) line = transform.map(line);
-        painter.setPen(QPen(surface->colour, current ? 1.6 : 1.1));
+        painter.setPen(QPen(surface->colour, current ? width : 0.7 * width));
         painter.drawLines(lines);
     }
 }
