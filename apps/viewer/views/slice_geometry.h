@@ -54,6 +54,22 @@ SliceRange slice_range(const SliceGeometry& slice, const SampleBox& box, std::in
 /// The samples of the slice at index `through`, row by row from the top left.
 std::vector<float> slice_samples(const Volume& volume, const SliceGeometry& slice, std::int64_t through);
 
+/// Neighbouring slices that are shown as one: the maximum intensity projection or the mean of their samples.
+struct Slab {
+    enum class Mode { maximum, mean };
+    Mode mode = Mode::maximum;
+    double thickness = 0;  ///< mm; 0: a single slice
+    bool operator==(const Slab&) const = default;
+};
+
+/// How many slices are in a slab, at least one. They are stacked along the scan's own axis.
+std::int64_t slices_in(const Slab& slab, const Geometry& geometry, const SliceGeometry& slice);
+
+/// The samples of a slab around the slice at index `through`, like slice_samples. The slab ends at the border
+/// of the scan. Samples that are not finite do not count.
+std::vector<float> slab_samples(const Volume& volume, const SliceGeometry& slice, std::int64_t through,
+                                const Slab& slab);
+
 /// The lines in which the isosurface of the samples in a range meets a slice, in samples from the top left
 /// sample. As on the surface itself, ends are on the edges between samples, and an ambiguous face separates
 /// its inside corners. A closed surface is also closed half a sample beyond the range.

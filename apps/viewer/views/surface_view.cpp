@@ -87,6 +87,7 @@ SurfaceView::SurfaceView(Session& session, Surfaces& surfaces, QWidget* parent)
       crop_drag_(session, surfaces,
                  {[this](const Vec3d& p) { return widget_point(p); },
                   [this](const QPoint& p) { return ray_at(p); }}),
+      mark_drag_(session, mark_view()),
       scene_(std::make_unique<Scene>()) {
     setRenderWindow(scene_->window);
     setFocusPolicy(Qt::StrongFocus);
@@ -227,9 +228,10 @@ void SurfaceView::follow_parameters() {
     if (!session_.scan()) return;
     Parameters drawn = drawn_parameters();
     if (drawn == drawn_parameters_) return;
-    Parameters only_window_differs = drawn_parameters_;
-    only_window_differs.window = drawn.window;
-    const bool by_slices = drawn == only_window_differs;
+    Parameters known = drawn_parameters_;
+    known.window = drawn.window;
+    known.measurements = drawn.measurements;
+    const bool by_slices = drawn == known && !mark_drag_.active();
     drawn_parameters_ = std::move(drawn);
     const Parameters& p = session_.parameters();
     for (auto& [id, surface] : scene_->surfaces) {
@@ -504,15 +506,39 @@ Vec3d SurfaceView::view_direction() const {
     return d;
 }
 
+// Ends move on the surfaces.
+MarkView SurfaceView::mark_view() {
+    return {[this](const Vec3d& position) { return widget_point(position); },
+            [this](const Vec3d&, const QPoint& point) { return position_at(point); },
+            [this](const QPoint& point) { click(point); }};
+}
+
+void SurfaceView::click(const QPoint& point) {
+    before_click_ = session_.crosshair();
+    if (const auto position = position_at(point)) session_.click(*position);
+}
+
 bool SurfaceView::event(QEvent* event) {
     const bool press = event->type() == QEvent::MouseButtonPress;
     const bool release = event->type() == QEvent::MouseButtonRelease;
     if (press) setFocus(Qt::MouseFocusReason);
-    // Handles of the crop box take precedence over VTK's camera.
-    if ((press || release || event->type() == QEvent::MouseMove) &&
-        crop_drag_.handle_event(*static_cast<QMouseEvent*>(event))) {
-        pressed_valid_ = false;
-        return true;
+    if (event->type() == QEvent::Show) request_draw();  // what changed while the view was hidden
+    if (event->type() == QEvent::MouseButtonDblClick && session_.tool() == Tool::navigate) {
+        const auto* mouse = static_cast<QMouseEvent*>(event);
+        if (mouse->button() == Qt::LeftButton && mouse->modifiers() == Qt::NoModifier) {
+            pressed_valid_ = false;
+            session_.set_crosshair(before_click_);
+            emit double_clicked();
+            return true;
+        }
+    }
+    // Handles of the crop box and ends of measurements take precedence over VTK's camera.
+    if (press || release || event->type() == QEvent::MouseMove) {
+        const auto& mouse = *static_cast<QMouseEvent*>(event);
+        if (crop_drag_.handle_event(mouse) || (session_.scan() && mark_drag_.handle_event(mouse))) {
+            pressed_valid_ = false;
+            return true;
+        }
     }
     if (press) {
         const auto* mouse = static_cast<QMouseEvent*>(event);
@@ -523,9 +549,7 @@ bool SurfaceView::event(QEvent* event) {
         const bool click = pressed_valid_ && mouse->button() == Qt::LeftButton &&
                            (mouse->pos() - pressed_).manhattanLength() <= kClick;
         const bool result = QVTKOpenGLNativeWidget::event(event);
-        if (click && mouse->modifiers() == Qt::NoModifier) {
-            if (const auto position = position_at(mouse->pos())) session_.click(*position);
-        }
+        if (click && mouse->modifiers() == Qt::NoModifier) this->click(mouse->pos());
         return result;
     }
     return QVTKOpenGLNativeWidget::event(event);

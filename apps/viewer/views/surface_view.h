@@ -11,6 +11,7 @@
 #include <QTimer>
 
 #include "crop_drag.h"
+#include "mark_drag.h"
 #include "model/camera.h"
 #include "model/surfaces.h"
 
@@ -62,6 +63,8 @@ class SurfaceView : public QVTKOpenGLNativeWidget {
 
   signals:
     void drawn();
+    /// While navigating; the crosshair is where it was before the first click.
+    void double_clicked();
 
   protected:
     bool event(QEvent* event) override;
@@ -87,6 +90,8 @@ class SurfaceView : public QVTKOpenGLNativeWidget {
     void prepare_camera();
     void finish_frame();
     void choose_detail();
+    MarkView mark_view();
+    void click(const QPoint& point);
     void look(const Viewpoint& viewpoint);
     /// The part of space that the cut leaves visible; nothing without a cut.
     std::optional<HalfSpace> visible_half_space() const;
@@ -95,6 +100,7 @@ class SurfaceView : public QVTKOpenGLNativeWidget {
     Session& session_;
     Surfaces& surfaces_;
     CropDrag crop_drag_;
+    MarkDrag mark_drag_;
     std::unique_ptr<Scene> scene_;
     Parameters drawn_parameters_;
     QTimer drawing_;
@@ -102,6 +108,7 @@ class SurfaceView : public QVTKOpenGLNativeWidget {
     QElapsedTimer frame_timer_, composition_timer_;
     int frames_ = 0;
     QPoint pressed_;
+    Vec3d before_click_{0, 0, 0};  // the crosshair
     bool pressed_valid_ = false;
     bool light_ = false, moving_ = false, software_ = false, fitted_ = false;
     double frame_ = 0, full_frame_ = 0, all_frames_ = 0, frame_began_ = 0, composition_began_ = 0,
