@@ -360,13 +360,13 @@ QString SliceView::readout() const {
     return QString("%1  (%2, %3, %4)").arg(value, sample(0), sample(1), sample(2));
 }
 
-// Such as "  MIP 9.0 mm", which is rounded to whole slices; empty for a single slice.
+// Such as "MIP 9.0 mm", which is rounded to whole slices; empty for a single slice.
 QString SliceView::slab_text() const {
     if (slab_samples_.empty()) return {};
     const Geometry& geometry = session_.scan()->volume.geometry();
     const double thickness = static_cast<double>(slices_in(slab_, geometry, slice_)) *
                              geometry.spacing[static_cast<std::size_t>(slice_.through)];
-    return QString("  %1 %2 mm")
+    return QString("%1 %2 mm")
         .arg(slab_.mode == Slab::Mode::mean ? tr("mean") : tr("MIP"))
         .arg(thickness, 0, 'f', 1);
 }
@@ -400,7 +400,7 @@ void SliceView::paint_texts(QPainter& painter) {
     QFont bold = small;
     bold.setBold(true);
     painter.setFont(bold);
-    write(Qt::AlignTop | Qt::AlignLeft, tr(plane_name(plane_)) + slab_text(), plane_colour(plane_));
+    write(Qt::AlignTop | Qt::AlignLeft, tr(plane_name(plane_)) + '\n' + slab_text(), plane_colour(plane_));
     const QColor direction(150, 160, 172);
     write(Qt::AlignVCenter | Qt::AlignLeft, slice_.left, direction);
     write(Qt::AlignVCenter | Qt::AlignRight, slice_.right, direction);

@@ -91,7 +91,7 @@ SurfaceView::SurfaceView(Session& session, Surfaces& surfaces, QWidget* parent)
       scene_(std::make_unique<Scene>()) {
     setRenderWindow(scene_->window);
     setFocusPolicy(Qt::StrongFocus);
-    setMinimumSize(240, 200);
+    setMinimumSize(160, 120);
     setToolTip({});
     make_scene();
     observe_frames();
