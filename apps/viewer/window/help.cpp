@@ -42,7 +42,9 @@ void show_keys(QWidget* parent) {
         {QObject::tr("3D: left, middle, right button"),
          QObject::tr("rotate, pan, zoom; click to set the crosshair")},
         {QObject::tr("Slice: left, middle, right button"),
-         QObject::tr("crosshair, pan, brightness and contrast")},
+         QObject::tr("crosshair, pan, width and level of the window")},
+        {QObject::tr("Double click"), QObject::tr("show only this view, or all views again")},
+        {QObject::tr("Drag an end of a measurement"), QObject::tr("move it")},
         {QObject::tr("Slice: wheel, Ctrl+wheel"), QObject::tr("change the slice, zoom")},
         {QObject::tr("Histogram: drag, arrow keys, page keys"), QObject::tr("isovalue")}};
     QString text = "<table cellpadding='4'>";

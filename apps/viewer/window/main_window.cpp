@@ -15,6 +15,7 @@
 #include "help.h"
 #include "shared/library_options.h"
 #include "views/screenshots.h"
+#include "views/view_menus.h"
 
 namespace marrow::viewer {
 namespace fs = std::filesystem;
@@ -50,8 +51,10 @@ MainWindow::~MainWindow() {
 }
 
 void MainWindow::make_views() {
-    view_ = new SurfaceView(session_, surfaces_);
-    view_->setObjectName("surface_view");
+    views_ = new ViewLayout(session_, surfaces_);
+    view_ = views_->surface_view();
+    for (QMenu* menu : {make_layout_menu(*views_, this), make_slab_menu(*views_, this)})
+        actions_->view_menu()->addMenu(menu);
     panel_ = new SidePanel(session_, surfaces_, (*actions_)["whole_scan"]);
     auto* panel_scroll = new QScrollArea;
     panel_scroll->setWidget(panel_);
@@ -60,10 +63,9 @@ void MainWindow::make_views() {
     panel_scroll->setMinimumWidth(240);
     columns_ = new QSplitter(Qt::Horizontal);
     columns_->addWidget(panel_scroll);
-    columns_->addWidget(view_);
-    columns_->addWidget(make_slice_column());
+    columns_->addWidget(views_);
     columns_->setStretchFactor(1, 1);
-    columns_->setSizes({260, 800, 320});
+    columns_->setSizes({260, 1120});
     controls_ = new ControlBar(session_, (*actions_)["copy"]);
     rows_ = new QSplitter(Qt::Vertical);
     rows_->addWidget(columns_);
@@ -71,7 +73,7 @@ void MainWindow::make_views() {
     rows_->setStretchFactor(0, 1);
     rows_->setSizes({640, 190});
     rows_->setCollapsible(0, false);
-    for (QSplitter* splitter : {columns_, slice_column_, rows_}) splitter->setHandleWidth(2);
+    for (QSplitter* splitter : {columns_, rows_}) splitter->setHandleWidth(2);
 
     welcome_ = new Welcome((*actions_)["open_folder"], (*actions_)["open"]);
     stack_ = new QStackedWidget;
@@ -82,19 +84,6 @@ void MainWindow::make_views() {
     static_cast<QStackedLayout*>(stack_->layout())->setStackingMode(QStackedLayout::StackAll);
     rows_->setEnabled(false);
     setCentralWidget(stack_);
-}
-
-QWidget* MainWindow::make_slice_column() {
-    slice_column_ = new QSplitter(Qt::Vertical);
-    for (const Plane plane : {Plane::axial, Plane::coronal, Plane::sagittal}) {
-        auto* slice = new SliceView(session_, surfaces_, plane);
-        slice->setObjectName(plane == Plane::axial     ? "axial"
-                             : plane == Plane::coronal ? "coronal"
-                                                       : "sagittal");
-        slices_[static_cast<std::size_t>(plane)] = slice;
-        slice_column_->addWidget(slice);
-    }
-    return slice_column_;
 }
 
 void MainWindow::make_status_bar() {
@@ -120,8 +109,8 @@ void MainWindow::make_status_bar() {
 void MainWindow::restore_settings() {
     const QSettings settings;
     restoreGeometry(settings.value("geometry").toByteArray());
-    columns_->restoreState(settings.value("columns").toByteArray());
-    slice_column_->restoreState(settings.value("slices").toByteArray());
+    columns_->restoreState(settings.value("panel").toByteArray());
+    views_->restore(settings.value("views").toMap());
     rows_->restoreState(settings.value("rows").toByteArray());
     export_folder_ = settings.value("export_folder", QDir::homePath()).toString();
     if (settings.value("light", false).toBool()) (*actions_)["light"]->trigger();
@@ -146,7 +135,8 @@ void MainWindow::connect_actions() {
     on("about", [this] { show_about(this); });
     on("reset", [this] {
         view_->reset_view();
-        for (SliceView* slice : slices_) slice->reset_view();
+        for (const Plane plane : {Plane::axial, Plane::coronal, Plane::sagittal})
+            slice_view(plane)->reset_view();
     });
     for (std::size_t i = 0; i < kSideActions.size(); ++i)
         on(kSideActions[i], [this, i] { view_->look_from(Side(i)); });
@@ -403,8 +393,8 @@ void MainWindow::closeEvent(QCloseEvent* event) {
     turning_.stop();
     QSettings settings;
     settings.setValue("geometry", saveGeometry());
-    settings.setValue("columns", columns_->saveState());
-    settings.setValue("slices", slice_column_->saveState());
+    settings.setValue("panel", columns_->saveState());
+    settings.setValue("views", views_->state());
     settings.setValue("rows", rows_->saveState());
     settings.setValue("light", view_->light_background());
     settings.setValue("export_folder", export_folder_);
