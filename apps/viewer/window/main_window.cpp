@@ -12,6 +12,7 @@
 #include <QStackedLayout>
 #include <QStatusBar>
 
+#include "field_keys.h"
 #include "help.h"
 #include "shared/library_options.h"
 #include "views/screenshots.h"
@@ -40,6 +41,7 @@ MainWindow::MainWindow(QWidget* parent) : QMainWindow(parent) {
     connect_views();
     connect_loader();
     connect_writer();
+    new FieldKeys(this, view_);
     restore_settings();
 }
 
@@ -142,6 +144,7 @@ void MainWindow::connect_actions() {
         QApplication::clipboard()->setText(command());
         banner_->show_message(tr("Copied: %1").arg(command()), false);
     });
+    on("rename", [this] { panel_->rename_current_surface(); });
     on("keys", [this] { show_keys(this); });
     on("about", [this] { show_about(this); });
     on("reset", [this] {

@@ -85,7 +85,7 @@ SurfaceRow::SurfaceRow(Session& session, int id, QWidget* parent)
     colour_ = button("colour", tr("Colour"));
     name_ = new QLineEdit;
     name_->setObjectName("surface_name");
-    name_->setToolTip(tr("Name of the surface and of its exported file"));
+    name_->setToolTip(tr("Name of the surface and of its exported file. Double-click or F2 changes it."));
     name_->setFrame(false);
     layout->addWidget(name_, 1);
     isovalue_ = new QLabel;
@@ -100,15 +100,30 @@ SurfaceRow::SurfaceRow(Session& session, int id, QWidget* parent)
         });
     });
     connect(colour_, &QToolButton::clicked, this, &SurfaceRow::choose_colour);
-    connect(name_, &QLineEdit::editingFinished, this, [this] {
-        const QString name = name_->text().simplified();
-        if (!name.isEmpty())
-            session_.change(tr("name"), {}, [&](Parameters& p) {
-                if (auto* surface = p.find(id_)) surface->name = name;
-            });
-        follow();
-    });
+    connect(name_, &QLineEdit::editingFinished, this, &SurfaceRow::end_rename);
     connect(remove_, &QToolButton::clicked, this, [this] { session_.remove_surface(id_); });
+    end_rename();
+}
+
+void SurfaceRow::rename() {
+    name_->setReadOnly(false);
+    name_->setFocusPolicy(Qt::StrongFocus);
+    name_->setAttribute(Qt::WA_TransparentForMouseEvents, false);
+    name_->setFocus();
+    name_->selectAll();
+}
+
+// Until the next rename(), clicks on the name belong to the row.
+void SurfaceRow::end_rename() {
+    const QString name = name_->text().simplified();
+    if (!name_->isReadOnly() && !name.isEmpty())
+        session_.change(tr("name"), {}, [&](Parameters& p) {
+            if (auto* surface = p.find(id_)) surface->name = name;
+        });
+    name_->setReadOnly(true);
+    name_->setFocusPolicy(Qt::NoFocus);
+    name_->setAttribute(Qt::WA_TransparentForMouseEvents);
+    name_->deselect();
     follow();
 }
 
@@ -117,7 +132,7 @@ void SurfaceRow::follow() {
     if (!surface) return;
     eye_->setIcon(eye(surface->visible));
     colour_->setIcon(swatch(surface->colour));
-    if (!name_->hasFocus()) name_->setText(surface->name);
+    if (name_->isReadOnly()) name_->setText(surface->name);
     isovalue_->setText(QString::number(surface->isovalue, 'g', 6));
     remove_->setVisible(session_.parameters().surfaces.size() > 1);
     const bool current = session_.parameters().current == id_;
@@ -131,6 +146,10 @@ void SurfaceRow::follow() {
 void SurfaceRow::mousePressEvent(QMouseEvent* event) {
     session_.select_surface(id_);
     QFrame::mousePressEvent(event);
+}
+
+void SurfaceRow::mouseDoubleClickEvent(QMouseEvent*) {
+    rename();
 }
 
 void SurfaceRow::choose_colour() {
@@ -170,6 +189,12 @@ SidePanel::SidePanel(Session& session, Surfaces& surfaces, QAction* whole_scan)
     connect(&surfaces_, &Surfaces::shape_changed, this, &SidePanel::follow_numbers);
     connect(&surfaces_, &Surfaces::measured, this, &SidePanel::follow_numbers);
     follow_parameters();
+}
+
+void SidePanel::rename_current_surface() {
+    for (SurfaceRow* row : row_list_) {
+        if (row->id() == session_.parameters().current) row->rename();
+    }
 }
 
 void SidePanel::add_surfaces(QVBoxLayout* layout) {

@@ -1,0 +1,90 @@
+// Tests which widget has the keyboard, and the names in the list of surfaces.
+#include <QDoubleSpinBox>
+#include <QLineEdit>
+
+#include "support/viewer_ball.h"
+
+namespace marrow::test {
+namespace {
+
+class Fields : public BallViewer {
+  protected:
+    // Types into the widget that has the keyboard, as a user does.
+    void type(const char* text) {
+        for (const char* c = text; *c; ++c) press(*c >= 'a' && *c <= 'z' ? *c - 'a' + Qt::Key_A : *c, *c);
+    }
+    void press(int key, char text = 0) {
+        QApplication::setActiveWindow(window.get());
+        QWidget* focus = QApplication::focusWidget();
+        QTest::sendKeyEvent(QTest::Click, focus ? focus : window.get(), Qt::Key(key),
+                            text ? QString(QChar(text)) : QString(), Qt::NoModifier);
+    }
+    QDoubleSpinBox* isovalue() { return window->findChild<QDoubleSpinBox*>("isovalue"); }
+    QLineEdit* name() { return window->findChild<QLineEdit*>("surface_name"); }
+    void give_keyboard_to(QWidget* widget) {
+        QApplication::setActiveWindow(window.get());
+        widget->setFocus();
+        ASSERT_TRUE(wait([&] { return widget->hasFocus(); }));
+    }
+};
+
+TEST_F(Fields, EnterAcceptsTheIsovalueAndTheKeysWorkAgain) {
+    give_keyboard_to(isovalue());
+    isovalue()->selectAll();
+    type("300");
+    press(Qt::Key_Return);
+    EXPECT_EQ(session().current()->isovalue, 300);
+    EXPECT_TRUE(view()->hasFocus());
+    type("1");
+    EXPECT_EQ(session().current()->isovalue, 300);
+    EXPECT_NEAR(view()->view_direction()[1], 1, 1e-6);
+    EXPECT_TRUE(isovalue()->text().startsWith("300")) << isovalue()->text().toStdString();
+}
+
+TEST_F(Fields, EscRestoresTheIsovalue) {
+    give_keyboard_to(isovalue());
+    isovalue()->selectAll();
+    type("12");
+    press(Qt::Key_Escape);
+    EXPECT_EQ(session().current()->isovalue, 0);
+    EXPECT_EQ(isovalue()->value(), 0);
+    EXPECT_FALSE(isovalue()->text().contains("12")) << isovalue()->text().toStdString();
+    EXPECT_TRUE(view()->hasFocus());
+    EXPECT_EQ(session().undo_stack().undoText(), "isovalue");  // the one of SetUp
+}
+
+TEST_F(Fields, AClickOnTheNameSelectsTheSurface) {
+    const int first = session().parameters().current;
+    session().add_surface("core", 600, {}, 1);
+    ASSERT_TRUE(settle());
+    const QPoint at = name()->geometry().center();
+    EXPECT_EQ(name()->parentWidget()->childAt(at), nullptr);  // the row gets the click
+    QTest::mouseClick(name()->parentWidget(), Qt::LeftButton, Qt::NoModifier, at);
+    EXPECT_EQ(session().parameters().current, first);
+    EXPECT_FALSE(name()->hasFocus());
+    type("w");
+    EXPECT_EQ(session().parameters().mode, viewer::DrawMode::edges);
+}
+
+TEST_F(Fields, ADoubleClickRenames) {
+    QApplication::setActiveWindow(window.get());
+    QWidget* row = name()->parentWidget();
+    QTest::mouseDClick(row, Qt::LeftButton, Qt::NoModifier, name()->geometry().center());
+    ASSERT_TRUE(wait([&] { return name()->hasFocus(); }));
+    type("left femur");
+    press(Qt::Key_Return);
+    EXPECT_EQ(session().current()->name, "left femur");
+    type("w");
+    EXPECT_EQ(session().current()->name, "left femur");
+    EXPECT_EQ(session().parameters().mode, viewer::DrawMode::edges);
+    // F2 too, and Esc restores the name.
+    key(Qt::Key_F2);
+    type("right");
+    press(Qt::Key_Escape);
+    EXPECT_EQ(session().current()->name, "left femur");
+    EXPECT_EQ(name()->text(), "left femur");
+    EXPECT_TRUE(view()->hasFocus());
+}
+
+}  // namespace
+}  // namespace marrow::test
