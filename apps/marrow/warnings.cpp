@@ -47,19 +47,24 @@ void warn_of_non_finite(std::int64_t samples, std::vector<std::string>& warnings
         warnings.push_back(fmt::format("{} samples are NaN or infinite and are treated as outside", samples));
 }
 
-// Points coincide at samples that equal the isovalue. Integer samples never equal an isovalue between
-// integers.
-void warn_of_ties(const std::vector<Surface>& surfaces, const Volume& scan,
-                  std::vector<std::string>& warnings) {
-    const bool integers = scan.type() != SampleType::float32 && scan.type() != SampleType::float64;
-    const bool between = std::all_of(surfaces.begin(), surfaces.end(), [](const Surface& surface) {
-        return surface.isovalue != std::floor(surface.isovalue);
-    });
-    if (!(integers && between))
-        warn_of_coinciding_points(
-            surfaces,
-            "choose an isovalue that no sample has, such as N.5 for integer samples, or add --snap 0.3",
-            warnings);
+// Points around a sample are at least a thousandth of an edge apart, which float32 separates unless the
+// coordinates are thousands of times larger than the spacing. So few scans need to be searched.
+void warn_of_large_coordinates(const std::vector<Surface>& surfaces, const Geometry& geometry,
+                               std::vector<std::string>& warnings) {
+    double largest = 0;
+    for (unsigned corner = 0; corner < 8; ++corner) {
+        Vec3d index{};
+        for (std::size_t a = 0; a < 3; ++a)
+            index[a] = (corner >> a & 1) != 0 ? static_cast<double>(geometry.dims[a]) : -1.0;
+        for (const double coordinate : geometry.physical(index))
+            largest = std::max(largest, std::abs(coordinate));
+    }
+    const double spacing = *std::min_element(geometry.spacing.begin(), geometry.spacing.end());
+    if (largest > 1000 * spacing)
+        warn_of_coinciding_points(surfaces,
+                                  "the coordinates are too large for float32; write .3mf or .ply, or move "
+                                  "the scan closer to the origin",
+                                  warnings);
 }
 
 void warn_of_box(const std::vector<Surface>& surfaces, const Volume& scan,

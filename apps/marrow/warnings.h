@@ -20,9 +20,10 @@ void warn_of_non_finite(std::int64_t samples, std::vector<std::string>& warnings
 void warn_of_coinciding_points(const std::vector<Surface>& surfaces, const std::string& remedy,
                                std::vector<std::string>& warnings);
 
-/// The same for isosurfaces that pass through samples.
-void warn_of_ties(const std::vector<Surface>& surfaces, const Volume& scan,
-                  std::vector<std::string>& warnings);
+/// The same for isosurfaces. Their points coincide only where the coordinates of a scan are so large that
+/// float32 cannot separate them.
+void warn_of_large_coordinates(const std::vector<Surface>& surfaces, const Geometry& geometry,
+                               std::vector<std::string>& warnings);
 
 /// Warns of closed surfaces of a scan that has no sample outside, so that the surface is the border of the
 /// scan.

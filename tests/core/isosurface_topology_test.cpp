@@ -2,6 +2,8 @@
 // independently.
 #include <gtest/gtest.h>
 
+#include <set>
+
 #include <marrow/isosurface.h>
 #include <marrow/measure.h>
 
@@ -138,6 +140,26 @@ TEST_P(RandomGrids, TrianglesAreExactlyTheClassicAlgorithms) {
             const Mesh classic = extract_isosurface_classic(g.volume, g.isovalue, closed);
             ASSERT_EQ(triangle_positions(mesh), triangle_positions(classic)) << "grid " << i;
             ASSERT_EQ(manifold_fault(mesh, !closed), "") << "grid " << i;
+        }
+    }
+}
+
+// Small integers, so that many samples equal the isovalue.
+TEST_P(RandomGrids, PointsAtTiesAreDistinctAndTrianglesHaveArea) {
+    Random random(static_cast<std::uint64_t>(2000 + GetParam()));
+    for (int i = 0; i < 1000; ++i) {
+        const Volume volume = sampled<std::int16_t>(grid(2 + i % 7, 2 + i / 7 % 7, 5),
+                                                    [&](auto, auto, auto) { return random() % 4; });
+        const Mesh mesh = extract_isosurface(volume, 2, kClosed);
+        ASSERT_EQ(manifold_fault(mesh), "") << "grid " << i;
+        std::set<PointBits> positions;
+        for (const Vec3f& p : mesh.points) ASSERT_TRUE(positions.insert(bits_of(p)).second) << "grid " << i;
+        for (const Triangle& t : mesh.triangles) {
+            Vec3d corner[3];
+            for (std::size_t c = 0; c < 3; ++c)
+                for (std::size_t r = 0; r < 3; ++r) corner[c][r] = static_cast<double>(mesh.points[t[c]][r]);
+            const Vec3d twice_area = cross(corner[1] - corner[0], corner[2] - corner[0]);
+            ASSERT_GT(dot(twice_area, twice_area), 0) << "grid " << i;
         }
     }
 }

@@ -83,6 +83,23 @@ TEST_F(ReadMesh, ReadsBackWhatIsWrittenInEitherSpace) {
     }
 }
 
+// STL has only coordinates. If several points lay on a sample that equals the isovalue, joining them would
+// make edges of four triangles.
+TEST_F(ReadMesh, StlOfSamplesAtTheIsovalueStaysAManifold) {
+    Random random(7);
+    Geometry g = grid(12, 13, 11);
+    g.spacing = {0.4, 0.4, 1.5};
+    g.origin = {-120, 35, 210};
+    const Volume volume = sampled<std::int16_t>(g, [&](auto, auto, auto) { return random() % 4; });
+    for (const double isovalue : {1.0, 2.0, 3.0}) {
+        const Mesh mesh = extract_isosurface(volume, isovalue, {.closed = true});
+        write_mesh(mesh, folder / "ties.stl");
+        const Mesh joined = read_mesh(folder / "ties.stl");
+        EXPECT_EQ(joined.points.size(), mesh.points.size());
+        EXPECT_EQ(manifold_fault(joined), "");
+    }
+}
+
 TEST_F(ReadMesh, ReadsWhatVtkWrites) {
     const auto data = poly_data(mesh);
     const auto same_surface = [&](const fs::path& file) {

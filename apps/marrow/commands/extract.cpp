@@ -105,7 +105,7 @@ class Extraction {
     void add_warnings() {
         SurfaceResults& results = job_.results;
         warn_of_non_finite(non_finite_samples_, results.warnings);
-        warn_of_ties(results.surfaces, scan_, results.warnings);
+        warn_of_large_coordinates(results.surfaces, scan_.geometry(), results.warnings);
         if (!options_.open) warn_of_box(results.surfaces, scan_, results.warnings);
     }
 

@@ -22,14 +22,20 @@ using Real = std::conditional_t<sizeof(T) <= 2 || std::is_same_v<T, float>, floa
 template <class T>
 constexpr Real<T> kSampleScale = std::is_floating_point_v<T> ? Real<T>(0.5) : Real<T>(1);
 
-/// The position of the isovalue along an edge, from 0 to 1. It is 0.5 if an end is not finite. All arguments
-/// are multiplied by kSampleScale.
+/// Points stay this far from both ends of their edge, as a fraction of it. Otherwise the points on all edges
+/// around a sample that equals the isovalue would lie on the sample. Triangles between them would have no
+/// area, and a reader that joins points by their coordinates, as every reader of STL does, would find edges
+/// of four triangles.
+inline constexpr float kLeastFraction = 1.0f / 1024;
+
+/// The position of the isovalue along an edge, from kLeastFraction to 1 - kLeastFraction. It is 0.5 if an end
+/// is not finite. All arguments are multiplied by kSampleScale.
 template <class R>
 R edge_fraction(R first, R second, R isovalue) {
     const R difference = second - first;
     const R t = (isovalue - first) / difference;
     if (!(std::abs(difference) <= std::numeric_limits<R>::max()) || std::isnan(t)) return R(0.5);
-    return std::min(std::max(t, R(0)), R(1));
+    return std::min(std::max(t, R(kLeastFraction)), R(1 - kLeastFraction));
 }
 
 /// Maps indices of a volume to physical space. The start of each row is computed in double precision, and

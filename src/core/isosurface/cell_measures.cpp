@@ -71,17 +71,19 @@ class SliceSums {
         constexpr std::size_t kSize = Batch<R>::kSize;
         Batch<R>& batch = batches_[cell_case];
         const Case& c = kCases[cell_case];
-        const auto half = hn::Set(d, R(0.5)), most = hn::Set(d, std::numeric_limits<R>::max());
+        const auto half = hn::Set(d, R(0.5)), least = hn::Set(d, R(kLeastFraction)),
+                   most = hn::Set(d, std::numeric_limits<R>::max());
         alignas(64) R twice_area[kSize], six_volumes[kSize];
         for (std::size_t i = 0; i < kSize; i += hn::Lanes(d)) {
             for (std::size_t e = 0; e < kCellEdges; ++e) {
                 if ((c.crossed >> e & 1) == 0) continue;
                 const auto from = hn::Load(d, batch.corner[kEdgeCorners[e][0]] + i);
                 const auto difference = hn::Sub(from, hn::Load(d, batch.corner[kEdgeCorners[e][1]] + i));
-                // If one end has no value, the point is in the middle.
-                const auto t =
-                    hn::IfThenElse(hn::Le(hn::Abs(difference), most), hn::Div(from, difference), half);
-                hn::Store(t, d, along_[e] + i);
+                // As edge_fraction: if one end has no value, the point is in the middle.
+                const auto t = hn::Div(from, difference);
+                const auto usable = hn::And(hn::Le(hn::Abs(difference), most), hn::Eq(t, t));
+                const auto within = hn::Min(hn::Max(t, least), hn::Sub(hn::Set(d, R(1)), least));
+                hn::Store(hn::IfThenElse(usable, within, half), d, along_[e] + i);
             }
             auto area = hn::Zero(d), volume = hn::Zero(d);
             for (std::size_t t = 0; t < c.triangles; ++t) {

@@ -305,7 +305,7 @@ class PointBatch {
             const auto usable = hn::And(hn::Le(hn::Abs(difference), huge), hn::Eq(t, t));
             t = hn::IfThenElse(usable, t, hn::Set(d, R(0.5)));
         }
-        return hn::Min(hn::Max(t, hn::Zero(d)), hn::Set(d, R(1)));
+        return hn::Min(hn::Max(t, hn::Set(d, R(kLeastFraction))), hn::Set(d, R(1 - kLeastFraction)));
     }
 
     HWY_INLINE void find_normal(std::size_t i, V t, V (&normal)[3]) const {
