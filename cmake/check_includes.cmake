@@ -79,7 +79,7 @@ check_folder(src/io src "base;io/bytes;io/scan;io/dicom" "fmt/")
 check_folder(src/terrain src "base" "fmt/;tbb/;gdal;ogr_;cpl_")
 
 # Only the main programs include commands.
-check_folder(apps/shared apps "" "")
+check_folder(apps/shared apps "" "fmt/")
 check_folder(apps/marrow apps/marrow "shared" "*" EXCEPT main.cpp terrain_main.cpp)
 check_folder(apps/marrow/commands apps/marrow ".;shared" "*")
 check_folder(apps/viewer/model apps/viewer "shared" "*")

@@ -86,5 +86,21 @@ TEST_F(Fields, ADoubleClickRenames) {
     EXPECT_TRUE(view()->hasFocus());
 }
 
+// A name that nobody gave follows the isovalue.
+TEST_F(Fields, NamesFollowTheIsovalue) {
+    EXPECT_EQ(name()->text(), "surface");
+    session().apply_preset("bone");
+    EXPECT_EQ(name()->text(), "bone");
+    EXPECT_TRUE(window->command().contains("bone.stl"));
+    session().set_isovalue(24);
+    EXPECT_EQ(name()->text(), "surface");
+    EXPECT_TRUE(window->command().contains("surface.stl"));
+    key(Qt::Key_F2);
+    type("mine");
+    press(Qt::Key_Return);
+    session().apply_preset("bone");
+    EXPECT_EQ(name()->text(), "mine");
+}
+
 }  // namespace
 }  // namespace marrow::test

@@ -292,8 +292,8 @@ QToolButton* Actions::make_cut_button() {
 void Actions::follow() {
     const Parameters& p = session_.parameters();
     const Scan* scan = session_.scan();
-    for (const char* name : {"export", "screenshot", "frames", "rename", "copy", "cycle", "cycle_cut", "flip_cut",
-                             "turntable", "reset", "window_full"})
+    for (const char* name : {"export", "screenshot", "frames", "rename", "copy", "cycle", "cycle_cut",
+                             "flip_cut", "turntable", "reset", "window_full"})
         actions_[name]->setEnabled(scan != nullptr);
     for (const char* name : kSideActions) actions_[name]->setEnabled(scan != nullptr);
     for (QActionGroup* group : {modes_, tools_, cuts_}) group->setEnabled(scan != nullptr);

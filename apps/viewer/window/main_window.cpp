@@ -112,6 +112,14 @@ void MainWindow::make_status_bar() {
     cancel_->setObjectName("cancel");
     cancel_->setText(tr("Cancel"));
     cancel_->setToolTip(tr("Cancel (Esc)"));
+    remarks_ = new QToolButton;
+    remarks_->setObjectName("remarks");
+    remarks_->setText(tr("ⓘ Remarks"));
+    remarks_->setToolTip(tr("Show what is unusual about this scan or the last export again"));
+    connect(remarks_, &QToolButton::clicked, this,
+            [this] { banner_->show_message(remarks_text_, Severity::information); });
+    remarks_->hide();
+    statusBar()->addPermanentWidget(remarks_);
     statusBar()->addPermanentWidget(progress_);
     statusBar()->addPermanentWidget(cancel_);
     statusBar()->setSizeGripEnabled(false);
@@ -142,7 +150,7 @@ void MainWindow::connect_actions() {
     on("quit", [this] { close(); });
     on("copy", [this] {
         QApplication::clipboard()->setText(command());
-        banner_->show_message(tr("Copied: %1").arg(command()), false);
+        banner_->show_message(tr("Copied: %1").arg(command()), Severity::note);
     });
     on("rename", [this] { panel_->rename_current_surface(); });
     on("keys", [this] { show_keys(this); });
@@ -186,7 +194,7 @@ void MainWindow::connect_views() {
         view_->setCursor(measures ? Qt::CrossCursor : Qt::ArrowCursor);
     });
     connect(&surfaces_, &Surfaces::failed, this,
-            [this](const QString& message) { banner_->show_message(message, true); });
+            [this](const QString& message) { banner_->show_message(message, Severity::error); });
     connect(cancel_, &QToolButton::clicked, this, [this] {
         loader_.cancel();
         writer_.cancel();
@@ -202,18 +210,24 @@ void MainWindow::connect_loader() {
     connect(&loader_, &Loader::opened, this, &MainWindow::show_opened);
     connect(&loader_, &Loader::undecided, this, &MainWindow::choose_series);
     connect(&loader_, &Loader::failed, this,
-            [this](const QString& message) { banner_->show_message(message, true); });
+            [this](const QString& message) { banner_->show_message(message, Severity::error); });
 }
 
 void MainWindow::connect_writer() {
     connect(&writer_, &MeshWriter::started, this, [this] { show_progress(tr("Exporting…")); });
     connect(&writer_, &MeshWriter::progressed, this,
             [this](double fraction) { progress_->setValue(int(1000 * fraction)); });
-    connect(&writer_, &MeshWriter::finished, this, [this](const QString& message, bool error) {
-        hide_progress();
-        banner_->show_message(message, error);
-        emit written();
-    });
+    connect(&writer_, &MeshWriter::finished, this,
+            [this](const QString& message, bool error, const QString& warnings) {
+                hide_progress();
+                if (error)
+                    banner_->show_message(message, Severity::error);
+                else if (warnings.isEmpty())
+                    banner_->show_message(message, Severity::note);
+                else
+                    inform(message + "\n" + warnings);
+                emit written();
+            });
 }
 
 void MainWindow::show_opened(const std::shared_ptr<const Scan>& scan) {
@@ -223,7 +237,15 @@ void MainWindow::show_opened(const std::shared_ptr<const Scan>& scan) {
     QString warnings;
     for (const std::string& warning : scan->info.warnings)
         warnings += (warnings.isEmpty() ? "" : "\n") + QString::fromStdString(apps::name_flags(warning));
-    if (!warnings.isEmpty()) banner_->show_message(warnings, true);
+    remarks_->hide();
+    if (!warnings.isEmpty()) inform(warnings);
+}
+
+// Shows a message that the button in the status bar shows again.
+void MainWindow::inform(const QString& message) {
+    remarks_text_ = message;
+    remarks_->show();
+    banner_->show_message(message, Severity::information);
 }
 
 void MainWindow::show_progress(const QString& message) {
@@ -316,7 +338,7 @@ void MainWindow::follow_scan() {
 }
 
 void MainWindow::export_surface() {
-    if (writer_.busy()) return banner_->show_message(tr("An export is already running."), true);
+    if (writer_.busy()) return banner_->show_message(tr("An export is already running."), Severity::error);
     surfaces_.settle();
     auto* dialog = new ExportDialog(session_, surfaces_, export_folder_, this);
     dialog->setAttribute(Qt::WA_DeleteOnClose);
@@ -330,7 +352,7 @@ void MainWindow::write(const std::vector<ExportFile>& files, Space space) {
         const std::shared_ptr<const Shape> shape = surfaces_.exact(file.surface);
         if (!shape || shape->mesh->triangles.empty()) {
             banner_->show_message(tr("There is no surface to export. Change the isovalue and try again."),
-                                  true);
+                                  Severity::error);
             emit written();
             return;
         }
@@ -340,22 +362,22 @@ void MainWindow::write(const std::vector<ExportFile>& files, Space space) {
                        file.file});
     }
     export_folder_ = from_path(all.front().path.parent_path());
-    writer_.write(std::move(all), space);
+    writer_.write(std::move(all), space,
+                  {session_.shared_scan(), session_.parameters().crop, session_.parameters().open});
 }
 
 void MainWindow::save_screenshot() {
     const QString file =
-        QDir(export_folder_)
-            .filePath(session_.current() ? file_name(*session_.current(), ".png") : QString("surface.png"));
+        QDir(export_folder_).filePath(file_name(*session_.scan(), *session_.current(), ".png"));
     auto* dialog = new ScreenshotDialog(false, {1600, 1200}, file, this);
     dialog->setAttribute(Qt::WA_DeleteOnClose);
     connect(dialog, &QDialog::accepted, this, [=, this] {
         try {
             write_png(view_->screenshot(dialog->image_size()), dialog->file().toStdString());
             export_folder_ = QFileInfo(dialog->file()).path();
-            banner_->show_message(tr("Wrote %1.").arg(dialog->file()), false);
+            banner_->show_message(tr("Wrote %1.").arg(dialog->file()), Severity::note);
         } catch (const std::exception& error) {
-            banner_->show_message(QString::fromUtf8(error.what()), true);
+            banner_->show_message(QString::fromUtf8(error.what()), Severity::error);
         }
     });
     dialog->open();
@@ -363,7 +385,7 @@ void MainWindow::save_screenshot() {
 
 void MainWindow::save_turntable() {
     if (view_->findChild<Turntable*>())
-        return banner_->show_message(tr("A turntable is already being saved."), true);
+        return banner_->show_message(tr("A turntable is already being saved."), Severity::error);
     auto* dialog = new ScreenshotDialog(true, {960, 720}, export_folder_, this);
     dialog->setAttribute(Qt::WA_DeleteOnClose);
     connect(dialog, &QDialog::accepted, this, [=, this] {
@@ -372,7 +394,7 @@ void MainWindow::save_turntable() {
             facts_->setText(tr("Image %1 of %2").arg(frame).arg(frames));
         });
         connect(turntable, &Turntable::finished, this, [this](const QString& message, bool error) {
-            banner_->show_message(message, error);
+            banner_->show_message(message, error ? Severity::error : Severity::note);
             follow_scan();
         });
     });

@@ -85,8 +85,9 @@ SurfaceRow::SurfaceRow(Session& session, int id, QWidget* parent)
     colour_ = button("colour", tr("Colour"));
     name_ = new QLineEdit;
     name_->setObjectName("surface_name");
-    name_->setToolTip(tr("Name of the surface and of its exported file. Double-click or F2 changes it."));
+    setToolTip(tr("Double-click or F2 changes the name of the surface and of its exported file"));
     name_->setFrame(false);
+    name_->setReadOnly(true);
     layout->addWidget(name_, 1);
     isovalue_ = new QLabel;
     isovalue_->setProperty("role", "faint");
@@ -115,11 +116,10 @@ void SurfaceRow::rename() {
 
 // Until the next rename(), clicks on the name belong to the row.
 void SurfaceRow::end_rename() {
+    const SurfaceParameters* before = session_.parameters().find(id_);
     const QString name = name_->text().simplified();
-    if (!name_->isReadOnly() && !name.isEmpty())
-        session_.change(tr("name"), {}, [&](Parameters& p) {
-            if (auto* surface = p.find(id_)) surface->name = name;
-        });
+    if (!name_->isReadOnly() && before && name != surface_name(*session_.scan(), *before))
+        session_.change(tr("name"), {}, [&](Parameters& p) { p.find(id_)->name = name; });
     name_->setReadOnly(true);
     name_->setFocusPolicy(Qt::NoFocus);
     name_->setAttribute(Qt::WA_TransparentForMouseEvents);
@@ -132,7 +132,7 @@ void SurfaceRow::follow() {
     if (!surface) return;
     eye_->setIcon(eye(surface->visible));
     colour_->setIcon(swatch(surface->colour));
-    if (name_->isReadOnly()) name_->setText(surface->name);
+    if (name_->isReadOnly()) name_->setText(surface_name(*session_.scan(), *surface));
     isovalue_->setText(QString::number(surface->isovalue, 'g', 6));
     remove_->setVisible(session_.parameters().surfaces.size() > 1);
     const bool current = session_.parameters().current == id_;
@@ -157,7 +157,7 @@ void SurfaceRow::choose_colour() {
     if (!surface) return;
     auto* dialog = new QColorDialog(surface->colour, window());
     dialog->setAttribute(Qt::WA_DeleteOnClose);
-    dialog->setWindowTitle(tr("Colour of %1").arg(surface->name));
+    dialog->setWindowTitle(tr("Colour of %1").arg(surface_name(*session_.scan(), *surface)));
     connect(dialog, &QColorDialog::colorSelected, &session_,
             [&session = session_, id = id_](const QColor& colour) {
                 session.change(tr("colour"), {}, [&](Parameters& p) {
@@ -224,13 +224,13 @@ void SidePanel::fill_add_menu() {
         for (const Preset& preset : kPresets) {
             const QString name = QString::fromUtf8(preset.name.data(), static_cast<int>(preset.name.size()));
             add_menu_->addAction(
-                QString("%1   %2 HU").arg(name).arg(preset.lowest), this, [this, name, preset] {
+                QString("%1   %2 HU").arg(name).arg(preset.isovalue()), this, [this, preset] {
                     // A surface that encloses another one must be translucent.
                     bool outside = false;
                     for (const SurfaceParameters& s : session_.parameters().surfaces)
                         outside = outside || (s.visible && s.isovalue > preset.isovalue());
                     session_.add_surface(
-                        name, preset.isovalue(),
+                        {}, preset.isovalue(),
                         QColor::fromRgbF(preset.colour[0], preset.colour[1], preset.colour[2]),
                         outside ? 0.25 : 1);
                 });
@@ -238,13 +238,11 @@ void SidePanel::fill_add_menu() {
         add_menu_->addSeparator();
     }
     if (scan->otsu)
-        add_menu_->addAction(tr("Otsu   %1").arg(*scan->otsu, 0, 'g', 5), this,
-                             [this, value = *scan->otsu] { session_.add_surface("otsu", value, {}, 1); });
+        add_menu_->addAction(tr("otsu   %1").arg(*scan->otsu, 0, 'g', 6), this,
+                             [this, value = *scan->otsu] { session_.add_surface({}, value, {}, 1); });
     if (const SurfaceParameters* current = session_.current())
         add_menu_->addAction(tr("Current isovalue   %1").arg(current->isovalue, 0, 'g', 6), this, [this] {
-            if (const SurfaceParameters* c = session_.current())
-                session_.add_surface(tr("surface %1").arg(session_.parameters().surfaces.size() + 1),
-                                     c->isovalue, {}, 1);
+            if (const SurfaceParameters* c = session_.current()) session_.add_surface({}, c->isovalue, {}, 1);
         });
 }
 
