@@ -31,7 +31,7 @@ bool is_integer(SampleType type) {
 
 HistogramBar::HistogramBar(Session& session, QWidget* parent) : QWidget(parent), session_(session) {
     setFocusPolicy(Qt::StrongFocus);
-    setMinimumHeight(84);
+    setMinimumHeight(56);
     setMouseTracking(true);
     setCursor(Qt::SizeHorCursor);
     setToolTip(

@@ -270,6 +270,11 @@ void Actions::make_tool_bar() {
     bar->addWidget(space);
     button("screenshot");
     button("export")->setObjectName("export");
+    // Qt makes this button, which shows the tools that a narrow window hides, but its icon is black.
+    auto* more = bar->findChild<QToolButton*>("qt_toolbar_ext_button");
+    more->setIcon({});
+    more->setText("»");
+    more->setToolTip(tr("More tools"));
 }
 
 QToolButton* Actions::make_cut_button() {

@@ -7,6 +7,7 @@
 #include <QDir>
 #include <QFileDialog>
 #include <QMimeData>
+#include <QScreen>
 #include <QScrollArea>
 #include <QSettings>
 #include <QStackedLayout>
@@ -32,7 +33,7 @@ QString from_path(const fs::path& path) {
 MainWindow::MainWindow(QWidget* parent) : QMainWindow(parent) {
     setWindowTitle("Marrow Viewer");
     setAcceptDrops(true);
-    resize(1440, 900);
+    resize(QSize(1440, 900).boundedTo(screen()->availableSize()));
     actions_ = new Actions(this, session_);
     make_views();
     banner_ = new Banner(this);
@@ -54,6 +55,7 @@ MainWindow::~MainWindow() {
 void MainWindow::make_views() {
     view_ = new SurfaceView(session_, surfaces_);
     view_->setObjectName("surface_view");
+    view_->setMinimumSize(160, 120);
     panel_ = new SidePanel(session_, surfaces_, (*actions_)["whole_scan"]);
     auto* panel_scroll = new QScrollArea;
     panel_scroll->setWidget(panel_);
@@ -79,8 +81,8 @@ void MainWindow::make_views() {
     stack_ = new QStackedWidget;
     stack_->addWidget(welcome_);
     stack_->addWidget(rows_);
-    // The views exist below the welcome page, so that OpenGL and the layout are ready when the first scan
-    // opens.
+    // The views exist below the welcome page until the first scan opens, so that OpenGL and the layout are
+    // ready then.
     static_cast<QStackedLayout*>(stack_->layout())->setStackingMode(QStackedLayout::StackAll);
     rows_->setEnabled(false);
     setCentralWidget(stack_);
@@ -93,6 +95,7 @@ QWidget* MainWindow::make_slice_column() {
         slice->setObjectName(plane == Plane::axial     ? "axial"
                              : plane == Plane::coronal ? "coronal"
                                                        : "sagittal");
+        slice->setMinimumSize(100, 60);  // so that all fit on a screen of 800 x 500
         slices_[static_cast<std::size_t>(plane)] = slice;
         slice_column_->addWidget(slice);
     }
@@ -319,6 +322,7 @@ void MainWindow::follow_scan() {
     }
     rows_->setEnabled(true);
     stack_->setCurrentWidget(rows_);
+    static_cast<QStackedLayout*>(stack_->layout())->setStackingMode(QStackedLayout::StackOne);
     const Geometry& g = scan->volume.geometry();
     const QString name =
         from_path(scan->input.has_filename() ? scan->input.filename() : scan->input.parent_path().filename());
