@@ -86,6 +86,25 @@ TEST_F(Fields, ADoubleClickRenames) {
     EXPECT_TRUE(view()->hasFocus());
 }
 
+// The samples are integers, and an isovalue between them meets no sample.
+TEST_F(Fields, TheHistogramChoosesIsovaluesBetweenIntegers) {
+    viewer::HistogramBar* histogram = window->histogram_bar();
+    const int y = histogram->height() / 2;
+    for (const double value : {-1000.0, -300.2, 10.0, 500.7, 1000.0}) {
+        const QPoint at(qRound(histogram->x_of(value)), y);
+        QTest::mouseClick(histogram, Qt::LeftButton, Qt::NoModifier, at);
+        const double isovalue = session().current()->isovalue;
+        EXPECT_EQ(isovalue - std::floor(isovalue), 0.5);
+        EXPECT_LT(std::abs(histogram->x_of(isovalue) - at.x()), 2);
+    }
+    session().set_isovalue(300.5);
+    histogram->setFocus();
+    QTest::keyClick(histogram, Qt::Key_Right);
+    EXPECT_EQ(session().current()->isovalue, 301.5);
+    QTest::keyClick(histogram, Qt::Key_PageDown);
+    EXPECT_EQ(session().current()->isovalue, 291.5);
+}
+
 // A name that nobody gave follows the isovalue.
 TEST_F(Fields, NamesFollowTheIsovalue) {
     EXPECT_EQ(name()->text(), "surface");
