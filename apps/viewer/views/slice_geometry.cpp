@@ -32,10 +32,12 @@ PatientAxes patient_axes(const Geometry& g) {
 // Stands for samples beyond the range. Since it is not finite, edges to it are crossed in the middle.
 constexpr float kOutside = std::numeric_limits<float>::quiet_NaN();
 
-// How far from a to b the isovalue is, from 0 to 1; one half if an end is not finite.
+// How far from a to b the isovalue is, as on the surface: never quite 0 or 1, and one half if an end is not
+// finite.
 double crossing(float a, float b, double isovalue) {
+    constexpr double kLeast = 1.0 / 1024;
     const double t = (isovalue - a) / (static_cast<double>(b) - a);
-    return std::isfinite(t) ? std::clamp(t, 0.0, 1.0) : 0.5;
+    return std::isfinite(t) ? std::clamp(t, kLeast, 1 - kLeast) : 0.5;
 }
 
 // A square of four samples: a b

@@ -69,6 +69,7 @@ void Actions::make_file_and_edit() {
     actions_["undo"] = undo;
     actions_["redo"] = redo;
     window_->addActions({undo, redo});
+    add("rename", tr("Rename surface"), QKeySequence("F2"), tr("Change the name of the selected surface"));
     add("copy", tr("Copy command line"), QKeySequence("Ctrl+Shift+C"),
         tr("Copy the command line that exports this surface"));
     add("escape", tr("Cancel"), QKeySequence("Esc"), tr("Cancel the current operation"));
@@ -205,7 +206,7 @@ void Actions::make_menus() {
     file->addSeparator();
     file->addAction(actions_["quit"]);
     QMenu* edit = window_->menuBar()->addMenu(tr("&Edit"));
-    for (const char* name : {"undo", "redo", "copy"}) edit->addAction(actions_[name]);
+    for (const char* name : {"undo", "redo", "rename", "copy"}) edit->addAction(actions_[name]);
     QMenu* show = view_menu_ = window_->menuBar()->addMenu(tr("&View"));
     for (const char* name : {"surface", "edges", "wireframe", "points", "cycle"})
         show->addAction(actions_[name]);
@@ -272,6 +273,11 @@ void Actions::make_tool_bar() {
     bar->addWidget(space);
     button("screenshot");
     button("export")->setObjectName("export");
+    // Qt makes this button, which shows the tools that a narrow window hides, but its icon is black.
+    auto* more = bar->findChild<QToolButton*>("qt_toolbar_ext_button");
+    more->setIcon({});
+    more->setText("»");
+    more->setToolTip(tr("More tools"));
 }
 
 QToolButton* Actions::make_cut_button() {
@@ -294,8 +300,8 @@ QToolButton* Actions::make_cut_button() {
 void Actions::follow() {
     const Parameters& p = session_.parameters();
     const Scan* scan = session_.scan();
-    for (const char* name : {"export", "screenshot", "frames", "copy", "cycle", "cycle_cut", "flip_cut",
-                             "turntable", "reset", "window_full"})
+    for (const char* name : {"export", "screenshot", "frames", "rename", "copy", "cycle", "cycle_cut",
+                             "flip_cut", "turntable", "reset", "window_full"})
         actions_[name]->setEnabled(scan != nullptr);
     for (const char* name : kSideActions) actions_[name]->setEnabled(scan != nullptr);
     for (QActionGroup* group : {modes_, tools_, cuts_}) group->setEnabled(scan != nullptr);

@@ -38,6 +38,8 @@ void show_keys(QWidget* parent) {
         {"N  D  A  K", QObject::tr("tools: navigate, distance, angle, crop")},
         {"C  F", QObject::tr("next cut; flip the cut")},
         {"T  X  B", QObject::tr("turntable; crosshair in 3D; light background")},
+        {"F2", QObject::tr("rename the selected surface")},
+        {"Enter, Esc", QObject::tr("in a field: accept or restore its value; then keys work again")},
         {"Esc", QObject::tr("cancel")},
         {QObject::tr("3D: left, middle, right button"),
          QObject::tr("rotate, pan, zoom; click to set the crosshair")},

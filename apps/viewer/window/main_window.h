@@ -71,6 +71,7 @@ class MainWindow : public QMainWindow {
     void follow_scan();
     void cancel_or_dismiss();
     void show_opened(const std::shared_ptr<const Scan>& scan);
+    void inform(const QString& message);
     void show_progress(const QString& message);
     void hide_progress();
     void choose_scan(bool folder);
@@ -100,7 +101,8 @@ class MainWindow : public QMainWindow {
     Banner* banner_;
     QLabel* facts_;
     QProgressBar* progress_;
-    QToolButton* cancel_;
+    QToolButton *cancel_, *remarks_;
+    QString remarks_text_;
 };
 
 }  // namespace marrow::viewer
