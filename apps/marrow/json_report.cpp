@@ -60,13 +60,15 @@ Json surface_numbers(const Surface& surface, Space space) {
         numbers["isovalue"] = surface.isovalue;
     numbers.update({{"points", points}, {"triangles", triangles}});
     if (!surface.measures) {  // a surface that was written slab by slab
-        for (const char* name : {"components", "boundary_edges", "nonmanifold_edges", "euler_characteristic",
-                                 "area_mm2", "volume_mm3", "bounds_mm", "steps"})
+        for (const char* name : {"components", "pieces", "cavities", "boundary_edges", "nonmanifold_edges",
+                                 "euler_characteristic", "area_mm2", "volume_mm3", "bounds_mm", "steps"})
             numbers[name] = Json();
         return numbers;
     }
     const MeshMeasures& m = *surface.measures;
     numbers.update({{"components", m.components},
+                    {"pieces", m.components - m.cavities},
+                    {"cavities", m.cavities},
                     {"boundary_edges", m.boundary_edges},
                     {"nonmanifold_edges", m.nonmanifold_edges},
                     {"euler_characteristic", m.euler_characteristic},
@@ -172,6 +174,7 @@ Json check_numbers(const CheckedMesh& checked, double min_wall) {
         {"points", m.points},
         {"triangles", m.triangles},
         {"components", m.components},
+        {"pieces", m.components - c.cavities},
         {"cavities", c.cavities},
         {"euler_characteristic", m.euler_characteristic},
         {"genus", c.genus ? Json(*c.genus) : Json()},
@@ -239,6 +242,7 @@ std::string surfaces_json(const SurfaceResults& results, Space space) {
             json["surfaces"].push_back(numbers);
         }
     }
+    json["verified"] = results.verified.has_value();
     json["warnings"] = message_list(results.warnings);
     json["seconds"] = seconds_numbers(results.seconds);
     json["peak_memory_bytes"] = peak_memory_bytes();

@@ -13,8 +13,8 @@ bool is_label(T sample) {
     return sample >= 0 && static_cast<double>(sample) == std::floor(static_cast<double>(sample));
 }
 
-// Counts pairs of neighbours along x that are not both background. Noise makes neighbours of scans differ,
-// while neighbours in a structure of a label map are equal.
+// Compares neighbours along x. Noise makes those of a scan differ, while those within a structure of a label
+// map are equal.
 template <class T>
 bool looks_like_labels(const T* samples, std::int64_t nx, std::int64_t rows) {
     constexpr std::int64_t kMostPairs = 4'000'000;
@@ -24,7 +24,7 @@ bool looks_like_labels(const T* samples, std::int64_t nx, std::int64_t rows) {
         const T* x = samples + row * nx;
         for (std::int64_t i = 0; i < nx; ++i) {
             if (!is_label(x[i])) return false;
-            if (i == 0 || (x[i] == 0 && x[i - 1] == 0)) continue;
+            if (i == 0 || x[i] == 0 || x[i - 1] == 0) continue;
             ++pairs;
             equal += x[i] == x[i - 1];
         }

@@ -5,8 +5,8 @@
 
 namespace marrow::cli {
 
-/// Whether the samples are probably labels rather than measurements: whole numbers from 0, of which most that
-/// are not background equal their neighbour.
+/// Whether the samples are probably labels rather than measurements: whole numbers from 0, and most neighbours
+/// that are both not background are equal.
 bool looks_like_label_map(const Volume& volume);
 
 }  // namespace marrow::cli

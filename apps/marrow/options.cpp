@@ -33,8 +33,10 @@ void add_threads_option(Arguments& arguments, int& threads) {
 }
 
 void add_mesh_option(Arguments& arguments, fs::path& mesh) {
-    arguments.add_option("-o,--output", file_value("OUT", mesh),
-                         "Write the mesh to OUT: .stl, .ply, .obj (also .gz), .vtp, .3mf or .glb.");
+    arguments.add_option(
+        "-o,--output", file_value("OUT", mesh),
+        "Write the mesh to OUT: .stl, .ply, .obj (also .gz), .vtp, .3mf or .glb. A folder gets an .stl "
+        "file for each surface, named after it; {name} in OUT stands for that name.");
 }
 
 void add_picture_option(Arguments& arguments, fs::path& picture) {

@@ -20,8 +20,8 @@ std::string source_of(const Surface& surface) {
 
 }  // namespace
 
-void print_text(std::ostream& out, const std::vector<Surface>& surfaces) {
-    for (const Surface& surface : surfaces) {
+void print_text(std::ostream& out, const SurfaceResults& results) {
+    for (const Surface& surface : results.surfaces) {
         out << fmt::format("{}: {} points, {} triangles {}\n",
                            surface.output.empty() ? surface.name : surface.output.string(),
                            surface.size().points, surface.size().triangles, source_of(surface));
@@ -37,6 +37,8 @@ void print_text(std::ostream& out, const std::vector<Surface>& surfaces) {
             out << '\n';
         }
     }
+    if (results.verified)
+        out << fmt::format("verified: all {} triangles are in the files as extracted\n", *results.verified);
 }
 
 void print_results(const ProgressReporter& reporter, const SurfaceResults& results, Space space) {
@@ -44,7 +46,7 @@ void print_results(const ProgressReporter& reporter, const SurfaceResults& resul
     if (reporter.reporting().json)
         out << surfaces_json(results, space);
     else if (!reporter.reporting().quiet)
-        print_text(out, results.surfaces);
+        print_text(out, results);
 }
 
 std::function<void(const std::string&, ExitCode)> error_printer(int argc, const char* const* argv,

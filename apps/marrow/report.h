@@ -11,8 +11,8 @@
 
 namespace marrow::cli {
 
-/// Prints one line a surface, and one below it for each step that changed it.
-void print_text(std::ostream& out, const std::vector<Surface>& surfaces);
+/// Prints one line a surface, one below it for each step that changed it, and whether the files were verified.
+void print_text(std::ostream& out, const SurfaceResults& results);
 
 /// Prints JSON or text to the console, as the options want it.
 void print_results(const ProgressReporter& reporter, const SurfaceResults& results, Space space);

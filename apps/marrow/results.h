@@ -71,6 +71,7 @@ struct SurfaceResults {
     ScanInfo info;
     std::vector<Surface> surfaces;
     std::vector<std::string> warnings;
+    std::optional<std::uint64_t> verified = {};  ///< triangles that were read back and equal; none: not asked
     StageSeconds seconds;
 };
 

@@ -88,8 +88,17 @@ Mesh smoothed(const Mesh& mesh, const SurfaceSteps& steps, const Mat3d& index_to
     return result;
 }
 
-Mesh reduced(const Mesh& mesh, const SurfaceSteps& steps, int threads, const Progress& progress,
-             StepReport& report) {
+// The largest distance between neighbouring samples, mm.
+double coarsest_spacing(const Mat3d& index_to_physical) {
+    double coarsest = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+        coarsest = std::max(coarsest, std::hypot(index_to_physical[0][axis], index_to_physical[1][axis],
+                                                 index_to_physical[2][axis]));
+    return coarsest;
+}
+
+Mesh reduced(const Mesh& mesh, const SurfaceSteps& steps, const Mat3d& index_to_physical, int threads,
+             const Progress& progress, StepReport& report) {
     std::optional<std::int64_t> triangles = steps.triangles;
     if (steps.keep) triangles = std::llround(*steps.keep * static_cast<double>(mesh.triangles.size()));
     const SimplifyOptions options{
@@ -101,8 +110,14 @@ Mesh reduced(const Mesh& mesh, const SurfaceSteps& steps, int threads, const Pro
         report.note = "the surface is unchanged: no reduction keeps the error and the topology";
     else if (!steps.max_error && triangles && static_cast<std::int64_t>(result.triangles.size()) > *triangles)
         report.note = fmt::format(
-            "{} triangles were requested, but no more can be removed without damage to the surface",
+            "{} triangles were requested, but no more can be removed without changing the topology",
             *triangles);
+    const double sample = coarsest_spacing(index_to_physical);
+    if (stats.deviation.max > sample && !steps.max_error)
+        report.note += fmt::format(
+            "{}the surface moved by up to {:.3g} mm, more than the {:.3g} mm between "
+            "samples: --max-error MM keeps it closer",
+            report.note.empty() ? "" : "; ", stats.deviation.max, sample);
     return result;
 }
 
@@ -151,8 +166,8 @@ void add_surface_options(Arguments& arguments, SurfaceSteps& steps) {
         "--smooth-bound", steps.smooth_bound,
         "With --smooth: move no point further than half a sample along each axis of the scan.");
     arguments.add_option("--keep",
-                         number_value("FRACTION", "a fraction above 0, at most 1", steps.keep,
-                                      [](double x) { return x > 0 && x <= 1; }),
+                         number_value("FRACTION", "a fraction above 0, at most 1, such as 0.5 for half",
+                                      steps.keep, [](double x) { return x > 0 && x <= 1; }),
                          "Reduce the surface to this fraction of its triangles.");
     arguments.add_option("--triangles", integer_value("N", steps.triangles, 1),
                          "Reduce the surface to at most N triangles.");
@@ -164,6 +179,8 @@ void add_surface_options(Arguments& arguments, SurfaceSteps& steps) {
 
 void check_steps(const SurfaceSteps& steps) {
     if (steps.smooth_bound && steps.smooth == 0) throw UsageError("--smooth-bound needs --smooth N");
+    if (steps.largest && steps.components > 0)
+        throw UsageError("--largest and --components both say how many components to keep: give one of them");
     if (steps.keep && steps.triangles)
         throw UsageError("--keep and --triangles both set the number of triangles: give one of them");
 }
@@ -210,7 +227,9 @@ std::vector<StepReport> refine_surface(Mesh& mesh, const SurfaceSteps& steps, co
             return smoothed(mesh, steps, index_to_physical, threads, progress, done.note);
         });
     if (steps.reduce())
-        step("reduce", [&](StepReport& done) { return reduced(mesh, steps, threads, progress, done); });
+        step("reduce", [&](StepReport& done) {
+            return reduced(mesh, steps, index_to_physical, threads, progress, done);
+        });
     return reports;
 }
 

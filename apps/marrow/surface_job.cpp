@@ -57,6 +57,8 @@ void SurfaceJob::deliver() {
     if (output.verify)
         seconds.verify = stage("verify", [&](const Progress& progress) {
             verify_surfaces(results.surfaces, output.space, progress);
+            results.verified = 0;
+            for (const Surface& surface : results.surfaces) *results.verified += surface.size().triangles;
         });
     if (!output.picture.empty())
         seconds.write += stage("picture", [&](const Progress& progress) { draw(progress); });

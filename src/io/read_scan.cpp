@@ -101,11 +101,19 @@ Input identify_folder(const fs::path& folder, const Progress& progress) {
         quoted(folder), all.size()));
 }
 
+bool is_archive(const fs::path& path, std::string_view head) {
+    const std::string end = to_lower(path.extension().native());
+    for (const char* archive : {".zip", ".tar", ".tgz", ".gz", ".bz2", ".xz", ".7z", ".rar"}) {
+        if (end == archive) return true;
+    }
+    return head.starts_with("PK") || (head.size() > 262 && head.substr(257, 5) == "ustar");
+}
+
 Input identify_file(const fs::path& path, const Progress& progress) {
     const std::string head = read_head(path, kHeadSize);
     const std::optional<ScanFormat> format = format_of(path, head);
     if (!format) {
-        if (head.starts_with("PK"))
+        if (is_archive(path, head))
             throw InputError(fmt::format("{}: is an archive; unpack it first", quoted(path)));
         throw InputError(
             fmt::format("{}: is not a scan of a supported format (DICOM, NIfTI, NRRD, MetaImage, TIFF, PNG)",

@@ -52,15 +52,17 @@ TEST_F(CommandLine, WritesTheMeshAndSaysWhatItIs) {
 
 TEST_F(CommandLine, JsonHoldsTheNumbersOfTheMesh) {
     const Json json = extract_json({"-o", mesh, "--isovalue", "0"});
-    EXPECT_EQ(Json(keys(json)),
-              Json({"area_mm2", "boundary_edges", "bounds_mm", "components", "euler_characteristic", "input",
-                    "isovalue", "nonmanifold_edges", "output", "peak_memory_bytes", "points", "seconds",
-                    "steps", "triangles", "volume_mm3", "warnings"}));
+    EXPECT_EQ(Json(keys(json)), Json({"area_mm2", "boundary_edges", "bounds_mm", "cavities", "components",
+                                      "euler_characteristic", "input", "isovalue", "nonmanifold_edges",
+                                      "output", "peak_memory_bytes", "pieces", "points", "seconds", "steps",
+                                      "triangles", "verified", "volume_mm3", "warnings"}));
     EXPECT_EQ(json["input"]["format"], "NRRD");
     EXPECT_EQ(json["input"]["dims"], Json({24, 25, 13}));
     EXPECT_EQ(json["input"]["spacing_mm"], Json({1.0, 1.0, 2.0}));
     EXPECT_TRUE(json["input"]["modality"].is_null());
     EXPECT_EQ(json["components"], 1);
+    EXPECT_EQ(json["pieces"], 1);
+    EXPECT_EQ(json["cavities"], 0);
     EXPECT_EQ(json["boundary_edges"], 0);
     EXPECT_EQ(json["nonmanifold_edges"], 0);
     EXPECT_EQ(json["euler_characteristic"], 2);
@@ -74,6 +76,36 @@ TEST_F(CommandLine, JsonHoldsTheNumbersOfTheMesh) {
     EXPECT_GE(json["seconds"]["total"].get<double>(),
               json["seconds"]["read"].get<double>() + json["seconds"]["extract"].get<double>());
     EXPECT_GT(json["peak_memory_bytes"].get<std::int64_t>(), 1 << 20);
+}
+
+TEST_F(CommandLine, SaysThatTheFilesWereVerified) {
+    const Outcome outcome = extract({"-o", mesh, "--isovalue", "0", "--verify"});
+    EXPECT_NE(outcome.out.find("verified: all "), outcome.out.npos) << outcome.out;
+    EXPECT_EQ(extract({"-o", mesh, "--isovalue", "0"}).out.find("verified"), std::string::npos);
+    EXPECT_EQ(extract_json({"-o", mesh, "--isovalue", "0", "--verify"})["verified"], true);
+}
+
+// A hollow ball is one piece with a cavity, however many components its surface has.
+TEST_F(CommandLine, CountsPiecesAndCavities) {
+    write_nrrd(scan, 24, 24, 24, [](int x, int y, int z) {
+        const double distance = std::hypot(x - 12, y - 12, z - 12);
+        return distance < 9 && distance > 4 ? 1000 : -1000;
+    });
+    const Json json = extract_json({"-o", mesh, "--isovalue", "0", "--components", "1"});
+    EXPECT_EQ(json["components"], 2);
+    EXPECT_EQ(json["pieces"], 1);
+    EXPECT_EQ(json["cavities"], 1);
+    const std::string check = marrow_with({"check", mesh}).out;
+    EXPECT_NE(check.find("1, with 1 cavity"), check.npos) << check;
+}
+
+// Few triangles cannot follow a ball. The note says what happened to the shape, not that nothing did.
+TEST_F(CommandLine, WarnsOfReductionThatMovesTheSurfaceByMoreThanASample) {
+    const auto err = [&](const char* triangles) {
+        return extract({"-o", mesh, "--isovalue", "0", "--triangles", triangles}).err;
+    };
+    EXPECT_NE(err("4").find("more than the 2 mm between samples"), std::string::npos) << err("4");
+    EXPECT_EQ(err("400").find("between samples"), std::string::npos) << err("400");
 }
 
 TEST_F(CommandLine, RasNegatesXAndY) {

@@ -84,7 +84,10 @@ TEST_F(Mistake, NamesTheOptionThatDoesNotGoWithTheMode) {
         {{"--isovalue", "0", "--max-memory", "1G", "--blur", "1"}, "--blur does not go with --max-memory"},
         {{"--isovalue", "0", "--relax", "3"}, "--relax goes only with --labels"},
         {{"--isovalue", "otsu", "--max-memory", "1G"}, "--max-memory needs one --isovalue N"},
-        {{"--isovalue", "0", "--keep", "2"}, "--keep takes a fraction above 0, at most 1, not '2'"},
+        {{"--isovalue", "0", "--keep", "2"},
+         "--keep takes a fraction above 0, at most 1, such as 0.5 for half, not '2'"},
+        {{"--isovalue", "0", "--largest", "--components", "3"}, "--largest and --components both say"},
+        {{}, "no surface is given: add --isovalue N, --isovalue otsu, or for CT --type bone"},
         {{"--isovalue", "0", "--threads", "x"}, "--threads takes a whole number, at least 0, not 'x'"},
         {{"--isovalue", "0", "--threads", "1", "--threads", "2"}, "--threads is given twice"},
     };
@@ -128,6 +131,30 @@ TEST_F(Mistake, NeverTakesAFileForAMistypedCommand) {
     const Outcome outcome = marrow_with({"inf", "-o", "a.stl", "--isovalue", "0"});
     std::filesystem::current_path(here);
     EXPECT_NE(outcome.code, kUsage) << outcome.err;
+}
+
+TEST_F(Mistake, SaysThatAMapOfLabelsNeedsLabels) {
+    write_nrrd(folder / "map.nrrd", 20, 20, 20, [](int x, int y, int) { return x < 5 ? 0 : y < 10 ? 3 : 7; });
+    for (const std::vector<std::string>& more : {std::vector<std::string>{}, {"--type", "bone"}}) {
+        std::vector<std::string> command{folder / "map.nrrd", "-o", folder / "a.stl"};
+        command.insert(command.end(), more.begin(), more.end());
+        const Outcome outcome = marrow_with(command);
+        EXPECT_EQ(outcome.code, kUsage);
+        EXPECT_NE(outcome.err.find("looks like a label map"), outcome.err.npos) << outcome.err;
+    }
+}
+
+// The name of the surface is that of the preset, however it is written.
+TEST_F(Mistake, TypesMayBeWrittenInAnyCase) {
+    EXPECT_EQ(marrow_with({scan, "-o", folder / "{name}.ply", "--type", "Bone", "-q"}).code, kOk);
+    EXPECT_TRUE(std::filesystem::exists(folder / "bone.ply"));
+}
+
+TEST_F(Mistake, NamesArchives) {
+    write_file(folder / "scans.tgz", "\x1f\x8b\x08");
+    const Outcome outcome = marrow_with({folder / "scans.tgz", "-o", folder / "a.stl", "--isovalue", "0"});
+    EXPECT_EQ(outcome.code, kUnreadable);
+    EXPECT_NE(outcome.err.find("is an archive; unpack it first"), outcome.err.npos) << outcome.err;
 }
 
 TEST_F(Mistake, ANegativeNumberIsAValue) {
