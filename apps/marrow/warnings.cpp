@@ -12,7 +12,7 @@ namespace {
 
 std::vector<apps::MeshFile> files_of(const std::vector<Surface>& surfaces) {
     std::vector<apps::MeshFile> files;
-    for (const Surface& surface : surfaces) files.push_back({&surface.mesh, surface.output});
+    for (const Surface& surface : surfaces) files.push_back({surface.mesh, surface.output});
     return files;
 }
 

@@ -13,7 +13,7 @@
 namespace marrow::apps {
 namespace {
 
-std::size_t coinciding_points(const Mesh& mesh) {
+std::size_t coinciding_points(MeshView mesh) {
     std::vector<Vec3f> points(mesh.points.begin(), mesh.points.end());
     std::sort(points.begin(), points.end());
     std::size_t coinciding = 0;
@@ -35,7 +35,7 @@ std::optional<std::string> coinciding_points_warning(const std::vector<MeshFile>
     std::size_t points = 0, affected = 0;
     for (const MeshFile& file : files) {
         if (file.file.empty() || mesh_format(file.file) != MeshFormat::stl) continue;
-        const std::size_t coinciding = coinciding_points(*file.mesh);
+        const std::size_t coinciding = coinciding_points(file.mesh);
         points += coinciding;
         affected += coinciding > 0;
     }

@@ -14,7 +14,7 @@ namespace marrow::apps {
 
 /// A mesh and the file that it is written to; an empty path if it is not written.
 struct MeshFile {
-    const Mesh* mesh;
+    MeshView mesh;  // borrowed
     std::filesystem::path file;
 };
 
