@@ -415,7 +415,7 @@ def _vectors(name: str, values: ArrayLike) -> NDArray[np.float32]:
         raise InputError(f"{name} have the shape {array.shape} instead of (n, 3)")
     if array.dtype.kind not in "iuf":
         raise InputError(f"{name} cannot be of type {array.dtype}")
-    return np.ascontiguousarray(array, np.float32)
+    return np.require(array, np.float32, "CA")
 
 
 def _indices(values: ArrayLike, points: int) -> Array:
@@ -426,4 +426,4 @@ def _indices(values: ArrayLike, points: int) -> Array:
         raise InputError(f"triangles are indices, and cannot be of type {array.dtype}")
     if array.size and (array.min() < 0 or array.max() >= points):
         raise InputError(f"a triangle names a point that does not exist: there are {points}")
-    return np.ascontiguousarray(array, np.int32 if points <= 2**31 else np.uint32)
+    return np.require(array, np.int32 if points <= 2**31 else np.uint32, "CA")

@@ -4,6 +4,7 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include <array>
 #include <utility>
 #include <vector>
 
@@ -35,12 +36,19 @@ py::dict labels(const ArrayVolume& map, std::int64_t background, int relax, bool
     return meshes;
 }
 
+py::tuple colour_tuple(const std::array<double, 3>& colour) {
+    return py::make_tuple(colour[0], colour[1], colour[2]);
+}
+
 // Entries (name, colour) by label.
 py::dict read_table(const std::filesystem::path& path) {
     const LabelTable table = compute(py::none(), [&](const Progress&) { return read_label_table(path); });
     py::dict entries;
-    for (const auto& [label, entry] : table)
-        entries[py::int_(label)] = py::make_tuple(entry.name, entry.colour);
+    for (const auto& [label, entry] : table) {
+        py::object colour = py::none();
+        if (entry.colour) colour = colour_tuple(*entry.colour);
+        entries[py::int_(label)] = py::make_tuple(entry.name, colour);
+    }
     return entries;
 }
 
@@ -59,7 +67,9 @@ void add_labels(py::module_& module) {
         },
         py::arg("map"), py::kw_only(), py::arg("threads") = 0, py::arg("progress") = py::none());
     module.def("read_label_table", &read_table, py::arg("path"));
-    module.def("default_label_colour", &default_label_colour, py::arg("label"));
+    module.def(
+        "default_label_colour", [](std::int64_t label) { return colour_tuple(default_label_colour(label)); },
+        py::arg("label"));
 }
 
 }  // namespace marrow::python

@@ -31,7 +31,8 @@ bool find_rows(const py::object& object, std::span<const Row>& rows) {
     using Array = py::array_t<T, py::array::c_style>;
     if (!py::isinstance<Array>(object)) return false;
     const auto array = py::reinterpret_borrow<Array>(object);
-    if (array.ndim() != 2 || array.shape(1) != 3) return false;
+    const bool aligned = reinterpret_cast<std::uintptr_t>(array.data()) % alignof(T) == 0;
+    if (array.ndim() != 2 || array.shape(1) != 3 || !aligned) return false;
     rows = {reinterpret_cast<const Row*>(array.data()), static_cast<std::size_t>(array.shape(0))};
     return true;
 }

@@ -69,14 +69,13 @@ std::pair<std::uint64_t, std::uint64_t> file_to_file(const std::filesystem::path
 std::pair<std::uint64_t, std::uint64_t> slices_to_file(const py::function& read, const Geometry& geometry,
                                                        const py::dtype& type, const FileOptions& options,
                                                        const py::object& progress) {
+    SliceSource source{geometry, sample_type_of(type), {}};
     std::pair<std::uint64_t, std::uint64_t> size;
-    const SampleType sample_type = sample_type_of(type);  // here, where the thread holds the lock
     run_long_work(progress, [&](const Progress& report, const CallPython& call) {
-        SliceSource source{geometry, sample_type, {}};
         source.read = [&](std::int64_t first, std::int64_t last, void* samples) {
             call([&] {
                 const std::vector<py::ssize_t> shape{last - first, geometry.dims[1], geometry.dims[0]};
-                read(first, last, py::array(type, shape, samples, py::capsule(samples, [](void*) {})));
+                read(first, last, py::array(type, shape, samples, py::capsule(samples)));
             });
         };
         size = write_surface(source, options, report);
