@@ -89,7 +89,7 @@ class Grid {
     explicit Grid(const VolumeView& volume)
         : first_(static_cast<const T*>(volume.data)),
           dims_(volume.geometry.dims),
-          step_{1, dims_[0], dims_[0] * dims_[1]} {}
+          step_{1, volume.row_pitch(), volume.slice_pitch()} {}
 
     // The samples around edge number i of a batch.
     void gather(const GridEdge& edge, std::size_t i, Samples<T>& to) const {
