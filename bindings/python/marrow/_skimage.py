@@ -15,7 +15,7 @@ from ._marrow import EmptySurface, InputError
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from ._isosurface import Progress
+    from ._scan import Progress
 
 
 class MarchingCubes(NamedTuple):

@@ -79,7 +79,7 @@ def extract_to_file(
     IoError, Cancelled
         As `read` and `Mesh.write`. Exceptions of `source` arrive as they are.
     """
-    options = {
+    options: dict[str, Any] = {
         "max_memory": _bytes(max_memory),
         "closed": closed,
         "space": space,
