@@ -56,6 +56,7 @@ def marching_cubes(
     volume: ArrayVolume,
     isovalue: float,
     *,
+    mask: Optional[ArrayVolume],
     inward: bool,
     closed: bool,
     snap: float,

@@ -11,6 +11,7 @@
 #include <limits>
 #include <memory>
 #include <utility>
+#include <vector>
 
 #include <marrow/error.h>
 #include <marrow/isosurface.h>
@@ -32,10 +33,10 @@ struct GridEdge {
     std::size_t axis;
 };
 
-// Finds the edges on which points lie, in a volume whose index axes are parallel to axes of space.
-class EdgeFinder {
+// Finds the edges and cells in which points lie, in a volume whose index axes are parallel to axes of space.
+class IndexFinder {
   public:
-    explicit EdgeFinder(const Geometry& geometry) : dims_(geometry.dims) {
+    explicit IndexFinder(const Geometry& geometry) : dims_(geometry.dims) {
         for (std::size_t m = 0; m < 3; ++m) {
             row_[m] = 0;
             for (std::size_t row = 1; row < 3; ++row)
@@ -64,6 +65,15 @@ class EdgeFinder {
         }
         edge.first[edge.axis] = std::clamp(along, std::int64_t{0}, dims_[edge.axis] - 2);
         return edge;
+    }
+
+    /// The lowest sample of the cell around a position.
+    std::array<std::int64_t, 3> cell_of(const Vec3d& position) const {
+        std::array<std::int64_t, 3> cell{};
+        for (std::size_t m = 0; m < 3; ++m)
+            cell[m] =
+                std::clamp(below(position[row_[m]] * scale_[m] + offset_[m]), std::int64_t{0}, dims_[m] - 2);
+        return cell;
     }
 
   private:
@@ -185,7 +195,7 @@ void find_largest_ranges(const Samples<T>& samples, float* ranges) {
 
 void find_values(const VolumeView& volume, const Buffer<Vec3f>& points, int threads, const Progress& progress,
                  float* values) {
-    const EdgeFinder finder(volume.geometry);
+    const IndexFinder finder(volume.geometry);
     tbb::task_arena arena(threads > 0 ? threads : tbb::task_arena::automatic);
     visit_sample_type(volume.type, [&](auto type) {
         const Grid<decltype(type)> grid(volume);
@@ -213,8 +223,61 @@ void find_values(const VolumeView& volume, const Buffer<Vec3f>& points, int thre
     });
 }
 
-py::tuple marching_cubes(const ArrayVolume& volume, double isovalue, bool inward, bool closed, double snap,
-                         int threads, const py::object& progress) {
+// The lowest and the highest sample of a cell. NaN counts for neither.
+std::pair<double, double> cell_range(const VolumeView& volume, const std::array<std::int64_t, 3>& cell) {
+    return visit_sample_type(volume.type, [&](auto type) {
+        const auto* first = static_cast<const decltype(type)*>(volume.data) + cell[0] +
+                            cell[1] * volume.row_pitch() + cell[2] * volume.slice_pitch();
+        constexpr double kInfinity = std::numeric_limits<double>::infinity();
+        std::pair<double, double> range{kInfinity, -kInfinity};
+        for (const std::int64_t z : {std::int64_t{0}, volume.slice_pitch()}) {
+            for (const std::int64_t y : {std::int64_t{0}, volume.row_pitch()}) {
+                for (const std::int64_t x : {0, 1}) {
+                    const auto sample = static_cast<double>(first[z + y + x]);
+                    if (sample < range.first) range.first = sample;
+                    if (sample > range.second) range.second = sample;
+                }
+            }
+        }
+        return range;
+    });
+}
+
+// Keeps the triangles of cells whose eight samples are not 0 in the mask, and their points. The cells that are left also
+// decide the values.
+void keep_masked(const VolumeView& volume, const VolumeView& mask, Mesh& mesh, Buffer<float>& values) {
+    const IndexFinder in_volume(volume.geometry), in_mask(mask.geometry);
+    std::fill(values.begin(), values.end(), -1.0F);  // the point is not used
+    std::size_t kept = 0;
+    for (const Triangle& triangle : mesh.triangles) {
+        Vec3d centre{0, 0, 0};  // never in a face of its cell: a triangle has no area in one
+        for (const std::uint32_t point : triangle)
+            for (std::size_t m = 0; m < 3; ++m) centre[m] += mesh.points[point][m] / 3.0;
+        if (cell_range(mask, in_mask.cell_of(centre)).first == 0) continue;
+        const auto [low, high] = cell_range(volume, in_volume.cell_of(centre));
+        for (const std::uint32_t point : triangle)
+            values[point] = std::max(values[point], static_cast<float>(high - low));
+        mesh.triangles[kept++] = triangle;
+    }
+    mesh.triangles.resize(kept);
+    std::vector<std::uint32_t> number(mesh.points.size());
+    std::uint32_t used = 0;
+    for (std::size_t i = 0; i < number.size(); ++i) {
+        if (values[i] < 0) continue;
+        mesh.points[used] = mesh.points[i];
+        mesh.normals[used] = mesh.normals[i];
+        values[used] = values[i];
+        number[i] = used++;
+    }
+    mesh.points.resize(used);
+    mesh.normals.resize(used);
+    values.resize(used);
+    for (Triangle& triangle : mesh.triangles)
+        for (std::uint32_t& point : triangle) point = number[point];
+}
+
+py::tuple marching_cubes(const ArrayVolume& volume, double isovalue, const ArrayVolume* mask, bool inward,
+                         bool closed, double snap, int threads, const py::object& progress) {
     Mesh mesh;
     auto values = std::make_unique<Buffer<float>>();
     run_long_work(progress, [&](const Progress& report) {
@@ -223,7 +286,10 @@ py::tuple marching_cubes(const ArrayVolume& volume, double isovalue, bool inward
         if (inward)
             for (auto& triangle : mesh.triangles) std::swap(triangle[0], triangle[2]);
         values->resize(mesh.points.size());
-        find_values(volume.view(), mesh.points, threads, report, values->data());
+        if (mask != nullptr)
+            keep_masked(volume.view(), mask->view(), mesh, *values);
+        else
+            find_values(volume.view(), mesh.points, threads, report, values->data());
     });
     const py::tuple arrays = to_python(std::move(mesh));
     const py::capsule owner(values.get(), [](void* p) { delete static_cast<Buffer<float>*>(p); });
@@ -237,7 +303,7 @@ py::tuple marching_cubes(const ArrayVolume& volume, double isovalue, bool inward
 
 void add_scikit_image(py::module_& module) {
     module.def("marching_cubes", &marching_cubes, py::arg("volume"), py::arg("isovalue"), py::kw_only(),
-               py::arg("inward"), py::arg("closed"), py::arg("snap"), py::arg("threads"),
+               py::arg("mask"), py::arg("inward"), py::arg("closed"), py::arg("snap"), py::arg("threads"),
                py::arg("progress"));
 }
 
