@@ -58,7 +58,10 @@ def _grey(section: NDArray[Any]) -> NDArray[np.uint8]:
     if np.isnan(values).all():
         return np.zeros(values.shape, np.uint8)
     low, high = np.nanpercentile(values, (1, 99))
-    return (255 * np.clip((np.nan_to_num(values, nan=low) - low) / ((high - low) or 1), 0, 1)).astype(np.uint8)
+    grey: NDArray[np.uint8] = (
+        255 * np.clip((np.nan_to_num(values, nan=low) - low) / ((high - low) or 1), 0, 1)
+    ).astype(np.uint8)
+    return grey
 
 
 def _png(pixels: NDArray[np.uint8]) -> str:

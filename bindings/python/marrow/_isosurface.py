@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Optional, Union
+from typing import Any, NoReturn, Optional, Union
 
 from . import _marrow
 from ._as_volume import as_volume
@@ -84,18 +84,14 @@ def extract(
     >>> marrow.extract(scan, "bone", closed=True).write("bone.stl")
     """
     volume = as_volume(volume)
-    value, tissue = choose_isovalue(volume, isovalue)
+    samples = volume._native()
+    value, tissue = _choose_isovalue(volume, samples, isovalue)
     arrays = _marrow.extract(
-        volume._native(), value, closed=closed, normals=normals, snap=snap, threads=threads, progress=progress
+        samples, value, closed=closed, normals=normals, snap=snap, threads=threads, progress=progress
     )
     mesh = Mesh._of(arrays, tissue.name, tissue.colour) if tissue else Mesh._of(arrays)
     if len(mesh.triangles) == 0:
-        samples = _marrow.histogram(volume._native(), 2)
-        if len(samples["counts"]) == 0:
-            raise EmptySurface("the volume has no finite sample, so there is no surface")
-        raise EmptySurface(
-            f"no surface at isovalue {value:g}: samples range from {samples['lower']:g} to {samples['upper']:g}"
-        )
+        _raise_empty(samples, value)
     return mesh
 
 
@@ -157,7 +153,9 @@ class IsosurfaceExtractor:
         return Mesh._of(self._native.extract(isovalue, level=level, progress=progress))
 
 
-def choose_isovalue(volume: Volume, isovalue: Union[float, str]) -> tuple[float, Optional[TissuePreset]]:
+def _choose_isovalue(
+    volume: Volume, samples: _marrow.ArrayVolume, isovalue: Union[float, str]
+) -> tuple[float, Optional[TissuePreset]]:
     """Return the number that `isovalue` stands for, and the tissue if it names one."""
     if not isinstance(isovalue, str):
         try:
@@ -165,20 +163,35 @@ def choose_isovalue(volume: Volume, isovalue: Union[float, str]) -> tuple[float,
         except (TypeError, ValueError):
             raise InputError(f"the isovalue is a number, 'otsu' or a tissue, not {isovalue!r}") from None
     if isovalue == "otsu":
-        return _marrow.otsu(volume._native()), None
+        return _marrow.otsu(samples), None
     if isovalue not in TISSUE_PRESETS:
         raise InputError(f"the isovalue is a number, 'otsu' or one of {', '.join(TISSUE_PRESETS)}, not {isovalue!r}")
+    tissue = TISSUE_PRESETS[isovalue]
+    _check_hounsfield(volume, samples, tissue)
+    return tissue.isovalue, tissue
+
+
+def _check_hounsfield(volume: Volume, samples: _marrow.ArrayVolume, tissue: TissuePreset) -> None:
     modality = volume.info.series.modality if volume.info else ""
     is_dicom = volume.info is not None and volume.info.format == "DICOM"
-    lowest = _marrow.histogram(volume._native(), 2)["lower"]
-    if not _marrow.presets_apply(modality, is_dicom, lowest):
-        reason = (
-            f"the modality of this scan is {modality}"
-            if modality
-            else "this scan does not state its modality"
-            if is_dicom
-            else f"the lowest sample here, {lowest:g}, is not air"
-        )
-        raise InputError(f"'{isovalue}' is in Hounsfield units, which only CT has, and {reason}: give a number or 'otsu'")
-    tissue = TISSUE_PRESETS[isovalue]
-    return tissue.isovalue, tissue
+    lowest = _marrow.histogram(samples, 2)["lower"]
+    if _marrow.presets_apply(modality, is_dicom, lowest):
+        return
+    if modality:
+        reason = f"the modality of this scan is {modality}"
+    elif is_dicom:
+        reason = "this scan does not state its modality"
+    else:
+        reason = f"the lowest sample here, {lowest:g}, is not air"
+    raise InputError(
+        f"'{tissue.name}' is in Hounsfield units, which only CT has, and {reason}: give a number or 'otsu'"
+    )
+
+
+def _raise_empty(samples: _marrow.ArrayVolume, isovalue: float) -> NoReturn:
+    found = _marrow.histogram(samples, 2)
+    if len(found["counts"]) == 0:
+        raise EmptySurface("the volume has no finite sample, so there is no surface")
+    raise EmptySurface(
+        f"no surface at isovalue {isovalue:g}: samples range from {found['lower']:g} to {found['upper']:g}"
+    )

@@ -136,7 +136,7 @@ class Mesh:
             `progress` returned False.
         """
         result = _marrow.check(self._native(), min_wall, threads=threads, progress=progress)
-        return MeshCheck(**{**result, "measures": MeshMeasures(**result["measures"])})
+        return MeshCheck(measures=MeshMeasures(**result.pop("measures")), **result)
 
     def quality(self) -> TriangleQuality:
         """Measure the shape of the triangles."""
@@ -404,7 +404,7 @@ def _verify(meshes: Sequence[Mesh], path: Path, space: FileSpace) -> None:
     # Corners are compared, since STL has no list of points. .glb is rounded twice, to metres and back.
     written = np.concatenate([mesh.points[mesh.triangles] for mesh in meshes])
     read = found.points[found.triangles]
-    tolerance = np.finfo(np.float32).eps if str(path).lower().endswith(".glb") else 0
+    tolerance = float(np.finfo(np.float32).eps) if str(path).lower().endswith(".glb") else 0.0
     if stated != space or written.shape != read.shape or not np.allclose(written, read, rtol=tolerance, atol=0):
         raise IoError(f"'{path}' differs from what was written")
 
@@ -415,7 +415,7 @@ def _vectors(name: str, values: ArrayLike) -> NDArray[np.float32]:
         raise InputError(f"{name} have the shape {array.shape} instead of (n, 3)")
     if array.dtype.kind not in "iuf":
         raise InputError(f"{name} cannot be of type {array.dtype}")
-    return np.require(array, np.float32, "CA")
+    return np.require(array, np.float32, ["C", "A"])
 
 
 def _indices(values: ArrayLike, points: int) -> Array:
@@ -426,4 +426,4 @@ def _indices(values: ArrayLike, points: int) -> Array:
         raise InputError(f"triangles are indices, and cannot be of type {array.dtype}")
     if array.size and (array.min() < 0 or array.max() >= points):
         raise InputError(f"a triangle names a point that does not exist: there are {points}")
-    return np.require(array, np.int32 if points <= 2**31 else np.uint32, "CA")
+    return np.require(array, np.int32 if points <= 2**31 else np.uint32, ["C", "A"])

@@ -142,8 +142,10 @@ def inspect(
     report = _marrow.inspect(
         path, series=series, spacing=spacing, resample=resample, volume=volume, threads=threads, progress=progress
     )
-    all_series = [SeriesReport(**{**one, "series": SeriesInfo(**one["series"])}) for one in report["series"]]
-    return ScanReport(**{**report, "series": tuple(all_series)})
+    series_reports = tuple(
+        SeriesReport(series=SeriesInfo(**one.pop("series")), **one) for one in report.pop("series")
+    )
+    return ScanReport(series=series_reports, **report)
 
 
 def volume_of(placed: tuple[Any, Any, Any, Any], info: Optional[ScanInfo]) -> Volume:

@@ -15,7 +15,7 @@ from ._marrow import EmptySurface, InputError
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from ._isosurface import Progress
+    from ._scan import Progress
 
 
 class MarchingCubes(NamedTuple):
@@ -67,7 +67,8 @@ def marching_cubes(
     method : {'lewiner', 'lorensen'}, optional
         Accepted for compatibility: both name Marrow's own method, whose surface has no holes.
     mask : array_like of bool, shape (M, N, P), optional
-        Only the cells whose eight samples are True in the mask have a surface.
+        Only the cells whose eight samples are True in the mask have a surface, and count for `values`. It goes
+        with neither `closed` nor `snap`.
     closed : bool, optional
         Close the surface at the border of the volume, as if outside samples surrounded it.
     snap : float, optional
@@ -116,16 +117,17 @@ def marching_cubes(
         raise InputError(f"spacing has {len(spacing)} numbers instead of 3")
     if int(step_size) < 1:
         raise InputError(f"step_size is {step_size}, and must be at least 1")
-    if mask is not None:
-        raise InputError("a mask is not supported yet")
     array = _three_axes(volume)
     # A sample that equals the level is outside in scikit-image, and inside elsewhere in Marrow.
     isovalue = math.nextafter(_middle(array) if level is None else float(level), math.inf)
     steps = (slice(None, None, int(step_size)),) * 3
+    distances = [float(distance) * int(step_size) for distance in spacing]
+    inside = None if mask is None else _in_array_order(_mask(mask, array.shape, closed, snap)[steps], distances)
     result = MarchingCubes(
         *_marrow.marching_cubes(
-            _in_array_order(array[steps], [float(distance) * int(step_size) for distance in spacing]),
+            _in_array_order(array[steps], distances),
             isovalue,
+            mask=inside,
             inward=gradient_direction == "descent",
             closed=closed,
             snap=snap,
@@ -146,6 +148,15 @@ def _three_axes(volume: ArrayLike) -> NDArray[Any]:
     if min(array.shape) < 2:
         raise InputError(f"a volume has at least 2 samples along each axis, and the shape is {array.shape}")
     return as_samples(array)
+
+
+def _mask(mask: ArrayLike, shape: tuple[int, ...], closed: bool, snap: float) -> NDArray[Any]:
+    if closed or snap:
+        raise InputError("a mask goes with neither closed nor snap")
+    array = np.asarray(mask, bool)
+    if array.shape != shape:
+        raise InputError(f"the mask has the shape {array.shape}, and the volume {shape}")
+    return array.view(np.uint8)
 
 
 def _in_array_order(array: NDArray[Any], spacing: Sequence[float]) -> _marrow.ArrayVolume:

@@ -79,7 +79,7 @@ def extract_to_file(
     IoError, Cancelled
         As `read` and `Mesh.write`. Exceptions of `source` arrive as they are.
     """
-    options = {
+    options: dict[str, Any] = {
         "max_memory": _bytes(max_memory),
         "closed": closed,
         "space": space,
@@ -95,9 +95,10 @@ def extract_to_file(
     array = source.array if isinstance(source, Volume) else source
     if not all(hasattr(array, name) for name in ("shape", "dtype", "__getitem__")):
         raise InputError(f"a {type(array).__qualname__} has no shape, dtype and slices: give a path or an array")
-    geometry = (
-        source if isinstance(source, Volume) else
-        Geometry(array.shape, spacing=spacing, origin=origin, direction=direction, affine=affine)
+    geometry: Union[Volume, Geometry] = (
+        source
+        if isinstance(source, Volume)
+        else Geometry(array.shape, spacing=spacing, origin=origin, direction=direction, affine=affine)
     )
 
     def read(first: int, last: int, out: Array) -> None:

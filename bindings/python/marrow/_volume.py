@@ -35,8 +35,8 @@ class Geometry:
         if len(shape) != 3:
             raise InputError(f"a volume has three axes, and the array has {len(shape)}")
         if affine is None:
-            three = spacing if np.ndim(1 if spacing is None else spacing) else [1 if spacing is None else spacing] * 3
-            self.spacing = _numbers("spacing", three, (3,))
+            distances: Any = 1 if spacing is None else spacing
+            self.spacing = _numbers("spacing", distances if np.ndim(distances) else [distances] * 3, (3,))
             self.origin = _numbers("origin", (0, 0, 0) if origin is None else origin, (3,))
             self.direction = _numbers("direction", np.eye(3) if direction is None else direction, (3, 3))
             if not np.allclose(np.linalg.norm(self.direction, axis=0), 1, atol=1e-3):

@@ -44,8 +44,11 @@ py::tuple colour_tuple(const std::array<double, 3>& colour) {
 py::dict read_table(const std::filesystem::path& path) {
     const LabelTable table = compute(py::none(), [&](const Progress&) { return read_label_table(path); });
     py::dict entries;
-    for (const auto& [label, entry] : table)
-        entries[py::int_(label)] = py::make_tuple(entry.name, entry.colour);
+    for (const auto& [label, entry] : table) {
+        py::object colour = py::none();
+        if (entry.colour) colour = colour_tuple(*entry.colour);
+        entries[py::int_(label)] = py::make_tuple(entry.name, colour);
+    }
     return entries;
 }
 

@@ -11,6 +11,7 @@
 #include <limits>
 #include <memory>
 #include <utility>
+#include <vector>
 
 #include <marrow/error.h>
 #include <marrow/isosurface.h>
@@ -32,10 +33,10 @@ struct GridEdge {
     std::size_t axis;
 };
 
-// Finds the edges on which points lie, in a volume whose index axes are parallel to axes of space.
-class EdgeFinder {
+// Finds the edges and cells in which points lie, in a volume whose index axes are parallel to axes of space.
+class IndexFinder {
   public:
-    explicit EdgeFinder(const Geometry& geometry) : dims_(geometry.dims) {
+    explicit IndexFinder(const Geometry& geometry) : dims_(geometry.dims) {
         for (std::size_t m = 0; m < 3; ++m) {
             row_[m] = 0;
             for (std::size_t row = 1; row < 3; ++row)
@@ -66,6 +67,15 @@ class EdgeFinder {
         return edge;
     }
 
+    /// The lowest sample of the cell around a position.
+    std::array<std::int64_t, 3> cell_of(const Vec3d& position) const {
+        std::array<std::int64_t, 3> cell{};
+        for (std::size_t m = 0; m < 3; ++m)
+            cell[m] =
+                std::clamp(below(position[row_[m]] * scale_[m] + offset_[m]), std::int64_t{0}, dims_[m] - 2);
+        return cell;
+    }
+
   private:
     // The largest integer that is not greater, for indices, which are at least -1; std::floor would be a call.
     static std::int64_t below(double index) { return static_cast<std::int64_t>(index + 1) - 1; }
@@ -75,70 +85,199 @@ class EdgeFinder {
     std::array<double, 3> scale_{}, offset_{};
 };
 
-// The largest difference between samples of a cell, of the cells around an edge. `step` is the distance in samples between
-// neighbours along each axis. NaN counts as the sample before it.
-template <std::size_t along, class T>
-float largest_range(const T* samples, const std::array<std::int64_t, 3>& dims,
-                    const std::array<std::int64_t, 3>& step, const GridEdge& edge) {
-    // Single precision holds differences of 16-bit samples; its minimum and maximum are one instruction each.
-    using Number = std::conditional_t<sizeof(T) <= 2 || std::is_same_v<T, float>, float, double>;
-    constexpr std::size_t u = along == 0 ? 1 : 0, v = along == 2 ? 1 : 2;
-    // Beyond the border the nearest samples stand in: a cell of them has no larger range than the one beside it.
-    const auto neighbours = [&](std::size_t axis) {
-        const std::int64_t i = edge.first[axis];
-        return std::array{i > 0 ? -step[axis] : 0, std::int64_t{0}, i + 1 < dims[axis] ? step[axis] : 0};
-    };
-    const std::array<std::int64_t, 3> at_u = neighbours(u), at_v = neighbours(v);
-    const T* start = samples + edge.first[0] + edge.first[1] * step[1] + edge.first[2] * step[2];
-    const std::int64_t next = along == 0 ? 1 : step[along];
-    Number low[3][3], high[3][3];  // of the two samples of each edge that is parallel to this one
-    for (std::size_t l = 0; l < 3; ++l) {
-        for (std::size_t k = 0; k < 3; ++k) {
-            const T* first = start + at_u[k] + at_v[l];
-            const auto a = static_cast<Number>(first[0]), b = static_cast<Number>(first[next]);
-            low[l][k] = std::min(a, b);
-            high[l][k] = std::max(a, b);
-        }
-    }
-    Number largest = 0;
-    for (std::size_t k = 0; k < 2; ++k) {
-        Number bottom[3], top[3];
+// The samples around some edges: [v][u][end][edge]. The edge itself runs between the ends of [1][1], and [0] and [2] lie
+// before and after it along the other axes, u and v. So the work on many edges is the same, and the compiler makes vectors
+// of it: one by one, values took as long as all the rest.
+constexpr std::size_t kBatch = 64;
+template <class T>
+using Samples = T[3][3][2][kBatch];
+
+// The samples of a volume.
+template <class T>
+class Grid {
+  public:
+    explicit Grid(const VolumeView& volume)
+        : first_(static_cast<const T*>(volume.data)),
+          dims_(volume.geometry.dims),
+          step_{1, volume.row_pitch(), volume.slice_pitch()} {}
+
+    // The samples around edge number i of a batch.
+    void gather(const GridEdge& edge, std::size_t i, Samples<T>& to) const {
+        const std::size_t u = edge.axis == 0 ? 1 : 0, v = edge.axis == 2 ? 1 : 2;
+        const std::array<std::int64_t, 3> at_u = neighbours(edge, u), at_v = neighbours(edge, v);
+        const T* first = at(edge);
+        const std::int64_t next = step_[edge.axis];
         for (std::size_t l = 0; l < 3; ++l) {
-            bottom[l] = std::min(low[l][k], low[l][k + 1]);
-            top[l] = std::max(high[l][k], high[l][k + 1]);
+            for (std::size_t k = 0; k < 3; ++k) {
+                const T* sample = first + at_v[l] + at_u[k];
+                to[l][k][0][i] = sample[0];
+                to[l][k][1][i] = sample[next];
+            }
         }
-        for (std::size_t l = 0; l < 2; ++l)
-            largest = std::max(largest, std::max(top[l], top[l + 1]) - std::min(bottom[l], bottom[l + 1]));
     }
-    return static_cast<float>(largest);
+
+    // Asks for samples of the next slice; edges before this one have read those of the others.
+    void prefetch(const GridEdge& edge) const {
+        const std::int64_t slice = edge.first[2] + 1 < dims_[2] ? step_[2] : 0;
+        __builtin_prefetch(at(edge) + slice);
+        __builtin_prefetch(at(edge) + slice + (edge.first[1] + 1 < dims_[1] ? step_[1] : 0));
+    }
+
+  private:
+    const T* at(const GridEdge& edge) const {
+        return first_ + edge.first[0] + edge.first[1] * step_[1] + edge.first[2] * step_[2];
+    }
+
+    // The distances in memory to the samples before and after along an axis. Beyond the border the nearest sample stands
+    // in: a cell of such samples has no larger range than the one beside it.
+    std::array<std::int64_t, 3> neighbours(const GridEdge& edge, std::size_t axis) const {
+        return {edge.first[axis] > 0 ? -step_[axis] : 0, 0,
+                edge.first[axis] + 1 < dims_[axis] ? step_[axis] : 0};
+    }
+
+    const T* first_;
+    std::array<std::int64_t, 3> dims_, step_;
+};
+
+// Lets an end of the edge itself stand in for NaN. At least one of them is a number.
+template <class T>
+void replace_nan(Samples<T>& samples) {
+    if constexpr (std::is_floating_point_v<T>) {
+        for (std::size_t i = 0; i < kBatch; ++i) {
+            const T number =
+                samples[1][1][0][i] == samples[1][1][0][i] ? samples[1][1][0][i] : samples[1][1][1][i];
+            for (auto& row : samples)
+                for (auto& ends : row)
+                    for (auto& end : ends) end[i] = end[i] == end[i] ? end[i] : number;
+        }
+    }
+}
+
+// By value, unlike std::min and std::max, so that loops of them become vectors.
+template <class T>
+T smaller(T a, T b) {
+    return b < a ? b : a;
+}
+template <class T>
+T larger(T a, T b) {
+    return a < b ? b : a;
+}
+
+// For each edge, the largest range of the samples of a cell, of the four cells around it.
+template <class T>
+void find_largest_ranges(const Samples<T>& samples, float* ranges) {
+    // Single precision holds differences of 16-bit samples.
+    using Number = std::conditional_t<sizeof(T) <= 2 || std::is_same_v<T, float>, float, double>;
+    T low[3][2][kBatch], high[3][2][kBatch];  // of the pairs of neighbours along u
+    for (std::size_t l = 0; l < 3; ++l) {
+        for (std::size_t k = 0; k < 2; ++k) {
+            const auto &a = samples[l][k][0], &b = samples[l][k][1], &c = samples[l][k + 1][0],
+                       &d = samples[l][k + 1][1];
+            for (std::size_t i = 0; i < kBatch; ++i) {
+                low[l][k][i] = smaller(smaller(a[i], b[i]), smaller(c[i], d[i]));
+                high[l][k][i] = larger(larger(a[i], b[i]), larger(c[i], d[i]));
+            }
+        }
+    }
+    float largest[kBatch] = {};
+    for (std::size_t l = 0; l < 2; ++l) {
+        for (std::size_t k = 0; k < 2; ++k) {
+            for (std::size_t i = 0; i < kBatch; ++i) {
+                const T bottom = smaller(low[l][k][i], low[l + 1][k][i]);
+                const T top = larger(high[l][k][i], high[l + 1][k][i]);
+                const auto range = static_cast<float>(static_cast<Number>(top) - static_cast<Number>(bottom));
+                largest[i] = larger(largest[i], range);
+            }
+        }
+    }
+    std::copy_n(largest, kBatch, ranges);
 }
 
 void find_values(const VolumeView& volume, const Buffer<Vec3f>& points, int threads, const Progress& progress,
                  float* values) {
-    const EdgeFinder finder(volume.geometry);
-    const std::array<std::int64_t, 3>& dims = volume.geometry.dims;
-    const std::array<std::int64_t, 3> step{1, dims[0], dims[0] * dims[1]};
+    const IndexFinder finder(volume.geometry);
     tbb::task_arena arena(threads > 0 ? threads : tbb::task_arena::automatic);
-    visit_sample_type(volume.type, [&](auto sample) {
-        const auto* samples = static_cast<const decltype(sample)*>(volume.data);
+    visit_sample_type(volume.type, [&](auto type) {
+        const Grid<decltype(type)> grid(volume);
         arena.execute([&] {
-            constexpr std::size_t kGrain = 16384;
+            constexpr std::size_t kGrain = 256 * kBatch;
             tbb::parallel_for(
                 tbb::blocked_range<std::size_t>(0, points.size(), kGrain), [&](const auto& range) {
                     if (!progress(1)) throw Cancelled();
-                    for (std::size_t i = range.begin(); i != range.end(); ++i) {
-                        const GridEdge edge = finder.edge_of(points[i]);
-                        values[i] = edge.axis == 0   ? largest_range<0>(samples, dims, step, edge)
-                                    : edge.axis == 1 ? largest_range<1>(samples, dims, step, edge)
-                                                     : largest_range<2>(samples, dims, step, edge);
+                    Samples<decltype(type)> samples{};
+                    float ranges[kBatch];
+                    std::array<GridEdge, kBatch> edges;
+                    for (std::size_t first = range.begin(); first < range.end(); first += kBatch) {
+                        const std::size_t count = std::min(kBatch, range.end() - first);
+                        for (std::size_t i = 0; i < count; ++i) {
+                            edges[i] = finder.edge_of(points[first + i]);
+                            grid.prefetch(edges[i]);
+                        }
+                        for (std::size_t i = 0; i < count; ++i) grid.gather(edges[i], i, samples);
+                        replace_nan(samples);
+                        find_largest_ranges(samples, ranges);
+                        std::copy_n(ranges, count, values + first);
                     }
                 });
         });
     });
 }
 
-py::tuple marching_cubes(const ArrayVolume& volume, double isovalue, bool inward, bool closed, double snap,
-                         int threads, const py::object& progress) {
+// The lowest and the highest sample of a cell. NaN counts for neither.
+std::pair<double, double> cell_range(const VolumeView& volume, const std::array<std::int64_t, 3>& cell) {
+    return visit_sample_type(volume.type, [&](auto type) {
+        const auto* first = static_cast<const decltype(type)*>(volume.data) + cell[0] +
+                            cell[1] * volume.row_pitch() + cell[2] * volume.slice_pitch();
+        constexpr double kInfinity = std::numeric_limits<double>::infinity();
+        std::pair<double, double> range{kInfinity, -kInfinity};
+        for (const std::int64_t z : {std::int64_t{0}, volume.slice_pitch()}) {
+            for (const std::int64_t y : {std::int64_t{0}, volume.row_pitch()}) {
+                for (const std::int64_t x : {0, 1}) {
+                    const auto sample = static_cast<double>(first[z + y + x]);
+                    if (sample < range.first) range.first = sample;
+                    if (sample > range.second) range.second = sample;
+                }
+            }
+        }
+        return range;
+    });
+}
+
+// Keeps the triangles of cells whose eight samples are not 0 in the mask, and their points. The cells that are left also
+// decide the values.
+void keep_masked(const VolumeView& volume, const VolumeView& mask, Mesh& mesh, Buffer<float>& values) {
+    const IndexFinder in_volume(volume.geometry), in_mask(mask.geometry);
+    std::fill(values.begin(), values.end(), -1.0F);  // the point is not used
+    std::size_t kept = 0;
+    for (const Triangle& triangle : mesh.triangles) {
+        Vec3d centre{0, 0, 0};  // never in a face of its cell: a triangle has no area in one
+        for (const std::uint32_t point : triangle)
+            for (std::size_t m = 0; m < 3; ++m) centre[m] += mesh.points[point][m] / 3.0;
+        if (cell_range(mask, in_mask.cell_of(centre)).first == 0) continue;
+        const auto [low, high] = cell_range(volume, in_volume.cell_of(centre));
+        for (const std::uint32_t point : triangle)
+            values[point] = std::max(values[point], static_cast<float>(high - low));
+        mesh.triangles[kept++] = triangle;
+    }
+    mesh.triangles.resize(kept);
+    std::vector<std::uint32_t> number(mesh.points.size());
+    std::uint32_t used = 0;
+    for (std::size_t i = 0; i < number.size(); ++i) {
+        if (values[i] < 0) continue;
+        mesh.points[used] = mesh.points[i];
+        mesh.normals[used] = mesh.normals[i];
+        values[used] = values[i];
+        number[i] = used++;
+    }
+    mesh.points.resize(used);
+    mesh.normals.resize(used);
+    values.resize(used);
+    for (Triangle& triangle : mesh.triangles)
+        for (std::uint32_t& point : triangle) point = number[point];
+}
+
+py::tuple marching_cubes(const ArrayVolume& volume, double isovalue, const ArrayVolume* mask, bool inward,
+                         bool closed, double snap, int threads, const py::object& progress) {
     Mesh mesh;
     auto values = std::make_unique<Buffer<float>>();
     run_long_work(progress, [&](const Progress& report) {
@@ -147,7 +286,10 @@ py::tuple marching_cubes(const ArrayVolume& volume, double isovalue, bool inward
         if (inward)
             for (auto& triangle : mesh.triangles) std::swap(triangle[0], triangle[2]);
         values->resize(mesh.points.size());
-        find_values(volume.view(), mesh.points, threads, report, values->data());
+        if (mask != nullptr)
+            keep_masked(volume.view(), mask->view(), mesh, *values);
+        else
+            find_values(volume.view(), mesh.points, threads, report, values->data());
     });
     const py::tuple arrays = to_python(std::move(mesh));
     const py::capsule owner(values.get(), [](void* p) { delete static_cast<Buffer<float>*>(p); });
@@ -161,7 +303,7 @@ py::tuple marching_cubes(const ArrayVolume& volume, double isovalue, bool inward
 
 void add_scikit_image(py::module_& module) {
     module.def("marching_cubes", &marching_cubes, py::arg("volume"), py::arg("isovalue"), py::kw_only(),
-               py::arg("inward"), py::arg("closed"), py::arg("snap"), py::arg("threads"),
+               py::arg("mask"), py::arg("inward"), py::arg("closed"), py::arg("snap"), py::arg("threads"),
                py::arg("progress"));
 }
 

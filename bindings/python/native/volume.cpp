@@ -39,14 +39,22 @@ struct Layout {
         }
     }
 
-    // Whether a VolumeView can describe it: samples of a row follow each other, as rows of a slice and slices do.
-    bool is_dense(py::ssize_t sample_bytes) const {
-        py::ssize_t expected = sample_bytes;
-        for (std::size_t m = 0; m < 3; ++m) {
-            if (size[m] > 1 && step[m] != expected) return false;
-            expected *= size[m];
+    // Whether a VolumeView can describe it: the samples of a row follow each other, and rows and slices do not overlap.
+    bool has_rows(py::ssize_t sample_bytes) const {
+        if (size[0] > 1 && step[0] != sample_bytes) return false;
+        py::ssize_t extent = size[0] * sample_bytes;
+        for (std::size_t m = 1; m < 3; ++m) {
+            if (size[m] <= 1) continue;
+            if (step[m] < extent || step[m] % sample_bytes != 0) return false;
+            extent += step[m] * (size[m] - 1);
         }
         return true;
+    }
+
+    // The pitches of a VolumeView: samples from row to row and from slice to slice.
+    std::array<std::int64_t, 2> pitch(py::ssize_t sample_bytes) const {
+        const std::int64_t row = size[1] > 1 ? step[1] / sample_bytes : size[0];
+        return {row, size[2] > 1 ? step[2] / sample_bytes : row * size[1]};
     }
 
     std::array<py::ssize_t, 3> axes{2, 1, 0};
@@ -96,13 +104,14 @@ ArrayVolume::ArrayVolume(py::array array, const Geometry& placement) : array_(st
     view_.type = sample_type_of(array_.dtype());
     const bool aligned = (array_.flags() & py::detail::npy_api::NPY_ARRAY_ALIGNED_) != 0;
     Layout layout(array_);
-    if (!aligned || !layout.is_dense(array_.itemsize())) {
+    if (!aligned || !layout.has_rows(array_.itemsize())) {
         array_ = array_.attr("copy")("C");
         layout = Layout(array_);
         is_copy_ = true;
     }
     view_.geometry = geometry_of(layout, placement);
     view_.data = layout.first;
+    view_.pitch = layout.pitch(array_.itemsize());
     check_geometry(view_.geometry);
 }
 

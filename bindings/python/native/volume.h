@@ -13,8 +13,8 @@ SampleType sample_type_of(const pybind11::dtype& type);
 /// A view of an array's samples that keeps the array alive.
 ///
 /// Any axis can be the fastest in memory, and axes can run backward: the view's axes are sorted by stride, and its geometry
-/// is permuted and flipped with them, so that each sample keeps its position. Only arrays that the core cannot step
-/// through are copied: where no axis has neighbouring samples next to each other, or where samples overlap.
+/// is permuted and flipped with them, so that each sample keeps its position. Only arrays without rows are copied: where
+/// no axis has its samples next to each other, or where samples overlap.
 class ArrayVolume {
   public:
     /// The array is indexed [k, j, i], and `placement` is the geometry of (i, j, k); its dims do not count.

@@ -5,6 +5,7 @@ import array as buffers
 import marrow
 import numpy as np
 import pytest
+from surfaces import is_same_surface
 
 TYPES = ["uint8", "int8", "uint16", "int16", "int32", "float32", "float64"]
 LEVEL = 40.5
@@ -12,23 +13,6 @@ LEVEL = 40.5
 
 def address(volume):
     return volume._native().address
-
-
-def is_copied(array):
-    return marrow.Volume(array)._native().is_copy
-
-
-def same_surface(a, b):
-    """Whether two meshes have the same points, up to rounding, in any order, and as many triangles facing the same way."""
-    if len(a.triangles) != len(b.triangles) or len(a.points) != len(b.points):
-        return False
-    # Rounded points sort alike in both meshes, unless one lies on a border between two rounded values.
-    for shift in (0, 0.37):
-        keys = [np.round(mesh.points / 1e-3 + shift).astype(np.int64) for mesh in (a, b)]
-        rows = [key[np.lexsort(key.T)] for key in keys]
-        if np.array_equal(*rows):
-            return bool(np.isclose(a.measure().volume, b.measure().volume, rtol=1e-3, atol=1e-3))
-    return False
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +25,7 @@ def test_samples_of_every_type_are_used_where_they_are(small, dtype):
     array = small.astype(dtype)
     volume = marrow.Volume(array)
     assert address(volume) == array.ctypes.data
-    assert same_surface(marrow.extract(volume, LEVEL), marrow.extract(small, LEVEL))
+    assert is_same_surface(marrow.extract(volume, LEVEL), marrow.extract(small, LEVEL))
 
 
 @pytest.mark.parametrize("order", [(0, 1, 2), (0, 2, 1), (1, 0, 2), (1, 2, 0), (2, 0, 1), (2, 1, 0)])
@@ -55,23 +39,60 @@ def test_no_axis_order_and_no_flip_copies_or_moves_samples(ball, order, flips):
     assert address(volume) == ball.ctypes.data
     copy = marrow.Volume(np.ascontiguousarray(view), **geometry)
     mesh = marrow.extract(volume, 300.5)
-    assert same_surface(mesh, marrow.extract(copy, 300.5))
+    assert is_same_surface(mesh, marrow.extract(copy, 300.5))
     # Normals point away from the bright inside, whichever way the axes run.
     out = mesh.points - mesh.points.mean(axis=0)
     assert np.all(np.sum(out * mesh.normals, axis=1) > 0)
     assert mesh.measure().volume > 0
 
 
+@pytest.mark.parametrize(
+    "cut",
+    [
+        np.s_[3:-3, 3:-3, 3:-3],
+        np.s_[1::2, ::3, 3:],
+        np.s_[::-2, 4:, -2:3:-1],
+        np.s_[:, ::5],
+        np.s_[13:14, 15:16],
+        np.s_[:, 14:15, 2:19],
+        np.s_[9:10, :, ::-1],
+        np.s_[:, :, 15:16],
+    ],
+)
+@pytest.mark.parametrize("order", [(0, 1, 2), (2, 0, 1), (1, 2, 0)])
+def test_crops_and_steps_between_rows_are_not_copied(ball, cut, order):
+    view = np.transpose(ball[cut], order)
+    volume = marrow.Volume(view)
+    assert not volume._native().is_copy
+    low, high = np.byte_bounds(view)
+    assert address(volume) == low
+    closed = marrow.extract(volume, 300.5, closed=True)
+    assert is_same_surface(closed, marrow.extract(np.ascontiguousarray(view), 300.5, closed=True))
+    assert marrow.otsu(view) == marrow.otsu(np.ascontiguousarray(view))
+
+
+def test_steps_along_rows_are_copied(ball):
+    view = ball[:, :, ::2]
+    assert marrow.Volume(view)._native().is_copy
+    assert is_same_surface(marrow.extract(view, 300.5), marrow.extract(np.ascontiguousarray(view), 300.5))
+
+
+def test_repeated_samples_are_copied(ball):
+    view = np.broadcast_to(ball[13], ball.shape)
+    assert marrow.Volume(view)._native().is_copy
+    assert is_same_surface(marrow.extract(view, 300.5), marrow.extract(np.ascontiguousarray(view), 300.5))
+
+
 def test_bool_is_viewed_and_not_copied(ball):
     inside = ball >= 301
     volume = marrow.Volume(inside)
     assert address(volume) == inside.ctypes.data
-    assert same_surface(marrow.extract(volume, 0.5), marrow.extract(inside.astype(np.float32), 0.5))
+    assert is_same_surface(marrow.extract(volume, 0.5), marrow.extract(inside.astype(np.float32), 0.5))
 
 
 @pytest.mark.parametrize("dtype", ["float16", "uint32", "int64", "uint64", ">i2", ">u2", ">f4", ">f8", ">i8"])
-def test_other_types_and_byte_orders_give_the_same_surface(small, dtype):
-    assert same_surface(marrow.extract(small.astype(dtype), LEVEL), marrow.extract(small, LEVEL))
+def test_other_types_and_byte_orders_give_the_is_same_surface(small, dtype):
+    assert is_same_surface(marrow.extract(small.astype(dtype), LEVEL), marrow.extract(small, LEVEL))
 
 
 @pytest.mark.parametrize("dtype", ["int64", "uint64"])
@@ -140,28 +161,28 @@ class Convertible:
 def test_the_protocols_of_arrays_share_memory(ball, kind):
     volume = marrow.Volume(kind(ball))
     assert address(volume) == ball.ctypes.data
-    assert same_surface(marrow.extract(volume, 300.5), marrow.extract(ball, 300.5))
+    assert is_same_surface(marrow.extract(volume, 300.5), marrow.extract(ball, 300.5))
 
 
 def test_a_buffer_shares_memory(ball):
     buffer = buffers.array("h", ball.tobytes())
     volume = marrow.Volume(memoryview(buffer).cast("B").cast("h", ball.shape))
     assert address(volume) == buffer.buffer_info()[0]
-    assert same_surface(marrow.extract(volume, 300.5), marrow.extract(ball, 300.5))
+    assert is_same_surface(marrow.extract(volume, 300.5), marrow.extract(ball, 300.5))
 
 
 def test_read_only_arrays_are_used_where_they_are(ball):
     array = ball.copy()
     array.flags.writeable = False
     assert address(marrow.Volume(array)) == array.ctypes.data
-    assert same_surface(marrow.extract(array, 300.5), marrow.extract(ball, 300.5))
+    assert is_same_surface(marrow.extract(array, 300.5), marrow.extract(ball, 300.5))
 
 
 def test_a_part_stays_at_its_place(ball):
     volume = marrow.Volume(ball, spacing=(1, 2, 3), origin=(5, 6, 7))
     whole = marrow.extract(volume, 300.5)
-    assert same_surface(marrow.extract(volume[2:-2, 1:-1, 3:-3], 300.5), whole)
-    assert same_surface(marrow.extract(volume[::-1, :, ::-1], 300.5), whole)
+    assert is_same_surface(marrow.extract(volume[2:-2, 1:-1, 3:-3], 300.5), whole)
+    assert is_same_surface(marrow.extract(volume[::-1, :, ::-1], 300.5), whole)
     part = volume[4::2, :, 9:2:-3]
     assert np.shares_memory(part.array, ball)
     assert np.allclose(part.affine @ [1, 2, 3, 1], volume.affine @ [9 - 3, 2, 4 + 6, 1])

@@ -214,7 +214,8 @@ def test_snapping_merges_points_and_keeps_the_place():
         ({"step_size": 0}, "at least 1"),
         ({"gradient_direction": "up"}, "'descent' or 'ascent', not 'up'"),
         ({"method": "_lorensen"}, "'lewiner' or 'lorensen', not '_lorensen'"),
-        ({"mask": np.ones((3, 3, 3), bool)}, "mask"),
+        ({"mask": np.ones((3, 3, 3), bool)}, "the mask has the shape"),
+        ({"mask": np.ones((24, 20, 28), bool), "closed": True}, "neither closed nor snap"),
         ({"snap": 0.5}, "snap"),
     ],
 )
@@ -300,3 +301,57 @@ def test_real_scans_have_the_same_points(scan):
         assert len(ours.faces) == pytest.approx(len(theirs[1]), rel=0.01)
         ratio = signed_volume(ours.verts, ours.faces) / signed_volume(theirs[0], theirs[1])
         assert ratio == pytest.approx(1, rel=5e-3)  # ambiguous cells
+
+
+def test_parts_of_arrays_give_the_values_of_their_copies():
+    padded = np.random.default_rng(2).normal(size=(14, 20, 30))
+    part = padded[2:12, 3:17:2, 4:23]
+    ours, copied = marrow.marching_cubes(part, 0.1), marrow.marching_cubes(part.copy(), 0.1)
+    assert all(np.array_equal(a, b) for a, b in zip(ours, copied))
+
+
+def crossed_edges_of_masked_cells(volume, level, mask):
+    """Brute force: for each crossed edge of a cell with eight True corners, the largest range of such a cell around it."""
+    largest = {}
+    for cell in np.ndindex(*(size - 1 for size in volume.shape)):
+        box = tuple(slice(start, start + 2) for start in cell)
+        if not mask[box].all():
+            continue
+        for axis in range(3):
+            for corner in itertools.product((0, 1), repeat=3):
+                if corner[axis]:
+                    continue
+                first = tuple(np.add(cell, corner))
+                second = tuple(np.add(first, np.eye(3, dtype=int)[axis]))
+                if (volume[first] > level) != (volume[second] > level):
+                    edge = (*first, axis)
+                    largest[edge] = max(largest.get(edge, 0), volume[box].max() - volume[box].min())
+    return largest
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_mask_keeps_the_cells_with_eight_true_corners(seed):
+    random = np.random.default_rng(seed)
+    volume, mask = noise(seed, np.int16), random.random((9, 8, 11)) < 0.85
+    spacing = SPACINGS[seed % 2]
+    expected = crossed_edges_of_masked_cells(volume.astype(float), 100.5, mask)
+    order = random.permutation(3)
+    mask_in_another_order = np.asarray(mask.transpose(order), order="C").transpose(np.argsort(order))
+    ours = marrow.marching_cubes(volume, 100.5, spacing=spacing, mask=mask_in_another_order)
+    found = dict(zip(map(tuple, edges(ours.verts, spacing).tolist()), ours.values.tolist()))
+    assert found == expected
+    whole = marrow.marching_cubes(volume, 100.5, spacing=spacing)
+    triangles = {tuple(map(tuple, face)) for face in whole.verts[whole.faces].tolist()}
+    kept = {tuple(map(tuple, face)) for face in ours.verts[ours.faces].tolist()}
+    assert kept < triangles
+    cells = np.floor(ours.verts[ours.faces].mean(axis=1) / spacing).astype(int)
+    assert all(mask[tuple(slice(start, start + 2) for start in cell)].all() for cell in cells)
+
+
+def test_a_full_mask_changes_nothing_and_an_empty_one_leaves_nothing():
+    for step in (1, 2):
+        masked = marrow.marching_cubes(ball(), 10.5, step_size=step, mask=np.ones(ball().shape, bool))
+        plain = marrow.marching_cubes(ball(), 10.5, step_size=step)
+        assert all(np.array_equal(a, b) for a, b in zip(masked, plain))
+    with pytest.raises(marrow.EmptySurface):
+        marrow.marching_cubes(ball(), 10.5, mask=np.zeros(ball().shape, bool))

@@ -26,8 +26,9 @@ void* PageAllocator::allocate(std::size_t bytes) {
     const auto after_address = reinterpret_cast<std::uintptr_t>(allocation) + sizeof(void*);
     void* const memory = reinterpret_cast<void*>((after_address + kHugePage - 1) & ~(kHugePage - 1));
     static_cast<void**>(memory)[-1] = allocation;
-    // This is only advice. If the system declines it, the pages stay small.
-    madvise(memory, size, MADV_HUGEPAGE);
+    // This is only advice. If the system declines it, the pages stay small. The last page would be used in part,
+    // but taken as a whole: its part stays on small pages.
+    madvise(memory, bytes & ~(kHugePage - 1), MADV_HUGEPAGE);
     return memory;
 }
 

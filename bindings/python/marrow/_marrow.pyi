@@ -1,0 +1,191 @@
+"""The native module: it converts types and errors. The package above it is the public interface."""
+
+import os
+from collections.abc import Callable, Sequence
+from typing import Any, Optional, Union
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+__version__: str
+
+_Path = Union[str, os.PathLike[str]]
+_Progress = Optional[Callable[[float], Any]]
+_Vector = tuple[float, float, float]
+_MeshArrays = tuple[Any, Any, Any]  # points, triangles, normals or None
+_PlacedArray = tuple[Any, Any, Any, Any]  # array, spacing, origin, direction
+
+class Error(Exception): ...
+class InputError(Error, ValueError): ...
+class GeometryError(InputError): ...
+class EmptySurface(InputError, RuntimeError): ...
+class IoError(Error, OSError): ...
+class LimitError(Error, MemoryError): ...
+class Cancelled(Error): ...
+
+class ArrayVolume:
+    def __init__(self, array: NDArray[Any], spacing: ArrayLike, origin: ArrayLike, direction: ArrayLike) -> None: ...
+    @property
+    def is_copy(self) -> bool: ...
+    @property
+    def address(self) -> int: ...
+
+class ArrayMesh:
+    def __init__(self, points: ArrayLike, triangles: ArrayLike, normals: Optional[ArrayLike]) -> None: ...
+
+class ArrayExtractor:
+    def __init__(
+        self, volume: ArrayVolume, *, closed: bool = False, normals: bool = True, snap: float = 0.0, threads: int = 0
+    ) -> None: ...
+    def extract(self, isovalue: float, *, level: int = 0, progress: _Progress = None) -> _MeshArrays: ...
+
+def check_geometry(shape: Sequence[int], spacing: ArrayLike, origin: ArrayLike, direction: ArrayLike) -> None: ...
+def extract(
+    volume: ArrayVolume,
+    isovalue: float,
+    *,
+    closed: bool = False,
+    normals: bool = True,
+    snap: float = 0.0,
+    threads: int = 0,
+    progress: _Progress = None,
+) -> _MeshArrays: ...
+def tissue_presets() -> list[Any]: ...
+def presets_apply(modality: str, is_dicom: bool, lowest: float) -> bool: ...
+def marching_cubes(
+    volume: ArrayVolume,
+    isovalue: float,
+    *,
+    mask: Optional[ArrayVolume],
+    inward: bool,
+    closed: bool,
+    snap: float,
+    threads: int,
+    progress: _Progress,
+) -> tuple[NDArray[np.float32], NDArray[np.int32], NDArray[np.float32], NDArray[np.float32]]: ...
+def crop(volume: ArrayVolume, lower: Sequence[float], upper: Sequence[float]) -> _PlacedArray: ...
+def median_filter(
+    volume: ArrayVolume, radius: int, *, threads: int = 0, progress: _Progress = None
+) -> _PlacedArray: ...
+def gaussian_filter(
+    volume: ArrayVolume, sigma: float, *, threads: int = 0, progress: _Progress = None
+) -> _PlacedArray: ...
+def resample_isotropic(
+    volume: ArrayVolume, spacing: float, *, threads: int = 0, progress: _Progress = None
+) -> _PlacedArray: ...
+def histogram(volume: ArrayVolume, bins: int) -> dict[str, Any]: ...
+def otsu(volume: ArrayVolume) -> float: ...
+def otsu_contrast(volume: ArrayVolume) -> float: ...
+def sweep(
+    volume: ArrayVolume,
+    isovalues: Union[Sequence[float], NDArray[Any]],
+    *,
+    threads: int = 0,
+    progress: _Progress = None,
+) -> dict[str, Any]: ...
+def find_plateaus(
+    isovalue: NDArray[Any],
+    volume: NDArray[Any],
+    area: NDArray[Any],
+    triangles: NDArray[Any],
+    spacing: float,
+    contrast: float,
+) -> list[tuple[float, float]]: ...
+def labels(
+    map: ArrayVolume,
+    *,
+    background: int = 0,
+    relax: int = 40,
+    normals: bool = True,
+    threads: int = 0,
+    progress: _Progress = None,
+) -> dict[int, _MeshArrays]: ...
+def count_labels(map: ArrayVolume, *, threads: int = 0, progress: _Progress = None) -> dict[int, int]: ...
+def read_label_table(path: _Path) -> dict[int, tuple[str, Optional[_Vector]]]: ...
+def default_label_colour(label: int) -> _Vector: ...
+def measure(mesh: ArrayMesh) -> dict[str, Any]: ...
+def triangle_quality(mesh: ArrayMesh) -> dict[str, Any]: ...
+def check(
+    mesh: ArrayMesh, min_wall: Optional[float], *, threads: int = 0, progress: _Progress = None
+) -> dict[str, Any]: ...
+def roughness(mesh: ArrayMesh, window: float, *, threads: int = 0, progress: _Progress = None) -> dict[str, Any]: ...
+def mean_curvature(mesh: ArrayMesh, *, threads: int = 0, progress: _Progress = None) -> NDArray[np.float64]: ...
+def distance(
+    a: ArrayMesh, b: ArrayMesh, *, samples: int = 200_000, threads: int = 0, progress: _Progress = None
+) -> tuple[float, float]: ...
+def keep_components(
+    mesh: ArrayMesh,
+    *,
+    count: Optional[int] = None,
+    min_volume: float = 0.0,
+    cavities: bool = True,
+    threads: int = 0,
+) -> _MeshArrays: ...
+def smooth(
+    mesh: ArrayMesh,
+    *,
+    iterations: int = 20,
+    pass_band: float = 0.1,
+    bound: Optional[ArrayLike] = None,
+    threads: int = 0,
+    progress: _Progress = None,
+) -> _MeshArrays: ...
+def simplify(
+    mesh: ArrayMesh,
+    *,
+    triangles: Optional[int] = None,
+    max_error: Optional[float] = None,
+    threads: int = 0,
+    progress: _Progress = None,
+) -> _MeshArrays: ...
+def write_meshes(
+    surfaces: Sequence[Any], path: _Path, *, space: str = "LPS", progress: _Progress = None
+) -> None: ...
+def read_mesh(path: _Path) -> tuple[_MeshArrays, str]: ...
+def read(
+    path: _Path,
+    *,
+    series: Optional[str] = None,
+    spacing: Optional[Sequence[float]] = None,
+    resample: bool = False,
+    volume: Optional[int] = None,
+    threads: int = 0,
+    progress: _Progress = None,
+) -> tuple[_PlacedArray, dict[str, Any]]: ...
+def inspect(
+    path: _Path,
+    *,
+    series: Optional[str] = None,
+    spacing: Optional[Sequence[float]] = None,
+    resample: bool = False,
+    volume: Optional[int] = None,
+    threads: int = 0,
+    progress: _Progress = None,
+) -> dict[str, Any]: ...
+def extract_file_to_file(
+    scan: _Path,
+    isovalue: float,
+    path: _Path,
+    *,
+    max_memory: int,
+    closed: bool,
+    space: str,
+    threads: int,
+    progress: _Progress,
+) -> tuple[int, int]: ...
+def extract_slices_to_file(
+    read: Callable[[int, int, Any], None],
+    shape: Sequence[int],
+    dtype: np.dtype[Any],
+    spacing: ArrayLike,
+    origin: ArrayLike,
+    direction: ArrayLike,
+    isovalue: float,
+    path: _Path,
+    *,
+    max_memory: int,
+    closed: bool,
+    space: str,
+    threads: int,
+    progress: _Progress,
+) -> tuple[int, int]: ...
