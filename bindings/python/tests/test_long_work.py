@@ -3,7 +3,6 @@
 import _thread
 import signal
 import threading
-import time
 
 import marrow
 import numpy as np
