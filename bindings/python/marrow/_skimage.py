@@ -121,6 +121,8 @@ def marching_cubes(
     # A sample that equals the level is outside in scikit-image, and inside elsewhere in Marrow.
     isovalue = math.nextafter(_middle(array) if level is None else float(level), math.inf)
     steps = (slice(None, None, int(step_size)),) * 3
+    if min(array[steps].shape) < 2:
+        raise EmptySurface(f"step_size {step_size} leaves a single sample along an axis, and so no cell")
     distances = [float(distance) * int(step_size) for distance in spacing]
     inside = None if mask is None else _in_array_order(_mask(mask, array.shape, closed, snap)[steps], distances)
     result = MarchingCubes(

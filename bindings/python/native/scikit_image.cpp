@@ -116,11 +116,10 @@ class Grid {
         }
     }
 
-    // Asks for samples of the next slice; edges before this one have read those of the others.
+    // Asks for the rows around an edge in the next slice; edges before this one have read those of the other slices.
     void prefetch(const GridEdge& edge) const {
-        const std::int64_t slice = edge.first[2] + 1 < dims_[2] ? step_[2] : 0;
-        __builtin_prefetch(at(edge) + slice);
-        __builtin_prefetch(at(edge) + slice + (edge.first[1] + 1 < dims_[1] ? step_[1] : 0));
+        const T* next = at(edge) + (edge.first[2] + 1 < dims_[2] ? step_[2] : 0);
+        for (const std::int64_t row : neighbours(edge, 1)) __builtin_prefetch(next + row);
     }
 
   private:

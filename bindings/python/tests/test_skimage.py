@@ -231,6 +231,8 @@ def test_no_surface_is_a_runtime_error_as_in_scikit_image():
             function(np.ones((4, 4, 4)), 1.0)
         with pytest.raises(RuntimeError):
             function(ball()[:3, :3, :3], step_size=4)
+    with pytest.raises(marrow.EmptySurface, match="leaves a single sample"):
+        marrow.marching_cubes(ball()[:3], 10.5, step_size=3, closed=True)
     with pytest.raises(marrow.EmptySurface, match="no surface"):
         marrow.marching_cubes(np.ones((4, 4, 4)))
 
