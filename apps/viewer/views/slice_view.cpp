@@ -29,7 +29,7 @@ SliceView::SliceView(Session& session, Surfaces& surfaces, Plane plane, QWidget*
       plane_(plane),
       mark_drag_(session, mark_view()) {
     setFocusPolicy(Qt::StrongFocus);
-    setMinimumSize(140, 110);
+    setMinimumSize(100, 60);  // so that all fit on a screen of 800 x 500
     setCursor(Qt::CrossCursor);
     setMouseTracking(true);
     connect(&session_, &Session::scan_changed, this, &SliceView::follow_scan);
