@@ -1,4 +1,4 @@
-// Tests how the views are arranged and what they offer for reading a scan: windows, values, slabs, measurements.
+// Tests how the views are arranged, and windows, values, slabs and measurements in them.
 #include <numeric>
 #include <random>
 
@@ -238,8 +238,18 @@ TEST_F(Views, FourViewsHaveTheSameSizeAndAreRemembered) {
     window->close();
     window = std::make_unique<viewer::MainWindow>();
     EXPECT_EQ(views()->layout_choice(), Layout::square);
+    // A view that is alone leaves room for the others the next time.
     views()->set_layout_choice(Layout::column);
+    views()->show_alone(slice(Plane::sagittal));
     window->close();
+    window = std::make_unique<viewer::MainWindow>();
+    window->show();
+    ASSERT_TRUE(open(scan));
+    EXPECT_EQ(visible_views().size(), 4u);
+    for (QWidget* each : visible_views()) {
+        EXPECT_GT(each->width(), 120) << each->objectName().toStdString();
+        EXPECT_GT(each->height(), 100) << each->objectName().toStdString();
+    }
 }
 
 TEST_F(Views, EndsOfMeasurementsAreDraggedOnASlice) {

@@ -137,7 +137,8 @@ double SliceView::fitting_scale() const {
     constexpr double kMargin = 8;
     const QRectF samples(0, 0, static_cast<double>(slice_.size[0]), static_cast<double>(slice_.size[1]));
     const QSizeF mm = slice_.to_mm.mapRect(samples).size();
-    return std::min((width() - kMargin) / mm.width(), (height() - kMargin) / mm.height());
+    return std::min(std::max(1.0, width() - kMargin) / mm.width(),
+                    std::max(1.0, height() - kMargin) / mm.height());
 }
 
 // Maps samples to pixels of the widget.

@@ -12,10 +12,10 @@
 
 namespace marrow::viewer {
 
-/// The left button sets the crosshair, picks a position to measure, drags an end of a measurement in this
-/// slice, or drags sides of the crop box. The right button changes the window: its width across, its centre down. The middle button, or Shift, pans. The
-/// wheel, arrow keys and page keys change the slice; Ctrl and the wheel zoom. The lower left corner shows the
-/// value under the pointer.
+/// The left button sets the crosshair, picks a position to measure, or drags an end of a measurement or
+/// sides of the crop box. The right button changes the window: its width across, its centre down. The middle
+/// button, or Shift, pans. The wheel, arrow keys and page keys change the slice; Ctrl and the wheel zoom. The
+/// lower left corner shows the value under the pointer.
 class SliceView : public QWidget {
     Q_OBJECT
   public:

@@ -14,9 +14,10 @@ constexpr char kGlass[] =
     "  float facing = pow(abs(normalVCVSOutput.z), 0.8);\n"
     "  gl_FragData[0].a = mix(min(1.0, 3.0 * facing_opacity), facing_opacity, facing);\n";
 
-// Edges fade where triangles are small on the screen, because they would cover the surface there. VTK gives the
-// distances edist from the three edges. Weighted by the lengths of the edges, their sum is twice the area; so
-// their mean is the radius of the inscribed circle, in pixels. The lengths are as the sines of the angles.
+// Edges fade where triangles are small on the screen, because they would cover the surface there. VTK gives
+// the distances edist from the three edges. Weighted by the lengths of the edges, their sum is twice the
+// area; so their weighted mean is the radius of the inscribed circle, in pixels. The lengths are proportional
+// to the sines of the angles.
 constexpr char kFadingEdges[] =
     "  vec3 diffuse_beside_edges = diffuseColor, ambient_beside_edges = ambientColor;\n"
     "//VTK::Edges::Impl\n"

@@ -35,7 +35,7 @@ namespace {
 
 constexpr double kViewAngle = 24;
 constexpr double kSlowFrame = 60;  // ms; if full frames take longer, a moving view shows previews
-constexpr int kSlicePause = 200;   // ms; after it, the slices do not change any more
+constexpr int kSlicePause = 200;   // ms; slices that have not changed for so long are at rest
 constexpr int kClick = 4;          // pixels; a longer move is a drag, not a click
 
 // The mouse works as in VTK, ParaView and 3D Slicer. The window handles the keys.
