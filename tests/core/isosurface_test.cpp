@@ -144,8 +144,43 @@ TEST(Isosurface, NonFiniteSamplesAreOutsideAndCounted) {
     EXPECT_EQ(measure(mesh).components, 2);  // the box, and the hole around (20, 2, 2) and its neighbour
 }
 
+// Points lie on edges of the grid, never on samples: so the ends of an edge are found by rounding.
+TEST(Isosurface, ValuesAreTheLargerEndsOfTheEdges) {
+    Random random(51);
+    for (int i = 0; i < 500; ++i) {
+        const RandomGrid g = random_grid(random);
+        const auto& dims = g.volume.geometry().dims;
+        for (const bool closed : {false, true}) {
+            Buffer<float> values;
+            const Mesh mesh =
+                extract_isosurface(g.volume, g.isovalue, {.closed = closed, .threads = 3}, nullptr, &values);
+            ASSERT_EQ(values.size(), mesh.points.size());
+            for (std::size_t p = 0; p < values.size(); ++p) {
+                const auto value = [&](auto round) {
+                    std::array<std::int64_t, 3> at;
+                    for (std::size_t a = 0; a < 3; ++a) {
+                        at[a] = static_cast<std::int64_t>(round(mesh.points[p][a]));
+                        if (at[a] < 0 || at[a] >= dims[a]) return -HUGE_VALF;
+                    }
+                    return visit_sample_type(g.volume.type(), [&](auto type) {
+                        const auto* samples = g.volume.samples<decltype(type)>();
+                        const auto value = samples[(at[2] * dims[1] + at[1]) * dims[0] + at[0]];
+                        return std::isfinite(static_cast<double>(value)) ? static_cast<float>(value)
+                                                                         : -HUGE_VALF;
+                    });
+                };
+                ASSERT_EQ(values[p], std::max(value([](float x) { return std::floor(x); }),
+                                              value([](float x) { return std::ceil(x); })))
+                    << "grid " << i << ", point " << p;
+            }
+        }
+    }
+}
+
 TEST(Isosurface, RefusesBadArguments) {
     const Volume volume = checkerboard(4);
+    Buffer<float> values;
+    EXPECT_THROW(extract_isosurface(volume, 0.5, {.snap = 0.3}, nullptr, &values), InputError);
     for (const double bad : {std::nan(""), HUGE_VAL, -HUGE_VAL}) {
         EXPECT_THROW(extract_isosurface(volume, bad), InputError);
         EXPECT_THROW(extract_isosurface_classic(volume, bad), InputError);
