@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 
+#include <marrow/buffer.h>
 #include <marrow/export.h>
 #include <marrow/mesh.h>
 #include <marrow/progress.h>
@@ -44,12 +45,26 @@ struct IsosurfaceStats {
 /// distance instead. The surface moves by at most `snap` times a cell's longest edge. After SnapMC, Raman and
 /// Wenger 2008.
 ///
+/// `values` receives one number for each point, in the same order: the larger sample of the two ends of its
+/// edge. An end that is not finite or lies outside the volume does not count.
+///
 /// Marching cubes after Lorensen and Cline 1987; histogram pyramids after Ziegler et al. 2006 and Dyken et
-/// al. 2008. `stats` may be null. \throw InputError a null view, bad geometry, an isovalue that is NaN or
-/// infinite, or a bad snap; LimitError more than 2^32 - 1 points, or not enough memory; Cancelled
+/// al. 2008. `stats` and `values` may be null. \throw InputError a null view, bad geometry, an isovalue that
+/// is NaN or infinite, a bad snap, or values together with snap; LimitError more than 2^32 - 1 points, or not
+/// enough memory; Cancelled
 MARROW_EXPORT Mesh extract_isosurface(const VolumeView& volume, double isovalue,
-                                      const IsosurfaceOptions& options = {},
-                                      IsosurfaceStats* stats = nullptr);
+                                      const IsosurfaceOptions& options = {}, IsosurfaceStats* stats = nullptr,
+                                      Buffer<float>* values = nullptr);
+
+/// Extracts the part of a surface in the cells whose eight samples are all not 0 in `mask`.
+///
+/// The mask has samples of uint8 and the dims of the volume; its position in space does not matter. The result
+/// is extract_isosurface's, without the triangles of other cells and without the points that no triangle uses
+/// then. The order and every bit of the rest stay. It takes memory for the whole surface. \throw as
+/// extract_isosurface; InputError a mask of another type or size, or options.closed or options.snap
+MARROW_EXPORT Mesh extract_masked_isosurface(const VolumeView& volume, const VolumeView& mask,
+                                             double isovalue, const IsosurfaceOptions& options = {},
+                                             Buffer<float>* values = nullptr);
 
 /// Extracts many surfaces from one volume, as for a slider.
 ///
