@@ -5,7 +5,7 @@
 
 #include <marrow/error.h>
 
-#include "support/dicom_series.h"
+#include "support/dicom_objects.h"
 #include "support/reading_checks.h"
 
 namespace marrow::test {
@@ -257,52 +257,6 @@ TEST(DicomVolumes, FramesOfAnEnhancedFile) {
         else
             expect_volumes(folder, {"time point 1", "time point 2"});
     }
-}
-
-// An entry of Siemens' private header.
-std::string csa_entry(std::string name, const std::vector<std::string>& values) {
-    name.resize(64);
-    std::string out = name + bytes_of(static_cast<std::uint32_t>(values.size())) + std::string("FD\0\0", 4) +
-                      bytes_of(std::uint32_t{4}) + bytes_of(std::uint32_t{6}) + bytes_of(std::uint32_t{77});
-    for (std::size_t i = 0; i < 6; ++i) {
-        std::string value = i < values.size() ? values[i] : "";
-        const auto size = static_cast<std::uint32_t>(value.size());
-        value.resize((value.size() + 3) / 4 * 4);
-        out += bytes_of(size) + bytes_of(size) + bytes_of(std::uint32_t{77}) + bytes_of(size) + value;
-    }
-    return out;
-}
-
-std::string csa_header(const std::vector<std::string>& slices, const std::vector<std::string>& normal) {
-    return "SV10\4\3\2\1" + bytes_of(std::uint32_t{3}) + bytes_of(std::uint32_t{77}) +
-           csa_entry("EchoLinePosition", {"32"}) + csa_entry("NumberOfImagesInMosaic", slices) +
-           csa_entry("SliceNormalVector", normal);
-}
-
-// Five slices in 3 x 3 tiles. Each tile is a slice of three columns and two rows.
-DicomWriter mosaic(int volume) {
-    constexpr int tiles = 3, slices = 5;
-    std::vector<std::int16_t> all(static_cast<std::size_t>(tiles * columns * tiles * rows), -1);
-    for (int k = 0; k < slices; ++k) {
-        const auto samples = slice_samples(10 * volume + k);
-        for (int j = 0; j < rows; ++j) {
-            for (int i = 0; i < columns; ++i) {
-                const int row = k / tiles * rows + j, column = k % tiles * columns + i;
-                all[static_cast<std::size_t>(row * tiles * columns + column)] =
-                    samples[static_cast<std::size_t>(j * columns + i)];
-            }
-        }
-    }
-    DicomWriter out;
-    out.text(0x00080008, "CS", "ORIGINAL\\PRIMARY\\M\\ND\\MOSAIC");
-    out.text(0x00180088, "DS", "2.5");
-    out.text(0x00200012, "IS", std::to_string(volume + 1));
-    out.text(0x00290011, "LO", "SIEMENS CSA HEADER");
-    out.elements[0x00291110] = {"OB", csa_header({"5"}, {"0.0", "0.0", "-1.0"})};
-    out.pixels(tiles * columns, tiles * rows, all);
-    out.position("10\\20\\30");
-    out.spacing("0.5\\0.25");
-    return out;
 }
 
 TEST(DicomVolumes, SiemensMosaicsAreVolumes) {
