@@ -11,6 +11,7 @@
 #include <marrow/error.h>
 #include <marrow/vector.h>
 
+#include "character_set.h"
 #include "codec.h"
 #include "data_set.h"
 #include "io/bytes/byte_stream.h"
@@ -22,8 +23,16 @@
 namespace marrow::internal::io {
 
 std::string readable_text(const DicomDataSet& data_set, DicomTag tag, const DicomDataSet& file) {
-    const bool utf8 = file.text(tag::kSpecificCharacterSet) == "ISO_IR 192";
     std::string out = data_set.text(tag);
+    const auto is_ascii = [](char c) { return static_cast<unsigned char>(c) < 0x80 && c != '\x1b'; };
+    const std::string character_set = file.text(tag::kSpecificCharacterSet);
+    bool utf8 = character_set == "ISO_IR 192";
+    if (!utf8 && !std::all_of(out.begin(), out.end(), is_ascii)) {
+        if (const auto converted = to_utf8(out, character_set)) {
+            out = *converted;
+            utf8 = true;
+        }
+    }
     for (char& c : out) {
         const auto byte = static_cast<unsigned char>(c);
         if (byte < 0x20 || byte == 0x7f || (byte > 0x7f && !utf8)) c = '?';
