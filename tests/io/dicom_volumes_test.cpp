@@ -11,7 +11,7 @@
 namespace marrow::test {
 namespace {
 
-// Two tags for each value of a slice that has nothing to do with which volume it belongs to.
+// None of these says which volume a slice belongs to, unless slices have the same position.
 TEST(DicomVolumes, OneEvenStackIsOneVolumeWhateverItsSlicesSay) {
     const std::vector<std::pair<const char*, std::function<void(DicomWriter&, int)>>> changes = {
         {"frame of reference",
@@ -59,7 +59,7 @@ TEST(DicomVolumes, FramesOfReferenceSplitWhatIsNotEven) {
     }
 }
 
-// The series `values` at each of four positions, in files whose names say nothing.
+// Writes volumes of four slices at the same positions, to files whose names say nothing.
 void write_volumes(const TemporaryFolder& folder, int volumes,
                    const std::function<void(DicomWriter&, int volume, int k)>& change) {
     for (int volume = 0; volume < volumes; ++volume) {
@@ -79,7 +79,7 @@ std::vector<std::int16_t> samples_of_volume(int volume) {
 
 void expect_volumes(const TemporaryFolder& folder, const std::vector<std::string>& differences) {
     const std::string what = refusal<GeometryError>(folder.path());
-    contains(what, fs::path(std::to_string(differences.size())).string() + " volumes (0: " + differences[0]);
+    contains(what, std::to_string(differences.size()) + " volumes (0: " + differences[0]);
     contains(what, "options.volume");
     const ScanReport report = inspect_scan(folder.path());
     ASSERT_EQ(report.series.size(), 1u);
@@ -138,6 +138,16 @@ TEST(DicomVolumes, AnAttributeTellsVolumesApart) {
         });
         expect_volumes(folder, c.differences);
     }
+}
+
+TEST(DicomVolumes, ControlCharactersAreEscaped) {
+    TemporaryFolder folder;
+    write_volumes(folder, 2, [](DicomWriter& s, int volume, int) {
+        s.text(0x00181210, "SH", volume == 0 ? "B20\nf" : "B\x1b[1m");
+    });
+    const std::string what = refusal<GeometryError>(folder.path());
+    EXPECT_EQ(std::count_if(what.begin(), what.end(), [](unsigned char c) { return c < 0x20; }), 0) << what;
+    contains(what, "kernel B20?f");
 }
 
 TEST(DicomVolumes, SeveralAttributesTogether) {
