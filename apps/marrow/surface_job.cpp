@@ -25,16 +25,26 @@ void SurfaceJob::check_outputs(const std::vector<fs::path>& files) const {
 }
 
 Volume SurfaceJob::read_scan(const FilterSteps& steps, const std::function<void(const Volume&)>& inspect) {
+    return read(options_.scan.options, steps, inspect);
+}
+
+Volume SurfaceJob::read_volume(std::int64_t volume, const FilterSteps& steps) {
+    ScanOptions options = options_.scan.options;
+    options.volume = volume;
+    return read(options, steps, {});
+}
+
+Volume SurfaceJob::read(ScanOptions options, const FilterSteps& steps,
+                        const std::function<void(const Volume&)>& inspect) {
     Volume scan;
-    results.seconds.read = stage("read", [&](const Progress& progress) {
-        ScanOptions options = options_.scan.options;
+    results.seconds.read += stage("read", [&](const Progress& progress) {
         options.progress = progress;
         scan = marrow::read_scan(options_.scan.path, options, &results.info);
     });
     results.warnings = results.info.warnings;
     if (inspect) inspect(scan);
     if (steps.any())
-        results.seconds.filter =
+        results.seconds.filter +=
             stage("filter", [&](const Progress& progress) { filter_scan(scan, steps, threads(), progress); });
     return scan;
 }

@@ -28,6 +28,9 @@ class SurfaceJob {
     /// \throw as read_scan and filter_scan
     Volume read_scan(const FilterSteps& steps, const std::function<void(const Volume&)>& inspect = {});
 
+    /// The same for one volume of the scan.
+    Volume read_volume(std::int64_t volume, const FilterSteps& steps);
+
     /// Runs a stage of the command. Returns its duration in seconds.
     double stage(const char* name, const std::function<void(const Progress&)>& work) const;
 
@@ -43,6 +46,8 @@ class SurfaceJob {
     SurfaceResults results;
 
   private:
+    Volume read(ScanOptions options, const FilterSteps& steps,
+                const std::function<void(const Volume&)>& inspect);
     void draw(const Progress& progress) const;
 
     const SurfaceJobOptions& options_;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include <marrow/export.h>
+#include <marrow/label_table.h>
 #include <marrow/progress.h>
 #include <marrow/streaming.h>
 #include <marrow/volume.h>
@@ -60,6 +61,7 @@ struct SeriesInfo {
     std::array<std::int64_t, 3> dims{0, 0, 0};
     Vec3d spacing{0, 0, 0};  ///< mm; 0 along an axis whose spacing is unknown
     std::size_t files = 0;   ///< number of files that it is made of
+    LabelTable labels = {};  ///< of a DICOM segmentation: the names and colours of its segments
 };
 
 /// What was read, apart from the samples.
@@ -67,6 +69,7 @@ struct ScanInfo {
     ScanFormat format{};
     SeriesInfo series;
     std::vector<std::string> warnings;  ///< one line each
+    std::int64_t volumes = 1;           ///< number of volumes that ScanOptions::volume could choose
 };
 
 /// Reads a scan into memory. `info`, if given, receives a description.
@@ -83,6 +86,8 @@ struct ScanInfo {
 ///   error.
 /// - Slices whose spacing differs by more than 1 % or 0.01 mm are an error, unless ScanOptions::resample is
 ///   set.
+/// - A segmentation is a label map, of uint8 or uint16. Segments that overlap are in different maps, of which
+///   ScanOptions::volume chooses one. Fractions count from half of the largest on.
 /// - A tilted gantry gives a sheared geometry and a warning.
 ///
 /// Sample types:
@@ -100,6 +105,9 @@ struct ScanInfo {
 /// large; Cancelled
 MARROW_EXPORT Volume read_scan(const std::filesystem::path& input, const ScanOptions& options = {},
                                ScanInfo* info = nullptr);
+
+/// Whether a file is a DICOM segmentation, which read_scan reads as a label map. False if it cannot be read.
+MARROW_EXPORT bool is_segmentation(const std::filesystem::path& file);
 
 /// What the headers tell about one series.
 struct SeriesReport {

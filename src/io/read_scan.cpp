@@ -11,6 +11,7 @@
 #include "io/bytes/byte_stream.h"
 #include "io/bytes/text.h"
 #include "io/dicom/data_set.h"
+#include "io/dicom/file.h"
 #include "io/dicom/read_dicom.h"
 #include "io/scan/image_stack.h"
 #include "io/scan/raw_image.h"
@@ -264,10 +265,21 @@ Volume read_scan(const fs::path& path, const ScanOptions& options, ScanInfo* inf
         if (!image.has_spacing && !options.spacing) throw GeometryError(needs_spacing(path));
         found.series = series_of(path, image.geometry, image.files.size());
         found.warnings = image.warnings;
+        found.volumes = image.volumes;
         volume = load_raw(image, options.progress);
     }
     if (info) *info = std::move(found);
     return volume;
+}
+
+bool is_segmentation(const fs::path& file) {
+    try {
+        if (!is_dicom(read_head(file, kHeadSize))) return false;
+        const std::optional<DicomFile> header = read_dicom_header(file);
+        return header && header->segmentation;
+    } catch (const Error&) {
+        return false;
+    }
 }
 
 SliceSource open_slices(const fs::path& path, const ScanOptions& options, ScanInfo* info) {
@@ -282,7 +294,9 @@ SliceSource open_slices(const fs::path& path, const ScanOptions& options, ScanIn
     const RawImage image = read_raw_header(input, options);
     if (!image.has_spacing && !options.spacing) throw GeometryError(needs_spacing(path));
     SliceSource source = raw_slices(image);
-    if (info) *info = {input.format, series_of(path, image.geometry, image.files.size()), image.warnings};
+    if (info)
+        *info = {input.format, series_of(path, image.geometry, image.files.size()), image.warnings,
+                 image.volumes};
     return source;
 }
 

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "support/command_line.h"
+#include "support/dicom_objects.h"
 
 namespace marrow::test {
 namespace {
@@ -45,6 +46,28 @@ TEST_F(LabelMap, BecomesOneFileOfNamedSurfaces) {
     const std::string file = read_file(folder / "all.glb");
     EXPECT_NE(file.find("\"name\":\"liver\",\"pbrMetallicRoughness\":{\"baseColorFactor\":[1,0,0,1]"),
               file.npos);
+}
+
+// Segments 1 and 2 overlap, so that they are in different label maps. --labels is not necessary.
+TEST(Segmentation, BecomesOneFileOfItsSegments) {
+    const TemporaryFolder folder;
+    segmentation({{1, 0, {1, 1, 0, 1, 1, 0}}, {2, 0, {0, 1, 1, 0, 1, 1}}, {2, 0.25, {0, 1, 1, 0, 1, 1}}},
+                 "BINARY")
+        .write(folder / "seg.dcm");
+    const Outcome outcome =
+        marrow_with({folder / "seg.dcm", "-o", folder / "parts.glb", "--relax", "0", "--json", "--verify"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    const Json surfaces = Json::parse(outcome.out)["surfaces"];
+    ASSERT_EQ(surfaces.size(), 2u);
+    EXPECT_EQ(surfaces[0]["name"], "liver");
+    EXPECT_EQ(surfaces[0]["samples"], 4);
+    EXPECT_EQ(surfaces[1]["name"], "left kidney");
+    EXPECT_EQ(surfaces[1]["samples"], 8);
+    EXPECT_EQ(marrow_with({folder / "seg.dcm", "-o", folder / "one.stl", "--only", "left kidney"}).code, 0);
+    EXPECT_EQ(marrow_with({folder / "seg.dcm", "-o", folder / "b.stl", "--volume", "2"}).code, 2);
+    EXPECT_NE(marrow_with({folder / "seg.dcm", "-o", folder / "b.stl", "--snap", "0.3"})
+                  .err.find("--snap does not go with --labels or a DICOM segmentation"),
+              std::string::npos);
 }
 
 TEST_F(LabelMap, BecomesAFileForEachLabel) {

@@ -379,6 +379,41 @@ TEST(DicomTable, ADifferentFrameIsRefusedOrSplit) {
     contains(refusal<GeometryError>(folder.path()), "frames.dcm' frame");
 }
 
+TEST(DicomTable, TextIsReadInItsCharacterSet) {
+    struct Case {
+        const char *character_set, *stored, *read;
+    };
+    testing::internal::CaptureStderr();
+    for (const Case& c : {Case{"ISO_IR 100",
+                               "Sch\xe4"
+                               "del",
+                               "Sch\xc3\xa4"
+                               "del"},
+                          Case{"ISO_IR 192",
+                               "Sch\xc3\xa4"
+                               "del",
+                               "Sch\xc3\xa4"
+                               "del"},
+                          Case{"ISO_IR 144", "\xbc\xde\xd7\xd3", "\xd0\x9c\xd0\xbe\xd0\xb7\xd0\xb3"},
+                          Case{"ISO_IR 6",
+                               "Sch\xe4"
+                               "del",
+                               "Sch?del"},
+                          Case{"unknown",
+                               "Sch\xe4"
+                               "del",
+                               "Sch?del"}}) {
+        SCOPED_TRACE(c.character_set);
+        TemporaryFolder folder;
+        write_series(folder, 2, "s", [&](DicomWriter& s, int) {
+            s.text(0x00080005, "CS", c.character_set);
+            s.text(0x0008103e, "LO", c.stored);
+        });
+        EXPECT_EQ(inspect_scan(folder.path()).series.at(0).series.description, c.read);
+    }
+    EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+}
+
 TEST(DicomTable, DicomdirStandsForItsFolder) {
     TemporaryFolder folder;
     DicomWriter directory;

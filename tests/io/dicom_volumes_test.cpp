@@ -5,13 +5,13 @@
 
 #include <marrow/error.h>
 
-#include "support/dicom_series.h"
+#include "support/dicom_objects.h"
 #include "support/reading_checks.h"
 
 namespace marrow::test {
 namespace {
 
-// Two tags for each value of a slice that has nothing to do with which volume it belongs to.
+// None of these says which volume a slice belongs to, unless slices have the same position.
 TEST(DicomVolumes, OneEvenStackIsOneVolumeWhateverItsSlicesSay) {
     const std::vector<std::pair<const char*, std::function<void(DicomWriter&, int)>>> changes = {
         {"frame of reference",
@@ -59,7 +59,7 @@ TEST(DicomVolumes, FramesOfReferenceSplitWhatIsNotEven) {
     }
 }
 
-// The series `values` at each of four positions, in files whose names say nothing.
+// Writes volumes of four slices at the same positions, to files whose names say nothing.
 void write_volumes(const TemporaryFolder& folder, int volumes,
                    const std::function<void(DicomWriter&, int volume, int k)>& change) {
     for (int volume = 0; volume < volumes; ++volume) {
@@ -79,7 +79,7 @@ std::vector<std::int16_t> samples_of_volume(int volume) {
 
 void expect_volumes(const TemporaryFolder& folder, const std::vector<std::string>& differences) {
     const std::string what = refusal<GeometryError>(folder.path());
-    contains(what, fs::path(std::to_string(differences.size())).string() + " volumes (0: " + differences[0]);
+    contains(what, std::to_string(differences.size()) + " volumes (0: " + differences[0]);
     contains(what, "options.volume");
     const ScanReport report = inspect_scan(folder.path());
     ASSERT_EQ(report.series.size(), 1u);
@@ -138,6 +138,16 @@ TEST(DicomVolumes, AnAttributeTellsVolumesApart) {
         });
         expect_volumes(folder, c.differences);
     }
+}
+
+TEST(DicomVolumes, ControlCharactersAreEscaped) {
+    TemporaryFolder folder;
+    write_volumes(folder, 2, [](DicomWriter& s, int volume, int) {
+        s.text(0x00181210, "SH", volume == 0 ? "B20\nf" : "B\x1b[1m");
+    });
+    const std::string what = refusal<GeometryError>(folder.path());
+    EXPECT_EQ(std::count_if(what.begin(), what.end(), [](unsigned char c) { return c < 0x20; }), 0) << what;
+    contains(what, "kernel B20?f");
 }
 
 TEST(DicomVolumes, SeveralAttributesTogether) {
@@ -257,52 +267,6 @@ TEST(DicomVolumes, FramesOfAnEnhancedFile) {
         else
             expect_volumes(folder, {"time point 1", "time point 2"});
     }
-}
-
-// An entry of Siemens' private header.
-std::string csa_entry(std::string name, const std::vector<std::string>& values) {
-    name.resize(64);
-    std::string out = name + bytes_of(static_cast<std::uint32_t>(values.size())) + std::string("FD\0\0", 4) +
-                      bytes_of(std::uint32_t{4}) + bytes_of(std::uint32_t{6}) + bytes_of(std::uint32_t{77});
-    for (std::size_t i = 0; i < 6; ++i) {
-        std::string value = i < values.size() ? values[i] : "";
-        const auto size = static_cast<std::uint32_t>(value.size());
-        value.resize((value.size() + 3) / 4 * 4);
-        out += bytes_of(size) + bytes_of(size) + bytes_of(std::uint32_t{77}) + bytes_of(size) + value;
-    }
-    return out;
-}
-
-std::string csa_header(const std::vector<std::string>& slices, const std::vector<std::string>& normal) {
-    return "SV10\4\3\2\1" + bytes_of(std::uint32_t{3}) + bytes_of(std::uint32_t{77}) +
-           csa_entry("EchoLinePosition", {"32"}) + csa_entry("NumberOfImagesInMosaic", slices) +
-           csa_entry("SliceNormalVector", normal);
-}
-
-// Five slices in 3 x 3 tiles. Each tile is a slice of three columns and two rows.
-DicomWriter mosaic(int volume) {
-    constexpr int tiles = 3, slices = 5;
-    std::vector<std::int16_t> all(static_cast<std::size_t>(tiles * columns * tiles * rows), -1);
-    for (int k = 0; k < slices; ++k) {
-        const auto samples = slice_samples(10 * volume + k);
-        for (int j = 0; j < rows; ++j) {
-            for (int i = 0; i < columns; ++i) {
-                const int row = k / tiles * rows + j, column = k % tiles * columns + i;
-                all[static_cast<std::size_t>(row * tiles * columns + column)] =
-                    samples[static_cast<std::size_t>(j * columns + i)];
-            }
-        }
-    }
-    DicomWriter out;
-    out.text(0x00080008, "CS", "ORIGINAL\\PRIMARY\\M\\ND\\MOSAIC");
-    out.text(0x00180088, "DS", "2.5");
-    out.text(0x00200012, "IS", std::to_string(volume + 1));
-    out.text(0x00290011, "LO", "SIEMENS CSA HEADER");
-    out.elements[0x00291110] = {"OB", csa_header({"5"}, {"0.0", "0.0", "-1.0"})};
-    out.pixels(tiles * columns, tiles * rows, all);
-    out.position("10\\20\\30");
-    out.spacing("0.5\\0.25");
-    return out;
 }
 
 TEST(DicomVolumes, SiemensMosaicsAreVolumes) {

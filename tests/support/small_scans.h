@@ -8,6 +8,7 @@
 #include <jpeglib.h>
 
 #include "compressed_pixels.h"
+#include "dicom_objects.h"
 #include "scan_files.h"
 
 namespace marrow::test {
@@ -170,6 +171,20 @@ inline void add_compressed_dicom(std::vector<SmallScan>& out) {
     add("j2k.dcm", "90", jpeg_2000(wide, wide, image, 12), 12);
 }
 
+/// DICOM of other kinds: frames with functional groups, segmentations, a Siemens mosaic. They have 3 x 2
+/// samples a slice.
+inline void add_dicom_objects(std::vector<SmallScan>& out) {
+    const std::vector<SegmentFrame> frames = {{2, 0.5, {0, 0, 1, 0, 1, 1}}, {1, 0, {1, 1, 0, 0, 0, 1}}};
+    const auto add = [&](const std::string& name, const DicomWriter& object, std::size_t tail) {
+        out.push_back({name, {{name, object.bytes()}}, false, tail});
+    };
+    add("enhanced.dcm", enhanced(4), 0);
+    add("binary.dcm", segmentation(frames, "BINARY"), 0);
+    add("fractional.dcm", segmentation(frames, "FRACTIONAL"), 0);
+    add("labelmap.dcm", segmentation(frames, "LABELMAP"), 0);
+    add("mosaic.dcm", mosaic(0), 0);
+}
+
 inline void add_image_files(std::vector<SmallScan>& out) {
     constexpr int wide = 16;
     constexpr std::size_t kPngTail = 16;  // a checksum and an end mark
@@ -194,6 +209,7 @@ inline std::vector<SmallScan> small_scans() {
     out.push_back(dicom_folder("deflated", Form::deflated));
     out.push_back(dicom_folder("rle", Form::run_length));
     add_compressed_dicom(out);
+    add_dicom_objects(out);
     add_image_files(out);
     return out;
 }

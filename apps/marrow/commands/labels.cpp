@@ -12,6 +12,7 @@
 #include <marrow/label_table.h>
 #include <marrow/labels.h>
 #include <marrow/measure.h>
+#include <marrow/scan_io.h>
 #include <marrow/vector.h>
 
 #include "label_map.h"
@@ -165,6 +166,20 @@ void warn_of_loss(const std::vector<Surface>& surfaces, std::vector<std::string>
                         shrunken, surfaces.size(), worst->name, worst->label_volume.change()));
 }
 
+// The label maps of the scan: one, or all those of a segmentation whose segments overlap.
+std::vector<Volume> read_maps(const LabelsOptions& options, SurfaceJob& job) {
+    const FilterSteps steps{.crop = options.crop};
+    const ScanInput& scan = options.job.scan;
+    std::vector<Volume> maps;
+    if (scan.options.volume || !is_segmentation(scan.path)) {
+        maps.push_back(job.read_scan(steps));
+        return maps;
+    }
+    do maps.push_back(job.read_volume(static_cast<std::int64_t>(maps.size()), steps));
+    while (maps.size() < static_cast<std::size_t>(job.results.info.volumes));
+    return maps;
+}
+
 // All labels are extracted, so that a surface does not depend on which of its neighbours are wanted.
 void extract(const LabelsOptions& options, const Volume& map, const Labels& labels, const Progress& progress,
              std::vector<Surface>& surfaces) {
@@ -194,10 +209,10 @@ void measure_volumes(const Counts& counts, const Mat3d& index_to_physical, std::
 void add_options(Arguments& arguments, LabelsOptions& options) {
     Value table = file_value("[TABLE]", options.table);
     table.may_be_left = true;
-    arguments.add_option(
-        "--labels", std::move(table),
-        "INPUT is a label map: extract a surface for each label. TABLE holds names and colours, "
-        "as 3D Slicer or ITK-SNAP writes them, or one 'LABEL NAME' a line.");
+    arguments.add_option("--labels", std::move(table),
+                         "INPUT is a label map, as a DICOM segmentation always is: extract a surface for "
+                         "each label. TABLE holds names and colours, "
+                         "as 3D Slicer or ITK-SNAP writes them, or one 'LABEL NAME' a line.");
     arguments.add_option("--relax", integer_value("N", options.relax, 0, std::numeric_limits<int>::max()),
                          "Smooth the surfaces of labels with N passes; default: 40, 0: none.");
     arguments.add_option("--only", text_value("LABEL[,LABEL]", options.only),
@@ -211,11 +226,16 @@ void check(const LabelsOptions& options) {
 void run(const LabelsOptions& options, const Console& console, const std::atomic<bool>& stop) {
     SurfaceJob job(options.job, console, stop);
     job.check_outputs(file_pattern(options));
-    const LabelTable table = options.table.empty() ? LabelTable{} : read_label_table(options.table);
+    LabelTable table = options.table.empty() ? LabelTable{} : read_label_table(options.table);
 
-    const Volume map = job.read_scan({.crop = options.crop});
+    const std::vector<Volume> maps = read_maps(options, job);
     SurfaceResults& results = job.results;
-    const Counts counts = count_labels(map, {.threads = job.threads()});
+    if (options.table.empty()) table = results.info.series.labels;
+    Counts counts;
+    for (const Volume& map : maps) {
+        for (const auto& [label, samples] : count_labels(map, {.threads = job.threads()}))
+            counts[label] += samples;
+    }
     Labels labels = labels_of(counts, table);
     if (labels.empty()) throw EmptySurface("the map contains only background, so there is no surface");
     if (options.only)
@@ -225,10 +245,14 @@ void run(const LabelsOptions& options, const Console& console, const std::atomic
     warn_of_table(options.table, table, labels, results.warnings);
     job.print_warnings();
 
-    results.seconds.extract = job.stage("extract", [&](const Progress& progress) {
-        extract(options, map, labels, progress, results.surfaces);
-    });
-    measure_volumes(counts, map.geometry().index_to_physical(), results.surfaces);
+    for (const Volume& map : maps) {
+        results.seconds.extract += job.stage("extract", [&](const Progress& progress) {
+            extract(options, map, labels, progress, results.surfaces);
+        });
+    }
+    std::sort(results.surfaces.begin(), results.surfaces.end(),
+              [](const Surface& a, const Surface& b) { return *a.label < *b.label; });
+    measure_volumes(counts, maps[0].geometry().index_to_physical(), results.surfaces);
     warn_of_loss(results.surfaces, results.warnings);
     name_files(options, labels, results.surfaces);
     warn_of_coinciding_points(results.surfaces, "if that matters, write .3mf or .ply", results.warnings);

@@ -7,6 +7,8 @@
 
 #include <fmt/format.h>
 
+#include <marrow/scan_io.h>
+
 namespace marrow::cli {
 namespace {
 
@@ -52,18 +54,23 @@ constexpr unsigned modes_of(std::string_view option) {
     return kExtract | kStream | kLabels;
 }
 
-Mode mode_of(const std::vector<std::string>& given) {
+// A DICOM segmentation is a label map without --labels too, unless an isovalue is given.
+Mode mode_of(const std::vector<std::string>& given, const std::filesystem::path& input) {
     const auto has = [&](const char* option) {
         return std::find(given.begin(), given.end(), option) != given.end();
     };
-    return has("--labels") ? kLabels : has("--max-memory") ? kStream : kExtract;
+    if (has("--labels")) return kLabels;
+    if (has("--max-memory")) return kStream;
+    return !has("--isovalue") && !has("--type") && is_segmentation(input) ? kLabels : kExtract;
 }
 
 std::string why_not(Mode mode, std::string_view option) {
     switch (mode) {
         case kLabels:
-            return fmt::format("{} does not go with --labels, which makes closed surfaces that share faces",
-                               option);
+            return fmt::format(
+                "{} does not go with --labels or a DICOM segmentation: their surfaces are closed and share "
+                "faces",
+                option);
         case kStream:
             return fmt::format(
                 "{} does not go with --max-memory, which never has the complete scan or surface", option);
@@ -145,7 +152,7 @@ void run(const Arguments& arguments, const SurfacesOptions& options, const Conso
          const std::atomic<bool>& stop) {
     check_shared(options);
     const std::vector<std::string> given = arguments.given();
-    const Mode mode = mode_of(given);
+    const Mode mode = mode_of(given, options.job.scan.path);
     check_modes(mode, given);
     if (mode == kLabels)
         check_and_run(labels_options(options), console, stop);

@@ -11,14 +11,34 @@
 #include <marrow/error.h>
 #include <marrow/vector.h>
 
+#include "character_set.h"
 #include "codec.h"
 #include "data_set.h"
 #include "io/bytes/byte_stream.h"
 #include "io/bytes/text.h"
 #include "mosaic.h"
+#include "segmentation.h"
 #include "tags.h"
 
 namespace marrow::internal::io {
+
+std::string readable_text(const DicomDataSet& data_set, DicomTag tag, const DicomDataSet& file) {
+    std::string out = data_set.text(tag);
+    const auto is_ascii = [](char c) { return static_cast<unsigned char>(c) < 0x80 && c != '\x1b'; };
+    const std::string character_set = file.text(tag::kSpecificCharacterSet);
+    bool utf8 = character_set == "ISO_IR 192";
+    if (!utf8 && !std::all_of(out.begin(), out.end(), is_ascii)) {
+        if (const auto converted = to_utf8(out, character_set)) {
+            out = *converted;
+            utf8 = true;
+        }
+    }
+    for (char& c : out) {
+        const auto byte = static_cast<unsigned char>(c);
+        if (byte < 0x20 || byte == 0x7f || (byte > 0x7f && !utf8)) c = '?';
+    }
+    return out;
+}
 
 namespace {
 
@@ -35,12 +55,23 @@ void read_frame(DicomFrame& frame, const DicomDataSet& position, const DicomData
     // PixelSpacing is "between rows \ between columns".
     if (const auto s = measures.decimals(tag::kPixelSpacing, 2)) frame.spacing = {(*s)[1], (*s)[0]};
     frame.thickness = measures.decimal(tag::kSliceThickness);
+    frame.between = measures.decimal(tag::kSpacingBetweenSlices);
     const auto present = [&](DicomTag tag) -> std::optional<double> {
         if (rescale.text(tag).empty()) return {};
         return rescale.decimal(tag).value_or(NAN);
     };
     frame.intercept = present(tag::kRescaleIntercept);
     frame.slope = present(tag::kRescaleSlope);
+}
+
+// The segment that a frame of a segmentation belongs to; 0 if it is not stated.
+int segment_of(const DicomDataSet* frame, const std::vector<DicomDataSet>& shared) {
+    for (const DicomDataSet* groups : {frame, shared.empty() ? nullptr : shared.data()}) {
+        if (!groups) continue;
+        const std::vector<DicomDataSet> items = groups->items(tag::kSegmentIdentification);
+        if (!items.empty()) return items[0].unsigned_short(tag::kReferencedSegmentNumber).value_or(0);
+    }
+    return 0;
 }
 
 // The functional groups of a frame take precedence over the shared ones, and these over the file itself.
@@ -68,6 +99,8 @@ void read_frames(DicomFile& file, const DicomDataSet& data_set) {
             if (!per_frame.empty()) own[t] = per_frame[i].items(tags[t]);
             groups[t] = own[t].empty() ? &common[t] : own[t].data();
         }
+        if (file.segmentation)
+            file.frames[i].segment = segment_of(per_frame.empty() ? nullptr : &per_frame[i], shared);
         read_frame(file.frames[i], *groups[0], *groups[1], *groups[2], *groups[3]);
         // One position for all frames is not a position of any frame.
         if (file.frames.size() > 1 && per_frame.empty()) file.frames[i].position.reset();
@@ -131,16 +164,8 @@ void place_dose(DicomFile& file, const DicomDataSet& data_set) {
     }
 }
 
-// Returns text that is safe in messages: without control characters, and with non-ASCII characters only in
-// UTF-8.
 std::string readable(const DicomDataSet& data_set, DicomTag tag) {
-    const bool utf8 = data_set.text(tag::kSpecificCharacterSet) == "ISO_IR 192";
-    std::string out = data_set.text(tag);
-    for (char& c : out) {
-        const auto byte = static_cast<unsigned char>(c);
-        if (byte < 0x20 || byte == 0x7f || (byte > 0x7f && !utf8)) c = '?';
-    }
-    return out;
+    return readable_text(data_set, tag, data_set);
 }
 
 const char* const kDeflatedSyntax = "1.2.840.10008.1.2.1.99";
@@ -194,12 +219,15 @@ std::optional<std::string> overclaim(const DicomFile& file, double frames) {
 // Why the pixels of a file cannot be read, if so.
 std::optional<std::string> refusal(const DicomFile& file, const DicomDataSet& data_set) {
     const std::string photometric = data_set.text(tag::kPhotometricInterpretation);
+    const bool palette = file.segmentation && photometric == "PALETTE COLOR";  // the labels' colours
     if (data_set.unsigned_short(tag::kSamplesPerPixel).value_or(1) != 1 ||
-        (!photometric.empty() && photometric != "MONOCHROME1" && photometric != "MONOCHROME2")) {
+        (!photometric.empty() && photometric != "MONOCHROME1" && photometric != "MONOCHROME2" && !palette)) {
         return fmt::format("is in colour ({}); only grey scans are supported", quoted(photometric));
     }
     if (data_set.has(tag::kModalityLookupTable)) return "has a modality lookup table, which is not supported";
-    if (file.bits_allocated != 8 && file.bits_allocated != 16 && file.bits_allocated != 32) {
+    const bool packed =
+        file.segmentation && file.bits_allocated == 1 && is_plain_syntax(file.transfer_syntax);
+    if (file.bits_allocated != 8 && file.bits_allocated != 16 && file.bits_allocated != 32 && !packed) {
         return fmt::format("has {} bits per sample; 8, 16 or 32 are supported", file.bits_allocated);
     }
     if (file.bits_stored < 1 || file.bits_stored > file.bits_allocated ||
@@ -260,6 +288,11 @@ std::optional<DicomFile> read_dicom_header(const std::filesystem::path& path) {
     file.high_bit = data_set.unsigned_short(tag::kHighBit).value_or(file.bits_stored - 1);
     file.is_signed = data_set.unsigned_short(tag::kPixelRepresentation).value_or(0) == 1;
 
+    try {
+        file.segmentation = read_segmentation(data_set);
+    } catch (const InputError& error) {
+        throw InputError(fmt::format("{}: {}", quoted(path), error.what()));
+    }
     file.refusal = refusal(file, data_set);
     const double frames = data_set.decimal(tag::kNumberOfFrames).value_or(1);
     // Allocate no memory for frames that cannot exist.
@@ -327,7 +360,7 @@ void unpack_cells(const char* cells, std::size_t count, int cell_size, int bits,
 
 void decode_plain(const DicomFile& file, ParsedDicom& parsed, Buffer<std::int32_t>& out) {
     const std::size_t cell_size = static_cast<std::size_t>(file.bits_allocated) / 8;
-    const std::size_t needed = out.size() * cell_size;
+    const std::size_t needed = file.bits_allocated == 1 ? (out.size() + 7) / 8 : out.size() * cell_size;
     const std::size_t held = std::min(parsed.bytes.size() - parsed.pixels_at, parsed.pixels_size.value_or(0));
     if (held < needed)
         throw InputError(fmt::format("has {} bytes of pixels instead of {}; it is truncated", held, needed));
@@ -335,6 +368,10 @@ void decode_plain(const DicomFile& file, ParsedDicom& parsed, Buffer<std::int32_
     if (parsed.encoding.big_endian && parsed.pixels_are_words) {
         const std::size_t word = std::max<std::size_t>(cell_size, 2);
         for (std::size_t i = 0; i + word <= held; i += word) std::reverse(cells + i, cells + i + word);
+    }
+    if (file.bits_allocated == 1) {  // without padding between rows or frames
+        for (std::size_t i = 0; i < out.size(); ++i) out[i] = cells[i / 8] >> i % 8 & 1;
+        return;
     }
     unpack_cells(cells, out.size(), static_cast<int>(cell_size), file.bits_stored, file.high_bit,
                  file.is_signed, out.data());

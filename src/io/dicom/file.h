@@ -9,6 +9,7 @@
 #include <vector>
 
 #include <marrow/buffer.h>
+#include <marrow/label_table.h>
 #include <marrow/volume.h>
 
 #include "io/scan/parallel_slices.h"
@@ -24,7 +25,18 @@ struct DicomFrame {
     std::optional<std::array<double, 2>> spacing;  ///< mm between columns and between rows
     std::optional<double> thickness;               ///< mm
     std::optional<double> slope, intercept;        ///< NaN if present but not a number
+    std::optional<double> between;                 ///< SpacingBetweenSlices, mm
+    int segment = 0;                               ///< of a segmentation; 0 if it is not stated
     VolumeAttributes volume;
+};
+
+/// What a segmentation is about.
+struct DicomSegmentation {
+    enum class Type { binary, fractional, label_map };
+
+    Type type = Type::binary;
+    int largest_fraction = 1;  ///< the stored value of a sample that is all inside
+    LabelTable segments;       ///< their names and colours
 };
 
 struct DicomFile {
@@ -43,12 +55,17 @@ struct DicomFile {
     std::int64_t tiles = 1;              ///< along each side of a mosaic, whose tiles are the frames
     int bits_allocated = 0, bits_stored = 0, high_bit = 0;
     bool is_signed = false;
+    std::optional<DicomSegmentation> segmentation;
     std::vector<DicomFrame> frames;
 };
 
 /// Reads a header. No value if the file is DICOM without an image: a report, a structure set, a directory.
 /// \throw IoError; InputError it is damaged
 std::optional<DicomFile> read_dicom_header(const std::filesystem::path& path);
+
+/// Text of an element that is safe in messages: in UTF-8, without control characters. `file` states the
+/// character set.
+std::string readable_text(const DicomDataSet& data_set, DicomTag tag, const DicomDataSet& file);
 
 /// What a DICOM file without an image is: "an RT structure set". \throw IoError; InputError it is damaged
 std::string name_without_image(const std::filesystem::path& path);

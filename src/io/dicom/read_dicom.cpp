@@ -2,6 +2,7 @@
 #include "read_dicom.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <tbb/enumerable_thread_specific.h>
 
@@ -16,6 +17,7 @@
 #include "file.h"
 #include "io/bytes/text.h"
 #include "io/scan/parallel_slices.h"
+#include "segmentation.h"
 #include "stack.h"
 
 namespace marrow::internal::io {
@@ -185,6 +187,14 @@ bool is_rescaled(const DicomStack& stack) {
                        [](const DicomSlice& s) { return s.frame().slope.has_value(); });
 }
 
+// The labels of each map: "segments 1, 4, 5".
+std::vector<std::string> differences_of(const LabelMaps& maps) {
+    std::vector<std::string> out;
+    for (const std::vector<std::int64_t>& labels : maps.labels)
+        out.push_back(fmt::format("segments {}", fmt::join(labels, ", ")));
+    return out;
+}
+
 // Volumes that only the order of an attribute tells apart may be divided wrongly.
 void warn_of_order(const DicomStack& stack, std::vector<std::string>& warnings) {
     if (!stack.order) return;
@@ -193,7 +203,55 @@ void warn_of_order(const DicomStack& stack, std::vector<std::string>& warnings) 
                     *stack.order == VolumeAttribute::instance_number ? "InstanceNumber" : "times"));
 }
 
+// Names the label map that options.volume chooses, or the only one. \throw GeometryError; OptionError
+std::size_t choose_map(const DicomSeries& series, const LabelMaps& maps, const ScanOptions& options) {
+    const std::size_t count = maps.maps.size();
+    if (!options.volume && count > 1) {
+        throw GeometryError(fmt::format(
+            "series {}: its segments overlap and make {} label maps ({}); choose one with options.volume",
+            series.id, count, examples(differences_of(maps))));
+    }
+    const std::int64_t chosen = options.volume.value_or(0);
+    if (chosen < 0 || static_cast<std::size_t>(chosen) >= count) {
+        throw OptionError(fmt::format("series {}: has no volume {}; there are {}, numbered from 0", series.id,
+                                      chosen, count));
+    }
+    return static_cast<std::size_t>(chosen);
+}
+
+void describe_map(const DicomFile& file, const Volume& map, SeriesInfo& info) {
+    info.dims = map.geometry().dims;
+    info.spacing = map.geometry().spacing;
+    info.files = 1;
+    info.labels = file.segmentation->segments;
+}
+
+SeriesReport report_on_segmentation(const DicomSeries& series, const ScanOptions& options) {
+    SeriesReport out;
+    const DicomFile& file = series.first();
+    out.series = describe(series.volumes[0]);
+    out.number = file.series_number;
+    out.image_type = file.image_type;
+    out.patient_name = file.patient_name;
+    out.hounsfield = false;
+    try {
+        check_supported(series.volumes[0]);
+        const LabelMaps maps = read_label_maps(file, options);
+        out.warnings = maps.warnings;
+        if (maps.maps.size() > 1) out.volumes = differences_of(maps);
+        describe_map(file, maps.maps[0], out.series);
+        out.geometry = maps.maps[0].geometry();
+        out.memory =
+            static_cast<std::uint64_t>(out.geometry->sample_count()) * sample_size(maps.maps[0].type());
+        choose_map(series, maps, options);
+    } catch (const InputError& error) {
+        out.refusal = error.what();
+    }
+    return out;
+}
+
 SeriesReport report_on(DicomSeries& series, const ScanOptions& options) {
+    if (series.first().segmentation) return report_on_segmentation(series, options);
     SeriesReport out;
     std::optional<std::string> refusal;
     DicomStack* chosen = &series.volumes[0];
@@ -281,7 +339,18 @@ Volume read_dicom(const DicomInput& input, const ScanOptions& options, ScanInfo&
     DicomSeries& series = only_candidate(choice, headers);
     if (headers.damage) throw InputError(*headers.damage);
     if (choice.skips_single_images) info.warnings.push_back(choice.reason);
+    if (series.first().segmentation) {
+        check_supported(series.volumes[0]);
+        LabelMaps maps = read_label_maps(series.first(), options);
+        const std::size_t chosen = choose_map(series, maps, options);
+        info.series = describe(series.volumes[0]);
+        describe_map(series.first(), maps.maps[chosen], info.series);
+        info.volumes = static_cast<std::int64_t>(maps.maps.size());
+        info.warnings.insert(info.warnings.end(), maps.warnings.begin(), maps.warnings.end());
+        return std::move(maps.maps[chosen]);
+    }
     DicomStack& stack = choose_volume(series, options);
+    info.volumes = static_cast<std::int64_t>(series.volumes.size());
     check_supported(stack);
     info.series = describe(stack);
     warn_of_order(stack, info.warnings);

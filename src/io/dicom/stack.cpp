@@ -155,8 +155,14 @@ std::size_t DicomSeries::slices() const {
 
 std::vector<DicomSeries> group_into_series(const std::vector<DicomFile>& files) {
     constexpr std::size_t kMost = 2000;  // stacks of a series; each slice is compared with all of them
+    std::vector<DicomSeries> out;
     std::map<std::string_view, std::vector<DicomStack>> stacks_of_series;
     for (const DicomFile& file : files) {
+        if (file.segmentation) {  // a file is a volume, whose frames may be of several segments
+            DicomStack& all = out.emplace_back(DicomSeries{"", {{}}}).volumes[0];
+            for (std::size_t i = 0; i < file.frames.size(); ++i) all.slices.push_back({&file, i});
+            continue;
+        }
         std::vector<DicomStack>& series = stacks_of_series[file.series_uid];
         for (std::size_t i = 0; i < file.frames.size(); ++i) {
             const DicomSlice slice{&file, i};
@@ -171,7 +177,6 @@ std::vector<DicomSeries> group_into_series(const std::vector<DicomFile>& files) 
                     fmt::format("{}: its series has more than {} different geometries", slice.name(), kMost));
         }
     }
-    std::vector<DicomSeries> out;
     for (auto& [uid, series] : stacks_of_series) {
         for (DicomStack& stack : series) {
             sort_slices(stack);

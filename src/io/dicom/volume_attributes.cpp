@@ -6,7 +6,7 @@
 
 #include <algorithm>
 
-#include "io/bytes/text.h"
+#include "file.h"
 #include "tags.h"
 
 namespace marrow::internal::io {
@@ -64,7 +64,7 @@ std::string joined(const std::vector<T>& numbers) {
 std::string value_in(const DicomDataSet& data_set, DicomTag tag, Form form) {
     switch (form) {
         case Form::text:
-            return data_set.text(tag);
+            return readable_text(data_set, tag, data_set);
         case Form::uint16:
             return joined(data_set.numbers<std::uint16_t>(tag));
         case Form::uint32:
