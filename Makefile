@@ -6,12 +6,13 @@ JOBS ?= $(shell nproc)
 PRESET ?= developer
 BUILD := build/$(if $(filter developer,$(PRESET)),release,$(PRESET))
 BIN := build/release/bin
+PYTHON ?= /usr/bin/python3
 
 configure = cmake --preset $(1) -Wno-dev --log-level=WARNING > /dev/null
 build = cmake --build --preset $(1) -j $(JOBS)
 install = scripts/install-dependencies
 
-.PHONY: all program demo test install package docs viewer terrain core everything bench scaling paper fuzz tsan clang
+.PHONY: all program demo test install package docs viewer terrain python core everything bench scaling paper fuzz tsan clang
 all: program
 
 program:
@@ -36,6 +37,15 @@ terrain:
 	$(call configure,release) -D MARROW_TERRAIN=ON
 	$(call build,release) --target marrow marrow_terrain_program
 
+# The Python package, as a wheel in build/wheels: build/release/python holds it too.
+python:
+	$(install) program python
+	$(call configure,release) -D MARROW_PYTHON=ON -D Python_EXECUTABLE=$(PYTHON)
+	$(call build,release) --target marrow marrow_python_package
+	$(PYTHON) -m pip wheel . --quiet --no-index --no-build-isolation --no-deps --wheel-dir build/wheels \
+	  --config-settings build-dir=build/release
+	ls build/wheels/*.whl
+
 # marrow::core alone, with Highway and oneTBB.
 core:
 	$(install) core
@@ -48,7 +58,7 @@ install: program
 
 # Debian packages of the libraries and of all programs, in build/package/packages.
 package:
-	$(install) program viewer terrain package
+	$(install) program viewer terrain python package
 	$(call configure,package)
 	$(call build,package)
 	cd build/package && cpack > /dev/null
@@ -61,7 +71,7 @@ docs:
 	MARROW_VERSION=$$(sed -n 's/^#define MARROW_VERSION "\(.*\)"/\1/p' include/marrow/version.h) doxygen docs/Doxyfile
 
 everything:
-	$(install) program viewer terrain tests
+	$(install) program viewer terrain python tests
 	$(call configure,$(PRESET))
 	$(call build,$(PRESET))
 
@@ -71,19 +81,19 @@ test: everything
 
 # Everything by clang, where a warning is an error.
 clang:
-	$(install) program viewer terrain tests clang
+	$(install) program viewer terrain python tests clang
 	$(call configure,clang)
 	$(call build,clang)
 
 # The tests that use threads, under ThreadSanitizer. `make test PRESET=asan` runs all tests under AddressSanitizer and UBSan.
 tsan:
-	$(install) program viewer terrain tests tsan
+	$(install) program viewer terrain python tests tsan
 	scripts/tsan
 
 # Each fuzz target searches for SECONDS, starting from the seeds and from what was found before.
 SECONDS ?= 60
 fuzz:
-	$(install) program viewer terrain tests clang
+	$(install) program viewer terrain python tests clang
 	scripts/fuzz $(SECONDS)
 
 bench: everything

@@ -1,6 +1,6 @@
 # Debian packages, by CPack: `make package`.
 #
-# libmarrowX.Y, libmarrow-dev and marrow; marrow-viewer and marrow-terrain where they are built. GDAL is large, so
+# libmarrowX.Y, libmarrow-dev and marrow; marrow-viewer, marrow-terrain and python3-marrow where they are built. GDAL is large, so
 # marrow::terrain, library and all, stays in marrow-terrain.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_VENDOR "Marrow")
@@ -20,6 +20,9 @@ if(MARROW_VIEWER)
 endif()
 if(MARROW_TERRAIN)
   list(APPEND CPACK_COMPONENTS_ALL terrain)
+endif()
+if(MARROW_PYTHON)
+  list(APPEND CPACK_COMPONENTS_ALL python)
 endif()
 
 # debian_package(COMPONENT NAME SECTION CONTENTS [DEPENDS...]): one package; the dependencies beside the shared libraries'.
@@ -45,5 +48,12 @@ debian_package(program marrow science "the command line" "${library} ${exactly}"
 debian_package(viewer marrow-viewer science "the desktop viewer" "${library} ${exactly}")
 debian_package(terrain marrow-terrain science "the command 'marrow terrain' and its library"
   "${library} ${exactly}" "marrow ${exactly}")
+# The module is for one minor version of Python.
+math(EXPR next_python "${Python_VERSION_MINOR} + 1")
+debian_package(python python3-marrow python "the Python package marrow" "${library} ${exactly}"
+  "python3 (>= 3.${Python_VERSION_MINOR})" "python3 (<< 3.${next_python})" python3-numpy)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS marrow)  # python3 -m marrow runs the program
+set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA
+  ${PROJECT_SOURCE_DIR}/packaging/debian/postinst ${PROJECT_SOURCE_DIR}/packaging/debian/prerm)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "marrow-viewer, marrow-terrain")
 include(CPack)

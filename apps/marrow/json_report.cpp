@@ -5,7 +5,9 @@
 
 #include <nlohmann/json.hpp>
 
+#include "info_report.h"
 #include "shared/library_options.h"
+#include "steps.h"
 
 namespace marrow::cli {
 namespace {
@@ -36,6 +38,9 @@ Json bounds(const MeshMeasures& m, Space space) {
 
 Json step_numbers(const StepReport& step) {
     const auto pair = [](auto before, auto after) { return Json{before, after}; };
+    const auto distance = [](const std::optional<MeshDistance>& d) {
+        return d ? Json{{"max", d->max}, {"mean", d->mean}} : Json();
+    };
     return {{"step", step.name},
             {"triangles", pair(step.before.triangles, step.after.triangles)},
             {"components", pair(step.before.components, step.after.components)},
@@ -43,8 +48,9 @@ Json step_numbers(const StepReport& step) {
             {"nonmanifold_edges", pair(step.before.nonmanifold_edges, step.after.nonmanifold_edges)},
             {"volume_mm3", pair(step.before.volume, step.after.volume)},
             {"area_mm2", pair(step.before.area, step.after.area)},
-            {"deviation_mm",
-             step.deviation ? Json{{"max", step.deviation->max}, {"mean", step.deviation->mean}} : Json()}};
+            {"deviation_mm", distance(step.deviation)},
+            {"moved_mm", distance(step.moved)},
+            {"held_back", step.held_back}};
 }
 
 Json surface_numbers(const Surface& surface, Space space) {
@@ -58,13 +64,15 @@ Json surface_numbers(const Surface& surface, Space space) {
         numbers["isovalue"] = surface.isovalue;
     numbers.update({{"points", points}, {"triangles", triangles}});
     if (!surface.measures) {  // a surface that was written slab by slab
-        for (const char* name : {"components", "boundary_edges", "nonmanifold_edges", "euler_characteristic",
-                                 "area_mm2", "volume_mm3", "bounds_mm", "steps"})
+        for (const char* name : {"components", "pieces", "cavities", "boundary_edges", "nonmanifold_edges",
+                                 "euler_characteristic", "area_mm2", "volume_mm3", "bounds_mm", "steps"})
             numbers[name] = Json();
         return numbers;
     }
     const MeshMeasures& m = *surface.measures;
     numbers.update({{"components", m.components},
+                    {"pieces", m.components - m.cavities},
+                    {"cavities", m.cavities},
                     {"boundary_edges", m.boundary_edges},
                     {"nonmanifold_edges", m.nonmanifold_edges},
                     {"euler_characteristic", m.euler_characteristic},
@@ -92,6 +100,22 @@ Json seconds_numbers(const StageSeconds& seconds) {
             {"total", seconds.total}};
 }
 
+Json scan_bounds(const Geometry& geometry) {
+    const Box box = cli::bounds(geometry);
+    return {box.lower, box.upper};
+}
+
+Json sample_numbers(const SampleReport& samples) {
+    Json json{{"type", sample_type_name(samples.type)},
+              {"lower", samples.finite > 0 ? Json(samples.lower) : Json()},
+              {"upper", samples.finite > 0 ? Json(samples.upper) : Json()},
+              {"may_be_hounsfield_units", samples.may_be_hounsfield}};
+    json["labels"] = Json::array();
+    for (const auto& [label, count] : samples.labels)
+        json["labels"].push_back({{"label", label}, {"samples", count}});
+    return json;
+}
+
 Json series_numbers(const SeriesReport& s, bool show_patient) {
     const Vec3d& spacing = s.series.spacing;
     Json one{
@@ -101,8 +125,17 @@ Json series_numbers(const SeriesReport& s, bool show_patient) {
         {"dims", s.series.dims},
         {"spacing_mm", {number_or_null(spacing[0]), number_or_null(spacing[1]), number_or_null(spacing[2])}},
         {"files", s.series.files},
+        {"volumes", s.volumes},
         {"tilt_degrees", s.tilt},
         {"gaps", s.gaps},
+        {"series_number", s.number ? Json(*s.number) : Json()},
+        {"image_type", text_or_null(s.image_type)},
+        {"echo_time_ms", s.echo_time ? Json(*s.echo_time) : Json()},
+        {"kernel", text_or_null(s.kernel)},
+        {"plane", s.geometry ? Json(plane_name(s.geometry->direction)) : Json()},
+        {"origin_mm", s.geometry ? Json(s.geometry->origin) : Json()},
+        {"direction", s.geometry ? Json(s.geometry->direction) : Json()},
+        {"bounds_mm", s.geometry ? scan_bounds(*s.geometry) : Json()},
         {"hounsfield_units", s.hounsfield ? Json(*s.hounsfield) : Json()},
         {"smallest_feature_mm", s.smallest_feature ? Json(*s.smallest_feature) : Json()},
         {"memory_bytes", s.memory},
@@ -127,6 +160,7 @@ Json finding_numbers(const Finding& finding, bool show_patient) {
     json["warnings"] = message_list(report.warnings);
     json["series"] = Json::array();
     for (const SeriesReport& s : report.series) json["series"].push_back(series_numbers(s, show_patient));
+    json["values"] = finding.samples ? sample_numbers(*finding.samples) : Json();
     return json;
 }
 
@@ -144,6 +178,7 @@ Json check_numbers(const CheckedMesh& checked, double min_wall) {
         {"points", m.points},
         {"triangles", m.triangles},
         {"components", m.components},
+        {"pieces", m.components - c.cavities},
         {"cavities", c.cavities},
         {"euler_characteristic", m.euler_characteristic},
         {"genus", c.genus ? Json(*c.genus) : Json()},
@@ -211,6 +246,7 @@ std::string surfaces_json(const SurfaceResults& results, Space space) {
             json["surfaces"].push_back(numbers);
         }
     }
+    json["verified"] = results.verified.has_value();
     json["warnings"] = message_list(results.warnings);
     json["seconds"] = seconds_numbers(results.seconds);
     json["peak_memory_bytes"] = peak_memory_bytes();
@@ -264,6 +300,10 @@ std::string terrain_json(const TerrainResults& results) {
                        {"write", results.write_seconds},
                        {"total", results.total_seconds}};
     return to_text(json);
+}
+
+std::string error_json(const std::string& message, int exit_code) {
+    return to_text({{"error", message}, {"exit_code", exit_code}});
 }
 
 }  // namespace marrow::cli

@@ -30,4 +30,7 @@ std::string sweep_json(const std::vector<SweepSample>& sweep, const std::vector<
 /// One object with an array `levels`, which must be measured.
 std::string terrain_json(const TerrainResults& results);
 
+/// One object with the message and the exit code of an error.
+std::string error_json(const std::string& message, int exit_code);
+
 }  // namespace marrow::cli

@@ -8,7 +8,7 @@
 #include <unistd.h>
 
 #include "commands/dispatch.h"
-#include "console.h"
+#include "shared/console.h"
 #include "signals.h"
 
 namespace {
@@ -29,7 +29,7 @@ constexpr SiblingProgram kSiblings[] = {
 };
 
 // Replaces this process by the program beside it. Returns only if that fails.
-int become(const SiblingProgram& sibling, char** arguments) {
+int become(const SiblingProgram& sibling, char* const* arguments) {
     const auto program = std::filesystem::read_symlink("/proc/self/exe").parent_path() / sibling.name;
     execv(program.c_str(), arguments);
     const std::string why = errno == ENOENT
@@ -42,9 +42,12 @@ int become(const SiblingProgram& sibling, char** arguments) {
 }  // namespace
 
 int main(int argc, char** argv) {
-    const std::string_view first = argc > 1 ? argv[1] : "";
+    const std::string_view first = argc > 1 ? argv[1] : "", second = argc > 2 ? argv[2] : "";
     for (const SiblingProgram& sibling : kSiblings) {
         if (first == sibling.command) return become(sibling, argv + 1);
+        std::string help = "--help";
+        char* const help_arguments[] = {argv[0], help.data(), nullptr};
+        if (first == "help" && second == sibling.command && argc == 3) return become(sibling, help_arguments);
     }
     return marrow::cli::run_marrow(argc, argv, marrow::cli::standard_console(),
                                    marrow::cli::stopped_by_signals());

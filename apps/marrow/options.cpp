@@ -3,22 +3,17 @@
 
 #include <limits>
 
-#include "console.h"
+#include "shared/console.h"
 
 namespace marrow::cli {
 namespace fs = std::filesystem;
 
-const char* const kScanHelp =
-    "DICOM folder or file; NIfTI, NRRD, MetaImage or TIFF file; folder of slice images";
-
 const char* const kExitCodesHelp =
-    "Exit codes: 0 success, 2 usage error, 3 file not readable or not writable, 4 ambiguous or refused\n"
-    "geometry, 5 empty surface, 6 failed check, 130 cancelled.\n"
+    "Exit codes: 0 success; 2 the command line is wrong, or does not fit the input; 3 a file cannot be read\n"
+    "(missing, damaged, not supported, too large) or written; 4 the scan is ambiguous, or its geometry "
+    "would\n"
+    "distort the result; 5 there is no surface; 6 a check failed; 130 cancelled.\n"
     "For research use only; not a medical device.";
-
-void add_scan_input(Arguments& arguments, ScanInput& input) {
-    arguments.add_input("INPUT", input.path, kScanHelp);
-}
 
 void require_input(const fs::path& input) {
     if (input.empty()) throw UsageError("no scan is given: name a file or folder (see marrow --help)");
@@ -31,26 +26,17 @@ void require_output(const fs::path& mesh, const fs::path& picture) {
             "both");
 }
 
-void add_scan_options(Arguments& arguments, ScanOptions& options) {
-    arguments.add_option("--series", text_value("UID", options.series),
-                         "Read this DICOM series; 'marrow info' lists them.");
-    arguments.add_option("--spacing", spacing_value(options.spacing),
-                         "Set the distance between samples in mm, for images that do not state it.");
-    arguments.add_flag("--resample", options.resample,
-                       "Interpolate unevenly spaced DICOM slices linearly to even spacing.");
-    arguments.add_option("--volume",
-                         integer_value("K", options.volume, std::numeric_limits<std::int64_t>::min()),
-                         "Read volume K of a 4D NIfTI or MetaImage file, counted from 0.");
-}
-
 void add_threads_option(Arguments& arguments, int& threads) {
+    arguments.start_group("General");
     arguments.add_option("--threads", integer_value("N", threads, 0, std::numeric_limits<int>::max()),
                          "Use N threads; 0 (default) uses all.");
 }
 
 void add_mesh_option(Arguments& arguments, fs::path& mesh) {
-    arguments.add_option("-o,--output", file_value("OUT", mesh),
-                         "Write the mesh to OUT: .stl, .ply, .obj (also .gz), .vtp, .3mf or .glb.");
+    arguments.add_option(
+        "-o,--output", file_value("OUT", mesh),
+        "Write the mesh to OUT: .stl, .ply, .obj (also .gz), .vtp, .3mf or .glb. A folder gets an .stl "
+        "file for each surface, named after it; {name} in OUT stands for that name.");
 }
 
 void add_picture_option(Arguments& arguments, fs::path& picture) {
@@ -68,15 +54,25 @@ void add_space_option(Arguments& arguments, Space& space) {
 }
 
 void add_json_option(Arguments& arguments, Reporting& reporting) {
-    arguments.add_flag("--json", reporting.json, "Print the results as one JSON object.");
+    arguments.start_group("General");
+    arguments.add_flag("--json", reporting.json, "Print the results, or the error, as one JSON object.");
 }
 
 void add_quiet_option(Arguments& arguments, Reporting& reporting) {
+    arguments.start_group("General");
     arguments.add_flag("-q,--quiet", reporting.quiet, "Print only errors, and JSON if requested.");
 }
 
 void add_verbose_option(Arguments& arguments, Reporting& reporting) {
+    arguments.start_group("General");
     arguments.add_flag("-v,--verbose", reporting.verbose, "Print how long each stage took.");
+}
+
+void add_general_options(Arguments& arguments, int& threads, Reporting& reporting) {
+    add_threads_option(arguments, threads);
+    add_json_option(arguments, reporting);
+    add_quiet_option(arguments, reporting);
+    add_verbose_option(arguments, reporting);
 }
 
 }  // namespace marrow::cli

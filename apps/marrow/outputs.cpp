@@ -10,7 +10,7 @@
 
 #include <fmt/format.h>
 
-#include "console.h"
+#include "shared/console.h"
 #include "shared/report_progress.h"
 
 namespace marrow::cli {

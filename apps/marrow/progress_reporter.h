@@ -8,8 +8,8 @@
 
 #include <marrow/progress.h>
 
-#include "console.h"
 #include "options.h"
+#include "shared/console.h"
 
 namespace marrow::cli {
 

@@ -2,13 +2,9 @@
 #include "render.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdint>
-#include <cstdlib>
-#include <thread>
 
-#include <X11/Xlib.h>
 #include <vtkActor.h>
 #include <vtkAutoInit.h>
 #include <vtkCamera.h>
@@ -44,6 +40,7 @@
 #include <marrow/error.h>
 #include <marrow/vector.h>
 
+#include "shared/display.h"
 #include "shared/report_progress.h"
 
 VTK_MODULE_INIT(vtkRenderingOpenGL2);
@@ -206,22 +203,9 @@ vtkSmartPointer<vtkUnsignedCharArray> draw(vtkRenderer* renderer) {
 
 }  // namespace
 
-// Without a display, VTK would end the process. An X server resets itself when its last client leaves, and
-// refuses new clients meanwhile. So try for a second, and stay connected until VTK is.
-void require_display() {
-    static Display* display = nullptr;
-    for (int attempt = 0; display == nullptr && attempt < 10; ++attempt) {
-        if (attempt > 0) std::this_thread::sleep_for(std::chrono::milliseconds(100));
-        display = XOpenDisplay(nullptr);
-        if (std::getenv("DISPLAY") == nullptr) break;
-    }
-    if (display == nullptr)
-        throw IoError("--picture needs a display, but there is none: run 'xvfb-run -a marrow ...'");
-}
-
 void render(const std::vector<RenderedSurface>& surfaces, const std::filesystem::path& file,
             const Progress& progress, const CameraAngles& angles) {
-    require_display();
+    require_display("--picture");
 
     vtkNew<vtkRenderer> renderer;
     renderer->GradientBackgroundOn();

@@ -22,9 +22,6 @@ struct CameraAngles {
     double turn = 33, rise = 8;
 };
 
-/// Connects to the X display, which OpenGL needs for drawing. \throw IoError there is no display
-void require_display();
-
 /// Draws the surfaces, z up, to a PNG file that appears complete or not at all. The default camera looks from
 /// the patient's front left. \throw IoError no display, or the file cannot be written; Cancelled
 void render(const std::vector<RenderedSurface>& surfaces, const std::filesystem::path& file,

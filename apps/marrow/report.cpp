@@ -1,7 +1,9 @@
 // Prints extracted surfaces as text or JSON.
 #include "report.h"
 
+#include <algorithm>
 #include <ostream>
+#include <string_view>
 
 #include <fmt/format.h>
 
@@ -18,8 +20,8 @@ std::string source_of(const Surface& surface) {
 
 }  // namespace
 
-void print_text(std::ostream& out, const std::vector<Surface>& surfaces) {
-    for (const Surface& surface : surfaces) {
+void print_text(std::ostream& out, const SurfaceResults& results) {
+    for (const Surface& surface : results.surfaces) {
         out << fmt::format("{}: {} points, {} triangles {}\n",
                            surface.output.empty() ? surface.name : surface.output.string(),
                            surface.size().points, surface.size().triangles, source_of(surface));
@@ -29,12 +31,17 @@ void print_text(std::ostream& out, const std::vector<Surface>& surfaces) {
                                step.name + ":", step.after.triangles, step.before.triangles,
                                change(step.before.volume, step.after.volume),
                                change(step.before.area, step.after.area));
-            if (step.deviation)
-                out << fmt::format(", moved {:.3g} mm at most and {:.3g} mm on average", step.deviation->max,
-                                   step.deviation->mean);
+            if (const auto& moved = step.deviation ? step.deviation : step.moved)
+                out << fmt::format(", moved {:.3g} mm at most and {:.3g} mm on average", moved->max,
+                                   moved->mean);
+            if (step.held_back > 0)
+                out << fmt::format(", held back at {} points to keep the surface from passing through itself",
+                                   step.held_back);
             out << '\n';
         }
     }
+    if (results.verified)
+        out << fmt::format("verified: all {} triangles are in the files as extracted\n", *results.verified);
 }
 
 void print_results(const ProgressReporter& reporter, const SurfaceResults& results, Space space) {
@@ -42,7 +49,14 @@ void print_results(const ProgressReporter& reporter, const SurfaceResults& resul
     if (reporter.reporting().json)
         out << surfaces_json(results, space);
     else if (!reporter.reporting().quiet)
-        print_text(out, results.surfaces);
+        print_text(out, results);
+}
+
+std::function<void(const std::string&, ExitCode)> error_printer(int argc, const char* const* argv,
+                                                                std::ostream& out) {
+    const auto is_json = [](std::string_view argument) { return argument == "--json"; };
+    if (std::none_of(argv, argv + argc, is_json)) return {};
+    return [&out](const std::string& message, ExitCode code) { out << error_json(message, code); };
 }
 
 }  // namespace marrow::cli

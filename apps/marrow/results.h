@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -31,7 +32,11 @@ struct StepReport {
     std::string name;  ///< "components", "smooth" or "reduce"
     MeshMeasures before, after;
     std::optional<MeshDistance> deviation;  ///< of the surface after from the one before, if it was measured
-    std::string note;                       ///< what the user must know; empty: nothing
+    std::optional<MeshDistance> moved;      ///< how far smoothing moved the points
+    /// Points that smoothing held back, or collapses that reduction undid, because the surface would have
+    /// passed through itself.
+    std::int64_t held_back = 0;
+    std::string note;  ///< what the user must know; empty: nothing
 };
 
 /// One extracted surface.
@@ -70,14 +75,25 @@ struct SurfaceResults {
     ScanInfo info;
     std::vector<Surface> surfaces;
     std::vector<std::string> warnings;
+    std::optional<std::uint64_t> verified = {};  ///< triangles that were read back and equal; none: not asked
     StageSeconds seconds;
+};
+
+/// What the samples of a scan are.
+struct SampleReport {
+    SampleType type{};
+    double lower = 0, upper = 0;     ///< the range of the finite samples
+    std::int64_t finite = 0;         ///< samples that are neither NaN nor infinite
+    bool may_be_hounsfield = false;  ///< the format does not say, but the lowest sample looks like air
+    std::map<std::int64_t, std::int64_t> labels;  ///< of a label map: how many samples each has; else empty
 };
 
 /// What `marrow info` found in one input.
 struct Finding {
     std::filesystem::path input;
     ScanReport report;
-    std::string refusal;  ///< why there is no report; empty: there is
+    std::string refusal;                  ///< why there is no report; empty: there is
+    std::optional<SampleReport> samples;  ///< of the series that would be read
 };
 
 /// What `marrow check` found in one mesh.

@@ -12,7 +12,7 @@
 #include <marrow/simplify.h>
 #include <marrow/smooth.h>
 
-#include "console.h"
+#include "shared/console.h"
 #include "shared/report_progress.h"
 
 namespace marrow::cli {
@@ -31,6 +31,18 @@ bool store_crop(std::string_view text, std::optional<CropBox>& crop) {
     return true;
 }
 
+// Stores a distance in mm, or 0 if there is no text.
+Value bound_value(std::optional<double>& to) {
+    Value value{"DISTANCE", "a distance above 0 in mm, such as 0.5mm", [&to](const std::string& text) {
+                    const std::string_view number =
+                        text.ends_with("mm") ? std::string_view(text).substr(0, text.size() - 2) : text;
+                    to = text.empty() ? 0.0 : parse_number(number);
+                    return text.empty() || (to && *to > 0);
+                }};
+    value.may_be_left = true;
+    return value;
+}
+
 // LPS to RAS, or back.
 Box with_x_and_y_negated(const Box& box) {
     return {{-box.upper[0], -box.upper[1], box.lower[2]}, {-box.lower[0], -box.lower[1], box.upper[2]}};
@@ -39,23 +51,6 @@ Box with_x_and_y_negated(const Box& box) {
 std::array<std::int64_t, 3> to_indices(const Vec3d& v) {
     return {static_cast<std::int64_t>(v[0]), static_cast<std::int64_t>(v[1]),
             static_cast<std::int64_t>(v[2])};
-}
-
-// The bounding box of the samples, LPS mm.
-Box bounds(const Geometry& geometry) {
-    constexpr double kFar = std::numeric_limits<double>::infinity();
-    Box box{{kFar, kFar, kFar}, {-kFar, -kFar, -kFar}};
-    for (unsigned corner = 0; corner < 8; ++corner) {
-        Vec3d index;
-        for (std::size_t a = 0; a < 3; ++a)
-            index[a] = (corner >> a & 1) != 0 ? static_cast<double>(geometry.dims[a] - 1) : 0;
-        const Vec3d at = geometry.physical(index);
-        for (std::size_t a = 0; a < 3; ++a) {
-            box.lower[a] = std::min(box.lower[a], at[a]);
-            box.upper[a] = std::max(box.upper[a], at[a]);
-        }
-    }
-    return box;
 }
 
 [[noreturn]] void throw_outside(const Geometry& geometry, const CropBox& crop) {
@@ -94,19 +89,33 @@ Mesh with_chosen_components(const Mesh& mesh, const SurfaceSteps& steps, int thr
 }
 
 Mesh smoothed(const Mesh& mesh, const SurfaceSteps& steps, const Mat3d& index_to_physical, int threads,
-              const Progress& progress, std::string& note) {
+              const Progress& progress, StepReport& report) {
     SmoothOptions options{.iterations = steps.smooth, .threads = threads, .progress = progress};
-    if (steps.smooth_bound) options.bound = index_to_physical;
+    if (steps.smooth_bound == 0)
+        options.bound = index_to_physical;
+    else
+        options.max_move = steps.smooth_bound;
     SmoothStats stats;
     Mesh result = smooth(mesh, options, &stats);
+    report.moved = MeshDistance{stats.moved_mean, stats.moved_max};
+    report.held_back = stats.held_back_points;
     if (stats.restored_components > 0)
-        note = fmt::format("{} components are too small to smooth and keep their shape",
-                           stats.restored_components);
+        report.note = fmt::format("{} components are too small to smooth and keep their shape",
+                                  stats.restored_components);
     return result;
 }
 
-Mesh reduced(const Mesh& mesh, const SurfaceSteps& steps, int threads, const Progress& progress,
-             StepReport& report) {
+// The largest distance between neighbouring samples, mm.
+double coarsest_spacing(const Mat3d& index_to_physical) {
+    double coarsest = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+        coarsest = std::max(coarsest, std::hypot(index_to_physical[0][axis], index_to_physical[1][axis],
+                                                 index_to_physical[2][axis]));
+    return coarsest;
+}
+
+Mesh reduced(const Mesh& mesh, const SurfaceSteps& steps, const Mat3d& index_to_physical, int threads,
+             const Progress& progress, StepReport& report) {
     std::optional<std::int64_t> triangles = steps.triangles;
     if (steps.keep) triangles = std::llround(*steps.keep * static_cast<double>(mesh.triangles.size()));
     const SimplifyOptions options{
@@ -114,12 +123,19 @@ Mesh reduced(const Mesh& mesh, const SurfaceSteps& steps, int threads, const Pro
     SimplifyStats stats;
     Mesh result = simplify(mesh, options, &stats);
     report.deviation = stats.deviation;
+    report.held_back = stats.undone_collapses;
     if (stats.backed_off)
         report.note = "the surface is unchanged: no reduction keeps the error and the topology";
     else if (!steps.max_error && triangles && static_cast<std::int64_t>(result.triangles.size()) > *triangles)
         report.note = fmt::format(
-            "{} triangles were requested, but no more can be removed without damage to the surface",
+            "{} triangles were requested, but no more can be removed without changing the topology",
             *triangles);
+    const double sample = coarsest_spacing(index_to_physical);
+    if (stats.deviation.max > sample && !steps.max_error)
+        report.note += fmt::format(
+            "{}the surface moved by up to {:.3g} mm, more than the {:.3g} mm between "
+            "samples: --max-error MM keeps it closer",
+            report.note.empty() ? "" : "; ", stats.deviation.max, sample);
     return result;
 }
 
@@ -164,12 +180,13 @@ void add_surface_options(Arguments& arguments, SurfaceSteps& steps) {
     arguments.add_option(
         "--smooth", integer_value("N", steps.smooth, 0, 1000),
         "Smooth the surface without shrinking it, with N iterations of a windowed sinc filter; 20 is usual.");
-    arguments.add_flag(
-        "--smooth-bound", steps.smooth_bound,
-        "With --smooth: move no point further than half a sample along each axis of the scan.");
+    arguments.add_option(
+        "--smooth-bound", bound_value(steps.smooth_bound),
+        "With --smooth: move no point further than DISTANCE, such as 0.5mm; without a DISTANCE, no further "
+        "than half a sample along each axis of the scan.");
     arguments.add_option("--keep",
-                         number_value("FRACTION", "a fraction above 0, at most 1", steps.keep,
-                                      [](double x) { return x > 0 && x <= 1; }),
+                         number_value("FRACTION", "a fraction above 0, at most 1, such as 0.5 for half",
+                                      steps.keep, [](double x) { return x > 0 && x <= 1; }),
                          "Reduce the surface to this fraction of its triangles.");
     arguments.add_option("--triangles", integer_value("N", steps.triangles, 1),
                          "Reduce the surface to at most N triangles.");
@@ -181,8 +198,26 @@ void add_surface_options(Arguments& arguments, SurfaceSteps& steps) {
 
 void check_steps(const SurfaceSteps& steps) {
     if (steps.smooth_bound && steps.smooth == 0) throw UsageError("--smooth-bound needs --smooth N");
+    if (steps.largest && steps.components > 0)
+        throw UsageError("--largest and --components both say how many components to keep: give one of them");
     if (steps.keep && steps.triangles)
         throw UsageError("--keep and --triangles both set the number of triangles: give one of them");
+}
+
+Box bounds(const Geometry& geometry) {
+    constexpr double kFar = std::numeric_limits<double>::infinity();
+    Box box{{kFar, kFar, kFar}, {-kFar, -kFar, -kFar}};
+    for (unsigned corner = 0; corner < 8; ++corner) {
+        Vec3d index;
+        for (std::size_t a = 0; a < 3; ++a)
+            index[a] = (corner >> a & 1) != 0 ? static_cast<double>(geometry.dims[a] - 1) : 0;
+        const Vec3d at = geometry.physical(index);
+        for (std::size_t a = 0; a < 3; ++a) {
+            box.lower[a] = std::min(box.lower[a], at[a]);
+            box.upper[a] = std::max(box.upper[a], at[a]);
+        }
+    }
+    return box;
 }
 
 void filter_scan(Volume& scan, const FilterSteps& steps, int threads, const Progress& progress) {
@@ -199,7 +234,9 @@ std::vector<StepReport> refine_surface(Mesh& mesh, const SurfaceSteps& steps, co
     const auto step = [&](const char* name, auto change) {
         apps::report(progress, 0);
         const MeshMeasures before = reports.empty() ? measure(mesh) : reports.back().after;
-        StepReport done{name, before, {}, {}, {}};
+        StepReport done;
+        done.name = name;
+        done.before = before;
         mesh = change(done);
         done.after = measure(mesh);
         reports.push_back(std::move(done));
@@ -208,10 +245,12 @@ std::vector<StepReport> refine_surface(Mesh& mesh, const SurfaceSteps& steps, co
         step("components", [&](StepReport&) { return with_chosen_components(mesh, steps, threads); });
     if (steps.smooth > 0)
         step("smooth", [&](StepReport& done) {
-            return smoothed(mesh, steps, index_to_physical, threads, progress, done.note);
+            return smoothed(mesh, steps, index_to_physical, threads, progress, done);
         });
     if (steps.reduce())
-        step("reduce", [&](StepReport& done) { return reduced(mesh, steps, threads, progress, done); });
+        step("reduce", [&](StepReport& done) {
+            return reduced(mesh, steps, index_to_physical, threads, progress, done);
+        });
     return reports;
 }
 

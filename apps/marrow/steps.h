@@ -12,8 +12,8 @@
 #include <marrow/volume.h>
 #include <marrow/volume_filters.h>
 
-#include "arguments.h"
 #include "results.h"
+#include "shared/arguments.h"
 
 namespace marrow::cli {
 
@@ -41,7 +41,8 @@ struct SurfaceSteps {
     double min_volume = 0;        ///< mm^3
     bool no_cavities = false;
     int smooth = 0;  ///< iterations; 0: none
-    bool smooth_bound = false;
+    /// How far smoothing may move a point, mm; 0: half a sample along each axis.
+    std::optional<double> smooth_bound;
     std::optional<double> keep;  ///< of the triangles
     std::optional<std::int64_t> triangles;
     std::optional<double> max_error;  ///< mm
@@ -57,6 +58,9 @@ void add_surface_options(Arguments& arguments, SurfaceSteps& steps);
 
 /// \throw UsageError steps that contradict each other
 void check_steps(const SurfaceSteps& steps);
+
+/// The bounding box of the samples, LPS mm.
+Box bounds(const Geometry& geometry);
 
 /// Does the steps before extraction. \throw UsageError a crop box outside the scan; others as in
 /// volume_filters.h

@@ -9,6 +9,7 @@
 #include "outputs.h"
 #include "render.h"
 #include "report.h"
+#include "shared/display.h"
 
 namespace marrow::cli {
 namespace fs = std::filesystem;
@@ -20,7 +21,7 @@ SurfaceJob::SurfaceJob(const SurfaceJobOptions& options, const Console& console,
 void SurfaceJob::check_outputs(const std::vector<fs::path>& files) const {
     for (const fs::path& file : files) check_output(file, options_.scan.path);
     check_output(options_.output.picture, options_.scan.path);
-    if (!options_.output.picture.empty()) require_display();
+    if (!options_.output.picture.empty()) require_display("--picture");
 }
 
 Volume SurfaceJob::read_scan(const FilterSteps& steps, const std::function<void(const Volume&)>& inspect) {
@@ -56,6 +57,8 @@ void SurfaceJob::deliver() {
     if (output.verify)
         seconds.verify = stage("verify", [&](const Progress& progress) {
             verify_surfaces(results.surfaces, output.space, progress);
+            results.verified = 0;
+            for (const Surface& surface : results.surfaces) *results.verified += surface.size().triangles;
         });
     if (!output.picture.empty())
         seconds.write += stage("picture", [&](const Progress& progress) { draw(progress); });

@@ -1,6 +1,6 @@
 // The program `marrow-terrain`, which `marrow terrain` starts.
 #include "commands/terrain.h"
-#include "console.h"
+#include "shared/console.h"
 #include "signals.h"
 
 int main(int argc, char** argv) {

@@ -1,19 +1,18 @@
 // marrow-viewer: shows scans and the surfaces in them.
-#include <iostream>
-#include <optional>
+#include <filesystem>
 #include <string>
-#include <vector>
 
 #include <QVTKOpenGLNativeWidget.h>
 #include <vtkObject.h>
-#include <CLI/App.hpp>
-#include <CLI/Config.hpp>
-#include <CLI/Formatter.hpp>
 #include <QApplication>
 #include <QSurfaceFormat>
 
+#include <marrow/error.h>
 #include <marrow/version.h>
 
+#include "shared/console.h"
+#include "shared/display.h"
+#include "shared/scan_arguments.h"
 #include "window/main_window.h"
 #include "window/measure_viewer.h"
 #include "window/theme.h"
@@ -21,54 +20,34 @@
 namespace marrow::viewer {
 namespace {
 
-struct Arguments {
-    std::string input;
-    ScanOptions options;
+struct ViewerOptions {
+    cli::ScanInput scan;
     bool measure = false;
 };
 
-// Returns the exit code if the program is done, for instance after --help.
-std::optional<int> parse(int argc, char** argv, Arguments& arguments) {
-    std::vector<double> spacing;
-    CLI::App app("Shows CT and MRI scans and the surfaces in them.", "marrow-viewer");
-    app.set_version_flag("--version", "marrow-viewer " MARROW_VERSION);
-    app.footer("For research use only. Not a medical device.");
-    app.add_option("INPUT", arguments.input,
-                   "DICOM folder or file; NIfTI, NRRD, MetaImage or TIFF file; folder of slices");
-    app.add_option("--series", arguments.options.series, "DICOM series to read; 'marrow info' lists them")
-        ->type_name("UID");
-    app.add_option("--spacing", spacing, "spacing of the samples in mm, for images without it")
-        ->type_name("X,Y,Z")
-        ->delimiter(',')
-        ->expected(3);
-    app.add_flag("--resample", arguments.options.resample,
-                 "interpolate unevenly spaced DICOM slices at even distances");
-    app.add_option("--volume", arguments.options.volume,
-                   "volume of a 4D NIfTI or MetaImage file, counted from 0")
-        ->type_name("K");
-    app.add_flag("--measure", arguments.measure,
-                 "measure how fast the viewer opens INPUT, moves the isovalue and exports; then quit");
-    try {
-        app.parse(argc, argv);
-    } catch (const CLI::CallForHelp&) {
-        std::cout << app.help();
-        return 0;
-    } catch (const CLI::CallForVersion& version) {
-        std::cout << version.what() << '\n';
-        return 0;
-    } catch (const CLI::ParseError& error) {
-        std::cerr << "marrow-viewer: " << error.what() << " (see marrow-viewer --help)\n";
-        return 2;
-    }
-    if (!spacing.empty()) arguments.options.spacing = Vec3d{spacing[0], spacing[1], spacing[2]};
-    if (arguments.measure && arguments.input.empty()) {
-        std::cerr << "marrow-viewer: --measure needs an INPUT (see marrow-viewer --help)\n";
-        return 2;
-    }
-    return {};
+void add_options(cli::Arguments& arguments, ViewerOptions& options) {
+    cli::add_scan_input(arguments, options.scan);
+    arguments.add_flag("--measure", options.measure,
+                       "Measure how fast the viewer opens INPUT, moves the isovalue and exports; then quit.");
+    cli::add_scan_options(arguments, options.scan.options);
 }
 
-int run(int argc, char** argv, const Arguments& arguments) {
+// Whether Qt draws to an X display, as far as the environment says.
+bool uses_x_display() {
+    if (qEnvironmentVariableIsSet("QT_QPA_PLATFORM")) return qgetenv("QT_QPA_PLATFORM").startsWith("xcb");
+    return !qEnvironmentVariableIsSet("WAYLAND_DISPLAY");
+}
+
+void check(const ViewerOptions& options) {
+    const std::filesystem::path& input = options.scan.path;
+    if (options.measure && input.empty())
+        throw cli::UsageError("--measure needs an INPUT (see marrow view --help)");
+    if (!input.empty() && !std::filesystem::exists(input))
+        throw IoError("'" + input.string() + "': there is no such file or folder");
+    if (uses_x_display()) cli::require_display("the viewer");
+}
+
+int run(int argc, char** argv, const ViewerOptions& options) {
     QSurfaceFormat format = QVTKOpenGLNativeWidget::defaultFormat();
     format.setSamples(0);  // VTK smooths edges itself
     QSurfaceFormat::setDefaultFormat(format);
@@ -84,8 +63,9 @@ int run(int argc, char** argv, const Arguments& arguments) {
 
     MainWindow window;
     window.show();
-    if (arguments.measure) return measure_viewer(window, arguments.input, arguments.options);
-    if (!arguments.input.empty()) window.open(arguments.input, arguments.options);
+    const auto& [input, scan_options] = options.scan;
+    if (options.measure) return measure_viewer(window, input.string(), scan_options);
+    if (!input.empty()) window.open(input, scan_options);
     return QApplication::exec();
 }
 
@@ -93,7 +73,18 @@ int run(int argc, char** argv, const Arguments& arguments) {
 }  // namespace marrow::viewer
 
 int main(int argc, char** argv) {
-    marrow::viewer::Arguments arguments;
-    if (const std::optional<int> code = marrow::viewer::parse(argc, argv, arguments)) return *code;
-    return marrow::viewer::run(argc, argv, arguments);
+    using namespace marrow;
+    const cli::Console console = cli::standard_console();
+    viewer::ViewerOptions options;
+    bool open = false;
+    const int code = cli::exit_code_of(console, [&] {
+        cli::Arguments arguments(
+            "marrow view", {"Shows CT and MRI scans and the surfaces in them.",
+                            "marrow view [INPUT] [OPTIONS]", "For research use only; not a medical device."});
+        viewer::add_options(arguments, options);
+        open = arguments.parse(argc, argv, console.out);
+        if (open) viewer::check(options);
+        return cli::kOk;
+    });
+    return open && code == cli::kOk ? viewer::run(argc, argv, options) : code;
 }

@@ -18,6 +18,12 @@ struct MARROW_EXPORT InputError : Error {
     using Error::Error;
 };
 
+/// An option that does not fit the input: a series or volume that it does not have, or a spacing that
+/// contradicts it.
+struct MARROW_EXPORT OptionError : InputError {
+    using InputError::InputError;
+};
+
 /// The content is readable, but its geometry is ambiguous or would distort the result: several series, uneven
 /// slices, no spacing.
 struct MARROW_EXPORT GeometryError : InputError {

@@ -45,7 +45,7 @@ struct LabelSurface {
 /// hundredths of its volume; a structure of one or two samples can lose most of it.
 ///
 /// A normal is the mean of the normals of the triangles around its point, weighted by area. The result does
-/// not depend on the number of threads.
+/// not depend on the number of threads. A map with gaps between rows or slices is copied first.
 ///
 /// After Gibson 1998 (constrained elastic surface nets), and Schaefer, Ju and Warren 2007 (manifold dual
 /// contouring).

@@ -16,6 +16,7 @@ struct MeshMeasures {
     std::int64_t points = 0;
     std::int64_t triangles = 0;
     std::int64_t components = 0;      ///< sets of triangles that are connected through shared points
+    std::int64_t cavities = 0;        ///< components that are closed and face inward
     std::int64_t boundary_edges = 0;  ///< edges with one triangle; a closed mesh has none
     /// Edges with more than two triangles, or with two triangles that are oriented differently.
     std::int64_t nonmanifold_edges = 0;

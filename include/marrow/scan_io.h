@@ -36,16 +36,20 @@ enum class ScanFormat { dicom, nifti, nrrd, metaimage, tiff, slices };
 /// The name of a format: "DICOM", "NIfTI", "NRRD", "MetaImage", "TIFF" or "slices".
 MARROW_EXPORT const char* scan_format_name(ScanFormat format);
 
-/// How to read a scan. An option that does not apply to the input is an InputError.
+/// How to read a scan. An option that does not apply to the input is an OptionError.
 struct ScanOptions {
-    std::optional<std::string> series = {};  ///< SeriesInfo::id; needed if the input holds several series
+    /// The series to read, needed if the input holds several: its SeriesInfo::id or the first part of it, or
+    /// its number in the list of inspect_scan, from 1.
+    std::optional<std::string> series = {};
     /// mm along i, j and k. It is only for input that does not state its spacing: image slices, a single
     /// DICOM slice, DICOM without positions.
     std::optional<Vec3d> spacing = {};
     bool resample = false;  ///< interpolate unevenly spaced DICOM slices linearly to even spacing
-    std::optional<std::int64_t> volume = {};  ///< index of a volume in a 4-D NIfTI or MetaImage file, from 0
-    int threads = 0;                          ///< threads to use; 0: all
-    Progress progress = {};                   ///< called while reading
+    /// Index of a volume, from 0, if the input holds several: a DICOM series with time points, echoes, ...,
+    /// a 4-D NIfTI or MetaImage file.
+    std::optional<std::int64_t> volume = {};
+    int threads = 0;         ///< threads to use; 0: all
+    Progress progress = {};  ///< called while reading
 };
 
 /// One series or image of an input.
@@ -68,8 +72,12 @@ struct ScanInfo {
 /// Reads a scan into memory. `info`, if given, receives a description.
 ///
 /// DICOM:
-/// - Slices are sorted by position. The frames of one series form several volumes if they differ in size,
-///   orientation, spacing, echo or frame of reference, or if a large gap separates them.
+/// - Slices are sorted by position. The frames of one series form several parts, with their own ids, if they
+///   differ in size, orientation or spacing, or if a large gap separates them; if their positions do not form
+///   one even stack, also if they differ in frame of reference or modality.
+/// - If a part has several slices at a position, and attributes tell them apart (ImageType, EchoTime,
+///   b-value, TemporalPositionIdentifier, TriggerTime, AcquisitionNumber, ...), it holds several volumes, and
+///   ScanOptions::volume chooses one.
 /// - Scouts and single images are skipped if the input also holds a volume.
 /// - Of several slices at one position with the same pixels, one is used. If the pixels differ, that is an
 ///   error.
@@ -87,7 +95,8 @@ struct ScanInfo {
 /// text or bzip2, video, modality lookup tables, and data files outside their header's folder.
 ///
 /// \throw IoError a file is missing or unreadable; InputError a file is damaged or not supported;
-/// GeometryError several series without ScanOptions::series, uneven slices, or no spacing; LimitError too
+/// OptionError an option does not apply to the input; GeometryError several series without
+/// ScanOptions::series, several volumes without ScanOptions::volume, uneven slices, or no spacing; LimitError too
 /// large; Cancelled
 MARROW_EXPORT Volume read_scan(const std::filesystem::path& input, const ScanOptions& options = {},
                                ScanInfo* info = nullptr);
@@ -95,6 +104,11 @@ MARROW_EXPORT Volume read_scan(const std::filesystem::path& input, const ScanOpt
 /// What the headers tell about one series.
 struct SeriesReport {
     SeriesInfo series;
+    std::optional<std::int64_t> number;      ///< SeriesNumber of DICOM
+    std::optional<double> echo_time;         ///< ms
+    std::string image_type;                  ///< ImageType of DICOM, such as "ORIGINAL\\PRIMARY\\AXIAL"
+    std::string kernel;                      ///< ConvolutionKernel of DICOM
+    std::optional<Geometry> geometry;        ///< set if the headers give a complete one
     std::optional<std::string> refusal;      ///< why read_scan would fail, if the headers show it
     std::vector<std::string> warnings;       ///< the warnings of read_scan
     std::vector<std::string> gaps;           ///< unusual gaps: "4 mm between 'a' and 'b'"
@@ -102,7 +116,10 @@ struct SeriesReport {
     std::optional<bool> hounsfield;          ///< whether samples are Hounsfield units, if known
     std::optional<double> smallest_feature;  ///< mm; twice the coarsest spacing: the finest visible detail
     std::uint64_t memory = 0;                ///< bytes that the samples need
-    std::string patient_name;                ///< as in DICOM: "family^given"; show it only on request
+    /// If the series has several volumes, what distinguishes each: "echo time 12 ms". The other members
+    /// describe the volume that ScanOptions::volume names, or the first.
+    std::vector<std::string> volumes;
+    std::string patient_name;  ///< as in DICOM: "family^given"; show it only on request
 };
 
 /// What an input holds.

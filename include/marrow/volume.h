@@ -90,9 +90,17 @@ MARROW_EXPORT void check_geometry(const Geometry& geometry);
 
 class Volume;
 
-/// A borrowed volume: its geometry, and a pointer to dims[2] * dims[1] * dims[0] samples, x fastest, without
-/// padding. The samples must outlive the view. Functions throw InputError for a view with samples whose
-/// pointer is null.
+/// A borrowed volume, or a part of one: its geometry, and a pointer to dims[2] * dims[1] * dims[0] samples, x
+/// fastest. Rows and slices may be apart in memory. The samples must outlive the view.
+///
+/// A view of a part has the geometry of the whole volume, except for dims, and says with `first` where the
+/// part begins. Its surface has the bits of the whole volume's surface: positions are computed from indices
+/// in the whole. For normals, gradients at the part's border read the samples beyond it that `below` and
+/// `above` allow; one on each side is enough. Where there are none, differences are one-sided, as at the
+/// border of the whole.
+///
+/// Functions throw InputError for a view with samples whose pointer is null, for rows or slices that overlap,
+/// and for negative values. (A mirrored array is a view with a mirrored direction matrix.)
 struct MARROW_EXPORT VolumeView {
     VolumeView() = default;
     template <class T>
@@ -100,10 +108,26 @@ struct MARROW_EXPORT VolumeView {
     VolumeView(const Volume& volume);
     VolumeView(Volume&&) = delete;  // the view would outlive its samples
 
-    Geometry geometry;
+    /// Samples from the start of a row or a slice to the start of the next.
+    std::int64_t row_pitch() const { return pitch[0] != 0 ? pitch[0] : geometry.dims[0]; }
+    std::int64_t slice_pitch() const { return pitch[1] != 0 ? pitch[1] : row_pitch() * geometry.dims[1]; }
+    /// The geometry of the view by itself: its origin is the position of the view's first sample.
+    Geometry own_geometry() const;
+
+    Geometry geometry;  ///< dims: of the view; the origin is the position of the whole's sample (0, 0, 0)
     SampleType type = SampleType::uint8;
-    const void* data = nullptr;
+    const void* data = nullptr;                  ///< the view's first sample
+    std::array<std::int64_t, 2> pitch{0, 0};     ///< row_pitch() and slice_pitch(); 0: without gaps
+    std::array<std::int64_t, 3> first{0, 0, 0};  ///< index in the whole volume of the view's first sample
+    std::array<std::int64_t, 3> below{0, 0,
+                                      0};  ///< samples before the view that may be read, along each axis
+    std::array<std::int64_t, 3> above{0, 0, 0};  ///< the same after it
 };
+
+/// The part of a view that begins at its sample `begin` and has `dims` samples. No samples are copied.
+/// \throw InputError the part leaves the view, or the view is not valid
+MARROW_EXPORT VolumeView part_of(const VolumeView& volume, const std::array<std::int64_t, 3>& begin,
+                                 const std::array<std::int64_t, 3>& dims);
 
 /// An owned volume.
 class MARROW_EXPORT Volume {

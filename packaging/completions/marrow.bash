@@ -4,7 +4,7 @@
 _marrow_options() {
   local scan="--series --spacing --resample --volume"
   case $1 in
-    info) echo "-h --help $scan --json --show-patient" ;;
+    info) echo "-h --help $scan --headers --show-patient --json" ;;
     check) echo "-h --help --min-wall --strict --threads --json -q --quiet" ;;
     sweep)
       echo "-h --help --from --to -n --samples -o --output --plot --threads $scan" \
@@ -48,6 +48,7 @@ _marrow() {
   command=$(_marrow_command)
   COMPREPLY=()
   case $previous in
+    help) mapfile -t COMPREPLY < <(compgen -W "info check sweep terrain view" -- "$current") ;;
     --type) mapfile -t COMPREPLY < <(compgen -W "bone skin soft fat muscle" -- "$current") ;;
     --space) mapfile -t COMPREPLY < <(compgen -W "LPS RAS" -- "$current") ;;
     --isovalue) mapfile -t COMPREPLY < <(compgen -W "otsu" -- "$current") ;;
@@ -62,7 +63,7 @@ _marrow() {
       mapfile -t COMPREPLY < <(compgen -f -- "$current")
       if [ "$COMP_CWORD" -eq 1 ] && [ "${COMP_WORDS[0]##*/}" = marrow ]; then
         local commands
-        mapfile -t commands < <(compgen -W "info check sweep terrain view" -- "$current")
+        mapfile -t commands < <(compgen -W "info check sweep terrain view help" -- "$current")
         COMPREPLY+=("${commands[@]}")
       fi
       ;;

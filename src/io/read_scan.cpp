@@ -101,11 +101,19 @@ Input identify_folder(const fs::path& folder, const Progress& progress) {
         quoted(folder), all.size()));
 }
 
+bool is_archive(const fs::path& path, std::string_view head) {
+    const std::string end = to_lower(path.extension().native());
+    for (const char* archive : {".zip", ".tar", ".tgz", ".gz", ".bz2", ".xz", ".7z", ".rar"}) {
+        if (end == archive) return true;
+    }
+    return head.starts_with("PK") || (head.size() > 262 && head.substr(257, 5) == "ustar");
+}
+
 Input identify_file(const fs::path& path, const Progress& progress) {
     const std::string head = read_head(path, kHeadSize);
     const std::optional<ScanFormat> format = format_of(path, head);
     if (!format) {
-        if (head.starts_with("PK"))
+        if (is_archive(path, head))
             throw InputError(fmt::format("{}: is an archive; unpack it first", quoted(path)));
         throw InputError(
             fmt::format("{}: is not a scan of a supported format (DICOM, NIfTI, NRRD, MetaImage, TIFF, PNG)",
@@ -134,7 +142,10 @@ RawImage read_raw_header(const Input& input, const ScanOptions& options) {
                      : input.format == ScanFormat::nrrd ? read_nrrd_header(path)
                                                         : read_metaimage_header(path, options.volume);
     if (image.has_spacing && options.spacing) {
-        throw InputError(fmt::format("{}: states its spacing; do not set options.spacing", quoted(path)));
+        const Vec3d& spacing = image.geometry.spacing;
+        throw OptionError(
+            fmt::format("{}: states its spacing, {:g} x {:g} x {:g} mm; do not set options.spacing",
+                        quoted(path), spacing[0], spacing[1], spacing[2]));
     }
     if (options.spacing) image.geometry.spacing = *options.spacing;
     return image;
@@ -152,18 +163,33 @@ bool is_image_stack(const Input& input) {
 void check_options(const Input& input, const fs::path& path, const ScanOptions& options) {
     const bool dicom = input.format == ScanFormat::dicom;
     if (!dicom && options.series)
-        throw InputError(fmt::format("{}: only DICOM has series; do not set options.series", quoted(path)));
+        throw OptionError(fmt::format("{}: only DICOM has series; do not set options.series", quoted(path)));
     if (!dicom && options.resample)
-        throw InputError(
+        throw OptionError(
             fmt::format("{}: only DICOM can be resampled; do not set options.resample", quoted(path)));
-    if (options.volume && input.format != ScanFormat::nifti && input.format != ScanFormat::metaimage)
-        throw InputError(fmt::format(
-            "{}: only NIfTI and MetaImage have several volumes; do not set options.volume", quoted(path)));
+    if (options.volume && !dicom && input.format != ScanFormat::nifti &&
+        input.format != ScanFormat::metaimage) {
+        throw OptionError(
+            fmt::format("{}: only DICOM, NIfTI and MetaImage have several volumes; do not set options.volume",
+                        quoted(path)));
+    }
 }
 
 std::string needs_spacing(const fs::path& path) {
     return fmt::format("{}: does not state the spacing of its samples; give it with options.spacing, in mm",
                        quoted(path));
+}
+
+// The header of the chosen volume; of the first if there are several and none is chosen, which is refused.
+RawImage header_of_a_volume(const Input& input, ScanOptions options, std::optional<std::string>& refusal) {
+    try {
+        return read_raw_header(input, options);
+    } catch (const GeometryError& error) {
+        if (options.volume) throw;
+        refusal = error.what();
+    }
+    options.volume = 0;
+    return read_raw_header(input, options);
 }
 
 // The report on an image stack or a raw image.
@@ -177,7 +203,7 @@ SeriesReport report_on_file(const Input& input, const fs::path& path, const Scan
         geometry = stack.geometry;
         type = stack.image.type;
     } else {
-        const RawImage image = read_raw_header(input, options);
+        const RawImage image = header_of_a_volume(input, options, series.refusal);
         geometry = image.geometry;
         type = loaded_type(image);
         has_spacing |= image.has_spacing;
@@ -190,6 +216,7 @@ SeriesReport report_on_file(const Input& input, const fs::path& path, const Scan
     }
     if (has_spacing) {
         series.smallest_feature = 2 * *std::max_element(geometry.spacing.begin(), geometry.spacing.end());
+        series.geometry = geometry;
     } else {
         geometry.spacing = {0, 0, 0};
         series.refusal = needs_spacing(path);

@@ -5,7 +5,7 @@
 
 #include "bounds.h"
 #include "check_indices.h"
-#include "connected_points.h"
+#include "find_components.h"
 #include "half_edges.h"
 #include "triangle_corners.h"
 
@@ -25,17 +25,6 @@ void count_edges(const MeshView& mesh, MeshMeasures& measures) {
             ++measures.nonmanifold_edges;
     });
     measures.euler_characteristic = measures.points - edges + measures.triangles;
-}
-
-std::int64_t count_components(const MeshView& mesh) {
-    std::vector<bool> used(mesh.points.size(), false);
-    for (const Triangle& t : mesh.triangles) {
-        for (const std::uint32_t p : t) used[p] = true;
-    }
-    const std::vector<std::uint32_t> lowest = lowest_connected_points(mesh);
-    std::int64_t components = 0;
-    for (std::uint32_t p = 0; p < lowest.size(); ++p) components += used[p] && lowest[p] == p;
-    return components;
 }
 
 // Relative to the first point, because distant coordinates would cancel.
@@ -59,7 +48,9 @@ MeshMeasures measure(MeshView mesh) {
     m.points = static_cast<std::int64_t>(mesh.points.size());
     m.triangles = static_cast<std::int64_t>(mesh.triangles.size());
     count_edges(mesh, m);
-    m.components = count_components(mesh);
+    const std::vector<Component> components = find_components(mesh).all;
+    m.components = static_cast<std::int64_t>(components.size());
+    for (const Component& component : components) m.cavities += component.is_cavity();
     sum_area_and_volume(mesh, m);
     if (mesh.points.empty()) return m;
     Bounds bounds{mesh.points.front(), mesh.points.front()};

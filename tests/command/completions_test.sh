@@ -89,6 +89,7 @@ check_words "scan.nrrd scan.nii" marrow sc
 check_words "scan.nii" marrow -o scan.ni
 check_words "info.txt info" marrow inf
 check_words "info.txt" marrow sweep inf
+check_words "sweep" marrow help s
 check_words "--show-patient" marrow info --sh
 check_words "--min-wall" marrow check --m
 check_words "--measure" marrow-viewer --m

@@ -9,7 +9,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "console.h"
+#include "shared/console.h"
 #include "shared/library_options.h"
 #include "support/command_line.h"
 

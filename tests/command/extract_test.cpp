@@ -52,15 +52,17 @@ TEST_F(CommandLine, WritesTheMeshAndSaysWhatItIs) {
 
 TEST_F(CommandLine, JsonHoldsTheNumbersOfTheMesh) {
     const Json json = extract_json({"-o", mesh, "--isovalue", "0"});
-    EXPECT_EQ(Json(keys(json)),
-              Json({"area_mm2", "boundary_edges", "bounds_mm", "components", "euler_characteristic", "input",
-                    "isovalue", "nonmanifold_edges", "output", "peak_memory_bytes", "points", "seconds",
-                    "steps", "triangles", "volume_mm3", "warnings"}));
+    EXPECT_EQ(Json(keys(json)), Json({"area_mm2", "boundary_edges", "bounds_mm", "cavities", "components",
+                                      "euler_characteristic", "input", "isovalue", "nonmanifold_edges",
+                                      "output", "peak_memory_bytes", "pieces", "points", "seconds", "steps",
+                                      "triangles", "verified", "volume_mm3", "warnings"}));
     EXPECT_EQ(json["input"]["format"], "NRRD");
     EXPECT_EQ(json["input"]["dims"], Json({24, 25, 13}));
     EXPECT_EQ(json["input"]["spacing_mm"], Json({1.0, 1.0, 2.0}));
     EXPECT_TRUE(json["input"]["modality"].is_null());
     EXPECT_EQ(json["components"], 1);
+    EXPECT_EQ(json["pieces"], 1);
+    EXPECT_EQ(json["cavities"], 0);
     EXPECT_EQ(json["boundary_edges"], 0);
     EXPECT_EQ(json["nonmanifold_edges"], 0);
     EXPECT_EQ(json["euler_characteristic"], 2);
@@ -74,6 +76,36 @@ TEST_F(CommandLine, JsonHoldsTheNumbersOfTheMesh) {
     EXPECT_GE(json["seconds"]["total"].get<double>(),
               json["seconds"]["read"].get<double>() + json["seconds"]["extract"].get<double>());
     EXPECT_GT(json["peak_memory_bytes"].get<std::int64_t>(), 1 << 20);
+}
+
+TEST_F(CommandLine, SaysThatTheFilesWereVerified) {
+    const Outcome outcome = extract({"-o", mesh, "--isovalue", "0", "--verify"});
+    EXPECT_NE(outcome.out.find("verified: all "), outcome.out.npos) << outcome.out;
+    EXPECT_EQ(extract({"-o", mesh, "--isovalue", "0"}).out.find("verified"), std::string::npos);
+    EXPECT_EQ(extract_json({"-o", mesh, "--isovalue", "0", "--verify"})["verified"], true);
+}
+
+// A hollow ball is one piece with a cavity, however many components its surface has.
+TEST_F(CommandLine, CountsPiecesAndCavities) {
+    write_nrrd(scan, 24, 24, 24, [](int x, int y, int z) {
+        const double distance = std::hypot(x - 12, y - 12, z - 12);
+        return distance < 9 && distance > 4 ? 1000 : -1000;
+    });
+    const Json json = extract_json({"-o", mesh, "--isovalue", "0", "--components", "1"});
+    EXPECT_EQ(json["components"], 2);
+    EXPECT_EQ(json["pieces"], 1);
+    EXPECT_EQ(json["cavities"], 1);
+    const std::string check = marrow_with({"check", mesh}).out;
+    EXPECT_NE(check.find("1, with 1 cavity"), check.npos) << check;
+}
+
+// Few triangles cannot follow a ball. The note says what happened to the shape, not that nothing did.
+TEST_F(CommandLine, WarnsOfReductionThatMovesTheSurfaceByMoreThanASample) {
+    const auto err = [&](const char* triangles) {
+        return extract({"-o", mesh, "--isovalue", "0", "--triangles", triangles}).err;
+    };
+    EXPECT_NE(err("4").find("more than the 2 mm between samples"), std::string::npos) << err("4");
+    EXPECT_EQ(err("400").find("between samples"), std::string::npos) << err("400");
 }
 
 TEST_F(CommandLine, RasNegatesXAndY) {
@@ -233,6 +265,8 @@ TEST_F(CommandLine, ReportsEachStepAfterExtraction) {
     EXPECT_EQ(json["steps"][0]["components"], Json({3, 2}));
     EXPECT_EQ(json["steps"][1]["step"], "smooth");
     EXPECT_EQ(json["steps"][1]["deviation_mm"], Json());
+    EXPECT_GT(json["steps"][1]["moved_mm"]["mean"], 0);
+    EXPECT_GE(json["steps"][1]["held_back"], 0);
     EXPECT_EQ(json["steps"][2]["step"], "reduce");
     EXPECT_LE(json["steps"][2]["deviation_mm"]["max"], 1);
     const int before = json["steps"][2]["triangles"][0], after = json["triangles"];
@@ -242,6 +276,9 @@ TEST_F(CommandLine, ReportsEachStepAfterExtraction) {
     EXPECT_EQ(extract_json({"-o", mesh, "--isovalue", "0", "--components", "2"})["components"], 2);
     EXPECT_EQ(extract_json({"-o", mesh, "--isovalue", "0", "--triangles", "50"})["triangles"], 50);
     EXPECT_EQ(extract({"-o", mesh, "--isovalue", "0", "--clean-small", "1e9"}).code, 5);
+    const Json bound =
+        extract_json({"-o", mesh, "--isovalue", "0", "--smooth", "20", "--smooth-bound", "0.05mm"});
+    EXPECT_NEAR(bound["steps"][0]["moved_mm"]["max"], 0.05, 1e-4);
     const Outcome text = extract({"-o", mesh, "--isovalue", "0", "--smooth", "5"});
     EXPECT_NE(text.out.find("\n  smooth:"), text.out.npos) << text.out;
 }
@@ -254,6 +291,8 @@ TEST_F(CommandLine, RefusesStepsThatMakeNoSense) {
                                                {"--triangles", "0"},
                                                {"--max-error", "-1"},
                                                {"--smooth-bound"},
+                                               {"--smooth", "5", "--smooth-bound", "0.5cm"},
+                                               {"--smooth", "5", "--smooth-bound", "0"},
                                                {"--smooth", "-2"},
                                                {"--median", "17"},
                                                {"--blur", "nan"},

@@ -40,8 +40,104 @@ TEST(Info, SaysWhatWouldBeReadAndWhy) {
     EXPECT_EQ(chosen["memory_bytes"], 3 * 2 * 4 * 2);
     EXPECT_EQ(chosen["tilt_degrees"], 0);
     const std::string text = marrow_with({"info", folder.path()}).out;
-    contains(text, "* 1.2.3");
+    contains(text, "*  1  CT");
     contains(text, "1 x 1 x 2 mm");
+}
+
+// Series of one description differ in their number, echo, image type, orientation or kernel.
+TEST(Info, TellsSeriesApart) {
+    TemporaryFolder folder;
+    const auto write = [&](const char* id, const char* number, const char* echo, const char* orientation) {
+        write_series(folder, 3, id, [&](DicomWriter& s, int k) {
+            s.text(0x0020000e, "UI", id);
+            s.text(0x00200011, "IS", number);
+            s.text(0x00180081, "DS", echo);
+            s.text(0x00181210, "SH", "Br38");
+            s.text(0x00200037, "DS", orientation);
+            if (std::string(number) == "8") s.position(std::to_string(2 * k) + "\\0\\0");
+        });
+    };
+    write("1.2.4.1", "7", "12.5", "1\\0\\0\\0\\1\\0");
+    write("1.2.5.2", "8", "25", "0\\1\\0\\0\\0\\-1");
+    const Json json = info({folder.path()});
+    const Json &first = json["series"][0], &second = json["series"][1];
+    EXPECT_EQ(first["series_number"], 7);
+    EXPECT_EQ(first["echo_time_ms"], 12.5);
+    EXPECT_EQ(first["kernel"], "Br38");
+    EXPECT_EQ(first["plane"], "axial");
+    EXPECT_EQ(second["plane"], "sagittal");
+    const std::string text = marrow_with({"info", folder.path()}).out;
+    contains(text, "2 of 2 series can be read: choose one with --series");
+    contains(text, "series 8, 3 x 2 x 3, 1 x 1 x 2 mm, sagittal, echo time 25 ms, kernel Br38");
+
+    // Any of these names the second.
+    for (const char* name : {"2", "1.2.5", "1.2.5.2"})
+        EXPECT_EQ(info({folder.path(), "--series", name})["chosen"], 1) << name;
+    EXPECT_TRUE(info({folder.path(), "--series", "1.2"})["chosen"].is_null());
+    EXPECT_EQ(marrow_with({"info", folder.path(), "--series", "3"}).code, kUsage);
+}
+
+TEST(Info, SaysWhatIsovalueAndCropNeed) {
+    TemporaryFolder folder;
+    write_nrrd(folder / "ball.nrrd", 24, 25, 13, ball(12, 12, 6, 8));
+    const Json json = info({folder / "ball.nrrd"});
+    EXPECT_EQ(json["values"]["type"], "int16");
+    EXPECT_EQ(json["values"]["lower"], -1000);
+    EXPECT_EQ(json["values"]["upper"], 1000);
+    EXPECT_EQ(json["values"]["may_be_hounsfield_units"], true);
+    EXPECT_EQ(json["values"]["labels"], Json::array());
+    EXPECT_EQ(json["series"][0]["origin_mm"], Json({10.0, 20.0, 30.0}));
+    EXPECT_EQ(json["series"][0]["bounds_mm"], Json({{10.0, 20.0, 30.0}, {33.0, 44.0, 54.0}}));
+    const std::string text = marrow_with({"info", folder / "ball.nrrd"}).out;
+    contains(text, "int16 from -1000 to 1000, probably Hounsfield units");
+    // The bounds are an argument of --crop that keeps all.
+    contains(text, "10,33,20,44,30,54 mm");
+    EXPECT_TRUE(info({folder / "ball.nrrd", "--headers"})["values"].is_null());
+}
+
+TEST(Info, ListsTheLabelsOfALabelMap) {
+    TemporaryFolder folder;
+    write_nrrd(folder / "map.nrrd", 20, 20, 20, [](int x, int y, int) { return x < 5 ? 0 : y < 10 ? 3 : 7; });
+    const Json labels = info({folder / "map.nrrd"})["values"]["labels"];
+    ASSERT_EQ(labels.size(), 2u);
+    EXPECT_EQ(labels[0]["label"], 3);
+    EXPECT_EQ(labels[1]["samples"], 15 * 10 * 20);
+}
+
+TEST(Info, NamesAMosaic) {
+    TemporaryFolder folder;
+    DicomWriter mosaic = slice(0, 0);
+    mosaic.text(0x00080008, "CS", "ORIGINAL\\PRIMARY\\M\\ND\\MOSAIC");
+    mosaic.write(folder / "one.dcm");
+    for (const std::vector<std::string>& more : {std::vector<std::string>{}, {"--spacing", "1,1,3"}}) {
+        std::vector<std::string> command{folder / "one.dcm", "-o", folder / "a.stl", "--isovalue", "3"};
+        command.insert(command.end(), more.begin(), more.end());
+        const Outcome outcome = marrow_with(command);
+        EXPECT_EQ(outcome.code, kUnreadable);
+        contains(outcome.err, "Siemens mosaic");
+    }
+    contains(info({folder / "one.dcm"})["refused"], "Siemens mosaic");
+}
+
+TEST(Info, SaysWhatSpacingASingleSliceNeeds) {
+    TemporaryFolder folder;
+    slice(0, 0).write(folder / "one.dcm");
+    const auto err = [&](const std::vector<std::string>& more) {
+        std::vector<std::string> command{folder / "one.dcm", "-o", folder / "a.stl", "--isovalue", "3"};
+        command.insert(command.end(), more.begin(), more.end());
+        return marrow_with(command).err;
+    };
+    contains(err({}), "set --spacing to 1,1,Z");
+    contains(err({"--spacing", "0.5,0.5,2"}),
+             "state a spacing of 1 x 1 mm, not 0.5 x 0.5; set --spacing to 1,1,2");
+    EXPECT_EQ(err({"--spacing", "1,1,2"}), "");
+}
+
+TEST(Info, DescribesAFileOfSeveralVolumes) {
+    MARROW_TEST_SCAN(file, "n_nifti/nasty_nifti/nibabel/example4d.nii.gz");
+    const Json json = info({file});
+    contains(json["refused"], "choose one from 0 to 1 with --volume");
+    EXPECT_EQ(json["series"][0]["dims"], Json({128, 96, 24}));
 }
 
 TEST(Info, FindsGapsTiltAndMissingRescale) {
@@ -72,10 +168,10 @@ TEST(Info, SeveralSeriesAreListedAndNoneIsChosen) {
     write_series(folder, 3, "b", [](DicomWriter& s, int) { s.text(0x0020000e, "UI", "1.2.4"); });
     Json json = info({folder.path()});
     EXPECT_TRUE(json["chosen"].is_null());
-    contains(json["refused"], "choose one");
+    contains(json["refused"], "2 of 2 series can be read: choose one");
     json = info({folder.path(), "--series", "1.2.4"});
     EXPECT_EQ(json["series"][json["chosen"].get<std::size_t>()]["series"], "1.2.4");
-    EXPECT_EQ(marrow_with({"info", folder.path(), "--series", "1.2.5"}).code, 4);
+    EXPECT_EQ(marrow_with({"info", folder.path(), "--series", "1.2.5"}).code, kUsage);
 }
 
 TEST(Info, PrintsPatientNamesOnlyOnRequest) {

@@ -136,15 +136,35 @@ TEST_F(LabelMap, WritesAllFilesOrNone) {
     EXPECT_EQ(folder.files(), (Names{"map.nrrd", "table.ctbl", "part-label-12.stl"}));
 }
 
-TEST_F(LabelMap, WarnsOfScansAndOfTablesForAnotherMap) {
+TEST_F(LabelMap, WarnsOfTablesForAnotherMap) {
     write_file(table, "99 elsewhere\n");
     EXPECT_NE(marrow_with({map, "--labels", table, "-o", folder / "a.vtp"})
                   .err.find("has none of the map's labels"),
               std::string::npos);
-    write_nrrd(map, 20, 20, 20, [](int x, int y, int z) { return 20 * (20 * x + y) + z - 1000; });
-    EXPECT_NE(marrow_with({map, "--labels", "-o", folder / "a.vtp"})
-                  .err.find("is this a scan rather than a label map?"),
-              std::string::npos);
+}
+
+// The thousands of surfaces of a scan are refused, unless some are named.
+TEST_F(LabelMap, RefusesScans) {
+    for (const int lowest : {-1000, 0}) {
+        write_nrrd(map, 20, 20, 20, [&](int x, int y, int z) { return 20 * (20 * x + y) + z + lowest; });
+        const Outcome outcome = marrow_with({map, "--labels", "-o", folder / "a.vtp"});
+        EXPECT_EQ(outcome.code, kUsage);
+        EXPECT_NE(outcome.err.find("looks like a scan, not like a label map: it has 8000 different values"),
+                  outcome.err.npos)
+            << outcome.err;
+    }
+    EXPECT_EQ(marrow_with({map, "--labels", "--only", "7", "-o", folder / "a.vtp"}).code, kOk);
+}
+
+TEST_F(LabelMap, NamesTheLabelsThatThereAre) {
+    write_file(table, "3 kidney\n7 liver\n");
+    const auto err = [&](const char* only) {
+        return marrow_with({map, "--labels", table, "-o", folder / "a.vtp", "--only", only}).err;
+    };
+    EXPECT_NE(err("kidny").find("has no label 'kidny': did you mean kidney?"), std::string::npos)
+        << err("kidny");
+    EXPECT_NE(err("heart").find("has no label 'heart': it has 3 kidney, 7 liver"), std::string::npos)
+        << err("heart");
 }
 
 // In noise, the surface of a label touches itself at points, which STL merges.
@@ -172,6 +192,9 @@ TEST_F(LabelMap, RefusesWhatMakesNoSense) {
     EXPECT_EQ(code({}), kUsage);
     EXPECT_EQ(marrow_with({map, "-o", folder / "a.glb", "--isovalue", "1", "--relax", "3"}).code, kUsage);
     EXPECT_EQ(marrow_with({map, "--labels", folder / "missing", "-o", folder / "a.glb"}).code, kUnreadable);
+    const Outcome swallowed = marrow_with({"--labels", map, "-o", folder / "a.glb"});
+    EXPECT_EQ(swallowed.code, kUsage);
+    EXPECT_NE(swallowed.err.find("after --labels is its table"), swallowed.err.npos) << swallowed.err;
     write_file(table, "nonsense");
     EXPECT_EQ(code({"-o", folder / "a.glb"}), kUnreadable);
     write_nrrd(map, 3, 3, 3, [](int, int, int) { return 0; });

@@ -2,6 +2,7 @@
 #include <cstdlib>
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include "support/command_line.h"
 
@@ -83,9 +84,12 @@ TEST_F(Mistake, NamesTheOptionThatDoesNotGoWithTheMode) {
         {{"--isovalue", "0", "--max-memory", "1G", "--blur", "1"}, "--blur does not go with --max-memory"},
         {{"--isovalue", "0", "--relax", "3"}, "--relax goes only with --labels"},
         {{"--isovalue", "otsu", "--max-memory", "1G"}, "--max-memory needs one --isovalue N"},
-        {{"--isovalue", "0", "--keep", "2"}, "--keep takes a fraction above 0, at most 1, not '2'"},
+        {{"--isovalue", "0", "--keep", "2"},
+         "--keep takes a fraction above 0, at most 1, such as 0.5 for half, not '2'"},
+        {{"--isovalue", "0", "--largest", "--components", "3"}, "--largest and --components both say"},
+        {{}, "no surface is given: add --isovalue N, --isovalue otsu, or for CT --type bone"},
         {{"--isovalue", "0", "--threads", "x"}, "--threads takes a whole number, at least 0, not 'x'"},
-        {{"--isovalue", "0", "--threads", "1", "--threads", "2"}, "--threads"},
+        {{"--isovalue", "0", "--threads", "1", "--threads", "2"}, "--threads is given twice"},
     };
     for (const auto& [options, message] : cases) {
         std::vector<std::string> command{scan, "-o", folder / "a.stl"};
@@ -94,6 +98,100 @@ TEST_F(Mistake, NamesTheOptionThatDoesNotGoWithTheMode) {
         EXPECT_EQ(outcome.code, kUsage) << message;
         EXPECT_NE(outcome.err.find(message), outcome.err.npos) << outcome.err;
     }
+}
+
+// The first word that is wrong is reported, and what it was probably meant to be.
+TEST_F(Mistake, SuggestsOptionsAndCommands) {
+    const std::vector<std::pair<std::vector<std::string>, std::string>> cases{
+        {{scan, "-o", "a.stl", "--isovlaue", "200"}, "no option --isovlaue: did you mean --isovalue?"},
+        {{scan, "--smoth", "20", "-o", "a.stl"}, "no option --smoth: did you mean --smooth?"},
+        {{scan, "-t", "bone"}, "no option -t: did you mean --type, --triangles or --threads?"},
+        {{scan, "--max-mem=1G"}, "no option --max-mem: did you mean --max-memory?"},
+        {{scan, "--colour", "red"}, "no option --colour (see"},
+        {{"inf", scan}, "no command 'inf': did you mean info?"},
+        {{"swepe", scan, "-o", "a.csv"}, "no command 'swepe': did you mean sweep?"},
+        {{"info", scan, "--isovalue", "3"}, "no option --isovalue (see marrow info --help)"},
+        {{"help", "chekc"}, "no command 'chekc': did you mean check?"},
+        {{"--json", "info", scan}, "'info' must come first"},
+        {{scan, "--smooth", "-o", "a.stl"}, "--smooth needs a value, but -o follows"},
+        {{scan, "-o"}, "-o needs a value"},
+        {{scan, "other.nrrd", "-o", "a.stl"}, "several inputs"},
+    };
+    for (const auto& [command, message] : cases) {
+        const Outcome outcome = marrow_with(command);
+        EXPECT_EQ(outcome.code, kUsage) << message;
+        EXPECT_NE(outcome.err.find(message), outcome.err.npos) << outcome.err;
+    }
+}
+
+TEST_F(Mistake, NeverTakesAFileForAMistypedCommand) {
+    std::filesystem::copy_file(scan, folder / "inf");
+    const auto here = std::filesystem::current_path();
+    std::filesystem::current_path(folder.path());
+    const Outcome outcome = marrow_with({"inf", "-o", "a.stl", "--isovalue", "0"});
+    std::filesystem::current_path(here);
+    EXPECT_NE(outcome.code, kUsage) << outcome.err;
+}
+
+TEST_F(Mistake, SaysThatAMapOfLabelsNeedsLabels) {
+    write_nrrd(folder / "map.nrrd", 20, 20, 20, [](int x, int y, int) { return x < 5 ? 0 : y < 10 ? 3 : 7; });
+    for (const std::vector<std::string>& more : {std::vector<std::string>{}, {"--type", "bone"}}) {
+        std::vector<std::string> command{folder / "map.nrrd", "-o", folder / "a.stl"};
+        command.insert(command.end(), more.begin(), more.end());
+        const Outcome outcome = marrow_with(command);
+        EXPECT_EQ(outcome.code, kUsage);
+        EXPECT_NE(outcome.err.find("looks like a label map"), outcome.err.npos) << outcome.err;
+    }
+}
+
+// The name of the surface is that of the preset, however it is written.
+TEST_F(Mistake, TypesMayBeWrittenInAnyCase) {
+    EXPECT_EQ(marrow_with({scan, "-o", folder / "{name}.ply", "--type", "Bone", "-q"}).code, kOk);
+    EXPECT_TRUE(std::filesystem::exists(folder / "bone.ply"));
+}
+
+TEST_F(Mistake, NamesArchives) {
+    write_file(folder / "scans.tgz", "\x1f\x8b\x08");
+    const Outcome outcome = marrow_with({folder / "scans.tgz", "-o", folder / "a.stl", "--isovalue", "0"});
+    EXPECT_EQ(outcome.code, kUnreadable);
+    EXPECT_NE(outcome.err.find("is an archive; unpack it first"), outcome.err.npos) << outcome.err;
+}
+
+TEST_F(Mistake, ANegativeNumberIsAValue) {
+    EXPECT_EQ(marrow_with({scan, "-o", folder / "a.ply", "--isovalue", "-100"}).code, kOk);
+    EXPECT_EQ(marrow_with({scan, "-o", folder / "a.ply", "--isovalue=-100"}).code, kOk);
+}
+
+TEST(Help, OfACommandIsTheSameBothWays) {
+    for (const char* command : {"info", "check", "sweep"}) {
+        const Outcome help = marrow_with({"help", command});
+        EXPECT_EQ(help.code, kOk);
+        EXPECT_EQ(help.out, marrow_with({command, "--help"}).out);
+        EXPECT_NE(help.out.find("Usage: marrow "), help.out.npos);
+    }
+    EXPECT_EQ(marrow_with({"help"}).out, marrow_with({"--help"}).out);
+}
+
+TEST(Help, ComesBeforeMistakes) {
+    EXPECT_EQ(marrow_with({"--isovlaue", "3", "--help"}).code, kOk);
+}
+
+// Scripts that read JSON from standard output find the reason there, wherever the fault is.
+TEST_F(Mistake, IsAnObjectWithJson) {
+    const std::vector<std::pair<std::vector<std::string>, int>> cases{
+        {{scan, "--isovlaue", "3", "--json"}, kUsage},
+        {{"missing.nrrd", "-o", folder / "a.stl", "--isovalue", "0", "--json"}, kUnreadable},
+        {{scan, "-o", folder / "a.stl", "--isovalue", "0", "--series", "1", "--json"}, kUsage},
+        {{scan, "-o", folder / "a.stl", "--isovalue", "5000", "--json"}, kEmpty},
+    };
+    for (const auto& [command, code] : cases) {
+        const Outcome outcome = marrow_with(command);
+        EXPECT_EQ(outcome.code, code);
+        const auto json = nlohmann::json::parse(outcome.out);
+        EXPECT_EQ(json["exit_code"], code);
+        EXPECT_EQ("marrow: " + json["error"].get<std::string>() + "\n", outcome.err);
+    }
+    EXPECT_EQ(marrow_with({scan, "--isovlaue", "3"}).out, "");
 }
 
 }  // namespace

@@ -53,5 +53,33 @@ TEST(Volume, AViewWithoutSamplesMayBeNull) {
     EXPECT_EQ(median_filter(empty, 1).bytes(), 0u);
 }
 
+TEST(Volume, EveryFunctionRefusesAViewThatOverlapsOrLeavesTheWhole) {
+    const Volume volume = checkerboard(6);
+    std::vector<VolumeView> bad(9, VolumeView(volume));
+    bad[0].pitch = {5, 36};
+    bad[1].pitch = {6, 35};
+    bad[2].pitch = {-6, 36};
+    bad[3].first = {-1, 0, 0};
+    bad[4].below = {1, 0, 0};                 // more than `first`
+    bad[5].first = bad[5].below = {1, 0, 0};  // the row before and this one would share a sample
+    bad[6].above = {0, 0, -1};
+    bad[7].first = {std::int64_t{1} << 40, 0, 0};
+    bad[8].pitch = {std::int64_t{1} << 60, std::int64_t{1} << 62};
+    for (const VolumeView& view : bad) {
+        EXPECT_THROW(extract_isosurface(view, 1), InputError);
+        EXPECT_THROW(IsosurfaceExtractor{view}, InputError);
+        EXPECT_THROW(extract_isosurface_classic(view, 1), InputError);
+        EXPECT_THROW(extract_labels(view), InputError);
+        EXPECT_THROW(count_labels(view), InputError);
+        EXPECT_THROW(sweep_isovalues(view, std::vector<double>{1, 2}), InputError);
+        EXPECT_THROW(histogram(view), InputError);
+        EXPECT_THROW(crop(view, {0, 0, 0}, {1, 1, 1}), InputError);
+        EXPECT_THROW(median_filter(view, 1), InputError);
+        EXPECT_THROW(part_of(view, {0, 0, 0}, {2, 2, 2}), InputError);
+    }
+    EXPECT_THROW(part_of(volume, {0, 0, 5}, {2, 2, 2}), InputError);
+    EXPECT_THROW(part_of(volume, {-1, 0, 0}, {2, 2, 2}), InputError);
+}
+
 }  // namespace
 }  // namespace marrow::test

@@ -95,7 +95,13 @@ TEST(DicomTable, SeveralSeriesAreListedAndOneCanBeChosen) {
     EXPECT_EQ(samples_of<std::int16_t>(read_scan(folder.path(), options, &info)), volume_samples(4));
     EXPECT_EQ(info.series.description, "lung");
     options.series = "1.2.5";
-    contains(refusal<GeometryError>(folder.path(), options), "no series '1.2.5'");
+    contains(refusal<OptionError>(folder.path(), options), "no series '1.2.5'");
+    for (const char* name : {"1", "1.2.4"}) {  // its number in the list, its id
+        options.series = name;
+        EXPECT_EQ(samples_of<std::int16_t>(read_scan(folder.path(), options)), volume_samples(4));
+    }
+    options.series = "1.2.";  // the first part of both
+    contains(refusal<GeometryError>(folder.path(), options), "there are 2 series");
 
     const ScanReport report = inspect_scan(folder.path());
     EXPECT_EQ(report.format, ScanFormat::dicom);
@@ -123,7 +129,7 @@ TEST(DicomTable, MessagesGiveExamplesOfManySeriesAndGaps) {
     EXPECT_LE(several.size(), kLongest) << several;
     ScanOptions options;
     options.series = "none";
-    const std::string missing = refusal<GeometryError>(folder.path(), options);
+    const std::string missing = refusal<OptionError>(folder.path(), options);
     contains(missing, "no series 'none'");
     EXPECT_LE(missing.size(), kLongest) << missing;
     EXPECT_EQ(inspect_scan(folder.path()).series.size(), 30u);
@@ -146,7 +152,6 @@ TEST(DicomTable, OneSeriesIsSplitWhereItsGeometryDiffers) {
         {"orientation", [](DicomWriter& s, int) { s.orientation("0\\1\\0\\1\\0\\0"); }},
         {"frame of reference", [](DicomWriter& s, int) { s.text(0x00200052, "UI", "1.2.8"); }},
         {"spacing", [](DicomWriter& s, int) { s.spacing("2\\2"); }},
-        {"echo", [](DicomWriter& s, int) { s.text(0x00180086, "IS", "2"); }},
         {"size",
          [](DicomWriter& s, int) {
              s.pixels<std::int16_t>(2, 2, {1, 2, 3, 4});
@@ -182,13 +187,21 @@ TEST(DicomTable, FilesWithoutAnImageAreSkipped) {
     DicomWriter report;
     report.text(0x00080016, "UI", "1.2.840.10008.5.1.4.1.1.88.11");
     report.write(folder / "report");
-    contains(refusal<InputError>(folder.path()), "none of 1 DICOM files holds an image");
+    contains(refusal<InputError>(folder.path()), "report': is a structured report; a scan has images");
+    DicomWriter structures;
+    structures.text(0x00080016, "UI", "1.2.840.10008.5.1.4.1.1.481.3");
+    structures.write(folder / "structures");
+    contains(refusal<InputError>(folder.path()), "none of 2 DICOM files holds an image");
+    contains(refusal<InputError>(folder / "structures"), "is an RT structure set");
+    fs::remove(folder / "report");
+    contains(refusal<InputError>(folder.path()), "is an RT structure set");
     write_series(folder, 2);
+    contains(refusal<InputError>(folder / "structures"), "is an RT structure set");
     write_file(folder / "notes.txt", "nothing");
     ScanInfo info;
     EXPECT_EQ(samples_of<std::int16_t>(read_scan(folder.path(), {}, &info)), volume_samples(2));
     ASSERT_EQ(info.warnings.size(), 1u);
-    contains(info.warnings[0], "1 DICOM files hold no image");
+    contains(info.warnings[0], "1 DICOM file holds no image");
 }
 
 TEST(DicomTable, EnhancedMultiFrame) {
@@ -280,7 +293,8 @@ TEST(DicomTable, DuplicatesThatDifferInRescaleAreRefused) {
 TEST(DicomTable, ASingleSliceNeedsASpacing) {
     TemporaryFolder folder;
     slice(0, 7).write(folder / "one");
-    contains(refusal<GeometryError>(folder.path()), "single slice; options.spacing");
+    contains(refusal<GeometryError>(folder.path()),
+             "single slice, whose thickness is unknown; set options.spacing to 1,1,Z");
     ScanOptions options;
     options.spacing = Vec3d{1, 1, 2.5};
     const Volume v = read_scan(folder.path(), options);
@@ -317,7 +331,8 @@ TEST(DicomTable, ASpacingMayNotContradictTheHeaders) {
     write_series(folder, 3);
     ScanOptions options;
     options.spacing = Vec3d{1, 1, 3};
-    contains(refusal<GeometryError>(folder.path(), options), "1 x 1 x 2 mm; do not give a different one");
+    contains(refusal<OptionError>(folder.path(), options),
+             "1 x 1 x 2 mm, not 1 x 1 x 3; do not set options.spacing");
 }
 
 TEST(DicomTable, FramesWithoutAPositionNeedASpacing) {
@@ -373,7 +388,7 @@ TEST(DicomTable, DicomdirStandsForItsFolder) {
     write_series(folder, 3, "IMAGES/IM");
     ScanInfo info;
     EXPECT_EQ(samples_of<std::int16_t>(read_scan(folder / "DICOMDIR", {}, &info)), volume_samples(3));
-    contains(info.warnings.at(0), "1 DICOM files hold no image");
+    contains(info.warnings.at(0), "1 DICOM file holds no image");
 }
 
 TEST(DicomTable, WithoutAPreambleADataSetThatParsesIsRead) {

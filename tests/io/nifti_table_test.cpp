@@ -145,9 +145,9 @@ TEST(NiftiTable, FourDimensionsNeedAVolume) {
         EXPECT_EQ(read[0], samples()[0] + 400);
         EXPECT_EQ(read[23], samples()[23] + 400);
         options.volume = 6;
-        contains(refusal<GeometryError>(path, options), "no volume 6");
+        contains(refusal<OptionError>(path, options), "no volume 6");
         options.volume = -1;
-        refusal<GeometryError>(path, options);
+        refusal<OptionError>(path, options);
     }
     // The last volume must exist even if the first is read.
     write_file(folder / "a.nii", series.header() + data.substr(0, data.size() - 1));

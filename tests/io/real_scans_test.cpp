@@ -7,6 +7,7 @@
 
 #include <marrow/error.h>
 #include <marrow/isosurface.h>
+#include <marrow/vector.h>
 
 #include "support/reading_checks.h"
 #include "support/scan_files.h"
@@ -180,19 +181,105 @@ TEST(ReadReal, EveryTransferSyntaxDecodesToTheSamePixels) {
     EXPECT_EQ(lossy, 6);
 }
 
-TEST(ReadReal, TwoEchoesAreTwoSeries) {
+TEST(ReadReal, TwoEchoesAreTwoVolumes) {
     MARROW_TEST_SCAN(scan, "knee_t2_2echo_bigendian");
     const auto series = inspect_scan(scan).series;
-    ASSERT_EQ(series.size(), 2u);
+    ASSERT_EQ(series.size(), 1u);
+    EXPECT_EQ(series[0].volumes, (std::vector<std::string>{"echo time 6.312 ms", "echo time 12.624 ms"}));
     ScanOptions options;
-    options.series = series[0].series.id;
+    options.volume = 0;
     const Volume first = read_scan(scan, options);
-    options.series = series[1].series.id;
+    options.volume = 1;
     const Volume second = read_scan(scan, options);
     EXPECT_EQ(first.geometry().dims[2], 24);
     EXPECT_NEAR(first.geometry().spacing[2], 4, 1e-3);
     EXPECT_LT(farthest_corner(first.geometry(), second.geometry()), 1e-6);
     EXPECT_NE(samples_of<std::int16_t>(first), samples_of<std::int16_t>(second));
+}
+
+double sample_at(const Volume& v, const std::array<std::int64_t, 3>& index) {
+    const auto& dims = v.geometry().dims;
+    const std::int64_t i = (index[2] * dims[1] + index[1]) * dims[0] + index[0];
+    switch (v.type()) {
+        case SampleType::uint8:
+            return v.samples<std::uint8_t>()[i];
+        case SampleType::int16:
+            return v.samples<std::int16_t>()[i];
+        case SampleType::uint16:
+            return v.samples<std::uint16_t>()[i];
+        default:
+            return v.samples<float>()[i];
+    }
+}
+
+// The fractional index of a position.
+Vec3d index_at(const Geometry& g, const Vec3d& position) {
+    const Mat3d m = g.index_to_physical();
+    const auto column = [&](int a) { return Vec3d{m[0][a], m[1][a], m[2][a]}; };
+    const Vec3d x = column(0), y = column(1), z = column(2), p = position - g.origin;
+    const double volume = dot(x, cross(y, z));
+    return {dot(p, cross(y, z)) / volume, dot(p, cross(z, x)) / volume, dot(p, cross(x, y)) / volume};
+}
+
+// Each volume of a DICOM series has the samples of the same volume in NIfTI, at the same places.
+void expect_volumes_of_nifti(const fs::path& dicom, const fs::path& nifti, std::int64_t volumes) {
+    const auto series = inspect_scan(dicom).series;
+    ASSERT_EQ(series.size(), 1u);
+    ASSERT_EQ(series[0].volumes.size(), static_cast<std::size_t>(volumes));
+    for (std::int64_t v = 0; v < volumes; ++v) {
+        SCOPED_TRACE(v);
+        ScanOptions options;
+        options.volume = v;
+        const Volume a = read_scan(dicom, options), b = read_scan(nifti, options);
+        ASSERT_EQ(a.geometry().sample_count(), b.geometry().sample_count());
+        std::int64_t different = 0;
+        const auto& dims = a.geometry().dims;
+        for (std::int64_t k = 0; k < dims[2]; ++k) {
+            for (std::int64_t j = 0; j < dims[1]; ++j) {
+                for (std::int64_t i = 0; i < dims[0]; ++i) {
+                    const Vec3d index{static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)};
+                    const Vec3d at = index_at(b.geometry(), a.geometry().physical(index));
+                    std::array<std::int64_t, 3> near;
+                    for (int axis = 0; axis < 3; ++axis) {
+                        near[axis] = std::lround(at[axis]);
+                        ASSERT_NEAR(at[axis], static_cast<double>(near[axis]), 0.01);
+                    }
+                    const double x = sample_at(a, {i, j, k}), y = sample_at(b, near);
+                    different += std::abs(x - y) > 1e-4 * std::max(1.0, std::abs(x));
+                }
+            }
+        }
+        EXPECT_EQ(different, 0);
+    }
+}
+
+TEST(ReadReal, TimePointsAreThoseOfTheNifti) {
+    MARROW_TEST_SCAN(scans, "n_dicom_4d");
+    for (const auto& [name, volumes] :
+         {std::pair("ge_fmri", 2), std::pair("siemens_fmri", 2), std::pair("philips_enhanced_fmri", 4)}) {
+        SCOPED_TRACE(name);
+        expect_volumes_of_nifti(scans / name / "001", scans / name / "001_ground_truth.nii.gz", volumes);
+    }
+    SCOPED_TRACE("siemens_mosaic");
+    const fs::path mosaics = scans / "siemens_mosaic";
+    expect_volumes_of_nifti(mosaics / "ep2d_Asc_2", mosaics / "2_ep2d_Asc.nii", 6);
+}
+
+TEST(ReadReal, RtDoseIsTheSameInBothByteOrders) {
+    MARROW_TEST_SCAN(files, "n_pydicom/nasty_dicom/pydicom/test_files");
+    std::vector<float> first;
+    for (const char* name : {"rtdose.dcm", "rtdose_expb.dcm", "rtdose_rle.dcm"}) {
+        SCOPED_TRACE(name);
+        TemporaryFolder folder;
+        fs::copy(files / name, folder / name);
+        const Volume v = read_scan(folder.path());
+        EXPECT_EQ(v.geometry().dims, (std::array<std::int64_t, 3>{10, 10, 15}));
+        EXPECT_NEAR(v.geometry().spacing[2], 5, 1e-9);
+        const auto samples = samples_of<float>(v);
+        EXPECT_FLOAT_EQ(*std::max_element(samples.begin(), samples.end()), 1.254f);  // Gy
+        if (first.empty()) first = samples;
+        EXPECT_EQ(samples, first);
+    }
 }
 
 TEST(ReadReal, EnhancedMultiFrame) {

@@ -37,6 +37,7 @@ TEST_F(BallViewer, ExportsTheSameFilesAsTheShownCommandLine) {
         const std::string programs = std::filesystem::path(MARROW_PROGRAM).parent_path();
         ASSERT_EQ(std::system(("PATH='" + programs + "':$PATH; " + line + " -q").c_str()), 0) << line;
         EXPECT_TRUE(read_file(file) == ours) << what << " " << line;
+        std::filesystem::remove(file);
         QTest::qWait(1);  // deletes the dialog
     };
     for (const viewer::ExportFormat& format : viewer::kExportFormats) compare(format.extension, "unchanged");
@@ -60,7 +61,7 @@ TEST_F(BallViewer, ExportsTheSameFilesAsTheShownCommandLine) {
     session().move_crop_side({2, false}, 6);
     session().set_isovalue(*session().scan()->otsu);
     EXPECT_TRUE(window->command().contains("--crop vox:0,30,0,47,6,24"));
-    EXPECT_FALSE(window->command().contains("otsu"));
+    EXPECT_FALSE(window->command().contains("--isovalue otsu"));
     compare(".stl", "cropped, Otsu");
     compare(".3mf", "cropped, Otsu, with its name");
     QTest::mouseClick(window->findChildren<QPushButton*>("chip").front(), Qt::LeftButton);
@@ -78,7 +79,10 @@ TEST_F(BallViewer, ExportsAllVisibleSurfaces) {
     key(Qt::Key_S, Qt::ControlModifier);
     auto* dialog = window->findChild<viewer::ExportDialog*>("export_dialog");
     ASSERT_TRUE(dialog);
-    dialog->findChild<QComboBox*>("what")->setCurrentIndex(1);
+    auto* what = dialog->findChild<QComboBox*>("what");
+    ASSERT_EQ(what->count(), 3);  // the two visible surfaces, and both
+    for (int i = 0; i < what->count(); ++i) EXPECT_FALSE(what->itemText(i).contains("hidden"));
+    what->setCurrentIndex(2);
     const TemporaryFolder out;
     dialog->set_file(out.path().c_str());
     const QStringList lines = dialog->commands().split('\n');
@@ -104,6 +108,46 @@ TEST_F(BallViewer, ExportsAllVisibleSurfaces) {
     ASSERT_EQ(names(), expected);
     EXPECT_TRUE(read_file(out / "ball.stl") == ours[0]);
     EXPECT_TRUE(read_file(out / "ball-2.stl") == ours[1]);
+}
+
+TEST_F(BallViewer, AsksBeforeItReplacesAFile) {
+    const std::filesystem::path file = folder / "old.stl";
+    write_file(file, "old");
+    key(Qt::Key_S, Qt::ControlModifier);
+    auto* dialog = window->findChild<viewer::ExportDialog*>("export_dialog");
+    ASSERT_TRUE(dialog);
+    dialog->set_file(QString::fromStdString(file.string()));
+    QTest::keyClick(dialog, Qt::Key_Return);
+    auto* box = dialog->findChild<QDialog*>("replace_box");
+    ASSERT_TRUE(box);
+    QTest::keyClick(box, Qt::Key_Escape);
+    EXPECT_TRUE(dialog->isVisible());
+    EXPECT_FALSE(window->busy());
+    EXPECT_EQ(read_file(file), "old");
+    QTest::qWait(1);  // deletes the question
+
+    QTest::keyClick(dialog, Qt::Key_Return);
+    box = dialog->findChild<QDialog*>("replace_box");
+    ASSERT_TRUE(box);
+    QTest::mouseClick(box->findChild<QPushButton*>("replace"), Qt::LeftButton);
+    EXPECT_FALSE(dialog->isVisible());
+    ASSERT_TRUE(wait([&] { return !window->busy(); }));
+    EXPECT_NE(read_file(file), "old");
+}
+
+// The same warning as that of the command line.
+TEST_F(BallViewer, WarnsAtExport) {
+    session().set_isovalue(session().scan()->histogram.lower);  // all samples are inside
+    ASSERT_TRUE(settle());
+    window->write({{session().parameters().current, folder / "box.stl"}}, Space::LPS);
+    ASSERT_TRUE(wait([&] { return !window->busy(); }));
+    EXPECT_TRUE(window->banner().contains("border of the scan")) << window->banner().toStdString();
+    auto* remarks = window->findChild<QToolButton*>("remarks");
+    EXPECT_TRUE(remarks->isVisible());
+    key(Qt::Key_Escape);
+    EXPECT_TRUE(window->banner().isEmpty());
+    QTest::mouseClick(remarks, Qt::LeftButton);
+    EXPECT_TRUE(window->banner().contains("border of the scan"));
 }
 
 // During one turn, the small ball moves around the large one. Afterwards, the view is as before.

@@ -123,6 +123,34 @@ class RandomEvents : public BallViewer {
             session().remove_surface(surfaces[static_cast<std::size_t>(any(4))].id);
     }
 
+    void arrange_views() {
+        switch (any(3)) {
+            case 0:
+                return QTest::mouseDClick(widget(), button(), Qt::NoModifier, any_point(widget()));
+            case 1:
+                return window->views()->set_layout_choice(any(2) ? viewer::Layout::column
+                                                                 : viewer::Layout::square);
+            default:
+                return window->views()->set_slab(
+                    {any(2) ? viewer::Slab::Mode::maximum : viewer::Slab::Mode::mean, 5.0 * any(4)});
+        }
+    }
+
+    void measure_and_drag_an_end() {
+        key(any(2) ? Qt::Key_D : Qt::Key_A);
+        viewer::SliceView* slice = window->slice_view(Plane(any(3)));
+        for (int i = 0; i < 3; ++i)
+            QTest::mouseClick(slice, Qt::LeftButton, Qt::NoModifier, any_point(slice));
+        const auto& measurements = session().parameters().measurements;
+        if (measurements.empty()) return;
+        const Vec3d end = measurements.back().points.front();
+        const Vec3d index = viewer::index_of(session().scan()->volume.geometry(), end);
+        any(2)
+            ? move(slice, Qt::LeftButton, slice->widget_point(index).toPoint(), any_point(slice), any(10) > 0)
+            : move(view(), Qt::LeftButton, view()->widget_point(end).toPoint(), any_point(view()),
+                   any(10) > 0);
+    }
+
     void export_something() {
         const int id = session().parameters().current;
         if (window->busy() || !window->surfaces().exact(id)) return;
@@ -136,7 +164,7 @@ class RandomEvents : public BallViewer {
                                            Qt::Key_3, Qt::Key_4,      Qt::Key_5,   Qt::Key_6, Qt::Key_C,
                                            Qt::Key_F, Qt::Key_D,      Qt::Key_A,   Qt::Key_N, Qt::Key_T,
                                            Qt::Key_X, Qt::Key_Escape, Qt::Key_Tab, Qt::Key_B, Qt::Key_K};
-        switch (any(15)) {
+        switch (any(17)) {
             case 0:
             case 1: {
                 QWidget* on = widget();
@@ -167,6 +195,10 @@ class RandomEvents : public BallViewer {
                 return drag_a_side_of_the_crop_box();
             case 13:
                 return export_something();
+            case 14:
+                return arrange_views();
+            case 15:
+                return measure_and_drag_an_end();
             default:
                 break;
         }

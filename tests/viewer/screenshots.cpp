@@ -179,6 +179,22 @@ void take_edges(Photographer& camera) {
     camera.key(Qt::Key_R);
 }
 
+// Four views, with a slab of the slices and a measurement on it.
+void take_four_views(Photographer& camera) {
+    viewer::ViewLayout* views = camera.window().views();
+    views->set_layout_choice(viewer::Layout::square);
+    views->set_slab({viewer::Slab::Mode::maximum, 10});
+    camera.settle();
+    camera.click_slice(Plane::axial, {124, 90, 34});
+    camera.key(Qt::Key_D);
+    for (const double x : {69.0, 179.0}) camera.click_slice(Plane::coronal, {x, 90, 60});
+    camera.key(Qt::Key_N);
+    camera.take("views");
+    camera.key(Qt::Key_Z, Qt::ControlModifier);
+    views->set_slab({});
+    views->set_layout_choice(viewer::Layout::column);
+}
+
 void take_export_dialog(Photographer& camera) {
     camera.settle();
     camera.key(Qt::Key_S, Qt::ControlModifier);
@@ -218,6 +234,7 @@ int main(int argc, char** argv) {
         take_measurements(camera);
         take_crop(camera);
         take_edges(camera);
+        take_four_views(camera);
         take_export_dialog(camera);
     } catch (const std::exception& error) {
         std::fprintf(stderr, "viewer_screenshots: %s\n", error.what());

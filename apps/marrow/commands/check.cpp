@@ -21,6 +21,12 @@ std::string plain(double number) {
     return std::abs(number) < 1e12 ? fmt::format("{:.2f}", number) : fmt::format("{:.6g}", number);
 }
 
+// Cavities lie in pieces. Where there is no piece, the surface is inside out.
+std::string pieces_text(std::int64_t pieces, std::int64_t cavities) {
+    if (pieces == 0 && cavities > 0) return fmt::format("{}, inside out", cavities);
+    return fmt::format("{}, with {} {}", pieces, cavities, cavities == 1 ? "cavity" : "cavities");
+}
+
 void print(std::ostream& out, const CheckedMesh& checked, double min_wall) {
     const MeshCheck& c = checked.found;
     const MeshMeasures& m = c.measures;
@@ -47,7 +53,7 @@ void print(std::ostream& out, const CheckedMesh& checked, double min_wall) {
                  ? fmt::format("none below {:g} mm", min_wall)
                  : fmt::format("{} mm2 ({:.2f} %) below {:g} mm; thinnest {:.3g} mm", plain(c.thin_area),
                                100 * c.thin_area / m.area, min_wall, *c.thinnest_wall));
-    line("components", fmt::format("{}, of which {} cavities", m.components, c.cavities));
+    line("pieces", pieces_text(m.components - c.cavities, c.cavities));
     line("Euler characteristic", c.genus ? fmt::format("{}; genus {}", m.euler_characteristic, *c.genus)
                                          : std::to_string(m.euler_characteristic));
     line("points, triangles", fmt::format("{}, {}", m.points, m.triangles));

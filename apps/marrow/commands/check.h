@@ -5,8 +5,8 @@
 #include <filesystem>
 #include <vector>
 
-#include "console.h"
 #include "options.h"
+#include "shared/console.h"
 
 namespace marrow::cli {
 

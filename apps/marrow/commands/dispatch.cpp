@@ -7,6 +7,7 @@
 
 #include "check.h"
 #include "info.h"
+#include "report.h"
 #include "surfaces.h"
 #include "sweep.h"
 
@@ -20,8 +21,18 @@ std::string preset_list() {
     return list;
 }
 
+constexpr const char* kUsageAndExamples =
+    "marrow INPUT -o OUT --isovalue N [OPTIONS]\n"
+    "       marrow COMMAND [OPTIONS] ...\n"
+    "\n"
+    "Examples:\n"
+    "  marrow scan/ -o skull.stl --type bone --largest        the skull in a CT\n"
+    "  marrow mri.nii.gz -o head.ply --isovalue otsu --smooth 20 --triangles 100000\n"
+    "  marrow segmentation.nrrd --labels names.ctbl -o organs.glb";
+
 std::string main_footer() {
     return fmt::format(
+        "'marrow help COMMAND' prints the options of a command.\n"
         "Presets in Hounsfield units: {}.\n"
         "For several surfaces, repeat --isovalue or --type. OUT is then a .3mf, .glb, .vtp or .obj file, a\n"
         "folder, or a pattern with {{name}}.\n"
@@ -42,14 +53,14 @@ struct AllOptions {
 ExitCode read_and_run(int argc, const char* const* argv, const Console& console,
                       const std::atomic<bool>& stop) {
     AllOptions options;
-    Arguments arguments(
-        "marrow",
-        {"Turns CT and MRI scans into surfaces.",
-         "marrow INPUT -o OUT --isovalue N [OPTIONS]\n       marrow COMMAND [OPTIONS] ...", main_footer()});
+    Arguments arguments("marrow",
+                        {"Turns CT and MRI scans into surfaces.", kUsageAndExamples, main_footer()});
     add_options(arguments, options.surfaces);
     Arguments& info = arguments.add_command(
-        "info", {"Say what is in scans: which series would be read and why, and what is wrong with them.",
-                 "marrow info [OPTIONS] INPUT...", kExitCodesHelp});
+        "info",
+        {"Say what is in scans: which series would be read and why, what is wrong with them, the range "
+         "of the values and the bounds.",
+         "marrow info [OPTIONS] INPUT...", kExitCodesHelp});
     add_options(info, options.info);
     Arguments& check = arguments.add_command(
         "check",
@@ -77,7 +88,9 @@ ExitCode read_and_run(int argc, const char* const* argv, const Console& console,
 }  // namespace
 
 int run_marrow(int argc, const char* const* argv, const Console& console, const std::atomic<bool>& stop) {
-    return exit_code_of(console, [&] { return read_and_run(argc, argv, console, stop); });
+    return exit_code_of(
+        console, [&] { return read_and_run(argc, argv, console, stop); },
+        error_printer(argc, argv, console.out));
 }
 
 }  // namespace marrow::cli

@@ -3,7 +3,7 @@
 
 #include <atomic>
 
-#include "console.h"
+#include "shared/console.h"
 
 namespace marrow::cli {
 

@@ -2,12 +2,14 @@
 #include "extract.h"
 
 #include <algorithm>
+#include <cctype>
 
 #include <fmt/format.h>
 
 #include <marrow/histogram.h>
 #include <marrow/isosurface.h>
 
+#include "label_map.h"
 #include "outputs.h"
 #include "warnings.h"
 
@@ -25,8 +27,10 @@ Value isovalue_value(std::vector<SurfaceRequest>& to) {
 
 Value preset_value(std::vector<SurfaceRequest>& to) {
     const auto store = [&to](const std::string& text) {
-        const Preset* preset = find_preset(text);
-        to.push_back({text, {}, preset});
+        std::string name = text;  // in any case
+        for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+        const Preset* preset = find_preset(name);
+        to.push_back({name, {}, preset});
         return preset != nullptr;
     };
     return {
@@ -47,6 +51,11 @@ std::string check_presets(const std::vector<SurfaceRequest>& surfaces, const Sca
                         "or --isovalue N",
                         first->name, reason));
     };
+    if (info.series.modality.empty() && looks_like_label_map(scan))
+        throw UsageError(
+            fmt::format("--type {} is for CT, and this looks like a label map: make a surface of "
+                        "each label with --labels",
+                        first->name));
     const double lowest = histogram(scan).lower;
     if (!presets_apply(info.series.modality, info.format, lowest)) {
         if (!info.series.modality.empty()) refuse("this scan's modality is " + info.series.modality);
@@ -58,6 +67,18 @@ std::string check_presets(const std::vector<SurfaceRequest>& surfaces, const Sca
         "{} does not say whether this is CT; the samples are assumed to be Hounsfield units because the "
         "lowest, {:g}, looks like air",
         scan_format_name(info.format), lowest);
+}
+
+// The scan is read first, to tell which options suit it.
+[[noreturn]] void throw_no_surface(const ScanInfo& info, const Volume& scan) {
+    if (info.series.modality.empty() && looks_like_label_map(scan))
+        throw UsageError(
+            "no surface is given, and this looks like a label map: make a surface of each label with "
+            "--labels, "
+            "or one of all with --isovalue 0.5");
+    const bool is_ct = presets_apply(info.series.modality, info.format, histogram(scan).lower);
+    throw UsageError(fmt::format("no surface is given: add --isovalue N, --isovalue otsu{}",
+                                 is_ct ? ", or for CT --type bone" : ""));
 }
 
 double choose_isovalue(const SurfaceRequest& request, const Volume& scan) {
@@ -145,7 +166,7 @@ std::vector<SurfaceRequest> ExtractOptions::surfaces() const {
     return all;
 }
 
-void add_options(Arguments& arguments, ExtractOptions& options) {
+void add_surface_options(Arguments& arguments, ExtractOptions& options) {
     arguments.start_group("Surface");
     arguments.add_option(
         "--isovalue", isovalue_value(options.isovalues),
@@ -161,15 +182,16 @@ void add_options(Arguments& arguments, ExtractOptions& options) {
                      [](double x) { return x >= 0 && x < 0.5; }),
         "Merge points around samples that are closer to the surface than T edge lengths, 0 <= T "
         "< 0.5: fewer points and no slivers. 0 (default) is off; 0.3 is a good value.");
-    arguments.start_group("Steps before extraction");
+}
+
+void add_step_options(Arguments& arguments, ExtractOptions& options) {
+    arguments.start_group("Before extraction");
     add_filter_options(arguments, options.filters);
-    arguments.start_group("Steps after extraction");
+    arguments.start_group("After extraction");
     add_surface_options(arguments, options.steps);
 }
 
 void check(const ExtractOptions& options) {
-    if (options.surfaces().empty())
-        throw UsageError("no surface is given: add --isovalue N, --isovalue otsu, or for CT --type bone");
     check_steps(options.steps);
     files_of(options);  // so that mistakes in the output are found before the work
 }
@@ -183,6 +205,7 @@ void run(const ExtractOptions& options, const Console& console, const std::atomi
     // Presets are checked against the samples as they are in the scan, before any filter.
     std::string assumption;
     const Volume scan = job.read_scan(options.filters, [&](const Volume& unfiltered) {
+        if (surfaces.empty()) throw_no_surface(job.results.info, unfiltered);
         assumption = check_presets(surfaces, job.results.info, unfiltered);
     });
     if (!assumption.empty()) job.results.warnings.push_back(assumption);

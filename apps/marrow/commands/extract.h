@@ -31,8 +31,11 @@ struct ExtractOptions {
     std::vector<SurfaceRequest> surfaces() const;
 };
 
-/// Declares what concerns the surfaces; SurfaceJobOptions are declared by add_surface_command.
-void add_options(Arguments& arguments, ExtractOptions& options);
+/// Declares which surfaces to extract.
+void add_surface_options(Arguments& arguments, ExtractOptions& options);
+
+/// Declares the steps before and after extraction.
+void add_step_options(Arguments& arguments, ExtractOptions& options);
 
 /// \throw UsageError options that make no sense together
 void check(const ExtractOptions& options);

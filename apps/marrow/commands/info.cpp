@@ -1,89 +1,54 @@
-// Inspects scans and prints what they contain.
+// Inspects scans and reads their samples.
 #include "info.h"
 
-#include <algorithm>
 #include <ostream>
-#include <string_view>
 
-#include <fmt/format.h>
-
+#include <marrow/histogram.h>
+#include <marrow/labels.h>
 #include <marrow/scan_io.h>
+#include <marrow/tissue_presets.h>
 
+#include "info_report.h"
 #include "json_report.h"
+#include "label_map.h"
+#include "progress_reporter.h"
 #include "shared/library_options.h"
 
 namespace marrow::cli {
 namespace fs = std::filesystem;
 namespace {
 
-std::string mm_or_unknown(double value) {
-    return value > 0 ? fmt::format("{:.4g}", value) : "?";
-}
-
-// With `is_only`, the reason for a refusal was already printed.
-void print_series(std::ostream& out, const SeriesReport& s, bool is_chosen, bool is_only, bool show_patient) {
-    const auto line = [&](std::string_view name, const std::string& text) {
-        if (!text.empty()) out << fmt::format("  {:<16} {}\n", name, text);
-    };
-    out << (is_chosen ? "\n* " : "\n  ") << (s.series.id.empty() ? s.series.description : s.series.id)
-        << '\n';
-    if (!s.series.id.empty()) line("description", s.series.description);
-    if (show_patient) line("patient", s.patient_name);
-    line("modality", s.series.modality);
-    line("samples", fmt::format("{} x {} x {} in {} files", s.series.dims[0], s.series.dims[1],
-                                s.series.dims[2], s.series.files));
-    line("spacing", fmt::format("{} x {} x {} mm", mm_or_unknown(s.series.spacing[0]),
-                                mm_or_unknown(s.series.spacing[1]), mm_or_unknown(s.series.spacing[2])));
-    if (s.tilt > 0) line("gantry tilt", fmt::format("{:.1f} degrees", s.tilt));
-    constexpr std::size_t kMostGaps = 5;
-    for (std::size_t i = 0; i < std::min(kMostGaps, s.gaps.size()); ++i) line("gap", s.gaps[i]);
-    if (s.gaps.size() > kMostGaps) line("gap", fmt::format("{} more", s.gaps.size() - kMostGaps));
-    if (s.hounsfield) line("values", *s.hounsfield ? "Hounsfield units" : "not Hounsfield units");
-    if (s.smallest_feature)
-        line("smallest detail", fmt::format("{:.3g} mm, two samples wide", *s.smallest_feature));
-    if (s.memory > 0)
-        line("memory", fmt::format("{:.1f} MiB for the samples", static_cast<double>(s.memory) / (1 << 20)));
-    for (const std::string& warning : s.warnings) line("warning", apps::name_flags(warning));
-    if (!is_only && s.refusal) line("refused", apps::name_flags(*s.refusal));
-}
-
-// Inputs without a report are left out.
-void print_findings(std::ostream& out, const std::vector<Finding>& findings, bool show_patient) {
-    for (const Finding& finding : findings) {
-        if (!finding.refusal.empty()) continue;
-        const ScanReport& report = finding.report;
-        if (findings.size() > 1) out << finding.input.string() << ": ";
-        out << fmt::format("{}, {} files, {} series\n", scan_format_name(report.format), report.files,
-                           report.series.size());
-        for (const std::string& warning : report.warnings)
-            out << "warning: " << apps::name_flags(warning) << '\n';
-        if (report.chosen)
-            out << "the series marked * would be read: " << apps::name_flags(report.reason) << '\n';
-        else
-            out << "nothing would be read: " << apps::name_flags(report.reason) << '\n';
-        for (std::size_t i = 0; i < report.series.size(); ++i)
-            print_series(out, report.series[i], report.chosen == i, report.series.size() == 1, show_patient);
+SampleReport report_on(const Volume& scan, const ScanInfo& info) {
+    SampleReport report;
+    report.type = scan.type();
+    const Histogram samples = histogram(scan);
+    report.lower = samples.lower;
+    report.upper = samples.upper;
+    report.finite = scan.geometry().sample_count() - samples.non_finite_samples;
+    report.may_be_hounsfield =
+        report.finite > 0 && presets_apply(info.series.modality, info.format, samples.lower);
+    if (info.series.modality.empty() && looks_like_label_map(scan)) {
+        report.labels = count_labels(scan);
+        report.labels.erase(LabelOptions{}.background);
     }
+    return report;
 }
 
-// Inspects one input. A failure is printed, and sets `code` unless another did before.
-Finding inspect(const fs::path& input, const ScanOptions& options, const Console& console, bool json,
-                ExitCode& code) {
-    Finding finding{input, {}, {}};
-    const auto fail = [&](ExitCode failure, const Error& error) {
-        finding.refusal = error.what();
-        if (code == kOk) code = failure;
-        if (!json) console.error(apps::name_flags(finding.refusal));
-    };
-    try {
-        finding.report = inspect_scan(input, options);
-    } catch (const Cancelled&) {
-        throw;
-    } catch (const GeometryError& error) {
-        fail(kGeometry, error);
-    } catch (const Error& error) {
-        fail(kUnreadable, error);
-    }
+// Inspects one input, and reads the samples of the series that would be read.
+Finding inspect(const fs::path& input, const InfoCommandOptions& options, const ProgressReporter& reporter) {
+    Finding finding{input, {}, {}, {}};
+    ScanOptions scan = options.scan;
+    reporter.stage("inspect", [&](const Progress& progress) {
+        scan.progress = progress;
+        finding.report = inspect_scan(input, scan);
+    });
+    if (!finding.report.chosen || options.headers) return finding;
+    reporter.stage("read", [&](const Progress& progress) {
+        scan.progress = progress;
+        ScanInfo info;
+        const Volume volume = read_scan(input, scan, &info);
+        finding.samples = report_on(volume, info);
+    });
     return finding;
 }
 
@@ -92,21 +57,32 @@ Finding inspect(const fs::path& input, const ScanOptions& options, const Console
 void add_options(Arguments& arguments, InfoCommandOptions& options) {
     arguments.add_inputs("INPUT", options.inputs, kScanHelp);
     add_scan_options(arguments, options.scan);
-    add_json_option(arguments, options.reporting);
+    arguments.start_group("Output");
+    arguments.add_flag("--headers", options.headers,
+                       "Read only the headers: quicker, but without the range of the values.");
     arguments.add_flag("--show-patient", options.show_patient, "Print the names of patients.");
+    add_json_option(arguments, options.reporting);
 }
 
 ExitCode run(const InfoCommandOptions& options, const Console& console, const std::atomic<bool>& stop) {
-    ScanOptions scan = options.scan;
-    scan.progress = [&](double) { return !stop.load(std::memory_order_relaxed); };
+    const ProgressReporter reporter(options.reporting, console, stop);
     std::vector<Finding> findings;
     ExitCode code = kOk;
-    for (const fs::path& input : options.inputs)
-        findings.push_back(inspect(input, scan, console, options.reporting.json, code));
-    if (options.reporting.json)
-        console.out << findings_json(findings, options.show_patient);
-    else
-        print_findings(console.out, findings, options.show_patient);
+    for (const fs::path& input : options.inputs) {
+        try {
+            findings.push_back(inspect(input, options, reporter));
+            if (options.reporting.json) continue;
+            if (options.inputs.size() > 1) console.out << input.string() << ": ";
+            print_finding(console.out, findings.back(), options.show_patient);
+        } catch (const Cancelled&) {
+            throw;
+        } catch (const Error& error) {
+            findings.push_back({input, {}, error.what(), {}});
+            if (code == kOk) code = exit_code_of(error);
+            if (!options.reporting.json) console.error(apps::name_flags(error.what()));
+        }
+    }
+    if (options.reporting.json) console.out << findings_json(findings, options.show_patient);
     return code;
 }
 

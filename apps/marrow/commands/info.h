@@ -5,22 +5,23 @@
 #include <filesystem>
 #include <vector>
 
-#include "console.h"
 #include "options.h"
+#include "shared/console.h"
 
 namespace marrow::cli {
 
 struct InfoCommandOptions {
     std::vector<std::filesystem::path> inputs;
-    ScanOptions scan;  ///< as for extraction, to see what they change
+    ScanOptions scan;      ///< as for extraction, to see what they change
+    bool headers = false;  ///< do not read the samples
     bool show_patient = false;
     Reporting reporting;
 };
 
 void add_options(Arguments& arguments, InfoCommandOptions& options);
 
-/// Inspects all inputs and prints what was found; an input that cannot be read does not stop the others.
-/// Returns the exit code of the first one that cannot be read.
+/// Inspects all inputs and prints what was found; an input that cannot be described does not stop the others.
+/// Returns the exit code of the first one that cannot. A scan that would be refused is described, too.
 ExitCode run(const InfoCommandOptions& options, const Console& console, const std::atomic<bool>& stop);
 
 }  // namespace marrow::cli

@@ -14,7 +14,9 @@
 #include <marrow/measure.h>
 #include <marrow/vector.h>
 
+#include "label_map.h"
 #include "outputs.h"
+#include "shared/suggestions.h"
 #include "warnings.h"
 
 namespace marrow::cli {
@@ -63,6 +65,30 @@ Labels labels_of(const Counts& counts, const LabelTable& table) {
     return labels;
 }
 
+// "1 liver, 2 spleen and 5 more", to choose from.
+std::string list_labels(const Labels& labels) {
+    constexpr std::size_t kMost = 8;
+    std::string text;
+    std::size_t listed = 0;
+    for (const auto& [label, one] : labels) {
+        if (++listed > kMost) return text + fmt::format(" and {} more", labels.size() - kMost);
+        text += fmt::format("{}{} {}", text.empty() ? "" : ", ", label, one.name);
+    }
+    return text;
+}
+
+std::vector<std::string> names_of(const Labels& labels) {
+    std::vector<std::string> names;
+    for (const auto& [label, one] : labels) names.push_back(one.name);
+    return names;
+}
+
+[[noreturn]] void throw_unknown_label(const std::string& wanted, const Labels& labels) {
+    const std::string meant = did_you_mean(wanted, names_of(labels));
+    throw UsageError(fmt::format("--only: the map, as it is read, has no label '{}'{}", wanted,
+                                 meant.empty() ? ": it has " + list_labels(labels) : meant));
+}
+
 // Marks the labels in `only` as wanted: numbers or names, separated by commas. A name may itself contain
 // commas.
 void choose_labels(const std::string& only, Labels& labels) {
@@ -79,8 +105,7 @@ void choose_labels(const std::string& only, Labels& labels) {
     for (std::size_t begin = 0; begin <= only.size();) {
         const std::size_t end = std::min(only.find(',', begin), only.size());
         const std::string wanted = only.substr(begin, end - begin);
-        if (!choose_one(wanted))
-            throw UsageError(fmt::format("--only: the map, as it is read, has no label '{}'", wanted));
+        if (!choose_one(wanted)) throw_unknown_label(wanted, labels);
         begin = end + 1;
     }
 }
@@ -105,13 +130,14 @@ void name_files(const LabelsOptions& options, const Labels& labels, std::vector<
     }
 }
 
-// Called before extraction, as there may be thousands of surfaces to come.
-void warn_of_scan(const Counts& counts, std::vector<std::string>& warnings) {
-    constexpr std::size_t kMany = 256;
-    if (counts.size() > kMany && counts.begin()->first < 0)
-        warnings.push_back(
-            fmt::format("there are {} labels, from {} to {}: is this a scan rather than a label map?",
-                        counts.size(), counts.begin()->first, counts.rbegin()->first));
+// The thousands of surfaces of a scan would take minutes, and nobody wants them.
+void refuse_scan(const fs::path& input, const Counts& counts, const Volume& map) {
+    constexpr std::size_t kMany = 32;
+    if (counts.size() > kMany && !looks_like_label_map(map))
+        throw UsageError(fmt::format(
+            "'{}' looks like a scan, not like a label map: it has {} different values, from {} to {}, and "
+            "neighbours mostly differ; extract an isosurface with --isovalue, or name labels with --only",
+            input.string(), counts.size(), counts.begin()->first, counts.rbegin()->first));
 }
 
 void warn_of_table(const fs::path& file, const LabelTable& table, const Labels& labels,
@@ -192,8 +218,10 @@ void run(const LabelsOptions& options, const Console& console, const std::atomic
     const Counts counts = count_labels(map, {.threads = job.threads()});
     Labels labels = labels_of(counts, table);
     if (labels.empty()) throw EmptySurface("the map contains only background, so there is no surface");
-    if (options.only) choose_labels(*options.only, labels);
-    warn_of_scan(counts, results.warnings);
+    if (options.only)
+        choose_labels(*options.only, labels);
+    else
+        refuse_scan(options.job.scan.path, counts, map);
     warn_of_table(options.table, table, labels, results.warnings);
     job.print_warnings();
 

@@ -79,7 +79,13 @@ void check_modes(Mode mode, const std::vector<std::string>& given) {
     }
 }
 
-void check_shared(const SurfaceJobOptions& job) {
+void check_shared(const SurfacesOptions& options) {
+    const SurfaceJobOptions& job = options.job;
+    if (job.scan.path.empty() && !options.labels.table.empty())
+        throw UsageError(fmt::format(
+            "no scan is given, as '{0}' after --labels is its table: if it is the label map, write "
+            "'marrow {0} --labels'",
+            options.labels.table.string()));
     require_input(job.scan.path);
     require_output(job.output.mesh, job.output.picture);
     if (job.output.verify && job.output.mesh.empty())
@@ -121,26 +127,23 @@ void check_and_run(const Options& options, const Console& console, const std::at
 void add_options(Arguments& arguments, SurfacesOptions& options) {
     SurfaceJobOptions& job = options.job;
     add_scan_input(arguments, job.scan);
+    add_scan_options(arguments, job.scan.options);
+    add_options(arguments, options.stream);
+    add_surface_options(arguments, options.extract);
+    arguments.start_group("Surfaces of a label map");
+    add_options(arguments, options.labels);
+    add_step_options(arguments, options.extract);
     arguments.start_group("Output");
     add_mesh_option(arguments, job.output.mesh);
     add_picture_option(arguments, job.output.picture);
     add_space_option(arguments, job.output.space);
     arguments.add_flag("--verify", job.output.verify, "Read the written file and compare every triangle.");
-    add_json_option(arguments, job.reporting);
-    add_quiet_option(arguments, job.reporting);
-    add_verbose_option(arguments, job.reporting);
-    add_options(arguments, options.extract);
-    arguments.start_group("Label maps");
-    add_options(arguments, options.labels);
-    arguments.start_group("Reading");
-    add_scan_options(arguments, job.scan.options);
-    add_options(arguments, options.stream);
-    add_threads_option(arguments, job.scan.options.threads);
+    add_general_options(arguments, job.scan.options.threads, job.reporting);
 }
 
 void run(const Arguments& arguments, const SurfacesOptions& options, const Console& console,
          const std::atomic<bool>& stop) {
-    check_shared(options.job);
+    check_shared(options);
     const std::vector<std::string> given = arguments.given();
     const Mode mode = mode_of(given);
     check_modes(mode, given);

@@ -94,20 +94,19 @@ const char* const kSweepHelp =
 void add_options(Arguments& arguments, SweepCommandOptions& options) {
     const auto any = [](double) { return true; };
     add_scan_input(arguments, options.scan);
+    add_scan_options(arguments, options.scan.options);
+    arguments.start_group("Isovalues");
     arguments.add_option("--from", number_value("A", "a finite number", options.from, any),
                          "First isovalue; default: the least sample.");
     arguments.add_option("--to", number_value("B", "a finite number", options.to, any),
                          "Last isovalue; default: the largest sample.");
     arguments.add_option("-n,--samples", integer_value("N", options.samples, 2, 100'000),
                          "Measure N isovalues, evenly spaced from A to B; default: 100.");
+    arguments.start_group("Output");
     arguments.add_option("-o,--output", table_value(options.table),
                          "Write the table to OUT, .csv or .json, instead of printing it.");
     arguments.add_option("--plot", file_value("FILE.svg", options.plot, ".svg"), "Write a drawing.");
-    add_threads_option(arguments, options.scan.options.threads);
-    add_scan_options(arguments, options.scan.options);
-    add_json_option(arguments, options.reporting);
-    add_quiet_option(arguments, options.reporting);
-    add_verbose_option(arguments, options.reporting);
+    add_general_options(arguments, options.scan.options.threads, options.reporting);
 }
 
 void run(const SweepCommandOptions& options, const Console& console, const std::atomic<bool>& stop) {

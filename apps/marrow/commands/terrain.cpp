@@ -14,6 +14,8 @@
 #include "outputs.h"
 #include "progress_reporter.h"
 #include "render.h"
+#include "report.h"
+#include "shared/display.h"
 
 namespace marrow::cli {
 namespace fs = std::filesystem;
@@ -130,7 +132,7 @@ void add_options(Arguments& arguments, TerrainCommandOptions& options) {
     const char* positive = "a positive number";
     arguments.add_input("DEM", options.input,
                         "GeoTIFF, USGS DEM, SRTM .hgt, DTED, Arc/Info or ERDAS grid, PNG heights");
-    add_mesh_option(arguments, options.output);
+    arguments.start_group("Surface");
     arguments.add_option("--base", number_value("MM", positive, options.base, is_positive),
                          fmt::format("Make a closed block that reaches MM below the lowest ground. Without "
                                      "--size it is {:g} mm long.",
@@ -143,11 +145,10 @@ void add_options(Arguments& arguments, TerrainCommandOptions& options) {
                          "Set the distance between samples in metres; default: that of the raster.");
     arguments.add_option("--levels", integer_value("N", options.levels, 1, kMostLevels),
                          "Write N levels of detail, each with half the resolution of the one before.");
+    arguments.start_group("Output");
+    add_mesh_option(arguments, options.output);
     add_picture_option(arguments, options.picture);
-    add_threads_option(arguments, options.threads);
-    add_json_option(arguments, options.reporting);
-    add_quiet_option(arguments, options.reporting);
-    add_verbose_option(arguments, options.reporting);
+    add_general_options(arguments, options.threads, options.reporting);
 }
 
 void run(const TerrainCommandOptions& options, const Console& console, const std::atomic<bool>& stop) {
@@ -159,7 +160,7 @@ void run(const TerrainCommandOptions& options, const Console& console, const std
     if (!options.output.has_filename() && !options.output.empty()) fs::create_directories(options.output);
     for (const fs::path& file : files) check_output(file, options.input);
     check_output(options.picture, options.input);
-    if (!options.picture.empty()) require_display();
+    if (!options.picture.empty()) require_display("--picture");
 
     const Clock::time_point start = Clock::now();
     if (files.size() > 1) check_levels(options);
@@ -192,7 +193,7 @@ int run_terrain(int argc, const char* const* argv, const Console& console, const
         "a\n"
         ".glb file, in which they are nodes of these names.\n"
         "Exit codes: see marrow --help.";
-    return exit_code_of(console, [&] {
+    const auto read_and_run = [&] {
         TerrainCommandOptions options;
         Arguments arguments("marrow terrain",
                             {"Turns an elevation raster into a surface, or into a block to print.",
@@ -200,7 +201,8 @@ int run_terrain(int argc, const char* const* argv, const Console& console, const
         add_options(arguments, options);
         if (arguments.parse(argc, argv, console.out)) run(options, console, stop);
         return kOk;
-    });
+    };
+    return exit_code_of(console, read_and_run, error_printer(argc, argv, console.out));
 }
 
 }  // namespace marrow::cli

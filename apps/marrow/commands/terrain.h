@@ -6,8 +6,8 @@
 #include <filesystem>
 #include <optional>
 
-#include "console.h"
 #include "options.h"
+#include "shared/console.h"
 
 namespace marrow::cli {
 

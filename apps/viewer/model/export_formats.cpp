@@ -114,9 +114,9 @@ QString shell_line(const std::vector<std::string>& arguments) {
     return line;
 }
 
-QString file_name(const SurfaceParameters& surface, const std::string& extension) {
+QString file_name(const Scan& scan, const SurfaceParameters& surface, const std::string& extension) {
     QString name;
-    for (const QChar c : surface.name.simplified())
+    for (const QChar c : surface_name(scan, surface).simplified())
         name += c.isLetterOrNumber() || c == '-' || c == '_' || c == '.' ? c : QChar('-');
     while (name.startsWith('.') || name.startsWith('-')) name.remove(0, 1);
     return (name.isEmpty() ? QString("surface") : name) + QString::fromStdString(extension);

@@ -48,6 +48,6 @@ std::vector<std::string> command_arguments(const Scan& scan, const Parameters& p
 QString shell_line(const std::vector<std::string>& arguments);
 
 /// A file name from the name of the surface, without characters that are special to shells or file systems.
-QString file_name(const SurfaceParameters& surface, const std::string& extension);
+QString file_name(const Scan& scan, const SurfaceParameters& surface, const std::string& extension);
 
 }  // namespace marrow::viewer

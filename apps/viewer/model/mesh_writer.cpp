@@ -1,24 +1,56 @@
 // Writes mesh files on a worker thread and reports to the thread of the window.
 #include "mesh_writer.h"
 
+#include <algorithm>
 #include <chrono>
 
-namespace marrow::viewer {
+#include <marrow/volume_filters.h>
 
-void MeshWriter::write(std::vector<File> files, Space space) {
+#include "shared/library_options.h"
+#include "shared/surface_warnings.h"
+
+namespace marrow::viewer {
+namespace {
+
+// The warnings that the command line would give, one per line.
+QString warnings_of(const std::vector<MeshWriter::File>& files, const MeshWriter::Source& source) {
+    const Volume& whole = source.scan->volume;
+    Volume part;
+    if (source.crop) part = crop(whole, source.crop->first, source.crop->last);
+    const Volume& scan = source.crop ? part : whole;
+    std::vector<apps::MeshFile> meshes;
+    double lowest = files.front().shape->isovalue;
+    for (const MeshWriter::File& file : files) {
+        meshes.push_back({file.object.mesh, file.path});
+        lowest = std::min(lowest, file.shape->isovalue);
+    }
+    QStringList lines;
+    const auto add = [&](const std::optional<std::string>& warning) {
+        if (warning) lines << QString::fromStdString(apps::name_flags(*warning));
+    };
+    add(apps::non_finite_warning(source.scan->histogram.non_finite_samples));
+    add(apps::large_coordinates_warning(meshes, scan.geometry()));
+    if (!source.open) add(apps::border_warning(lowest, scan));
+    return lines.join('\n');
+}
+
+}  // namespace
+
+void MeshWriter::write(std::vector<File> files, Space space, Source source) {
     busy_ = true;
     cancelled_ = false;
     emit started();
-    const auto end = [this](const QString& message, bool error) {
+    const auto end = [this](const QString& message, bool error, const QString& warnings = {}) {
         QMetaObject::invokeMethod(
             this,
             [=, this] {
                 busy_ = false;
-                emit finished(message, error);
+                emit finished(message, error, warnings);
             },
             Qt::QueuedConnection);
     };
-    worker_.post({0, 0}, [=, this, files = std::move(files)](const Progress& job_progress) {
+    worker_.post({0, 0}, [=, this, files = std::move(files),
+                          source = std::move(source)](const Progress& job_progress) {
         auto last_report = std::chrono::steady_clock::now();
         std::size_t done = 0;
         const Progress progress = [&](double fraction) {
@@ -39,7 +71,7 @@ void MeshWriter::write(std::vector<File> files, Space space) {
             const QString first = QString::fromStdString(files.front().path.string());
             end(files.size() > 1 ? tr("Wrote %1 and %2 more.").arg(first).arg(files.size() - 1)
                                  : tr("Wrote %1.").arg(first),
-                false);
+                false, warnings_of(files, source));
         } catch (const Cancelled&) {
             end(tr("Export cancelled. No file was changed."), false);
         } catch (const std::exception& error) {

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include <QObject>
@@ -24,11 +25,17 @@ class MeshWriter : public QObject {
         MeshObject object;
         std::filesystem::path path;
     };
+    /// What the surfaces were extracted from.
+    struct Source {
+        std::shared_ptr<const Scan> scan;
+        std::optional<SampleBox> crop;
+        bool open = false;
+    };
 
     explicit MeshWriter(QObject* parent = nullptr) : QObject(parent) {}
 
     /// Writes all files; none appears before all are complete. \pre not busy, and at least one file
-    void write(std::vector<File> files, Space space);
+    void write(std::vector<File> files, Space space, Source source);
     /// Stops writing and then emits `finished`. Existing files stay as they were.
     void cancel() { cancelled_ = true; }
     bool busy() const { return busy_; }
@@ -36,7 +43,8 @@ class MeshWriter : public QObject {
   signals:
     void started();
     void progressed(double fraction);
-    void finished(const QString& message, bool error);
+    /// `warnings` are those of the command line, one per line.
+    void finished(const QString& message, bool error, const QString& warnings);
 
   private:
     bool busy_ = false;

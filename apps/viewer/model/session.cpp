@@ -65,6 +65,15 @@ class Change : public QUndoCommand {
     Parameters before_, after_;
 };
 
+QString surface_name(const Scan& scan, const SurfaceParameters& surface) {
+    if (!surface.name.isEmpty()) return surface.name;
+    for (const Preset& preset : kPresets) {
+        if (scan.hounsfield && surface.isovalue == preset.isovalue())
+            return QString::fromUtf8(preset.name.data(), static_cast<int>(preset.name.size()));
+    }
+    return scan.otsu == surface.isovalue ? "otsu" : "surface";
+}
+
 double Measurement::value() const {
     if (points.size() == 2) return length(points[0] - points[1]);
     const Vec3d a = points[0] - points[1], b = points[2] - points[1];
@@ -99,12 +108,10 @@ void Session::set_scan(std::shared_ptr<const Scan> scan) {
     surface.id = next_id_++;
     if (scan_->hounsfield) {
         const Preset* bone = find_preset("bone");
-        surface.name = "bone";
         surface.isovalue = bone->isovalue();
         surface.colour = to_colour(bone->colour);
     } else {
         const Histogram& h = scan_->histogram;
-        surface.name = "surface";
         surface.isovalue = scan_->otsu.value_or((h.lower + h.upper) / 2);
         surface.colour = to_colour(kColours[0]);
     }
@@ -146,7 +153,6 @@ void Session::apply_preset(const QString& name) {
         SurfaceParameters* surface = p.find(p.current);
         if (!surface) return;
         surface->isovalue = preset->isovalue();
-        surface->name = name;
         surface->colour = to_colour(preset->colour);
     });
 }

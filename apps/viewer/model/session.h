@@ -22,13 +22,16 @@ enum class Tool { navigate, distance, angle, crop };
 
 struct SurfaceParameters {
     int id = 0;
-    QString name;
+    QString name;  ///< given by the user; empty: surface_name() decides
     double isovalue = 0;
     QColor colour;
     double opacity = 1;
     bool visible = true;
     bool operator==(const SurfaceParameters&) const = default;
 };
+
+/// The name that the user gave the surface; without one, that of the preset or method with its isovalue.
+QString surface_name(const Scan& scan, const SurfaceParameters& surface);
 
 /// Two positions make a distance, three an angle at the second. LPS mm.
 struct Measurement {

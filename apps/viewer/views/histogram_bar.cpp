@@ -14,24 +14,11 @@ namespace {
 
 constexpr double kMargin = 12, kTop = 16, kAxis = 18;
 
-// The smallest number of the form 1, 2 or 5 times a power of ten that is not below `minimum`.
-double round_step(double minimum) {
-    const double power = std::pow(10, std::floor(std::log10(minimum)));
-    for (const double factor : {1.0, 2.0, 5.0}) {
-        if (factor * power >= minimum) return factor * power;
-    }
-    return 10 * power;
-}
-
-bool is_integer(SampleType type) {
-    return type != SampleType::float32 && type != SampleType::float64;
-}
-
 }  // namespace
 
 HistogramBar::HistogramBar(Session& session, QWidget* parent) : QWidget(parent), session_(session) {
     setFocusPolicy(Qt::StrongFocus);
-    setMinimumHeight(84);
+    setMinimumHeight(56);
     setMouseTracking(true);
     setCursor(Qt::SizeHorCursor);
     setToolTip(
@@ -41,23 +28,36 @@ HistogramBar::HistogramBar(Session& session, QWidget* parent) : QWidget(parent),
     connect(&session_, &Session::parameters_changed, this, [this] { update(); });
 }
 
-// Shows all values except for a long tail with very few samples, such as metal.
+// Shows the bins of the scan's histogram until finer ones are counted.
 void HistogramBar::follow_scan() {
-    const Histogram& h = session_.scan()->histogram;
-    lower_ = h.lower;
-    upper_ = h.upper > h.lower ? h.upper : h.lower + 1;
-    highest_ = 1;
-    std::int64_t all = 0;
-    for (const std::int64_t n : h.counts) {
-        all += n;
-        highest_ = std::max(highest_, std::log1p(static_cast<double>(n)));
+    const std::shared_ptr<const Scan> scan = session_.shared_scan();
+    const ValueRange range = usual_range(scan->histogram);
+    lower_ = range.lower;
+    upper_ = range.upper;
+    if (const SurfaceParameters* current = session_.current()) {
+        lower_ = std::min(lower_, current->isovalue);
+        upper_ = std::max(upper_, current->isovalue);
     }
-    const double bin = (upper_ - lower_) / static_cast<double>(std::max<std::size_t>(h.counts.size(), 1));
-    std::int64_t above = 0;
-    std::size_t last = h.counts.size();
-    while (last > 1 && above <= all / 20000) above += h.counts[--last];
-    const double end = lower_ + bin * static_cast<double>(last + 1);
-    if (end - lower_ < 0.7 * (upper_ - lower_)) upper_ = lower_ + 1.2 * (end - lower_);
+    distribution_ = Distribution(scan->histogram);
+    update_bins();
+    counting_.post({0, 0}, [this, scan](const Progress&) {
+        const Distribution fine(scan->volume, scan->histogram);
+        QMetaObject::invokeMethod(
+            this,
+            [this, scan, fine] {
+                if (session_.scan() != scan.get()) return;
+                distribution_ = fine;
+                update_bins();
+            },
+            Qt::QueuedConnection);
+    });
+}
+
+void HistogramBar::update_bins() {
+    if (!session_.scan()) return;
+    constexpr double kBinWidth = 3;  // pixels, at least
+    bins_ = distribution_.bins(lower_, upper_, std::max(plot().width() / kBinWidth, 8.0));
+    highest_ = std::log1p(std::max(1.0, *std::max_element(bins_.counts.begin(), bins_.counts.end())));
     update();
 }
 
@@ -78,7 +78,7 @@ double HistogramBar::step() const {
     if (!scan) return 1;
     const double range = scan->histogram.upper - scan->histogram.lower;
     if (range <= 0) return 1;
-    return is_integer(scan->volume.type()) && range >= 100 ? 1 : round_step(range / 2000);
+    return is_integer(scan->volume.type()) ? 1 : round_step(range / 2000);
 }
 
 double HistogramBar::top_of(double count) const {
@@ -97,19 +97,17 @@ void HistogramBar::paintEvent(QPaintEvent*) {
 // Draws the bins as steps. The values inside the current surface have its colour.
 void HistogramBar::paint_bins(QPainter& painter) const {
     const QRectF area = plot();
-    const Histogram& h = session_.scan()->histogram;
     QPainterPath bins;
-    bins.moveTo(area.left(), area.bottom());
-    const double bin = (h.upper - h.lower) / static_cast<double>(std::max<std::size_t>(h.counts.size(), 1));
-    for (std::size_t i = 0; i < h.counts.size(); ++i) {
-        const double from = x_of(h.lower + bin * static_cast<double>(i));
-        const double to = x_of(h.lower + bin * static_cast<double>(i + 1));
-        const double top = top_of(static_cast<double>(h.counts[i]));
-        bins.lineTo(from, top);
-        bins.lineTo(to, top);
+    double left = x_of(bins_.first);
+    bins.moveTo(left, area.bottom());
+    for (std::size_t i = 0; i < bins_.counts.size(); ++i) {
+        const double right = x_of(bins_.first + bins_.width * static_cast<double>(i + 1));
+        const double top = top_of(bins_.counts[i]);
+        bins.lineTo(left, top);
+        bins.lineTo(right, top);
+        left = right;
     }
-    bins.lineTo(x_of(h.upper), area.bottom());
-    bins.lineTo(area.left(), area.bottom());
+    bins.lineTo(left, area.bottom());
     bins.closeSubpath();
 
     painter.save();
@@ -183,21 +181,23 @@ void HistogramBar::paint_flag(QPainter& painter, const SurfaceParameters& curren
     painter.drawText(flag, Qt::AlignCenter, text);
 }
 
-void HistogramBar::set_from(double x) {
-    const double s = step();
-    const double value = std::clamp(value_at(x), lower_, upper_);
-    session_.set_isovalue(std::round(value / s) * s);
+double HistogramBar::on_grid(double value, double steps) const {
+    const Histogram& h = session_.scan()->histogram;
+    const bool integers = is_integer(session_.scan()->volume.type());
+    const double s = step(), offset = integers && h.upper > h.lower ? 0.5 : 0;
+    return std::clamp((std::round(value / s - offset) + steps + offset) * s, h.lower + offset,
+                      h.upper - offset);
 }
 
 void HistogramBar::mousePressEvent(QMouseEvent* event) {
     if (event->button() != Qt::LeftButton || !session_.scan()) return;
     dragging_ = true;
     session_.end_step();
-    set_from(event->localPos().x());
+    session_.set_isovalue(on_grid(value_at(event->localPos().x())));
 }
 
 void HistogramBar::mouseMoveEvent(QMouseEvent* event) {
-    if (dragging_) set_from(event->localPos().x());
+    if (dragging_) session_.set_isovalue(on_grid(value_at(event->localPos().x())));
 }
 
 void HistogramBar::mouseReleaseEvent(QMouseEvent* event) {
@@ -218,7 +218,7 @@ void HistogramBar::wheelEvent(QWheelEvent* event) {
     const double fraction = (centre - lower_) / (upper_ - lower_);
     lower_ = std::clamp(centre - fraction * range, scan->histogram.lower, scan->histogram.upper - range);
     upper_ = lower_ + range;
-    update();
+    update_bins();
     event->accept();
 }
 
@@ -244,8 +244,7 @@ void HistogramBar::keyPressEvent(QKeyEvent* event) {
             break;
     }
     if (steps == 0 || !current) return QWidget::keyPressEvent(event);
-    const double s = step();
-    session_.set_isovalue((std::round(current->isovalue / s) + steps) * s);
+    session_.set_isovalue(on_grid(current->isovalue, steps));
 }
 
 }  // namespace marrow::viewer

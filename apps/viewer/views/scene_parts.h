@@ -50,6 +50,7 @@ class Crosshair {
     void add_to(vtkRenderer* renderer);
     void set_position(const Geometry& geometry, const Vec3d& index);
     void set_visible(bool visible);
+    bool visible() const { return visible_; }
 
   private:
     struct Line {

@@ -2,7 +2,6 @@
 #include "screenshots.h"
 
 #include <QBuffer>
-#include <QDir>
 
 #include <marrow/atomic_file.h>
 #include <marrow/error.h>
@@ -19,6 +18,10 @@ void write_png(const QImage& image, const std::filesystem::path& file) {
     out.commit();
 }
 
+std::filesystem::path turntable_image(const std::filesystem::path& folder, int frame) {
+    return folder / QString("frame-%1.png").arg(frame, 4, 10, QChar('0')).toStdString();
+}
+
 Turntable::Turntable(SurfaceView& view, int frames, const QSize& size, const QString& folder)
     : QObject(&view), view_(view), frames_(frames), size_(size), folder_(folder) {
     connect(&timer_, &QTimer::timeout, this, &Turntable::step);
@@ -28,8 +31,7 @@ Turntable::Turntable(SurfaceView& view, int frames, const QSize& size, const QSt
 void Turntable::step() {
     try {
         if (frame_ < frames_) {
-            const QString name = QString("frame-%1.png").arg(frame_, 4, 10, QChar('0'));
-            write_png(view_.screenshot(size_), QDir(folder_).filePath(name).toStdString());
+            write_png(view_.screenshot(size_), turntable_image(folder_.toStdString(), frame_));
             view_.turn(360.0 / frames_);
             emit progressed(++frame_);
             return;

@@ -12,7 +12,10 @@ namespace marrow::viewer {
 /// Writes an image as a PNG file. \throw IoError if it cannot be encoded or written
 void write_png(const QImage& image, const std::filesystem::path& file);
 
-/// Writes one full turn as frame-0000.png, frame-0001.png, ... into a folder. Draws one frame per iteration
+/// The file of one image of a turntable: frame-0000.png, frame-0001.png, ...
+std::filesystem::path turntable_image(const std::filesystem::path& folder, int frame);
+
+/// Writes one full turn as images into a folder. Draws one frame per iteration
 /// of the event loop, so that the window stays responsive. Deletes itself at the end.
 class Turntable : public QObject {
     Q_OBJECT

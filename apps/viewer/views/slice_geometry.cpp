@@ -32,10 +32,12 @@ PatientAxes patient_axes(const Geometry& g) {
 // Stands for samples beyond the range. Since it is not finite, edges to it are crossed in the middle.
 constexpr float kOutside = std::numeric_limits<float>::quiet_NaN();
 
-// How far from a to b the isovalue is, from 0 to 1; one half if an end is not finite.
+// How far from a to b the isovalue is, as on the surface: never quite 0 or 1, and one half if an end is not
+// finite.
 double crossing(float a, float b, double isovalue) {
+    constexpr double kLeast = 1.0 / 1024;
     const double t = (isovalue - a) / (static_cast<double>(b) - a);
-    return std::isfinite(t) ? std::clamp(t, 0.0, 1.0) : 0.5;
+    return std::isfinite(t) ? std::clamp(t, kLeast, 1 - kLeast) : 0.5;
 }
 
 // A square of four samples: a b
@@ -82,6 +84,36 @@ void add_face_lines(const Face& face, double isovalue, QVector<QLineF>& lines) {
     }
 }
 
+// Draws a plane true to scale: maps multiples of the vectors `across` and `down`, mm, to the right and down.
+// The angle between the two is kept. One of them stays level or upright.
+QTransform true_to_scale(const Vec3d& across, const Vec3d& down, bool upright) {
+    constexpr double kRounding = 1e-4;  // less than a tenth of a sample over a thousand samples
+    const double wide = length(across), high = length(down);
+    double cosine = dot(across, down) / (wide * high);
+    if (std::abs(cosine) < kRounding) cosine = 0;
+    const double sine = std::sqrt(1 - cosine * cosine);
+    if (upright) return QTransform(wide * sine, wide * cosine, 0, high, 0, 0);
+    return QTransform(wide, 0, high * cosine, high * sine, 0, 0);
+}
+
+// How far samples are apart in memory, and where the top left sample of slice 0 is.
+struct Strides {
+    std::int64_t first, across, down, through;
+};
+
+Strides strides_of(const Geometry& geometry, const SliceGeometry& slice) {
+    const auto& dims = geometry.dims;
+    const std::array<std::int64_t, 3> strides{1, dims[0], dims[0] * dims[1]};
+    const auto along = [&](int axis, bool flipped) {
+        return (flipped ? -1 : 1) * strides[static_cast<std::size_t>(axis)];
+    };
+    Strides result{0, along(slice.across, slice.across_flipped), along(slice.down, slice.down_flipped),
+                   along(slice.through, false)};
+    if (slice.across_flipped) result.first -= (slice.size[0] - 1) * result.across;
+    if (slice.down_flipped) result.first -= (slice.size[1] - 1) * result.down;
+    return result;
+}
+
 }  // namespace
 
 SliceGeometry slice_geometry(const Geometry& geometry, Plane plane) {
@@ -99,7 +131,16 @@ SliceGeometry slice_geometry(const Geometry& geometry, Plane plane) {
     slice.down_flipped = axes.against[down] != (down == kSuperior);  // superior is up
     const auto at = [](const auto& array, int axis) { return array[static_cast<std::size_t>(axis)]; };
     slice.size = {at(geometry.dims, slice.across), at(geometry.dims, slice.down)};
-    slice.pixel = {at(geometry.spacing, slice.across), at(geometry.spacing, slice.down)};
+    const auto column_of = [&](int axis, bool flipped) {
+        const Vec3d along = column(geometry.index_to_physical(), static_cast<std::size_t>(axis));
+        return flipped ? -1 * along : along;
+    };
+    const auto alignment = [&](std::size_t patient, int axis) {
+        return std::abs(geometry.direction[patient][static_cast<std::size_t>(axis)]);
+    };
+    slice.to_mm = true_to_scale(column_of(slice.across, slice.across_flipped),
+                                column_of(slice.down, slice.down_flipped),
+                                alignment(down, slice.down) > alignment(across, slice.across));
     slice.left = plane == Plane::sagittal ? "A" : "R";
     slice.right = plane == Plane::sagittal ? "P" : "L";
     slice.top = plane == Plane::axial ? "A" : "S";
@@ -123,23 +164,62 @@ Vec3d SliceGeometry::to_index(const QPointF& point, const Vec3d& other) const {
 }
 
 std::vector<float> slice_samples(const Volume& volume, const SliceGeometry& slice, std::int64_t through) {
-    const auto& dims = volume.geometry().dims;
-    const std::array<std::int64_t, 3> strides{1, dims[0], dims[0] * dims[1]};
-    const auto stride = [&](int axis) { return strides[static_cast<std::size_t>(axis)]; };
     const auto [width, height] = slice.size;
-    const std::int64_t step_across = slice.across_flipped ? -stride(slice.across) : stride(slice.across);
-    const std::int64_t step_down = slice.down_flipped ? -stride(slice.down) : stride(slice.down);
-    std::int64_t first = through * stride(slice.through);
-    if (slice.across_flipped) first += (width - 1) * stride(slice.across);
-    if (slice.down_flipped) first += (height - 1) * stride(slice.down);
-
+    const Strides strides = strides_of(volume.geometry(), slice);
     std::vector<float> result(static_cast<std::size_t>(width * height));
     visit_sample_type(volume.type(), [&, width = width, height = height](auto type) {
         const auto* samples = volume.samples<decltype(type)>();
         float* to = result.data();
         for (std::int64_t v = 0; v < height; ++v) {
-            const auto* from = samples + first + v * step_down;
-            for (std::int64_t u = 0; u < width; ++u, from += step_across) *to++ = static_cast<float>(*from);
+            const auto* from = samples + strides.first + through * strides.through + v * strides.down;
+            for (std::int64_t u = 0; u < width; ++u, from += strides.across)
+                *to++ = static_cast<float>(*from);
+        }
+    });
+    return result;
+}
+
+std::int64_t slices_in(const Slab& slab, const Geometry& geometry, const SliceGeometry& slice) {
+    const double spacing = geometry.spacing[static_cast<std::size_t>(slice.through)];
+    return std::max<std::int64_t>(1, std::llround(slab.thickness / spacing));
+}
+
+std::vector<float> slab_samples(const Volume& volume, const SliceGeometry& slice, std::int64_t through,
+                                const Slab& slab) {
+    const Geometry& geometry = volume.geometry();
+    const std::int64_t slices = slices_in(slab, geometry, slice);
+    const std::int64_t end = geometry.dims[static_cast<std::size_t>(slice.through)];
+    const std::int64_t lowest = std::max<std::int64_t>(through - (slices - 1) / 2, 0);
+    const std::int64_t beyond = std::min(through - (slices - 1) / 2 + slices, end);
+    const auto width = static_cast<std::size_t>(slice.size[0]);
+    const Strides strides = strides_of(geometry, slice);
+    const bool mean = slab.mode == Slab::Mode::mean;
+    constexpr float kNothing = std::numeric_limits<float>::quiet_NaN();
+
+    std::vector<float> result(width * static_cast<std::size_t>(slice.size[1]), kNothing);
+    std::vector<double> sums(width);
+    std::vector<std::int64_t> counts(width);
+    visit_sample_type(volume.type(), [&](auto type) {
+        const auto* samples = volume.samples<decltype(type)>() + strides.first;
+        // Row by row, so that the samples of a row are read from the cache even if slices are interleaved.
+        for (std::int64_t v = 0; v < slice.size[1]; ++v) {
+            float* to = result.data() + static_cast<std::size_t>(v) * width;
+            std::fill(sums.begin(), sums.end(), 0);
+            std::fill(counts.begin(), counts.end(), 0);
+            for (std::int64_t t = lowest; t < beyond; ++t) {
+                const auto* from = samples + t * strides.through + v * strides.down;
+                for (std::size_t u = 0; u < width; ++u, from += strides.across) {
+                    const auto sample = static_cast<float>(*from);
+                    if (!std::isfinite(sample)) continue;
+                    if (mean)
+                        sums[u] += sample, ++counts[u];
+                    else if (!(to[u] >= sample))
+                        to[u] = sample;
+                }
+            }
+            for (std::size_t u = 0; mean && u < width; ++u) {
+                if (counts[u] > 0) to[u] = static_cast<float>(sums[u] / static_cast<double>(counts[u]));
+            }
         }
     });
     return result;

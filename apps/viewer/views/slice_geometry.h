@@ -6,8 +6,8 @@
 
 #include <QLineF>
 #include <QPointF>
-#include <QSizeF>
 #include <QString>
+#include <QTransform>
 #include <QVector>
 
 #include <marrow/mesh.h>
@@ -18,13 +18,15 @@ namespace marrow::viewer {
 
 /// The orientation of a slice: as in radiology, the patient's right is on the left of axial and coronal
 /// slices, and anterior is on the left of sagittal ones. Slices follow the index axes of the scan, so that
-/// they show unchanged samples; each index axis stands for the nearest patient axis.
+/// they show unchanged samples; each index axis stands for the nearest patient axis. A tilted gantry shears
+/// the scan: then the slice is a parallelogram, and the index axis that is nearer to its patient axis stays
+/// upright or level on the screen.
 struct SliceGeometry {
     int across = 0, down = 1, through = 2;   ///< index axes
     bool across_flipped = false;             ///< the index grows to the left
     bool down_flipped = false;               ///< the index grows upwards
     std::array<std::int64_t, 2> size{0, 0};  ///< samples across and down
-    QSizeF pixel;                            ///< mm between samples
+    QTransform to_mm;                        ///< from samples to mm to the right and down, true to scale
     QString left, right, top, bottom;        ///< patient directions: L R A P S I
 
     /// The point of an index in the slice, in samples from the top left sample.
@@ -51,6 +53,22 @@ SliceRange slice_range(const SliceGeometry& slice, const SampleBox& box, std::in
 
 /// The samples of the slice at index `through`, row by row from the top left.
 std::vector<float> slice_samples(const Volume& volume, const SliceGeometry& slice, std::int64_t through);
+
+/// Neighbouring slices that are shown as one: the maximum intensity projection or the mean of their samples.
+struct Slab {
+    enum class Mode { maximum, mean };
+    Mode mode = Mode::maximum;
+    double thickness = 0;  ///< mm; 0: a single slice
+    bool operator==(const Slab&) const = default;
+};
+
+/// How many slices are in a slab, at least one. They are stacked along the scan's own axis.
+std::int64_t slices_in(const Slab& slab, const Geometry& geometry, const SliceGeometry& slice);
+
+/// The samples of a slab around the slice at index `through`, like slice_samples. The slab ends at the border
+/// of the scan. Samples that are not finite do not count.
+std::vector<float> slab_samples(const Volume& volume, const SliceGeometry& slice, std::int64_t through,
+                                const Slab& slab);
 
 /// The lines in which the isosurface of the samples in a range meets a slice, in samples from the top left
 /// sample. As on the surface itself, ends are on the edges between samples, and an ambiguous face separates

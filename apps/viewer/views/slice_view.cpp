@@ -11,6 +11,7 @@
 #include <QWheelEvent>
 
 #include "scene_parts.h"
+#include "window_presets.h"
 
 namespace marrow::viewer {
 namespace {
@@ -22,9 +23,13 @@ const char* plane_name(Plane plane) {
 }  // namespace
 
 SliceView::SliceView(Session& session, Surfaces& surfaces, Plane plane, QWidget* parent)
-    : QWidget(parent), session_(session), surfaces_(surfaces), plane_(plane) {
+    : QWidget(parent),
+      session_(session),
+      surfaces_(surfaces),
+      plane_(plane),
+      mark_drag_(session, mark_view()) {
     setFocusPolicy(Qt::StrongFocus);
-    setMinimumSize(140, 110);
+    setMinimumSize(100, 60);  // so that all fit on a screen of 800 x 500
     setCursor(Qt::CrossCursor);
     setMouseTracking(true);
     connect(&session_, &Session::scan_changed, this, &SliceView::follow_scan);
@@ -51,12 +56,27 @@ void SliceView::follow_crosshair() {
     if (!session_.scan()) return;
     if (slice_number() != number_) {
         number_ = slice_number();
-        samples_ = slice_samples(session_.scan()->volume, slice_, number_);
+        read_samples();
         contours_.clear();
         redraw_samples();
         follow_parameters();
     }
     update();
+}
+
+void SliceView::read_samples() {
+    const Volume& volume = session_.scan()->volume;
+    samples_ = slice_samples(volume, slice_, number_);
+    slab_samples_.clear();
+    if (slices_in(slab_, volume.geometry(), slice_) > 1)
+        slab_samples_ = slab_samples(volume, slice_, number_, slab_);
+}
+
+void SliceView::set_slab(const Slab& slab) {
+    slab_ = slab;
+    if (!session_.scan()) return;
+    read_samples();
+    redraw_samples();
 }
 
 void SliceView::follow_parameters() {
@@ -90,7 +110,7 @@ void SliceView::redraw_samples() {
     image_ =
         QImage(static_cast<int>(slice_.size[0]), static_cast<int>(slice_.size[1]), QImage::Format_Grayscale8);
     const double black = window_.centre - window_.width / 2, scale = 255 / std::max(window_.width, 1e-12);
-    const float* from = samples_.data();
+    const float* from = shown().data();
     for (int y = 0; y < image_.height(); ++y) {
         uchar* to = image_.scanLine(y);
         for (int x = 0; x < image_.width(); ++x, ++from)
@@ -113,17 +133,20 @@ void SliceView::reset_view() {
     update();
 }
 
+double SliceView::fitting_scale() const {
+    constexpr double kMargin = 8;
+    const QRectF samples(0, 0, static_cast<double>(slice_.size[0]), static_cast<double>(slice_.size[1]));
+    const QSizeF mm = slice_.to_mm.mapRect(samples).size();
+    return std::min((width() - kMargin) / mm.width(), (height() - kMargin) / mm.height());
+}
+
 // Maps samples to pixels of the widget.
 QTransform SliceView::to_widget() const {
-    const double wide = static_cast<double>(slice_.size[0]) * slice_.pixel.width();
-    const double high = static_cast<double>(slice_.size[1]) * slice_.pixel.height();
-    const double scale = zoom_ * std::min((width() - 8) / wide, (height() - 8) / high);
-    QTransform transform;
-    transform.translate(width() / 2.0 + pan_.x(), height() / 2.0 + pan_.y());
-    transform.scale(scale * slice_.pixel.width(), scale * slice_.pixel.height());
-    transform.translate(-static_cast<double>(slice_.size[0] - 1) / 2,
-                        -static_cast<double>(slice_.size[1] - 1) / 2);
-    return transform;
+    const auto columns = static_cast<double>(slice_.size[0]), rows = static_cast<double>(slice_.size[1]);
+    const double fit = fitting_scale();
+    return QTransform::fromTranslate((1 - columns) / 2, (1 - rows) / 2) * slice_.to_mm *
+           QTransform::fromScale(zoom_ * fit, zoom_ * fit) *
+           QTransform::fromTranslate(width() / 2.0 + fit * pan_.x(), height() / 2.0 + fit * pan_.y());
 }
 
 QPointF SliceView::widget_point(const Vec3d& index) const {
@@ -141,7 +164,9 @@ void SliceView::paintEvent(QPaintEvent*) {
     const QTransform transform = to_widget();
     painter.setRenderHint(QPainter::SmoothPixmapTransform);
     // Samples are points, but pixels have an area: the image extends half a sample beyond the outer samples.
-    painter.drawImage(transform.mapRect(QRectF(-0.5, -0.5, image_.width(), image_.height())), image_);
+    painter.setTransform(transform);
+    painter.drawImage(QRectF(-0.5, -0.5, image_.width(), image_.height()), image_);
+    painter.resetTransform();
 
     painter.setRenderHint(QPainter::Antialiasing);
     paint_contours(painter, transform);
@@ -152,13 +177,16 @@ void SliceView::paintEvent(QPaintEvent*) {
 }
 
 void SliceView::paint_contours(QPainter& painter, const QTransform& transform) {
+    // Where samples are small on the screen, lines are thin, so that they do not fill thin bone.
+    const double sample = std::sqrt(std::abs(transform.determinant()));
+    const double width = std::clamp(0.5 * sample, 0.4, 1.6);
     for (const Contour& contour : contours_) {
         const SurfaceParameters* surface = session_.parameters().find(contour.id);
         if (!surface) continue;
         const bool current = surface->id == session_.parameters().current;
         QVector<QLineF> lines = contour.lines;
         for (QLineF& line : lines) line = transform.map(line);
-        painter.setPen(QPen(surface->colour, current ? 1.6 : 1.1));
+        painter.setPen(QPen(surface->colour, current ? width : 0.7 * width));
         painter.drawLines(lines);
     }
 }
@@ -175,14 +203,19 @@ void SliceView::paint_crosshair(QPainter& painter, const QTransform& transform) 
         colour.setAlpha(200);
         return QPen(colour, 1);
     };
-    painter.setRenderHint(QPainter::Antialiasing, false);
+    // From the gap to beyond the widget, along the samples.
+    const double far = std::hypot(width(), height()) + QLineF(at, QPointF(0, 0)).length();
+    const auto draw = [&](const QPointF& samples) {
+        const QLineF step(QPointF(0, 0), transform.map(samples) - transform.map(QPointF(0, 0)));
+        const QPointF along = step.p2() / step.length();
+        for (const double side : {-1.0, 1.0})
+            painter.drawLine(at + side * kGap * along, at + side * far * along);
+    };
+    painter.setRenderHint(QPainter::Antialiasing, transform.type() > QTransform::TxScale);
     painter.setPen(pen(others[0]));
-    painter.drawLine(QPointF(at.x(), 0), QPointF(at.x(), at.y() - kGap));
-    painter.drawLine(QPointF(at.x(), at.y() + kGap), QPointF(at.x(), height()));
+    draw({0, 1});
     painter.setPen(pen(others[1]));
-    painter.drawLine(QPointF(0, at.y()), QPointF(at.x() - kGap, at.y()));
-    painter.drawLine(QPointF(at.x() + kGap, at.y()), QPointF(width(), at.y()));
-
+    draw({1, 0});
     painter.setRenderHint(QPainter::Antialiasing);
 }
 
@@ -191,56 +224,89 @@ void SliceView::paint_crop(QPainter& painter) {
     if (session_.parameters().crop) {
         QPainterPath outside, inside;
         outside.addRect(rect());
-        if (!slice_range(slice_, session_.crop(), number_).empty()) inside.addRect(crop_border());
+        if (!slice_range(slice_, session_.crop(), number_).empty()) {
+            inside.addPolygon(crop_border());
+            inside.closeSubpath();
+        }
         painter.fillPath(outside.subtracted(inside), QColor(0, 0, 0, 150));
     }
     if (session_.tool() != Tool::crop) return;
-    const QRectF border = crop_border();
+    const QPolygonF border = crop_border();
     painter.setBrush(Qt::NoBrush);
     painter.setPen(QPen(kCropColour, 1.6));
-    painter.drawRect(border);
+    painter.drawPolygon(border);
     painter.setBrush(kCropColour);
     painter.setPen(Qt::NoPen);
-    const QPointF middle = border.center();
-    for (const QPointF& handle : {QPointF(border.left(), middle.y()), QPointF(border.right(), middle.y()),
-                                  QPointF(middle.x(), border.top()), QPointF(middle.x(), border.bottom())})
-        painter.drawEllipse(handle, 4.5, 4.5);
+    for (int i = 0; i < 4; ++i) painter.drawEllipse((border[i] + border[(i + 1) % 4]) / 2, 4.5, 4.5);
 }
 
-// The crop box in the widget, even if the slice does not meet it.
-QRectF SliceView::crop_border() const {
+// The crop box in samples of the slice, even if the slice does not meet it.
+QRectF SliceView::crop_rectangle() const {
     const SampleBox box = session_.crop();
     Vec3d first, last;
     for (std::size_t a = 0; a < 3; ++a) {
         first[a] = border_of(box, {a, false});
         last[a] = border_of(box, {a, true});
     }
-    return QRectF(widget_point(first), widget_point(last)).normalized();
+    return QRectF(slice_.to_slice(first), slice_.to_slice(last)).normalized();
+}
+
+// The corners of the crop box in the widget.
+QPolygonF SliceView::crop_border() const {
+    const QRectF box = crop_rectangle();
+    return to_widget().map(QPolygonF({box.topLeft(), box.topRight(), box.bottomRight(), box.bottomLeft()}));
 }
 
 std::vector<CropSide> SliceView::crop_sides_at(const QPointF& point) const {
     std::vector<CropSide> sides;
     if (!session_.scan() || session_.tool() != Tool::crop) return sides;
     constexpr double kReach = 7;  // pixels
-    const QRectF border = crop_border();
-    if (!border.adjusted(-kReach, -kReach, kReach, kReach).contains(point)) return sides;
-    const auto add_nearer = [&](double at, double lower, double upper, int axis, bool flipped) {
-        const double to_lower = std::abs(at - lower), to_upper = std::abs(at - upper);
-        if (std::min(to_lower, to_upper) <= kReach)
+    const QTransform transform = to_widget();
+    const QPointF at = transform.inverted().map(point);
+    const QRectF box = crop_rectangle();
+    // How far columns and rows of samples are apart in the widget; they need not be perpendicular.
+    const double area = std::abs(transform.determinant());
+    const double reach_across = kReach * std::hypot(transform.m21(), transform.m22()) / area;
+    const double reach_down = kReach * std::hypot(transform.m11(), transform.m12()) / area;
+    if (!box.adjusted(-reach_across, -reach_down, reach_across, reach_down).contains(at)) return sides;
+    const auto add_nearer = [&](double x, double lower, double upper, double reach, int axis, bool flipped) {
+        const double to_lower = std::abs(x - lower), to_upper = std::abs(x - upper);
+        if (std::min(to_lower, to_upper) <= reach)
             sides.push_back({static_cast<std::size_t>(axis), (to_upper < to_lower) != flipped});
     };
-    add_nearer(point.x(), border.left(), border.right(), slice_.across, slice_.across_flipped);
-    add_nearer(point.y(), border.top(), border.bottom(), slice_.down, slice_.down_flipped);
+    add_nearer(at.x(), box.left(), box.right(), reach_across, slice_.across, slice_.across_flipped);
+    add_nearer(at.y(), box.top(), box.bottom(), reach_down, slice_.down, slice_.down_flipped);
     return sides;
 }
 
 void SliceView::update_cursor(const QPointF& point) {
     const std::vector<CropSide> sides = crop_sides_at(point);
     const auto across = static_cast<std::size_t>(slice_.across);
-    setCursor(sides.empty()                  ? Qt::CrossCursor
-              : sides.size() > 1             ? Qt::SizeAllCursor
-              : sides.front().axis == across ? Qt::SizeHorCursor
-                                             : Qt::SizeVerCursor);
+    setCursor(sides.empty() && mark_drag_.reaches(point.toPoint()) ? Qt::OpenHandCursor
+              : sides.empty()                                      ? Qt::CrossCursor
+              : sides.size() > 1                                   ? Qt::SizeAllCursor
+              : sides.front().axis == across                       ? Qt::SizeHorCursor
+                                                                   : Qt::SizeVerCursor);
+}
+
+// Ends in this slice can be dragged within it.
+MarkView SliceView::mark_view() {
+    const auto index = [this](const Vec3d& position) {
+        return index_of(session_.scan()->volume.geometry(), position);
+    };
+    return {
+        [this, index](const Vec3d& position) -> std::optional<QPointF> {
+            const Vec3d at = index(position);
+            if (std::abs(at[static_cast<std::size_t>(slice_.through)] - static_cast<double>(number_)) >= 1)
+                return {};
+            return widget_point(at);
+        },
+        [this, index](const Vec3d& position, const QPoint& point) -> std::optional<Vec3d> {
+            const Vec3d to = slice_.to_index(to_widget().inverted().map(QPointF(point)), index(position));
+            if (!in_scan(to)) return {};
+            return session_.scan()->volume.geometry().physical(to);
+        },
+        [this](const QPoint& point) { press(point); }};
 }
 
 // Measurements in this slice are bright, all others are faint.
@@ -274,11 +340,35 @@ void SliceView::paint_marks(QPainter& painter, const QTransform& transform) {
     if (!session_.picked().empty()) mark(session_.picked(), {});
 }
 
-double SliceView::value_at_crosshair() const {
-    const QPointF point = slice_.to_slice(session_.crosshair());
-    const auto u = std::clamp<std::int64_t>(std::llround(point.x()), 0, slice_.size[0] - 1);
-    const auto v = std::clamp<std::int64_t>(std::llround(point.y()), 0, slice_.size[1] - 1);
-    return samples_[static_cast<std::size_t>(v * slice_.size[0] + u)];
+QString SliceView::value_at(const QPointF& slice_point) const {
+    const double u = std::round(slice_point.x()), v = std::round(slice_point.y());
+    const auto width = static_cast<double>(slice_.size[0]), height = static_cast<double>(slice_.size[1]);
+    if (!(u >= 0 && v >= 0 && u < width && v < height)) return {};
+    const double value = shown()[static_cast<std::size_t>(v * width + u)];
+    const bool mean = !slab_samples_.empty() && slab_.mode == Slab::Mode::mean;
+    return QString::number(value, 'g', mean ? 4 : 6) + (session_.scan()->hounsfield ? " HU" : "");
+}
+
+QString SliceView::readout() const {
+    if (dragging_ == Qt::RightButton) return window_text(session_.parameters().window);
+    if (!pointer_ || dragging_ != Qt::NoButton) return value_at(slice_.to_slice(session_.crosshair()));
+    const QString value = value_at(to_widget().inverted().map(*pointer_));
+    if (value.isEmpty()) return {};
+    Vec3d index = index_at(*pointer_);
+    index[static_cast<std::size_t>(slice_.through)] = static_cast<double>(number_);
+    const auto sample = [&](std::size_t axis) { return QString::number(std::llround(index[axis])); };
+    return QString("%1  (%2, %3, %4)").arg(value, sample(0), sample(1), sample(2));
+}
+
+// Such as "MIP 9.0 mm", which is rounded to whole slices; empty for a single slice.
+QString SliceView::slab_text() const {
+    if (slab_samples_.empty()) return {};
+    const Geometry& geometry = session_.scan()->volume.geometry();
+    const double thickness = static_cast<double>(slices_in(slab_, geometry, slice_)) *
+                             geometry.spacing[static_cast<std::size_t>(slice_.through)];
+    return QString("%1 %2 mm")
+        .arg(slab_.mode == Slab::Mode::mean ? tr("mean") : tr("MIP"))
+        .arg(thickness, 0, 'f', 1);
 }
 
 void SliceView::paint_texts(QPainter& painter) {
@@ -305,13 +395,12 @@ void SliceView::paint_texts(QPainter& painter) {
     const std::int64_t slices =
         session_.scan()->volume.geometry().dims[static_cast<std::size_t>(slice_.through)];
     write(Qt::AlignBottom | Qt::AlignRight, QString("%1 / %2").arg(number_ + 1).arg(slices), faint);
-    write(Qt::AlignBottom | Qt::AlignLeft,
-          QString::number(value_at_crosshair(), 'g', 6) + (session_.scan()->hounsfield ? " HU" : ""), faint);
+    write(Qt::AlignBottom | Qt::AlignLeft, readout(), faint);
 
     QFont bold = small;
     bold.setBold(true);
     painter.setFont(bold);
-    write(Qt::AlignTop | Qt::AlignLeft, tr(plane_name(plane_)), plane_colour(plane_));
+    write(Qt::AlignTop | Qt::AlignLeft, tr(plane_name(plane_)) + '\n' + slab_text(), plane_colour(plane_));
     const QColor direction(150, 160, 172);
     write(Qt::AlignVCenter | Qt::AlignLeft, slice_.left, direction);
     write(Qt::AlignVCenter | Qt::AlignRight, slice_.right, direction);
@@ -329,6 +418,7 @@ void SliceView::paint_texts(QPainter& painter) {
 void SliceView::mousePressEvent(QMouseEvent* event) {
     if (!session_.scan()) return;
     last_ = event->localPos();
+    if (crop_sides_at(last_).empty() && mark_drag_.handle_event(*event)) return;
     dragging_ = event->button() == Qt::LeftButton && event->modifiers() & Qt::ShiftModifier ? Qt::MiddleButton
                                                                                             : event->button();
     if (dragging_ == Qt::LeftButton) {
@@ -337,23 +427,41 @@ void SliceView::mousePressEvent(QMouseEvent* event) {
     }
 }
 
+void SliceView::mouseDoubleClickEvent(QMouseEvent* event) {
+    if (!session_.scan()) return;
+    const bool plain = event->button() == Qt::LeftButton && event->modifiers() == Qt::NoModifier;
+    if (!plain || session_.tool() != Tool::navigate) return mousePressEvent(event);
+    session_.set_crosshair(before_press_);
+    emit double_clicked();
+}
+
 // Sets the crosshair or picks a position to measure.
 void SliceView::press(const QPointF& point) {
+    before_press_ = session_.crosshair();
     Vec3d index = index_at(point);
     if (navigates()) return session_.set_crosshair(index);
-    const Geometry& geometry = session_.scan()->volume.geometry();
-    for (std::size_t a = 0; a < 3; ++a) {
-        const bool inside = index[a] >= -0.5 && index[a] <= static_cast<double>(geometry.dims[a]) - 0.5;
-        if (!inside) return;
-    }
+    if (!in_scan(index)) return;
     // The crosshair may be between two slices, but the position must be on the displayed one.
     index[static_cast<std::size_t>(slice_.through)] = static_cast<double>(number_);
-    session_.click(geometry.physical(index));
+    session_.click(session_.scan()->volume.geometry().physical(index));
+}
+
+bool SliceView::in_scan(const Vec3d& index) const {
+    const auto& dims = session_.scan()->volume.geometry().dims;
+    for (std::size_t a = 0; a < 3; ++a) {
+        if (!(index[a] >= -0.5 && index[a] <= static_cast<double>(dims[a]) - 0.5)) return false;
+    }
+    return true;
 }
 
 void SliceView::mouseMoveEvent(QMouseEvent* event) {
     if (!session_.scan()) return;
-    if (dragging_ == Qt::NoButton) return update_cursor(event->localPos());
+    pointer_ = event->localPos();
+    if (mark_drag_.handle_event(*event)) return;
+    if (dragging_ == Qt::NoButton) {
+        update(0, height() - 24, width(), 24);  // the value
+        return update_cursor(*pointer_);
+    }
     const QPointF moved = event->localPos() - last_;
     last_ = event->localPos();
     if (dragging_ == Qt::LeftButton && !dragged_sides_.empty()) {
@@ -363,7 +471,7 @@ void SliceView::mouseMoveEvent(QMouseEvent* event) {
     } else if (dragging_ == Qt::LeftButton && navigates()) {
         session_.set_crosshair(index_at(last_));
     } else if (dragging_ == Qt::MiddleButton) {
-        pan_ += moved;
+        pan_ += moved / fitting_scale();
         update();
     } else if (dragging_ == Qt::RightButton) {
         session_.change(tr("window"), "window", [&](Parameters& p) {
@@ -373,26 +481,41 @@ void SliceView::mouseMoveEvent(QMouseEvent* event) {
     }
 }
 
-void SliceView::mouseReleaseEvent(QMouseEvent*) {
+void SliceView::mouseReleaseEvent(QMouseEvent* event) {
+    if (mark_drag_.handle_event(*event)) return;
     if (dragging_ == Qt::RightButton || !dragged_sides_.empty()) session_.end_step();
     if (!dragged_sides_.empty()) surfaces_.settle();
     dragged_sides_.clear();
     dragging_ = Qt::NoButton;
+    update();
+}
+
+void SliceView::leaveEvent(QEvent*) {
+    pointer_.reset();
+    update();
 }
 
 void SliceView::wheelEvent(QWheelEvent* event) {
     const double steps = event->angleDelta().y() / 120.0;
     if (event->modifiers() & Qt::ControlModifier) {
-        const double before = zoom_;
-        zoom_ = std::clamp(zoom_ * std::pow(1.2, steps), 0.2, 40.0);
-        // Zoom about the mouse position.
-        const QPointF mouse = event->position() - QPointF(width() / 2.0, height() / 2.0);
-        pan_ = mouse - (mouse - pan_) * (zoom_ / before);
-        update();
+        zoom_about(event->position(), zoom_ * std::pow(1.2, steps));
+        emit zoomed(zoom_);
     } else {
         go(steps > 0 ? std::ceil(steps) : std::floor(steps));
     }
     event->accept();
+}
+
+void SliceView::zoom_about(const QPointF& point, double zoom) {
+    const double before = zoom_;
+    zoom_ = std::clamp(zoom, 0.2, 40.0);
+    const QPointF from_middle = (point - QPointF(width() / 2.0, height() / 2.0)) / fitting_scale();
+    pan_ = from_middle - (from_middle - pan_) * (zoom_ / before);
+    update();
+}
+
+void SliceView::zoom_to(double zoom) {
+    if (session_.scan()) zoom_about(widget_point(session_.crosshair()), zoom);
 }
 
 void SliceView::keyPressEvent(QKeyEvent* event) {

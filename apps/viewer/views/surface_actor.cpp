@@ -6,6 +6,30 @@
 #include <vtkUniforms.h>
 
 namespace marrow::viewer {
+namespace {
+
+// As in glass, parts that face the camera are more transparent than the outline.
+constexpr char kGlass[] =
+    "//VTK::Light::Impl\n"
+    "  float facing = pow(abs(normalVCVSOutput.z), 0.8);\n"
+    "  gl_FragData[0].a = mix(min(1.0, 3.0 * facing_opacity), facing_opacity, facing);\n";
+
+// Edges fade where triangles are small on the screen, because they would cover the surface there. VTK gives the
+// distances edist from the three edges. Weighted by the lengths of the edges, their sum is twice the area; so
+// their mean is the radius of the inscribed circle, in pixels. The lengths are as the sines of the angles.
+constexpr char kFadingEdges[] =
+    "  vec3 diffuse_beside_edges = diffuseColor, ambient_beside_edges = ambientColor;\n"
+    "//VTK::Edges::Impl\n"
+    "  vec3 sines = abs(vec3(\n"
+    "      edgeEqn[1].x * edgeEqn[2].y - edgeEqn[1].y * edgeEqn[2].x,\n"
+    "      edgeEqn[2].x * edgeEqn[0].y - edgeEqn[2].y * edgeEqn[0].x,\n"
+    "      edgeEqn[0].x * edgeEqn[1].y - edgeEqn[0].y * edgeEqn[1].x));\n"
+    "  float radius = dot(sines, vec3(edist[0], edist[1], edist[2])) / dot(sines, vec3(1.0));\n"
+    "  float fade = smoothstep(0.5, 4.0, radius);\n"
+    "  diffuseColor = mix(diffuse_beside_edges, diffuseColor, fade);\n"
+    "  ambientColor = mix(ambient_beside_edges, ambientColor, fade);\n";
+
+}  // namespace
 
 SurfaceActor::SurfaceActor() {
     for (vtkPolyDataMapper* mapper : {full_mapper_.Get(), preview_mapper_.Get()})
@@ -32,25 +56,21 @@ void SurfaceActor::set_look(const SurfaceParameters& surface, DrawMode mode) {
     look->SetSpecular(0.15);
     look->SetSpecularPower(25);
     look->SetOpacity(surface.opacity);
-    // As in glass, parts that face the camera are more transparent than the outline.
     const bool glass = surface.opacity < 1 && solid;
     look->SetBackfaceCulling(glass);
     actor_->SetForceTranslucent(surface.opacity < 1);
     vtkShaderProperty* shader = actor_->GetShaderProperty();
-    if (glass) {
+    if (glass)
         shader->GetFragmentCustomUniforms()->SetUniformf("facing_opacity",
                                                          static_cast<float>(surface.opacity));
-        if (!glass_)
-            shader->AddFragmentShaderReplacement(
-                "//VTK::Light::Impl", true,
-                "//VTK::Light::Impl\n"
-                "  float facing = pow(abs(normalVCVSOutput.z), 0.8);\n"
-                "  gl_FragData[0].a = mix(min(1.0, 3.0 * facing_opacity), facing_opacity, facing);\n",
-                false);
-    } else if (glass_) {
+    const bool edges = mode == DrawMode::edges;
+    if (glass != glass_ || edges != edges_) {
         shader->ClearAllFragmentShaderReplacements();
+        if (glass) shader->AddFragmentShaderReplacement("//VTK::Light::Impl", true, kGlass, false);
+        if (edges) shader->AddFragmentShaderReplacement("//VTK::Edges::Impl", true, kFadingEdges, false);
     }
     glass_ = glass;
+    edges_ = edges;
     actor_->SetVisibility(surface.visible && surface.opacity > 0);
 }
 

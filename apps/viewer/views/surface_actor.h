@@ -37,7 +37,7 @@ class SurfaceActor {
     vtkNew<vtkActor> actor_;
     vtkNew<vtkPolyDataMapper> full_mapper_, preview_mapper_;
     std::shared_ptr<const Shape> full_, preview_;  // they own the memory that the mappers use
-    bool glass_ = false;
+    bool glass_ = false, edges_ = false;
 };
 
 }  // namespace marrow::viewer

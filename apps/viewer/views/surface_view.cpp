@@ -35,6 +35,7 @@ namespace {
 
 constexpr double kViewAngle = 24;
 constexpr double kSlowFrame = 60;  // ms; if full frames take longer, a moving view shows previews
+constexpr int kSlicePause = 200;   // ms; after it, the slices do not change any more
 constexpr int kClick = 4;          // pixels; a longer move is a drag, not a click
 
 // The mouse works as in VTK, ParaView and 3D Slicer. The window handles the keys.
@@ -86,10 +87,11 @@ SurfaceView::SurfaceView(Session& session, Surfaces& surfaces, QWidget* parent)
       crop_drag_(session, surfaces,
                  {[this](const Vec3d& p) { return widget_point(p); },
                   [this](const QPoint& p) { return ray_at(p); }}),
+      mark_drag_(session, mark_view()),
       scene_(std::make_unique<Scene>()) {
     setRenderWindow(scene_->window);
     setFocusPolicy(Qt::StrongFocus);
-    setMinimumSize(240, 200);
+    setMinimumSize(160, 120);
     setToolTip({});
     make_scene();
     observe_frames();
@@ -160,6 +162,7 @@ void SurfaceView::connect_to_session() {
     connect(&session_, &Session::scan_changed, this, [this] {
         for (auto& [id, surface] : scene_->surfaces) scene_->main->RemoveActor(surface.actor());
         scene_->surfaces.clear();
+        drawn_parameters_ = {};
         fitted_ = false;
         full_frame_ = 0;
     });
@@ -168,6 +171,7 @@ void SurfaceView::connect_to_session() {
     connect(&session_, &Session::picking_changed, this, [this] {
         follow_measurements();
         follow_crop();
+        request_draw();
     });
     connect(&surfaces_, &Surfaces::shape_changed, this, &SurfaceView::follow_shapes);
     connect(&surfaces_, &Surfaces::removed, this, [this](int id) {
@@ -193,7 +197,9 @@ void SurfaceView::follow_shapes(int id) {
     surface.set_shapes(shape, surfaces_.preview(id));
     if (is_new) {
         scene_->main->AddActor(surface.actor());
-        follow_parameters();
+        if (const SurfaceParameters* parameters = session_.parameters().find(id))
+            surface.set_look(*parameters, session_.parameters().mode);
+        update_cut();
     }
     choose_detail();
     if (!fitted_ && !shape->mesh->points.empty()) {
@@ -203,15 +209,38 @@ void SurfaceView::follow_shapes(int id) {
     request_draw();
 }
 
+Parameters SurfaceView::drawn_parameters() const {
+    Parameters p = session_.parameters();
+    // These change the shapes, which are drawn when they arrive, or other parts of the window.
+    p.current = 0;
+    p.largest = p.open = false;
+    for (SurfaceParameters& surface : p.surfaces) surface.name.clear();
+    if (p.cut.plane) return p;
+    // Only the cut shows samples.
+    p.cut = {};
+    p.window = {};
+    for (SurfaceParameters& surface : p.surfaces) surface.isovalue = 0;
+    if (session_.tool() != Tool::crop) p.crop.reset();
+    return p;
+}
+
 void SurfaceView::follow_parameters() {
     if (!session_.scan()) return;
+    Parameters drawn = drawn_parameters();
+    if (drawn == drawn_parameters_) return;
+    Parameters known = drawn_parameters_;
+    known.window = drawn.window;
+    known.measurements = drawn.measurements;
+    const bool by_slices = drawn == known && !mark_drag_.active();
+    drawn_parameters_ = std::move(drawn);
     const Parameters& p = session_.parameters();
     for (auto& [id, surface] : scene_->surfaces) {
         if (const SurfaceParameters* parameters = p.find(id)) surface.set_look(*parameters, p.mode);
     }
-    follow_crosshair();
+    update_cut();
     follow_measurements();
     follow_crop();
+    by_slices ? request_draw_after_slices() : request_draw();
 }
 
 void SurfaceView::follow_crop() {
@@ -219,14 +248,18 @@ void SurfaceView::follow_crop() {
     if (!scan) return;
     scene_->crop_box.set_box(scan->volume.geometry(), session_.crop());
     scene_->crop_box.set_visible(session_.tool() == Tool::crop);
-    request_draw();
 }
 
 void SurfaceView::follow_crosshair() {
     const Scan* scan = session_.scan();
     if (!scan) return;
     scene_->crosshair.set_position(scan->volume.geometry(), session_.crosshair());
+    update_cut();
+    if (scene_->crosshair.visible() || session_.parameters().cut.plane) request_draw_after_slices();
+}
 
+void SurfaceView::update_cut() {
+    const Scan* scan = session_.scan();
     const std::optional<HalfSpace> half = visible_half_space();
     if (half) {
         scene_->plane->SetOrigin(half->point.data());
@@ -241,12 +274,10 @@ void SurfaceView::follow_crosshair() {
         scene_->cut_face.hide();
     }
     for (auto& [id, surface] : scene_->surfaces) surface.set_cut(half ? scene_->plane.Get() : nullptr);
-    request_draw();
 }
 
 void SurfaceView::follow_measurements() {
     scene_->marks.show(session_.parameters().measurements, session_.picked());
-    request_draw();
 }
 
 std::optional<HalfSpace> SurfaceView::visible_half_space() const {
@@ -325,7 +356,16 @@ void SurfaceView::choose_detail() {
 }
 
 void SurfaceView::request_draw() {
-    if (!drawing_.isActive()) drawing_.start(0);
+    if (drawing_.isActive() && !after_slices_) return;
+    after_slices_ = false;
+    drawing_.start(0);
+}
+
+void SurfaceView::request_draw_after_slices() {
+    if (frame_ <= kSlowFrame) return request_draw();
+    if (drawing_.isActive() && !after_slices_) return;
+    after_slices_ = true;
+    drawing_.start(kSlicePause);
 }
 
 void SurfaceView::prepare_camera() {
@@ -466,15 +506,39 @@ Vec3d SurfaceView::view_direction() const {
     return d;
 }
 
+// Ends move on the surfaces.
+MarkView SurfaceView::mark_view() {
+    return {[this](const Vec3d& position) { return widget_point(position); },
+            [this](const Vec3d&, const QPoint& point) { return position_at(point); },
+            [this](const QPoint& point) { click(point); }};
+}
+
+void SurfaceView::click(const QPoint& point) {
+    before_click_ = session_.crosshair();
+    if (const auto position = position_at(point)) session_.click(*position);
+}
+
 bool SurfaceView::event(QEvent* event) {
     const bool press = event->type() == QEvent::MouseButtonPress;
     const bool release = event->type() == QEvent::MouseButtonRelease;
     if (press) setFocus(Qt::MouseFocusReason);
-    // Handles of the crop box take precedence over VTK's camera.
-    if ((press || release || event->type() == QEvent::MouseMove) &&
-        crop_drag_.handle_event(*static_cast<QMouseEvent*>(event))) {
-        pressed_valid_ = false;
-        return true;
+    if (event->type() == QEvent::Show) request_draw();  // what changed while the view was hidden
+    if (event->type() == QEvent::MouseButtonDblClick && session_.tool() == Tool::navigate) {
+        const auto* mouse = static_cast<QMouseEvent*>(event);
+        if (mouse->button() == Qt::LeftButton && mouse->modifiers() == Qt::NoModifier) {
+            pressed_valid_ = false;
+            session_.set_crosshair(before_click_);
+            emit double_clicked();
+            return true;
+        }
+    }
+    // Handles of the crop box and ends of measurements take precedence over VTK's camera.
+    if (press || release || event->type() == QEvent::MouseMove) {
+        const auto& mouse = *static_cast<QMouseEvent*>(event);
+        if (crop_drag_.handle_event(mouse) || (session_.scan() && mark_drag_.handle_event(mouse))) {
+            pressed_valid_ = false;
+            return true;
+        }
     }
     if (press) {
         const auto* mouse = static_cast<QMouseEvent*>(event);
@@ -485,9 +549,7 @@ bool SurfaceView::event(QEvent* event) {
         const bool click = pressed_valid_ && mouse->button() == Qt::LeftButton &&
                            (mouse->pos() - pressed_).manhattanLength() <= kClick;
         const bool result = QVTKOpenGLNativeWidget::event(event);
-        if (click && mouse->modifiers() == Qt::NoModifier) {
-            if (const auto position = position_at(mouse->pos())) session_.click(*position);
-        }
+        if (click && mouse->modifiers() == Qt::NoModifier) this->click(mouse->pos());
         return result;
     }
     return QVTKOpenGLNativeWidget::event(event);

@@ -11,6 +11,7 @@
 #include <QTimer>
 
 #include "crop_drag.h"
+#include "mark_drag.h"
 #include "model/camera.h"
 #include "model/surfaces.h"
 
@@ -62,6 +63,8 @@ class SurfaceView : public QVTKOpenGLNativeWidget {
 
   signals:
     void drawn();
+    /// While navigating; the crosshair is where it was before the first click.
+    void double_clicked();
 
   protected:
     bool event(QEvent* event) override;
@@ -77,11 +80,18 @@ class SurfaceView : public QVTKOpenGLNativeWidget {
     void follow_crosshair();
     void follow_measurements();
     void follow_crop();
+    /// The parameters as far as the view shows them.
+    Parameters drawn_parameters() const;
+    void update_cut();
     void request_draw();
+    /// Draws when the slices have not changed for a moment, if frames are slow: slices do not wait for them.
+    void request_draw_after_slices();
     void draw();
     void prepare_camera();
     void finish_frame();
     void choose_detail();
+    MarkView mark_view();
+    void click(const QPoint& point);
     void look(const Viewpoint& viewpoint);
     /// The part of space that the cut leaves visible; nothing without a cut.
     std::optional<HalfSpace> visible_half_space() const;
@@ -90,11 +100,15 @@ class SurfaceView : public QVTKOpenGLNativeWidget {
     Session& session_;
     Surfaces& surfaces_;
     CropDrag crop_drag_;
+    MarkDrag mark_drag_;
     std::unique_ptr<Scene> scene_;
+    Parameters drawn_parameters_;
     QTimer drawing_;
+    bool after_slices_ = false;  // the timer waits for the slices
     QElapsedTimer frame_timer_, composition_timer_;
     int frames_ = 0;
     QPoint pressed_;
+    Vec3d before_click_{0, 0, 0};  // the crosshair
     bool pressed_valid_ = false;
     bool light_ = false, moving_ = false, software_ = false, fitted_ = false;
     double frame_ = 0, full_frame_ = 0, all_frames_ = 0, frame_began_ = 0, composition_began_ = 0,

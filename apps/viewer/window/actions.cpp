@@ -7,7 +7,20 @@
 #include <QMenuBar>
 #include <QToolBar>
 
+#include "views/window_presets.h"
+
 namespace marrow::viewer {
+namespace {
+
+Window full_window(const Histogram& h) {
+    return {(h.lower + h.upper) / 2, std::max(h.upper - h.lower, 1e-6)};
+}
+
+QString window_action(const WindowPreset& preset) {
+    return QString("window_%1").arg(preset.name).toLower().replace(' ', '_');
+}
+
+}  // namespace
 
 Actions::Actions(QMainWindow* window, Session& session)
     : QObject(window), window_(window), session_(session) {
@@ -56,6 +69,7 @@ void Actions::make_file_and_edit() {
     actions_["undo"] = undo;
     actions_["redo"] = redo;
     window_->addActions({undo, redo});
+    add("rename", tr("Rename surface"), QKeySequence("F2"), tr("Change the name of the selected surface"));
     add("copy", tr("Copy command line"), QKeySequence("Ctrl+Shift+C"),
         tr("Copy the command line that exports this surface"));
     add("escape", tr("Cancel"), QKeySequence("Esc"), tr("Cancel the current operation"));
@@ -135,33 +149,23 @@ void Actions::make_views() {
 }
 
 void Actions::make_windows() {
-    struct WindowPreset {
-        const char* name;
-        double centre, width;
+    // Selects this window; the menu ticks the current one.
+    const auto choose = [this](const Window& window) {
+        session_.change(tr("window"), {}, [&](Parameters& p) { p.window = window; });
+        follow();
     };
-    // Centre and width in HU, as on most workstations.
-    for (const WindowPreset& preset : {WindowPreset{QT_TR_NOOP("Bone"), 300, 1500},
-                                       {QT_TR_NOOP("Soft tissue"), 40, 400},
-                                       {QT_TR_NOOP("Brain"), 40, 80},
-                                       {QT_TR_NOOP("Lung"), -600, 1500}}) {
-        QAction* a = add(QString("window_%1").arg(preset.name).toLower().replace(' ', '_'),
-                         tr("%1: %2 ± %3 HU").arg(tr(preset.name)).arg(preset.centre).arg(preset.width / 2),
-                         {}, tr("Brightness and contrast of the slices"));
-        connect(a, &QAction::triggered, this, [this, preset] {
-            session_.change(tr("window"), {}, [&](Parameters& p) {
-                p.window = {preset.centre, preset.width};
-            });
-        });
+    for (const WindowPreset& preset : kWindowPresets) {
+        QAction* a =
+            add(window_action(preset), QString("%1: %2").arg(tr(preset.name), window_text(preset.window)), {},
+                tr("Width and level of the slices' grey values, HU"));
+        a->setCheckable(true);
+        connect(a, &QAction::triggered, this, [choose, preset] { choose(preset.window); });
     }
     QAction* full =
         add("window_full", tr("All values"), {}, tr("Show values from the lowest to the highest"));
-    connect(full, &QAction::triggered, this, [this] {
-        if (!session_.scan()) return;
-        const Histogram& h = session_.scan()->histogram;
-        session_.change(tr("window"), {}, [&](Parameters& p) {
-            p.window = {(h.lower + h.upper) / 2, std::max(h.upper - h.lower, 1e-6)};
-        });
-    });
+    full->setCheckable(true);
+    connect(full, &QAction::triggered, this,
+            [this, choose] { choose(full_window(session_.scan()->histogram)); });
 }
 
 void Actions::connect_to_session() {
@@ -202,8 +206,8 @@ void Actions::make_menus() {
     file->addSeparator();
     file->addAction(actions_["quit"]);
     QMenu* edit = window_->menuBar()->addMenu(tr("&Edit"));
-    for (const char* name : {"undo", "redo", "copy"}) edit->addAction(actions_[name]);
-    QMenu* show = window_->menuBar()->addMenu(tr("&View"));
+    for (const char* name : {"undo", "redo", "rename", "copy"}) edit->addAction(actions_[name]);
+    QMenu* show = view_menu_ = window_->menuBar()->addMenu(tr("&View"));
     for (const char* name : {"surface", "edges", "wireframe", "points", "cycle"})
         show->addAction(actions_[name]);
     show->addSeparator();
@@ -269,6 +273,11 @@ void Actions::make_tool_bar() {
     bar->addWidget(space);
     button("screenshot");
     button("export")->setObjectName("export");
+    // Qt makes this button, which shows the tools that a narrow window hides, but its icon is black.
+    auto* more = bar->findChild<QToolButton*>("qt_toolbar_ext_button");
+    more->setIcon({});
+    more->setText("»");
+    more->setToolTip(tr("More tools"));
 }
 
 QToolButton* Actions::make_cut_button() {
@@ -291,13 +300,17 @@ QToolButton* Actions::make_cut_button() {
 void Actions::follow() {
     const Parameters& p = session_.parameters();
     const Scan* scan = session_.scan();
-    for (const char* name : {"export", "screenshot", "frames", "copy", "cycle", "cycle_cut", "flip_cut",
-                             "turntable", "reset", "window_full"})
+    for (const char* name : {"export", "screenshot", "frames", "rename", "copy", "cycle", "cycle_cut",
+                             "flip_cut", "turntable", "reset", "window_full"})
         actions_[name]->setEnabled(scan != nullptr);
     for (const char* name : kSideActions) actions_[name]->setEnabled(scan != nullptr);
     for (QActionGroup* group : {modes_, tools_, cuts_}) group->setEnabled(scan != nullptr);
-    for (const char* name : {"window_bone", "window_soft_tissue", "window_brain", "window_lung"})
-        actions_[name]->setEnabled(scan && scan->hounsfield);
+    for (const WindowPreset& preset : kWindowPresets) {
+        QAction* action = actions_[window_action(preset)];
+        action->setEnabled(scan && scan->hounsfield);
+        action->setChecked(scan && scan->hounsfield && p.window == preset.window);
+    }
+    actions_["window_full"]->setChecked(scan && p.window == full_window(scan->histogram));
     actions_["whole_scan"]->setEnabled(p.crop.has_value());
     modes_->actions()[int(p.mode)]->setChecked(true);
     cuts_->actions()[p.cut.plane ? int(*p.cut.plane) + 1 : 0]->setChecked(true);

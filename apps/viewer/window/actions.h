@@ -28,6 +28,7 @@ class Actions : public QObject {
     QAction* operator[](const char* name) const { return actions_.at(name); }
     /// The menu of recent scans, which the window fills.
     QMenu* recent() { return recent_; }
+    QMenu* view_menu() { return view_menu_; }
 
   private:
     QAction* add(const QString& name, const QString& text, const QKeySequence& shortcut, const QString& tip);
@@ -48,7 +49,7 @@ class Actions : public QObject {
     Session& session_;
     std::map<QString, QAction*> actions_;
     QActionGroup *modes_, *tools_, *cuts_;
-    QMenu* recent_;
+    QMenu *recent_, *view_menu_;
 };
 
 }  // namespace marrow::viewer

@@ -1,6 +1,8 @@
 // Styles and positions the banner.
 #include "banner.h"
 
+#include <array>
+
 #include <QHBoxLayout>
 #include <QStyle>
 #include <QToolButton>
@@ -27,15 +29,16 @@ Banner::Banner(QMainWindow* window) : QFrame(window), window_(window) {
     hide();
 }
 
-void Banner::show_message(const QString& message, bool error) {
+void Banner::show_message(const QString& message, Severity severity) {
     text_->setText(message);
-    setProperty("kind", QString(error ? "error" : "note"));
+    constexpr std::array kKinds{"note", "information", "error"};
+    setProperty("kind", QString(kKinds[static_cast<std::size_t>(severity)]));
     style()->unpolish(this);
     style()->polish(this);
     show();
     raise();
     reposition();
-    error ? timer_.stop() : timer_.start(6000);
+    severity == Severity::error ? timer_.stop() : timer_.start(severity == Severity::note ? 6000 : 15000);
 }
 
 void Banner::reposition() {

@@ -1,4 +1,4 @@
-/// A message above the views, such as why a file cannot be read.
+/// A message over the views, such as why a file cannot be read.
 #pragma once
 
 #include <QFrame>
@@ -8,13 +8,15 @@
 
 namespace marrow::viewer {
 
-/// Errors stay until they are closed. Notes disappear after a few seconds.
+/// How serious a message is. Errors stay until they are closed; the others disappear after a while.
+enum class Severity { note, information, error };
+
 class Banner : public QFrame {
     Q_OBJECT
   public:
     explicit Banner(QMainWindow* window);
 
-    void show_message(const QString& message, bool error);
+    void show_message(const QString& message, Severity severity);
     /// The message; empty while the banner is hidden.
     QString message() const { return isHidden() ? QString() : text_->text(); }
     /// Adapts to the size of the window.

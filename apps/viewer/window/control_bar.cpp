@@ -60,7 +60,10 @@ QLayout* ControlBar::make_isovalue_row() {
     row->addSpacing(10);
     for (const Preset& preset : kPresets) {
         const QString name = QString::fromUtf8(preset.name.data(), static_cast<int>(preset.name.size()));
-        QPushButton* chip = add_chip(row, name, tr("%1 HU, for CT only").arg(preset.lowest));
+        QPushButton* chip = add_chip(row, name,
+                                     tr("%1 HU: encloses samples of at least %2 HU. For CT only.")
+                                         .arg(preset.isovalue())
+                                         .arg(preset.lowest));
         connect(chip, &QPushButton::clicked, this, [this, name] {
             session_.apply_preset(name);
             follow_parameters();
@@ -131,8 +134,9 @@ void ControlBar::follow_parameters() {
         chips_[i]->setChecked(preset ? scan->hounsfield && current->isovalue == kPresets[i].isovalue()
                                      : scan->otsu && current->isovalue == *scan->otsu);
     }
-    command_->setText(shell_line(command_arguments(*scan, session_.parameters(), *current,
-                                                   file_name(*current, ".stl").toStdString(), Space::LPS)));
+    command_->setText(
+        shell_line(command_arguments(*scan, session_.parameters(), *current,
+                                     file_name(*scan, *current, ".stl").toStdString(), Space::LPS)));
     command_->setCursorPosition(0);
 }
 

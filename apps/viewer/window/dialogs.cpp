@@ -1,9 +1,9 @@
 // Lays out the dialogs and reads their fields.
 #include "dialogs.h"
-#include "shared/library_options.h"
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 
 #include <QDialogButtonBox>
 #include <QDir>
@@ -12,7 +12,11 @@
 #include <QGuiApplication>
 #include <QHBoxLayout>
 #include <QHeaderView>
+#include <QMessageBox>
 #include <QVBoxLayout>
+
+#include "shared/library_options.h"
+#include "views/screenshots.h"
 
 namespace marrow::viewer {
 namespace {
@@ -26,6 +30,28 @@ QDialogButtonBox* buttons(QDialog* dialog, const QString& accept, QPushButton*& 
     QObject::connect(box, &QDialogButtonBox::accepted, dialog, &QDialog::accept);
     QObject::connect(box, &QDialogButtonBox::rejected, dialog, &QDialog::reject);
     return box;
+}
+
+// Accepts a dialog, but asks first if files exist that it would replace.
+void accept_unless_kept(QDialog* dialog, const std::vector<std::filesystem::path>& files) {
+    std::vector<std::filesystem::path> existing;
+    std::error_code unreadable;  // writing will say what is wrong
+    std::copy_if(files.begin(), files.end(), std::back_inserter(existing),
+                 [&](const auto& file) { return std::filesystem::exists(file, unreadable); });
+    if (existing.empty()) return dialog->done(QDialog::Accepted);
+    const QString first = QString::fromStdString(existing.front().string());
+    auto* box = new QMessageBox(
+        QMessageBox::Question, dialog->windowTitle(),
+        existing.size() == 1
+            ? QObject::tr("%1 exists already.").arg(first)
+            : QObject::tr("%1 and %2 more exist already.").arg(first).arg(existing.size() - 1),
+        QMessageBox::Cancel, dialog);
+    box->setObjectName("replace_box");
+    box->setAttribute(Qt::WA_DeleteOnClose);
+    auto* replace = box->addButton(QObject::tr("Replace"), QMessageBox::AcceptRole);
+    replace->setObjectName("replace");
+    QObject::connect(replace, &QPushButton::clicked, dialog, [dialog] { dialog->done(QDialog::Accepted); });
+    box->open();
 }
 
 }  // namespace
@@ -123,11 +149,14 @@ QLayout* ExportDialog::make_form(const QString& folder) {
     form->setSpacing(9);
     what_ = new QComboBox;
     what_->setObjectName("what");
-    const SurfaceParameters* current = session_.current();
-    what_->addItem(current ? current->name : QString());
-    int visible = 0;
-    for (const SurfaceParameters& s : session_.parameters().surfaces) visible += s.visible;
-    if (visible > 1) what_->addItem(tr("All %1 visible surfaces, one file each").arg(visible));
+    for (const SurfaceParameters& s : session_.parameters().surfaces) {
+        if (!s.visible) continue;
+        what_->addItem(QString("%1   %2").arg(surface_name(*session_.scan(), s)).arg(s.isovalue, 0, 'g', 6),
+                       s.id);
+        if (s.id == session_.parameters().current) what_->setCurrentIndex(what_->count() - 1);
+    }
+    if (what_->count() > 1)
+        what_->addItem(tr("All %1 visible surfaces, one file each").arg(what_->count()), kAll);
     form->addRow(tr("Surface"), what_);
 
     format_ = new QComboBox;
@@ -143,7 +172,7 @@ QLayout* ExportDialog::make_form(const QString& folder) {
     form->addRow(tr("Axes"), space_);
 
     auto* file_row = new QHBoxLayout;
-    file_ = new QLineEdit(QDir(folder).filePath(current ? file_name(*current, extension()) : QString()));
+    file_ = new QLineEdit(QDir(folder).filePath(chosen() ? file_for(*chosen()) : QString()));
     file_->setObjectName("file");
     file_->setMinimumWidth(420);
     browse_ = new QPushButton(tr("Browse…"));
@@ -161,12 +190,9 @@ QLayout* ExportDialog::make_form(const QString& folder) {
 void ExportDialog::connect_fields() {
     connect(browse_, &QPushButton::clicked, this, &ExportDialog::browse);
     connect(what_, qOverload<int>(&QComboBox::currentIndexChanged), this, [this] {
-        const SurfaceParameters* current = session_.current();
         const QFileInfo before(file_->text());
-        if (all())
-            file_->setText(before.path());
-        else if (current)
-            file_->setText(QDir(before.filePath()).filePath(file_name(*current, extension())));
+        const QString folder = before.isDir() ? before.filePath() : before.path();
+        file_->setText(chosen() ? QDir(folder).filePath(file_for(*chosen())) : folder);
         follow();
     });
     connect(format_, qOverload<int>(&QComboBox::currentIndexChanged), this, [this] {
@@ -185,8 +211,19 @@ void ExportDialog::connect_fields() {
 void ExportDialog::browse() {
     const QString chosen =
         all() ? QFileDialog::getExistingDirectory(this, tr("Folder"), QFileInfo(file_->text()).path())
-              : QFileDialog::getSaveFileName(this, tr("Export"), file_->text());
+              : QFileDialog::getSaveFileName(this, tr("Export"), file_->text(), {}, nullptr,
+                                             QFileDialog::DontConfirmOverwrite);
     if (!chosen.isEmpty()) file_->setText(chosen);
+}
+
+void ExportDialog::accept() {
+    std::vector<std::filesystem::path> paths;
+    for (const ExportFile& file : files()) paths.push_back(file.file);
+    accept_unless_kept(this, paths);
+}
+
+QString ExportDialog::file_for(const SurfaceParameters& surface) const {
+    return file_name(*session_.scan(), surface, extension());
 }
 
 std::string ExportDialog::extension() const {
@@ -199,16 +236,18 @@ Space ExportDialog::space() const {
 
 std::vector<ExportFile> ExportDialog::files() const {
     const std::filesystem::path path = file_->text().toStdString();
-    if (!all()) return {{session_.parameters().current, path}};
     std::vector<ExportFile> result;
+    if (chosen()) result.push_back({chosen()->id, path});
+    if (!all()) return result;
     for (const SurfaceParameters& surface : session_.parameters().surfaces) {
         if (!surface.visible) continue;
         // Two surfaces may have the same name.
-        std::filesystem::path file = path / file_name(surface, extension()).toStdString();
+        std::filesystem::path file = path / file_for(surface).toStdString();
         for (int n = 2;
              std::any_of(result.begin(), result.end(), [&](const ExportFile& f) { return f.file == file; });
              ++n)
-            file = path / (file_name(surface, "").toStdString() + "-" + std::to_string(n) + extension());
+            file = path / (file_name(*session_.scan(), surface, "").toStdString() + "-" + std::to_string(n) +
+                           extension());
         result.push_back({surface.id, file});
     }
     return result;
@@ -223,7 +262,8 @@ void ExportDialog::follow() {
     if (!scan) return;
     QStringList lines;
     std::optional<double> bytes = 0;
-    QString obstacle;
+    QString obstacle =
+        what_->count() == 0 ? tr("All surfaces are hidden. Show one to export it.") : QString();
     for (const ExportFile& file : files()) {
         const SurfaceParameters* surface = session_.parameters().find(file.surface);
         if (!surface) continue;
@@ -235,7 +275,7 @@ void ExportDialog::follow() {
         }
         if (shape->mesh->triangles.empty())
             obstacle = tr("“%1” is empty. There is no surface at isovalue %2.")
-                           .arg(surface->name)
+                           .arg(surface_name(*scan, *surface))
                            .arg(surface->isovalue, 0, 'g', 6);
         const auto size = estimated_bytes(file.file.extension().string(), shape->mesh->points.size(),
                                           shape->mesh->triangles.size());
@@ -255,7 +295,7 @@ void ExportDialog::follow() {
 }
 
 ScreenshotDialog::ScreenshotDialog(bool turntable, const QSize& size, const QString& file, QWidget* parent)
-    : QDialog(parent) {
+    : QDialog(parent), turntable_(turntable) {
     setObjectName("screenshot_dialog");
     setWindowTitle(turntable ? tr("Save turntable") : tr("Save screenshot"));
     auto* layout = new QVBoxLayout(this);
@@ -292,9 +332,18 @@ ScreenshotDialog::ScreenshotDialog(bool turntable, const QSize& size, const QStr
         const QString chosen =
             turntable
                 ? QFileDialog::getExistingDirectory(this, tr("Folder"), file_->text())
-                : QFileDialog::getSaveFileName(this, tr("Save screenshot"), file_->text(), "PNG (*.png)");
+                : QFileDialog::getSaveFileName(this, tr("Save screenshot"), file_->text(), "PNG (*.png)",
+                                               nullptr, QFileDialog::DontConfirmOverwrite);
         if (!chosen.isEmpty()) file_->setText(chosen);
     });
+}
+
+void ScreenshotDialog::accept() {
+    const std::filesystem::path path = file().toStdString();
+    if (!turntable_) return accept_unless_kept(this, {path});
+    std::vector<std::filesystem::path> images;
+    for (int frame = 0; frame < frames(); ++frame) images.push_back(turntable_image(path, frame));
+    accept_unless_kept(this, images);
 }
 
 }  // namespace marrow::viewer

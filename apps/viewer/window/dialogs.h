@@ -42,7 +42,7 @@ struct ExportFile {
     std::filesystem::path file;
 };
 
-/// Asks what to export, in which format, and where to.
+/// Asks which visible surfaces to export, in which format, and where to.
 class ExportDialog : public QDialog {
     Q_OBJECT
   public:
@@ -53,14 +53,23 @@ class ExportDialog : public QDialog {
     /// The displayed command lines, which write the same files.
     QString commands() const;
     void set_file(const QString& file) { file_->setText(file); }
+    /// Asks before existing files are replaced.
+    void accept() override;
 
   private:
     QLayout* make_form(const QString& folder);
     void connect_fields();
     void browse();
     void follow();
-    bool all() const { return what_->currentIndex() == 1; }
+    bool all() const { return what_->currentData().toInt() == kAll; }
+    /// The chosen surface; null for all of them.
+    const SurfaceParameters* chosen() const {
+        return session_.parameters().find(what_->currentData().toInt());
+    }
+    QString file_for(const SurfaceParameters& surface) const;
     std::string extension() const;
+
+    static constexpr int kAll = -1;  // instead of an id
 
     Session& session_;
     Surfaces& surfaces_;
@@ -80,8 +89,11 @@ class ScreenshotDialog : public QDialog {
     QSize image_size() const { return {width_->value(), height_->value()}; }
     int frames() const { return frames_->value(); }
     QString file() const { return file_->text(); }
+    /// Asks before existing files are replaced.
+    void accept() override;
 
   private:
+    const bool turntable_;
     QSpinBox *width_, *height_, *frames_;
     QLineEdit* file_;
 };

@@ -38,11 +38,15 @@ void show_keys(QWidget* parent) {
         {"N  D  A  K", QObject::tr("tools: navigate, distance, angle, crop")},
         {"C  F", QObject::tr("next cut; flip the cut")},
         {"T  X  B", QObject::tr("turntable; crosshair in 3D; light background")},
+        {"F2", QObject::tr("rename the selected surface")},
+        {"Enter, Esc", QObject::tr("in a field: accept or restore its value; then keys work again")},
         {"Esc", QObject::tr("cancel")},
         {QObject::tr("3D: left, middle, right button"),
          QObject::tr("rotate, pan, zoom; click to set the crosshair")},
         {QObject::tr("Slice: left, middle, right button"),
-         QObject::tr("crosshair, pan, brightness and contrast")},
+         QObject::tr("crosshair, pan, width and level of the window")},
+        {QObject::tr("Double click"), QObject::tr("show only this view, or all views again")},
+        {QObject::tr("Drag an end of a measurement"), QObject::tr("move it")},
         {QObject::tr("Slice: wheel, Ctrl+wheel"), QObject::tr("change the slice, zoom")},
         {QObject::tr("Histogram: drag, arrow keys, page keys"), QObject::tr("isovalue")}};
     QString text = "<table cellpadding='4'>";

@@ -7,14 +7,17 @@
 #include <QDir>
 #include <QFileDialog>
 #include <QMimeData>
+#include <QScreen>
 #include <QScrollArea>
 #include <QSettings>
 #include <QStackedLayout>
 #include <QStatusBar>
 
+#include "field_keys.h"
 #include "help.h"
 #include "shared/library_options.h"
 #include "views/screenshots.h"
+#include "views/view_menus.h"
 
 namespace marrow::viewer {
 namespace fs = std::filesystem;
@@ -31,7 +34,7 @@ QString from_path(const fs::path& path) {
 MainWindow::MainWindow(QWidget* parent) : QMainWindow(parent) {
     setWindowTitle("Marrow Viewer");
     setAcceptDrops(true);
-    resize(1440, 900);
+    resize(QSize(1440, 900).boundedTo(screen()->availableSize()));
     actions_ = new Actions(this, session_);
     make_views();
     banner_ = new Banner(this);
@@ -40,6 +43,7 @@ MainWindow::MainWindow(QWidget* parent) : QMainWindow(parent) {
     connect_views();
     connect_loader();
     connect_writer();
+    new FieldKeys(this, view_);
     restore_settings();
 }
 
@@ -50,8 +54,10 @@ MainWindow::~MainWindow() {
 }
 
 void MainWindow::make_views() {
-    view_ = new SurfaceView(session_, surfaces_);
-    view_->setObjectName("surface_view");
+    views_ = new ViewLayout(session_, surfaces_);
+    view_ = views_->surface_view();
+    for (QMenu* menu : {make_layout_menu(*views_, this), make_slab_menu(*views_, this)})
+        actions_->view_menu()->addMenu(menu);
     panel_ = new SidePanel(session_, surfaces_, (*actions_)["whole_scan"]);
     auto* panel_scroll = new QScrollArea;
     panel_scroll->setWidget(panel_);
@@ -60,10 +66,9 @@ void MainWindow::make_views() {
     panel_scroll->setMinimumWidth(240);
     columns_ = new QSplitter(Qt::Horizontal);
     columns_->addWidget(panel_scroll);
-    columns_->addWidget(view_);
-    columns_->addWidget(make_slice_column());
+    columns_->addWidget(views_);
     columns_->setStretchFactor(1, 1);
-    columns_->setSizes({260, 800, 320});
+    columns_->setSizes({260, 1120});
     controls_ = new ControlBar(session_, (*actions_)["copy"]);
     rows_ = new QSplitter(Qt::Vertical);
     rows_->addWidget(columns_);
@@ -71,30 +76,17 @@ void MainWindow::make_views() {
     rows_->setStretchFactor(0, 1);
     rows_->setSizes({640, 190});
     rows_->setCollapsible(0, false);
-    for (QSplitter* splitter : {columns_, slice_column_, rows_}) splitter->setHandleWidth(2);
+    for (QSplitter* splitter : {columns_, rows_}) splitter->setHandleWidth(2);
 
     welcome_ = new Welcome((*actions_)["open_folder"], (*actions_)["open"]);
     stack_ = new QStackedWidget;
     stack_->addWidget(welcome_);
     stack_->addWidget(rows_);
-    // The views exist below the welcome page, so that OpenGL and the layout are ready when the first scan
-    // opens.
+    // The views exist below the welcome page until the first scan opens, so that OpenGL and the layout are
+    // ready then.
     static_cast<QStackedLayout*>(stack_->layout())->setStackingMode(QStackedLayout::StackAll);
     rows_->setEnabled(false);
     setCentralWidget(stack_);
-}
-
-QWidget* MainWindow::make_slice_column() {
-    slice_column_ = new QSplitter(Qt::Vertical);
-    for (const Plane plane : {Plane::axial, Plane::coronal, Plane::sagittal}) {
-        auto* slice = new SliceView(session_, surfaces_, plane);
-        slice->setObjectName(plane == Plane::axial     ? "axial"
-                             : plane == Plane::coronal ? "coronal"
-                                                       : "sagittal");
-        slices_[static_cast<std::size_t>(plane)] = slice;
-        slice_column_->addWidget(slice);
-    }
-    return slice_column_;
 }
 
 void MainWindow::make_status_bar() {
@@ -110,6 +102,14 @@ void MainWindow::make_status_bar() {
     cancel_->setObjectName("cancel");
     cancel_->setText(tr("Cancel"));
     cancel_->setToolTip(tr("Cancel (Esc)"));
+    remarks_ = new QToolButton;
+    remarks_->setObjectName("remarks");
+    remarks_->setText(tr("ⓘ Remarks"));
+    remarks_->setToolTip(tr("Show what is unusual about this scan or the last export again"));
+    connect(remarks_, &QToolButton::clicked, this,
+            [this] { banner_->show_message(remarks_text_, Severity::information); });
+    remarks_->hide();
+    statusBar()->addPermanentWidget(remarks_);
     statusBar()->addPermanentWidget(progress_);
     statusBar()->addPermanentWidget(cancel_);
     statusBar()->setSizeGripEnabled(false);
@@ -120,8 +120,8 @@ void MainWindow::make_status_bar() {
 void MainWindow::restore_settings() {
     const QSettings settings;
     restoreGeometry(settings.value("geometry").toByteArray());
-    columns_->restoreState(settings.value("columns").toByteArray());
-    slice_column_->restoreState(settings.value("slices").toByteArray());
+    columns_->restoreState(settings.value("panel").toByteArray());
+    views_->restore(settings.value("views").toMap());
     rows_->restoreState(settings.value("rows").toByteArray());
     export_folder_ = settings.value("export_folder", QDir::homePath()).toString();
     if (settings.value("light", false).toBool()) (*actions_)["light"]->trigger();
@@ -140,13 +140,15 @@ void MainWindow::connect_actions() {
     on("quit", [this] { close(); });
     on("copy", [this] {
         QApplication::clipboard()->setText(command());
-        banner_->show_message(tr("Copied: %1").arg(command()), false);
+        banner_->show_message(tr("Copied: %1").arg(command()), Severity::note);
     });
+    on("rename", [this] { panel_->rename_current_surface(); });
     on("keys", [this] { show_keys(this); });
     on("about", [this] { show_about(this); });
     on("reset", [this] {
         view_->reset_view();
-        for (SliceView* slice : slices_) slice->reset_view();
+        for (const Plane plane : {Plane::axial, Plane::coronal, Plane::sagittal})
+            slice_view(plane)->reset_view();
     });
     for (std::size_t i = 0; i < kSideActions.size(); ++i)
         on(kSideActions[i], [this, i] { view_->look_from(Side(i)); });
@@ -183,7 +185,7 @@ void MainWindow::connect_views() {
         view_->setCursor(measures ? Qt::CrossCursor : Qt::ArrowCursor);
     });
     connect(&surfaces_, &Surfaces::failed, this,
-            [this](const QString& message) { banner_->show_message(message, true); });
+            [this](const QString& message) { banner_->show_message(message, Severity::error); });
     connect(cancel_, &QToolButton::clicked, this, [this] {
         loader_.cancel();
         writer_.cancel();
@@ -199,18 +201,24 @@ void MainWindow::connect_loader() {
     connect(&loader_, &Loader::opened, this, &MainWindow::show_opened);
     connect(&loader_, &Loader::undecided, this, &MainWindow::choose_series);
     connect(&loader_, &Loader::failed, this,
-            [this](const QString& message) { banner_->show_message(message, true); });
+            [this](const QString& message) { banner_->show_message(message, Severity::error); });
 }
 
 void MainWindow::connect_writer() {
     connect(&writer_, &MeshWriter::started, this, [this] { show_progress(tr("Exporting…")); });
     connect(&writer_, &MeshWriter::progressed, this,
             [this](double fraction) { progress_->setValue(int(1000 * fraction)); });
-    connect(&writer_, &MeshWriter::finished, this, [this](const QString& message, bool error) {
-        hide_progress();
-        banner_->show_message(message, error);
-        emit written();
-    });
+    connect(&writer_, &MeshWriter::finished, this,
+            [this](const QString& message, bool error, const QString& warnings) {
+                hide_progress();
+                if (error)
+                    banner_->show_message(message, Severity::error);
+                else if (warnings.isEmpty())
+                    banner_->show_message(message, Severity::note);
+                else
+                    inform(message + "\n" + warnings);
+                emit written();
+            });
 }
 
 void MainWindow::show_opened(const std::shared_ptr<const Scan>& scan) {
@@ -220,7 +228,15 @@ void MainWindow::show_opened(const std::shared_ptr<const Scan>& scan) {
     QString warnings;
     for (const std::string& warning : scan->info.warnings)
         warnings += (warnings.isEmpty() ? "" : "\n") + QString::fromStdString(apps::name_flags(warning));
-    if (!warnings.isEmpty()) banner_->show_message(warnings, true);
+    remarks_->hide();
+    if (!warnings.isEmpty()) inform(warnings);
+}
+
+// Shows a message that the button in the status bar shows again.
+void MainWindow::inform(const QString& message) {
+    remarks_text_ = message;
+    remarks_->show();
+    banner_->show_message(message, Severity::information);
 }
 
 void MainWindow::show_progress(const QString& message) {
@@ -294,6 +310,7 @@ void MainWindow::follow_scan() {
     }
     rows_->setEnabled(true);
     stack_->setCurrentWidget(rows_);
+    static_cast<QStackedLayout*>(stack_->layout())->setStackingMode(QStackedLayout::StackOne);
     const Geometry& g = scan->volume.geometry();
     const QString name =
         from_path(scan->input.has_filename() ? scan->input.filename() : scan->input.parent_path().filename());
@@ -313,7 +330,7 @@ void MainWindow::follow_scan() {
 }
 
 void MainWindow::export_surface() {
-    if (writer_.busy()) return banner_->show_message(tr("An export is already running."), true);
+    if (writer_.busy()) return banner_->show_message(tr("An export is already running."), Severity::error);
     surfaces_.settle();
     auto* dialog = new ExportDialog(session_, surfaces_, export_folder_, this);
     dialog->setAttribute(Qt::WA_DeleteOnClose);
@@ -327,7 +344,7 @@ void MainWindow::write(const std::vector<ExportFile>& files, Space space) {
         const std::shared_ptr<const Shape> shape = surfaces_.exact(file.surface);
         if (!shape || shape->mesh->triangles.empty()) {
             banner_->show_message(tr("There is no surface to export. Change the isovalue and try again."),
-                                  true);
+                                  Severity::error);
             emit written();
             return;
         }
@@ -337,22 +354,22 @@ void MainWindow::write(const std::vector<ExportFile>& files, Space space) {
                        file.file});
     }
     export_folder_ = from_path(all.front().path.parent_path());
-    writer_.write(std::move(all), space);
+    writer_.write(std::move(all), space,
+                  {session_.shared_scan(), session_.parameters().crop, session_.parameters().open});
 }
 
 void MainWindow::save_screenshot() {
     const QString file =
-        QDir(export_folder_)
-            .filePath(session_.current() ? file_name(*session_.current(), ".png") : QString("surface.png"));
+        QDir(export_folder_).filePath(file_name(*session_.scan(), *session_.current(), ".png"));
     auto* dialog = new ScreenshotDialog(false, {1600, 1200}, file, this);
     dialog->setAttribute(Qt::WA_DeleteOnClose);
     connect(dialog, &QDialog::accepted, this, [=, this] {
         try {
             write_png(view_->screenshot(dialog->image_size()), dialog->file().toStdString());
             export_folder_ = QFileInfo(dialog->file()).path();
-            banner_->show_message(tr("Wrote %1.").arg(dialog->file()), false);
+            banner_->show_message(tr("Wrote %1.").arg(dialog->file()), Severity::note);
         } catch (const std::exception& error) {
-            banner_->show_message(QString::fromUtf8(error.what()), true);
+            banner_->show_message(QString::fromUtf8(error.what()), Severity::error);
         }
     });
     dialog->open();
@@ -360,7 +377,7 @@ void MainWindow::save_screenshot() {
 
 void MainWindow::save_turntable() {
     if (view_->findChild<Turntable*>())
-        return banner_->show_message(tr("A turntable is already being saved."), true);
+        return banner_->show_message(tr("A turntable is already being saved."), Severity::error);
     auto* dialog = new ScreenshotDialog(true, {960, 720}, export_folder_, this);
     dialog->setAttribute(Qt::WA_DeleteOnClose);
     connect(dialog, &QDialog::accepted, this, [=, this] {
@@ -369,7 +386,7 @@ void MainWindow::save_turntable() {
             facts_->setText(tr("Image %1 of %2").arg(frame).arg(frames));
         });
         connect(turntable, &Turntable::finished, this, [this](const QString& message, bool error) {
-            banner_->show_message(message, error);
+            banner_->show_message(message, error ? Severity::error : Severity::note);
             follow_scan();
         });
     });
@@ -403,8 +420,8 @@ void MainWindow::closeEvent(QCloseEvent* event) {
     turning_.stop();
     QSettings settings;
     settings.setValue("geometry", saveGeometry());
-    settings.setValue("columns", columns_->saveState());
-    settings.setValue("slices", slice_column_->saveState());
+    settings.setValue("panel", columns_->saveState());
+    settings.setValue("views", views_->state());
     settings.setValue("rows", rows_->saveState());
     settings.setValue("light", view_->light_background());
     settings.setValue("export_folder", export_folder_);

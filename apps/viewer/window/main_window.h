@@ -23,8 +23,7 @@
 #include "model/session.h"
 #include "model/surfaces.h"
 #include "side_panel.h"
-#include "views/slice_view.h"
-#include "views/surface_view.h"
+#include "views/view_layout.h"
 #include "welcome.h"
 
 namespace marrow::viewer {
@@ -43,8 +42,9 @@ class MainWindow : public QMainWindow {
 
     Session& session() { return session_; }
     Surfaces& surfaces() { return surfaces_; }
+    ViewLayout* views() { return views_; }
     SurfaceView* surface_view() { return view_; }
-    SliceView* slice_view(Plane plane) { return slices_[static_cast<std::size_t>(plane)]; }
+    SliceView* slice_view(Plane plane) { return views_->slice_view(plane); }
     HistogramBar* histogram_bar() { return controls_->histogram(); }
     /// The message of the banner; empty without one.
     QString banner() const { return banner_->message(); }
@@ -61,7 +61,6 @@ class MainWindow : public QMainWindow {
 
   private:
     void make_views();
-    QWidget* make_slice_column();
     void make_status_bar();
     void connect_actions();
     void connect_views();
@@ -72,6 +71,7 @@ class MainWindow : public QMainWindow {
     void follow_scan();
     void cancel_or_dismiss();
     void show_opened(const std::shared_ptr<const Scan>& scan);
+    void inform(const QString& message);
     void show_progress(const QString& message);
     void hide_progress();
     void choose_scan(bool folder);
@@ -93,15 +93,16 @@ class MainWindow : public QMainWindow {
     Actions* actions_;
     QStackedWidget* stack_;
     Welcome* welcome_;
-    QSplitter *columns_, *slice_column_, *rows_;
+    QSplitter *columns_, *rows_;
     SidePanel* panel_;
+    ViewLayout* views_;
     SurfaceView* view_;
-    std::array<SliceView*, 3> slices_;
     ControlBar* controls_;
     Banner* banner_;
     QLabel* facts_;
     QProgressBar* progress_;
-    QToolButton* cancel_;
+    QToolButton *cancel_, *remarks_;
+    QString remarks_text_;
 };
 
 }  // namespace marrow::viewer

@@ -85,8 +85,9 @@ SurfaceRow::SurfaceRow(Session& session, int id, QWidget* parent)
     colour_ = button("colour", tr("Colour"));
     name_ = new QLineEdit;
     name_->setObjectName("surface_name");
-    name_->setToolTip(tr("Name of the surface and of its exported file"));
+    setToolTip(tr("Double-click or F2 changes the name of the surface and of its exported file"));
     name_->setFrame(false);
+    name_->setReadOnly(true);
     layout->addWidget(name_, 1);
     isovalue_ = new QLabel;
     isovalue_->setProperty("role", "faint");
@@ -100,15 +101,29 @@ SurfaceRow::SurfaceRow(Session& session, int id, QWidget* parent)
         });
     });
     connect(colour_, &QToolButton::clicked, this, &SurfaceRow::choose_colour);
-    connect(name_, &QLineEdit::editingFinished, this, [this] {
-        const QString name = name_->text().simplified();
-        if (!name.isEmpty())
-            session_.change(tr("name"), {}, [&](Parameters& p) {
-                if (auto* surface = p.find(id_)) surface->name = name;
-            });
-        follow();
-    });
+    connect(name_, &QLineEdit::editingFinished, this, &SurfaceRow::end_rename);
     connect(remove_, &QToolButton::clicked, this, [this] { session_.remove_surface(id_); });
+    end_rename();
+}
+
+void SurfaceRow::rename() {
+    name_->setReadOnly(false);
+    name_->setFocusPolicy(Qt::StrongFocus);
+    name_->setAttribute(Qt::WA_TransparentForMouseEvents, false);
+    name_->setFocus();
+    name_->selectAll();
+}
+
+// Until the next rename(), clicks on the name belong to the row.
+void SurfaceRow::end_rename() {
+    const SurfaceParameters* before = session_.parameters().find(id_);
+    const QString name = name_->text().simplified();
+    if (!name_->isReadOnly() && before && name != surface_name(*session_.scan(), *before))
+        session_.change(tr("name"), {}, [&](Parameters& p) { p.find(id_)->name = name; });
+    name_->setReadOnly(true);
+    name_->setFocusPolicy(Qt::NoFocus);
+    name_->setAttribute(Qt::WA_TransparentForMouseEvents);
+    name_->deselect();
     follow();
 }
 
@@ -117,7 +132,7 @@ void SurfaceRow::follow() {
     if (!surface) return;
     eye_->setIcon(eye(surface->visible));
     colour_->setIcon(swatch(surface->colour));
-    if (!name_->hasFocus()) name_->setText(surface->name);
+    if (name_->isReadOnly()) name_->setText(surface_name(*session_.scan(), *surface));
     isovalue_->setText(QString::number(surface->isovalue, 'g', 6));
     remove_->setVisible(session_.parameters().surfaces.size() > 1);
     const bool current = session_.parameters().current == id_;
@@ -133,12 +148,16 @@ void SurfaceRow::mousePressEvent(QMouseEvent* event) {
     QFrame::mousePressEvent(event);
 }
 
+void SurfaceRow::mouseDoubleClickEvent(QMouseEvent*) {
+    rename();
+}
+
 void SurfaceRow::choose_colour() {
     const SurfaceParameters* surface = session_.parameters().find(id_);
     if (!surface) return;
     auto* dialog = new QColorDialog(surface->colour, window());
     dialog->setAttribute(Qt::WA_DeleteOnClose);
-    dialog->setWindowTitle(tr("Colour of %1").arg(surface->name));
+    dialog->setWindowTitle(tr("Colour of %1").arg(surface_name(*session_.scan(), *surface)));
     connect(dialog, &QColorDialog::colorSelected, &session_,
             [&session = session_, id = id_](const QColor& colour) {
                 session.change(tr("colour"), {}, [&](Parameters& p) {
@@ -172,6 +191,12 @@ SidePanel::SidePanel(Session& session, Surfaces& surfaces, QAction* whole_scan)
     follow_parameters();
 }
 
+void SidePanel::rename_current_surface() {
+    for (SurfaceRow* row : row_list_) {
+        if (row->id() == session_.parameters().current) row->rename();
+    }
+}
+
 void SidePanel::add_surfaces(QVBoxLayout* layout) {
     auto* top = new QHBoxLayout;
     top->addWidget(heading(tr("Surfaces")));
@@ -199,13 +224,13 @@ void SidePanel::fill_add_menu() {
         for (const Preset& preset : kPresets) {
             const QString name = QString::fromUtf8(preset.name.data(), static_cast<int>(preset.name.size()));
             add_menu_->addAction(
-                QString("%1   %2 HU").arg(name).arg(preset.lowest), this, [this, name, preset] {
+                QString("%1   %2 HU").arg(name).arg(preset.isovalue()), this, [this, preset] {
                     // A surface that encloses another one must be translucent.
                     bool outside = false;
                     for (const SurfaceParameters& s : session_.parameters().surfaces)
                         outside = outside || (s.visible && s.isovalue > preset.isovalue());
                     session_.add_surface(
-                        name, preset.isovalue(),
+                        {}, preset.isovalue(),
                         QColor::fromRgbF(preset.colour[0], preset.colour[1], preset.colour[2]),
                         outside ? 0.25 : 1);
                 });
@@ -213,13 +238,11 @@ void SidePanel::fill_add_menu() {
         add_menu_->addSeparator();
     }
     if (scan->otsu)
-        add_menu_->addAction(tr("Otsu   %1").arg(*scan->otsu, 0, 'g', 5), this,
-                             [this, value = *scan->otsu] { session_.add_surface("otsu", value, {}, 1); });
+        add_menu_->addAction(tr("otsu   %1").arg(*scan->otsu, 0, 'g', 6), this,
+                             [this, value = *scan->otsu] { session_.add_surface({}, value, {}, 1); });
     if (const SurfaceParameters* current = session_.current())
         add_menu_->addAction(tr("Current isovalue   %1").arg(current->isovalue, 0, 'g', 6), this, [this] {
-            if (const SurfaceParameters* c = session_.current())
-                session_.add_surface(tr("surface %1").arg(session_.parameters().surfaces.size() + 1),
-                                     c->isovalue, {}, 1);
+            if (const SurfaceParameters* c = session_.current()) session_.add_surface({}, c->isovalue, {}, 1);
         });
 }
 

@@ -19,19 +19,24 @@
 
 namespace marrow::viewer {
 
-/// One surface in the list with its visibility, colour, name and isovalue. A click selects it.
+/// One surface in the list with its visibility, colour, name and isovalue. A click selects it; a double-click
+/// edits its name.
 class SurfaceRow : public QFrame {
     Q_OBJECT
   public:
     SurfaceRow(Session& session, int id, QWidget* parent = nullptr);
     int id() const { return id_; }
     void follow();
+    /// Edits the name until the keyboard leaves its field.
+    void rename();
 
   protected:
     void mousePressEvent(QMouseEvent* event) override;
+    void mouseDoubleClickEvent(QMouseEvent* event) override;
 
   private:
     void choose_colour();
+    void end_rename();
 
     Session& session_;
     const int id_;
@@ -47,6 +52,7 @@ class SidePanel : public QWidget {
   public:
     /// Adds a button for the action that removes the crop box.
     SidePanel(Session& session, Surfaces& surfaces, QAction* whole_scan);
+    void rename_current_surface();
 
   private:
     void add_surfaces(QVBoxLayout* layout);

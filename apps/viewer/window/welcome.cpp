@@ -12,9 +12,12 @@
 namespace marrow::viewer {
 
 Welcome::Welcome(QAction* open_folder, QAction* open_file) {
-    setObjectName("welcome");
-    setAttribute(Qt::WA_StyledBackground);
-    auto* layout = new QVBoxLayout(this);
+    auto* page = new QWidget;
+    page->setObjectName("welcome");
+    page->setAttribute(Qt::WA_StyledBackground);
+    setWidget(page);
+    setWidgetResizable(true);
+    auto* layout = new QVBoxLayout(page);
     layout->addStretch(3);
     const auto centred = [&](const QString& text, const char* role) {
         auto* label = new QLabel(text);

@@ -2,11 +2,11 @@
 #pragma once
 
 #include <QAction>
-#include <QWidget>
+#include <QScrollArea>
 
 namespace marrow::viewer {
 
-class Welcome : public QWidget {
+class Welcome : public QScrollArea {
     Q_OBJECT
   public:
     /// Adds a button for each of the two actions.

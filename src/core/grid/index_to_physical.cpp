@@ -3,8 +3,8 @@
 
 namespace marrow::internal {
 
-IndexToPhysical::IndexToPhysical(const Geometry& geometry)
-    : origin(geometry.origin), exact(geometry.index_to_physical()) {
+IndexToPhysical::IndexToPhysical(const VolumeView& volume)
+    : first(volume.first), origin(volume.geometry.origin), exact(volume.geometry.index_to_physical()) {
     // Gradients map by the inverse transpose. The cofactors are the inverse transpose times the determinant.
     // Normals are unit vectors, so only the sign of the factor matters.
     const Mat3d cofactor = cofactors(exact);
@@ -27,8 +27,8 @@ IndexToPhysical::IndexToPhysical(const Geometry& geometry)
 Vec3f IndexToPhysical::row_base(std::int64_t y, std::int64_t z) const {
     Vec3f base;
     for (std::size_t r = 0; r < 3; ++r) {
-        base[r] = static_cast<float>(origin[r] + exact[r][1] * static_cast<double>(y) +
-                                     exact[r][2] * static_cast<double>(z));
+        base[r] = static_cast<float>(origin[r] + exact[r][1] * static_cast<double>(first[1] + y) +
+                                     exact[r][2] * static_cast<double>(first[2] + z));
     }
     return base;
 }

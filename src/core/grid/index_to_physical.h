@@ -38,21 +38,24 @@ R edge_fraction(R first, R second, R isovalue) {
     return std::min(std::max(t, R(kLeastFraction)), R(1 - kLeastFraction));
 }
 
-/// Maps indices of a volume to physical space. The start of each row is computed in double precision, and
-/// positions within the row in single precision.
+/// Maps indices of a view to physical space. The start of each row is computed in double precision, and
+/// positions within the row in single precision. Both start from indices in the whole volume, so that a part
+/// of a volume gets the same bits.
 struct IndexToPhysical {
-    explicit IndexToPhysical(const Geometry& geometry);
+    explicit IndexToPhysical(const VolumeView& volume);
 
-    /// The position of index (0, y, z).
+    /// The position of the whole volume's sample with x = 0 in row (y, z) of the view.
     Vec3f row_base(std::int64_t y, std::int64_t z) const;
 
-    /// The position of the point at fraction t along `axis` from sample x of the row.
+    /// The position of the point at fraction t along `axis` from the sample of the row whose x in the whole
+    /// volume is `x`.
     Vec3f point(const Vec3f& base, float x, std::size_t axis, float t) const {
         Vec3f p;
         for (std::size_t r = 0; r < 3; ++r) p[r] = (base[r] + matrix[r][0] * x) + matrix[r][axis] * t;
         return p;
     }
 
+    std::array<std::int64_t, 3> first;  ///< index in the whole volume of the view's first sample
     Vec3d origin;
     Mat3d exact;                         ///< the linear part of index -> physical
     std::array<Vec3f, 3> matrix;         ///< the same in single precision

@@ -12,6 +12,7 @@
 
 #include "cell_measures.h"
 #include "core/marching_cubes/case_table.h"
+#include "core/volume/rows.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace marrow::internal::HWY_NAMESPACE {
@@ -154,7 +155,7 @@ class LevelRows {
             const std::int64_t sy = y + (r & 1), sz = z + (r >> 1);
             const bool within = sy >= 0 && sy < ny && sz >= 0 && sz < nz;
             levels_[r] = within ? levels.bytes.data() + (sz * ny + sy) * levels.stride : outside;
-            samples_[r] = within ? static_cast<const T*>(volume.data) + (sz * ny + sy) * nx_ : nullptr;
+            samples_[r] = within ? row_of<T>(volume, sy, sz) : nullptr;
             all_within_ &= within;
         }
     }

@@ -11,6 +11,7 @@
 #include "core/grid/threshold.h"
 #include "core/marching_cubes/case_table.h"
 #include "core/volume/checks.h"
+#include "core/volume/rows.h"
 
 namespace marrow {
 
@@ -20,14 +21,14 @@ namespace {
 
 template <class T>
 struct Field {
-    const T* samples;
-    std::array<std::int64_t, 3> dims;
+    const VolumeView& volume;
     T threshold;
     Real<T> isovalue;
 
     const T* at(std::int64_t x, std::int64_t y, std::int64_t z) const {
+        const auto& dims = volume.geometry.dims;
         const bool within = x >= 0 && x < dims[0] && y >= 0 && y < dims[1] && z >= 0 && z < dims[2];
-        return within ? samples + (z * dims[1] + y) * dims[0] + x : nullptr;
+        return within ? row_of<T>(volume, y, z) + x : nullptr;
     }
     bool inside(const T* sample) const { return sample != nullptr && is_inside(*sample, threshold); }
 };
@@ -43,7 +44,8 @@ Vec3f edge_point(const Field<T>& field, const IndexToPhysical& to_physical,
                                    static_cast<Real<T>>(*corners[second]) * kSampleScale<T>, field.isovalue);
     }
     const std::int64_t x = cell[0] + (first & 1), y = cell[1] + (first >> 1 & 1), z = cell[2] + (first >> 2);
-    return to_physical.point(to_physical.row_base(y, z), static_cast<float>(x), axis, static_cast<float>(t));
+    return to_physical.point(to_physical.row_base(y, z), static_cast<float>(to_physical.first[0] + x), axis,
+                             static_cast<float>(t));
 }
 
 template <class T>
@@ -51,13 +53,13 @@ Mesh march(const VolumeView& volume, double isovalue, bool closed) {
     Mesh mesh;
     const auto threshold = inside_threshold<T>(isovalue);
     if (!threshold) return mesh;
-    const Field<T> field{static_cast<const T*>(volume.data), volume.geometry.dims, *threshold,
-                         static_cast<Real<T>>(isovalue) * kSampleScale<T>};
-    const IndexToPhysical to_physical(volume.geometry);
+    const Field<T> field{volume, *threshold, static_cast<Real<T>>(isovalue) * kSampleScale<T>};
+    const IndexToPhysical to_physical(volume);
+    const auto& dims = volume.geometry.dims;
     const std::int64_t low = closed ? -1 : 0, high = closed ? 0 : 1;
-    for (std::int64_t z = low; z + high < field.dims[2]; ++z) {
-        for (std::int64_t y = low; y + high < field.dims[1]; ++y) {
-            for (std::int64_t x = low; x + high < field.dims[0]; ++x) {
+    for (std::int64_t z = low; z + high < dims[2]; ++z) {
+        for (std::int64_t y = low; y + high < dims[1]; ++y) {
+            for (std::int64_t x = low; x + high < dims[0]; ++x) {
                 const T* corners[8];
                 unsigned cell_case = 0;
                 for (int v = 0; v < 8; ++v) {

@@ -20,6 +20,7 @@
 #include "core/marching_cubes/emit.h"
 #include "core/snap/snap.h"
 #include "core/volume/checks.h"
+#include "core/volume/rows.h"
 
 namespace marrow {
 
@@ -44,7 +45,7 @@ struct Extraction {
     Extraction(const VolumeView& view, const IsosurfaceOptions& extraction_options, bool keep_ranges)
         : volume(view),
           options(extraction_options),
-          to_physical(view.geometry),
+          to_physical(view),
           bits(view.geometry.dims, extraction_options.closed),
           active(bits),
           rows(bits.rows()) {
@@ -166,7 +167,7 @@ void extract(Extraction& e, double isovalue, Mesh& mesh, IsosurfaceStats* stats)
 // Every `step`-th sample along each axis.
 Volume subsampled(const VolumeView& volume, std::int64_t step) {
     const auto& dims = volume.geometry.dims;
-    Geometry geometry = volume.geometry;
+    Geometry geometry = volume.own_geometry();
     for (std::size_t a = 0; a < 3; ++a) {
         geometry.dims[a] = (dims[a] + step - 1) / step;
         geometry.spacing[a] *= static_cast<double>(step);
@@ -177,7 +178,7 @@ Volume subsampled(const VolumeView& volume, std::int64_t step) {
         const auto [nx, ny, nz] = geometry.dims;
         tbb::parallel_for(std::int64_t{0}, nz, [&, nx = nx, ny = ny](std::int64_t z) {
             for (std::int64_t y = 0; y < ny; ++y) {
-                const T* from = static_cast<const T*>(volume.data) + (z * dims[1] + y) * step * dims[0];
+                const T* from = row_of<T>(volume, y * step, z * step);
                 T* to = result.samples<T>() + (z * ny + y) * nx;
                 for (std::int64_t x = 0; x < nx; ++x) to[x] = from[x * step];
             }

@@ -13,6 +13,7 @@
 #include "cell_measures.h"
 #include "core/marching_cubes/classify.h"
 #include "core/volume/checks.h"
+#include "core/volume/rows.h"
 #include "surface_counter.h"
 
 namespace marrow {
@@ -43,9 +44,9 @@ void find_levels(const VolumeView& volume, std::span<const double> isovalues, Le
         using T = decltype(sample);
         const auto fill = [&](const auto& level) {
             tbb::parallel_for(std::int64_t{0}, nz, [&](std::int64_t z) {
-                for (std::int64_t row = z * ny; row < (z + 1) * ny; ++row) {
-                    const T* from = static_cast<const T*>(volume.data) + row * nx;
-                    std::uint8_t* to = levels.bytes.data() + row * levels.stride + 1;
+                for (std::int64_t y = 0; y < ny; ++y) {
+                    const T* from = row_of<T>(volume, y, z);
+                    std::uint8_t* to = levels.bytes.data() + (z * ny + y) * levels.stride + 1;
                     for (std::int64_t x = 0; x < nx; ++x) to[x] = level(from[x]);
                 }
                 stage.step();
@@ -67,7 +68,7 @@ void find_levels(const VolumeView& volume, std::span<const double> isovalues, Le
 void measure_cells(const VolumeView& volume, std::span<const double> isovalues,
                    std::span<SweepSample> samples, Levels& levels, Stage& stage) {
     find_levels(volume, isovalues, levels, stage);
-    const IndexToPhysical to_physical(volume.geometry);
+    const IndexToPhysical to_physical(volume);
     const std::int64_t nz = volume.geometry.dims[2];
     // The sums of slices are added in order, so that the result does not depend on the threads.
     std::vector<CellMeasures> slices(static_cast<std::size_t>(nz + 1), CellMeasures(isovalues.size()));

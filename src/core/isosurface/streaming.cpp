@@ -245,7 +245,7 @@ void emit(Slabs& s, const Pyramids& pyramids, const SurfaceSink& sink) {
     const InsideBits& bits = window.bits();
     const bool normals = s.options.normals;
     SurfaceMemory memory(pyramids, normals);
-    const IndexToPhysical to_physical(s.geometry);
+    const IndexToPhysical to_physical(window.volume());
     const EmitInput input{window.volume(), s.isovalue,         to_physical,    bits,          s.active,
                           pyramids.points, pyramids.triangles, s.rows.along_x, s.rows.along_y};
     window.rewind();

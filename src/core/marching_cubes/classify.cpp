@@ -12,6 +12,7 @@
 
 #include "classify.h"
 #include "core/grid/threshold.h"
+#include "core/volume/rows.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace marrow::internal::HWY_NAMESPACE {
@@ -99,18 +100,18 @@ BlockRange range_of_block(const T* samples, std::int64_t count, std::int64_t row
 template <class T>
 struct Slice {
     const T* samples;
-    std::int64_t nx, ny, z;
+    std::int64_t nx, ny, pitch, z;
     InsideBits& bits;
 
     Slice(const VolumeView& volume, std::int64_t slice, InsideBits& inside_bits)
-        : samples(static_cast<const T*>(volume.data) +
-                  slice * volume.geometry.dims[0] * volume.geometry.dims[1]),
+        : samples(row_of<T>(volume, 0, slice)),
           nx(volume.geometry.dims[0]),
           ny(volume.geometry.dims[1]),
+          pitch(volume.row_pitch()),
           z(slice),
           bits(inside_bits) {}
 
-    const T* row(std::int64_t y) const { return samples + y * nx; }
+    const T* row(std::int64_t y) const { return samples + y * pitch; }
     // The words that hold the bits of a row's samples.
     std::uint64_t* words(std::int64_t y) const {
         return bits.row(bits.row_index(y + bits.pad, z + bits.pad)) + bits.first_x / 64;
@@ -153,16 +154,16 @@ void for_each_block(const Slice<T>& slice, const BlockRanges& ranges, const F& f
 template <class T>
 std::int64_t classify_with_ranges(const Slice<T>& slice, T threshold, BlockRanges& ranges) {
     std::int64_t non_finite = 0;
-    for_each_block(slice, ranges,
-                   [&](std::int64_t bx, std::int64_t by, std::int64_t y, std::int64_t rows) HWY_ATTR {
-                       const std::int64_t x = 64 * bx, count = std::min<std::int64_t>(64, slice.nx - x);
-                       for (std::int64_t row = y; row < y + rows; ++row) {
-                           prefetch(slice.row(row + BlockRanges::kRows) + x);
-                           slice.words(row)[bx] =
-                               classify_samples(slice.row(row) + x, slice.nx - x, threshold, non_finite);
-                       }
-                       ranges.at(bx, by, slice.z) = range_of_block(slice.row(y) + x, count, rows, slice.nx);
-                   });
+    for_each_block(
+        slice, ranges, [&](std::int64_t bx, std::int64_t by, std::int64_t y, std::int64_t rows) HWY_ATTR {
+            const std::int64_t x = 64 * bx, count = std::min<std::int64_t>(64, slice.nx - x);
+            for (std::int64_t row = y; row < y + rows; ++row) {
+                prefetch(slice.row(row + BlockRanges::kRows) + x);
+                slice.words(row)[bx] =
+                    classify_samples(slice.row(row) + x, slice.nx - x, threshold, non_finite);
+            }
+            ranges.at(bx, by, slice.z) = range_of_block(slice.row(y) + x, count, rows, slice.pitch);
+        });
     return non_finite;
 }
 

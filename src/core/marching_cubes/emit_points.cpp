@@ -74,7 +74,9 @@ class PointBatch {
     PointBatch(const EmitInput& input, Vec3f* points, const Vec3f* end, Vec3f* normals, float* fractions)
         : samples_(static_cast<const T*>(input.volume.data)),
           dims_(input.volume.geometry.dims),
-          stride_{1, dims_[0], dims_[0] * dims_[1]},
+          stride_{1, input.volume.row_pitch(), input.volume.slice_pitch()},
+          below_(input.volume.below),
+          above_(input.volume.above),
           to_physical_(input.to_physical),
           isovalue_(static_cast<R>(input.isovalue) * kSampleScale<T>),
           points_(points),
@@ -86,9 +88,9 @@ class PointBatch {
     void set_row(std::int64_t y, std::int64_t z) {
         y_ = y;
         z_ = z;
-        row_ = (z * dims_[1] + y) * dims_[0];
+        row_ = z * stride_[2] + y * stride_[1];
         base_ = to_physical_.row_base(y, z);
-        inner_row_ = y >= 1 && y + 2 < dims_[1] && z >= 1 && z + 2 < dims_[2];
+        inner_row_ = is_inner(y, 1) && is_inner(z, 2);
     }
 
     // Adds `count` edges along `axis`, which start at the row's samples xs, in ascending order. Up to
@@ -140,8 +142,9 @@ class PointBatch {
         const hn::CappedTag<float, kAtOnce> df;
         const hn::CappedTag<std::int64_t, kAtOnce> dl;
         const hn::Rebind<std::int32_t, decltype(dl)> dx;
+        const auto first_x = hn::Set(di, static_cast<std::int32_t>(to_physical_.first[0]));
         for (std::size_t i = 0; i < kAtOnce; i += hn::Lanes(di)) {
-            hn::StoreU(hn::LoadU(di, xs + i), di, x_ + k + i);
+            hn::StoreU(hn::Add(hn::LoadU(di, xs + i), first_x), di, x_ + k + i);
             hn::StoreU(hn::Set(di, axis), di, axes_ + k + i);
             for (std::size_t r = 0; r < 3; ++r) hn::StoreU(hn::Set(df, base_[r]), df, row_base_[r] + k + i);
         }
@@ -157,19 +160,28 @@ class PointBatch {
         }
     }
 
-    // Whether the stencils of the edges from the row's sample x lie within the volume. They reach one sample
-    // back and two ahead.
-    bool is_inner(std::int32_t x) const { return inner_row_ && x >= 1 && x + 2 < dims_[0]; }
+    // Whether the edges from the row's sample x lie within the volume, and their stencils within the samples
+    // that may be read.
+    bool is_inner(std::int32_t x) const { return inner_row_ && is_inner(x, 0); }
+    // The same along one axis. Stencils reach one sample back and two ahead.
+    bool is_inner(std::int64_t i, std::size_t axis) const {
+        return i >= std::max<std::int64_t>(1 - below_[axis], 0) &&
+               i < std::min(dims_[axis] + above_[axis] - 2, dims_[axis] - 1);
+    }
 
     // Fetches the edges' samples.
     template <bool kNormals>
     void stage() {
-        if (std::min({dims_[0], dims_[1], dims_[2]}) >= 4) {
-            // stage_inner() must not read outside the volume. For border edges it reads any stencil within
-            // it, and stage_border() replaces the result.
-            for (std::size_t b = 0; b < border_count_; ++b) {
-                first_[borders_[b].edge] = 1 + stride_[1] + stride_[2];
-            }
+        // stage_inner() must not read beyond the samples. For border edges it reads the first stencil within
+        // them, if there is one, and stage_border() replaces the result.
+        bool has_stencil = true;
+        std::int64_t first = 0;
+        for (std::size_t a = 0; a < 3; ++a) {
+            has_stencil &= below_[a] + dims_[a] + above_[a] >= 4;
+            first += (1 - below_[a]) * stride_[a];
+        }
+        if (has_stencil) {
+            for (std::size_t b = 0; b < border_count_; ++b) first_[borders_[b].edge] = first;
             stage_inner<kNormals>();
         }
         for (std::size_t b = 0; b < border_count_; ++b) stage_border(borders_[b]);
@@ -219,7 +231,7 @@ class PointBatch {
         return second;
     }
 
-    // Where the stencil leaves the volume, one-sided differences replace the central ones. They are doubled,
+    // Where the stencil leaves the samples, one-sided differences replace the central ones. They are doubled,
     // because central differences span two samples.
     void stage_border(const BorderEdge& b) {
         const std::array<std::int64_t, 3> ends[2] = {b.first, second_of(b)};
@@ -233,10 +245,11 @@ class PointBatch {
     }
 
     S slope_at_border(const T* p, std::int64_t i, std::size_t axis) const {
-        const std::int64_t step = stride_[axis], n = dims_[axis];
-        if (i > 0 && i + 1 < n) return staged(p[step]) - staged(p[-step]);
-        if (i + 1 < n) return 2 * (staged(p[step]) - staged(p[0]));
-        if (i > 0) return 2 * (staged(p[0]) - staged(p[-step]));
+        const std::int64_t step = stride_[axis];
+        const bool has_before = i > -below_[axis], has_after = i + 1 < dims_[axis] + above_[axis];
+        if (has_before && has_after) return staged(p[step]) - staged(p[-step]);
+        if (has_after) return 2 * (staged(p[step]) - staged(p[0]));
+        if (has_before) return 2 * (staged(p[0]) - staged(p[-step]));
         return 0;
     }
 
@@ -402,6 +415,7 @@ class PointBatch {
     const T* const samples_;
     const std::array<std::int64_t, 3> dims_;
     const std::int64_t stride_[3];
+    const std::array<std::int64_t, 3> below_, above_;  // samples beyond the volume that may be read
     // Large slices do not stay in the cache until the next slice needs them. In slices of 512 x 512 samples,
     // the rows of a stencil even evict each other.
     const bool prefetches_ = stride_[2] * static_cast<std::int64_t>(sizeof(T)) > 256 * 1024;
@@ -421,7 +435,7 @@ class PointBatch {
     // Room for the elements that note() stores beyond the last edge, and for whole vectors.
     static constexpr std::size_t kRoom = kCapacity + 16;
     static_assert(kAtOnce <= 16 && kAhead <= 16);
-    alignas(64) std::int32_t x_[kRoom] = {};
+    alignas(64) std::int32_t x_[kRoom] = {};  // of the samples at which edges start, in the whole volume
     alignas(64) std::int32_t axes_[kRoom] = {};
     alignas(64) std::int64_t first_[kRoom] = {};  // indices of the samples at which edges start
     alignas(64) float row_base_[3][kRoom] = {};

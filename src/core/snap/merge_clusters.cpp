@@ -38,7 +38,8 @@ inline void merge_cluster(const SliceMerge& merge, std::size_t k, std::int32_t f
         merge.representatives[point] = cluster.representative;
         merge.moved[point] = list.radius[k];
     }
-    const auto x = static_cast<float>(first_x + static_cast<std::int32_t>(cluster.bit));
+    const auto x =
+        static_cast<float>(to_physical.first[0] + first_x + static_cast<std::int32_t>(cluster.bit));
     const float index[3] = {x + list.centre[0][k], list.centre[1][k], list.centre[2][k]};
     Vec3f& merged = slice.points[cluster.representative - slice.first_point];
     for (std::size_t r = 0; r < 3; ++r) {

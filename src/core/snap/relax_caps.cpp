@@ -88,7 +88,8 @@ class LimitedMover {
         const auto& dims = input_.volume.geometry.dims;
         Vec3d edges;
         for (std::size_t a = 0; a < 3; ++a) {
-            const double index = dot(from_origin, to_index_[a]);
+            const double index =
+                dot(from_origin, to_index_[a]) - static_cast<double>(input_.to_physical.first[a]);
             const bool in_face =
                 input_.bits.pad == 0 &&
                 (index < kTolerance || index > static_cast<double>(dims[a] - 1) - kTolerance);

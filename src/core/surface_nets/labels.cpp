@@ -1,5 +1,6 @@
 // Extracts the surfaces of all labels of a map at once, and counts the samples of labels.
 #include <marrow/labels.h>
+#include <marrow/volume_filters.h>
 
 #include <algorithm>
 #include <cmath>
@@ -18,6 +19,7 @@
 #include "base/progress.h"
 #include "core/grid/index_to_physical.h"
 #include "core/volume/checks.h"
+#include "core/volume/rows.h"
 #include "emit.h"
 #include "relax.h"
 #include "surface_net.h"
@@ -69,19 +71,18 @@ void add_normals(Mesh& mesh) {
 template <class T>
 void check_samples(const VolumeView& map) {
     if constexpr (std::is_floating_point_v<T>) {
-        const T* samples = static_cast<const T*>(map.data);
         constexpr T kLargest =
             sizeof(T) == 4 ? T(1 << 24) : T(std::int64_t{1} << 53);  // beyond it, not every integer exists
-        tbb::parallel_for(
-            tbb::blocked_range<std::int64_t>(0, map.geometry.sample_count(), 1 << 16),
-            [&](const auto& range) {
-                for (std::int64_t i = range.begin(); i < range.end(); ++i) {
-                    if (!(std::abs(samples[i]) <= kLargest) || std::trunc(samples[i]) != samples[i])
-                        throw InputError(
-                            "the volume has samples that are not integers, so it is not a label map; give a "
-                            "volume in which each structure has one integer value");
-                }
-            });
+        const auto [nx, ny, nz] = map.geometry.dims;
+        tbb::parallel_for(std::int64_t{0}, ny * nz, [&, nx = nx, ny = ny](std::int64_t row) {
+            const T* const samples = row_of<T>(map, row % ny, row / ny);
+            for (std::int64_t x = 0; x < nx; ++x) {
+                if (!(std::abs(samples[x]) <= kLargest) || std::trunc(samples[x]) != samples[x])
+                    throw InputError(
+                        "the volume has samples that are not integers, so it is not a label map; give a "
+                        "volume in which each structure has one integer value");
+            }
+        });
     }
 }
 
@@ -91,7 +92,19 @@ void check_background(std::int64_t background) {
         throw InputError("the background label does not fit the sample type of the label map");
 }
 
-std::vector<LabelSurface> extract(const VolumeView& map, const LabelOptions& options) {
+std::vector<LabelSurface> extract(const VolumeView& view, const LabelOptions& options) {
+    const auto& [nx, ny, nz] = view.geometry.dims;
+    // The passes below take samples without gaps, so a view with gaps is copied.
+    VolumeView map;
+    map.geometry = view.own_geometry();
+    map.type = view.type;
+    map.data = view.data;
+    Volume copy;
+    if (view.row_pitch() != nx || view.slice_pitch() != nx * ny) {
+        copy = crop(view, {0, 0, 0}, {nx - 1, ny - 1, nz - 1});
+        map.data = copy.data();
+    }
+
     visit_sample_type(map.type, [&](auto sample) {
         check_background<decltype(sample)>(options.background);
         check_samples<decltype(sample)>(map);
@@ -105,7 +118,7 @@ std::vector<LabelSurface> extract(const VolumeView& map, const LabelOptions& opt
     const auto background = static_cast<LabelIndex>(
         std::lower_bound(net.labels.begin(), net.labels.end(), options.background) - net.labels.begin());
     std::vector<Mesh> meshes =
-        make_relaxed_meshes(net, IndexToPhysical(map.geometry), background, sub_progress(progress, 0.6, 0.9));
+        make_relaxed_meshes(net, IndexToPhysical(map), background, sub_progress(progress, 0.6, 0.9));
 
     std::vector<LabelSurface> surfaces;
     for (std::size_t l = 0; l < meshes.size(); ++l) {
@@ -145,8 +158,7 @@ std::vector<LabelSurface> extract_labels(const VolumeView& map, const LabelOptio
 
 std::map<std::int64_t, std::int64_t> count_labels(const VolumeView& map, const LabelCountOptions& options) {
     check_volume(map);
-    const std::int64_t slices = map.geometry.dims[2],
-                       samples_in_slice = map.geometry.dims[0] * map.geometry.dims[1];
+    const std::int64_t rows = map.geometry.dims[1], slices = map.geometry.dims[2];
     Stage stage(options.progress, 0, 1, static_cast<std::size_t>(slices));
     tbb::enumerable_thread_specific<LabelCounts> counts_of_thread;
     with_threads(options.threads, [&] {
@@ -154,8 +166,10 @@ std::map<std::int64_t, std::int64_t> count_labels(const VolumeView& map, const L
             using T = decltype(sample);
             check_samples<T>(map);
             tbb::parallel_for(std::int64_t{0}, slices, [&](std::int64_t k) {
-                const T* const first = static_cast<const T*>(map.data) + k * samples_in_slice;
-                count_runs(first, first + samples_in_slice, counts_of_thread.local());
+                for (std::int64_t y = 0; y < rows; ++y) {
+                    const T* const row = row_of<T>(map, y, k);
+                    count_runs(row, row + map.geometry.dims[0], counts_of_thread.local());
+                }
                 stage.step();
             });
         });

@@ -10,8 +10,38 @@
 
 namespace marrow::internal {
 
+namespace {
+
+// The samples that may be read must not overlap, and their indices in the whole must be in range.
+void check_extent(const VolumeView& volume) {
+    Geometry whole = volume.geometry;  // as much of it as the view says
+    std::array<std::int64_t, 3> extent;
+    for (std::size_t a = 0; a < 3; ++a) {
+        constexpr std::int64_t kMost = std::int64_t{1} << 30;
+        const std::int64_t first = volume.first[a], below = volume.below[a], above = volume.above[a];
+        if (first < 0 || below < 0 || above < 0 || below > first || first > kMost || above > kMost)
+            throw InputError("volume: first, below or above is out of range along axis " + std::to_string(a));
+        extent[a] = volume.geometry.dims[a] + below + above;
+        whole.dims[a] = first + volume.geometry.dims[a];
+    }
+    check_geometry(whole);
+    constexpr std::int64_t kMostPitch = std::int64_t{1} << 56;
+    const std::int64_t row = volume.row_pitch(), slice = volume.slice_pitch();
+    if (row > kMostPitch || slice > kMostPitch / std::max<std::int64_t>(extent[2], 1))
+        throw InputError("volume: a pitch is out of range");
+    const bool rows_overlap = extent[1] > 1 && row < extent[0];
+    const bool slices_overlap =
+        extent[2] > 1 && slice < (extent[1] - 1) * std::max<std::int64_t>(row, 0) + extent[0];
+    if (volume.pitch[0] < 0 || volume.pitch[1] < 0 || rows_overlap || slices_overlap)
+        throw InputError(
+            "volume: its rows or slices overlap; set each pitch to the samples from one to the next");
+}
+
+}  // namespace
+
 void check_volume(const VolumeView& volume) {
     check_geometry(volume.geometry);
+    if (volume.geometry.sample_count() > 0) check_extent(volume);
     if (volume.data == nullptr && volume.geometry.sample_count() > 0)
         throw InputError("volume: the pointer to its samples is null");
 }

@@ -7,7 +7,7 @@
 
 namespace marrow::internal {
 
-/// \throw InputError bad geometry, or a null pointer to the samples
+/// \throw InputError bad geometry, samples that overlap, or a null pointer to the samples
 void check_volume(const VolumeView& volume);
 /// \throw InputError the isovalue is NaN or infinite
 void check_isovalue(double isovalue);

@@ -13,6 +13,7 @@
 
 #include "base/parallel.h"
 #include "checks.h"
+#include "rows.h"
 
 namespace marrow {
 
@@ -32,20 +33,21 @@ bool is_nan(T value) {
 }
 
 template <class T>
-void median_of_row(const T* in, const Dims& dims, std::int64_t radius, std::int64_t y, std::int64_t z,
-                   T* out) {
+void median_of_row(const VolumeView& in, std::int64_t radius, std::int64_t y, std::int64_t z, T* out) {
+    const Dims& dims = in.geometry.dims;
     std::vector<T> window;
     const auto from = [&](std::int64_t i) { return std::max<std::int64_t>(i - radius, 0); };
     const auto to = [&](std::int64_t i, std::size_t axis) { return std::min(i + radius, dims[axis] - 1); };
     for (std::int64_t x = 0; x < dims[0]; ++x) {
         T& result = out[sample_index(dims, x, y, z)];
-        result = in[sample_index(dims, x, y, z)];
+        result = row_of<T>(in, y, z)[x];
         if (is_nan(result)) continue;
         window.clear();
         for (std::int64_t k = from(z); k <= to(z, 2); ++k) {
             for (std::int64_t j = from(y); j <= to(y, 1); ++j) {
+                const T* const row = row_of<T>(in, j, k);
                 for (std::int64_t i = from(x); i <= to(x, 0); ++i) {
-                    const T value = in[sample_index(dims, i, j, k)];
+                    const T value = row[i];
                     if (!is_nan(value)) window.push_back(value);
                 }
             }
@@ -151,11 +153,14 @@ Volume in_floating_point(const VolumeView& volume, int threads, Filter filter) {
         using A = std::conditional_t<kWide, double, float>;
         with_threads(threads, [&] {
             const auto count = static_cast<std::size_t>(volume.geometry.sample_count());
-            const T* const in = static_cast<const T*>(volume.data);
+            const Dims& dims = volume.geometry.dims;
             Buffer<A> samples(count);
-            tbb::parallel_for(std::size_t{0}, count,
-                              [&](std::size_t i) { samples[i] = static_cast<A>(in[i]); });
-            Geometry geometry = volume.geometry;
+            tbb::parallel_for(std::int64_t{0}, dims[1] * dims[2], [&](std::int64_t row) {
+                const T* const in = row_of<T>(volume, row % dims[1], row / dims[1]);
+                for (std::int64_t x = 0; x < dims[0]; ++x)
+                    samples[static_cast<std::size_t>(row * dims[0] + x)] = static_cast<A>(in[x]);
+            });
+            Geometry geometry = volume.own_geometry();
             samples = filter(std::move(samples), geometry);
             result = Volume(geometry, sample_type_of<A>());
             std::copy(samples.begin(), samples.end(), result.template samples<A>());
@@ -200,7 +205,7 @@ void check_positive(const char* name, double value) {
 
 Volume crop(const VolumeView& volume, const Dims& first, const Dims& last) {
     check_volume(volume);
-    const Geometry& g = volume.geometry;
+    const Geometry g = volume.own_geometry();
     Geometry cropped = g;
     for (std::size_t axis = 0; axis < 3; ++axis) {
         if (first[axis] < 0 || last[axis] >= g.dims[axis] || first[axis] > last[axis])
@@ -214,11 +219,14 @@ Volume crop(const VolumeView& volume, const Dims& first, const Dims& last) {
     Volume result(cropped, volume.type);
     const std::size_t size = sample_size(volume.type);
     const auto* from = static_cast<const std::byte*>(volume.data);
+    const auto offset = [&](std::int64_t y, std::int64_t z) {
+        return static_cast<std::size_t>((first[2] + z) * volume.slice_pitch() +
+                                        (first[1] + y) * volume.row_pitch() + first[0]);
+    };
     auto* to = static_cast<std::byte*>(result.data());
     for (std::int64_t z = 0; z < cropped.dims[2]; ++z) {
         for (std::int64_t y = 0; y < cropped.dims[1]; ++y)
-            std::copy_n(from + size * sample_index(g.dims, first[0], first[1] + y, first[2] + z),
-                        size * static_cast<std::size_t>(cropped.dims[0]),
+            std::copy_n(from + size * offset(y, z), size * static_cast<std::size_t>(cropped.dims[0]),
                         to + size * sample_index(cropped.dims, 0, y, z));
     }
     return result;
@@ -226,7 +234,7 @@ Volume crop(const VolumeView& volume, const Dims& first, const Dims& last) {
 
 Volume crop(const VolumeView& volume, const Box& box) {
     check_volume(volume);
-    const Geometry& g = volume.geometry;
+    const Geometry g = volume.own_geometry();
     const Mat3d to_index = inverse(g.index_to_physical());
     Dims first, last;
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -255,17 +263,16 @@ Volume crop(const VolumeView& volume, const Box& box) {
 Volume median_filter(const VolumeView& volume, int radius, const FilterOptions& options) {
     check_volume(volume);
     if (radius < 1 || radius > 16) throw InputError("median: the radius must lie between 1 and 16 samples");
-    const Geometry& g = volume.geometry;
-    Volume result(g, volume.type);
+    const Dims& dims = volume.geometry.dims;
+    Volume result(volume.own_geometry(), volume.type);
     with_threads(options.threads, [&] {
         visit_sample_type(volume.type, [&]<class T>(T) {
             // A slice with a large window takes long. Work is divided by rows, so that it can be cancelled
             // sooner.
-            const std::int64_t rows = g.dims[1] * g.dims[2];
+            const std::int64_t rows = dims[1] * dims[2];
             Stage stage(options.progress, 0, 1, static_cast<std::size_t>(rows));
             tbb::parallel_for(std::int64_t{0}, rows, [&](std::int64_t row) {
-                median_of_row(static_cast<const T*>(volume.data), g.dims, radius, row % g.dims[1],
-                              row / g.dims[1], result.samples<T>());
+                median_of_row(volume, radius, row % dims[1], row / dims[1], result.samples<T>());
                 stage.step();
             });
         });

@@ -7,40 +7,50 @@
 #include <marrow/histogram.h>
 
 #include "checks.h"
+#include "rows.h"
 
 namespace marrow {
 namespace {
 
 template <class T>
-Histogram count_samples(const T* samples, std::int64_t n, int bins) {
-    T lower = std::numeric_limits<T>::max();
-    T upper = std::numeric_limits<T>::lowest();
-    std::int64_t finite = n;
-    for (std::int64_t i = 0; i < n; ++i) {
-        if constexpr (std::is_floating_point_v<T>) {
-            if (!std::isfinite(samples[i])) {
-                --finite;
-                continue;
+Histogram count_samples(const VolumeView& volume, int bins) {
+    const auto for_each_sample = [&](const auto& f) {
+        const auto [nx, ny, nz] = volume.geometry.dims;
+        for (std::int64_t z = 0; z < nz; ++z) {
+            for (std::int64_t y = 0; y < ny; ++y) {
+                const T* const row = internal::row_of<T>(volume, y, z);
+                for (std::int64_t x = 0; x < nx; ++x) f(row[x]);
             }
         }
-        lower = std::min(lower, samples[i]);
-        upper = std::max(upper, samples[i]);
-    }
+    };
+    T lower = std::numeric_limits<T>::max();
+    T upper = std::numeric_limits<T>::lowest();
+    std::int64_t non_finite = 0;
+    for_each_sample([&](T sample) {
+        if constexpr (std::is_floating_point_v<T>) {
+            if (!std::isfinite(sample)) {
+                ++non_finite;
+                return;
+            }
+        }
+        lower = std::min(lower, sample);
+        upper = std::max(upper, sample);
+    });
     Histogram result;
-    result.non_finite_samples = n - finite;
-    if (finite == 0) return result;
+    result.non_finite_samples = non_finite;
+    if (lower > upper) return result;  // no sample is finite
     result.lower = static_cast<double>(lower);
     result.upper = static_cast<double>(upper);
     result.counts.assign(static_cast<std::size_t>(bins), 0);
 
     // Halved, because the range from the lowest to the largest double does not fit in a double.
     const double half_range = result.upper / 2 - result.lower / 2;
-    for (std::int64_t i = 0; i < n; ++i) {
-        const double value = static_cast<double>(samples[i]);
-        if (!std::isfinite(value)) continue;
+    for_each_sample([&](T sample) {
+        const double value = static_cast<double>(sample);
+        if (!std::isfinite(value)) return;
         const double fraction = half_range > 0 ? (value / 2 - result.lower / 2) / half_range : 0;
         ++result.counts[static_cast<std::size_t>(std::min(static_cast<int>(fraction * bins), bins - 1))];
-    }
+    });
     return result;
 }
 
@@ -54,9 +64,7 @@ bool has_two_values(const Histogram& histogram) {
 Histogram histogram(const VolumeView& volume, int bins) {
     internal::check_volume(volume);
     if (bins < 2) throw InputError("a histogram needs at least 2 bins");
-    const std::int64_t n = volume.geometry.sample_count();
-    return visit_sample_type(
-        volume.type, [&]<class T>(T) { return count_samples(static_cast<const T*>(volume.data), n, bins); });
+    return visit_sample_type(volume.type, [&]<class T>(T) { return count_samples<T>(volume, bins); });
 }
 
 double otsu_isovalue(const Histogram& histogram) {

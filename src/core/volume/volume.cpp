@@ -8,6 +8,8 @@
 
 #include <marrow/error.h>
 
+#include "checks.h"
+
 namespace marrow {
 
 std::size_t sample_size(SampleType type) {
@@ -93,6 +95,36 @@ void check_geometry(const Geometry& g) {
 
 VolumeView::VolumeView(const Volume& volume)
     : geometry(volume.geometry()), type(volume.type()), data(volume.data()) {}
+
+Geometry VolumeView::own_geometry() const {
+    Geometry own = geometry;
+    own.origin = geometry.physical(
+        {static_cast<double>(first[0]), static_cast<double>(first[1]), static_cast<double>(first[2])});
+    return own;
+}
+
+VolumeView part_of(const VolumeView& volume, const std::array<std::int64_t, 3>& begin,
+                   const std::array<std::int64_t, 3>& dims) {
+    internal::check_volume(volume);
+    VolumeView part = volume;
+    part.pitch = {volume.row_pitch(), volume.slice_pitch()};
+    part.geometry.dims = dims;
+    for (std::size_t a = 0; a < 3; ++a) {
+        const std::int64_t available = volume.geometry.dims[a];
+        if (begin[a] < 0 || dims[a] < 0 || begin[a] > available || dims[a] > available - begin[a])
+            throw InputError("part of a volume: " + std::to_string(dims[a]) + " samples from sample " +
+                             std::to_string(begin[a]) + " along axis " + std::to_string(a) +
+                             " leave the volume, which has " + std::to_string(available));
+        part.first[a] += begin[a];
+        part.below[a] += begin[a];
+        part.above[a] += available - begin[a] - dims[a];
+    }
+    const std::int64_t offset = begin[2] * part.pitch[1] + begin[1] * part.pitch[0] + begin[0];
+    if (part.geometry.sample_count() > 0)
+        part.data = static_cast<const std::byte*>(volume.data) +
+                    static_cast<std::size_t>(offset) * sample_size(volume.type);
+    return part;
+}
 
 Volume::Volume(const Geometry& geometry, SampleType type) : geometry_(geometry), type_(type) {
     check_geometry(geometry);

@@ -55,6 +55,10 @@ std::string examples(const std::vector<std::string>& items) {
     return out;
 }
 
+std::string count_of(std::uint64_t count, std::string_view thing) {
+    return fmt::format("{} {}{}", count, thing, count == 1 ? "" : "s");
+}
+
 std::string_view trimmed(std::string_view text) {
     const std::size_t first = text.find_first_not_of(kWhite);
     if (first == text.npos) return {};

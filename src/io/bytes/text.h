@@ -23,6 +23,9 @@ inline std::string quoted(const std::filesystem::path& path) {
 /// The first few items for a message, as far as a line has room: "a; b; ...".
 std::string examples(const std::vector<std::string>& items);
 
+/// A number of things, whose name takes an "s" in the plural: "1 file", "2 files".
+std::string count_of(std::uint64_t count, std::string_view thing);
+
 std::string_view trimmed(std::string_view text);
 std::string to_lower(std::string_view text);
 /// The words between white space.

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 
 #include <marrow/error.h>
@@ -195,6 +196,26 @@ std::optional<int> DicomDataSet::unsigned_short(DicomTag tag) const {
     if (at == elements_.end() || at->second.value.size() < 2) return {};
     return static_cast<int>(number_at(at->second.value, 0, 2, at->second.encoding.big_endian));
 }
+
+template <class T>
+std::vector<T> DicomDataSet::numbers(DicomTag tag) const {
+    const auto at = elements_.find(tag);
+    if (at == elements_.end()) return {};
+    std::string_view value = at->second.value;
+    std::vector<T> out;
+    for (; value.size() >= sizeof(T); value.remove_prefix(sizeof(T))) {
+        std::array<char, sizeof(T)> bytes;
+        std::copy_n(value.begin(), sizeof(T), bytes.begin());
+        if (at->second.encoding.big_endian != (std::endian::native == std::endian::big))
+            std::reverse(bytes.begin(), bytes.end());
+        out.push_back(std::bit_cast<T>(bytes));
+    }
+    return out;
+}
+template std::vector<std::uint16_t> DicomDataSet::numbers(DicomTag tag) const;
+template std::vector<std::uint32_t> DicomDataSet::numbers(DicomTag tag) const;
+template std::vector<float> DicomDataSet::numbers(DicomTag tag) const;
+template std::vector<double> DicomDataSet::numbers(DicomTag tag) const;
 
 std::optional<std::vector<double>> DicomDataSet::decimals(DicomTag tag, std::size_t count) const {
     const std::string value = text(tag);

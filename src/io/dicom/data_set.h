@@ -32,6 +32,9 @@ class DicomDataSet {
     std::string text(DicomTag tag) const;
     /// The number in an element with VR US.
     std::optional<int> unsigned_short(DicomTag tag) const;
+    /// The numbers in an element with VR US or AT, UL, FL or FD, after the type.
+    template <class T>
+    std::vector<T> numbers(DicomTag tag) const;
     /// The numbers in a decimal string "1\2\3". No value unless there are exactly `count` finite numbers.
     std::optional<std::vector<double>> decimals(DicomTag tag, std::size_t count) const;
     std::optional<double> decimal(DicomTag tag) const;

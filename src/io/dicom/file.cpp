@@ -9,11 +9,13 @@
 #include <cstring>
 
 #include <marrow/error.h>
+#include <marrow/vector.h>
 
 #include "codec.h"
 #include "data_set.h"
 #include "io/bytes/byte_stream.h"
 #include "io/bytes/text.h"
+#include "mosaic.h"
 #include "tags.h"
 
 namespace marrow::internal::io {
@@ -56,7 +58,10 @@ void read_frames(DicomFile& file, const DicomDataSet& data_set) {
         const auto items = shared.empty() ? std::vector<DicomDataSet>() : shared[0].items(tags[i]);
         common[i] = items.empty() ? data_set : items[0];
     }
+    std::vector<VolumeAttributes> volumes =
+        read_volume_attributes(data_set, per_frame, shared, file.frames.size());
     for (std::size_t i = 0; i < file.frames.size(); ++i) {
+        file.frames[i].volume = std::move(volumes[i]);
         std::array<std::vector<DicomDataSet>, 4> own;
         std::array<const DicomDataSet*, 4> groups;
         for (std::size_t t = 0; t < tags.size(); ++t) {
@@ -66,6 +71,63 @@ void read_frames(DicomFile& file, const DicomDataSet& data_set) {
         read_frame(file.frames[i], *groups[0], *groups[1], *groups[2], *groups[3]);
         // One position for all frames is not a position of any frame.
         if (file.frames.size() > 1 && per_frame.empty()) file.frames[i].position.reset();
+    }
+}
+
+// Makes a frame of each tile of a Siemens mosaic. The stated position is that of an image of the mosaic's size
+// around the centre of the first slice.
+void divide_mosaic(DicomFile& file, const DicomDataSet& data_set) {
+    const std::optional<DicomMosaic> mosaic = read_mosaic(data_set);
+    if (!mosaic || file.refusal) return;
+    if (!mosaic->lacks.empty()) {
+        file.refusal = fmt::format("is a Siemens mosaic without {}", mosaic->lacks);
+        return;
+    }
+    if (file.frames.size() != 1 || file.columns % mosaic->tiles != 0 || file.rows % mosaic->tiles != 0) {
+        file.refusal =
+            fmt::format("is a Siemens mosaic of {} slices, which do not fit its size", mosaic->slices);
+        return;
+    }
+    DicomFrame frame = file.frames[0];
+    const std::int64_t columns = file.columns / mosaic->tiles, rows = file.rows / mosaic->tiles;
+    if (frame.position && frame.along_row && frame.along_column && frame.spacing) {
+        const auto half = [](std::int64_t whole, std::int64_t part) {
+            return static_cast<double>(whole - part) / 2;
+        };
+        frame.position = *frame.position +
+                         half(file.columns, columns) * (*frame.spacing)[0] * *frame.along_row +
+                         half(file.rows, rows) * (*frame.spacing)[1] * *frame.along_column;
+    }
+    file.columns = columns;
+    file.rows = rows;
+    file.tiles = mosaic->tiles;
+    file.frames.assign(mosaic->slices, frame);
+    for (std::size_t k = 0; frame.position && k < file.frames.size(); ++k)
+        file.frames[k].position = *frame.position + static_cast<double>(k) * mosaic->step;
+}
+
+// Sets the scale of an RT dose, and the positions of its frames: PS3.3, C.8.8.3.2.
+void place_dose(DicomFile& file, const DicomDataSet& data_set) {
+    if (data_set.text(tag::kSopClassUid) != "1.2.840.10008.5.1.4.1.1.481.2") return;
+    const auto position = data_set.decimals(tag::kImagePosition, 3);
+    const auto offsets = data_set.decimals(tag::kGridFrameOffsets, file.frames.size());
+    for (DicomFrame& frame : file.frames) {
+        frame.slope = data_set.decimal(tag::kDoseGridScaling).value_or(NAN);
+        frame.intercept = 0;
+    }
+    const DicomFrame& first = file.frames[0];
+    if (!position || !offsets || !first.along_row || !first.along_column) return;
+    const Vec3d normal = cross(*first.along_row, *first.along_column);
+    // The offsets begin with 0, or they are coordinates of axial frames.
+    const bool absolute = (*offsets)[0] != 0;
+    if (absolute && ((*offsets)[0] != (*position)[2] || std::abs(normal[2]) < 1 - 1e-6)) {
+        file.refusal = "is an RT dose whose GridFrameOffsetVector begins neither with 0 nor at its position";
+        return;
+    }
+    const Vec3d origin{(*position)[0], (*position)[1], (*position)[2]};
+    for (std::size_t k = 0; k < file.frames.size(); ++k) {
+        const double offset = (*offsets)[k] - (*offsets)[0];
+        file.frames[k].position = origin + offset * (absolute ? Vec3d{0, 0, 1} : normal);
     }
 }
 
@@ -153,11 +215,13 @@ std::optional<std::string> refusal(const DicomFile& file, const DicomDataSet& da
 
 // Whether the SOP class is an image. A data set that is cut off before its SOP class may be one.
 bool should_have_pixels(const DicomDataSet& data_set) {
-    static constexpr std::string_view images[] = {
-        "1.2.840.10008.5.1.4.1.1.2",   "1.2.840.10008.5.1.4.1.1.2.1", "1.2.840.10008.5.1.4.1.1.2.2",
-        "1.2.840.10008.5.1.4.1.1.4",   "1.2.840.10008.5.1.4.1.1.4.1", "1.2.840.10008.5.1.4.1.1.4.4",
-        "1.2.840.10008.5.1.4.1.1.128", "1.2.840.10008.5.1.4.1.1.130", "1.2.840.10008.5.1.4.1.1.20",
-        "1.2.840.10008.5.1.4.1.1.7"};  // CT, MR, PET, NM, secondary capture
+    static constexpr std::string_view
+        images[] = {"1.2.840.10008.5.1.4.1.1.2",    "1.2.840.10008.5.1.4.1.1.2.1",
+                    "1.2.840.10008.5.1.4.1.1.2.2",  "1.2.840.10008.5.1.4.1.1.4",
+                    "1.2.840.10008.5.1.4.1.1.4.1",  "1.2.840.10008.5.1.4.1.1.4.4",
+                    "1.2.840.10008.5.1.4.1.1.128",  "1.2.840.10008.5.1.4.1.1.130",
+                    "1.2.840.10008.5.1.4.1.1.20",   "1.2.840.10008.5.1.4.1.1.7",
+                    "1.2.840.10008.5.1.4.1.1.481.2"};  // CT, MR, PET, NM, secondary capture, RT dose
     if (data_set.has(tag::kDirectoryRecords)) return false;
     const std::string uid = data_set.text(tag::kSopClassUid);
     return uid.empty() || std::find(std::begin(images), std::end(images), uid) != std::end(images);
@@ -182,12 +246,15 @@ std::optional<DicomFile> read_dicom_header(const std::filesystem::path& path) {
     file.description = readable(data_set, tag::kSeriesDescription);
     file.modality = readable(data_set, tag::kModality);
     file.patient_name = readable(data_set, tag::kPatientName);
-    file.echo = data_set.text(tag::kEchoNumbers);
     if (const auto instance = parse_integer(data_set.text(tag::kInstanceNumber));
         instance && std::abs(*instance) < 1000000000)
         file.instance = static_cast<int>(*instance);
     file.transfer_syntax = parsed.transfer_syntax;
-    file.localizer = data_set.text(tag::kImageType).find("LOCALIZER") != std::string::npos;
+    file.image_type = readable(data_set, tag::kImageType);
+    file.localizer = file.image_type.find("LOCALIZER") != std::string::npos;
+    file.kernel = readable(data_set, tag::kConvolutionKernel);
+    file.series_number = parse_integer(data_set.text(tag::kSeriesNumber));
+    file.echo_time = data_set.decimal(tag::kEchoTime);
     file.bits_allocated = data_set.unsigned_short(tag::kBitsAllocated).value_or(0);
     file.bits_stored = data_set.unsigned_short(tag::kBitsStored).value_or(file.bits_allocated);
     file.high_bit = data_set.unsigned_short(tag::kHighBit).value_or(file.bits_stored - 1);
@@ -203,10 +270,27 @@ std::optional<DicomFile> read_dicom_header(const std::filesystem::path& path) {
     file.frames.resize(static_cast<std::size_t>(frames));
     try {
         read_frames(file, data_set);
+        divide_mosaic(file, data_set);
+        place_dose(file, data_set);
     } catch (const InputError& error) {
         throw InputError(fmt::format("{}: {}", quoted(path), error.what()));
     }
     return file;
+}
+
+std::string name_without_image(const std::filesystem::path& path) {
+    static constexpr std::pair<std::string_view, const char*> names[] = {
+        {"1.2.840.10008.5.1.4.1.1.481.3", "an RT structure set, which holds contours"},
+        {"1.2.840.10008.5.1.4.1.1.481.5", "an RT plan"},
+        {"1.2.840.10008.5.1.4.1.1.88", "a structured report"},
+        {"1.2.840.10008.5.1.4.1.1.66", "a registration or other spatial data"},
+        {"1.2.840.10008.5.1.4.1.1.104", "an encapsulated document"},
+        {"1.2.840.10008.5.1.4.1.1.11", "a presentation state"}};
+    const std::string uid = parse_dicom_header(path).data_set.text(tag::kSopClassUid);
+    for (const auto& [start, name] : names) {
+        if (uid == start || uid.starts_with(std::string(start) + ".")) return name;
+    }
+    return "DICOM without an image";
 }
 
 namespace {
@@ -249,25 +333,48 @@ void decode_plain(const DicomFile& file, ParsedDicom& parsed, Buffer<std::int32_
         throw InputError(fmt::format("has {} bytes of pixels instead of {}; it is truncated", held, needed));
     char* cells = parsed.bytes.data() + parsed.pixels_at;
     if (parsed.encoding.big_endian && parsed.pixels_are_words) {
-        for (std::size_t i = 0; i + 1 < held; i += 2) std::swap(cells[i], cells[i + 1]);
+        const std::size_t word = std::max<std::size_t>(cell_size, 2);
+        for (std::size_t i = 0; i + word <= held; i += word) std::reverse(cells + i, cells + i + word);
     }
     unpack_cells(cells, out.size(), static_cast<int>(cell_size), file.bits_stored, file.high_bit,
                  file.is_signed, out.data());
+}
+
+// The number of frames that the file holds; a mosaic is one.
+std::size_t stored_frames(const DicomFile& file) {
+    return file.tiles > 1 ? 1 : file.frames.size();
 }
 
 void decode_compressed(const DicomFile& file, const ParsedDicom& parsed, Buffer<std::int32_t>& out,
                        const Step& step) {
     if (file.high_bit != file.bits_stored - 1)
         throw InputError("has compressed samples whose high bit is not the highest stored bit");
-    const std::size_t frames = file.frames.size(), area = out.size() / frames;
+    const std::size_t frames = stored_frames(file), area = out.size() / frames;
     const std::vector<std::string> streams = compressed_frames(parsed, frames);
     for_each_part(frames, [&](std::size_t i) {
-        const DecodedFrame frame = decode_frame(file.transfer_syntax, streams[i], file.columns, file.rows,
-                                                file.bits_allocated, file.bits_stored);
+        const DecodedFrame frame =
+            decode_frame(file.transfer_syntax, streams[i], file.tiles * file.columns, file.tiles * file.rows,
+                         file.bits_allocated, file.bits_stored);
         unpack_cells(frame.cells.data(), area, frame.cell_size, frame.bits, frame.bits - 1, file.is_signed,
                      out.data() + i * area);
         step(1 / static_cast<double>(frames));
     });
+}
+
+// Takes the tiles of a mosaic apart.
+Buffer<std::int32_t> tiles_of(const DicomFile& file, const Buffer<std::int32_t>& mosaic) {
+    const auto columns = static_cast<std::size_t>(file.columns), rows = static_cast<std::size_t>(file.rows),
+               tiles = static_cast<std::size_t>(file.tiles);
+    Buffer<std::int32_t> out;
+    out.resize(columns * rows * file.frames.size());
+    for (std::size_t k = 0; k < file.frames.size(); ++k) {
+        for (std::size_t row = 0; row < rows; ++row) {
+            const std::int32_t* from =
+                mosaic.data() + ((k / tiles * rows + row) * tiles + k % tiles) * columns;
+            std::copy_n(from, columns, out.data() + (k * rows + row) * columns);
+        }
+    }
+    return out;
 }
 
 }  // namespace
@@ -276,7 +383,8 @@ const std::int32_t* decode_dicom(const DicomFile& file, DicomWorkspace& workspac
     if (file.refusal) throw InputError(fmt::format("{}: {}", quoted(file.path), *file.refusal));
     ParsedDicom parsed = parse_dicom(file.path, std::move(workspace.bytes));
     try {
-        workspace.stored.resize(static_cast<std::size_t>(file.columns * file.rows) * file.frames.size());
+        workspace.stored.resize(static_cast<std::size_t>(file.tiles * file.columns * file.tiles * file.rows) *
+                                stored_frames(file));
         if (parsed.pixels_size.has_value() == !is_plain_syntax(file.transfer_syntax))
             throw InputError("its pixel data do not have the form of its transfer syntax");
         if (parsed.pixels_size) {
@@ -285,6 +393,7 @@ const std::int32_t* decode_dicom(const DicomFile& file, DicomWorkspace& workspac
         } else {
             decode_compressed(file, parsed, workspace.stored, step);
         }
+        if (file.tiles > 1) workspace.stored = tiles_of(file, workspace.stored);
     } catch (const InputError& error) {
         throw InputError(fmt::format("{}: {}", quoted(file.path), error.what()));
     } catch (const std::bad_alloc&) {

@@ -12,6 +12,7 @@
 #include <marrow/volume.h>
 
 #include "io/scan/parallel_slices.h"
+#include "volume_attributes.h"
 
 namespace marrow::internal::io {
 
@@ -23,17 +24,23 @@ struct DicomFrame {
     std::optional<std::array<double, 2>> spacing;  ///< mm between columns and between rows
     std::optional<double> thickness;               ///< mm
     std::optional<double> slope, intercept;        ///< NaN if present but not a number
+    VolumeAttributes volume;
 };
 
 struct DicomFile {
     std::filesystem::path path;
-    std::string series_uid, frame_of_reference, description, modality, echo;
+    std::string series_uid, frame_of_reference, description, modality;
     std::string transfer_syntax;         ///< UID
     std::optional<std::string> refusal;  ///< why its pixels cannot be read
     std::string patient_name;            ///< only shown on request
+    std::string image_type;              ///< ImageType: "ORIGINAL\\PRIMARY\\AXIAL"
+    std::string kernel;                  ///< ConvolutionKernel
+    std::optional<std::int64_t> series_number;
+    std::optional<double> echo_time;     ///< ms
     bool localizer = false;              ///< whether ImageType says that it is a scout image
     std::optional<int> instance;         ///< InstanceNumber: orders slices without a position
-    std::int64_t columns = 0, rows = 0;
+    std::int64_t columns = 0, rows = 0;  ///< of a frame
+    std::int64_t tiles = 1;              ///< along each side of a mosaic, whose tiles are the frames
     int bits_allocated = 0, bits_stored = 0, high_bit = 0;
     bool is_signed = false;
     std::vector<DicomFrame> frames;
@@ -42,6 +49,9 @@ struct DicomFile {
 /// Reads a header. No value if the file is DICOM without an image: a report, a structure set, a directory.
 /// \throw IoError; InputError it is damaged
 std::optional<DicomFile> read_dicom_header(const std::filesystem::path& path);
+
+/// What a DICOM file without an image is: "an RT structure set". \throw IoError; InputError it is damaged
+std::string name_without_image(const std::filesystem::path& path);
 
 /// Memory for decoding. Reuse it from file to file: new memory pages cost as much time as decoding.
 struct DicomWorkspace {

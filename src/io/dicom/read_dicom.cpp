@@ -185,10 +185,34 @@ bool is_rescaled(const DicomStack& stack) {
                        [](const DicomSlice& s) { return s.frame().slope.has_value(); });
 }
 
-SeriesReport report_on(DicomStack& stack, const ScanOptions& options) {
+// Volumes that only the order of an attribute tells apart may be divided wrongly.
+void warn_of_order(const DicomStack& stack, std::vector<std::string>& warnings) {
+    if (!stack.order) return;
+    warnings.push_back(
+        fmt::format("the volumes of the series are told apart by the order of their {} alone",
+                    *stack.order == VolumeAttribute::instance_number ? "InstanceNumber" : "times"));
+}
+
+SeriesReport report_on(DicomSeries& series, const ScanOptions& options) {
     SeriesReport out;
+    std::optional<std::string> refusal;
+    DicomStack* chosen = &series.volumes[0];
+    try {
+        chosen = &choose_volume(series, options);
+    } catch (const InputError& error) {
+        refusal = error.what();
+    }
+    DicomStack& stack = *chosen;
+    if (series.volumes.size() > 1) {
+        for (const DicomStack& volume : series.volumes) out.volumes.push_back(volume.difference);
+    }
     out.series = describe(stack);
-    out.patient_name = stack.first().patient_name;
+    const DicomFile& first = stack.first();
+    out.number = first.series_number;
+    out.echo_time = first.echo_time;
+    out.image_type = first.image_type;
+    out.kernel = first.kernel;
+    out.patient_name = first.patient_name;
     const std::string& modality = stack.first().modality;
     if (modality == "CT")
         out.hounsfield = is_rescaled(stack);
@@ -199,17 +223,20 @@ SeriesReport report_on(DicomStack& stack, const ScanOptions& options) {
                                        stack.slices[slice + 1].name()));
     try {
         check_supported(stack);
+        warn_of_order(stack, out.warnings);
         drop_duplicates(stack, out.warnings);
         const StackGeometry stack_geometry = geometry_of(stack, options);
         for (const DicomSlice& s : stack.slices) rescale_of(s);
         out.series.dims = stack_geometry.geometry.dims;
         out.series.spacing = stack_geometry.geometry.spacing;
+        out.geometry = stack_geometry.geometry;
         out.tilt = stack_geometry.tilt;
         out.warnings.insert(out.warnings.end(), stack_geometry.warnings.begin(),
                             stack_geometry.warnings.end());
     } catch (const InputError& error) {
-        out.refusal = error.what();
+        refusal = error.what();
     }
+    out.refusal = refusal;
     const auto& spacing = out.series.spacing;
     if (*std::min_element(spacing.begin(), spacing.end()) > 0)
         out.smallest_feature = 2 * *std::max_element(spacing.begin(), spacing.end());
@@ -224,18 +251,25 @@ ScanReport inspect_dicom(const DicomInput& input, const ScanOptions& options) {
     DicomHeaders headers = read_dicom_headers(input, options);
     ScanReport out{ScanFormat::dicom, input.files.size(), {}, {}, {}, headers.warnings};
     const SeriesChoice choice = choose_series(headers, input, options);
-    for (DicomStack& s : headers.stacks) out.series.push_back(report_on(s, options));
+    for (DicomSeries& s : headers.series) out.series.push_back(report_on(s, options));
     out.reason = choice.reason;
     if (headers.damage) {
         out.reason = *headers.damage;
     } else if (choice.candidates.size() == 1) {
-        const auto at = static_cast<std::size_t>(choice.candidates[0] - headers.stacks.data());
+        const auto at = static_cast<std::size_t>(choice.candidates[0] - headers.series.data());
         if (const auto& refusal = out.series[at].refusal)
             out.reason = *refusal;
         else
             out.chosen = at;
     } else {
-        out.reason = fmt::format("{} series could be read: choose one", choice.candidates.size());
+        const auto readable = static_cast<std::size_t>(
+            std::count_if(choice.candidates.begin(), choice.candidates.end(), [&](const DicomSeries* s) {
+                return !out.series[static_cast<std::size_t>(s - headers.series.data())].refusal;
+            }));
+        out.reason = readable == 0
+                         ? fmt::format("all {} series are refused", choice.candidates.size())
+                         : fmt::format("{} of {} series can be read: choose one with options.series",
+                                       readable, choice.candidates.size());
     }
     return out;
 }
@@ -244,11 +278,13 @@ Volume read_dicom(const DicomInput& input, const ScanOptions& options, ScanInfo&
     DicomHeaders headers = read_dicom_headers(input, options);
     info.warnings = headers.warnings;
     const SeriesChoice choice = choose_series(headers, input, options);
-    DicomStack& stack = only_candidate(choice);
+    DicomSeries& series = only_candidate(choice, headers);
     if (headers.damage) throw InputError(*headers.damage);
     if (choice.skips_single_images) info.warnings.push_back(choice.reason);
+    DicomStack& stack = choose_volume(series, options);
     check_supported(stack);
     info.series = describe(stack);
+    warn_of_order(stack, info.warnings);
     drop_duplicates(stack, info.warnings);
     const StackGeometry stack_geometry = geometry_of(stack, options);
     info.warnings.insert(info.warnings.end(), stack_geometry.warnings.begin(), stack_geometry.warnings.end());

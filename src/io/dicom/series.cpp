@@ -42,13 +42,19 @@ DicomHeaders read_dicom_headers(const DicomInput& input, const ScanOptions& opti
         if (!found.damage)
             found.damage = failure + "; it may belong to the scan: repair it or remove it from the folder";
     }
+    if (found.files.empty() && (input.named || paths.size() == 1)) {
+        const std::filesystem::path& path = input.named.value_or(paths[0]);
+        throw InputError(fmt::format("{}: is {}; a scan has images", quoted(path), name_without_image(path)));
+    }
     if (found.files.empty()) {
         throw InputError(fmt::format("{}: none of {} DICOM files holds an image",
                                      quoted(paths[0].parent_path()), paths.size()));
     }
     if (without_image > 0)
-        found.warnings.push_back(fmt::format("{} DICOM files hold no image and are skipped", without_image));
-    found.stacks = group_into_stacks(found.files);
+        found.warnings.push_back(
+            without_image == 1 ? "1 DICOM file holds no image and is skipped"
+                               : fmt::format("{} DICOM files hold no image and are skipped", without_image));
+    found.series = group_into_series(found.files);
     return found;
 }
 
@@ -75,66 +81,112 @@ SeriesInfo describe(const DicomStack& stack) {
 
 namespace {
 
-std::string listed(const std::vector<DicomStack*>& stacks) {
+// The number of a series in the list of inspect_scan, from 1.
+std::size_t number_of(const DicomSeries& series, const DicomHeaders& headers) {
+    return static_cast<std::size_t>(&series - headers.series.data()) + 1;
+}
+
+std::string listed(const std::vector<DicomSeries*>& candidates, const DicomHeaders& headers) {
     std::vector<std::string> all;
-    for (const DicomStack* stack : stacks) {
-        const SeriesInfo info = describe(*stack);
-        all.push_back(fmt::format("{} ({}, {}, {} x {} x {}, {} files)", info.id,
-                                  info.modality.empty() ? "modality unknown" : info.modality,
+    for (const DicomSeries* series : candidates) {
+        const SeriesInfo info = describe(series->volumes[0]);
+        const std::size_t volumes = series->volumes.size();
+        all.push_back(fmt::format("number {}, {} ({}, {}, {} x {} x {}, {})", number_of(*series, headers),
+                                  info.id, info.modality.empty() ? "modality unknown" : info.modality,
                                   quoted(info.description), info.dims[0], info.dims[1], info.dims[2],
-                                  info.files));
+                                  volumes > 1 ? count_of(volumes, "volume") : count_of(info.files, "file")));
     }
     return examples(all);
 }
+
+// Whether `wanted` names a series: by its id, its SeriesInstanceUID, its number in the list, or the first part
+// of its id. Only the first of these that names any series counts.
+using Names = bool (*)(const DicomSeries& series, const DicomHeaders& headers, const std::string& wanted);
+constexpr Names kNames[] = {
+    [](const DicomSeries& s, const DicomHeaders&, const std::string& wanted) { return s.id == wanted; },
+    [](const DicomSeries& s, const DicomHeaders&, const std::string& wanted) {
+        return s.first().series_uid == wanted;
+    },
+    [](const DicomSeries& s, const DicomHeaders& headers, const std::string& wanted) {
+        return std::to_string(number_of(s, headers)) == wanted;
+    },
+    [](const DicomSeries& s, const DicomHeaders&, const std::string& wanted) {
+        return !wanted.empty() && s.id.starts_with(wanted);
+    },
+};
 
 }  // namespace
 
 SeriesChoice choose_series(DicomHeaders& headers, const DicomInput& input, const ScanOptions& options) {
     SeriesChoice choice;
-    for (DicomStack& s : headers.stacks) choice.candidates.push_back(&s);
+    for (DicomSeries& s : headers.series) choice.candidates.push_back(&s);
     const auto keep = [&](auto&& condition) {
-        std::vector<DicomStack*> kept;
+        std::vector<DicomSeries*> kept;
         std::copy_if(choice.candidates.begin(), choice.candidates.end(), std::back_inserter(kept), condition);
         return kept;
     };
     if (options.series) {
-        auto chosen = keep([&](const DicomStack* s) { return s->id == *options.series; });
-        if (chosen.empty())
-            chosen = keep([&](const DicomStack* s) { return s->first().series_uid == *options.series; });
+        std::vector<DicomSeries*> chosen;
+        for (const Names names : kNames) {
+            if (chosen.empty())
+                chosen = keep([&](const DicomSeries* s) { return names(*s, headers, *options.series); });
+        }
         if (chosen.empty()) {
-            throw GeometryError(
-                fmt::format("there is no series {}, only {}, for example {}; inspect_scan lists all",
-                            quoted(*options.series), choice.candidates.size(), listed(choice.candidates)));
+            throw OptionError(fmt::format("there is no series {}, only {}: {}; inspect_scan lists all",
+                                          quoted(*options.series), choice.candidates.size(),
+                                          listed(choice.candidates, headers)));
         }
         return {std::move(chosen), "options.series selects it", false};
     }
     if (input.named) {
-        auto chosen = keep([&](const DicomStack* s) {
-            return std::any_of(s->slices.begin(), s->slices.end(),
-                               [&](const DicomSlice& slice) { return slice.file->path == *input.named; });
+        auto chosen = keep([&](const DicomSeries* s) {
+            return std::any_of(s->volumes.begin(), s->volumes.end(), [&](const DicomStack& volume) {
+                return std::any_of(volume.slices.begin(), volume.slices.end(),
+                                   [&](const DicomSlice& slice) { return slice.file->path == *input.named; });
+            });
         });
-        if (chosen.empty()) throw InputError(fmt::format("{}: holds no image", quoted(*input.named)));
+        if (chosen.empty()) {
+            throw InputError(fmt::format("{}: is {}; a scan has images", quoted(*input.named),
+                                         name_without_image(*input.named)));
+        }
         return {std::move(chosen), "the named file belongs to it", false};
     }
     choice.reason = "there is no other";
-    auto volumes = keep([](const DicomStack* s) { return s->slices.size() > 1 && !s->first().localizer; });
+    auto volumes = keep([](const DicomSeries* s) { return s->slices() > 1 && !s->first().localizer; });
     if (!volumes.empty() && volumes.size() < choice.candidates.size()) {
         choice.reason =
-            fmt::format("{} scout or single images are skipped", choice.candidates.size() - volumes.size());
+            count_of(choice.candidates.size() - volumes.size(), "scout or single image") + " skipped";
         choice.candidates = std::move(volumes);
         choice.skips_single_images = true;
     }
     return choice;
 }
 
-DicomStack& only_candidate(const SeriesChoice& choice) {
+DicomSeries& only_candidate(const SeriesChoice& choice, const DicomHeaders& headers) {
     if (choice.candidates.size() > 1) {
         throw GeometryError(
-            fmt::format("there are {} series, for example {}; choose one with options.series; "
-                        "inspect_scan lists all",
-                        choice.candidates.size(), listed(choice.candidates)));
+            fmt::format("there are {} series, {}; choose one with options.series; inspect_scan lists all",
+                        choice.candidates.size(), listed(choice.candidates, headers)));
     }
     return *choice.candidates[0];
+}
+
+DicomStack& choose_volume(DicomSeries& series, const ScanOptions& options) {
+    const std::size_t count = series.volumes.size();
+    if (!options.volume && count > 1) {
+        std::vector<std::string> all;
+        for (std::size_t i = 0; i < count; ++i)
+            all.push_back(fmt::format("{}: {}", i, series.volumes[i].difference));
+        throw GeometryError(fmt::format(
+            "series {}: holds {} volumes ({}); choose one with options.volume; inspect_scan lists all",
+            series.id, count, examples(all)));
+    }
+    const std::int64_t chosen = options.volume.value_or(0);
+    if (chosen < 0 || static_cast<std::size_t>(chosen) >= count) {
+        throw OptionError(fmt::format("series {}: has no volume {}; there are {}, numbered from 0", series.id,
+                                      chosen, count));
+    }
+    return series.volumes[static_cast<std::size_t>(chosen)];
 }
 
 }  // namespace marrow::internal::io

@@ -19,12 +19,12 @@ struct DicomInput {
     std::optional<std::filesystem::path> named;  ///< if the input is one file; it stands for its series
 };
 
-/// The headers of an input's files, grouped into stacks.
+/// The headers of an input's files, grouped into series.
 struct DicomHeaders {
     std::vector<DicomFile> files;
-    std::vector<DicomStack> stacks;  ///< they point into `files`
+    std::vector<DicomSeries> series;  ///< they point into `files`
     std::vector<std::string> warnings;
-    std::optional<std::string> damage;  ///< the error of a damaged file, which may belong to any stack
+    std::optional<std::string> damage;  ///< the error of a damaged file, which may belong to any series
 };
 
 /// The part of the progress that reading headers takes.
@@ -37,17 +37,21 @@ DicomHeaders read_dicom_headers(const DicomInput& input, const ScanOptions& opti
 /// Describes a stack, as far as its headers allow.
 SeriesInfo describe(const DicomStack& stack);
 
-/// The stacks that read_scan could read.
+/// The series that read_scan could read.
 struct SeriesChoice {
-    std::vector<DicomStack*> candidates;
+    std::vector<DicomSeries*> candidates;
     std::string reason;                ///< why these
     bool skips_single_images = false;  ///< whether scouts or single images are skipped
 };
 
-/// \throw GeometryError options.series does not exist; InputError the named file holds no image
+/// \throw OptionError options.series does not exist; InputError the named file holds no image
 SeriesChoice choose_series(DicomHeaders& headers, const DicomInput& input, const ScanOptions& options);
 
 /// \throw GeometryError there are several candidates
-DicomStack& only_candidate(const SeriesChoice& choice);
+DicomSeries& only_candidate(const SeriesChoice& choice, const DicomHeaders& headers);
+
+/// The volume that options.volume chooses, or the only one.
+/// \throw GeometryError there are several and no choice; OptionError there is none of that number
+DicomStack& choose_volume(DicomSeries& series, const ScanOptions& options);
 
 }  // namespace marrow::internal::io

@@ -5,12 +5,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
+#include <set>
 
 #include <marrow/error.h>
 #include <marrow/vector.h>
 
 #include "io/bytes/text.h"
+#include "volumes.h"
 
 namespace marrow::internal::io {
 
@@ -25,13 +28,12 @@ bool close(const std::optional<V>& a, const std::optional<V>& b, double toleranc
     return true;
 }
 
-// Whether a slice belongs to a stack of the same series.
+// Whether a slice can be on the same grid as a stack of the same series.
 bool belongs(const DicomSlice& s, const DicomStack& stack) {
     constexpr double kDirection = 1e-3, kSpacing = 1e-4;  // tolerances
     const DicomFile &a = *s.file, &b = stack.first();
     const DicomFrame &f = s.frame(), &g = stack.slices[0].frame();
-    return a.frame_of_reference == b.frame_of_reference && a.columns == b.columns && a.rows == b.rows &&
-           a.echo == b.echo && a.localizer == b.localizer && a.modality == b.modality &&
+    return a.columns == b.columns && a.rows == b.rows && a.localizer == b.localizer &&
            f.position.has_value() == g.position.has_value() && close(f.along_row, g.along_row, kDirection) &&
            close(f.along_column, g.along_column, kDirection) && close(f.spacing, g.spacing, kSpacing);
 }
@@ -64,6 +66,8 @@ std::vector<double> gaps_of(const std::vector<DicomSlice>& slices) {
     return gaps;
 }
 
+constexpr double kSamePosition = 1e-4;  // mm
+
 double usual_gap(std::vector<double> gaps) {
     const auto middle = gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2);
     std::nth_element(gaps.begin(), middle, gaps.end());
@@ -75,19 +79,59 @@ bool is_uneven(double gap, double usual) {
     return std::abs(gap - usual) > std::min(0.01, 0.01 * usual);
 }
 
+constexpr std::size_t kFewestSlices = 3;  // fewer do not count as a volume of their own
+
 // Splits a sorted stack at large gaps: head and feet in one series are two volumes.
 std::vector<DicomStack> split_at_large_gaps(DicomStack stack) {
     constexpr double kLargeGap = 10;  // times the usual gap
     const std::vector<double> gaps = gaps_of(stack.slices);
-    const double usual = gaps.empty() ? 0 : usual_gap(gaps);
+    std::vector<double> steps;
+    std::copy_if(gaps.begin(), gaps.end(), std::back_inserter(steps),
+                 [](double gap) { return gap >= kSamePosition; });
+    if (steps.empty()) return {std::move(stack)};
+    const double large = kLargeGap * usual_gap(steps);
     std::vector<DicomStack> out(1);
+    std::vector<std::size_t> positions(1, 1);
     for (std::size_t i = 0; i < stack.slices.size(); ++i) {
-        if (i > 0 && usual > 0 && gaps[i - 1] > kLargeGap * usual) out.emplace_back();
+        if (i > 0 && gaps[i - 1] > large) {
+            out.emplace_back();
+            positions.push_back(1);
+        } else if (i > 0 && gaps[i - 1] >= kSamePosition) {
+            ++positions.back();
+        }
         out.back().slices.push_back(stack.slices[i]);
     }
-    // One or two slices are not a volume, so the gap is an error in this one.
-    if (std::any_of(out.begin(), out.end(), [](const DicomStack& s) { return s.slices.size() < 3; }))
-        return {std::move(stack)};
+    if (*std::min_element(positions.begin(), positions.end()) < kFewestSlices) return {std::move(stack)};
+    return out;
+}
+
+bool is_even(const DicomStack& stack) {
+    return coincident_slices(stack).empty() && uneven_gaps(stack).empty();
+}
+
+// Splits a sorted stack that is not even by the values of an attribute, if one of them has enough slices for
+// a volume.
+std::vector<DicomStack> split_by(std::string DicomFile::*attribute, DicomStack stack) {
+    if (!has_position(stack.slices[0].frame()) || is_even(stack)) return {std::move(stack)};
+    std::map<std::string_view, DicomStack> parts;
+    for (const DicomSlice& s : stack.slices) parts[s.file->*attribute].slices.push_back(s);
+    const bool any = std::any_of(parts.begin(), parts.end(),
+                                 [](const auto& part) { return part.second.slices.size() >= kFewestSlices; });
+    if (parts.size() == 1 || !any) return {std::move(stack)};
+    std::vector<DicomStack> out;
+    for (auto& [value, part] : parts) out.push_back(std::move(part));
+    return out;
+}
+
+// The parts of a sorted stack that cannot be one volume, nor volumes on one grid.
+std::vector<DicomStack> parts_of(DicomStack stack) {
+    std::vector<DicomStack> out;
+    for (DicomStack& near : split_at_large_gaps(std::move(stack))) {
+        for (DicomStack& frame : split_by(&DicomFile::frame_of_reference, std::move(near))) {
+            for (DicomStack& part : split_by(&DicomFile::modality, std::move(frame)))
+                out.push_back(std::move(part));
+        }
+    }
     return out;
 }
 
@@ -103,7 +147,13 @@ std::string DicomSlice::short_name() const {
     return file->frames.size() == 1 ? name : fmt::format("{} frame {}", name, index + 1);
 }
 
-std::vector<DicomStack> group_into_stacks(const std::vector<DicomFile>& files) {
+std::size_t DicomSeries::slices() const {
+    std::size_t count = 0;
+    for (const DicomStack& volume : volumes) count += volume.slices.size();
+    return count;
+}
+
+std::vector<DicomSeries> group_into_series(const std::vector<DicomFile>& files) {
     constexpr std::size_t kMost = 2000;  // stacks of a series; each slice is compared with all of them
     std::map<std::string_view, std::vector<DicomStack>> stacks_of_series;
     for (const DicomFile& file : files) {
@@ -121,34 +171,33 @@ std::vector<DicomStack> group_into_stacks(const std::vector<DicomFile>& files) {
                     fmt::format("{}: its series has more than {} different geometries", slice.name(), kMost));
         }
     }
-    std::vector<DicomStack> stacks;
+    std::vector<DicomSeries> out;
     for (auto& [uid, series] : stacks_of_series) {
         for (DicomStack& stack : series) {
             sort_slices(stack);
-            for (DicomStack& volume : split_at_large_gaps(std::move(stack)))
-                stacks.push_back(std::move(volume));
+            for (DicomStack& part : parts_of(std::move(stack)))
+                out.push_back({"", divide_into_volumes(std::move(part))});
         }
     }
-    std::stable_sort(stacks.begin(), stacks.end(), [](const DicomStack& a, const DicomStack& b) {
-        return a.slices.size() > b.slices.size();
-    });
+    std::stable_sort(out.begin(), out.end(),
+                     [](const DicomSeries& a, const DicomSeries& b) { return a.slices() > b.slices(); });
     std::map<std::string, int> parts, next;
-    for (const DicomStack& s : stacks) ++parts[s.first().series_uid];
-    for (DicomStack& s : stacks) {
+    for (const DicomSeries& s : out) ++parts[s.first().series_uid];
+    for (DicomSeries& s : out) {
         const std::string& uid = s.first().series_uid;
         s.id = parts[uid] == 1 ? uid : fmt::format("{}/{}", uid, ++next[uid]);
+        for (DicomStack& volume : s.volumes) volume.id = s.id;
     }
-    return stacks;
+    return out;
 }
 
 std::vector<std::vector<std::size_t>> coincident_slices(const DicomStack& stack) {
-    constexpr double kZero = 1e-4;  // mm
     std::vector<std::vector<std::size_t>> out;
     if (!has_position(stack.slices[0].frame())) return out;
     const std::vector<double> gaps = gaps_of(stack.slices);
     for (std::size_t i = 0; i < gaps.size(); ++i) {
-        if (gaps[i] >= kZero) continue;
-        if (i == 0 || gaps[i - 1] >= kZero) out.push_back({i});
+        if (gaps[i] >= kSamePosition) continue;
+        if (i == 0 || gaps[i - 1] >= kSamePosition) out.push_back({i});
         out.back().push_back(i + 1);
     }
     return out;
@@ -236,9 +285,23 @@ std::array<double, 2> in_plane_spacing(const DicomStack& stack, const std::optio
                "ImageOrientationPatient); options.spacing stacks them by number");
     }
     if (stack.slices.size() == 1 && !given) {
-        refuse(stack, "it is a single slice; options.spacing gives it a thickness, in mm");
+        refuse(stack, fmt::format("it is a single slice, whose thickness is unknown; set options.spacing to "
+                                  "{:.6g},{:.6g},Z with the thickness Z in mm",
+                                  in_plane[0], in_plane[1]));
     }
     return in_plane;
+}
+
+// A single slice states its spacing, but not the distance to a next one.
+std::string contradiction(const DicomStack& stack, const Geometry& stated, const Vec3d& given) {
+    const Vec3d& s = stated.spacing;
+    const bool single = stack.slices.size() == 1;
+    return fmt::format(
+        "series {}: its headers state a spacing of {:.6g} x {:.6g}{} mm, not {:g} x {:g}{}; {}", stack.id,
+        s[0], s[1], single ? "" : fmt::format(" x {:.6g}", s[2]), given[0], given[1],
+        single ? "" : fmt::format(" x {:g}", given[2]),
+        single ? fmt::format("set options.spacing to {:.6g},{:.6g},{:g}", s[0], s[1], given[2])
+               : "do not set options.spacing");
 }
 
 }  // namespace
@@ -272,13 +335,20 @@ StackGeometry geometry_of(const DicomStack& stack, const ScanOptions& options) {
         out.warnings.push_back(
             "the slices have no position; they are stacked by number, and the volume may be mirrored");
     }
+    std::set<std::string_view> frames_of_reference;
+    for (const DicomSlice& s : stack.slices) frames_of_reference.insert(s.file->frame_of_reference);
+    frames_of_reference.erase("");
+    if (frames_of_reference.size() > 1) {
+        out.warnings.push_back(
+            fmt::format("the slices name {} frames of reference; they are read as one volume, because their "
+                        "positions fit",
+                        frames_of_reference.size()));
+    }
     g.spacing = {in_plane[0], in_plane[1], length(step)};
     if (given) {
         for (int axis = 0; axis < 3; ++axis) {
             if (std::abs(g.spacing[axis] - (*given)[axis]) > 0.01 * g.spacing[axis])
-                refuse(stack,
-                       fmt::format("its spacing is {:.4g} x {:.4g} x {:.4g} mm; do not give a different one",
-                                   g.spacing[0], g.spacing[1], g.spacing[2]));
+                throw OptionError(contradiction(stack, g, *given));
         }
     }
     for (int row = 0; row < 3; ++row)

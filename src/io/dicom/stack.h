@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,18 +25,45 @@ struct DicomSlice {
     std::string short_name() const;
 };
 
-/// Frames with the same series, size, orientation, spacing, echo and frame of reference, sorted along their
-/// normal.
+/// Frames of the same series, size, orientation and spacing, sorted along their normal: a volume, unless
+/// geometry_of refuses it.
 struct DicomStack {
-    std::string id;  ///< SeriesInstanceUID, with /1, /2, ... if the series has several stacks
+    std::string id;  ///< of its series
     std::vector<DicomSlice> slices;
+    std::string difference = {};  ///< from the other volumes of the series; empty if there are none
+    std::optional<VolumeAttribute> order = {};  ///< if only the order of its values tells them apart
 
     const DicomFile& first() const { return *slices[0].file; }
 };
 
-/// Groups the frames of `files` into stacks, the largest first. The files must outlive the result.
+/// The volumes of a series, or of a part of it.
+struct DicomSeries {
+    std::string id;  ///< SeriesInstanceUID, with /1, /2, ... if the series has several parts
+    std::vector<DicomStack> volumes;
+
+    const DicomFile& first() const { return volumes[0].first(); }
+    std::size_t slices() const;
+};
+
+/// Groups the frames of `files` into series, the largest first. The files must outlive the result.
+///
+/// Frames are separated only if they cannot be one volume:
+///
+/// | attribute                          | separates                                                        |
+/// | ---------------------------------- | ---------------------------------------------------------------- |
+/// | SeriesInstanceUID                  | always: it says which images belong together                     |
+/// | Rows, Columns                      | always: a volume has one grid                                    |
+/// | ImageOrientationPatient            | always, beyond 0.001: slices are parallel                        |
+/// | PixelSpacing                       | always, beyond 0.0001 mm: a volume has one grid                  |
+/// | ImagePositionPatient present       | always: a slice without a position has no place among the others |
+/// | ImageType LOCALIZER                | always: a scout is never part of a volume                        |
+/// | a gap of ten slices or more        | if there are three slices or more on either side                 |
+/// | FrameOfReferenceUID, Modality      | unless the positions form one even stack; anonymisers replace them |
+/// | the attributes of volumes          | if slices have the same position; see divide_into_volumes        |
+/// | anything else                      | never                                                            |
+///
 /// \throw InputError a series has too many different geometries
-std::vector<DicomStack> group_into_stacks(const std::vector<DicomFile>& files);
+std::vector<DicomSeries> group_into_series(const std::vector<DicomFile>& files);
 
 /// Groups of slices that have the same position, as indices into the stack's slices.
 std::vector<std::vector<std::size_t>> coincident_slices(const DicomStack& stack);

@@ -194,8 +194,8 @@ void choose_volume(RawImage& image, double count, std::optional<std::int64_t> vo
                         quoted(image.files[0]), count, count - 1));
     }
     if (volume && (*volume < 0 || static_cast<double>(*volume) >= count)) {
-        throw GeometryError(fmt::format("{}: has no volume {}; there are {:.0f}, numbered from 0",
-                                        quoted(image.files[0]), *volume, count));
+        throw OptionError(fmt::format("{}: has no volume {}; there are {:.0f}, numbered from 0",
+                                      quoted(image.files[0]), *volume, count));
     }
     if (count > 1 && image.files.size() > 1)
         throw InputError(fmt::format("{}: several volumes in several data files are not supported",

@@ -1,21 +1,23 @@
 /// Where the programs print, how they show errors, and their exit codes.
 #pragma once
 
+#include <exception>
 #include <functional>
 #include <iosfwd>
+#include <string>
 #include <string_view>
 
 #include <marrow/error.h>
 
 namespace marrow::cli {
 
-/// Exit codes; see the footer of --help.
+/// Exit codes. The same fault has the same code in every command and format; the footer of --help lists them.
 enum ExitCode {
     kOk = 0,
-    kUsage = 2,
-    kUnreadable = 3,
-    kGeometry = 4,
-    kEmpty = 5,
+    kUsage = 2,       ///< the command line is wrong, by itself or for this input: UsageError, OptionError
+    kUnreadable = 3,  ///< an input is missing, damaged, not supported or too large, or an output fails
+    kGeometry = 4,    ///< the input is ambiguous, or its geometry would distort the result: GeometryError
+    kEmpty = 5,       ///< there is no surface: EmptySurface
     kCheckFailed = 6,
     kCancelled = 130
 };
@@ -53,7 +55,12 @@ struct Console {
 /// TERM is "dumb".
 Console standard_console();
 
-/// Does the work and returns its exit code. Errors become one line on console.err.
-int exit_code_of(const Console& console, const std::function<ExitCode()>& work);
+/// The exit code of an error, as the comments at the codes say.
+ExitCode exit_code_of(const std::exception& error);
+
+/// Does the work and returns its exit code. Errors become one line on console.err, and then an argument of
+/// `on_error`.
+int exit_code_of(const Console& console, const std::function<ExitCode()>& work,
+                 const std::function<void(const std::string& message, ExitCode)>& on_error = {});
 
 }  // namespace marrow::cli

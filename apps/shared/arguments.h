@@ -32,7 +32,8 @@ class Arguments {
     /// Adds a command that is a program of its own, so that the help lists it.
     void add_program(const std::string& name, const std::string& description);
 
-    /// Starts a group of options with its own title in the help.
+    /// Starts a group of options with its own title in the help. "Input" follows the input itself; options
+    /// before the first group are "General", the last group.
     void start_group(const std::string& title);
 
     /// Adds an option with a value. `names` are separated by commas: "-o,--output".
@@ -48,7 +49,7 @@ class Arguments {
     void add_inputs(const std::string& name, std::vector<std::filesystem::path>& to, const std::string& help);
 
     /// Reads the command line and stores all values. Prints help or the version to `out` and returns false if
-    /// that is wanted instead. \throw UsageError
+    /// that is wanted instead: by --help, or by "help COMMAND". \throw UsageError the first word that is wrong
     bool parse(int argc, const char* const* argv, std::ostream& out);
 
     /// Whether this command was named on the command line.

@@ -7,7 +7,7 @@
 
 #include <unistd.h>
 
-#include "shared/library_options.h"
+#include "library_options.h"
 
 namespace marrow::cli {
 namespace {
@@ -44,30 +44,31 @@ Console standard_console() {
     return {std::cout, std::cerr, terminal, terminal && wants_colour()};
 }
 
-int exit_code_of(const Console& console, const std::function<ExitCode()>& work) {
-    const auto fail = [&](ExitCode code, const std::exception& error) {
-        console.error(apps::name_flags(error.what()));
-        return code;
-    };
+ExitCode exit_code_of(const std::exception& error) {
+    const auto* const e = &error;
+    if (dynamic_cast<const Cancelled*>(e)) return kCancelled;
+    if (dynamic_cast<const UsageError*>(e) || dynamic_cast<const OptionError*>(e)) return kUsage;
+    if (dynamic_cast<const EmptySurface*>(e)) return kEmpty;
+    if (dynamic_cast<const CheckFailed*>(e)) return kCheckFailed;
+    if (dynamic_cast<const GeometryError*>(e)) return kGeometry;
+    return kUnreadable;
+}
+
+int exit_code_of(const Console& console, const std::function<ExitCode()>& work,
+                 const std::function<void(const std::string& message, ExitCode)>& on_error) {
     try {
         const ExitCode code = work();
         console.out.flush();
         if (!console.out) throw IoError("cannot write the results to standard output");
         return code;
-    } catch (const Cancelled& error) {
-        return fail(kCancelled, error);
-    } catch (const UsageError& error) {
-        return fail(kUsage, error);
-    } catch (const EmptySurface& error) {
-        return fail(kEmpty, error);
-    } catch (const CheckFailed& error) {
-        return fail(kCheckFailed, error);
-    } catch (const GeometryError& error) {
-        return fail(kGeometry, error);
-    } catch (const std::bad_alloc&) {
-        return fail(kUnreadable, LimitError("not enough memory for this input"));
     } catch (const std::exception& error) {
-        return fail(kUnreadable, error);
+        const bool out_of_memory = dynamic_cast<const std::bad_alloc*>(&error) != nullptr;
+        const std::string message =
+            out_of_memory ? "not enough memory for this input" : apps::name_flags(error.what());
+        const ExitCode code = exit_code_of(error);
+        console.error(message);
+        if (on_error) on_error(message, code);
+        return code;
     }
 }
 

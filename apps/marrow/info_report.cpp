@@ -1,0 +1,179 @@
+// Prints what is in scans.
+#include "info_report.h"
+
+#include <algorithm>
+#include <cmath>
+#include <ostream>
+#include <string_view>
+
+#include <fmt/format.h>
+
+#include "shared/library_options.h"
+#include "steps.h"
+
+namespace marrow::cli {
+namespace {
+
+std::string count_of(std::size_t count, std::string_view thing) {
+    return fmt::format("{} {}{}", count, thing, count == 1 || thing == "series" ? "" : "s");
+}
+
+std::string mm_or_unknown(double value) {
+    return value > 0 ? fmt::format("{:.4g}", value) : "?";
+}
+
+std::string spacing_text(const Vec3d& spacing) {
+    return fmt::format("{} x {} x {} mm", mm_or_unknown(spacing[0]), mm_or_unknown(spacing[1]),
+                       mm_or_unknown(spacing[2]));
+}
+
+// The direction of the patient that an index axis runs closest to.
+std::string_view direction_name(const Mat3d& direction, std::size_t axis) {
+    constexpr std::string_view kNames[3][2] = {
+        {"left", "right"}, {"posterior", "anterior"}, {"superior", "inferior"}};
+    std::size_t main = 0;
+    for (std::size_t row = 1; row < 3; ++row) {
+        if (std::abs(direction[row][axis]) > std::abs(direction[main][axis])) main = row;
+    }
+    return kNames[main][direction[main][axis] < 0];
+}
+
+bool is_oblique(const Mat3d& direction) {
+    constexpr double kStraight = 0.999;  // 2.6 degrees
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        double most = 0;
+        for (std::size_t row = 0; row < 3; ++row) most = std::max(most, std::abs(direction[row][axis]));
+        if (most < kStraight) return true;
+    }
+    return false;
+}
+
+std::string axes_text(const Mat3d& direction) {
+    return fmt::format("i to {}, j to {}, k to {} ({})", direction_name(direction, 0),
+                       direction_name(direction, 1), direction_name(direction, 2), plane_name(direction));
+}
+
+std::string bounds_text(const Geometry& geometry) {
+    const Box box = bounds(geometry);
+    return fmt::format("{:g},{:g},{:g},{:g},{:g},{:g} mm in LPS, as for --crop", box.lower[0], box.upper[0],
+                       box.lower[1], box.upper[1], box.lower[2], box.upper[2]);
+}
+
+std::string unit_text(const SeriesReport& s, const SampleReport* samples) {
+    if (s.hounsfield) return *s.hounsfield ? "Hounsfield units" : "not Hounsfield units";
+    if (samples == nullptr) return "";
+    if (!samples->labels.empty()) return "labels";
+    return samples->may_be_hounsfield
+               ? "probably Hounsfield units, as the lowest looks like air; the format does not say"
+               : "not Hounsfield units, as the lowest is not air";
+}
+
+std::string values_text(const SeriesReport& s, const SampleReport* samples) {
+    const std::string unit = unit_text(s, samples);
+    if (samples == nullptr) return unit;
+    if (samples->finite == 0) return fmt::format("{}, none finite", sample_type_name(samples->type));
+    return fmt::format("{} from {:g} to {:g}, {}", sample_type_name(samples->type), samples->lower,
+                       samples->upper, unit);
+}
+
+std::string labels_text(const std::map<std::int64_t, std::int64_t>& labels) {
+    constexpr std::size_t kMost = 10;
+    std::string text;
+    std::size_t listed = 0;
+    for (const auto& [label, count] : labels) {
+        if (++listed > kMost) return text + fmt::format(", and {} more", labels.size() - kMost);
+        text += fmt::format("{}{} ({})", text.empty() ? "" : ", ", label, count_of(count, "sample"));
+    }
+    return text;
+}
+
+// One line, to tell a series from others.
+std::string summary(const SeriesReport& s) {
+    std::vector<std::string> parts;
+    const auto add = [&](const std::string& text) {
+        if (!text.empty()) parts.push_back(text);
+    };
+    add(s.series.modality);
+    if (!s.series.description.empty()) add(fmt::format("'{}'", s.series.description));
+    if (s.number) add(fmt::format("series {}", *s.number));
+    add(fmt::format("{} x {} x {}", s.series.dims[0], s.series.dims[1], s.series.dims[2]));
+    add(spacing_text(s.series.spacing));
+    if (s.geometry) add(plane_name(s.geometry->direction));
+    if (!s.volumes.empty()) add(count_of(s.volumes.size(), "volume"));
+    if (s.echo_time && s.volumes.empty()) add(fmt::format("echo time {:g} ms", *s.echo_time));
+    add(s.kernel.empty() ? "" : "kernel " + s.kernel);
+    add(s.image_type);
+    if (s.refusal) add("refused: " + apps::name_flags(*s.refusal));
+    return fmt::format("{}", fmt::join(parts, ", "));
+}
+
+// With `is_only`, the reason for a refusal was already printed.
+void print_details(std::ostream& out, ScanFormat format, const SeriesReport& s, const SampleReport* samples,
+                   bool is_only, bool show_patient) {
+    const auto line = [&](std::string_view name, const std::string& text) {
+        if (!text.empty()) out << fmt::format("  {:<16} {}\n", name, text);
+    };
+    out << '\n';
+    line("series", s.series.id);
+    line(format == ScanFormat::dicom ? "description" : "file", s.series.description);
+    if (show_patient) line("patient", s.patient_name);
+    if (s.number) line("series number", std::to_string(*s.number));
+    line("modality", s.series.modality);
+    line("image type", s.image_type);
+    if (s.echo_time && s.volumes.empty()) line("echo time", fmt::format("{:g} ms", *s.echo_time));
+    line("kernel", s.kernel);
+    line("samples", fmt::format("{} x {} x {} in {}", s.series.dims[0], s.series.dims[1], s.series.dims[2],
+                                count_of(s.series.files, "file")));
+    line("spacing", spacing_text(s.series.spacing));
+    if (s.geometry) {
+        const Vec3d& origin = s.geometry->origin;
+        line("axes", axes_text(s.geometry->direction));
+        // + 0.0 turns -0 into 0
+        line("origin",
+             fmt::format("{:g},{:g},{:g} mm in LPS", origin[0] + 0.0, origin[1] + 0.0, origin[2] + 0.0));
+        line("bounds", bounds_text(*s.geometry));
+    }
+    for (std::size_t i = 0; i < s.volumes.size(); ++i) line(fmt::format("volume {}", i), s.volumes[i]);
+    if (s.tilt > 0) line("gantry tilt", fmt::format("{:.1f} degrees", s.tilt));
+    constexpr std::size_t kMostGaps = 5;
+    for (std::size_t i = 0; i < std::min(kMostGaps, s.gaps.size()); ++i) line("gap", s.gaps[i]);
+    if (s.gaps.size() > kMostGaps) line("gap", fmt::format("{} more", s.gaps.size() - kMostGaps));
+    line("values", values_text(s, samples));
+    if (samples != nullptr) line("labels", labels_text(samples->labels));
+    if (s.smallest_feature)
+        line("smallest detail", fmt::format("{:.3g} mm, two samples wide", *s.smallest_feature));
+    if (s.memory > 0)
+        line("memory", fmt::format("{:.1f} MiB for the samples", static_cast<double>(s.memory) / (1 << 20)));
+    for (const std::string& warning : s.warnings) line("warning", apps::name_flags(warning));
+    if (!is_only && s.refusal) line("refused", apps::name_flags(*s.refusal));
+}
+
+}  // namespace
+
+std::string plane_name(const Mat3d& direction) {
+    const std::string_view across = direction_name(direction, 2);
+    const char* plane = across == "left" || across == "right"           ? "sagittal"
+                        : across == "posterior" || across == "anterior" ? "coronal"
+                                                                        : "axial";
+    return fmt::format("{}{}", is_oblique(direction) ? "oblique, nearly " : "", plane);
+}
+
+void print_finding(std::ostream& out, const Finding& finding, bool show_patient) {
+    const ScanReport& report = finding.report;
+    const std::size_t count = report.series.size();
+    out << fmt::format("{}, {}, {}\n", scan_format_name(report.format), count_of(report.files, "file"),
+                       count_of(count, "series"));
+    for (const std::string& warning : report.warnings)
+        out << "warning: " << apps::name_flags(warning) << '\n';
+    if (!report.chosen)
+        out << "nothing would be read: " << apps::name_flags(report.reason) << '\n';
+    else if (count > 1)
+        out << "the series marked * would be read: " << apps::name_flags(report.reason) << '\n';
+    for (std::size_t i = 0; count > 1 && i < count; ++i)
+        out << fmt::format("{}{:>3}  {}\n", report.chosen == i ? '*' : ' ', i + 1, summary(report.series[i]));
+    if (count == 1 || report.chosen)
+        print_details(out, report.format, report.series[report.chosen.value_or(0)],
+                      finding.samples ? &*finding.samples : nullptr, count == 1, show_patient);
+}
+
+}  // namespace marrow::cli

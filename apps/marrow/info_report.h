@@ -1,0 +1,18 @@
+/// Prints what is in a scan.
+#pragma once
+
+#include <iosfwd>
+#include <string>
+
+#include "results.h"
+
+namespace marrow::cli {
+
+/// Prints the details of a single series. Of several, prints a line for each, and the details of the one that
+/// would be read.
+void print_finding(std::ostream& out, const Finding& finding, bool show_patient);
+
+/// How the slices lie in the patient: "axial", "oblique, nearly sagittal".
+std::string plane_name(const Mat3d& direction);
+
+}  // namespace marrow::cli

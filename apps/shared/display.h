@@ -1,0 +1,12 @@
+/// The screen that pictures and windows need.
+#pragma once
+
+#include <string_view>
+
+namespace marrow::cli {
+
+/// Connects to the X display, which OpenGL needs for drawing. `who` begins the message: "--picture".
+/// \throw IoError there is no display
+void require_display(std::string_view who);
+
+}  // namespace marrow::cli

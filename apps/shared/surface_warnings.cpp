@@ -1,0 +1,82 @@
+// Finds surfaces that are probably not what the user wants.
+#include "surface_warnings.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include <marrow/histogram.h>
+#include <marrow/mesh_io.h>
+#include <marrow/volume_filters.h>
+
+namespace marrow::apps {
+namespace {
+
+std::size_t coinciding_points(const Mesh& mesh) {
+    std::vector<Vec3f> points(mesh.points.begin(), mesh.points.end());
+    std::sort(points.begin(), points.end());
+    std::size_t coinciding = 0;
+    for (std::size_t i = 0; i < points.size(); ++i)
+        coinciding +=
+            (i > 0 && points[i] == points[i - 1]) || (i + 1 < points.size() && points[i] == points[i + 1]);
+    return coinciding;
+}
+
+}  // namespace
+
+std::optional<std::string> non_finite_warning(std::int64_t samples) {
+    if (samples == 0) return {};
+    return fmt::format("{} samples are NaN or infinite and are treated as outside", samples);
+}
+
+std::optional<std::string> coinciding_points_warning(const std::vector<MeshFile>& files,
+                                                     const std::string& remedy) {
+    std::size_t points = 0, affected = 0;
+    for (const MeshFile& file : files) {
+        if (file.file.empty() || mesh_format(file.file) != MeshFormat::stl) continue;
+        const std::size_t coinciding = coinciding_points(*file.mesh);
+        points += coinciding;
+        affected += coinciding > 0;
+    }
+    if (points == 0) return {};
+    return fmt::format(
+        "{} points in {} of {} surfaces have the same coordinates as others; STL cannot keep them apart, so "
+        "a reader may find edges that more than two triangles share: {}",
+        points, affected, files.size(), remedy);
+}
+
+// Points around a sample are at least a thousandth of an edge apart, which float32 separates unless the
+// coordinates are thousands of times larger than the spacing. So few scans need to be searched.
+std::optional<std::string> large_coordinates_warning(const std::vector<MeshFile>& files,
+                                                     const Geometry& geometry) {
+    double largest = 0;
+    for (unsigned corner = 0; corner < 8; ++corner) {
+        Vec3d index{};
+        for (std::size_t a = 0; a < 3; ++a)
+            index[a] = (corner >> a & 1) != 0 ? static_cast<double>(geometry.dims[a]) : -1.0;
+        for (const double coordinate : geometry.physical(index))
+            largest = std::max(largest, std::abs(coordinate));
+    }
+    const double spacing = *std::min_element(geometry.spacing.begin(), geometry.spacing.end());
+    if (largest <= 1000 * spacing) return {};
+    return coinciding_points_warning(files,
+                                     "the coordinates are too large for float32; write .3mf or .ply, or move "
+                                     "the scan closer to the origin");
+}
+
+std::optional<std::string> border_warning(double isovalue, const Volume& scan) {
+    const auto [nx, ny, nz] = scan.geometry().dims;
+    const Volume first_slice = crop(scan, {0, 0, 0}, {nx - 1, ny - 1, 0});
+    const Histogram first = histogram(first_slice);
+    if (!first.counts.empty() && first.lower < isovalue) return {};  // the usual case, and quick
+    const Histogram samples = histogram(scan);
+    if (samples.counts.empty() || samples.non_finite_samples > 0 || isovalue > samples.lower) return {};
+    return fmt::format(
+        "no sample is below isovalue {:g} (they range from {:g} to {:g}), so the surface is the border of "
+        "the "
+        "scan",
+        isovalue, samples.lower, samples.upper);
+}
+
+}  // namespace marrow::apps

@@ -1,0 +1,38 @@
+/// Warnings about surfaces that are probably not what the user wants. Each is one line; nothing: all is well.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <marrow/mesh.h>
+#include <marrow/volume.h>
+
+namespace marrow::apps {
+
+/// A mesh and the file that it is written to; an empty path if it is not written.
+struct MeshFile {
+    const Mesh* mesh;
+    std::filesystem::path file;
+};
+
+/// Warns of samples that are NaN or infinite.
+std::optional<std::string> non_finite_warning(std::int64_t samples);
+
+/// Warns of STL files that have several points with the same coordinates. STL has only coordinates, so its
+/// readers merge these points, and edges may then have more than two triangles. `remedy` ends the warning.
+std::optional<std::string> coinciding_points_warning(const std::vector<MeshFile>& files,
+                                                     const std::string& remedy);
+
+/// The same for isosurfaces. Their points coincide only where the coordinates of a scan are so large that
+/// float32 cannot separate them.
+std::optional<std::string> large_coordinates_warning(const std::vector<MeshFile>& files,
+                                                     const Geometry& geometry);
+
+/// Warns of a closed surface of a scan that has no sample outside, so that the surface is the border of the
+/// scan.
+std::optional<std::string> border_warning(double isovalue, const Volume& scan);
+
+}  // namespace marrow::apps

@@ -1,0 +1,62 @@
+"""Arrays from other packages, as NumPy arrays of a type that Marrow works on."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._marrow import InputError
+
+Array = NDArray[Any]
+
+
+def as_array(source: Any) -> Array:
+    """Return `source` as a NumPy array, without a copy where it shares its memory.
+
+    It takes arrays, and objects with `__array__`, `__array_interface__`, `__dlpack__` or the buffer protocol.
+    """
+    if isinstance(source, np.ma.MaskedArray):
+        raise InputError("a masked array has samples without a value: fill them first, with .filled(value)")
+    if isinstance(source, np.ndarray):
+        return source
+    kind = f"{type(source).__module__}.{type(source).__qualname__}"
+    try:
+        array = np.asarray(source)
+        if array.dtype == object and array.ndim == 0 and hasattr(source, "__dlpack__"):
+            array = np.from_dlpack(source)
+    except (AttributeError, TypeError, ValueError, RuntimeError, BufferError) as error:
+        raise InputError(f"a {kind} cannot be read as an array: {error}") from error
+    if array.dtype == object:
+        raise InputError(f"a {kind} cannot be read as an array of numbers")
+    return array
+
+
+def sample_dtype(dtype: np.dtype[Any]) -> np.dtype[Any]:
+    """Return the type that samples of this type are worked on as; often the same.
+
+    It is uint8, int8, uint16, int16, int32, float32 or float64, in the byte order of the machine: uint8 for
+    bool, float32 for float16, and float64 for uint32, int64 and uint64.
+    """
+    if dtype.kind == "b":
+        return np.dtype(np.uint8)
+    if dtype.kind == "f" and dtype.itemsize == 2:
+        return np.dtype(np.float32)
+    if dtype.kind in "ui" and dtype.itemsize == 8 or dtype.kind == "u" and dtype.itemsize == 4:
+        return np.dtype(np.float64)
+    if dtype.kind in "ui" or dtype.kind == "f" and dtype.itemsize <= 8:
+        return dtype.newbyteorder("=")
+    raise InputError(f"samples cannot be of type {dtype}: convert them to integers or to float32 or float64")
+
+
+def as_samples(array: Array) -> Array:
+    """Return `array` with its `sample_dtype`: a copy only where values or their bytes change."""
+    dtype = sample_dtype(array.dtype)
+    if array.dtype.kind == "b":
+        return array.view(dtype)
+    if array.dtype.kind in "ui" and array.dtype.itemsize == 8:
+        exact = 2**53  # up to here, float64 holds every integer
+        if array.size and (int(array.max()) > exact or int(array.min()) < -exact):
+            raise InputError(f"a sample of type {array.dtype} is beyond 2^53, which float64 cannot hold exactly")
+    return array.astype(dtype, copy=False)

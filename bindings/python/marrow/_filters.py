@@ -1,0 +1,132 @@
+"""Filters that prepare a volume for extraction."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Optional
+
+from . import _marrow
+from ._as_volume import as_volume
+from ._scan import Progress, volume_of
+from ._volume import Volume
+
+
+def crop(volume: Any, lower: Sequence[float], upper: Sequence[float]) -> Volume:
+    """Copy the smallest block of samples that holds all samples in a box.
+
+    To cut by indices, and without a copy, slice the volume instead: ``volume[k0:k1, j0:j1, i0:i1]``.
+
+    Parameters
+    ----------
+    volume : Volume or object that `as_volume` takes
+        The volume. One whose axes are oblique keeps more than the box.
+    lower, upper : sequence of 3 floats
+        The corners of the box (x, y, z), LPS in mm.
+
+    Raises
+    ------
+    InputError
+        No sample lies in the box.
+    """
+    volume = as_volume(volume)
+    return volume_of(_marrow.crop(volume._native(), lower, upper), volume.info)
+
+
+def median_filter(volume: Any, radius: int, *, threads: int = 0, progress: Optional[Progress] = None) -> Volume:
+    """Replace each sample by the median of the samples around it, which removes single noisy samples.
+
+    Parameters
+    ----------
+    volume : Volume or object that `as_volume` takes
+        The volume.
+    radius : int
+        Samples to each side, 1 to 16: the window has 2 `radius` + 1 samples along each axis.
+    threads : int
+        Threads to use; 0: all.
+    progress : callable, optional
+        As for `read`.
+
+    Returns
+    -------
+    Volume
+        The result, of the same type. NaN stays NaN.
+
+    Raises
+    ------
+    InputError
+        `radius` is out of range.
+    Cancelled
+        `progress` returned False.
+    """
+    volume = as_volume(volume)
+    return volume_of(
+        _marrow.median_filter(volume._native(), radius, threads=threads, progress=progress), volume.info
+    )
+
+
+def gaussian_filter(volume: Any, sigma: float, *, threads: int = 0, progress: Optional[Progress] = None) -> Volume:
+    """Blur a volume with a Gaussian.
+
+    Parameters
+    ----------
+    volume : Volume or object that `as_volume` takes
+        The volume.
+    sigma : float
+        The standard deviation in mm.
+    threads : int
+        Threads to use; 0: all.
+    progress : callable, optional
+        As for `read`.
+
+    Returns
+    -------
+    Volume
+        The result, of type float32, or float64 for int32 and float64.
+
+    Raises
+    ------
+    InputError
+        `sigma` is not positive and finite.
+    Cancelled
+        `progress` returned False.
+    """
+    volume = as_volume(volume)
+    return volume_of(
+        _marrow.gaussian_filter(volume._native(), sigma, threads=threads, progress=progress), volume.info
+    )
+
+
+def resample_isotropic(
+    volume: Any, spacing: float, *, threads: int = 0, progress: Optional[Progress] = None
+) -> Volume:
+    """Resample a volume to the same spacing along all axes, by cubic convolution (Keys 1981).
+
+    Parameters
+    ----------
+    volume : Volume or object that `as_volume` takes
+        The volume.
+    spacing : float
+        The new spacing in mm. Before a coarser one, blur: this function does not.
+    threads : int
+        Threads to use; 0: all.
+    progress : callable, optional
+        As for `read`.
+
+    Returns
+    -------
+    Volume
+        The result, of type float32, or float64 for int32 and float64.
+
+    Raises
+    ------
+    InputError
+        `spacing` is not positive and finite.
+    LimitError
+        The result is too large for the memory.
+    Cancelled
+        `progress` returned False.
+    """
+    volume = as_volume(volume)
+    return volume_of(
+        _marrow.resample_isotropic(volume._native(), spacing, threads=threads, progress=progress), volume.info
+    )

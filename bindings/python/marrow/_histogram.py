@@ -1,0 +1,120 @@
+"""How a volume's samples are distributed, and how its surface depends on the isovalue."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Optional, Union
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _marrow
+from ._as_volume import as_volume
+from ._scan import Progress
+
+
+@dataclass(frozen=True, eq=False)
+class Histogram:
+    """Counts of samples in equal bins from the smallest to the largest finite sample."""
+
+    lower: float  #: the smallest finite sample
+    upper: float  #: the largest finite sample, which is in the last bin
+    counts: NDArray[np.int64]  #: one per bin; empty if no sample is finite
+    non_finite_samples: int  #: NaN and infinite samples, which are in no bin
+
+    @property
+    def edges(self) -> NDArray[np.float64]:
+        """The borders of the bins: one more than `counts` has, as of numpy.histogram."""
+        return np.linspace(self.lower, self.upper, len(self.counts) + 1)
+
+
+def histogram(volume: Any, bins: int = 256) -> Histogram:
+    """Count the samples of a volume in `bins` bins.
+
+    Raises
+    ------
+    InputError
+        `bins` is below 2.
+    """
+    return Histogram(**_marrow.histogram(as_volume(volume)._native(), bins))
+
+
+def otsu(volume: Any) -> float:
+    """Return the isovalue that best separates the samples into dark and bright (Otsu 1979).
+
+    Raises
+    ------
+    InputError
+        All samples are equal, or none is finite.
+    """
+    return _marrow.otsu(as_volume(volume)._native())
+
+
+@dataclass(frozen=True, eq=False)
+class Sweep:
+    """Measures of the closed surfaces at several isovalues; arrays of the same length."""
+
+    isovalue: NDArray[np.float64]
+    volume: NDArray[np.float64]  #: enclosed, mm^3
+    area: NDArray[np.float64]  #: mm^2
+    components: NDArray[np.int64]
+    triangles: NDArray[np.int64]
+
+
+def sweep(
+    volume: Any,
+    isovalues: Union[Sequence[float], NDArray[Any]],
+    *,
+    threads: int = 0,
+    progress: Optional[Progress] = None,
+) -> Sweep:
+    """Measure the closed surfaces at many isovalues, without extracting them.
+
+    Parameters
+    ----------
+    volume : Volume or object that `as_volume` takes
+        The volume.
+    isovalues : sequence of floats
+        Ascending.
+    threads : int
+        Threads to use; 0: all.
+    progress : callable, optional
+        As for `read`.
+
+    Raises
+    ------
+    InputError
+        `isovalues` are not finite and ascending.
+    Cancelled
+        `progress` returned False.
+    """
+    return Sweep(**_marrow.sweep(as_volume(volume)._native(), isovalues, threads=threads, progress=progress))
+
+
+def find_plateaus(sweep: Sweep, volume: Any) -> list[tuple[float, float]]:
+    """Find the ranges of isovalues in which the surface hardly moves.
+
+    Any isovalue in such a range is a good choice.
+
+    Parameters
+    ----------
+    sweep : Sweep
+        The result of `sweep` for the same volume.
+    volume : Volume or object that `as_volume` takes
+        The volume. Its spacing and its contrast tell how far a surface may move.
+
+    Returns
+    -------
+    list of (float, float)
+        The first and the last isovalue of each plateau.
+    """
+    volume = as_volume(volume)
+    return _marrow.find_plateaus(
+        sweep.isovalue,
+        sweep.volume,
+        sweep.area,
+        sweep.triangles,
+        spacing=min(volume.spacing),
+        contrast=_marrow.otsu_contrast(volume._native()),
+    )

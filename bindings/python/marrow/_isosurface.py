@@ -1,0 +1,184 @@
+"""Isosurfaces of volumes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Optional, Union
+
+from . import _marrow
+from ._as_volume import as_volume
+from ._marrow import EmptySurface, InputError
+from ._mesh import Colour, Mesh
+from ._scan import Progress
+from ._volume import Volume
+
+
+@dataclass(frozen=True)
+class TissuePreset:
+    """A surface that encloses the CT samples of at least `lowest` Hounsfield units."""
+
+    name: str
+    lowest: float  #: HU
+    isovalue: float  #: half a unit below `lowest`, so that no sample equals it
+    colour: Colour  #: red, green, blue from 0 to 1
+
+
+#: The tissues in CT that `extract` knows by name.
+TISSUE_PRESETS = {name: TissuePreset(name, *values) for name, *values in _marrow.tissue_presets()}
+
+
+def extract(
+    volume: Any,
+    isovalue: Union[float, str],
+    *,
+    closed: bool = False,
+    normals: bool = True,
+    snap: float = 0.0,
+    threads: int = 0,
+    progress: Optional[Progress] = None,
+) -> Mesh:
+    """Extract the surface on which interpolated samples equal an isovalue, by marching cubes.
+
+    A sample is inside if it is finite and equal to the isovalue or larger. Each edge of the grid between inside
+    and outside has one point, which the triangles around it share. The result has the same bits on any number
+    of threads and any processor.
+
+    Parameters
+    ----------
+    volume : Volume or object that `as_volume` takes
+        The volume; for an array [k, j, i], the points are in samples (i, j, k).
+    isovalue : float or str
+        In the unit of the samples; 'otsu', which separates dark from bright; or for CT the name of a tissue in
+        `TISSUE_PRESETS`, such as 'bone'. The mesh takes the tissue's name and colour.
+    closed : bool
+        Close the surface at the border of the volume, as if outside samples surrounded it.
+    normals : bool
+        Compute a unit normal for each point, from the gradient.
+    snap : float
+        Merge points within this fraction of an edge around a sample, 0 <= snap < 0.5: fewer points, and no slivers.
+        0: do not merge.
+    threads : int
+        Threads to use; 0: all.
+    progress : callable, optional
+        As for `read`.
+
+    Returns
+    -------
+    Mesh
+        The surface, in mm, LPS. Triangles are counter-clockwise as seen from the side of lower samples.
+
+    Raises
+    ------
+    EmptySurface
+        All samples are on one side of the isovalue.
+    InputError
+        The isovalue is not finite, `snap` is out of range, or a tissue for what is not CT.
+    LimitError
+        More than 2^32 - 1 points, or not enough memory.
+    Cancelled
+        `progress` returned False.
+
+    Examples
+    --------
+    >>> scan = marrow.read("head.nii.gz")
+    >>> marrow.extract(scan, "bone", closed=True).write("bone.stl")
+    """
+    volume = as_volume(volume)
+    value, tissue = choose_isovalue(volume, isovalue)
+    arrays = _marrow.extract(
+        volume._native(), value, closed=closed, normals=normals, snap=snap, threads=threads, progress=progress
+    )
+    mesh = Mesh._of(arrays, tissue.name, tissue.colour) if tissue else Mesh._of(arrays)
+    if len(mesh.triangles) == 0:
+        samples = _marrow.histogram(volume._native(), 2)
+        if len(samples["counts"]) == 0:
+            raise EmptySurface("the volume has no finite sample, so there is no surface")
+        raise EmptySurface(
+            f"no surface at isovalue {value:g}: samples range from {samples['lower']:g} to {samples['upper']:g}"
+        )
+    return mesh
+
+
+class IsosurfaceExtractor:
+    """Extracts many surfaces from one volume, as for a slider.
+
+    It keeps its buffers, and reads only the samples whose side of the surface can change. Several threads may use
+    it: they take turns.
+
+    Parameters
+    ----------
+    volume : Volume or object that `as_volume` takes
+        The volume. Its samples stay alive with the extractor, and must not change.
+    closed, normals, snap, threads
+        As for `extract`.
+
+    Raises
+    ------
+    InputError
+        `snap` is out of range.
+    LimitError
+        Not enough memory.
+    """
+
+    def __init__(
+        self, volume: Any, *, closed: bool = False, normals: bool = True, snap: float = 0.0, threads: int = 0
+    ) -> None:
+        self._native = _marrow.ArrayExtractor(
+            as_volume(volume)._native(), closed=closed, normals=normals, snap=snap, threads=threads
+        )
+
+    def extract(self, isovalue: float, *, level: int = 0, progress: Optional[Progress] = None) -> Mesh:
+        """Extract a surface: the mesh that `extract` gives, or an empty one.
+
+        Parameters
+        ----------
+        isovalue : float
+            In the unit of the samples.
+        level : int
+            0 to 30. From 1, a preview from every 2^level-th sample along each axis, at their positions.
+        progress : callable, optional
+            As for `read`.
+
+        Returns
+        -------
+        Mesh
+            The surface. Later calls do not change it. Once none of its arrays is referenced any more, the next
+            call uses its memory.
+
+        Raises
+        ------
+        InputError
+            The isovalue is not finite, or `level` is out of range.
+        LimitError
+            More than 2^32 - 1 points, or not enough memory.
+        Cancelled
+            `progress` returned False. The extractor can be used as before.
+        """
+        return Mesh._of(self._native.extract(isovalue, level=level, progress=progress))
+
+
+def choose_isovalue(volume: Volume, isovalue: Union[float, str]) -> tuple[float, Optional[TissuePreset]]:
+    """Return the number that `isovalue` stands for, and the tissue if it names one."""
+    if not isinstance(isovalue, str):
+        try:
+            return float(isovalue), None
+        except (TypeError, ValueError):
+            raise InputError(f"the isovalue is a number, 'otsu' or a tissue, not {isovalue!r}") from None
+    if isovalue == "otsu":
+        return _marrow.otsu(volume._native()), None
+    if isovalue not in TISSUE_PRESETS:
+        raise InputError(f"the isovalue is a number, 'otsu' or one of {', '.join(TISSUE_PRESETS)}, not {isovalue!r}")
+    modality = volume.info.series.modality if volume.info else ""
+    is_dicom = volume.info is not None and volume.info.format == "DICOM"
+    lowest = _marrow.histogram(volume._native(), 2)["lower"]
+    if not _marrow.presets_apply(modality, is_dicom, lowest):
+        reason = (
+            f"the modality of this scan is {modality}"
+            if modality
+            else "this scan does not state its modality"
+            if is_dicom
+            else f"the lowest sample here, {lowest:g}, is not air"
+        )
+        raise InputError(f"'{isovalue}' is in Hounsfield units, which only CT has, and {reason}: give a number or 'otsu'")
+    tissue = TISSUE_PRESETS[isovalue]
+    return tissue.isovalue, tissue

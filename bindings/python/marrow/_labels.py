@@ -1,0 +1,140 @@
+"""Surfaces of label maps."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Optional, Union
+
+import numpy as np
+
+from . import _marrow
+from ._arrays import Array
+from ._as_volume import as_volume
+from ._marrow import InputError
+from ._mesh import Colour, Mesh
+from ._scan import Path, Progress
+
+
+@dataclass(frozen=True)
+class LabelEntry:
+    """The name and the colour of a label."""
+
+    name: str
+    colour: Optional[Colour] = None  #: red, green, blue from 0 to 1
+
+
+def read_label_table(path: Path) -> dict[int, LabelEntry]:
+    """Read names and colours of labels: text as of 3D Slicer, FreeSurfer or ITK-SNAP, or "label name" a line.
+
+    Raises
+    ------
+    IoError
+        The file cannot be read.
+    InputError
+        A line has another form, or a label occurs twice.
+    """
+    return {label: LabelEntry(*entry) for label, entry in _marrow.read_label_table(path).items()}
+
+
+def labels(
+    volume: Any,
+    *,
+    background: int = 0,
+    relax: int = 40,
+    normals: bool = True,
+    table: Union[Path, Mapping[int, LabelEntry], None] = None,
+    threads: int = 0,
+    progress: Optional[Progress] = None,
+) -> dict[int, Mesh]:
+    """Extract one closed surface for each label of a label map, by surface nets.
+
+    Neighbouring surfaces share the points on their common border. After Gibson 1998 and Schaefer, Ju and
+    Warren 2007.
+
+    Parameters
+    ----------
+    volume : Volume or object that `as_volume` takes
+        The map: integers of any size, such as uint64 labels of electron microscopy.
+    background : int
+        The label that has no surface; it also surrounds the volume.
+    relax : int
+        Smoothing passes, which remove the steps between samples; 0: none.
+    normals : bool
+        Compute a unit normal for each point.
+    table : path-like or mapping of labels to LabelEntry, optional
+        Names and colours for the meshes.
+    threads : int
+        Threads to use; 0: all.
+    progress : callable, optional
+        As for `read`.
+
+    Returns
+    -------
+    dict of int to Mesh
+        The surfaces by label, ascending. Each mesh has a name and a colour: those of the table, or
+        ``label-N`` and a colour that depends on the label.
+
+    Raises
+    ------
+    InputError
+        Samples are not integers, or there are more than 65535 labels.
+    Cancelled
+        `progress` returned False.
+    """
+    volume = as_volume(volume)
+    entries = table if isinstance(table, Mapping) else read_label_table(table) if table is not None else {}
+    values, numbers = _renumbered(volume.array)
+    if values is not None:
+        found = np.flatnonzero(values == background)
+        background = int(found[0]) if found.size else -1
+    surfaces = _marrow.labels(
+        volume._native(numbers),
+        background=background,
+        relax=relax,
+        normals=normals,
+        threads=threads,
+        progress=progress,
+    )
+    meshes = {}
+    for number, arrays in surfaces.items():
+        label = number if values is None else int(values[number])
+        entry = entries.get(label, LabelEntry(""))
+        mesh = meshes[label] = Mesh._of(arrays)
+        mesh.name = entry.name or f"label-{label}"
+        mesh.colour = entry.colour or _marrow.default_label_colour(label % 2**63)  # C++ takes an int64
+    return meshes
+
+
+def count_labels(volume: Any, *, threads: int = 0, progress: Optional[Progress] = None) -> dict[int, int]:
+    """Count the samples of each label of a label map, including the background.
+
+    Raises
+    ------
+    InputError
+        Samples are not integers.
+    Cancelled
+        `progress` returned False.
+    """
+    volume = as_volume(volume)
+    values, numbers = _renumbered(volume.array)
+    counts = _marrow.count_labels(volume._native(numbers), threads=threads, progress=progress)
+    return counts if values is None else {int(values[number]): count for number, count in counts.items()}
+
+
+def _renumbered(array: Array) -> tuple[Optional[Array], Array]:
+    """Return the labels of a map, ascending, and the map of their indices, of a type that the core takes.
+
+    Maps of types that it takes anyway are returned as they are, with None.
+    """
+    if array.dtype.kind not in "ui" or array.dtype.itemsize < 4 or array.dtype.kind == "i" and array.dtype.itemsize == 4:
+        return None, array
+    if array.size == 0:
+        return None, array.astype(np.int32)
+    values = np.unique(np.concatenate([np.unique(part) for part in array]))
+    if len(values) > 65535:
+        raise InputError(f"the map has {len(values)} labels, more than 65535; extract a part of it")
+    numbers = np.empty(array.shape, np.int32)
+    for part, to in zip(array, numbers):
+        to[...] = np.searchsorted(values, part)
+    return values, numbers

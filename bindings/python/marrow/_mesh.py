@@ -1,0 +1,429 @@
+"""Triangle meshes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, Literal, Optional
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _marrow
+from ._arrays import Array
+from ._marrow import InputError, IoError
+from ._measures import Distance, MeshCheck, MeshMeasures, Roughness, TriangleQuality
+from ._scan import Path, Progress
+
+if TYPE_CHECKING:
+    import meshio
+    import open3d
+    import pyvista
+    import trimesh
+    import vtk
+
+Colour = tuple[float, float, float]
+FileSpace = Literal["LPS", "RAS", "none"]
+
+
+class Mesh:
+    """A triangle mesh whose triangles share their points.
+
+    Parameters
+    ----------
+    points : array_like, shape (n, 3)
+        The positions (x, y, z) of the points, in mm, LPS; float32.
+    triangles : array_like, shape (m, 3)
+        The indices of each triangle's points, counter-clockwise as seen from outside; int32.
+    normals : array_like, shape (n, 3), optional
+        One outward unit vector per point; float32.
+    name : str
+        Files that can hold names hold it.
+    colour : sequence of 3 floats, optional
+        Red, green, blue from 0 to 1, for files that can hold colours.
+
+    Attributes
+    ----------
+    points, triangles, normals, name, colour
+        As given. `normals` and `colour` may be None.
+
+    Raises
+    ------
+    InputError
+        An array has another shape or no numbers, or a triangle names a point that does not exist.
+
+    Notes
+    -----
+    Arrays of the given types in C order are used where they are; others are copied. The arrays of an extracted
+    surface are the memory that Marrow wrote to, without a copy. They may be changed, and stay valid without the
+    mesh, as do views of them. With more than 2^31 points, triangles are uint32.
+
+    `smooth`, `simplify` and `keep_components` return new meshes with the same name and colour.
+    """
+
+    points: NDArray[np.float32]
+    triangles: Array
+    normals: Optional[NDArray[np.float32]]
+    name: str
+    colour: Optional[Colour]
+
+    def __init__(
+        self,
+        points: ArrayLike,
+        triangles: ArrayLike,
+        normals: Optional[ArrayLike] = None,
+        *,
+        name: str = "",
+        colour: Optional[Sequence[float]] = None,
+    ) -> None:
+        self.points = _vectors("points", points)
+        self.triangles = _indices(triangles, len(self.points))
+        self.normals = None if normals is None else _vectors("normals", normals)
+        self.name = name
+        self.colour = None if colour is None else (float(colour[0]), float(colour[1]), float(colour[2]))
+        if self.normals is not None and len(self.normals) != len(self.points):
+            raise InputError(f"there are {len(self.normals)} normals for {len(self.points)} points")
+
+    @classmethod
+    def _of(cls, arrays: tuple[Any, Any, Any], name: str = "", colour: Optional[Colour] = None) -> Mesh:
+        """Return the mesh that C++ gives as its arrays."""
+        mesh = cls.__new__(cls)
+        mesh.points, mesh.triangles, mesh.normals = arrays
+        mesh.name = name
+        mesh.colour = colour
+        return mesh
+
+    def _native(self) -> _marrow.ArrayMesh:
+        return _marrow.ArrayMesh(self.points, self.triangles, self.normals)
+
+    def __repr__(self) -> str:
+        name = f" {self.name!r}" if self.name else ""
+        return f"<marrow.Mesh{name}: {len(self.points)} points, {len(self.triangles)} triangles>"
+
+    def _repr_html_(self) -> str:
+        from ._html import mesh_html
+
+        return mesh_html(self)
+
+    def measure(self) -> MeshMeasures:
+        """Measure size and topology.
+
+        Raises
+        ------
+        InputError
+            A triangle names a point that does not exist; so for all methods.
+        """
+        return MeshMeasures(**_marrow.measure(self._native()))
+
+    def check(
+        self, min_wall: Optional[float] = None, *, threads: int = 0, progress: Optional[Progress] = None
+    ) -> MeshCheck:
+        """Check whether the mesh is fit to be printed and measured.
+
+        Parameters
+        ----------
+        min_wall : float, optional
+            mm; find walls that are thinner.
+        threads : int
+            Threads to use; 0: all.
+        progress : callable, optional
+            As for `read`.
+
+        Raises
+        ------
+        InputError
+            A coordinate is not finite, or `min_wall` is negative or NaN.
+        Cancelled
+            `progress` returned False.
+        """
+        result = _marrow.check(self._native(), min_wall, threads=threads, progress=progress)
+        return MeshCheck(**{**result, "measures": MeshMeasures(**result["measures"])})
+
+    def quality(self) -> TriangleQuality:
+        """Measure the shape of the triangles."""
+        return TriangleQuality(**_marrow.triangle_quality(self._native()))
+
+    def mean_curvature(self, *, threads: int = 0, progress: Optional[Progress] = None) -> NDArray[np.float64]:
+        """Return the mean curvature (k1 + k2) / 2 at each point in 1/mm, shape (n,).
+
+        It is positive where the surface bulges outward, and NaN where the triangles of a point do not form one
+        closed fan, as at the border. After Meyer, Desbrun, Schroeder and Barr 2003.
+        """
+        return _marrow.mean_curvature(self._native(), threads=threads, progress=progress)
+
+    def roughness(self, window: float, *, threads: int = 0, progress: Optional[Progress] = None) -> Roughness:
+        """Measure how much the mean curvature of points differs from its mean within `window` mm."""
+        return Roughness(**_marrow.roughness(self._native(), window, threads=threads, progress=progress))
+
+    def distance(
+        self, other: Mesh, *, samples: int = 200_000, threads: int = 0, progress: Optional[Progress] = None
+    ) -> Distance:
+        """Measure the symmetric distance to another surface, in mm.
+
+        Parameters
+        ----------
+        other : Mesh
+            The other surface.
+        samples : int
+            Surface samples on each mesh, spread evenly over its area.
+        threads : int
+            Threads to use; 0: all.
+        progress : callable, optional
+            As for `read`.
+
+        Raises
+        ------
+        InputError
+            A mesh has no triangles, or `samples` is below 1.
+        Cancelled
+            `progress` returned False.
+        """
+        return Distance(
+            *_marrow.distance(self._native(), other._native(), samples=samples, threads=threads, progress=progress)
+        )
+
+    def keep_components(
+        self, count: Optional[int] = None, *, min_volume: float = 0.0, cavities: bool = True, threads: int = 0
+    ) -> Mesh:
+        """Keep some of the connected components.
+
+        Parameters
+        ----------
+        count : int, optional
+            Keep those with the most triangles; cavities do not count, and go with the component around them.
+        min_volume : float
+            mm^3; drop closed components and cavities that enclose less.
+        cavities : bool
+            Keep cavities.
+        threads : int
+            Threads to use; 0: all.
+
+        Raises
+        ------
+        InputError
+            `count` is below 1, or `min_volume` is negative or NaN.
+        """
+        return self._changed(
+            _marrow.keep_components(
+                self._native(), count=count, min_volume=min_volume, cavities=cavities, threads=threads
+            )
+        )
+
+    def smooth(
+        self,
+        iterations: int = 20,
+        *,
+        pass_band: float = 0.1,
+        bound: Optional[ArrayLike] = None,
+        threads: int = 0,
+        progress: Optional[Progress] = None,
+    ) -> Mesh:
+        """Remove noise and steps without shrinking the mesh, with a windowed sinc filter (Taubin et al. 1996).
+
+        Parameters
+        ----------
+        iterations : int
+            The degree of the filter.
+        pass_band : float
+            Above 0, below 2; 0.1 keeps waves that are longer than about 10 edges.
+        bound : array_like, shape (3, 3) or (4, 4), optional
+            The volume's `affine`, or the linear part of it. No point then moves further than half a sample along
+            each axis of the volume.
+        threads : int
+            Threads to use; 0: all.
+        progress : callable, optional
+            As for `read`.
+
+        Raises
+        ------
+        InputError
+            An argument is out of range, or `bound` is singular.
+        Cancelled
+            `progress` returned False.
+        """
+        return self._changed(
+            _marrow.smooth(
+                self._native(),
+                iterations=iterations,
+                pass_band=pass_band,
+                bound=None if bound is None else np.asarray(bound)[:3, :3],
+                threads=threads,
+                progress=progress,
+            )
+        )
+
+    def simplify(
+        self,
+        triangles: Optional[int] = None,
+        *,
+        max_error: Optional[float] = None,
+        threads: int = 0,
+        progress: Optional[Progress] = None,
+    ) -> Mesh:
+        """Reduce the number of triangles, by quadric errors (Garland and Heckbert 1997).
+
+        Components and handles stay as they are, and so does the border. Where a limit cannot be reached with a
+        valid mesh, the result has more triangles.
+
+        Parameters
+        ----------
+        triangles : int, optional
+            Stop at this many triangles.
+        max_error : float, optional
+            mm; the largest distance between the mesh and the result, which is measured.
+        threads : int
+            Threads to use; 0: all.
+        progress : callable, optional
+            As for `read`.
+
+        Raises
+        ------
+        InputError
+            `triangles` is negative, or `max_error` is not positive.
+        Cancelled
+            `progress` returned False.
+        """
+        return self._changed(
+            _marrow.simplify(
+                self._native(), triangles=triangles, max_error=max_error, threads=threads, progress=progress
+            )
+        )
+
+    def write(
+        self, path: Path, *, space: FileSpace = "LPS", verify: bool = False, progress: Optional[Progress] = None
+    ) -> None:
+        """Write the mesh to a file: .stl, .ply, .obj, each also with .gz, .vtp, .3mf or .glb.
+
+        The file appears complete or not at all.
+
+        Parameters
+        ----------
+        path : path-like
+            The extension selects the format.
+        space : {'LPS', 'RAS', 'none'}
+            The space of the file's coordinates; RAS negates x and y. 'none': the mesh is not a patient's.
+        verify : bool
+            Read the file again and compare.
+        progress : callable, optional
+            As for `read`.
+
+        Raises
+        ------
+        InputError
+            The extension is unknown, a triangle names a point that does not exist, or RAS for .glb.
+        IoError
+            The file cannot be written, or with `verify` it differs from the mesh.
+        LimitError
+            The mesh is too large for the format.
+        Cancelled
+            `progress` returned False.
+        """
+        write_meshes([self], path, space=space, verify=verify, progress=progress)
+
+    def to_vtk(self) -> vtk.vtkPolyData:
+        """Return a vtkPolyData that shares the arrays."""
+        from ._interop import to_vtk
+
+        return to_vtk(self)
+
+    def to_pyvista(self) -> pyvista.PolyData:
+        """Return a pyvista.PolyData that shares the arrays."""
+        from ._interop import to_pyvista
+
+        return to_pyvista(self)
+
+    def to_trimesh(self) -> trimesh.Trimesh:
+        """Return a trimesh.Trimesh with the same points in the same order."""
+        from ._interop import to_trimesh
+
+        return to_trimesh(self)
+
+    def to_meshio(self) -> meshio.Mesh:
+        """Return a meshio.Mesh that shares the arrays."""
+        from ._interop import to_meshio
+
+        return to_meshio(self)
+
+    def to_open3d(self) -> open3d.geometry.TriangleMesh:
+        """Return an open3d.geometry.TriangleMesh, whose arrays are copies in float64."""
+        from ._interop import to_open3d
+
+        return to_open3d(self)
+
+    def _changed(self, arrays: tuple[Any, Any, Any]) -> Mesh:
+        return Mesh._of(arrays, self.name, self.colour)
+
+
+def read_mesh(path: Path) -> Mesh:
+    """Read a mesh: STL, PLY, OBJ, VTP, 3MF or binary glTF.
+
+    Coordinates become millimetres in LPS: x and y are negated if the file states RAS. Several surfaces become
+    one mesh. Normals are not read.
+
+    Raises
+    ------
+    IoError
+        The file is missing or cannot be read.
+    InputError
+        The extension is unknown, or the file is damaged.
+    """
+    arrays, _ = _marrow.read_mesh(path)
+    return Mesh._of(arrays)
+
+
+def write_meshes(
+    meshes: Sequence[Mesh],
+    path: Path,
+    *,
+    space: FileSpace = "LPS",
+    verify: bool = False,
+    progress: Optional[Progress] = None,
+) -> None:
+    """Write several meshes to one file, with their names and colours: .obj, .vtp, .3mf or .glb.
+
+    Parameters
+    ----------
+    meshes : sequence of Mesh
+        At least one.
+    path, space, verify, progress
+        As for `Mesh.write`.
+
+    Raises
+    ------
+    InputError, IoError, LimitError, Cancelled
+        As `Mesh.write`; InputError also for no mesh, and for a format that holds only one.
+    """
+    surfaces = [(mesh._native(), mesh.name, mesh.colour) for mesh in meshes]
+    _marrow.write_meshes(surfaces, path, space=space, progress=progress)
+    if verify:
+        _verify(meshes, path, space)
+
+
+def _verify(meshes: Sequence[Mesh], path: Path, space: FileSpace) -> None:
+    arrays, stated = _marrow.read_mesh(path)
+    found = Mesh._of(arrays)
+    # Corners are compared, since STL has no list of points. .glb is rounded twice, to metres and back.
+    written = np.concatenate([mesh.points[mesh.triangles] for mesh in meshes])
+    read = found.points[found.triangles]
+    tolerance = np.finfo(np.float32).eps if str(path).lower().endswith(".glb") else 0
+    if stated != space or written.shape != read.shape or not np.allclose(written, read, rtol=tolerance, atol=0):
+        raise IoError(f"'{path}' differs from what was written")
+
+
+def _vectors(name: str, values: ArrayLike) -> NDArray[np.float32]:
+    array = np.asarray(values)
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise InputError(f"{name} have the shape {array.shape} instead of (n, 3)")
+    if array.dtype.kind not in "iuf":
+        raise InputError(f"{name} cannot be of type {array.dtype}")
+    return np.require(array, np.float32, "CA")
+
+
+def _indices(values: ArrayLike, points: int) -> Array:
+    array = np.asarray(values)
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise InputError(f"triangles have the shape {array.shape} instead of (m, 3)")
+    if array.dtype.kind not in "iu":
+        raise InputError(f"triangles are indices, and cannot be of type {array.dtype}")
+    if array.size and (array.min() < 0 or array.max() >= points):
+        raise InputError(f"a triangle names a point that does not exist: there are {points}")
+    return np.require(array, np.int32 if points <= 2**31 else np.uint32, "CA")

@@ -1,0 +1,152 @@
+"""Reads scans."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Optional, Union
+
+from . import _marrow
+from ._volume import Volume
+
+Path = Union[str, "os.PathLike[str]"]
+Progress = Callable[[float], Any]
+
+
+@dataclass(frozen=True)
+class SeriesInfo:
+    """One series or image of an input."""
+
+    id: str  #: SeriesInstanceUID, with /1, /2, ... if it holds several volumes; else empty
+    description: str  #: SeriesDescription or file name; never the patient's name
+    modality: str  #: "CT", "MR", ...; empty if the format does not state it
+    shape: tuple[int, int, int]  #: numbers of samples (nz, ny, nx)
+    spacing: tuple[float, float, float]  #: mm along (i, j, k); 0 where it is unknown
+    files: int  #: number of files that it is made of
+
+
+@dataclass(frozen=True)
+class ScanInfo:
+    """What a volume was read from."""
+
+    format: str  #: "DICOM", "NIfTI", "NRRD", "MetaImage", "TIFF" or "slices"
+    series: SeriesInfo
+    warnings: tuple[str, ...]  #: one line each
+
+
+@dataclass(frozen=True)
+class SeriesReport:
+    """What the headers tell about one series."""
+
+    series: SeriesInfo
+    refusal: Optional[str]  #: why `read` would fail, if the headers show it
+    warnings: tuple[str, ...]  #: the warnings of `read`
+    gaps: tuple[str, ...]  #: unusual gaps between slices
+    tilt: float  #: of the gantry, degrees
+    hounsfield: Optional[bool]  #: whether samples are Hounsfield units, if known
+    smallest_feature: Optional[float]  #: mm; twice the coarsest spacing: the finest visible detail
+    memory: int  #: bytes that the samples need
+    patient_name: str = field(repr=False)  #: as in DICOM: "family^given"; show it only on request
+
+
+@dataclass(frozen=True)
+class ScanReport:
+    """What an input holds."""
+
+    format: str  #: as of ScanInfo
+    files: int  #: number of files inspected
+    series: tuple[SeriesReport, ...]
+    chosen: Optional[int]  #: index of the series that `read` would read
+    reason: str  #: why `read` would read that series, or none
+    warnings: tuple[str, ...]  #: about files that are skipped
+
+
+def read(
+    path: Path,
+    *,
+    series: Optional[str] = None,
+    spacing: Optional[Sequence[float]] = None,
+    resample: bool = False,
+    volume: Optional[int] = None,
+    threads: int = 0,
+    progress: Optional[Progress] = None,
+) -> Volume:
+    """Read a scan: DICOM, NIfTI, NRRD, MetaImage, TIFF, or a folder of image slices.
+
+    Parameters
+    ----------
+    path : path-like
+        A file, or a folder of DICOM files or image slices. The content decides the format.
+    series : str, optional
+        The ``id`` of a series, as `inspect` reports it; needed if the input holds several.
+    spacing : sequence of 3 floats, optional
+        mm along (i, j, k); only for input that does not state it, such as image slices.
+    resample : bool
+        Interpolate unevenly spaced DICOM slices to even spacing, instead of refusing them.
+    volume : int, optional
+        The index of a volume in a 4-D file, from 0.
+    threads : int
+        Threads to use; 0: all.
+    progress : callable, optional
+        Called with the fraction that is done, from 0 to 1. Where it returns False, the work stops and raises
+        Cancelled.
+
+    Returns
+    -------
+    Volume
+        The samples in the type of the file, shape (nz, ny, nx), in LPS. DICOM is rescaled, to Hounsfield units
+        for CT.
+
+    Raises
+    ------
+    IoError
+        A file is missing or cannot be read.
+    InputError
+        A file is damaged or not supported.
+    GeometryError
+        Several series, uneven slices, or no spacing.
+    LimitError
+        The scan is too large for the memory.
+    Cancelled
+        `progress` returned False.
+    """
+    placed, info = _marrow.read(
+        path, series=series, spacing=spacing, resample=resample, volume=volume, threads=threads, progress=progress
+    )
+    return volume_of(placed, ScanInfo(info["format"], SeriesInfo(**info["series"]), info["warnings"]))
+
+
+def inspect(
+    path: Path,
+    *,
+    series: Optional[str] = None,
+    spacing: Optional[Sequence[float]] = None,
+    resample: bool = False,
+    volume: Optional[int] = None,
+    threads: int = 0,
+    progress: Optional[Progress] = None,
+) -> ScanReport:
+    """Report what `read` would do with the same arguments, from the headers alone.
+
+    Returns
+    -------
+    ScanReport
+        The series, the one that would be read, and why.
+
+    Raises
+    ------
+    IoError, InputError, GeometryError, Cancelled
+        As `read`, if there is no image at all.
+    """
+    report = _marrow.inspect(
+        path, series=series, spacing=spacing, resample=resample, volume=volume, threads=threads, progress=progress
+    )
+    all_series = [SeriesReport(**{**one, "series": SeriesInfo(**one["series"])}) for one in report["series"]]
+    return ScanReport(**{**report, "series": tuple(all_series)})
+
+
+def volume_of(placed: tuple[Any, Any, Any, Any], info: Optional[ScanInfo]) -> Volume:
+    """Return the volume that C++ gives as (array, spacing, origin, direction)."""
+    array, spacing, origin, direction = placed
+    return Volume(array, spacing=spacing, origin=origin, direction=direction, info=info)

@@ -1,0 +1,166 @@
+"""The marching cubes of scikit-image, by Marrow."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+
+import numpy as np
+
+from . import _marrow
+from ._arrays import as_array, as_samples
+from ._marrow import EmptySurface, InputError
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    from ._isosurface import Progress
+
+
+class MarchingCubes(NamedTuple):
+    """What :func:`marching_cubes` returns: C-contiguous arrays that may be changed."""
+
+    verts: NDArray[np.float32]
+    """The points in the order of the array's axes, shape (n, 3)."""
+    faces: NDArray[np.int32]
+    """The indices of each triangle's points, shape (m, 3)."""
+    normals: NDArray[np.float32]
+    """One unit vector per point, down the gradient, shape (n, 3)."""
+    values: NDArray[np.float32]
+    """The range of the samples around each point, shape (n,)."""
+
+
+def marching_cubes(
+    volume: ArrayLike,
+    level: float | None = None,
+    *,
+    spacing: Sequence[float] = (1.0, 1.0, 1.0),
+    gradient_direction: Literal["descent", "ascent"] = "descent",
+    step_size: int = 1,
+    allow_degenerate: bool = True,
+    method: Literal["lewiner", "lorensen"] = "lewiner",
+    mask: ArrayLike | None = None,
+    closed: bool = False,
+    snap: float = 0.0,
+    threads: int = 0,
+    progress: Progress | None = None,
+) -> MarchingCubes:
+    """Extract an isosurface as `skimage.measure.marching_cubes` does, with its arguments and results.
+
+    Parameters
+    ----------
+    volume : array_like, shape (M, N, P)
+        The samples, at least 2 along each axis. They are not copied, unless their type is float16, uint32,
+        int64 or uint64.
+    level : float, optional
+        The isovalue: samples greater than `level` are inside. By default the mean of the lowest and the
+        highest sample.
+    spacing : sequence of 3 floats, optional
+        The distances between samples along the array's axes.
+    gradient_direction : {'descent', 'ascent'}, optional
+        'descent' if the object is brighter than its surroundings. It decides only the winding of `faces`.
+    step_size : int, optional
+        Use each n-th sample along each axis, ``volume[::n, ::n, ::n]``, at its position.
+    allow_degenerate : bool, optional
+        Accepted for compatibility: the points of a face are always distinct.
+    method : {'lewiner', 'lorensen'}, optional
+        Accepted for compatibility: both name Marrow's own method, whose surface has no holes.
+    mask : array_like of bool, shape (M, N, P), optional
+        Only the cells whose eight samples are True in the mask have a surface.
+    closed : bool, optional
+        Close the surface at the border of the volume, as if outside samples surrounded it.
+    snap : float, optional
+        Merge points within this fraction of an edge of a sample, less than 0.5: fewer points, no slivers.
+    threads : int, optional
+        The number of threads; 0 stands for all.
+    progress : callable, optional
+        Is called with the fraction that is done, from 0 to 1. If it returns False, the work stops.
+
+    Returns
+    -------
+    verts : ndarray of float32, shape (V, 3)
+        The points, in the order of the array's axes, times `spacing`.
+    faces : ndarray of int32, shape (F, 3)
+        The indices of each triangle's points. With 'descent', they are clockwise as seen from outside if
+        (axis 0, axis 1, axis 2) is taken as right-handed, as in scikit-image.
+    normals : ndarray of float32, shape (V, 3)
+        One unit vector per point, from high samples to low ones, at right angles to the surface also if the
+        spacing differs between axes.
+    values : ndarray of float32, shape (V,)
+        The difference between the highest and the lowest sample of a cell, for the cell around the point in
+        which it is largest.
+
+    Raises
+    ------
+    InputError
+        A ValueError: a bad argument, or a level outside the range of the samples.
+    EmptySurface
+        A RuntimeError, and an InputError: there is no surface, for example because the mask leaves no cell.
+    Cancelled
+        `progress` returned False.
+
+    See Also
+    --------
+    extract : The same surface in the patient's space, for a volume with a position in it.
+
+    Notes
+    -----
+    The differences from scikit-image are listed in docs/python.md.
+    """
+    if method not in ("lewiner", "lorensen"):
+        raise InputError(f"method is 'lewiner' or 'lorensen', not {method!r}")
+    if gradient_direction not in ("descent", "ascent"):
+        raise InputError(f"gradient_direction is 'descent' or 'ascent', not {gradient_direction!r}")
+    if len(spacing) != 3:
+        raise InputError(f"spacing has {len(spacing)} numbers instead of 3")
+    if int(step_size) < 1:
+        raise InputError(f"step_size is {step_size}, and must be at least 1")
+    if mask is not None:
+        raise InputError("a mask is not supported yet")
+    array = _three_axes(volume)
+    # A sample that equals the level is outside in scikit-image, and inside elsewhere in Marrow.
+    isovalue = math.nextafter(_middle(array) if level is None else float(level), math.inf)
+    steps = (slice(None, None, int(step_size)),) * 3
+    result = MarchingCubes(
+        *_marrow.marching_cubes(
+            _in_array_order(array[steps], [float(distance) * int(step_size) for distance in spacing]),
+            isovalue,
+            inward=gradient_direction == "descent",
+            closed=closed,
+            snap=snap,
+            threads=threads,
+            progress=progress,
+        )
+    )
+    if len(result.verts) == 0:
+        _raise_for_range(array, level)
+        raise EmptySurface("there is no surface at this level")
+    return result
+
+
+def _three_axes(volume: ArrayLike) -> NDArray[Any]:
+    array = as_array(volume)
+    if array.ndim != 3:
+        raise InputError(f"a volume has three axes, and the array has {array.ndim}")
+    if min(array.shape) < 2:
+        raise InputError(f"a volume has at least 2 samples along each axis, and the shape is {array.shape}")
+    return as_samples(array)
+
+
+def _in_array_order(array: NDArray[Any], spacing: Sequence[float]) -> _marrow.ArrayVolume:
+    """The volume whose points have the coordinates (axis 0, axis 1, axis 2)."""
+    return _marrow.ArrayVolume(array, spacing[::-1], (0.0, 0.0, 0.0), np.eye(3)[::-1])
+
+
+def _middle(array: NDArray[Any]) -> float:
+    middle = 0.5 * (float(array.min()) + float(array.max()))
+    if not math.isfinite(middle):
+        raise InputError("the volume has samples that are not finite: give the level")
+    return middle
+
+
+def _raise_for_range(array: NDArray[Any], level: float | None) -> None:
+    low, high = float(array.min()), float(array.max())
+    if level is not None and not low <= level <= high and not math.isnan(low):
+        raise InputError(f"the level {level:g} is outside the range of the samples, {low:g} to {high:g}")

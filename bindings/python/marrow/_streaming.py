@@ -1,0 +1,128 @@
+"""Surfaces of volumes that do not fit in memory."""
+
+from __future__ import annotations
+
+import os
+import re
+from typing import Any, NamedTuple, Optional, Union
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from . import _marrow
+from ._arrays import Array, as_array, as_samples, sample_dtype
+from ._marrow import InputError
+from ._mesh import FileSpace
+from ._scan import Path, Progress
+from ._volume import Geometry, Spacing, Volume
+
+
+class SurfaceSize(NamedTuple):
+    """The size of a surface that was written."""
+
+    points: int
+    triangles: int
+
+
+def extract_to_file(
+    source: Any,
+    isovalue: float,
+    path: Path,
+    *,
+    max_memory: Union[int, str] = "1G",
+    closed: bool = False,
+    space: FileSpace = "LPS",
+    spacing: Optional[Spacing] = None,
+    origin: Optional[ArrayLike] = None,
+    direction: Optional[ArrayLike] = None,
+    affine: Optional[ArrayLike] = None,
+    threads: int = 0,
+    progress: Optional[Progress] = None,
+) -> SurfaceSize:
+    """Extract a surface of any size to a file, with only a part of the volume and of the surface in memory.
+
+    The volume is read twice, slice by slice. The file has the same bytes as ``extract(...).write(path)``.
+
+    Parameters
+    ----------
+    source : path-like, Volume, or array-like, shape (nz, ny, nx)
+        An uncompressed NIfTI, NRRD or MetaImage file; or anything with ``shape``, ``dtype`` and ``[z0:z1]``,
+        such as arrays of Zarr, h5py, Dask, or numpy.memmap. Its slices are asked for on the calling thread.
+    isovalue : float
+        In the unit of the samples.
+    path : path-like
+        The output: .stl or .ply.
+    max_memory : int or str
+        Bytes that all arrays of Marrow together may take; '800M' and '4G' are multiples of 2^20 and 2^30. What
+        `source` takes to give its slices comes on top.
+    closed, threads, progress
+        As for `extract`.
+    space : {'LPS', 'RAS', 'none'}
+        The space of the file's coordinates, as for `Mesh.write`.
+    spacing, origin, direction, affine
+        As for Volume. A path and a Volume have their own.
+
+    Returns
+    -------
+    SurfaceSize
+        The numbers of points and triangles.
+
+    Raises
+    ------
+    EmptySurface
+        All samples are on one side of the isovalue. There is no file then, nor after another error.
+    InputError
+        `source` cannot be sliced, has not three axes, or must be read as a whole; the format of the output
+        cannot be written in parts.
+    LimitError
+        `max_memory` is too little, or there are more than 2^32 - 1 points.
+    IoError, Cancelled
+        As `read` and `Mesh.write`. Exceptions of `source` arrive as they are.
+    """
+    options = {
+        "max_memory": _bytes(max_memory),
+        "closed": closed,
+        "space": space,
+        "threads": threads,
+        "progress": progress,
+    }
+    has_geometry = any(value is not None for value in (spacing, origin, direction, affine))
+    if isinstance(source, (str, os.PathLike, Volume)) and has_geometry:
+        raise InputError("a file and a Volume have their own spacing, origin and direction: do not give others")
+    if isinstance(source, (str, os.PathLike)):
+        return SurfaceSize(*_marrow.extract_file_to_file(source, isovalue, path, **options))
+
+    array = source.array if isinstance(source, Volume) else source
+    if not all(hasattr(array, name) for name in ("shape", "dtype", "__getitem__")):
+        raise InputError(f"a {type(array).__qualname__} has no shape, dtype and slices: give a path or an array")
+    geometry = (
+        source if isinstance(source, Volume) else
+        Geometry(array.shape, spacing=spacing, origin=origin, direction=direction, affine=affine)
+    )
+
+    def read(first: int, last: int, out: Array) -> None:
+        slices = as_samples(as_array(array[first:last]))
+        if slices.shape != out.shape:
+            raise InputError(f"slices {first} to {last} have the shape {slices.shape} instead of {out.shape}")
+        np.copyto(out, slices)
+
+    size = _marrow.extract_slices_to_file(
+        read,
+        array.shape,
+        sample_dtype(np.dtype(array.dtype)),
+        geometry.spacing,
+        geometry.origin,
+        geometry.direction,
+        isovalue,
+        path,
+        **options,
+    )
+    return SurfaceSize(*size)
+
+
+def _bytes(size: Union[int, str]) -> int:
+    units = {"": 1, "K": 2**10, "M": 2**20, "G": 2**30, "T": 2**40}
+    match = re.fullmatch(r"(\d+(?:\.\d+)?)([KMGT]?)", str(size).strip(), re.IGNORECASE)
+    if not match or float(match[1]) <= 0:
+        raise InputError(f"max_memory is a number of bytes, or a size such as '800M' or '4G', not {size!r}")
+    return int(float(match[1]) * units[match[2].upper()])

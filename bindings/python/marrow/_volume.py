@@ -1,0 +1,209 @@
+"""Volumes: samples on a regular grid, and the position of the grid in space."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, Literal, Optional, Union
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _marrow
+from ._arrays import Array, as_array, as_samples, sample_dtype
+from ._marrow import InputError
+
+if TYPE_CHECKING:
+    from ._scan import ScanInfo
+
+Space = Literal["LPS", "RAS"]
+Spacing = Union[float, Sequence[float], NDArray[Any]]
+
+
+class Geometry:
+    """The position of a grid in space: spacing, origin and direction of the index axes (i, j, k), LPS in mm."""
+
+    def __init__(
+        self,
+        shape: Sequence[int],
+        *,
+        spacing: Optional[Spacing] = None,
+        origin: Optional[ArrayLike] = None,
+        direction: Optional[ArrayLike] = None,
+        affine: Optional[ArrayLike] = None,
+        space: Space = "LPS",
+    ) -> None:
+        if len(shape) != 3:
+            raise InputError(f"a volume has three axes, and the array has {len(shape)}")
+        if affine is None:
+            three = spacing if np.ndim(1 if spacing is None else spacing) else [1 if spacing is None else spacing] * 3
+            self.spacing = _numbers("spacing", three, (3,))
+            self.origin = _numbers("origin", (0, 0, 0) if origin is None else origin, (3,))
+            self.direction = _numbers("direction", np.eye(3) if direction is None else direction, (3, 3))
+            if not np.allclose(np.linalg.norm(self.direction, axis=0), 1, atol=1e-3):
+                raise InputError("a column of direction is not a unit vector: distances belong into spacing")
+        elif spacing is None and origin is None and direction is None:
+            matrix = _numbers("affine", affine, (4, 4))
+            if not np.array_equal(matrix[3], [0, 0, 0, 1]):
+                raise InputError("the last row of affine is not 0 0 0 1")
+            self.spacing = np.linalg.norm(matrix[:3, :3], axis=0)
+            self.origin = matrix[:3, 3].copy()
+            self.direction = matrix[:3, :3] / np.where(self.spacing > 0, self.spacing, 1)
+        else:
+            raise InputError("affine stands for spacing, origin and direction: give either")
+        if space not in ("LPS", "RAS"):
+            raise InputError(f"space is 'LPS' or 'RAS', not {space!r}")
+        if space == "RAS":
+            negate = np.array([-1.0, -1.0, 1.0])
+            self.origin = negate * self.origin
+            self.direction = negate[:, None] * self.direction
+        for values in (self.spacing, self.origin, self.direction):
+            values.flags.writeable = False
+        _marrow.check_geometry(shape, self.spacing, self.origin, self.direction)
+
+
+class Volume:
+    """Samples on a regular grid, and the position of the grid in space.
+
+    Sample ``array[k, j, i]`` lies at ``origin + direction @ (spacing * (i, j, k))``, in millimetres, in LPS:
+    x to the patient's left, y to posterior, z to superior. This is the convention of ITK, whose arrays have
+    this order of axes too.
+
+    Parameters
+    ----------
+    array : array_like, shape (nz, ny, nx)
+        The samples: an array, or an object with ``__array__``, ``__array_interface__``, ``__dlpack__`` or the
+        buffer protocol. They are not copied, and must not change while Marrow works on them. The axes may have
+        any order in memory and may run backward.
+    spacing : float or sequence of 3 floats, optional
+        The distances between neighbouring samples along (i, j, k), in mm; 1 by default.
+    origin : sequence of 3 floats, optional
+        The position of ``array[0, 0, 0]`` in mm; (0, 0, 0) by default.
+    direction : array_like, shape (3, 3), optional
+        Column a is the unit vector of index axis a of (i, j, k); the identity by default.
+    affine : array_like, shape (4, 4), optional
+        Maps (i, j, k, 1) to (x, y, z, 1). It stands for spacing, origin and direction.
+    space : {'LPS', 'RAS'}
+        The space of `origin` and `direction`, or of `affine`. RAS, which nibabel uses, is converted to LPS.
+    info : ScanInfo, optional
+        What the volume was read from.
+
+    Raises
+    ------
+    InputError
+        The array has not three axes or no real numbers, the geometry is singular or not finite, or `affine` is
+        given together with another geometry.
+
+    Notes
+    -----
+    Samples of type uint8, int8, uint16, int16, int32, float32, float64 and bool are used where they are. Other
+    types are converted by each function that reads them: float16 to float32; uint32, int64 and uint64 to
+    float64, which raises InputError for samples beyond 2^53; and foreign byte orders. Also copied are arrays
+    in which no axis has its samples next to each other, such as ``array[:, :, ::2]``.
+    """
+
+    def __init__(
+        self,
+        array: Any,
+        *,
+        spacing: Optional[Spacing] = None,
+        origin: Optional[ArrayLike] = None,
+        direction: Optional[ArrayLike] = None,
+        affine: Optional[ArrayLike] = None,
+        space: Space = "LPS",
+        info: Optional[ScanInfo] = None,
+    ) -> None:
+        self._array = as_array(array)
+        self._info = info
+        self._geometry = Geometry(
+            self._array.shape, spacing=spacing, origin=origin, direction=direction, affine=affine, space=space
+        )
+        sample_dtype(self._array.dtype)
+
+    @property
+    def array(self) -> Array:
+        """The samples, shape (nz, ny, nx): the array that the volume was made of."""
+        return self._array
+
+    @property
+    def spacing(self) -> NDArray[np.float64]:
+        """The distances between neighbouring samples along (i, j, k), in mm; read-only."""
+        return self._geometry.spacing
+
+    @property
+    def origin(self) -> NDArray[np.float64]:
+        """The position of ``array[0, 0, 0]``, LPS in mm; read-only."""
+        return self._geometry.origin
+
+    @property
+    def direction(self) -> NDArray[np.float64]:
+        """The unit vectors of the index axes (i, j, k) as columns, shape (3, 3); read-only."""
+        return self._geometry.direction
+
+    @property
+    def affine(self) -> NDArray[np.float64]:
+        """The map from (i, j, k, 1) to (x, y, z, 1), LPS in mm, shape (4, 4)."""
+        affine = np.eye(4)
+        affine[:3, :3] = self.direction * self.spacing
+        affine[:3, 3] = self.origin
+        return affine
+
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """The numbers of samples (nz, ny, nx)."""
+        nz, ny, nx = self._array.shape
+        return nz, ny, nx
+
+    @property
+    def dtype(self) -> np.dtype[Any]:
+        """The type of the samples."""
+        return self._array.dtype
+
+    @property
+    def info(self) -> Optional[ScanInfo]:
+        """What the volume was read from, or None."""
+        return self._info
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What is unusual about the scan that was read, one line each."""
+        return self._info.warnings if self._info else ()
+
+    def __getitem__(self, key: tuple[slice, slice, slice]) -> Volume:
+        """Return a part of the volume, at its place in space: ``volume[k0:k1, j0:j1, i0:i1]``.
+
+        It shares the samples, as slices of arrays do. Steps may be larger than 1, or negative.
+        """
+        if not (isinstance(key, tuple) and len(key) == 3 and all(isinstance(part, slice) for part in key)):
+            raise InputError("a part of a volume has three slices: volume[k0:k1, j0:j1, i0:i1]")
+        ranges = [range(size)[part] for size, part in zip(reversed(self.shape), reversed(key))]
+        first = np.array([indices.start for indices in ranges])
+        step = np.array([indices.step for indices in ranges])
+        return Volume(
+            self._array[key],
+            spacing=self.spacing * np.abs(step),
+            origin=self.origin + self.direction @ (self.spacing * first),
+            direction=self.direction * np.sign(step),
+            info=self._info,
+        )
+
+    def __repr__(self) -> str:
+        nz, ny, nx = self.shape
+        spacing = " x ".join(f"{value:g}" for value in self.spacing)
+        return f"<marrow.Volume: {nx} x {ny} x {nz} samples of {self.dtype}, {spacing} mm>"
+
+    def _repr_html_(self) -> str:
+        from ._html import volume_html
+
+        return volume_html(self)
+
+    def _native(self, array: Optional[Array] = None) -> _marrow.ArrayVolume:
+        """The samples, or others at their positions, for functions of C++."""
+        samples = as_samples(self._array if array is None else array)
+        return _marrow.ArrayVolume(samples, self.spacing, self.origin, self.direction)
+
+
+def _numbers(name: str, value: Any, shape: tuple[int, ...]) -> NDArray[np.float64]:
+    try:
+        return np.array(value, float).reshape(shape)
+    except (TypeError, ValueError):
+        raise InputError(f"{name} is not {' x '.join(map(str, shape))} numbers: {value!r}") from None

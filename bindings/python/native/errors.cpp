@@ -1,0 +1,75 @@
+#include "errors.h"
+
+#include <string>
+
+namespace py = pybind11;
+
+namespace marrow::python {
+
+namespace {
+
+// They live as long as the interpreter.
+PyObject* error_type = nullptr;
+PyObject* input_error = nullptr;
+PyObject* geometry_error = nullptr;
+PyObject* io_error = nullptr;
+PyObject* limit_error = nullptr;
+PyObject* cancelled = nullptr;
+PyObject* empty_surface = nullptr;
+
+PyObject* add(py::module_& module, const char* name, const char* doc, const py::tuple& bases) {
+    const std::string full_name = std::string("marrow.") + name;
+    PyObject* type = PyErr_NewExceptionWithDoc(full_name.c_str(), doc, bases.ptr(), nullptr);
+    if (type == nullptr) throw py::error_already_set();
+    module.attr(name) = py::handle(type);
+    return type;
+}
+
+void translate(std::exception_ptr exception) {
+    try {
+        if (exception) std::rethrow_exception(exception);
+    } catch (const EmptySurface& e) {
+        PyErr_SetString(empty_surface, e.what());
+    } catch (const GeometryError& e) {
+        PyErr_SetString(geometry_error, e.what());
+    } catch (const InputError& e) {
+        PyErr_SetString(input_error, e.what());
+    } catch (const IoError& e) {
+        PyErr_SetString(io_error, e.what());
+    } catch (const LimitError& e) {
+        PyErr_SetString(limit_error, e.what());
+    } catch (const Cancelled& e) {
+        PyErr_SetString(cancelled, e.what());
+    } catch (const Error& e) {
+        PyErr_SetString(error_type, e.what());
+    }
+}
+
+py::tuple bases(PyObject* first, PyObject* second) {
+    return py::make_tuple(py::handle(first), py::handle(second));
+}
+
+}  // namespace
+
+void add_errors(py::module_& module) {
+    error_type = add(module, "Error", "The base of all errors that Marrow raises.",
+                     py::make_tuple(py::handle(PyExc_Exception)));
+    input_error =
+        add(module, "InputError", "A bad argument, or a file whose content is damaged or not supported.",
+            bases(error_type, PyExc_ValueError));
+    geometry_error =
+        add(module, "GeometryError", "The geometry of the input is ambiguous or would distort the result.",
+            py::make_tuple(py::handle(input_error)));
+    io_error = add(module, "IoError", "The operating system refused: missing file, no permission, full disk.",
+                   bases(error_type, PyExc_OSError));
+    limit_error = add(module, "LimitError", "An input or a result that is too large.",
+                      bases(error_type, PyExc_MemoryError));
+    cancelled = add(module, "Cancelled", "The progress callback returned False, which stops the work.",
+                    py::make_tuple(py::handle(error_type)));
+    empty_surface =
+        add(module, "EmptySurface", "There is no surface: all samples are on one side of the isovalue.",
+            bases(input_error, PyExc_RuntimeError));
+    py::register_exception_translator(translate);
+}
+
+}  // namespace marrow::python

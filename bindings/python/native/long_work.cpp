@@ -1,0 +1,181 @@
+#include "long_work.h"
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <exception>
+#include <mutex>
+#include <thread>
+
+namespace py = pybind11;
+
+namespace marrow::python {
+
+namespace {
+
+// The work that goes on in the whole process. It is never destroyed, because threads may use it until the process ends.
+class Running {
+  public:
+    void begin() {
+        const std::scoped_lock lock(mutex_);
+        if (shutting_down_) throw Cancelled();
+        ++count_;
+    }
+
+    void end() {
+        const std::scoped_lock lock(mutex_);
+        --count_;
+        changed_.notify_all();
+    }
+
+    bool is_shutting_down() const { return shutting_down_; }
+
+    // After it, threads that the interpreter abandons are not in the middle of C++ code. The limit is for a process that
+    // was forked while another thread worked: that thread is not there to end.
+    void shut_down() {
+        std::unique_lock lock(mutex_);
+        shutting_down_ = true;
+        changed_.wait_for(lock, std::chrono::seconds(5), [this] { return count_ == 0; });
+    }
+
+  private:
+    std::mutex mutex_;
+    std::condition_variable changed_;
+    int count_ = 0;
+    std::atomic<bool> shutting_down_ = false;
+};
+
+Running& running() {
+    static Running& all = *new Running;
+    return all;
+}
+
+using Work = std::function<void(const Progress&, const CallPython&)>;
+
+// What the thread of the work and the calling thread tell each other.
+class LongWork {
+  public:
+    explicit LongWork(const Work& work) {
+        running().begin();
+        try {
+            thread_ = std::thread([this, &work] { run(work); });
+        } catch (...) {
+            running().end();
+            throw;
+        }
+    }
+
+    ~LongWork() {
+        thread_.join();
+        running().end();
+    }
+
+    LongWork(const LongWork&) = delete;
+    LongWork& operator=(const LongWork&) = delete;
+
+    // Waits for the end of the work, on the calling thread.
+    void wait(const py::object& progress) {
+        for (bool done = false; !done;) {
+            const State state = wait_for_change();
+            if (state == State::calls) answer();
+            report(progress);
+            done = state == State::done;
+        }
+        if (raised_) std::rethrow_exception(raised_);
+        if (thrown_) std::rethrow_exception(thrown_);
+    }
+
+  private:
+    enum class State { works, calls, done };
+
+    // On the work's thread.
+    void run(const Work& work) {
+        const auto progress = [this](double fraction) {
+            fraction_ = fraction;
+            return !cancel_;
+        };
+        const auto call = [this](const std::function<void()>& function) { call_python(function); };
+        try {
+            work(progress, call);
+        } catch (...) {
+            thrown_ = std::current_exception();
+        }
+        set(State::done);
+    }
+
+    // On the work's thread.
+    void call_python(const std::function<void()>& function) {
+        function_ = &function;
+        set(State::calls);
+        std::unique_lock lock(mutex_);
+        changed_.wait(lock, [this] { return state_ == State::works; });
+        if (cancel_) throw Cancelled();
+    }
+
+    State wait_for_change() {
+        constexpr std::chrono::milliseconds kInterval{50};
+        const py::gil_scoped_release unlocked;
+        std::unique_lock lock(mutex_);
+        changed_.wait_for(lock, kInterval, [this] { return state_ != State::works; });
+        return state_;
+    }
+
+    void answer() {
+        if (!cancel_) run_python(*function_);
+        set(State::works);
+    }
+
+    void report(const py::object& progress) {
+        if (running().is_shutting_down()) cancel_ = true;
+        if (cancel_) return;
+        run_python([&] {
+            if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+            if (!progress.is_none() && progress(fraction_.load()).is(py::bool_(false))) cancel_ = true;
+        });
+    }
+
+    // An exception cancels the work.
+    void run_python(const std::function<void()>& function) {
+        try {
+            function();
+        } catch (...) {
+            raised_ = std::current_exception();
+            cancel_ = true;
+        }
+    }
+
+    void set(State state) {
+        const std::scoped_lock lock(mutex_);
+        state_ = state;
+        changed_.notify_all();
+    }
+
+    std::atomic<double> fraction_ = 0;
+    std::atomic<bool> cancel_ = false;
+    std::mutex mutex_;
+    std::condition_variable changed_;
+    State state_ = State::works;
+    const std::function<void()>* function_ = nullptr;
+    std::exception_ptr raised_;  // by Python, on the calling thread
+    std::exception_ptr thrown_;  // by the work
+    std::thread thread_;
+};
+
+}  // namespace
+
+void run_long_work(const py::object& progress, const std::function<void(const Progress&)>& work) {
+    run_long_work(progress, [&](const Progress& report, const CallPython&) { work(report); });
+}
+
+void run_long_work(const py::object& progress, const Work& work) {
+    LongWork(work).wait(progress);
+}
+
+void stop_long_work_at_exit() {
+    py::module_::import("atexit").attr("register")(py::cpp_function([] {
+        const py::gil_scoped_release unlocked;
+        running().shut_down();
+    }));
+}
+
+}  // namespace marrow::python

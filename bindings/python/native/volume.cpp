@@ -1,0 +1,137 @@
+#include "volume.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <cstdlib>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <marrow/error.h>
+
+#include "module.h"
+#include "vectors.h"
+
+namespace py = pybind11;
+
+namespace marrow::python {
+
+namespace {
+
+py::dtype dtype_of(SampleType type) {
+    return visit_sample_type(type, [](auto sample) { return py::dtype::of<decltype(sample)>(); });
+}
+
+// How an array lies in memory. Axis m of the view is axis `axes[m]` of the array; its step in bytes is positive.
+struct Layout {
+    explicit Layout(const py::array& array) {
+        const auto stride = [&](py::ssize_t axis) { return std::abs(array.strides(axis)); };
+        std::stable_sort(axes.begin(), axes.end(),
+                         [&](py::ssize_t a, py::ssize_t b) { return stride(a) < stride(b); });
+        first = static_cast<const char*>(array.data());
+        for (std::size_t m = 0; m < 3; ++m) {
+            size[m] = array.shape(axes[m]);
+            step[m] = stride(axes[m]);
+            backward[m] = size[m] > 1 && array.strides(axes[m]) < 0;
+            if (backward[m]) first -= (size[m] - 1) * step[m];
+        }
+    }
+
+    // Whether a VolumeView can describe it: samples of a row follow each other, as rows of a slice and slices do.
+    bool is_dense(py::ssize_t sample_bytes) const {
+        py::ssize_t expected = sample_bytes;
+        for (std::size_t m = 0; m < 3; ++m) {
+            if (size[m] > 1 && step[m] != expected) return false;
+            expected *= size[m];
+        }
+        return true;
+    }
+
+    std::array<py::ssize_t, 3> axes{2, 1, 0};
+    std::array<py::ssize_t, 3> size{}, step{};
+    std::array<bool, 3> backward{};
+    const char* first = nullptr;  // the sample at the lowest address
+};
+
+Geometry geometry_of(const Layout& layout, const Geometry& placement) {
+    Geometry geometry;
+    geometry.origin = placement.origin;
+    for (std::size_t m = 0; m < 3; ++m) {
+        const auto index_axis = static_cast<std::size_t>(2 - layout.axes[m]);
+        const double spacing = placement.spacing[index_axis];
+        geometry.dims[m] = layout.size[m];
+        geometry.spacing[m] = spacing;
+        for (std::size_t row = 0; row < 3; ++row) {
+            const double along = placement.direction[row][index_axis];
+            geometry.direction[row][m] = layout.backward[m] ? -along : along;
+            if (layout.backward[m])
+                geometry.origin[row] += along * spacing * static_cast<double>(layout.size[m] - 1);
+        }
+    }
+    return geometry;
+}
+
+}  // namespace
+
+SampleType sample_type_of(const py::dtype& type) {
+    const char kind = type.kind();
+    const py::ssize_t bytes = type.itemsize();
+    if (type.attr("isnative").cast<bool>()) {
+        if (kind == 'u' && bytes == 1) return SampleType::uint8;
+        if (kind == 'i' && bytes == 1) return SampleType::int8;
+        if (kind == 'u' && bytes == 2) return SampleType::uint16;
+        if (kind == 'i' && bytes == 2) return SampleType::int16;
+        if (kind == 'i' && bytes == 4) return SampleType::int32;
+        if (kind == 'f' && bytes == 4) return SampleType::float32;
+        if (kind == 'f' && bytes == 8) return SampleType::float64;
+    }
+    throw InputError("samples cannot be of type " + py::str(py::handle(type)).cast<std::string>());
+}
+
+ArrayVolume::ArrayVolume(py::array array, const Geometry& placement) : array_(std::move(array)) {
+    if (array_.ndim() != 3)
+        throw InputError("a volume has three axes, and the array has " + std::to_string(array_.ndim()));
+    view_.type = sample_type_of(array_.dtype());
+    const bool aligned = (array_.flags() & py::detail::npy_api::NPY_ARRAY_ALIGNED_) != 0;
+    Layout layout(array_);
+    if (!aligned || !layout.is_dense(array_.itemsize())) {
+        array_ = array_.attr("copy")("C");
+        layout = Layout(array_);
+        is_copy_ = true;
+    }
+    view_.geometry = geometry_of(layout, placement);
+    view_.data = layout.first;
+    check_geometry(view_.geometry);
+}
+
+py::tuple to_python(Volume&& volume) {
+    const Geometry geometry = volume.geometry();
+    const auto [nx, ny, nz] = geometry.dims;
+    auto owner = std::make_unique<Volume>(std::move(volume));
+    const py::capsule capsule(owner.get(), [](void* p) { delete static_cast<Volume*>(p); });
+    Volume& samples = *owner.release();
+    py::array array(dtype_of(samples.type()), std::vector<py::ssize_t>{nz, ny, nx}, samples.data(), capsule);
+    return py::make_tuple(std::move(array), geometry.spacing, geometry.origin, geometry.direction);
+}
+
+void add_volume(py::module_& module) {
+    module.def(
+        "check_geometry",
+        [](const std::array<std::int64_t, 3>& shape, const Vec3d& spacing, const Vec3d& origin,
+           const Mat3d& direction) {
+            check_geometry({{shape[2], shape[1], shape[0]}, spacing, origin, direction});
+        },
+        py::arg("shape"), py::arg("spacing"), py::arg("origin"), py::arg("direction"));
+    py::class_<ArrayVolume>(module, "ArrayVolume")
+        .def(py::init([](py::array array, const Vec3d& spacing, const Vec3d& origin, const Mat3d& direction) {
+                 return ArrayVolume(std::move(array), Geometry{{}, spacing, origin, direction});
+             }),
+             py::arg("array").noconvert(), py::arg("spacing"), py::arg("origin"), py::arg("direction"))
+        .def_property_readonly("is_copy", &ArrayVolume::is_copy)
+        .def_property_readonly(
+            "address", [](const ArrayVolume& v) { return reinterpret_cast<std::uintptr_t>(v.view().data); });
+}
+
+}  // namespace marrow::python

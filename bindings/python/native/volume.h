@@ -1,0 +1,38 @@
+/// Volumes between NumPy and Marrow, without copies.
+#pragma once
+
+#include <pybind11/numpy.h>
+
+#include <marrow/volume.h>
+
+namespace marrow::python {
+
+/// The sample type of an array. \throw InputError there is none, or it is not in the machine's byte order
+SampleType sample_type_of(const pybind11::dtype& type);
+
+/// A view of an array's samples that keeps the array alive.
+///
+/// Any axis can be the fastest in memory, and axes can run backward: the view's axes are sorted by stride, and its geometry
+/// is permuted and flipped with them, so that each sample keeps its position. Only arrays that the core cannot step
+/// through are copied: where no axis has neighbouring samples next to each other, or where samples overlap.
+class ArrayVolume {
+  public:
+    /// The array is indexed [k, j, i], and `placement` is the geometry of (i, j, k); its dims do not count.
+    /// \throw InputError not three axes, not a sample type in the machine's byte order, or bad geometry
+    ArrayVolume(pybind11::array array, const Geometry& placement);
+
+    const VolumeView& view() const { return view_; }
+    /// Whether the view reads a copy of the array that it was made of.
+    bool is_copy() const { return is_copy_; }
+
+  private:
+    pybind11::array array_;
+    VolumeView view_;
+    bool is_copy_ = false;
+};
+
+/// A volume as the tuple (array, spacing, origin, direction). The array, indexed [k, j, i], takes the samples over; they live
+/// as long as any view of it.
+pybind11::tuple to_python(Volume&& volume);
+
+}  // namespace marrow::python

@@ -1,0 +1,208 @@
+"""Arrays of every kind become volumes, without copies where none is promised."""
+
+import array as buffers
+
+import marrow
+import numpy as np
+import pytest
+
+TYPES = ["uint8", "int8", "uint16", "int16", "int32", "float32", "float64"]
+LEVEL = 40.5
+
+
+def address(volume):
+    return volume._native().address
+
+
+def is_copied(array):
+    return marrow.Volume(array)._native().is_copy
+
+
+def same_surface(a, b):
+    """Whether two meshes have the same points, up to rounding, in any order, and as many triangles facing the same way."""
+    if len(a.triangles) != len(b.triangles) or len(a.points) != len(b.points):
+        return False
+    # Rounded points sort alike in both meshes, unless one lies on a border between two rounded values.
+    for shift in (0, 0.37):
+        keys = [np.round(mesh.points / 1e-3 + shift).astype(np.int64) for mesh in (a, b)]
+        rows = [key[np.lexsort(key.T)] for key in keys]
+        if np.array_equal(*rows):
+            return bool(np.isclose(a.measure().volume, b.measure().volume, rtol=1e-3, atol=1e-3))
+    return False
+
+
+@pytest.fixture(scope="module")
+def small(ball):
+    return (ball[::2, ::2, ::2].clip(0) // 8).astype(np.uint8)
+
+
+@pytest.mark.parametrize("dtype", TYPES)
+def test_samples_of_every_type_are_used_where_they_are(small, dtype):
+    array = small.astype(dtype)
+    volume = marrow.Volume(array)
+    assert address(volume) == array.ctypes.data
+    assert same_surface(marrow.extract(volume, LEVEL), marrow.extract(small, LEVEL))
+
+
+@pytest.mark.parametrize("order", [(0, 1, 2), (0, 2, 1), (1, 0, 2), (1, 2, 0), (2, 0, 1), (2, 1, 0)])
+@pytest.mark.parametrize("flips", range(8))
+def test_no_axis_order_and_no_flip_copies_or_moves_samples(ball, order, flips):
+    view = np.transpose(ball, order)[tuple(slice(None, None, -1 if flips >> axis & 1 else 1) for axis in range(3))]
+    geometry = dict(spacing=(0.5, 1, 2), origin=(10, 20, 30), direction=[[0, 0, 1], [1, 0, 0], [0, 1, 0]])
+    volume = marrow.Volume(view, **geometry)
+    assert volume.array is view
+    assert not volume._native().is_copy
+    assert address(volume) == ball.ctypes.data
+    copy = marrow.Volume(np.ascontiguousarray(view), **geometry)
+    mesh = marrow.extract(volume, 300.5)
+    assert same_surface(mesh, marrow.extract(copy, 300.5))
+    # Normals point away from the bright inside, whichever way the axes run.
+    out = mesh.points - mesh.points.mean(axis=0)
+    assert np.all(np.sum(out * mesh.normals, axis=1) > 0)
+    assert mesh.measure().volume > 0
+
+
+def test_bool_is_viewed_and_not_copied(ball):
+    inside = ball >= 301
+    volume = marrow.Volume(inside)
+    assert address(volume) == inside.ctypes.data
+    assert same_surface(marrow.extract(volume, 0.5), marrow.extract(inside.astype(np.float32), 0.5))
+
+
+@pytest.mark.parametrize("dtype", ["float16", "uint32", "int64", "uint64", ">i2", ">u2", ">f4", ">f8", ">i8"])
+def test_other_types_and_byte_orders_give_the_same_surface(small, dtype):
+    assert same_surface(marrow.extract(small.astype(dtype), LEVEL), marrow.extract(small, LEVEL))
+
+
+@pytest.mark.parametrize("dtype", ["int64", "uint64"])
+def test_integers_that_float64_cannot_hold_are_refused(dtype):
+    array = np.zeros((3, 3, 3), dtype)
+    array[1, 1, 1] = 2**53 + 1
+    with pytest.raises(marrow.InputError, match="2\\^53"):
+        marrow.extract(array, 1)
+
+
+@pytest.mark.parametrize("dtype", ["complex64", "longdouble", "M8[s]", "U3", "O", [("a", "i2"), ("b", "i2")]])
+def test_what_is_no_sample_is_refused(dtype):
+    with pytest.raises(marrow.InputError, match="type|numbers"):
+        marrow.Volume(np.zeros((3, 3, 3), dtype))
+
+
+@pytest.mark.parametrize("shape", [(), (3,), (3, 3), (1, 3, 3, 3)])
+def test_other_than_three_axes_are_refused(shape):
+    with pytest.raises(marrow.InputError, match="three axes"):
+        marrow.Volume(np.zeros(shape))
+
+
+def test_masked_arrays_are_refused(ball):
+    with pytest.raises(marrow.InputError, match="filled"):
+        marrow.extract(np.ma.masked_less(ball, 0), 300.5)
+
+
+@pytest.mark.parametrize("source", [None, "scan.nii", object(), [[1, 2], [3]]])
+def test_what_is_no_array_is_refused(source):
+    with pytest.raises(marrow.InputError):
+        marrow.Volume(source)
+
+
+class Interface:
+    """An object with nothing but `__array_interface__`."""
+
+    def __init__(self, array):
+        self.__array_interface__ = array.__array_interface__
+        self.array = array
+
+
+class Dlpack:
+    """An object with nothing but DLPack, such as a tensor."""
+
+    def __init__(self, array):
+        self.array = array
+
+    def __dlpack__(self, stream=None):
+        return self.array.__dlpack__()
+
+    def __dlpack_device__(self):
+        return self.array.__dlpack_device__()
+
+
+class Convertible:
+    """An object with nothing but `__array__`."""
+
+    def __init__(self, array):
+        self.array = array
+
+    def __array__(self, dtype=None):
+        return self.array
+
+
+@pytest.mark.parametrize("kind", [Interface, Dlpack, Convertible, memoryview])
+def test_the_protocols_of_arrays_share_memory(ball, kind):
+    volume = marrow.Volume(kind(ball))
+    assert address(volume) == ball.ctypes.data
+    assert same_surface(marrow.extract(volume, 300.5), marrow.extract(ball, 300.5))
+
+
+def test_a_buffer_shares_memory(ball):
+    buffer = buffers.array("h", ball.tobytes())
+    volume = marrow.Volume(memoryview(buffer).cast("B").cast("h", ball.shape))
+    assert address(volume) == buffer.buffer_info()[0]
+    assert same_surface(marrow.extract(volume, 300.5), marrow.extract(ball, 300.5))
+
+
+def test_read_only_arrays_are_used_where_they_are(ball):
+    array = ball.copy()
+    array.flags.writeable = False
+    assert address(marrow.Volume(array)) == array.ctypes.data
+    assert same_surface(marrow.extract(array, 300.5), marrow.extract(ball, 300.5))
+
+
+def test_a_part_stays_at_its_place(ball):
+    volume = marrow.Volume(ball, spacing=(1, 2, 3), origin=(5, 6, 7))
+    whole = marrow.extract(volume, 300.5)
+    assert same_surface(marrow.extract(volume[2:-2, 1:-1, 3:-3], 300.5), whole)
+    assert same_surface(marrow.extract(volume[::-1, :, ::-1], 300.5), whole)
+    part = volume[4::2, :, 9:2:-3]
+    assert np.shares_memory(part.array, ball)
+    assert np.allclose(part.affine @ [1, 2, 3, 1], volume.affine @ [9 - 3, 2, 4 + 6, 1])
+
+
+def test_nan_is_outside(ball):
+    array = ball.astype(np.float32)
+    array[13, 14, 15] = np.nan
+    with_hole = marrow.extract(array, 300.5)
+    assert with_hole.measure().components == 2
+    assert np.isfinite(with_hole.points).all()
+
+
+def test_affine_and_its_parts_say_the_same(ball):
+    direction = np.array([[0, 0, 1], [1, 0, 0], [0, -1, 0]], float)
+    a = marrow.Volume(ball, spacing=(1, 2, 3), origin=(4, 5, 6), direction=direction)
+    b = marrow.Volume(ball, affine=a.affine)
+    assert np.array_equal(a.affine, b.affine)
+    assert np.array_equal(b.spacing, (1, 2, 3))
+    ras = marrow.Volume(ball, affine=np.diag([-1, -1, 1, 1]) @ a.affine, space="RAS")
+    assert np.array_equal(ras.affine, a.affine)
+
+
+@pytest.mark.parametrize(
+    "geometry",
+    [
+        dict(spacing=(1, 0, 1)),
+        dict(spacing=(1, -1, 1)),
+        dict(spacing=(1, 1)),
+        dict(spacing="wide"),
+        dict(spacing=(1, np.nan, 1)),
+        dict(origin=(0, 0, np.inf)),
+        dict(direction=np.ones((3, 3))),
+        dict(direction=2 * np.eye(3)),
+        dict(direction=np.ones((3, 3)) / np.sqrt(3)),
+        dict(affine=np.eye(3)),
+        dict(affine=np.zeros((4, 4))),
+        dict(affine=np.eye(4), spacing=(1, 1, 1)),
+        dict(space="MNI"),
+    ],
+)
+def test_bad_geometry_is_refused(ball, geometry):
+    with pytest.raises(marrow.InputError):
+        marrow.Volume(ball, **geometry)

@@ -1,0 +1,220 @@
+"""Images of other packages arrive at their place in space, and meshes go to other packages."""
+
+import sys
+import types
+
+import marrow
+import numpy as np
+import pytest
+
+DIRECTION = np.array([[0, 0.6, 0.8], [1, 0, 0], [0, 0.8, -0.6]])
+
+
+def address(volume):
+    return volume._native().address
+
+
+@pytest.fixture
+def vtk_image(ball):
+    pytest.importorskip("vtkmodules")
+    from vtkmodules.util.numpy_support import numpy_to_vtk
+    from vtkmodules.vtkCommonDataModel import vtkImageData
+
+    image = vtkImageData()
+    nz, ny, nx = ball.shape
+    image.SetExtent(5, 4 + nx, -7, ny - 8, 11, 10 + nz)
+    image.SetSpacing(0.5, 1, 2)
+    image.SetOrigin(10, 20, 30)
+    image.SetDirectionMatrix(*DIRECTION.ravel())
+    image.GetPointData().SetScalars(numpy_to_vtk(ball.ravel()))
+    return image
+
+
+def test_a_sample_of_vtk_lies_where_vtk_says(ball, vtk_image):
+    volume = marrow.as_volume(vtk_image)
+    assert address(volume) == ball.ctypes.data
+    for k, j, i in ((0, 0, 0), (3, 4, 5), (29, 30, 31)):
+        point = vtk_image.GetPoint((k * ball.shape[1] + j) * ball.shape[2] + i)
+        assert np.allclose(volume.affine @ [i, j, k, 1], [*point, 1])
+        assert volume.array[k, j, i] == ball[k, j, i]
+
+
+def test_surfaces_of_vtk_and_marrow_coincide(vtk_image):
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+    from vtkmodules.vtkFiltersCore import vtkFlyingEdges3D
+
+    theirs = vtkFlyingEdges3D()
+    theirs.SetInputData(vtk_image)
+    theirs.SetValue(0, 300.5)
+    theirs.Update()
+    points = vtk_to_numpy(theirs.GetOutput().GetPoints().GetData())
+    mesh = marrow.extract(vtk_image, 300.5)
+    assert len(points) == len(mesh.points)
+    nearest = [np.linalg.norm(mesh.points - point, axis=1).min() for point in points[::50]]
+    assert max(nearest) < 1e-3
+
+
+def test_vtk_without_samples_at_points_is_refused(vtk_image):
+    from vtkmodules.util.numpy_support import numpy_to_vtk
+
+    vtk_image.GetPointData().SetScalars(numpy_to_vtk(np.zeros((vtk_image.GetNumberOfPoints(), 3))))
+    with pytest.raises(marrow.InputError, match="3 components"):
+        marrow.as_volume(vtk_image)
+    vtk_image.GetPointData().Initialize()
+    with pytest.raises(marrow.InputError, match="scalars"):
+        marrow.as_volume(vtk_image)
+
+
+def test_vtk_shares_the_arrays_of_a_mesh(ball):
+    pytest.importorskip("vtkmodules")
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+
+    mesh = marrow.extract(ball, 300.5)
+    surface = mesh.to_vtk()
+    points = vtk_to_numpy(surface.GetPoints().GetData())
+    assert np.shares_memory(points, mesh.points)
+    assert np.shares_memory(vtk_to_numpy(surface.GetPointData().GetNormals()), mesh.normals)
+    assert np.shares_memory(vtk_to_numpy(surface.GetPolys().GetConnectivityArray()), mesh.triangles)
+    assert surface.GetNumberOfCells() == len(mesh.triangles)
+    expected = mesh.points[mesh.triangles[17]].copy()
+    del mesh, points
+    cell = surface.GetCell(17).GetPoints()
+    assert np.array_equal([cell.GetPoint(corner) for corner in range(3)], expected)
+
+
+@pytest.mark.parametrize("scaled", [False, True])
+def test_a_voxel_of_nibabel_lies_where_nibabel_says(ball, tmp_path, scaled):
+    nibabel = pytest.importorskip("nibabel")
+    affine = np.eye(4)
+    affine[:3, :3] = DIRECTION * [0.5, 1, 2]
+    affine[:3, 3] = 10, 20, 30
+    image = nibabel.Nifti1Image(np.asfortranarray(ball.T), affine)
+    if scaled:
+        image.header.set_slope_inter(0.5, 3)
+    nibabel.save(image, tmp_path / "ball.nii")
+    image = nibabel.load(tmp_path / "ball.nii")
+    volume = marrow.as_volume(image)
+    assert not volume._native().is_copy  # in nibabel's memory order
+    assert np.shares_memory(volume.array, np.asanyarray(image.dataobj)) or scaled or isinstance(
+        volume.array.base, np.memmap
+    )
+    for index in ((0, 0, 0), (3, 4, 5), (31, 30, 29)):
+        right, anterior, superior, _ = image.affine @ [*index, 1]
+        assert np.allclose(volume.affine @ [*index, 1], [-right, -anterior, superior, 1])
+        assert volume.array[index[::-1]] == image.dataobj[index]
+    # The file that Marrow reads itself is the same volume.
+    own = marrow.read(tmp_path / "ball.nii")
+    assert np.allclose(own.affine, volume.affine, atol=1e-5)
+    assert np.allclose(own.array, volume.array)
+
+
+def test_several_volumes_of_nibabel_are_refused(ball):
+    nibabel = pytest.importorskip("nibabel")
+    image = nibabel.Nifti1Image(np.stack([ball, ball], axis=-1), np.eye(4))
+    with pytest.raises(marrow.InputError, match="slicer"):
+        marrow.as_volume(image)
+    assert marrow.as_volume(image.slicer[..., 1]).shape == ball.T.shape
+
+
+class ItkImage:
+    """As much of an image of ITK's as tells its place; the samples come from functions of its module."""
+
+    def __init__(self, array):
+        self.array = array
+
+    def GetSpacing(self):
+        return (0.5, 1.0, 2.0)
+
+    def GetOrigin(self):
+        return (10.0, 20.0, 30.0)
+
+
+class FakeItk(ItkImage):
+    def GetLargestPossibleRegion(self):
+        pass
+
+    def GetDirection(self):
+        vnl = types.SimpleNamespace(rows=lambda: 3, cols=lambda: 3, get=lambda row, column: DIRECTION[row, column])
+        return types.SimpleNamespace(GetVnlMatrix=lambda: vnl)
+
+
+class FakeSimpleItk(ItkImage):
+    def GetPixelIDValue(self):
+        return 2
+
+    def GetDirection(self):
+        return tuple(DIRECTION.ravel())
+
+
+@pytest.mark.parametrize(
+    ("kind", "module", "function"),
+    [(FakeItk, "itk", "array_view_from_image"), (FakeSimpleItk, "SimpleITK", "GetArrayViewFromImage")],
+)
+def test_images_of_itk_stay_at_their_place_and_alive(ball, monkeypatch, kind, module, function):
+    fake = types.ModuleType(module)
+    setattr(fake, function, lambda image: image.array)
+    monkeypatch.setitem(sys.modules, module, fake)
+    monkeypatch.setattr(kind, "__module__", f"{module}.images")
+    image = kind(ball)
+    volume = marrow.as_volume(image)
+    assert address(volume) == ball.ctypes.data
+    assert np.array_equal(volume.affine[:3, :3], DIRECTION * [0.5, 1, 2])
+    assert np.array_equal(volume.origin, (10, 20, 30))
+    base = volume.array
+    while isinstance(base, np.ndarray):
+        base = base.base
+    assert base.image is image
+    with pytest.raises(marrow.InputError, match="4 axes"):
+        marrow.as_volume(kind(ball[..., None]))
+
+
+class DataArray:
+    """As much of xarray's as matters here."""
+
+    def __init__(self, data, dims, **coords):
+        self.data, self.dims, self.coords = data, dims, coords
+
+
+def test_coordinates_of_xarray_place_the_samples(ball):
+    coords = dict(z=30 + 2.0 * np.arange(30), y=20 - 1.5 * np.arange(31), x=10 + 0.5 * np.arange(32))
+    for dims in (("z", "y", "x"), ("x", "z", "y")):
+        data = ball.transpose(["zyx".index(dim) for dim in dims])
+        volume = marrow.as_volume(DataArray(data, dims, **coords))
+        assert address(volume) == ball.ctypes.data
+        for k, j, i in ((0, 0, 0), (3, 4, 5), (29, 30, 31)):
+            place = [coords["x"][i], coords["y"][j], coords["z"][k], 1]
+            assert np.allclose(volume.affine @ [i, j, k, 1], place)
+            assert volume.array[k, j, i] == ball[k, j, i]
+    assert np.array_equal(marrow.as_volume(DataArray(ball, ("a", "b", "c"))).affine, np.eye(4))
+    coords["y"] = coords["y"] ** 2
+    with pytest.raises(marrow.InputError, match="along y"):
+        marrow.as_volume(DataArray(ball, ("z", "y", "x"), **coords))
+    with pytest.raises(marrow.InputError, match="three"):
+        marrow.as_volume(DataArray(ball[0], ("y", "x")))
+
+
+def test_a_stand_in_of_trimesh_gets_points_that_it_must_not_merge(ball, monkeypatch):
+    calls = []
+    trimesh = types.ModuleType("trimesh")
+    trimesh.Trimesh = lambda *arrays, **options: calls.append((arrays, options))
+    monkeypatch.setitem(sys.modules, "trimesh", trimesh)
+    mesh = marrow.extract(ball, 300.5)
+    mesh.to_trimesh()
+    (points, triangles), options = calls[0]
+    assert points is mesh.points and triangles is mesh.triangles
+    assert options["process"] is False and options["vertex_normals"] is mesh.normals
+
+
+@pytest.mark.parametrize("package", ["pyvista", "meshio", "open3d", "trimesh"])
+def test_other_packages_get_the_same_mesh(ball, package):
+    pytest.importorskip(package)
+    mesh = marrow.extract(ball, 300.5)
+    other = getattr(mesh, f"to_{package}")()
+    names = dict(pyvista="points", meshio="points", open3d="vertices", trimesh="vertices")
+    assert np.array_equal(np.asarray(getattr(other, names[package])), mesh.points)
+
+
+def test_a_missing_package_is_named(ball, monkeypatch):
+    monkeypatch.setitem(sys.modules, "meshio", None)
+    with pytest.raises(ImportError, match="meshio"):
+        marrow.extract(ball, 300.5).to_meshio()

@@ -1,0 +1,185 @@
+// Reads the attributes that tell the volumes of a DICOM series apart.
+#include "volume_attributes.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+#include "io/bytes/text.h"
+#include "tags.h"
+
+namespace marrow::internal::io {
+
+namespace {
+
+enum class Form { text, uint16, uint32, float32, float64 };
+
+// Where an attribute is found: in a functional group of a frame, perhaps in a sequence within that, or in the
+// file itself if `group` is 0. The first place that has a value counts.
+struct Source {
+    VolumeAttribute attribute;
+    DicomTag group, nested, tag;
+    Form form;
+};
+
+constexpr std::array kSources = {
+    Source{VolumeAttribute::image_type, tag::kMrFrameType, 0, tag::kFrameType, Form::text},
+    Source{VolumeAttribute::image_type, tag::kCtFrameType, 0, tag::kFrameType, Form::text},
+    Source{VolumeAttribute::image_type, 0, 0, tag::kImageType, Form::text},
+    Source{VolumeAttribute::complex_component, tag::kMrFrameType, 0, tag::kComplexComponent, Form::text},
+    Source{VolumeAttribute::complex_component, 0, 0, tag::kComplexComponent, Form::text},
+    Source{VolumeAttribute::kernel, tag::kCtReconstruction, 0, tag::kConvolutionKernel, Form::text},
+    Source{VolumeAttribute::kernel, 0, 0, tag::kConvolutionKernel, Form::text},
+    Source{VolumeAttribute::echo_time, tag::kMrEcho, 0, tag::kEffectiveEchoTime, Form::float64},
+    Source{VolumeAttribute::echo_time, 0, 0, tag::kEchoTime, Form::text},
+    Source{VolumeAttribute::echo_number, 0, 0, tag::kEchoNumbers, Form::text},
+    Source{VolumeAttribute::b_value, tag::kMrDiffusion, 0, tag::kBValue, Form::float64},
+    Source{VolumeAttribute::b_value, 0, 0, tag::kBValue, Form::float64},
+    Source{VolumeAttribute::gradient, tag::kMrDiffusion, tag::kGradientDirections, tag::kGradientOrientation,
+           Form::float64},
+    Source{VolumeAttribute::gradient, 0, 0, tag::kGradientOrientation, Form::float64},
+    Source{VolumeAttribute::temporal_position, tag::kFrameContent, 0, tag::kTemporalPositionIndex,
+           Form::uint32},
+    Source{VolumeAttribute::temporal_position, 0, 0, tag::kTemporalPositionIdentifier, Form::text},
+    Source{VolumeAttribute::cardiac_phase, tag::kCardiacSynchronization, 0, tag::kCardiacPhase,
+           Form::float32},
+    Source{VolumeAttribute::trigger_time, tag::kCardiacSynchronization, 0, tag::kTriggerDelayTime,
+           Form::float64},
+    Source{VolumeAttribute::trigger_time, 0, 0, tag::kTriggerTime, Form::text},
+    Source{VolumeAttribute::frame_reference_time, 0, 0, tag::kFrameReferenceTime, Form::text},
+    Source{VolumeAttribute::acquisition_number, tag::kFrameContent, 0, tag::kFrameAcquisitionNumber,
+           Form::uint16},
+    Source{VolumeAttribute::acquisition_number, 0, 0, tag::kAcquisitionNumber, Form::text},
+    Source{VolumeAttribute::acquisition_time, tag::kFrameContent, 0, tag::kFrameAcquisitionDateTime,
+           Form::text},
+    Source{VolumeAttribute::acquisition_time, 0, 0, tag::kAcquisitionTime, Form::text},
+    Source{VolumeAttribute::instance_number, 0, 0, tag::kInstanceNumber, Form::text}};
+
+template <class T>
+std::string joined(const std::vector<T>& numbers) {
+    return fmt::format("{}", fmt::join(numbers, "\\"));
+}
+
+std::string value_in(const DicomDataSet& data_set, DicomTag tag, Form form) {
+    switch (form) {
+        case Form::text:
+            return data_set.text(tag);
+        case Form::uint16:
+            return joined(data_set.numbers<std::uint16_t>(tag));
+        case Form::uint32:
+            return joined(data_set.numbers<std::uint32_t>(tag));
+        case Form::float32:
+            return joined(data_set.numbers<float>(tag));
+        case Form::float64:
+            return joined(data_set.numbers<double>(tag));
+    }
+    return {};
+}
+
+std::string value_in(const DicomDataSet& groups, const Source& source) {
+    std::vector<DicomDataSet> items = groups.items(source.group);
+    if (!items.empty() && source.nested != 0) items = items[0].items(source.nested);
+    return items.empty() ? std::string() : value_in(items[0], source.tag, source.form);
+}
+
+std::string& value_of(VolumeAttributes& values, VolumeAttribute attribute) {
+    return values[static_cast<std::size_t>(attribute)];
+}
+
+// Which of a frame's dimension indices are not about the place of a slice in its stack.
+std::vector<std::size_t> volume_dimensions(const DicomDataSet& data_set) {
+    static constexpr std::array places = {tag::kInStackPosition, tag::kImagePosition, tag::kPlanePosition,
+                                          tag::kSliceLocation};
+    std::vector<std::size_t> out;
+    const std::vector<DicomDataSet> dimensions = data_set.items(tag::kDimensionIndexSequence);
+    for (std::size_t i = 0; i < dimensions.size(); ++i) {
+        const auto pointer = dimensions[i].numbers<std::uint16_t>(tag::kDimensionIndexPointer);
+        const bool known = pointer.size() == 2;
+        const DicomTag tag = known ? DicomTag{pointer[0]} << 16 | pointer[1] : 0;
+        if (known && std::find(places.begin(), places.end(), tag) == places.end()) out.push_back(i);
+    }
+    return out;
+}
+
+}  // namespace
+
+std::vector<VolumeAttributes> read_volume_attributes(const DicomDataSet& data_set,
+                                                     const std::vector<DicomDataSet>& per_frame,
+                                                     const std::vector<DicomDataSet>& shared,
+                                                     std::size_t frames) {
+    VolumeAttributes of_file, of_shared;
+    for (const Source& source : kSources) {
+        if (source.group == 0)
+            value_of(of_file, source.attribute) = value_in(data_set, source.tag, source.form);
+        else if (!shared.empty() && value_of(of_shared, source.attribute).empty())
+            value_of(of_shared, source.attribute) = value_in(shared[0], source);
+    }
+    for (std::size_t a = 0; a < kVolumeAttributes; ++a) {
+        if (!of_shared[a].empty()) of_file[a] = of_shared[a];
+    }
+    std::vector<VolumeAttributes> out(frames, of_file);
+    if (per_frame.empty()) return out;
+    const std::vector<std::size_t> dimensions = volume_dimensions(data_set);
+    for (std::size_t i = 0; i < frames; ++i) {
+        VolumeAttributes own;
+        for (const Source& source : kSources) {
+            if (source.group != 0 && value_of(own, source.attribute).empty())
+                value_of(own, source.attribute) = value_in(per_frame[i], source);
+        }
+        for (std::size_t a = 0; a < kVolumeAttributes; ++a) {
+            if (!own[a].empty()) out[i][a] = own[a];
+        }
+        if (dimensions.empty()) continue;
+        const std::vector<DicomDataSet> content = per_frame[i].items(tag::kFrameContent);
+        if (content.empty()) continue;
+        const auto all = content[0].numbers<std::uint32_t>(tag::kDimensionIndexValues);
+        std::vector<std::uint32_t> some;
+        for (const std::size_t d : dimensions) {
+            if (d < all.size()) some.push_back(all[d]);
+        }
+        value_of(out[i], VolumeAttribute::dimension_indices) = joined(some);
+    }
+    return out;
+}
+
+std::string describe_attribute(VolumeAttribute attribute, const std::string& value) {
+    const auto name = [&](const char* what, const char* unit) {
+        return value.empty() ? fmt::format("no {}", what) : fmt::format("{} {}{}", what, value, unit);
+    };
+    switch (attribute) {
+        case VolumeAttribute::image_type:
+            return name("image type", "");
+        case VolumeAttribute::complex_component:
+            return name("part", "");
+        case VolumeAttribute::kernel:
+            return name("kernel", "");
+        case VolumeAttribute::echo_time:
+            return name("echo time", " ms");
+        case VolumeAttribute::echo_number:
+            return name("echo", "");
+        case VolumeAttribute::b_value:
+            return name("b-value", " s/mm2");
+        case VolumeAttribute::gradient:
+            return name("gradient direction", "");
+        case VolumeAttribute::temporal_position:
+            return name("time point", "");
+        case VolumeAttribute::cardiac_phase:
+            return name("cardiac phase", " %");
+        case VolumeAttribute::trigger_time:
+            return name("trigger time", " ms");
+        case VolumeAttribute::frame_reference_time:
+            return name("frame time", " ms");
+        case VolumeAttribute::acquisition_number:
+            return name("acquisition", "");
+        case VolumeAttribute::dimension_indices:
+            return name("dimension index", "");
+        case VolumeAttribute::acquisition_time:
+            return name("acquisition time", "");
+        case VolumeAttribute::instance_number:
+            return name("InstanceNumber", "");
+    }
+    return {};
+}
+
+}  // namespace marrow::internal::io

@@ -1,0 +1,25 @@
+#!/usr/bin/env bash
+# Checks how `marrow view` fails: with one line and an exit code, before Qt starts.
+# usage: view_test.sh BIN      BIN: the folder of the programs
+set -uo pipefail
+marrow=$(realpath "$1")/marrow
+faults=0
+
+# fails_with CODE TEXT ARGUMENT...: the program must exit with CODE and print one line that contains TEXT.
+fails_with() {
+  local wanted=$1 text=$2 err code
+  shift 2
+  err=$(env -u DISPLAY -u WAYLAND_DISPLAY -u QT_QPA_PLATFORM "$marrow" "$@" 2>&1 > /dev/null)
+  code=$?
+  if [ "$code" -ne "$wanted" ] || [[ $err != *"$text"* ]] || [ "$(wc -l <<< "$err")" -ne 1 ]; then
+    echo "marrow $* exits with $code and prints: $err" >&2
+    faults=$((faults + 1))
+  fi
+}
+
+fails_with 3 "needs a display" view
+fails_with 3 "needs a display" view /
+fails_with 3 "'missing.nrrd': there is no such file" view missing.nrrd
+fails_with 2 "did you mean --series?" view --serie 1
+fails_with 2 "--measure needs an INPUT" view --measure
+[ "$faults" -eq 0 ]

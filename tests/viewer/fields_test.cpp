@@ -1,0 +1,125 @@
+// Tests which widget has the keyboard, and the names in the list of surfaces.
+#include <QDoubleSpinBox>
+#include <QLineEdit>
+
+#include "support/viewer_ball.h"
+
+namespace marrow::test {
+namespace {
+
+class Fields : public BallViewer {
+  protected:
+    // Types into the widget that has the keyboard, as a user does.
+    void type(const char* text) {
+        for (const char* c = text; *c; ++c) press(*c >= 'a' && *c <= 'z' ? *c - 'a' + Qt::Key_A : *c, *c);
+    }
+    void press(int key, char text = 0) {
+        QApplication::setActiveWindow(window.get());
+        QWidget* focus = QApplication::focusWidget();
+        QTest::sendKeyEvent(QTest::Click, focus ? focus : window.get(), Qt::Key(key),
+                            text ? QString(QChar(text)) : QString(), Qt::NoModifier);
+    }
+    QDoubleSpinBox* isovalue() { return window->findChild<QDoubleSpinBox*>("isovalue"); }
+    QLineEdit* name() { return window->findChild<QLineEdit*>("surface_name"); }
+    void give_keyboard_to(QWidget* widget) {
+        QApplication::setActiveWindow(window.get());
+        widget->setFocus();
+        ASSERT_TRUE(wait([&] { return widget->hasFocus(); }));
+    }
+};
+
+TEST_F(Fields, EnterAcceptsTheIsovalueAndTheKeysWorkAgain) {
+    give_keyboard_to(isovalue());
+    isovalue()->selectAll();
+    type("300");
+    press(Qt::Key_Return);
+    EXPECT_EQ(session().current()->isovalue, 300);
+    EXPECT_TRUE(view()->hasFocus());
+    type("1");
+    EXPECT_EQ(session().current()->isovalue, 300);
+    EXPECT_NEAR(view()->view_direction()[1], 1, 1e-6);
+    EXPECT_TRUE(isovalue()->text().startsWith("300")) << isovalue()->text().toStdString();
+}
+
+TEST_F(Fields, EscRestoresTheIsovalue) {
+    give_keyboard_to(isovalue());
+    isovalue()->selectAll();
+    type("12");
+    press(Qt::Key_Escape);
+    EXPECT_EQ(session().current()->isovalue, 0);
+    EXPECT_EQ(isovalue()->value(), 0);
+    EXPECT_FALSE(isovalue()->text().contains("12")) << isovalue()->text().toStdString();
+    EXPECT_TRUE(view()->hasFocus());
+    EXPECT_EQ(session().undo_stack().undoText(), "isovalue");  // the one of SetUp
+}
+
+TEST_F(Fields, AClickOnTheNameSelectsTheSurface) {
+    const int first = session().parameters().current;
+    session().add_surface("core", 600, {}, 1);
+    ASSERT_TRUE(settle());
+    const QPoint at = name()->geometry().center();
+    EXPECT_EQ(name()->parentWidget()->childAt(at), nullptr);  // the row gets the click
+    QTest::mouseClick(name()->parentWidget(), Qt::LeftButton, Qt::NoModifier, at);
+    EXPECT_EQ(session().parameters().current, first);
+    EXPECT_FALSE(name()->hasFocus());
+    type("w");
+    EXPECT_EQ(session().parameters().mode, viewer::DrawMode::edges);
+}
+
+TEST_F(Fields, ADoubleClickRenames) {
+    QApplication::setActiveWindow(window.get());
+    QWidget* row = name()->parentWidget();
+    QTest::mouseDClick(row, Qt::LeftButton, Qt::NoModifier, name()->geometry().center());
+    ASSERT_TRUE(wait([&] { return name()->hasFocus(); }));
+    type("left femur");
+    press(Qt::Key_Return);
+    EXPECT_EQ(session().current()->name, "left femur");
+    type("w");
+    EXPECT_EQ(session().current()->name, "left femur");
+    EXPECT_EQ(session().parameters().mode, viewer::DrawMode::edges);
+    // F2 too, and Esc restores the name.
+    key(Qt::Key_F2);
+    type("right");
+    press(Qt::Key_Escape);
+    EXPECT_EQ(session().current()->name, "left femur");
+    EXPECT_EQ(name()->text(), "left femur");
+    EXPECT_TRUE(view()->hasFocus());
+}
+
+// The samples are integers, and an isovalue between them meets no sample.
+TEST_F(Fields, TheHistogramChoosesIsovaluesBetweenIntegers) {
+    viewer::HistogramBar* histogram = window->histogram_bar();
+    const int y = histogram->height() / 2;
+    for (const double value : {-1000.0, -300.2, 10.0, 500.7, 1000.0}) {
+        const QPoint at(qRound(histogram->x_of(value)), y);
+        QTest::mouseClick(histogram, Qt::LeftButton, Qt::NoModifier, at);
+        const double isovalue = session().current()->isovalue;
+        EXPECT_EQ(isovalue - std::floor(isovalue), 0.5);
+        EXPECT_LT(std::abs(histogram->x_of(isovalue) - at.x()), 2);
+    }
+    session().set_isovalue(300.5);
+    histogram->setFocus();
+    QTest::keyClick(histogram, Qt::Key_Right);
+    EXPECT_EQ(session().current()->isovalue, 301.5);
+    QTest::keyClick(histogram, Qt::Key_PageDown);
+    EXPECT_EQ(session().current()->isovalue, 291.5);
+}
+
+// A name that nobody gave follows the isovalue.
+TEST_F(Fields, NamesFollowTheIsovalue) {
+    EXPECT_EQ(name()->text(), "surface");
+    session().apply_preset("bone");
+    EXPECT_EQ(name()->text(), "bone");
+    EXPECT_TRUE(window->command().contains("bone.stl"));
+    session().set_isovalue(24);
+    EXPECT_EQ(name()->text(), "surface");
+    EXPECT_TRUE(window->command().contains("surface.stl"));
+    key(Qt::Key_F2);
+    type("mine");
+    press(Qt::Key_Return);
+    session().apply_preset("bone");
+    EXPECT_EQ(name()->text(), "mine");
+}
+
+}  // namespace
+}  // namespace marrow::test

@@ -1,0 +1,44 @@
+// Tests that the window fits on small screens and that all of it can be reached there.
+#include <QScreen>
+#include <QToolBar>
+
+#include "support/viewer_ball.h"
+
+namespace marrow::test {
+namespace {
+
+TEST_F(BallViewer, FitsOnASmallScreen) {
+    window->resize(800, 500);  // also 1600 x 1000 at twice the scale
+    QTest::qWait(50);
+    EXPECT_EQ(window->size(), QSize(800, 500));
+    const auto visible = [&](QWidget* widget) {
+        return widget->isVisible() && widget->visibleRegion().boundingRect() == widget->rect();
+    };
+    EXPECT_TRUE(visible(view()));
+    EXPECT_TRUE(visible(window->histogram_bar()));
+    for (const auto plane : {viewer::Plane::axial, viewer::Plane::coronal, viewer::Plane::sagittal})
+        EXPECT_TRUE(visible(window->slice_view(plane))) << static_cast<int>(plane);
+    EXPECT_FALSE(window->findChild<QWidget*>("welcome")->isVisible());  // it showed through
+}
+
+TEST_F(BallViewer, ANarrowWindowHasAMenuOfMoreTools) {
+    auto* more = window->findChild<QToolButton*>("qt_toolbar_ext_button");
+    auto* export_tool = window->findChild<QToolButton*>("export");
+    window->resize(1600, 900);
+    ASSERT_TRUE(wait([&] { return export_tool->isVisible(); }));
+    window->resize(800, 600);
+    ASSERT_TRUE(wait([&] { return !export_tool->isVisible(); }));
+    EXPECT_TRUE(more->isVisible());
+    EXPECT_FALSE(more->text().isEmpty());
+    QTest::mouseClick(more, Qt::LeftButton);
+    EXPECT_TRUE(wait([&] { return export_tool->isVisible(); }));
+}
+
+TEST_F(ViewerTest, TheFirstSizeFitsTheScreen) {
+    const viewer::MainWindow fresh;
+    const QSize screen = fresh.screen()->availableSize();
+    EXPECT_EQ(fresh.size(), QSize(1440, 900).boundedTo(screen));
+}
+
+}  // namespace
+}  // namespace marrow::test
