@@ -38,6 +38,9 @@ Json bounds(const MeshMeasures& m, Space space) {
 
 Json step_numbers(const StepReport& step) {
     const auto pair = [](auto before, auto after) { return Json{before, after}; };
+    const auto distance = [](const std::optional<MeshDistance>& d) {
+        return d ? Json{{"max", d->max}, {"mean", d->mean}} : Json();
+    };
     return {{"step", step.name},
             {"triangles", pair(step.before.triangles, step.after.triangles)},
             {"components", pair(step.before.components, step.after.components)},
@@ -45,8 +48,9 @@ Json step_numbers(const StepReport& step) {
             {"nonmanifold_edges", pair(step.before.nonmanifold_edges, step.after.nonmanifold_edges)},
             {"volume_mm3", pair(step.before.volume, step.after.volume)},
             {"area_mm2", pair(step.before.area, step.after.area)},
-            {"deviation_mm",
-             step.deviation ? Json{{"max", step.deviation->max}, {"mean", step.deviation->mean}} : Json()}};
+            {"deviation_mm", distance(step.deviation)},
+            {"moved_mm", distance(step.moved)},
+            {"held_back", step.held_back}};
 }
 
 Json surface_numbers(const Surface& surface, Space space) {

@@ -31,9 +31,12 @@ void print_text(std::ostream& out, const SurfaceResults& results) {
                                step.name + ":", step.after.triangles, step.before.triangles,
                                change(step.before.volume, step.after.volume),
                                change(step.before.area, step.after.area));
-            if (step.deviation)
-                out << fmt::format(", moved {:.3g} mm at most and {:.3g} mm on average", step.deviation->max,
-                                   step.deviation->mean);
+            if (const auto& moved = step.deviation ? step.deviation : step.moved)
+                out << fmt::format(", moved {:.3g} mm at most and {:.3g} mm on average", moved->max,
+                                   moved->mean);
+            if (step.held_back > 0)
+                out << fmt::format(", held back at {} points to keep the surface from passing through itself",
+                                   step.held_back);
             out << '\n';
         }
     }

@@ -32,7 +32,11 @@ struct StepReport {
     std::string name;  ///< "components", "smooth" or "reduce"
     MeshMeasures before, after;
     std::optional<MeshDistance> deviation;  ///< of the surface after from the one before, if it was measured
-    std::string note;                       ///< what the user must know; empty: nothing
+    std::optional<MeshDistance> moved;      ///< how far smoothing moved the points
+    /// Points that smoothing held back, or collapses that reduction undid, because the surface would have
+    /// passed through itself.
+    std::int64_t held_back = 0;
+    std::string note;  ///< what the user must know; empty: nothing
 };
 
 /// One extracted surface.

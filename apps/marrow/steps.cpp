@@ -31,6 +31,18 @@ bool store_crop(std::string_view text, std::optional<CropBox>& crop) {
     return true;
 }
 
+// Stores a distance in mm, or 0 if there is no text.
+Value bound_value(std::optional<double>& to) {
+    Value value{"DISTANCE", "a distance above 0 in mm, such as 0.5mm", [&to](const std::string& text) {
+                    const std::string_view number =
+                        text.ends_with("mm") ? std::string_view(text).substr(0, text.size() - 2) : text;
+                    to = text.empty() ? 0.0 : parse_number(number);
+                    return text.empty() || (to && *to > 0);
+                }};
+    value.may_be_left = true;
+    return value;
+}
+
 // LPS to RAS, or back.
 Box with_x_and_y_negated(const Box& box) {
     return {{-box.upper[0], -box.upper[1], box.lower[2]}, {-box.lower[0], -box.lower[1], box.upper[2]}};
@@ -77,14 +89,19 @@ Mesh with_chosen_components(const Mesh& mesh, const SurfaceSteps& steps, int thr
 }
 
 Mesh smoothed(const Mesh& mesh, const SurfaceSteps& steps, const Mat3d& index_to_physical, int threads,
-              const Progress& progress, std::string& note) {
+              const Progress& progress, StepReport& report) {
     SmoothOptions options{.iterations = steps.smooth, .threads = threads, .progress = progress};
-    if (steps.smooth_bound) options.bound = index_to_physical;
+    if (steps.smooth_bound == 0)
+        options.bound = index_to_physical;
+    else
+        options.max_move = steps.smooth_bound;
     SmoothStats stats;
     Mesh result = smooth(mesh, options, &stats);
+    report.moved = MeshDistance{stats.moved_mean, stats.moved_max};
+    report.held_back = stats.held_back_points;
     if (stats.restored_components > 0)
-        note = fmt::format("{} components are too small to smooth and keep their shape",
-                           stats.restored_components);
+        report.note = fmt::format("{} components are too small to smooth and keep their shape",
+                                  stats.restored_components);
     return result;
 }
 
@@ -106,6 +123,7 @@ Mesh reduced(const Mesh& mesh, const SurfaceSteps& steps, const Mat3d& index_to_
     SimplifyStats stats;
     Mesh result = simplify(mesh, options, &stats);
     report.deviation = stats.deviation;
+    report.held_back = stats.undone_collapses;
     if (stats.backed_off)
         report.note = "the surface is unchanged: no reduction keeps the error and the topology";
     else if (!steps.max_error && triangles && static_cast<std::int64_t>(result.triangles.size()) > *triangles)
@@ -162,9 +180,10 @@ void add_surface_options(Arguments& arguments, SurfaceSteps& steps) {
     arguments.add_option(
         "--smooth", integer_value("N", steps.smooth, 0, 1000),
         "Smooth the surface without shrinking it, with N iterations of a windowed sinc filter; 20 is usual.");
-    arguments.add_flag(
-        "--smooth-bound", steps.smooth_bound,
-        "With --smooth: move no point further than half a sample along each axis of the scan.");
+    arguments.add_option(
+        "--smooth-bound", bound_value(steps.smooth_bound),
+        "With --smooth: move no point further than DISTANCE, such as 0.5mm; without a DISTANCE, no further "
+        "than half a sample along each axis of the scan.");
     arguments.add_option("--keep",
                          number_value("FRACTION", "a fraction above 0, at most 1, such as 0.5 for half",
                                       steps.keep, [](double x) { return x > 0 && x <= 1; }),
@@ -215,7 +234,9 @@ std::vector<StepReport> refine_surface(Mesh& mesh, const SurfaceSteps& steps, co
     const auto step = [&](const char* name, auto change) {
         apps::report(progress, 0);
         const MeshMeasures before = reports.empty() ? measure(mesh) : reports.back().after;
-        StepReport done{name, before, {}, {}, {}};
+        StepReport done;
+        done.name = name;
+        done.before = before;
         mesh = change(done);
         done.after = measure(mesh);
         reports.push_back(std::move(done));
@@ -224,7 +245,7 @@ std::vector<StepReport> refine_surface(Mesh& mesh, const SurfaceSteps& steps, co
         step("components", [&](StepReport&) { return with_chosen_components(mesh, steps, threads); });
     if (steps.smooth > 0)
         step("smooth", [&](StepReport& done) {
-            return smoothed(mesh, steps, index_to_physical, threads, progress, done.note);
+            return smoothed(mesh, steps, index_to_physical, threads, progress, done);
         });
     if (steps.reduce())
         step("reduce", [&](StepReport& done) {

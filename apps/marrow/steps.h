@@ -41,7 +41,8 @@ struct SurfaceSteps {
     double min_volume = 0;        ///< mm^3
     bool no_cavities = false;
     int smooth = 0;  ///< iterations; 0: none
-    bool smooth_bound = false;
+    /// How far smoothing may move a point, mm; 0: half a sample along each axis.
+    std::optional<double> smooth_bound;
     std::optional<double> keep;  ///< of the triangles
     std::optional<std::int64_t> triangles;
     std::optional<double> max_error;  ///< mm

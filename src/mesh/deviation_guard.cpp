@@ -39,11 +39,11 @@ DeviationGuard::DeviationGuard(const Mesh& mesh, const TriangleTree& tree, doubl
 
 bool DeviationGuard::accept(std::span<const std::uint32_t> removed, std::span<const PatchTriangle> patch) {
     assignments_.clear();
-    const auto list = [&](std::uint32_t triangle) {
-        for_each_point_of(triangle, [&](std::uint32_t p) { assignments_.push_back({p, kNone}); });
+    const auto list = [&](std::uint32_t triangle, std::uint32_t guess) {
+        for_each_point_of(triangle, [&](std::uint32_t p) { assignments_.push_back({p, kNone, guess}); });
     };
-    for (const std::uint32_t t : removed) list(t);
-    for (const PatchTriangle& t : patch) list(t.index);
+    for (const std::uint32_t t : removed) list(t, 0);
+    for (std::uint32_t i = 0; i < patch.size(); ++i) list(patch[i].index, i);
     if (!points_stay_near(patch) || !patch_is_near(patch)) return false;
     for (const std::uint32_t t : removed) first_point_[t] = kNone;
     for (const PatchTriangle& t : patch) first_point_[t.index] = kNone;
@@ -54,14 +54,20 @@ bool DeviationGuard::accept(std::span<const std::uint32_t> removed, std::span<co
     return true;
 }
 
-// Assigns each point to the nearest triangle of the patch. False if one is too far from all of them.
+// Assigns each point to the nearest triangle of the patch, or to its former triangle if that is still quite
+// near. False if one is too far from all of them.
 bool DeviationGuard::points_stay_near(std::span<const PatchTriangle> patch) {
+    const double most = max_distance_ * max_distance_;
     for (Assignment& a : assignments_) {
-        double nearest = max_distance_ * max_distance_;
-        for (const PatchTriangle& t : patch) {
+        double nearest = most;
+        const auto try_triangle = [&](const PatchTriangle& t) {
             const auto& [p, q, r] = t.corners;
             const double d = squared_distance_to_triangle(points_[a.point], p, q, r);
             if (d <= nearest) nearest = d, a.triangle = t.index;
+        };
+        if (!patch.empty()) try_triangle(patch[a.guess]);
+        for (std::size_t i = 0; i < patch.size() && !(4 * nearest < most); ++i) {
+            if (i != a.guess) try_triangle(patch[i]);
         }
         if (a.triangle == kNone) return false;
     }

@@ -53,6 +53,7 @@ class DeviationGuard {
     std::vector<std::uint32_t> fans_;         // the original triangles at each point
     struct Assignment {
         std::uint32_t point, triangle;
+        std::uint32_t guess;  // the number in the patch of the triangle that it was assigned to
     };
     std::vector<Assignment> assignments_;  // kept for its memory
 };

@@ -5,7 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
+#include <memory>
+#include <numeric>
 
 #include "self_intersections.h"
 
@@ -22,48 +23,107 @@ Vec3f along_path(const Vec3f& start, const Vec3f& end, Steps steps) {
     return to_float(to_double(start) + std::ldexp(1.0, -steps) * (to_double(end) - to_double(start)));
 }
 
-// Marks all corners of the triangles that have a marked corner.
-void grow(const Mesh& mesh, std::vector<std::uint8_t>& marked) {
-    const std::vector<std::uint8_t> before = marked;
-    for (const auto& [a, b, c] : mesh.triangles) {
-        if ((before[a] | before[b] | before[c]) != 0) marked[a] = marked[b] = marked[c] = 1;
+// A mesh whose points move back.
+struct Sheet {
+    Mesh& mesh;
+    const Buffer<std::uint32_t>& numbers;
+    std::unique_ptr<SelfIntersections> intersections = {};
+    std::vector<TrianglePair> pairs = {};
+
+    void find_all(const Progress& progress, double begin, double end) {
+        intersections = std::make_unique<SelfIntersections>(mesh);
+        pairs = intersections->find_all(progress, begin, end);
+        if (pairs.empty()) intersections.reset();
+    }
+    void find_changed(const std::vector<std::uint8_t>& moved) {
+        std::vector<std::uint32_t> changed;
+        for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+            if (has_corner_in(moved, mesh.triangles[t])) changed.push_back(t);
+        }
+        if (!intersections && !changed.empty()) intersections = std::make_unique<SelfIntersections>(mesh);
+        pairs = changed.empty() ? std::vector<TrianglePair>() : intersections->find_changed(changed);
+    }
+    bool has_corner_in(const std::vector<std::uint8_t>& set, const Triangle& t) const {
+        return (set[numbers[t[0]]] | set[numbers[t[1]]] | set[numbers[t[2]]]) != 0;
+    }
+    void add_corners(const Triangle& t, std::vector<std::uint8_t>& set) const {
+        for (const std::uint32_t p : t) set[numbers[p]] = 1;
+    }
+};
+
+// The corners of the intersecting triangles, except where all are at their starts: it was so at the start.
+void add_intersecting(const Sheet& sheet, const std::vector<Steps>& steps, std::vector<std::uint8_t>& set) {
+    for (const TrianglePair& pair : sheet.pairs) {
+        const bool can_move = std::any_of(pair.begin(), pair.end(), [&](std::uint32_t t) {
+            const Triangle& corners = sheet.mesh.triangles[t];
+            return std::any_of(corners.begin(), corners.end(),
+                               [&](std::uint32_t p) { return steps[sheet.numbers[p]] < kAtStart; });
+        });
+        if (!can_move) continue;
+        for (const std::uint32_t t : pair) sheet.add_corners(sheet.mesh.triangles[t], set);
+    }
+}
+
+// Adds the neighbours of the points in a set.
+void grow(const std::vector<Sheet>& sheets, std::vector<std::uint8_t>& set) {
+    const std::vector<std::uint8_t> before = set;
+    for (const Sheet& sheet : sheets) {
+        for (const Triangle& t : sheet.mesh.triangles) {
+            if (sheet.has_corner_in(before, t)) sheet.add_corners(t, set);
+        }
     }
 }
 
 }  // namespace
 
-std::size_t hold_back(const Buffer<Vec3f>& start, Mesh& mesh, const Progress& progress, double begin,
+std::size_t hold_back(std::span<Mesh> meshes, const std::vector<Buffer<std::uint32_t>>& numbers,
+                      const std::function<Positions()>& start, const Progress& progress, double begin,
                       double end) {
-    SelfIntersections intersections(mesh);
-    std::vector<TrianglePair> pairs = intersections.find_all(progress, begin, end);
-    if (pairs.empty()) return 0;
-    const Buffer<Vec3f> wanted = mesh.points;
-    std::vector<Steps> steps(mesh.points.size(), 0);
-    for (int round = 0; !pairs.empty(); ++round) {
-        std::vector<std::uint8_t> marked(mesh.points.size(), 0);
-        for (const TrianglePair& pair : pairs) {
-            const auto is_at_start = [&](std::uint32_t p) { return steps[p] == kAtStart; };
-            const auto all_at_start = [&](std::uint32_t t) {
-                return std::all_of(mesh.triangles[t].begin(), mesh.triangles[t].end(), is_at_start);
-            };
-            if (all_at_start(pair[0]) && all_at_start(pair[1])) continue;  // it was so at the start
-            for (const std::uint32_t t : pair) {
-                for (const std::uint32_t p : mesh.triangles[t]) marked[p] = 1;
+    std::vector<Sheet> sheets;
+    bool any = false;
+    for (std::size_t m = 0; m < meshes.size(); ++m) {
+        const auto at = [&](std::size_t done) {
+            return std::lerp(begin, end, static_cast<double>(done) / static_cast<double>(meshes.size()));
+        };
+        sheets.push_back({meshes[m], numbers[m]});
+        sheets.back().find_all(progress, at(m), at(m + 1));
+        any |= !sheets.back().pairs.empty();
+    }
+    if (!any) return 0;
+    const Positions from = start();
+    Positions to;
+    std::size_t count = 0;
+    for (const Sheet& sheet : sheets) {
+        to.push_back(sheet.mesh.points);
+        for (const std::uint32_t number : sheet.numbers) count = std::max<std::size_t>(count, number + 1);
+    }
+    std::vector<Steps> steps(count, 0);
+    for (int round = 0;; ++round) {
+        std::vector<std::uint8_t> moved(count, 0);
+        for (const Sheet& sheet : sheets) add_intersecting(sheet, steps, moved);
+        for (int ring = 0; ring < round / 2; ++ring) grow(sheets, moved);
+        for (std::size_t n = 0; n < count; ++n) {
+            if (steps[n] == kAtStart) moved[n] = 0;
+            steps[n] = static_cast<Steps>(steps[n] + moved[n]);
+        }
+        if (std::count(moved.begin(), moved.end(), 1) == 0) break;
+        for (std::size_t m = 0; m < sheets.size(); ++m) {
+            const Buffer<std::uint32_t>& number = sheets[m].numbers;
+            for (std::size_t p = 0; p < number.size(); ++p) {
+                if (moved[number[p]] != 0)
+                    meshes[m].points[p] = along_path(from[m][p], to[m][p], steps[number[p]]);
             }
+            sheets[m].find_changed(moved);
         }
-        for (int ring = 0; ring < round / 2; ++ring) grow(mesh, marked);
-        for (std::size_t p = 0; p < marked.size(); ++p) {
-            if (steps[p] == kAtStart) marked[p] = 0;
-            if (marked[p] != 0) mesh.points[p] = along_path(start[p], wanted[p], ++steps[p]);
-        }
-        std::vector<std::uint32_t> changed;
-        for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-            const auto& [a, b, c] = mesh.triangles[t];
-            if ((marked[a] | marked[b] | marked[c]) != 0) changed.push_back(t);
-        }
-        pairs = intersections.find_changed(changed);
     }
     return static_cast<std::size_t>(std::count_if(steps.begin(), steps.end(), [](Steps s) { return s > 0; }));
+}
+
+std::size_t hold_back(Mesh& mesh, const std::function<Positions()>& start, const Progress& progress,
+                      double begin, double end) {
+    std::vector<Buffer<std::uint32_t>> numbers(1, Buffer<std::uint32_t>(mesh.points.size()));
+    std::iota(numbers[0].begin(), numbers[0].end(), 0u);
+    return hold_back({&mesh, 1}, numbers, start, progress, begin, end);
 }
 
 }  // namespace marrow::internal

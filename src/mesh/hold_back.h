@@ -1,7 +1,10 @@
-/// Keeps a surface from passing through itself while its points move.
+/// Keeps surfaces from passing through themselves while their points move.
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <span>
 #include <vector>
 
 #include <marrow/buffer.h>
@@ -10,11 +13,21 @@
 
 namespace marrow::internal {
 
-/// Moves points of a mesh back along straight paths, towards the positions `start` that they came from, until
-/// the surface passes through itself only where it did so at the start. Returns how many points it moved.
+/// The points of some meshes.
+using Positions = std::vector<Buffer<Vec3f>>;
+
+/// Moves points of a mesh back along straight paths, towards the positions that they came from, until the
+/// surface passes through itself only where it did so at the start. Returns how many points it moved.
+/// `start` returns the positions before the move; it is called at most once, and only if they are needed.
 /// The result does not depend on the number of threads. Reports progress from `begin` to `end`.
-/// \pre there is a start for each point; as for SelfIntersections \throw Cancelled
-std::size_t hold_back(const Buffer<Vec3f>& start, Mesh& mesh, const Progress& progress = {}, double begin = 0,
-                      double end = 1);
+/// \pre as for SelfIntersections \throw Cancelled
+std::size_t hold_back(Mesh& mesh, const std::function<Positions()>& start, const Progress& progress = {},
+                      double begin = 0, double end = 1);
+
+/// The same for several meshes, each of which may pass through the others. Points with the same number in
+/// `numbers`, which has one for each point of each mesh, move together; they are counted once.
+std::size_t hold_back(std::span<Mesh> meshes, const std::vector<Buffer<std::uint32_t>>& numbers,
+                      const std::function<Positions()>& start, const Progress& progress = {},
+                      double begin = 0, double end = 1);
 
 }  // namespace marrow::internal

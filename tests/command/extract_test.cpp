@@ -265,6 +265,8 @@ TEST_F(CommandLine, ReportsEachStepAfterExtraction) {
     EXPECT_EQ(json["steps"][0]["components"], Json({3, 2}));
     EXPECT_EQ(json["steps"][1]["step"], "smooth");
     EXPECT_EQ(json["steps"][1]["deviation_mm"], Json());
+    EXPECT_GT(json["steps"][1]["moved_mm"]["mean"], 0);
+    EXPECT_GE(json["steps"][1]["held_back"], 0);
     EXPECT_EQ(json["steps"][2]["step"], "reduce");
     EXPECT_LE(json["steps"][2]["deviation_mm"]["max"], 1);
     const int before = json["steps"][2]["triangles"][0], after = json["triangles"];
@@ -274,6 +276,9 @@ TEST_F(CommandLine, ReportsEachStepAfterExtraction) {
     EXPECT_EQ(extract_json({"-o", mesh, "--isovalue", "0", "--components", "2"})["components"], 2);
     EXPECT_EQ(extract_json({"-o", mesh, "--isovalue", "0", "--triangles", "50"})["triangles"], 50);
     EXPECT_EQ(extract({"-o", mesh, "--isovalue", "0", "--clean-small", "1e9"}).code, 5);
+    const Json bound =
+        extract_json({"-o", mesh, "--isovalue", "0", "--smooth", "20", "--smooth-bound", "0.05mm"});
+    EXPECT_NEAR(bound["steps"][0]["moved_mm"]["max"], 0.05, 1e-4);
     const Outcome text = extract({"-o", mesh, "--isovalue", "0", "--smooth", "5"});
     EXPECT_NE(text.out.find("\n  smooth:"), text.out.npos) << text.out;
 }
@@ -286,6 +291,8 @@ TEST_F(CommandLine, RefusesStepsThatMakeNoSense) {
                                                {"--triangles", "0"},
                                                {"--max-error", "-1"},
                                                {"--smooth-bound"},
+                                               {"--smooth", "5", "--smooth-bound", "0.5cm"},
+                                               {"--smooth", "5", "--smooth-bound", "0"},
                                                {"--smooth", "-2"},
                                                {"--median", "17"},
                                                {"--blur", "nan"},

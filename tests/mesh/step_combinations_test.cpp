@@ -7,6 +7,7 @@
 
 #include <marrow/components.h>
 #include <marrow/isosurface.h>
+#include <marrow/labels.h>
 #include <marrow/measure.h>
 #include <marrow/mesh_check.h>
 #include <marrow/scan_io.h>
@@ -29,7 +30,53 @@ Mesh closed_surface(const Volume& volume, double isovalue) {
 
 std::string fault(const Mesh& mesh) {
     const std::string found = manifold_fault(mesh);
-    return found.empty() && !(measure(mesh).volume > 0) ? "faces inward" : found;
+    if (!found.empty()) return found;
+    const MeshCheck check = check_mesh(mesh);
+    if (check.self_intersections > 0) return "passes through itself";
+    return check.is_oriented() ? "" : "faces inward";
+}
+
+// Whether to run the tests that take minutes each.
+bool wants_long_tests() {
+    const char* wanted = std::getenv("MARROW_TEST_LONG");
+    return wanted != nullptr && *wanted != '\0';
+}
+constexpr const char* kLong = "this test takes some minutes: set MARROW_TEST_LONG to run it";
+
+// Smooths with and without bounds, and reduces by share and by error. Every result must be valid, and have
+// the topology of the surface. Does all combinations, or by default a random choice of them.
+void walk_steps(const Mesh& surface, const Mat3d& cell, Random& random) {
+    if (surface.triangles.empty()) return;
+    const MeshCheck before = check_mesh(surface);
+    ASSERT_EQ(before.self_intersections, 0);
+    const auto expect_valid = [&](const Mesh& mesh) {
+        const MeshCheck after = check_mesh(mesh);
+        EXPECT_EQ(manifold_fault(mesh), "");
+        EXPECT_EQ(after.self_intersections, 0);
+        EXPECT_EQ(after.genus, before.genus);
+        EXPECT_EQ(after.measures.components, before.measures.components);
+    };
+    const auto is_chosen = [&](unsigned one_of) { return wants_long_tests() || random() % one_of == 0; };
+    for (const int iterations : {0, 5, 20, 60}) {
+        for (const int bound : {0, 1, 2}) {
+            if (!is_chosen(6)) continue;
+            SCOPED_TRACE(testing::Message() << "smooth " << iterations << ", bound " << bound);
+            SmoothOptions options{.iterations = iterations};
+            if (bound == 1) options.bound = cell;
+            if (bound == 2) options.max_move = 0.2;
+            const Mesh smoothed = smooth(surface, options);
+            expect_valid(smoothed);
+            const auto all = static_cast<double>(smoothed.triangles.size());
+            for (const double keep : {0.5, 0.1, 0.02})
+                expect_valid(simplify(smoothed, {.triangles = std::llround(keep * all)}));
+            for (const double error : {0.05, 0.2}) {
+                if (!is_chosen(8)) continue;
+                const Mesh near = simplify(smoothed, {.max_error = error});
+                expect_valid(near);
+                EXPECT_LE(mesh_distance(smoothed, near).max, error);
+            }
+        }
+    }
 }
 
 // Combines filters, snapping, components, smoothing and reduction, each in several ways or not at all. Every
@@ -90,13 +137,6 @@ void walk_once(const Volume& scan, double isovalue) {
     EXPECT_EQ(reduction.deviation.mean, apart.mean);
     EXPECT_EQ(reduction.deviation.max, apart.max);
 }
-
-// Whether to run the tests that take minutes each.
-bool wants_long_tests() {
-    const char* wanted = std::getenv("MARROW_TEST_LONG");
-    return wanted != nullptr && *wanted != '\0';
-}
-constexpr const char* kLong = "this test takes some minutes: set MARROW_TEST_LONG to run it";
 
 Volume crop_around(const Volume& scan, std::array<std::int64_t, 3> middle, std::int64_t half) {
     std::array<std::int64_t, 3> last = middle;
@@ -188,6 +228,61 @@ TEST_F(VisibleHuman, StaysClosedAndManifoldThroughEveryCombinationOfTheCompleteS
 
 TEST_F(VisibleHuman, StaysClosedAndManifoldAsACompleteScan) {
     for (const double isovalue : {kBone, kSkin}) walk_once(scan, isovalue);
+}
+
+// Walls of one or two samples between two regions of noise.
+Volume thin_walls(Random& random) {
+    const double slope = std::uniform_real_distribution<double>(-0.5, 0.5)(random);
+    std::normal_distribution<double> noise(0, 0.4);
+    return sampled<float>(grid(12, 12, 12), [&](auto x, auto y, auto z) {
+        const double phase = static_cast<double>(x) + slope * static_cast<double>(y + z);
+        return (std::fmod(phase + 20, 4) < 1.6 ? 1.0 : -1.0) + noise(random);
+    });
+}
+
+TEST(Noise, StaysValidThroughEveryCombination) {
+    Random random(3);
+    for (int trial = 0; trial < (wants_long_tests() ? 200 : 50); ++trial) {
+        SCOPED_TRACE(trial);
+        const RandomGrid one = trial % 2 == 0 ? random_grid(random) : RandomGrid{thin_walls(random), 0};
+        for (const double snap : {0.0, 0.3}) {
+            const Mesh surface = extract_isosurface(one.volume, one.isovalue, {.closed = true, .snap = snap});
+            if (surface.triangles.empty()) continue;
+            walk_steps(surface, one.volume.geometry().index_to_physical(), random);
+        }
+    }
+}
+
+TEST_F(Cranium, StaysValidThroughEveryCombination) {
+    Random random(1);
+    const Volume part = wants_long_tests() ? std::move(scan) : crop_around(scan, {128, 50, 54}, 14);
+    for (const double isovalue : {kBone, kSkin}) {
+        for (const double snap : {0.0, 0.3})
+            walk_steps(extract_isosurface(part, isovalue, {.closed = true, .snap = snap}),
+                       part.geometry().index_to_physical(), random);
+    }
+}
+
+TEST_F(VisibleHuman, StaysValidThroughEveryCombination) {
+    Random random(1);
+    const Volume part = wants_long_tests() ? std::move(scan) : crop_around(scan, {256, 142, 117}, 14);
+    for (const double isovalue : {kBone, kSkin}) {
+        for (const double snap : {0.0, 0.3})
+            walk_steps(extract_isosurface(part, isovalue, {.closed = true, .snap = snap}),
+                       part.geometry().index_to_physical(), random);
+    }
+}
+
+TEST(Labels, StayValidWhenRelaxed) {
+    for (unsigned seed = 0; seed < 40; ++seed) {
+        Random random(seed);
+        const Volume map = sampled<std::uint8_t>(
+            grid(7, 7, 7), [&](auto, auto, auto) { return static_cast<int>(random() % (2 + seed % 3)); });
+        for (const int relax : {0, 1, 40}) {
+            for (const LabelSurface& surface : extract_labels(map, {.relax = relax}))
+                EXPECT_EQ(check_mesh(surface.mesh).self_intersections, 0) << seed << ", relax " << relax;
+        }
+    }
 }
 
 TEST(Noise, StaysClosedThroughAllSteps) {

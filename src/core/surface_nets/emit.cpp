@@ -7,6 +7,8 @@
 #include <tbb/parallel_for.h>
 
 #include "base/parallel.h"
+#include "base/progress.h"
+#include "mesh/hold_back.h"
 #include "writers.h"
 
 namespace marrow::internal {
@@ -16,19 +18,25 @@ namespace {
 class MeshMaker {
   public:
     MeshMaker(SurfaceNet& net, const IndexToPhysical& to_physical, LabelIndex background)
-        : net_(net), to_physical_(to_physical), background_(background), meshes_(net.labels.size()) {
+        : net_(net),
+          to_physical_(to_physical),
+          background_(background),
+          meshes_(net.labels.size()),
+          net_points_(net.labels.size()) {
         allocate();
         net.corners.resize(net.corner_count());
     }
 
     void write_points(std::size_t slab) {
         Vec3f dropped;
+        std::uint32_t dropped_index;
         std::vector<PointWriter> writers;
         for (std::size_t l = 0; l < meshes_.size(); ++l) {
             const std::uint64_t before = net_.slabs[slab].counts[l].points;
-            writers.push_back({meshes_[l].points.data(), static_cast<std::uint32_t>(before), 1});
+            writers.push_back(
+                {meshes_[l].points.data(), net_points_[l].data(), static_cast<std::uint32_t>(before), 1});
         }
-        writers[background_] = {&dropped, 0, 0};
+        writers[background_] = {&dropped, &dropped_index, 0, 0};
         emit_label_points(net_, to_physical_, slab, writers.data());
     }
 
@@ -48,7 +56,7 @@ class MeshMaker {
         }
     }
 
-    std::vector<Mesh> take() { return std::move(meshes_); }
+    LabelMeshes take() { return {std::move(meshes_), std::move(net_points_)}; }
 
   private:
     // Gives the meshes their sizes. Replaces the counts of each slab by the sum over all slabs before it,
@@ -64,6 +72,7 @@ class MeshMaker {
         for (std::size_t l = 0; l < meshes_.size(); ++l) {
             if (l == background_) continue;
             meshes_[l].points.resize(totals[l].points);
+            net_points_[l].resize(totals[l].points);
             meshes_[l].triangles.resize(totals[l].half_triangles / 2);
         }
     }
@@ -72,12 +81,13 @@ class MeshMaker {
     const IndexToPhysical& to_physical_;
     const LabelIndex background_;
     std::vector<Mesh> meshes_;
+    std::vector<Buffer<std::uint32_t>> net_points_;
 };
 
 }  // namespace
 
-std::vector<Mesh> make_label_meshes(SurfaceNet& net, const IndexToPhysical& to_physical,
-                                    LabelIndex background, const Progress& progress) {
+LabelMeshes make_label_meshes(SurfaceNet& net, const IndexToPhysical& to_physical, LabelIndex background,
+                              const Progress& progress) {
     MeshMaker maker(net, to_physical, background);
     const std::size_t slabs = net.slabs.size();
     Stage stage(progress, 0, 1, 2 * slabs);
@@ -93,6 +103,24 @@ std::vector<Mesh> make_label_meshes(SurfaceNet& net, const IndexToPhysical& to_p
         stage.step();
     });
     return maker.take();
+}
+
+std::vector<Mesh> make_relaxed_meshes(SurfaceNet& net, const IndexToPhysical& to_physical,
+                                      LabelIndex background, const Progress& progress) {
+    std::vector<std::vector<SurfaceCounts>> counts;
+    for (const SlabOfCells& slab : net.slabs) counts.push_back(slab.counts);
+    LabelMeshes relaxed = make_label_meshes(net, to_physical, background, sub_progress(progress, 0, 0.5));
+    if (net.points.empty()) return std::move(relaxed.meshes);
+    const auto before_relaxation = [&] {
+        net.points = {};
+        for (std::size_t s = 0; s < counts.size(); ++s) net.slabs[s].counts = std::move(counts[s]);
+        Positions positions;
+        for (Mesh& mesh : make_label_meshes(net, to_physical, background, {}).meshes)
+            positions.push_back(std::move(mesh.points));
+        return positions;
+    };
+    hold_back(relaxed.meshes, relaxed.net_points, before_relaxation, progress, 0.5, 1);
+    return std::move(relaxed.meshes);
 }
 
 }  // namespace marrow::internal

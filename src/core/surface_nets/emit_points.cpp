@@ -101,8 +101,8 @@ class PointEmitter {
                     to_physical_.add_centre(i, vector_of_case_[cases[id]], corner.position);
                 else
                     to_physical_.add_centre(i, to_physical_.vector_to(points[id]), corner.position);
-                corner.point[0] = writers[labels.lesser()].write(corner.position);
-                corner.point[1] = writers[labels.greater()].write(corner.position);
+                corner.point[0] = writers[labels.lesser()].write(corner.position, id);
+                corner.point[1] = writers[labels.greater()].write(corner.position, id);
                 corner.labels = labels;
                 corner.junction = {};
             }
@@ -110,7 +110,7 @@ class PointEmitter {
     }
 
     // Emits the points of a multi-label cell, whose corners begin at `first_corner`.
-    void emit_multi_label(const MultiLabelCell& cell, std::size_t first_corner) {
+    void emit_multi_label(const SlabOfCells& slab, const MultiLabelCell& cell, std::size_t first_corner) {
         const CellPattern& pattern = *cell.pattern;
         to_physical_.set_row(cell.index[1], cell.index[2]);
         std::array<NetPoint, CellPattern::kMaxLabelPoints> positions;
@@ -122,7 +122,10 @@ class PointEmitter {
         std::array<std::uint32_t, CellPattern::kMaxLabelPoints> points;
         for (std::size_t p = 0; p < pattern.label_points.size(); ++p) {
             const CellPattern::LabelPoint& point = pattern.label_points[p];
-            points[p] = writers_[cell.index_of_label[point.label]].write(positions[point.position]);
+            const std::size_t net_point =
+                point.position == 0 ? cell.id : net_.extra_point(slab, cell, point.position);
+            points[p] =
+                writers_[cell.index_of_label[point.label]].write(positions[point.position], net_point);
         }
         net_.corners[cell.id] = {
             {}, {static_cast<std::uint32_t>(first_corner), pattern.crossed_edges}, {0, 0}, {}};
@@ -154,7 +157,7 @@ void emit_points_of_slab(SurfaceNet& net, const IndexToPhysical& to_physical, st
     const SlabOfCells& slab = net.slabs[slab_number];
     const std::size_t first_corner = net.cell_count() + slab.first_extra_corner;
     for (const MultiLabelCell& cell : slab.multi_label_cells)
-        emitter.emit_multi_label(cell, first_corner + cell.first_corner);
+        emitter.emit_multi_label(slab, cell, first_corner + cell.first_corner);
 }
 
 }  // namespace marrow::internal::HWY_NAMESPACE

@@ -118,7 +118,7 @@ std::vector<LabelSurface> extract(const VolumeView& view, const LabelOptions& op
     const auto background = static_cast<LabelIndex>(
         std::lower_bound(net.labels.begin(), net.labels.end(), options.background) - net.labels.begin());
     std::vector<Mesh> meshes =
-        make_label_meshes(net, IndexToPhysical(map), background, sub_progress(progress, 0.6, 0.9));
+        make_relaxed_meshes(net, IndexToPhysical(map), background, sub_progress(progress, 0.6, 0.9));
 
     std::vector<LabelSurface> surfaces;
     for (std::size_t l = 0; l < meshes.size(); ++l) {

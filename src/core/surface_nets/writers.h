@@ -16,11 +16,13 @@ namespace marrow::internal {
 /// the one before.
 struct PointWriter {
     Vec3f* points;
+    std::uint32_t* net_points;
     std::uint32_t next, step;
 
-    /// Returns the point's index in the label's mesh.
-    std::uint32_t write(const NetPoint& position) {
+    /// Returns the point's index in the label's mesh. `net_point` is its index in the net.
+    std::uint32_t write(const NetPoint& position, std::size_t net_point) {
         const std::uint32_t index = next;
+        net_points[index] = static_cast<std::uint32_t>(net_point);
         points[index] = {position.xyz[0], position.xyz[1], position.xyz[2]};
         next += step;
         return index;
