@@ -69,6 +69,11 @@ std::vector<fs::path> files_for(const fs::path& output, const std::vector<std::s
     constexpr std::string_view kName = "{name}";
     std::vector<fs::path> files(names.size());
     if (output.empty()) return files;
+    if (output == "-")
+        throw UsageError(
+            "a mesh cannot be written to standard output, where its reader could not tell a complete mesh "
+            "from a "
+            "part: give -o FILE");
     std::string pattern = output.string();
     if (!output.has_filename() || fs::is_directory(output)) pattern = (output / "{name}.stl").string();
     format_of(pattern);
