@@ -111,8 +111,8 @@ void check_output(const fs::path& file, const fs::path& input) {
     if (file.empty()) return;
     const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
     if (!fs::is_directory(folder))
-        throw IoError(
-            fmt::format("cannot write '{}': there is no folder '{}'", file.string(), folder.string()));
+        throw IoError(fmt::format("cannot write '{}': there is no folder '{}'; create it first",
+                                  file.string(), folder.string()));
     if (is_of_scan(file, input))
         throw UsageError(fmt::format("'{}' would overwrite the scan: give another output", file.string()));
 }

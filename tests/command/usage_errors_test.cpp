@@ -107,6 +107,7 @@ TEST_F(Mistake, SuggestsOptionsAndCommands) {
         {{"inf", scan}, "no command 'inf': did you mean info?"},
         {{"swepe", scan, "-o", "a.csv"}, "no command 'swepe': did you mean sweep?"},
         {{"info", scan, "--isovalue", "3"}, "no option --isovalue (see marrow info --help)"},
+        {{"check"}, "MESH is required (see marrow check --help)"},
         {{"help", "chekc"}, "no command 'chekc': did you mean check?"},
         {{"--json", "info", scan}, "'info' must come first"},
         {{scan, "--smooth", "-o", "a.stl"}, "--smooth needs a value, but -o follows"},
