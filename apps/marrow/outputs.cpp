@@ -69,6 +69,11 @@ std::vector<fs::path> files_for(const fs::path& output, const std::vector<std::s
     constexpr std::string_view kName = "{name}";
     std::vector<fs::path> files(names.size());
     if (output.empty()) return files;
+    if (output == "-")
+        throw UsageError(
+            "a mesh cannot be written to standard output, where its reader could not tell a complete mesh "
+            "from a "
+            "part: give -o FILE");
     std::string pattern = output.string();
     if (!output.has_filename() || fs::is_directory(output)) pattern = (output / "{name}.stl").string();
     format_of(pattern);
@@ -106,8 +111,8 @@ void check_output(const fs::path& file, const fs::path& input) {
     if (file.empty()) return;
     const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
     if (!fs::is_directory(folder))
-        throw IoError(
-            fmt::format("cannot write '{}': there is no folder '{}'", file.string(), folder.string()));
+        throw IoError(fmt::format("cannot write '{}': there is no folder '{}'; create it first",
+                                  file.string(), folder.string()));
     if (is_of_scan(file, input))
         throw UsageError(fmt::format("'{}' would overwrite the scan: give another output", file.string()));
 }

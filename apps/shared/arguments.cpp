@@ -337,7 +337,9 @@ bool Arguments::parse(int argc, const char* const* argv, std::ostream& out) {
         out << version.what() << '\n';
         return false;
     } catch (const CLI::ParseError& error) {
-        throw UsageError(fmt::format("{} (see {} --help)", error.what(), app.get_name()));
+        std::string name = app.get_name();
+        for (const CLI::App* command : app.get_subcommands()) name += " " + command->get_name();
+        throw UsageError(fmt::format("{} (see {} --help)", error.what(), name));
     }
     command_->store();
     for (const auto& command : command_->commands) command->command_->store();

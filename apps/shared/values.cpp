@@ -2,6 +2,7 @@
 #include "values.h"
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <limits>
@@ -47,21 +48,15 @@ Value number_that(std::string name, std::string expected, To& to, bool (*accepts
             }};
 }
 
-// Bytes in a unit of memory, by its letter.
-double unit_of(char letter) {
-    switch (letter) {
-        case 'K':
-        case 'k':
-            return 1024.0;
-        case 'M':
-        case 'm':
-            return 1024.0 * 1024;
-        case 'G':
-        case 'g':
-            return 1024.0 * 1024 * 1024;
-        default:
-            return 1;
-    }
+// The bytes in a unit of memory: none, "K", "KiB" or "KB", and the same with M, G and T, in any case. Only
+// "KB" and its like are decimal.
+std::optional<double> bytes_in(std::string unit) {
+    for (char& c : unit) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    if (unit.empty() || unit == "b") return 1;
+    const std::size_t power = std::string_view("kmgt").find(unit.front()) + 1;
+    const std::string rest = unit.substr(1);
+    if (power == 0 || !(rest.empty() || rest == "b" || rest == "ib")) return {};
+    return std::pow(rest == "b" ? 1000 : 1024, static_cast<double>(power));
 }
 
 }  // namespace
@@ -135,12 +130,12 @@ Value spacing_value(std::optional<Vec3d>& to) {
 }
 
 Value memory_value(std::optional<std::size_t>& to) {
-    return {"SIZE", "a size such as 800M or 4G", [&to](const std::string& text) {
-                const double unit = text.empty() ? 1 : unit_of(text.back());
-                const auto value =
-                    parse_number(std::string_view(text).substr(0, unit > 1 ? text.size() - 1 : text.size()));
-                if (!value || *value <= 0 || *value * unit > 1e18) return false;
-                to = static_cast<std::size_t>(*value * unit);
+    return {"SIZE", "a size such as 800M, 4G or 4GiB", [&to](const std::string& text) {
+                const std::size_t end = std::min(text.find_last_of("0123456789.") + 1, text.size());
+                const auto value = parse_number(std::string_view(text).substr(0, end));
+                const auto unit = bytes_in(text.substr(end));
+                if (!value || !unit || *value <= 0 || *value * *unit > 1e18) return false;
+                to = static_cast<std::size_t>(*value * *unit);
                 return true;
             }};
 }

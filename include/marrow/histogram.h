@@ -23,11 +23,16 @@ MARROW_EXPORT Histogram histogram(const VolumeView& volume, int bins = 256);
 
 /// The isovalue that best separates the samples into two classes: the border between bins with the largest
 /// variance between the classes (Otsu 1979). If several borders are equally good, as between two separate
-/// peaks, it is the middle one. \throw InputError fewer than two bins hold samples
+/// peaks, it is the middle one.
+///
+/// Padding is left out, which CT scanners write outside their field of view (PixelPaddingValue, often -2000 or
+/// -3024): a lowest bin below -1024, the lowest Hounsfield unit of a 12-bit scan, that no sample follows
+/// closely. Otherwise the best border could be the one between padding and air.
+/// \throw InputError fewer than two bins hold samples
 MARROW_EXPORT double otsu_isovalue(const Histogram& histogram);
 
 /// The distance between the means of the two classes that otsu_isovalue() separates, with the precision of a
-/// bin. In CT this is about the contrast between air and tissue. 0 if fewer than two bins hold samples
+/// bin and without padding. In CT this is about the contrast between air and tissue. 0 if fewer than two bins hold samples
 MARROW_EXPORT double otsu_contrast(const Histogram& histogram);
 
 }  // namespace marrow

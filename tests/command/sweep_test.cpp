@@ -37,6 +37,20 @@ TEST_F(Sweep, WritesATableAndAPlot) {
     EXPECT_NE(svg.find("</svg>"), svg.npos);
 }
 
+// A sweep measures what an extraction with the same filters would enclose.
+TEST_F(Sweep, FiltersTheScanAsExtractionDoes) {
+    for (const std::vector<std::string>& filter :
+         {std::vector<std::string>{"--crop", "vox:0,12,0,24,0,12"}, {"--median", "1"}, {"--blur", "2"}}) {
+        std::vector<std::string> sweep{"sweep", scan, "--from", "0", "--to", "100", "-n", "2", "--json"};
+        std::vector<std::string> extract{scan, "-o", folder / "a.ply", "--isovalue", "0", "--json"};
+        sweep.insert(sweep.end(), filter.begin(), filter.end());
+        extract.insert(extract.end(), filter.begin(), filter.end());
+        const Json measured = Json::parse(marrow_with(sweep).out)["sweep"][0];
+        const Json extracted = Json::parse(marrow_with(extract).out);
+        EXPECT_EQ(measured["triangles"], extracted["triangles"]) << filter[0];
+    }
+}
+
 TEST_F(Sweep, HasNoShiftForTheFirstIsovalue) {
     const std::vector<std::string> command{"sweep", scan, "--from", "0", "--to", "100", "-n", "2"};
     const std::string table = marrow_with(command).out, row = table.substr(table.find('\n') + 1);

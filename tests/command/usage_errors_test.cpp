@@ -87,6 +87,7 @@ TEST_F(Mistake, NamesTheOptionThatDoesNotGoWithTheMode) {
         {{"--isovalue", "0", "--keep", "2"},
          "--keep takes a fraction above 0, at most 1, such as 0.5 for half, not '2'"},
         {{"--isovalue", "0", "--largest", "--components", "3"}, "--largest and --components both say"},
+        {{"-o", "-"}, "-o is given twice"},
         {{}, "no surface is given: add --isovalue N, --isovalue otsu, or for CT --type bone"},
         {{"--isovalue", "0", "--threads", "x"}, "--threads takes a whole number, at least 0, not 'x'"},
         {{"--isovalue", "0", "--threads", "1", "--threads", "2"}, "--threads is given twice"},
@@ -111,6 +112,7 @@ TEST_F(Mistake, SuggestsOptionsAndCommands) {
         {{"inf", scan}, "no command 'inf': did you mean info?"},
         {{"swepe", scan, "-o", "a.csv"}, "no command 'swepe': did you mean sweep?"},
         {{"info", scan, "--isovalue", "3"}, "no option --isovalue (see marrow info --help)"},
+        {{"check"}, "MESH is required (see marrow check --help)"},
         {{"help", "chekc"}, "no command 'chekc': did you mean check?"},
         {{"--json", "info", scan}, "'info' must come first"},
         {{scan, "--smooth", "-o", "a.stl"}, "--smooth needs a value, but -o follows"},
@@ -148,6 +150,13 @@ TEST_F(Mistake, SaysThatAMapOfLabelsNeedsLabels) {
 TEST_F(Mistake, TypesMayBeWrittenInAnyCase) {
     EXPECT_EQ(marrow_with({scan, "-o", folder / "{name}.ply", "--type", "Bone", "-q"}).code, kOk);
     EXPECT_TRUE(std::filesystem::exists(folder / "bone.ply"));
+}
+
+TEST_F(Mistake, AMeshNeverGoesToStandardOutput) {
+    const Outcome outcome = marrow_with({scan, "-o", "-", "--isovalue", "0"});
+    EXPECT_EQ(outcome.code, kUsage);
+    EXPECT_NE(outcome.err.find("cannot be written to standard output"), outcome.err.npos) << outcome.err;
+    EXPECT_EQ(outcome.out, "");
 }
 
 TEST_F(Mistake, NamesArchives) {

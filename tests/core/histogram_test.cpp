@@ -17,7 +17,7 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kMax = std::numeric_limits<double>::max();
 
 template <class T>
-Volume row(std::initializer_list<T> values) {
+Volume row(const std::vector<T>& values) {
     const auto begin = values.begin();
     return sampled<T>(grid(static_cast<std::int64_t>(values.size()), 1, 1),
                       [&](auto x, auto, auto) { return begin[x]; });
@@ -78,6 +78,25 @@ TEST(Otsu, HasTheLargestVarianceBetweenClasses) {
         const double chosen = variance(otsu_isovalue(h));
         for (int border = -5; border <= 27; ++border) EXPECT_LE(variance(border), chosen * (1 + 1e-12));
     }
+}
+
+// A CT that is padded outside the field of view: 40 % padding, 40 % air, 20 % tissue.
+TEST(Otsu, LeavesOutPadding) {
+    const auto ct = [](std::int16_t padding) {
+        std::vector<std::int16_t> samples;
+        for (int i = 0; i < 400; ++i) samples.push_back(padding);
+        for (int i = 0; i < 400; ++i) samples.push_back(static_cast<std::int16_t>(-1000 + i % 50));
+        for (int i = 0; i < 200; ++i) samples.push_back(static_cast<std::int16_t>(i % 60));
+        return histogram_of(row(samples));
+    };
+    for (const std::int16_t padding : {-3024, -2048, -2000}) {
+        EXPECT_NEAR(otsu_isovalue(ct(padding)), -475, 60) << padding;
+        EXPECT_NEAR(otsu_contrast(ct(padding)), 1005, 30) << padding;
+    }
+    // Two values are two classes, whatever they are.
+    EXPECT_NEAR(otsu_isovalue(histogram_of(row<std::int16_t>({-2000, -2000, 100}))), -950, 10);
+    // The background of a masked scan, at zero, is a class and no padding.
+    EXPECT_LT(otsu_isovalue(histogram_of(row<std::int16_t>({0, 0, 0, 0, 900, 1000, 1100}))), 900);
 }
 
 TEST(Otsu, ContrastIsTheDistanceOfTheClasses) {

@@ -1,7 +1,10 @@
 // Extracts an isosurface of a scan that does not fit in memory.
 #include "stream.h"
 
+#include <fstream>
+
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <marrow/mesh_io.h>
 #include <marrow/scan_io.h>
@@ -19,13 +22,21 @@ std::filesystem::path file_of(const StreamOptions& options) {
     return surface_files(output.mesh, output.space, {options.surface.name}).front();
 }
 
+// What the program takes beside the arrays of the extraction, in bytes: its code and libraries, and the
+// buffers and thread stacks to come.
+std::size_t program_memory() {
+    constexpr std::size_t kBuffers = std::size_t{24} << 20;
+    std::size_t pages = 0, resident_pages = 0;
+    std::ifstream("/proc/self/statm") >> pages >> resident_pages;
+    return resident_pages * static_cast<std::size_t>(sysconf(_SC_PAGESIZE)) + kBuffers;
+}
+
 }  // namespace
 
 void add_options(Arguments& arguments, StreamOptions& options) {
     arguments.add_option("--max-memory", memory_value(options.memory),
-                         "Read and write slab by slab within this much memory: uncompressed NRRD, MetaImage "
-                         "or NIfTI to .stl or "
-                         ".ply, with one --isovalue N.");
+                         "Read and write slab by slab within this much memory, which includes the program's: "
+                         "uncompressed NRRD, MetaImage or NIfTI to .stl or .ply, with one --isovalue N.");
 }
 
 void check(const StreamOptions& options) {
@@ -60,7 +71,7 @@ void run(const StreamOptions& options, const Console& console, const std::atomic
     results.seconds.extract = reporter.stage("extract", [&](const Progress& progress) {
         // With normals, so that the file has the same bytes as that of a surface extracted in memory.
         extract_isosurface_in_slabs(
-            source, surface.isovalue, sink, {.memory = *options.memory},
+            source, surface.isovalue, sink, {.memory = *options.memory, .reserved = program_memory()},
             {.closed = !options.open, .threads = scan.options.threads, .progress = progress}, &stats);
     });
     results.seconds.write = reporter.stage("write", [&](const Progress&) { writer.commit(); });

@@ -49,6 +49,10 @@ Volume read(const SweepCommandOptions& options, const ProgressReporter& reporter
         scan_options.progress = progress;
         scan = read_scan(options.scan.path, scan_options, &info);
     });
+    if (options.filters.any())
+        reporter.stage("filter", [&](const Progress& progress) {
+            filter_scan(scan, options.filters, options.scan.options.threads, progress);
+        });
     return scan;
 }
 
@@ -95,6 +99,8 @@ void add_options(Arguments& arguments, SweepCommandOptions& options) {
     const auto any = [](double) { return true; };
     add_scan_input(arguments, options.scan);
     add_scan_options(arguments, options.scan.options);
+    arguments.start_group("Before measuring");
+    add_filter_options(arguments, options.filters);
     arguments.start_group("Isovalues");
     arguments.add_option("--from", number_value("A", "a finite number", options.from, any),
                          "First isovalue; default: the least sample.");

@@ -7,11 +7,13 @@
 
 #include "options.h"
 #include "shared/console.h"
+#include "steps.h"
 
 namespace marrow::cli {
 
 struct SweepCommandOptions {
     ScanInput scan;
+    FilterSteps filters;
     std::optional<double> from, to;  ///< none: the least and the largest sample
     int samples = 100;
     std::filesystem::path table;  ///< .csv or .json; empty: print it

@@ -134,11 +134,12 @@ struct Slabs {
         // than two bytes per row.
         constexpr std::size_t kBytesPerRow = 4 * sizeof(std::uint32_t) + 2;
         const std::size_t counts = kBytesPerRow * window.bits().rows() + active.bytes();
-        const std::size_t least = counts + (kHalo + 1) * window.bytes_per_slice();
+        const std::size_t fixed = limits.reserved + counts;
+        const std::size_t least = fixed + (kHalo + 1) * window.bytes_per_slice();
         if (limits.memory < least)
             throw LimitError("this volume needs at least " + std::to_string((least >> 20) + 1) +
                              " MiB of memory; allow more, or crop the volume");
-        return limits.memory - counts;
+        return limits.memory - fixed;
     }
 };
 

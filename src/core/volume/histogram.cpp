@@ -54,6 +54,19 @@ Histogram count_samples(const VolumeView& volume, int bins) {
     return result;
 }
 
+// The first bin that is not padding. The bins after it must hold two values, so that they have a border.
+std::size_t first_bin(const Histogram& histogram) {
+    constexpr double kLowestHounsfield = -1024;
+    const auto& counts = histogram.counts;
+    const auto is_occupied = [](std::int64_t count) { return count > 0; };
+    const auto bins = static_cast<double>(counts.size());
+    const double upper_edge = histogram.lower * (1 - 1 / bins) + histogram.upper / bins;
+    const bool alone = counts.size() > 1 && counts[1] == 0;
+    const bool may_be_padding = alone && upper_edge <= kLowestHounsfield &&
+                                std::count_if(counts.begin() + 1, counts.end(), is_occupied) >= 2;
+    return may_be_padding ? 1 : 0;
+}
+
 bool has_two_values(const Histogram& histogram) {
     return std::count_if(histogram.counts.begin(), histogram.counts.end(),
                          [](std::int64_t c) { return c > 0; }) >= 2;
@@ -74,14 +87,15 @@ double otsu_isovalue(const Histogram& histogram) {
             "all samples have the same value, so Otsu's method finds no isovalue; choose one yourself");
 
     double all = 0, all_moment = 0;  // moments in units of bins
-    for (std::size_t i = 0; i < counts.size(); ++i) {
+    const std::size_t begin = first_bin(histogram);
+    for (std::size_t i = begin; i < counts.size(); ++i) {
         all += static_cast<double>(counts[i]);
         all_moment += static_cast<double>(counts[i]) * static_cast<double>(i);
     }
     double best = -1;
     std::size_t first = 0, last = 0;  // borders with the best variance; border b is below bin b
     double below = 0, below_moment = 0;
-    for (std::size_t border = 1; border < counts.size(); ++border) {
+    for (std::size_t border = begin + 1; border < counts.size(); ++border) {
         below += static_cast<double>(counts[border - 1]);
         below_moment += static_cast<double>(counts[border - 1]) * static_cast<double>(border - 1);
         const double above = all - below;
@@ -103,7 +117,7 @@ double otsu_contrast(const Histogram& histogram) {
     const double isovalue = otsu_isovalue(histogram), range = histogram.upper - histogram.lower;
     const auto bins = static_cast<double>(histogram.counts.size());
     double count[2] = {0, 0}, moment[2] = {0, 0};
-    for (std::size_t i = 0; i < histogram.counts.size(); ++i) {
+    for (std::size_t i = first_bin(histogram); i < histogram.counts.size(); ++i) {
         const double middle = (static_cast<double>(i) + 0.5) / bins;  // as a fraction of the range
         const bool above = histogram.lower + middle * range >= isovalue;
         count[above] += static_cast<double>(histogram.counts[i]);
