@@ -101,6 +101,13 @@ class Session : public QObject {
     std::shared_ptr<const Scan> shared_scan() const { return scan_; }
     /// Starts over with this scan and one surface: bone, or at the isovalue of Otsu's method.
     void set_scan(std::shared_ptr<const Scan> scan);
+    /// Replaces all parameters, for instance by those of a session file, and forgets undo. The ids of the
+    /// surfaces may be any distinct ones. \pre there is a scan, and at least one surface
+    void resume(Parameters parameters, const Vec3d& crosshair);
+    /// Whether there is work that takes long to do again: further surfaces, a crop box or measurements, since
+    /// the last set_saved().
+    bool has_unsaved_work() const;
+    void set_saved() { undo_.setClean(); }
 
     const Parameters& parameters() const { return parameters_; }
     /// The surface whose isovalue the histogram moves; null without a scan.
