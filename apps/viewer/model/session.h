@@ -77,9 +77,14 @@ struct Window {
 
 /// Everything that undo covers.
 struct Parameters {
+    static constexpr int kMostComponents = 1000, kMostSmoothing = 200;
+
     std::vector<SurfaceParameters> surfaces;
     int current = 0;                ///< id of the surface whose isovalue the histogram moves
     bool largest = false;           ///< keep only the largest component
+    int components = 0;             ///< keep this many components, if not `largest`; 0: all
+    int smooth = 0;                 ///< iterations of smoothing; 0: none
+    int keep = 100;                 ///< reduce surfaces to this part of their triangles, %
     bool open = false;              ///< leave surfaces open at the border of the scan
     std::optional<SampleBox> crop;  ///< surfaces use only these samples; none: the entire scan
     Cut cut;
@@ -88,6 +93,8 @@ struct Parameters {
     std::vector<Measurement> measurements;
     bool operator==(const Parameters&) const = default;
 
+    /// Whether surfaces are more than the isosurface of the samples.
+    bool refined() const { return largest || components > 0 || smooth > 0 || keep < 100; }
     const SurfaceParameters* find(int id) const;
     SurfaceParameters* find(int id);
 };

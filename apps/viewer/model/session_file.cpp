@@ -30,7 +30,7 @@ constexpr std::array kModes{"surface", "edges", "wireframe", "points"};
 const json& member(const json& object, const std::string& place, const char* name) {
     if (!object.is_object()) refuse(place.empty() ? "the file" : place, "a JSON object");
     const auto it = object.find(name);
-    if (it == object.end()) throw InputError((place.empty() ? "" : place + ".") + name + " is missing");
+    if (it == object.end()) throw InputError(place + (place.empty() ? "" : ".") + name + " is missing");
     return *it;
 }
 
@@ -42,6 +42,12 @@ double number(const json& value, const std::string& place) {
 std::int64_t integer(const json& value, const std::string& place) {
     if (!value.is_number_integer()) refuse(place, "a whole number");
     return value.get<std::int64_t>();
+}
+
+int within(const json& value, const std::string& place, int least, int most) {
+    const std::int64_t number = integer(value, place);
+    if (number < least || number > most) refuse(place, "in its range");
+    return static_cast<int>(number);
 }
 
 bool flag(const json& value, const std::string& place) {
@@ -148,6 +154,9 @@ json parameters_to_json(const Parameters& p) {
     json result{{"surfaces", surfaces},
                 {"current", current},
                 {"largest", p.largest},
+                {"components", p.components},
+                {"smooth", p.smooth},
+                {"keep", p.keep},
                 {"open", p.open},
                 {"cut", {{"flipped", p.cut.flipped}}},
                 {"draw", kModes[static_cast<std::size_t>(p.mode)]},
@@ -169,6 +178,9 @@ Parameters read_parameters(const json& root) {
     p.current = static_cast<int>(
         std::clamp<std::int64_t>(integer(member(root, "", "current"), "current"), 0, p.surfaces.size() - 1));
     p.largest = flag(member(root, "", "largest"), "largest");
+    p.components = within(member(root, "", "components"), "components", 0, Parameters::kMostComponents);
+    p.smooth = within(member(root, "", "smooth"), "smooth", 0, Parameters::kMostSmoothing);
+    p.keep = within(member(root, "", "keep"), "keep", 1, 100);
     p.open = flag(member(root, "", "open"), "open");
     const json& cut = member(root, "", "cut");
     p.cut.flipped = flag(member(cut, "cut", "flipped"), "cut.flipped");
@@ -234,7 +246,7 @@ void write_session(const SavedSession& session, const fs::path& file) {
 }
 
 SavedSession read_session(const fs::path& file) {
-    const std::string name = "'" + file.string() + "': ";
+    const std::string name = std::string("'").append(file.string()).append("': ");
     std::error_code error;
     const std::uintmax_t bytes = fs::file_size(file, error);
     if (error) throw IoError(name + error.message());

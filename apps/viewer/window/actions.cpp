@@ -125,8 +125,8 @@ void Actions::make_views() {
         add("crosshair", tr("Crosshair in 3D"), QKeySequence("X"), tr("Show the crosshair in the 3D view"));
     crosshair->setCheckable(true);
     crosshair->setChecked(true);
-    add("light", tr("Light background"), QKeySequence("B"),
-        tr("Switch between a light and a dark background"))
+    add("light", tr("Light theme"), QKeySequence("B"),
+        tr("Switch between a light and a dark window"))
         ->setCheckable(true);
     add("full_screen", tr("Full screen"), QKeySequence("F11"), tr("Switch full screen on or off"))
         ->setCheckable(true);

@@ -18,6 +18,7 @@
 #include "help.h"
 #include "model/measurement_table.h"
 #include "shared/library_options.h"
+#include "theme.h"
 #include "views/screenshots.h"
 
 namespace marrow::viewer {
@@ -172,7 +173,10 @@ void MainWindow::connect_actions() {
     });
     for (std::size_t i = 0; i < kSideActions.size(); ++i)
         on(kSideActions[i], [this, i] { view_->look_from(Side(i)); });
-    on("light", [this](bool light) { view_->set_light_background(light); });
+    on("light", [this](bool light) {
+        apply_theme(*qApp, light);
+        view_->set_light_background(light);
+    });
     on("crosshair", [this](bool shown) { view_->set_crosshair_visible(shown); });
     on("full_screen", [this](bool full) { full ? showFullScreen() : showNormal(); });
     on("turntable", [this](bool turn) {
