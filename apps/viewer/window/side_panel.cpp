@@ -301,6 +301,7 @@ void SidePanel::add_refinement(QVBoxLayout* layout) {
         box->setObjectName(object_name);
         box->setRange(least, most);
         box->setKeyboardTracking(false);
+        box->setButtonSymbols(QAbstractSpinBox::NoButtons);
         box->setProperty("section", QString("panel"));
         box->setToolTip(tip);
         label->setToolTip(tip);
