@@ -48,6 +48,14 @@ TEST_F(BallViewer, ExportsTheSameFilesAsTheShownCommandLine) {
     window->findChild<QCheckBox*>("open")->click();
     EXPECT_TRUE(session().parameters().largest && session().parameters().open);
     compare(".stl", "largest, open");
+    window->findChild<QCheckBox*>("largest")->click();
+    for (const auto& [name, value] : {std::pair{"components", 2}, {"smooth", 12}, {"keep", 40}})
+        window->findChild<QSpinBox*>(name)->setValue(value);
+    EXPECT_TRUE(window->command().contains("--components 2 --smooth 12 --keep 0.4"));
+    compare(".stl", "two components, smoothed, reduced");
+    for (const auto& [name, value] : {std::pair{"components", 0}, {"smooth", 0}, {"keep", 100}})
+        window->findChild<QSpinBox*>(name)->setValue(value);
+    window->findChild<QCheckBox*>("largest")->click();
     session().set_isovalue(*session().scan()->otsu);
     EXPECT_NE(window->command().indexOf("--isovalue otsu"), -1);
     compare(".vtp", "Otsu");
@@ -148,6 +156,29 @@ TEST_F(BallViewer, WarnsAtExport) {
     EXPECT_TRUE(window->banner().isEmpty());
     QTest::mouseClick(remarks, Qt::LeftButton);
     EXPECT_TRUE(window->banner().contains("border of the scan"));
+}
+
+// Smoothing and reduction change the surface, and the light says whether it is still valid.
+TEST_F(BallViewer, RefinesAndChecksSurfaces) {
+    const int id = session().parameters().current;
+    const std::size_t triangles = window->surfaces().exact(id)->mesh->triangles.size();
+    const auto lines = [&] { return window->slice_view(viewer::Plane::axial)->contour_of(id).size(); };
+    const int lines_before = lines();
+    auto* light = window->findChild<QLabel*>("closedness");
+    window->findChild<QSpinBox*>("smooth")->setValue(20);
+    window->findChild<QSpinBox*>("keep")->setValue(25);
+    ASSERT_TRUE(settle());
+    const auto shape = window->surfaces().exact(id);
+    EXPECT_NEAR(shape->mesh->triangles.size(), 0.25 * triangles, 2);
+    EXPECT_NEAR(shape->measures->volume, 4.0 / 3 * M_PI * std::pow(kRadius, 3), 500);
+    ASSERT_TRUE(wait([&] { return shape->self_intersections.has_value(); }));
+    EXPECT_EQ(*shape->self_intersections, 0);
+    EXPECT_TRUE(light->text().endsWith("closed")) << light->text().toStdString();
+    // Slices show the refined surface.
+    EXPECT_LT(lines(), lines_before);
+    key(Qt::Key_Z, Qt::ControlModifier);
+    EXPECT_EQ(session().parameters().keep, 100);
+    EXPECT_EQ(window->findChild<QSpinBox*>("keep")->value(), 100);
 }
 
 // During one turn, the small ball moves around the large one. Afterwards, the view is as before.
@@ -288,6 +319,19 @@ TEST_F(BallViewer, ScreenshotsHaveTheRequestedSize) {
     EXPECT_GT(count(picture(), warm), 1000);
     view()->set_light_background(true);
     EXPECT_GT(qGray(picture().pixel(3, 3)), 200);
+}
+
+TEST_F(BallViewer, TheLightThemeIsForTheWholeWindow) {
+    const auto brightness = [&](const char* name) {
+        const QImage image = window->findChild<QWidget*>(name)->grab().toImage();
+        return qGray(image.pixel(2, 2));
+    };
+    for (const char* name : {"panel", "bottom", "tools"}) EXPECT_LT(brightness(name), 60) << name;
+    key(Qt::Key_B);
+    for (const char* name : {"panel", "bottom", "tools"}) EXPECT_GT(brightness(name), 190) << name;
+    EXPECT_TRUE(view()->light_background());
+    key(Qt::Key_B);
+    for (const char* name : {"panel", "bottom", "tools"}) EXPECT_LT(brightness(name), 60) << name;
 }
 
 }  // namespace

@@ -7,6 +7,20 @@
 
 namespace marrow::viewer {
 
+CameraState camera_state(vtkCamera* camera) {
+    CameraState state;
+    camera->GetPosition(state.position.data());
+    camera->GetFocalPoint(state.focal_point.data());
+    camera->GetViewUp(state.up.data());
+    return state;
+}
+
+void set_camera_state(vtkCamera* camera, const CameraState& state) {
+    camera->SetPosition(state.position.data());
+    camera->SetFocalPoint(state.focal_point.data());
+    camera->SetViewUp(state.up.data());
+}
+
 Viewpoint viewpoint_from(Side side) {
     switch (side) {
         case Side::anterior:

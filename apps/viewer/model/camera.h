@@ -18,6 +18,14 @@ struct Viewpoint {
     Vec3d towards_viewer, up;
 };
 
+/// Where a camera is, what it looks at, and which direction is up, LPS mm.
+struct CameraState {
+    Vec3d position{0, 0, 0}, focal_point{0, 0, 0}, up{0, 0, 0};
+};
+
+CameraState camera_state(vtkCamera* camera);
+void set_camera_state(vtkCamera* camera, const CameraState& state);
+
 Viewpoint viewpoint_from(Side side);
 /// From the front left, slightly from above.
 Viewpoint front_left_viewpoint();

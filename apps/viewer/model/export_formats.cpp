@@ -86,7 +86,12 @@ std::vector<std::string> command_arguments(const Scan& scan, const Parameters& p
                 .append(std::to_string(parameters.crop->last[a]));
         add("--crop", box);
     }
-    if (parameters.largest) result.emplace_back("--largest");
+    if (parameters.largest)
+        result.emplace_back("--largest");
+    else if (parameters.components > 0)
+        add("--components", std::to_string(parameters.components));
+    if (parameters.smooth > 0) add("--smooth", std::to_string(parameters.smooth));
+    if (parameters.keep < 100) add("--keep", number_text(parameters.keep / 100.0));
     if (parameters.open) result.emplace_back("--open");
     if (space == Space::RAS) add("--space", "RAS");
 

@@ -58,12 +58,19 @@ void Loader::open(const fs::path& input, const ScanOptions& options) {
             return job_progress(fraction);
         };
         try {
+            if (is_session_file(input)) {
+                const auto session = std::make_shared<SavedSession>(read_session(input));
+                session->options.progress = watched.progress;
+                const std::shared_ptr<const Scan> scan = open_scan(session->scan, session->options);
+                check_session(*session, *scan);
+                return end([=, this] { emit opened(scan, session); });
+            }
             if (fs::is_directory(input) && !options.series) {
                 const ScanReport report = inspect_scan(input, watched);
                 if (must_choose(report)) return end([=, this] { emit undecided(input, options, report); });
             }
             const std::shared_ptr<const Scan> scan = open_scan(input, watched);
-            end([=, this] { emit opened(scan); });
+            end([=, this] { emit opened(scan, nullptr); });
         } catch (const Cancelled&) {
             throw;
         } catch (const std::bad_alloc&) {

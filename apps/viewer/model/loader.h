@@ -8,6 +8,7 @@
 #include <QString>
 
 #include "scan.h"
+#include "session_file.h"
 #include "worker.h"
 
 namespace marrow::viewer {
@@ -17,7 +18,7 @@ class Loader : public QObject {
   public:
     explicit Loader(QObject* parent = nullptr) : QObject(parent) {}
 
-    /// Starts to open a scan. Cancels one that is still being opened.
+    /// Starts to open a scan, or a session file with its scan. Cancels one that is still being opened.
     void open(const std::filesystem::path& input, const ScanOptions& options);
     void cancel();
     bool busy() const { return busy_; }
@@ -26,7 +27,8 @@ class Loader : public QObject {
     void started(const QString& name);
     void progressed(double fraction);
     void finished();  ///< always emitted, before one of the signals below
-    void opened(const std::shared_ptr<const Scan>& scan);
+    /// `session` is null unless a session file was opened.
+    void opened(const std::shared_ptr<const Scan>& scan, const std::shared_ptr<const SavedSession>& session);
     /// The input has several series, and the options name none.
     void undecided(const std::filesystem::path& input, const ScanOptions& options, const ScanReport& report);
     void failed(const QString& message);

@@ -124,6 +124,23 @@ void Session::set_scan(std::shared_ptr<const Scan> scan) {
     emit picking_changed();
 }
 
+void Session::resume(Parameters parameters, const Vec3d& crosshair) {
+    for (SurfaceParameters& surface : parameters.surfaces) {
+        const bool is_current = surface.id == parameters.current;
+        surface.id = next_id_++;
+        if (is_current) parameters.current = surface.id;
+    }
+    undo_.clear();
+    parameters_ = std::move(parameters);
+    emit parameters_changed();
+    set_crosshair(crosshair);
+}
+
+bool Session::has_unsaved_work() const {
+    const Parameters& p = parameters_;
+    return !undo_.isClean() && (p.surfaces.size() > 1 || p.crop || !p.measurements.empty());
+}
+
 void Session::change(const QString& text, const QString& merge_key,
                      const std::function<void(Parameters&)>& edit) {
     if (!scan_) return;

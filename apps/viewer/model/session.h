@@ -77,9 +77,14 @@ struct Window {
 
 /// Everything that undo covers.
 struct Parameters {
+    static constexpr int kMostComponents = 1000, kMostSmoothing = 200;
+
     std::vector<SurfaceParameters> surfaces;
     int current = 0;                ///< id of the surface whose isovalue the histogram moves
     bool largest = false;           ///< keep only the largest component
+    int components = 0;             ///< keep this many components, if not `largest`; 0: all
+    int smooth = 0;                 ///< iterations of smoothing; 0: none
+    int keep = 100;                 ///< reduce surfaces to this part of their triangles, %
     bool open = false;              ///< leave surfaces open at the border of the scan
     std::optional<SampleBox> crop;  ///< surfaces use only these samples; none: the entire scan
     Cut cut;
@@ -88,6 +93,8 @@ struct Parameters {
     std::vector<Measurement> measurements;
     bool operator==(const Parameters&) const = default;
 
+    /// Whether surfaces are more than the isosurface of the samples.
+    bool refined() const { return largest || components > 0 || smooth > 0 || keep < 100; }
     const SurfaceParameters* find(int id) const;
     SurfaceParameters* find(int id);
 };
@@ -101,6 +108,13 @@ class Session : public QObject {
     std::shared_ptr<const Scan> shared_scan() const { return scan_; }
     /// Starts over with this scan and one surface: bone, or at the isovalue of Otsu's method.
     void set_scan(std::shared_ptr<const Scan> scan);
+    /// Replaces all parameters, for instance by those of a session file, and forgets undo. The ids of the
+    /// surfaces may be any distinct ones. \pre there is a scan, and at least one surface
+    void resume(Parameters parameters, const Vec3d& crosshair);
+    /// Whether there is work that takes long to do again: further surfaces, a crop box or measurements, since
+    /// the last set_saved().
+    bool has_unsaved_work() const;
+    void set_saved() { undo_.setClean(); }
 
     const Parameters& parameters() const { return parameters_; }
     /// The surface whose isovalue the histogram moves; null without a scan.

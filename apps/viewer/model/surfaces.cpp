@@ -3,6 +3,7 @@
 #include "shared/report_progress.h"
 
 #include <chrono>
+#include <cmath>
 #include <new>
 
 #include <vtkCellArray.h>
@@ -14,6 +15,9 @@
 
 #include <marrow/components.h>
 #include <marrow/isosurface.h>
+#include <marrow/mesh_check.h>
+#include <marrow/simplify.h>
+#include <marrow/smooth.h>
 #include <marrow/volume_filters.h>
 
 namespace marrow::viewer {
@@ -114,7 +118,8 @@ void Surfaces::follow() {
     const std::shared_ptr<const Scan> scan = session_.shared_scan();
     const bool new_scan = !source_ || source_->scan != scan;
     const bool new_source = new_scan || source_->open != p.open || source_->box != p.crop;
-    const bool everything = new_source || p.largest != largest_;
+    const Refinement refinement{p.largest, p.components, p.smooth, p.keep};
+    const bool everything = new_source || refinement != refinement_;
     if (new_scan) {
         extracting_.forget_all();
         measuring_.forget_all();
@@ -126,13 +131,14 @@ void Surfaces::follow() {
         for (std::size_t a = 0; a < 3; ++a) samples *= box.last[a] - box.first[a] + 1;
         for (preview_level_ = 0; samples > kPreviewSamples; samples /= 8) ++preview_level_;
     }
-    largest_ = p.largest;
+    refinement_ = refinement;
 
     for (auto it = states_.begin(); it != states_.end();) {
         const int id = it->first;
         ++it;
         if (p.find(id)) continue;
-        for (const int urgency : {0, 1}) extracting_.forget({urgency, id}), measuring_.forget({urgency, id});
+        for (const int urgency : {0, 1, 2})
+            extracting_.forget({urgency, id}), measuring_.forget({urgency, id});
         states_.erase(id);
         emit removed(id);
     }
@@ -160,6 +166,25 @@ void Surfaces::request(int id, double isovalue) {
     pause_.start(kPause);
 }
 
+// The steps of the command line, in its order. Previews are neither smoothed nor reduced: their triangles are
+// larger, so it would be to another effect.
+Mesh Surfaces::refine(const Mesh& extracted, const Refinement& refinement, bool preview,
+                      const Progress& progress) {
+    Mesh mesh = extracted;
+    if (refinement.largest)
+        mesh = keep_components(mesh, {.count = 1, .cavities = false});
+    else if (refinement.components > 0)
+        mesh = keep_components(mesh, {.count = refinement.components});
+    if (refinement.smooth > 0 && !preview)
+        mesh = smooth(mesh, {.iterations = refinement.smooth, .progress = progress});
+    if (refinement.keep < 100 && !preview) {
+        const auto triangles = static_cast<double>(mesh.triangles.size());
+        mesh = simplify(
+            mesh, {.triangles = std::llround(refinement.keep / 100.0 * triangles), .progress = progress});
+    }
+    return mesh;
+}
+
 void Surfaces::settle() {
     pause_.stop();
     for (auto& [id, state] : states_) {
@@ -171,8 +196,8 @@ void Surfaces::settle() {
 
 void Surfaces::post(int id, int level) {
     const State& state = states_[id];
-    const auto job = [this, id, level, request = state.request, isovalue = state.isovalue, largest = largest_,
-                      source = source_](const Progress& job_progress) {
+    const auto job = [this, id, level, request = state.request, isovalue = state.isovalue,
+                      refinement = refinement_, source = source_](const Progress& job_progress) {
         try {
             auto shape = std::make_shared<Shape>();
             const auto start = std::chrono::steady_clock::now();
@@ -182,8 +207,7 @@ void Surfaces::post(int id, int level) {
             apps::report(job_progress, 1);
             shape->isovalue = isovalue;
             shape->level = level;
-            shape->mesh = std::make_shared<Mesh>(
-                largest ? keep_components(extracted, {.count = 1, .cavities = false}) : extracted);
+            shape->mesh = std::make_shared<Mesh>(refine(extracted, refinement, level > 0, job_progress));
             shape->polydata = to_polydata(*shape->mesh);
             QMetaObject::invokeMethod(
                 this, [=, this] { accept(id, request, source, shape); }, Qt::QueuedConnection);
@@ -222,6 +246,7 @@ void Surfaces::accept(int id, int request, const std::shared_ptr<Source>& source
 
 void Surfaces::post_measure(int id, std::shared_ptr<Shape> shape) {
     const int urgency = shape->level > 0 ? 0 : 1;
+    measuring_.forget({2, id});
     if (urgency == 0) measuring_.forget({1, id});
     measuring_.forget({urgency, id});
     measuring_.post({urgency, id}, [this, id, shape](const Progress& job_progress) {
@@ -231,6 +256,24 @@ void Surfaces::post_measure(int id, std::shared_ptr<Shape> shape) {
             this,
             [=, this] {
                 shape->measures = measures;
+                const auto it = states_.find(id);
+                if (it == states_.end() || it->second.newest != shape) return;
+                emit measured(id);
+                if (shape->level == 0 && (refinement_.smooth > 0 || refinement_.keep < 100))
+                    post_check(id, shape);
+            },
+            Qt::QueuedConnection);
+    });
+}
+
+// Last of all, because it takes the longest.
+void Surfaces::post_check(int id, const std::shared_ptr<Shape>& shape) {
+    measuring_.post({2, id}, [this, id, shape](const Progress& job_progress) {
+        const std::int64_t found = check_mesh(*shape->mesh, {.progress = job_progress}).self_intersections;
+        QMetaObject::invokeMethod(
+            this,
+            [=, this] {
+                shape->self_intersections = found;
                 const auto it = states_.find(id);
                 if (it != states_.end() && it->second.newest == shape) emit measured(id);
             },

@@ -26,6 +26,8 @@ struct Shape {
     vtkSmartPointer<vtkPolyData> polydata;  ///< shares the mesh's memory
     double milliseconds = 0;                ///< duration of the extraction alone
     std::optional<MeshMeasures> measures;   ///< set later
+    /// Set later, in full resolution, if the mesh was smoothed or reduced. Isosurfaces have none.
+    std::optional<std::int64_t> self_intersections;
 };
 
 /// Keeps the shapes up to date with the session. While parameters change, each surface gets previews; after a
@@ -57,6 +59,14 @@ class Surfaces : public QObject {
 
   private:
     struct Source;
+    /// What is done to an extracted surface.
+    struct Refinement {
+        bool largest = false;
+        int components = 0, smooth = 0, keep = 100;
+        bool operator==(const Refinement&) const = default;
+    };
+    static Mesh refine(const Mesh& extracted, const Refinement& refinement, bool preview,
+                       const Progress& progress);
     struct State {
         std::shared_ptr<Shape> newest, preview;
         double isovalue = 0;  // requested
@@ -70,9 +80,10 @@ class Surfaces : public QObject {
     void post(int id, int level);
     void accept(int id, int request, const std::shared_ptr<Source>& source, std::shared_ptr<Shape> shape);
     void post_measure(int id, std::shared_ptr<Shape> shape);
+    void post_check(int id, const std::shared_ptr<Shape>& shape);
 
     Session& session_;
-    bool largest_ = false;
+    Refinement refinement_;
     std::shared_ptr<Source> source_;
     std::map<int, State> states_;
     int preview_level_ = 0;

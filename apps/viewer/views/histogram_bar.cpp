@@ -81,6 +81,13 @@ double HistogramBar::step() const {
     return is_integer(scan->volume.type()) ? 1 : round_step(range / 2000);
 }
 
+// The colour of text, almost transparent.
+QColor HistogramBar::faint(int alpha) const {
+    QColor colour = palette().color(QPalette::Text);
+    colour.setAlpha(alpha);
+    return colour;
+}
+
 double HistogramBar::top_of(double count) const {
     return plot().bottom() - std::log1p(count) / highest_ * plot().height();
 }
@@ -112,7 +119,7 @@ void HistogramBar::paint_bins(QPainter& painter) const {
 
     painter.save();
     painter.setClipRect(area);
-    painter.fillPath(bins, QColor(255, 255, 255, 46));
+    painter.fillPath(bins, faint(46));
     if (const SurfaceParameters* current = session_.current()) {
         const QPointF top_left(x_of(current->isovalue), area.top());
         painter.setClipRect(area.intersected(QRectF(top_left, area.bottomRight())));
@@ -132,14 +139,14 @@ void HistogramBar::paint_axis(QPainter& painter) const {
     QFont small = font();
     small.setPixelSize(10);
     painter.setFont(small);
-    painter.setPen(QColor(255, 255, 255, 40));
+    painter.setPen(faint(40));
     painter.drawLine(area.bottomLeft(), area.bottomRight());
     const double tick = round_step((upper_ - lower_) / std::max(2.0, area.width() / 90));
     for (double value = std::ceil(lower_ / tick) * tick; value <= upper_; value += tick) {
         const double x = x_of(value);
-        painter.setPen(QColor(255, 255, 255, 60));
+        painter.setPen(faint(60));
         painter.drawLine(QPointF(x, area.bottom()), QPointF(x, area.bottom() + 3));
-        painter.setPen(QColor(168, 176, 186));
+        painter.setPen(faint(180));
         painter.drawText(QRectF(x - 45, area.bottom() + 3, 90, 14), Qt::AlignCenter,
                          QString::number(std::abs(value) < tick / 2 ? 0 : value, 'g', 6));
     }

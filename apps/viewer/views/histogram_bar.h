@@ -45,6 +45,7 @@ class HistogramBar : public QWidget {
     void paint_isovalues(QPainter& painter) const;
     void paint_flag(QPainter& painter, const SurfaceParameters& current) const;
     double top_of(double count) const;
+    QColor faint(int alpha) const;
     QRectF plot() const;
 
     Session& session_;

@@ -37,7 +37,7 @@ SliceView::SliceView(Session& session, Surfaces& surfaces, Plane plane, QWidget*
     connect(&session_, &Session::parameters_changed, this, &SliceView::follow_parameters);
     connect(&session_, &Session::picking_changed, this, [this] { update(); });
     connect(&surfaces_, &Surfaces::shape_changed, this, [this] {
-        if (session_.parameters().largest) follow_parameters();
+        if (session_.parameters().refined()) follow_parameters();
     });
 }
 
@@ -88,12 +88,12 @@ void SliceView::follow_parameters() {
     for (const SurfaceParameters& surface : p.surfaces) {
         if (!surface.visible) continue;
         Contour contour{surface.id, surface.isovalue, p.crop, !p.open, {}, {}};
-        if (p.largest) contour.shape = surfaces_.shape(surface.id);
+        if (p.refined()) contour.shape = surfaces_.shape(surface.id);
         const auto known = std::find_if(contours_.begin(), contours_.end(),
                                         [&](const Contour& c) { return c.same_source(contour); });
         if (known != contours_.end())
             contour.lines = known->lines;
-        else if (!p.largest)
+        else if (!p.refined())
             contour.lines = slice_contour(samples_, slice_.size, slice_range(slice_, box, number_),
                                           surface.isovalue, contour.closed);
         else if (contour.shape)

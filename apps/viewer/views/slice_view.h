@@ -25,7 +25,7 @@ class SliceView : public QWidget {
     /// The point in the widget at which an index is drawn.
     QPointF widget_point(const Vec3d& index) const;
     /// The lines in which a surface meets the slice, in samples of the slice. They are exact even while the
-    /// surface is a preview. Only with "largest component" do they come from the newest shape.
+    /// surface is a preview. Only where surfaces are refined do they come from the newest shape.
     QVector<QLineF> contour_of(int id) const;
     /// The text in the lower left corner: the window while it is dragged; else the value and index under the
     /// pointer; else the value at the crosshair.

@@ -332,6 +332,16 @@ void SurfaceView::look(const Viewpoint& viewpoint) {
     request_draw();
 }
 
+CameraState SurfaceView::camera() const {
+    return camera_state(scene_->main->GetActiveCamera());
+}
+
+void SurfaceView::set_camera(const CameraState& state) {
+    set_camera_state(scene_->main->GetActiveCamera(), state);
+    fitted_ = true;  // the first surface must not reset it
+    request_draw();
+}
+
 void SurfaceView::look_from(Side side) {
     look(viewpoint_from(side));
 }

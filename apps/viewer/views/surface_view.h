@@ -29,6 +29,8 @@ class SurfaceView : public QVTKOpenGLNativeWidget {
     void look_from(Side side);
     /// Shows all visible surfaces from the front left.
     void reset_view();
+    CameraState camera() const;
+    void set_camera(const CameraState& state);
     void set_light_background(bool light);
     bool light_background() const { return light_; }
     void set_crosshair_visible(bool visible);

@@ -50,9 +50,13 @@ QAction* Actions::add(const QString& name, const QString& text, const QKeySequen
 }
 
 void Actions::make_file_and_edit() {
-    add("open", tr("Open file…"), QKeySequence::Open, tr("Open a NIfTI, NRRD, MetaImage or DICOM file"));
+    add("open", tr("Open file…"), QKeySequence::Open,
+        tr("Open a NIfTI, NRRD, MetaImage or DICOM file, or a session"));
     add("open_folder", tr("Open folder…"), QKeySequence("Ctrl+Shift+O"),
         tr("Open a folder of DICOM files or slices"));
+    add("save_session", tr("Save session…"), QKeySequence("Ctrl+Shift+S"),
+        tr("Save surfaces, crop box, measurements and views to continue later"));
+    add("save_measurements", tr("Save measurements…"), {}, tr("Save the measurements as a CSV table"));
     add("export", tr("Export…"), QKeySequence("Ctrl+S"),
         tr("Export surfaces as STL, 3MF, PLY, OBJ, VTP or GLB"));
     add("screenshot", tr("Screenshot…"), QKeySequence("Ctrl+P"),
@@ -69,6 +73,7 @@ void Actions::make_file_and_edit() {
     actions_["undo"] = undo;
     actions_["redo"] = redo;
     window_->addActions({undo, redo});
+    add("copy_picture", tr("Copy picture"), QKeySequence::Copy, tr("Copy the 3D view to the clipboard"));
     add("rename", tr("Rename surface"), QKeySequence("F2"), tr("Change the name of the selected surface"));
     add("copy", tr("Copy command line"), QKeySequence("Ctrl+Shift+C"),
         tr("Copy the command line that exports this surface"));
@@ -133,8 +138,8 @@ void Actions::make_views() {
         add("crosshair", tr("Crosshair in 3D"), QKeySequence("X"), tr("Show the crosshair in the 3D view"));
     crosshair->setCheckable(true);
     crosshair->setChecked(true);
-    add("light", tr("Light background"), QKeySequence("B"),
-        tr("Switch between a light and a dark background"))
+    add("light", tr("Light theme"), QKeySequence("B"),
+        tr("Switch between a light and a dark window"))
         ->setCheckable(true);
     add("full_screen", tr("Full screen"), QKeySequence("F11"), tr("Switch full screen on or off"))
         ->setCheckable(true);
@@ -202,11 +207,13 @@ void Actions::make_menus() {
     file->addAction(actions_["open_folder"]);
     recent_ = file->addMenu(tr("Open recent"));
     file->addSeparator();
-    for (const char* name : {"export", "screenshot", "frames"}) file->addAction(actions_[name]);
+    for (const char* name : {"save_session", "export", "save_measurements", "screenshot", "frames"})
+        file->addAction(actions_[name]);
     file->addSeparator();
     file->addAction(actions_["quit"]);
     QMenu* edit = window_->menuBar()->addMenu(tr("&Edit"));
-    for (const char* name : {"undo", "redo", "rename", "copy"}) edit->addAction(actions_[name]);
+    for (const char* name : {"undo", "redo", "rename", "copy_picture", "copy"})
+        edit->addAction(actions_[name]);
     QMenu* show = view_menu_ = window_->menuBar()->addMenu(tr("&View"));
     for (const char* name : {"surface", "edges", "wireframe", "points", "cycle"})
         show->addAction(actions_[name]);
@@ -300,8 +307,8 @@ QToolButton* Actions::make_cut_button() {
 void Actions::follow() {
     const Parameters& p = session_.parameters();
     const Scan* scan = session_.scan();
-    for (const char* name : {"export", "screenshot", "frames", "rename", "copy", "cycle", "cycle_cut",
-                             "flip_cut", "turntable", "reset", "window_full"})
+    for (const char* name : {"save_session", "export", "screenshot", "frames", "rename", "copy_picture",
+                             "copy", "cycle", "cycle_cut", "flip_cut", "turntable", "reset", "window_full"})
         actions_[name]->setEnabled(scan != nullptr);
     for (const char* name : kSideActions) actions_[name]->setEnabled(scan != nullptr);
     for (QActionGroup* group : {modes_, tools_, cuts_}) group->setEnabled(scan != nullptr);
@@ -312,6 +319,7 @@ void Actions::follow() {
     }
     actions_["window_full"]->setChecked(scan && p.window == full_window(scan->histogram));
     actions_["whole_scan"]->setEnabled(p.crop.has_value());
+    actions_["save_measurements"]->setEnabled(!p.measurements.empty());
     modes_->actions()[int(p.mode)]->setChecked(true);
     cuts_->actions()[p.cut.plane ? int(*p.cut.plane) + 1 : 0]->setChecked(true);
     tools_->actions()[int(session_.tool())]->setChecked(true);

@@ -6,6 +6,7 @@
 #include <QCloseEvent>
 #include <QDir>
 #include <QFileDialog>
+#include <QMessageBox>
 #include <QMimeData>
 #include <QScreen>
 #include <QScrollArea>
@@ -15,7 +16,9 @@
 
 #include "field_keys.h"
 #include "help.h"
+#include "model/measurement_table.h"
 #include "shared/library_options.h"
+#include "theme.h"
 #include "views/screenshots.h"
 #include "views/view_menus.h"
 
@@ -137,6 +140,12 @@ void MainWindow::connect_actions() {
     on("export", [this] { export_surface(); });
     on("screenshot", [this] { save_screenshot(); });
     on("frames", [this] { save_turntable(); });
+    on("save_session", [this] { choose_session_file(); });
+    on("save_measurements", [this] { save_measurements(); });
+    on("copy_picture", [this] {
+        QApplication::clipboard()->setImage(view_->screenshot(view_->size() * view_->devicePixelRatioF()));
+        banner_->show_message(tr("Copied the 3D view."), Severity::note);
+    });
     on("quit", [this] { close(); });
     on("copy", [this] {
         QApplication::clipboard()->setText(command());
@@ -152,7 +161,10 @@ void MainWindow::connect_actions() {
     });
     for (std::size_t i = 0; i < kSideActions.size(); ++i)
         on(kSideActions[i], [this, i] { view_->look_from(Side(i)); });
-    on("light", [this](bool light) { view_->set_light_background(light); });
+    on("light", [this](bool light) {
+        apply_theme(*qApp, light);
+        view_->set_light_background(light);
+    });
     on("crosshair", [this](bool shown) { view_->set_crosshair_visible(shown); });
     on("full_screen", [this](bool full) { full ? showFullScreen() : showNormal(); });
     on("turntable", [this](bool turn) {
@@ -178,7 +190,8 @@ void MainWindow::cancel_or_dismiss() {
 
 void MainWindow::connect_views() {
     connect(controls_->histogram(), &HistogramBar::released, &surfaces_, &Surfaces::settle);
-    connect(welcome_, &Welcome::chosen, this, [this](const QString& path) { open(path.toStdString()); });
+    connect(welcome_, &Welcome::chosen, this,
+            [this](const QString& path) { open_instead(path.toStdString()); });
     connect(&session_, &Session::scan_changed, this, &MainWindow::follow_scan);
     connect(&session_, &Session::picking_changed, this, [this] {
         const bool measures = session_.tool() == Tool::distance || session_.tool() == Tool::angle;
@@ -221,10 +234,19 @@ void MainWindow::connect_writer() {
             });
 }
 
-void MainWindow::show_opened(const std::shared_ptr<const Scan>& scan) {
+void MainWindow::show_opened(const std::shared_ptr<const Scan>& scan,
+                             const std::shared_ptr<const SavedSession>& session) {
     banner_->hide();
     session_.set_scan(scan);
-    remember(*scan);
+    if (session) {
+        session_.resume(session->parameters, session->crosshair);
+        if (session->camera) view_->set_camera(*session->camera);
+        remember(session_file_);
+    } else {
+        session_file_.clear();
+        // Only if the path alone opens it again.
+        if (!scan->options.series && !scan->options.spacing) remember(scan->input);
+    }
     QString warnings;
     for (const std::string& warning : scan->info.warnings)
         warnings += (warnings.isEmpty() ? "" : "\n") + QString::fromStdString(apps::name_flags(warning));
@@ -254,7 +276,73 @@ void MainWindow::hide_progress() {
 }
 
 void MainWindow::open(const fs::path& input, const ScanOptions& options) {
+    if (is_session_file(input)) session_file_ = input;
     loader_.open(input, options);
+}
+
+void MainWindow::open_instead(const fs::path& input) {
+    discard_work([this, input] { open(input); });
+}
+
+void MainWindow::discard_work(const std::function<void()>& proceed) {
+    if (!session_.has_unsaved_work()) return proceed();
+    auto* box = new QMessageBox(QMessageBox::Question, tr("Save the session?"),
+                                tr("The surfaces, crop box and measurements of this scan are not saved."),
+                                QMessageBox::Save | QMessageBox::Discard | QMessageBox::Cancel, this);
+    box->setObjectName("discard_box");
+    box->setAttribute(Qt::WA_DeleteOnClose);
+    connect(box, &QMessageBox::buttonClicked, this, [this, box, proceed](QAbstractButton* button) {
+        const auto answer = box->standardButton(button);
+        if (answer == QMessageBox::Discard || (answer == QMessageBox::Save && choose_session_file()))
+            proceed();
+    });
+    box->open();
+}
+
+bool MainWindow::choose_session_file() {
+    const fs::path input = session_.scan()->input;
+    const fs::path scan = input.has_filename() ? input : input.parent_path();
+    const fs::path proposed =
+        session_file_.empty() ? fs::path(scan).replace_extension(kSessionExtension) : session_file_;
+    const QString chosen = QFileDialog::getSaveFileName(this, tr("Save session"), from_path(proposed),
+                                                        tr("Sessions (*%1)").arg(kSessionExtension));
+    if (chosen.isEmpty()) return false;
+    const fs::path file = chosen.toStdString();
+    return save_session(is_session_file(file) ? file : fs::path(file.string() + kSessionExtension));
+}
+
+bool MainWindow::save_session(const fs::path& file) {
+    const Scan& scan = *session_.scan();
+    const SavedSession saved{fs::absolute(scan.input).lexically_normal(),
+                             scan.options,
+                             scan.volume.geometry().dims,
+                             session_.parameters(),
+                             session_.crosshair(),
+                             view_->camera()};
+    try {
+        write_session(saved, file);
+    } catch (const std::exception& error) {
+        banner_->show_message(QString::fromUtf8(error.what()), Severity::error);
+        return false;
+    }
+    session_.set_saved();
+    session_file_ = file;
+    remember(file);
+    banner_->show_message(tr("Saved %1.").arg(from_path(file)), Severity::note);
+    return true;
+}
+
+void MainWindow::save_measurements() {
+    const QString file =
+        QFileDialog::getSaveFileName(this, tr("Save measurements"),
+                                     QDir(export_folder_).filePath("measurements.csv"), tr("Tables (*.csv)"));
+    if (file.isEmpty()) return;
+    try {
+        write_measurements(session_.parameters().measurements, file.toStdString());
+        banner_->show_message(tr("Wrote %1.").arg(file), Severity::note);
+    } catch (const std::exception& error) {
+        banner_->show_message(QString::fromUtf8(error.what()), Severity::error);
+    }
 }
 
 void MainWindow::choose_scan(bool folder) {
@@ -262,10 +350,11 @@ void MainWindow::choose_scan(bool folder) {
     const QString last = settings.value("scan_folder", QDir::homePath()).toString();
     const QString chosen =
         folder ? QFileDialog::getExistingDirectory(this, tr("Open a folder of DICOM files or slices"), last)
-               : QFileDialog::getOpenFileName(this, tr("Open a scan"), last,
-                                              tr("Scans (*.nii *.nii.gz *.hdr *.nrrd *.nhdr *.mha *.mhd "
-                                                 "*.dcm *.tif *.tiff);;All files (*)"));
-    if (!chosen.isEmpty()) open(chosen.toStdString());
+               : QFileDialog::getOpenFileName(
+                     this, tr("Open a scan"), last,
+                     tr("Scans and sessions (*.nii *.nii.gz *.hdr *.nrrd *.nhdr *.mha *.mhd "
+                        "*.dcm *.tif *.tiff *.marrow);;All files (*)"));
+    if (!chosen.isEmpty()) open_instead(chosen.toStdString());
 }
 
 void MainWindow::choose_series(const fs::path& input, const ScanOptions& options, const ScanReport& report) {
@@ -279,10 +368,9 @@ void MainWindow::choose_series(const fs::path& input, const ScanOptions& options
     dialog->open();
 }
 
-void MainWindow::remember(const Scan& scan) {
-    if (scan.options.series || scan.options.spacing) return;  // the path alone would not open it again
+void MainWindow::remember(const fs::path& input) {
     QSettings settings;
-    const QString path = from_path(fs::absolute(scan.input).lexically_normal());
+    const QString path = from_path(fs::absolute(input).lexically_normal());
     settings.setValue("scan_folder", QFileInfo(path).path());
     QStringList recent = settings.value("recent").toStringList();
     recent.removeAll(path);
@@ -297,7 +385,7 @@ void MainWindow::fill_recent() {
     QMenu* menu = actions_->recent();
     menu->clear();
     for (const QString& path : recent)
-        menu->addAction(path, this, [this, path] { open(path.toStdString()); });
+        menu->addAction(path, this, [this, path] { open_instead(path.toStdString()); });
     menu->setEnabled(!recent.isEmpty());
     welcome_->set_recent(recent);
 }
@@ -401,7 +489,7 @@ void MainWindow::dropEvent(QDropEvent* event) {
     const QList<QUrl> urls = event->mimeData()->urls();
     if (urls.empty() || !urls.front().isLocalFile()) return;
     event->acceptProposedAction();
-    open(urls.front().toLocalFile().toStdString());
+    open_instead(urls.front().toLocalFile().toStdString());
 }
 
 void MainWindow::resizeEvent(QResizeEvent* event) {
@@ -414,6 +502,14 @@ void MainWindow::closeEvent(QCloseEvent* event) {
         // Finish the export before closing.
         connect(this, &MainWindow::written, this, &QWidget::close, Qt::UniqueConnection);
         event->ignore();
+        return;
+    }
+    if (!discards_ && session_.has_unsaved_work()) {
+        event->ignore();
+        discard_work([this] {
+            discards_ = true;
+            close();
+        });
         return;
     }
     loader_.cancel();

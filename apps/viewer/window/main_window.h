@@ -3,6 +3,7 @@
 
 #include <array>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -38,6 +39,8 @@ class MainWindow : public QMainWindow {
     void open(const std::filesystem::path& input, const ScanOptions& options = {});
     /// Writes files in the background. \pre each surface is extracted in full resolution
     void write(const std::vector<ExportFile>& files, Space space);
+    /// Saves what a session file holds, or shows why that fails. Returns whether it is saved.
+    bool save_session(const std::filesystem::path& file);
     bool busy() const { return loader_.busy() || writer_.busy(); }
 
     Session& session() { return session_; }
@@ -70,14 +73,20 @@ class MainWindow : public QMainWindow {
 
     void follow_scan();
     void cancel_or_dismiss();
-    void show_opened(const std::shared_ptr<const Scan>& scan);
+    void show_opened(const std::shared_ptr<const Scan>& scan,
+                     const std::shared_ptr<const SavedSession>& session);
+    /// Calls `proceed`, but asks first if that would discard work.
+    void discard_work(const std::function<void()>& proceed);
+    void open_instead(const std::filesystem::path& input);
+    bool choose_session_file();
+    void save_measurements();
     void inform(const QString& message);
     void show_progress(const QString& message);
     void hide_progress();
     void choose_scan(bool folder);
     void choose_series(const std::filesystem::path& input, const ScanOptions& options,
                        const ScanReport& report);
-    void remember(const Scan& scan);
+    void remember(const std::filesystem::path& input);
     void fill_recent();
     void export_surface();
     void save_screenshot();
@@ -103,6 +112,8 @@ class MainWindow : public QMainWindow {
     QProgressBar* progress_;
     QToolButton *cancel_, *remarks_;
     QString remarks_text_;
+    std::filesystem::path session_file_;  // of the last session; empty: none
+    bool discards_ = false;               // the user agreed to lose the work
 };
 
 }  // namespace marrow::viewer

@@ -25,25 +25,26 @@ QIcon swatch(const QColor& colour) {
     QPainter painter(&pixmap);
     painter.setRenderHint(QPainter::Antialiasing);
     painter.setBrush(colour);
-    painter.setPen(QPen(QColor(255, 255, 255, 70), 2));
+    painter.setPen(QPen(QColor(128, 128, 128, 140), 2));
     painter.drawRoundedRect(QRectF(3, 3, 26, 26), 7, 7);
     return pixmap;
 }
 
 // An open or a closed eye.
-QIcon eye(bool open) {
+QIcon eye(bool open, const QPalette& palette) {
+    const QColor colour = palette.color(open ? QPalette::Active : QPalette::Disabled, QPalette::Text);
     QPixmap pixmap(36, 36);
     pixmap.fill(Qt::transparent);
     QPainter painter(&pixmap);
     painter.setRenderHint(QPainter::Antialiasing);
-    painter.setPen(QPen(open ? QColor(225, 229, 234) : QColor(110, 118, 128), 2.6));
+    painter.setPen(QPen(colour, 2.6));
     QPainterPath lids;
     lids.moveTo(4, 18);
     lids.quadTo(18, 3, 32, 18);
     lids.quadTo(18, 33, 4, 18);
     painter.drawPath(lids);
     if (open) {
-        painter.setBrush(QColor(225, 229, 234));
+        painter.setBrush(colour);
         painter.drawEllipse(QPointF(18, 18), 4, 4);
     } else {
         painter.drawLine(7, 29, 29, 7);
@@ -130,7 +131,7 @@ void SurfaceRow::end_rename() {
 void SurfaceRow::follow() {
     const SurfaceParameters* surface = session_.parameters().find(id_);
     if (!surface) return;
-    eye_->setIcon(eye(surface->visible));
+    eye_->setIcon(eye(surface->visible, palette()));
     colour_->setIcon(swatch(surface->colour));
     if (name_->isReadOnly()) name_->setText(surface_name(*session_.scan(), *surface));
     isovalue_->setText(QString::number(surface->isovalue, 'g', 6));
@@ -150,6 +151,11 @@ void SurfaceRow::mousePressEvent(QMouseEvent* event) {
 
 void SurfaceRow::mouseDoubleClickEvent(QMouseEvent*) {
     rename();
+}
+
+void SurfaceRow::changeEvent(QEvent* event) {
+    if (event->type() == QEvent::PaletteChange) follow();  // the icons
+    QFrame::changeEvent(event);
 }
 
 void SurfaceRow::choose_colour() {
@@ -275,11 +281,52 @@ void SidePanel::add_options(QVBoxLayout* layout) {
     open_->setToolTip(tr("Leave surfaces open where the scan ends. Closed surfaces can be printed."));
     layout->addWidget(largest_);
     layout->addWidget(open_);
+    add_refinement(layout);
     connect(largest_, &QCheckBox::clicked, this, [this](bool on) {
         session_.change(tr("largest component"), {}, [&](Parameters& p) { p.largest = on; });
     });
     connect(open_, &QCheckBox::clicked, this,
             [this](bool on) { session_.change(tr("open border"), {}, [&](Parameters& p) { p.open = on; }); });
+}
+
+void SidePanel::add_refinement(QVBoxLayout* layout) {
+    auto* grid = new QGridLayout;
+    grid->setVerticalSpacing(5);
+    grid->setColumnStretch(1, 1);
+    const auto add = [&](const char* object_name, const QString& text, int least, int most,
+                         const QString& tip, int Parameters::*number) {
+        auto* label = new QLabel(text);
+        label->setProperty("role", "faint");
+        auto* box = new QSpinBox;
+        box->setObjectName(object_name);
+        box->setRange(least, most);
+        box->setKeyboardTracking(false);
+        box->setButtonSymbols(QAbstractSpinBox::NoButtons);
+        box->setProperty("section", QString("panel"));
+        box->setToolTip(tip);
+        label->setToolTip(tip);
+        connect(box, qOverload<int>(&QSpinBox::valueChanged), this,
+                [this, object_name, text, number](int value) {
+                    session_.change(text.toLower(), object_name, [&](Parameters& p) { p.*number = value; });
+                });
+        connect(box, &QSpinBox::editingFinished, this, [this] { session_.end_step(); });
+        grid->addWidget(label, grid->rowCount(), 0);
+        grid->addWidget(box, grid->rowCount() - 1, 1);
+        return box;
+    };
+    components_ =
+        add("components", tr("Components"), 0, Parameters::kMostComponents,
+            tr("Keep this many components, those with the most triangles"), &Parameters::components);
+    components_->setSpecialValueText(tr("all"));
+    smooth_ =
+        add("smooth", tr("Smoothing"), 0, Parameters::kMostSmoothing,
+            tr("Iterations of a filter that smooths without shrinking; 20 is usual"), &Parameters::smooth);
+    smooth_->setSpecialValueText(tr("none"));
+    keep_ = add("keep", tr("Keep triangles"), 1, 100,
+                tr("Reduce surfaces to this part of their triangles, without changing their topology"),
+                &Parameters::keep);
+    keep_->setSuffix(" %");
+    layout->addLayout(grid);
 }
 
 void SidePanel::add_measures(QVBoxLayout* layout) {
@@ -289,7 +336,8 @@ void SidePanel::add_measures(QVBoxLayout* layout) {
     closedness_ = new QLabel;
     closedness_->setObjectName("closedness");
     closedness_->setToolTip(
-        tr("Closed: every edge has two triangles. The surface encloses a volume and can be printed."));
+        tr("Closed: every edge has two triangles. The surface encloses a volume and can be "
+           "printed. Smoothed and reduced surfaces are also searched for triangles that intersect."));
     top->addWidget(closedness_);
     layout->addLayout(top);
     auto* grid = new QGridLayout;
@@ -357,6 +405,12 @@ void SidePanel::follow_parameters() {
     }
     largest_->setChecked(p.largest);
     open_->setChecked(p.open);
+    for (const auto& [box, value] :
+         {std::pair{components_, p.components}, {smooth_, p.smooth}, {keep_, p.keep}}) {
+        const QSignalBlocker quiet(box);
+        box->setValue(value);
+    }
+    components_->setEnabled(!p.largest);
     follow_measurements();
     follow_numbers();
 }
@@ -411,9 +465,27 @@ void SidePanel::follow_numbers() {
                                 : tr("not closed"));
     numbers_[1]->setText(about + QString("%1 cm²").arg(m.area / 100, 0, 'f', 1));
     numbers_[2]->setText(about + grouped(m.components));
-    closedness_->setText(m.triangles == 0 ? QString("<span style='color:#8b949e'>●</span> empty")
-                         : closed         ? QString("<span style='color:#4cc27a'>●</span> closed")
-                                          : QString("<span style='color:#f0883e'>●</span> open"));
+    show_validity(*shape);
+}
+
+// Isosurfaces do not intersect themselves, but smoothing and reduction may have made them do so.
+void SidePanel::show_validity(const Shape& shape) {
+    const Parameters& p = session_.parameters();
+    const MeshMeasures& m = *shape.measures;
+    const bool checked = shape.level > 0 || (p.smooth == 0 && p.keep == 100) || shape.self_intersections;
+    const auto light = [&](const char* colour, const QString& text) {
+        closedness_->setText(QString("<span style='color:%1'>●</span> %2").arg(colour, text));
+    };
+    if (m.triangles == 0)
+        light("#8b949e", tr("empty"));
+    else if (m.boundary_edges > 0 || m.nonmanifold_edges > 0)
+        light("#f0883e", tr("open"));
+    else if (!checked)
+        light("#8b949e", tr("checking…"));
+    else if (shape.self_intersections.value_or(0) > 0)
+        light("#f0883e", tr("%1 self-intersections").arg(*shape.self_intersections));
+    else
+        light("#4cc27a", tr("closed"));
 }
 
 }  // namespace marrow::viewer

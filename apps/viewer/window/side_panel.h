@@ -11,6 +11,7 @@
 #include <QListWidget>
 #include <QMenu>
 #include <QSlider>
+#include <QSpinBox>
 #include <QToolButton>
 #include <QVBoxLayout>
 #include <QWidget>
@@ -33,6 +34,7 @@ class SurfaceRow : public QFrame {
   protected:
     void mousePressEvent(QMouseEvent* event) override;
     void mouseDoubleClickEvent(QMouseEvent* event) override;
+    void changeEvent(QEvent* event) override;
 
   private:
     void choose_colour();
@@ -58,6 +60,8 @@ class SidePanel : public QWidget {
     void add_surfaces(QVBoxLayout* layout);
     void add_opacity(QVBoxLayout* layout);
     void add_options(QVBoxLayout* layout);
+    void add_refinement(QVBoxLayout* layout);
+    void show_validity(const Shape& shape);
     void add_measures(QVBoxLayout* layout);
     void add_crop(QVBoxLayout* layout, QAction* whole_scan);
     void add_measurements(QVBoxLayout* layout);
@@ -74,6 +78,7 @@ class SidePanel : public QWidget {
     QMenu* add_menu_;
     QSlider* opacity_;
     QCheckBox* largest_;
+    QSpinBox *components_, *smooth_, *keep_;
     QCheckBox* open_;
     QLabel* closedness_;
     std::array<QLabel*, 6> numbers_{};

@@ -1,11 +1,14 @@
 // Sets the style, font, palette, style sheet and icon.
 #include "theme.h"
 
+#include <algorithm>
+
 #include <QFile>
 #include <QFont>
 #include <QFontDatabase>
 #include <QIcon>
 #include <QPalette>
+#include <QRegularExpression>
 #include <QStyleFactory>
 
 // The macro must be outside of namespaces. Without it, the linker drops the resources of a static library.
@@ -37,9 +40,36 @@ QPalette dark_palette() {
     return palette;
 }
 
+// The light theme is the dark one with the lightness of each colour mirrored.
+QColor mirrored(const QColor& colour) {
+    qreal hue = 0, saturation = 0, lightness = 0;
+    colour.getHslF(&hue, &saturation, &lightness);
+    return QColor::fromHslF(std::max(hue, 0.0), saturation, 1 - lightness);
+}
+
+QString mirrored(QString style) {
+    static const QRegularExpression kColour("#[0-9a-f]{6}\\b");
+    for (QRegularExpressionMatch match = kColour.match(style); match.hasMatch();
+         match = kColour.match(style, match.capturedEnd()))
+        style.replace(match.capturedStart(), match.capturedLength(),
+                      mirrored(QColor(match.captured())).name());
+    return style;
+}
+
+QPalette mirrored(QPalette palette) {
+    for (const auto group : {QPalette::Active, QPalette::Inactive, QPalette::Disabled}) {
+        for (int role = 0; role < QPalette::NColorRoles; ++role) {
+            if (role == QPalette::Highlight || role == QPalette::HighlightedText) continue;
+            const auto r = static_cast<QPalette::ColorRole>(role);
+            palette.setColor(group, r, mirrored(palette.color(group, r)));
+        }
+    }
+    return palette;
+}
+
 }  // namespace
 
-void apply_theme(QApplication& application) {
+void apply_theme(QApplication& application, bool light) {
     load_resources();
     application.setStyle(QStyleFactory::create("Fusion"));
     QFont font = application.font();
@@ -51,11 +81,12 @@ void apply_theme(QApplication& application) {
     font.setPixelSize(13);
     application.setFont(font);
 
-    application.setPalette(dark_palette());
+    application.setPalette(light ? mirrored(dark_palette()) : dark_palette());
 
     QFile style(":/theme.qss");
     style.open(QIODevice::ReadOnly);
-    application.setStyleSheet(QString::fromUtf8(style.readAll()));
+    const QString dark = QString::fromUtf8(style.readAll());
+    application.setStyleSheet(light ? mirrored(dark) : dark);
     QApplication::setWindowIcon(QIcon(":/marrow-viewer.png"));
 }
 

@@ -5,7 +5,7 @@
 
 namespace marrow::viewer {
 
-/// Applies a dark theme, so that the surfaces are the brightest part of the window.
-void apply_theme(QApplication& application);
+/// Applies a dark theme, so that the surfaces are the brightest part of the window, or a light one.
+void apply_theme(QApplication& application, bool light = false);
 
 }  // namespace marrow::viewer

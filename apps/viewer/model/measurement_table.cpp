@@ -1,0 +1,31 @@
+// Composes the lines of the table.
+#include "measurement_table.h"
+
+#include <marrow/atomic_file.h>
+
+namespace marrow::viewer {
+
+void write_measurements(const std::vector<Measurement>& measurements, const std::filesystem::path& file) {
+    QString text = "number,kind,value,unit,x1,y1,z1,x2,y2,z2,x3,y3,z3\n";
+    for (std::size_t i = 0; i < measurements.size(); ++i) {
+        const Measurement& m = measurements[i];
+        const bool distance = m.points.size() == 2;
+        text += QString("%1,%2,%3,%4")
+                    .arg(i + 1)
+                    .arg(distance ? "distance" : "angle")
+                    .arg(m.value(), 0, 'f', 3)
+                    .arg(distance ? "mm" : "degrees");
+        for (std::size_t point = 0; point < 3; ++point) {
+            for (std::size_t a = 0; a < 3; ++a)
+                text +=
+                    "," + (point < m.points.size() ? QString::number(m.points[point][a], 'f', 3) : QString());
+        }
+        text += "\n";
+    }
+    const QByteArray bytes = text.toUtf8();
+    AtomicFile out(file);
+    out.write(bytes.constData(), static_cast<std::size_t>(bytes.size()));
+    out.commit();
+}
+
+}  // namespace marrow::viewer

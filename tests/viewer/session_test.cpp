@@ -1,0 +1,166 @@
+// Tests session files, the question before work is lost, and the table of measurements.
+#include <QClipboard>
+#include <QDropEvent>
+#include <QMessageBox>
+#include <QMimeData>
+
+#include <marrow/error.h>
+
+#include "model/measurement_table.h"
+#include "model/session_file.h"
+#include "support/viewer_ball.h"
+
+namespace marrow::test {
+namespace {
+
+using viewer::Parameters;
+using viewer::SavedSession;
+
+class Sessions : public BallViewer {
+  protected:
+    void work() {
+        session().change("work", {}, [](Parameters& p) {
+            p.surfaces[0].name = "ball";
+            p.surfaces[0].opacity = 0.5;
+            p.crop = viewer::SampleBox{{1, 2, 3}, {40, 41, 20}};
+            p.measurements = {{{{1.25, 2, 3}, {4, 6, 3}}}, {{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}}}};
+            p.cut = {viewer::Plane::coronal, true};
+            p.mode = viewer::DrawMode::wireframe;
+            p.window = {12, 345};
+            p.largest = true;
+        });
+        session().add_surface({}, 600.5, QColor(20, 40, 60), 0.25);
+        session().set_crosshair({5, 6, 7});
+    }
+    QMessageBox* question() { return window->findChild<QMessageBox*>("discard_box"); }
+};
+
+TEST_F(Sessions, OpenAsTheyWereSaved) {
+    work();
+    key(Qt::Key_3);
+    ASSERT_TRUE(settle());
+    const Parameters before = session().parameters();
+    const viewer::CameraState camera = view()->camera();
+    const std::filesystem::path file = folder / "mine.marrow";
+    ASSERT_TRUE(window->save_session(file)) << window->banner().toStdString();
+    EXPECT_FALSE(session().has_unsaved_work());
+    // The folder can be moved, because the path of the scan is relative.
+    const TemporaryFolder other;
+    std::filesystem::copy(scan, other / scan.filename());
+    std::filesystem::copy(file, other / "mine.marrow");
+    std::filesystem::remove(scan);
+    ASSERT_TRUE(open(other / "mine.marrow")) << window->banner().toStdString();
+
+    Parameters after = session().parameters();
+    ASSERT_EQ(after.surfaces.size(), 2u);
+    EXPECT_EQ(after.current, after.surfaces[1].id);
+    for (std::size_t i = 0; i < 2; ++i) {
+        after.surfaces[i].id = before.surfaces[i].id;
+        EXPECT_EQ(after.surfaces[i].colour.name(), before.surfaces[i].colour.name());
+        after.surfaces[i].colour = before.surfaces[i].colour;  // QColor may hold more than 8 bits
+    }
+    after.current = before.current;
+    EXPECT_TRUE(after == before);
+    EXPECT_EQ(session().crosshair(), (Vec3d{5, 6, 7}));
+    EXPECT_NEAR(distance(view()->camera().position, camera.position), 0, 1e-9);
+    EXPECT_NEAR(distance(view()->camera().up, camera.up), 0, 1e-9);
+    EXPECT_FALSE(session().has_unsaved_work());
+    EXPECT_FALSE(session().undo_stack().canUndo());
+}
+
+TEST_F(Sessions, DamagedOnesSayWhyInOneLine) {
+    work();
+    ASSERT_TRUE(settle());
+    const std::filesystem::path file = folder / "mine.marrow";
+    ASSERT_TRUE(window->save_session(file));
+    const std::string good = read_file(file);
+    const viewer::Scan* before = session().scan();
+    const auto changed = [&](const std::string& from, const std::string& to) {
+        const auto at = good.find(from);
+        EXPECT_NE(at, std::string::npos) << from;
+        return std::string(good).replace(at, from.size(), to);
+    };
+    const std::vector<std::pair<std::string, const char*>> damaged{
+        {good.substr(0, good.size() / 2), "not JSON"},
+        {std::string(5000, '['), "not JSON"},
+        {"[]", "JSON object"},
+        {"{}", "marrow_session is missing"},
+        {std::string(2 << 20, ' '), "too large"},
+        {changed("\"marrow_session\": 1", "\"marrow_session\": 9"), "version"},
+        {changed("ball.nrrd", "gone.nrrd"), "gone.nrrd"},
+        {changed("\"isovalue\": 0.0", "\"isovalue\": null"), "surfaces[0].isovalue"},
+        {changed("\"isovalue\": 0.0", "\"isovalue\": 1e999"), ""},
+        {changed("\"opacity\": 0.5", "\"opacity\": 7"), "opacity"},
+        {changed("\"wireframe\"", "\"fog\""), "draw"},
+        {changed("\"coronal\"", "3"), "cut.plane"},
+        {changed("\"width\": 345", "\"width\": -1"), "window.width"},
+        {changed("1.25", "\"x\""), "measurements"},
+        // Stale: the scan or the box does not fit.
+        {changed("      48,\n      48,\n      25", "      48,\n      48,\n      26"), "another scan"},
+        {changed("      40,\n      41,\n      20", "      40,\n      41,\n      99"), "crop box"},
+    };
+    for (const auto& [content, reason] : damaged) {
+        write_file(file, content);
+        window->open(file);
+        ASSERT_TRUE(wait([&] { return !window->busy(); }));
+        const std::string message = window->banner().toStdString();
+        EXPECT_NE(message.find(reason), std::string::npos) << reason << ": " << message;
+        EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+        EXPECT_FALSE(message.empty()) << content.substr(0, 100);
+        EXPECT_EQ(session().scan(), before);
+        EXPECT_EQ(session().parameters().surfaces.size(), 2u);
+        key(Qt::Key_Escape);
+    }
+}
+
+TEST_F(Sessions, WorkIsNotLostWithoutAQuestion) {
+    write_nrrd(folder / "other.nrrd", 20, 20, 20, ball(10, 10, 10, 5));
+    const viewer::Scan* before = session().scan();
+    const auto drop = [&] {
+        QMimeData data;
+        data.setUrls({QUrl::fromLocalFile((folder / "other.nrrd").c_str())});
+        QDragEnterEvent enter(QPoint(100, 100), Qt::CopyAction, &data, Qt::LeftButton, Qt::NoModifier);
+        QApplication::sendEvent(window.get(), &enter);
+        QDropEvent event(QPointF(100, 100), Qt::CopyAction, &data, Qt::LeftButton, Qt::NoModifier);
+        QApplication::sendEvent(window.get(), &event);
+    };
+    work();
+    drop();
+    ASSERT_TRUE(question());
+    QTest::keyClick(question(), Qt::Key_Escape);
+    QTest::qWait(20);
+    EXPECT_FALSE(window->busy());
+    EXPECT_EQ(session().scan(), before);
+    window->close();  // asks too
+    EXPECT_TRUE(window->isVisible());
+    ASSERT_TRUE(question());
+    QTest::mouseClick(question()->button(QMessageBox::Cancel), Qt::LeftButton);
+    QTest::qWait(20);
+
+    drop();
+    ASSERT_TRUE(question());
+    QTest::mouseClick(question()->button(QMessageBox::Discard), Qt::LeftButton);
+    ASSERT_TRUE(wait([&] { return session().scan() != before; }));
+    // An isovalue is quick to find again.
+    session().set_isovalue(1);
+    EXPECT_FALSE(session().has_unsaved_work());
+}
+
+TEST_F(Sessions, MeasurementsAreATable) {
+    work();
+    write_measurements(session().parameters().measurements, folder / "m.csv");
+    EXPECT_EQ(read_file(folder / "m.csv"),
+              "number,kind,value,unit,x1,y1,z1,x2,y2,z2,x3,y3,z3\n"
+              "1,distance,4.854,mm,1.250,2.000,3.000,4.000,6.000,3.000,,,\n"
+              "2,angle,90.000,degrees,0.000,0.000,0.000,1.000,0.000,0.000,1.000,1.000,0.000\n");
+}
+
+TEST_F(Sessions, ThePictureIsOnTheClipboard) {
+    key(Qt::Key_C, Qt::ControlModifier);
+    const QImage image = QApplication::clipboard()->image();
+    EXPECT_EQ(image.size(), view()->size() * view()->devicePixelRatioF());
+    EXPECT_GT(count(image.convertToFormat(QImage::Format_RGB32), warm), 1000);
+}
+
+}  // namespace
+}  // namespace marrow::test
