@@ -127,6 +127,7 @@ def smooth(
     iterations: int = 20,
     pass_band: float = 0.1,
     bound: Optional[ArrayLike] = None,
+    max_move: Optional[float] = None,
     threads: int = 0,
     progress: _Progress = None,
 ) -> _MeshArrays: ...

@@ -13,6 +13,7 @@ class MeshMeasures:
     points: int
     triangles: int
     components: int  #: sets of triangles that are connected through shared points
+    cavities: int  #: components that are closed and face inward
     boundary_edges: int  #: edges with one triangle; a closed mesh has none
     nonmanifold_edges: int  #: edges with more than two triangles, or with two of different orientation
     euler_characteristic: int  #: points - edges + triangles

@@ -214,6 +214,7 @@ class Mesh:
         *,
         pass_band: float = 0.1,
         bound: Optional[ArrayLike] = None,
+        max_move: Optional[float] = None,
         threads: int = 0,
         progress: Optional[Progress] = None,
     ) -> Mesh:
@@ -228,6 +229,8 @@ class Mesh:
         bound : array_like, shape (3, 3) or (4, 4), optional
             The volume's `affine`, or the linear part of it. No point then moves further than half a sample along
             each axis of the volume.
+        max_move : float, optional
+            mm; no point moves further.
         threads : int
             Threads to use; 0: all.
         progress : callable, optional
@@ -246,6 +249,7 @@ class Mesh:
                 iterations=iterations,
                 pass_band=pass_band,
                 bound=None if bound is None else np.asarray(bound)[:3, :3],
+                max_move=max_move,
                 threads=threads,
                 progress=progress,
             )

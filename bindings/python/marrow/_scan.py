@@ -40,6 +40,10 @@ class SeriesReport:
     """What the headers tell about one series."""
 
     series: SeriesInfo
+    number: Optional[int]  #: SeriesNumber of DICOM
+    echo_time: Optional[float]  #: ms
+    image_type: str  #: ImageType of DICOM
+    kernel: str  #: ConvolutionKernel of DICOM
     refusal: Optional[str]  #: why `read` would fail, if the headers show it
     warnings: tuple[str, ...]  #: the warnings of `read`
     gaps: tuple[str, ...]  #: unusual gaps between slices
@@ -47,6 +51,7 @@ class SeriesReport:
     hounsfield: Optional[bool]  #: whether samples are Hounsfield units, if known
     smallest_feature: Optional[float]  #: mm; twice the coarsest spacing: the finest visible detail
     memory: int  #: bytes that the samples need
+    volumes: tuple[str, ...]  #: what tells the volumes of a series apart, if it has several
     patient_name: str = field(repr=False)  #: as in DICOM: "family^given"; show it only on request
 
 
@@ -79,13 +84,14 @@ def read(
     path : path-like
         A file, or a folder of DICOM files or image slices. The content decides the format.
     series : str, optional
-        The ``id`` of a series, as `inspect` reports it; needed if the input holds several.
+        The ``id`` of a series or the first part of it, or its number in the list of `inspect`, from 1; needed if
+        the input holds several.
     spacing : sequence of 3 floats, optional
         mm along (i, j, k); only for input that does not state it, such as image slices.
     resample : bool
         Interpolate unevenly spaced DICOM slices to even spacing, instead of refusing them.
     volume : int, optional
-        The index of a volume in a 4-D file, from 0.
+        The index of a volume, from 0, if the input holds several: time points or echoes of DICOM, a 4-D file.
     threads : int
         Threads to use; 0: all.
     progress : callable, optional

@@ -22,7 +22,8 @@ namespace {
 
 py::dict dict_of(const MeshMeasures& m) {
     return py::dict("points"_a = m.points, "triangles"_a = m.triangles, "components"_a = m.components,
-                    "boundary_edges"_a = m.boundary_edges, "nonmanifold_edges"_a = m.nonmanifold_edges,
+                    "cavities"_a = m.cavities, "boundary_edges"_a = m.boundary_edges,
+                    "nonmanifold_edges"_a = m.nonmanifold_edges,
                     "euler_characteristic"_a = m.euler_characteristic, "area"_a = m.area,
                     "volume"_a = m.volume, "lower"_a = m.lower, "upper"_a = m.upper);
 }

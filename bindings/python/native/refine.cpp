@@ -33,11 +33,12 @@ py::tuple components(const ArrayMesh& mesh, std::optional<std::int64_t> count, d
 }
 
 py::tuple smoothed(const ArrayMesh& mesh, int iterations, double pass_band, const std::optional<Mat3d>& bound,
-                   int threads, const py::object& progress) {
+                   std::optional<double> max_move, int threads, const py::object& progress) {
     return to_python(compute(progress, [&](const Progress& report) {
         return smooth(copy_of(mesh.view()), {.iterations = iterations,
                                              .pass_band = pass_band,
                                              .bound = bound,
+                                             .max_move = max_move,
                                              .threads = threads,
                                              .progress = report});
     }));
@@ -58,8 +59,8 @@ void add_refine(py::module_& module) {
     module.def("keep_components", &components, py::arg("mesh"), py::kw_only(), py::arg("count") = py::none(),
                py::arg("min_volume") = 0.0, py::arg("cavities") = true, py::arg("threads") = 0);
     module.def("smooth", &smoothed, py::arg("mesh"), py::kw_only(), py::arg("iterations") = 20,
-               py::arg("pass_band") = 0.1, py::arg("bound") = py::none(), py::arg("threads") = 0,
-               py::arg("progress") = py::none());
+               py::arg("pass_band") = 0.1, py::arg("bound") = py::none(), py::arg("max_move") = py::none(),
+               py::arg("threads") = 0, py::arg("progress") = py::none());
     module.def("simplify", &simplified, py::arg("mesh"), py::kw_only(), py::arg("triangles") = py::none(),
                py::arg("max_error") = py::none(), py::arg("threads") = 0, py::arg("progress") = py::none());
 }
