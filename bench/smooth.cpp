@@ -24,47 +24,48 @@ constexpr int kRounds = 5;
 
 struct Contender {
     std::string name;
-    std::function<Mesh(double&)> run;  // sets the seconds that it took
-    std::vector<double> seconds = {};
-    Mesh result = {};
+    std::function<void()> run;
+    std::function<Mesh()> result;
+    std::vector<double> wall = {}, processor = {};  // seconds
 };
 
-Mesh smooth_timed(const Mesh& mesh, int threads, double& seconds) {
-    const auto start = std::chrono::steady_clock::now();
-    Mesh result = smooth(mesh, {.threads = threads});
-    seconds = milliseconds_since(start) / 1000;
-    return result;
-}
-
-Mesh smooth_by_vtk(vtkPolyData* mesh, double& seconds) {
-    const auto start = std::chrono::steady_clock::now();
+void compare_on(const std::string& name, const Mesh& mesh) {
+    Mesh smoothed;
     vtkNew<vtkWindowedSincPolyDataFilter> filter;
-    filter->SetInputData(mesh);
+    filter->SetInputData(to_vtk(mesh));
     filter->SetNumberOfIterations(20);
     filter->SetPassBand(SmoothOptions{}.pass_band);
     filter->BoundarySmoothingOff();
     filter->FeatureEdgeSmoothingOff();
     filter->NormalizeCoordinatesOn();
-    filter->Update();
-    seconds = milliseconds_since(start) / 1000;
-    return from_vtk(filter->GetOutput());
-}
-
-void compare_on(const std::string& name, const Mesh& mesh) {
-    const auto vtk_mesh = to_vtk(mesh);
-    std::vector<Contender> contenders{
-        {"marrow, one thread", [&](double& seconds) { return smooth_timed(mesh, 1, seconds); }},
-        {"marrow, two threads", [&](double& seconds) { return smooth_timed(mesh, 2, seconds); }},
-        {"vtkWindowedSinc", [&](double& seconds) { return smooth_by_vtk(vtk_mesh, seconds); }}};
+    const auto smooth_on = [&](int threads) {
+        return Contender{threads == 1 ? "marrow, one thread" : "marrow, two threads",
+                         [&, threads] { smoothed = smooth(mesh, {.threads = threads}); },
+                         [&] { return smoothed; }};
+    };
+    const auto by_vtk = [&] {
+        filter->Modified();
+        filter->Update();
+    };
+    std::vector<Contender> contenders{smooth_on(1), smooth_on(2), {"vtkWindowedSinc", by_vtk, [&] {
+                                                                       return from_vtk(filter->GetOutput());
+                                                                   }}};
     for (int round = 0; round < kRounds; ++round) {
-        for (Contender& c : contenders) c.result = c.run(c.seconds.emplace_back());
+        for (Contender& c : contenders) {
+            const double begin = processor_seconds();
+            const auto start = std::chrono::steady_clock::now();
+            c.run();
+            c.wall.push_back(milliseconds_since(start) / 1000);
+            c.processor.push_back(processor_seconds() - begin);
+        }
     }
-    const double vtk_seconds = median(contenders.back().seconds);
+    const double vtk_seconds = median(contenders.back().processor);
     for (const Contender& c : contenders) {
-        const MeshCheck check = check_mesh(c.result);
-        fmt::print("{:<10} {:<20} {:>9} {:>8.3f} {:>6.1f} {:>9} {:>8.2f}\n", name, c.name,
-                   mesh.triangles.size(), median(c.seconds), vtk_seconds / median(c.seconds),
-                   check.self_intersections, 100 * (check.measures.volume / measure(mesh).volume - 1));
+        const MeshCheck check = check_mesh(c.result());
+        fmt::print("{:<10} {:<20} {:>9} {:>8.3f} {:>8.3f} {:>6.1f} {:>9} {:>8.2f}\n", name, c.name,
+                   mesh.triangles.size(), median(c.wall), median(c.processor),
+                   vtk_seconds / median(c.processor), check.self_intersections,
+                   100 * (check.measures.volume / measure(mesh).volume - 1));
     }
 }
 
@@ -73,8 +74,8 @@ void compare_on(const std::string& name, const Mesh& mesh) {
 
 int main() {
     using namespace marrow;
-    fmt::print("{:<10} {:<20} {:>9} {:>8} {:>6} {:>9} {:>8}\n", "surface", "contender", "triangles", "s",
-               "ratio", "self-int.", "volume %");
+    fmt::print("{:<10} {:<20} {:>9} {:>8} {:>8} {:>6} {:>9} {:>8}\n", "surface", "contender", "triangles",
+               "wall s", "CPU s", "ratio", "self-int.", "volume %");
     for (const char* name : {"cranium", "vhf-head"}) {
         const auto scan = bench::named_volume(name);
         if (!scan) continue;
