@@ -144,37 +144,120 @@ TEST(Isosurface, NonFiniteSamplesAreOutsideAndCounted) {
     EXPECT_EQ(measure(mesh).components, 2);  // the box, and the hole around (20, 2, 2) and its neighbour
 }
 
-// Points lie on edges of the grid, never on samples: so the ends of an edge are found by rounding.
+// The edge of the grid that a point lies on. Its samples are those at the lower and the higher coordinate, or
+// -infinity if they are not finite or outside the volume.
+struct Edge {
+    std::size_t axis = 0;
+    std::array<float, 2> samples{};
+};
+
+// Points never lie on samples, so rounding finds the ends of their edges. \pre a diagonal matrix, and spacings
+// that are powers of two
+Edge edge_of(const Volume& volume, const Vec3f& point) {
+    const auto& [dims, spacing, origin, direction] = volume.geometry();
+    Edge edge;
+    std::array<std::int64_t, 3> ends[2];
+    for (std::size_t a = 0; a < 3; ++a) {
+        const double index = static_cast<double>(point[a]) / spacing[a];
+        ends[0][a] = static_cast<std::int64_t>(std::floor(index));
+        ends[1][a] = static_cast<std::int64_t>(std::ceil(index));
+        if (ends[0][a] != ends[1][a]) edge.axis = a;
+    }
+    for (std::size_t e = 0; e < 2; ++e) {
+        edge.samples[e] = -HUGE_VALF;
+        bool within = true;
+        for (std::size_t a = 0; a < 3; ++a) within &= ends[e][a] >= 0 && ends[e][a] < dims[a];
+        if (!within) continue;
+        const std::int64_t index = (ends[e][2] * dims[1] + ends[e][1]) * dims[0] + ends[e][0];
+        visit_sample_type(volume.type(), [&](auto type) {
+            const auto sample = volume.samples<decltype(type)>()[index];
+            if (std::isfinite(static_cast<double>(sample))) edge.samples[e] = static_cast<float>(sample);
+        });
+    }
+    return edge;
+}
+
 TEST(Isosurface, ValuesAreTheLargerEndsOfTheEdges) {
     Random random(51);
     for (int i = 0; i < 500; ++i) {
         const RandomGrid g = random_grid(random);
-        const auto& dims = g.volume.geometry().dims;
         for (const bool closed : {false, true}) {
             Buffer<float> values;
             const Mesh mesh =
                 extract_isosurface(g.volume, g.isovalue, {.closed = closed, .threads = 3}, nullptr, &values);
             ASSERT_EQ(values.size(), mesh.points.size());
             for (std::size_t p = 0; p < values.size(); ++p) {
-                const auto value = [&](auto round) {
-                    std::array<std::int64_t, 3> at;
-                    for (std::size_t a = 0; a < 3; ++a) {
-                        at[a] = static_cast<std::int64_t>(round(mesh.points[p][a]));
-                        if (at[a] < 0 || at[a] >= dims[a]) return -HUGE_VALF;
-                    }
-                    return visit_sample_type(g.volume.type(), [&](auto type) {
-                        const auto* samples = g.volume.samples<decltype(type)>();
-                        const auto value = samples[(at[2] * dims[1] + at[1]) * dims[0] + at[0]];
-                        return std::isfinite(static_cast<double>(value)) ? static_cast<float>(value)
-                                                                         : -HUGE_VALF;
-                    });
-                };
-                ASSERT_EQ(values[p], std::max(value([](float x) { return std::floor(x); }),
-                                              value([](float x) { return std::ceil(x); })))
-                    << "grid " << i << ", point " << p;
+                const auto ends = edge_of(g.volume, mesh.points[p]).samples;
+                ASSERT_EQ(values[p], std::max(ends[0], ends[1])) << "grid " << i << ", point " << p;
             }
         }
     }
+}
+
+// How far a point's normal points along its edge from the inside end to the outside end.
+float outward_along_edge(const Volume& volume, const Mesh& mesh, std::size_t p) {
+    const Edge edge = edge_of(volume, mesh.points[p]);
+    return edge.samples[0] > edge.samples[1] ? mesh.normals[p][edge.axis] : -mesh.normals[p][edge.axis];
+}
+
+TEST(Isosurface, NormalsNeverPointInwardsAlongTheirEdges) {
+    Random random(53);
+    for (int i = 0; i < 1000; ++i) {
+        const RandomGrid g = random_grid(random);
+        for (const bool closed : {false, true}) {
+            const Mesh mesh = extract_isosurface(g.volume, g.isovalue, {.closed = closed});
+            for (std::size_t p = 0; p < mesh.points.size(); ++p)
+                ASSERT_GE(outward_along_edge(g.volume, mesh, p), 0) << "grid " << i << ", point " << p;
+        }
+    }
+    Geometry geometry = grid(40, 30, 20);
+    geometry.spacing = {0.5, 1, 4};
+    const Volume noise = sampled<std::int16_t>(
+        geometry, [&](auto, auto, auto) { return static_cast<int>(random() % 2001) - 1000; });
+    const Mesh mesh = extract_isosurface(noise, 100.5);
+    for (std::size_t p = 0; p < mesh.points.size(); ++p)
+        ASSERT_GT(outward_along_edge(noise, mesh, p), 0) << p;
+}
+
+// Central differences across a wall of one sample have the sign of what lies before and behind it.
+TEST(Isosurface, NormalsOfAThinWallFaceAwayFromIt) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        const Volume volume = sampled<std::int16_t>(grid(9, 9, 9), [&](auto x, auto y, auto z) {
+            const auto along = std::array{x, y, z}[axis];
+            return along < 4 ? 40 : along == 4 ? 1000 : -1000;
+        });
+        const Mesh mesh = extract_isosurface(volume, 700);
+        EXPECT_EQ(mesh.points.size(), 2 * 81u);
+        for (std::size_t p = 0; p < mesh.points.size(); ++p)
+            ASSERT_EQ(mesh.normals[p][axis], mesh.points[p][axis] < 4 ? -1 : 1) << axis << ' ' << p;
+    }
+}
+
+// Noise is the worst case. Central differences alone turn one normal in twenty against its faces.
+TEST(Isosurface, FewNormalsOfNoisePointAgainstTheirFaces) {
+    Random random(54);
+    const Volume noise = sampled<std::int16_t>(
+        grid(30, 30, 30), [&](auto, auto, auto) { return static_cast<int>(random() % 2001) - 1000; });
+    const Mesh mesh = extract_isosurface(noise, 100.5);
+    std::vector<Vec3d> faces(mesh.points.size(), Vec3d{0, 0, 0});  // sums of unit normals
+    for (const Triangle& triangle : mesh.triangles) {
+        Vec3d u, v;
+        for (std::size_t a = 0; a < 3; ++a) {
+            const double first = static_cast<double>(mesh.points[triangle[0]][a]);
+            u[a] = static_cast<double>(mesh.points[triangle[1]][a]) - first;
+            v[a] = static_cast<double>(mesh.points[triangle[2]][a]) - first;
+        }
+        const Vec3d n{u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
+        for (const std::uint32_t p : triangle)
+            for (std::size_t a = 0; a < 3; ++a) faces[p][a] += n[a] / std::hypot(n[0], n[1], n[2]);
+    }
+    std::size_t against = 0;
+    for (std::size_t p = 0; p < faces.size(); ++p) {
+        double cosine = 0;
+        for (std::size_t a = 0; a < 3; ++a) cosine += faces[p][a] * static_cast<double>(mesh.normals[p][a]);
+        against += cosine < 0;
+    }
+    EXPECT_LT(static_cast<double>(against), 0.008 * static_cast<double>(faces.size()));
 }
 
 // The eight samples of the cell around a triangle. No triangle lies in a face, so its centre is within the cell.

@@ -269,6 +269,7 @@ class PointBatch {
     using V = hn::Vec<D>;
     using DF = hn::Rebind<float, D>;
     using VF = hn::Vec<DF>;
+    using DI = hn::RebindToSigned<D>;
 
     static HWY_INLINE V load_staged(const S* staged) {
         const D d;
@@ -276,6 +277,15 @@ class PointBatch {
             return hn::Load(d, staged);
         } else {
             return hn::ConvertTo(d, hn::Load(hn::RebindToSigned<D>(), staged));
+        }
+    }
+    // The axes of edges, in lanes as wide as V's.
+    HWY_INLINE hn::Vec<DI> load_axes(std::size_t i) const {
+        const auto axes = hn::Load(hn::Rebind<std::int32_t, D>(), axes_ + i);
+        if constexpr (sizeof(R) == sizeof(std::int32_t)) {
+            return axes;
+        } else {
+            return hn::PromoteTo(DI(), axes);
         }
     }
     static HWY_INLINE VF to_float(V v) {
@@ -346,6 +356,7 @@ class PointBatch {
             const V at_first = load_staged(slopes_[a] + i), at_second = load_staged(slopes_[3 + a] + i);
             gradient[a] = hn::Add(at_first, hn::Mul(t, hn::Sub(at_second, at_first)));
         }
+        steepen_along_edges(i, gradient);
         if constexpr (std::is_floating_point_v<T>) scale_extreme(gradient);
         for (std::size_t r = 0; r < 3; ++r) {
             const Vec3f& m = to_physical_.normal_matrix[r];
@@ -361,6 +372,24 @@ class PointBatch {
         const auto defined =
             hn::And(hn::Gt(squared, hn::Zero(d)), hn::Le(squared, hn::Set(d, std::numeric_limits<R>::max())));
         if (HWY_UNLIKELY(!hn::AllTrue(d, defined))) set_along_edges(i, hn::Not(defined), normal);
+    }
+
+    // In a thin wall or gap, central differences reach across to the other side and can turn the normal against
+    // the surface. Where the gradient along the edge is less than a quarter of the edge's own slope, this slope
+    // replaces it: at a sharp step, central differences still are a half of it. So no normal points inwards
+    // along its edge.
+    HWY_INLINE void steepen_along_edges(std::size_t i, V (&gradient)[3]) const {
+        const D d;
+        const V difference = hn::Sub(load_staged(ends_[1] + i), load_staged(ends_[0] + i));
+        const V slope = hn::Add(difference, difference);  // because central differences span two samples
+        const V sign = hn::And(difference, hn::SignBit(d)),
+                least = hn::Mul(hn::Set(d, R(0.5)), hn::Abs(difference));
+        const auto axis = load_axes(i);
+        for (std::size_t a = 0; a < 3; ++a) {
+            const auto along = hn::RebindMask(d, hn::Eq(axis, hn::Set(DI(), static_cast<hn::TFromD<DI>>(a))));
+            const auto flat = hn::Lt(hn::Xor(gradient[a], sign), least);
+            gradient[a] = hn::IfThenElse(hn::And(along, flat), slope, gradient[a]);
+        }
     }
 
     // Scales gradients whose squares might overflow or underflow.
@@ -382,8 +411,9 @@ class PointBatch {
         for (std::size_t r = 0; r < 3; ++r) hn::Store(normal[r], d, lanes[r]);
         for (std::size_t k = 0; k < hn::Lanes(d); ++k) {
             if (undefined[k] == 0) continue;
-            const R first = static_cast<R>(ends_[0][i + k]) * kSampleScale<T>;
-            const Vec3f along = along_edge(axes_[i + k], first >= isovalue_ && std::isfinite(first));
+            const R first = static_cast<R>(ends_[0][i + k]), second = static_cast<R>(ends_[1][i + k]);
+            const bool first_inside = std::isfinite(first) && !(std::isfinite(second) && second > first);
+            const Vec3f along = along_edge(axes_[i + k], first_inside);
             for (std::size_t r = 0; r < 3; ++r) lanes[r][k] = along[r];
         }
         for (std::size_t r = 0; r < 3; ++r) normal[r] = hn::Load(d, lanes[r]);
