@@ -45,10 +45,10 @@ struct SurfaceSink {
 
 struct SlabLimits {
     std::size_t memory = std::size_t{1} << 30;  ///< bytes that all arrays and `reserved` together may take
+    std::optional<std::int64_t> slices = {};    ///< most slices in a slab; not set: as many as fit in memory
     /// Bytes of `memory` that are taken already, such as by the program itself. The least memory that a
     /// LimitError states includes them.
     std::size_t reserved = 0;
-    std::optional<std::int64_t> slices = {};    ///< most slices in a slab; not set: as many as fit in memory
 };
 
 /// Extracts a surface as extract_isosurface does, with only a slab of the volume and of the surface in memory
