@@ -180,7 +180,9 @@ inline void add_dicom_objects(std::vector<SmallScan>& out) {
     };
     add("enhanced.dcm", enhanced(4), 0);
     add("binary.dcm", segmentation(frames, "BINARY"), 0);
-    add("fractional.dcm", segmentation(frames, "FRACTIONAL"), 0);
+    DicomWriter fractional = segmentation(frames, "FRACTIONAL");
+    fractional.number(0x0062000e, 1);  // the largest fraction
+    add("fractional.dcm", fractional, 0);
     add("labelmap.dcm", segmentation(frames, "LABELMAP"), 0);
     add("mosaic.dcm", mosaic(0), 0);
 }
