@@ -56,16 +56,6 @@ MARROW_EXPORT Mesh extract_isosurface(const VolumeView& volume, double isovalue,
                                       const IsosurfaceOptions& options = {}, IsosurfaceStats* stats = nullptr,
                                       Buffer<float>* values = nullptr);
 
-/// Extracts the part of a surface in the cells whose eight samples are all not 0 in `mask`.
-///
-/// The mask has samples of uint8 and the dims of the volume; its position in space does not matter. The result
-/// is extract_isosurface's, without the triangles of other cells and without the points that no triangle uses
-/// then. The order and every bit of the rest stay. It takes memory for the whole surface. \throw as
-/// extract_isosurface; InputError a mask of another type or size, or options.closed or options.snap
-MARROW_EXPORT Mesh extract_masked_isosurface(const VolumeView& volume, const VolumeView& mask,
-                                             double isovalue, const IsosurfaceOptions& options = {},
-                                             Buffer<float>* values = nullptr);
-
 /// Extracts many surfaces from one volume, as for a slider.
 ///
 /// It keeps its buffers and remembers the range of values in each block of samples, so the next isovalue

@@ -177,23 +177,6 @@ Edge edge_of(const Volume& volume, const Vec3f& point) {
     return edge;
 }
 
-TEST(Isosurface, ValuesAreTheLargerEndsOfTheEdges) {
-    Random random(51);
-    for (int i = 0; i < 500; ++i) {
-        const RandomGrid g = random_grid(random);
-        for (const bool closed : {false, true}) {
-            Buffer<float> values;
-            const Mesh mesh =
-                extract_isosurface(g.volume, g.isovalue, {.closed = closed, .threads = 3}, nullptr, &values);
-            ASSERT_EQ(values.size(), mesh.points.size());
-            for (std::size_t p = 0; p < values.size(); ++p) {
-                const auto ends = edge_of(g.volume, mesh.points[p]).samples;
-                ASSERT_EQ(values[p], std::max(ends[0], ends[1])) << "grid " << i << ", point " << p;
-            }
-        }
-    }
-}
-
 // How far a point's normal points along its edge from the inside end to the outside end.
 float outward_along_edge(const Volume& volume, const Mesh& mesh, std::size_t p) {
     const Edge edge = edge_of(volume, mesh.points[p]);
@@ -258,74 +241,6 @@ TEST(Isosurface, FewNormalsOfNoisePointAgainstTheirFaces) {
         against += cosine < 0;
     }
     EXPECT_LT(static_cast<double>(against), 0.008 * static_cast<double>(faces.size()));
-}
-
-// The eight samples of the cell around a triangle. No triangle lies in a face, so its centre is within the cell.
-bool is_in_mask(const Volume& mask, const Mesh& mesh, const Triangle& triangle) {
-    const auto& dims = mask.geometry().dims;
-    std::array<std::int64_t, 3> cell;
-    for (std::size_t a = 0; a < 3; ++a) {
-        double sum = 0;
-        for (const std::uint32_t p : triangle) sum += static_cast<double>(mesh.points[p][a]);
-        cell[a] = static_cast<std::int64_t>(sum / 3);
-    }
-    for (int v = 0; v < 8; ++v) {
-        const std::int64_t x = cell[0] + (v & 1), y = cell[1] + (v >> 1 & 1), z = cell[2] + (v >> 2);
-        if (mask.samples<std::uint8_t>()[(z * dims[1] + y) * dims[0] + x] == 0) return false;
-    }
-    return true;
-}
-
-TEST(Isosurface, MaskKeepsTheTrianglesOfItsCellsInOrder) {
-    Random random(52);
-    std::size_t some = 0;
-    for (int i = 0; i < 600; ++i) {
-        RandomGrid g = random_grid(random);
-        if (i % 30 == 0) g = {wobbly(60 + i / 30, 7, 5), 0.1};  // rows of more than one word
-        const Volume mask = sampled<std::uint8_t>(g.volume.geometry(), [&](auto, auto, auto) {
-            return random() % 16 == 0 ? 0 : 1 + random() % 255;
-        });
-        Buffer<float> values, all_values;
-        const Mesh all = extract_isosurface(g.volume, g.isovalue, {}, nullptr, &all_values);
-        const Mesh mesh = extract_masked_isosurface(g.volume, mask, g.isovalue, {.threads = 3}, &values);
-
-        Mesh classic = extract_isosurface_classic(g.volume, g.isovalue);
-        std::erase_if(classic.triangles, [&](const Triangle& t) { return !is_in_mask(mask, classic, t); });
-        ASSERT_EQ(triangle_positions(mesh), triangle_positions(classic)) << i;
-
-        Mesh expected;
-        Buffer<float> expected_values;
-        std::vector<bool> used(all.points.size());
-        for (const Triangle& triangle : all.triangles) {
-            if (!is_in_mask(mask, all, triangle)) continue;
-            expected.triangles.push_back(triangle);
-            for (const std::uint32_t p : triangle) used[p] = true;
-        }
-        std::vector<std::uint32_t> ids;
-        for (std::size_t p = 0; p < used.size(); ++p) {
-            ids.push_back(static_cast<std::uint32_t>(expected.points.size()));
-            if (!used[p]) continue;
-            expected.points.push_back(all.points[p]);
-            expected.normals.push_back(all.normals[p]);
-            expected_values.push_back(all_values[p]);
-        }
-        for (Triangle& triangle : expected.triangles)
-            for (std::uint32_t& p : triangle) p = ids[p];
-        ASSERT_EQ(mesh_hash(mesh), mesh_hash(expected)) << i;
-        ASSERT_EQ(values, expected_values) << i;
-        some += !mesh.points.empty() && mesh.points.size() < all.points.size();
-    }
-    EXPECT_GT(some, 300u);
-}
-
-TEST(Isosurface, RefusesMasksThatDoNotFit) {
-    const Volume volume = checkerboard(4);
-    const Volume larger = checkerboard(5), shorts(grid(4, 4, 4), SampleType::int16);
-    EXPECT_THROW(extract_masked_isosurface(volume, shorts, 0.5), InputError);
-    EXPECT_THROW(extract_masked_isosurface(volume, larger, 0.5), InputError);
-    EXPECT_THROW(extract_masked_isosurface(volume, volume, 0.5, {.closed = true}), InputError);
-    EXPECT_THROW(extract_masked_isosurface(volume, volume, 0.5, {.snap = 0.1}), InputError);
-    EXPECT_TRUE(extract_masked_isosurface(volume, volume, 0.5).triangles.empty());
 }
 
 TEST(Isosurface, RefusesBadArguments) {

@@ -21,7 +21,6 @@
 #include "core/snap/snap.h"
 #include "core/volume/checks.h"
 #include "core/volume/rows.h"
-#include "masked_cells.h"
 
 namespace marrow {
 
@@ -62,8 +61,7 @@ struct Extraction {
     std::optional<BlockRanges> ranges;
     std::optional<double> classified_for;  // the isovalue that bits and ranges belong to
     std::int64_t non_finite_samples = 0;
-    const VolumeView* mask = nullptr;  // the surface is restricted to its cells
-    Buffer<float>* values = nullptr;   // receives a value for each point
+    Buffer<float>* values = nullptr;  // receives a value for each point
 
     std::size_t slices() const { return static_cast<std::size_t>(bits.nz); }
 };
@@ -124,7 +122,7 @@ std::size_t emit(const Extraction& e, const Pyramids& pyramids, double isovalue,
     }
     allocate(pyramids, e.options.normals, mesh);
     if (e.values != nullptr) resize_discarding(*e.values, mesh.points.size());
-    Stage stage(e.options.progress, 0.4, e.mask != nullptr ? 0.7 : 1, 2 * share_count());
+    Stage stage(e.options.progress, 0.4, 1, 2 * share_count());
     Vec3f* normals = e.options.normals ? mesh.normals.data() : nullptr;
     float* values = e.values != nullptr ? e.values->data() : nullptr;
     for_each_share(input.points, 0, e.bits.rows(), [&](std::size_t row_begin, std::size_t row_end) {
@@ -135,7 +133,6 @@ std::size_t emit(const Extraction& e, const Pyramids& pyramids, double isovalue,
         emit_triangles(input, row_begin, row_end, mesh.triangles.data());
         stage.step();
     });
-    if (e.mask != nullptr) keep_masked_cells(*e.mask, e.bits, e.active, pyramids.triangles, mesh, e.values);
     report_progress(e.options.progress, 1);
     return 0;
 }
@@ -203,8 +200,10 @@ void run(const VolumeView& volume, int threads, const Work& work) {
     }
 }
 
-Mesh extract_once(const VolumeView& volume, const VolumeView* mask, double isovalue,
-                  const IsosurfaceOptions& options, IsosurfaceStats* stats, Buffer<float>* values) {
+}  // namespace
+
+Mesh extract_isosurface(const VolumeView& volume, double isovalue, const IsosurfaceOptions& options,
+                        IsosurfaceStats* stats, Buffer<float>* values) {
     check(volume, options);
     check_isovalue(isovalue);
     if (values != nullptr && options.snap > 0)
@@ -215,28 +214,10 @@ Mesh extract_once(const VolumeView& volume, const VolumeView* mask, double isova
     if (!has_cells(volume.geometry, options.closed)) return mesh;
     run(volume, options.threads, [&] {
         Extraction extraction(volume, options, false);
-        extraction.mask = mask;
         extraction.values = values;
         extract(extraction, isovalue, mesh, stats);
     });
     return mesh;
-}
-
-}  // namespace
-
-Mesh extract_isosurface(const VolumeView& volume, double isovalue, const IsosurfaceOptions& options,
-                        IsosurfaceStats* stats, Buffer<float>* values) {
-    return extract_once(volume, nullptr, isovalue, options, stats, values);
-}
-
-Mesh extract_masked_isosurface(const VolumeView& volume, const VolumeView& mask, double isovalue,
-                               const IsosurfaceOptions& options, Buffer<float>* values) {
-    check_volume(mask);
-    if (mask.type != SampleType::uint8 || mask.geometry.dims != volume.geometry.dims)
-        throw InputError("a mask must have samples of uint8, and as many along each axis as the volume");
-    if (options.closed || options.snap != 0)
-        throw InputError("a mask cannot be combined with options.closed or options.snap");
-    return extract_once(volume, &mask, isovalue, options, nullptr, values);
 }
 
 struct IsosurfaceExtractor::Impl {
