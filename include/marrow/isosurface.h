@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <memory>
 
-#include <marrow/buffer.h>
 #include <marrow/export.h>
 #include <marrow/mesh.h>
 #include <marrow/progress.h>
@@ -45,16 +44,12 @@ struct IsosurfaceStats {
 /// distance instead. The surface moves by at most `snap` times a cell's longest edge. After SnapMC, Raman and
 /// Wenger 2008.
 ///
-/// `values` receives one number for each point, in the same order: the larger sample of the two ends of its
-/// edge. An end that is not finite or lies outside the volume does not count.
-///
 /// Marching cubes after Lorensen and Cline 1987; histogram pyramids after Ziegler et al. 2006 and Dyken et
-/// al. 2008. `stats` and `values` may be null. \throw InputError a null view, bad geometry, an isovalue that
-/// is NaN or infinite, a bad snap, or values together with snap; LimitError more than 2^32 - 1 points, or not
-/// enough memory; Cancelled
+/// al. 2008. `stats` may be null. \throw InputError a null view, bad geometry, an isovalue that is NaN or
+/// infinite, or a bad snap; LimitError more than 2^32 - 1 points, or not enough memory; Cancelled
 MARROW_EXPORT Mesh extract_isosurface(const VolumeView& volume, double isovalue,
-                                      const IsosurfaceOptions& options = {}, IsosurfaceStats* stats = nullptr,
-                                      Buffer<float>* values = nullptr);
+                                      const IsosurfaceOptions& options = {},
+                                      IsosurfaceStats* stats = nullptr);
 
 /// Extracts many surfaces from one volume, as for a slider.
 ///

@@ -245,8 +245,6 @@ TEST(Isosurface, FewNormalsOfNoisePointAgainstTheirFaces) {
 
 TEST(Isosurface, RefusesBadArguments) {
     const Volume volume = checkerboard(4);
-    Buffer<float> values;
-    EXPECT_THROW(extract_isosurface(volume, 0.5, {.snap = 0.3}, nullptr, &values), InputError);
     for (const double bad : {std::nan(""), HUGE_VAL, -HUGE_VAL}) {
         EXPECT_THROW(extract_isosurface(volume, bad), InputError);
         EXPECT_THROW(extract_isosurface_classic(volume, bad), InputError);

@@ -61,7 +61,6 @@ struct Extraction {
     std::optional<BlockRanges> ranges;
     std::optional<double> classified_for;  // the isovalue that bits and ranges belong to
     std::int64_t non_finite_samples = 0;
-    Buffer<float>* values = nullptr;  // receives a value for each point
 
     std::size_t slices() const { return static_cast<std::size_t>(bits.nz); }
 };
@@ -121,12 +120,10 @@ std::size_t emit(const Extraction& e, const Pyramids& pyramids, double isovalue,
         return snap(input, e.options.snap, e.options.normals, progress, mesh);
     }
     allocate(pyramids, e.options.normals, mesh);
-    if (e.values != nullptr) resize_discarding(*e.values, mesh.points.size());
     Stage stage(e.options.progress, 0.4, 1, 2 * share_count());
     Vec3f* normals = e.options.normals ? mesh.normals.data() : nullptr;
-    float* values = e.values != nullptr ? e.values->data() : nullptr;
     for_each_share(input.points, 0, e.bits.rows(), [&](std::size_t row_begin, std::size_t row_end) {
-        emit_points(input, row_begin, row_end, mesh.points.data(), normals, nullptr, values);
+        emit_points(input, row_begin, row_end, mesh.points.data(), normals);
         stage.step();
     });
     for_each_share(input.triangles, 0, e.bits.rows(), [&](std::size_t row_begin, std::size_t row_end) {
@@ -203,18 +200,14 @@ void run(const VolumeView& volume, int threads, const Work& work) {
 }  // namespace
 
 Mesh extract_isosurface(const VolumeView& volume, double isovalue, const IsosurfaceOptions& options,
-                        IsosurfaceStats* stats, Buffer<float>* values) {
+                        IsosurfaceStats* stats) {
     check(volume, options);
     check_isovalue(isovalue);
-    if (values != nullptr && options.snap > 0)
-        throw InputError("points that snapping moves have no values: set options.snap to 0");
     Mesh mesh;
     if (stats != nullptr) *stats = {};
-    if (values != nullptr) values->clear();
     if (!has_cells(volume.geometry, options.closed)) return mesh;
     run(volume, options.threads, [&] {
         Extraction extraction(volume, options, false);
-        extraction.values = values;
         extract(extraction, isovalue, mesh, stats);
     });
     return mesh;

@@ -70,9 +70,8 @@ class PointBatch {
     using R = Real<T>;
     using S = Staged<T>;
 
-    // Writes points from `points` to `end`, and as many normals, fractions and values unless these are null.
-    PointBatch(const EmitInput& input, Vec3f* points, const Vec3f* end, Vec3f* normals, float* fractions,
-               float* values)
+    // Writes points from `points` to `end`, and as many normals and fractions unless these are null.
+    PointBatch(const EmitInput& input, Vec3f* points, const Vec3f* end, Vec3f* normals, float* fractions)
         : samples_(static_cast<const T*>(input.volume.data)),
           dims_(input.volume.geometry.dims),
           stride_{1, input.volume.row_pitch(), input.volume.slice_pitch()},
@@ -83,8 +82,7 @@ class PointBatch {
           points_(points),
           end_(end),
           normals_(normals),
-          fractions_(fractions),
-          values_(values) {}
+          fractions_(fractions) {}
 
     // The following edges start in the row of samples (y, z).
     void set_row(std::int64_t y, std::int64_t z) {
@@ -122,7 +120,6 @@ class PointBatch {
         points_ += size_;
         if (normals_ != nullptr) normals_ += size_;
         if (fractions_ != nullptr) fractions_ += size_;
-        if (values_ != nullptr) values_ += size_;
         size_ = border_count_ = 0;
     }
 
@@ -223,9 +220,6 @@ class PointBatch {
         }
     }
 
-    const T* sample(const std::array<std::int64_t, 3>& index) const {
-        return samples_ + (index[2] * stride_[2] + index[1] * stride_[1] + index[0]);
-    }
     bool within(const std::array<std::int64_t, 3>& index) const {
         bool inside = true;
         for (std::size_t a = 0; a < 3; ++a) inside &= index[a] >= 0 && index[a] < dims_[a];
@@ -244,7 +238,7 @@ class PointBatch {
         if (!within(ends[0]) || !within(ends[1])) return;
         for (std::size_t e = 0; e < 2; ++e) {
             const auto& index = ends[e];
-            const T* p = sample(index);
+            const T* p = samples_ + (index[2] * stride_[2] + index[1] * stride_[1] + index[0]);
             ends_[e][b.edge] = staged(*p);
             for (std::size_t a = 0; a < 3; ++a) slopes_[3 * e + a][b.edge] = slope_at_border(p, index[a], a);
         }
@@ -308,7 +302,6 @@ class PointBatch {
             find_point(i, to_float(t), point);
             store(point, points_ + i, room - i);
             if (fractions_ != nullptr) hn::StoreU(to_float(t), DF(), fractions_ + i);
-            if (values_ != nullptr) store(to_float(larger_end(i)), values_ + i, room - i);
             if constexpr (kNormals) {
                 V normal[3];
                 find_normal(i, t, normal);
@@ -336,17 +329,6 @@ class PointBatch {
             t = hn::IfThenElse(usable, t, hn::Set(d, R(0.5)));
         }
         return hn::Min(hn::Max(t, hn::Set(d, R(kLeastFraction))), hn::Set(d, R(1 - kLeastFraction)));
-    }
-
-    // The larger of both ends. One of them is inside, so it is finite; the other one may not be.
-    HWY_INLINE V larger_end(std::size_t i) const {
-        const D d;
-        V ends[2] = {load_staged(ends_[0] + i), load_staged(ends_[1] + i)};
-        if constexpr (std::is_floating_point_v<T>) {
-            const V highest = hn::Set(d, std::numeric_limits<R>::max());
-            for (V& end : ends) end = hn::IfThenElse(hn::Le(hn::Abs(end), highest), end, hn::Neg(highest));
-        }
-        return hn::Max(ends[0], ends[1]);
     }
 
     HWY_INLINE void find_normal(std::size_t i, V t, V (&normal)[3]) const {
@@ -446,15 +428,6 @@ class PointBatch {
         std::copy_n(last, 3 * room, out->data());
     }
 
-    // Stores numbers; at most `room` of them.
-    static HWY_INLINE void store(VF v, float* out, std::size_t room) {
-        const DF d;
-        if (HWY_LIKELY(room >= hn::Lanes(d))) return hn::StoreU(v, d, out);
-        HWY_ALIGN float last[hn::MaxLanes(DF())];
-        hn::Store(v, d, last);
-        std::copy_n(last, room, out);
-    }
-
     // Writes the point of an edge that leaves the volume. Its outer end has no value, so the point is in the
     // middle.
     template <bool kNormals>
@@ -466,8 +439,6 @@ class PointBatch {
         points_[k] =
             to_physical_.point(base, static_cast<float>(x_[k]), static_cast<std::size_t>(axes_[k]), 0.5f);
         if (fractions_ != nullptr) fractions_[k] = 0.5f;
-        if (values_ != nullptr)
-            values_[k] = static_cast<float>(*sample(first_inside ? b.first : second_of(b)));
         if constexpr (kNormals) normals_[k] = along_edge(axes_[k], first_inside);
     }
 
@@ -484,7 +455,6 @@ class PointBatch {
     const Vec3f* const end_;
     Vec3f* normals_;
     float* fractions_;
-    float* values_;
 
     std::int64_t y_ = 0, z_ = 0;
     std::int64_t row_ = 0;  // index of the row's first sample
@@ -506,11 +476,11 @@ class PointBatch {
 
 template <class T>
 void emit_points_of(const EmitInput& input, std::size_t row_begin, std::size_t row_end, Vec3f* points,
-                    Vec3f* normals, float* fractions, float* values) {
+                    Vec3f* normals, float* fractions) {
     const InsideBits& bits = input.bits;
     const std::uint64_t count = input.points.first_output(row_end) - input.points.first_output(row_begin);
     RowEdges edges(bits);
-    PointBatch<T> batch(input, points, points + count, normals, fractions, values);
+    PointBatch<T> batch(input, points, points + count, normals, fractions);
 
     for (GridRow at(bits, row_begin); at.index < row_end; at.advance(bits)) {
         if (input.points.leaves()[at.index] == 0) continue;
@@ -522,9 +492,9 @@ void emit_points_of(const EmitInput& input, std::size_t row_begin, std::size_t r
 }
 
 void emit_points_any(const EmitInput& input, std::size_t row_begin, std::size_t row_end, Vec3f* points,
-                     Vec3f* normals, float* fractions, float* values) {
+                     Vec3f* normals, float* fractions) {
     visit_sample_type(input.volume.type, [&](auto sample) {
-        emit_points_of<decltype(sample)>(input, row_begin, row_end, points, normals, fractions, values);
+        emit_points_of<decltype(sample)>(input, row_begin, row_end, points, normals, fractions);
     });
 }
 
@@ -537,11 +507,11 @@ namespace marrow::internal {
 HWY_EXPORT(emit_points_any);
 
 void emit_points(const EmitInput& input, std::size_t row_begin, std::size_t row_end, Vec3f* points,
-                 Vec3f* normals, float* fractions, float* values) {
+                 Vec3f* normals, float* fractions) {
     const std::uint64_t first = input.points.first_output(row_begin);
     HWY_DYNAMIC_DISPATCH(emit_points_any)
     (input, row_begin, row_end, points + first, normals ? normals + first : nullptr,
-     fractions ? fractions + first : nullptr, values ? values + first : nullptr);
+     fractions ? fractions + first : nullptr);
 }
 
 }  // namespace marrow::internal
