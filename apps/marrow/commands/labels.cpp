@@ -240,7 +240,7 @@ void run(const LabelsOptions& options, const Console& console, const std::atomic
     if (labels.empty()) throw EmptySurface("the map contains only background, so there is no surface");
     if (options.only)
         choose_labels(*options.only, labels);
-    else if (!results.info.is_segmentation)
+    else if (!is_segmentation(options.job.scan.path))
         refuse_scan(options.job.scan.path, counts, maps[0]);
     warn_of_table(options.table, table, labels, results.warnings);
     job.print_warnings();
