@@ -364,14 +364,17 @@ class PointBatch {
         const D d;
         const V difference = hn::Sub(load_staged(ends_[1] + i), load_staged(ends_[0] + i));
         const V slope = hn::Add(difference, difference);  // because central differences span two samples
-        const V sign = hn::And(difference, hn::SignBit(d)),
-                least = hn::Mul(hn::Set(d, R(0.5)), hn::Abs(difference));
         const auto axis = load_axes(i);
-        for (std::size_t a = 0; a < 3; ++a) {
-            const auto along = hn::RebindMask(d, hn::Eq(axis, hn::Set(DI(), static_cast<hn::TFromD<DI>>(a))));
-            const auto flat = hn::Lt(hn::Xor(gradient[a], sign), least);
-            gradient[a] = hn::IfThenElse(hn::And(along, flat), slope, gradient[a]);
-        }
+        const auto along_y = hn::RebindMask(d, hn::Eq(axis, hn::Set(DI(), 1)));
+        const auto along_z = hn::RebindMask(d, hn::Eq(axis, hn::Set(DI(), 2)));
+        const V along =
+            hn::IfThenElse(along_z, gradient[2], hn::IfThenElse(along_y, gradient[1], gradient[0]));
+        const V rise = hn::Xor(along, hn::And(difference, hn::SignBit(d)));
+        const auto flat = hn::Lt(rise, hn::Mul(hn::Set(d, R(0.5)), hn::Abs(difference)));
+        if (HWY_LIKELY(hn::AllFalse(d, flat))) return;
+        gradient[0] = hn::IfThenElse(hn::AndNot(hn::Or(along_y, along_z), flat), slope, gradient[0]);
+        gradient[1] = hn::IfThenElse(hn::And(along_y, flat), slope, gradient[1]);
+        gradient[2] = hn::IfThenElse(hn::And(along_z, flat), slope, gradient[2]);
     }
 
     // Scales gradients whose squares might overflow or underflow.
