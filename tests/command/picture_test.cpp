@@ -7,6 +7,7 @@
 #include <vtkPNGReader.h>
 
 #include "render.h"
+#include "shared/display.h"
 #include "support/command_line.h"
 
 // OpenGL drivers keep memory until the process ends. AddressSanitizer must not report that as a leak.
@@ -21,7 +22,7 @@ using Names = std::set<std::string>;
 
 bool has_display() {
     try {
-        require_display();
+        require_display("--picture");
         return true;
     } catch (const IoError&) {
         return false;
