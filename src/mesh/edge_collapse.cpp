@@ -85,23 +85,25 @@ void EdgeCollapse::pair_half_edges() {
     }
 }
 
-// Fixes points that have a half-edge without a twin, and points whose triangles do not form one closed fan.
+// Fixes open points: those that have a half-edge without a twin, and those whose triangles do not form one closed fan.
 void EdgeCollapse::fix_points() {
     std::vector<std::uint32_t> triangles_at(points_.size(), 0);
     for (Half t = 0; t < faces_.size(); ++t) {
         for (Half h = 4 * t; h < 4 * t + 3; ++h) {
             points_[from(h)].outgoing = h;
             ++triangles_at[from(h)];
-            if (twin(h) == kNone) points_[from(h)].fixed = points_[to(h)].fixed = true;
+            if (twin(h) == kNone) points_[from(h)].open = points_[to(h)].open = true;
         }
     }
     for (std::uint32_t p = 0; p < points_.size(); ++p) {
         Point& point = points_[p];
-        if (point.outgoing == kNone) point.fixed = true;
-        if (point.fixed) continue;
-        std::uint32_t in_fan = 0;
-        for_each_outgoing(p, [&](Half) { ++in_fan; });
-        point.fixed = in_fan != triangles_at[p];
+        if (point.outgoing == kNone) point.open = true;
+        if (!point.open) {
+            std::uint32_t in_fan = 0;
+            for_each_outgoing(p, [&](Half) { ++in_fan; });
+            point.open = in_fan != triangles_at[p];
+        }
+        point.fixed = point.open;
     }
 }
 
@@ -119,7 +121,7 @@ void EdgeCollapse::sum_quadrics() {
     }
 }
 
-// \pre `point` is not fixed
+// \pre `point` is not open
 template <class F>
 void EdgeCollapse::for_each_outgoing(std::uint32_t point, F f) const {
     const Half first = points_[point].outgoing;
@@ -281,7 +283,7 @@ bool EdgeCollapse::meets_link_condition(Half h) {
     if (shared != 2) return false;
     for (const Half towards : {next(h), next(twin(h))}) {
         const std::uint32_t opposite = to(towards);
-        if (points_[opposite].fixed) continue;  // its triangles do not form a closed fan
+        if (points_[opposite].open) continue;
         const Half first = points_[opposite].outgoing;
         Half out = first;
         for (int triangles = 1; triangles <= 3; ++triangles) {

@@ -76,7 +76,8 @@ class EdgeCollapse {
         Vec3d position;            // relative to origin_, so that quadrics lose no digits
         std::uint32_t latest = 0;  // the last collapse that merged a point into this one; 0: none
         Half outgoing = kNone;     // one of its half-edges; kNone: it has no triangle
-        bool fixed = false;        // takes part in no collapse
+        bool open = false;         // its triangles do not form one closed fan
+        bool fixed = false;        // takes part in no collapse, as all open points
         bool changed = true;       // the point or a neighbour has moved since its edges were queued
         Quadric quadric;
     };

@@ -112,7 +112,9 @@ TEST(Terrain, BlocksGiveTheSurfaceOfOneVolume) {
     EXPECT_EQ(terrain.points.size(), whole.points.size());
     EXPECT_EQ(terrain.triangles.size(), whole.triangles.size());
     EXPECT_EQ(measure(terrain).boundary_edges, measure(whole).boundary_edges);
-    EXPECT_LT(mesh_distance(terrain, whole, {.samples = 20'000}).max, 1) << "mm, where a sample is 10 m";
+    // Points stay 1/1024 of an edge, 9.8 mm, away from samples. Where the ground goes through a sample, rounding decides
+    // on which side of it they are.
+    EXPECT_LT(mesh_distance(terrain, whole, {.samples = 20'000}).max, 2 * 10e3 / 1024);
 }
 
 TEST(Terrain, GoesThroughEverySample) {

@@ -10,12 +10,15 @@ import numpy as np
 
 from . import _marrow
 from ._arrays import as_array, as_samples
-from ._marrow import EmptySurface, InputError
+from ._marrow import EmptySurface, InputError, LimitError
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from ._scan import Progress
+
+# The triangles of a mask's cells are found by their centres, which are float32.
+_MOST_MASKED = 4096
 
 
 class MarchingCubes(NamedTuple):
@@ -158,6 +161,8 @@ def _mask(mask: ArrayLike, shape: tuple[int, ...], closed: bool, snap: float) ->
     array = np.asarray(mask, bool)
     if array.shape != shape:
         raise InputError(f"the mask has the shape {array.shape}, and the volume {shape}")
+    if max(shape) > _MOST_MASKED:
+        raise LimitError(f"a mask has at most {_MOST_MASKED} samples along an axis, and this one {max(shape)}")
     return array.view(np.uint8)
 
 
