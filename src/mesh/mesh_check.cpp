@@ -91,8 +91,8 @@ void check_points(const MeshView& mesh, MeshCheck& check) {
 
 // Returns for each triangle the length of the ray from its centre inward until it leaves the object; infinity
 // from `min_wall` on.
-std::vector<double> wall_thickness(const MeshView& mesh, double min_wall, const Progress& progress, double begin,
-                                   double end) {
+std::vector<double> wall_thickness(const MeshView& mesh, double min_wall, const Progress& progress,
+                                   double begin, double end) {
     const TriangleTree tree(mesh);
     std::vector<double> thickness(mesh.triangles.size(), std::numeric_limits<double>::infinity());
     const auto measure_wall = [&](std::size_t i) {

@@ -28,8 +28,8 @@ namespace {
 
 // Returns the far corner of the neighbour across the edge opposite to a corner. Returns nothing if the edge
 // does not have exactly two triangles.
-std::optional<Vec3d> across_edge(const MeshView& mesh, const VertexTriangles& vertex_triangles, const Triangle& t,
-                                 std::size_t corner) {
+std::optional<Vec3d> across_edge(const MeshView& mesh, const VertexTriangles& vertex_triangles,
+                                 const Triangle& t, std::size_t corner) {
     const std::uint32_t a = t[(corner + 1) % 3], b = t[(corner + 2) % 3];
     std::uint32_t far = t[corner];
     int triangles = 0;

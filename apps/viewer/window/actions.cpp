@@ -138,8 +138,7 @@ void Actions::make_views() {
         add("crosshair", tr("Crosshair in 3D"), QKeySequence("X"), tr("Show the crosshair in the 3D view"));
     crosshair->setCheckable(true);
     crosshair->setChecked(true);
-    add("light", tr("Light theme"), QKeySequence("B"),
-        tr("Switch between a light and a dark window"))
+    add("light", tr("Light theme"), QKeySequence("B"), tr("Switch between a light and a dark window"))
         ->setCheckable(true);
     add("full_screen", tr("Full screen"), QKeySequence("F11"), tr("Switch full screen on or off"))
         ->setCheckable(true);
