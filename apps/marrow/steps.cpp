@@ -128,7 +128,9 @@ Mesh reduced(const Mesh& mesh, const SurfaceSteps& steps, const Mat3d& index_to_
         report.note = "the surface is unchanged: no reduction keeps the error and the topology";
     else if (!steps.max_error && triangles && static_cast<std::int64_t>(result.triangles.size()) > *triangles)
         report.note = fmt::format(
-            "{} triangles were requested, but no more can be removed without changing the topology",
+            "{} triangles were requested, but the step stopped where the surface would change its topology "
+            "or pass "
+            "through itself",
             *triangles);
     const double sample = coarsest_spacing(index_to_physical);
     if (stats.deviation.max > sample && !steps.max_error)

@@ -407,7 +407,10 @@ std::size_t EdgeCollapse::undo(std::uint32_t collapse) {
             pending.push_back(later);
             continue;
         }
-        if (points_[kept].latest == i) undo_one(log_[i]), ++undone;
+        if (points_[kept].latest == i) {
+            undo_one(log_[i]), ++undone;
+            if (i == collapse) points_[kept].fixed = points_[log_[i].removed].fixed = true;
+        }
         pending.pop_back();
     }
     return undone;
@@ -430,7 +433,8 @@ void EdgeCollapse::undo_one(const Collapse& collapse) {
     kept.latest = collapse.latest;
     kept.outgoing = h;
     revived.outgoing = g;
-    kept.fixed = revived.fixed = true;
+    kept.quadric -= revived.quadric;
+    kept.changed = revived.changed = true;
 }
 
 void EdgeCollapse::reduce_to(std::size_t triangles, const Progress& progress) {

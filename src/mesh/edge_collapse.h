@@ -39,8 +39,8 @@ class EdgeCollapse {
     void reduce_to(std::size_t triangles, const Progress& progress);
 
     /// Undoes up to `count` collapses that made the triangles that have these corners, the latest first, and
-    /// the later ones around them. Points are as in the original mesh. The points that moved take part in no
-    /// collapse any more. Returns how many collapses it undid.
+    /// the later ones around them. Points are as in the original mesh. The points of these collapses take part
+    /// in none any more; those of the later ones around them do. Returns how many collapses it undid.
     std::size_t undo(std::span<const std::uint32_t> corners, std::size_t count);
 
     std::size_t triangles() const { return alive_; }

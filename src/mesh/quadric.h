@@ -50,6 +50,19 @@ struct Quadric {
         return *this;
     }
 
+    Quadric& operator-=(const Quadric& q) {
+        xx -= q.xx;
+        xy -= q.xy;
+        xz -= q.xz;
+        yy -= q.yy;
+        yz -= q.yz;
+        zz -= q.zz;
+        b = b - q.b;
+        c -= q.c;
+        weight -= q.weight;
+        return *this;
+    }
+
     /// The mean of the squared distances.
     double mean(const Vec3d& x) const {
         if (weight <= 0) return 0;

@@ -1,4 +1,5 @@
-// Collapses edges, undoes collapses where the surface passes through itself, measures the result, and tries again more carefully if the error is too large.
+// Collapses edges, undoes collapses where the surface passes through itself, measures the result, and tries
+// again more carefully if the error is too large.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,6 +12,7 @@
 #include <marrow/simplify.h>
 
 #include "base/parallel.h"
+#include "base/progress.h"
 #include "check_indices.h"
 #include "distance.h"
 #include "edge_collapse.h"
@@ -33,32 +35,55 @@ struct Limits {
           max_error(options.max_error.value_or(std::numeric_limits<double>::infinity())) {}
 };
 
-// Collapses until `triangles` are left, undoes collapses until the surface passes through itself nowhere, and
-// makes up for them elsewhere if `again` is set. An undone collapse often does not help, as the surface came
-// apart earlier: each time, twice as many are undone. Adds what was undone to `undone`.
-EdgeCollapse::Result reduce_to_valid(EdgeCollapse& collapse, std::size_t triangles, bool again,
-                                     const Progress& progress, std::int64_t& undone) {
-    constexpr int kMostTimes = 4;
-    for (int times = 1;; ++times) {
-        const std::size_t before = collapse.triangles();
-        collapse.reduce_to(triangles, progress);
-        const bool is_last = !again || times == kMostTimes || collapse.triangles() == before;
-        for (std::size_t count = 1;; count *= 2) {
-            EdgeCollapse::Result result = collapse.result();
-            std::size_t found = 0;
-            for (const auto& [s, t] : SelfIntersections(result.mesh).find_all()) {
-                std::array<std::uint32_t, 6> corners;
-                for (std::size_t c = 0; c < 3; ++c) {
-                    corners[c] = result.old_points[result.mesh.triangles[s][c]];
-                    corners[3 + c] = result.old_points[result.mesh.triangles[t][c]];
-                }
-                found += collapse.undo(corners, count);
+// Undoes collapses until the surface passes through itself nowhere. An undone collapse often does not help, as
+// the surface came apart earlier: each time, twice as many are undone. Adds what was undone to `undone`.
+EdgeCollapse::Result make_valid(EdgeCollapse& collapse, std::int64_t& undone) {
+    for (std::size_t count = 1;; count *= 2) {
+        EdgeCollapse::Result result = collapse.result();
+        std::size_t found = 0;
+        for (const auto& [s, t] : SelfIntersections(result.mesh).find_all()) {
+            std::array<std::uint32_t, 6> corners;
+            for (std::size_t c = 0; c < 3; ++c) {
+                corners[c] = result.old_points[result.mesh.triangles[s][c]];
+                corners[3 + c] = result.old_points[result.mesh.triangles[t][c]];
             }
-            undone += static_cast<std::int64_t>(found);
-            if (found > 0) continue;
-            if (is_last || collapse.triangles() <= triangles) return result;
-            break;
+            found += collapse.undo(corners, count);
         }
+        if (found == 0) return result;
+        undone += static_cast<std::int64_t>(found);
+    }
+}
+
+// Collapses until `triangles` are left, or until no more can be collapsed and leave the surface valid. It goes
+// in stages, so that few collapses are built on one that must be undone. Stages are smaller once thin walls make
+// the surface pass through itself in many places. There, a stage may end with more triangles than it began with,
+// and later ones with fewer again, as they leave the points of undone collapses alone.
+EdgeCollapse::Result reduce_to_valid(EdgeCollapse& collapse, std::size_t triangles, const Progress& progress,
+                                     std::int64_t& undone) {
+    constexpr double kLarge = 0.5, kSmall = 0.8, kMany = 0.01, kLeastGain = 0.01;
+    constexpr int kPatience = 4;  // so many stages in a row may bring nothing
+    const auto all = static_cast<double>(collapse.triangles()), last = static_cast<double>(triangles);
+    const auto done = [&](double left) { return (all - left) / (all - last); };
+    EdgeCollapse::Result best;
+    double least = std::numeric_limits<double>::infinity();
+    double stage = kLarge;
+    for (int fruitless = 0;;) {
+        const auto before = static_cast<double>(collapse.triangles());
+        const double wanted = std::max(last, std::floor(stage * before));
+        collapse.reduce_to(static_cast<std::size_t>(wanted),
+                           sub_progress(progress, done(before), done(wanted)));
+        std::int64_t undone_here = 0;
+        EdgeCollapse::Result result = make_valid(collapse, undone_here);
+        undone += undone_here;
+        const auto left = static_cast<double>(collapse.triangles());
+        fruitless = left < (1 - kLeastGain) * least ? 0 : fruitless + 1;
+        if (left < least) {
+            least = left;
+            best = std::move(result);
+        }
+        const bool is_exhausted = undone_here == 0 && left > wanted;
+        if (left <= last || is_exhausted || fruitless == kPatience) return best;
+        if (static_cast<double>(undone_here) > kMany * (before - left)) stage = kSmall;
     }
 }
 
@@ -110,8 +135,11 @@ Attempt attempt(const Mesh& mesh, const TriangleTree& tree, const Limits& limits
         if (fixed[p]) collapse.fix(p);
     }
     Attempt result;
+    // The guard does not know of undone collapses, so with it there are no further stages.
+    if (guard) collapse.reduce_to(limits.triangles, progress);
     auto [reduced, old_points, old_triangles] =
-        reduce_to_valid(collapse, limits.triangles, !guard, progress, result.undone);
+        guard ? make_valid(collapse, result.undone)
+              : reduce_to_valid(collapse, limits.triangles, progress, result.undone);
     result.mesh = std::move(reduced);
     const TriangleTree new_tree(result.mesh);
     const DistanceSearch search{.enough = limits.max_error};
@@ -131,15 +159,9 @@ std::optional<Attempt> reduce_within_error(const Mesh& mesh, const Limits& limit
     constexpr int kMaxAttempts = 8;
     const TriangleTree tree(mesh);
     std::vector<bool> fixed(mesh.points.size(), false);
-    // Each attempt starts from the mesh again, but the progress must not decrease.
-    double furthest = 0;
-    const Progress never_decreasing = [&](double fraction) {
-        furthest = std::max(furthest, fraction);
-        return !progress || progress(furthest);
-    };
     for (int i = 0; i < kMaxAttempts; ++i) {
         const double guarded = 0.65 * std::pow(0.9, i) * limits.max_error;
-        Attempt a = attempt(mesh, tree, limits, never_decreasing, guarded, fixed);
+        Attempt a = attempt(mesh, tree, limits, progress, guarded, fixed);
         if (!(a.deviation.max > limits.max_error)) return a;
         for (const std::uint32_t p : a.to_fix) fixed[p] = true;
     }
@@ -149,7 +171,7 @@ std::optional<Attempt> reduce_within_error(const Mesh& mesh, const Limits& limit
 Attempt reduce_unmeasured(const Mesh& mesh, const Limits& limits, const Progress& progress) {
     EdgeCollapse collapse(mesh, limits.max_error);
     Attempt result;
-    result.mesh = reduce_to_valid(collapse, limits.triangles, true, progress, result.undone).mesh;
+    result.mesh = reduce_to_valid(collapse, limits.triangles, progress, result.undone).mesh;
     return result;
 }
 
@@ -169,11 +191,17 @@ bool has_same_topology(const Mesh& a, const Mesh& b) {
 Mesh simplified(const Mesh& mesh, const SimplifyOptions& options, SimplifyStats* stats) {
     const Limits limits(options);
     if (mesh.triangles.size() <= limits.triangles) return mesh;
+    // Attempts and stages go back, but the progress must not decrease.
+    double furthest = 0;
+    const Progress progress = [&](double fraction) {
+        furthest = std::max(furthest, fraction);
+        return !options.progress || options.progress(furthest);
+    };
     std::optional<Attempt> reduced;
     if (std::isfinite(limits.max_error) || stats)
-        reduced = reduce_within_error(mesh, limits, options.progress);
+        reduced = reduce_within_error(mesh, limits, progress);
     else
-        reduced = reduce_unmeasured(mesh, limits, options.progress);
+        reduced = reduce_unmeasured(mesh, limits, progress);
     if (!reduced || !has_same_topology(mesh, reduced->mesh)) {
         if (stats) stats->backed_off = true;
         return mesh;
