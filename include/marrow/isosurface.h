@@ -15,7 +15,7 @@ namespace marrow {
 struct IsosurfaceOptions {
     bool normals = true;  ///< compute a unit normal for each point, from the gradient
     bool closed = false;  ///< close the surface at the volume's border, as if outside samples surrounded it
-    /// Merge points near a sample, which gives fewer points and hardly any slivers. No point moves further than this
+    /// Merge points near a sample, which gives fewer points and no slivers. No point moves further than this
     /// fraction of an edge. 0 <= snap < 0.5; 0: do not merge
     double snap = 0;
     int threads = 0;         ///< threads to use; 0: all

@@ -193,7 +193,7 @@ TEST(Snap, ShearedAndAnisotropicGridsStayManifolds) {
     const Mesh before = unsnapped(volume, 66.5, true), after = snapped(volume, 66.5, 0.3, true);
     EXPECT_EQ(manifold_fault(after), "");
     EXPECT_EQ(check_mesh(after).self_intersections, 0);
-    EXPECT_LT(after.points.size(), 5 * before.points.size() / 6);
+    EXPECT_LT(after.points.size(), 4 * before.points.size() / 5);
     EXPECT_LE(mesh_distance(before, after, {.samples = 20000}).max, 0.3 * 3 + 1e-3);
 }
 

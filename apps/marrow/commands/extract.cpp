@@ -181,7 +181,7 @@ void add_surface_options(Arguments& arguments, ExtractOptions& options) {
         number_value("T", "a fraction of an edge, 0 <= T < 0.5", options.snap,
                      [](double x) { return x >= 0 && x < 0.5; }),
         "Merge points around samples that are closer to the surface than T edge lengths, 0 <= T "
-        "< 0.5: fewer points and hardly any slivers. 0 (default) is off; 0.3 is a good value.");
+        "< 0.5: fewer points and no slivers. 0 (default) is off; 0.3 is a good value.");
 }
 
 void add_step_options(Arguments& arguments, ExtractOptions& options) {

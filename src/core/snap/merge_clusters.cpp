@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "base/resize_discarding.h"
+#include "snap_exceptions.h"
 
 namespace marrow::internal {
 
@@ -70,6 +71,7 @@ void merge_clusters(const SliceMerge& merge) {
     gather_members(merge, 0, merge.clusters.count);
     average_members(merge.clusters);
     limit_clusters(merge);
+    merge.exceptions.forbid_merging(merge);
     resolve_conflicts(merge);
     merge_members(merge);
 }

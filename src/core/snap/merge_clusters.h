@@ -50,9 +50,12 @@ struct Clusters {
     std::vector<std::uint64_t> no_active_words;  ///< a row of masks without an active word
 };
 
+class SnapExceptions;
+
 /// The data of the slice that is being merged.
 struct SliceMerge {
     const EmitInput& input;
+    const SnapExceptions& exceptions;
     float limit;  ///< as IsosurfaceOptions::snap
     std::int64_t z;
     SnapSlice& before;  ///< slice z - 1; it has no points if z is 0

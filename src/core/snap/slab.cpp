@@ -24,10 +24,10 @@ void PointWindow::append(std::uint32_t first, std::uint32_t next, std::uint32_t 
     std::fill(moved() + next, moved() + end, 0.0f);
 }
 
-SnapSlab::SnapSlab(const EmitInput& input, const UnsnappedSamples& unsnapped, float limit, bool normals,
+SnapSlab::SnapSlab(const EmitInput& input, const SnapExceptions& exceptions, float limit, bool normals,
                    std::int64_t begin, std::int64_t end)
     : input_(input),
-      unsnapped_(unsnapped),
+      exceptions_(exceptions),
       limit_(limit),
       normals_wanted_(normals),
       begin_(begin),
@@ -88,12 +88,11 @@ void SnapSlab::make_points(std::int64_t z) {
     emit_points(input_, input_.bits.row_index(0, z), input_.bits.row_index(0, z + 1), s.points.data() - first,
                 normals_wanted_ ? s.normals.data() - first : nullptr, s.offsets.data() - first);
     measure_slice(input_, limit_, z, s);
-    if (!unsnapped_.empty()) unsnapped_.remove_near_points(z, s);
 }
 
 void SnapSlab::merge_slice(std::int64_t z) {
-    merge_clusters(
-        {input_, limit_, z, slice(z - 1), slice(z), clusters_, window_.representatives(), window_.moved()});
+    merge_clusters({input_, exceptions_, limit_, z, slice(z - 1), slice(z), clusters_,
+                    window_.representatives(), window_.moved()});
 }
 
 // Writes the remaining points of a slice to the output, and replaces representatives by their indices there.

@@ -13,7 +13,7 @@
 #include "core/marching_cubes/emit.h"
 #include "merge_clusters.h"
 #include "slice.h"
-#include "unsnapped_samples.h"
+#include "snap_exceptions.h"
 
 namespace marrow::internal {
 
@@ -43,7 +43,7 @@ class PointWindow {
 /// output, they are numbered from the first point of slice `begin`.
 class SnapSlab {
   public:
-    SnapSlab(const EmitInput& input, const UnsnappedSamples& unsnapped, float limit, bool normals,
+    SnapSlab(const EmitInput& input, const SnapExceptions& exceptions, float limit, bool normals,
              std::int64_t begin, std::int64_t end);
 
     /// Makes the output, with a step for each slice of the slab. \throw Cancelled; std::bad_alloc
@@ -70,7 +70,7 @@ class SnapSlab {
     void list_caps(const Triangle* made, std::size_t count);
 
     const EmitInput& input_;
-    const UnsnappedSamples& unsnapped_;
+    const SnapExceptions& exceptions_;
     const float limit_;
     const bool normals_wanted_;
     const std::int64_t begin_, end_;

@@ -10,8 +10,8 @@
 // 3. Write the remaining points of the slice before to the output. No later slice changes them.
 // 4. Make the triangles between that slice and the one before it, except those that collapsed.
 //
-// Then cap triangles are widened. Where the result passes through itself, all of this is repeated without
-// snapping at the samples around. The slabs run in parallel. Each processes a few slices more than it
+// Then cap triangles are widened. Where the result passes through itself, all of this is repeated with
+// less snapping around the samples there. The slabs run in parallel. Each processes a few slices more than it
 // outputs, so that neighbouring slabs decide alike.
 #include "snap.h"
 
@@ -31,7 +31,7 @@ namespace marrow::internal {
 
 namespace {
 
-std::vector<SnapSlab> make_slabs(const EmitInput& input, const UnsnappedSamples& unsnapped, float limit,
+std::vector<SnapSlab> make_slabs(const EmitInput& input, const SnapExceptions& exceptions, float limit,
                                  bool normals) {
     constexpr std::int64_t kFewestSlices = 16;  // because a slab processes up to four more than these
     const auto threads = static_cast<std::int64_t>(share_count() / kSharesPerThread);
@@ -39,7 +39,7 @@ std::vector<SnapSlab> make_slabs(const EmitInput& input, const UnsnappedSamples&
     const std::int64_t slices = std::max((nz + slabs - 1) / slabs, kFewestSlices);
     std::vector<SnapSlab> result;
     for (std::int64_t z = 0; z < nz; z += slices)
-        result.emplace_back(input, unsnapped, limit, normals, z, std::min(z + slices, nz));
+        result.emplace_back(input, exceptions, limit, normals, z, std::min(z + slices, nz));
     return result;
 }
 
@@ -72,9 +72,9 @@ std::vector<CapTriangle> gather(const std::vector<SnapSlab>& slabs, bool normals
     return caps;
 }
 
-std::size_t snap_once(const EmitInput& input, const UnsnappedSamples& unsnapped, double limit, bool normals,
+std::size_t snap_once(const EmitInput& input, const SnapExceptions& exceptions, double limit, bool normals,
                       const Progress& progress, Mesh& mesh) {
-    std::vector<SnapSlab> slabs = make_slabs(input, unsnapped, static_cast<float>(limit), normals);
+    std::vector<SnapSlab> slabs = make_slabs(input, exceptions, static_cast<float>(limit), normals);
     const auto swap_with_mesh = [&](SnapSlab& slab) {
         slab.points.swap(mesh.points);
         slab.normals.swap(mesh.normals);
@@ -91,10 +91,10 @@ std::size_t snap_once(const EmitInput& input, const UnsnappedSamples& unsnapped,
     } else {
         caps = gather(slabs, normals, mesh);
     }
-    if (!unsnapped.empty()) {
+    if (exceptions.size() > 0) {
         std::erase_if(caps, [&](const CapTriangle& cap) {
             return std::any_of(cap.triangle.begin(), cap.triangle.end(),
-                               [&](std::uint32_t p) { return unsnapped.has_nearest_to(mesh.points[p]); });
+                               [&](std::uint32_t p) { return exceptions.forbid_widening(mesh.points[p]); });
         });
     }
     relax_caps(input, limit, caps, mesh);
@@ -105,19 +105,20 @@ std::size_t snap_once(const EmitInput& input, const UnsnappedSamples& unsnapped,
 
 }  // namespace
 
-// Without snapping, the surface does not pass through itself. So it is made again, with less and less
-// snapping around the places where it does.
+// Without snapping, the surface does not pass through itself. So it is made again, with more and more exceptions
+// around the places where it does.
 std::size_t snap(const EmitInput& input, double limit, bool normals, const Progress& progress, Mesh& mesh) {
-    UnsnappedSamples unsnapped(input);
+    SnapExceptions exceptions(input);
     Progress making = sub_progress(progress, 0, 0.5);
-    for (std::int64_t rings = 0;; ++rings) {
-        const std::size_t bytes = snap_once(input, unsnapped, limit, normals, making, mesh);
-        const std::size_t before = unsnapped.size();
-        for (const auto& [s, t] : SelfIntersections(mesh).find_all(progress, rings == 0 ? 0.5 : 1, 1)) {
-            unsnapped.add(mesh, mesh.triangles[s], rings);
-            unsnapped.add(mesh, mesh.triangles[t], rings);
+    for (std::int64_t round = 0;; ++round) {
+        const std::size_t bytes = snap_once(input, exceptions, limit, normals, making, mesh);
+        const std::size_t before = exceptions.size();
+        for (const auto& [s, t] : SelfIntersections(mesh).find_all(progress, round == 0 ? 0.5 : 1, 1)) {
+            exceptions.add(mesh, mesh.triangles[s], round / 2);
+            // Less snapping on one side is often enough.
+            if (round > 0) exceptions.add(mesh, mesh.triangles[t], round / 2);
         }
-        if (unsnapped.size() == before) {
+        if (exceptions.size() == before) {
             report_progress(progress, 1);
             return bytes;
         }

@@ -1,0 +1,45 @@
+/// The places where snapping does less, because the surface would pass through itself.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <set>
+
+#include <marrow/mesh.h>
+#include <marrow/vector.h>
+
+#include "core/marching_cubes/emit.h"
+#include "merge_clusters.h"
+
+namespace marrow::internal {
+
+/// Snapped surfaces can pass through each other where two walls are close. Around the samples of one set, points
+/// do not merge. Around those of another, caps are not widened either. Points that only move along their edges
+/// leave the surface valid: it is that of other samples with the same inside bits.
+class SnapExceptions {
+  public:
+    explicit SnapExceptions(const EmitInput& input)
+        : input_(input), to_index_(inverse(input.to_physical.exact)) {}
+
+    /// Adds the samples nearest to the corners of a triangle, and those up to `rings` further away: to the first
+    /// set, and those that are there already to the second.
+    void add(const Mesh& mesh, const Triangle& triangle, std::int64_t rings);
+
+    std::size_t size() const { return unmerged_.size() + unwidened_.size(); }
+    /// Marks the clusters of a slice that may not merge.
+    void forbid_merging(const SliceMerge& merge) const;
+    /// Whether caps at this point may not be widened.
+    bool forbid_widening(const Vec3f& point) const { return unwidened_.count(sample_nearest_to(point)) > 0; }
+
+  private:
+    using Sample = std::array<std::int64_t, 3>;  // z, y and x in the grid of the inside bits
+
+    Sample sample_nearest_to(const Vec3f& point) const;
+
+    const EmitInput& input_;
+    const Mat3d to_index_;
+    std::set<Sample> unmerged_, unwidened_;
+};
+
+}  // namespace marrow::internal
