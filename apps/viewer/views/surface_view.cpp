@@ -213,7 +213,12 @@ Parameters SurfaceView::drawn_parameters() const {
     Parameters p = session_.parameters();
     // These change the shapes, which are drawn when they arrive, or other parts of the window.
     p.current = 0;
-    p.largest = p.open = false;
+    const Parameters plain;
+    p.largest = plain.largest;
+    p.components = plain.components;
+    p.smooth = plain.smooth;
+    p.keep = plain.keep;
+    p.open = plain.open;
     for (SurfaceParameters& surface : p.surfaces) surface.name.clear();
     if (p.cut.plane) return p;
     // Only the cut shows samples.
