@@ -25,22 +25,28 @@ TEST(Volume, VisitsTheTypeOfItsSamples) {
     }
 }
 
+// Expects an InputError from every function that takes a view.
+void expect_refused_everywhere(const VolumeView& view) {
+    EXPECT_THROW(extract_isosurface(view, 1), InputError);
+    EXPECT_THROW(IsosurfaceExtractor{view}, InputError);
+    EXPECT_THROW(extract_isosurface_classic(view, 1), InputError);
+    EXPECT_THROW(extract_labels(view), InputError);
+    EXPECT_THROW(count_labels(view), InputError);
+    EXPECT_THROW(sweep_isovalues(view, std::vector<double>{1, 2}), InputError);
+    EXPECT_THROW(histogram(view), InputError);
+    EXPECT_THROW(crop(view, {0, 0, 0}, {1, 1, 1}), InputError);
+    EXPECT_THROW(crop(view, Box{{0, 0, 0}, {2, 2, 2}}), InputError);
+    EXPECT_THROW(median_filter(view, 1), InputError);
+    EXPECT_THROW(gaussian_filter(view, 1), InputError);
+    EXPECT_THROW(resample_isotropic(view, 0.5), InputError);
+    EXPECT_THROW(part_of(view, {0, 0, 0}, {2, 2, 2}), InputError);
+}
+
 TEST(Volume, EveryFunctionRefusesANullView) {
     VolumeView null;
     null.geometry = grid(4, 5, 6);
     null.type = SampleType::int16;
-    EXPECT_THROW(extract_isosurface(null, 1), InputError);
-    EXPECT_THROW(IsosurfaceExtractor{null}, InputError);
-    EXPECT_THROW(extract_isosurface_classic(null, 1), InputError);
-    EXPECT_THROW(extract_labels(null), InputError);
-    EXPECT_THROW(count_labels(null), InputError);
-    EXPECT_THROW(sweep_isovalues(null, std::vector<double>{1, 2}), InputError);
-    EXPECT_THROW(histogram(null), InputError);
-    EXPECT_THROW(crop(null, {0, 0, 0}, {1, 1, 1}), InputError);
-    EXPECT_THROW(crop(null, Box{{0, 0, 0}, {2, 2, 2}}), InputError);
-    EXPECT_THROW(median_filter(null, 1), InputError);
-    EXPECT_THROW(gaussian_filter(null, 1), InputError);
-    EXPECT_THROW(resample_isotropic(null, 0.5), InputError);
+    expect_refused_everywhere(null);
     const SurfaceSink sink{[](auto, auto, auto) {}, [](const SurfacePart&) {}};
     EXPECT_THROW(extract_isosurface_in_slabs({null.geometry, null.type, {}}, 1, sink, {}), InputError);
 }
@@ -65,18 +71,7 @@ TEST(Volume, EveryFunctionRefusesAViewThatOverlapsOrLeavesTheWhole) {
     bad[6].above = {0, 0, -1};
     bad[7].first = {std::int64_t{1} << 40, 0, 0};
     bad[8].pitch = {std::int64_t{1} << 60, std::int64_t{1} << 62};
-    for (const VolumeView& view : bad) {
-        EXPECT_THROW(extract_isosurface(view, 1), InputError);
-        EXPECT_THROW(IsosurfaceExtractor{view}, InputError);
-        EXPECT_THROW(extract_isosurface_classic(view, 1), InputError);
-        EXPECT_THROW(extract_labels(view), InputError);
-        EXPECT_THROW(count_labels(view), InputError);
-        EXPECT_THROW(sweep_isovalues(view, std::vector<double>{1, 2}), InputError);
-        EXPECT_THROW(histogram(view), InputError);
-        EXPECT_THROW(crop(view, {0, 0, 0}, {1, 1, 1}), InputError);
-        EXPECT_THROW(median_filter(view, 1), InputError);
-        EXPECT_THROW(part_of(view, {0, 0, 0}, {2, 2, 2}), InputError);
-    }
+    for (const VolumeView& view : bad) expect_refused_everywhere(view);
     EXPECT_THROW(part_of(volume, {0, 0, 5}, {2, 2, 2}), InputError);
     EXPECT_THROW(part_of(volume, {-1, 0, 0}, {2, 2, 2}), InputError);
 }
