@@ -19,6 +19,8 @@ if(MARROW_IO)
   find_package(DCMTK CONFIG REQUIRED)
   find_package(PkgConfig REQUIRED)  # OpenJPEG's own config file requires its programs too
   pkg_check_modules(OpenJPEG REQUIRED IMPORTED_TARGET libopenjp2)
+  find_package(EXPAT REQUIRED)
+  find_package(LibArchive REQUIRED)
 endif()
 if(MARROW_TERRAIN)
   find_package(fmt REQUIRED)
