@@ -63,8 +63,8 @@ struct MeshObject {
 /// field data's `Names`) and `Colors` (RGB).
 ///
 /// \throw InputError the extension is unknown, the normals do not match the points, a triangle names a
-/// missing point, or RAS for .glb; LimitError more than the format can hold (.stl: 2^32 - 1 triangles, .glb
-/// and .3mf: 4 GiB); IoError; Cancelled
+/// missing point, or RAS for .glb; LimitError more than the format can hold (.stl: 2^32 - 1 triangles; .glb:
+/// 4 GiB); IoError; Cancelled
 MARROW_EXPORT void write_mesh(MeshView mesh, const std::filesystem::path& output,
                               const MeshWriteOptions& options = {});
 

@@ -15,7 +15,7 @@
 #include <marrow/measure.h>
 #include <marrow/mesh_io.h>
 
-#include "io/bytes/deflate.h"
+#include "io/bytes/zip_writer.h"
 #include "support/fields.h"
 #include "support/mesh_checks.h"
 #include "support/temporary_folder.h"

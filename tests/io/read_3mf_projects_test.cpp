@@ -10,7 +10,7 @@
 #include <marrow/measure.h>
 #include <marrow/mesh_io.h>
 
-#include "io/bytes/deflate.h"
+#include "io/bytes/zip_writer.h"
 #include "support/temporary_folder.h"
 
 namespace marrow::test {

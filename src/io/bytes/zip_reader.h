@@ -38,7 +38,7 @@ class ZipReader {
     const FileContent& archive_;
     std::unique_ptr<archive, Close> opened_;
     std::string name_;
-    std::string fault_;  // why the file cannot be read
+    std::string fault_;       // why the file cannot be read
     std::uint64_t read_ = 0;  // bytes of all files
     std::vector<char> piece_;
 };
