@@ -365,8 +365,13 @@ TEST_F(ReadGlb, RefusesUnsupportedFeatures) {
     // A small file that uses the same bytes many times.
     expect_refused("\"nodes\":[0]", "\"nodes\":[0,0,0]", "several times");
     EXPECT_NE(refusal(file("a.glb", "glTF")).find("is not a .glb file"), std::string::npos);
-    EXPECT_NE(refusal(file("a.glb", glb(std::string(200'000, '['), ""))).find("not a JSON"),
-              std::string::npos);
+    for (const std::string& opened : {std::string(20'000'000, '['), [] {
+                                          std::string nested;
+                                          for (int i = 0; i < 100'000; ++i) nested += "{\"a\":[";
+                                          return nested;
+                                      }()})
+        EXPECT_NE(refusal(file("a.glb", glb(opened, ""))).find("nested too deeply"), std::string::npos);
+    EXPECT_NE(refusal(file("a.glb", glb("[1,2", ""))).find("not a JSON"), std::string::npos);
 }
 
 }  // namespace
