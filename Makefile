@@ -77,6 +77,7 @@ everything:
 
 test: everything
 	$(install) demo
+	scripts/install-gltf-validator $(BUILD)/gltf-validator
 	scripts/test $(BUILD)
 
 # Everything by clang, where a warning is an error.

@@ -76,7 +76,7 @@ endforeach()
 check_folder(src/mesh src "base" "hwy/;tbb/")
 
 set(image_libraries "png.h;tiffio.h;jpeglib.h;zlib.h;charls/;dcmtk/;openjpeg-2.5/;openjpeg.h")
-check_folder(src/io/bytes src "base" "fmt/;zlib.h")
+check_folder(src/io/bytes src "base" "fmt/;zlib.h;archive;expat.h")
 check_folder(src/io/scan src "base;io/bytes" "fmt/;tbb/;${image_libraries}")
 check_folder(src/io/dicom src "base;io/bytes;io/scan" "fmt/;tbb/;${image_libraries}")
 check_folder(src/io/zarr src "base;io/bytes" "fmt/;tbb/;nlohmann/;blosc.h;lz4.h;zlib.h;zstd.h")

@@ -41,6 +41,17 @@ void write_meshes_to(const fs::path& folder) {
                            "</vertices><triangles><triangle v1=\"0\" v2=\"1\" v3=\"1\"/></triangles></mesh>"
                            "</object></resources><build><item objectid=\"1\" transform=\"1 0 0 0 1 0 0 0 1 "
                            "7 8 9\"/></build></model>"));
+    // Objects that are assembled from others, of this model by its name in the archive.
+    write_file(
+        folder / "project",
+        kind +
+            std::string("<model xmlns=\"urn:c\" xmlns:p=\"http://schemas.microsoft.com/3dmanufacturing/"
+                        "production/2015/06\" requiredextensions=\"p\"><resources><object id=\"1\"><mesh>"
+                        "<vertices><vertex x=\"1\" y=\"2\" z=\"3\"/></vertices><triangles><triangle v1=\"0\" "
+                        "v2=\"0\" v3=\"0\"/></triangles></mesh></object><object id=\"2\"><components>"
+                        "<component p:path=\"/m\" objectid=\"1\"/><component objectid=\"1\" transform=\"-1 0 "
+                        "0 0 1 0 0 0 1 7 8 9\"/></components></object></resources><build>"
+                        "<item objectid=\"2\"/><item objectid=\"2\"/></build></model>"));
 }
 
 std::vector<std::uint16_t> sample_values() {

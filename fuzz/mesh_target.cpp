@@ -10,7 +10,7 @@
 #include <marrow/mesh_io.h>
 
 #include "input_folder.h"
-#include "io/bytes/deflate.h"
+#include "io/bytes/zip_writer.h"
 #include "mesh_kinds.h"
 
 namespace {

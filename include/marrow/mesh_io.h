@@ -63,8 +63,8 @@ struct MeshObject {
 /// field data's `Names`) and `Colors` (RGB).
 ///
 /// \throw InputError the extension is unknown, the normals do not match the points, a triangle names a
-/// missing point, or RAS for .glb; LimitError more than the format can hold (.stl: 2^32 - 1 triangles, .glb
-/// and .3mf: 4 GiB); IoError; Cancelled
+/// missing point, or RAS for .glb; LimitError more than the format can hold (.stl: 2^32 - 1 triangles; .glb:
+/// 4 GiB); IoError; Cancelled
 MARROW_EXPORT void write_mesh(MeshView mesh, const std::filesystem::path& output,
                               const MeshWriteOptions& options = {});
 
@@ -98,8 +98,8 @@ class MARROW_EXPORT MeshFiles {
 /// Several surfaces become one mesh, in the order of the file. Polygons become fans of triangles. Normals are
 /// not read. Points keep the bits of the file, but .glb is converted from metres and rounded once. STL has no
 /// shared points: corners with the same coordinates become one point. Of 3MF, the build items are read, with
-/// unit and transform. Of glTF, a scene is read whose nodes have no transform and no children. Other features
-/// are an error.
+/// units, transforms and components, also from several models of the archive. Of glTF, a scene is read whose
+/// nodes have no transform and no children. Other features are an error.
 ///
 /// `space`, if given, receives the space that the file states; Space::none if it states none, which is read
 /// as LPS. .glb is LPS, unless its extras state none.

@@ -306,6 +306,21 @@ TEST(WriteMeshes, GzippedFilesHoldTheSameBytes) {
     }
 }
 
+TEST(Write3mf, BytesDoNotDependOnTheTimeZone) {
+    const TemporaryFolder folder;
+    const Mesh mesh = ball(4, 0);
+    std::set<std::string> written;
+    for (const char* zone : {"Pacific/Auckland", "America/Los_Angeles"}) {
+        setenv("TZ", zone, 1);
+        tzset();
+        write_mesh(mesh, folder / "a.3mf");
+        written.insert(read_file(folder / "a.3mf"));
+    }
+    unsetenv("TZ");
+    tzset();
+    EXPECT_EQ(written.size(), 1u);
+}
+
 TEST(WriteMeshes, ProgressRisesToOneThroughAllObjects) {
     const TemporaryFolder folder;
     const Two two;

@@ -1,66 +1,130 @@
-// Parses the tags of XML files.
+// Parses XML by expat.
 #include "xml.h"
 
 #include <algorithm>
+#include <new>
+#include <utility>
 
-#include "text.h"
+#include <expat.h>
 
 namespace marrow::internal::io {
 
 namespace {
 
-// The offset after the first closing bracket from `at` on that is not in quotes.
-std::size_t end_of_tag(const FileContent& input, std::size_t at) {
-    const std::string& text = input.bytes;
-    for (;;) {
-        at = text.find_first_of(">\"'", at);
-        if (at == text.npos) input.refuse("the XML is cut off");
-        if (text[at] == '>') return at + 1;
-        at = text.find(text[at], at + 1);
-        if (at == text.npos) input.refuse("an XML attribute is cut off");
-        ++at;
-    }
+constexpr char kSeparator = ' ';  // between the namespace and the name; expat refuses it in namespaces
+constexpr int kMostDepth = 100;
+constexpr std::size_t kPiece = std::size_t{1} << 20;
+
+// Divides a name of expat's into the namespace and the name.
+std::pair<std::string_view, std::string_view> divided(std::string_view full) {
+    const std::size_t at = full.rfind(kSeparator);
+    if (at == full.npos) return {{}, full};
+    return {full.substr(0, at), full.substr(at + 1)};
 }
 
 }  // namespace
 
-std::string_view XmlTag::get(std::string_view attribute) const {
-    for (const auto& [name, value] : attributes) {
-        if (name == attribute) return value;
+std::string_view XmlElement::get(std::string_view attribute, std::string_view attribute_space) const {
+    for (const char* const* at = attributes; *at; at += 2) {
+        if (attribute_space.empty() ? attribute == at[0]
+                                    : divided(at[0]) == std::pair(attribute_space, attribute))
+            return at[1];
     }
     return {};
 }
 
-bool next_tag(const FileContent& input, std::size_t at, XmlTag& tag) {
-    const std::string_view text = input.bytes;
-    tag.attributes.clear();
-    for (;; at = tag.end) {
-        tag.begin = text.find('<', at);
-        if (tag.begin == text.npos) return false;
-        if (text.substr(tag.begin).starts_with("<!--")) {
-            const std::size_t close = text.find("-->", tag.begin);
-            if (close == text.npos) input.refuse("an XML comment is cut off");
-            tag.end = close + 3;
-            continue;
+// What expat calls.
+struct XmlParser::Callbacks {
+    // Runs `visit` unless an error is on its way to parse_piece().
+    template <class Visit>
+    static void guarded(void* self, Visit visit) {
+        auto& parser = *static_cast<XmlParser*>(self);
+        if (parser.stopped_) return;
+        try {
+            visit(parser);
+        } catch (...) {
+            parser.thrown_ = std::current_exception();
+            parser.stop();
         }
-        tag.end = end_of_tag(input, tag.begin + 1);
-        if (text[tag.begin + 1] != '!' && text[tag.begin + 1] != '?') break;
     }
-    std::string_view inside = text.substr(tag.begin + 1, tag.end - tag.begin - 2);
-    if (inside.ends_with('/')) inside.remove_suffix(1);
-    const std::size_t name_end = std::min(inside.find_first_of(" \t\r\n"), inside.size());
-    tag.name = inside.substr(0, name_end);
-    for (inside.remove_prefix(name_end); !inside.empty();) {
-        const std::size_t equals = inside.find('=');
-        const std::size_t open = inside.find_first_of("\"'");
-        if (equals == inside.npos || open == inside.npos || open < equals) break;
-        const std::size_t close = inside.find(inside[open], open + 1);
-        if (close == inside.npos) input.refuse("an XML attribute is damaged");
-        tag.attributes.emplace_back(trimmed(inside.substr(0, equals)),
-                                    inside.substr(open + 1, close - open - 1));
-        inside.remove_prefix(close + 1);
+
+    static void begin(void* self, const char* full, const char** attributes) {
+        guarded(self, [&](XmlParser& parser) {
+            if (++parser.depth_ > kMostDepth) parser.file_.refuse("its XML is nested too deeply");
+            const auto [space, name] = divided(full);
+            parser.visitor_.begin({space, name, attributes});
+        });
     }
-    return true;
+    static void end(void* self, const char* full) {
+        guarded(self, [&](XmlParser& parser) {
+            --parser.depth_;
+            const auto [space, name] = divided(full);
+            parser.visitor_.end(space, name);
+        });
+    }
+    static void text(void* self, const char* text, int size) {
+        guarded(self, [&](XmlParser& parser) {
+            parser.visitor_.text({text, static_cast<std::size_t>(size)});
+        });
+    }
+    static void declare_prefix(void* self, const char* prefix, const char* space) {
+        guarded(self, [&](XmlParser& parser) {
+            parser.visitor_.declare_prefix(prefix ? prefix : "", space ? space : "");
+        });
+    }
+    static void document_type(void* self, const char*, const char*, const char*, int) {
+        guarded(self, [](XmlParser& parser) {
+            parser.file_.refuse("its XML has a document type, which is not supported");
+        });
+    }
+};
+
+XmlParser::XmlParser(const FileContent& file, XmlVisitor& visitor)
+    : file_(file), visitor_(visitor), parser_(XML_ParserCreateNS(nullptr, kSeparator)) {
+    if (!parser_) throw std::bad_alloc();
+    XML_SetUserData(parser_, this);
+    XML_SetElementHandler(parser_, Callbacks::begin, Callbacks::end);
+    XML_SetCharacterDataHandler(parser_, Callbacks::text);
+    XML_SetStartNamespaceDeclHandler(parser_, Callbacks::declare_prefix);
+    XML_SetStartDoctypeDeclHandler(parser_, Callbacks::document_type);
+}
+
+XmlParser::~XmlParser() {
+    XML_ParserFree(parser_);
+}
+
+void XmlParser::parse(std::string_view bytes) {
+    while (!bytes.empty() && !stopped_) {
+        const std::string_view piece = bytes.substr(0, kPiece);
+        parse_piece(piece, false);
+        bytes.remove_prefix(piece.size());
+        // expat starts again at the begin of a tag with each piece, so that endless tags take it endless time.
+        if (!stopped_ && parsed_ - static_cast<std::size_t>(XML_GetCurrentByteIndex(parser_)) > 2 * kPiece)
+            file_.refuse("has an XML tag or comment of more than a mebibyte");
+    }
+}
+
+void XmlParser::finish() {
+    if (!stopped_) parse_piece({}, true);
+}
+
+void XmlParser::stop() {
+    stopped_ = true;
+    XML_StopParser(parser_, XML_FALSE);
+}
+
+std::size_t XmlParser::end_of_tag() const {
+    return static_cast<std::size_t>(XML_GetCurrentByteIndex(parser_) + XML_GetCurrentByteCount(parser_));
+}
+
+void XmlParser::parse_piece(std::string_view bytes, bool last) {
+    parsed_ += bytes.size();
+    const XML_Status status = XML_Parse(parser_, bytes.data(), static_cast<int>(bytes.size()), last);
+    if (thrown_) std::rethrow_exception(thrown_);
+    if (stopped_ || status != XML_STATUS_ERROR) return;
+    if (last) file_.refuse("its XML is cut off");
+    file_.refuse("its XML is invalid in line " + std::to_string(XML_GetCurrentLineNumber(parser_)) + ": " +
+                 XML_ErrorString(XML_GetErrorCode(parser_)));
 }
 
 }  // namespace marrow::internal::io

@@ -1,26 +1,68 @@
-/// Parses the tags of XML files, as far as VTP and 3MF need it.
+/// Parses XML by expat.
 #pragma once
 
+#include <cstddef>
+#include <exception>
+#include <string>
 #include <string_view>
-#include <utility>
-#include <vector>
 
 #include "file_content.h"
 
+struct XML_ParserStruct;
+
 namespace marrow::internal::io {
 
-/// A tag; its views point into the file's content.
-struct XmlTag {
-    std::string_view name;  ///< an end tag's name starts with a slash
-    std::vector<std::pair<std::string_view, std::string_view>> attributes;
-    std::size_t begin = 0, end = 0;  ///< offsets of its first byte and after its last one
+/// A start tag. Its views are valid until the visitor returns.
+struct XmlElement {
+    std::string_view space;  ///< the URI of its namespace; empty if it has none
+    std::string_view name;   ///< without the prefix
+    const char* const* attributes;
 
-    /// An attribute's value, with entities as they are; empty if it is absent.
-    std::string_view get(std::string_view attribute) const;
+    /// The value of an attribute, which has a namespace or none; empty if it is absent.
+    std::string_view get(std::string_view attribute, std::string_view attribute_space = {}) const;
 };
 
-/// Finds the next tag from offset `at` on, but no comment or declaration. Returns false if there is none.
-/// \throw InputError a tag is cut off
-bool next_tag(const FileContent& input, std::size_t at, XmlTag& tag);
+/// Receives the parts of a document in their order.
+class XmlVisitor {
+  public:
+    virtual ~XmlVisitor() = default;
+    virtual void begin(const XmlElement& element) = 0;
+    virtual void end(std::string_view space, std::string_view name) = 0;
+    /// A piece of the text of the current element.
+    virtual void text(std::string_view) {}
+    virtual void declare_prefix(std::string_view /*prefix*/, std::string_view /*space*/) {}
+};
+
+/// Parses a document that comes in pieces. Document types are refused, and with them entities of the
+/// document's own; so are elements that are nested deeply, and tags of more than a mebibyte.
+class XmlParser {
+  public:
+    /// Errors name `file`. \pre the file and the visitor outlive the parser
+    XmlParser(const FileContent& file, XmlVisitor& visitor);
+    ~XmlParser();
+    XmlParser(const XmlParser&) = delete;
+    XmlParser& operator=(const XmlParser&) = delete;
+
+    /// \throw InputError the document is invalid; what the visitor throws
+    void parse(std::string_view bytes);
+    /// Ends the document. \throw InputError it is cut off; what the visitor throws
+    void finish();
+    /// Leaves the rest of the document out, for the visitor.
+    void stop();
+    /// How many bytes of the document end with the tag that the visitor receives.
+    std::size_t end_of_tag() const;
+
+  private:
+    struct Callbacks;
+    void parse_piece(std::string_view bytes, bool last);
+
+    const FileContent& file_;
+    XmlVisitor& visitor_;
+    XML_ParserStruct* parser_;
+    std::exception_ptr thrown_;  // by the visitor; it must not pass through expat
+    int depth_ = 0;
+    bool stopped_ = false;
+    std::size_t parsed_ = 0;
+};
 
 }  // namespace marrow::internal::io

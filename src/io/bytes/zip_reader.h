@@ -1,35 +1,46 @@
-/// Reads ZIP archives.
+/// Reads ZIP archives by libarchive.
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "file_content.h"
 
+struct archive;
+
 namespace marrow::internal::io {
 
-/// A ZIP archive. Its files are stored or deflated and have at most 4 GiB each.
+/// Goes through the files of a ZIP archive in their order. What it is not asked for is not decompressed.
 class ZipReader {
   public:
     /// \pre the archive outlives the reader. \throw InputError it is not a ZIP archive, or damaged
     explicit ZipReader(const FileContent& archive);
 
-    /// A file's bytes; names match in either case.
-    /// \throw InputError it is missing, damaged, encrypted or compressed by another method
-    std::string file(std::string_view name) const;
+    /// Goes to the next file; false after the last. \throw InputError the archive is damaged
+    bool next();
+    /// The file's name in lower case.
+    const std::string& name() const { return name_; }
+    /// The next piece of the file's bytes, valid until the next call; empty at its end.
+    /// \throw InputError the file is damaged, encrypted, compressed by an unknown method, or a small one that
+    /// expands to far more bytes than meshes do
+    std::string_view piece();
 
   private:
-    struct Entry {
-        std::string name;  // in lower case
-        std::uint64_t method = 0, flags = 0, checksum = 0, compressed_size = 0, size = 0, offset = 0;
-    };
-    std::uint64_t number(std::uint64_t at, int bytes) const;  // little-endian
-    void read_zip64_sizes(Entry& entry, std::uint64_t at, std::uint64_t end) const;
+    std::string reason() const;  // of libarchive's last error
+    [[noreturn]] void refuse(const std::string& why) const;
 
+    struct Close {
+        void operator()(archive* opened) const;
+    };
     const FileContent& archive_;
-    std::vector<Entry> entries_;
+    std::unique_ptr<archive, Close> opened_;
+    std::string name_;
+    std::string fault_;       // why the file cannot be read
+    std::uint64_t read_ = 0;  // bytes of all files
+    std::vector<char> piece_;
 };
 
 }  // namespace marrow::internal::io

@@ -1,7 +1,12 @@
-// Reads 3MF after its core specification 1.2: a ZIP archive with an XML model. The model's build items name
-// its objects, each with an optional transform.
-#include <cmath>
+// Reads 3MF after its core specification 1.2 and its production extension 1.1: a ZIP archive with XML models. The
+// build items of the root model name its objects. An object is a mesh, or is assembled from others (components),
+// which may be in other models of the archive. Items and components have an optional transform.
+#include <algorithm>
 #include <map>
+#include <set>
+#include <utility>
+
+#include <marrow/error.h>
 
 #include "io/bytes/text.h"
 #include "io/bytes/xml.h"
@@ -12,14 +17,25 @@ namespace marrow::internal::io {
 
 namespace {
 
-struct Object {
-    Mesh mesh;
-    bool has_components = false;  // it consists of other objects
-    bool built = false;
-};
+constexpr std::string_view kProduction = "http://schemas.microsoft.com/3dmanufacturing/production/2015/06";
+// Colours and textures, which do not move points.
+constexpr std::string_view kMaterials = "http://schemas.microsoft.com/3dmanufacturing/material/2015/02";
 
 // Rows 0 to 2 multiply x, y and z; row 3 is added.
 using Transform = std::array<std::array<double, 3>, 4>;
+constexpr Transform kIdentity{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 0}}};
+
+// The transform that applies `first`, then `second`.
+Transform product(const Transform& first, const Transform& second) {
+    Transform result{};
+    for (std::size_t r = 0; r < 4; ++r) {
+        for (std::size_t c = 0; c < 3; ++c) {
+            if (r == 3) result[r][c] = second[3][c];
+            for (std::size_t k = 0; k < 3; ++k) result[r][c] += first[r][k] * second[k][c];
+        }
+    }
+    return result;
+}
 
 double determinant(const Transform& m) {
     return m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) -
@@ -27,149 +43,282 @@ double determinant(const Transform& m) {
            m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
 }
 
-// Returns the file of the archive that its relationships name as the model.
-FileContent model_of(const FileContent& archive) {
-    const ZipReader zip(archive);
-    const FileContent relations{archive.path, zip.file("_rels/.rels")};
-    XmlTag tag;
-    for (std::size_t at = 0; next_tag(relations, at, tag); at = tag.end) {
-        if (tag.name != "Relationship" || !tag.get("Type").ends_with("/3dmodel")) continue;
-        std::string_view target = tag.get("Target");
-        if (target.starts_with('/')) target.remove_prefix(1);
-        return {archive.path, zip.file(target)};
-    }
-    archive.refuse("the ZIP archive names no 3D model");
+// A use of an object, by a build item or as a component of another object.
+struct Use {
+    std::string model, id;  // of the object
+    Transform transform;    // in millimetres
+};
+
+struct Object {
+    Mesh mesh;
+    double scale = 1;  // millimetres per unit of the mesh
+    std::vector<Use> components;
+    bool placing = false;
+};
+
+struct Scene {
+    std::map<std::pair<std::string, std::string>, Object> objects;  // by model and id
+    std::vector<Use> items;
+    Space space = Space::none;
+};
+
+// The name that a reference of the archive stands for, as ZipReader gives it.
+std::string file_name(std::string_view reference) {
+    if (reference.starts_with('/')) reference.remove_prefix(1);
+    return to_lower(reference);
 }
 
-class ModelReader {
+// Finds the root model among the relationships of the archive.
+class RelationsReader : public XmlVisitor {
   public:
-    explicit ModelReader(const FileContent& model) : model_(model) {}
+    std::string root;
 
-    Mesh read(Space& space) {
-        Object* object = nullptr;
-        bool begun = false, ended = false;
-        for (std::size_t at = 0; next_tag(model_, at, tag_); at = tag_.end) {
-            if (tag_.name == "vertex" || tag_.name == "triangle" || tag_.name == "component") {
-                if (object == nullptr) model_.refuse("has a " + std::string(tag_.name) + " outside objects");
-                if (tag_.name == "vertex") object->mesh.points.push_back(point());
-                if (tag_.name == "triangle") object->mesh.triangles.push_back(triangle(object->mesh.points));
-                if (tag_.name == "component") object->has_components = true;
-            }
-            if (tag_.name == "model") begun = true, begin_model();
-            if (tag_.name == "/model") ended = true;
-            if (tag_.name == "object") {
-                const auto [added, is_new] = objects_.try_emplace(std::string(tag_.get("id")));
-                if (!is_new) model_.refuse("has two objects " + quoted(tag_.get("id")));
-                object = &added->second;
-            }
-            if (tag_.name == "/object") object = nullptr;
-            if (tag_.name == "item") build();
-            if (tag_.name == "metadata" && tag_.get("name") == "Description") {
-                const std::string_view text = std::string_view(model_.bytes).substr(tag_.end);
-                space = stated_space(text.substr(0, text.find('<')));
-            }
+    void begin(const XmlElement& element) override {
+        if (element.name == "Relationship" && element.get("Type").ends_with("/3dmodel") && root.empty())
+            root = file_name(element.get("Target"));
+    }
+    void end(std::string_view, std::string_view) override {}
+};
+
+// Adds the objects of a model to a scene, and the build items of the root model.
+class ModelReader : public XmlVisitor {
+  public:
+    ModelReader(const FileContent& file, std::string name, bool is_root, Scene& scene)
+        : file_(file), name_(std::move(name)), is_root_(is_root), scene_(scene) {}
+
+    void begin(const XmlElement& element) override {
+        if (!begun_) begin_model(element);
+        if (element.space != core_) return;
+        const std::string_view tag = element.name;
+        if (tag == "vertex" || tag == "triangle" || tag == "component") {
+            if (!object_) file_.refuse("has a " + std::string(tag) + " outside objects");
+            if (tag == "vertex") object_->mesh.points.push_back(point(element));
+            if (tag == "triangle") object_->mesh.triangles.push_back(triangle(element));
+            if (tag == "component") object_->components.push_back(use(element));
+        } else if (tag == "object") {
+            const auto [added, is_new] = scene_.objects.try_emplace({name_, std::string(element.get("id"))});
+            if (!is_new) file_.refuse("has two objects " + quoted(element.get("id")));
+            object_ = &added->second;
+            object_->scale = scale_;
+        } else if (tag == "item" && is_root_) {
+            scene_.items.push_back(use(element));
+        } else if (tag == "metadata" && is_root_) {
+            in_description_ = element.get("name") == "Description";
         }
-        if (!begun || !ended) model_.refuse("its 3D model is cut off or invalid");
-        if (built_.points.empty()) model_.refuse("has no build items");
-        return std::move(built_);
+    }
+
+    void end(std::string_view space, std::string_view name) override {
+        if (space != core_) return;
+        if (name == "object") object_ = nullptr;
+        if (name == "metadata" && std::exchange(in_description_, false))
+            scene_.space = stated_space(description_);
+    }
+
+    void text(std::string_view text) override {
+        if (in_description_) description_ += text;
+    }
+
+    void declare_prefix(std::string_view prefix, std::string_view space) override {
+        if (!begun_) spaces_.insert_or_assign(std::string(prefix), std::string(space));
     }
 
   private:
-    void begin_model() {
-        const std::string_view unit = tag_.get("unit");
+    void begin_model(const XmlElement& model) {
+        if (model.name != "model") file_.refuse("is not a 3D model");
+        begun_ = true;
+        core_ = model.space;
+        const std::string_view unit = model.get("unit");
         const std::optional<double> scale = unit.empty()     ? 1
                                             : unit == "inch" ? 25.4
                                             : unit == "foot" ? 304.8
                                                              : millimetres(unit);
-        if (!scale) model_.refuse("is in an unknown unit " + quoted(unit));
+        if (!scale) file_.refuse("is in an unknown unit " + quoted(unit));
         scale_ = *scale;
-        if (const std::string_view needed = tag_.get("requiredextensions"); !needed.empty())
-            model_.refuse("needs unsupported 3MF extensions: " + quoted(needed));
+        for (const std::string_view prefix : split(model.get("requiredextensions"))) {
+            const auto space = spaces_.find(prefix);
+            if (space == spaces_.end() || (space->second != kProduction && space->second != kMaterials))
+                file_.refuse("needs the 3MF extension " + quoted(prefix) + ", which is not supported");
+        }
     }
 
     template <class T>
-    T attribute(const char* name, std::optional<T> (*parse)(std::string_view)) const {
-        const std::optional<T> value = parse(tag_.get(name));
+    T number(const XmlElement& element, const char* name, std::optional<T> (*parse)(std::string_view)) const {
+        const std::optional<T> value = parse(element.get(name));
         if (!value) {
-            model_.refuse("the attribute " + std::string(name) + " of a " + std::string(tag_.name) +
-                          " is not a number: " + quoted(tag_.get(name)));
+            file_.refuse("the attribute " + std::string(name) + " of a " + std::string(element.name) +
+                         " is not a number: " + quoted(element.get(name)));
         }
         return *value;
     }
 
-    Vec3f point() const {
-        return {static_cast<float>(attribute("x", parse_double)),
-                static_cast<float>(attribute("y", parse_double)),
-                static_cast<float>(attribute("z", parse_double))};
+    Vec3f point(const XmlElement& vertex) const {
+        return {static_cast<float>(number(vertex, "x", parse_double)),
+                static_cast<float>(number(vertex, "y", parse_double)),
+                static_cast<float>(number(vertex, "z", parse_double))};
     }
 
-    Triangle triangle(const Buffer<Vec3f>& points) const {
+    Triangle triangle(const XmlElement& element) const {
         Triangle corners{};
         constexpr const char* kNames[] = {"v1", "v2", "v3"};
         for (std::size_t c = 0; c < 3; ++c) {
-            const std::int64_t index = attribute(kNames[c], parse_integer);
-            if (index < 0 || index >= static_cast<std::int64_t>(points.size()))
-                model_.refuse("a triangle names point " + std::to_string(index) + ", which is missing");
+            const std::int64_t index = number(element, kNames[c], parse_integer);
+            if (index < 0 || index >= static_cast<std::int64_t>(object_->mesh.points.size()))
+                file_.refuse("a triangle names point " + std::to_string(index) + ", which is missing");
             corners[c] = static_cast<std::uint32_t>(index);
         }
         return corners;
     }
 
-    Transform transform() const {
-        const std::vector<std::string_view> w = split(tag_.get("transform"));
-        if (w.empty()) return {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 0}}};
-        Transform m{};
-        if (w.size() != 12) model_.refuse("an item's transform does not have 12 numbers");
+    Use use(const XmlElement& element) const {
+        Use result{name_, std::string(element.get("objectid")), kIdentity};
+        if (const std::string_view path = element.get("path", kProduction); !path.empty()) {
+            if (!is_root_) file_.refuse("refers to another model, which only the root model may");
+            result.model = file_name(path);
+        }
+        const std::vector<std::string_view> w = split(element.get("transform"));
+        if (w.empty()) return result;
+        if (w.size() != 12)
+            file_.refuse("the transform of a " + std::string(element.name) + " does not have 12 numbers");
         for (std::size_t i = 0; i < 12; ++i) {
             const std::optional<double> value = parse_double(w[i]);
-            if (!value) model_.refuse("a value is not a number: " + quoted(w[i]));
-            m[i / 3][i % 3] = *value;
+            if (!value) file_.refuse("a value is not a number: " + quoted(w[i]));
+            result.transform[i / 3][i % 3] = i < 9 ? *value : *value * scale_;
         }
-        return m;
+        return result;
     }
 
-    void build() {
-        const std::string_view id = tag_.get("objectid");
-        const auto found = objects_.find(std::string(id));
-        if (found == objects_.end()) model_.refuse("builds object " + quoted(id) + ", which is missing");
+    const FileContent& file_;
+    const std::string name_;
+    const bool is_root_;
+    Scene& scene_;
+    bool begun_ = false;
+    std::string core_;  // the namespace of the model, which is that of the core specification
+    std::map<std::string, std::string, std::less<>> spaces_;  // by prefix
+    double scale_ = 1;                                        // millimetres per unit
+    Object* object_ = nullptr;
+    bool in_description_ = false;
+    std::string description_;
+};
+
+// Assembles the build items to one mesh.
+class Assembly {
+  public:
+    Assembly(const FileContent& archive, Scene& scene) : archive_(archive), scene_(scene) {}
+
+    Mesh build() {
+        count();
+        Mesh mesh;
+        for_each_object(
+            [&](const Object& object, const Transform& transform) { add(object, transform, mesh); });
+        return mesh;
+    }
+
+  private:
+    // A small file can ask for very many copies.
+    void count() {
+        constexpr std::uint64_t kMostPlaced = 100'000, kMostCopied = 100'000'000;
+        const auto size_of = [](const Mesh& mesh) { return mesh.points.size() + mesh.triangles.size(); };
+        std::uint64_t stored = 0, placed = 0, size = 0, points = 0;
+        for (const auto& [id, object] : scene_.objects) stored += size_of(object.mesh);
+        for_each_object([&](const Object& object, const Transform&) {
+            size += size_of(object.mesh);
+            points += object.mesh.points.size();
+            if (++placed > kMostPlaced || size > std::max(stored, kMostCopied)) {
+                throw LimitError(quoted(archive_.path) + ": places its objects more than " +
+                                 std::to_string(kMostPlaced) +
+                                 " times, or its copies of them have more than " +
+                                 std::to_string(kMostCopied) + " points and triangles");
+            }
+        });
+        if (points == 0) archive_.refuse("has no build items");
+    }
+
+    // Calls `visit(object, transform)` for each place of an object, in the order of the file.
+    template <class Visit>
+    void for_each_object(Visit visit) {
+        for (const Use& item : scene_.items) place(item, kIdentity, 0, visit);
+    }
+
+    // Visits an object and its components, moved by the transform of its use and then by `outer`.
+    template <class Visit>
+    void place(const Use& use, const Transform& outer, int depth, Visit& visit) {
+        constexpr int kMostDepth = 100;
+        const auto found = scene_.objects.find({use.model, use.id});
+        if (found == scene_.objects.end())
+            archive_.refuse("builds object " + quoted(use.id) + ", which is missing");
         Object& object = found->second;
-        if (object.has_components)
-            model_.refuse("object " + quoted(id) + " consists of other objects, which is not supported");
-        if (object.built) model_.refuse("builds object " + quoted(id) + " twice, which is not supported");
-        object.built = true;
-        Transform m = transform();
-        const bool unchanged = tag_.get("transform").empty() && scale_ == 1;  // keep the bits
-        const bool mirrored = determinant(m) < 0;
-        for (auto& row : m) {
-            for (double& value : row) value *= scale_;
+        if (object.placing) archive_.refuse("object " + quoted(use.id) + " is a part of itself");
+        if (depth > kMostDepth) archive_.refuse("its objects are nested too deeply");
+        const Transform transform = product(use.transform, outer);
+        visit(object, transform);
+        object.placing = true;
+        for (const Use& component : object.components) place(component, transform, depth + 1, visit);
+        object.placing = false;
+    }
+
+    static void add(const Object& object, const Transform& transform, Mesh& mesh) {
+        Transform m = transform;
+        for (std::size_t r = 0; r < 3; ++r) {
+            for (double& value : m[r]) value *= object.scale;
         }
-        const std::size_t first = built_.points.size();
+        const bool unchanged = m == kIdentity;  // keep the bits
+        const bool mirrored = determinant(m) < 0;
+        const std::size_t first = mesh.points.size();
         for (const Vec3f& p : object.mesh.points) {
             Vec3f moved = p;
             for (std::size_t a = 0; a < 3 && !unchanged; ++a)
                 moved[a] = static_cast<float>(p[0] * m[0][a] + p[1] * m[1][a] + p[2] * m[2][a] + m[3][a]);
-            built_.points.push_back(moved);
+            mesh.points.push_back(moved);
         }
         for (Triangle t : object.mesh.triangles) {
             for (std::uint32_t& corner : t) corner += static_cast<std::uint32_t>(first);
             if (mirrored) std::swap(t[1], t[2]);
-            built_.triangles.push_back(t);
+            mesh.triangles.push_back(t);
         }
-        object.mesh = {};
     }
 
-    const FileContent& model_;
-    XmlTag tag_;
-    std::map<std::string, Object> objects_;
-    Mesh built_;
-    double scale_ = 1;  // mm
+    const FileContent& archive_;
+    Scene& scene_;
 };
+
+// Parses these files of the archive; `visitor(name, file)` returns the visitor of each.
+template <class Visitor>
+void parse_files(const FileContent& archive, std::set<std::string> names, Visitor visitor) {
+    for (ZipReader zip(archive); !names.empty() && zip.next();) {
+        if (names.erase(zip.name()) == 0) continue;
+        const FileContent file{archive.path / zip.name(), {}};  // for messages
+        auto&& receiver = visitor(zip.name(), file);
+        XmlParser parser(file, receiver);
+        for (std::string_view piece = zip.piece(); !piece.empty(); piece = zip.piece()) parser.parse(piece);
+        parser.finish();
+    }
+    if (!names.empty()) archive.refuse("the ZIP archive has no file " + quoted(*names.begin()));
+}
 
 }  // namespace
 
 Mesh read_3mf(const FileContent& input, Space& space) {
-    const FileContent model = model_of(input);
-    return ModelReader(model).read(space);
+    RelationsReader relations;
+    parse_files(input, {"_rels/.rels"}, [&](auto&, auto&) -> XmlVisitor& { return relations; });
+    if (relations.root.empty()) input.refuse("the ZIP archive names no 3D model");
+    Scene scene;
+    const auto add_models = [&](const std::set<std::string>& names) {
+        parse_files(input, names, [&](const std::string& name, const FileContent& file) {
+            return ModelReader(file, name, name == relations.root, scene);
+        });
+    };
+    add_models({relations.root});
+    std::set<std::string> others;
+    const auto note = [&](const Use& use) {
+        if (use.model != relations.root) others.insert(use.model);
+    };
+    for (const Use& item : scene.items) note(item);
+    for (const auto& [id, object] : scene.objects) {
+        for (const Use& component : object.components) note(component);
+    }
+    add_models(others);
+    space = scene.space;
+    return Assembly(input, scene).build();
 }
 
 }  // namespace marrow::internal::io

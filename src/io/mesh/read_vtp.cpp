@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <deque>
 
 #include "io/bytes/text.h"
 #include "io/bytes/xml.h"
@@ -38,69 +39,90 @@ std::string from_base64(std::string_view text) {
     return bytes;
 }
 
-class VtpReader {
+// An array as its element describes it.
+struct Array {
+    std::string name, type, format, offset;
+    std::string text;  // inside the element
+};
+
+class VtpReader : public XmlVisitor {
   public:
-    explicit VtpReader(const FileContent& input) : input_(input) {}
+    explicit VtpReader(const FileContent& input) : input_(input), parser_(input, *this) {}
 
     Mesh read(Space& space) {
-        std::string_view section;
-        std::size_t piece = 0;
-        std::vector<double> points, connectivity, offsets;
-        find_appended();
-        XmlTag tag;
-        for (std::size_t at = 0; at < xml_end_ && next_tag(input_, at, tag) && tag.begin < xml_end_;) {
-            at = tag.end;
-            if (tag.name == "VTKFile") begin_file(tag);
-            if (tag.name == "Points" || tag.name == "Polys" || tag.name == "FieldData" ||
-                tag.name == "Strips")
-                section = tag.name;
-            if (tag.name == "/Points" || tag.name == "/Polys" || tag.name == "/FieldData") section = {};
-            if (tag.name == "Piece") {
-                piece = mesh_.points.size();
-                if (!tag.get("NumberOfStrips").empty() && tag.get("NumberOfStrips") != "0")
-                    input_.refuse("has triangle strips, which are not supported");
-                connectivity.clear(), offsets.clear();
-            }
-            if (tag.name == "DataArray" && section == "Points") {
-                points = values(tag);
-                if (points.size() % 3 != 0) input_.refuse("its points do not have three coordinates each");
-                for (std::size_t i = 0; i < points.size(); i += 3)
-                    mesh_.points.push_back({static_cast<float>(points[i]), static_cast<float>(points[i + 1]),
-                                            static_cast<float>(points[i + 2])});
-            }
-            if (tag.name == "DataArray" && section == "Polys")
-                (tag.get("Name") == "offsets" ? offsets : connectivity) = values(tag);
-            if (tag.name == "DataArray" && section == "FieldData" && tag.get("Name") == "SPACE")
-                space = space_of(values(tag));
-            if (tag.name == "/Piece") add_polygons(connectivity, offsets, piece);
-        }
+        parser_.parse(input_.bytes);
+        parser_.finish();
         if (!is_file_) input_.refuse("is not a VTK PolyData file");
+        if (!space_.type.empty()) space = space_of(values(space_));
+        for (const Piece& piece : pieces_) {
+            const std::size_t first = mesh_.points.size();
+            const std::vector<double> points = values(piece.points);
+            if (points.size() % 3 != 0) input_.refuse("its points do not have three coordinates each");
+            for (std::size_t i = 0; i < points.size(); i += 3)
+                mesh_.points.push_back({static_cast<float>(points[i]), static_cast<float>(points[i + 1]),
+                                        static_cast<float>(points[i + 2])});
+            add_polygons(values(piece.connectivity), values(piece.offsets), first);
+        }
         return std::move(mesh_);
     }
 
   private:
-    void begin_file(const XmlTag& tag) {
-        is_file_ = tag.get("type") == "PolyData";
-        if (tag.get("byte_order") == "BigEndian") input_.refuse("is big-endian, which is not supported");
-        if (tag.get("header_type") == "UInt64") word_ = 8;
-        const std::string_view compressor = tag.get("compressor");
+    struct Piece {
+        Array points, connectivity, offsets;
+    };
+
+    void begin(const XmlElement& element) override {
+        const std::string_view tag = element.name;
+        if (tag == "VTKFile") begin_file(element);
+        if (tag == "Points" || tag == "Polys" || tag == "FieldData") section_ = tag;
+        if (tag == "Piece") {
+            pieces_.emplace_back();
+            if (!element.get("NumberOfStrips").empty() && element.get("NumberOfStrips") != "0")
+                input_.refuse("has triangle strips, which are not supported");
+        }
+        array_ = tag == "DataArray" ? array_named(element.get("Name")) : nullptr;
+        if (array_)
+            *array_ = {std::string(element.get("Name")), std::string(element.get("type")),
+                       std::string(element.get("format")), std::string(element.get("offset")), ""};
+        if (tag == "AppendedData") begin_appended(element);
+    }
+
+    void end(std::string_view, std::string_view tag) override {
+        if (tag == section_) section_.clear();
+        if (tag == "DataArray") array_ = nullptr;
+    }
+
+    void text(std::string_view text) override {
+        if (array_) array_->text += text;
+    }
+
+    // Where an array of the current section is kept; null if it is not needed.
+    Array* array_named(std::string_view name) {
+        if (section_ == "FieldData") return name == "SPACE" ? &space_ : nullptr;
+        if (pieces_.empty()) return nullptr;
+        if (section_ == "Points") return &pieces_.back().points;
+        if (section_ == "Polys")
+            return name == "offsets" ? &pieces_.back().offsets : &pieces_.back().connectivity;
+        return nullptr;
+    }
+
+    void begin_file(const XmlElement& file) {
+        is_file_ = file.get("type") == "PolyData";
+        if (file.get("byte_order") == "BigEndian") input_.refuse("is big-endian, which is not supported");
+        if (file.get("header_type") == "UInt64") word_ = 8;
+        const std::string_view compressor = file.get("compressor");
         compressed_ = !compressor.empty();
         if (compressed_ && compressor != "vtkZLibDataCompressor")
             input_.refuse("is compressed by " + quoted(compressor) + ", which is not supported");
     }
 
-    // The XML ends where the appended data begin, because they may hold any bytes.
-    void find_appended() {
-        xml_end_ = input_.bytes.size();
-        const std::size_t at = input_.bytes.find("<AppendedData");
-        if (at == std::string::npos) return;
-        XmlTag tag;
-        next_tag(input_, at, tag);
-        xml_end_ = at;
-        appended_raw_ = tag.get("encoding") == "raw";
-        const std::size_t mark = input_.bytes.find('_', tag.end);
+    // The XML ends here, because appended data may hold any bytes.
+    void begin_appended(const XmlElement& data) {
+        appended_raw_ = data.get("encoding") == "raw";
+        const std::size_t mark = input_.bytes.find('_', parser_.end_of_tag());
         if (mark == std::string::npos) input_.refuse("its appended data are cut off");
         appended_ = mark + 1;
+        parser_.stop();
     }
 
     std::uint64_t word(std::string_view bytes, std::size_t i) const {
@@ -161,12 +183,12 @@ class VtpReader {
         return values;
     }
 
-    std::vector<double> values(const XmlTag& tag) const {
-        const std::string_view format = tag.get("format"), type = tag.get("type");
-        std::string_view text = std::string_view(input_.bytes).substr(tag.end);
-        if (format == "ascii") {
+    std::vector<double> values(const Array& array) const {
+        if (array.type.empty()) return {};
+        std::string_view text = array.text;
+        if (array.format == "ascii") {
             std::vector<double> result;
-            for (const std::string_view word : split(text.substr(0, text.find('<')))) {
+            for (const std::string_view word : split(text)) {
                 const std::optional<double> value = parse_double(word);
                 if (!value) input_.refuse("a value is not a number: " + quoted(word));
                 result.push_back(*value);
@@ -174,16 +196,17 @@ class VtpReader {
             return result;
         }
         bool raw = false;
-        if (format == "appended") {
-            const std::optional<std::int64_t> offset = parse_integer(tag.get("offset"));
+        if (array.format == "appended") {
+            const std::optional<std::int64_t> offset = parse_integer(array.offset);
             if (appended_ == 0 || !offset || *offset < 0 ||
                 static_cast<std::uint64_t>(*offset) > input_.bytes.size() - appended_)
                 input_.refuse("an array's offset is outside the file");
             text = std::string_view(input_.bytes).substr(appended_ + static_cast<std::size_t>(*offset));
             raw = appended_raw_;
         } else {
-            text = trimmed(text.substr(0, text.find('<')));
+            text = trimmed(text);
         }
+        const std::string_view type = array.type;
         const std::string bytes = unpack(text, raw);
         if (type == "Float32") return converted<float>(bytes);
         if (type == "Float64") return converted<double>(bytes);
@@ -220,10 +243,14 @@ class VtpReader {
     }
 
     const FileContent& input_;
+    XmlParser parser_;
+    std::string section_;  // the current element that holds arrays
+    Array* array_ = nullptr;
+    Array space_;
+    std::deque<Piece> pieces_;
     Mesh mesh_;
     bool is_file_ = false, compressed_ = false, appended_raw_ = false;
     std::size_t word_ = 4;      // bytes of a length field
-    std::size_t xml_end_ = 0;   // offset of the end of the XML
     std::size_t appended_ = 0;  // offset of the appended data; 0 if there are none
 };
 

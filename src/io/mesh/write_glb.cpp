@@ -3,7 +3,7 @@
 #include <cmath>
 #include <limits>
 
-#include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <marrow/error.h>
 
@@ -11,6 +11,8 @@
 
 namespace marrow::internal::io {
 namespace {
+
+using Json = nlohmann::ordered_json;
 
 // Converts from millimetres in LPS to glTF: metres, y up, front at +z, left at +x.
 Vec3f direction(const Vec3f& v) {
@@ -20,19 +22,6 @@ Vec3f position(const Vec3f& p) {
     const Vec3f q = direction(p);
     return {static_cast<float>(q[0] / 1000.0), static_cast<float>(q[1] / 1000.0),
             static_cast<float>(q[2] / 1000.0)};
-}
-
-std::string list(const Vec3f& v) {  // fmt writes the fewest digits that read back, in any locale
-    return fmt::format("[{},{},{}]", v[0], v[1], v[2]);
-}
-
-std::string json_string(const std::string& name) {
-    std::string text = "\"";
-    for (const char c : clean_name(name)) {
-        if (c == '"' || c == '\\') text += '\\';
-        text += c;
-    }
-    return text + "\"";
 }
 
 // Colours in glTF are linear, not sRGB.
@@ -45,68 +34,61 @@ Vec3f linear(const std::array<double, 3>& colour) {
     return result;
 }
 
-// A growing JSON array of objects.
-class Array {
-  public:
-    std::uint64_t add(std::string_view object) {
-        if (size_ > 0) text_ += ',';
-        text_ += object;
-        return size_++;
-    }
-    std::string member(const char* name) const {
-        return size_ > 0 ? fmt::format(",\"{}\":[{}]", name, text_) : "";
-    }
-
-  private:
-    std::string text_;
-    std::uint64_t size_ = 0;
-};
-
 // The JSON description of the buffer, and the size of the buffer. It holds points, normals and triangles of
 // each object.
 class Description {
   public:
     Description(MeshObjects objects, Space space) {
-        std::string scene;
+        Json asset{{"version", "2.0"}, {"generator", "Marrow"}};
+        if (space == Space::none) asset["extras"] = {{"space", "none"}};
+        json_ = {{"asset", asset}, {"scene", 0}};
         for (const MeshObject& object : objects) {
-            const std::uint64_t mesh = add_mesh(object);
-            const std::uint64_t node =
-                nodes_.add(fmt::format("{{{}\"mesh\":{}}}", name_member(object), mesh));
-            if (!scene.empty()) scene += ',';
-            scene += std::to_string(node);
+            Json node = named(object);
+            node["mesh"] = add("meshes", mesh(object));
+            json_["scenes"][0]["nodes"].push_back(add("nodes", node));
         }
-        json_ = fmt::format(
-            "{{\"asset\":{{\"version\":\"2.0\",\"generator\":\"Marrow\"{}}},\"scene\":0,\"scenes\":[{{"
-            "\"nodes\":[{}]}}]"
-            "{}{}{}{}{},\"buffers\":[{{\"byteLength\":{}}}]}}",
-            space == Space::none ? ",\"extras\":{\"space\":\"none\"}" : "", scene, nodes_.member("nodes"),
-            meshes_.member("meshes"), materials_.member("materials"), accessors_.member("accessors"),
-            views_.member("bufferViews"), bytes_);
-        json_.resize((json_.size() + 3) / 4 * 4, ' ');
+        json_["buffers"] = {{{"byteLength", bytes_}}};
     }
 
-    const std::string& json() const { return json_; }
+    // Padded to a multiple of four bytes.
+    std::string json() const {
+        std::string text = json_.dump();
+        text.resize((text.size() + 3) / 4 * 4, ' ');
+        return text;
+    }
     std::uint64_t buffer_bytes() const { return bytes_; }
 
   private:
     static constexpr int kFloat = 5126, kUnsignedInt = 5125, kVertices = 34962, kIndices = 34963;
 
+    // Adds an element to a list, and returns its index.
+    std::size_t add(const char* list, Json element) {
+        json_[list].push_back(std::move(element));
+        return json_[list].size() - 1;
+    }
+
     // Adds an accessor for the next `count` elements of the buffer.
-    std::uint64_t add_accessor(std::uint64_t count, std::uint64_t bytes, int target, int component,
-                               const char* type, const std::string& more) {
-        const std::uint64_t view = views_.add(fmt::format(
-            "{{\"buffer\":0,\"byteOffset\":{},\"byteLength\":{},\"target\":{}}}", bytes_, bytes, target));
+    std::size_t add_accessor(std::uint64_t count, std::uint64_t bytes, int target, int component,
+                             const char* type, const Json& more = Json::object()) {
+        Json accessor{
+            {"bufferView",
+             add("bufferViews",
+                 {{"buffer", 0}, {"byteOffset", bytes_}, {"byteLength", bytes}, {"target", target}})},
+            {"componentType", component},
+            {"count", count},
+            {"type", type}};
+        accessor.update(more);
         bytes_ += bytes;
-        return accessors_.add(
-            fmt::format("{{\"bufferView\":{},\"componentType\":{},\"count\":{},\"type\":\"{}\"{}}}", view,
-                        component, count, type, more));
+        return add("accessors", std::move(accessor));
     }
 
-    static std::string name_member(const MeshObject& object) {
-        return object.name.empty() ? "" : fmt::format("\"name\":{},", json_string(object.name));
+    static Json named(const MeshObject& object) {
+        Json json = Json::object();
+        if (!object.name.empty()) json["name"] = clean_name(object.name);
+        return json;
     }
 
-    std::uint64_t add_mesh(const MeshObject& object) {
+    Json mesh(const MeshObject& object) {
         const auto& [points, normals, triangles] = object.mesh;
         if (points.empty() || triangles.empty())
             throw InputError("a .glb file cannot hold a surface without triangles");
@@ -120,30 +102,28 @@ class Description {
         }
         const std::uint64_t point_bytes = points.size() * sizeof(Vec3f),
                             corners = 3 * std::uint64_t{triangles.size()};
-        std::string attributes = fmt::format(
-            "\"POSITION\":{}", add_accessor(points.size(), point_bytes, kVertices, kFloat, "VEC3",
-                                            fmt::format(",\"min\":{},\"max\":{}", list(lower), list(upper))));
+        Json primitive;
+        primitive["attributes"]["POSITION"] = add_accessor(points.size(), point_bytes, kVertices, kFloat,
+                                                           "VEC3", {{"min", lower}, {"max", upper}});
         if (!normals.empty())
-            attributes += fmt::format(
-                ",\"NORMAL\":{}", add_accessor(normals.size(), point_bytes, kVertices, kFloat, "VEC3", ""));
-        const std::uint64_t indices =
-            add_accessor(corners, corners * sizeof(std::uint32_t), kIndices, kUnsignedInt, "SCALAR", "");
-        std::string material;
+            primitive["attributes"]["NORMAL"] =
+                add_accessor(normals.size(), point_bytes, kVertices, kFloat, "VEC3");
+        primitive["indices"] =
+            add_accessor(corners, corners * sizeof(std::uint32_t), kIndices, kUnsignedInt, "SCALAR");
         if (object.colour) {
             const Vec3f c = linear(*object.colour);
-            material = fmt::format(
-                ",\"material\":{}",
-                materials_.add(fmt::format("{{{}\"pbrMetallicRoughness\":{{\"baseColorFactor\":[{},{},{},1],"
-                                           "\"metallicFactor\":0,\"roughnessFactor\":0.6}}}}",
-                                           name_member(object), c[0], c[1], c[2])));
+            Json material = named(object);
+            material["pbrMetallicRoughness"] = {
+                {"baseColorFactor", {c[0], c[1], c[2], 1}}, {"metallicFactor", 0}, {"roughnessFactor", 0.6}};
+            primitive["material"] = add("materials", std::move(material));
         }
-        return meshes_.add(fmt::format("{{{}\"primitives\":[{{\"attributes\":{{{}}},\"indices\":{}{}}}]}}",
-                                       name_member(object), attributes, indices, material));
+        Json result = named(object);
+        result["primitives"].push_back(std::move(primitive));
+        return result;
     }
 
-    Array nodes_, meshes_, materials_, accessors_, views_;
+    Json json_;
     std::uint64_t bytes_ = 0;
-    std::string json_;
 };
 
 std::string little_endian_words(std::initializer_list<std::uint64_t> values) {
@@ -159,7 +139,7 @@ void write_glb(MeshOutput& output, MeshObjects objects) {
     constexpr std::uint64_t kMagic = 0x46546C67, kJson = 0x4E4F534A,
                             kBinary = 0x004E4942;  // "glTF", "JSON", "BIN\0"
     const Description description(objects, output.space);
-    const std::string& json = description.json();
+    const std::string json = description.json();
     const std::uint64_t buffer = description.buffer_bytes(), total = 12 + 8 + json.size() + 8 + buffer;
     if (total > std::numeric_limits<std::uint32_t>::max())
         throw LimitError("a .glb file holds at most 4 GiB, and these surfaces need " +

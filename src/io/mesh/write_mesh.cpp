@@ -6,8 +6,9 @@
 #include <marrow/atomic_file.h>
 #include <marrow/mesh_io.h>
 
-#include "io/bytes/deflate.h"
+#include "io/bytes/gzip_writer.h"
 #include "io/bytes/text.h"
+#include "io/bytes/zip_writer.h"
 #include "writer.h"
 
 namespace marrow {
@@ -74,7 +75,7 @@ void write_content(MeshFormat format, MeshOutput& to, MeshObjects objects) {
 void write_content(MeshFormat format, AtomicFile& file, bool gzipped, MeshObjects objects,
                    const MeshWriteOptions& options) {
     if (gzipped) {
-        Deflater gzip(Deflater::Wrapping::gzip, into(file));
+        GzipWriter gzip(into(file));
         MeshOutput to([&](const void* data, std::size_t bytes) { gzip.write(data, bytes); }, options);
         write_content(format, to, objects);
         gzip.finish();
