@@ -3,6 +3,11 @@
 
 #include <charls/charls.h>
 #include <openjpeg.h>
+#include <openjph/ojph_arch.h>
+#include <openjph/ojph_codestream.h>
+#include <openjph/ojph_file.h>
+#include <openjph/ojph_mem.h>
+#include <openjph/ojph_params.h>
 
 #include <algorithm>
 #include <cstdint>
@@ -163,6 +168,36 @@ inline std::string jpeg_2000(int columns, int rows, const std::vector<std::uint1
     opj_destroy_codec(codec);
     opj_image_destroy(image);
     return out;
+}
+
+/// High-throughput JPEG 2000 by OpenJPH; without loss if `reversible`. RPCL is the progression order that the
+/// transfer syntax 1.2.840.10008.1.2.4.202 asks for.
+inline std::string htj2k(int columns, int rows, const std::vector<std::uint16_t>& samples, int bits,
+                         bool reversible = true) {
+    const auto width = static_cast<ojph::ui32>(columns), height = static_cast<ojph::ui32>(rows);
+    ojph::codestream stream;
+    ojph::param_siz size = stream.access_siz();
+    size.set_image_extent(ojph::point(width, height));
+    size.set_num_components(1);
+    size.set_component(0, ojph::point(1, 1), static_cast<ojph::ui32>(bits), false);
+    ojph::param_cod coding = stream.access_cod();
+    coding.set_num_decomposition(columns < 32 ? 0 : 3);
+    coding.set_reversible(reversible);
+    coding.set_progression_order("RPCL");
+    if (!reversible) stream.access_qcd().set_irrev_quant(0.0001f);
+    ojph::mem_outfile out;
+    out.open();
+    stream.write_headers(&out);
+    ojph::ui32 component = 0;
+    ojph::line_buf* line = stream.exchange(nullptr, component);
+    for (auto at = samples.begin(); at != samples.end(); at += columns) {
+        std::copy_n(at, columns, line->i32);
+        line = stream.exchange(line, component);
+    }
+    stream.flush();
+    std::string bytes(reinterpret_cast<const char*>(out.get_data()), static_cast<std::size_t>(out.tell()));
+    stream.close();
+    return bytes;
 }
 
 /// Pads to an even number of bytes, as fragments require.

@@ -186,7 +186,10 @@ constexpr const char* kRunLengths = "1.2.840.10008.1.2.5";
 constexpr std::array kJpeg = {"1.2.840.10008.1.2.4.50", "1.2.840.10008.1.2.4.51", "1.2.840.10008.1.2.4.53",
                               "1.2.840.10008.1.2.4.55", "1.2.840.10008.1.2.4.57", "1.2.840.10008.1.2.4.70"};
 constexpr std::array kJpegLs = {"1.2.840.10008.1.2.4.80", "1.2.840.10008.1.2.4.81"};
-constexpr std::array kJpeg2000 = {"1.2.840.10008.1.2.4.90", "1.2.840.10008.1.2.4.91"};
+// The last three are high-throughput JPEG 2000.
+constexpr std::array kJpeg2000 = {"1.2.840.10008.1.2.4.90", "1.2.840.10008.1.2.4.91",
+                                  "1.2.840.10008.1.2.4.201", "1.2.840.10008.1.2.4.202",
+                                  "1.2.840.10008.1.2.4.203"};
 
 template <class Uids>
 bool is_one_of(const Uids& uids, const std::string& uid) {
