@@ -54,11 +54,11 @@ inline std::string jpeg_segment(int marker, const std::string& content) {
            bytes_of(static_cast<std::uint16_t>(content.size() + 2), true) + content;
 }
 
-/// The start of a grey JPEG. Sizes from 0 to 16 have codes of five bits. The only AC code is one zero bit:
-/// end of block.
-inline std::string jpeg_start(int frame_marker, int bits, int columns, int rows) {
-    std::string dc = std::string(1, '\0') + std::string(4, '\0') + '\x11' + std::string(11, '\0');
-    for (char size = 0; size <= 16; ++size) dc += size;
+/// The start of a grey JPEG. Sizes from 0 to 16, or less, have codes of five bits. The only AC code is one zero
+/// bit: end of block.
+inline std::string jpeg_start(int frame_marker, int bits, int columns, int rows, char most = 16) {
+    std::string dc = std::string(5, '\0') + static_cast<char>(most + 1) + std::string(11, '\0');
+    for (char size = 0; size <= most; ++size) dc += size;
     const std::string ac = std::string("\x10\x01", 2) + std::string(15, '\0') + '\0';
     return "\xff\xd8" + jpeg_segment(0xc4, dc) + jpeg_segment(0xc4, ac) +
            jpeg_segment(frame_marker, static_cast<char>(bits) +
@@ -126,6 +126,19 @@ inline std::string flat_jpeg(int columns, int rows, const std::vector<int>& valu
     if (!progressive) return out + jpeg_scan(0, 63, 0, code.bytes()) + "\xff\xd9";
     return out + jpeg_scan(0, 0, 0x01, code.bytes()) + jpeg_scan(1, 63, 0, ends.bytes()) +
            jpeg_scan(0, 0, 0x10, rest.bytes()) + "\xff\xd9";
+}
+
+/// A progressive JPEG of 16 x 8 samples, all 128, with this number of scans, at most 883. Each makes a decoder
+/// process the whole image.
+inline std::string jpeg_of_many_scans(int scans) {
+    std::string out = jpeg_start(0xc2, 8, 16, 8, 11);  // libjpeg knows no larger sizes
+    out.insert(2, jpeg_segment(0xdb, std::string(1, '\0') + std::string(64, '\1')));
+    out += jpeg_scan(0, 0, 0, std::string("\0\x3f", 2));  // two differences of 0
+    for (int i = 1; i < scans; ++i) {  // one bit of one coefficient, which is 0 in both blocks
+        const int coefficient = 1 + (i - 1) / 14, bit = 13 - (i - 1) % 14;
+        out += jpeg_scan(coefficient, coefficient, (bit == 13 ? 0 : (bit + 1) << 4) | bit, "\x3f");
+    }
+    return out + "\xff\xd9";
 }
 
 inline std::string jpeg_ls(int columns, int rows, const std::vector<std::uint16_t>& samples, int bits) {
