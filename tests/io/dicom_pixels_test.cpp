@@ -126,9 +126,6 @@ TEST(DicomTable, LosslessTransferSyntaxesGiveTheSamePixels) {
         std::vector<std::pair<std::string, std::string>> streams = {
             {"1.2.840.10008.1.2.4.80", jpeg_ls(width, height, samples, bits == 8 ? 9 : bits)},
             {"1.2.840.10008.1.2.4.90", jpeg_2000(width, height, samples, bits)}};
-        for (const char* syntax :
-             {"1.2.840.10008.1.2.4.201", "1.2.840.10008.1.2.4.202", "1.2.840.10008.1.2.4.203"})
-            streams.emplace_back(syntax, htj2k(width, height, samples, bits));
         for (int predictor = 1; predictor <= 7; ++predictor)
             streams.emplace_back("1.2.840.10008.1.2.4.57",
                                  lossless_jpeg(width, height, samples, bits, predictor, predictor % 2 == 0));
@@ -182,8 +179,9 @@ TEST(DicomTable, LossyTransferSyntaxesGiveNearlyTheSamePixels) {
     }
 }
 
-// Wavelets of several levels, which small images do not have.
-TEST(DicomTable, HighThroughputJpeg2000) {
+// Damaged streams end the process within OpenJPEG 2.5.0, under any transfer syntax of JPEG 2000.
+TEST(DicomTable, HighThroughputJpeg2000IsReadIfOpenJpegIsSafe) {
+    const bool safe = std::string(opj_version()) != "2.5.0";
     constexpr int width = 150, height = 90, bits = 12;
     std::vector<std::uint16_t> samples;
     for (int y = 0; y < height; ++y) {
@@ -191,21 +189,29 @@ TEST(DicomTable, HighThroughputJpeg2000) {
             samples.push_back(
                 static_cast<std::uint16_t>(2000 + 1500 * std::sin(0.1 * x) * std::cos(0.07 * y)));
     }
-    for (const bool reversible : {true, false}) {
-        TemporaryFolder folder;
-        DicomWriter s;
-        s.pixel_format(16, bits, false);
-        s.pixels<std::uint16_t>(width, height, samples);
-        s.compressed_syntax = reversible ? "1.2.840.10008.1.2.4.201" : "1.2.840.10008.1.2.4.203";
-        s.fragments = {even(htj2k(width, height, samples, bits, reversible))};
-        ScanOptions options;
-        options.spacing = Vec3d{1, 1, 1};
-        const auto read = samples_of<std::int16_t>(read_scan(s.write(folder / "one.dcm"), options));
-        for (std::size_t i = 0; i < samples.size(); ++i)
-            ASSERT_NEAR(read[i], samples[i], reversible ? 0 : 2) << i;
-        const std::string whole = s.fragments[0];
-        s.fragments = {even(whole.substr(0, whole.size() / 2))};
-        contains(refusal<InputError>(s.write(folder / "one.dcm"), options), "truncated");
+    ScanOptions options;
+    options.spacing = Vec3d{1, 1, 1};
+    for (const char* syntax : {"90", "201", "202", "203"}) {
+        for (const bool reversible : {true, false}) {
+            SCOPED_TRACE(syntax);
+            TemporaryFolder folder;
+            DicomWriter s;
+            s.pixel_format(16, bits, false);
+            s.pixels<std::uint16_t>(width, height, samples);
+            s.compressed_syntax = std::string("1.2.840.10008.1.2.4.") + syntax;
+            const std::string whole = even(htj2k(width, height, samples, bits, reversible));
+            s.fragments = {whole};
+            s.write(folder / "one.dcm");
+            if (!safe) {
+                contains(refusal<InputError>(folder / "one.dcm", options), "high-throughput JPEG 2000");
+                continue;
+            }
+            const auto read = samples_of<std::int16_t>(read_scan(folder / "one.dcm", options));
+            for (std::size_t i = 0; i < samples.size(); ++i)
+                ASSERT_NEAR(read[i], samples[i], reversible ? 0 : 2) << i;
+            s.fragments = {even(whole.substr(0, whole.size() / 2))};
+            contains(refusal<InputError>(s.write(folder / "one.dcm"), options), "truncated");
+        }
     }
 }
 

@@ -154,7 +154,6 @@ inline void add_compressed_dicom(std::vector<SmallScan>& out) {
     add("lossless.dcm", "57", lossless_jpeg(wide, wide, image, 12, 4, true), 12);
     add("jpegls.dcm", "80", jpeg_ls(wide, wide, image, 12), 12);
     add("j2k.dcm", "90", jpeg_2000(wide, wide, image, 12), 12);
-    add("htj2k.dcm", "201", htj2k(wide, wide, image, 12), 12);
 }
 
 /// DICOM of other kinds: frames with functional groups, segmentations, a Siemens mosaic. They have 3 x 2

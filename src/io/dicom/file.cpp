@@ -189,7 +189,10 @@ std::string syntax_name(const std::string& uid) {
         {"1.2.840.10008.1.2.4.105", "MPEG-4 video"},
         {"1.2.840.10008.1.2.4.106", "MPEG-4 video"},
         {"1.2.840.10008.1.2.4.107", "HEVC video"},
-        {"1.2.840.10008.1.2.4.108", "HEVC video"}};
+        {"1.2.840.10008.1.2.4.108", "HEVC video"},
+        {"1.2.840.10008.1.2.4.201", "high-throughput JPEG 2000"},
+        {"1.2.840.10008.1.2.4.202", "high-throughput JPEG 2000"},
+        {"1.2.840.10008.1.2.4.203", "high-throughput JPEG 2000"}};
     for (const auto& [known, name] : names) {
         if (uid == known) return fmt::format("{} ({})", name, uid);
     }
