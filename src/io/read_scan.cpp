@@ -346,8 +346,8 @@ ScanReport inspect_scan(const fs::path& path, const ScanOptions& given) {
         if (!input.others.empty())
             out.warnings.push_back(
                 fmt::format("the folder also holds {} in other formats, for example {}; "
-                            "inspect them one by one",
-                            count_of(input.others.size(), "file"), quoted(input.others[0])));
+                            "name them to inspect them",
+                            count_of(input.others.size(), "volume"), quoted(input.others[0])));
         return out;
     }
     ScanReport out{input.format, input.files.size(), {}, 0, "there is no other", {}};
