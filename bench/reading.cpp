@@ -1,15 +1,23 @@
-// marrow-bench-reading: times reading a folder of DICOM slices with Marrow and, if installed, with ITK,
-// interleaved.
+// marrow-bench-reading: times reading a folder of DICOM slices with Marrow and, if installed, with ITK, and
+// reading only their headers with Marrow and DCMTK, interleaved.
 // usage: marrow-bench-reading FOLDER [ROUNDS]
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
+#include <filesystem>
 #include <functional>
 #include <string>
 #include <thread>
 #include <vector>
+
+#define HAVE_CONFIG_H  // required by DCMTK's headers
+#include <dcmtk/config/osconfig.h>
+
+#include <dcmtk/dcmdata/dcdeftag.h>
+#include <dcmtk/dcmdata/dcfilefo.h>
+#include <dcmtk/oflog/oflog.h>
 
 #include <marrow/scan_io.h>
 
@@ -24,9 +32,28 @@ namespace {
 
 struct Contender {
     std::string name;
-    std::function<std::size_t()> read;  // returns the number of samples
+    std::function<std::size_t()> read;  // returns the number of samples, or of files
     std::vector<double> seconds = {};
 };
+
+// Marrow also groups the files into series, and describes them.
+std::size_t headers_with_marrow(const std::string& folder) {
+    marrow::ScanOptions options;
+    options.threads = 1;
+    return marrow::inspect_scan(folder, options).files;
+}
+
+std::size_t headers_with_dcmtk(const std::string& folder) {
+    std::size_t files = 0;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
+        DcmFileFormat file;
+        if (entry.is_regular_file())
+            files += file.loadFileUntilTag(entry.path().c_str(), EXS_Unknown, EGL_noChange, DCM_MaxReadLength,
+                                           ERM_autoDetect, DCM_PixelData)
+                         .good();
+    }
+    return files;
+}
 
 #ifdef MARROW_BENCH_ITK
 std::size_t read_with_itk(const std::string& folder) {
@@ -56,8 +83,11 @@ int main(int argc, char** argv) {
         };
     };
     const int all = static_cast<int>(std::thread::hardware_concurrency());
+    OFLog::configure(OFLogger::OFF_LOG_LEVEL);
     std::vector<Contender> contenders = {{"Marrow, 1 thread", marrow_with(1)},
-                                         {"Marrow, " + std::to_string(all) + " threads", marrow_with(all)}};
+                                         {"Marrow, " + std::to_string(all) + " threads", marrow_with(all)},
+                                         {"headers, Marrow", [&] { return headers_with_marrow(folder); }},
+                                         {"headers, DCMTK", [&] { return headers_with_dcmtk(folder); }}};
 #ifdef MARROW_BENCH_ITK
     contenders.push_back({"ITK series reader", [&] { return read_with_itk(folder); }});
 #endif

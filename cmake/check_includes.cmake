@@ -75,7 +75,7 @@ foreach(room IN LISTS rooms)
 endforeach()
 check_folder(src/mesh src "base" "hwy/;tbb/")
 
-set(image_libraries "png.h;tiffio.h;jpeglib.h;zlib.h;charls/;dcmtk/;openjpeg-2.5/;openjpeg.h")
+set(image_libraries "png.h;tiffio.h;turbojpeg.h;zlib.h;charls/;dcmtk/;openjpeg-2.5/;openjpeg.h")
 check_folder(src/io/bytes src "base" "fmt/;zlib.h;archive;expat.h")
 check_folder(src/io/scan src "base;io/bytes" "fmt/;tbb/;${image_libraries}")
 check_folder(src/io/dicom src "base;io/bytes;io/scan" "fmt/;tbb/;${image_libraries}")

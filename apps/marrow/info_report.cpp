@@ -31,10 +31,7 @@ std::string spacing_text(const Vec3d& spacing) {
 std::string_view direction_name(const Mat3d& direction, std::size_t axis) {
     constexpr std::string_view kNames[3][2] = {
         {"left", "right"}, {"posterior", "anterior"}, {"superior", "inferior"}};
-    std::size_t main = 0;
-    for (std::size_t row = 1; row < 3; ++row) {
-        if (std::abs(direction[row][axis]) > std::abs(direction[main][axis])) main = row;
-    }
+    const std::size_t main = main_direction(direction, axis);
     return kNames[main][direction[main][axis] < 0];
 }
 
@@ -48,9 +45,10 @@ bool is_oblique(const Mat3d& direction) {
     return false;
 }
 
-std::string axes_text(const Mat3d& direction) {
-    return fmt::format("i to {}, j to {}, k to {} ({})", direction_name(direction, 0),
-                       direction_name(direction, 1), direction_name(direction, 2), plane_name(direction));
+std::string axes_text(const Mat3d& direction, bool stated) {
+    return fmt::format("i to {}, j to {}, k to {} ({}{})", direction_name(direction, 0),
+                       direction_name(direction, 1), direction_name(direction, 2), plane_name(direction),
+                       stated ? "" : "; assumed");
 }
 
 std::string bounds_text(const Geometry& geometry) {
@@ -98,7 +96,7 @@ std::string summary(const SeriesReport& s) {
     if (s.number) add(fmt::format("series {}", *s.number));
     add(fmt::format("{} x {} x {}", s.series.dims[0], s.series.dims[1], s.series.dims[2]));
     add(spacing_text(s.series.spacing));
-    if (s.geometry) add(plane_name(s.geometry->direction));
+    if (s.geometry && s.oriented) add(plane_name(s.geometry->direction));
     if (!s.volumes.empty()) add(count_of(s.volumes.size(), "volume"));
     if (s.echo_time && s.volumes.empty()) add(fmt::format("echo time {:g} ms", *s.echo_time));
     add(s.kernel.empty() ? "" : "kernel " + s.kernel);
@@ -127,7 +125,7 @@ void print_details(std::ostream& out, ScanFormat format, const SeriesReport& s, 
     line("spacing", spacing_text(s.series.spacing));
     if (s.geometry) {
         const Vec3d& origin = s.geometry->origin;
-        line("axes", axes_text(s.geometry->direction));
+        line("axes", axes_text(s.geometry->direction, s.oriented));
         // + 0.0 turns -0 into 0
         line("origin",
              fmt::format("{:g},{:g},{:g} mm in LPS", origin[0] + 0.0, origin[1] + 0.0, origin[2] + 0.0));
@@ -140,6 +138,7 @@ void print_details(std::ostream& out, ScanFormat format, const SeriesReport& s, 
     if (s.gaps.size() > kMostGaps) line("gap", fmt::format("{} more", s.gaps.size() - kMostGaps));
     line("values", values_text(s, samples));
     if (samples != nullptr) line("labels", labels_text(samples->labels));
+    line("not stated", fmt::format("{}", fmt::join(unknown_facts(s), ", ")));
     if (s.smallest_feature)
         line("smallest detail", fmt::format("{:.3g} mm, two samples wide", *s.smallest_feature));
     if (s.memory > 0)
@@ -149,6 +148,25 @@ void print_details(std::ostream& out, ScanFormat format, const SeriesReport& s, 
 }
 
 }  // namespace
+
+std::vector<std::string> unknown_facts(const SeriesReport& series) {
+    std::vector<std::string> out;
+    const Vec3d& spacing = series.series.spacing;
+    if (*std::min_element(spacing.begin(), spacing.end()) <= 0 && series.gaps.empty())
+        out.push_back("spacing");
+    if (!series.oriented) out.push_back("orientation in the patient");
+    if (series.series.modality.empty()) out.push_back("modality");
+    if (!series.hounsfield) out.push_back("unit of the values");
+    return out;
+}
+
+std::size_t main_direction(const Mat3d& direction, std::size_t axis) {
+    std::size_t main = 0;
+    for (std::size_t row = 1; row < 3; ++row) {
+        if (std::abs(direction[row][axis]) > std::abs(direction[main][axis])) main = row;
+    }
+    return main;
+}
 
 std::string plane_name(const Mat3d& direction) {
     const std::string_view across = direction_name(direction, 2);

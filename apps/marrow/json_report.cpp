@@ -139,6 +139,7 @@ Json series_numbers(const SeriesReport& s, bool show_patient) {
         {"hounsfield_units", s.hounsfield ? Json(*s.hounsfield) : Json()},
         {"smallest_feature_mm", s.smallest_feature ? Json(*s.smallest_feature) : Json()},
         {"memory_bytes", s.memory},
+        {"not_stated", unknown_facts(s)},
         {"warnings", message_list(s.warnings)},
         {"refused", s.refusal ? Json(apps::name_flags(*s.refusal)) : Json()}};
     if (show_patient) one["patient"] = text_or_null(s.patient_name);

@@ -125,6 +125,7 @@ struct SeriesReport {
     std::vector<std::string> warnings;       ///< the warnings of read_scan
     std::vector<std::string> gaps;           ///< unusual gaps: "4 mm between 'a' and 'b'"
     double tilt = 0;                         ///< of the gantry, degrees
+    bool oriented = true;                    ///< whether it is stated how the axes lie in the patient
     std::optional<bool> hounsfield;          ///< whether samples are Hounsfield units, if known
     std::optional<double> smallest_feature;  ///< mm; twice the coarsest spacing: the finest visible detail
     std::uint64_t memory = 0;                ///< bytes that the samples need

@@ -4,7 +4,7 @@
 _marrow_options() {
   local scan="--series --spacing --resample --volume --level"
   case $1 in
-    info) echo "-h --help $scan --headers --show-patient --json" ;;
+    info) echo "-h --help $scan --picture --headers --show-patient --json" ;;
     check) echo "-h --help --min-wall --strict --threads --json -q --quiet" ;;
     sweep)
       echo "-h --help --crop --median --blur --isotropic --from --to -n --samples -o --output --plot --threads $scan" \

@@ -14,6 +14,7 @@
 #include "io/dicom/file.h"
 #include "io/dicom/read_dicom.h"
 #include "io/scan/image_stack.h"
+#include "io/scan/parallel_slices.h"
 #include "io/scan/raw_image.h"
 #include "io/zarr/image.h"
 
@@ -23,12 +24,18 @@ namespace {
 
 namespace fs = std::filesystem;
 using namespace internal::io;
+using internal::report_progress;
+using internal::sub_progress;
 
 struct Input {
     ScanFormat format;
     std::vector<fs::path> files;    // of a folder, only the files of that format
     std::optional<fs::path> named;  // DICOM: the file that stands for its series
+    std::vector<fs::path> others;   // DICOM: volumes of other formats in its folder, which are not read
 };
+
+// The share of the progress that the search for files takes.
+constexpr double kFilesFound = 0.1;
 
 constexpr std::size_t kHeadSize = 352;
 
@@ -49,14 +56,20 @@ std::optional<ScanFormat> format_of(const fs::path& path, std::string_view head)
     return {};
 }
 
+// Whether a format is one of whole volumes. Discs hold many pictures that are not scans.
+bool is_volume(std::optional<ScanFormat> format) {
+    return format == ScanFormat::nifti || format == ScanFormat::nrrd || format == ScanFormat::metaimage;
+}
+
 fs::path folder_of(const fs::path& file) {
     return file.has_parent_path() ? file.parent_path() : fs::path(".");
 }
 
 // The regular files in a folder, in natural order.
-std::vector<fs::path> files_in(const fs::path& folder, bool nested) {
+std::vector<fs::path> files_in(const fs::path& folder, bool nested, const Progress& progress) {
     std::vector<fs::path> out;
     const auto add = [&](const fs::directory_entry& entry) {
+        report_progress(progress, 0);  // a disc may have many files
         std::error_code ignored;
         if (entry.is_regular_file(ignored)) out.push_back(entry.path());
     };
@@ -75,26 +88,39 @@ std::vector<fs::path> files_in(const fs::path& folder, bool nested) {
 
 // A file that is cut off within its preamble counts as DICOM if others are DICOM, so that it is not silently
 // missing; reading it fails later.
-std::vector<fs::path> dicom_among(const std::vector<fs::path>& files, const Progress& progress) {
-    std::vector<fs::path> dicom, truncated;
-    for (const fs::path& file : files) {
-        internal::report_progress(progress, 0);  // a folder may have many files on a slow disk
-        const std::string head = read_head(file, kHeadSize);
-        if (is_dicom(head))
-            dicom.push_back(file);
-        else if (head.size() <= 132 && head.find_first_not_of(std::string_view("\0DICM", 5)) == head.npos)
-            truncated.push_back(file);
-    }
-    if (!dicom.empty()) dicom.insert(dicom.end(), truncated.begin(), truncated.end());
-    return dicom;
+Input dicom_among(const std::vector<fs::path>& files, const ScanOptions& options) {
+    enum class Kind : char { none, dicom, truncated, other };
+    std::vector<Kind> kinds(files.size());
+    for_each_slice(files.size(), options.threads, options.progress, 0, kFilesFound,
+                   [&](std::size_t i, const Step& step) {
+                       const std::string head = read_head(files[i], kHeadSize);
+                       const bool cut = head.size() <= 132 &&
+                                        head.find_first_not_of(std::string_view("\0DICM", 5)) == head.npos;
+                       kinds[i] = is_dicom(head)                         ? Kind::dicom
+                                  : cut                                  ? Kind::truncated
+                                  : is_volume(format_of(files[i], head)) ? Kind::other
+                                                                         : Kind::none;
+                       step(1);
+                   });
+    const auto of_kind = [&](Kind kind) {
+        std::vector<fs::path> out;
+        for (std::size_t i = 0; i < files.size(); ++i) {
+            if (kinds[i] == kind) out.push_back(files[i]);
+        }
+        return out;
+    };
+    Input out{ScanFormat::dicom, of_kind(Kind::dicom), {}, of_kind(Kind::other)};
+    const std::vector<fs::path> truncated = of_kind(Kind::truncated);
+    if (!out.files.empty()) out.files.insert(out.files.end(), truncated.begin(), truncated.end());
+    return out;
 }
 
-Input identify_folder(const fs::path& folder, const Progress& progress) {
-    if (is_zarr(folder)) return {ScanFormat::zarr, {folder}, {}};
-    const std::vector<fs::path> all = files_in(folder, true);
-    Input input{ScanFormat::dicom, dicom_among(all, progress), {}};
+Input identify_folder(const fs::path& folder, const ScanOptions& options) {
+    if (is_zarr(folder)) return {ScanFormat::zarr, {folder}, {}, {}};
+    const std::vector<fs::path> all = files_in(folder, true, options.progress);
+    Input input = dicom_among(all, options);
     if (!input.files.empty()) return input;
-    input = {ScanFormat::slices, files_in(folder, false), {}};
+    input = {ScanFormat::slices, files_in(folder, false, {}), {}, {}};
     std::erase_if(input.files,
                   [](const fs::path& file) { return !is_image_file(read_head(file, kHeadSize)); });
     if (!input.files.empty()) return input;
@@ -112,11 +138,11 @@ bool is_archive(const fs::path& path, std::string_view head) {
     return head.starts_with("PK") || (head.size() > 262 && head.substr(257, 5) == "ustar");
 }
 
-Input identify_file(const fs::path& path, const Progress& progress) {
+Input identify_file(const fs::path& path, const ScanOptions& options) {
     const std::string head = read_head(path, kHeadSize);
     const std::string name = path.filename().string();
     if (name == "zarr.json" || name == ".zattrs" || name == ".zarray" || name == ".zgroup")
-        return {ScanFormat::zarr, {folder_of(path)}, {}};
+        return {ScanFormat::zarr, {folder_of(path)}, {}, {}};
     const std::optional<ScanFormat> format = format_of(path, head);
     if (!format) {
         if (is_archive(path, head))
@@ -125,11 +151,12 @@ Input identify_file(const fs::path& path, const Progress& progress) {
             "{}: is not a scan of a supported format (DICOM, NIfTI, NRRD, MetaImage, OME-Zarr, TIFF, PNG)",
             quoted(path)));
     }
-    if (format != ScanFormat::dicom) return {*format, {path}, {}};
+    if (format != ScanFormat::dicom) return {*format, {path}, {}, {}};
     if (!is_dicom(head)) throw InputError(fmt::format("{}: is not a DICOM file", quoted(path)));
     if (to_lower(path.filename().native()).starts_with("dicomdir"))
-        return identify_folder(folder_of(path), progress);
-    Input input{*format, dicom_among(files_in(folder_of(path), false), progress), {}};
+        return identify_folder(folder_of(path), options);
+    Input input = dicom_among(files_in(folder_of(path), false, options.progress), options);
+    input.others.clear();  // the input is not the folder
     for (const fs::path& file : input.files) {
         std::error_code ignored;
         if (fs::equivalent(file, path, ignored)) input.named = file;
@@ -137,9 +164,16 @@ Input identify_file(const fs::path& path, const Progress& progress) {
     return input;
 }
 
-Input identify(const fs::path& path, const Progress& progress) {
+Input identify(const fs::path& path, const ScanOptions& options) {
     std::error_code ignored;
-    return fs::is_directory(path, ignored) ? identify_folder(path, progress) : identify_file(path, progress);
+    return fs::is_directory(path, ignored) ? identify_folder(path, options) : identify_file(path, options);
+}
+
+// The options for what follows the search for files. They refer to `options`.
+ScanOptions after_search(const ScanOptions& options) {
+    ScanOptions out = options;
+    out.progress = sub_progress(options.progress, kFilesFound, 1);
+    return out;
 }
 
 // Takes the spacing of the options, which must not contradict one that the input states.
@@ -240,6 +274,7 @@ SeriesReport report_on_file(const Input& input, const fs::path& path, const Scan
         const ImageStack stack = read_image_stack(input.files, options);
         geometry = stack.geometry;
         type = stack.image.type;
+        series.oriented = false;
     } else if (input.format == ScanFormat::zarr) {
         ZarrImage image = read_zarr(path, options);
         geometry = image.geometry;
@@ -247,6 +282,7 @@ SeriesReport report_on_file(const Input& input, const fs::path& path, const Scan
         has_spacing |= image.has_spacing;
         series.warnings = std::move(image.warnings);
         series.levels = std::move(image.levels);
+        series.oriented = false;
         if (!image.volume) series.refusal = needs_volume(path, image);
         if (image.volumes.size() > 1) series.volumes = std::move(image.volumes);
     } else {
@@ -254,6 +290,7 @@ SeriesReport report_on_file(const Input& input, const fs::path& path, const Scan
         geometry = image.geometry;
         type = loaded_type(image);
         has_spacing |= image.has_spacing;
+        series.oriented = image.oriented;
         series.warnings = image.warnings;
         try {
             check_claims(image);
@@ -295,8 +332,9 @@ const char* scan_format_name(ScanFormat format) {
     throw InputError("unknown scan format");
 }
 
-Volume read_scan(const fs::path& path, const ScanOptions& options, ScanInfo* info) {
-    const Input input = identify(path, options.progress);
+Volume read_scan(const fs::path& path, const ScanOptions& given, ScanInfo* info) {
+    const Input input = identify(path, given);
+    const ScanOptions options = after_search(given);
     ScanInfo found;
     found.format = input.format;
     Volume volume;
@@ -336,7 +374,7 @@ bool is_segmentation(const fs::path& file) {
 }
 
 SliceSource open_slices(const fs::path& path, const ScanOptions& options, ScanInfo* info) {
-    const Input input = identify(path, options.progress);
+    const Input input = identify(path, options);
     check_options(input, path, options);
     if (input.format == ScanFormat::dicom || is_image_stack(input)) {
         throw InputError(
@@ -359,10 +397,19 @@ SliceSource open_slices(const fs::path& path, const ScanOptions& options, ScanIn
     return source;
 }
 
-ScanReport inspect_scan(const fs::path& path, const ScanOptions& options) {
-    const Input input = identify(path, options.progress);
+ScanReport inspect_scan(const fs::path& path, const ScanOptions& given) {
+    const Input input = identify(path, given);
+    const ScanOptions options = after_search(given);
     check_options(input, path, options);
-    if (input.format == ScanFormat::dicom) return inspect_dicom({input.files, input.named}, options);
+    if (input.format == ScanFormat::dicom) {
+        ScanReport out = inspect_dicom({input.files, input.named}, options);
+        if (!input.others.empty())
+            out.warnings.push_back(
+                fmt::format("the folder also holds {} in other formats, for example {}; "
+                            "name them to inspect them",
+                            count_of(input.others.size(), "volume"), quoted(input.others[0])));
+        return out;
+    }
     ScanReport out{input.format, input.files.size(), {}, 0, "there is no other", {}};
     SeriesReport series = report_on_file(input, path, options);
     if (series.refusal) {

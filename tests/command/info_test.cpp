@@ -95,6 +95,99 @@ TEST(Info, SaysWhatIsovalueAndCropNeed) {
     EXPECT_TRUE(info({folder / "ball.nrrd", "--headers"})["values"].is_null());
 }
 
+TEST(Info, SaysWhatTheHeadersDoNotState) {
+    TemporaryFolder folder;
+    using List = std::vector<std::string>;
+    const auto not_stated = [&](const std::vector<std::string>& arguments) {
+        return info(arguments)["series"][0]["not_stated"].get<List>();
+    };
+    write_series(folder, 3, "ct/s");
+    EXPECT_EQ(not_stated({folder / "ct"}), List());
+    write_nrrd(folder / "a.nrrd", 4, 4, 4, [](int x, int, int) { return x; });
+    EXPECT_EQ(not_stated({folder / "a.nrrd"}), (List{"modality", "unit of the values"}));
+    write_file(folder / "slice/1.png", png(2, 2, std::vector<std::uint8_t>{1, 2, 3, 4}));
+    EXPECT_EQ(not_stated({folder / "slice"}),
+              (List{"spacing", "orientation in the patient", "modality", "unit of the values"}));
+    const std::string text = marrow_with({"info", folder / "slice", "--spacing", "1,1,1"}).out;
+    contains(text, "not stated       orientation in the patient, modality, unit of the values");
+    contains(text, "(axial; assumed)");
+}
+
+// Slices of 40 x 20 mm with a bright corner at the patient's right, front and top.
+class Thumbnail : public testing::Test {
+  protected:
+    // Writes a scan of 10 x 10 x 10 samples with these directions, and reads its picture.
+    Volume of(const std::string& directions, int bright_x, int bright_y) {
+        std::string text =
+            "NRRD0005\ntype: short\ndimension: 3\nsizes: 10 10 10\nspace: left-posterior-superior\n"
+            "space directions: " +
+            directions + "\nspace origin: (0,0,0)\nendian: little\nencoding: raw\n\n";
+        for (int z = 0; z < 10; ++z) {
+            for (int y = 0; y < 10; ++y) {
+                for (int x = 0; x < 10; ++x) {
+                    const bool bright = (x < 5) == (bright_x == 0) && (y < 5) == (bright_y == 0);
+                    text += bytes_of(static_cast<std::int16_t>(bright ? 500 : -500));
+                }
+            }
+        }
+        write_file(folder / "scan.nrrd", text);
+        const Outcome outcome = marrow_with({"info", folder / "scan.nrrd", "--picture", folder / "t.png"});
+        EXPECT_EQ(outcome.code, 0) << outcome.err;
+        ScanOptions options;
+        options.spacing = Vec3d{1, 1, 1};
+        return read_scan(folder / "t.png", options);
+    }
+
+    const TemporaryFolder folder;
+};
+
+TEST_F(Thumbnail, LiesAsRadiologistsShowIt) {
+    struct Case {
+        const char* directions;
+        int x, y;  // the bright corner: 0 at the first samples, 1 at the last
+    };
+    // The bright corner is always at the top left: at the patient's right or front, and front or top.
+    for (const Case& c : {Case{"(4,0,0) (0,2,0) (0,0,1)", 0, 0}, Case{"(-4,0,0) (0,2,0) (0,0,1)", 1, 0},
+                          Case{"(4,0,0) (0,-2,0) (0,0,1)", 0, 1}, Case{"(4,0,0) (0,0,2) (0,1,0)", 0, 1},
+                          Case{"(0,4,0) (0,0,-2) (1,0,0)", 0, 0}}) {
+        SCOPED_TRACE(c.directions);
+        const Volume picture = of(c.directions, c.x, c.y);
+        ASSERT_EQ(picture.geometry().dims, (std::array<std::int64_t, 3>{256, 128, 1}));
+        const auto* pixels = picture.samples<std::uint8_t>();
+        EXPECT_EQ(pixels[0], 255);
+        EXPECT_EQ(pixels[255], 0);
+        EXPECT_EQ(pixels[127 * 256], 0);
+    }
+    // The first index axis runs down.
+    const Volume turned = of("(0,4,0) (2,0,0) (0,0,1)", 1, 0);
+    ASSERT_EQ(turned.geometry().dims, (std::array<std::int64_t, 3>{128, 256, 1}));
+    EXPECT_EQ(turned.samples<std::uint8_t>()[255 * 128], 255);
+}
+
+TEST_F(Thumbnail, NeedsASeriesThatWouldBeRead) {
+    write_series(folder, 3, "a/s");
+    write_series(folder, 3, "a/t", [](DicomWriter& s, int) { s.text(0x0020000e, "UI", "1.2.4"); });
+    const Outcome several = marrow_with({"info", folder / "a", "--picture", folder / "t.png"});
+    EXPECT_EQ(several.code, kUnreadable);
+    contains(several.err, "no picture");
+    contains(several.out, "choose one with --series");
+    EXPECT_EQ(marrow_with({"info", folder / "a", "--headers", "--picture", folder / "t.png"}).code, kUsage);
+    EXPECT_EQ(marrow_with({"info", folder / "a", folder / "a", "--picture", folder / "t.png"}).code, kUsage);
+    EXPECT_FALSE(fs::exists(folder / "t.png"));
+}
+
+TEST(Info, NamesVolumesOfOtherFormatsOnADisc) {
+    TemporaryFolder folder;
+    write_series(folder, 3, "disc/s");
+    write_nrrd(folder / "disc/more/a.nrrd", 4, 4, 4, [](int x, int, int) { return x; });
+    write_file(folder / "disc/icon.png", png(2, 2, std::vector<std::uint8_t>{1, 2, 3, 4}));
+    const Json json = info({folder / "disc"});
+    EXPECT_EQ(json["files"], 3);
+    ASSERT_EQ(json["warnings"].size(), 1u);
+    contains(json["warnings"][0], "1 volume in other formats");
+    contains(json["warnings"][0], "a.nrrd");
+}
+
 TEST(Info, ListsTheLabelsOfALabelMap) {
     TemporaryFolder folder;
     write_nrrd(folder / "map.nrrd", 20, 20, 20, [](int x, int y, int) { return x < 5 ? 0 : y < 10 ? 3 : 7; });

@@ -179,28 +179,55 @@ TEST(DicomTable, LossyTransferSyntaxesGiveNearlyTheSamePixels) {
     }
 }
 
+// Damaged streams end the process within OpenJPEG 2.5.0, under any transfer syntax of JPEG 2000.
+TEST(DicomTable, HighThroughputJpeg2000IsReadIfOpenJpegIsSafe) {
+    const bool safe = std::string(opj_version()) != "2.5.0";
+    constexpr int width = 150, height = 90, bits = 12;
+    std::vector<std::uint16_t> samples;
+    for (int y = 0; y < height; ++y) {
+        for (int x = 0; x < width; ++x)
+            samples.push_back(
+                static_cast<std::uint16_t>(2000 + 1500 * std::sin(0.1 * x) * std::cos(0.07 * y)));
+    }
+    ScanOptions options;
+    options.spacing = Vec3d{1, 1, 1};
+    for (const char* syntax : {"90", "201", "202", "203"}) {
+        for (const bool reversible : {true, false}) {
+            SCOPED_TRACE(syntax);
+            TemporaryFolder folder;
+            DicomWriter s;
+            s.pixel_format(16, bits, false);
+            s.pixels<std::uint16_t>(width, height, samples);
+            s.compressed_syntax = std::string("1.2.840.10008.1.2.4.") + syntax;
+            const std::string whole = even(htj2k(width, height, samples, bits, reversible));
+            s.fragments = {whole};
+            s.write(folder / "one.dcm");
+            if (!safe) {
+                contains(refusal<InputError>(folder / "one.dcm", options), "high-throughput JPEG 2000");
+                continue;
+            }
+            const auto read = samples_of<std::int16_t>(read_scan(folder / "one.dcm", options));
+            for (std::size_t i = 0; i < samples.size(); ++i)
+                ASSERT_NEAR(read[i], samples[i], reversible ? 0 : 2) << i;
+            s.fragments = {even(whole.substr(0, whole.size() / 2))};
+            contains(refusal<InputError>(s.write(folder / "one.dcm"), options), "truncated");
+        }
+    }
+}
+
 // Each scan processes the whole image, so a small file with many scans could take hours.
 TEST(DicomTable, JpegOfManyScansIsRefused) {
     TemporaryFolder folder;
-    constexpr int width = 16, height = 8;
-    const std::string whole = flat_jpeg(width, height, {1, 200}, 8, true);
-    const std::string no_news = jpeg_scan(1, 63, 0, "\x3f");  // two blocks without coefficients
     DicomWriter s;
     s.pixel_format(8, 8, false);
-    s.pixels(width, height, std::vector<std::uint8_t>(width * height));
+    s.pixels(16, 8, std::vector<std::uint8_t>(16 * 8));
     s.compressed_syntax = "1.2.840.10008.1.2.4.55";
     ScanOptions options;
     options.spacing = Vec3d{1, 1, 1};
-    for (const int scans : {10, 1000}) {
-        std::string stream = whole;
-        for (int i = 0; i < scans; ++i) stream.insert(whole.size() - 2, no_news);
-        s.fragments = {even(stream)};
-        s.write(folder / "one.dcm");
-        if (scans == 10)
-            EXPECT_NO_THROW(read_scan(folder / "one.dcm", options));
-        else
-            contains(refusal<InputError>(folder / "one.dcm", options), "JPEG");
-    }
+    s.fragments = {even(jpeg_of_many_scans(100))};
+    EXPECT_NO_THROW(read_scan(s.write(folder / "one.dcm"), options));
+    s.fragments = {even(jpeg_of_many_scans(800))};
+    contains(refusal<InputError>(s.write(folder / "one.dcm"), options), "JPEG");
 }
 
 TEST(DicomTable, CompressedFramesAreFoundByTheirTable) {
@@ -234,7 +261,7 @@ TEST(DicomTable, CompressedFramesAreFoundByTheirTable) {
 TEST(DicomTable, UnknownTransferSyntaxAndVideoAreRefusedByName) {
     for (const auto& [uid, name] : {std::pair("1.2.840.10008.1.2.9", "1.2.840.10008.1.2.9"),
                                     std::pair("1.2.840.10008.1.2.4.102", "MPEG-4 video"),
-                                    std::pair("1.2.840.10008.1.2.4.201", "high-throughput JPEG 2000")}) {
+                                    std::pair("1.2.840.10008.1.2.4.94", "JPIP")}) {
         TemporaryFolder folder;
         write_series(folder, 2, "s", [&, uid = uid](DicomWriter& s, int) {
             s.compressed_syntax = uid;

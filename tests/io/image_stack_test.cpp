@@ -208,6 +208,16 @@ TEST(ImageStack, JpegWholeOrNotAtAll) {
     }
 }
 
+TEST(ImageStack, JpegOfManyScansIsRefused) {
+    TemporaryFolder folder;
+    ScanOptions options;
+    options.spacing = Vec3d{1, 1, 1};
+    write_file(folder / "a.jpg", jpeg_of_many_scans(100));
+    EXPECT_NO_THROW(read_scan(folder / "a.jpg", options));
+    write_file(folder / "a.jpg", jpeg_of_many_scans(800));
+    refusal<InputError>(folder / "a.jpg", options);
+}
+
 TEST(ImageStack, TiledTiff) {
     TemporaryFolder folder;
     constexpr std::uint32_t width = 37, height = 21, side = 16;  // tiles extend beyond two edges

@@ -3,6 +3,11 @@
 
 #include <charls/charls.h>
 #include <openjpeg.h>
+#include <openjph/ojph_arch.h>
+#include <openjph/ojph_codestream.h>
+#include <openjph/ojph_file.h>
+#include <openjph/ojph_mem.h>
+#include <openjph/ojph_params.h>
 
 #include <algorithm>
 #include <cstdint>
@@ -49,11 +54,11 @@ inline std::string jpeg_segment(int marker, const std::string& content) {
            bytes_of(static_cast<std::uint16_t>(content.size() + 2), true) + content;
 }
 
-/// The start of a grey JPEG. Sizes from 0 to 16 have codes of five bits. The only AC code is one zero bit:
-/// end of block.
-inline std::string jpeg_start(int frame_marker, int bits, int columns, int rows) {
-    std::string dc = std::string(1, '\0') + std::string(4, '\0') + '\x11' + std::string(11, '\0');
-    for (char size = 0; size <= 16; ++size) dc += size;
+/// The start of a grey JPEG. Sizes from 0 to 16, or less, have codes of five bits. The only AC code is one zero
+/// bit: end of block.
+inline std::string jpeg_start(int frame_marker, int bits, int columns, int rows, char most = 16) {
+    std::string dc = std::string(5, '\0') + static_cast<char>(most + 1) + std::string(11, '\0');
+    for (char size = 0; size <= most; ++size) dc += size;
     const std::string ac = std::string("\x10\x01", 2) + std::string(15, '\0') + '\0';
     return "\xff\xd8" + jpeg_segment(0xc4, dc) + jpeg_segment(0xc4, ac) +
            jpeg_segment(frame_marker, static_cast<char>(bits) +
@@ -123,6 +128,19 @@ inline std::string flat_jpeg(int columns, int rows, const std::vector<int>& valu
            jpeg_scan(0, 0, 0x10, rest.bytes()) + "\xff\xd9";
 }
 
+/// A progressive JPEG of 16 x 8 samples, all 128, with this number of scans, at most 883. Each makes a decoder
+/// process the whole image.
+inline std::string jpeg_of_many_scans(int scans) {
+    std::string out = jpeg_start(0xc2, 8, 16, 8, 11);  // libjpeg knows no larger sizes
+    out.insert(2, jpeg_segment(0xdb, std::string(1, '\0') + std::string(64, '\1')));
+    out += jpeg_scan(0, 0, 0, std::string("\0\x3f", 2));  // two differences of 0
+    for (int i = 1; i < scans; ++i) {  // one bit of one coefficient, which is 0 in both blocks
+        const int coefficient = 1 + (i - 1) / 14, bit = 13 - (i - 1) % 14;
+        out += jpeg_scan(coefficient, coefficient, (bit == 13 ? 0 : (bit + 1) << 4) | bit, "\x3f");
+    }
+    return out + "\xff\xd9";
+}
+
 inline std::string jpeg_ls(int columns, int rows, const std::vector<std::uint16_t>& samples, int bits) {
     charls::jpegls_encoder encoder;
     encoder.frame_info({static_cast<std::uint32_t>(columns), static_cast<std::uint32_t>(rows), bits, 1});
@@ -163,6 +181,36 @@ inline std::string jpeg_2000(int columns, int rows, const std::vector<std::uint1
     opj_destroy_codec(codec);
     opj_image_destroy(image);
     return out;
+}
+
+/// High-throughput JPEG 2000 by OpenJPH; without loss if `reversible`. RPCL is the progression order that the
+/// transfer syntax 1.2.840.10008.1.2.4.202 asks for.
+inline std::string htj2k(int columns, int rows, const std::vector<std::uint16_t>& samples, int bits,
+                         bool reversible = true) {
+    const auto width = static_cast<ojph::ui32>(columns), height = static_cast<ojph::ui32>(rows);
+    ojph::codestream stream;
+    ojph::param_siz size = stream.access_siz();
+    size.set_image_extent(ojph::point(width, height));
+    size.set_num_components(1);
+    size.set_component(0, ojph::point(1, 1), static_cast<ojph::ui32>(bits), false);
+    ojph::param_cod coding = stream.access_cod();
+    coding.set_num_decomposition(columns < 32 ? 0 : 3);
+    coding.set_reversible(reversible);
+    coding.set_progression_order("RPCL");
+    if (!reversible) stream.access_qcd().set_irrev_quant(0.0001f);
+    ojph::mem_outfile out;
+    out.open();
+    stream.write_headers(&out);
+    ojph::ui32 component = 0;
+    ojph::line_buf* line = stream.exchange(nullptr, component);
+    for (auto at = samples.begin(); at != samples.end(); at += columns) {
+        std::copy_n(at, columns, line->i32);
+        line = stream.exchange(line, component);
+    }
+    stream.flush();
+    std::string bytes(reinterpret_cast<const char*>(out.get_data()), static_cast<std::size_t>(out.tell()));
+    stream.close();
+    return bytes;
 }
 
 /// Pads to an even number of bytes, as fragments require.

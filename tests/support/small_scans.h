@@ -1,11 +1,9 @@
 /// A small valid scan of each format, as the start for damaged files, faults and fuzzing.
 #pragma once
 
-#include <cstdio>
-#include <cstdlib>
 #include <limits>
 
-#include <jpeglib.h>
+#include <turbojpeg.h>
 
 #include "compressed_pixels.h"
 #include "dicom_objects.h"
@@ -27,30 +25,17 @@ struct SmallScan {
 };
 
 /// An 8-bit JPEG: grey (1 channel) or RGB (3 channels).
-inline std::string jpeg_8(int columns, int rows, const std::vector<std::uint8_t>& samples, int channels = 1) {
-    jpeg_compress_struct out{};
-    jpeg_error_mgr errors{};
-    out.err = jpeg_std_error(&errors);
-    jpeg_create_compress(&out);
+inline std::string jpeg_8(int columns, int rows, const std::vector<std::uint8_t>& samples, int channels = 1,
+                          int flags = 0) {
+    const tjhandle encoder = tjInitCompress();
     unsigned char* bytes = nullptr;
     unsigned long size = 0;
-    jpeg_mem_dest(&out, &bytes, &size);
-    out.image_width = static_cast<JDIMENSION>(columns);
-    out.image_height = static_cast<JDIMENSION>(rows);
-    out.input_components = channels;
-    out.in_color_space = channels == 1 ? JCS_GRAYSCALE : JCS_RGB;
-    jpeg_set_defaults(&out);
-    jpeg_start_compress(&out, TRUE);
-    for (int r = 0; r < rows; ++r) {
-        const auto at = samples.begin() + r * columns * channels;
-        std::vector<unsigned char> line(at, at + columns * channels);
-        JSAMPROW row = line.data();
-        jpeg_write_scanlines(&out, &row, 1);
-    }
-    jpeg_finish_compress(&out);
+    const bool grey = channels == 1;
+    tjCompress2(encoder, samples.data(), columns, 0, rows, grey ? TJPF_GRAY : TJPF_RGB, &bytes, &size,
+                grey ? TJSAMP_GRAY : TJSAMP_420, 75, flags);
     std::string whole(reinterpret_cast<char*>(bytes), size);
-    jpeg_destroy_compress(&out);
-    std::free(bytes);
+    tjDestroy(encoder);
+    tjFree(bytes);
     return whole;
 }
 

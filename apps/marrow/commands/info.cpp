@@ -13,6 +13,7 @@
 #include "label_map.h"
 #include "progress_reporter.h"
 #include "shared/library_options.h"
+#include "thumbnail.h"
 
 namespace marrow::cli {
 namespace fs = std::filesystem;
@@ -48,6 +49,7 @@ Finding inspect(const fs::path& input, const InfoCommandOptions& options, const 
         ScanInfo info;
         const Volume volume = read_scan(input, scan, &info);
         finding.samples = report_on(volume, info);
+        if (!options.picture.empty()) write_thumbnail(volume, options.picture);
     });
     return finding;
 }
@@ -58,6 +60,8 @@ void add_options(Arguments& arguments, InfoCommandOptions& options) {
     arguments.add_inputs("INPUT", options.inputs, kScanHelp);
     add_scan_options(arguments, options.scan);
     arguments.start_group("Output");
+    arguments.add_option("--picture", file_value("FILE.png", options.picture, ".png"),
+                         "Write a picture of the middle slice of the series that would be read.");
     arguments.add_flag("--headers", options.headers,
                        "Read only the headers: quicker, but without the range of the values.");
     arguments.add_flag("--show-patient", options.show_patient, "Print the names of patients.");
@@ -65,12 +69,19 @@ void add_options(Arguments& arguments, InfoCommandOptions& options) {
 }
 
 ExitCode run(const InfoCommandOptions& options, const Console& console, const std::atomic<bool>& stop) {
+    if (!options.picture.empty() && options.headers)
+        throw UsageError("--picture shows samples, which --headers leaves out: omit one of them");
+    if (!options.picture.empty() && options.inputs.size() > 1) throw UsageError("--picture takes one INPUT");
     const ProgressReporter reporter(options.reporting, console, stop);
     std::vector<Finding> findings;
     ExitCode code = kOk;
     for (const fs::path& input : options.inputs) {
         try {
             findings.push_back(inspect(input, options, reporter));
+            if (!options.picture.empty() && !findings.back().report.chosen) {
+                console.error("there is no picture, because nothing would be read");
+                code = kUnreadable;
+            }
             if (options.reporting.json) continue;
             if (options.inputs.size() > 1) console.out << input.string() << ": ";
             print_finding(console.out, findings.back(), options.show_patient);

@@ -12,8 +12,9 @@ namespace marrow::cli {
 
 struct InfoCommandOptions {
     std::vector<std::filesystem::path> inputs;
-    ScanOptions scan;      ///< as for extraction, to see what they change
-    bool headers = false;  ///< do not read the samples
+    ScanOptions scan;               ///< as for extraction, to see what they change
+    bool headers = false;           ///< do not read the samples
+    std::filesystem::path picture;  ///< of the middle slice; empty: none
     bool show_patient = false;
     Reporting reporting;
 };
@@ -21,7 +22,8 @@ struct InfoCommandOptions {
 void add_options(Arguments& arguments, InfoCommandOptions& options);
 
 /// Inspects all inputs and prints what was found; an input that cannot be described does not stop the others.
-/// Returns the exit code of the first one that cannot. A scan that would be refused is described, too.
+/// Returns the exit code of the first one that cannot. A scan that would be refused is described, too, but cannot
+/// have a picture.
 ExitCode run(const InfoCommandOptions& options, const Console& console, const std::atomic<bool>& stop);
 
 }  // namespace marrow::cli

@@ -134,6 +134,30 @@ void check_jpeg2000_start(std::string_view stream, std::int64_t columns, std::in
         throw InputError("its JPEG 2000 pixels have implausibly small tiles");
 }
 
+// Whether the linked OpenJPEG decodes the high-throughput form of JPEG 2000 (ITU-T T.814). Before 2.5.1, damaged
+// streams of that form end the process by an assertion, or write beyond a buffer.
+bool decodes_high_throughput() {
+    return std::string_view(opj_version()) != "2.5.0";  // the oldest version that can be linked
+}
+
+// Whether a stream asks for high-throughput coding in a COD or COC marker (ITU-T T.800 A.6.1, A.6.2). They may be
+// in the header of any tile, so they are looked for everywhere; other data hardly ever look like them.
+bool is_high_throughput(std::string_view stream) {
+    const auto at = [&](std::size_t offset) {
+        return offset < stream.size() ? static_cast<unsigned char>(stream[offset]) : 0u;
+    };
+    for (std::size_t i = 0; (i = stream.find('\xff', i)) != stream.npos; ++i) {
+        const bool cod = at(i + 1) == 0x52, coc = at(i + 1) == 0x53;
+        if (!cod && !coc) continue;
+        const std::size_t style = i + (cod ? 4 : 5), blocks = i + (cod ? 9 : 6);
+        const unsigned levels = at(blocks), precincts = at(style) & 1 ? levels + 1 : 0;
+        if ((at(i + 2) << 8 | at(i + 3)) == (cod ? 12 : 9) + precincts && levels <= 32 &&
+            at(blocks + 1) + at(blocks + 2) <= 8 && at(blocks + 3) & 0x40 && at(blocks + 4) <= 1)
+            return true;
+    }
+    return false;
+}
+
 DecodedFrame decode_jpeg2000(std::string_view stream, std::int64_t columns, std::int64_t rows) {
     using namespace std::string_view_literals;
     const InputError damaged("its JPEG 2000 pixels are damaged or truncated");
@@ -142,6 +166,9 @@ DecodedFrame decode_jpeg2000(std::string_view stream, std::int64_t columns, std:
     if (start == stream.npos) throw damaged;
     stream.remove_prefix(start);
     check_jpeg2000_start(stream, columns, rows);
+    if (!decodes_high_throughput() && is_high_throughput(stream))
+        throw InputError(fmt::format(
+            "its pixels are high-throughput JPEG 2000, which needs OpenJPEG 2.5.1, not {}", opj_version()));
     Memory memory{stream};
     const std::unique_ptr<opj_codec_t, void (*)(opj_codec_t*)> codec(opj_create_decompress(OPJ_CODEC_J2K),
                                                                      opj_destroy_codec);
@@ -187,19 +214,24 @@ constexpr std::array kJpeg = {"1.2.840.10008.1.2.4.50", "1.2.840.10008.1.2.4.51"
                               "1.2.840.10008.1.2.4.55", "1.2.840.10008.1.2.4.57", "1.2.840.10008.1.2.4.70"};
 constexpr std::array kJpegLs = {"1.2.840.10008.1.2.4.80", "1.2.840.10008.1.2.4.81"};
 constexpr std::array kJpeg2000 = {"1.2.840.10008.1.2.4.90", "1.2.840.10008.1.2.4.91"};
+constexpr std::array kHighThroughput = {"1.2.840.10008.1.2.4.201", "1.2.840.10008.1.2.4.202",
+                                        "1.2.840.10008.1.2.4.203"};
 
 template <class Uids>
 bool is_one_of(const Uids& uids, const std::string& uid) {
     return std::find(uids.begin(), uids.end(), uid) != uids.end();
 }
 
+bool is_jpeg2000(const std::string& uid) {
+    return is_one_of(kJpeg2000, uid) || (decodes_high_throughput() && is_one_of(kHighThroughput, uid));
+}
+
 }  // namespace
 
 double most_inflation(const std::string& uid) {
-    if (uid == kRunLengths) return 64;       // 128 equal bytes become two
-    if (is_one_of(kJpeg, uid)) return 1024;  // one bit for a block of 64 samples
-    if (is_one_of(kJpegLs, uid) || is_one_of(kJpeg2000, uid))
-        return 20000;  // an empty slice takes almost no bytes
+    if (uid == kRunLengths) return 64;                              // 128 equal bytes become two
+    if (is_one_of(kJpeg, uid)) return 1024;                         // one bit for a block of 64 samples
+    if (is_one_of(kJpegLs, uid) || is_jpeg2000(uid)) return 20000;  // an empty slice takes almost no bytes
     return 0;
 }
 
@@ -208,7 +240,7 @@ DecodedFrame decode_frame(const std::string& syntax_uid, std::string_view stream
     try {
         if (is_one_of(kJpeg, syntax_uid)) return decode_jpeg(stream, columns, rows);
         if (is_one_of(kJpegLs, syntax_uid)) return decode_jpeg_ls(stream, columns, rows);
-        if (is_one_of(kJpeg2000, syntax_uid)) return decode_jpeg2000(stream, columns, rows);
+        if (is_jpeg2000(syntax_uid)) return decode_jpeg2000(stream, columns, rows);
     } catch (const std::bad_alloc&) {
         throw LimitError("its pixels do not fit in memory");
     }

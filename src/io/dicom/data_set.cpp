@@ -318,8 +318,10 @@ void parse(ParsedDicom& file, const std::filesystem::path& path) {
 }
 
 // Parses the first `size` bytes of a file. \throw NeedsMore; IoError; InputError
-ParsedDicom parse_head(const std::filesystem::path& path, std::size_t size, Buffer<char> memory) {
+ParsedDicom parse_head(const std::filesystem::path& path, std::uint64_t file_size, std::size_t size,
+                       Buffer<char> memory) {
     ParsedDicom file;
+    file.file_size = file_size;
     file.bytes = std::move(memory);
     file.bytes.resize(size);
     ByteStream(path, Compression::none).read(file.bytes.data(), size);
@@ -331,26 +333,31 @@ ParsedDicom parse_head(const std::filesystem::path& path, std::size_t size, Buff
     return file;
 }
 
-}  // namespace
-
-ParsedDicom parse_dicom(const std::filesystem::path& path, Buffer<char> memory) {
+ParsedDicom parse_whole(const std::filesystem::path& path, std::uint64_t file_size, Buffer<char> memory) {
     try {
-        return parse_head(path, regular_file_size(path), std::move(memory));
+        return parse_head(path, file_size, file_size, std::move(memory));
     } catch (const NeedsMore&) {
         throw InputError(fmt::format("{}: the DICOM file is truncated or damaged", quoted(path)));
     }
 }
 
+}  // namespace
+
+ParsedDicom parse_dicom(const std::filesystem::path& path, Buffer<char> memory) {
+    return parse_whole(path, regular_file_size(path), std::move(memory));
+}
+
 ParsedDicom parse_dicom_header(const std::filesystem::path& path) {
     constexpr std::size_t kUsualHeader = 1 << 14;
-    if (regular_file_size(path) > kUsualHeader) {
+    const std::uint64_t file_size = regular_file_size(path);
+    if (file_size > kUsualHeader) {
         try {
-            ParsedDicom file = parse_head(path, kUsualHeader, {});
+            ParsedDicom file = parse_head(path, file_size, kUsualHeader, {});
             if (file.pixels_at > 0) return file;
         } catch (const NeedsMore&) {
         }
     }
-    return parse_dicom(path);
+    return parse_whole(path, file_size, {});
 }
 
 namespace {

@@ -56,6 +56,7 @@ struct ParsedDicom {
     ParsedDicom(ParsedDicom&&) = default;
     ParsedDicom& operator=(ParsedDicom&&) = default;
 
+    std::uint64_t file_size = 0;
     Buffer<char> bytes;  ///< of the file; inflated if it was deflated
     std::string transfer_syntax;
     DicomEncoding encoding;

@@ -14,7 +14,6 @@
 #include "character_set.h"
 #include "codec.h"
 #include "data_set.h"
-#include "io/bytes/byte_stream.h"
 #include "io/bytes/text.h"
 #include "mosaic.h"
 #include "segmentation.h"
@@ -210,8 +209,7 @@ double inflation_of(const std::string& transfer_syntax) {
 std::optional<std::string> overclaim(const DicomFile& file, double frames) {
     const double claimed =
         static_cast<double>(file.columns * file.rows) * frames * static_cast<double>(file.bits_allocated) / 8;
-    if (claimed <= inflation_of(file.transfer_syntax) * static_cast<double>(regular_file_size(file.path)))
-        return {};
+    if (claimed <= inflation_of(file.transfer_syntax) * static_cast<double>(file.size)) return {};
     return fmt::format("is too small for the {:.0f} bytes of pixels that it claims; it is truncated",
                        claimed);
 }
@@ -262,6 +260,7 @@ std::optional<DicomFile> read_dicom_header(const std::filesystem::path& path) {
     const DicomDataSet& data_set = parsed.data_set;
     DicomFile file;
     file.path = path;
+    file.size = parsed.file_size;
     file.columns = data_set.unsigned_short(tag::kColumns).value_or(0);
     file.rows = data_set.unsigned_short(tag::kRows).value_or(0);
     if (file.columns == 0 || file.rows == 0 || parsed.pixels_at == 0) {
@@ -296,7 +295,7 @@ std::optional<DicomFile> read_dicom_header(const std::filesystem::path& path) {
     file.refusal = refusal(file, data_set);
     const double frames = data_set.decimal(tag::kNumberOfFrames).value_or(1);
     // Allocate no memory for frames that cannot exist.
-    if (!(frames >= 1) || frames > static_cast<double>(regular_file_size(path)))
+    if (!(frames >= 1) || frames > static_cast<double>(file.size))
         throw InputError(fmt::format("{}: claims {} frames", quoted(path), frames));
     if (const auto why = overclaim(file, frames); why && !file.refusal)
         throw InputError(fmt::format("{}: {}", quoted(path), *why));

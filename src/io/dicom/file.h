@@ -41,6 +41,7 @@ struct DicomSegmentation {
 
 struct DicomFile {
     std::filesystem::path path;
+    std::uint64_t size = 0;  ///< bytes
     std::string series_uid, frame_of_reference, description, modality;
     std::string transfer_syntax;         ///< UID
     std::optional<std::string> refusal;  ///< why its pixels cannot be read

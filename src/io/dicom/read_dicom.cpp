@@ -42,24 +42,27 @@ Rescale rescale_of(const DicomSlice& s) {
 // The stored values of slices. Files are decoded once, and only a few are kept.
 class DecodedSlices {
   public:
+    explicit DecodedSlices(const Step& step) : step_(step) {}
+
     std::vector<std::int32_t> stored(const DicomSlice& s) {
         constexpr std::size_t kMostFiles = 4;
         if (decoded_.size() > kMostFiles) decoded_.clear();
         const std::size_t area = static_cast<std::size_t>(s.file->columns * s.file->rows);
         DicomWorkspace& memory = decoded_[s.file];
         const std::int32_t* all =
-            memory.stored.empty() ? decode_dicom(*s.file, memory, [](double) {}) : memory.stored.data();
+            memory.stored.empty() ? decode_dicom(*s.file, memory, step_) : memory.stored.data();
         return {all + s.index * area, all + (s.index + 1) * area};
     }
 
   private:
+    const Step& step_;
     std::map<const DicomFile*, DicomWorkspace> decoded_;
 };
 
-// Keeps the first of several slices with the same position and values.
+// Keeps the first of several slices with the same position and values. Calls `step` as decode_dicom does.
 // \throw GeometryError slices with the same position differ
-void drop_duplicates(DicomStack& stack, std::vector<std::string>& warnings) {
-    DecodedSlices decoded;
+void drop_duplicates(DicomStack& stack, std::vector<std::string>& warnings, const Step& step) {
+    DecodedSlices decoded(step);
     std::vector<std::size_t> dropped;
     for (const auto& group : coincident_slices(stack)) {
         const DicomSlice& first = stack.slices[group[0]];
@@ -271,6 +274,7 @@ SeriesReport report_on(DicomSeries& series, const ScanOptions& options) {
     out.image_type = first.image_type;
     out.kernel = first.kernel;
     out.patient_name = first.patient_name;
+    out.oriented = first.frames[0].position && first.frames[0].along_row;
     const std::string& modality = stack.first().modality;
     if (modality == "CT")
         out.hounsfield = is_rescaled(stack);
@@ -282,7 +286,7 @@ SeriesReport report_on(DicomSeries& series, const ScanOptions& options) {
     try {
         check_supported(stack);
         warn_of_order(stack, out.warnings);
-        drop_duplicates(stack, out.warnings);
+        drop_duplicates(stack, out.warnings, [&](double) { report_progress(options.progress, 0); });
         const StackGeometry stack_geometry = geometry_of(stack, options);
         for (const DicomSlice& s : stack.slices) rescale_of(s);
         out.series.dims = stack_geometry.geometry.dims;
@@ -306,10 +310,21 @@ SeriesReport report_on(DicomSeries& series, const ScanOptions& options) {
 }  // namespace
 
 ScanReport inspect_dicom(const DicomInput& input, const ScanOptions& options) {
-    DicomHeaders headers = read_dicom_headers(input, options);
+    // Finding the headers takes most of the time.
+    constexpr double kHeadersDone = 0.9;
+    DicomHeaders headers =
+        read_dicom_headers(input, options.threads, sub_progress(options.progress, 0, kHeadersDone));
     ScanReport out{ScanFormat::dicom, input.files.size(), {}, {}, {}, headers.warnings};
     const SeriesChoice choice = choose_series(headers, input, options);
-    for (DicomSeries& s : headers.series) out.series.push_back(report_on(s, options));
+    const auto count = static_cast<double>(headers.series.size());
+    for (double i = 0; DicomSeries & s : headers.series) {
+        ScanOptions of_series = options;
+        of_series.progress = sub_progress(options.progress, std::lerp(kHeadersDone, 1, i / count),
+                                          std::lerp(kHeadersDone, 1, (i + 1) / count));
+        report_progress(of_series.progress, 0);
+        out.series.push_back(report_on(s, of_series));
+        ++i;
+    }
     out.reason = choice.reason;
     if (headers.damage) {
         out.reason = *headers.damage;
@@ -333,7 +348,9 @@ ScanReport inspect_dicom(const DicomInput& input, const ScanOptions& options) {
 }
 
 Volume read_dicom(const DicomInput& input, const ScanOptions& options, ScanInfo& info) {
-    DicomHeaders headers = read_dicom_headers(input, options);
+    constexpr double kHeadersDone = 0.2;
+    DicomHeaders headers =
+        read_dicom_headers(input, options.threads, sub_progress(options.progress, 0, kHeadersDone));
     info.warnings = headers.warnings;
     const SeriesChoice choice = choose_series(headers, input, options);
     DicomSeries& series = only_candidate(choice, headers);
@@ -354,7 +371,7 @@ Volume read_dicom(const DicomInput& input, const ScanOptions& options, ScanInfo&
     check_supported(stack);
     info.series = describe(stack);
     warn_of_order(stack, info.warnings);
-    drop_duplicates(stack, info.warnings);
+    drop_duplicates(stack, info.warnings, [&](double) { report_progress(options.progress, kHeadersDone); });
     const StackGeometry stack_geometry = geometry_of(stack, options);
     info.warnings.insert(info.warnings.end(), stack_geometry.warnings.begin(), stack_geometry.warnings.end());
     info.series.dims = stack_geometry.geometry.dims;

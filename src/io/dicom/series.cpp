@@ -13,19 +13,18 @@
 
 namespace marrow::internal::io {
 
-DicomHeaders read_dicom_headers(const DicomInput& input, const ScanOptions& options) {
+DicomHeaders read_dicom_headers(const DicomInput& input, int threads, const Progress& progress) {
     const std::vector<std::filesystem::path>& paths = input.files;
     std::vector<std::optional<DicomFile>> headers(paths.size());
     std::vector<std::string> failures(paths.size());
-    for_each_slice(paths.size(), options.threads, options.progress, 0, kHeadersDone,
-                   [&](std::size_t i, const Step& step) {
-                       try {
-                           headers[i] = read_dicom_header(paths[i]);
-                       } catch (const InputError& error) {
-                           failures[i] = error.what();
-                       }
-                       step(1);
-                   });
+    for_each_slice(paths.size(), threads, progress, 0, 1, [&](std::size_t i, const Step& step) {
+        try {
+            headers[i] = read_dicom_header(paths[i]);
+        } catch (const InputError& error) {
+            failures[i] = error.what();
+        }
+        step(1);
+    });
 
     DicomHeaders found;
     std::size_t without_image = 0;

@@ -27,12 +27,9 @@ struct DicomHeaders {
     std::optional<std::string> damage;  ///< the error of a damaged file, which may belong to any series
 };
 
-/// The part of the progress that reading headers takes.
-inline constexpr double kHeadersDone = 0.2;
-
 /// Reads the headers of all files. \throw IoError; InputError no file holds an image, or the named file is
 /// damaged; Cancelled
-DicomHeaders read_dicom_headers(const DicomInput& input, const ScanOptions& options);
+DicomHeaders read_dicom_headers(const DicomInput& input, int threads, const Progress& progress);
 
 /// Describes a stack, as far as its headers allow.
 SeriesInfo describe(const DicomStack& stack);

@@ -1,70 +1,34 @@
-// Reads JPEG images. libjpeg reports errors by longjmp, so functions with setjmp create no objects with
-// destructors.
+// Reads JPEG images by TurboJPEG.
 #include "image_decoders.h"
 
-#include <csetjmp>
-#include <cstdio>
+#include <memory>
+#include <new>
 
-#include <jpeglib.h>
-
-#include <marrow/error.h>
+#include <turbojpeg.h>
 
 namespace marrow::internal::io {
 
-namespace {
-
-struct JpegErrors {
-    jpeg_error_mgr base;
-    std::jmp_buf out;
-};
-
-void jpeg_fail(j_common_ptr jpeg) {
-    std::longjmp(reinterpret_cast<JpegErrors*>(jpeg->err)->out, 1);
-}
-void jpeg_ignore(j_common_ptr) {}
-
-bool jpeg_header(jpeg_decompress_struct* jpeg, JpegErrors* errors, const unsigned char* bytes,
-                 std::size_t size) {
-    if (setjmp(errors->out)) return false;
-    jpeg_mem_src(jpeg, bytes, static_cast<unsigned long>(size));
-    jpeg_read_header(jpeg, TRUE);
-    return true;
-}
-
-bool jpeg_samples(jpeg_decompress_struct* jpeg, JpegErrors* errors, unsigned char* to) {
-    if (setjmp(errors->out)) return false;
-    jpeg_start_decompress(jpeg);
-    const std::size_t line =
-        std::size_t{jpeg->output_width} * static_cast<std::size_t>(jpeg->output_components);
-    while (jpeg->output_scanline < jpeg->output_height) {
-        JSAMPROW row = to + jpeg->output_scanline * line;
-        jpeg_read_scanlines(jpeg, &row, 1);
-    }
-    jpeg_finish_decompress(jpeg);
-    return errors->base.num_warnings == 0;  // libjpeg completes truncated images and only warns
-}
-
-}  // namespace
-
 ImageHeader read_jpeg(const std::filesystem::path& path, const ImageTarget& target) {
     const Bytes bytes = file_bytes(path);
-    JpegErrors errors{};
-    struct Decompress : jpeg_decompress_struct {
-        Decompress() : jpeg_decompress_struct{} {}
-        ~Decompress() { jpeg_destroy_decompress(this); }
-    } jpeg;
-    jpeg.err = jpeg_std_error(&errors.base);
-    errors.base.error_exit = jpeg_fail;
-    errors.base.output_message = jpeg_ignore;
-    jpeg_create_decompress(&jpeg);
-    if (!jpeg_header(&jpeg, &errors, bytes.data(), bytes.size())) throw kDamaged;
-    if (jpeg.num_components != 1 && jpeg.out_color_space != JCS_RGB) throw kInColour;
-    const ImageHeader out{jpeg.image_width, jpeg.image_height, 1, SampleType::uint8};
+    const std::unique_ptr<void, int (*)(tjhandle)> jpeg(tjInitDecompress(), tjDestroy);
+    if (!jpeg) throw std::bad_alloc();
+    int columns = 0, rows = 0, sampling = 0, colours = 0;
+    if (tjDecompressHeader3(jpeg.get(), bytes.data(), bytes.size(), &columns, &rows, &sampling, &colours) !=
+            0 ||
+        columns < 1)  // a file of tables alone
+        throw kDamaged;
+    if (colours != TJCS_GRAY && colours != TJCS_YCbCr && colours != TJCS_RGB) throw kInColour;
+    const ImageHeader out{columns, rows, 1, SampleType::uint8};
     if (!target.takes(out)) return out;
-    const std::size_t area = std::size_t{jpeg.image_width} * jpeg.image_height;
-    Bytes pixels(jpeg.num_components > 1 ? 3 * area : 0);
-    if (!jpeg_samples(&jpeg, &errors, pixels.empty() ? target.bytes() : pixels.data())) throw kDamaged;
-    if (!pixels.empty()) keep_grey(pixels, area, 3, out.type, target.bytes());
+    const bool grey = colours == TJCS_GRAY;
+    const auto area = static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows);
+    Bytes pixels(grey ? 0 : 3 * area);
+    // It completes truncated images and only warns. An image of many scans takes long.
+    constexpr int kStrict = TJFLAG_STOPONWARNING | TJFLAG_LIMITSCANS;
+    if (tjDecompress2(jpeg.get(), bytes.data(), bytes.size(), grey ? target.bytes() : pixels.data(), columns,
+                      0, rows, grey ? TJPF_GRAY : TJPF_RGB, kStrict) != 0)
+        throw kDamaged;
+    if (!grey) keep_grey(pixels, area, 3, out.type, target.bytes());
     return out;
 }
 

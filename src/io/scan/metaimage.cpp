@@ -120,6 +120,8 @@ double read_geometry(const Header& header, RawImage& image) {
         for (int axis = 0; axis < 3; ++axis) {  // the file lists the direction of each axis
             for (int row = 0; row < 3; ++row) m[row][axis] = values[static_cast<std::size_t>(axis) * n + row];
         }
+    } else {
+        image.oriented = false;
     }
     double mm = 1;
     if ((text = header.find({"distanceunits"})) && *text != "?") {

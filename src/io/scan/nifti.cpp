@@ -191,6 +191,7 @@ void read_geometry(const Header& header, RawImage& image) {
             origin = header.qoffset;
         } else {
             m = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+            image.oriented = false;
             image.warnings.push_back(
                 "the NIfTI header has neither sform nor qform; position and orientation are unknown");
         }

@@ -204,6 +204,7 @@ double unit(const Header& header, std::string_view name) {
 Vec3d to_lps(const Header& header, RawImage& image) {
     const auto space = header.find("space");
     if (!space) {
+        image.oriented = false;
         image.warnings.push_back(
             "the NRRD header names no space; its axes are assumed to be left, posterior, superior");
         return {1, 1, 1};
@@ -215,6 +216,7 @@ Vec3d to_lps(const Header& header, RawImage& image) {
     if (name == "scanner-xyz" || name == "3d-right-handed" || name == "3d-left-handed") {
         // LPS is right-handed: one axis is negated, so that the body is not mirrored.
         const bool mirrored = name == "3d-left-handed";
+        image.oriented = false;
         image.warnings.push_back(
             fmt::format("the space '{}' does not state the orientation; its axes are assumed to be left, "
                         "posterior, {}",

@@ -18,6 +18,7 @@ namespace marrow::internal::io {
 struct RawImage {
     Geometry geometry;        ///< in LPS
     bool has_spacing = true;  ///< if not, the spacing is 1
+    bool oriented = true;     ///< if not, the axes are assumed to be left, posterior, superior
     StoredType type = StoredType::uint8;
     bool big_endian = false;
     bool compressed = false;                   ///< gzip or zlib
