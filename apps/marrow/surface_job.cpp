@@ -4,6 +4,8 @@
 #include <algorithm>
 
 #include <marrow/measure.h>
+#include <marrow/mesh_io.h>
+#include <marrow/normals.h>
 #include <marrow/scan_io.h>
 
 #include "outputs.h"
@@ -62,6 +64,11 @@ void SurfaceJob::deliver() {
     print_warnings();
     const MeshOutput& output = options_.output;
     StageSeconds& seconds = results.seconds;
+    seconds.refine += stage("normals", [&](const Progress&) {
+        for (Surface& surface : results.surfaces) {
+            if (needs_normals(surface)) turn_normals_outward(surface.mesh, threads());
+        }
+    });
     seconds.write = stage(
         "write", [&](const Progress& progress) { write_surfaces(results.surfaces, output.space, progress); });
     if (output.verify)
@@ -79,6 +86,13 @@ void SurfaceJob::deliver() {
         }
     }
     print_results(reporter_, results, output.space);
+}
+
+// .stl and .3mf have no normals of points.
+bool SurfaceJob::needs_normals(const Surface& surface) const {
+    if (!options_.output.picture.empty()) return true;
+    const MeshFormat format = mesh_format(surface.output);
+    return format != MeshFormat::stl && format != MeshFormat::threemf;
 }
 
 // The surface of the highest isovalue is the innermost. The others are translucent, so that it is visible.
