@@ -14,6 +14,7 @@ namespace {
 
 struct Object {
     Mesh mesh;
+    std::string name = {};
     bool has_components = false;  // it consists of other objects
     bool built = false;
 };
@@ -43,7 +44,8 @@ FileContent model_of(const FileContent& archive) {
 
 class ModelReader {
   public:
-    explicit ModelReader(const FileContent& model) : model_(model) {}
+    ModelReader(const FileContent& model, std::vector<ObjectStart>& built_objects)
+        : model_(model), built_objects_(built_objects) {}
 
     Mesh read(Space& space) {
         Object* object = nullptr;
@@ -61,6 +63,7 @@ class ModelReader {
                 const auto [added, is_new] = objects_.try_emplace(std::string(tag_.get("id")));
                 if (!is_new) model_.refuse("has two objects " + quoted(tag_.get("id")));
                 object = &added->second;
+                object->name = tag_.get("name");
             }
             if (tag_.name == "/object") object = nullptr;
             if (tag_.name == "item") build();
@@ -137,6 +140,7 @@ class ModelReader {
             model_.refuse("object " + quoted(id) + " consists of other objects, which is not supported");
         if (object.built) model_.refuse("builds object " + quoted(id) + " twice, which is not supported");
         object.built = true;
+        built_objects_.push_back({object.name, built_.triangles.size()});
         Transform m = transform();
         const bool unchanged = tag_.get("transform").empty() && scale_ == 1;  // keep the bits
         const bool mirrored = determinant(m) < 0;
@@ -159,6 +163,7 @@ class ModelReader {
     }
 
     const FileContent& model_;
+    std::vector<ObjectStart>& built_objects_;
     XmlTag tag_;
     std::map<std::string, Object> objects_;
     Mesh built_;
@@ -167,9 +172,9 @@ class ModelReader {
 
 }  // namespace
 
-Mesh read_3mf(const FileContent& input, Space& space) {
+Mesh read_3mf(const FileContent& input, Space& space, std::vector<ObjectStart>& objects) {
     const FileContent model = model_of(input);
-    return ModelReader(model).read(space);
+    return ModelReader(model, objects).read(space);
 }
 
 }  // namespace marrow::internal::io

@@ -40,26 +40,29 @@ std::string from_base64(std::string_view text) {
 
 class VtpReader {
   public:
-    explicit VtpReader(const FileContent& input) : input_(input) {}
+    VtpReader(const FileContent& input, std::vector<ObjectStart>& objects)
+        : input_(input), objects_(objects) {}
 
     Mesh read(Space& space) {
         std::string_view section;
         std::size_t piece = 0;
-        std::vector<double> points, connectivity, offsets;
+        std::vector<double> points, connectivity, offsets, surfaces;
         find_appended();
         XmlTag tag;
         for (std::size_t at = 0; at < xml_end_ && next_tag(input_, at, tag) && tag.begin < xml_end_;) {
             at = tag.end;
             if (tag.name == "VTKFile") begin_file(tag);
             if (tag.name == "Points" || tag.name == "Polys" || tag.name == "FieldData" ||
-                tag.name == "Strips")
+                tag.name == "CellData" || tag.name == "Strips")
                 section = tag.name;
-            if (tag.name == "/Points" || tag.name == "/Polys" || tag.name == "/FieldData") section = {};
+            if (tag.name == "/Points" || tag.name == "/Polys" || tag.name == "/FieldData" ||
+                tag.name == "/CellData")
+                section = {};
             if (tag.name == "Piece") {
                 piece = mesh_.points.size();
                 if (!tag.get("NumberOfStrips").empty() && tag.get("NumberOfStrips") != "0")
                     input_.refuse("has triangle strips, which are not supported");
-                connectivity.clear(), offsets.clear();
+                connectivity.clear(), offsets.clear(), surfaces.clear();
             }
             if (tag.name == "DataArray" && section == "Points") {
                 points = values(tag);
@@ -71,8 +74,12 @@ class VtpReader {
             if (tag.name == "DataArray" && section == "Polys")
                 (tag.get("Name") == "offsets" ? offsets : connectivity) = values(tag);
             if (tag.name == "DataArray" && section == "FieldData" && tag.get("Name") == "SPACE")
-                space = space_of(values(tag));
-            if (tag.name == "/Piece") add_polygons(connectivity, offsets, piece);
+                space = stated_space("SPACE=" + text_of(values(tag)));
+            if (tag.name == "DataArray" && section == "FieldData" && tag.get("Name") == "Names")
+                names_ = text_of(values(tag));
+            if (tag.name == "DataArray" && section == "CellData" && tag.get("Name") == "Surface")
+                surfaces = values(tag);
+            if (tag.name == "/Piece") add_polygons(connectivity, offsets, surfaces, piece);
         }
         if (!is_file_) input_.refuse("is not a VTK PolyData file");
         return std::move(mesh_);
@@ -195,17 +202,29 @@ class VtpReader {
         input_.refuse("has an array of type " + quoted(type) + ", which is not supported");
     }
 
-    static Space space_of(const std::vector<double>& codes) {
+    static std::string text_of(const std::vector<double>& codes) {
         std::string text;
         for (const double code : codes) text += static_cast<char>(code);
-        return stated_space("SPACE=" + text);
+        return text;
+    }
+
+    // The name of a surface: its place among texts that end with 0.
+    std::string name_of(double surface) const {
+        std::string_view rest = names_;
+        for (; surface >= 1 && !rest.empty(); --surface)
+            rest.remove_prefix(std::min(rest.find('\0'), rest.size() - 1) + 1);
+        return std::string(rest.substr(0, rest.find('\0')));
     }
 
     void add_polygons(const std::vector<double>& connectivity, const std::vector<double>& offsets,
-                      std::size_t first_point) {
+                      const std::vector<double>& surfaces, std::size_t first_point) {
         std::vector<std::int64_t> corners;
         double from = 0;
-        for (const double to : offsets) {
+        const bool separated = surfaces.size() == offsets.size();
+        for (std::size_t polygon = 0; polygon < offsets.size(); ++polygon) {
+            const double to = offsets[polygon];
+            if (separated && (polygon == 0 || surfaces[polygon] != surfaces[polygon - 1]))
+                objects_.push_back({name_of(surfaces[polygon]), mesh_.triangles.size()});
             if (!(to >= from && to <= static_cast<double>(connectivity.size())))
                 input_.refuse("a polygon's corners are outside the connectivity array");
             corners.clear();
@@ -220,7 +239,9 @@ class VtpReader {
     }
 
     const FileContent& input_;
+    std::vector<ObjectStart>& objects_;
     Mesh mesh_;
+    std::string names_;  // of the surfaces, each followed by 0
     bool is_file_ = false, compressed_ = false, appended_raw_ = false;
     std::size_t word_ = 4;      // bytes of a length field
     std::size_t xml_end_ = 0;   // offset of the end of the XML
@@ -229,8 +250,8 @@ class VtpReader {
 
 }  // namespace
 
-Mesh read_vtp(const FileContent& input, Space& space) {
-    return VtpReader(input).read(space);
+Mesh read_vtp(const FileContent& input, Space& space, std::vector<ObjectStart>& objects) {
+    return VtpReader(input, objects).read(space);
 }
 
 }  // namespace marrow::internal::io
