@@ -7,7 +7,7 @@
 #include <variant>
 #include <vector>
 
-namespace marrow::cli {
+namespace marrow::apps {
 
 /// Red, green and blue, as in 0xRRGGBB.
 using Rgb = std::uint32_t;
@@ -46,4 +46,4 @@ std::string svg_of(const Drawing& drawing);
 /// A PNG file with two pixels for each of the drawing along both axes. \throw IoError
 std::string png_of(const Drawing& drawing);
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

@@ -13,7 +13,7 @@
 
 #include "drawing.h"
 
-namespace marrow::cli {
+namespace marrow::apps {
 namespace {
 
 constexpr int kScale = 2;  // pixels of the picture for one of the drawing
@@ -122,4 +122,4 @@ std::string png_of(const Drawing& drawing) {
             static_cast<std::size_t>(png->GetNumberOfValues())};
 }
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

@@ -3,7 +3,7 @@
 
 #include "drawing.h"
 
-namespace marrow::cli {
+namespace marrow::apps {
 namespace {
 
 std::string element(const Area& area) {
@@ -40,4 +40,4 @@ std::string svg_of(const Drawing& drawing) {
     return svg + "</svg>\n";
 }
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

@@ -6,7 +6,7 @@
 
 #include "results.h"
 
-namespace marrow::cli {
+namespace marrow::apps {
 
 /// Prints the details of a single series. Of several, prints a line for each, and the details of the one that
 /// would be read.
@@ -15,4 +15,4 @@ void print_finding(std::ostream& out, const Finding& finding, bool show_patient)
 /// How the slices lie in the patient: "axial", "oblique, nearly sagittal".
 std::string plane_name(const Mat3d& direction);
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

@@ -11,7 +11,7 @@
 #include "shared/library_options.h"
 #include "steps.h"
 
-namespace marrow::cli {
+namespace marrow::apps {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -28,7 +28,7 @@ std::string to_text(const Json& json) {
 // Messages of the library, with the flags of the command line.
 Json message_list(const std::vector<std::string>& messages) {
     Json list = Json::array();
-    for (const std::string& message : messages) list.push_back(apps::name_flags(message));
+    for (const std::string& message : messages) list.push_back(name_flags(message));
     return list;
 }
 
@@ -103,7 +103,7 @@ Json seconds_numbers(const StageSeconds& seconds) {
 }
 
 Json scan_bounds(const Geometry& geometry) {
-    const Box box = cli::bounds(geometry);
+    const Box box = apps::bounds(geometry);
     return {box.lower, box.upper};
 }
 
@@ -142,7 +142,7 @@ Json series_numbers(const SeriesReport& s, bool show_patient) {
         {"smallest_feature_mm", s.smallest_feature ? Json(*s.smallest_feature) : Json()},
         {"memory_bytes", s.memory},
         {"warnings", message_list(s.warnings)},
-        {"refused", s.refusal ? Json(apps::name_flags(*s.refusal)) : Json()}};
+        {"refused", s.refusal ? Json(name_flags(*s.refusal)) : Json()}};
     if (show_patient) one["patient"] = text_or_null(s.patient_name);
     return one;
 }
@@ -150,11 +150,11 @@ Json series_numbers(const SeriesReport& s, bool show_patient) {
 Json finding_numbers(const Finding& finding, bool show_patient) {
     Json json{{"input", finding.input.string()}};
     if (!finding.refusal.empty()) {
-        json["refused"] = apps::name_flags(finding.refusal);
+        json["refused"] = name_flags(finding.refusal);
         return json;
     }
     const ScanReport& report = finding.report;
-    json["refused"] = report.chosen ? Json() : Json(apps::name_flags(report.reason));
+    json["refused"] = report.chosen ? Json() : Json(name_flags(report.reason));
     json["format"] = scan_format_name(report.format);
     json["files"] = report.files;
     json["chosen"] = report.chosen ? Json(*report.chosen) : Json();
@@ -362,4 +362,4 @@ std::string error_json(const std::string& message, int exit_code) {
     return to_text({{"error", message}, {"exit_code", exit_code}});
 }
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

@@ -11,7 +11,7 @@
 
 #include "results.h"
 
-namespace marrow::cli {
+namespace marrow::apps {
 
 /// One object. The numbers of a single surface are its members; those of several form the array `surfaces`.
 /// Bounds are in `space`, as written. Surfaces that were not measured have null for their measures.
@@ -34,4 +34,4 @@ std::string terrain_json(const TerrainResults& results);
 /// One object with the message and the exit code of an error.
 std::string error_json(const std::string& message, int exit_code);
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

@@ -17,7 +17,7 @@
 #include <marrow/scan_io.h>
 #include <marrow/terrain.h>
 
-namespace marrow::cli {
+namespace marrow::apps {
 
 /// The volume of a label and of its surface.
 struct LabelVolume {
@@ -142,4 +142,4 @@ struct TerrainResults {
     double extract_seconds = 0, write_seconds = 0, total_seconds = 0;
 };
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

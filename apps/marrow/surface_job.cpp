@@ -13,7 +13,7 @@
 #include "report.h"
 #include "shared/display.h"
 
-namespace marrow::cli {
+namespace marrow::apps {
 namespace fs = std::filesystem;
 
 SurfaceJob::SurfaceJob(const SurfaceJobOptions& options, const Console& console,
@@ -106,4 +106,4 @@ void SurfaceJob::draw(const Progress& progress) const {
     render(rendered, options_.output.picture, progress);
 }
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

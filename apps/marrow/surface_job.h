@@ -6,7 +6,7 @@
 #include "results.h"
 #include "steps.h"
 
-namespace marrow::cli {
+namespace marrow::apps {
 
 /// The options that these commands share.
 struct SurfaceJobOptions {
@@ -57,4 +57,4 @@ class SurfaceJob {
     std::size_t printed_warnings_ = 0;
 };
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

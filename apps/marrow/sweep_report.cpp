@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-namespace marrow::cli {
+namespace marrow::apps {
 namespace {
 
 // The number, from 1, of the plateau that a sample belongs to; 0: none.
@@ -126,4 +126,4 @@ Drawing sweep_drawing(const std::vector<SweepSample>& sweep, const std::vector<P
     return drawing;
 }
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

@@ -8,7 +8,7 @@
 
 #include "drawing.h"
 
-namespace marrow::cli {
+namespace marrow::apps {
 
 /// Comma-separated values: one line a sample, with the number of the plateau that it belongs to.
 std::string sweep_csv(const std::vector<SweepSample>& sweep, const std::vector<Plateau>& plateaus);
@@ -16,4 +16,4 @@ std::string sweep_csv(const std::vector<SweepSample>& sweep, const std::vector<P
 /// A drawing: volume, area, components and triangles over the isovalue, with the plateaus shaded.
 Drawing sweep_drawing(const std::vector<SweepSample>& sweep, const std::vector<Plateau>& plateaus);
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

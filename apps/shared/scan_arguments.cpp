@@ -3,7 +3,7 @@
 
 #include <limits>
 
-namespace marrow::cli {
+namespace marrow::apps {
 
 const char* const kScanHelp =
     "DICOM folder or file; NIfTI, NRRD, MetaImage or TIFF file; folder of slice images";
@@ -26,4 +26,4 @@ void add_scan_options(Arguments& arguments, ScanOptions& options) {
                          "Read volume K of a 4D scan, counted from 0; 'marrow info' lists the volumes.");
 }
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

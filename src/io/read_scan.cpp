@@ -88,6 +88,15 @@ std::vector<fs::path> dicom_among(const std::vector<fs::path>& files, const Prog
     return dicom;
 }
 
+// Whether a folder's file must be opened by its own name.
+bool is_scan_file(const fs::path& file) {
+    try {
+        return format_of(file, read_head(file, kHeadSize)).has_value();
+    } catch (const Error&) {
+        return false;
+    }
+}
+
 Input identify_folder(const fs::path& folder, const Progress& progress) {
     const std::vector<fs::path> all = files_in(folder, true);
     Input input{ScanFormat::dicom, dicom_among(all, progress), {}};
@@ -97,9 +106,13 @@ Input identify_folder(const fs::path& folder, const Progress& progress) {
                   [](const fs::path& file) { return !is_image_file(read_head(file, kHeadSize)); });
     if (!input.files.empty()) return input;
     if (all.empty()) throw InputError(fmt::format("{}: the folder holds no files", quoted(folder)));
-    throw InputError(fmt::format(
-        "{}: none of the folder's {} files is DICOM or an image; open a NIfTI, NRRD or MetaImage file itself",
-        quoted(folder), all.size()));
+    const std::string none = all.size() == 1
+                                 ? "the folder's only file is not DICOM or an image"
+                                 : fmt::format("none of the folder's {} files is DICOM or an image", all.size());
+    const auto scan = std::find_if(all.begin(), all.end(), is_scan_file);
+    if (scan == all.end()) throw InputError(fmt::format("{}: {}", quoted(folder), none));
+    throw InputError(fmt::format("{}: {}; open a NIfTI, NRRD or MetaImage file itself, such as {}", quoted(folder),
+                                 none, quoted(*scan)));
 }
 
 bool is_archive(const fs::path& path, std::string_view head) {

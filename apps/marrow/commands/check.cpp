@@ -12,7 +12,7 @@
 #include "json_report.h"
 #include "progress_reporter.h"
 
-namespace marrow::cli {
+namespace marrow::apps {
 namespace fs = std::filesystem;
 namespace {
 
@@ -189,4 +189,4 @@ ExitCode run(const CheckCommandOptions& options, const Console& console, const s
     return options.strict && !fit ? kCheckFailed : kOk;
 }
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

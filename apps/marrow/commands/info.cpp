@@ -14,7 +14,7 @@
 #include "progress_reporter.h"
 #include "shared/library_options.h"
 
-namespace marrow::cli {
+namespace marrow::apps {
 namespace fs = std::filesystem;
 namespace {
 
@@ -79,11 +79,11 @@ ExitCode run(const InfoCommandOptions& options, const Console& console, const st
         } catch (const Error& error) {
             findings.push_back({input, {}, error.what(), {}});
             if (code == kOk) code = exit_code_of(error);
-            if (!options.reporting.json) console.error(apps::name_flags(error.what()));
+            if (!options.reporting.json) console.error(name_flags(error.what()));
         }
     }
     if (options.reporting.json) console.out << findings_json(findings, options.show_patient);
     return code;
 }
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

@@ -8,7 +8,7 @@
 #include "options.h"
 #include "shared/console.h"
 
-namespace marrow::cli {
+namespace marrow::apps {
 
 struct InfoCommandOptions {
     std::vector<std::filesystem::path> inputs;
@@ -24,4 +24,4 @@ void add_options(Arguments& arguments, InfoCommandOptions& options);
 /// Returns the exit code of the first one that cannot. A scan that would be refused is described, too.
 ExitCode run(const InfoCommandOptions& options, const Console& console, const std::atomic<bool>& stop);
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

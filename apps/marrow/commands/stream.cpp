@@ -15,7 +15,7 @@
 #include "report.h"
 #include "warnings.h"
 
-namespace marrow::cli {
+namespace marrow::apps {
 namespace {
 
 std::filesystem::path file_of(const StreamOptions& options) {
@@ -92,4 +92,4 @@ void run(const StreamOptions& options, const Console& console, const std::atomic
     print_results(reporter, results, space);
 }
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

@@ -17,7 +17,7 @@
 #include "sweep_report.h"
 #include "warnings.h"
 
-namespace marrow::cli {
+namespace marrow::apps {
 namespace fs = std::filesystem;
 namespace {
 
@@ -149,4 +149,4 @@ void run(const SweepCommandOptions& options, const Console& console, const std::
     write(options, console, measured, find_plateaus(measured, finest, otsu_contrast(samples)));
 }
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps
