@@ -35,7 +35,7 @@ if(MARROW_APPS OR MARROW_VIEWER)
 endif()
 if(MARROW_APPS)
   find_package(VTK 9.1 REQUIRED COMPONENTS
-    CommonCore CommonDataModel ImagingCore IOImage RenderingCore RenderingOpenGL2)
+    CommonCore CommonDataModel ImagingCore IOImage RenderingCore RenderingFreeType RenderingOpenGL2)
 endif()
 if(MARROW_VIEWER)
   find_package(Qt5 5.15 REQUIRED COMPONENTS Widgets)

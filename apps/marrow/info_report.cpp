@@ -11,7 +11,7 @@
 #include "shared/library_options.h"
 #include "steps.h"
 
-namespace marrow::cli {
+namespace marrow::apps {
 namespace {
 
 std::string count_of(std::size_t count, std::string_view thing) {
@@ -101,7 +101,7 @@ std::string summary(const SeriesReport& s) {
     if (s.echo_time && s.volumes.empty()) add(fmt::format("echo time {:g} ms", *s.echo_time));
     add(s.kernel.empty() ? "" : "kernel " + s.kernel);
     add(s.image_type);
-    if (s.refusal) add("refused: " + apps::name_flags(*s.refusal));
+    if (s.refusal) add("refused: " + name_flags(*s.refusal));
     return fmt::format("{}", fmt::join(parts, ", "));
 }
 
@@ -143,8 +143,8 @@ void print_details(std::ostream& out, ScanFormat format, const SeriesReport& s, 
         line("smallest detail", fmt::format("{:.3g} mm, two samples wide", *s.smallest_feature));
     if (s.memory > 0)
         line("memory", fmt::format("{:.1f} MiB for the samples", static_cast<double>(s.memory) / (1 << 20)));
-    for (const std::string& warning : s.warnings) line("warning", apps::name_flags(warning));
-    if (!is_only && s.refusal) line("refused", apps::name_flags(*s.refusal));
+    for (const std::string& warning : s.warnings) line("warning", name_flags(warning));
+    if (!is_only && s.refusal) line("refused", name_flags(*s.refusal));
 }
 
 }  // namespace
@@ -181,12 +181,11 @@ void print_finding(std::ostream& out, const Finding& finding, bool show_patient)
     const std::size_t count = report.series.size();
     out << fmt::format("{}, {}, {}\n", scan_format_name(report.format), count_of(report.files, "file"),
                        count_of(count, "series"));
-    for (const std::string& warning : report.warnings)
-        out << "warning: " << apps::name_flags(warning) << '\n';
+    for (const std::string& warning : report.warnings) out << "warning: " << name_flags(warning) << '\n';
     if (!report.chosen)
-        out << "nothing would be read: " << apps::name_flags(report.reason) << '\n';
+        out << "nothing would be read: " << name_flags(report.reason) << '\n';
     else if (count > 1)
-        out << "the series marked * would be read: " << apps::name_flags(report.reason) << '\n';
+        out << "the series marked * would be read: " << name_flags(report.reason) << '\n';
     for (std::size_t i = 0; count > 1 && i < count; ++i)
         out << fmt::format("{}{:>3}  {}\n", report.chosen == i ? '*' : ' ', i + 1, summary(report.series[i]));
     if (count == 1 || report.chosen)
@@ -194,4 +193,4 @@ void print_finding(std::ostream& out, const Finding& finding, bool show_patient)
                       finding.samples ? &*finding.samples : nullptr, count == 1, show_patient);
 }
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

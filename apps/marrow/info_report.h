@@ -7,7 +7,7 @@
 
 #include "results.h"
 
-namespace marrow::cli {
+namespace marrow::apps {
 
 /// Prints the details of a single series. Of several, prints a line for each, and the details of the one that
 /// would be read.
@@ -22,4 +22,4 @@ std::size_t main_direction(const Mat3d& direction, std::size_t axis);
 /// How the slices lie in the patient: "axial", "oblique, nearly sagittal".
 std::string plane_name(const Mat3d& direction);
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

@@ -3,13 +3,15 @@
 
 #include <sys/resource.h>
 
+#include <functional>
+
 #include <nlohmann/json.hpp>
 
 #include "info_report.h"
 #include "shared/library_options.h"
 #include "steps.h"
 
-namespace marrow::cli {
+namespace marrow::apps {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -26,7 +28,7 @@ std::string to_text(const Json& json) {
 // Messages of the library, with the flags of the command line.
 Json message_list(const std::vector<std::string>& messages) {
     Json list = Json::array();
-    for (const std::string& message : messages) list.push_back(apps::name_flags(message));
+    for (const std::string& message : messages) list.push_back(name_flags(message));
     return list;
 }
 
@@ -101,7 +103,7 @@ Json seconds_numbers(const StageSeconds& seconds) {
 }
 
 Json scan_bounds(const Geometry& geometry) {
-    const Box box = cli::bounds(geometry);
+    const Box box = apps::bounds(geometry);
     return {box.lower, box.upper};
 }
 
@@ -141,7 +143,7 @@ Json series_numbers(const SeriesReport& s, bool show_patient) {
         {"memory_bytes", s.memory},
         {"not_stated", unknown_facts(s)},
         {"warnings", message_list(s.warnings)},
-        {"refused", s.refusal ? Json(apps::name_flags(*s.refusal)) : Json()}};
+        {"refused", s.refusal ? Json(name_flags(*s.refusal)) : Json()}};
     if (show_patient) one["patient"] = text_or_null(s.patient_name);
     return one;
 }
@@ -149,11 +151,11 @@ Json series_numbers(const SeriesReport& s, bool show_patient) {
 Json finding_numbers(const Finding& finding, bool show_patient) {
     Json json{{"input", finding.input.string()}};
     if (!finding.refusal.empty()) {
-        json["refused"] = apps::name_flags(finding.refusal);
+        json["refused"] = name_flags(finding.refusal);
         return json;
     }
     const ScanReport& report = finding.report;
-    json["refused"] = report.chosen ? Json() : Json(apps::name_flags(report.reason));
+    json["refused"] = report.chosen ? Json() : Json(name_flags(report.reason));
     json["format"] = scan_format_name(report.format);
     json["files"] = report.files;
     json["chosen"] = report.chosen ? Json(*report.chosen) : Json();
@@ -165,39 +167,93 @@ Json finding_numbers(const Finding& finding, bool show_patient) {
     return json;
 }
 
-Json check_numbers(const CheckedMesh& checked, double min_wall) {
-    if (!checked.refusal.empty()) return {{"mesh", checked.file.string()}, {"error", checked.refusal}};
-    const MeshCheck& c = checked.found;
+Json check_numbers(const CheckedObject& object, double min_wall) {
+    const MeshCheck& c = object.found;
     const MeshMeasures& m = c.measures;
-    Json json{
-        {"mesh", checked.file.string()},
-        {"space", checked.space != Space::none ? Json(checked.space == Space::RAS ? "RAS" : "LPS") : Json()},
-        {"sound", c.is_sound()},
-        {"closed", c.is_closed()},
-        {"manifold", c.is_manifold()},
-        {"oriented", c.is_oriented()},
-        {"points", m.points},
-        {"triangles", m.triangles},
-        {"components", m.components},
-        {"pieces", m.components - c.cavities},
-        {"cavities", c.cavities},
-        {"euler_characteristic", m.euler_characteristic},
-        {"genus", c.genus ? Json(*c.genus) : Json()},
-        {"boundary_edges", m.boundary_edges},
-        {"nonmanifold_edges", m.nonmanifold_edges - c.misoriented_edges},
-        {"misoriented_edges", c.misoriented_edges},
-        {"nonmanifold_points", c.nonmanifold_points},
-        {"unused_points", c.unused_points},
-        {"degenerate_triangles", c.degenerate_triangles},
-        {"self_intersections", c.self_intersections},
-        {"area_mm2", m.area},
-        {"volume_mm3", checked.has_volume() ? Json(m.volume) : Json()},
-        {"bounds_mm", {m.lower, m.upper}}};
+    Json json{{"sound", c.is_sound()},
+              {"closed", c.is_closed()},
+              {"manifold", c.is_manifold()},
+              {"oriented", c.is_oriented()},
+              {"points", m.points},
+              {"triangles", m.triangles},
+              {"components", m.components},
+              {"pieces", m.components - c.cavities},
+              {"cavities", c.cavities},
+              {"euler_characteristic", m.euler_characteristic},
+              {"genus", c.genus ? Json(*c.genus) : Json()},
+              {"boundary_edges", m.boundary_edges},
+              {"nonmanifold_edges", m.nonmanifold_edges - c.misoriented_edges},
+              {"misoriented_edges", c.misoriented_edges},
+              {"nonmanifold_points", c.nonmanifold_points},
+              {"unused_points", c.unused_points},
+              {"degenerate_triangles", c.degenerate_triangles},
+              {"self_intersections", c.self_intersections},
+              {"area_mm2", m.area},
+              {"volume_mm3", object.has_volume() ? Json(m.volume) : Json()},
+              {"bounds_mm", {m.lower, m.upper}}};
     if (min_wall > 0)
         json["thin_walls"] = {{"below_mm", min_wall},
                               {"triangles", c.thin_triangles},
                               {"area_mm2", c.thin_area},
                               {"thinnest_mm", c.thinnest_wall ? Json(*c.thinnest_wall) : Json()}};
+    return json;
+}
+
+// Adds the numbers of an object to those of the ones before it.
+void add_numbers(Json& sum, const Json& numbers) {
+    const auto extreme = [&](std::size_t corner, auto is_further) {
+        for (std::size_t a = 0; a < 3; ++a) {
+            Json& end = sum["bounds_mm"][corner][a];
+            const Json& other = numbers["bounds_mm"][corner][a];
+            if (is_further(other.get<double>(), end.get<double>())) end = other;
+        }
+    };
+    for (auto& [name, value] : sum.items()) {
+        const Json& other = numbers[name];
+        if (name == "bounds_mm") {
+            extreme(0, std::less<>());
+            extreme(1, std::greater<>());
+        } else if (name == "thin_walls") {
+            value["triangles"] =
+                value["triangles"].get<std::int64_t>() + other["triangles"].get<std::int64_t>();
+            value["area_mm2"] = value["area_mm2"].get<double>() + other["area_mm2"].get<double>();
+            if (value["thinnest_mm"].is_null() || other["thinnest_mm"] < value["thinnest_mm"])
+                if (!other["thinnest_mm"].is_null()) value["thinnest_mm"] = other["thinnest_mm"];
+        } else if (value.is_null() || other.is_null()) {
+            value = nullptr;
+        } else if (value.is_boolean()) {
+            value = value.get<bool>() && other.get<bool>();
+        } else if (value.is_number_integer()) {
+            value = value.get<std::int64_t>() + other.get<std::int64_t>();
+        } else {
+            value = value.get<double>() + other.get<double>();
+        }
+    }
+}
+
+Json check_numbers(const CheckedFile& file, double min_wall) {
+    if (!file.refusal.empty()) return {{"mesh", file.file.string()}, {"error", file.refusal}};
+    Json json{{"mesh", file.file.string()},
+              {"space", file.space != Space::none ? Json(file.space == Space::RAS ? "RAS" : "LPS") : Json()}};
+    Json objects = Json::array(), crossings = Json::array(), sum;
+    for (const CheckedObject& object : file.objects) {
+        const Json numbers = check_numbers(object, min_wall);
+        if (sum.is_null())
+            sum = numbers;
+        else
+            add_numbers(sum, numbers);
+        Json& one = objects.emplace_back(Json{{"name", object.name}});
+        one.update(numbers);
+    }
+    json.update(sum);
+    if (objects.size() < 2) return json;
+    for (const MeshCrossing& crossing : file.crossings)
+        crossings.push_back(
+            {{"objects", {crossing.first, crossing.second}},
+             {"names", {file.objects[crossing.first].name, file.objects[crossing.second].name}},
+             {"triangle_pairs", crossing.pairs}});
+    json["objects"] = objects;
+    json["crossings"] = crossings;
     return json;
 }
 
@@ -262,10 +318,10 @@ std::string findings_json(const std::vector<Finding>& findings, bool show_patien
     return to_text({{"inputs", std::move(inputs)}});
 }
 
-std::string checks_json(const std::vector<CheckedMesh>& meshes, double min_wall) {
-    if (meshes.size() == 1) return to_text(check_numbers(meshes.front(), min_wall));
+std::string checks_json(const std::vector<CheckedFile>& files, double min_wall) {
+    if (files.size() == 1) return to_text(check_numbers(files.front(), min_wall));
     Json list = Json::array();
-    for (const CheckedMesh& mesh : meshes) list.push_back(check_numbers(mesh, min_wall));
+    for (const CheckedFile& file : files) list.push_back(check_numbers(file, min_wall));
     return to_text({{"meshes", std::move(list)}});
 }
 
@@ -307,4 +363,4 @@ std::string error_json(const std::string& message, int exit_code) {
     return to_text({{"error", message}, {"exit_code", exit_code}});
 }
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

@@ -11,7 +11,7 @@
 
 #include "results.h"
 
-namespace marrow::cli {
+namespace marrow::apps {
 
 /// One object. The numbers of a single surface are its members; those of several form the array `surfaces`.
 /// Bounds are in `space`, as written. Surfaces that were not measured have null for their measures.
@@ -20,9 +20,10 @@ std::string surfaces_json(const SurfaceResults& results, Space space);
 /// One object for one input; for several, one with an array `inputs`.
 std::string findings_json(const std::vector<Finding>& findings, bool show_patient);
 
-/// One object for one mesh; for several, one with an array `meshes`. With `min_wall` > 0, thin walls are
+/// One object for one file; for several, one with an array `meshes`. The numbers of a file are sums over its
+/// objects; if there are several, the array `objects` has those of each. With `min_wall` > 0, thin walls are
 /// included.
-std::string checks_json(const std::vector<CheckedMesh>& meshes, double min_wall);
+std::string checks_json(const std::vector<CheckedFile>& files, double min_wall);
 
 /// One object with the arrays `sweep` and `plateaus`.
 std::string sweep_json(const std::vector<SweepSample>& sweep, const std::vector<Plateau>& plateaus);
@@ -33,4 +34,4 @@ std::string terrain_json(const TerrainResults& results);
 /// One object with the message and the exit code of an error.
 std::string error_json(const std::string& message, int exit_code);
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

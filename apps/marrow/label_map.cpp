@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdint>
 
-namespace marrow::cli {
+namespace marrow::apps {
 namespace {
 
 template <class T>
@@ -41,4 +41,4 @@ bool looks_like_label_map(const Volume& volume) {
     });
 }
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

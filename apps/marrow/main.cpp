@@ -35,8 +35,8 @@ int become(const SiblingProgram& sibling, char* const* arguments) {
     const std::string why = errno == ENOENT
                                 ? sibling.how_to_get_it
                                 : "cannot start '" + program.string() + "': " + std::strerror(errno);
-    marrow::cli::standard_console().error(why);
-    return marrow::cli::kUnreadable;
+    marrow::apps::standard_console().error(why);
+    return marrow::apps::kUnreadable;
 }
 
 }  // namespace
@@ -49,6 +49,6 @@ int main(int argc, char** argv) {
         char* const help_arguments[] = {argv[0], help.data(), nullptr};
         if (first == "help" && second == sibling.command && argc == 3) return become(sibling, help_arguments);
     }
-    return marrow::cli::run_marrow(argc, argv, marrow::cli::standard_console(),
-                                   marrow::cli::stopped_by_signals());
+    return marrow::apps::run_marrow(argc, argv, marrow::apps::standard_console(),
+                                    marrow::apps::stopped_by_signals());
 }

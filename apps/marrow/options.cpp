@@ -5,7 +5,7 @@
 
 #include "shared/console.h"
 
-namespace marrow::cli {
+namespace marrow::apps {
 namespace fs = std::filesystem;
 
 const char* const kExitCodesHelp =
@@ -75,4 +75,4 @@ void add_general_options(Arguments& arguments, int& threads, Reporting& reportin
     add_verbose_option(arguments, reporting);
 }
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

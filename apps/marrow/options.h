@@ -8,7 +8,7 @@
 #include "shared/arguments.h"
 #include "shared/scan_arguments.h"
 
-namespace marrow::cli {
+namespace marrow::apps {
 
 /// Where surfaces go.
 struct MeshOutput {
@@ -45,4 +45,4 @@ void add_quiet_option(Arguments& arguments, Reporting& reporting);
 void add_verbose_option(Arguments& arguments, Reporting& reporting);
 void add_general_options(Arguments& arguments, int& threads, Reporting& reporting);  ///< all of them
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

@@ -13,7 +13,7 @@
 #include "shared/console.h"
 #include "shared/report_progress.h"
 
-namespace marrow::cli {
+namespace marrow::apps {
 namespace fs = std::filesystem;
 namespace {
 
@@ -126,7 +126,7 @@ void write_surfaces(const std::vector<Surface>& surfaces, Space space, const Pro
 
 void verify_surfaces(const std::vector<Surface>& surfaces, Space space, const Progress& progress) {
     for (const auto& [file, objects] : objects_by_file(surfaces)) {
-        apps::report(progress, 0);
+        report(progress, 0);
         verify(objects, file, space);
     }
 }
@@ -156,4 +156,4 @@ void verify(std::span<const MeshObject> objects, const fs::path& file, Space spa
     });
 }
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

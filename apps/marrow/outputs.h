@@ -11,7 +11,7 @@
 
 #include "results.h"
 
-namespace marrow::cli {
+namespace marrow::apps {
 
 /// The files for surfaces of these names, in order. `output` is a file, which all share; a folder, which gets
 /// a .stl file for each; or a pattern with {name}. Without an output, the paths are empty.
@@ -42,4 +42,4 @@ void verify_surfaces(const std::vector<Surface>& surfaces, Space space, const Pr
 /// differs
 void verify(std::span<const MeshObject> objects, const std::filesystem::path& file, Space space);
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

@@ -8,14 +8,14 @@
 #include "shared/library_options.h"
 #include "shared/report_progress.h"
 
-namespace marrow::cli {
+namespace marrow::apps {
 
 double seconds_since(Clock::time_point start) {
     return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
 void ProgressReporter::warn(const std::string& text) const {
-    if (!reporting_.quiet) console_.warning(apps::name_flags(text));
+    if (!reporting_.quiet) console_.warning(name_flags(text));
 }
 
 double ProgressReporter::stage(const char* name, const std::function<void(const Progress&)>& work) const {
@@ -33,7 +33,7 @@ double ProgressReporter::stage(const char* name, const std::function<void(const 
         if (drawn != start) console_.err << "\r\x1b[K" << std::flush;
     };
     try {
-        apps::report(progress, 0);
+        report(progress, 0);
         work(progress);
     } catch (...) {
         erase();
@@ -54,4 +54,4 @@ void ProgressReporter::draw(const char* name, double fraction) const {
                  << std::flush;
 }
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

@@ -11,7 +11,7 @@
 #include "options.h"
 #include "shared/console.h"
 
-namespace marrow::cli {
+namespace marrow::apps {
 
 using Clock = std::chrono::steady_clock;
 
@@ -40,4 +40,4 @@ class ProgressReporter {
     const std::atomic<bool>& stop_;
 };
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

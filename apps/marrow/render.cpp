@@ -45,7 +45,7 @@
 
 VTK_MODULE_INIT(vtkRenderingOpenGL2);
 
-namespace marrow::cli {
+namespace marrow::apps {
 namespace {
 
 constexpr int kWidth = 1600;
@@ -224,10 +224,10 @@ void render(const std::vector<RenderedSurface>& surfaces, const std::filesystem:
     const vtkSmartPointer<vtkUnsignedCharArray> png = draw(renderer);
     if (!png || png->GetNumberOfValues() == 0)
         throw IoError("cannot draw '" + file.string() + "': VTK made no picture");
-    apps::report(progress, 1);  // drawing cannot be cancelled, but writing can
+    report(progress, 1);  // drawing cannot be cancelled, but writing can
     AtomicFile out(file);
     out.write(png->GetPointer(0), static_cast<std::size_t>(png->GetNumberOfValues()));
     out.commit();
 }
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

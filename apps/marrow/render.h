@@ -8,7 +8,7 @@
 #include <marrow/mesh.h>
 #include <marrow/progress.h>
 
-namespace marrow::cli {
+namespace marrow::apps {
 
 /// A surface in a picture.
 struct RenderedSurface {
@@ -27,4 +27,4 @@ struct CameraAngles {
 void render(const std::vector<RenderedSurface>& surfaces, const std::filesystem::path& file,
             const Progress& progress, const CameraAngles& camera = {});
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

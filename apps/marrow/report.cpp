@@ -9,7 +9,7 @@
 
 #include "json_report.h"
 
-namespace marrow::cli {
+namespace marrow::apps {
 namespace {
 
 std::string source_of(const Surface& surface) {
@@ -59,4 +59,4 @@ std::function<void(const std::string&, ExitCode)> error_printer(int argc, const 
     return [&out](const std::string& message, ExitCode code) { out << error_json(message, code); };
 }
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

@@ -9,7 +9,7 @@
 #include "progress_reporter.h"
 #include "results.h"
 
-namespace marrow::cli {
+namespace marrow::apps {
 
 /// Prints one line a surface, one below it for each step that changed it, and whether the files were verified.
 void print_text(std::ostream& out, const SurfaceResults& results);
@@ -22,4 +22,4 @@ void print_results(const ProgressReporter& reporter, const SurfaceResults& resul
 std::function<void(const std::string& message, ExitCode)> error_printer(int argc, const char* const* argv,
                                                                         std::ostream& out);
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

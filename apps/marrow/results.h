@@ -1,6 +1,7 @@
 /// What the commands find: the numbers that reports print.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <filesystem>
@@ -16,7 +17,7 @@
 #include <marrow/scan_io.h>
 #include <marrow/terrain.h>
 
-namespace marrow::cli {
+namespace marrow::apps {
 
 /// The volume of a label and of its surface.
 struct LabelVolume {
@@ -96,16 +97,33 @@ struct Finding {
     std::optional<SampleReport> samples;  ///< of the series that would be read
 };
 
-/// What `marrow check` found in one mesh.
-struct CheckedMesh {
-    std::filesystem::path file;
-    Space space = Space::none;
+/// What `marrow check` found in one object of a file.
+struct CheckedObject {
+    std::string name;
     MeshCheck found;
-    std::string refusal;  ///< why nothing was found; empty: something was
 
     /// Only a closed mesh whose triangles all face one way encloses a volume.
     bool has_volume() const {
         return found.is_closed() && found.measures.nonmanifold_edges == 0 && found.misoriented_edges == 0;
+    }
+};
+
+/// What `marrow check` found in one file.
+struct CheckedFile {
+    std::filesystem::path file;
+    Space space = Space::none;
+    std::vector<CheckedObject> objects;
+    std::vector<MeshCrossing> crossings;  ///< of the objects
+    std::string refusal;                  ///< why nothing was found; empty: something was
+
+    /// Objects may pass through each other: slicers take several objects as such.
+    bool is_sound() const {
+        return std::all_of(objects.begin(), objects.end(),
+                           [](const CheckedObject& object) { return object.found.is_sound(); });
+    }
+    bool has_thin_walls() const {
+        return std::any_of(objects.begin(), objects.end(),
+                           [](const CheckedObject& object) { return object.found.thin_triangles > 0; });
     }
 };
 
@@ -124,4 +142,4 @@ struct TerrainResults {
     double extract_seconds = 0, write_seconds = 0, total_seconds = 0;
 };
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

@@ -4,7 +4,7 @@
 #include <atomic>
 #include <csignal>
 
-namespace marrow::cli {
+namespace marrow::apps {
 
 /// Becomes true on SIGINT and SIGTERM. A file that exceeds its size limit then causes an error, as a full
 /// disk does.
@@ -20,4 +20,4 @@ inline const std::atomic<bool>& stopped_by_signals() {
     return stop;
 }
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

@@ -15,7 +15,7 @@
 #include "shared/console.h"
 #include "shared/report_progress.h"
 
-namespace marrow::cli {
+namespace marrow::apps {
 namespace {
 
 // X0,X1,Y0,Y1,Z0,Z1 in mm, or in samples after "vox:".
@@ -234,7 +234,7 @@ std::vector<StepReport> refine_surface(Mesh& mesh, const SurfaceSteps& steps, co
                                        int threads, const Progress& progress) {
     std::vector<StepReport> reports;
     const auto step = [&](const char* name, auto change) {
-        apps::report(progress, 0);
+        report(progress, 0);
         const MeshMeasures before = reports.empty() ? measure(mesh) : reports.back().after;
         StepReport done;
         done.name = name;
@@ -256,4 +256,4 @@ std::vector<StepReport> refine_surface(Mesh& mesh, const SurfaceSteps& steps, co
     return reports;
 }
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

@@ -15,7 +15,7 @@
 #include "results.h"
 #include "shared/arguments.h"
 
-namespace marrow::cli {
+namespace marrow::apps {
 
 /// The part of a scan to keep.
 struct CropBox {
@@ -72,4 +72,4 @@ void filter_scan(Volume& scan, const FilterSteps& steps, int threads, const Prog
 std::vector<StepReport> refine_surface(Mesh& mesh, const SurfaceSteps& steps, const Mat3d& index_to_physical,
                                        int threads, const Progress& progress);
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

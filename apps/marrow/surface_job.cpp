@@ -4,6 +4,8 @@
 #include <algorithm>
 
 #include <marrow/measure.h>
+#include <marrow/mesh_io.h>
+#include <marrow/normals.h>
 #include <marrow/scan_io.h>
 
 #include "outputs.h"
@@ -11,7 +13,7 @@
 #include "report.h"
 #include "shared/display.h"
 
-namespace marrow::cli {
+namespace marrow::apps {
 namespace fs = std::filesystem;
 
 SurfaceJob::SurfaceJob(const SurfaceJobOptions& options, const Console& console,
@@ -62,6 +64,11 @@ void SurfaceJob::deliver() {
     print_warnings();
     const MeshOutput& output = options_.output;
     StageSeconds& seconds = results.seconds;
+    seconds.refine += stage("normals", [&](const Progress&) {
+        for (Surface& surface : results.surfaces) {
+            if (needs_normals(surface)) turn_normals_outward(surface.mesh, threads());
+        }
+    });
     seconds.write = stage(
         "write", [&](const Progress& progress) { write_surfaces(results.surfaces, output.space, progress); });
     if (output.verify)
@@ -81,6 +88,13 @@ void SurfaceJob::deliver() {
     print_results(reporter_, results, output.space);
 }
 
+// .stl and .3mf have no normals of points.
+bool SurfaceJob::needs_normals(const Surface& surface) const {
+    if (!options_.output.picture.empty()) return true;
+    const MeshFormat format = mesh_format(surface.output);
+    return format != MeshFormat::stl && format != MeshFormat::threemf;
+}
+
 // The surface of the highest isovalue is the innermost. The others are translucent, so that it is visible.
 void SurfaceJob::draw(const Progress& progress) const {
     constexpr std::array<double, 3> kNeutral{0.80, 0.81, 0.80};
@@ -92,4 +106,4 @@ void SurfaceJob::draw(const Progress& progress) const {
     render(rendered, options_.output.picture, progress);
 }
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

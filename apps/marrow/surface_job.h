@@ -6,7 +6,7 @@
 #include "results.h"
 #include "steps.h"
 
-namespace marrow::cli {
+namespace marrow::apps {
 
 /// The options that these commands share.
 struct SurfaceJobOptions {
@@ -48,6 +48,7 @@ class SurfaceJob {
   private:
     Volume read(ScanOptions options, const FilterSteps& steps,
                 const std::function<void(const Volume&)>& inspect);
+    bool needs_normals(const Surface& surface) const;
     void draw(const Progress& progress) const;
 
     const SurfaceJobOptions& options_;
@@ -56,4 +57,4 @@ class SurfaceJob {
     std::size_t printed_warnings_ = 0;
 };
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

@@ -1,4 +1,4 @@
-// Writes sweeps as CSV and draws them as SVG.
+// Writes sweeps as CSV and draws them.
 #include "sweep_report.h"
 
 #include <algorithm>
@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-namespace marrow::cli {
+namespace marrow::apps {
 namespace {
 
 // The number, from 1, of the plateau that a sample belongs to; 0: none.
@@ -44,15 +44,15 @@ Ticks ticks_between(double from, double to, double count) {
 
 struct Quantity {
     const char* title;
-    const char* colour;
+    Rgb colour;
     double (*value)(const SweepSample&);
 };
 
 constexpr Quantity kQuantities[] = {
-    {"volume, mL", "#b5483a", [](const SweepSample& s) { return s.volume / 1000; }},
-    {"area, cm²", "#2f6f9f", [](const SweepSample& s) { return s.area / 100; }},
-    {"components", "#5b8a3c", [](const SweepSample& s) { return static_cast<double>(s.components); }},
-    {"triangles", "#7a5ba8", [](const SweepSample& s) { return static_cast<double>(s.triangles); }},
+    {"volume, mL", 0xB5483A, [](const SweepSample& s) { return s.volume / 1000; }},
+    {"area, cm2", 0x2F6F9F, [](const SweepSample& s) { return s.area / 100; }},
+    {"components", 0x5B8A3C, [](const SweepSample& s) { return static_cast<double>(s.components); }},
+    {"triangles", 0x7A5BA8, [](const SweepSample& s) { return static_cast<double>(s.triangles); }},
 };
 
 // The layout, in pixels.
@@ -66,35 +66,35 @@ struct IsovalueAxis {
     double x(double isovalue) const { return kLeft + kWidth * (isovalue - from) / (to - from); }
 };
 
-// The chart of one quantity, with its upper edge at `top`.
-std::string chart(const Quantity& quantity, double top, const IsovalueAxis& axis,
-                  const std::vector<SweepSample>& sweep, const std::vector<Plateau>& plateaus) {
+constexpr Rgb kDark = 0x333333, kGrey = 0x999999, kPlateau = 0xF2E3B3;
+
+// Draws the chart of one quantity, with its upper edge at `top`.
+void draw_chart(const Quantity& quantity, double top, const IsovalueAxis& axis,
+                const std::vector<SweepSample>& sweep, const std::vector<Plateau>& plateaus, Drawing& to) {
+    using Anchor = Words::Anchor;
     double most = 0;
     for (const SweepSample& s : sweep) most = std::max(most, quantity.value(s));
     if (most == 0) most = 1;
     const double bottom = top + kHeight;
-    std::string svg;
     for (const Plateau& p : plateaus) {
         const double left = axis.x(sweep[p.first].isovalue);
-        svg += fmt::format("<rect x=\"{:.1f}\" y=\"{}\" width=\"{:.1f}\" height=\"{}\" fill=\"#f2e3b3\"/>\n",
-                           left, top, axis.x(sweep[p.last].isovalue) - left, kHeight);
+        to.shapes.push_back(Area{left, top, axis.x(sweep[p.last].isovalue) - left, kHeight, kPlateau});
     }
-    svg += fmt::format("<path d=\"M{0} {1}V{2}H{3}\" fill=\"none\" stroke=\"#999\"/>\n", kLeft, top, bottom,
-                       kLeft + kWidth);
-    svg += fmt::format("<text x=\"{}\" y=\"{}\" fill=\"{}\">{}</text>\n", kLeft, top - 6, quantity.colour,
-                       quantity.title);
+    to.shapes.push_back(Line{{{kLeft, top}, {kLeft, bottom}, {kLeft + kWidth, bottom}}, 1, kGrey});
+    to.shapes.push_back(Words{kLeft, top - 6, Anchor::start, quantity.colour, quantity.title});
     const Ticks values = ticks_between(0, most, 4);
-    for (const double value : values.at)
-        svg += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"end\">{}</text>\n", kLeft - 6,
-                           bottom - kHeight * value / most + (value == 0 ? 0 : 4), values.text(value));
+    for (const double value : values.at) {
+        const double y = bottom - kHeight * value / most + (value == 0 ? 0 : 4);
+        to.shapes.push_back(Words{kLeft - 6, y, Anchor::end, kDark, values.text(value)});
+    }
     for (const double isovalue : axis.ticks.at)
-        svg += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\">{}</text>\n",
-                           axis.x(isovalue), bottom + 16, axis.ticks.text(isovalue));
-    svg += fmt::format("<polyline fill=\"none\" stroke-width=\"2\" stroke=\"{}\" points=\"", quantity.colour);
+        to.shapes.push_back(
+            Words{axis.x(isovalue), bottom + 16, Anchor::middle, kDark, axis.ticks.text(isovalue)});
+    Line line{{}, 2, quantity.colour};
     for (const SweepSample& s : sweep)
-        svg += fmt::format("{:.1f},{:.1f} ", axis.x(s.isovalue),
-                           bottom - kHeight * std::max(0.0, quantity.value(s)) / most);
-    return svg + "\"/>\n";
+        line.points.push_back(
+            {axis.x(s.isovalue), bottom - kHeight * std::max(0.0, quantity.value(s)) / most});
+    to.shapes.push_back(std::move(line));
 }
 
 }  // namespace
@@ -111,25 +111,19 @@ std::string sweep_csv(const std::vector<SweepSample>& sweep, const std::vector<P
     return text;
 }
 
-std::string sweep_svg(const std::vector<SweepSample>& sweep, const std::vector<Plateau>& plateaus) {
+Drawing sweep_drawing(const std::vector<SweepSample>& sweep, const std::vector<Plateau>& plateaus) {
     const double from = sweep.front().isovalue, to = sweep.back().isovalue;
     const IsovalueAxis axis{from, to, ticks_between(from, to, 6)};
-    const double height = kTop + static_cast<double>(std::size(kQuantities)) * (kHeight + kGap);
-    std::string svg = fmt::format(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0} {1}\" width=\"{0}\" height=\"{1}\" "
-        "font-family=\"sans-serif\" font-size=\"12\" fill=\"#333\">\n<rect width=\"100%\" height=\"100%\" "
-        "fill=\"white\"/>\n",
-        kLeft + kWidth + 40, height + 10);
+    const double bottom = kTop + static_cast<double>(std::size(kQuantities)) * (kHeight + kGap);
+    Drawing drawing{static_cast<int>(kLeft + kWidth + 40), static_cast<int>(bottom + 10), {}};
     double top = kTop;
     for (const Quantity& quantity : kQuantities) {
-        svg += chart(quantity, top, axis, sweep, plateaus);
+        draw_chart(quantity, top, axis, sweep, plateaus, drawing);
         top += kHeight + kGap;
     }
-    return svg +
-           fmt::format(
-               "<text x=\"{}\" y=\"{}\" text-anchor=\"middle\">isovalue; shaded: plateaus, where it matters "
-               "little</text>\n</svg>\n",
-               kLeft + kWidth / 2, height + 2);
+    drawing.shapes.push_back(Words{kLeft + kWidth / 2, bottom + 2, Words::Anchor::middle, kDark,
+                                   "isovalue; shaded: plateaus, where it matters little"});
+    return drawing;
 }
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

@@ -6,12 +6,14 @@
 
 #include <marrow/isovalue_sweep.h>
 
-namespace marrow::cli {
+#include "drawing.h"
+
+namespace marrow::apps {
 
 /// Comma-separated values: one line a sample, with the number of the plateau that it belongs to.
 std::string sweep_csv(const std::vector<SweepSample>& sweep, const std::vector<Plateau>& plateaus);
 
-/// A drawing in SVG: volume, area, components and triangles over the isovalue, with the plateaus shaded.
-std::string sweep_svg(const std::vector<SweepSample>& sweep, const std::vector<Plateau>& plateaus);
+/// A drawing: volume, area, components and triangles over the isovalue, with the plateaus shaded.
+Drawing sweep_drawing(const std::vector<SweepSample>& sweep, const std::vector<Plateau>& plateaus);
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

@@ -4,6 +4,6 @@
 #include "signals.h"
 
 int main(int argc, char** argv) {
-    return marrow::cli::run_terrain(argc, argv, marrow::cli::standard_console(),
-                                    marrow::cli::stopped_by_signals());
+    return marrow::apps::run_terrain(argc, argv, marrow::apps::standard_console(),
+                                     marrow::apps::stopped_by_signals());
 }

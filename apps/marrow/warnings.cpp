@@ -7,11 +7,11 @@
 
 #include "shared/surface_warnings.h"
 
-namespace marrow::cli {
+namespace marrow::apps {
 namespace {
 
-std::vector<apps::MeshFile> files_of(const std::vector<Surface>& surfaces) {
-    std::vector<apps::MeshFile> files;
+std::vector<MeshFile> files_of(const std::vector<Surface>& surfaces) {
+    std::vector<MeshFile> files;
     for (const Surface& surface : surfaces) files.push_back({surface.mesh, surface.output});
     return files;
 }
@@ -24,23 +24,23 @@ void add(const std::optional<std::string>& warning, std::vector<std::string>& wa
 
 void warn_of_coinciding_points(const std::vector<Surface>& surfaces, const std::string& remedy,
                                std::vector<std::string>& warnings) {
-    add(apps::coinciding_points_warning(files_of(surfaces), remedy), warnings);
+    add(coinciding_points_warning(files_of(surfaces), remedy), warnings);
 }
 
 void warn_of_non_finite(std::int64_t samples, std::vector<std::string>& warnings) {
-    add(apps::non_finite_warning(samples), warnings);
+    add(non_finite_warning(samples), warnings);
 }
 
 void warn_of_large_coordinates(const std::vector<Surface>& surfaces, const Geometry& geometry,
                                std::vector<std::string>& warnings) {
-    add(apps::large_coordinates_warning(files_of(surfaces), geometry), warnings);
+    add(large_coordinates_warning(files_of(surfaces), geometry), warnings);
 }
 
 void warn_of_box(const std::vector<Surface>& surfaces, const Volume& scan,
                  std::vector<std::string>& warnings) {
     double lowest = std::numeric_limits<double>::infinity();
     for (const Surface& surface : surfaces) lowest = std::min(lowest, surface.isovalue);
-    add(apps::border_warning(lowest, scan), warnings);
+    add(border_warning(lowest, scan), warnings);
 }
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

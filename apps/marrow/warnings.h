@@ -9,7 +9,7 @@
 
 #include "results.h"
 
-namespace marrow::cli {
+namespace marrow::apps {
 
 /// Warns of samples that are NaN or infinite.
 void warn_of_non_finite(std::int64_t samples, std::vector<std::string>& warnings);
@@ -30,4 +30,4 @@ void warn_of_large_coordinates(const std::vector<Surface>& surfaces, const Geome
 void warn_of_box(const std::vector<Surface>& surfaces, const Volume& scan,
                  std::vector<std::string>& warnings);
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

@@ -16,7 +16,7 @@
 #include "console.h"
 #include "suggestions.h"
 
-namespace marrow::cli {
+namespace marrow::apps {
 namespace fs = std::filesystem;
 namespace {
 
@@ -179,6 +179,8 @@ class WordCheck {
     const CLI::Option& add_option(const std::string& word) {
         const std::string name = option_name(word);
         const CLI::Option* option = app_->get_option_no_throw(name);
+        if (option != nullptr && name.size() == 2 && word.starts_with(name + "="))
+            refuse(fmt::format("{} has '=' only after a long name: write '{} {}'", word, name, word.substr(3)));
         if (option == nullptr)
             refuse(fmt::format("there is no option {}{}", name, did_you_mean(name, names_of_options(*app_))));
         const bool repeated = !options_.insert(option).second;
@@ -358,4 +360,4 @@ std::vector<std::string> Arguments::given() const {
     return names;
 }
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

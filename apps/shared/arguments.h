@@ -9,7 +9,7 @@
 
 #include "values.h"
 
-namespace marrow::cli {
+namespace marrow::apps {
 
 /// The texts in the help of a program or command, besides those of the options.
 struct CommandHelp {
@@ -65,4 +65,4 @@ class Arguments {
     std::unique_ptr<Command> command_;
 };
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

@@ -9,7 +9,7 @@
 
 #include "library_options.h"
 
-namespace marrow::cli {
+namespace marrow::apps {
 namespace {
 
 constexpr std::string_view kRed = "\x1b[1;31m", kYellow = "\x1b[1;33m", kPlain = "\x1b[0m";
@@ -72,4 +72,4 @@ int exit_code_of(const Console& console, const std::function<ExitCode()>& work,
     }
 }
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

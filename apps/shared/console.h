@@ -9,7 +9,7 @@
 
 #include <marrow/error.h>
 
-namespace marrow::cli {
+namespace marrow::apps {
 
 /// Exit codes. The same fault has the same code in every command and format; the footer of --help lists them.
 enum ExitCode {
@@ -63,4 +63,4 @@ ExitCode exit_code_of(const std::exception& error);
 int exit_code_of(const Console& console, const std::function<ExitCode()>& work,
                  const std::function<void(const std::string& message, ExitCode)>& on_error = {});
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

@@ -10,7 +10,7 @@
 
 #include <marrow/error.h>
 
-namespace marrow::cli {
+namespace marrow::apps {
 
 // Without a display, VTK and Qt would end the process. An X server resets itself when its last client leaves,
 // and refuses new clients meanwhile. So try for a second, and stay connected until they are.
@@ -26,4 +26,4 @@ void require_display(std::string_view who) {
             fmt::format("{} needs a display, but there is none: run 'xvfb-run -a marrow ...'", who));
 }
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

@@ -3,10 +3,10 @@
 
 #include <string_view>
 
-namespace marrow::cli {
+namespace marrow::apps {
 
 /// Connects to the X display, which OpenGL needs for drawing. `who` begins the message: "--picture".
 /// \throw IoError there is no display
 void require_display(std::string_view who);
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

@@ -3,7 +3,7 @@
 
 #include <limits>
 
-namespace marrow::cli {
+namespace marrow::apps {
 
 const char* const kScanHelp =
     "DICOM folder or file; NIfTI, NRRD, MetaImage or TIFF file; OME-Zarr folder; folder of slice images";
@@ -30,4 +30,4 @@ void add_scan_options(Arguments& arguments, ScanOptions& options) {
                          "lists the levels.");
 }
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

@@ -7,7 +7,7 @@
 
 #include "arguments.h"
 
-namespace marrow::cli {
+namespace marrow::apps {
 
 /// Where the scan is and how to read it.
 struct ScanInput {
@@ -24,4 +24,4 @@ void add_scan_input(Arguments& arguments, ScanInput& input);
 /// Adds the options for reading, in the group "Input".
 void add_scan_options(Arguments& arguments, ScanOptions& options);
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

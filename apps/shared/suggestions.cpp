@@ -5,7 +5,7 @@
 #include <iterator>
 #include <string_view>
 
-namespace marrow::cli {
+namespace marrow::apps {
 namespace {
 
 // How many letters must be inserted, removed, replaced or swapped with the next to turn `a` into `b` (the
@@ -66,4 +66,4 @@ std::string did_you_mean(const std::string& name, const std::vector<std::string>
     return text + "?";
 }
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

@@ -9,7 +9,7 @@
 
 #include <fmt/format.h>
 
-namespace marrow::cli {
+namespace marrow::apps {
 namespace fs = std::filesystem;
 namespace {
 
@@ -140,4 +140,4 @@ Value memory_value(std::optional<std::size_t>& to) {
             }};
 }
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

@@ -11,7 +11,7 @@
 
 #include <marrow/vector.h>
 
-namespace marrow::cli {
+namespace marrow::apps {
 
 /// The value that an option takes.
 struct Value {
@@ -52,4 +52,4 @@ Value spacing_value(std::optional<Vec3d>& to);
 /// A size in bytes, such as 800M.
 Value memory_value(std::optional<std::size_t>& to);
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

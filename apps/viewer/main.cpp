@@ -21,15 +21,15 @@ namespace marrow::viewer {
 namespace {
 
 struct ViewerOptions {
-    cli::ScanInput scan;
+    apps::ScanInput scan;
     bool measure = false;
 };
 
-void add_options(cli::Arguments& arguments, ViewerOptions& options) {
-    cli::add_scan_input(arguments, options.scan);
+void add_options(apps::Arguments& arguments, ViewerOptions& options) {
+    apps::add_scan_input(arguments, options.scan);
     arguments.add_flag("--measure", options.measure,
                        "Measure how fast the viewer opens INPUT, moves the isovalue and exports; then quit.");
-    cli::add_scan_options(arguments, options.scan.options);
+    apps::add_scan_options(arguments, options.scan.options);
 }
 
 // Whether Qt draws to an X display, as far as the environment says.
@@ -41,10 +41,10 @@ bool uses_x_display() {
 void check(const ViewerOptions& options) {
     const std::filesystem::path& input = options.scan.path;
     if (options.measure && input.empty())
-        throw cli::UsageError("--measure needs an INPUT (see marrow view --help)");
+        throw apps::UsageError("--measure needs an INPUT (see marrow view --help)");
     if (!input.empty() && !std::filesystem::exists(input))
         throw IoError("'" + input.string() + "': there is no such file or folder");
-    if (uses_x_display()) cli::require_display("the viewer");
+    if (uses_x_display()) apps::require_display("the viewer");
 }
 
 int run(int argc, char** argv, const ViewerOptions& options) {
@@ -74,17 +74,17 @@ int run(int argc, char** argv, const ViewerOptions& options) {
 
 int main(int argc, char** argv) {
     using namespace marrow;
-    const cli::Console console = cli::standard_console();
+    const apps::Console console = apps::standard_console();
     viewer::ViewerOptions options;
     bool open = false;
-    const int code = cli::exit_code_of(console, [&] {
-        cli::Arguments arguments(
+    const int code = apps::exit_code_of(console, [&] {
+        apps::Arguments arguments(
             "marrow view", {"Shows CT and MRI scans and the surfaces in them.",
                             "marrow view [INPUT] [OPTIONS]", "For research use only; not a medical device."});
         viewer::add_options(arguments, options);
         open = arguments.parse(argc, argv, console.out);
         if (open) viewer::check(options);
-        return cli::kOk;
+        return apps::kOk;
     });
-    return open && code == cli::kOk ? viewer::run(argc, argv, options) : code;
+    return open && code == apps::kOk ? viewer::run(argc, argv, options) : code;
 }

@@ -3,6 +3,8 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
+#include <vector>
 
 #include <marrow/export.h>
 #include <marrow/measure.h>
@@ -49,10 +51,10 @@ struct MeshCheck {
     }
     /// Whether neighbouring triangles agree in orientation and a closed mesh faces outward.
     bool is_oriented() const { return misoriented_edges == 0 && (!is_closed() || measures.volume > 0); }
-    /// Whether no wall is too thin and a slicer has nothing to repair.
+    /// Whether a slicer has nothing to repair. A sound mesh may have thin walls: they are a matter of the printer.
     bool is_sound() const {
         return is_closed() && is_manifold() && is_oriented() && self_intersections == 0 &&
-               degenerate_triangles == 0 && thin_triangles == 0;
+               degenerate_triangles == 0;
     }
 };
 
@@ -63,5 +65,16 @@ struct MeshCheck {
 /// \throw LimitError if the mesh has 2^32 triangles or more
 /// \throw Cancelled if `progress` returns false
 MARROW_EXPORT MeshCheck check_mesh(MeshView mesh, const CheckOptions& options = {});
+
+/// Two meshes that pass through each other.
+struct MeshCrossing {
+    std::size_t first = 0, second = 0;  ///< their indices, the lower one first
+    std::int64_t pairs = 0;             ///< of triangles, counted as MeshCheck::self_intersections
+};
+
+/// Finds the meshes that pass through each other, ordered by their indices. Those that touch, such as the surfaces
+/// of neighbouring labels, do not. `options.min_wall` has no effect. \throw as check_mesh
+MARROW_EXPORT std::vector<MeshCrossing> find_crossings(std::span<const MeshView> meshes,
+                                                       const CheckOptions& options = {});
 
 }  // namespace marrow

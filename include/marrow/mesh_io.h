@@ -95,7 +95,7 @@ class MARROW_EXPORT MeshFiles {
 /// Reads a mesh; the extension selects the format. All encodings of STL, PLY and VTP are supported.
 /// Coordinates become millimetres in LPS: x and y are negated if the file states RAS.
 ///
-/// Several surfaces become one mesh, in the order of the file. Polygons become fans of triangles. Normals are
+/// Several surfaces become one mesh, in the order of the file; read_meshes() keeps them apart. Polygons become fans of triangles. Normals are
 /// not read. Points keep the bits of the file, but .glb is converted from metres and rounded once. STL has no
 /// shared points: corners with the same coordinates become one point. Of 3MF, the build items are read, with
 /// units, transforms and components, also from several models of the archive. Of glTF, a scene is read whose
@@ -105,6 +105,18 @@ class MARROW_EXPORT MeshFiles {
 /// as LPS. .glb is LPS, unless its extras state none.
 /// \throw InputError the extension is unknown or the file is damaged; IoError; LimitError 2^32 points
 MARROW_EXPORT Mesh read_mesh(const std::filesystem::path& input, Space* space = nullptr);
+
+/// One object of a file.
+struct NamedMesh {
+    std::string name;  ///< empty if the file gives none
+    Mesh mesh;
+};
+
+/// Reads the objects of a file as meshes of their own, in the order of the file: the build items of 3MF, the
+/// nodes of glTF, the objects (o) of OBJ, and the surfaces that write_meshes() puts into .vtp. Objects without
+/// triangles are left out. A file whose objects share points, and any other file, is one mesh.
+/// \throw as read_mesh
+MARROW_EXPORT std::vector<NamedMesh> read_meshes(const std::filesystem::path& input, Space* space = nullptr);
 
 /// Writes a surface in parts, with only one part in memory: .stl and .ply, uncompressed. The file has the
 /// same bytes as from write_mesh. It appears with commit() or not at all.

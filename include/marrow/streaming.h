@@ -35,6 +35,7 @@ struct SurfacePart {
     std::span<const Vec3f> normals;    ///< as many as points; empty without normals
     std::uint64_t first_triangle = 0;  ///< the number of triangles[0] in the whole surface
     std::span<const Triangle> triangles;
+    std::size_t complete_points = 0;  ///< so many of the points, the first ones, are not in the next part
 };
 
 /// Receives a surface in parts.

@@ -120,14 +120,18 @@ Input identify_folder(const fs::path& folder, const ScanOptions& options) {
     const std::vector<fs::path> all = files_in(folder, true, options.progress);
     Input input = dicom_among(all, options);
     if (!input.files.empty()) return input;
+    const std::vector<fs::path> volumes = std::move(input.others);
     input = {ScanFormat::slices, files_in(folder, false, {}), {}, {}};
     std::erase_if(input.files,
                   [](const fs::path& file) { return !is_image_file(read_head(file, kHeadSize)); });
     if (!input.files.empty()) return input;
     if (all.empty()) throw InputError(fmt::format("{}: the folder holds no files", quoted(folder)));
-    throw InputError(fmt::format(
-        "{}: none of the folder's {} files is DICOM or an image; open a NIfTI, NRRD or MetaImage file itself",
-        quoted(folder), all.size()));
+    const std::string none =
+        all.size() == 1 ? "the folder's only file is not DICOM or an image"
+                        : fmt::format("none of the folder's {} files is DICOM or an image", all.size());
+    if (volumes.empty()) throw InputError(fmt::format("{}: {}", quoted(folder), none));
+    throw InputError(fmt::format("{}: {}; open a NIfTI, NRRD or MetaImage file itself, such as {}",
+                                 quoted(folder), none, quoted(volumes.front())));
 }
 
 bool is_archive(const fs::path& path, std::string_view head) {

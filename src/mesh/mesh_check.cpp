@@ -3,6 +3,7 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <map>
 #include <numeric>
 #include <vector>
 
@@ -165,6 +166,35 @@ MeshCheck check_mesh(MeshView mesh, const CheckOptions& options) {
     check.degenerate_triangles = static_cast<std::int64_t>(mesh.triangles.size() - cleaned.size());
     with_threads(options.threads, [&] { check_surface({mesh.points, cleaned}, options, check); });
     return check;
+}
+
+std::vector<MeshCrossing> find_crossings(std::span<const MeshView> meshes, const CheckOptions& options) {
+    std::vector<Vec3f> points;
+    std::vector<Triangle> triangles;
+    std::vector<std::size_t> mesh_of;  // of each triangle
+    for (std::size_t m = 0; m < meshes.size(); ++m) {
+        check_input(meshes[m], options);
+        if ((points.size() + meshes[m].points.size()) >> 32)
+            throw LimitError("check: the meshes have 2^32 points or more");
+        const auto first = static_cast<std::uint32_t>(points.size());
+        points.insert(points.end(), meshes[m].points.begin(), meshes[m].points.end());
+        for (const Triangle& t : meshes[m].triangles) {
+            if (has_equal_indices(t)) continue;
+            triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+            mesh_of.push_back(m);
+        }
+    }
+    if (triangles.size() >> 32) throw LimitError("check: the meshes have 2^32 triangles or more");
+    std::map<std::pair<std::size_t, std::size_t>, std::int64_t> pairs;
+    with_threads(options.threads, [&] {
+        const MeshView all(points, triangles);
+        for (const auto& [i, j] : SelfIntersections(all).find_all(options.progress)) {
+            if (mesh_of[i] != mesh_of[j]) ++pairs[{mesh_of[i], mesh_of[j]}];
+        }
+    });
+    std::vector<MeshCrossing> crossings;
+    for (const auto& [which, count] : pairs) crossings.push_back({which.first, which.second, count});
+    return crossings;
 }
 
 }  // namespace marrow

@@ -3,10 +3,18 @@
 
 #include <vector>
 
+#include <tbb/task_arena.h>
+
+#include <marrow/normals.h>
+
 #include "triangle_corners.h"
 
 namespace marrow::internal {
 
+namespace {
+
+// A unit normal for each point, from its triangles, weighted after Max 1999. If these cancel, the result is
+// {1, 0, 0}.
 Buffer<Vec3f> point_normals(const MeshView& mesh) {
     std::vector<Vec3d> sums(mesh.points.size(), Vec3d{});
     for (const Triangle& t : mesh.triangles) {
@@ -28,6 +36,13 @@ Buffer<Vec3f> point_normals(const MeshView& mesh) {
         normals[p] = size > 0 ? to_float((1 / size) * sums[p]) : Vec3f{1, 0, 0};
     }
     return normals;
+}
+
+}  // namespace
+
+void set_normals(Mesh& mesh) {
+    mesh.normals = point_normals(mesh);
+    turn_normals_outward(mesh, tbb::this_task_arena::max_concurrency());
 }
 
 }  // namespace marrow::internal

@@ -5,8 +5,8 @@
 
 namespace marrow::internal {
 
-/// Returns a unit normal for each point, from its triangles, weighted after Max 1999; this is exact on a
-/// sphere. If the triangles' normals cancel, the result is {1, 0, 0}. \pre indices are in range
-Buffer<Vec3f> point_normals(const MeshView& mesh);
+/// Gives each point a unit normal from its triangles, weighted after Max 1999, which is exact on a sphere.
+/// Those that point against their faces are replaced. \pre indices are in range
+void set_normals(Mesh& mesh);
 
 }  // namespace marrow::internal

@@ -206,7 +206,7 @@ Mesh simplified(const Mesh& mesh, const SimplifyOptions& options, SimplifyStats*
         if (stats) stats->backed_off = true;
         return mesh;
     }
-    if (!mesh.normals.empty()) reduced->mesh.normals = point_normals(reduced->mesh);
+    if (!mesh.normals.empty()) set_normals(reduced->mesh);
     if (stats) {
         stats->deviation = reduced->deviation;
         stats->undone_collapses = reduced->undone;

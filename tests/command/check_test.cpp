@@ -2,6 +2,10 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include <marrow/isosurface.h>
+#include <marrow/mesh_io.h>
+#include <marrow/scan_io.h>
+
 #include "support/command_line.h"
 
 namespace marrow::test {
@@ -54,6 +58,62 @@ TEST_F(CheckCommand, ChecksTheOtherMeshesIfOneCannotBeRead) {
     EXPECT_NE(meshes[0]["error"].get<std::string>().find("bad.stl"), std::string::npos);
     EXPECT_EQ(meshes[1]["sound"], true);
     EXPECT_EQ(marrow_with({"check", stl}, true).code, 130);
+}
+
+// Two overlapping balls are two sound objects, not one surface that passes through itself.
+TEST_F(CheckCommand, ChecksTheObjectsOfAFileOneByOne) {
+    const auto object = [&](const char* name, double cx, bool closed) {
+        const std::string nrrd = folder / "object.nrrd";
+        write_nrrd(nrrd, 34, 25, 13, ball(cx, 12, 6, 8));
+        const Volume volume = read_scan(nrrd);
+        NamedMesh named{name, extract_isosurface(volume, 0.5)};
+        if (!closed) named.mesh.triangles.pop_back();
+        return named;
+    };
+    const std::string both = folder / "both.3mf";
+    const auto write = [&](const NamedMesh& a, const NamedMesh& b) {
+        const MeshObject objects[] = {{a.mesh, a.name}, {b.mesh, b.name}};
+        write_meshes(objects, both);
+    };
+    write(object("left", 12, true), object("right", 20, true));
+    const Outcome text = marrow_with({"check", both, "--strict"});
+    EXPECT_EQ(text.code, 0) << text.out;
+    EXPECT_EQ(text.out.find(both + ": sound, 2 objects\n  left: sound; "), 0u) << text.out;
+    EXPECT_NE(text.out.find("\n  left and right pass through each other at "), text.out.npos) << text.out;
+    const Json json = Json::parse(marrow_with({"check", both, "--json", "--min-wall", "30"}).out);
+    EXPECT_EQ(json["sound"], true);
+    EXPECT_EQ(json["self_intersections"], 0);
+    EXPECT_EQ(json["components"], 2);
+    ASSERT_EQ(json["objects"].size(), 2u);
+    EXPECT_EQ(json["objects"][1]["name"], "right");
+    for (const char* sum : {"points", "triangles", "area_mm2", "volume_mm3"})
+        EXPECT_EQ(json[sum], json["objects"][0][sum].get<double>() + json["objects"][1][sum].get<double>())
+            << sum;
+    EXPECT_EQ(json["thin_walls"]["triangles"], json["triangles"]);
+    EXPECT_LT(json["bounds_mm"][0][0], json["objects"][1]["bounds_mm"][0][0]);
+    EXPECT_EQ(json["bounds_mm"][1], json["objects"][1]["bounds_mm"][1]);
+    ASSERT_EQ(json["crossings"].size(), 1u);
+    EXPECT_EQ(json["crossings"][0]["objects"], (Json{0, 1}));
+    EXPECT_GT(json["crossings"][0]["triangle_pairs"], 10);
+
+    write(object("left", 12, true), object("", 20, false));
+    const Outcome open = marrow_with({"check", both, "--strict"});
+    EXPECT_EQ(open.code, 6);
+    EXPECT_NE(open.out.find("  left: sound; "), open.out.npos) << open.out;
+    EXPECT_NE(open.out.find("  object 2: NOT sound\n    closed               no: 3 open edges"),
+              open.out.npos)
+        << open.out;
+}
+
+TEST_F(CheckCommand, ReportsThinWallsWithoutCallingThemUnsound) {
+    const std::string stl = folder / "ball.stl";
+    ASSERT_EQ(marrow_with({scan, "-o", stl, "--isovalue", "0.5"}).code, 0);
+    const Outcome thin = marrow_with({"check", stl, "--min-wall", "30"});
+    EXPECT_EQ(thin.code, 0);
+    EXPECT_EQ(thin.out.find(stl + ": sound, with walls below 30 mm\n"), 0u) << thin.out;
+    const Outcome strict = marrow_with({"check", stl, "--min-wall", "30", "--strict", "--json"});
+    EXPECT_EQ(strict.code, 6);
+    EXPECT_EQ(Json::parse(strict.out)["sound"], true);
 }
 
 TEST_F(CheckCommand, GivesOpenMeshesNoVolume) {

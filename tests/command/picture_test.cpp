@@ -6,6 +6,7 @@
 #include <vtkNew.h>
 #include <vtkPNGReader.h>
 
+#include "drawing.h"
 #include "render.h"
 #include "shared/display.h"
 #include "support/command_line.h"
@@ -99,6 +100,42 @@ TEST(Picture, ShowsThePatientUprightFromTheFront) {
     // VTK's first row is at the bottom.
     EXPECT_LT(2 * balls_in_row(highest_y - box_height / 8), balls_in_row(lowest_y + box_height / 4));
     EXPECT_LT(2 * balls_in_column(highest_x - box_width / 10), balls_in_column(lowest_x + box_width / 4));
+}
+
+TEST(Drawing, BecomesAPngWithoutADisplay) {
+    using Anchor = Words::Anchor;
+    const Drawing drawing{60,
+                          40,
+                          {Area{5, 5, 20, 10, 0xFF8000}, Line{{{5, 20}, {55, 20}, {55, 30}}, 2, 0x0000FF},
+                           Words{55, 14, Anchor::end, 0x000000, "888"}}};
+    const TemporaryFolder folder;
+    write_file(folder / "drawing.png", png_of(drawing));
+    vtkNew<vtkPNGReader> reader;
+    reader->SetFileName((folder / "drawing.png").c_str());
+    reader->Update();
+    vtkImageData* image = reader->GetOutput();
+    ASSERT_EQ(image->GetDimensions()[0], 120);
+    ASSERT_EQ(image->GetDimensions()[1], 80);
+    const auto colour_at = [&](double x, double y) {
+        const auto* rgb = static_cast<const unsigned char*>(
+            image->GetScalarPointer(static_cast<int>(2 * x), 79 - static_cast<int>(2 * y), 0));
+        return Rgb{rgb[0]} << 16 | Rgb{rgb[1]} << 8 | Rgb{rgb[2]};
+    };
+    EXPECT_EQ(colour_at(5, 5), 0xFF8000u);
+    EXPECT_EQ(colour_at(24.5, 14.5), 0xFF8000u);
+    for (const auto& [x, y] : {std::array{4.5, 10.0}, {25.0, 10.0}, {15.0, 4.5}, {15.0, 15.0}})
+        EXPECT_EQ(colour_at(x, y), 0xFFFFFFu) << x << ' ' << y;
+    for (const auto& [x, y] : {std::array{30.0, 19.5}, {30.0, 20.0}, {54.5, 25.0}})
+        EXPECT_EQ(colour_at(x, y), 0x0000FFu) << x << ' ' << y;
+    for (const auto& [x, y] : {std::array{30.0, 18.0}, {30.0, 21.5}, {30.0, 25.0}})
+        EXPECT_EQ(colour_at(x, y), 0xFFFFFFu) << x << ' ' << y;
+    int dark_before = 0, dark_after = 0;  // of the words' anchor
+    for (double y = 0; y < 18; y += 0.5) {
+        for (double x = 26; x < 60; x += 0.5)
+            (x < 55.5 ? dark_before : dark_after) += colour_at(x, y) < 0x808080;
+    }
+    EXPECT_GT(dark_before, 50);
+    EXPECT_EQ(dark_after, 0);
 }
 
 }  // namespace

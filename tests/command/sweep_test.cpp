@@ -62,6 +62,11 @@ TEST_F(Sweep, HasNoShiftForTheFirstIsovalue) {
     EXPECT_GT(json["sweep"][1]["shift_mm"], 0);
 }
 
+TEST_F(Sweep, DrawsAPngToo) {
+    ASSERT_EQ(marrow_with({"sweep", scan, "-n", "5", "--plot", folder / "a.png", "-q"}).code, 0);
+    EXPECT_EQ(read_file(folder / "a.png").substr(1, 3), "PNG");
+}
+
 TEST_F(Sweep, LabelsAxesWithRoundNumbers) {
     ASSERT_EQ(marrow_with({"sweep", scan, "--from", "-523", "--to", "891", "-n", "9", "--plot",
                            folder / "a.svg", "-o", folder / "a.csv"})
@@ -134,7 +139,7 @@ TEST_F(Sweep, RefusesWhatMakesNoSense) {
                                                {"--from", "x"},
                                                {"-n", "1"},
                                                {"-o", "a.txt"},
-                                               {"--plot", "a.png"}}) {
+                                               {"--plot", "a.jpg"}}) {
         std::vector<std::string> command{"sweep", scan};
         command.insert(command.end(), more.begin(), more.end());
         EXPECT_EQ(marrow_with(command).code, kUsage) << more[0];

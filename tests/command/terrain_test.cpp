@@ -18,7 +18,7 @@
 namespace marrow::test {
 namespace {
 
-using namespace marrow::cli;
+using namespace marrow::apps;
 
 struct Outcome {
     int code;

@@ -65,6 +65,20 @@ TEST_F(Mistake, NeverReplacesASliceByAPictureOrAScanByAPlot) {
     EXPECT_EQ(read_file(folder / "scan.svg"), read_file(scan));
 }
 
+TEST_F(Mistake, TakesNoFileThatBeginsWithAnEqualsSignByOversight) {
+    const Outcome outcome = marrow_with({scan, "--type", "bone", "-o=" + (folder / "x.stl")});
+    EXPECT_EQ(outcome.code, kUsage);
+    EXPECT_NE(outcome.err.find("write '-o " + (folder / "x.stl") + "'"), outcome.err.npos) << outcome.err;
+    EXPECT_EQ(marrow_with({scan, "--type", "bone", "--output=" + (folder / "x.stl")}).code, 0);
+}
+
+TEST_F(Mistake, NamesTheOneScanOfAFolder) {
+    const Outcome outcome = marrow_with({folder.path().string(), "--type", "bone", "-o", folder / "x.stl"});
+    EXPECT_EQ(outcome.code, kUnreadable);
+    EXPECT_NE(outcome.err.find("open a NIfTI, NRRD or MetaImage file itself, such as '" + scan + "'"), outcome.err.npos)
+        << outcome.err;
+}
+
 TEST_F(Mistake, SaysWhereTheScanIsIfTheBoxMissesIt) {
     const auto err = [&](const std::string& box) {
         const Outcome outcome = marrow_with({scan, "-o", folder / "a.stl", "--type", "bone", "--crop", box});

@@ -100,6 +100,42 @@ TEST_F(ReadMesh, StlOfSamplesAtTheIsovalueStaysAManifold) {
     }
 }
 
+TEST_F(ReadMesh, KeepsObjectsApart) {
+    Mesh other = mesh;
+    other.triangles.resize(mesh.triangles.size() / 2);
+    for (Vec3f& p : other.points) p[0] += 100;
+    const MeshObject objects[] = {{mesh, "bone & marrow"}, {mesh, "skin"}, {other, "half"}};
+    for (const char* name : {"a.3mf", "a.glb", "a.obj", "a.vtp"}) {
+        write_meshes(objects, folder / name);
+        const std::vector<NamedMesh> read = read_meshes(folder / name);
+        ASSERT_EQ(read.size(), 3u) << name;
+        EXPECT_EQ(read[1].name, "skin") << name;
+        EXPECT_EQ(read[2].name, "half") << name;
+        EXPECT_EQ(read[0].mesh.triangles, mesh.triangles) << name;
+        EXPECT_EQ(read[1].mesh.triangles, mesh.triangles) << name;
+        EXPECT_EQ(read[2].mesh.triangles.size(), other.triangles.size()) << name;
+        EXPECT_LT(read[2].mesh.points.size(), other.points.size()) << name << ": only those with triangles";
+        EXPECT_NEAR(measure(read[2].mesh).area, measure(other).area, 1e-3) << name;
+        if (std::string(name) == "a.glb") continue;  // converted from metres
+        EXPECT_EQ(read[0].mesh.points, mesh.points) << name;
+    }
+    write_mesh(mesh, folder / "a.stl");
+    ASSERT_EQ(read_meshes(folder / "a.stl").size(), 1u);
+}
+
+TEST_F(ReadMesh, TakesObjectsThatSharePointsAsOne) {
+    const std::string points = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n";
+    const auto cut = read_meshes(write("cut.obj", points + "o a\nf 1 3 2\nf 1 2 4\no b\nf 1 4 3\nf 2 3 4\n"));
+    ASSERT_EQ(cut.size(), 1u);
+    EXPECT_EQ(measure(cut[0].mesh).boundary_edges, 0);
+    const auto apart = read_meshes(
+        write("apart.obj", points + "f 1 2 3\no  the rest \r\n" + points + "f -4 -3 -1\no empty\n"));
+    ASSERT_EQ(apart.size(), 2u);
+    EXPECT_EQ(apart[0].name, "");
+    EXPECT_EQ(apart[1].name, "the rest");
+    EXPECT_EQ(apart[1].mesh.points.size(), 3u);
+}
+
 TEST_F(ReadMesh, ReadsWhatVtkWrites) {
     const auto data = poly_data(mesh);
     const auto same_surface = [&](const fs::path& file) {

@@ -282,8 +282,26 @@ TEST(Check, MeasuresThinWalls) {
     const MeshCheck thin = check_mesh(mesh, {.min_wall = 2.2});
     EXPECT_NEAR(thin.thin_area / (4 * M_PI * (144 + 100)), 1, 0.02);
     EXPECT_NEAR(thin.thinnest_wall.value(), 2, 0.15);
-    EXPECT_FALSE(thin.is_sound());
+    EXPECT_TRUE(thin.is_sound()) << "thin walls are a matter of the printer";
     EXPECT_EQ(check_mesh(mesh).thin_triangles, 0) << "there was no min_wall";
+}
+
+TEST(Check, FindsCrossingsBetweenMeshes) {
+    const Mesh first = tetrahedron(), beside = tetrahedron({3, 0, 0}),
+               through = tetrahedron({0.25, 0.25, 0.125});
+    Mesh against = tetrahedron();  // behind the face x = 0 of the first, with the same corners
+    against.points[1] = {-1, 0, 0};
+    for (Triangle& t : against.triangles) std::swap(t[1], t[2]);
+    Mesh inside = tetrahedron();
+    for (Vec3f& p : inside.points) p = {p[0] / 8 + 0.125f, p[1] / 8 + 0.125f, p[2] / 8 + 0.125f};
+    const MeshView meshes[] = {first, beside, against, inside, through};
+    const std::vector<MeshCrossing> crossings = find_crossings(meshes);
+    ASSERT_EQ(crossings.size(), 1u);
+    EXPECT_EQ(crossings[0].first, 0u);
+    EXPECT_EQ(crossings[0].second, 4u);
+    EXPECT_GT(crossings[0].pairs, 0);
+    EXPECT_TRUE(find_crossings({}).empty());
+    EXPECT_THROW(find_crossings(meshes, {.progress = [](double) { return false; }}), Cancelled);
 }
 
 TEST(Check, RejectsInvalidInputAndCanBeCancelled) {

@@ -146,7 +146,7 @@ void expect_surface_back(const PaperInput& input) {
     for (const std::string format : {"png", "tif", "bmp"}) {
         write_slices(work / format, input.slices, format);
         const test::Outcome outcome = surface_of_folder(work / format, input, work / (format + ".ply"));
-        ASSERT_EQ(outcome.code, cli::kOk) << outcome.err;
+        ASSERT_EQ(outcome.code, apps::kOk) << outcome.err;
         EXPECT_TRUE(test::read_file(work / (format + ".ply")) == expected_file)
             << format << ": not the same bytes";
     }
@@ -154,7 +154,7 @@ void expect_surface_back(const PaperInput& input) {
     // JPEG at quality 95 moves grey values by a few levels; the surface follows by a small part of a sample.
     write_slices(work / "jpg", input.slices, "jpg");
     const test::Outcome outcome = surface_of_folder(work / "jpg", input, work / "jpg.ply");
-    ASSERT_EQ(outcome.code, cli::kOk) << outcome.err;
+    ASSERT_EQ(outcome.code, apps::kOk) << outcome.err;
     ScanOptions options;
     options.spacing = input.slices.geometry().spacing;
     const Volume decoded = read_scan(work / "jpg", options);

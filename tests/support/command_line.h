@@ -15,7 +15,7 @@
 
 namespace marrow::test {
 
-using namespace marrow::cli;
+using namespace marrow::apps;
 
 struct Outcome {
     int code;

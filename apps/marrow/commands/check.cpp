@@ -12,7 +12,7 @@
 #include "json_report.h"
 #include "progress_reporter.h"
 
-namespace marrow::cli {
+namespace marrow::apps {
 namespace fs = std::filesystem;
 namespace {
 
@@ -27,65 +27,132 @@ std::string pieces_text(std::int64_t pieces, std::int64_t cavities) {
     return fmt::format("{}, with {} {}", pieces, cavities, cavities == 1 ? "cavity" : "cavities");
 }
 
-void print(std::ostream& out, const CheckedMesh& checked, double min_wall) {
-    const MeshCheck& c = checked.found;
-    const MeshMeasures& m = c.measures;
-    const auto line = [&](const char* name, const std::string& text) {
-        out << fmt::format("  {:<20} {}\n", name, text);
-    };
-    const auto yes_or = [](bool yes, const std::string& no) {
-        return yes ? std::string("yes") : "no: " + no;
-    };
-    out << fmt::format("{}: {}\n", checked.file.string(), c.is_sound() ? "sound" : "NOT sound");
-    line("closed", yes_or(c.is_closed(), m.triangles == 0 ? "there are no triangles"
-                                                          : fmt::format("{} open edges", m.boundary_edges)));
-    line("manifold",
-         yes_or(c.is_manifold(), fmt::format("{} edges, {} points", m.nonmanifold_edges - c.misoriented_edges,
-                                             c.nonmanifold_points)));
-    line("oriented",
-         yes_or(c.is_oriented(), c.misoriented_edges > 0 ? fmt::format("{} edges", c.misoriented_edges)
-                                                         : std::string("the surface faces inward")));
-    line("self-intersections", std::to_string(c.self_intersections));
-    line("degenerate triangles", std::to_string(c.degenerate_triangles));
-    if (min_wall > 0)
-        line("thin walls",
-             c.thin_triangles == 0
-                 ? fmt::format("none below {:g} mm", min_wall)
-                 : fmt::format("{} mm2 ({:.2f} %) below {:g} mm; thinnest {:.3g} mm", plain(c.thin_area),
-                               100 * c.thin_area / m.area, min_wall, *c.thinnest_wall));
-    line("pieces", pieces_text(m.components - c.cavities, c.cavities));
-    line("Euler characteristic", c.genus ? fmt::format("{}; genus {}", m.euler_characteristic, *c.genus)
-                                         : std::to_string(m.euler_characteristic));
-    line("points, triangles", fmt::format("{}, {}", m.points, m.triangles));
-    line("area, volume",
-         fmt::format("{} mm2, {}", plain(m.area),
-                     checked.has_volume() ? plain(m.volume) + " mm3"
-                     : c.is_closed()      ? "- (a mesh whose triangles face both ways has no volume)"
-                                          : "- (an open mesh has no volume)"));
-    line("bounds", fmt::format("{:g} {:g} {:g} to {:g} {:g} {:g} mm ({})", m.lower[0], m.lower[1], m.lower[2],
-                               m.upper[0], m.upper[1], m.upper[2],
-                               checked.space != Space::none ? "LPS" : "the file does not state its space"));
+// Sound or not, and how thin it is.
+std::string verdict(const MeshCheck& c, double min_wall) {
+    std::string text = c.is_sound() ? "sound" : "NOT sound";
+    if (c.thin_triangles > 0) text += fmt::format(", with walls below {:g} mm", min_wall);
+    return text;
 }
 
-CheckedMesh check_file(const fs::path& file, const CheckCommandOptions& wanted,
+class Printer {
+  public:
+    Printer(std::ostream& out, double min_wall, Space space)
+        : out_(out), min_wall_(min_wall), space_(space) {}
+
+    // The lines of one mesh below its name.
+    void print(const CheckedObject& object, int indent) const {
+        const MeshCheck& c = object.found;
+        const MeshMeasures& m = c.measures;
+        const auto line = [&](const char* name, const std::string& text) {
+            out_ << fmt::format("{:{}}{:<20} {}\n", "", indent, name, text);
+        };
+        const auto yes_or = [](bool yes, const std::string& no) {
+            return yes ? std::string("yes") : "no: " + no;
+        };
+        line("closed",
+             yes_or(c.is_closed(), m.triangles == 0 ? "there are no triangles"
+                                                    : fmt::format("{} open edges", m.boundary_edges)));
+        line("manifold", yes_or(c.is_manifold(),
+                                fmt::format("{} edges, {} points", m.nonmanifold_edges - c.misoriented_edges,
+                                            c.nonmanifold_points)));
+        line("oriented",
+             yes_or(c.is_oriented(), c.misoriented_edges > 0 ? fmt::format("{} edges", c.misoriented_edges)
+                                                             : std::string("the surface faces inward")));
+        line("self-intersections", std::to_string(c.self_intersections));
+        line("degenerate triangles", std::to_string(c.degenerate_triangles));
+        if (min_wall_ > 0)
+            line("thin walls",
+                 c.thin_triangles == 0
+                     ? fmt::format("none below {:g} mm", min_wall_)
+                     : fmt::format("{} mm2 ({:.2f} %) below {:g} mm; thinnest {:.3g} mm", plain(c.thin_area),
+                                   100 * c.thin_area / m.area, min_wall_, *c.thinnest_wall));
+        line("pieces", pieces_text(m.components - c.cavities, c.cavities));
+        line("Euler characteristic", c.genus ? fmt::format("{}; genus {}", m.euler_characteristic, *c.genus)
+                                             : std::to_string(m.euler_characteristic));
+        line("points, triangles", fmt::format("{}, {}", m.points, m.triangles));
+        line("area, volume",
+             fmt::format("{} mm2, {}", plain(m.area),
+                         object.has_volume() ? plain(m.volume) + " mm3"
+                         : c.is_closed()     ? "- (a mesh whose triangles face both ways has no volume)"
+                                             : "- (an open mesh has no volume)"));
+        line("bounds", fmt::format("{:g} {:g} {:g} to {:g} {:g} {:g} mm ({})", m.lower[0], m.lower[1],
+                                   m.lower[2], m.upper[0], m.upper[1], m.upper[2],
+                                   space_ != Space::none ? "LPS" : "the file does not state its space"));
+    }
+
+    // One line for an object without faults, and all lines for another.
+    void print_several(const CheckedFile& file) const {
+        for (const CheckedObject& object : file.objects) {
+            const MeshCheck& c = object.found;
+            out_ << fmt::format("  {}: {}", object.name, verdict(c, min_wall_));
+            if (!c.is_sound()) {
+                out_ << '\n';
+                print(object, 4);
+            } else {
+                out_ << fmt::format("; {} triangles, {} mm2, {} mm3\n", c.measures.triangles,
+                                    plain(c.measures.area), plain(c.measures.volume));
+            }
+        }
+        for (const MeshCrossing& crossing : file.crossings)
+            out_ << fmt::format("  {} and {} pass through each other at {} pairs of triangles\n",
+                                file.objects[crossing.first].name, file.objects[crossing.second].name,
+                                crossing.pairs);
+    }
+
+  private:
+    std::ostream& out_;
+    const double min_wall_;
+    const Space space_;
+};
+
+void print(std::ostream& out, const CheckedFile& file, double min_wall) {
+    const Printer printer(out, min_wall, file.space);
+    out << file.file.string() << ": ";
+    if (file.objects.size() == 1) {
+        out << verdict(file.objects.front().found, min_wall) << '\n';
+        printer.print(file.objects.front(), 2);
+    } else {
+        out << fmt::format("{}{}, {} objects\n", file.is_sound() ? "sound" : "NOT sound",
+                           file.has_thin_walls() ? fmt::format(", with walls below {:g} mm", min_wall) : "",
+                           file.objects.size());
+        printer.print_several(file);
+    }
+}
+
+// Progress from `begin` to `end` of the whole.
+Progress share_of(const Progress& whole, double begin, double end) {
+    return [&whole, begin, end](double done) { return !whole || whole(std::lerp(begin, end, done)); };
+}
+
+CheckedFile check_file(const fs::path& path, const CheckCommandOptions& wanted,
                        const ProgressReporter& reporter) {
-    CheckedMesh checked{file, {}, {}, {}};
+    CheckedFile file{path, {}, {}, {}, {}};
     try {
         reporter.stage("check", [&](const Progress& progress) {
-            const Mesh mesh = read_mesh(file, &checked.space);
+            std::vector<NamedMesh> meshes = read_meshes(path, &file.space);
             CheckOptions options;
             options.threads = wanted.threads;
-            options.progress = progress;
             if (wanted.min_wall > 0) options.min_wall = wanted.min_wall;
-            checked.found = check_mesh(mesh, options);
+            const double steps = meshes.size() == 1 ? 1 : 2 * static_cast<double>(meshes.size());
+            std::vector<MeshView> views;
+            for (NamedMesh& named : meshes) {
+                const auto step = static_cast<double>(views.size());
+                options.progress = share_of(progress, step / steps, (step + 1) / steps);
+                file.objects.push_back({std::move(named.name), check_mesh(named.mesh, options)});
+                views.push_back(named.mesh);
+                if (file.objects.back().name.empty())
+                    file.objects.back().name = fmt::format("object {}", file.objects.size());
+            }
+            options.progress = share_of(progress, 0.5, 1);
+            if (meshes.size() > 1) file.crossings = find_crossings(views, options);
         });
     } catch (const Cancelled&) {
         throw;
     } catch (const Error& error) {
-        checked.refusal = error.what();
-        reporter.console().error(checked.refusal);
+        file.refusal = error.what();
+        reporter.console().error(file.refusal);
     }
-    return checked;
+    return file;
 }
 
 }  // namespace
@@ -97,7 +164,8 @@ void add_options(Arguments& arguments, CheckCommandOptions& options) {
         "--min-wall",
         number_value("MM", "a thickness in mm", options.min_wall, [](double x) { return x >= 0; }),
         "Find walls thinner than MM.");
-    arguments.add_flag("--strict", options.strict, "Exit with 6 if a mesh is not sound.");
+    arguments.add_flag("--strict", options.strict,
+                       "Exit with 6 if a mesh is not sound, or has walls thinner than --min-wall.");
     add_threads_option(arguments, options.threads);
     add_json_option(arguments, options.reporting);
     add_quiet_option(arguments, options.reporting);
@@ -105,18 +173,20 @@ void add_options(Arguments& arguments, CheckCommandOptions& options) {
 
 ExitCode run(const CheckCommandOptions& options, const Console& console, const std::atomic<bool>& stop) {
     const ProgressReporter reporter(options.reporting, console, stop);
-    std::vector<CheckedMesh> meshes;
-    bool readable = true, sound = true;
-    for (const fs::path& file : options.inputs) {
-        const CheckedMesh& checked = meshes.emplace_back(check_file(file, options, reporter));
-        readable = readable && checked.refusal.empty();
-        sound = sound && (!checked.refusal.empty() || checked.found.is_sound());
-        if (!options.reporting.json && !options.reporting.quiet && checked.refusal.empty())
-            print(console.out, checked, options.min_wall);
+    std::vector<CheckedFile> files;
+    bool readable = true, fit = true;
+    for (const fs::path& input : options.inputs) {
+        const CheckedFile& file = files.emplace_back(check_file(input, options, reporter));
+        if (!file.refusal.empty()) {
+            readable = false;
+            continue;
+        }
+        fit = fit && file.is_sound() && !file.has_thin_walls();
+        if (!options.reporting.json && !options.reporting.quiet) print(console.out, file, options.min_wall);
     }
-    if (options.reporting.json) console.out << checks_json(meshes, options.min_wall);
+    if (options.reporting.json) console.out << checks_json(files, options.min_wall);
     if (!readable) return kUnreadable;
-    return options.strict && !sound ? kCheckFailed : kOk;
+    return options.strict && !fit ? kCheckFailed : kOk;
 }
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

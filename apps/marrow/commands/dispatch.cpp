@@ -11,7 +11,7 @@
 #include "surfaces.h"
 #include "sweep.h"
 
-namespace marrow::cli {
+namespace marrow::apps {
 namespace {
 
 std::string preset_list() {
@@ -93,4 +93,4 @@ int run_marrow(int argc, const char* const* argv, const Console& console, const 
         error_printer(argc, argv, console.out));
 }
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

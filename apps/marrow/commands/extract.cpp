@@ -13,7 +13,7 @@
 #include "outputs.h"
 #include "warnings.h"
 
-namespace marrow::cli {
+namespace marrow::apps {
 namespace {
 
 Value isovalue_value(std::vector<SurfaceRequest>& to) {
@@ -216,4 +216,4 @@ void run(const ExtractOptions& options, const Console& console, const std::atomi
     job.deliver();
 }
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

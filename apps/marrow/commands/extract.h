@@ -10,7 +10,7 @@
 #include "steps.h"
 #include "surface_job.h"
 
-namespace marrow::cli {
+namespace marrow::apps {
 
 /// One surface to extract: at `isovalue`, at `preset`, or by Otsu's method if both are absent.
 struct SurfaceRequest {
@@ -43,4 +43,4 @@ void check(const ExtractOptions& options);
 /// Extracts, writes, draws and reports the surfaces. \throw EmptySurface, and as read_scan and write_meshes
 void run(const ExtractOptions& options, const Console& console, const std::atomic<bool>& stop);
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

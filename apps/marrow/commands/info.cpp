@@ -15,7 +15,7 @@
 #include "shared/library_options.h"
 #include "thumbnail.h"
 
-namespace marrow::cli {
+namespace marrow::apps {
 namespace fs = std::filesystem;
 namespace {
 
@@ -90,11 +90,11 @@ ExitCode run(const InfoCommandOptions& options, const Console& console, const st
         } catch (const Error& error) {
             findings.push_back({input, {}, error.what(), {}});
             if (code == kOk) code = exit_code_of(error);
-            if (!options.reporting.json) console.error(apps::name_flags(error.what()));
+            if (!options.reporting.json) console.error(name_flags(error.what()));
         }
     }
     if (options.reporting.json) console.out << findings_json(findings, options.show_patient);
     return code;
 }
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

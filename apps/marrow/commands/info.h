@@ -8,7 +8,7 @@
 #include "options.h"
 #include "shared/console.h"
 
-namespace marrow::cli {
+namespace marrow::apps {
 
 struct InfoCommandOptions {
     std::vector<std::filesystem::path> inputs;
@@ -26,4 +26,4 @@ void add_options(Arguments& arguments, InfoCommandOptions& options);
 /// have a picture.
 ExitCode run(const InfoCommandOptions& options, const Console& console, const std::atomic<bool>& stop);
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

@@ -20,7 +20,7 @@
 #include "shared/suggestions.h"
 #include "warnings.h"
 
-namespace marrow::cli {
+namespace marrow::apps {
 namespace fs = std::filesystem;
 namespace {
 
@@ -259,4 +259,4 @@ void run(const LabelsOptions& options, const Console& console, const std::atomic
     job.deliver();
 }
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

@@ -8,7 +8,7 @@
 #include "steps.h"
 #include "surface_job.h"
 
-namespace marrow::cli {
+namespace marrow::apps {
 
 struct LabelsOptions {
     SurfaceJobOptions job;
@@ -27,4 +27,4 @@ void check(const LabelsOptions& options);
 /// Extracts, writes, draws and reports the surfaces. \throw EmptySurface the map contains only background
 void run(const LabelsOptions& options, const Console& console, const std::atomic<bool>& stop);
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

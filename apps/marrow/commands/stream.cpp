@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <marrow/mesh_io.h>
+#include <marrow/normals.h>
 #include <marrow/scan_io.h>
 #include <marrow/streaming.h>
 
@@ -14,7 +15,7 @@
 #include "report.h"
 #include "warnings.h"
 
-namespace marrow::cli {
+namespace marrow::apps {
 namespace {
 
 std::filesystem::path file_of(const StreamOptions& options) {
@@ -67,6 +68,13 @@ void run(const StreamOptions& options, const Console& console, const std::atomic
         surface.in_slabs = {points, triangles};
         begin(points, triangles, normals);
     };
+    OutwardNormals outward;
+    if (mesh_format(surface.output) == MeshFormat::ply)
+        sink.part = [&, write = sink.part](const SurfacePart& part) {
+            write(part);
+            for (const auto& [point, normal] : outward.add(part, scan.options.threads))
+                write({point, part.points.subspan(point - part.first_point, 1), {&normal, 1}, 0, {}, 1});
+        };
     IsosurfaceStats stats;
     results.seconds.extract = reporter.stage("extract", [&](const Progress& progress) {
         // With normals, so that the file has the same bytes as that of a surface extracted in memory.
@@ -84,4 +92,4 @@ void run(const StreamOptions& options, const Console& console, const std::atomic
     print_results(reporter, results, space);
 }
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

@@ -6,7 +6,7 @@
 
 #include "extract.h"
 
-namespace marrow::cli {
+namespace marrow::apps {
 
 struct StreamOptions {
     SurfaceJobOptions job;
@@ -24,4 +24,4 @@ void check(const StreamOptions& options);
 /// Reads, extracts and writes slab by slab. \throw EmptySurface, and as open_slices and SurfaceWriter
 void run(const StreamOptions& options, const Console& console, const std::atomic<bool>& stop);
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

@@ -9,7 +9,7 @@
 
 #include <marrow/scan_io.h>
 
-namespace marrow::cli {
+namespace marrow::apps {
 namespace {
 
 // What `marrow INPUT` does. A bit each, so that the table below can combine them.
@@ -162,4 +162,4 @@ void run(const Arguments& arguments, const SurfacesOptions& options, const Conso
         check_and_run(extract_options(options), console, stop);
 }
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

@@ -5,7 +5,7 @@
 #include "labels.h"
 #include "stream.h"
 
-namespace marrow::cli {
+namespace marrow::apps {
 
 /// The options of all three.
 struct SurfacesOptions {
@@ -22,4 +22,4 @@ void add_options(Arguments& arguments, SurfacesOptions& options);
 void run(const Arguments& arguments, const SurfacesOptions& options, const Console& console,
          const std::atomic<bool>& stop);
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

@@ -17,7 +17,7 @@
 #include "sweep_report.h"
 #include "warnings.h"
 
-namespace marrow::cli {
+namespace marrow::apps {
 namespace fs = std::filesystem;
 namespace {
 
@@ -31,6 +31,13 @@ Value table_value(fs::path& to) {
     return {"OUT", "a .csv or .json file", [&to](const std::string& text) {
                 to = text;
                 return to.empty() || to.extension() == ".csv" || to.extension() == ".json";
+            }};
+}
+
+Value plot_value(fs::path& to) {
+    return {"FILE", "a .svg or .png file", [&to](const std::string& text) {
+                to = text;
+                return to.extension() == ".svg" || to.extension() == ".png";
             }};
 }
 
@@ -75,7 +82,10 @@ void write(const SweepCommandOptions& options, const Console& console,
     if (!options.table.empty())
         write_file(options.table, options.table.extension() == ".json" ? sweep_json(measured, plateaus)
                                                                        : sweep_csv(measured, plateaus));
-    if (!options.plot.empty()) write_file(options.plot, sweep_svg(measured, plateaus));
+    if (!options.plot.empty()) {
+        const Drawing drawing = sweep_drawing(measured, plateaus);
+        write_file(options.plot, options.plot.extension() == ".png" ? png_of(drawing) : svg_of(drawing));
+    }
     if (options.reporting.json) {
         console.out << sweep_json(measured, plateaus);
     } else if (!options.reporting.quiet && options.table.empty()) {
@@ -111,7 +121,7 @@ void add_options(Arguments& arguments, SweepCommandOptions& options) {
     arguments.start_group("Output");
     arguments.add_option("-o,--output", table_value(options.table),
                          "Write the table to OUT, .csv or .json, instead of printing it.");
-    arguments.add_option("--plot", file_value("FILE.svg", options.plot, ".svg"), "Write a drawing.");
+    arguments.add_option("--plot", plot_value(options.plot), "Write a drawing to FILE, .svg or .png.");
     add_general_options(arguments, options.scan.options.threads, options.reporting);
 }
 
@@ -139,4 +149,4 @@ void run(const SweepCommandOptions& options, const Console& console, const std::
     write(options, console, measured, find_plateaus(measured, finest, otsu_contrast(samples)));
 }
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

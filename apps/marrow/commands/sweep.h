@@ -9,7 +9,7 @@
 #include "shared/console.h"
 #include "steps.h"
 
-namespace marrow::cli {
+namespace marrow::apps {
 
 struct SweepCommandOptions {
     ScanInput scan;
@@ -29,4 +29,4 @@ extern const char* const kSweepHelp;
 /// Measures, writes and prints. \throw UsageError; EmptySurface there is no surface at any isovalue
 void run(const SweepCommandOptions& options, const Console& console, const std::atomic<bool>& stop);
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

@@ -17,7 +17,7 @@
 #include "report.h"
 #include "shared/display.h"
 
-namespace marrow::cli {
+namespace marrow::apps {
 namespace fs = std::filesystem;
 namespace {
 
@@ -205,4 +205,4 @@ int run_terrain(int argc, const char* const* argv, const Console& console, const
     return exit_code_of(console, read_and_run, error_printer(argc, argv, console.out));
 }
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

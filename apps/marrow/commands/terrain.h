@@ -9,7 +9,7 @@
 #include "options.h"
 #include "shared/console.h"
 
-namespace marrow::cli {
+namespace marrow::apps {
 
 struct TerrainCommandOptions {
     std::filesystem::path input;
@@ -33,4 +33,4 @@ void run(const TerrainCommandOptions& options, const Console& console, const std
 /// on console.err.
 int run_terrain(int argc, const char* const* argv, const Console& console, const std::atomic<bool>& stop);
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

@@ -41,7 +41,7 @@ class MeshCheck:
     is_closed: bool
     is_manifold: bool
     is_oriented: bool  #: neighbours agree on the outside, and a closed mesh faces outward
-    is_sound: bool  #: all of this, and nothing that a slicer would have to repair
+    is_sound: bool  #: all of this, and nothing else that a slicer would have to repair; thin walls do not count
 
 
 @dataclass(frozen=True)

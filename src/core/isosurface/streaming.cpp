@@ -177,13 +177,15 @@ Pyramids count(Slabs& s) {
 // these name.
 struct SlabOutput {
     std::size_t row_begin, row_end, points_row_end;
-    std::uint64_t point_begin, point_end, triangle_begin, triangle_end;
+    std::uint64_t point_begin, next_point_begin, point_end, triangle_begin, triangle_end;
 
     SlabOutput(const InsideBits& bits, const Pyramids& pyramids, std::int64_t z_begin, std::int64_t z_end)
         : row_begin(bits.row_index(0, z_begin)),
           row_end(bits.row_index(0, z_end)),
           points_row_end(bits.row_index(0, std::min(z_end + 1, bits.nz))),
           point_begin(pyramids.points.first_output(row_begin)),
+          next_point_begin(z_end < bits.nz ? pyramids.points.first_output(row_end)
+                                           : pyramids.points.first_output(points_row_end)),
           point_end(pyramids.points.first_output(points_row_end)),
           triangle_begin(pyramids.triangles.first_output(row_begin)),
           triangle_end(pyramids.triangles.first_output(row_end)) {}
@@ -235,7 +237,8 @@ void hand_over(const SlabOutput& slab, bool normals, SurfaceMemory& memory, cons
                      {memory.points.data() + slab.point_begin, points},
                      {},
                      slab.triangle_begin,
-                     {memory.triangles.data() + slab.triangle_begin, triangles}};
+                     {memory.triangles.data() + slab.triangle_begin, triangles},
+                     slab.next_point_begin - slab.point_begin};
     if (normals) part.normals = {memory.normals.data() + slab.point_begin, points};
     sink.part(part);
     memory.points.release(slab.point_begin, slab.point_end);

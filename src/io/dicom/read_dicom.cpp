@@ -211,13 +211,12 @@ std::size_t choose_map(const DicomSeries& series, const LabelMaps& maps, const S
     const std::size_t count = maps.maps.size();
     if (!options.volume && count > 1) {
         throw GeometryError(fmt::format(
-            "series {}: its segments overlap and make {} label maps ({}); choose one with options.volume",
-            series.id, count, examples(differences_of(maps))));
+            "the segments overlap and make {} label maps ({}); choose one with options.volume", count,
+            examples(differences_of(maps))));
     }
     const std::int64_t chosen = options.volume.value_or(0);
     if (chosen < 0 || static_cast<std::size_t>(chosen) >= count) {
-        throw OptionError(fmt::format("series {}: has no volume {}; there are {}, numbered from 0", series.id,
-                                      chosen, count));
+        throw OptionError(fmt::format("the series has no volume {}; there are {}, numbered from 0", chosen, count));
     }
     return static_cast<std::size_t>(chosen);
 }

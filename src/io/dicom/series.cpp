@@ -85,17 +85,22 @@ std::size_t number_of(const DicomSeries& series, const DicomHeaders& headers) {
     return static_cast<std::size_t>(&series - headers.series.data()) + 1;
 }
 
+// The first few of these series, by their numbers. Ids are long, and say nothing to people.
 std::string listed(const std::vector<DicomSeries*>& candidates, const DicomHeaders& headers) {
-    std::vector<std::string> all;
-    for (const DicomSeries* series : candidates) {
-        const SeriesInfo info = describe(series->volumes[0]);
-        const std::size_t volumes = series->volumes.size();
-        all.push_back(fmt::format("number {}, {} ({}, {}, {} x {} x {}, {})", number_of(*series, headers),
-                                  info.id, info.modality.empty() ? "modality unknown" : info.modality,
-                                  quoted(info.description), info.dims[0], info.dims[1], info.dims[2],
-                                  volumes > 1 ? count_of(volumes, "volume") : count_of(info.files, "file")));
+    constexpr std::size_t kMost = 3;
+    std::string all;
+    for (std::size_t i = 0; i < std::min(kMost, candidates.size()); ++i) {
+        const DicomSeries& series = *candidates[i];
+        const SeriesInfo info = describe(series.volumes[0]);
+        const std::size_t volumes = series.volumes.size();
+        all += fmt::format("{}{} ({}{}, {} x {} x {}, {})", i > 0 ? ", " : "", number_of(series, headers),
+                           info.modality.empty() ? "modality unknown" : info.modality,
+                           info.description.empty() ? "" : " " + quoted(info.description), info.dims[0],
+                           info.dims[1], info.dims[2],
+                           volumes > 1 ? count_of(volumes, "volume") : count_of(info.files, "file"));
     }
-    return examples(all);
+    if (candidates.size() > kMost) all += fmt::format(" and {} more", candidates.size() - kMost);
+    return all;
 }
 
 // Whether `wanted` names a series: by its id, its SeriesInstanceUID, its number in the list, or the first part
@@ -164,7 +169,7 @@ SeriesChoice choose_series(DicomHeaders& headers, const DicomInput& input, const
 DicomSeries& only_candidate(const SeriesChoice& choice, const DicomHeaders& headers) {
     if (choice.candidates.size() > 1) {
         throw GeometryError(
-            fmt::format("there are {} series, {}; choose one with options.series; inspect_scan lists all",
+            fmt::format("there are {} series: {}; choose one by its number with options.series; inspect_scan lists all",
                         choice.candidates.size(), listed(choice.candidates, headers)));
     }
     return *choice.candidates[0];
@@ -177,13 +182,12 @@ DicomStack& choose_volume(DicomSeries& series, const ScanOptions& options) {
         for (std::size_t i = 0; i < count; ++i)
             all.push_back(fmt::format("{}: {}", i, series.volumes[i].difference));
         throw GeometryError(fmt::format(
-            "series {}: holds {} volumes ({}); choose one with options.volume; inspect_scan lists all",
-            series.id, count, examples(all)));
+            "the series holds {} volumes ({}); choose one with options.volume; inspect_scan lists all", count,
+            examples(all)));
     }
     const std::int64_t chosen = options.volume.value_or(0);
     if (chosen < 0 || static_cast<std::size_t>(chosen) >= count) {
-        throw OptionError(fmt::format("series {}: has no volume {}; there are {}, numbered from 0", series.id,
-                                      chosen, count));
+        throw OptionError(fmt::format("the series has no volume {}; there are {}, numbered from 0", chosen, count));
     }
     return series.volumes[static_cast<std::size_t>(chosen)];
 }

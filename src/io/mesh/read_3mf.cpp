@@ -50,6 +50,7 @@ struct Use {
 };
 
 struct Object {
+    std::string name;
     Mesh mesh;
     double scale = 1;  // millimetres per unit of the mesh
     std::vector<Use> components;
@@ -100,6 +101,7 @@ class ModelReader : public XmlVisitor {
             if (!is_new) file_.refuse("has two objects " + quoted(element.get("id")));
             object_ = &added->second;
             object_->scale = scale_;
+            object_->name = element.get("name");
         } else if (tag == "item" && is_root_) {
             scene_.items.push_back(use(element));
         } else if (tag == "metadata" && is_root_) {
@@ -203,7 +205,8 @@ class ModelReader : public XmlVisitor {
 // Assembles the build items to one mesh.
 class Assembly {
   public:
-    Assembly(const FileContent& archive, Scene& scene) : archive_(archive), scene_(scene) {}
+    Assembly(const FileContent& archive, Scene& scene, std::vector<ObjectStart>& starts)
+        : archive_(archive), scene_(scene), starts_(starts) {}
 
     Mesh build() {
         count();
@@ -256,7 +259,8 @@ class Assembly {
         object.placing = false;
     }
 
-    static void add(const Object& object, const Transform& transform, Mesh& mesh) {
+    void add(const Object& object, const Transform& transform, Mesh& mesh) {
+        starts_.push_back({object.name, mesh.triangles.size()});
         Transform m = transform;
         for (std::size_t r = 0; r < 3; ++r) {
             for (double& value : m[r]) value *= object.scale;
@@ -279,6 +283,7 @@ class Assembly {
 
     const FileContent& archive_;
     Scene& scene_;
+    std::vector<ObjectStart>& starts_;
 };
 
 // Parses these files of the archive; `visitor(name, file)` returns the visitor of each.
@@ -297,7 +302,7 @@ void parse_files(const FileContent& archive, std::set<std::string> names, Visito
 
 }  // namespace
 
-Mesh read_3mf(const FileContent& input, Space& space) {
+Mesh read_3mf(const FileContent& input, Space& space, std::vector<ObjectStart>& objects) {
     RelationsReader relations;
     parse_files(input, {"_rels/.rels"}, [&](auto&, auto&) -> XmlVisitor& { return relations; });
     if (relations.root.empty()) input.refuse("the ZIP archive names no 3D model");
@@ -318,7 +323,7 @@ Mesh read_3mf(const FileContent& input, Space& space) {
     }
     add_models(others);
     space = scene.space;
-    return Assembly(input, scene).build();
+    return Assembly(input, scene, objects).build();
 }
 
 }  // namespace marrow::internal::io

@@ -30,7 +30,8 @@ struct Elements {
 
 class GlbReader {
   public:
-    explicit GlbReader(const FileContent& input) : input_(input) {
+    GlbReader(const FileContent& input, std::vector<ObjectStart>& objects)
+        : input_(input), objects_(objects) {
         constexpr std::uint32_t kMagic = 0x46546C67, kJson = 0x4E4F534A, kBinary = 0x004E4942;
         if (input.bytes.size() < 20 || word(0) != kMagic) input.refuse("is not a .glb file");
         if (word(4) != 2)
@@ -115,6 +116,8 @@ class GlbReader {
                               ", which is not supported; apply it before exporting");
         }
         const Json& mesh = element("meshes", number(node, "mesh", {}));
+        const Json& name = member(node, "name");
+        objects_.push_back({name.is_string() ? name.get<std::string>() : "", mesh_.triangles.size()});
         for (const Json& primitive : list(mesh, "primitives")) add_primitive(primitive);
     }
 
@@ -208,6 +211,7 @@ class GlbReader {
 
     static constexpr std::uint64_t kFloat = 5126;
     const FileContent& input_;
+    std::vector<ObjectStart>& objects_;
     Json json_;
     std::string_view buffer_;
     Mesh mesh_;
@@ -217,8 +221,8 @@ class GlbReader {
 
 }  // namespace
 
-Mesh read_glb(const FileContent& input, Space& space) {
-    GlbReader reader(input);
+Mesh read_glb(const FileContent& input, Space& space, std::vector<ObjectStart>& objects) {
+    GlbReader reader(input, objects);
     Mesh mesh = reader.read();
     if (!reader.names_no_space()) space = Space::LPS;  // glTF defines the orientation of a model
     return mesh;

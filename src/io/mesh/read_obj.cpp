@@ -1,10 +1,10 @@
-// Reads Wavefront OBJ: points and faces.
+// Reads Wavefront OBJ: points, faces and objects.
 #include "io/bytes/text.h"
 #include "reader.h"
 
 namespace marrow::internal::io {
 
-Mesh read_obj(const FileContent& input, Space& space) {
+Mesh read_obj(const FileContent& input, Space& space, std::vector<ObjectStart>& objects) {
     Mesh mesh;
     std::vector<std::int64_t> corners;
     for (std::string_view rest = input.bytes; !rest.empty();) {
@@ -13,6 +13,8 @@ Mesh read_obj(const FileContent& input, Space& space) {
         const std::vector<std::string_view> w = split(line);
         if (w.empty()) continue;
         if (w[0] == "v") mesh.points.push_back(parse_point(input, w));
+        if (w[0] == "o")
+            objects.push_back({std::string(trimmed(trimmed(line).substr(1))), mesh.triangles.size()});
         if (w[0] != "f") continue;
         corners.clear();
         for (std::size_t i = 1; i < w.size(); ++i) {

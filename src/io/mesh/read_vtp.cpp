@@ -47,13 +47,15 @@ struct Array {
 
 class VtpReader : public XmlVisitor {
   public:
-    explicit VtpReader(const FileContent& input) : input_(input), parser_(input, *this) {}
+    VtpReader(const FileContent& input, std::vector<ObjectStart>& objects)
+        : input_(input), parser_(input, *this), objects_(objects) {}
 
     Mesh read(Space& space) {
         parser_.parse(input_.bytes);
         parser_.finish();
         if (!is_file_) input_.refuse("is not a VTK PolyData file");
-        if (!space_.type.empty()) space = space_of(values(space_));
+        if (!space_.type.empty()) space = stated_space("SPACE=" + text_of(values(space_)));
+        const std::string names = text_of(values(names_));
         for (const Piece& piece : pieces_) {
             const std::size_t first = mesh_.points.size();
             const std::vector<double> points = values(piece.points);
@@ -61,7 +63,7 @@ class VtpReader : public XmlVisitor {
             for (std::size_t i = 0; i < points.size(); i += 3)
                 mesh_.points.push_back({static_cast<float>(points[i]), static_cast<float>(points[i + 1]),
                                         static_cast<float>(points[i + 2])});
-            add_polygons(values(piece.connectivity), values(piece.offsets), first);
+            add_polygons(piece, names, first);
         }
         return std::move(mesh_);
     }
@@ -69,12 +71,13 @@ class VtpReader : public XmlVisitor {
   private:
     struct Piece {
         Array points, connectivity, offsets;
+        Array surfaces;  // the number of each polygon's surface
     };
 
     void begin(const XmlElement& element) override {
         const std::string_view tag = element.name;
         if (tag == "VTKFile") begin_file(element);
-        if (tag == "Points" || tag == "Polys" || tag == "FieldData") section_ = tag;
+        if (tag == "Points" || tag == "Polys" || tag == "CellData" || tag == "FieldData") section_ = tag;
         if (tag == "Piece") {
             pieces_.emplace_back();
             if (!element.get("NumberOfStrips").empty() && element.get("NumberOfStrips") != "0")
@@ -98,9 +101,10 @@ class VtpReader : public XmlVisitor {
 
     // Where an array of the current section is kept; null if it is not needed.
     Array* array_named(std::string_view name) {
-        if (section_ == "FieldData") return name == "SPACE" ? &space_ : nullptr;
+        if (section_ == "FieldData") return name == "SPACE" ? &space_ : name == "Names" ? &names_ : nullptr;
         if (pieces_.empty()) return nullptr;
         if (section_ == "Points") return &pieces_.back().points;
+        if (section_ == "CellData") return name == "Surface" ? &pieces_.back().surfaces : nullptr;
         if (section_ == "Polys")
             return name == "offsets" ? &pieces_.back().offsets : &pieces_.back().connectivity;
         return nullptr;
@@ -218,17 +222,29 @@ class VtpReader : public XmlVisitor {
         input_.refuse("has an array of type " + quoted(type) + ", which is not supported");
     }
 
-    static Space space_of(const std::vector<double>& codes) {
+    static std::string text_of(const std::vector<double>& codes) {
         std::string text;
         for (const double code : codes) text += static_cast<char>(code);
-        return stated_space("SPACE=" + text);
+        return text;
     }
 
-    void add_polygons(const std::vector<double>& connectivity, const std::vector<double>& offsets,
-                      std::size_t first_point) {
+    // The name of a surface: its place among texts that end with 0.
+    static std::string name_of(double surface, std::string_view names) {
+        for (; surface >= 1 && !names.empty(); --surface)
+            names.remove_prefix(std::min(names.find('\0'), names.size() - 1) + 1);
+        return std::string(names.substr(0, names.find('\0')));
+    }
+
+    void add_polygons(const Piece& piece, std::string_view names, std::size_t first_point) {
+        const std::vector<double> connectivity = values(piece.connectivity), offsets = values(piece.offsets),
+                                  surfaces = values(piece.surfaces);
         std::vector<std::int64_t> corners;
         double from = 0;
-        for (const double to : offsets) {
+        const bool separated = surfaces.size() == offsets.size();
+        for (std::size_t polygon = 0; polygon < offsets.size(); ++polygon) {
+            const double to = offsets[polygon];
+            if (separated && (polygon == 0 || surfaces[polygon] != surfaces[polygon - 1]))
+                objects_.push_back({name_of(surfaces[polygon], names), mesh_.triangles.size()});
             if (!(to >= from && to <= static_cast<double>(connectivity.size())))
                 input_.refuse("a polygon's corners are outside the connectivity array");
             corners.clear();
@@ -244,9 +260,11 @@ class VtpReader : public XmlVisitor {
 
     const FileContent& input_;
     XmlParser parser_;
+    std::vector<ObjectStart>& objects_;
     std::string section_;  // the current element that holds arrays
     Array* array_ = nullptr;
     Array space_;
+    Array names_;  // of the surfaces, each followed by 0
     std::deque<Piece> pieces_;
     Mesh mesh_;
     bool is_file_ = false, compressed_ = false, appended_raw_ = false;
@@ -256,8 +274,8 @@ class VtpReader : public XmlVisitor {
 
 }  // namespace
 
-Mesh read_vtp(const FileContent& input, Space& space) {
-    return VtpReader(input).read(space);
+Mesh read_vtp(const FileContent& input, Space& space, std::vector<ObjectStart>& objects) {
+    return VtpReader(input, objects).read(space);
 }
 
 }  // namespace marrow::internal::io

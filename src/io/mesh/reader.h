@@ -29,14 +29,21 @@ Space stated_space(std::string_view text);
 /// \throw InputError a coordinate is NaN or infinite
 void check_finite(const FileContent& input, std::span<const Vec3f> points);
 
+/// Where an object of a file begins.
+struct ObjectStart {
+    std::string name;
+    std::size_t triangle = 0;  ///< its first one in the mesh
+};
+
 /// Each reads a format, with coordinates as in the file. `space` is Space::none and receives the space that
-/// the file states. \throw InputError
+/// the file states. `objects` receives the objects that the file separates, in the order of their triangles.
+/// \throw InputError
 Mesh read_stl(const FileContent& input, Space& space);
 Mesh read_ply(const FileContent& input, Space& space);
-Mesh read_obj(const FileContent& input, Space& space);
-Mesh read_vtp(const FileContent& input, Space& space);
-Mesh read_3mf(const FileContent& input, Space& space);
+Mesh read_obj(const FileContent& input, Space& space, std::vector<ObjectStart>& objects);
+Mesh read_vtp(const FileContent& input, Space& space, std::vector<ObjectStart>& objects);
+Mesh read_3mf(const FileContent& input, Space& space, std::vector<ObjectStart>& objects);
 /// The coordinates are in millimetres and LPS.
-Mesh read_glb(const FileContent& input, Space& space);
+Mesh read_glb(const FileContent& input, Space& space, std::vector<ObjectStart>& objects);
 
 }  // namespace marrow::internal::io
