@@ -207,7 +207,7 @@ void warn_of_order(const DicomStack& stack, std::vector<std::string>& warnings) 
 }
 
 // Names the label map that options.volume chooses, or the only one. \throw GeometryError; OptionError
-std::size_t choose_map(const DicomSeries& series, const LabelMaps& maps, const ScanOptions& options) {
+std::size_t choose_map(const LabelMaps& maps, const ScanOptions& options) {
     const std::size_t count = maps.maps.size();
     if (!options.volume && count > 1) {
         throw GeometryError(fmt::format(
@@ -245,7 +245,7 @@ SeriesReport report_on_segmentation(const DicomSeries& series, const ScanOptions
         out.geometry = maps.maps[0].geometry();
         out.memory =
             static_cast<std::uint64_t>(out.geometry->sample_count()) * sample_size(maps.maps[0].type());
-        choose_map(series, maps, options);
+        choose_map(maps, options);
     } catch (const InputError& error) {
         out.refusal = error.what();
     }
@@ -358,7 +358,7 @@ Volume read_dicom(const DicomInput& input, const ScanOptions& options, ScanInfo&
     if (series.first().segmentation) {
         check_supported(series.volumes[0]);
         LabelMaps maps = read_label_maps(series.first(), options);
-        const std::size_t chosen = choose_map(series, maps, options);
+        const std::size_t chosen = choose_map(maps, options);
         info.series = describe(series.volumes[0]);
         describe_map(series.first(), maps.maps[chosen], info.series);
         info.volumes = static_cast<std::int64_t>(maps.maps.size());
