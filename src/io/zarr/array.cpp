@@ -226,7 +226,7 @@ ZarrArray read_version_3(const fs::path& folder) {
         array.separator = keys.at("configuration").at("separator").text();
     if (array.separator != "." && array.separator != "/")
         metadata.refuse("the separator of chunk keys is neither '.' nor '/'");
-    if (naming == "default") array.prefix.assign("c").append(array.separator);
+    if (naming == "default") array.prefix = fmt::format("c{}", array.separator);
     return array;
 }
 
