@@ -47,6 +47,10 @@ if(MARROW_PYTHON)
   find_package(Python 3.11 REQUIRED COMPONENTS Interpreter Development.Module)
   find_package(pybind11 2.10 REQUIRED)
 endif()
+if(MARROW_VTK)
+  find_package(Python3 3.11 REQUIRED COMPONENTS Interpreter Development.Module)  # as VTK calls it
+  find_package(VTK 9.1 REQUIRED COMPONENTS CommonCore CommonDataModel CommonExecutionModel Python WrappingPythonCore)
+endif()
 if(MARROW_TESTS OR MARROW_BENCH)
   find_package(VTK 9.1 REQUIRED COMPONENTS
     CommonCore CommonDataModel FiltersCore FiltersGeneral IOGeometry IOImage IOPLY IOXML RenderingCore RenderingOpenGL2)

@@ -1,0 +1,339 @@
+// Connects Marrow's extraction to VTK's pipeline.
+#include "vtkMarrowContour.h"
+
+#include <vtkCellArray.h>
+#include <vtkContourValues.h>
+#include <vtkDataArray.h>
+#include <vtkExtentTranslator.h>
+#include <vtkFloatArray.h>
+#include <vtkImageData.h>
+#include <vtkInformation.h>
+#include <vtkInformationVector.h>
+#include <vtkMatrix3x3.h>
+#include <vtkObjectFactory.h>
+#include <vtkPointData.h>
+#include <vtkPoints.h>
+#include <vtkPolyData.h>
+#include <vtkStreamingDemandDrivenPipeline.h>
+#include <vtkTypeInt32Array.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <future>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <marrow/error.h>
+#include <marrow/isosurface.h>
+
+vtkStandardNewMacro(vtkMarrowContour);
+
+namespace {
+
+using Extent = std::array<int, 6>;
+
+// An array of VTK's over memory that a mesh owns.
+template <class Array>
+class MeshArray : public Array {
+  public:
+    static vtkSmartPointer<Array> make(std::shared_ptr<marrow::Mesh> mesh, void* data, std::size_t values,
+                                       int components) {
+        auto* array = new MeshArray;
+        array->InitializeObjectBase();
+        array->mesh_ = std::move(mesh);
+        constexpr int kNotVtks = 1;  // VTK does not free the memory
+        array->SetNumberOfComponents(components);
+        array->SetArray(static_cast<typename Array::ValueType*>(data), static_cast<vtkIdType>(values),
+                        kNotVtks);
+        return vtkSmartPointer<Array>::Take(array);
+    }
+
+  private:
+    std::shared_ptr<marrow::Mesh> mesh_;
+};
+
+std::optional<marrow::SampleType> sample_type(int type) {
+    switch (type) {
+        case VTK_UNSIGNED_CHAR:
+            return marrow::SampleType::uint8;
+        case VTK_SIGNED_CHAR:
+            return marrow::SampleType::int8;
+        case VTK_CHAR:
+            return marrow::sample_type_of<
+                std::conditional_t<std::is_signed_v<char>, std::int8_t, std::uint8_t>>();
+        case VTK_SHORT:
+            return marrow::SampleType::int16;
+        case VTK_UNSIGNED_SHORT:
+            return marrow::SampleType::uint16;
+        case VTK_INT:
+            return marrow::SampleType::int32;
+        case VTK_FLOAT:
+            return marrow::SampleType::float32;
+        case VTK_DOUBLE:
+            return marrow::SampleType::float64;
+        default:
+            return {};
+    }
+}
+
+// The samples of an image. \throw std::runtime_error Marrow cannot read them where they are
+const void* samples_of(vtkDataArray& scalars, marrow::SampleType& type) {
+    const std::string name = scalars.GetName() ? scalars.GetName() : "the scalars";
+    if (scalars.GetNumberOfComponents() != 1)
+        throw std::runtime_error(name + " have " + std::to_string(scalars.GetNumberOfComponents()) +
+                                 " components; choose one with vtkImageExtractComponents");
+    const std::optional<marrow::SampleType> known = sample_type(scalars.GetDataType());
+    if (!known)
+        throw std::runtime_error(name + " are of type " + scalars.GetDataTypeAsString() +
+                                 "; convert them with vtkImageCast");
+    if (!scalars.HasStandardMemoryLayout())
+        throw std::runtime_error(name +
+                                 " are not one block of memory; copy them with vtkDataArray::DeepCopy");
+    type = *known;
+    return scalars.GetVoidPointer(0);
+}
+
+bool is_empty(const Extent& extent) {
+    return extent[0] > extent[1] || extent[2] > extent[3] || extent[4] > extent[5];
+}
+
+// The samples of the piece that is asked for, without those that are there for its gradients alone.
+Extent piece_of(vtkInformation& request, const Extent& whole, const Extent& present) {
+    Extent piece = whole;
+    const int pieces = request.Get(vtkStreamingDemandDrivenPipeline::UPDATE_NUMBER_OF_PIECES());
+    if (pieces > 1) {
+        const vtkNew<vtkExtentTranslator> translator;
+        translator->SetWholeExtent(piece.data());
+        translator->SetNumberOfPieces(pieces);
+        translator->SetPiece(request.Get(vtkStreamingDemandDrivenPipeline::UPDATE_PIECE_NUMBER()));
+        translator->SetGhostLevel(0);
+        if (translator->PieceToExtent() == 0) return {0, -1, 0, -1, 0, -1};
+        translator->GetExtent(piece.data());
+    }
+    for (std::size_t side = 0; side < 6; ++side)
+        piece[side] =
+            side % 2 == 0 ? std::max(piece[side], present[side]) : std::min(piece[side], present[side]);
+    return piece;
+}
+
+// The piece of an image as a part of the whole volume. Indices count from the whole's first sample.
+marrow::VolumeView view_of(vtkImageData& image, const void* samples, marrow::SampleType type,
+                           const Extent& whole, const Extent& present, const Extent& piece) {
+    marrow::VolumeView view;
+    view.type = type;
+    const double* const spacing = image.GetSpacing();
+    const vtkMatrix3x3* const direction = image.GetDirectionMatrix();
+    marrow::Geometry& g = view.geometry;
+    std::array<std::int64_t, 3> size{};
+    std::int64_t offset = 0, pitch = 1;
+    for (std::size_t m = 0; m < 3; ++m) {
+        size[m] = std::int64_t{present[2 * m + 1]} - present[2 * m] + 1;
+        g.dims[m] = std::int64_t{piece[2 * m + 1]} - piece[2 * m] + 1;
+        g.spacing[m] = spacing[m];
+        for (std::size_t row = 0; row < 3; ++row)
+            g.direction[row][m] = direction->GetElement(static_cast<int>(row), static_cast<int>(m));
+        view.first[m] = std::int64_t{piece[2 * m]} - whole[2 * m];
+        view.below[m] = std::int64_t{piece[2 * m]} - present[2 * m];
+        view.above[m] = std::int64_t{present[2 * m + 1]} - piece[2 * m + 1];
+        offset += view.below[m] * pitch;
+        pitch *= size[m];
+    }
+    double origin[3];
+    image.TransformIndexToPhysicalPoint(whole[0], whole[2], whole[4], origin);
+    std::copy_n(origin, 3, g.origin.begin());
+    view.pitch = {size[0], size[0] * size[1]};
+    view.data =
+        static_cast<const std::byte*>(samples) + static_cast<std::size_t>(offset) * marrow::sample_size(type);
+    return view;
+}
+
+// Writes the isovalue of each point; number i has the points until points_until[i].
+template <class T>
+void fill(const std::vector<double>& isovalues, const std::vector<std::size_t>& points_until, T* to) {
+    std::size_t point = 0;
+    for (std::size_t i = 0; i < isovalues.size(); ++i) {
+        std::fill(to + point, to + points_until[i], static_cast<T>(isovalues[i]));
+        point = points_until[i];
+    }
+}
+
+// Adds a surface to another.
+void append(const marrow::Mesh& from, marrow::Mesh& to) {
+    const std::size_t first = to.points.size();
+    if (first + from.points.size() > std::numeric_limits<std::uint32_t>::max())
+        throw marrow::LimitError(
+            "the surfaces together have 2^32 points or more; extract fewer values at once");
+    to.points.insert(to.points.end(), from.points.begin(), from.points.end());
+    to.normals.insert(to.normals.end(), from.normals.begin(), from.normals.end());
+    to.triangles.reserve(to.triangles.size() + from.triangles.size());
+    for (marrow::Triangle triangle : from.triangles) {
+        for (std::uint32_t& point : triangle) point += static_cast<std::uint32_t>(first);
+        to.triangles.push_back(triangle);
+    }
+}
+
+}  // namespace
+
+vtkMarrowContour::vtkMarrowContour() {
+    this->SetInputArrayToProcess(0, 0, 0, vtkDataObject::FIELD_ASSOCIATION_POINTS,
+                                 vtkDataSetAttributes::SCALARS);
+}
+
+vtkMarrowContour::~vtkMarrowContour() = default;
+
+vtkMTimeType vtkMarrowContour::GetMTime() {
+    return std::max(this->Superclass::GetMTime(), this->ContourValues->GetMTime());
+}
+
+void vtkMarrowContour::SetValue(int i, double value) {
+    this->ContourValues->SetValue(i, value);
+}
+double vtkMarrowContour::GetValue(int i) {
+    return this->ContourValues->GetValue(i);
+}
+double* vtkMarrowContour::GetValues() {
+    return this->ContourValues->GetValues();
+}
+void vtkMarrowContour::GetValues(double* values) {
+    this->ContourValues->GetValues(values);
+}
+void vtkMarrowContour::SetNumberOfContours(int count) {
+    this->ContourValues->SetNumberOfContours(count);
+}
+vtkIdType vtkMarrowContour::GetNumberOfContours() {
+    return this->ContourValues->GetNumberOfContours();
+}
+void vtkMarrowContour::GenerateValues(int count, double range[2]) {
+    this->ContourValues->GenerateValues(count, range);
+}
+void vtkMarrowContour::GenerateValues(int count, double low, double high) {
+    this->ContourValues->GenerateValues(count, low, high);
+}
+
+int vtkMarrowContour::FillInputPortInformation(int, vtkInformation* info) {
+    info->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkImageData");
+    return 1;
+}
+
+int vtkMarrowContour::RequestUpdateExtent(vtkInformation* request, vtkInformationVector** inputs,
+                                          vtkInformationVector* outputs) {
+    if (this->Superclass::RequestUpdateExtent(request, inputs, outputs) == 0) return 0;
+    using Pipeline = vtkStreamingDemandDrivenPipeline;
+    vtkInformation& input = *inputs[0]->GetInformationObject(0);
+    const bool pieces = input.Get(Pipeline::UPDATE_NUMBER_OF_PIECES()) > 1;
+    input.Set(Pipeline::UPDATE_NUMBER_OF_GHOST_LEVELS(), pieces && this->ComputeNormals ? 1 : 0);
+    return 1;
+}
+
+int vtkMarrowContour::RequestData(vtkInformation*, vtkInformationVector** inputs,
+                                  vtkInformationVector* outputs) {
+    vtkImageData* const image = vtkImageData::GetData(inputs[0]);
+    vtkPolyData* const output = vtkPolyData::GetData(outputs);
+    vtkDataArray* const scalars = this->GetInputArrayToProcess(0, inputs);
+    vtkInformation& request = *inputs[0]->GetInformationObject(0);
+    Extent present{}, whole{};
+    image->GetExtent(present.data());
+    if (request.Has(vtkStreamingDemandDrivenPipeline::WHOLE_EXTENT()))
+        request.Get(vtkStreamingDemandDrivenPipeline::WHOLE_EXTENT(), whole.data());
+    else
+        whole = present;
+    // Ranks without data are normal.
+    if (!scalars || is_empty(present) || this->GetNumberOfContours() == 0) return 1;
+    const Extent piece = piece_of(request, whole, present);
+    if (is_empty(piece)) return 1;
+
+    try {
+        const bool is_whole = piece == whole;
+        if (this->Closed && !is_whole) throw std::runtime_error("pieces cannot be closed; turn Closed off");
+        marrow::SampleType type{};
+        const void* const samples = samples_of(*scalars, type);
+        const marrow::VolumeView view = view_of(*image, samples, type, whole, present, piece);
+
+        // The work has a thread of its own: observers of progress belong to this one.
+        std::atomic<double> done = 0;
+        std::atomic<bool> stop = false;
+        const int values = static_cast<int>(this->GetNumberOfContours());
+        const std::vector<double> isovalues(this->GetValues(), this->GetValues() + values);
+        std::vector<std::size_t> points_until;
+        auto work = std::async(std::launch::async, [&] {
+            auto mesh = std::make_shared<marrow::Mesh>();
+            double before = 0;
+            const marrow::IsosurfaceOptions options{.normals = this->ComputeNormals != 0,
+                                                    .closed = this->Closed != 0,
+                                                    .threads = this->NumberOfThreads,
+                                                    .progress = [&](double fraction) {
+                                                        done = (before + fraction) / values;
+                                                        return !stop;
+                                                    }};
+            if (values == 1) {
+                *mesh = marrow::extract_isosurface(view, isovalues[0], options);
+                points_until.push_back(mesh->points.size());
+                return mesh;
+            }
+            marrow::IsosurfaceExtractor extractor(view, options);
+            marrow::Mesh one;
+            for (const double isovalue : isovalues) {
+                extractor.extract(isovalue, one);
+                append(one, *mesh);
+                points_until.push_back(mesh->points.size());
+                ++before;
+            }
+            return mesh;
+        });
+        constexpr std::chrono::milliseconds kInterval(20);
+        while (work.wait_for(kInterval) != std::future_status::ready) {
+            this->UpdateProgress(done);
+            if (this->GetAbortExecute()) stop = true;
+        }
+        const std::shared_ptr<marrow::Mesh> mesh = work.get();
+        if (mesh->points.size() > static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max()))
+            throw marrow::LimitError("the surface has 2^31 points or more; extract it in pieces");
+
+        const vtkNew<vtkPoints> points;
+        points->SetData(
+            MeshArray<vtkFloatArray>::make(mesh, mesh->points.data(), 3 * mesh->points.size(), 3));
+        output->SetPoints(points);
+        const vtkNew<vtkCellArray> cells;
+        cells->SetData(3, MeshArray<vtkTypeInt32Array>::make(mesh, mesh->triangles.data(),
+                                                             3 * mesh->triangles.size(), 1));
+        output->SetPolys(cells);
+        if (this->ComputeNormals) {
+            const auto normals =
+                MeshArray<vtkFloatArray>::make(mesh, mesh->normals.data(), 3 * mesh->normals.size(), 3);
+            normals->SetName("Normals");
+            output->GetPointData()->SetNormals(normals);
+        }
+        if (this->ComputeScalars) {
+            const auto levels = vtkSmartPointer<vtkDataArray>::Take(scalars->NewInstance());
+            levels->SetName(scalars->GetName());
+            levels->SetNumberOfTuples(static_cast<vtkIdType>(mesh->points.size()));
+            switch (levels->GetDataType()) {
+                vtkTemplateMacro(
+                    fill(isovalues, points_until, static_cast<VTK_TT*>(levels->GetVoidPointer(0))));
+            }
+            output->GetPointData()->SetScalars(levels);
+        }
+    } catch (const marrow::Cancelled&) {
+        output->Initialize();
+    } catch (const std::exception& error) {
+        vtkErrorMacro(<< error.what());
+        return 0;
+    }
+    return 1;
+}
+
+void vtkMarrowContour::PrintSelf(ostream& os, vtkIndent indent) {
+    this->Superclass::PrintSelf(os, indent);
+    this->ContourValues->PrintSelf(os, indent.GetNextIndent());
+    os << indent << "ComputeNormals: " << this->ComputeNormals << '\n'
+       << indent << "ComputeScalars: " << this->ComputeScalars << '\n'
+       << indent << "Closed: " << this->Closed << '\n'
+       << indent << "NumberOfThreads: " << this->NumberOfThreads << '\n';
+}

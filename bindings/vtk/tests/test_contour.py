@@ -1,0 +1,232 @@
+"""vtkMarrowContour in a pipeline, in place of vtkFlyingEdges3D."""
+
+import numpy as np
+import pytest
+from marrow_vtk.vtkMarrow import vtkMarrowContour
+from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+from vtkmodules.vtkCommonCore import vtkCommand, vtkTypeInt64Array
+from vtkmodules.vtkCommonDataModel import vtkDataObject, vtkImageData
+from vtkmodules.vtkFiltersCore import vtkAppendPolyData, vtkFeatureEdges, vtkFlyingEdges3D
+from vtkmodules.vtkImagingCore import vtkRTAnalyticSource
+
+DIRECTION = (0, 0.6, 0.8, 1, 0, 0, 0, 0.8, -0.6)
+
+
+def wavelet():
+    source = vtkRTAnalyticSource()
+    source.SetWholeExtent(-10, 13, -9, 12, -7, 8)
+    return source
+
+
+def image(samples, extent_begin=(5, -7, 11)):
+    result = vtkImageData()
+    nz, ny, nx = samples.shape
+    i, j, k = extent_begin
+    result.SetExtent(i, i + nx - 1, j, j + ny - 1, k, k + nz - 1)
+    result.SetSpacing(0.5, 1, 2)
+    result.SetOrigin(10, 20, 30)
+    result.SetDirectionMatrix(*DIRECTION)
+    array = numpy_to_vtk(samples.ravel())
+    array.SetName("HU")
+    result.GetPointData().SetScalars(array)
+    return result
+
+
+def ball(dtype=np.int16, shape=(20, 24, 28)):
+    centre = (np.array(shape) - 1) / 2
+    index = np.indices(shape) - centre[:, None, None, None]
+    samples = 100 - 9 * np.sqrt((index**2).sum(0))
+    return (samples + (128 if np.dtype(dtype).kind == "u" else 0)).astype(dtype)
+
+
+def arrays(surface):
+    points = vtk_to_numpy(surface.GetPoints().GetData())
+    triangles = vtk_to_numpy(surface.GetPolys().GetConnectivityArray()).reshape(-1, 3)
+    normals = surface.GetPointData().GetNormals()
+    return points, triangles, None if normals is None else vtk_to_numpy(normals)
+
+
+def sorted_rows(rows):
+    return rows[np.lexsort(np.asarray(rows, float).T)]
+
+
+def extract(source, *values, filter_class=vtkMarrowContour, **settings):
+    contour = filter_class()
+    if isinstance(source, vtkImageData):
+        contour.SetInputData(source)
+    else:
+        contour.SetInputConnection(source.GetOutputPort())
+    for number, value in enumerate(values):
+        contour.SetValue(number, value)
+    for name, value in settings.items():
+        getattr(contour, f"Set{name}")(value)
+    contour.Update()
+    return contour.GetOutput()
+
+
+def nearest(points, others):
+    """Return for each point the nearest of the others."""
+    return np.array([((others - point) ** 2).sum(1).argmin() for point in points])
+
+
+@pytest.mark.parametrize("dtype", ["u1", "i1", "i2", "u2", "i4", "f4", "f8"])
+def test_the_surface_is_that_of_flying_edges(dtype):
+    volume = image(ball(dtype))
+    level = 40.3 + (128 if dtype[0] == "u" else 0)
+    ours, theirs = extract(volume, level), extract(volume, level, filter_class=vtkFlyingEdges3D)
+    points, triangles, normals = arrays(ours)
+    their_points, their_triangles, their_normals = arrays(theirs)
+    assert len(points) == len(their_points) and len(triangles) == len(their_triangles)
+    order = nearest(points, their_points)
+    assert np.abs(points - their_points[order]).max() < 1e-4
+    assert (normals * their_normals[order]).sum(1).min() > 0.99
+    corners, their_corners = (p[t].astype(float) for p, t in ((points, triangles), (their_points, their_triangles)))
+    volumes = [np.einsum("ij,ij->", c[:, 0], np.cross(c[:, 1], c[:, 2])) for c in (corners, their_corners)]
+    assert volumes[0] == pytest.approx(volumes[1], rel=1e-3)  # the same winding
+    scalars, their_scalars = (surface.GetPointData().GetScalars() for surface in (ours, theirs))
+    assert scalars.GetName() == "HU" and scalars.GetDataType() == their_scalars.GetDataType()
+    assert np.array_equal(vtk_to_numpy(scalars), vtk_to_numpy(their_scalars))
+
+
+def test_several_values_make_one_output():
+    volume = image(ball())
+    levels = (20.5, 40.5, 60.5)
+    surface = extract(volume, *levels)
+    points, triangles, normals = arrays(surface)
+    parts = [arrays(extract(volume, level)) for level in levels]
+    assert np.array_equal(points, np.concatenate([part[0] for part in parts]))
+    assert np.array_equal(normals, np.concatenate([part[2] for part in parts]))
+    first = np.cumsum([0] + [len(part[0]) for part in parts])
+    assert np.array_equal(triangles, np.concatenate([part[1] + n for part, n in zip(parts, first)]))
+    scalars = vtk_to_numpy(surface.GetPointData().GetScalars())
+    assert [set(scalars[a:b]) for a, b in zip(first, first[1:])] == [{int(level)} for level in levels]
+
+
+def test_arrays_can_be_left_out():
+    surface = extract(image(ball()), 40.5, ComputeNormals=False, ComputeScalars=False)
+    assert surface.GetPointData().GetNumberOfArrays() == 0 and surface.GetNumberOfPolys() > 0
+
+
+def test_another_array_can_be_chosen():
+    volume = image(ball())
+    other = numpy_to_vtk(-ball().ravel())
+    other.SetName("negative")
+    volume.GetPointData().AddArray(other)
+    contour = vtkMarrowContour()
+    contour.SetInputData(volume)
+    contour.SetInputArrayToProcess(0, 0, 0, vtkDataObject.FIELD_ASSOCIATION_POINTS, "negative")
+    contour.SetValue(0, -40.5)
+    contour.Update()
+    assert contour.GetOutput().GetPointData().GetScalars().GetName() == "negative"
+    assert contour.GetOutput().GetNumberOfPoints() == extract(volume, 40.5).GetNumberOfPoints()
+
+
+def test_the_border_can_be_closed():
+    volume = image(ball())
+
+    def open_edges(**settings):
+        edges = vtkFeatureEdges()
+        edges.SetInputData(extract(volume, -30.5, **settings))
+        edges.FeatureEdgesOff()
+        edges.NonManifoldEdgesOn()
+        edges.Update()
+        return edges.GetOutput().GetNumberOfCells()
+
+    assert open_edges() > 0 and open_edges(Closed=True) == 0
+
+
+@pytest.mark.parametrize("pieces", [2, 3, 4, 7, 30])
+def test_pieces_have_the_bits_of_the_whole(pieces):
+    source = wavelet()
+    whole = arrays(extract(source, 150.3))
+    contour = vtkMarrowContour()
+    contour.SetInputConnection(source.GetOutputPort())
+    contour.SetValue(0, 150.3)
+    corners, normals, counts = [], [], []
+    for piece in range(pieces):
+        contour.UpdatePiece(piece, pieces, 0)
+        if contour.GetOutput().GetNumberOfPoints() == 0:
+            continue
+        p, t, n = arrays(contour.GetOutput())
+        corners.append(p[t].reshape(-1, 9).copy())
+        normals.append(np.hstack([p, n]))
+        counts.append(len(t))
+    assert sum(counts) == len(whole[1])  # no cell is in two pieces
+    assert np.array_equal(sorted_rows(np.concatenate(corners)), sorted_rows(whole[0][whole[1]].reshape(-1, 9)))
+    assert np.array_equal(np.unique(np.concatenate(normals), axis=0), np.unique(np.hstack([whole[0], whole[2]]), axis=0))
+
+
+def test_ranks_without_data_have_no_surface_and_no_error():
+    empty = vtkImageData()
+    errors = []
+    contour = vtkMarrowContour()
+    contour.AddObserver(vtkCommand.ErrorEvent, lambda *_: errors.append(1))
+    contour.SetInputData(empty)
+    contour.SetValue(0, 1)
+    contour.Update()
+    contour.SetInputData(image(ball()))
+    contour.SetValue(0, 1e6)
+    contour.Update()
+    assert contour.GetOutput().GetNumberOfPoints() == 0 and not errors
+
+
+def test_what_cannot_be_read_is_refused_in_one_line():
+    messages = []
+
+    def message_of(volume, **settings):
+        contour = vtkMarrowContour()
+        observer = lambda caller, event, text: messages.append(text)  # noqa: E731
+        observer.CallDataType = "string0"
+        contour.AddObserver(vtkCommand.ErrorEvent, observer)
+        contour.SetInputData(volume)
+        contour.SetValue(0, 1)
+        for name, value in settings.items():
+            getattr(contour, f"Set{name}")(value)
+        contour.Update()
+        return messages[-1] if messages else ""
+
+    vectors = image(ball())
+    vectors.GetPointData().SetScalars(numpy_to_vtk(np.zeros((vectors.GetNumberOfPoints(), 3))))
+    assert "3 components" in message_of(vectors)
+    long = image(ball())
+    array = vtkTypeInt64Array()
+    array.SetNumberOfValues(long.GetNumberOfPoints())
+    long.GetPointData().SetScalars(array)
+    assert "vtkImageCast" in message_of(long)
+
+
+def test_arrays_outlive_the_filter_and_the_input():
+    points, triangles, normals = arrays(extract(image(ball()), 40.5))
+    again, _, _ = arrays(extract(image(ball()), 40.5))
+    assert np.array_equal(points, again) and triangles.max() == len(points) - 1
+    assert np.allclose(np.linalg.norm(normals, axis=1), 1, atol=1e-5)
+
+
+def test_a_changed_value_runs_the_filter_again():
+    contour = vtkMarrowContour()
+    contour.SetInputData(image(ball()))
+    counts = []
+    for value in (40.5, 60.5, 60.5):
+        contour.SetValue(0, value)
+        contour.Update()
+        counts.append(contour.GetOutput().GetNumberOfPoints())
+    assert counts[0] > counts[1] == counts[2] > 0
+
+
+def test_observers_see_progress_and_can_abort():
+    samples = ball(np.float32, (300, 300, 300))
+    contour = vtkMarrowContour()
+    contour.SetInputData(image(samples))
+    for number in range(60):
+        contour.SetValue(number, -900 + 16 * number)
+    seen = []
+
+    def observe(caller, event):
+        seen.append(caller.GetProgress())
+        if caller.GetProgress() > 0.1:
+            caller.SetAbortExecute(1)
+
+    contour.AddObserver(vtkCommand.ProgressEvent, observe)
+    contour.Update()
+    assert contour.GetOutput().GetNumberOfPoints() == 0
+    assert any(0.1 < fraction < 0.9 for fraction in seen)
