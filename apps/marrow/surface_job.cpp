@@ -62,8 +62,12 @@ void SurfaceJob::deliver() {
     print_warnings();
     const MeshOutput& output = options_.output;
     StageSeconds& seconds = results.seconds;
-    seconds.write = stage(
-        "write", [&](const Progress& progress) { write_surfaces(results.surfaces, output.space, progress); });
+    seconds.write = stage("write", [&](const Progress& progress) {
+        write_surfaces(results.surfaces, {.space = output.space,
+                                          .progress = progress,
+                                          .scan_files = results.info.series.dicom_files,
+                                          .keep_patient = output.keep_patient});
+    });
     if (output.verify)
         seconds.verify = stage("verify", [&](const Progress& progress) {
             verify_surfaces(results.surfaces, output.space, progress);

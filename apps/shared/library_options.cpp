@@ -21,6 +21,8 @@ constexpr std::array kFlags{
     OptionFlag{"options.resample", "--resample"},
     OptionFlag{"options.volume", "--volume"},
     OptionFlag{"options.threads", "--threads"},
+    // MeshWriteOptions
+    OptionFlag{"options.keep_patient", "--keep-patient"},
     // IsosurfaceOptions
     OptionFlag{"options.snap", "--snap"},
     // SlabLimits

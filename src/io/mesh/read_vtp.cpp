@@ -220,7 +220,7 @@ class VtpReader : public XmlVisitor {
 
     static Space space_of(const std::vector<double>& codes) {
         std::string text;
-        for (const double code : codes) text += static_cast<char>(code);
+        for (const double code : codes) text += code >= 0 && code < 128 ? static_cast<char>(code) : '?';
         return stated_space("SPACE=" + text);
     }
 
