@@ -2,4 +2,4 @@
 /// 3MF model.
 #pragma once
 
-inline constexpr const char* kMeshKinds[] = {".stl", ".ply", ".obj", ".vtp", ".3mf", ".glb", ".obj.gz"};
+inline constexpr const char* kMeshKinds[] = {".stl", ".ply", ".obj", ".vtp", ".3mf", ".glb", ".obj.gz", ".dcm"};

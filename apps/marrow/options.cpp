@@ -22,7 +22,8 @@ void require_input(const fs::path& input) {
 void require_output(const fs::path& mesh, const fs::path& picture) {
     if (mesh.empty() && picture.empty())
         throw UsageError(
-            "no output is given: add -o OUT.stl (or .ply, .obj, .vtp, .3mf, .glb), --picture FILE.png, or "
+            "no output is given: add -o OUT.stl (or .ply, .obj, .vtp, .3mf, .glb, .dcm), --picture FILE.png, "
+            "or "
             "both");
 }
 
@@ -32,11 +33,11 @@ void add_threads_option(Arguments& arguments, int& threads) {
                          "Use N threads; 0 (default) uses all.");
 }
 
-void add_mesh_option(Arguments& arguments, fs::path& mesh) {
-    arguments.add_option(
-        "-o,--output", file_value("OUT", mesh),
-        "Write the mesh to OUT: .stl, .ply, .obj (also .gz), .vtp, .3mf or .glb. A folder gets an .stl "
-        "file for each surface, named after it; {name} in OUT stands for that name.");
+void add_mesh_option(Arguments& arguments, fs::path& mesh, const std::string& formats) {
+    arguments.add_option("-o,--output", file_value("OUT", mesh),
+                         "Write the mesh to OUT: " + formats +
+                             ". A folder gets an .stl file for each surface, named after it; {name} in OUT "
+                             "stands for that name.");
 }
 
 void add_picture_option(Arguments& arguments, fs::path& picture) {

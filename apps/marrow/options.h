@@ -15,7 +15,8 @@ struct MeshOutput {
     std::filesystem::path mesh;     ///< file, folder or pattern with {name}; empty: none
     std::filesystem::path picture;  ///< empty: none
     Space space = Space::LPS;
-    bool verify = false;  ///< read what was written and compare
+    bool keep_patient = false;  ///< in .dcm
+    bool verify = false;        ///< read what was written and compare
 };
 
 /// What is printed.
@@ -34,7 +35,7 @@ void require_input(const std::filesystem::path& input);
 /// \throw UsageError neither -o nor --picture was given
 void require_output(const std::filesystem::path& mesh, const std::filesystem::path& picture);
 
-void add_mesh_option(Arguments& arguments, std::filesystem::path& mesh);
+void add_mesh_option(Arguments& arguments, std::filesystem::path& mesh, const std::string& formats);
 void add_picture_option(Arguments& arguments, std::filesystem::path& picture);
 void add_space_option(Arguments& arguments, Space& space);
 

@@ -17,14 +17,14 @@ namespace marrow::apps {
 namespace fs = std::filesystem;
 namespace {
 
-// Meshes in the folder of a scan may be overwritten. Pictures and tables there may belong to the scan.
+// Meshes in the folder of a scan may be overwritten. Pictures, tables and DICOM files there may belong to the scan.
 bool is_of_scan(const fs::path& file, const fs::path& input) {
     std::error_code ignored;
     if (!fs::is_directory(input, ignored)) return fs::equivalent(file, input, ignored);
     if (!fs::exists(file, ignored)) return false;
     const std::string extension = file.extension().string();
-    const bool may_belong_to_scan =
-        extension == ".png" || extension == ".csv" || extension == ".json" || extension == ".svg";
+    const bool may_belong_to_scan = extension == ".png" || extension == ".csv" || extension == ".json" ||
+                                    extension == ".svg" || extension == ".dcm";
     return may_belong_to_scan && fs::equivalent(fs::absolute(file, ignored).parent_path(), input, ignored);
 }
 
@@ -35,6 +35,10 @@ std::map<fs::path, std::vector<MeshObject>> objects_by_file(const std::vector<Su
             objects[surface.output].push_back({surface.mesh, surface.name, surface.colour});
     }
     return objects;
+}
+
+bool is_one_of(MeshFormat format, MeshFormat first, MeshFormat second) {
+    return format == first || format == second;
 }
 
 MeshFormat format_of(const fs::path& file) {
@@ -92,13 +96,18 @@ bool is_shared_file(const std::vector<fs::path>& files) {
     return files.size() > 1 && !files[0].empty() && files[0] == files[1];
 }
 
+bool is_dicom_output(const fs::path& output) {
+    return !output.empty() && output.has_filename() && output != "-" && !fs::is_directory(output) &&
+           format_of(output) == MeshFormat::dicom;
+}
+
 std::vector<fs::path> surface_files(const fs::path& output, Space space,
                                     const std::vector<std::string>& names) {
     std::vector<fs::path> files = files_for(output, names);
     if (output.empty() || files.empty()) return files;
     const MeshFormat format = format_of(files.front());
-    if (format == MeshFormat::glb && space != Space::LPS)
-        throw UsageError("--space does not go with .glb, whose axes are fixed");
+    if (is_one_of(format, MeshFormat::glb, MeshFormat::dicom) && space != Space::LPS)
+        throw UsageError("--space does not go with .glb and .dcm, whose axes are fixed");
     if (is_shared_file(files) && !holds_several(format))
         throw UsageError(
             fmt::format("the file '{}' can hold only one surface: give a .3mf, .glb, .vtp or .obj file, a "
@@ -117,10 +126,9 @@ void check_output(const fs::path& file, const fs::path& input) {
         throw UsageError(fmt::format("'{}' would overwrite the scan: give another output", file.string()));
 }
 
-void write_surfaces(const std::vector<Surface>& surfaces, Space space, const Progress& progress) {
+void write_surfaces(const std::vector<Surface>& surfaces, const MeshWriteOptions& options) {
     MeshFiles files;
-    for (const auto& [file, objects] : objects_by_file(surfaces))
-        files.write(objects, file, {space, progress});
+    for (const auto& [file, objects] : objects_by_file(surfaces)) files.write(objects, file, options);
     files.commit();
 }
 
@@ -147,7 +155,7 @@ void verify(std::span<const MeshObject> objects, const fs::path& file, Space spa
         fail(fmt::format("it has {} triangles instead of {}", found.triangles.size(), triangles));
     const MeshFormat format = mesh_format(file);
     // STL has no list of points: the reader merges those of the same coordinates.
-    if (found.points.size() != points && format != MeshFormat::stl)
+    if (found.points.size() != points && !is_one_of(format, MeshFormat::stl, MeshFormat::dicom))
         fail(fmt::format("it has {} points instead of {}", found.points.size(), points));
     // A coordinate is rounded twice on its way to metres and back.
     const float tolerance = format == MeshFormat::glb ? std::numeric_limits<float>::epsilon() : 0;

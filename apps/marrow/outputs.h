@@ -22,6 +22,9 @@ std::vector<std::filesystem::path> files_for(const std::filesystem::path& output
 /// Whether these files are one file that several surfaces share.
 bool is_shared_file(const std::vector<std::filesystem::path>& files);
 
+/// Whether surfaces are written as DICOM objects.
+bool is_dicom_output(const std::filesystem::path& output);
+
 /// As files_for, for surfaces of a scan. \throw UsageError several surfaces in a format that holds one, or a
 /// format that cannot be written in this space
 std::vector<std::filesystem::path> surface_files(const std::filesystem::path& output, Space space,
@@ -33,7 +36,7 @@ void check_output(const std::filesystem::path& file, const std::filesystem::path
 
 /// Writes each file once, with all surfaces that share it; no file appears before all are complete.
 /// \throw as write_meshes
-void write_surfaces(const std::vector<Surface>& surfaces, Space space, const Progress& progress);
+void write_surfaces(const std::vector<Surface>& surfaces, const MeshWriteOptions& options);
 
 /// Reads each file again and compares it with its surfaces. \throw as verify
 void verify_surfaces(const std::vector<Surface>& surfaces, Space space, const Progress& progress);

@@ -69,8 +69,12 @@ void SurfaceJob::deliver() {
             if (needs_normals(surface)) turn_normals_outward(surface.mesh, threads());
         }
     });
-    seconds.write = stage(
-        "write", [&](const Progress& progress) { write_surfaces(results.surfaces, output.space, progress); });
+    seconds.write = stage("write", [&](const Progress& progress) {
+        write_surfaces(results.surfaces, {.space = output.space,
+                                          .progress = progress,
+                                          .scan_files = results.info.series.dicom_files,
+                                          .keep_patient = output.keep_patient});
+    });
     if (output.verify)
         seconds.verify = stage("verify", [&](const Progress& progress) {
             verify_surfaces(results.surfaces, output.space, progress);

@@ -14,7 +14,7 @@
 
 #include "info_report.h"
 
-namespace marrow::cli {
+namespace marrow::apps {
 namespace {
 
 // An index axis in the picture.
@@ -125,4 +125,4 @@ void write_thumbnail(const Volume& scan, const std::filesystem::path& file) {
     out.commit();
 }
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

@@ -5,7 +5,7 @@
 
 #include <marrow/volume.h>
 
-namespace marrow::cli {
+namespace marrow::apps {
 
 /// Writes the middle slice across the third index axis as a grey PNG file, with square pixels, 256 along the
 /// longer side. It lies as radiologists show it: the patient's left or posterior to the right; down is posterior
@@ -13,4 +13,4 @@ namespace marrow::cli {
 /// finite are black. \throw IoError the file cannot be written
 void write_thumbnail(const Volume& scan, const std::filesystem::path& file);
 
-}  // namespace marrow::cli
+}  // namespace marrow::apps

@@ -22,6 +22,8 @@ constexpr std::array kFlags{
     OptionFlag{"options.volume", "--volume"},
     OptionFlag{"options.level", "--level"},
     OptionFlag{"options.threads", "--threads"},
+    // MeshWriteOptions
+    OptionFlag{"options.keep_patient", "--keep-patient"},
     // IsosurfaceOptions
     OptionFlag{"options.snap", "--snap"},
     // SlabLimits

@@ -24,7 +24,7 @@ class AtomicFile;
 enum class Space { LPS, RAS, none };
 
 /// The formats of mesh files; write_mesh describes them.
-enum class MeshFormat { stl, ply, obj, vtp, threemf, glb };
+enum class MeshFormat { stl, ply, obj, vtp, threemf, glb, dicom };
 
 /// The format that a file's extension selects; case does not matter.
 /// \throw InputError the extension is unknown
@@ -36,6 +36,10 @@ MARROW_EXPORT bool holds_several(MeshFormat format);
 struct MeshWriteOptions {
     Space space = Space::LPS;  ///< RAS negates x and y of points and normals; .glb does not support it
     Progress progress = {};    ///< called while writing
+    /// For .dcm: the DICOM files of the scan (SeriesInfo::dicom_files), whose frame of reference the object
+    /// states.
+    std::vector<std::filesystem::path> scan_files = {};
+    bool keep_patient = false;  ///< for .dcm: also state patient and study, and refer to the files
 };
 
 /// One surface of a file.
@@ -56,6 +60,7 @@ struct MeshObject {
 /// | .vtp      | VTK XML PolyData, raw         | point   | cell arrays            | in the field data       |
 /// | .3mf      | 3MF core, unit millimetre     | no      | objects, names, colour | in Description          |
 /// | .glb      | binary glTF 2.0, metres, y up | point   | nodes, names, colour   | glTF: +x left, +z front |
+/// | .dcm      | DICOM Encapsulated STL, mm    | facet   | no; name as title      | DICOM: frame of ref.    |
 ///
 /// .stl.gz, .ply.gz and .obj.gz are compressed by gzip. The space is stated as SPACE=LPS or SPACE=RAS, which
 /// 3D Slicer reads too. Coordinates are float32 and read back with the same bits, except that .glb rounds
@@ -63,8 +68,8 @@ struct MeshObject {
 /// field data's `Names`) and `Colors` (RGB).
 ///
 /// \throw InputError the extension is unknown, the normals do not match the points, a triangle names a
-/// missing point, or RAS for .glb; LimitError more than the format can hold (.stl: 2^32 - 1 triangles; .glb:
-/// 4 GiB); IoError; Cancelled
+/// missing point, or RAS for .glb or .dcm; OptionError keep_patient without scan_files; LimitError more than
+/// the format can hold (.stl: 2^32 - 1 triangles; .glb and .dcm: 4 GiB); IoError; Cancelled
 MARROW_EXPORT void write_mesh(MeshView mesh, const std::filesystem::path& output,
                               const MeshWriteOptions& options = {});
 

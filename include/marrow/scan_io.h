@@ -66,6 +66,8 @@ struct SeriesInfo {
     Vec3d spacing{0, 0, 0};  ///< mm; 0 along an axis whose spacing is unknown
     std::size_t files = 0;   ///< number of files that it is made of
     LabelTable labels = {};  ///< of a DICOM segmentation: the names and colours of its segments
+    /// The DICOM files that were read, in the order of their slices. inspect_scan() leaves it empty.
+    std::vector<std::filesystem::path> dicom_files = {};
 };
 
 /// What was read, apart from the samples.

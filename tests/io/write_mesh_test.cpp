@@ -63,6 +63,7 @@ vtkSmartPointer<vtkPolyData> read_back(const std::filesystem::path& file) {
             return read(vtkNew<vtkXMLPolyDataReader>().Get(), file);
         case MeshFormat::threemf:
         case MeshFormat::glb:
+        case MeshFormat::dicom:
             break;  // see mesh_formats_test.cpp
     }
     return nullptr;
@@ -179,6 +180,7 @@ TEST_P(EveryFormat, StatesItsSpaceWhere3DSlicerReadsIt) {
         }
         case MeshFormat::threemf:
         case MeshFormat::glb:
+        case MeshFormat::dicom:
             FAIL() << "see mesh_formats_test.cpp";
     }
 }

@@ -159,7 +159,7 @@ CheckedFile check_file(const fs::path& path, const CheckCommandOptions& wanted,
 
 void add_options(Arguments& arguments, CheckCommandOptions& options) {
     arguments.add_inputs("MESH", options.inputs,
-                         ".stl, .ply, .obj (also .gz), .vtp or .3mf, in mm; .glb, in metres");
+                         ".stl, .ply, .obj (also .gz), .vtp, .3mf or .dcm, in mm; .glb, in metres");
     arguments.add_option(
         "--min-wall",
         number_value("MM", "a thickness in mm", options.min_wall, [](double x) { return x >= 0; }),

@@ -9,6 +9,8 @@
 
 #include <marrow/scan_io.h>
 
+#include "outputs.h"
+
 namespace marrow::apps {
 namespace {
 
@@ -45,6 +47,7 @@ constexpr std::array kOptionModes{
     OptionModes{"--max-error", kExtract},
     OptionModes{"--picture", kExtract | kLabels},
     OptionModes{"--verify", kExtract | kLabels},
+    OptionModes{"--keep-patient", kExtract | kLabels},
 };
 
 constexpr unsigned modes_of(std::string_view option) {
@@ -95,6 +98,8 @@ void check_shared(const SurfacesOptions& options) {
             options.labels.table.string()));
     require_input(job.scan.path);
     require_output(job.output.mesh, job.output.picture);
+    if (job.output.keep_patient && !is_dicom_output(job.output.mesh))
+        throw UsageError("--keep-patient is about DICOM files: add -o OUT.dcm");
     if (job.output.verify && job.output.mesh.empty())
         throw UsageError("--verify checks the file that -o OUT writes: add -o");
 }
@@ -141,9 +146,11 @@ void add_options(Arguments& arguments, SurfacesOptions& options) {
     add_options(arguments, options.labels);
     add_step_options(arguments, options.extract);
     arguments.start_group("Output");
-    add_mesh_option(arguments, job.output.mesh);
+    add_mesh_option(arguments, job.output.mesh, ".stl, .ply, .obj (also .gz), .vtp, .3mf, .glb or .dcm");
     add_picture_option(arguments, job.output.picture);
     add_space_option(arguments, job.output.space);
+    arguments.add_flag("--keep-patient", job.output.keep_patient,
+                       "State patient and study of the scan in a .dcm file.");
     arguments.add_flag("--verify", job.output.verify, "Read the written file and compare every triangle.");
     add_general_options(arguments, job.scan.options.threads, job.reporting);
 }

@@ -33,6 +33,8 @@ std::vector<fs::path> level_files(const TerrainCommandOptions& options) {
     std::vector<std::string> names;
     for (int level = 0; level < options.levels; ++level) names.push_back(fmt::format("level{}", level));
     const std::vector<fs::path> files = files_for(options.output, names);
+    if (is_dicom_output(options.output))
+        throw UsageError("a .dcm file is about a patient: give another format");
     // A scene keeps the levels apart; in other formats they would overlap.
     if (is_shared_file(files) && files.front().extension() != ".glb")
         throw UsageError(fmt::format(
@@ -146,7 +148,7 @@ void add_options(Arguments& arguments, TerrainCommandOptions& options) {
     arguments.add_option("--levels", integer_value("N", options.levels, 1, kMostLevels),
                          "Write N levels of detail, each with half the resolution of the one before.");
     arguments.start_group("Output");
-    add_mesh_option(arguments, options.output);
+    add_mesh_option(arguments, options.output, ".stl, .ply, .obj (also .gz), .vtp, .3mf or .glb");
     add_picture_option(arguments, options.picture);
     add_general_options(arguments, options.threads, options.reporting);
 }

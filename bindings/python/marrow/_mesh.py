@@ -295,14 +295,15 @@ class Mesh:
     def write(
         self, path: Path, *, space: FileSpace = "LPS", verify: bool = False, progress: Optional[Progress] = None
     ) -> None:
-        """Write the mesh to a file: .stl, .ply, .obj, each also with .gz, .vtp, .3mf or .glb.
+        """Write the mesh to a file: .stl, .ply, .obj, each also with .gz, .vtp, .3mf, .glb or .dcm.
 
         The file appears complete or not at all.
 
         Parameters
         ----------
         path : path-like
-            The extension selects the format.
+            The extension selects the format. .dcm is an anonymous DICOM object (Encapsulated STL) with a frame of
+            reference of its own; the command line states the one of the scan.
         space : {'LPS', 'RAS', 'none'}
             The space of the file's coordinates; RAS negates x and y. 'none': the mesh is not a patient's.
         verify : bool
@@ -313,7 +314,7 @@ class Mesh:
         Raises
         ------
         InputError
-            The extension is unknown, a triangle names a point that does not exist, or RAS for .glb.
+            The extension is unknown, a triangle names a point that does not exist, or RAS for .glb or .dcm.
         IoError
             The file cannot be written, or with `verify` it differs from the mesh.
         LimitError
@@ -358,7 +359,7 @@ class Mesh:
 
 
 def read_mesh(path: Path) -> Mesh:
-    """Read a mesh: STL, PLY, OBJ, VTP, 3MF or binary glTF.
+    """Read a mesh: STL, PLY, OBJ, VTP, 3MF, binary glTF, or STL in DICOM.
 
     Coordinates become millimetres in LPS: x and y are negated if the file states RAS. Several surfaces become
     one mesh. Normals are not read.

@@ -198,6 +198,14 @@ std::vector<std::string> differences_of(const LabelMaps& maps) {
     return out;
 }
 
+std::vector<std::filesystem::path> files_of(const DicomStack& stack) {
+    std::vector<std::filesystem::path> files;
+    for (const DicomSlice& slice : stack.slices) {
+        if (files.empty() || files.back() != slice.file->path) files.push_back(slice.file->path);
+    }
+    return files;
+}
+
 // Volumes that only the order of an attribute tells apart may be divided wrongly.
 void warn_of_order(const DicomStack& stack, std::vector<std::string>& warnings) {
     if (!stack.order) return;
@@ -360,6 +368,7 @@ Volume read_dicom(const DicomInput& input, const ScanOptions& options, ScanInfo&
         LabelMaps maps = read_label_maps(series.first(), options);
         const std::size_t chosen = choose_map(maps, options);
         info.series = describe(series.volumes[0]);
+        info.series.dicom_files = files_of(series.volumes[0]);
         describe_map(series.first(), maps.maps[chosen], info.series);
         info.volumes = static_cast<std::int64_t>(maps.maps.size());
         info.warnings.insert(info.warnings.end(), maps.warnings.begin(), maps.warnings.end());
@@ -369,6 +378,7 @@ Volume read_dicom(const DicomInput& input, const ScanOptions& options, ScanInfo&
     info.volumes = static_cast<std::int64_t>(series.volumes.size());
     check_supported(stack);
     info.series = describe(stack);
+    info.series.dicom_files = files_of(stack);
     warn_of_order(stack, info.warnings);
     drop_duplicates(stack, info.warnings, [&](double) { report_progress(options.progress, kHeadersDone); });
     const StackGeometry stack_geometry = geometry_of(stack, options);

@@ -6,6 +6,7 @@
 #include <marrow/mesh_io.h>
 
 #include "io/bytes/text.h"
+#include "io/dicom/encapsulated_stl.h"
 #include "reader.h"
 #include "writer.h"
 
@@ -15,9 +16,23 @@ using namespace internal::io;
 
 namespace {
 
+// Reads the STL file in a DICOM object, whose frame of reference is in LPS.
+Mesh read_dicom(const std::filesystem::path& path, Space& space) {
+    EncapsulatedStl stl = read_encapsulated_stl(path);
+    Mesh mesh = read_stl({path, std::move(stl.bytes)}, space);
+    for (Vec3f& p : mesh.points) {
+        for (float& coordinate : p) coordinate = static_cast<float>(coordinate * stl.scale);
+    }
+    space = Space::LPS;
+    return mesh;
+}
+
 Mesh read(const std::filesystem::path& path, Space* stated, std::vector<ObjectStart>& objects) {
     const MeshFormat format = mesh_format(path);
-    const FileContent input = read_content(path, is_gzipped(path) ? Compression::zlib : Compression::none);
+    const FileContent input =
+        format == MeshFormat::dicom
+            ? FileContent{path, {}}
+            : read_content(path, is_gzipped(path) ? Compression::zlib : Compression::none);
     Space space = Space::none;
     Mesh mesh;
     if (format == MeshFormat::stl) mesh = read_stl(input, space);
@@ -26,6 +41,7 @@ Mesh read(const std::filesystem::path& path, Space* stated, std::vector<ObjectSt
     if (format == MeshFormat::vtp) mesh = read_vtp(input, space, objects);
     if (format == MeshFormat::threemf) mesh = read_3mf(input, space, objects);
     if (format == MeshFormat::glb) mesh = read_glb(input, space, objects);
+    if (format == MeshFormat::dicom) mesh = read_dicom(path, space);
     check_finite(input, mesh.points);
     if (mesh.points.size() >> 32) throw LimitError(quoted(path) + ": has 2^32 points or more");
     if (space == Space::RAS) {

@@ -224,7 +224,8 @@ class VtpReader : public XmlVisitor {
 
     static std::string text_of(const std::vector<double>& codes) {
         std::string text;
-        for (const double code : codes) text += static_cast<char>(code);
+        for (const double code : codes)
+            text += code >= 0 && code < 256 ? static_cast<char>(static_cast<unsigned char>(code)) : '?';
         return text;
     }
 

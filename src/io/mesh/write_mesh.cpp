@@ -9,6 +9,7 @@
 #include "io/bytes/gzip_writer.h"
 #include "io/bytes/text.h"
 #include "io/bytes/zip_writer.h"
+#include "io/dicom/encapsulated_stl.h"
 #include "writer.h"
 
 namespace marrow {
@@ -31,6 +32,8 @@ void check_objects(MeshObjects objects, MeshFormat format, const std::filesystem
                "; write .3mf, .glb, .vtp or .obj");
     if (format == MeshFormat::glb && space == Space::RAS)
         refuse("glTF has its own axes and cannot be in RAS");
+    if (format == MeshFormat::dicom && space != Space::LPS)
+        refuse("DICOM is in LPS, in the space of a patient");
     for (const MeshObject& object : objects) {
         const MeshView& mesh = object.mesh;
         if (!mesh.normals.empty() && mesh.normals.size() != mesh.points.size())
@@ -43,7 +46,24 @@ void check_objects(MeshObjects objects, MeshFormat format, const std::filesystem
     }
 }
 
-void write_content(MeshFormat format, MeshOutput& to, MeshObjects objects) {
+// An STL file in a DICOM object.
+void write_dicom(MeshOutput& to, const MeshObject& object, const MeshWriteOptions& options) {
+    const std::uint64_t bytes = kStlHeaderBytes + kStlFacetBytes * object.mesh.triangles.size();
+    if (bytes > 0xfffffffe)
+        throw LimitError("a DICOM object holds an STL file of at most 4 GiB, and this mesh needs " +
+                         std::to_string(bytes >> 20) + " MiB; write .ply or .vtp");
+    const StlWrapping wrapping = wrap_stl({.mesh = object.mesh,
+                                           .bytes = static_cast<std::uint32_t>(bytes),
+                                           .title = clean_name(object.name),
+                                           .scan = options.scan_files,
+                                           .keep_patient = options.keep_patient});
+    to.text(wrapping.before);
+    write_stl_header(to, object.mesh.triangles.size());
+    write_stl_facets(to, whole(object.mesh));
+    to.text(wrapping.after);
+}
+
+void write_content(MeshFormat format, MeshOutput& to, MeshObjects objects, const MeshWriteOptions& options) {
     const MeshView& first = objects.front().mesh;
     switch (format) {
         case MeshFormat::stl:
@@ -68,6 +88,9 @@ void write_content(MeshFormat format, MeshOutput& to, MeshObjects objects) {
         case MeshFormat::glb:
             write_glb(to, objects);
             break;
+        case MeshFormat::dicom:
+            write_dicom(to, objects.front(), options);
+            break;
     }
 }
 
@@ -77,7 +100,7 @@ void write_content(MeshFormat format, AtomicFile& file, bool gzipped, MeshObject
     if (gzipped) {
         GzipWriter gzip(into(file));
         MeshOutput to([&](const void* data, std::size_t bytes) { gzip.write(data, bytes); }, options);
-        write_content(format, to, objects);
+        write_content(format, to, objects, options);
         gzip.finish();
     } else if (format == MeshFormat::threemf) {
         ZipWriter zip(file);
@@ -87,11 +110,11 @@ void write_content(MeshFormat format, AtomicFile& file, bool gzipped, MeshObject
         }
         zip.begin(k3mfModelName);
         MeshOutput to([&](const void* data, std::size_t bytes) { zip.write(data, bytes); }, options);
-        write_content(format, to, objects);
+        write_content(format, to, objects, options);
         zip.finish();
     } else {
         MeshOutput to(into(file), options);
-        write_content(format, to, objects);
+        write_content(format, to, objects, options);
     }
 }
 
@@ -110,12 +133,13 @@ MeshFormat mesh_format(const std::filesystem::path& output) {
     if (end == ".vtp" && !gzipped) return MeshFormat::vtp;
     if (end == ".3mf" && !gzipped) return MeshFormat::threemf;
     if (end == ".glb" && !gzipped) return MeshFormat::glb;
+    if (end == ".dcm" && !gzipped) return MeshFormat::dicom;
     throw InputError("there is no mesh format for " + quoted(output) +
-                     ": its extension must be .stl, .ply, .obj (also with .gz), .vtp, .3mf or .glb");
+                     ": its extension must be .stl, .ply, .obj (also with .gz), .vtp, .3mf, .glb or .dcm");
 }
 
 bool holds_several(MeshFormat format) {
-    return format != MeshFormat::stl && format != MeshFormat::ply;
+    return format != MeshFormat::stl && format != MeshFormat::ply && format != MeshFormat::dicom;
 }
 
 void write_mesh(MeshView mesh, const std::filesystem::path& output, const MeshWriteOptions& options) {
