@@ -22,17 +22,8 @@ constexpr DicomTag kItem = 0xfffee000, kItemEnd = 0xfffee00d, kSequenceEnd = 0xf
 constexpr std::uint32_t kUndefinedLength = 0xffffffff;
 constexpr int kDeepestNesting = 32;
 
-struct Damaged {};    // the bytes are not a data set
-struct NeedsMore {};  // the bytes end before the data set
-
-std::uint32_t number_at(std::string_view bytes, std::size_t at, std::size_t size, bool big_endian) {
-    std::uint32_t out = 0;
-    for (std::size_t i = 0; i < size; ++i) {
-        const auto byte = static_cast<unsigned char>(bytes[at + (big_endian ? i : size - 1 - i)]);
-        out = out << 8 | byte;
-    }
-    return out;
-}
+struct Damaged {};              // the bytes are not a data set
+struct NeedsMore : Damaged {};  // the bytes end before the data set
 
 bool is_vr(std::string_view two) {
     return two.size() == 2 && two[0] >= 'A' && two[0] <= 'Z' && two[1] >= 'A' && two[1] <= 'Z';
@@ -243,8 +234,6 @@ std::vector<DicomDataSet> DicomDataSet::items(DicomTag tag) const {
     try {
         DicomParser parser(at->second.value, at->second.encoding);
         parser.items(1, [&](DicomParser& item, int depth) { out.push_back(item.data_set(depth)); });
-    } catch (const NeedsMore&) {
-        throw InputError(fmt::format("a DICOM sequence ({:04x},{:04x}) is damaged", tag >> 16, tag & 0xffff));
     } catch (const Damaged&) {
         throw InputError(fmt::format("a DICOM sequence ({:04x},{:04x}) is damaged", tag >> 16, tag & 0xffff));
     }
@@ -327,6 +316,8 @@ ParsedDicom parse_head(const std::filesystem::path& path, std::uint64_t file_siz
     ByteStream(path, Compression::none).read(file.bytes.data(), size);
     try {
         parse(file, path);
+    } catch (const NeedsMore&) {
+        throw;
     } catch (const Damaged&) {
         throw InputError(fmt::format("{}: is not a DICOM file, or it is damaged", quoted(path)));
     }

@@ -196,6 +196,14 @@ std::vector<DicomSeries> group_into_series(const std::vector<DicomFile>& files) 
     return out;
 }
 
+std::optional<Mat3d> axes_of(const DicomFrame& frame) {
+    const Vec3d &x = *frame.along_row, &y = *frame.along_column;
+    if (!(std::abs(length(x) - 1) < 1e-3 && std::abs(length(y) - 1) < 1e-3 && std::abs(dot(x, y)) < 1e-3))
+        return {};
+    const Vec3d across = cross(x, y);
+    return Mat3d{1 / length(x) * x, 1 / length(y) * y, 1 / length(across) * across};
+}
+
 std::vector<std::vector<std::size_t>> coincident_slices(const DicomStack& stack) {
     std::vector<std::vector<std::size_t>> out;
     if (!has_position(stack.slices[0].frame())) return out;
@@ -223,15 +231,6 @@ namespace {
 
 [[noreturn]] void refuse(const DicomStack& stack, const std::string& why) {
     throw GeometryError(fmt::format("series {}: {}", stack.id, why));
-}
-
-// The x and y directions of the first slice, and their normal.
-Mat3d axes_of(const DicomStack& stack) {
-    const Vec3d &x = *stack.slices[0].frame().along_row, &y = *stack.slices[0].frame().along_column;
-    if (!(std::abs(length(x) - 1) < 1e-3 && std::abs(length(y) - 1) < 1e-3 && std::abs(dot(x, y)) < 1e-3))
-        refuse(stack, "its ImageOrientationPatient is not two perpendicular unit vectors");
-    const Vec3d across = cross(x, y);
-    return {1 / length(x) * x, 1 / length(y) * y, 1 / length(across) * across};
 }
 
 [[noreturn]] void refuse_uneven(const DicomStack& stack, const std::vector<UnevenGap>& uneven, double usual) {
@@ -324,7 +323,9 @@ StackGeometry geometry_of(const DicomStack& stack, const ScanOptions& options) {
     Mat3d axes{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};  // directions of the index axes
     Vec3d step{0, 0, given ? (*given)[2] : 0};
     if (has_position(first)) {
-        axes = axes_of(stack);
+        const std::optional<Mat3d> stated = axes_of(first);
+        if (!stated) refuse(stack, kBadOrientation);
+        axes = *stated;
         g.origin = *first.position;
         const Vec3d normal = axes[2];
         step =

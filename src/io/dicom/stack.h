@@ -65,6 +65,12 @@ struct DicomSeries {
 /// \throw InputError a series has too many different geometries
 std::vector<DicomSeries> group_into_series(const std::vector<DicomFile>& files);
 
+inline constexpr char kBadOrientation[] = "its ImageOrientationPatient is not two perpendicular unit vectors";
+
+/// The directions of a frame's rows, columns and normal, as unit vectors. No value if ImageOrientationPatient is not
+/// two perpendicular unit vectors. \pre the frame states it
+std::optional<Mat3d> axes_of(const DicomFrame& frame);
+
 /// Groups of slices that have the same position, as indices into the stack's slices.
 std::vector<std::vector<std::size_t>> coincident_slices(const DicomStack& stack);
 
