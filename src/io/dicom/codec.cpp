@@ -18,8 +18,6 @@
 
 namespace marrow::internal::io {
 
-namespace {
-
 void check_size(std::int64_t columns, std::int64_t rows, std::int64_t components, int bits,
                 std::int64_t wanted_columns, std::int64_t wanted_rows) {
     if (columns != wanted_columns || rows != wanted_rows || components != 1) {
@@ -30,6 +28,8 @@ void check_size(std::int64_t columns, std::int64_t rows, std::int64_t components
     if (bits < 2 || bits > 16)
         throw InputError(fmt::format("its compressed samples have {} bits; 2 to 16 are read", bits));
 }
+
+namespace {
 
 // Decodes run lengths (PackBits) after DICOM PS3.5 annex G: one segment for each byte of a cell, the highest
 // first.

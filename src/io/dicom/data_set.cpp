@@ -171,6 +171,13 @@ class DicomParser {
     std::optional<Header> pixels_;
 };
 
+std::vector<std::string_view> values_of(std::string_view text) {
+    std::vector<std::string_view> out;
+    for (std::size_t at = 0; at <= text.size(); at += out.back().size() + 1)
+        out.push_back(text.substr(at, text.find('\\', at) - at));
+    return out;
+}
+
 std::string_view DicomDataSet::bytes(DicomTag tag) const {
     const auto at = elements_.find(tag);
     return at == elements_.end() ? std::string_view() : at->second.value;
@@ -180,12 +187,6 @@ std::string DicomDataSet::text(DicomTag tag) const {
     std::string_view value = bytes(tag);
     while (!value.empty() && value.back() == '\0') value.remove_suffix(1);
     return std::string(trimmed(value));
-}
-
-std::optional<int> DicomDataSet::unsigned_short(DicomTag tag) const {
-    const auto at = elements_.find(tag);
-    if (at == elements_.end() || at->second.value.size() < 2) return {};
-    return static_cast<int>(number_at(at->second.value, 0, 2, at->second.encoding.big_endian));
 }
 
 template <class T>
@@ -208,15 +209,18 @@ template std::vector<std::uint32_t> DicomDataSet::numbers(DicomTag tag) const;
 template std::vector<float> DicomDataSet::numbers(DicomTag tag) const;
 template std::vector<double> DicomDataSet::numbers(DicomTag tag) const;
 
+std::optional<int> DicomDataSet::unsigned_short(DicomTag tag) const {
+    const auto all = numbers<std::uint16_t>(tag);
+    return all.empty() ? std::nullopt : std::optional<int>(all[0]);
+}
+
 std::optional<std::vector<double>> DicomDataSet::decimals(DicomTag tag, std::size_t count) const {
     const std::string value = text(tag);
     std::vector<double> out;
-    for (std::size_t at = 0; !value.empty() && at <= value.size();) {
-        const std::size_t end = std::min(value.find('\\', at), value.size());
-        const auto one = parse_double(std::string_view(value).substr(at, end - at));
+    for (const std::string_view part : values_of(value)) {
+        const auto one = parse_double(part);
         if (!one || !std::isfinite(*one)) return {};
         out.push_back(*one);
-        at = end + 1;
     }
     if (out.size() != count) return {};
     return out;
@@ -306,14 +310,13 @@ void parse(ParsedDicom& file, const std::filesystem::path& path) {
     }
 }
 
-// Parses the first `size` bytes of a file. \throw NeedsMore; IoError; InputError
-ParsedDicom parse_head(const std::filesystem::path& path, std::uint64_t file_size, std::size_t size,
-                       Buffer<char> memory) {
+// Parses the first bytes of a file, at most `most`. \throw NeedsMore; IoError; InputError
+ParsedDicom parse_head(const std::filesystem::path& path, std::uint64_t most, Buffer<char> memory) {
     ParsedDicom file;
-    file.file_size = file_size;
+    file.file_size = regular_file_size(path);
     file.bytes = std::move(memory);
-    file.bytes.resize(size);
-    ByteStream(path, Compression::none).read(file.bytes.data(), size);
+    file.bytes.resize(std::min(most, file.file_size));
+    ByteStream(path, Compression::none).read(file.bytes.data(), file.bytes.size());
     try {
         parse(file, path);
     } catch (const NeedsMore&) {
@@ -324,31 +327,24 @@ ParsedDicom parse_head(const std::filesystem::path& path, std::uint64_t file_siz
     return file;
 }
 
-ParsedDicom parse_whole(const std::filesystem::path& path, std::uint64_t file_size, Buffer<char> memory) {
+}  // namespace
+
+ParsedDicom parse_dicom(const std::filesystem::path& path, Buffer<char> memory) {
     try {
-        return parse_head(path, file_size, file_size, std::move(memory));
+        return parse_head(path, ~std::uint64_t{0}, std::move(memory));
     } catch (const NeedsMore&) {
         throw InputError(fmt::format("{}: the DICOM file is truncated or damaged", quoted(path)));
     }
 }
 
-}  // namespace
-
-ParsedDicom parse_dicom(const std::filesystem::path& path, Buffer<char> memory) {
-    return parse_whole(path, regular_file_size(path), std::move(memory));
-}
-
 ParsedDicom parse_dicom_header(const std::filesystem::path& path) {
-    constexpr std::size_t kUsualHeader = 1 << 14;
-    const std::uint64_t file_size = regular_file_size(path);
-    if (file_size > kUsualHeader) {
-        try {
-            ParsedDicom file = parse_head(path, file_size, kUsualHeader, {});
-            if (file.pixels_at > 0) return file;
-        } catch (const NeedsMore&) {
-        }
+    constexpr std::uint64_t kUsualHeader = 1 << 14;
+    try {
+        ParsedDicom file = parse_head(path, kUsualHeader, {});
+        if (file.pixels_at > 0 || file.file_size <= kUsualHeader) return file;
+    } catch (const NeedsMore&) {
     }
-    return parse_whole(path, file_size, {});
+    return parse_dicom(path);
 }
 
 namespace {

@@ -23,6 +23,9 @@ inline std::uint32_t number_at(std::string_view bytes, std::size_t at, std::size
     return out;
 }
 
+/// The values of text with several: "a\b\c". They point into the text.
+std::vector<std::string_view> values_of(std::string_view text);
+
 /// A tag as one number: (0028,0010) is 0x00280010.
 using DicomTag = std::uint32_t;
 

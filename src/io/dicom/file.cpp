@@ -338,12 +338,8 @@ void unpack(const char* cells, std::size_t count, int bits, int high_bit, bool i
 
 void unpack_cells(const char* cells, std::size_t count, int cell_size, int bits, int high_bit, bool is_signed,
                   std::int32_t* out) {
-    if (cell_size == 1)
-        unpack<std::uint8_t>(cells, count, bits, high_bit, is_signed, out);
-    else if (cell_size == 2)
-        unpack<std::uint16_t>(cells, count, bits, high_bit, is_signed, out);
-    else
-        unpack<std::uint32_t>(cells, count, bits, high_bit, is_signed, out);
+    const auto as = [&](auto cell) { unpack<decltype(cell)>(cells, count, bits, high_bit, is_signed, out); };
+    cell_size == 1 ? as(std::uint8_t{}) : cell_size == 2 ? as(std::uint16_t{}) : as(std::uint32_t{});
 }
 
 void decode_plain(const DicomFile& file, ParsedDicom& parsed, Buffer<std::int32_t>& out) {

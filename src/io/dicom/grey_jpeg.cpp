@@ -1,8 +1,6 @@
 // Decodes the JPEG streams of medical images by DCMTK.
 #include "grey_jpeg.h"
 
-#include <fmt/format.h>
-
 #define HAVE_CONFIG_H  // required by DCMTK's headers
 #include <dcmtk/config/osconfig.h>
 
@@ -80,13 +78,8 @@ void decode(std::string_view stream, std::vector<char>& to) {
 
 DecodedFrame decode_grey_jpeg(std::string_view stream, std::int64_t columns, std::int64_t rows) {
     const FrameHeader frame = frame_header(stream);
-    if (frame.columns != columns || frame.rows != rows || frame.components != 1) {
-        throw InputError(
-            fmt::format("its compressed pixels are {} x {} of {} components, its header says {} x {} of one",
-                        frame.columns, frame.rows, frame.components, columns, rows));
-    }
+    check_size(frame.columns, frame.rows, frame.components, frame.bits, columns, rows);
     check_scans(stream);
-    if (frame.bits < 2 || frame.bits > 16) throw kDamaged;
     DecodedFrame out{{}, frame.bits > 8 ? 2 : 1, frame.bits};
     out.cells.resize(static_cast<std::size_t>(columns * rows * out.cell_size));
     if (frame.bits > 12)

@@ -77,7 +77,7 @@ void drop_duplicates(DicomStack& stack, std::vector<std::string>& warnings, cons
                     fmt::format("series {}: slices with different pixels have the same position, for example "
                                 "{} and {}; separate "
                                 "the volumes of this series",
-                                stack.id, first.short_name(), other.short_name()));
+                                stack.id, first.name(false), other.name(false)));
             }
         }
         dropped.insert(dropped.end(), group.begin() + 1, group.end());

@@ -137,13 +137,8 @@ std::vector<DicomStack> parts_of(DicomStack stack) {
 
 }  // namespace
 
-std::string DicomSlice::name() const {
-    return file->frames.size() == 1 ? quoted(file->path)
-                                    : fmt::format("{} frame {}", quoted(file->path), index + 1);
-}
-
-std::string DicomSlice::short_name() const {
-    const std::string name = quoted(file->path.filename());
+std::string DicomSlice::name(bool with_folder) const {
+    const std::string name = quoted(with_folder ? file->path : file->path.filename());
     return file->frames.size() == 1 ? name : fmt::format("{} frame {}", name, index + 1);
 }
 
@@ -236,8 +231,8 @@ namespace {
 [[noreturn]] void refuse_uneven(const DicomStack& stack, const std::vector<UnevenGap>& uneven, double usual) {
     std::vector<std::string> gaps;
     for (const auto& [slice, length] : uneven)
-        gaps.push_back(fmt::format("{:.4g} mm between {} and {}", length, stack.slices[slice].short_name(),
-                                   stack.slices[slice + 1].short_name()));
+        gaps.push_back(fmt::format("{:.4g} mm between {} and {}", length, stack.slices[slice].name(false),
+                                   stack.slices[slice + 1].name(false)));
     refuse(stack,
            fmt::format("its slices are uneven: {}{}, elsewhere {:.4g} mm; options.resample makes them even",
                        examples(gaps), gaps.size() > 1 ? fmt::format(" ({} such gaps)", gaps.size()) : "",
@@ -252,7 +247,7 @@ Vec3d step_of(const DicomStack& stack, const Vec3d& normal, std::vector<double>*
     const double usual = usual_gap(gaps_of(slices));
     for (const auto& group : coincident_slices(stack)) {
         refuse(stack, fmt::format("two slices have the same position: {} and {}",
-                                  slices[group[0]].short_name(), slices[group[1]].short_name()));
+                                  slices[group[0]].name(false), slices[group[1]].name(false)));
     }
     const std::vector<UnevenGap> gaps = uneven_gaps(stack);
     if (!gaps.empty() && !uneven) refuse_uneven(stack, gaps, usual);
@@ -263,7 +258,7 @@ Vec3d step_of(const DicomStack& stack, const Vec3d& normal, std::vector<double>*
         const Vec3d off = next - dot(next, normal) / extent * whole;
         if (length(off - dot(off, normal) * normal) > 0.01 + std::min(0.01, 0.01 * usual)) {
             refuse(stack, fmt::format("its slices are shifted sideways between {} and {}",
-                                      slices[i].short_name(), slices[i + 1].short_name()));
+                                      slices[i].name(false), slices[i + 1].name(false)));
         }
     }
     double steps = static_cast<double>(n - 1);

@@ -20,9 +20,7 @@ struct DicomSlice {
 
     const DicomFrame& frame() const { return file->frames[index]; }
     /// The path in quotes, and the frame if there are several, for messages.
-    std::string name() const;
-    /// The same without the folder.
-    std::string short_name() const;
+    std::string name(bool with_folder = true) const;
 };
 
 /// Frames of the same series, size, orientation and spacing, sorted along their normal: a volume, unless
