@@ -44,7 +44,7 @@ TEST(DicomSegmentation, SegmentsThatOverlapAreSeveralMaps) {
                  "BINARY")
         .write(folder / "seg.dcm");
     const std::string what = refusal<GeometryError>(folder / "seg.dcm");
-    contains(what, "2 label maps (segments 1, 3; segments 2)");
+    contains(what, "2 label maps (0: segments 1, 3; 1: segments 2)");
     contains(what, "options.volume");
     ScanOptions options;
     options.volume = 0;

@@ -13,11 +13,10 @@
 
 #include <marrow/error.h>
 
+#include "data_set.h"
 #include "grey_jpeg.h"
 
 namespace marrow::internal::io {
-
-namespace {
 
 void check_size(std::int64_t columns, std::int64_t rows, std::int64_t components, int bits,
                 std::int64_t wanted_columns, std::int64_t wanted_rows) {
@@ -30,16 +29,13 @@ void check_size(std::int64_t columns, std::int64_t rows, std::int64_t components
         throw InputError(fmt::format("its compressed samples have {} bits; 2 to 16 are read", bits));
 }
 
+namespace {
+
 // Decodes run lengths (PackBits) after DICOM PS3.5 annex G: one segment for each byte of a cell, the highest
 // first.
 std::vector<char> decode_run_lengths(std::string_view stream, std::size_t area, std::size_t cell_size) {
     constexpr std::size_t kHeaderSize = 64;
-    const auto at = [&](std::size_t offset) {
-        std::uint32_t out = 0;
-        for (std::size_t i = 0; i < 4; ++i)
-            out |= static_cast<std::uint32_t>(static_cast<unsigned char>(stream[offset + i])) << (8 * i);
-        return out;
-    };
+    const auto at = [&](std::size_t offset) { return number_at(stream, offset, 4, false); };
     if (stream.size() < kHeaderSize || at(0) != cell_size)
         throw InputError("its run-length coded pixels are damaged");
     std::vector<char> cells(area * cell_size);
@@ -63,13 +59,6 @@ std::vector<char> decode_run_lengths(std::string_view stream, std::size_t area, 
         if (done < area) throw InputError("its run-length coded pixels are truncated");
     }
     return cells;
-}
-
-DecodedFrame decode_jpeg(std::string_view stream, std::int64_t columns, std::int64_t rows) {
-    const GreyJpeg image = decode_grey_jpeg(stream, columns, rows);
-    DecodedFrame out{std::vector<char>(image.samples.size() * 2), 2, image.bits};
-    std::memcpy(out.cells.data(), image.samples.data(), out.cells.size());
-    return out;
 }
 
 DecodedFrame decode_jpeg_ls(std::string_view stream, std::int64_t columns, std::int64_t rows) {
@@ -120,11 +109,8 @@ struct Memory {
 void check_jpeg2000_start(std::string_view stream, std::int64_t columns, std::int64_t rows) {
     constexpr std::size_t kSizSize = 42;
     if (stream.size() < kSizSize) throw InputError("its JPEG 2000 pixels are truncated");
-    const auto at = [&](std::size_t offset, std::size_t size) {
-        std::int64_t out = 0;
-        for (std::size_t i = 0; i < size; ++i)
-            out = out << 8 | static_cast<unsigned char>(stream[offset + i]);
-        return out;
+    const auto at = [&](std::size_t offset, std::size_t size) -> std::int64_t {
+        return number_at(stream, offset, size, true);
     };
     const std::int64_t width = at(8, 4) - at(16, 4), height = at(12, 4) - at(20, 4);
     check_size(width, height, at(40, 2), 8, columns, rows);
@@ -238,7 +224,7 @@ double most_inflation(const std::string& uid) {
 DecodedFrame decode_frame(const std::string& syntax_uid, std::string_view stream, std::int64_t columns,
                           std::int64_t rows, int bits_allocated, int bits_stored) {
     try {
-        if (is_one_of(kJpeg, syntax_uid)) return decode_jpeg(stream, columns, rows);
+        if (is_one_of(kJpeg, syntax_uid)) return decode_grey_jpeg(stream, columns, rows);
         if (is_one_of(kJpegLs, syntax_uid)) return decode_jpeg_ls(stream, columns, rows);
         if (is_jpeg2000(syntax_uid)) return decode_jpeg2000(stream, columns, rows);
     } catch (const std::bad_alloc&) {

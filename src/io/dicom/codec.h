@@ -19,6 +19,10 @@ struct DecodedFrame {
     int bits = 0;
 };
 
+/// Checks what a stream claims. \throw InputError it is not one component of the wanted size, with 2 to 16 bits
+void check_size(std::int64_t columns, std::int64_t rows, std::int64_t components, int bits,
+                std::int64_t wanted_columns, std::int64_t wanted_rows);
+
 /// Decodes one frame. `bits_allocated` and `bits_stored` are from the header; only run lengths need them,
 /// because the other streams state them.
 /// \pre most_inflation(syntax_uid) > 0. \throw InputError with a message that continues a file name;

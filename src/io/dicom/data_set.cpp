@@ -22,17 +22,8 @@ constexpr DicomTag kItem = 0xfffee000, kItemEnd = 0xfffee00d, kSequenceEnd = 0xf
 constexpr std::uint32_t kUndefinedLength = 0xffffffff;
 constexpr int kDeepestNesting = 32;
 
-struct Damaged {};    // the bytes are not a data set
-struct NeedsMore {};  // the bytes end before the data set
-
-std::uint32_t number_at(std::string_view bytes, std::size_t at, std::size_t size, bool big_endian) {
-    std::uint32_t out = 0;
-    for (std::size_t i = 0; i < size; ++i) {
-        const auto byte = static_cast<unsigned char>(bytes[at + (big_endian ? i : size - 1 - i)]);
-        out = out << 8 | byte;
-    }
-    return out;
-}
+struct Damaged {};              // the bytes are not a data set
+struct NeedsMore : Damaged {};  // the bytes end before the data set
 
 bool is_vr(std::string_view two) {
     return two.size() == 2 && two[0] >= 'A' && two[0] <= 'Z' && two[1] >= 'A' && two[1] <= 'Z';
@@ -180,6 +171,13 @@ class DicomParser {
     std::optional<Header> pixels_;
 };
 
+std::vector<std::string_view> values_of(std::string_view text) {
+    std::vector<std::string_view> out;
+    for (std::size_t at = 0; at <= text.size(); at += out.back().size() + 1)
+        out.push_back(text.substr(at, text.find('\\', at) - at));
+    return out;
+}
+
 std::string_view DicomDataSet::bytes(DicomTag tag) const {
     const auto at = elements_.find(tag);
     return at == elements_.end() ? std::string_view() : at->second.value;
@@ -189,12 +187,6 @@ std::string DicomDataSet::text(DicomTag tag) const {
     std::string_view value = bytes(tag);
     while (!value.empty() && value.back() == '\0') value.remove_suffix(1);
     return std::string(trimmed(value));
-}
-
-std::optional<int> DicomDataSet::unsigned_short(DicomTag tag) const {
-    const auto at = elements_.find(tag);
-    if (at == elements_.end() || at->second.value.size() < 2) return {};
-    return static_cast<int>(number_at(at->second.value, 0, 2, at->second.encoding.big_endian));
 }
 
 template <class T>
@@ -217,15 +209,18 @@ template std::vector<std::uint32_t> DicomDataSet::numbers(DicomTag tag) const;
 template std::vector<float> DicomDataSet::numbers(DicomTag tag) const;
 template std::vector<double> DicomDataSet::numbers(DicomTag tag) const;
 
+std::optional<int> DicomDataSet::unsigned_short(DicomTag tag) const {
+    const auto all = numbers<std::uint16_t>(tag);
+    return all.empty() ? std::nullopt : std::optional<int>(all[0]);
+}
+
 std::optional<std::vector<double>> DicomDataSet::decimals(DicomTag tag, std::size_t count) const {
     const std::string value = text(tag);
     std::vector<double> out;
-    for (std::size_t at = 0; !value.empty() && at <= value.size();) {
-        const std::size_t end = std::min(value.find('\\', at), value.size());
-        const auto one = parse_double(std::string_view(value).substr(at, end - at));
+    for (const std::string_view part : values_of(value)) {
+        const auto one = parse_double(part);
         if (!one || !std::isfinite(*one)) return {};
         out.push_back(*one);
-        at = end + 1;
     }
     if (out.size() != count) return {};
     return out;
@@ -243,8 +238,6 @@ std::vector<DicomDataSet> DicomDataSet::items(DicomTag tag) const {
     try {
         DicomParser parser(at->second.value, at->second.encoding);
         parser.items(1, [&](DicomParser& item, int depth) { out.push_back(item.data_set(depth)); });
-    } catch (const NeedsMore&) {
-        throw InputError(fmt::format("a DICOM sequence ({:04x},{:04x}) is damaged", tag >> 16, tag & 0xffff));
     } catch (const Damaged&) {
         throw InputError(fmt::format("a DICOM sequence ({:04x},{:04x}) is damaged", tag >> 16, tag & 0xffff));
     }
@@ -317,47 +310,41 @@ void parse(ParsedDicom& file, const std::filesystem::path& path) {
     }
 }
 
-// Parses the first `size` bytes of a file. \throw NeedsMore; IoError; InputError
-ParsedDicom parse_head(const std::filesystem::path& path, std::uint64_t file_size, std::size_t size,
-                       Buffer<char> memory) {
+// Parses the first bytes of a file, at most `most`. \throw NeedsMore; IoError; InputError
+ParsedDicom parse_head(const std::filesystem::path& path, std::uint64_t most, Buffer<char> memory) {
     ParsedDicom file;
-    file.file_size = file_size;
+    file.file_size = regular_file_size(path);
     file.bytes = std::move(memory);
-    file.bytes.resize(size);
-    ByteStream(path, Compression::none).read(file.bytes.data(), size);
+    file.bytes.resize(std::min(most, file.file_size));
+    ByteStream(path, Compression::none).read(file.bytes.data(), file.bytes.size());
     try {
         parse(file, path);
+    } catch (const NeedsMore&) {
+        throw;
     } catch (const Damaged&) {
         throw InputError(fmt::format("{}: is not a DICOM file, or it is damaged", quoted(path)));
     }
     return file;
 }
 
-ParsedDicom parse_whole(const std::filesystem::path& path, std::uint64_t file_size, Buffer<char> memory) {
+}  // namespace
+
+ParsedDicom parse_dicom(const std::filesystem::path& path, Buffer<char> memory) {
     try {
-        return parse_head(path, file_size, file_size, std::move(memory));
+        return parse_head(path, ~std::uint64_t{0}, std::move(memory));
     } catch (const NeedsMore&) {
         throw InputError(fmt::format("{}: the DICOM file is truncated or damaged", quoted(path)));
     }
 }
 
-}  // namespace
-
-ParsedDicom parse_dicom(const std::filesystem::path& path, Buffer<char> memory) {
-    return parse_whole(path, regular_file_size(path), std::move(memory));
-}
-
 ParsedDicom parse_dicom_header(const std::filesystem::path& path) {
-    constexpr std::size_t kUsualHeader = 1 << 14;
-    const std::uint64_t file_size = regular_file_size(path);
-    if (file_size > kUsualHeader) {
-        try {
-            ParsedDicom file = parse_head(path, file_size, kUsualHeader, {});
-            if (file.pixels_at > 0) return file;
-        } catch (const NeedsMore&) {
-        }
+    constexpr std::uint64_t kUsualHeader = 1 << 14;
+    try {
+        ParsedDicom file = parse_head(path, kUsualHeader, {});
+        if (file.pixels_at > 0 || file.file_size <= kUsualHeader) return file;
+    } catch (const NeedsMore&) {
     }
-    return parse_whole(path, file_size, {});
+    return parse_dicom(path);
 }
 
 namespace {

@@ -13,6 +13,19 @@
 
 namespace marrow::internal::io {
 
+/// The number in `size` bytes, at most four, from `at` on. \pre the bytes are there
+inline std::uint32_t number_at(std::string_view bytes, std::size_t at, std::size_t size, bool big_endian) {
+    std::uint32_t out = 0;
+    for (std::size_t i = 0; i < size; ++i) {
+        const auto byte = static_cast<unsigned char>(bytes[at + (big_endian ? i : size - 1 - i)]);
+        out = out << 8 | byte;
+    }
+    return out;
+}
+
+/// The values of text with several: "a\b\c". They point into the text.
+std::vector<std::string_view> values_of(std::string_view text);
+
 /// A tag as one number: (0028,0010) is 0x00280010.
 using DicomTag = std::uint32_t;
 

@@ -174,7 +174,7 @@ bool is_plain_syntax(const std::string& uid) {
            uid == "1.2.840.10008.1.2.2" || uid == kDeflatedSyntax;
 }
 
-// The names of common transfer syntaxes that are not supported.
+// The names of common transfer syntaxes that are not supported, by the starts of their UIDs.
 std::string syntax_name(const std::string& uid) {
     static constexpr std::pair<std::string_view, const char*> names[] = {
         {"1.2.840.10008.1.2.4.92", "JPEG 2000 of several components"},
@@ -183,18 +183,12 @@ std::string syntax_name(const std::string& uid) {
         {"1.2.840.10008.1.2.4.95", "JPIP"},
         {"1.2.840.10008.1.2.4.100", "MPEG-2 video"},
         {"1.2.840.10008.1.2.4.101", "MPEG-2 video"},
-        {"1.2.840.10008.1.2.4.102", "MPEG-4 video"},
-        {"1.2.840.10008.1.2.4.103", "MPEG-4 video"},
-        {"1.2.840.10008.1.2.4.104", "MPEG-4 video"},
-        {"1.2.840.10008.1.2.4.105", "MPEG-4 video"},
-        {"1.2.840.10008.1.2.4.106", "MPEG-4 video"},
         {"1.2.840.10008.1.2.4.107", "HEVC video"},
         {"1.2.840.10008.1.2.4.108", "HEVC video"},
-        {"1.2.840.10008.1.2.4.201", "high-throughput JPEG 2000"},
-        {"1.2.840.10008.1.2.4.202", "high-throughput JPEG 2000"},
-        {"1.2.840.10008.1.2.4.203", "high-throughput JPEG 2000"}};
-    for (const auto& [known, name] : names) {
-        if (uid == known) return fmt::format("{} ({})", name, uid);
+        {"1.2.840.10008.1.2.4.10", "MPEG-4 video"},
+        {"1.2.840.10008.1.2.4.20", "high-throughput JPEG 2000"}};
+    for (const auto& [start, name] : names) {
+        if (uid.starts_with(start)) return fmt::format("{} ({})", name, uid);
     }
     return quoted(uid);
 }
@@ -289,18 +283,13 @@ std::optional<DicomFile> read_dicom_header(const std::filesystem::path& path) {
 
     try {
         file.segmentation = read_segmentation(data_set);
-    } catch (const InputError& error) {
-        throw InputError(fmt::format("{}: {}", quoted(path), error.what()));
-    }
-    file.refusal = refusal(file, data_set);
-    const double frames = data_set.decimal(tag::kNumberOfFrames).value_or(1);
-    // Allocate no memory for frames that cannot exist.
-    if (!(frames >= 1) || frames > static_cast<double>(file.size))
-        throw InputError(fmt::format("{}: claims {} frames", quoted(path), frames));
-    if (const auto why = overclaim(file, frames); why && !file.refusal)
-        throw InputError(fmt::format("{}: {}", quoted(path), *why));
-    file.frames.resize(static_cast<std::size_t>(frames));
-    try {
+        file.refusal = refusal(file, data_set);
+        const double frames = data_set.decimal(tag::kNumberOfFrames).value_or(1);
+        // Allocate no memory for frames that cannot exist.
+        if (!(frames >= 1) || frames > static_cast<double>(file.size))
+            throw InputError(fmt::format("claims {} frames", frames));
+        if (const auto why = overclaim(file, frames); why && !file.refusal) throw InputError(*why);
+        file.frames.resize(static_cast<std::size_t>(frames));
         read_frames(file, data_set);
         divide_mosaic(file, data_set);
         place_dose(file, data_set);
@@ -349,12 +338,8 @@ void unpack(const char* cells, std::size_t count, int bits, int high_bit, bool i
 
 void unpack_cells(const char* cells, std::size_t count, int cell_size, int bits, int high_bit, bool is_signed,
                   std::int32_t* out) {
-    if (cell_size == 1)
-        unpack<std::uint8_t>(cells, count, bits, high_bit, is_signed, out);
-    else if (cell_size == 2)
-        unpack<std::uint16_t>(cells, count, bits, high_bit, is_signed, out);
-    else
-        unpack<std::uint32_t>(cells, count, bits, high_bit, is_signed, out);
+    const auto as = [&](auto cell) { unpack<decltype(cell)>(cells, count, bits, high_bit, is_signed, out); };
+    cell_size == 1 ? as(std::uint8_t{}) : cell_size == 2 ? as(std::uint16_t{}) : as(std::uint32_t{});
 }
 
 void decode_plain(const DicomFile& file, ParsedDicom& parsed, Buffer<std::int32_t>& out) {

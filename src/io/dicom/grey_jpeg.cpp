@@ -1,8 +1,6 @@
 // Decodes the JPEG streams of medical images by DCMTK.
 #include "grey_jpeg.h"
 
-#include <fmt/format.h>
-
 #define HAVE_CONFIG_H  // required by DCMTK's headers
 #include <dcmtk/config/osconfig.h>
 
@@ -65,37 +63,31 @@ struct Strict : Base {
 };
 
 template <class Base>
-void decode(std::string_view stream, void* to, std::size_t bytes) {
+void decode(std::string_view stream, std::vector<char>& to) {
     static const DJCodecParameter parameters(ECC_lossyYCbCr, EDC_never, EUC_never, EPC_default);
     Strict<Base> decoder(parameters, false);
     if (decoder.init().bad()) throw LimitError("not enough memory for DCMTK");
     auto* from = reinterpret_cast<Uint8*>(const_cast<char*>(stream.data()));  // DCMTK only reads it
-    const OFCondition result = decoder.decode(from, static_cast<Uint32>(stream.size()),
-                                              static_cast<Uint8*>(to), static_cast<Uint32>(bytes), false);
+    const OFCondition result =
+        decoder.decode(from, static_cast<Uint32>(stream.size()), reinterpret_cast<Uint8*>(to.data()),
+                       static_cast<Uint32>(to.size()), false);
     if (result.bad() || decoder.warned) throw kDamaged;
 }
 
 }  // namespace
 
-GreyJpeg decode_grey_jpeg(std::string_view stream, std::int64_t columns, std::int64_t rows) {
+DecodedFrame decode_grey_jpeg(std::string_view stream, std::int64_t columns, std::int64_t rows) {
     const FrameHeader frame = frame_header(stream);
-    if (frame.columns != columns || frame.rows != rows || frame.components != 1) {
-        throw InputError(
-            fmt::format("its compressed pixels are {} x {} of {} components, its header says {} x {} of one",
-                        frame.columns, frame.rows, frame.components, columns, rows));
-    }
+    check_size(frame.columns, frame.rows, frame.components, frame.bits, columns, rows);
     check_scans(stream);
-    if (frame.bits < 2 || frame.bits > 16) throw kDamaged;
-    GreyJpeg out{frame.bits, std::vector<std::uint16_t>(static_cast<std::size_t>(columns * rows))};
-    if (frame.bits > 12) {
-        decode<DJDecompressIJG16Bit>(stream, out.samples.data(), 2 * out.samples.size());
-    } else if (frame.bits > 8) {
-        decode<DJDecompressIJG12Bit>(stream, out.samples.data(), 2 * out.samples.size());
-    } else {
-        std::vector<std::uint8_t> narrow(out.samples.size());
-        decode<DJDecompressIJG8Bit>(stream, narrow.data(), narrow.size());
-        out.samples.assign(narrow.begin(), narrow.end());
-    }
+    DecodedFrame out{{}, frame.bits > 8 ? 2 : 1, frame.bits};
+    out.cells.resize(static_cast<std::size_t>(columns * rows * out.cell_size));
+    if (frame.bits > 12)
+        decode<DJDecompressIJG16Bit>(stream, out.cells);
+    else if (frame.bits > 8)
+        decode<DJDecompressIJG12Bit>(stream, out.cells);
+    else
+        decode<DJDecompressIJG8Bit>(stream, out.cells);
     return out;
 }
 

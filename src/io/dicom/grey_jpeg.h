@@ -3,18 +3,14 @@
 
 #include <cstdint>
 #include <string_view>
-#include <vector>
+
+#include "codec.h"
 
 namespace marrow::internal::io {
-
-struct GreyJpeg {
-    int bits = 0;                        ///< per sample, 2 to 16
-    std::vector<std::uint16_t> samples;  ///< columns fastest
-};
 
 /// Decodes a Huffman-coded stream of one component: sequential or progressive with 8 or 12 bits, or lossless
 /// with 2 to 16 bits. \throw InputError it is damaged, truncated, of another kind or another size; the
 /// message continues a file name
-GreyJpeg decode_grey_jpeg(std::string_view stream, std::int64_t columns, std::int64_t rows);
+DecodedFrame decode_grey_jpeg(std::string_view stream, std::int64_t columns, std::int64_t rows);
 
 }  // namespace marrow::internal::io

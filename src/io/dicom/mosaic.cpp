@@ -20,10 +20,9 @@ using CsaEntries = std::map<std::string, std::vector<std::string>, std::less<>>;
 
 // Takes a little-endian number off the bytes; 0 at their end.
 std::uint32_t take_number(std::string_view& bytes) {
-    std::uint32_t out = 0;
-    for (std::size_t i = 0; i < 4 && i < bytes.size(); ++i)
-        out |= std::uint32_t{static_cast<unsigned char>(bytes[i])} << 8 * i;
-    bytes.remove_prefix(std::min<std::size_t>(4, bytes.size()));
+    const std::size_t size = std::min<std::size_t>(4, bytes.size());
+    const std::uint32_t out = number_at(bytes, 0, size, false);
+    bytes.remove_prefix(size);
     return out;
 }
 

@@ -77,7 +77,7 @@ void drop_duplicates(DicomStack& stack, std::vector<std::string>& warnings, cons
                     fmt::format("series {}: slices with different pixels have the same position, for example "
                                 "{} and {}; separate "
                                 "the volumes of this series",
-                                stack.id, first.short_name(), other.short_name()));
+                                stack.id, first.name(false), other.name(false)));
             }
         }
         dropped.insert(dropped.end(), group.begin() + 1, group.end());
@@ -206,27 +206,21 @@ std::vector<std::filesystem::path> files_of(const DicomStack& stack) {
     return files;
 }
 
-// Volumes that only the order of an attribute tells apart may be divided wrongly.
-void warn_of_order(const DicomStack& stack, std::vector<std::string>& warnings) {
-    if (!stack.order) return;
-    warnings.push_back(
-        fmt::format("the volumes of the series are told apart by the order of their {} alone",
-                    *stack.order == VolumeAttribute::instance_number ? "InstanceNumber" : "times"));
+std::size_t choose_map(const LabelMaps& maps, const ScanOptions& options) {
+    return choose_volume(differences_of(maps),
+                         fmt::format("the segments overlap and make {} label maps", maps.maps.size()),
+                         options);
 }
 
-// Names the label map that options.volume chooses, or the only one. \throw GeometryError; OptionError
-std::size_t choose_map(const LabelMaps& maps, const ScanOptions& options) {
-    const std::size_t count = maps.maps.size();
-    if (!options.volume && count > 1) {
-        throw GeometryError(fmt::format(
-            "the segments overlap and make {} label maps ({}); choose one with options.volume", count,
-            examples(differences_of(maps))));
-    }
-    const std::int64_t chosen = options.volume.value_or(0);
-    if (chosen < 0 || static_cast<std::size_t>(chosen) >= count) {
-        throw OptionError(fmt::format("the series has no volume {}; there are {}, numbered from 0", chosen, count));
-    }
-    return static_cast<std::size_t>(chosen);
+std::vector<std::string> differences_of(const DicomSeries& series) {
+    std::vector<std::string> out;
+    for (const DicomStack& volume : series.volumes) out.push_back(volume.difference);
+    return out;
+}
+
+DicomStack& choose_stack(DicomSeries& series, const ScanOptions& options) {
+    return series.volumes[choose_volume(
+        differences_of(series), fmt::format("the series holds {} volumes", series.volumes.size()), options)];
 }
 
 void describe_map(const DicomFile& file, const Volume& map, SeriesInfo& info) {
@@ -236,13 +230,24 @@ void describe_map(const DicomFile& file, const Volume& map, SeriesInfo& info) {
     info.labels = file.segmentation->segments;
 }
 
-SeriesReport report_on_segmentation(const DicomSeries& series, const ScanOptions& options) {
+// What the headers of a stack say.
+SeriesReport header_report(const DicomStack& stack) {
+    const DicomFile& file = stack.first();
     SeriesReport out;
-    const DicomFile& file = series.first();
-    out.series = describe(series.volumes[0]);
+    out.series = describe(stack);
     out.number = file.series_number;
+    out.echo_time = file.echo_time;
     out.image_type = file.image_type;
+    out.kernel = file.kernel;
     out.patient_name = file.patient_name;
+    out.oriented = file.frames[0].position && file.frames[0].along_row;
+    if (!file.modality.empty()) out.hounsfield = file.modality == "CT" && is_rescaled(stack);
+    return out;
+}
+
+SeriesReport report_on_segmentation(const DicomSeries& series, const ScanOptions& options) {
+    const DicomFile& file = series.first();
+    SeriesReport out = header_report(series.volumes[0]);
     out.hounsfield = false;
     try {
         check_supported(series.volumes[0]);
@@ -260,48 +265,45 @@ SeriesReport report_on_segmentation(const DicomSeries& series, const ScanOptions
     return out;
 }
 
+// Checks a stack, drops its duplicates and computes its geometry, which `info` describes. Calls `step` as
+// decode_dicom does. \throw InputError it cannot be read
+StackGeometry prepare(DicomStack& stack, const ScanOptions& options, SeriesInfo& info,
+                      std::vector<std::string>& warnings, const Step& step) {
+    check_supported(stack);
+    if (stack.order) {  // the volumes may be divided wrongly
+        warnings.push_back(
+            fmt::format("the volumes of the series are told apart by the order of their {} alone",
+                        *stack.order == VolumeAttribute::instance_number ? "InstanceNumber" : "times"));
+    }
+    drop_duplicates(stack, warnings, step);
+    StackGeometry out = geometry_of(stack, options);
+    for (const DicomSlice& s : stack.slices) rescale_of(s);
+    warnings.insert(warnings.end(), out.warnings.begin(), out.warnings.end());
+    info.dims = out.geometry.dims;
+    info.spacing = out.geometry.spacing;
+    return out;
+}
+
 SeriesReport report_on(DicomSeries& series, const ScanOptions& options) {
     if (series.first().segmentation) return report_on_segmentation(series, options);
-    SeriesReport out;
     std::optional<std::string> refusal;
     DicomStack* chosen = &series.volumes[0];
     try {
-        chosen = &choose_volume(series, options);
+        chosen = &choose_stack(series, options);
     } catch (const InputError& error) {
         refusal = error.what();
     }
     DicomStack& stack = *chosen;
-    if (series.volumes.size() > 1) {
-        for (const DicomStack& volume : series.volumes) out.volumes.push_back(volume.difference);
-    }
-    out.series = describe(stack);
-    const DicomFile& first = stack.first();
-    out.number = first.series_number;
-    out.echo_time = first.echo_time;
-    out.image_type = first.image_type;
-    out.kernel = first.kernel;
-    out.patient_name = first.patient_name;
-    out.oriented = first.frames[0].position && first.frames[0].along_row;
-    const std::string& modality = stack.first().modality;
-    if (modality == "CT")
-        out.hounsfield = is_rescaled(stack);
-    else if (!modality.empty())
-        out.hounsfield = false;
+    SeriesReport out = header_report(stack);
+    if (series.volumes.size() > 1) out.volumes = differences_of(series);
     for (const auto& [slice, length] : uneven_gaps(stack))
         out.gaps.push_back(fmt::format("{:.4g} mm between {} and {}", length, stack.slices[slice].name(),
                                        stack.slices[slice + 1].name()));
     try {
-        check_supported(stack);
-        warn_of_order(stack, out.warnings);
-        drop_duplicates(stack, out.warnings, [&](double) { report_progress(options.progress, 0); });
-        const StackGeometry stack_geometry = geometry_of(stack, options);
-        for (const DicomSlice& s : stack.slices) rescale_of(s);
-        out.series.dims = stack_geometry.geometry.dims;
-        out.series.spacing = stack_geometry.geometry.spacing;
-        out.geometry = stack_geometry.geometry;
-        out.tilt = stack_geometry.tilt;
-        out.warnings.insert(out.warnings.end(), stack_geometry.warnings.begin(),
-                            stack_geometry.warnings.end());
+        const StackGeometry prepared = prepare(stack, options, out.series, out.warnings,
+                                               [&](double) { report_progress(options.progress, 0); });
+        out.geometry = prepared.geometry;
+        out.tilt = prepared.tilt;
     } catch (const InputError& error) {
         refusal = error.what();
     }
@@ -374,17 +376,13 @@ Volume read_dicom(const DicomInput& input, const ScanOptions& options, ScanInfo&
         info.warnings.insert(info.warnings.end(), maps.warnings.begin(), maps.warnings.end());
         return std::move(maps.maps[chosen]);
     }
-    DicomStack& stack = choose_volume(series, options);
+    DicomStack& stack = choose_stack(series, options);
     info.volumes = static_cast<std::int64_t>(series.volumes.size());
-    check_supported(stack);
     info.series = describe(stack);
     info.series.dicom_files = files_of(stack);
-    warn_of_order(stack, info.warnings);
-    drop_duplicates(stack, info.warnings, [&](double) { report_progress(options.progress, kHeadersDone); });
-    const StackGeometry stack_geometry = geometry_of(stack, options);
-    info.warnings.insert(info.warnings.end(), stack_geometry.warnings.begin(), stack_geometry.warnings.end());
-    info.series.dims = stack_geometry.geometry.dims;
-    info.series.spacing = stack_geometry.geometry.spacing;
+    const StackGeometry stack_geometry = prepare(stack, options, info.series, info.warnings, [&](double) {
+        report_progress(options.progress, kHeadersDone);
+    });
 
     bool integral = true;
     for (const DicomSlice& s : stack.slices) {

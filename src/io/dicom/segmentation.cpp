@@ -13,6 +13,7 @@
 
 #include "base/progress.h"
 #include "io/bytes/text.h"
+#include "stack.h"
 #include "tags.h"
 
 namespace marrow::internal::io {
@@ -83,10 +84,9 @@ FrameGrid grid_of(const DicomFile& file) {
     if (!first.position || !first.along_row || !first.along_column || !first.spacing)
         refuse(file, "the segmentation does not state position, orientation and spacing of its frames");
     const Vec3d &x = *first.along_row, &y = *first.along_column;
-    if (!(std::abs(length(x) - 1) < kDirection && std::abs(length(y) - 1) < kDirection &&
-          std::abs(dot(x, y)) < kDirection))
-        refuse(file, "its ImageOrientationPatient is not two perpendicular unit vectors");
-    const Vec3d across = cross(x, y), normal = 1 / length(across) * across;
+    const std::optional<Mat3d> axes = axes_of(first);
+    if (!axes) refuse(file, kBadOrientation);
+    const Vec3d& normal = (*axes)[2];
     for (const DicomFrame& frame : file.frames) {
         if (!frame.position || !frame.along_row || !frame.along_column || frame.spacing != first.spacing ||
             !near(*frame.along_row, x, kDirection) || !near(*frame.along_column, y, kDirection))
@@ -107,8 +107,7 @@ FrameGrid grid_of(const DicomFile& file) {
     g.dims = {file.columns, file.rows, static_cast<std::int64_t>(steps) + 1};
     g.spacing = {(*first.spacing)[0], (*first.spacing)[1], step};
     g.origin = *file.frames[static_cast<std::size_t>(low - along.begin())].position;
-    const Mat3d axes{1 / length(x) * x, 1 / length(y) * y, normal};
-    for (int row = 0; row < 3; ++row) g.direction[row] = {axes[0][row], axes[1][row], axes[2][row]};
+    for (int row = 0; row < 3; ++row) g.direction[row] = {(*axes)[0][row], (*axes)[1][row], normal[row]};
     for (std::size_t i = 0; i < along.size(); ++i) {
         const double slice = std::round((along[i] - *low) / step);
         if (!near(*file.frames[i].position, g.origin + slice * step * normal, 0.01 + 0.01 * step))

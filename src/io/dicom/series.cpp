@@ -103,22 +103,6 @@ std::string listed(const std::vector<DicomSeries*>& candidates, const DicomHeade
     return all;
 }
 
-// Whether `wanted` names a series: by its id, its SeriesInstanceUID, its number in the list, or the first part
-// of its id. Only the first of these that names any series counts.
-using Names = bool (*)(const DicomSeries& series, const DicomHeaders& headers, const std::string& wanted);
-constexpr Names kNames[] = {
-    [](const DicomSeries& s, const DicomHeaders&, const std::string& wanted) { return s.id == wanted; },
-    [](const DicomSeries& s, const DicomHeaders&, const std::string& wanted) {
-        return s.first().series_uid == wanted;
-    },
-    [](const DicomSeries& s, const DicomHeaders& headers, const std::string& wanted) {
-        return std::to_string(number_of(s, headers)) == wanted;
-    },
-    [](const DicomSeries& s, const DicomHeaders&, const std::string& wanted) {
-        return !wanted.empty() && s.id.starts_with(wanted);
-    },
-};
-
 }  // namespace
 
 SeriesChoice choose_series(DicomHeaders& headers, const DicomInput& input, const ScanOptions& options) {
@@ -130,14 +114,20 @@ SeriesChoice choose_series(DicomHeaders& headers, const DicomInput& input, const
         return kept;
     };
     if (options.series) {
+        const std::string& wanted = *options.series;
         std::vector<DicomSeries*> chosen;
-        for (const Names names : kNames) {
-            if (chosen.empty())
-                chosen = keep([&](const DicomSeries* s) { return names(*s, headers, *options.series); });
+        // Only the first way in which it names any series counts.
+        for (int way = 0; way < 4 && chosen.empty(); ++way) {
+            chosen = keep([&](const DicomSeries* s) {
+                return way == 0   ? s->id == wanted
+                       : way == 1 ? s->first().series_uid == wanted
+                       : way == 2 ? std::to_string(number_of(*s, headers)) == wanted
+                                  : !wanted.empty() && s->id.starts_with(wanted);
+            });
         }
         if (chosen.empty()) {
             throw OptionError(fmt::format("there is no series {}, only {}: {}; inspect_scan lists all",
-                                          quoted(*options.series), choice.candidates.size(),
+                                          quoted(wanted), choice.candidates.size(),
                                           listed(choice.candidates, headers)));
         }
         return {std::move(chosen), "options.series selects it", false};
@@ -168,28 +158,28 @@ SeriesChoice choose_series(DicomHeaders& headers, const DicomInput& input, const
 
 DicomSeries& only_candidate(const SeriesChoice& choice, const DicomHeaders& headers) {
     if (choice.candidates.size() > 1) {
-        throw GeometryError(
-            fmt::format("there are {} series: {}; choose one by its number with options.series; inspect_scan lists all",
-                        choice.candidates.size(), listed(choice.candidates, headers)));
+        throw GeometryError(fmt::format(
+            "there are {} series: {}; choose one by its number with options.series; inspect_scan lists all",
+            choice.candidates.size(), listed(choice.candidates, headers)));
     }
     return *choice.candidates[0];
 }
 
-DicomStack& choose_volume(DicomSeries& series, const ScanOptions& options) {
-    const std::size_t count = series.volumes.size();
-    if (!options.volume && count > 1) {
+std::size_t choose_volume(const std::vector<std::string>& differences, const std::string& what,
+                          const ScanOptions& options) {
+    if (!options.volume && differences.size() > 1) {
         std::vector<std::string> all;
-        for (std::size_t i = 0; i < count; ++i)
-            all.push_back(fmt::format("{}: {}", i, series.volumes[i].difference));
-        throw GeometryError(fmt::format(
-            "the series holds {} volumes ({}); choose one with options.volume; inspect_scan lists all", count,
-            examples(all)));
+        for (std::size_t i = 0; i < differences.size(); ++i)
+            all.push_back(fmt::format("{}: {}", i, differences[i]));
+        throw GeometryError(fmt::format("{} ({}); choose one with options.volume; inspect_scan lists all",
+                                        what, examples(all)));
     }
     const std::int64_t chosen = options.volume.value_or(0);
-    if (chosen < 0 || static_cast<std::size_t>(chosen) >= count) {
-        throw OptionError(fmt::format("the series has no volume {}; there are {}, numbered from 0", chosen, count));
+    if (chosen < 0 || static_cast<std::size_t>(chosen) >= differences.size()) {
+        throw OptionError(fmt::format("the series has no volume {}; there are {}, numbered from 0", chosen,
+                                      differences.size()));
     }
-    return series.volumes[static_cast<std::size_t>(chosen)];
+    return static_cast<std::size_t>(chosen);
 }
 
 }  // namespace marrow::internal::io

@@ -137,13 +137,8 @@ std::vector<DicomStack> parts_of(DicomStack stack) {
 
 }  // namespace
 
-std::string DicomSlice::name() const {
-    return file->frames.size() == 1 ? quoted(file->path)
-                                    : fmt::format("{} frame {}", quoted(file->path), index + 1);
-}
-
-std::string DicomSlice::short_name() const {
-    const std::string name = quoted(file->path.filename());
+std::string DicomSlice::name(bool with_folder) const {
+    const std::string name = quoted(with_folder ? file->path : file->path.filename());
     return file->frames.size() == 1 ? name : fmt::format("{} frame {}", name, index + 1);
 }
 
@@ -196,6 +191,14 @@ std::vector<DicomSeries> group_into_series(const std::vector<DicomFile>& files) 
     return out;
 }
 
+std::optional<Mat3d> axes_of(const DicomFrame& frame) {
+    const Vec3d &x = *frame.along_row, &y = *frame.along_column;
+    if (!(std::abs(length(x) - 1) < 1e-3 && std::abs(length(y) - 1) < 1e-3 && std::abs(dot(x, y)) < 1e-3))
+        return {};
+    const Vec3d across = cross(x, y);
+    return Mat3d{1 / length(x) * x, 1 / length(y) * y, 1 / length(across) * across};
+}
+
 std::vector<std::vector<std::size_t>> coincident_slices(const DicomStack& stack) {
     std::vector<std::vector<std::size_t>> out;
     if (!has_position(stack.slices[0].frame())) return out;
@@ -225,20 +228,11 @@ namespace {
     throw GeometryError(fmt::format("series {}: {}", stack.id, why));
 }
 
-// The x and y directions of the first slice, and their normal.
-Mat3d axes_of(const DicomStack& stack) {
-    const Vec3d &x = *stack.slices[0].frame().along_row, &y = *stack.slices[0].frame().along_column;
-    if (!(std::abs(length(x) - 1) < 1e-3 && std::abs(length(y) - 1) < 1e-3 && std::abs(dot(x, y)) < 1e-3))
-        refuse(stack, "its ImageOrientationPatient is not two perpendicular unit vectors");
-    const Vec3d across = cross(x, y);
-    return {1 / length(x) * x, 1 / length(y) * y, 1 / length(across) * across};
-}
-
 [[noreturn]] void refuse_uneven(const DicomStack& stack, const std::vector<UnevenGap>& uneven, double usual) {
     std::vector<std::string> gaps;
     for (const auto& [slice, length] : uneven)
-        gaps.push_back(fmt::format("{:.4g} mm between {} and {}", length, stack.slices[slice].short_name(),
-                                   stack.slices[slice + 1].short_name()));
+        gaps.push_back(fmt::format("{:.4g} mm between {} and {}", length, stack.slices[slice].name(false),
+                                   stack.slices[slice + 1].name(false)));
     refuse(stack,
            fmt::format("its slices are uneven: {}{}, elsewhere {:.4g} mm; options.resample makes them even",
                        examples(gaps), gaps.size() > 1 ? fmt::format(" ({} such gaps)", gaps.size()) : "",
@@ -253,7 +247,7 @@ Vec3d step_of(const DicomStack& stack, const Vec3d& normal, std::vector<double>*
     const double usual = usual_gap(gaps_of(slices));
     for (const auto& group : coincident_slices(stack)) {
         refuse(stack, fmt::format("two slices have the same position: {} and {}",
-                                  slices[group[0]].short_name(), slices[group[1]].short_name()));
+                                  slices[group[0]].name(false), slices[group[1]].name(false)));
     }
     const std::vector<UnevenGap> gaps = uneven_gaps(stack);
     if (!gaps.empty() && !uneven) refuse_uneven(stack, gaps, usual);
@@ -264,7 +258,7 @@ Vec3d step_of(const DicomStack& stack, const Vec3d& normal, std::vector<double>*
         const Vec3d off = next - dot(next, normal) / extent * whole;
         if (length(off - dot(off, normal) * normal) > 0.01 + std::min(0.01, 0.01 * usual)) {
             refuse(stack, fmt::format("its slices are shifted sideways between {} and {}",
-                                      slices[i].short_name(), slices[i + 1].short_name()));
+                                      slices[i].name(false), slices[i + 1].name(false)));
         }
     }
     double steps = static_cast<double>(n - 1);
@@ -324,7 +318,9 @@ StackGeometry geometry_of(const DicomStack& stack, const ScanOptions& options) {
     Mat3d axes{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};  // directions of the index axes
     Vec3d step{0, 0, given ? (*given)[2] : 0};
     if (has_position(first)) {
-        axes = axes_of(stack);
+        const std::optional<Mat3d> stated = axes_of(first);
+        if (!stated) refuse(stack, kBadOrientation);
+        axes = *stated;
         g.origin = *first.position;
         const Vec3d normal = axes[2];
         step =

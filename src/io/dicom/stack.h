@@ -20,9 +20,7 @@ struct DicomSlice {
 
     const DicomFrame& frame() const { return file->frames[index]; }
     /// The path in quotes, and the frame if there are several, for messages.
-    std::string name() const;
-    /// The same without the folder.
-    std::string short_name() const;
+    std::string name(bool with_folder = true) const;
 };
 
 /// Frames of the same series, size, orientation and spacing, sorted along their normal: a volume, unless
@@ -64,6 +62,12 @@ struct DicomSeries {
 ///
 /// \throw InputError a series has too many different geometries
 std::vector<DicomSeries> group_into_series(const std::vector<DicomFile>& files);
+
+inline constexpr char kBadOrientation[] = "its ImageOrientationPatient is not two perpendicular unit vectors";
+
+/// The directions of a frame's rows, columns and normal, as unit vectors. No value if ImageOrientationPatient is not
+/// two perpendicular unit vectors. \pre the frame states it
+std::optional<Mat3d> axes_of(const DicomFrame& frame);
 
 /// Groups of slices that have the same position, as indices into the stack's slices.
 std::vector<std::vector<std::size_t>> coincident_slices(const DicomStack& stack);

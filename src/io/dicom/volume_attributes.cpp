@@ -144,42 +144,25 @@ std::vector<VolumeAttributes> read_volume_attributes(const DicomDataSet& data_se
 }
 
 std::string describe_attribute(VolumeAttribute attribute, const std::string& value) {
-    const auto name = [&](const char* what, const char* unit) {
-        return value.empty() ? fmt::format("no {}", what) : fmt::format("{} {}{}", what, value, unit);
-    };
-    switch (attribute) {
-        case VolumeAttribute::image_type:
-            return name("image type", "");
-        case VolumeAttribute::complex_component:
-            return name("part", "");
-        case VolumeAttribute::kernel:
-            return name("kernel", "");
-        case VolumeAttribute::echo_time:
-            return name("echo time", " ms");
-        case VolumeAttribute::echo_number:
-            return name("echo", "");
-        case VolumeAttribute::b_value:
-            return name("b-value", " s/mm2");
-        case VolumeAttribute::gradient:
-            return name("gradient direction", "");
-        case VolumeAttribute::temporal_position:
-            return name("time point", "");
-        case VolumeAttribute::cardiac_phase:
-            return name("cardiac phase", " %");
-        case VolumeAttribute::trigger_time:
-            return name("trigger time", " ms");
-        case VolumeAttribute::frame_reference_time:
-            return name("frame time", " ms");
-        case VolumeAttribute::acquisition_number:
-            return name("acquisition", "");
-        case VolumeAttribute::dimension_indices:
-            return name("dimension index", "");
-        case VolumeAttribute::acquisition_time:
-            return name("acquisition time", "");
-        case VolumeAttribute::instance_number:
-            return name("InstanceNumber", "");
-    }
-    return {};
+    // What each attribute is called, and its unit.
+    static constexpr std::array<std::pair<const char*, const char*>, kVolumeAttributes> names = {
+        {{"image type", ""},
+         {"part", ""},
+         {"kernel", ""},
+         {"echo time", " ms"},
+         {"echo", ""},
+         {"b-value", " s/mm2"},
+         {"gradient direction", ""},
+         {"time point", ""},
+         {"cardiac phase", " %"},
+         {"trigger time", " ms"},
+         {"frame time", " ms"},
+         {"acquisition", ""},
+         {"dimension index", ""},
+         {"acquisition time", ""},
+         {"InstanceNumber", ""}}};
+    const auto& [what, unit] = names[static_cast<std::size_t>(attribute)];
+    return value.empty() ? fmt::format("no {}", what) : fmt::format("{} {}{}", what, value, unit);
 }
 
 }  // namespace marrow::internal::io

@@ -50,22 +50,13 @@ struct ValueLess {
 // The parts of an ImageType that not all types have: of ORIGINAL\PRIMARY\M\ND and ORIGINAL\PRIMARY\P\ND, M
 // and P.
 std::string own_parts(const std::string& type, const std::vector<const std::string*>& all) {
-    const auto parts_of = [](std::string_view text) {
-        std::vector<std::string> parts;
-        for (std::size_t at = 0; at <= text.size();) {
-            const std::size_t end = std::min(text.find('\\', at), text.size());
-            parts.emplace_back(text.substr(at, end - at));
-            at = end + 1;
-        }
-        return parts;
-    };
     std::string out;
-    for (const std::string& part : parts_of(type)) {
+    for (const std::string_view part : values_of(type)) {
         const bool common = std::all_of(all.begin(), all.end(), [&](const std::string* other) {
-            const auto parts = parts_of(*other);
+            const auto parts = values_of(*other);
             return std::find(parts.begin(), parts.end(), part) != parts.end();
         });
-        if (!common) out += (out.empty() ? "" : "\\") + part;
+        if (!common) out.append(out.empty() ? "" : "\\").append(part);
     }
     return out.empty() ? type : out;
 }
