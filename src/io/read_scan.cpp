@@ -106,13 +106,13 @@ Input identify_folder(const fs::path& folder, const Progress& progress) {
                   [](const fs::path& file) { return !is_image_file(read_head(file, kHeadSize)); });
     if (!input.files.empty()) return input;
     if (all.empty()) throw InputError(fmt::format("{}: the folder holds no files", quoted(folder)));
-    const std::string none = all.size() == 1
-                                 ? "the folder's only file is not DICOM or an image"
-                                 : fmt::format("none of the folder's {} files is DICOM or an image", all.size());
+    const std::string none =
+        all.size() == 1 ? "the folder's only file is not DICOM or an image"
+                        : fmt::format("none of the folder's {} files is DICOM or an image", all.size());
     const auto scan = std::find_if(all.begin(), all.end(), is_scan_file);
     if (scan == all.end()) throw InputError(fmt::format("{}: {}", quoted(folder), none));
-    throw InputError(fmt::format("{}: {}; open a NIfTI, NRRD or MetaImage file itself, such as {}", quoted(folder),
-                                 none, quoted(*scan)));
+    throw InputError(fmt::format("{}: {}; open a NIfTI, NRRD or MetaImage file itself, such as {}",
+                                 quoted(folder), none, quoted(*scan)));
 }
 
 bool is_archive(const fs::path& path, std::string_view head) {
@@ -216,6 +216,7 @@ SeriesReport report_on_file(const Input& input, const fs::path& path, const Scan
         const ImageStack stack = read_image_stack(input.files, options);
         geometry = stack.geometry;
         type = stack.image.type;
+        series.warnings = stack.warnings;
     } else {
         const RawImage image = header_of_a_volume(input, options, series.refusal);
         geometry = image.geometry;
@@ -272,6 +273,7 @@ Volume read_scan(const fs::path& path, const ScanOptions& options, ScanInfo* inf
         if (!options.spacing) throw GeometryError(needs_spacing(path));
         const ImageStack stack = read_image_stack(input.files, options);
         found.series = series_of(path, stack.geometry, stack.files.size());
+        found.warnings = stack.warnings;
         volume = load_image_stack(stack, options);
     } else {
         const RawImage image = read_raw_header(input, options);

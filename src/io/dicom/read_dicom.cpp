@@ -204,16 +204,17 @@ void warn_of_order(const DicomStack& stack, std::vector<std::string>& warnings) 
 }
 
 // Names the label map that options.volume chooses, or the only one. \throw GeometryError; OptionError
-std::size_t choose_map(const DicomSeries& series, const LabelMaps& maps, const ScanOptions& options) {
+std::size_t choose_map(const LabelMaps& maps, const ScanOptions& options) {
     const std::size_t count = maps.maps.size();
     if (!options.volume && count > 1) {
-        throw GeometryError(fmt::format(
-            "the segments overlap and make {} label maps ({}); choose one with options.volume", count,
-            examples(differences_of(maps))));
+        throw GeometryError(
+            fmt::format("the segments overlap and make {} label maps ({}); choose one with options.volume",
+                        count, examples(differences_of(maps))));
     }
     const std::int64_t chosen = options.volume.value_or(0);
     if (chosen < 0 || static_cast<std::size_t>(chosen) >= count) {
-        throw OptionError(fmt::format("the series has no volume {}; there are {}, numbered from 0", chosen, count));
+        throw OptionError(
+            fmt::format("the series has no volume {}; there are {}, numbered from 0", chosen, count));
     }
     return static_cast<std::size_t>(chosen);
 }
@@ -242,7 +243,7 @@ SeriesReport report_on_segmentation(const DicomSeries& series, const ScanOptions
         out.geometry = maps.maps[0].geometry();
         out.memory =
             static_cast<std::uint64_t>(out.geometry->sample_count()) * sample_size(maps.maps[0].type());
-        choose_map(series, maps, options);
+        choose_map(maps, options);
     } catch (const InputError& error) {
         out.refusal = error.what();
     }
@@ -341,7 +342,7 @@ Volume read_dicom(const DicomInput& input, const ScanOptions& options, ScanInfo&
     if (series.first().segmentation) {
         check_supported(series.volumes[0]);
         LabelMaps maps = read_label_maps(series.first(), options);
-        const std::size_t chosen = choose_map(series, maps, options);
+        const std::size_t chosen = choose_map(maps, options);
         info.series = describe(series.volumes[0]);
         describe_map(series.first(), maps.maps[chosen], info.series);
         info.volumes = static_cast<std::int64_t>(maps.maps.size());
