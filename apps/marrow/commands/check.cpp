@@ -162,7 +162,7 @@ void add_options(Arguments& arguments, CheckCommandOptions& options) {
                          ".stl, .ply, .obj (also .gz), .vtp or .3mf, in mm; .glb, in metres");
     arguments.add_option(
         "--min-wall",
-        number_value("MM", "a thickness in mm", options.min_wall, [](double x) { return x >= 0; }),
+        number_value("MM", "a thickness in mm, 0 or more", options.min_wall, [](double x) { return x >= 0; }),
         "Find walls thinner than MM.");
     arguments.add_flag("--strict", options.strict,
                        "Exit with 6 if a mesh is not sound, or has walls thinner than --min-wall.");

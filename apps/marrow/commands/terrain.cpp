@@ -31,7 +31,8 @@ bool is_positive(double x) {
 
 std::vector<fs::path> level_files(const TerrainCommandOptions& options) {
     std::vector<std::string> names;
-    for (int level = 0; level < options.levels; ++level) names.push_back(fmt::format("level{}", level));
+    for (int level = 0; level < options.levels; ++level)
+        names.push_back(options.levels > 1 ? fmt::format("level{}", level) : options.input.stem().string());
     const std::vector<fs::path> files = files_for(options.output, names);
     // A scene keeps the levels apart; in other formats they would overlap.
     if (is_shared_file(files) && files.front().extension() != ".glb")
@@ -157,7 +158,6 @@ void run(const TerrainCommandOptions& options, const Console& console, const std
     check(options);
     const ProgressReporter reporter(options.reporting, console, stop);
     const std::vector<fs::path> files = level_files(options);
-    if (!options.output.has_filename() && !options.output.empty()) fs::create_directories(options.output);
     for (const fs::path& file : files) check_output(file, options.input);
     check_output(options.picture, options.input);
     if (!options.picture.empty()) require_display("--picture");
