@@ -88,19 +88,23 @@ std::size_t number_of(const DicomSeries& series, const DicomHeaders& headers) {
 
 // The first few of these series, by their numbers. Ids are long, and say nothing to people.
 std::string listed(const std::vector<DicomSeries*>& candidates, const DicomHeaders& headers) {
-    constexpr std::size_t kMost = 3;
+    constexpr std::size_t kLongest = 200;
     std::string all;
-    for (std::size_t i = 0; i < std::min(kMost, candidates.size()); ++i) {
+    for (std::size_t i = 0; i < candidates.size(); ++i) {
         const DicomSeries& series = *candidates[i];
         const SeriesInfo info = describe(series.volumes[0]);
         const std::size_t volumes = series.volumes.size();
-        all += fmt::format("{}{} ({}{}, {} x {} x {}, {})", i > 0 ? ", " : "", number_of(series, headers),
-                           info.modality.empty() ? "modality unknown" : info.modality,
-                           info.description.empty() ? "" : " " + quoted(info.description), info.dims[0],
-                           info.dims[1], info.dims[2],
-                           volumes > 1 ? count_of(volumes, "volume") : count_of(info.files, "file"));
+        const std::string one =
+            fmt::format("{} ({}{}, {} x {} x {}, {})", number_of(series, headers),
+                        info.modality.empty() ? "modality unknown" : info.modality,
+                        info.description.empty() ? "" : fmt::format(" {}", quoted(info.description)),
+                        info.dims[0], info.dims[1], info.dims[2],
+                        volumes > 1 ? count_of(volumes, "volume") : count_of(info.files, "file"));
+        if (i > 0 && all.size() + one.size() > kLongest)
+            return all + fmt::format(" and {} more", candidates.size() - i);
+        if (i > 0) all += ", ";
+        all += one;
     }
-    if (candidates.size() > kMost) all += fmt::format(" and {} more", candidates.size() - kMost);
     return all;
 }
 
@@ -169,9 +173,9 @@ SeriesChoice choose_series(DicomHeaders& headers, const DicomInput& input, const
 
 DicomSeries& only_candidate(const SeriesChoice& choice, const DicomHeaders& headers) {
     if (choice.candidates.size() > 1) {
-        throw GeometryError(
-            fmt::format("there are {} series: {}; choose one by its number with options.series; inspect_scan lists all",
-                        choice.candidates.size(), listed(choice.candidates, headers)));
+        throw GeometryError(fmt::format(
+            "there are {} series: {}; choose one by its number with options.series; inspect_scan lists all",
+            choice.candidates.size(), listed(choice.candidates, headers)));
     }
     return *choice.candidates[0];
 }
@@ -188,7 +192,8 @@ DicomStack& choose_volume(DicomSeries& series, const ScanOptions& options) {
     }
     const std::int64_t chosen = options.volume.value_or(0);
     if (chosen < 0 || static_cast<std::size_t>(chosen) >= count) {
-        throw OptionError(fmt::format("the series has no volume {}; there are {}, numbered from 0", chosen, count));
+        throw OptionError(
+            fmt::format("the series has no volume {}; there are {}, numbered from 0", chosen, count));
     }
     return series.volumes[static_cast<std::size_t>(chosen)];
 }
