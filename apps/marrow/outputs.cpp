@@ -78,7 +78,8 @@ std::vector<fs::path> files_for(const fs::path& output, const std::vector<std::s
     if (!output.has_filename() || fs::is_directory(output)) pattern = (output / "{name}.stl").string();
     format_of(pattern);
     const bool is_pattern = pattern.find(kName) != pattern.npos;
-    if (const std::size_t brace = pattern.find('{'); !is_pattern && pattern.find('}', brace) < pattern.npos)
+    const std::string name = fs::path(pattern).filename().string();
+    if (!is_pattern && name.find('}', name.find('{')) != name.npos)
         throw UsageError(
             fmt::format("'{}' has a placeholder that does not exist: the only one is {}", pattern, kName));
     for (std::size_t i = 0; i < files.size(); ++i) {

@@ -80,12 +80,12 @@ class Printer {
                                    space_ != Space::none ? "LPS" : "the file does not state its space"));
     }
 
-    // One line for an object without faults, and all lines for another.
+    // One line for an object that is sound and thick enough, and all lines for another.
     void print_several(const CheckedFile& file) const {
         for (const CheckedObject& object : file.objects) {
             const MeshCheck& c = object.found;
             out_ << fmt::format("  {}: {}", object.name, verdict(c, min_wall_));
-            if (!c.is_sound()) {
+            if (!c.is_sound() || c.thin_triangles > 0) {
                 out_ << '\n';
                 print(object, 4);
             } else {
