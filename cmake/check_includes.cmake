@@ -79,8 +79,9 @@ set(image_libraries "png.h;tiffio.h;jpeglib.h;zlib.h;charls/;dcmtk/;openjpeg-2.5
 check_folder(src/io/bytes src "base" "fmt/;zlib.h")
 check_folder(src/io/scan src "base;io/bytes" "fmt/;tbb/;${image_libraries}")
 check_folder(src/io/dicom src "base;io/bytes;io/scan" "fmt/;tbb/;${image_libraries}")
+check_folder(src/io/zarr src "base;io/bytes" "fmt/;tbb/;nlohmann/;blosc.h;lz4.h;zlib.h;zstd.h")
 check_folder(src/io/mesh src "base;io/bytes" "fmt/;nlohmann/;zlib.h")
-check_folder(src/io src "base;io/bytes;io/scan;io/dicom" "fmt/")
+check_folder(src/io src "base;io/bytes;io/scan;io/dicom;io/zarr" "fmt/")
 check_folder(src/terrain src "base" "fmt/;tbb/;gdal;ogr_;cpl_")
 
 # Only the main programs include commands.

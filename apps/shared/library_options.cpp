@@ -20,6 +20,7 @@ constexpr std::array kFlags{
     OptionFlag{"options.spacing", "--spacing"},
     OptionFlag{"options.resample", "--resample"},
     OptionFlag{"options.volume", "--volume"},
+    OptionFlag{"options.level", "--level"},
     OptionFlag{"options.threads", "--threads"},
     // IsosurfaceOptions
     OptionFlag{"options.snap", "--snap"},

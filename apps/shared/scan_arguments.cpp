@@ -6,7 +6,7 @@
 namespace marrow::apps {
 
 const char* const kScanHelp =
-    "DICOM folder or file; NIfTI, NRRD, MetaImage or TIFF file; folder of slice images";
+    "DICOM folder or file; NIfTI, NRRD, MetaImage or TIFF file; OME-Zarr folder; folder of slice images";
 
 void add_scan_input(Arguments& arguments, ScanInput& input) {
     arguments.add_input("INPUT", input.path, kScanHelp);
@@ -24,6 +24,10 @@ void add_scan_options(Arguments& arguments, ScanOptions& options) {
     arguments.add_option("--volume",
                          integer_value("K", options.volume, std::numeric_limits<std::int64_t>::min()),
                          "Read volume K of a 4D scan, counted from 0; 'marrow info' lists the volumes.");
+    arguments.add_option("--level",
+                         integer_value("K", options.level, std::numeric_limits<std::int64_t>::min()),
+                         "Read level K of an OME-Zarr image's resolutions, 0 being the finest; 'marrow info' "
+                         "lists the levels.");
 }
 
 }  // namespace marrow::apps

@@ -1,4 +1,4 @@
-/// Reads scans: DICOM, NIfTI, NRRD, MetaImage, TIFF, and folders of image slices.
+/// Reads scans: DICOM, NIfTI, NRRD, MetaImage, OME-Zarr, TIFF, and folders of image slices.
 #pragma once
 
 #include <array>
@@ -25,16 +25,18 @@ namespace marrow {
 /// | nifti     | .nii .nii.gz .hdr/.img                   | sform if its code is > 0, else qform; made LPS |
 /// | nrrd      | .nrrd .nhdr                              | space directions and origin; made LPS          |
 /// | metaimage | .mha .mhd                                | TransformMatrix, Offset, ElementSpacing        |
+/// | zarr      | folder of OME-Zarr 0.4 or 0.5            | scale and translation of the axes x, y, z      |
 /// | tiff      | .tif .tiff of several pages              | ScanOptions::spacing, required                 |
 /// | slices    | folder of .png .tif .jpg .bmp, or a file | ScanOptions::spacing, required                 |
 ///
 /// The content of a file decides its format; the extension counts only if the content is ambiguous. Files in
 /// a folder may have any name. A folder is DICOM if it or a nested folder holds a DICOM file. One DICOM file
 /// stands for its series; the other files of that series are in the same folder. Image slices are in natural
-/// order: slice 2 comes before slice 10.
-enum class ScanFormat { dicom, nifti, nrrd, metaimage, tiff, slices };
+/// order: slice 2 comes before slice 10. A Zarr array without the metadata of OME-Zarr must have three axes, and
+/// states no spacing.
+enum class ScanFormat { dicom, nifti, nrrd, metaimage, zarr, tiff, slices };
 
-/// The name of a format: "DICOM", "NIfTI", "NRRD", "MetaImage", "TIFF" or "slices".
+/// The name of a format: "DICOM", "NIfTI", "NRRD", "MetaImage", "Zarr", "TIFF" or "slices".
 MARROW_EXPORT const char* scan_format_name(ScanFormat format);
 
 /// How to read a scan. An option that does not apply to the input is an OptionError.
@@ -43,12 +45,14 @@ struct ScanOptions {
     /// its number in the list of inspect_scan, from 1.
     std::optional<std::string> series = {};
     /// mm along i, j and k. It is only for input that does not state its spacing: image slices, a single
-    /// DICOM slice, DICOM without positions.
+    /// DICOM slice, DICOM without positions, Zarr without units.
     std::optional<Vec3d> spacing = {};
     bool resample = false;  ///< interpolate unevenly spaced DICOM slices linearly to even spacing
     /// Index of a volume, from 0, if the input holds several: a DICOM series with time points, echoes, ...,
-    /// a 4-D NIfTI or MetaImage file.
+    /// a 4-D NIfTI or MetaImage file, an OME-Zarr image with time points or channels.
     std::optional<std::int64_t> volume = {};
+    /// The level of an OME-Zarr image's resolution pyramid, from 0, the finest.
+    std::optional<std::int64_t> level = {};
     int threads = 0;         ///< threads to use; 0: all
     Progress progress = {};  ///< called while reading
 };
@@ -127,6 +131,8 @@ struct SeriesReport {
     /// If the series has several volumes, what distinguishes each: "echo time 12 ms". The other members
     /// describe the volume that ScanOptions::volume names, or the first.
     std::vector<std::string> volumes;
+    /// The size of each level that ScanOptions::level could choose; empty if the format has none.
+    std::vector<std::array<std::int64_t, 3>> levels;
     std::string patient_name;  ///< as in DICOM: "family^given"; show it only on request
 };
 
@@ -144,8 +150,8 @@ struct ScanReport {
 /// \throw the errors of read_scan, if there is no image at all
 MARROW_EXPORT ScanReport inspect_scan(const std::filesystem::path& input, const ScanOptions& options = {});
 
-/// Opens a scan to read it slice by slice, for volumes that do not fit in memory: uncompressed NIfTI, NRRD
-/// and MetaImage. Samples and geometry are the same as from read_scan.
+/// Opens a scan to read it slice by slice, for volumes that do not fit in memory: Zarr, and uncompressed NIfTI,
+/// NRRD and MetaImage. Samples and geometry are the same as from read_scan.
 /// \throw the errors of read_scan; InputError the input must be read as a whole
 MARROW_EXPORT SliceSource open_slices(const std::filesystem::path& input, const ScanOptions& options = {},
                                       ScanInfo* info = nullptr);

@@ -2,7 +2,7 @@
 # A test compares the options with those of the programs.
 
 _marrow_options() {
-  local scan="--series --spacing --resample --volume"
+  local scan="--series --spacing --resample --volume --level"
   case $1 in
     info) echo "-h --help $scan --headers --show-patient --json" ;;
     check) echo "-h --help --min-wall --strict --threads --json -q --quiet" ;;
@@ -52,7 +52,7 @@ _marrow() {
     --type) mapfile -t COMPREPLY < <(compgen -W "bone skin soft fat muscle" -- "$current") ;;
     --space) mapfile -t COMPREPLY < <(compgen -W "LPS RAS" -- "$current") ;;
     --isovalue) mapfile -t COMPREPLY < <(compgen -W "otsu" -- "$current") ;;
-    --series | --spacing | --volume | --threads | --max-memory | --snap | --crop | --median | --blur) ;;
+    --series | --spacing | --volume | --level | --threads | --max-memory | --snap | --crop | --median | --blur) ;;
     --isotropic | --components | --clean-small | --smooth | --keep | --triangles | --max-error | --relax) ;;
     --only | --min-wall | --from | --to | -n | --samples | --base | --size | --exaggerate | --cell | --levels) ;;
     *)

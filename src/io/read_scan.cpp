@@ -15,6 +15,7 @@
 #include "io/dicom/read_dicom.h"
 #include "io/scan/image_stack.h"
 #include "io/scan/raw_image.h"
+#include "io/zarr/image.h"
 
 namespace marrow {
 
@@ -98,6 +99,7 @@ bool is_scan_file(const fs::path& file) {
 }
 
 Input identify_folder(const fs::path& folder, const Progress& progress) {
+    if (is_zarr(folder)) return {ScanFormat::zarr, {folder}, {}};
     const std::vector<fs::path> all = files_in(folder, true);
     Input input{ScanFormat::dicom, dicom_among(all, progress), {}};
     if (!input.files.empty()) return input;
@@ -125,13 +127,16 @@ bool is_archive(const fs::path& path, std::string_view head) {
 
 Input identify_file(const fs::path& path, const Progress& progress) {
     const std::string head = read_head(path, kHeadSize);
+    const std::string name = path.filename().string();
+    if (name == "zarr.json" || name == ".zattrs" || name == ".zarray" || name == ".zgroup")
+        return {ScanFormat::zarr, {folder_of(path)}, {}};
     const std::optional<ScanFormat> format = format_of(path, head);
     if (!format) {
         if (is_archive(path, head))
             throw InputError(fmt::format("{}: is an archive; unpack it first", quoted(path)));
-        throw InputError(
-            fmt::format("{}: is not a scan of a supported format (DICOM, NIfTI, NRRD, MetaImage, TIFF, PNG)",
-                        quoted(path)));
+        throw InputError(fmt::format(
+            "{}: is not a scan of a supported format (DICOM, NIfTI, NRRD, MetaImage, OME-Zarr, TIFF, PNG)",
+            quoted(path)));
     }
     if (format != ScanFormat::dicom) return {*format, {path}, {}};
     if (!is_dicom(head)) throw InputError(fmt::format("{}: is not a DICOM file", quoted(path)));
@@ -150,18 +155,24 @@ Input identify(const fs::path& path, const Progress& progress) {
     return fs::is_directory(path, ignored) ? identify_folder(path, progress) : identify_file(path, progress);
 }
 
+// Takes the spacing of the options, which must not contradict one that the input states.
+void apply_spacing(const fs::path& path, bool is_stated, const ScanOptions& options, Geometry& geometry) {
+    if (!options.spacing) return;
+    if (is_stated) {
+        const Vec3d& spacing = geometry.spacing;
+        throw OptionError(
+            fmt::format("{}: states its spacing, {:g} x {:g} x {:g} mm; do not set options.spacing",
+                        quoted(path), spacing[0], spacing[1], spacing[2]));
+    }
+    geometry.spacing = *options.spacing;
+}
+
 RawImage read_raw_header(const Input& input, const ScanOptions& options) {
     const fs::path& path = input.files[0];
     RawImage image = input.format == ScanFormat::nifti  ? read_nifti_header(path, options.volume)
                      : input.format == ScanFormat::nrrd ? read_nrrd_header(path)
                                                         : read_metaimage_header(path, options.volume);
-    if (image.has_spacing && options.spacing) {
-        const Vec3d& spacing = image.geometry.spacing;
-        throw OptionError(
-            fmt::format("{}: states its spacing, {:g} x {:g} x {:g} mm; do not set options.spacing",
-                        quoted(path), spacing[0], spacing[1], spacing[2]));
-    }
-    if (options.spacing) image.geometry.spacing = *options.spacing;
+    apply_spacing(path, image.has_spacing, options, image.geometry);
     return image;
 }
 
@@ -169,8 +180,36 @@ SeriesInfo series_of(const fs::path& path, const Geometry& geometry, std::size_t
     return {"", path.filename().string(), "", geometry.dims, geometry.spacing, files};
 }
 
+ScanInfo info_of(const Input& input, const ZarrImage& image) {
+    return {input.format, series_of(input.files[0], image.geometry, 1), image.warnings,
+            static_cast<std::int64_t>(image.volumes.size())};
+}
+
 bool is_image_stack(const Input& input) {
     return input.format == ScanFormat::tiff || input.format == ScanFormat::slices;
+}
+
+std::string needs_spacing(const fs::path& path) {
+    return fmt::format("{}: does not state the spacing of its samples; give it with options.spacing, in mm",
+                       quoted(path));
+}
+
+// Lists the volumes, of which one must be chosen.
+std::string needs_volume(const fs::path& path, const ZarrImage& image) {
+    return fmt::format("{}: holds {} volumes; choose one from 0 to {} with options.volume: {}", quoted(path),
+                       image.volumes.size(), image.volumes.size() - 1, examples(image.volumes));
+}
+
+ZarrImage read_zarr(const fs::path& path, const ScanOptions& options) {
+    ZarrImage image = read_zarr_image(path, options);
+    apply_spacing(path, image.has_units, options, image.geometry);
+    return image;
+}
+
+// \throw GeometryError the volume or the spacing must be chosen
+void check_choices(const fs::path& path, const ZarrImage& image, const ScanOptions& options) {
+    if (!image.volume) throw GeometryError(needs_volume(path, image));
+    if (!image.has_spacing && !options.spacing) throw GeometryError(needs_spacing(path));
 }
 
 // Refuses options that do not apply to the input.
@@ -182,16 +221,14 @@ void check_options(const Input& input, const fs::path& path, const ScanOptions& 
         throw OptionError(
             fmt::format("{}: only DICOM can be resampled; do not set options.resample", quoted(path)));
     if (options.volume && !dicom && input.format != ScanFormat::nifti &&
-        input.format != ScanFormat::metaimage) {
-        throw OptionError(
-            fmt::format("{}: only DICOM, NIfTI and MetaImage have several volumes; do not set options.volume",
-                        quoted(path)));
+        input.format != ScanFormat::metaimage && input.format != ScanFormat::zarr) {
+        throw OptionError(fmt::format(
+            "{}: only DICOM, NIfTI, MetaImage and Zarr have several volumes; do not set options.volume",
+            quoted(path)));
     }
-}
-
-std::string needs_spacing(const fs::path& path) {
-    return fmt::format("{}: does not state the spacing of its samples; give it with options.spacing, in mm",
-                       quoted(path));
+    if (options.level && input.format != ScanFormat::zarr)
+        throw OptionError(
+            fmt::format("{}: only OME-Zarr has levels; do not set options.level", quoted(path)));
 }
 
 // The header of the chosen volume; of the first if there are several and none is chosen, which is refused.
@@ -217,6 +254,15 @@ SeriesReport report_on_file(const Input& input, const fs::path& path, const Scan
         geometry = stack.geometry;
         type = stack.image.type;
         series.warnings = stack.warnings;
+    } else if (input.format == ScanFormat::zarr) {
+        ZarrImage image = read_zarr(path, options);
+        geometry = image.geometry;
+        type = loaded_type(image);
+        has_spacing |= image.has_spacing;
+        series.warnings = std::move(image.warnings);
+        series.levels = std::move(image.levels);
+        if (!image.volume) series.refusal = needs_volume(path, image);
+        if (image.volumes.size() > 1) series.volumes = std::move(image.volumes);
     } else {
         const RawImage image = header_of_a_volume(input, options, series.refusal);
         geometry = image.geometry;
@@ -253,6 +299,8 @@ const char* scan_format_name(ScanFormat format) {
             return "NRRD";
         case ScanFormat::metaimage:
             return "MetaImage";
+        case ScanFormat::zarr:
+            return "Zarr";
         case ScanFormat::tiff:
             return "TIFF";
         case ScanFormat::slices:
@@ -275,6 +323,11 @@ Volume read_scan(const fs::path& path, const ScanOptions& options, ScanInfo* inf
         found.series = series_of(path, stack.geometry, stack.files.size());
         found.warnings = stack.warnings;
         volume = load_image_stack(stack, options);
+    } else if (input.format == ScanFormat::zarr) {
+        const ZarrImage image = read_zarr(input.files[0], options);
+        check_choices(input.files[0], image, options);
+        found = info_of(input, image);
+        volume = load_zarr(image, options);
     } else {
         const RawImage image = read_raw_header(input, options);
         if (!image.has_spacing && !options.spacing) throw GeometryError(needs_spacing(path));
@@ -305,6 +358,12 @@ SliceSource open_slices(const fs::path& path, const ScanOptions& options, ScanIn
             fmt::format("{}: {} cannot be read slice by slice; read it as a whole, or convert it to "
                         "uncompressed NRRD, MetaImage or NIfTI",
                         quoted(path), scan_format_name(input.format)));
+    }
+    if (input.format == ScanFormat::zarr) {
+        ZarrImage image = read_zarr(input.files[0], options);
+        check_choices(input.files[0], image, options);
+        if (info) *info = info_of(input, image);
+        return zarr_slices(std::move(image));
     }
     const RawImage image = read_raw_header(input, options);
     if (!image.has_spacing && !options.spacing) throw GeometryError(needs_spacing(path));

@@ -22,7 +22,7 @@ SliceSource source_of(const Volume& volume) {
 }
 
 // Joins the parts, and checks that each has all points that its triangles name.
-Mesh in_slabs(const Volume& volume, double isovalue, const SlabLimits& limits,
+Mesh in_slabs(const SliceSource& source, double isovalue, const SlabLimits& limits,
               const IsosurfaceOptions& options) {
     Mesh mesh;
     std::uint64_t triangles_seen = 0;
@@ -48,7 +48,7 @@ Mesh in_slabs(const Volume& volume, double isovalue, const SlabLimits& limits,
             std::copy(part.triangles.begin(), part.triangles.end(),
                       mesh.triangles.begin() + static_cast<std::ptrdiff_t>(part.first_triangle));
         }};
-    extract_isosurface_in_slabs(source_of(volume), isovalue, sink, limits, options);
+    extract_isosurface_in_slabs(source, isovalue, sink, limits, options);
     EXPECT_EQ(triangles_seen, mesh.triangles.size());
     return mesh;
 }
@@ -72,7 +72,7 @@ TEST(Streaming, AnyThicknessGivesTheSameBytes) {
                 const IsosurfaceOptions options{.normals = normals, .closed = closed};
                 const std::uint64_t whole = mesh_hash(extract_isosurface(volume, 63, options));
                 for (const auto slices : std::initializer_list<std::optional<std::int64_t>>{1, 2, 17, {}}) {
-                    EXPECT_EQ(mesh_hash(in_slabs(volume, 63, {.slices = slices}, options)), whole)
+                    EXPECT_EQ(mesh_hash(in_slabs(source_of(volume), 63, {.slices = slices}, options)), whole)
                         << slices.value_or(0) << ' ' << closed;
                 }
             }
@@ -83,9 +83,28 @@ TEST(Streaming, AnyThicknessGivesTheSameBytes) {
 TEST(Streaming, LittleMemoryMakesManySlabsAndTooLittleIsRefused) {
     const Volume volume = blobs<std::int16_t>(60);
     const std::uint64_t whole = mesh_hash(extract_isosurface(volume, 63));
-    EXPECT_EQ(mesh_hash(in_slabs(volume, 63, {.memory = 200'000}, {})), whole);
-    EXPECT_THROW(in_slabs(volume, 63, {.memory = 60'000}, {}), LimitError);
-    EXPECT_THROW(in_slabs(volume, 63, {.slices = 0}, {}), InputError);
+    EXPECT_EQ(mesh_hash(in_slabs(source_of(volume), 63, {.memory = 200'000}, {})), whole);
+    EXPECT_THROW(in_slabs(source_of(volume), 63, {.memory = 60'000}, {}), LimitError);
+    EXPECT_THROW(in_slabs(source_of(volume), 63, {.slices = 0}, {}), InputError);
+}
+
+TEST(Streaming, SlicesThatAreStoredTogetherAreReadTogether) {
+    const Volume volume = blobs<std::int16_t>(41);
+    for (const std::int64_t together : {1, 7, 16, 41, 100}) {
+        SliceSource source = source_of(volume);
+        source.slices_at_once = together;
+        std::int64_t read = 0, passes = 0;
+        source.read = [&, read_slices = source.read](std::int64_t begin, std::int64_t end, void* samples) {
+            passes += begin == 0;
+            EXPECT_EQ(begin, begin == 0 ? 0 : read);
+            EXPECT_TRUE(end == 41 || end % together == 0) << end;
+            read = end;
+            read_slices(begin, end, samples);
+        };
+        EXPECT_EQ(mesh_hash(in_slabs(source, 63, {.slices = 3}, {})),
+                  mesh_hash(extract_isosurface(volume, 63)));
+        EXPECT_EQ(passes, 2);
+    }
 }
 
 TEST(Streaming, AnExceptionOfTheSourceEndsTheWork) {

@@ -37,7 +37,7 @@ std::size_t program_memory() {
 void add_options(Arguments& arguments, StreamOptions& options) {
     arguments.add_option("--max-memory", memory_value(options.memory),
                          "Read and write slab by slab within this much memory, which includes the program's: "
-                         "uncompressed NRRD, MetaImage or NIfTI to .stl or .ply, with one --isovalue N.");
+                         "Zarr, uncompressed NRRD, MetaImage or NIfTI to .stl or .ply, with one --isovalue N.");
 }
 
 void check(const StreamOptions& options) {

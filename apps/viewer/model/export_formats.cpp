@@ -103,6 +103,7 @@ std::vector<std::string> command_arguments(const Scan& scan, const Parameters& p
     }
     if (options.resample) result.emplace_back("--resample");
     if (options.volume) add("--volume", std::to_string(*options.volume));
+    if (options.level) add("--level", std::to_string(*options.level));
     return result;
 }
 

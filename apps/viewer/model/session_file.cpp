@@ -127,6 +127,7 @@ json scan_to_json(const SavedSession& session, const fs::path& folder) {
     if (options.spacing) scan["spacing"] = numbers(*options.spacing);
     if (options.resample) scan["resample"] = true;
     if (options.volume) scan["volume"] = *options.volume;
+    if (options.level) scan["level"] = *options.level;
     return scan;
 }
 
@@ -137,6 +138,7 @@ void read_scan_section(const json& scan, const fs::path& folder, SavedSession& s
     read_if_present(scan, "spacing", session.options.spacing, vector);
     read_if_present(scan, "resample", session.options.resample, flag);
     read_if_present(scan, "volume", session.options.volume, integer);
+    read_if_present(scan, "level", session.options.level, integer);
 }
 
 json parameters_to_json(const Parameters& p) {

@@ -150,6 +150,7 @@ def read(
     spacing: Optional[Sequence[float]] = None,
     resample: bool = False,
     volume: Optional[int] = None,
+    level: Optional[int] = None,
     threads: int = 0,
     progress: _Progress = None,
 ) -> tuple[_PlacedArray, dict[str, Any]]: ...
@@ -160,6 +161,7 @@ def inspect(
     spacing: Optional[Sequence[float]] = None,
     resample: bool = False,
     volume: Optional[int] = None,
+    level: Optional[int] = None,
     threads: int = 0,
     progress: _Progress = None,
 ) -> dict[str, Any]: ...
@@ -178,6 +180,7 @@ def extract_slices_to_file(
     read: Callable[[int, int, Any], None],
     shape: Sequence[int],
     dtype: np.dtype[Any],
+    slices_at_once: int,
     spacing: ArrayLike,
     origin: ArrayLike,
     direction: ArrayLike,

@@ -30,7 +30,7 @@ class SeriesInfo:
 class ScanInfo:
     """What a volume was read from."""
 
-    format: str  #: "DICOM", "NIfTI", "NRRD", "MetaImage", "TIFF" or "slices"
+    format: str  #: "DICOM", "NIfTI", "NRRD", "MetaImage", "Zarr", "TIFF" or "slices"
     series: SeriesInfo
     warnings: tuple[str, ...]  #: one line each
 
@@ -52,6 +52,7 @@ class SeriesReport:
     smallest_feature: Optional[float]  #: mm; twice the coarsest spacing: the finest visible detail
     memory: int  #: bytes that the samples need
     volumes: tuple[str, ...]  #: what tells the volumes of a series apart, if it has several
+    levels: tuple[tuple[int, int, int], ...]  #: the shape (nz, ny, nx) of each level of an OME-Zarr image
     patient_name: str = field(repr=False)  #: as in DICOM: "family^given"; show it only on request
 
 
@@ -74,15 +75,16 @@ def read(
     spacing: Optional[Sequence[float]] = None,
     resample: bool = False,
     volume: Optional[int] = None,
+    level: Optional[int] = None,
     threads: int = 0,
     progress: Optional[Progress] = None,
 ) -> Volume:
-    """Read a scan: DICOM, NIfTI, NRRD, MetaImage, TIFF, or a folder of image slices.
+    """Read a scan: DICOM, NIfTI, NRRD, MetaImage, OME-Zarr, TIFF, or a folder of image slices.
 
     Parameters
     ----------
     path : path-like
-        A file, or a folder of DICOM files or image slices. The content decides the format.
+        A file, or a folder of DICOM files, OME-Zarr or image slices. The content decides the format.
     series : str, optional
         The ``id`` of a series or the first part of it, or its number in the list of `inspect`, from 1; needed if
         the input holds several.
@@ -91,7 +93,10 @@ def read(
     resample : bool
         Interpolate unevenly spaced DICOM slices to even spacing, instead of refusing them.
     volume : int, optional
-        The index of a volume, from 0, if the input holds several: time points or echoes of DICOM, a 4-D file.
+        The index of a volume, from 0, if the input holds several: time points or echoes of DICOM, a 4-D file,
+        channels of OME-Zarr.
+    level : int, optional
+        The level of an OME-Zarr image's resolutions, from 0, the finest.
     threads : int
         Threads to use; 0: all.
     progress : callable, optional
@@ -118,7 +123,7 @@ def read(
         `progress` returned False.
     """
     placed, info = _marrow.read(
-        path, series=series, spacing=spacing, resample=resample, volume=volume, threads=threads, progress=progress
+        path, series=series, spacing=spacing, resample=resample, volume=volume, level=level, threads=threads, progress=progress
     )
     return volume_of(placed, ScanInfo(info["format"], SeriesInfo(**info["series"]), info["warnings"]))
 
@@ -130,6 +135,7 @@ def inspect(
     spacing: Optional[Sequence[float]] = None,
     resample: bool = False,
     volume: Optional[int] = None,
+    level: Optional[int] = None,
     threads: int = 0,
     progress: Optional[Progress] = None,
 ) -> ScanReport:
@@ -146,7 +152,7 @@ def inspect(
         As `read`, if there is no image at all.
     """
     report = _marrow.inspect(
-        path, series=series, spacing=spacing, resample=resample, volume=volume, threads=threads, progress=progress
+        path, series=series, spacing=spacing, resample=resample, volume=volume, level=level, threads=threads, progress=progress
     )
     series_reports = tuple(
         SeriesReport(series=SeriesInfo(**one.pop("series")), **one) for one in report.pop("series")

@@ -46,8 +46,9 @@ def extract_to_file(
     Parameters
     ----------
     source : path-like, Volume, or array-like, shape (nz, ny, nx)
-        An uncompressed NIfTI, NRRD or MetaImage file; or anything with ``shape``, ``dtype`` and ``[z0:z1]``,
-        such as arrays of Zarr, h5py, Dask, or numpy.memmap. Its slices are asked for on the calling thread.
+        A Zarr folder; an uncompressed NIfTI, NRRD or MetaImage file; or anything with ``shape``, ``dtype`` and ``[z0:z1]``,
+        such as arrays of Zarr, h5py, Dask, or numpy.memmap. Its slices are asked for on the calling thread, in whole
+        chunks where it has them.
     isovalue : float
         In the unit of the samples.
     path : path-like
@@ -111,6 +112,7 @@ def extract_to_file(
         read,
         array.shape,
         sample_dtype(np.dtype(array.dtype)),
+        _slices_at_once(array),
         geometry.spacing,
         geometry.origin,
         geometry.direction,
@@ -119,6 +121,12 @@ def extract_to_file(
         **options,
     )
     return SurfaceSize(*size)
+
+
+def _slices_at_once(array: Any) -> int:
+    """Return the slices that the chunks of h5py's and Zarr's arrays hold; Dask's may differ in size."""
+    chunks = getattr(array, "chunks", None)
+    return int(chunks[0]) if chunks and isinstance(chunks[0], (int, np.integer)) else 1
 
 
 def _bytes(size: Union[int, str]) -> int:

@@ -20,11 +20,12 @@ namespace marrow::python {
 namespace {
 
 ScanOptions options_of(std::optional<std::string> series, std::optional<Vec3d> spacing, bool resample,
-                       std::optional<std::int64_t> volume, int threads) {
+                       std::optional<std::int64_t> volume, std::optional<std::int64_t> level, int threads) {
     return {.series = std::move(series),
             .spacing = spacing,
             .resample = resample,
             .volume = volume,
+            .level = level,
             .threads = threads};
 }
 
@@ -41,13 +42,16 @@ py::dict dict_of(const ScanInfo& info) {
 }
 
 py::dict dict_of(const SeriesReport& report) {
-    return py::dict(
-        "series"_a = dict_of(report.series), "number"_a = report.number, "echo_time"_a = report.echo_time,
-        "image_type"_a = report.image_type, "kernel"_a = report.kernel, "refusal"_a = report.refusal,
-        "warnings"_a = py::tuple(py::cast(report.warnings)), "gaps"_a = py::tuple(py::cast(report.gaps)),
-        "tilt"_a = report.tilt, "hounsfield"_a = report.hounsfield,
-        "smallest_feature"_a = report.smallest_feature, "memory"_a = report.memory,
-        "volumes"_a = py::tuple(py::cast(report.volumes)), "patient_name"_a = report.patient_name);
+    py::list levels;
+    for (const auto& [nx, ny, nz] : report.levels) levels.append(py::make_tuple(nz, ny, nx));
+    return py::dict("series"_a = dict_of(report.series), "number"_a = report.number,
+                    "echo_time"_a = report.echo_time, "image_type"_a = report.image_type,
+                    "kernel"_a = report.kernel, "refusal"_a = report.refusal,
+                    "warnings"_a = py::tuple(py::cast(report.warnings)),
+                    "gaps"_a = py::tuple(py::cast(report.gaps)), "tilt"_a = report.tilt,
+                    "hounsfield"_a = report.hounsfield, "smallest_feature"_a = report.smallest_feature,
+                    "memory"_a = report.memory, "volumes"_a = py::tuple(py::cast(report.volumes)),
+                    "levels"_a = py::tuple(levels), "patient_name"_a = report.patient_name);
 }
 
 py::dict dict_of(const ScanReport& report) {
@@ -59,11 +63,11 @@ py::dict dict_of(const ScanReport& report) {
 }
 
 py::tuple read(const std::filesystem::path& path, std::optional<std::string> series,
-               std::optional<Vec3d> spacing, bool resample, std::optional<std::int64_t> volume, int threads,
-               const py::object& progress) {
+               std::optional<Vec3d> spacing, bool resample, std::optional<std::int64_t> volume,
+               std::optional<std::int64_t> level, int threads, const py::object& progress) {
     ScanInfo info;
     Volume scan = compute(progress, [&](const Progress& report) {
-        ScanOptions options = options_of(std::move(series), spacing, resample, volume, threads);
+        ScanOptions options = options_of(std::move(series), spacing, resample, volume, level, threads);
         options.progress = report;
         return read_scan(path, options, &info);
     });
@@ -71,10 +75,10 @@ py::tuple read(const std::filesystem::path& path, std::optional<std::string> ser
 }
 
 py::dict inspect(const std::filesystem::path& path, std::optional<std::string> series,
-                 std::optional<Vec3d> spacing, bool resample, std::optional<std::int64_t> volume, int threads,
-                 const py::object& progress) {
+                 std::optional<Vec3d> spacing, bool resample, std::optional<std::int64_t> volume,
+                 std::optional<std::int64_t> level, int threads, const py::object& progress) {
     return dict_of(compute(progress, [&](const Progress& report) {
-        ScanOptions options = options_of(std::move(series), spacing, resample, volume, threads);
+        ScanOptions options = options_of(std::move(series), spacing, resample, volume, level, threads);
         options.progress = report;
         return inspect_scan(path, options);
     }));
@@ -85,10 +89,10 @@ py::dict inspect(const std::filesystem::path& path, std::optional<std::string> s
 void add_scan(py::module_& module) {
     module.def("read", &read, py::arg("path"), py::kw_only(), py::arg("series") = py::none(),
                py::arg("spacing") = py::none(), py::arg("resample") = false, py::arg("volume") = py::none(),
-               py::arg("threads") = 0, py::arg("progress") = py::none());
+               py::arg("level") = py::none(), py::arg("threads") = 0, py::arg("progress") = py::none());
     module.def("inspect", &inspect, py::arg("path"), py::kw_only(), py::arg("series") = py::none(),
                py::arg("spacing") = py::none(), py::arg("resample") = false, py::arg("volume") = py::none(),
-               py::arg("threads") = 0, py::arg("progress") = py::none());
+               py::arg("level") = py::none(), py::arg("threads") = 0, py::arg("progress") = py::none());
 }
 
 }  // namespace marrow::python

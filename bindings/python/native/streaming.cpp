@@ -67,9 +67,11 @@ std::pair<std::uint64_t, std::uint64_t> file_to_file(const std::filesystem::path
 // Calls read(first, last, out) on the calling thread. It fills `out`, an array [k, j, i] of the slices first <= k < last, and
 // must not keep it.
 std::pair<std::uint64_t, std::uint64_t> slices_to_file(const py::function& read, const Geometry& geometry,
-                                                       const py::dtype& type, const FileOptions& options,
+                                                       const py::dtype& type, std::int64_t slices_at_once,
+                                                       const FileOptions& options,
                                                        const py::object& progress) {
-    SliceSource source{geometry, sample_type_of(type), {}};  // here, where the thread holds the lock
+    SliceSource source{
+        geometry, sample_type_of(type), {}, slices_at_once};  // here, where the thread holds the lock
     std::pair<std::uint64_t, std::uint64_t> size;
     run_long_work(progress, [&](const Progress& report, const CallPython& call) {
         source.read = [&](std::int64_t first, std::int64_t last, void* samples) {
@@ -99,17 +101,17 @@ void add_streaming(py::module_& module) {
     module.def(
         "extract_slices_to_file",
         [](const py::function& read, const std::array<std::int64_t, 3>& shape, const py::dtype& type,
-           const Vec3d& spacing, const Vec3d& origin, const Mat3d& direction, double isovalue,
-           const std::filesystem::path& path, std::size_t max_memory, bool closed, const std::string& space,
-           int threads, const py::object& progress) {
+           std::int64_t slices_at_once, const Vec3d& spacing, const Vec3d& origin, const Mat3d& direction,
+           double isovalue, const std::filesystem::path& path, std::size_t max_memory, bool closed,
+           const std::string& space, int threads, const py::object& progress) {
             const Geometry geometry{{shape[2], shape[1], shape[0]}, spacing, origin, direction};
-            return slices_to_file(read, geometry, type,
+            return slices_to_file(read, geometry, type, slices_at_once,
                                   {isovalue, path, max_memory, closed, space_named(space), threads},
                                   progress);
         },
-        py::arg("read"), py::arg("shape"), py::arg("dtype"), py::arg("spacing"), py::arg("origin"),
-        py::arg("direction"), py::arg("isovalue"), py::arg("path"), py::kw_only(), py::arg("max_memory"),
-        py::arg("closed"), py::arg("space"), py::arg("threads"), py::arg("progress"));
+        py::arg("read"), py::arg("shape"), py::arg("dtype"), py::arg("slices_at_once"), py::arg("spacing"),
+        py::arg("origin"), py::arg("direction"), py::arg("isovalue"), py::arg("path"), py::kw_only(),
+        py::arg("max_memory"), py::arg("closed"), py::arg("space"), py::arg("threads"), py::arg("progress"));
 }
 
 }  // namespace marrow::python

@@ -168,29 +168,24 @@ def test_images_of_itk_stay_at_their_place_and_alive(ball, monkeypatch, kind, mo
         marrow.as_volume(kind(ball[..., None]))
 
 
-class DataArray:
-    """As much of xarray's as matters here."""
-
-    def __init__(self, data, dims, **coords):
-        self.data, self.dims, self.coords = data, dims, coords
-
-
 def test_coordinates_of_xarray_place_the_samples(ball):
+    xarray = pytest.importorskip("xarray")
+
     coords = dict(z=30 + 2.0 * np.arange(30), y=20 - 1.5 * np.arange(31), x=10 + 0.5 * np.arange(32))
     for dims in (("z", "y", "x"), ("x", "z", "y")):
         data = ball.transpose(["zyx".index(dim) for dim in dims])
-        volume = marrow.as_volume(DataArray(data, dims, **coords))
+        volume = marrow.as_volume(xarray.DataArray(data, coords, dims))
         assert address(volume) == ball.ctypes.data
         for k, j, i in ((0, 0, 0), (3, 4, 5), (29, 30, 31)):
             place = [coords["x"][i], coords["y"][j], coords["z"][k], 1]
             assert np.allclose(volume.affine @ [i, j, k, 1], place)
             assert volume.array[k, j, i] == ball[k, j, i]
-    assert np.array_equal(marrow.as_volume(DataArray(ball, ("a", "b", "c"))).affine, np.eye(4))
+    assert np.array_equal(marrow.as_volume(xarray.DataArray(ball, dims=("a", "b", "c"))).affine, np.eye(4))
     coords["y"] = coords["y"] ** 2
     with pytest.raises(marrow.InputError, match="along y"):
-        marrow.as_volume(DataArray(ball, ("z", "y", "x"), **coords))
+        marrow.as_volume(xarray.DataArray(ball, coords, ("z", "y", "x")))
     with pytest.raises(marrow.InputError, match="three"):
-        marrow.as_volume(DataArray(ball[0], ("y", "x")))
+        marrow.as_volume(xarray.DataArray(ball[0], dims=("y", "x")))
 
 
 def test_a_stand_in_of_trimesh_gets_points_that_it_must_not_merge(ball, monkeypatch):
@@ -212,6 +207,13 @@ def test_other_packages_get_the_same_mesh(ball, package):
     other = getattr(mesh, f"to_{package}")()
     names = dict(pyvista="points", meshio="points", open3d="vertices", trimesh="vertices")
     assert np.array_equal(np.asarray(getattr(other, names[package])), mesh.points)
+    triangles = dict(
+        pyvista=lambda: other.faces.reshape(-1, 4)[:, 1:],
+        meshio=lambda: other.cells_dict["triangle"],
+        open3d=lambda: np.asarray(other.triangles),
+        trimesh=lambda: other.faces,
+    )
+    assert np.array_equal(triangles[package](), mesh.triangles)
 
 
 def test_a_missing_package_is_named(ball, monkeypatch):

@@ -56,10 +56,12 @@ class Window {
     }
 
     // Reads and classifies all slices before `end` that were not read yet, and reads the samples of `ahead`
-    // more slices.
+    // more slices, and of those that are stored together with these.
     void advance(std::int64_t end, std::int64_t ahead) {
         const std::int64_t nz = source_.geometry.dims[2];
-        const std::int64_t samples_end = std::clamp<std::int64_t>(end - bits_.pad + ahead, read_, nz);
+        const std::int64_t whole = source_.slices_at_once, needed = end - bits_.pad + ahead;
+        const std::int64_t samples_end =
+            std::clamp<std::int64_t>((needed + whole - 1) / whole * whole, read_, nz);
         if (samples_end > read_) {
             source_.read(read_, samples_end,
                          samples_.data() + slice_bytes_ * static_cast<std::size_t>(read_));
@@ -112,6 +114,7 @@ struct Slabs {
           window(source, level, slab_options.closed),
           rows(window.bits().rows()),
           active(window.bits()),
+          halo(kHalo + source.slices_at_once - 1),
           most_slices(limits.slices.value_or(window.bits().nz)),
           memory(memory_left(limits)) {}
 
@@ -121,21 +124,21 @@ struct Slabs {
     Window window;
     RowCounts rows;
     ActiveWords active;
+    const std::int64_t halo;         // slices in memory beside those of a slab
     const std::int64_t most_slices;  // in a slab
     const std::size_t memory;        // bytes for a slab's samples, bits and output
 
-    // The slices in memory beside those of a slab. Stencils reach one slice back and two ahead, and the last
-    // slice of points is made with the slab before it.
+  private:
+    // Stencils reach one slice back and two ahead, and the last slice of points is made with the slab before it.
     static constexpr std::int64_t kHalo = 5;
 
-  private:
     std::size_t memory_left(const SlabLimits& limits) const {
         // RowCounts has four numbers per row. Above its rows, the levels of the two pyramids add up to less
         // than two bytes per row.
         constexpr std::size_t kBytesPerRow = 4 * sizeof(std::uint32_t) + 2;
         const std::size_t counts = kBytesPerRow * window.bits().rows() + active.bytes();
         const std::size_t fixed = limits.reserved + counts;
-        const std::size_t least = fixed + (kHalo + 1) * window.bytes_per_slice();
+        const std::size_t least = fixed + static_cast<std::size_t>(halo + 1) * window.bytes_per_slice();
         if (limits.memory < least)
             throw LimitError("this volume needs at least " + std::to_string((least >> 20) + 1) +
                              " MiB of memory; allow more, or crop the volume");
@@ -152,7 +155,7 @@ struct Pyramids {
 Pyramids count(Slabs& s) {
     Window& window = s.window;
     const InsideBits& bits = window.bits();
-    const auto fit = static_cast<std::int64_t>(s.memory / window.bytes_per_slice()) - Slabs::kHalo;
+    const auto fit = static_cast<std::int64_t>(s.memory / window.bytes_per_slice()) - s.halo;
     const std::int64_t slices = std::min(s.most_slices, std::max<std::int64_t>(fit, 1));
     for (std::int64_t z = 0; z < bits.nz; z += slices) {
         const std::int64_t end = std::min(z + slices, bits.nz);
@@ -197,7 +200,7 @@ struct SlabOutput {
 std::int64_t slab_end(const Slabs& s, const Pyramids& pyramids, std::int64_t z) {
     const InsideBits& bits = s.window.bits();
     const auto bytes_until = [&](std::int64_t end) {
-        return static_cast<std::size_t>(end - z + Slabs::kHalo) * s.window.bytes_per_slice() +
+        return static_cast<std::size_t>(end - z + s.halo) * s.window.bytes_per_slice() +
                SlabOutput(bits, pyramids, z, end).bytes(s.options.normals);
     };
     std::int64_t end = z + 1;
@@ -271,6 +274,7 @@ void check(const SliceSource& source, const SurfaceSink& sink, const SlabLimits&
     check_geometry(source.geometry);
     if (!source.read || !sink.begin || !sink.part)
         throw InputError("extraction in slabs: a function of the source or the sink is missing");
+    if (source.slices_at_once < 1) throw InputError("extraction in slabs: slices_at_once must be at least 1");
     if (limits.slices && *limits.slices < 1) throw InputError("a slab must have at least one slice");
     if (options.snap != 0)
         throw InputError("extraction in slabs cannot snap, since it never has all of the surface");

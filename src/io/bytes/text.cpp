@@ -101,9 +101,11 @@ std::optional<std::int64_t> parse_integer(std::string_view text) {
 std::optional<double> millimetres(std::string_view unit) {
     const std::string u = to_lower(trimmed(unit));
     if (u == "mm" || u == "millimeter" || u == "millimetre") return 1.0;
-    if (u == "um" || u == "\xc2\xb5m" || u == "micron" || u == "micrometer") return 1e-3;
+    if (u == "um" || u == "\xc2\xb5m" || u == "micron" || u == "micrometer" || u == "micrometre") return 1e-3;
     if (u == "cm" || u == "centimeter" || u == "centimetre") return 10.0;
     if (u == "m" || u == "meter" || u == "metre") return 1e3;
+    if (u == "nm" || u == "nanometer" || u == "nanometre") return 1e-6;
+    if (u == "angstrom") return 1e-7;
     return {};
 }
 

@@ -4,9 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <bit>
-#include <cmath>
-#include <type_traits>
 
 #include <marrow/error.h>
 
@@ -17,70 +14,6 @@
 namespace marrow::internal::io {
 
 namespace {
-
-// Calls `f` with a value of the C++ type of `type`.
-template <class F>
-auto with_stored_type(StoredType type, F&& f) {
-    switch (type) {
-        case StoredType::uint8:
-            return f(std::uint8_t{});
-        case StoredType::int8:
-            return f(std::int8_t{});
-        case StoredType::uint16:
-            return f(std::uint16_t{});
-        case StoredType::int16:
-            return f(std::int16_t{});
-        case StoredType::uint32:
-            return f(std::uint32_t{});
-        case StoredType::int32:
-            return f(std::int32_t{});
-        case StoredType::uint64:
-            return f(std::uint64_t{});
-        case StoredType::int64:
-            return f(std::int64_t{});
-        case StoredType::float32:
-            return f(float{});
-        case StoredType::float64:
-            return f(double{});
-    }
-    throw InputError("unknown sample type");
-}
-
-std::size_t stored_size(StoredType type) {
-    return with_stored_type(type, [](auto v) { return sizeof v; });
-}
-
-template <class Word, class Swap>
-void swap_words(void* data, std::size_t count, Swap&& swap) {
-    auto* words = static_cast<Word*>(data);
-    for (std::size_t i = 0; i < count; ++i) words[i] = swap(words[i]);
-}
-
-void swap_bytes(void* data, std::size_t count, std::size_t size) {
-    if (size == 2)
-        swap_words<std::uint16_t>(data, count, [](std::uint16_t w) { return __builtin_bswap16(w); });
-    if (size == 4)
-        swap_words<std::uint32_t>(data, count, [](std::uint32_t w) { return __builtin_bswap32(w); });
-    if (size == 8)
-        swap_words<std::uint64_t>(data, count, [](std::uint64_t w) { return __builtin_bswap64(w); });
-}
-
-template <class S, class T>
-void convert(const S* from, T* to, std::size_t count, const RawImage& image) {
-    constexpr bool kMayRound = std::is_integral_v<S> && sizeof(S) == 8;
-    for (std::size_t i = 0; i < count; ++i) {
-        const auto value = static_cast<double>(from[i]);
-        if constexpr (kMayRound) {
-            if (std::abs(value) >= 9007199254740992.0) {  // 2^53
-                throw InputError(
-                    fmt::format("{}: a 64-bit sample is beyond 2^53 and cannot be kept exactly; "
-                                "convert the file to a smaller type",
-                                quoted(image.files[0])));
-            }
-        }
-        to[i] = static_cast<T>(image.slope * value + image.intercept);
-    }
-}
 
 // Returns the number of bytes of samples in each file.
 // \throw InputError the header claims more than the files can hold
@@ -121,24 +54,14 @@ void read_samples(ByteStream& stream, const RawImage& image, std::size_t count, 
     constexpr std::size_t kChunkSamples = std::size_t{1} << 20;
     const SampleType type = loaded_type(image);
     const std::size_t stored = stored_size(image.type);
-    const bool as_is = image.slope == 1 && image.intercept == 0 && image.type != StoredType::uint32 &&
-                       image.type != StoredType::uint64 && image.type != StoredType::int64;
-    const bool swap = image.big_endian != (std::endian::native == std::endian::big);
-    std::vector<std::byte> chunk(as_is ? 0 : std::min(count, kChunkSamples) * stored);
+    const bool as_stored = is_loaded_as_stored(image.type, image.scale);
+    std::vector<std::byte> chunk(as_stored ? 0 : std::min(count, kChunkSamples) * stored);
     while (count > 0) {
         const std::size_t n = std::min(count, kChunkSamples);
-        std::byte* to = as_is ? out : chunk.data();
+        std::byte* to = as_stored ? out : chunk.data();
         stream.read(to, n * stored);
-        if (swap) swap_bytes(to, n, stored);
-        if (!as_is) {
-            with_stored_type(image.type, [&]<class S>(S) {
-                const auto* from = reinterpret_cast<const S*>(chunk.data());
-                if (type == SampleType::float32)
-                    convert(from, reinterpret_cast<float*>(out), n, image);
-                else
-                    convert(from, reinterpret_cast<double*>(out), n, image);
-            });
-        }
+        to_native_order(to, n, image.type, image.big_endian);
+        if (!as_stored) load_samples(to, out, n, image.type, image.scale, image.files[0]);
         out += n * sample_size(type);
         count -= n;
         done(n);
@@ -164,23 +87,7 @@ void set_columns(Geometry& geometry, const Mat3d& m) {
 }
 
 SampleType loaded_type(const RawImage& image) {
-    const bool rescaled = image.slope != 1 || image.intercept != 0;
-    switch (image.type) {
-        case StoredType::uint8:
-            return rescaled ? SampleType::float32 : SampleType::uint8;
-        case StoredType::int8:
-            return rescaled ? SampleType::float32 : SampleType::int8;
-        case StoredType::uint16:
-            return rescaled ? SampleType::float32 : SampleType::uint16;
-        case StoredType::int16:
-            return rescaled ? SampleType::float32 : SampleType::int16;
-        case StoredType::int32:
-            return rescaled ? SampleType::float64 : SampleType::int32;
-        case StoredType::float32:
-            return SampleType::float32;
-        default:
-            return SampleType::float64;
-    }
+    return loaded_type(image.type, image.scale);
 }
 
 void check_claims(const RawImage& image) {

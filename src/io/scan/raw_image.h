@@ -4,33 +4,15 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
-#include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include <marrow/scan_io.h>
 #include <marrow/streaming.h>
 
+#include "io/bytes/stored_samples.h"
+
 namespace marrow::internal::io {
-
-/// The sample types of files. A Volume lacks some of them; those become float64, or an error if that is not
-/// exact.
-enum class StoredType { uint8, int8, uint16, int16, uint32, int32, uint64, int64, float32, float64 };
-
-/// What a header calls a sample type.
-struct TypeName {
-    std::string_view name;
-    StoredType type;
-};
-
-/// The type with this name, if the table has it.
-inline std::optional<StoredType> find_type(std::span<const TypeName> names, std::string_view name) {
-    for (const TypeName& entry : names) {
-        if (entry.name == name) return entry.type;
-    }
-    return {};
-}
 
 /// The content of a header. Its values are plausible but not yet compared with the data.
 struct RawImage {
@@ -45,8 +27,7 @@ struct RawImage {
     std::int64_t data_offset = 0;  ///< bytes before the samples, after decompression
     std::int64_t volumes = 1;      ///< number of volumes, one after the other
     std::int64_t volume = 0;       ///< index of the volume to read
-    double slope = 1;              ///< value = slope * stored + intercept
-    double intercept = 0;
+    SampleScale scale;
     std::vector<std::string> warnings;
 };
 
@@ -71,8 +52,7 @@ Volume load_raw(const RawImage& image, const Progress& progress);
 /// Reads the same samples slice by slice. \throw the errors of load_raw; InputError they are compressed
 SliceSource raw_slices(const RawImage& image);
 
-/// The type of the samples in memory: as stored, or float32 if they are scaled. It is float64 if float32
-/// would not be exact, and for types that a Volume lacks.
+/// The type of the samples in memory.
 SampleType loaded_type(const RawImage& image);
 
 /// Sets spacing and direction from the columns of an index-to-physical matrix.

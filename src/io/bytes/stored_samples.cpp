@@ -1,0 +1,95 @@
+// Converts samples as files store them to those of a Volume.
+#include "stored_samples.h"
+
+#include <fmt/format.h>
+
+#include <bit>
+#include <cmath>
+#include <type_traits>
+
+#include <marrow/error.h>
+
+#include "text.h"
+
+namespace marrow::internal::io {
+
+namespace {
+
+template <class Word, class Swap>
+void swap_words(void* data, std::size_t count, Swap&& swap) {
+    auto* words = static_cast<Word*>(data);
+    for (std::size_t i = 0; i < count; ++i) words[i] = swap(words[i]);
+}
+
+template <class S, class T>
+void convert(const S* from, T* to, std::size_t count, const SampleScale& scale,
+             const std::filesystem::path& path) {
+    constexpr bool kMayRound = std::is_integral_v<S> && sizeof(S) == 8;
+    for (std::size_t i = 0; i < count; ++i) {
+        const auto value = static_cast<double>(from[i]);
+        if constexpr (kMayRound) {
+            if (std::abs(value) >= 9007199254740992.0) {  // 2^53
+                throw InputError(
+                    fmt::format("{}: a 64-bit sample is beyond 2^53 and cannot be kept exactly; "
+                                "convert the file to a smaller type",
+                                quoted(path)));
+            }
+        }
+        to[i] = static_cast<T>(scale.slope * value + scale.intercept);
+    }
+}
+
+}  // namespace
+
+std::size_t stored_size(StoredType type) {
+    return with_stored_type(type, [](auto v) { return sizeof v; });
+}
+
+void to_native_order(void* samples, std::size_t count, StoredType type, bool big_endian) {
+    if (big_endian == (std::endian::native == std::endian::big)) return;
+    const std::size_t size = stored_size(type);
+    if (size == 2)
+        swap_words<std::uint16_t>(samples, count, [](std::uint16_t w) { return __builtin_bswap16(w); });
+    if (size == 4)
+        swap_words<std::uint32_t>(samples, count, [](std::uint32_t w) { return __builtin_bswap32(w); });
+    if (size == 8)
+        swap_words<std::uint64_t>(samples, count, [](std::uint64_t w) { return __builtin_bswap64(w); });
+}
+
+SampleType loaded_type(StoredType type, const SampleScale& scale) {
+    const bool as_stored = scale.is_identity();
+    switch (type) {
+        case StoredType::uint8:
+            return as_stored ? SampleType::uint8 : SampleType::float32;
+        case StoredType::int8:
+            return as_stored ? SampleType::int8 : SampleType::float32;
+        case StoredType::uint16:
+            return as_stored ? SampleType::uint16 : SampleType::float32;
+        case StoredType::int16:
+            return as_stored ? SampleType::int16 : SampleType::float32;
+        case StoredType::int32:
+            return as_stored ? SampleType::int32 : SampleType::float64;
+        case StoredType::float32:
+            return SampleType::float32;
+        default:
+            return SampleType::float64;
+    }
+}
+
+bool is_loaded_as_stored(StoredType type, const SampleScale& scale) {
+    return scale.is_identity() && type != StoredType::uint32 && type != StoredType::uint64 &&
+           type != StoredType::int64;
+}
+
+void load_samples(const void* from, void* to, std::size_t count, StoredType type, const SampleScale& scale,
+                  const std::filesystem::path& path) {
+    const bool narrow = loaded_type(type, scale) == SampleType::float32;
+    with_stored_type(type, [&]<class S>(S) {
+        if (narrow)
+            convert(static_cast<const S*>(from), static_cast<float*>(to), count, scale, path);
+        else
+            convert(static_cast<const S*>(from), static_cast<double*>(to), count, scale, path);
+    });
+}
+
+}  // namespace marrow::internal::io

@@ -1,0 +1,346 @@
+// Reads images in OME-Zarr. See https://ngff.openmicroscopy.org, versions 0.4 and 0.5.
+#include "image.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+
+#include <marrow/error.h>
+
+#include "base/parallel.h"
+#include "io/bytes/text.h"
+#include "metadata.h"
+
+namespace marrow::internal::io {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+struct Axis {
+    std::string name, type, unit;
+};
+
+// Of an image: scale * index + translation is the position along each axis.
+struct Transform {
+    std::vector<double> scale, translation;
+};
+
+// What a folder's metadata say about an image.
+struct Multiscales {
+    Metadata image;
+    std::optional<Metadata> channels;
+};
+
+std::optional<Multiscales> find_multiscales(const fs::path& folder) {
+    std::error_code ignored;
+    std::optional<Metadata> attributes;
+    if (fs::exists(folder / "zarr.json", ignored)) {
+        const Metadata group(folder / "zarr.json");
+        if (group.has("attributes") && group.at("attributes").has("ome"))
+            attributes = group.at("attributes").at("ome");
+    } else if (fs::exists(folder / ".zattrs", ignored)) {
+        attributes = Metadata(folder / ".zattrs");
+    }
+    if (!attributes || !attributes->has("multiscales")) return {};
+    const std::vector<Metadata> images = attributes->at("multiscales").elements();
+    if (images.empty()) attributes->refuse("'multiscales' is empty");
+    Multiscales out{images.front(), {}};
+    const Metadata& versioned = images.front().has("version") ? images.front() : *attributes;
+    const std::string version = versioned.has("version") ? versioned.at("version").text() : "0.4";
+    if (!version.starts_with("0.4") && !version.starts_with("0.5"))
+        attributes->refuse(
+            fmt::format("version {} of OME-Zarr is not supported, only 0.4 and 0.5", quoted(version)));
+    if (attributes->has("omero") && attributes->at("omero").has("channels"))
+        out.channels = attributes->at("omero").at("channels");
+    return out;
+}
+
+std::vector<Axis> read_axes(const Metadata& image) {
+    std::vector<Axis> out;
+    for (const Metadata& axis : image.at("axes").elements()) {
+        const auto text = [&](const char* name) {
+            return axis.has(name) ? axis.at(name).text() : std::string();
+        };
+        out.push_back({axis.at("name").text(), text("type"), text("unit")});
+        // The type is optional.
+        Axis& added = out.back();
+        if (added.type.empty() && (added.name == "x" || added.name == "y" || added.name == "z"))
+            added.type = "space";
+    }
+    return out;
+}
+
+// Applies the steps that an object lists to a transform.
+void apply_steps(const Metadata& object, Transform& transform) {
+    if (!object.has("coordinateTransformations")) return;
+    for (const Metadata& step : object.at("coordinateTransformations").elements()) {
+        const std::string type = step.at("type").text();
+        if (type == "identity") continue;
+        if (type != "scale" && type != "translation")
+            step.refuse(fmt::format("the transformation {} is not supported", quoted(type)));
+        if (!step.has(type.c_str())) step.refuse(fmt::format("a {} has no numbers in this file", type));
+        const std::vector<double> numbers = step.at(type.c_str()).numbers();
+        if (numbers.size() != transform.scale.size())
+            step.refuse(
+                fmt::format("a {} has {} numbers for {} axes", type, numbers.size(), transform.scale.size()));
+        for (std::size_t a = 0; a < numbers.size(); ++a) {
+            if (type == "scale") {
+                if (!(numbers[a] > 0)) step.refuse("a scale is not positive");
+                transform.scale[a] *= numbers[a];
+                transform.translation[a] *= numbers[a];
+            } else {
+                transform.translation[a] += numbers[a];
+            }
+        }
+    }
+}
+
+// The last three axes must be those of space.
+void check_axes(const Metadata& image, const std::vector<Axis>& axes) {
+    std::size_t space = 0;
+    for (const Axis& axis : axes) space += axis.type == "space";
+    if (space == 2) image.refuse("the image has two axes in space; a volume has three");
+    for (std::size_t a = 0; a < axes.size(); ++a) {
+        if (space != 3 || (axes[a].type == "space") != (a + 3 >= axes.size()))
+            image.refuse("the last three axes are not those of space");
+    }
+}
+
+// The index axes of a volume are i, j and k; the array's last axis is i.
+std::size_t index_axis(std::size_t array_axis, std::size_t axes) {
+    return axes - 1 - array_axis;
+}
+
+void place(const std::vector<Axis>& axes, const Transform& transform, const ScanOptions& options,
+           ZarrImage& image) {
+    const std::size_t n = image.array.shape.size();
+    image.has_units = image.has_spacing = true;
+    image.geometry.direction = {{{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}};
+    std::array<bool, 3> taken{};
+    for (std::size_t a = n - 3; a < n; ++a) {
+        const std::size_t m = index_axis(a, n);
+        // An axis with another name is taken by its place.
+        const auto named = std::string_view("xyz").find(axes[a].name);
+        const std::size_t row = named == std::string_view::npos || axes[a].name.size() != 1 ? m : named;
+        if (taken[row])
+            throw InputError(fmt::format("{}: Zarr metadata: two axes of the image run along {}",
+                                         quoted(image.array.folder), "xyz"[row]));
+        taken[row] = true;
+        double mm = 1;
+        if (axes[a].unit.empty()) {
+            image.has_units = false;
+        } else if (const auto known = millimetres(axes[a].unit)) {
+            mm = *known;
+        } else {
+            throw InputError(fmt::format("{}: Zarr metadata: the unit {} is unknown",
+                                         quoted(image.array.folder), quoted(axes[a].unit)));
+        }
+        Geometry& g = image.geometry;
+        g.dims[m] = image.array.shape[a];
+        g.spacing[m] = transform.scale[a] * mm;
+        g.origin[row] = transform.translation[a] * mm;
+        g.direction[row][m] = 1;
+    }
+    if (!image.has_units && !options.spacing)
+        image.warnings.push_back(
+            "the metadata state no unit of length; their numbers are taken for millimetres");
+}
+
+// Names the volumes along the axes before those of space, and chooses one.
+void choose_volume(const std::vector<Axis>& axes, const std::optional<Metadata>& channels,
+                   const ScanOptions& options, ZarrImage& image) {
+    const ZarrArray::Index& shape = image.array.shape;
+    const std::size_t outer = shape.size() - 3;
+    constexpr double kMost = 1 << 20;
+    double count = 1;
+    for (std::size_t a = 0; a < outer; ++a) count *= static_cast<double>(shape[a]);
+    if (count > kMost)
+        throw InputError(fmt::format("{}: Zarr metadata: the image has {:.0f} volumes",
+                                     quoted(image.array.folder), count));
+
+    image.first.assign(shape.size(), 0);
+    const auto volumes = static_cast<std::int64_t>(count);
+    if (options.volume && (*options.volume < 0 || *options.volume >= volumes))
+        throw OptionError(fmt::format("{}: has no volume {}; there are {}, numbered from 0",
+                                      quoted(image.array.folder), *options.volume, volumes));
+    for (std::int64_t volume = 0; volume < volumes; ++volume) {
+        std::string name;
+        std::int64_t rest = volume;
+        for (std::size_t a = outer; a-- > 0;) {
+            const std::int64_t index = rest % shape[a];
+            rest /= shape[a];
+            if (volume == options.volume) image.first[a] = index;
+            if (shape[a] == 1) continue;
+            std::string label =
+                fmt::format("{} {}", axes[a].type.empty() ? axes[a].name : axes[a].type, index);
+            if (axes[a].type == "channel" && channels && channels->json().is_array()) {
+                const auto listed = channels->elements();
+                if (static_cast<std::size_t>(index) < listed.size() &&
+                    listed[static_cast<std::size_t>(index)].has("label"))
+                    label += fmt::format(" ({})", listed[static_cast<std::size_t>(index)].at("label").text());
+            }
+            name = name.empty() ? label : label + ", " + name;
+        }
+        image.volumes.push_back(name);
+    }
+    image.volume = volumes == 1 ? 0 : options.volume;
+}
+
+// An array without metadata of an image has three axes, and states no spacing.
+ZarrImage read_plain_array(const fs::path& folder, const ScanOptions& options) {
+    ZarrImage image;
+    image.array = read_zarr_array(folder);
+    const ZarrArray::Index& shape = image.array.shape;
+    if (shape.size() != 3)
+        throw InputError(
+            fmt::format("{}: the Zarr array has {} axes instead of three, and no OME-Zarr metadata",
+                        quoted(folder), shape.size()));
+    image.geometry.dims = {shape[2], shape[1], shape[0]};
+    image.levels = {image.geometry.dims};
+    choose_volume({{"z", "space", ""}, {"y", "space", ""}, {"x", "space", ""}}, {}, options, image);
+    return image;
+}
+
+// A folder may hold other images, which can be named instead.
+[[noreturn]] void refuse_group(const fs::path& folder) {
+    std::vector<std::string> images;
+    std::error_code ignored;
+    for (const auto& entry : fs::directory_iterator(folder, ignored)) {
+        if (entry.is_directory(ignored) && is_zarr(entry.path()))
+            images.push_back(entry.path().filename().string());
+    }
+    std::sort(images.begin(), images.end());
+    throw InputError(images.empty()
+                         ? fmt::format("{}: the Zarr group holds no image", quoted(folder))
+                         : fmt::format("{}: the Zarr group is no image; name one of the folders in it: {}",
+                                       quoted(folder), examples(images)));
+}
+
+// Reads the array of a dataset, whose path must not leave the folder.
+ZarrArray dataset_array(const fs::path& folder, const Metadata& dataset) {
+    const std::string path = dataset.at("path").text();
+    const fs::path array = sibling_path(folder / "array", path);
+    std::error_code ignored;
+    if (!is_zarr(array)) dataset.refuse(fmt::format("the array {} is missing", quoted(path)));
+    return read_zarr_array(array);
+}
+
+}  // namespace
+
+ZarrImage read_zarr_image(const fs::path& folder, const ScanOptions& options) {
+    const std::optional<Multiscales> found = find_multiscales(folder);
+    if (!found) {
+        std::error_code ignored;
+        const bool is_array = fs::exists(folder / ".zarray", ignored) ||
+                              (fs::exists(folder / "zarr.json", ignored) &&
+                               Metadata(folder / "zarr.json").at("node_type").text() == "array");
+        if (!is_array) refuse_group(folder);
+        if (options.level.value_or(0) != 0)
+            throw OptionError(
+                fmt::format("{}: has no level {}; there is one, 0", quoted(folder), *options.level));
+        return read_plain_array(folder, options);
+    }
+    const Metadata& metadata = found->image;
+    const std::vector<Axis> axes = read_axes(metadata);
+    check_axes(metadata, axes);
+    const std::vector<Metadata> datasets = metadata.at("datasets").elements();
+    if (datasets.empty()) metadata.refuse("'datasets' is empty");
+    const std::int64_t level = options.level.value_or(0);
+    if (level < 0 || level >= static_cast<std::int64_t>(datasets.size()))
+        throw OptionError(fmt::format("{}: has no level {}; there are {}, numbered from 0", quoted(folder),
+                                      level, datasets.size()));
+
+    ZarrImage image;
+    for (std::size_t l = 0; l < datasets.size(); ++l) {
+        ZarrArray array = dataset_array(folder, datasets[l]);
+        if (array.shape.size() != axes.size())
+            datasets[l].refuse(
+                fmt::format("level {} has {} axes, and the image {}", l, array.shape.size(), axes.size()));
+        const std::size_t n = axes.size();
+        image.levels.push_back({array.shape[n - 1], array.shape[n - 2], array.shape[n - 3]});
+        if (static_cast<std::int64_t>(l) == level) image.array = std::move(array);
+    }
+    Transform transform{std::vector<double>(axes.size(), 1), std::vector<double>(axes.size(), 0)};
+    apply_steps(datasets[static_cast<std::size_t>(level)], transform);
+    apply_steps(metadata, transform);
+    place(axes, transform, options, image);
+    choose_volume(axes, found->channels, options, image);
+    return image;
+}
+
+SampleType loaded_type(const ZarrImage& image) {
+    return loaded_type(image.array.type, {});
+}
+
+namespace {
+
+// Reads the samples of slices [z_begin, z_end).
+void read_slices(const ZarrImage& image, std::int64_t z_begin, std::int64_t z_end, void* to,
+                 const std::function<void()>& done) {
+    const ZarrArray& array = image.array;
+    const std::size_t outer = array.shape.size() - 3;
+    ZarrArray::Index begin = image.first, end = array.shape;
+    for (std::size_t a = 0; a < outer; ++a) end[a] = begin[a] + 1;
+    begin[outer] = z_begin;
+    end[outer] = z_end;
+    if (is_loaded_as_stored(array.type, {})) return read_zarr(array, begin, end, to, done);
+    const auto count =
+        static_cast<std::size_t>((z_end - z_begin) * image.geometry.dims[0] * image.geometry.dims[1]);
+    std::vector<std::byte> stored(count * stored_size(array.type));
+    read_zarr(array, begin, end, stored.data(), done);
+    load_samples(stored.data(), to, count, array.type, {}, array.folder);
+}
+
+// Slices that are in the same chunks.
+std::int64_t slices_at_once(const ZarrImage& image) {
+    return image.array.chunk[image.array.shape.size() - 3];
+}
+
+// Chunks that are missing take no room on disk: an array can be larger than any machine.
+void check_memory(const ZarrImage& image) {
+    check_geometry(image.geometry);
+    const double needed = static_cast<double>(image.geometry.sample_count()) *
+                          static_cast<double>(sample_size(loaded_type(image)));
+    const double present =
+        static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
+    if (needed > present)
+        throw LimitError(
+            fmt::format("{}: needs {:.1f} GiB of memory, and this machine has {:.1f}; read a coarser level "
+                        "(options.level), or read it slice by slice",
+                        quoted(image.array.folder), needed / (1 << 30), present / (1 << 30)));
+}
+
+}  // namespace
+
+Volume load_zarr(const ZarrImage& image, const ScanOptions& options) {
+    check_memory(image);
+    Volume volume(image.geometry, loaded_type(image));
+    const std::int64_t nz = image.geometry.dims[2], step = slices_at_once(image);
+    const std::size_t slice_bytes = volume.bytes() / static_cast<std::size_t>(nz);
+    ZarrArray::Index end = image.array.shape;
+    for (std::size_t a = 0; a + 3 < end.size(); ++a) end[a] = image.first[a] + 1;
+    report_progress(options.progress, 0);
+    Stage stage(options.progress, 0, 1, count_chunks(image.array, image.first, end));
+    with_threads(options.threads, [&] {
+        for (std::int64_t z = 0; z < nz; z += step)
+            read_slices(image, z, std::min(z + step, nz),
+                        static_cast<std::byte*>(volume.data()) + slice_bytes * static_cast<std::size_t>(z),
+                        [&] { stage.step(); });
+    });
+    return volume;
+}
+
+SliceSource zarr_slices(ZarrImage image) {
+    check_geometry(image.geometry);
+    const Geometry geometry = image.geometry;
+    const SampleType type = loaded_type(image);
+    const std::int64_t together = slices_at_once(image);
+    const auto read = [image = std::move(image)](std::int64_t z_begin, std::int64_t z_end, void* samples) {
+        read_slices(image, z_begin, z_end, samples, [] {});
+    };
+    return {geometry, type, read, together};
+}
+
+}  // namespace marrow::internal::io

@@ -1,0 +1,221 @@
+// Reads the samples of Zarr arrays, chunk by chunk.
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cstring>
+
+#include <marrow/error.h>
+
+#include "array.h"
+#include "io/bytes/byte_stream.h"
+#include "io/bytes/text.h"
+
+namespace marrow::internal::io {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+using Index = ZarrArray::Index;
+
+// A box of samples or chunks of an array.
+struct Box {
+    Index begin, end;
+
+    std::size_t count() const {
+        std::size_t n = 1;
+        for (std::size_t a = 0; a < begin.size(); ++a) n *= static_cast<std::size_t>(end[a] - begin[a]);
+        return n;
+    }
+    // Element number i, in C order.
+    Index at(std::size_t i) const {
+        Index out(begin.size());
+        for (std::size_t a = begin.size(); a-- > 0;) {
+            const auto size = static_cast<std::size_t>(end[a] - begin[a]);
+            out[a] = begin[a] + static_cast<std::int64_t>(i % size);
+            i /= size;
+        }
+        return out;
+    }
+};
+
+// The boxes of a grid that a box of samples overlaps.
+Box overlapping(const Box& samples, const Index& size) {
+    Box out = samples;
+    for (std::size_t a = 0; a < size.size(); ++a) {
+        out.begin[a] /= size[a];
+        out.end[a] = (out.end[a] - 1) / size[a] + 1;
+    }
+    return out;
+}
+
+// The part of box number `index` of a grid that lies in `samples`.
+Box part_in(const Box& samples, const Index& index, const Index& size) {
+    Box out = samples;
+    for (std::size_t a = 0; a < size.size(); ++a) {
+        out.begin[a] = std::max(out.begin[a], index[a] * size[a]);
+        out.end[a] = std::min(out.end[a], (index[a] + 1) * size[a]);
+    }
+    return out;
+}
+
+class BoxReader {
+  public:
+    BoxReader(const ZarrArray& array, const Box& box, void* samples, const std::function<void()>& done)
+        : array_(array),
+          box_(box),
+          samples_(static_cast<std::byte*>(samples)),
+          done_(done),
+          size_(stored_size(array.type)) {
+        const std::size_t axes = array.shape.size();
+        file_ = array.chunk;
+        to_step_.assign(axes, size_);
+        from_step_.assign(axes, size_);
+        for (std::size_t a = axes - 1; a > 0; --a)
+            to_step_[a - 1] = to_step_[a] * static_cast<std::size_t>(box.end[a] - box.begin[a]);
+        for (std::size_t k = axes - 1; k > 0; --k)
+            from_step_[array.order[k - 1]] =
+                from_step_[array.order[k]] * static_cast<std::size_t>(array.chunk[array.order[k]]);
+        chunk_samples_ = 1;
+        for (std::size_t a = 0; a < axes; ++a) {
+            chunk_samples_ *= static_cast<std::size_t>(array.chunk[a]);
+            if (array.index) file_[a] *= array.index->chunks[a];
+        }
+    }
+
+    void read() const {
+        const Box files = overlapping(box_, file_);
+        tbb::parallel_for(std::size_t{0}, files.count(), [&](std::size_t i) { read_file(files.at(i)); });
+    }
+
+  private:
+    void read_file(const Index& file) const {
+        const fs::path path =
+            array_.folder / (array_.prefix + fmt::format("{}", fmt::join(file, array_.separator)));
+        const Box samples = part_in(box_, file, file_);
+        std::error_code error;
+        const bool exists = fs::exists(path, error);
+        if (error) throw IoError(fmt::format("{}: cannot be opened: {}", quoted(path), error.message()));
+        if (array_.index) return read_shard(path, exists, file, samples);
+        std::vector<std::byte> bytes;
+        if (exists) bytes = read_bytes(path, 0, regular_file_size(path));
+        place(path, exists, bytes, file, samples);
+    }
+
+    void read_shard(const fs::path& path, bool exists, const Index& file, const Box& samples) const {
+        const std::vector<std::uint64_t> index = exists ? read_index(path) : std::vector<std::uint64_t>();
+        const Box chunks = overlapping(samples, array_.chunk);
+        tbb::parallel_for(std::size_t{0}, chunks.count(), [&](std::size_t i) {
+            const Index chunk = chunks.at(i);
+            std::size_t within = 0;
+            for (std::size_t a = 0; a < chunk.size(); ++a)
+                within = within * static_cast<std::size_t>(array_.index->chunks[a]) +
+                         static_cast<std::size_t>(chunk[a] - file[a] * array_.index->chunks[a]);
+            constexpr std::uint64_t kMissing = ~std::uint64_t{0};
+            const bool is_there = exists && index[2 * within] != kMissing;
+            std::vector<std::byte> bytes;
+            if (is_there) bytes = read_bytes(path, index[2 * within], index[2 * within + 1]);
+            place(path, is_there, bytes, chunk, part_in(samples, chunk, array_.chunk));
+        });
+    }
+
+    // The offset and the size of each chunk of a shard.
+    std::vector<std::uint64_t> read_index(const fs::path& path) const {
+        std::size_t chunks = 1;
+        for (const std::int64_t n : array_.index->chunks) chunks *= static_cast<std::size_t>(n);
+        const ByteCodecs codecs{.compressor = {}, .checksum = array_.index->checksum};
+        const std::uint64_t stored = 16 * chunks + (codecs.checksum ? 4 : 0), held = regular_file_size(path);
+        if (held < stored) refuse(path);
+        const auto bytes =
+            decode(read_bytes(path, array_.index->at_start ? 0 : held - stored, stored), codecs, 16 * chunks);
+        if (!bytes) refuse(path);
+        std::vector<std::uint64_t> index(2 * chunks);
+        std::memcpy(index.data(), bytes->data(), bytes->size());
+        to_native_order(index.data(), index.size(), StoredType::uint64, false);
+        return index;
+    }
+
+    std::vector<std::byte> read_bytes(const fs::path& path, std::uint64_t offset, std::uint64_t size) const {
+        // No compressor makes its input much larger.
+        const std::uint64_t held = regular_file_size(path);
+        if (offset > held || size > held - offset ||
+            size > 2 * chunk_samples_ * size_ + (1 << 20) + index_bytes())
+            refuse(path);
+        std::vector<std::byte> bytes(size);
+        ByteStream(path, Compression::none, offset).read(bytes.data(), bytes.size());
+        return bytes;
+    }
+
+    std::uint64_t index_bytes() const {
+        std::uint64_t bytes = 16;
+        if (array_.index)
+            for (const std::int64_t n : array_.index->chunks) bytes *= static_cast<std::uint64_t>(n);
+        return bytes;
+    }
+
+    // Puts the samples of a chunk that lie in the box at their place.
+    void place(const fs::path& path, bool exists, const std::vector<std::byte>& bytes, const Index& chunk,
+               const Box& samples) const {
+        std::size_t from = 0, to = 0;
+        for (std::size_t a = 0; a < chunk.size(); ++a) {
+            from += static_cast<std::size_t>(samples.begin[a] - chunk[a] * array_.chunk[a]) * from_step_[a];
+            to += static_cast<std::size_t>(samples.begin[a] - box_.begin[a]) * to_step_[a];
+        }
+        if (exists) {
+            auto decoded = decode(bytes, array_.codecs, chunk_samples_ * size_);
+            if (!decoded) refuse(path);
+            to_native_order(decoded->data(), chunk_samples_, array_.type, array_.big_endian);
+            copy(samples, 0, decoded->data() + from, samples_ + to);
+        } else {
+            copy(samples, 0, nullptr, samples_ + to);
+        }
+        done_();
+    }
+
+    // Copies the samples from `axis` on; from the fill value if `from` is null.
+    void copy(const Box& samples, std::size_t axis, const std::byte* from, std::byte* to) const {
+        const auto count = static_cast<std::size_t>(samples.end[axis] - samples.begin[axis]);
+        const bool is_last = axis + 1 == samples.begin.size();
+        if (is_last && from != nullptr && from_step_[axis] == size_) {
+            std::memcpy(to, from, count * size_);
+            return;
+        }
+        for (std::size_t i = 0; i < count; ++i) {
+            const std::byte* const source = from == nullptr ? nullptr : from + i * from_step_[axis];
+            if (is_last)
+                std::memcpy(to + i * to_step_[axis], source == nullptr ? array_.fill.data() : source, size_);
+            else
+                copy(samples, axis + 1, source, to + i * to_step_[axis]);
+        }
+    }
+
+    [[noreturn]] static void refuse(const fs::path& path) {
+        throw InputError(
+            fmt::format("{}: this chunk of the Zarr array is damaged or truncated", quoted(path)));
+    }
+
+    const ZarrArray& array_;
+    const Box& box_;
+    std::byte* samples_;
+    const std::function<void()>& done_;
+    std::size_t size_;  // of a sample
+    Index file_;        // samples of a file along each axis
+    std::vector<std::size_t> from_step_,
+        to_step_;  // bytes from one sample to the next, in a chunk and in the box
+    std::size_t chunk_samples_ = 1;
+};
+
+}  // namespace
+
+void read_zarr(const ZarrArray& array, const Index& begin, const Index& end, void* samples,
+               const std::function<void()>& done) {
+    const Box box{begin, end};
+    BoxReader(array, box, samples, done).read();
+}
+
+std::size_t count_chunks(const ZarrArray& array, const Index& begin, const Index& end) {
+    return overlapping({begin, end}, array.chunk).count();
+}
+
+}  // namespace marrow::internal::io
