@@ -142,7 +142,10 @@ void print_details(std::ostream& out, ScanFormat format, const SeriesReport& s, 
     if (s.smallest_feature)
         line("smallest detail", fmt::format("{:.3g} mm, two samples wide", *s.smallest_feature));
     if (s.memory > 0)
-        line("memory", fmt::format("{:.1f} MiB for the samples", static_cast<double>(s.memory) / (1 << 20)));
+        line("memory",
+             s.memory < 1 << 20
+                 ? fmt::format("{:.1f} KiB for the samples", static_cast<double>(s.memory) / (1 << 10))
+                 : fmt::format("{:.1f} MiB for the samples", static_cast<double>(s.memory) / (1 << 20)));
     for (const std::string& warning : s.warnings) line("warning", name_flags(warning));
     if (!is_only && s.refusal) line("refused", name_flags(*s.refusal));
 }

@@ -17,6 +17,7 @@ const char* const kExitCodesHelp =
 
 void require_input(const fs::path& input) {
     if (input.empty()) throw UsageError("no scan is given: name a file or folder (see marrow --help)");
+    if (input == "-") throw UsageError("a scan cannot be read from standard input: name a file or folder");
 }
 
 void require_output(const fs::path& mesh, const fs::path& picture) {
@@ -47,8 +48,9 @@ void add_picture_option(Arguments& arguments, fs::path& picture) {
 
 void add_space_option(Arguments& arguments, Space& space) {
     const auto store = [&space](const std::string& text) {
-        space = text == "RAS" ? Space::RAS : Space::LPS;
-        return text == "RAS" || text == "LPS";
+        const bool is_ras = text == "RAS" || text == "ras";
+        space = is_ras ? Space::RAS : Space::LPS;
+        return is_ras || text == "LPS" || text == "lps";
     };
     arguments.add_option("--space", {"SPACE", "LPS or RAS", store},
                          "Write coordinates in LPS (default) or RAS axes.");

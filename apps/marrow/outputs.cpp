@@ -81,13 +81,18 @@ std::vector<fs::path> files_for(const fs::path& output, const std::vector<std::s
     std::string pattern = output.string();
     if (!output.has_filename() || fs::is_directory(output)) pattern = (output / "{name}.stl").string();
     format_of(pattern);
-    const std::size_t at = pattern.find(kName);
+    const bool is_pattern = pattern.find(kName) != pattern.npos;
+    const std::string name = fs::path(pattern).filename().string();
+    if (!is_pattern && name.find('}', name.find('{')) != name.npos)
+        throw UsageError(
+            fmt::format("'{}' has a placeholder that does not exist: the only one is {}", pattern, kName));
     for (std::size_t i = 0; i < files.size(); ++i) {
         std::string file = pattern;
-        if (at != pattern.npos) file.replace(at, kName.size(), names[i]);
+        for (std::size_t at = file.find(kName); at != file.npos; at = file.find(kName, at + names[i].size()))
+            file.replace(at, kName.size(), names[i]);
         files[i] = file;
     }
-    if (at != pattern.npos && std::set<fs::path>(files.begin(), files.end()).size() < files.size())
+    if (is_pattern && std::set<fs::path>(files.begin(), files.end()).size() < files.size())
         throw UsageError("two surfaces of the same name would be written to one file: give each only once");
     return files;
 }

@@ -100,8 +100,10 @@ Mesh smoothed(const Mesh& mesh, const SurfaceSteps& steps, const Mat3d& index_to
     report.moved = MeshDistance{stats.moved_mean, stats.moved_max};
     report.held_back = stats.held_back_points;
     if (stats.restored_components > 0)
-        report.note = fmt::format("{} components are too small to smooth and keep their shape",
-                                  stats.restored_components);
+        report.note = stats.restored_components == 1
+                          ? "1 component is too small to smooth and keeps its shape"
+                          : fmt::format("{} components are too small to smooth and keep their shape",
+                                        stats.restored_components);
     return result;
 }
 
@@ -194,7 +196,7 @@ void add_surface_options(Arguments& arguments, SurfaceSteps& steps) {
                          "Reduce the surface to at most N triangles.");
     arguments.add_option(
         "--max-error",
-        number_value("MM", "a distance in mm", steps.max_error, [](double x) { return x > 0; }),
+        number_value("MM", "a distance above 0 in mm", steps.max_error, [](double x) { return x > 0; }),
         "Reduce the surface as far as it stays within MM of the original, as measured.");
 }
 

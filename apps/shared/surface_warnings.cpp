@@ -41,9 +41,9 @@ std::optional<std::string> coinciding_points_warning(const std::vector<MeshFile>
     }
     if (points == 0) return {};
     return fmt::format(
-        "{} points in {} of {} surfaces have the same coordinates as others; STL cannot keep them apart, so "
-        "a reader may find edges that more than two triangles share: {}",
-        points, affected, files.size(), remedy);
+        "{} points{} have the same coordinates as others; STL cannot keep them apart, so a reader may find "
+        "edges that more than two triangles share: {}",
+        points, files.size() > 1 ? fmt::format(" in {} of {} surfaces", affected, files.size()) : "", remedy);
 }
 
 // Points around a sample are at least a thousandth of an edge apart, which float32 separates unless the

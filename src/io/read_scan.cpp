@@ -279,6 +279,7 @@ SeriesReport report_on_file(const Input& input, const fs::path& path, const Scan
         geometry = stack.geometry;
         type = stack.image.type;
         series.oriented = false;
+        series.warnings = stack.warnings;
     } else if (input.format == ScanFormat::zarr) {
         ZarrImage image = read_zarr(path, options);
         geometry = image.geometry;
@@ -349,6 +350,7 @@ Volume read_scan(const fs::path& path, const ScanOptions& given, ScanInfo* info)
         if (!options.spacing) throw GeometryError(needs_spacing(path));
         const ImageStack stack = read_image_stack(input.files, options);
         found.series = series_of(path, stack.geometry, stack.files.size());
+        found.warnings = stack.warnings;
         volume = load_image_stack(stack, options);
     } else if (input.format == ScanFormat::zarr) {
         const ZarrImage image = read_zarr(input.files[0], options);

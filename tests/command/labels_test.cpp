@@ -129,7 +129,7 @@ TEST_F(LabelMap, WritesOnlyTheWantedLabelsInTheSameShape) {
         EXPECT_EQ(outcome.code, 0) << outcome.err;
         return Json::parse(outcome.out)["surfaces"];
     };
-    const Json all = surfaces({}), two = surfaces({"--only", "liver,12"});
+    const Json all = surfaces({}), two = surfaces({"--only", "LIVER,12"});
     ASSERT_EQ(two.size(), 2u);
     EXPECT_EQ(two[0], all[0]);
     EXPECT_EQ(two[1], all[2]);

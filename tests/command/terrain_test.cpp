@@ -72,6 +72,8 @@ TEST(TerrainCommand, WritesABlockAndSaysWhatItIs) {
 TEST(TerrainCommand, WritesLevelsWithHalfTheResolutionEach) {
     const TemporaryFolder folder;
     const std::string grid = write_grid(folder / "tent.asc");
+    EXPECT_EQ(terrain_with({grid, "-o", folder / "levels/", "--levels", "3"}).code, kUnreadable);
+    std::filesystem::create_directory(folder / "levels");
     const Outcome outcome = terrain_with({grid, "-o", folder / "levels/", "--levels", "3", "--json"});
     ASSERT_EQ(outcome.code, kOk) << outcome.err;
     const auto levels = nlohmann::json::parse(outcome.out)["levels"];
@@ -85,6 +87,9 @@ TEST(TerrainCommand, WritesLevelsWithHalfTheResolutionEach) {
             EXPECT_LT(levels[i]["triangles"], 0.3 * levels[i - 1]["triangles"].get<double>());
         }
     }
+    const std::string only = folder / ("levels/" + std::filesystem::path(grid).stem().string() + ".stl");
+    EXPECT_EQ(terrain_with({grid, "-o", folder / "levels"}).code, kOk);
+    EXPECT_TRUE(std::filesystem::exists(only)) << "a single surface has the name of the raster";
     EXPECT_EQ(terrain_with({grid, "-o", folder / "{name}.ply", "--levels", "2"}).code, kOk);
     EXPECT_TRUE(std::filesystem::exists(folder / "level1.ply"));
 }

@@ -66,17 +66,40 @@ TEST_F(Mistake, NeverReplacesASliceByAPictureOrAScanByAPlot) {
 }
 
 TEST_F(Mistake, TakesNoFileThatBeginsWithAnEqualsSignByOversight) {
-    const Outcome outcome = marrow_with({scan, "--type", "bone", "-o=" + (folder / "x.stl")});
+    const std::string file = folder / "x.stl";
+    const Outcome outcome = marrow_with({scan, "--type", "bone", "-o=" + file});
     EXPECT_EQ(outcome.code, kUsage);
-    EXPECT_NE(outcome.err.find("write '-o " + (folder / "x.stl") + "'"), outcome.err.npos) << outcome.err;
-    EXPECT_EQ(marrow_with({scan, "--type", "bone", "--output=" + (folder / "x.stl")}).code, 0);
+    EXPECT_NE(outcome.err.find("write '-o " + file + "'"), outcome.err.npos) << outcome.err;
+    EXPECT_EQ(marrow_with({scan, "--type", "bone", "--output=" + file}).code, 0);
 }
 
 TEST_F(Mistake, NamesTheOneScanOfAFolder) {
     const Outcome outcome = marrow_with({folder.path().string(), "--type", "bone", "-o", folder / "x.stl"});
     EXPECT_EQ(outcome.code, kUnreadable);
-    EXPECT_NE(outcome.err.find("open a NIfTI, NRRD or MetaImage file itself, such as '" + scan + "'"), outcome.err.npos)
+    EXPECT_NE(outcome.err.find("open a NIfTI, NRRD or MetaImage file itself, such as '" + scan + "'"),
+              outcome.err.npos)
         << outcome.err;
+}
+
+TEST_F(Mistake, ReportsAWordThatIsNeitherAFileNorACommand) {
+    const Outcome outcome = marrow_with({"version"});
+    EXPECT_EQ(outcome.code, kUnreadable);
+    EXPECT_NE(outcome.err.find("no such file or folder, and no such command"), outcome.err.npos)
+        << outcome.err;
+    EXPECT_NE(marrow_with({"-", "--type", "bone"}).err.find("standard input"), std::string::npos);
+}
+
+TEST_F(Mistake, ChecksThePatternOfTheOutput) {
+    const Outcome outcome = marrow_with({scan, "--type", "bone", "-o", folder / "{nme}.stl"});
+    EXPECT_EQ(outcome.code, kUsage);
+    EXPECT_NE(outcome.err.find("the only one is {name}"), outcome.err.npos) << outcome.err;
+    std::filesystem::create_directory(folder / "bone");
+    EXPECT_EQ(marrow_with({scan, "--type", "bone", "-o", folder / "{name}/{name}.stl"}).code, 0);
+    EXPECT_TRUE(std::filesystem::exists(folder / "bone/bone.stl"));
+    const Outcome memory =
+        marrow_with({scan, "--isovalue", "5", "--max-memory", "1G", "-o", folder / "a.obj"});
+    EXPECT_EQ(memory.code, kUsage);
+    EXPECT_NE(memory.err.find("--max-memory writes .stl or .ply"), memory.err.npos) << memory.err;
 }
 
 TEST_F(Mistake, SaysWhereTheScanIsIfTheBoxMissesIt) {

@@ -86,8 +86,8 @@ TEST(DicomTable, SeveralSeriesAreListedAndOneCanBeChosen) {
         s.text(0x0008103e, "LO", "lung");
     });
     const std::string what = refusal<GeometryError>(folder.path());
-    contains(what, "1.2.3");
-    contains(what, "1.2.4 (CT, 'lung', 3 x 2 x 4, 4 files)");
+    contains(what, "there are 2 series: 1 (CT 'lung', 3 x 2 x 4, 4 files), 2 (CT ");
+    EXPECT_EQ(what.find("1.2.3"), what.npos) << "people do not read ids: " << what;
 
     ScanOptions options;
     options.series = "1.2.4";
@@ -102,7 +102,6 @@ TEST(DicomTable, SeveralSeriesAreListedAndOneCanBeChosen) {
     }
     options.series = "1.2.";  // the first part of both
     contains(refusal<GeometryError>(folder.path(), options), "there are 2 series: 1 (");
-    EXPECT_EQ(refusal<GeometryError>(folder.path(), options).find("1.2."), std::string::npos) << "ids say little";
 
     const ScanReport report = inspect_scan(folder.path());
     EXPECT_EQ(report.format, ScanFormat::dicom);
@@ -163,7 +162,7 @@ TEST(DicomTable, OneSeriesIsSplitWhereItsGeometryDiffers) {
         TemporaryFolder folder;
         write_series(folder, 4, "a");
         write_series(folder, 3, "b", change);
-        contains(refusal<GeometryError>(folder.path()), "1.2.3/2");
+        contains(refusal<GeometryError>(folder.path()), "there are 2 series");
         ScanOptions options;
         options.series = "1.2.3/1";
         EXPECT_EQ(samples_of<std::int16_t>(read_scan(folder.path(), options)), volume_samples(4));

@@ -34,6 +34,27 @@ TEST(ImageStack, FolderOfSlicesInNaturalOrder) {
     contains(refusal<InputError>(folder.path(), options), "slice 5.png");
 }
 
+TEST(ImageStack, WarnsWhereTheNumbersOfSlicesSkip) {
+    const auto warnings_for = [](const std::vector<std::string>& names) {
+        TemporaryFolder folder;
+        for (const std::string& name : names)
+            write_file(folder / name, png(2, 1, std::vector<std::uint16_t>{1, 2}));
+        ScanOptions options;
+        options.spacing = Vec3d{1, 1, 1};
+        ScanInfo info;
+        read_scan(folder.path(), options, &info);
+        EXPECT_EQ(inspect_scan(folder.path(), options).series[0].warnings, info.warnings);
+        return info.warnings;
+    };
+    const auto gap = warnings_for({"s8.png", "s9.png", "s10.png", "s12.png", "s13.png"});
+    ASSERT_EQ(gap.size(), 1u);
+    contains(gap[0], "grow by 2 from 's10.png' to 's12.png' and by 1 elsewhere");
+    EXPECT_TRUE(warnings_for({"ct3_008.png", "ct3_009.png", "ct3_010.png"}).empty());
+    EXPECT_TRUE(warnings_for({"2.png", "4.png", "6.png"}).empty()) << "evenly";
+    EXPECT_TRUE(warnings_for({"a.png", "b.png", "d.png", "d2.png"}).empty()) << "without numbers";
+    EXPECT_TRUE(warnings_for({"1.png"}).empty());
+}
+
 TEST(ImageStack, EightBitsAndColour) {
     TemporaryFolder folder;
     ScanOptions options;

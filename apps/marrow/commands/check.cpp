@@ -80,12 +80,12 @@ class Printer {
                                    space_ != Space::none ? "LPS" : "the file does not state its space"));
     }
 
-    // One line for an object without faults, and all lines for another.
+    // One line for an object that is sound and thick enough, and all lines for another.
     void print_several(const CheckedFile& file) const {
         for (const CheckedObject& object : file.objects) {
             const MeshCheck& c = object.found;
             out_ << fmt::format("  {}: {}", object.name, verdict(c, min_wall_));
-            if (!c.is_sound()) {
+            if (!c.is_sound() || c.thin_triangles > 0) {
                 out_ << '\n';
                 print(object, 4);
             } else {
@@ -162,7 +162,7 @@ void add_options(Arguments& arguments, CheckCommandOptions& options) {
                          ".stl, .ply, .obj (also .gz), .vtp, .3mf or .dcm, in mm; .glb, in metres");
     arguments.add_option(
         "--min-wall",
-        number_value("MM", "a thickness in mm", options.min_wall, [](double x) { return x >= 0; }),
+        number_value("MM", "a thickness in mm, 0 or more", options.min_wall, [](double x) { return x >= 0; }),
         "Find walls thinner than MM.");
     arguments.add_flag("--strict", options.strict,
                        "Exit with 6 if a mesh is not sound, or has walls thinner than --min-wall.");

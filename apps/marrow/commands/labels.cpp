@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -86,18 +87,23 @@ std::vector<std::string> names_of(const Labels& labels) {
 
 [[noreturn]] void throw_unknown_label(const std::string& wanted, const Labels& labels) {
     const std::string meant = did_you_mean(wanted, names_of(labels));
-    throw UsageError(fmt::format("--only: the map, as it is read, has no label '{}'{}", wanted,
+    throw UsageError(fmt::format("--only: the map has no label '{}'{}", wanted,
                                  meant.empty() ? ": it has " + list_labels(labels) : meant));
 }
 
-// Marks the labels in `only` as wanted: numbers or names, separated by commas. A name may itself contain
-// commas.
+std::string lower(std::string text) {
+    for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return text;
+}
+
+// Marks the labels in `only` as wanted: numbers or names in any case, separated by commas. A name may itself
+// contain commas.
 void choose_labels(const std::string& only, Labels& labels) {
     for (auto& [label, one] : labels) one.wanted = false;
     const auto choose_one = [&](const std::string& wanted) {
         bool found = false;
         for (auto& [label, one] : labels) {
-            if (wanted != std::to_string(label) && wanted != one.name) continue;
+            if (wanted != std::to_string(label) && lower(wanted) != lower(one.name)) continue;
             one.wanted = found = true;
         }
         return found;
@@ -237,7 +243,9 @@ void run(const LabelsOptions& options, const Console& console, const std::atomic
             counts[label] += samples;
     }
     Labels labels = labels_of(counts, table);
-    if (labels.empty()) throw EmptySurface("the map contains only background, so there is no surface");
+    if (labels.empty())
+        throw EmptySurface(fmt::format("{} only background, so there is no surface",
+                                       options.crop ? "the box of --crop holds" : "the map holds"));
     if (options.only)
         choose_labels(*options.only, labels);
     else if (!is_segmentation(options.job.scan.path))

@@ -44,7 +44,10 @@ void check(const StreamOptions& options) {
     if (!options.surface.isovalue)
         throw UsageError("--max-memory needs one --isovalue N, as 'otsu' and --type need the complete scan");
     if (options.job.output.mesh.empty()) throw UsageError("--max-memory needs -o OUT.stl or OUT.ply");
-    file_of(options);  // so that mistakes in the output are found before the work
+    const std::filesystem::path file = file_of(options);
+    if (const MeshFormat format = mesh_format(file);
+        (format != MeshFormat::stl && format != MeshFormat::ply) || file.extension() == ".gz")
+        throw UsageError(fmt::format("--max-memory writes .stl or .ply, not '{}'", file.string()));
 }
 
 void run(const StreamOptions& options, const Console& console, const std::atomic<bool>& stop) {

@@ -97,6 +97,10 @@ void check_shared(const SurfacesOptions& options) {
             "'marrow {0} --labels'",
             options.labels.table.string()));
     require_input(job.scan.path);
+    std::error_code ignored;
+    if (!std::filesystem::exists(job.scan.path, ignored))
+        throw IoError(fmt::format("'{}': there is no such file or folder, and no such command",
+                                  job.scan.path.string()));
     require_output(job.output.mesh, job.output.picture);
     if (job.output.keep_patient && !is_dicom_output(job.output.mesh))
         throw UsageError("--keep-patient is about DICOM files: add -o OUT.dcm");

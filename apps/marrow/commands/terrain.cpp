@@ -31,7 +31,8 @@ bool is_positive(double x) {
 
 std::vector<fs::path> level_files(const TerrainCommandOptions& options) {
     std::vector<std::string> names;
-    for (int level = 0; level < options.levels; ++level) names.push_back(fmt::format("level{}", level));
+    for (int level = 0; level < options.levels; ++level)
+        names.push_back(options.levels > 1 ? fmt::format("level{}", level) : options.input.stem().string());
     const std::vector<fs::path> files = files_for(options.output, names);
     if (is_dicom_output(options.output))
         throw UsageError("a .dcm file is about a patient: give another format");
@@ -159,7 +160,6 @@ void run(const TerrainCommandOptions& options, const Console& console, const std
     check(options);
     const ProgressReporter reporter(options.reporting, console, stop);
     const std::vector<fs::path> files = level_files(options);
-    if (!options.output.has_filename() && !options.output.empty()) fs::create_directories(options.output);
     for (const fs::path& file : files) check_output(file, options.input);
     check_output(options.picture, options.input);
     if (!options.picture.empty()) require_display("--picture");

@@ -87,19 +87,23 @@ std::size_t number_of(const DicomSeries& series, const DicomHeaders& headers) {
 
 // The first few of these series, by their numbers. Ids are long, and say nothing to people.
 std::string listed(const std::vector<DicomSeries*>& candidates, const DicomHeaders& headers) {
-    constexpr std::size_t kMost = 3;
+    constexpr std::size_t kLongest = 200;
     std::string all;
-    for (std::size_t i = 0; i < std::min(kMost, candidates.size()); ++i) {
+    for (std::size_t i = 0; i < candidates.size(); ++i) {
         const DicomSeries& series = *candidates[i];
         const SeriesInfo info = describe(series.volumes[0]);
         const std::size_t volumes = series.volumes.size();
-        all += fmt::format("{}{} ({}{}, {} x {} x {}, {})", i > 0 ? ", " : "", number_of(series, headers),
-                           info.modality.empty() ? "modality unknown" : info.modality,
-                           info.description.empty() ? "" : " " + quoted(info.description), info.dims[0],
-                           info.dims[1], info.dims[2],
-                           volumes > 1 ? count_of(volumes, "volume") : count_of(info.files, "file"));
+        const std::string one =
+            fmt::format("{} ({}{}, {} x {} x {}, {})", number_of(series, headers),
+                        info.modality.empty() ? "modality unknown" : info.modality,
+                        info.description.empty() ? "" : fmt::format(" {}", quoted(info.description)),
+                        info.dims[0], info.dims[1], info.dims[2],
+                        volumes > 1 ? count_of(volumes, "volume") : count_of(info.files, "file"));
+        if (i > 0 && all.size() + one.size() > kLongest)
+            return all + fmt::format(" and {} more", candidates.size() - i);
+        if (i > 0) all += ", ";
+        all += one;
     }
-    if (candidates.size() > kMost) all += fmt::format(" and {} more", candidates.size() - kMost);
     return all;
 }
 

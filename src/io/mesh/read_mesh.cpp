@@ -51,30 +51,41 @@ Mesh read(const std::filesystem::path& path, Space* stated, std::vector<ObjectSt
     return mesh;
 }
 
-// Triangles [first, last) with the points that they use.
-Mesh part_of(const Mesh& mesh, std::size_t first, std::size_t last) {
-    constexpr std::uint32_t kUnused = std::numeric_limits<std::uint32_t>::max();
-    std::uint32_t lowest = kUnused, highest = 0;
+// The triangles of an object, and the points from its lowest to its highest.
+struct Part {
+    std::size_t first_triangle, last_triangle;
+    std::uint32_t lowest, highest;
+};
+
+Part part_of(const Mesh& mesh, std::size_t first, std::size_t last) {
+    Part part{first, last, std::numeric_limits<std::uint32_t>::max(), 0};
     for (std::size_t i = first; i < last; ++i) {
-        const auto [low, high] = std::minmax_element(mesh.triangles[i].begin(), mesh.triangles[i].end());
-        lowest = std::min(lowest, *low), highest = std::max(highest, *high);
-    }
-    std::vector<std::uint32_t> number(std::size_t{highest} - lowest + 1, kUnused);
-    for (std::size_t i = first; i < last; ++i) {
-        for (const std::uint32_t p : mesh.triangles[i]) number[p - lowest] = 0;
-    }
-    Mesh part;
-    for (std::size_t p = 0; p < number.size(); ++p) {
-        if (number[p] == kUnused) continue;
-        number[p] = static_cast<std::uint32_t>(part.points.size());
-        part.points.push_back(mesh.points[lowest + p]);
-    }
-    for (std::size_t i = first; i < last; ++i) {
-        Triangle t = mesh.triangles[i];
-        for (std::uint32_t& p : t) p = number[p - lowest];
-        part.triangles.push_back(t);
+        for (const std::uint32_t p : mesh.triangles[i]) {
+            part.lowest = std::min(part.lowest, p);
+            part.highest = std::max(part.highest, p);
+        }
     }
     return part;
+}
+
+// The mesh of a part, without points that it does not use.
+Mesh cut_out(const Mesh& mesh, const Part& part) {
+    std::vector<std::uint32_t> number(std::size_t{part.highest} - part.lowest + 1, 0);
+    for (std::size_t i = part.first_triangle; i < part.last_triangle; ++i) {
+        for (const std::uint32_t p : mesh.triangles[i]) number[p - part.lowest] = 1;
+    }
+    Mesh result;
+    for (std::size_t p = 0; p < number.size(); ++p) {
+        if (number[p] == 0) continue;
+        number[p] = static_cast<std::uint32_t>(result.points.size());
+        result.points.push_back(mesh.points[part.lowest + p]);
+    }
+    for (std::size_t i = part.first_triangle; i < part.last_triangle; ++i) {
+        Triangle t = mesh.triangles[i];
+        for (std::uint32_t& p : t) p = number[p - part.lowest];
+        result.triangles.push_back(t);
+    }
+    return result;
 }
 
 }  // namespace
@@ -88,19 +99,24 @@ std::vector<NamedMesh> read_meshes(const std::filesystem::path& path, Space* sta
     std::vector<ObjectStart> objects;
     Mesh all = read(path, stated, objects);
     if (objects.empty() || objects.front().triangle > 0) objects.insert(objects.begin(), ObjectStart{});
-    std::vector<NamedMesh> meshes;
-    std::size_t points = 0;
+    std::vector<Part> parts;
+    std::vector<std::string> names;
+    bool separate = true;
     for (std::size_t i = 0; i < objects.size(); ++i) {
         const std::size_t first = objects[i].triangle,
                           last = i + 1 < objects.size() ? objects[i + 1].triangle : all.triangles.size();
         if (first == last) continue;
-        meshes.push_back({std::move(objects[i].name), part_of(all, first, last)});
-        points += meshes.back().mesh.points.size();
+        const Part part = part_of(all, first, last);
+        separate = separate && (parts.empty() || part.lowest > parts.back().highest);
+        parts.push_back(part);
+        names.push_back(std::move(objects[i].name));
     }
-    if (meshes.size() > 1 && points <= all.points.size()) return meshes;
-    std::string name = meshes.size() == 1 ? std::move(meshes.front().name) : std::string();
-    meshes.clear();
-    meshes.push_back({std::move(name), std::move(all)});
+    std::vector<NamedMesh> meshes;
+    if (parts.size() < 2 || !separate) {
+        meshes.push_back({parts.size() == 1 ? names.front() : std::string(), std::move(all)});
+        return meshes;
+    }
+    for (std::size_t i = 0; i < parts.size(); ++i) meshes.push_back({names[i], cut_out(all, parts[i])});
     return meshes;
 }
 

@@ -1,6 +1,11 @@
 // Reads volumes made of images.
 #include "image_stack.h"
 
+#include <algorithm>
+#include <optional>
+#include <string>
+#include <string_view>
+
 #include <fmt/format.h>
 
 #include <marrow/error.h>
@@ -41,6 +46,38 @@ namespace {
 
 constexpr double kHeadersDone = 0.2;  // fraction of the progress
 
+// By how much the number in a file's name grows from one file to the next; nothing if the names differ in
+// something else.
+std::optional<std::int64_t> growth(const std::string& from, const std::string& to) {
+    constexpr std::string_view kDigits = "0123456789";
+    const auto differ = std::mismatch(from.begin(), from.end(), to.begin(), to.end()).first - from.begin();
+    std::size_t begin = static_cast<std::size_t>(differ);
+    while (begin > 0 && kDigits.find(from[begin - 1]) != kDigits.npos) --begin;
+    const std::size_t end_from = std::min(from.find_first_not_of(kDigits, begin), from.size()),
+                      end_to = std::min(to.find_first_not_of(kDigits, begin), to.size());
+    const auto first = parse_integer(std::string_view(from).substr(begin, end_from - begin)),
+               second = parse_integer(std::string_view(to).substr(begin, end_to - begin));
+    if (!first || !second || from.substr(end_from) != to.substr(end_to)) return {};
+    return *second - *first;
+}
+
+// A warning if the numbers in the names of slices skip one; empty if they do not, or if there are no numbers.
+std::string gap_between(const std::vector<std::filesystem::path>& files) {
+    std::vector<std::int64_t> growths;
+    for (std::size_t i = 1; i < files.size(); ++i) {
+        const auto by = growth(files[i - 1].filename().native(), files[i].filename().native());
+        if (!by) return {};
+        growths.push_back(*by);
+    }
+    if (growths.empty()) return {};
+    const auto [least, most] = std::minmax_element(growths.begin(), growths.end());
+    if (*least == *most) return {};
+    const auto at = static_cast<std::size_t>(most - growths.begin());
+    return fmt::format(
+        "the numbers of the slices grow by {} from {} to {} and by {} elsewhere: slices may be missing",
+        *most, quoted(files[at].filename()), quoted(files[at + 1].filename()), *least);
+}
+
 [[noreturn]] void refuse_different(const ImageStack& stack, std::size_t i) {
     throw InputError(
         fmt::format("{}: differs in size or sample type from {}; all slices of a volume must be the same",
@@ -55,6 +92,7 @@ ImageStack read_image_stack(std::vector<std::filesystem::path> files, const Scan
         throw InputError(fmt::format("{}: has several pages; read this file alone", quoted(files.front())));
     }
     ImageStack stack{std::move(files), image, {}};
+    if (const std::string gap = gap_between(stack.files); !gap.empty()) stack.warnings.push_back(gap);
     stack.geometry.dims = {image.columns, image.rows,
                            image.pages * static_cast<std::int64_t>(stack.files.size())};
     if (options.spacing) stack.geometry.spacing = *options.spacing;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 #include <vector>
 
 #include <marrow/scan_io.h>
@@ -18,6 +19,7 @@ struct ImageStack {
     std::vector<std::filesystem::path> files;
     ImageHeader image;  ///< the header of each file
     Geometry geometry;
+    std::vector<std::string> warnings = {};  ///< one line each
 };
 
 /// Reads the headers of the files. Without options.spacing the spacing is 1.
