@@ -205,6 +205,7 @@ SeriesReport report_on_file(const Input& input, const fs::path& path, const Scan
         type = stack.image.type;
     } else {
         const RawImage image = header_of_a_volume(input, options, series.refusal);
+        series.volume_count = image.volumes;
         geometry = image.geometry;
         type = loaded_type(image);
         has_spacing |= image.has_spacing;
@@ -270,6 +271,10 @@ Volume read_scan(const fs::path& path, const ScanOptions& options, ScanInfo* inf
     }
     if (info) *info = std::move(found);
     return volume;
+}
+
+Volume read_dicom_image(const DicomImage& image, const Progress& progress) {
+    return read_image(image, progress);
 }
 
 bool is_segmentation(const fs::path& file) {

@@ -41,7 +41,7 @@ void HistogramBar::follow_scan() {
     distribution_ = Distribution(scan->histogram);
     update_bins();
     counting_.post({0, 0}, [this, scan](const Progress&) {
-        const Distribution fine(scan->volume, scan->histogram);
+        const Distribution fine(scan->volume, scan->histogram, scan->info.padding);
         QMetaObject::invokeMethod(
             this,
             [this, scan, fine] {

@@ -37,17 +37,18 @@ py::dict dict_of(const SeriesInfo& info) {
 
 py::dict dict_of(const ScanInfo& info) {
     return py::dict("format"_a = scan_format_name(info.format), "series"_a = dict_of(info.series),
-                    "warnings"_a = py::tuple(py::cast(info.warnings)));
+                    "warnings"_a = py::tuple(py::cast(info.warnings)), "padding"_a = info.padding);
 }
 
 py::dict dict_of(const SeriesReport& report) {
-    return py::dict(
-        "series"_a = dict_of(report.series), "number"_a = report.number, "echo_time"_a = report.echo_time,
-        "image_type"_a = report.image_type, "kernel"_a = report.kernel, "refusal"_a = report.refusal,
-        "warnings"_a = py::tuple(py::cast(report.warnings)), "gaps"_a = py::tuple(py::cast(report.gaps)),
-        "tilt"_a = report.tilt, "hounsfield"_a = report.hounsfield,
-        "smallest_feature"_a = report.smallest_feature, "memory"_a = report.memory,
-        "volumes"_a = py::tuple(py::cast(report.volumes)), "patient_name"_a = report.patient_name);
+    return py::dict("series"_a = dict_of(report.series), "number"_a = report.number, "date"_a = report.date,
+                    "echo_time"_a = report.echo_time, "image_type"_a = report.image_type,
+                    "kernel"_a = report.kernel, "refusal"_a = report.refusal,
+                    "warnings"_a = py::tuple(py::cast(report.warnings)),
+                    "gaps"_a = py::tuple(py::cast(report.gaps)), "tilt"_a = report.tilt,
+                    "hounsfield"_a = report.hounsfield, "smallest_feature"_a = report.smallest_feature,
+                    "memory"_a = report.memory, "volumes"_a = py::tuple(py::cast(report.volumes)),
+                    "patient_name"_a = report.patient_name);
 }
 
 py::dict dict_of(const ScanReport& report) {
