@@ -13,6 +13,7 @@
 #include <QSettings>
 #include <QStackedLayout>
 #include <QStatusBar>
+#include <QVBoxLayout>
 
 #include "field_keys.h"
 #include "help.h"
@@ -40,7 +41,7 @@ MainWindow::MainWindow(QWidget* parent) : QMainWindow(parent) {
     resize(QSize(1440, 900).boundedTo(screen()->availableSize()));
     actions_ = new Actions(this, session_);
     make_views();
-    banner_ = new Banner(this);
+    banner_ = new Banner(this, stack_);
     make_status_bar();
     connect_actions();
     connect_views();
@@ -89,7 +90,13 @@ void MainWindow::make_views() {
     // ready then.
     static_cast<QStackedLayout*>(stack_->layout())->setStackingMode(QStackedLayout::StackAll);
     rows_->setEnabled(false);
-    setCentralWidget(stack_);
+    auto* centre = new QWidget;
+    auto* layout = new QVBoxLayout(centre);
+    layout->setContentsMargins(0, 0, 0, 0);
+    layout->setSpacing(0);
+    layout->addWidget(actions_->tool_bar());
+    layout->addWidget(stack_, 1);
+    setCentralWidget(centre);
 }
 
 void MainWindow::make_status_bar() {
@@ -286,7 +293,7 @@ void MainWindow::open_instead(const fs::path& input) {
 
 void MainWindow::discard_work(const std::function<void()>& proceed) {
     if (!session_.has_unsaved_work()) return proceed();
-    auto* box = new QMessageBox(QMessageBox::Question, tr("Save the session?"),
+    auto* box = new QMessageBox(QMessageBox::NoIcon, tr("Save the session?"),
                                 tr("The surfaces, crop box and measurements of this scan are not saved."),
                                 QMessageBox::Save | QMessageBox::Discard | QMessageBox::Cancel, this);
     box->setObjectName("discard_box");
