@@ -76,6 +76,8 @@ struct ScanInfo {
     SeriesInfo series;
     std::vector<std::string> warnings;  ///< one line each
     std::int64_t volumes = 1;           ///< number of volumes that ScanOptions::volume could choose
+    /// PixelPaddingValue of DICOM as a sample: the value outside the field of view. Not set if slices differ.
+    std::optional<double> padding = {};
 };
 
 /// Reads a scan into memory. `info`, if given, receives a description.
@@ -115,10 +117,17 @@ MARROW_EXPORT Volume read_scan(const std::filesystem::path& input, const ScanOpt
 /// Whether a file is a DICOM segmentation, which read_scan reads as a label map. False if it cannot be read.
 MARROW_EXPORT bool is_segmentation(const std::filesystem::path& file);
 
+/// An image in a DICOM file.
+struct DicomImage {
+    std::filesystem::path file;
+    std::size_t frame = 0;  ///< from 0
+};
+
 /// What the headers tell about one series.
 struct SeriesReport {
     SeriesInfo series;
     std::optional<std::int64_t> number;      ///< SeriesNumber of DICOM
+    std::string date;                        ///< SeriesDate of DICOM: "2005-07-26"; empty if it is not stated
     std::optional<double> echo_time;         ///< ms
     std::string image_type;                  ///< ImageType of DICOM, such as "ORIGINAL\\PRIMARY\\AXIAL"
     std::string kernel;                      ///< ConvolutionKernel of DICOM
@@ -136,6 +145,10 @@ struct SeriesReport {
     std::vector<std::string> volumes;
     /// The size of each level that ScanOptions::level could choose; empty if the format has none.
     std::vector<std::array<std::int64_t, 3>> levels;
+    std::int64_t volume_count = 1;  ///< number of volumes that ScanOptions::volume could choose
+    /// The middle slice of each volume, for a preview by read_dicom_image. Empty for segmentations and formats
+    /// other than DICOM.
+    std::vector<DicomImage> middle_slices;
     std::string patient_name;  ///< as in DICOM: "family^given"; show it only on request
 };
 
@@ -152,6 +165,11 @@ struct ScanReport {
 /// Reports what read_scan would do with these options, from the headers alone.
 /// \throw the errors of read_scan, if there is no image at all
 MARROW_EXPORT ScanReport inspect_scan(const std::filesystem::path& input, const ScanOptions& options = {});
+
+/// Reads one image of a DICOM file, to show what a series holds before it is read: the stored values, without
+/// rescaling, as int32. The volume has one slice; only its spacing along i and j is known, if the file states it.
+/// \throw IoError; InputError; LimitError; Cancelled
+MARROW_EXPORT Volume read_dicom_image(const DicomImage& image, const Progress& progress = {});
 
 /// Opens a scan to read it slice by slice, for volumes that do not fit in memory: Zarr, and uncompressed NIfTI,
 /// NRRD and MetaImage. Samples and geometry are the same as from read_scan.

@@ -292,6 +292,7 @@ SeriesReport report_on_file(const Input& input, const fs::path& path, const Scan
         if (image.volumes.size() > 1) series.volumes = std::move(image.volumes);
     } else {
         const RawImage image = header_of_a_volume(input, options, series.refusal);
+        series.volume_count = image.volumes;
         geometry = image.geometry;
         type = loaded_type(image);
         has_spacing |= image.has_spacing;
@@ -367,6 +368,10 @@ Volume read_scan(const fs::path& path, const ScanOptions& given, ScanInfo* info)
     }
     if (info) *info = std::move(found);
     return volume;
+}
+
+Volume read_dicom_image(const DicomImage& image, const Progress& progress) {
+    return read_image(image, progress);
 }
 
 bool is_segmentation(const fs::path& file) {

@@ -23,8 +23,8 @@ Volume row(const std::vector<T>& values) {
                       [&](auto x, auto, auto) { return begin[x]; });
 }
 
-Histogram histogram_of(const Volume& volume, int bins = 256) {
-    return histogram(volume, bins);
+Histogram histogram_of(const Volume& volume, int bins = 256, std::optional<double> padding = {}) {
+    return histogram(volume, bins, padding);
 }
 
 TEST(Histogram, CountsEveryFiniteSampleOnce) {
@@ -42,6 +42,19 @@ TEST(Histogram, SpansTheWholeRangeOfEachType) {
     EXPECT_EQ(doubles.counts, (std::vector<std::int64_t>{1, 2}));
     const Histogram ints = histogram_of(row<std::int32_t>({INT32_MIN, -1, 0, INT32_MAX}), 2);
     EXPECT_EQ(ints.counts, (std::vector<std::int64_t>{2, 2}));
+}
+
+TEST(Histogram, LeavesOutPadding) {
+    const Volume volume = row<std::int16_t>({-50, 700, 700, 0, 50, 700});
+    const Histogram h = histogram(volume, 4, 700);
+    EXPECT_EQ(h.lower, -50);
+    EXPECT_EQ(h.upper, 50);
+    EXPECT_EQ(h.counts, (std::vector<std::int64_t>{1, 0, 1, 1}));
+    EXPECT_EQ(histogram(volume, 4, 701).counts, histogram(volume, 4).counts) << "no sample is padding";
+    // Of two values, both count.
+    EXPECT_EQ(histogram_of(row<float>({0, 0, 1}), 2, 0.0).counts, (std::vector<std::int64_t>{2, 1}));
+    EXPECT_EQ(histogram_of(row<float>({3, 3}), 2, 3.0).lower, 3);
+    EXPECT_EQ(histogram_of(row<float>({3, NAN, NAN}), 2, 3.0).non_finite_samples, 2);
 }
 
 TEST(Histogram, TakesConstantAndEmptyVolumes) {

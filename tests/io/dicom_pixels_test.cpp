@@ -32,6 +32,44 @@ TEST(DicomTable, UnusableRescaleIsRefused) {
     }
 }
 
+// The padding of all slices, as a sample of the volume.
+TEST(DicomTable, PaddingIsRescaled) {
+    const auto padding = [](const std::function<void(DicomWriter&, int)>& change) {
+        const TemporaryFolder folder;
+        write_series(folder, 2, "s", change);
+        ScanInfo info;
+        read_scan(folder.path(), {}, &info);
+        return info.padding;
+    };
+    const auto stored = [](int value, const char* slope) {
+        return [=](DicomWriter& s, int) {
+            s.number(0x00280120, value);
+            s.rescale(slope, "-1024");
+        };
+    };
+    EXPECT_EQ(padding({}), std::nullopt);
+    EXPECT_EQ(padding(stored(65536 - 2000, "1")), -3024);
+    EXPECT_EQ(padding(stored(7, "0.1")), static_cast<float>(0.1 * 7 - 1024))
+        << "as float32, like the samples";
+    EXPECT_EQ(padding([](DicomWriter& s, int k) {
+                  if (k == 0) s.number(0x00280120, 5);
+              }),
+              std::nullopt)
+        << "one slice of two";
+    EXPECT_EQ(padding([](DicomWriter& s, int k) {
+                  s.number(0x00280120, 5);
+                  s.rescale(std::to_string(k + 1), "0");
+              }),
+              std::nullopt)
+        << "different samples in both slices";
+    EXPECT_EQ(padding([](DicomWriter& s, int) {
+                  s.pixel_format(16, 16, false);
+                  s.number(0x00280120, 40000);
+              }),
+              40000)
+        << "unsigned";
+}
+
 TEST(DicomTable, CtWithoutRescaleWarns) {
     TemporaryFolder folder;
     write_series(folder, 2, "s", [](DicomWriter& s, int) {

@@ -86,11 +86,16 @@ void expect_volumes(const TemporaryFolder& folder, const std::vector<std::string
     EXPECT_EQ(report.series[0].volumes, differences);
     EXPECT_EQ(report.series[0].series.dims[2], 4);
     EXPECT_FALSE(report.chosen);
+    EXPECT_EQ(report.series[0].volume_count, static_cast<std::int64_t>(differences.size()));
+    ASSERT_EQ(report.series[0].middle_slices.size(), differences.size());
     ScanOptions options;
     for (std::size_t v = 0; v < differences.size(); ++v) {
         options.volume = static_cast<std::int64_t>(v);
-        EXPECT_EQ(samples_of<std::int16_t>(read_scan(folder.path(), options)),
-                  samples_of_volume(static_cast<int>(v)));
+        const auto samples = samples_of_volume(static_cast<int>(v));
+        EXPECT_EQ(samples_of<std::int16_t>(read_scan(folder.path(), options)), samples);
+        const auto middle = samples_of<std::int32_t>(read_dicom_image(report.series[0].middle_slices[v]));
+        EXPECT_EQ(std::vector<std::int16_t>(middle.begin(), middle.end()),
+                  std::vector<std::int16_t>(samples.begin() + 12, samples.begin() + 18));
         EXPECT_TRUE(inspect_scan(folder.path(), options).chosen);
     }
     options.volume = static_cast<std::int64_t>(differences.size());

@@ -1,5 +1,8 @@
 // Tests opening scans and writing meshes and screenshots.
+#include <numeric>
 #include <set>
+
+#include <nlohmann/json.hpp>
 
 #include <QDialog>
 #include <QMimeData>
@@ -8,6 +11,7 @@
 
 #include "support/dicom_series.h"
 #include "support/viewer_ball.h"
+#include "window/series_dialog.h"
 
 namespace marrow::test {
 namespace {
@@ -293,21 +297,166 @@ TEST_F(BallViewer, OpensADroppedFile) {
     EXPECT_EQ(session().scan()->volume.geometry().dims[0], 20);
 }
 
-TEST_F(BallViewer, AsksWhichSeries) {
+// The padding, which is between air and tissue here, is no peak of the histogram.
+TEST_F(BallViewer, LeavesOutThePaddingOfAScan) {
     const TemporaryFolder series;
-    for (const char* uid : {"1.2.3", "1.2.4"}) {
-        write_series(series, std::string(uid) == "1.2.3" ? 5 : 6, uid,
-                     [&](DicomWriter& slice, int) { slice.text(0x0020000e, "UI", uid); });
+    constexpr int kValues[]{-1000, -990, -500, -500, -500, -500, 40, 60};
+    std::vector<std::int16_t> samples;
+    for (int i = 0; i < 64; ++i) samples.push_back(static_cast<std::int16_t>(kValues[i % 8]));
+    for (int k = 0; k < 3; ++k) {
+        DicomWriter slice;
+        slice.pixels(8, 8, samples);
+        slice.position("0\\0\\" + std::to_string(k));
+        slice.number(0x00280120, 65536 - 500);
+        slice.write(series / ("slice" + std::to_string(k)));
     }
-    window->open(series.path());
-    ASSERT_TRUE(wait([&] { return window->findChild<viewer::SeriesDialog*>() != nullptr; }));
-    auto* dialog = window->findChild<viewer::SeriesDialog*>();
-    EXPECT_EQ(dialog->findChild<QTableWidget*>("series")->rowCount(), 2);
-    const viewer::Scan* before = session().scan();
-    QTest::keyClick(dialog, Qt::Key_Return);  // the larger one is preselected
-    ASSERT_TRUE(wait([&] { return session().scan() != before; })) << window->banner().toStdString();
+    ASSERT_TRUE(open(series.path()));
+    const viewer::Scan& scan = *session().scan();
+    EXPECT_EQ(scan.info.padding, -500);
+    EXPECT_EQ(std::accumulate(scan.histogram.counts.begin(), scan.histogram.counts.end(), 0), 3 * 32);
+    ASSERT_TRUE(scan.otsu);
+    const Outcome outcome =
+        marrow_with({series.path(), "-o", folder / "otsu.stl", "--isovalue", "otsu", "--json", "--quiet"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(nlohmann::json::parse(outcome.out)["isovalue"], *scan.otsu);
+    EXPECT_NEAR(*scan.otsu, -470, 20) << "the middle between air and tissue, without padding";
+}
+
+// A series of `slices` slices whose left half is bright.
+void write_half_bright(const std::filesystem::path& folder, const std::string& uid, int slices,
+                       const std::function<void(DicomWriter&, int)>& change = {}) {
+    constexpr int kSize = 16;
+    std::vector<std::int16_t> samples;
+    for (int i = 0; i < kSize * kSize; ++i) samples.push_back(i % kSize < kSize / 2 ? 1000 : 0);
+    for (int k = 0; k < slices; ++k) {
+        DicomWriter slice;
+        slice.pixels(kSize, kSize, samples);
+        slice.position("0\\0\\" + std::to_string(k));
+        slice.text(0x0020000e, "UI", uid);
+        if (change) change(slice, k);
+        slice.write(folder / (uid + "-" + std::to_string(k)));
+    }
+}
+
+class Questions : public BallViewer {
+  protected:
+    template <class Dialog>
+    Dialog* question(const std::filesystem::path& input, const char* name) {
+        before = session().scan();
+        window->open(input);
+        EXPECT_TRUE(wait([&] { return window->findChild<Dialog*>(name) != nullptr; }))
+            << window->banner().toStdString();
+        return window->findChild<Dialog*>(name);
+    }
+    /// Presses Enter, and waits until the scan is open.
+    bool accept(QDialog* dialog) {
+        QTest::keyClick(dialog, Qt::Key_Return);
+        return wait([&] { return session().scan() != before; });
+    }
+
+    const viewer::Scan* before = nullptr;
+    TemporaryFolder input;
+};
+
+TEST_F(Questions, AskWhichSeries) {
+    write_half_bright(input.path(), "1.2.3", 5, [](DicomWriter& slice, int) {
+        slice.text(0x00200011, "IS", "7");
+        slice.text(0x00080021, "DA", "20050726");
+        slice.text(0x0008103e, "LO", "thin slices");
+    });
+    write_half_bright(input.path(), "1.2.4", 6);
+    auto* dialog = question<viewer::SeriesDialog>(input.path(), "series_dialog");
+    ASSERT_TRUE(dialog);
+    auto* table = dialog->findChild<QTableWidget*>("series");
+    ASSERT_EQ(table->rowCount(), 2);
+    const int seven = table->item(0, 1)->text() == "7" ? 0 : 1;
+    const auto cell = [&](int column) { return table->item(seven, column)->text(); };
+    EXPECT_EQ(cell(2), "thin slices");
+    EXPECT_EQ(cell(3), "2005-07-26");
+    EXPECT_EQ(cell(4), "CT");
+    EXPECT_EQ(cell(5), "16 × 16 × 5\n1 × 1 × 1 mm");
+    ASSERT_TRUE(wait([&] { return !table->item(seven, 0)->icon().isNull(); }));
+    const QImage picture = table->item(seven, 0)->icon().pixmap(72, 72).toImage();
+    EXPECT_GT(qGray(picture.pixel(18, 36)), 200);
+    EXPECT_LT(qGray(picture.pixel(54, 36)), 50);
+    ASSERT_TRUE(accept(dialog));  // the larger one is preselected
     EXPECT_EQ(session().scan()->volume.geometry().dims[2], 6);
-    EXPECT_NE(window->command().indexOf("--series 1.2.4"), -1) << window->command().toStdString();
+    EXPECT_TRUE(window->command().contains("--series 1.2.4")) << window->command().toStdString();
+}
+
+TEST_F(Questions, AskWhichVolume) {
+    for (const char* echo : {"10", "20"}) {
+        write_half_bright(input.path(), std::string("1.2.3"), 4, [&](DicomWriter& slice, int) {
+            slice.text(0x00080060, "CS", "MR");
+            slice.text(0x00180081, "DS", echo);
+        });
+        for (int k = 0; k < 4; ++k) {
+            const std::string name = "1.2.3-" + std::to_string(k);
+            std::filesystem::rename(input / name, input / (echo + name));
+        }
+    }
+    auto* dialog = question<viewer::SeriesDialog>(input.path(), "series_dialog");
+    ASSERT_TRUE(dialog);
+    auto* volume = dialog->findChild<QComboBox*>("volume");
+    ASSERT_EQ(volume->count(), 2);
+    EXPECT_EQ(volume->itemText(1), "1:  echo time 20 ms");
+    volume->setCurrentIndex(1);
+    ASSERT_TRUE(accept(dialog));
+    EXPECT_EQ(session().scan()->options.volume, 1);
+    EXPECT_TRUE(window->command().contains("--volume 1")) << window->command().toStdString();
+    EXPECT_FALSE(window->command().contains("--series"));
+}
+
+TEST_F(Questions, AskForTheSpacing) {
+    for (int k = 0; k < 4; ++k) {
+        QImage slice(8, 6, QImage::Format_Grayscale8);
+        slice.fill(k == 1 ? 200 : 0);
+        ASSERT_TRUE(slice.save(QString::fromStdString(input / ("slice" + std::to_string(k) + ".png"))));
+    }
+    auto* dialog = question<viewer::SpacingDialog>(input.path(), "spacing_dialog");
+    ASSERT_TRUE(dialog);
+    auto* open = dialog->findChild<QPushButton*>("accept");
+    const auto set = [&](const char* name, double mm) {
+        dialog->findChild<QDoubleSpinBox*>(name)->setValue(mm);
+    };
+    EXPECT_FALSE(open->isEnabled()) << "there is no default";
+    set("spacing_0", 0.5);
+    set("spacing_1", 0.5);
+    EXPECT_FALSE(open->isEnabled());
+    set("spacing_2", 1.25);
+    ASSERT_TRUE(open->isEnabled());
+    ASSERT_TRUE(accept(dialog));
+    EXPECT_EQ(session().scan()->volume.geometry().spacing, (Vec3d{0.5, 0.5, 1.25}));
+    EXPECT_TRUE(window->command().contains("--spacing 0.5,0.5,1.25")) << window->command().toStdString();
+}
+
+TEST_F(Questions, AskWhetherToInterpolateUnevenSlices) {
+    write_half_bright(input.path(), "1.2.3", 5, [](DicomWriter& slice, int k) {
+        if (k == 4) slice.position("0\\0\\5.5");
+    });
+    auto* box = question<QDialog>(input.path(), "uneven_box");
+    ASSERT_TRUE(box);
+    QTest::keyClick(box, Qt::Key_Escape);
+    EXPECT_EQ(session().scan(), before);
+    QTest::qWait(1);  // deletes the question
+    box = question<QDialog>(input.path(), "uneven_box");
+    ASSERT_TRUE(box);
+    ASSERT_TRUE(accept(box));
+    EXPECT_TRUE(session().scan()->options.resample);
+    EXPECT_TRUE(window->command().contains("--resample")) << window->command().toStdString();
+}
+
+// The dialog may close at any time while pictures are made.
+TEST_F(Questions, CanBeLeftWhilePicturesAreMade) {
+    for (int i = 0; i < 20; ++i) write_half_bright(input.path(), "1.2." + std::to_string(i), 2);
+    for (const int ms : {0, 1, 5, 20}) {
+        auto* dialog = question<viewer::SeriesDialog>(input.path(), "series_dialog");
+        ASSERT_TRUE(dialog);
+        QTest::qWait(ms);
+        QTest::keyClick(dialog, Qt::Key_Escape);
+        ASSERT_TRUE(wait([&] { return !window->findChild<viewer::SeriesDialog*>(); }));
+    }
+    EXPECT_EQ(session().scan(), before);
 }
 
 TEST_F(BallViewer, ScreenshotsHaveTheRequestedSize) {

@@ -1,5 +1,7 @@
 // Tests that the window fits on small screens and that all of it can be reached there.
+#include <QMenu>
 #include <QScreen>
+#include <QTimer>
 #include <QToolBar>
 
 #include "support/viewer_ball.h"
@@ -21,17 +23,28 @@ TEST_F(BallViewer, FitsOnASmallScreen) {
     EXPECT_FALSE(window->findChild<QWidget*>("welcome")->isVisible());  // it showed through
 }
 
+// What the tool bar has no room for is in a menu, so that nothing ever covers the views. Export stays.
 TEST_F(BallViewer, ANarrowWindowHasAMenuOfMoreTools) {
     auto* more = window->findChild<QToolButton*>("qt_toolbar_ext_button");
-    auto* export_tool = window->findChild<QToolButton*>("export");
+    auto* turn = window->findChild<QToolButton*>("turntable_button");
     window->resize(1600, 900);
-    ASSERT_TRUE(wait([&] { return export_tool->isVisible(); }));
+    ASSERT_TRUE(wait([&] { return turn->isVisible() && !more->isVisible(); }));
     window->resize(800, 600);
-    ASSERT_TRUE(wait([&] { return !export_tool->isVisible(); }));
-    EXPECT_TRUE(more->isVisible());
+    ASSERT_TRUE(wait([&] { return !turn->isVisible() && more->isVisible(); }));
     EXPECT_FALSE(more->text().isEmpty());
+    EXPECT_TRUE(window->findChild<QToolButton*>("export")->isVisible());
+    const QRect views = window->views()->geometry();
+    QTimer::singleShot(100, [] { QApplication::activePopupWidget()->close(); });
     QTest::mouseClick(more, Qt::LeftButton);
-    EXPECT_TRUE(wait([&] { return export_tool->isVisible(); }));
+    EXPECT_EQ(window->views()->geometry(), views);
+    const auto offers = [&](const char* name) {
+        return more->menu()->actions().contains(window->findChild<QAction*>(name));
+    };
+    EXPECT_TRUE(offers("turntable"));
+    EXPECT_TRUE(offers("wireframe"));
+    EXPECT_FALSE(offers("distance")) << "the tool bar shows it";
+    window->findChild<QAction*>("wireframe")->trigger();
+    EXPECT_EQ(session().parameters().mode, viewer::DrawMode::wireframe);
 }
 
 TEST_F(ViewerTest, TheFirstSizeFitsTheScreen) {

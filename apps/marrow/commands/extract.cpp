@@ -81,11 +81,11 @@ std::string check_presets(const std::vector<SurfaceRequest>& surfaces, const Sca
                                  is_ct ? ", or for CT --type bone" : ""));
 }
 
-double choose_isovalue(const SurfaceRequest& request, const Volume& scan) {
+double choose_isovalue(const SurfaceRequest& request, const Volume& scan, const ScanInfo& info) {
     if (request.preset) return request.preset->isovalue();
     if (request.isovalue) return *request.isovalue;
     try {
-        return otsu_isovalue(histogram(scan));
+        return otsu_isovalue(histogram(scan, 256, info.padding));
     } catch (const InputError& error) {
         throw InputError(fmt::format("{}; give --isovalue N", error.what()));
     }
@@ -110,7 +110,7 @@ class Extraction {
         if (request.preset) surface.colour = request.preset->colour;
         job_.results.seconds.extract += job_.stage("extract", [&](const Progress& progress) {
             IsosurfaceStats stats;
-            surface.isovalue = choose_isovalue(request, scan_);
+            surface.isovalue = choose_isovalue(request, scan_, job_.results.info);
             surface.mesh = extract_isosurface(scan_, surface.isovalue,
                                               {.closed = !options_.open,
                                                .snap = options_.snap,

@@ -31,12 +31,13 @@ double round_step(double minimum) {
 Distribution::Distribution(const Histogram& histogram)
     : histogram_(histogram), first_(histogram.lower), width_(bin_width(histogram)) {}
 
-Distribution::Distribution(const VolumeView& volume, const Histogram& histogram) {
+Distribution::Distribution(const VolumeView& volume, const Histogram& histogram,
+                           std::optional<double> padding) {
     const double range = histogram.upper - histogram.lower;
     integers_ = is_integer(volume.type) && range < kFineBins;
     // With one bin more than the range, the histogram puts each integer in a bin of its own.
     const double bins = integers_ ? std::max(range + 1, 2.0) : kFineBins;
-    histogram_ = marrow::histogram(volume, static_cast<int>(bins));
+    histogram_ = marrow::histogram(volume, static_cast<int>(bins), padding);
     first_ = integers_ ? histogram_.lower - 0.5 : histogram_.lower;
     width_ = integers_ ? 1 : bin_width(histogram_);
 }

@@ -1,6 +1,7 @@
 /// How often the values of a scan occur, in bins that suit a part of the range.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include <marrow/histogram.h>
@@ -25,8 +26,8 @@ class Distribution {
     Distribution() = default;
     /// Approximates the values by a histogram with few bins.
     explicit Distribution(const Histogram& histogram);
-    /// Counts each integer, or fractions in bins so fine that they are not visible.
-    Distribution(const VolumeView& volume, const Histogram& histogram);
+    /// Counts each integer, or fractions in bins so fine that they are not visible; `padding` as by histogram().
+    Distribution(const VolumeView& volume, const Histogram& histogram, std::optional<double> padding = {});
 
     /// The bins from `lower` to `upper`, about `count` of them. Their width is a round number and their
     /// borders are multiples of it; those of integers lie half a unit below, so that each bin holds the same

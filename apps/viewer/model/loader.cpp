@@ -1,9 +1,13 @@
 // Opens scans on a worker thread and reports to the thread of the window.
 #include "loader.h"
-#include "shared/library_options.h"
 
+#include <algorithm>
 #include <chrono>
 #include <new>
+
+#include <marrow/error.h>
+
+#include "shared/library_options.h"
 
 namespace marrow::viewer {
 namespace fs = std::filesystem;
@@ -12,15 +16,46 @@ namespace {
 
 constexpr Worker::Key kLoading{0, 0};
 
-// Whether the user must choose: the input has several readable series.
-bool must_choose(const ScanReport& report) {
-    if (report.chosen) return false;
-    std::size_t readable = 0;
-    for (const SeriesReport& series : report.series) readable += !series.refusal;
-    return readable > 1;
+QString text_of(const std::exception& error) {
+    return QString::fromStdString(apps::name_flags(error.what()));
+}
+
+// What the user could decide so that an input can be read, which it cannot be with these options.
+std::optional<OpenQuestion> question_about(const fs::path& input, const ScanOptions& options) {
+    using About = OpenQuestion::About;
+    const auto inspect = [&](const ScanOptions& tried) -> std::optional<ScanReport> {
+        try {
+            return inspect_scan(input, tried);
+        } catch (const Cancelled&) {
+            throw;
+        } catch (const Error&) {
+            return {};
+        }
+    };
+    const auto opens = [](const std::optional<ScanReport>& report, const ScanOptions& tried) {
+        return report &&
+               std::any_of(report->series.begin(), report->series.end(),
+                           [&](const SeriesReport& series) { return can_be_opened(series, tried); });
+    };
+    const std::optional<ScanReport> report = inspect(options);
+    if (!report) return {};
+    const auto about = [&](About subject) { return OpenQuestion{subject, input, options, *report}; };
+    if (opens(report, options)) return about(About::series);
+    ScanOptions tried = options;
+    tried.spacing = Vec3d{1, 1, 1};
+    if (!options.spacing && opens(inspect(tried), tried)) return about(About::spacing);
+    tried = options;
+    tried.resample = true;
+    if (!options.resample && opens(inspect(tried), tried)) return about(About::uneven_slices);
+    return {};
 }
 
 }  // namespace
+
+bool can_be_opened(const SeriesReport& series, const ScanOptions& options) {
+    // The headers give a geometry if nothing but a choice is missing.
+    return !series.refusal || (series.volume_count > 1 && series.geometry && !options.volume);
+}
 
 // Does nothing if the request was cancelled or replaced in the meantime.
 template <class Action>
@@ -65,18 +100,21 @@ void Loader::open(const fs::path& input, const ScanOptions& options) {
                 check_session(*session, *scan);
                 return end([=, this] { emit opened(scan, session); });
             }
-            if (fs::is_directory(input) && !options.series) {
-                const ScanReport report = inspect_scan(input, watched);
-                if (must_choose(report)) return end([=, this] { emit undecided(input, options, report); });
+            try {
+                const std::shared_ptr<const Scan> scan = open_scan(input, watched);
+                end([=, this] { emit opened(scan, nullptr); });
+            } catch (const GeometryError&) {
+                auto question = question_about(input, watched);
+                if (!question) throw;
+                question->options.progress = {};
+                end([=, this] { emit undecided(*question); });
             }
-            const std::shared_ptr<const Scan> scan = open_scan(input, watched);
-            end([=, this] { emit opened(scan, nullptr); });
         } catch (const Cancelled&) {
             throw;
         } catch (const std::bad_alloc&) {
             end([this] { emit failed(tr("Not enough memory for this scan.")); });
         } catch (const std::exception& error) {
-            end([this, text = QString::fromStdString(apps::name_flags(error.what()))] { emit failed(text); });
+            end([this, text = text_of(error)] { emit failed(text); });
         }
     });
 }

@@ -13,6 +13,19 @@
 
 namespace marrow::viewer {
 
+/// Whether a series can be read, perhaps after one of its volumes is chosen.
+bool can_be_opened(const SeriesReport& series, const ScanOptions& options);
+
+/// What the user has to decide before an input can be opened.
+struct OpenQuestion {
+    enum class About { series, spacing, uneven_slices };
+
+    About about;
+    std::filesystem::path input;
+    ScanOptions options;
+    ScanReport report;  ///< with these options
+};
+
 class Loader : public QObject {
     Q_OBJECT
   public:
@@ -29,8 +42,7 @@ class Loader : public QObject {
     void finished();  ///< always emitted, before one of the signals below
     /// `session` is null unless a session file was opened.
     void opened(const std::shared_ptr<const Scan>& scan, const std::shared_ptr<const SavedSession>& session);
-    /// The input has several series, and the options name none.
-    void undecided(const std::filesystem::path& input, const ScanOptions& options, const ScanReport& report);
+    void undecided(const OpenQuestion& question);
     void failed(const QString& message);
 
   private:

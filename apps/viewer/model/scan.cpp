@@ -12,7 +12,7 @@ std::shared_ptr<const Scan> open_scan(const std::filesystem::path& input, const 
     scan->volume = read_scan(input, options, &scan->info);
     scan->options = options;
     scan->options.progress = {};
-    scan->histogram = histogram(scan->volume);
+    scan->histogram = histogram(scan->volume, 256, scan->info.padding);
     try {
         scan->otsu = otsu_isovalue(scan->histogram);
     } catch (const InputError&) {

@@ -41,7 +41,7 @@ void HistogramBar::follow_scan() {
     distribution_ = Distribution(scan->histogram);
     update_bins();
     counting_.post({0, 0}, [this, scan](const Progress&) {
-        const Distribution fine(scan->volume, scan->histogram);
+        const Distribution fine(scan->volume, scan->histogram, scan->info.padding);
         QMetaObject::invokeMethod(
             this,
             [this, scan, fine] {
@@ -124,7 +124,8 @@ void HistogramBar::paint_bins(QPainter& painter) const {
         const QPointF top_left(x_of(current->isovalue), area.top());
         painter.setClipRect(area.intersected(QRectF(top_left, area.bottomRight())));
         QLinearGradient gradient(area.topLeft(), area.bottomLeft());
-        QColor strong = current->colour, weak = current->colour;
+        const bool light = palette().color(QPalette::Window).lightness() > 128;
+        QColor strong = light ? current->colour.darker(140) : current->colour, weak = strong;
         strong.setAlpha(215);
         weak.setAlpha(120);
         gradient.setColorAt(0, strong);

@@ -375,9 +375,9 @@ QString SliceView::slab_text() const {
 void SliceView::paint_texts(QPainter& painter) {
     const QRectF area = QRectF(rect()).adjusted(8, 5, -8, -5);
     const auto write = [&](int flags, const QString& text, const QColor& colour) {
-        QRectF shadow = area.translated(1, 1);
-        painter.setPen(QColor(0, 0, 0, 220));
-        painter.drawText(shadow, flags, text);
+        painter.setPen(QColor(0, 0, 0, 170));
+        for (const QPointF outline : {QPointF(1, 1), QPointF(-1, 1), QPointF(1, -1), QPointF(-1, -1)})
+            painter.drawText(area.translated(outline), flags, text);
         painter.setPen(colour);
         painter.drawText(area, flags, text);
     };
@@ -391,8 +391,10 @@ void SliceView::paint_texts(QPainter& painter) {
     const char* side = plane_ == Plane::axial     ? (p[2] < 0 ? "I" : "S")
                        : plane_ == Plane::coronal ? (p[1] < 0 ? "A" : "P")
                                                   : (p[0] < 0 ? "R" : "L");
-    write(Qt::AlignTop | Qt::AlignRight, QString("%1 %2 mm").arg(side).arg(std::abs(p[axis]), 0, 'f', 1),
-          faint);
+    constexpr int kNarrow = 200;  // pixels; there is no room for the position next to the name
+    if (width() >= kNarrow)
+        write(Qt::AlignTop | Qt::AlignRight, QString("%1 %2 mm").arg(side).arg(std::abs(p[axis]), 0, 'f', 1),
+              faint);
     const std::int64_t slices =
         session_.scan()->volume.geometry().dims[static_cast<std::size_t>(slice_.through)];
     write(Qt::AlignBottom | Qt::AlignRight, QString("%1 / %2").arg(number_ + 1).arg(slices), faint);

@@ -48,9 +48,10 @@ void ViewLayout::arrange() {
     const bool square = layout_ == Layout::square;
     square ? left_->addWidget(slice_view(Plane::coronal))
            : right_->insertWidget(1, slice_view(Plane::coronal));
-    columns_->setStretchFactor(0, 1);
-    columns_->setStretchFactor(1, square ? 1 : 0);
-    columns_->setSizes(square ? QList<int>{1000, 1000} : QList<int>{800, 320});
+    const int left = square ? 1 : 5, right = square ? 1 : 2;
+    columns_->setStretchFactor(0, left);
+    columns_->setStretchFactor(1, right);
+    columns_->setSizes({1000 * left, 1000 * right});
     left_->setSizes({1000, 1000});
     right_->setSizes({1000, 1000, 1000});
     show_alone(nullptr);

@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <utility>
 
+#include <QHBoxLayout>
 #include <QMenuBar>
 #include <QToolBar>
+#include <QToolButton>
 
 #include "views/window_presets.h"
 
@@ -144,8 +146,7 @@ void Actions::make_views() {
         ->setCheckable(true);
     add("keys", tr("Keys and mouse"), QKeySequence("F1"), tr("Show keys and mouse buttons"));
     add("about", tr("About Marrow Viewer"), {}, tr("Show the version and the licence"));
-    for (const auto& [name, text] : {std::pair{"open_folder", tr("Open")},
-                                     {"reset", tr("Reset")},
+    for (const auto& [name, text] : {std::pair{"reset", tr("Reset")},
                                      {"turntable", tr("Turn")},
                                      {"screenshot", tr("Screenshot")},
                                      {"export", tr("Export")}})
@@ -240,60 +241,75 @@ void Actions::make_menus() {
     help->addAction(actions_["about"]);
 }
 
+// A menu at the end of the tool bar holds the tools for which a narrow window has no room. Export is always
+// there.
 void Actions::make_tool_bar() {
-    QToolBar* bar = window_->addToolBar(tr("Tools"));
-    bar->setObjectName("tools");
-    bar->setMovable(false);
-    bar->setContextMenuPolicy(Qt::PreventContextMenu);
-    const auto button = [&](const char* name) {
-        auto* b = new QToolButton;
-        b->setDefaultAction(actions_[name]);
-        b->setToolButtonStyle(Qt::ToolButtonTextOnly);
+    tool_bar_ = new QWidget;
+    tool_bar_->setObjectName("tools");
+    tool_bar_->setAttribute(Qt::WA_StyledBackground);
+    auto* row = new QHBoxLayout(tool_bar_);
+    row->setContentsMargins(0, 0, 10, 0);
+    auto* bar = new QToolBar;
+    bar->setToolButtonStyle(Qt::ToolButtonTextOnly);
+    row->addWidget(bar, 1);
+    const auto button = [&](QAction* action) {
+        bar->addAction(action);
+        auto* b = static_cast<QToolButton*>(bar->widgetForAction(action));
         b->setFocusPolicy(Qt::TabFocus);
-        bar->addWidget(b);
+        b->setPopupMode(QToolButton::InstantPopup);
+        b->setObjectName(action->objectName() + "_button");
         return b;
     };
-    QToolButton* open = button("open_folder");
-    open->setPopupMode(QToolButton::InstantPopup);
-    auto* ways = new QMenu(open);
-    ways->addActions({actions_["open"], actions_["open_folder"]});
-    ways->addMenu(recent_);
-    open->setMenu(ways);
+    button(open_menu_action());
     bar->addSeparator();
     actions_["undo"]->setIconText(tr("Undo"));
     actions_["redo"]->setIconText(tr("Redo"));
-    for (const char* name : {"undo", "redo"}) button(name);
+    for (const char* name : {"undo", "redo"}) button(actions_[name]);
     bar->addSeparator();
-    for (const char* name : {"surface", "edges", "wireframe", "points"}) button(name);
+    for (const char* name : {"navigate", "distance", "angle"}) button(actions_[name]);
     bar->addSeparator();
-    for (const char* name : kSideActions) button(name)->setObjectName("side");
-    button("reset");
+    button(actions_["crop"]);
+    button(cut_menu_action());
     bar->addSeparator();
-    for (const char* name : {"navigate", "distance", "angle"}) button(name);
+    for (const char* name : {"surface", "edges", "wireframe", "points"}) button(actions_[name]);
     bar->addSeparator();
-    button("crop");
-    bar->addWidget(make_cut_button());
-    button("turntable");
+    for (const char* name : kSideActions) button(actions_[name])->setProperty("narrow", true);
+    for (const char* name : {"reset", "turntable"}) button(actions_[name]);
     auto* space = new QWidget;
     space->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Preferred);
     bar->addWidget(space);
-    button("screenshot");
-    button("export")->setObjectName("export");
-    // Qt makes this button, which shows the tools that a narrow window hides, but its icon is black.
+    button(actions_["screenshot"]);
+    auto* export_button = new QToolButton;
+    export_button->setDefaultAction(actions_["export"]);
+    export_button->setFocusPolicy(Qt::TabFocus);
+    export_button->setObjectName("export");
+    row->addWidget(export_button);
+    // Qt makes this button, but its icon is black.
     auto* more = bar->findChild<QToolButton*>("qt_toolbar_ext_button");
     more->setIcon({});
     more->setText("»");
     more->setToolTip(tr("More tools"));
+    more->setFocusPolicy(Qt::TabFocus);
 }
 
-QToolButton* Actions::make_cut_button() {
-    auto* cut = new QToolButton;
+QAction* Actions::open_menu_action() {
+    auto* open = new QAction(tr("Open"), this);
+    open->setObjectName("open_menu");
+    open->setToolTip(tr("Open a scan or a session"));
+    auto* ways = new QMenu(window_);
+    ways->addActions({actions_["open"], actions_["open_folder"]});
+    ways->addMenu(recent_);
+    open->setMenu(ways);
+    return open;
+}
+
+QAction* Actions::cut_menu_action() {
+    auto* cut = new QAction(tr("Cut"), this);
     cut->setObjectName("cut");
-    cut->setText(tr("Cut"));
+    actions_["cut"] = cut;
     cut->setToolTip(actions_["cycle_cut"]->toolTip());
-    cut->setPopupMode(QToolButton::InstantPopup);
     cut->setCheckable(true);
-    auto* cut_menu = new QMenu(cut);
+    auto* cut_menu = new QMenu(window_);
     cut_menu->addActions(cuts_->actions());
     cut_menu->addSeparator();
     cut_menu->addAction(actions_["flip_cut"]);
@@ -306,8 +322,9 @@ QToolButton* Actions::make_cut_button() {
 void Actions::follow() {
     const Parameters& p = session_.parameters();
     const Scan* scan = session_.scan();
-    for (const char* name : {"save_session", "export", "screenshot", "frames", "rename", "copy_picture",
-                             "copy", "cycle", "cycle_cut", "flip_cut", "turntable", "reset", "window_full"})
+    for (const char* name :
+         {"save_session", "export", "screenshot", "frames", "rename", "copy_picture", "copy", "cut", "cycle",
+          "cycle_cut", "flip_cut", "turntable", "reset", "window_full"})
         actions_[name]->setEnabled(scan != nullptr);
     for (const char* name : kSideActions) actions_[name]->setEnabled(scan != nullptr);
     for (QActionGroup* group : {modes_, tools_, cuts_}) group->setEnabled(scan != nullptr);

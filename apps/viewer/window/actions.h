@@ -8,7 +8,6 @@
 #include <QActionGroup>
 #include <QMainWindow>
 #include <QMenu>
-#include <QToolButton>
 
 #include "model/session.h"
 
@@ -29,6 +28,8 @@ class Actions : public QObject {
     /// The menu of recent scans, which the window fills.
     QMenu* recent() { return recent_; }
     QMenu* view_menu() { return view_menu_; }
+    /// The row of tools below the menus, which the window places.
+    QWidget* tool_bar() { return tool_bar_; }
 
   private:
     QAction* add(const QString& name, const QString& text, const QKeySequence& shortcut, const QString& tip);
@@ -42,7 +43,8 @@ class Actions : public QObject {
     void connect_to_session();
     void make_menus();
     void make_tool_bar();
-    QToolButton* make_cut_button();
+    QAction* open_menu_action();
+    QAction* cut_menu_action();
     void follow();
 
     QMainWindow* window_;
@@ -50,6 +52,7 @@ class Actions : public QObject {
     std::map<QString, QAction*> actions_;
     QActionGroup *modes_, *tools_, *cuts_;
     QMenu *recent_, *view_menu_;
+    QWidget* tool_bar_;
 };
 
 }  // namespace marrow::viewer

@@ -10,7 +10,7 @@
 
 namespace marrow::viewer {
 
-Banner::Banner(QMainWindow* window) : QFrame(window), window_(window) {
+Banner::Banner(QWidget* window, QWidget* area) : QFrame(window), window_(window), area_(area) {
     setObjectName("banner");
     auto* layout = new QHBoxLayout(this);
     layout->setContentsMargins(14, 8, 8, 8);
@@ -33,8 +33,10 @@ void Banner::show_message(const QString& message, Severity severity) {
     text_->setText(message);
     constexpr std::array kKinds{"note", "information", "error"};
     setProperty("kind", QString(kKinds[static_cast<std::size_t>(severity)]));
-    style()->unpolish(this);
-    style()->polish(this);
+    for (QWidget* styled : {static_cast<QWidget*>(this), static_cast<QWidget*>(text_)}) {
+        style()->unpolish(styled);
+        style()->polish(styled);
+    }
     show();
     raise();
     reposition();
@@ -42,10 +44,11 @@ void Banner::show_message(const QString& message, Severity severity) {
 }
 
 void Banner::reposition() {
+    if (isHidden()) return;
     const int banner_width = std::min(760, window_->width() - 80);
-    setFixedWidth(banner_width);
-    adjustSize();
-    const QPoint corner = window_->centralWidget()->mapTo(window_, QPoint(0, 0));
+    layout()->activate();
+    setFixedSize(banner_width, layout()->heightForWidth(banner_width));
+    const QPoint corner = area_->mapTo(window_, QPoint(0, 0));
     move((window_->width() - banner_width) / 2, corner.y() + 12);
 }
 

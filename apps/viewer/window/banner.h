@@ -3,7 +3,6 @@
 
 #include <QFrame>
 #include <QLabel>
-#include <QMainWindow>
 #include <QTimer>
 
 namespace marrow::viewer {
@@ -14,7 +13,8 @@ enum class Severity { note, information, error };
 class Banner : public QFrame {
     Q_OBJECT
   public:
-    explicit Banner(QMainWindow* window);
+    /// Appears at the top of `area`, which is in `window`.
+    Banner(QWidget* window, QWidget* area);
 
     void show_message(const QString& message, Severity severity);
     /// The message; empty while the banner is hidden.
@@ -23,7 +23,7 @@ class Banner : public QFrame {
     void reposition();
 
   private:
-    QMainWindow* window_;
+    QWidget *window_, *area_;
     QLabel* text_;
     QTimer timer_;
 };

@@ -114,7 +114,8 @@ void ControlBar::follow_scan() {
     const Scan* scan = session_.scan();
     const QSignalBlocker quiet(isovalue_);
     const double step = histogram_->step();
-    isovalue_->setDecimals(step >= 1 ? 2 : std::min(12, 2 - int(std::floor(std::log10(step)))));
+    // As exact as the histogram shows it, because the field takes over its text when it is left.
+    isovalue_->setDecimals(std::clamp(6 - int(std::floor(std::log10(step))), 6, 15));
     isovalue_->setSingleStep(step);
     isovalue_->setRange(scan->histogram.lower, scan->histogram.upper);
     isovalue_->setSuffix(scan->hounsfield ? " HU" : "");

@@ -5,32 +5,18 @@
 #include <array>
 #include <iterator>
 
-#include <QDialogButtonBox>
 #include <QDir>
 #include <QFileDialog>
 #include <QFormLayout>
 #include <QGuiApplication>
 #include <QHBoxLayout>
-#include <QHeaderView>
 #include <QMessageBox>
 #include <QVBoxLayout>
 
-#include "shared/library_options.h"
 #include "views/screenshots.h"
 
 namespace marrow::viewer {
 namespace {
-
-QDialogButtonBox* buttons(QDialog* dialog, const QString& accept, QPushButton*& button) {
-    auto* box = new QDialogButtonBox(QDialogButtonBox::Cancel);
-    box->button(QDialogButtonBox::Cancel)->setIcon({});
-    button = box->addButton(accept, QDialogButtonBox::AcceptRole);
-    button->setDefault(true);
-    button->setObjectName("accept");
-    QObject::connect(box, &QDialogButtonBox::accepted, dialog, &QDialog::accept);
-    QObject::connect(box, &QDialogButtonBox::rejected, dialog, &QDialog::reject);
-    return box;
-}
 
 // Accepts a dialog, but asks first if files exist that it would replace.
 void accept_unless_kept(QDialog* dialog, const std::vector<std::filesystem::path>& files) {
@@ -41,7 +27,7 @@ void accept_unless_kept(QDialog* dialog, const std::vector<std::filesystem::path
     if (existing.empty()) return dialog->done(QDialog::Accepted);
     const QString first = QString::fromStdString(existing.front().string());
     auto* box = new QMessageBox(
-        QMessageBox::Question, dialog->windowTitle(),
+        QMessageBox::NoIcon, dialog->windowTitle(),
         existing.size() == 1
             ? QObject::tr("%1 exists already.").arg(first)
             : QObject::tr("%1 and %2 more exist already.").arg(first).arg(existing.size() - 1),
@@ -56,71 +42,54 @@ void accept_unless_kept(QDialog* dialog, const std::vector<std::filesystem::path
 
 }  // namespace
 
-SeriesDialog::SeriesDialog(const ScanReport& report, QWidget* parent) : QDialog(parent) {
-    setObjectName("series_dialog");
-    setWindowTitle(tr("Choose a series"));
+QDialogButtonBox* dialog_buttons(QDialog* dialog, const QString& accept, QPushButton*& button) {
+    auto* box = new QDialogButtonBox(QDialogButtonBox::Cancel);
+    button = box->addButton(accept, QDialogButtonBox::AcceptRole);
+    button->setDefault(true);
+    button->setObjectName("accept");
+    QObject::connect(box, &QDialogButtonBox::accepted, dialog, &QDialog::accept);
+    QObject::connect(box, &QDialogButtonBox::rejected, dialog, &QDialog::reject);
+    return box;
+}
+
+SpacingDialog::SpacingDialog(const Vec3d& known, QWidget* parent) : QDialog(parent) {
+    setObjectName("spacing_dialog");
+    setWindowTitle(tr("Spacing of the samples"));
     auto* layout = new QVBoxLayout(this);
     layout->setContentsMargins(18, 16, 18, 16);
     layout->setSpacing(12);
-    layout->addWidget(new QLabel(tr("This folder contains several series. Choose one to open.")));
-    table_ = new QTableWidget(static_cast<int>(report.series.size()), 6);
-    table_->setObjectName("series");
-    table_->setHorizontalHeaderLabels(
-        {tr("Series"), tr("Modality"), tr("Samples"), tr("Spacing, mm"), tr("Files"), tr("Remarks")});
-    table_->setSelectionBehavior(QAbstractItemView::SelectRows);
-    table_->setSelectionMode(QAbstractItemView::SingleSelection);
-    table_->setEditTriggers(QAbstractItemView::NoEditTriggers);
-    table_->verticalHeader()->hide();
-    int largest = -1;
-    std::int64_t most_samples = 0;
-    for (int row = 0; row < table_->rowCount(); ++row) {
-        const SeriesReport& series = report.series[static_cast<std::size_t>(row)];
-        fill_row(row, series);
-        const auto& dims = series.series.dims;
-        const std::int64_t samples = dims[0] * dims[1] * dims[2];
-        if (!series.refusal && samples > most_samples) most_samples = samples, largest = row;
+    auto* text = new QLabel(tr(
+        "This scan does not state how far its samples are apart. Lengths, areas and volumes depend on it."));
+    text->setWordWrap(true);
+    layout->addWidget(text);
+    auto* form = new QFormLayout;
+    form->setSpacing(9);
+    const std::array labels{tr("Between columns, mm"), tr("Between rows, mm"), tr("Between slices, mm")};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        auto* box = new QDoubleSpinBox;
+        box->setObjectName(QString("spacing_%1").arg(axis));
+        box->setLocale(QLocale::c());
+        box->setDecimals(4);
+        box->setRange(0, 1000);
+        box->setButtonSymbols(QAbstractSpinBox::NoButtons);
+        box->setSpecialValueText(" ");  // unknown
+        box->setValue(known[axis]);
+        form->addRow(labels[axis], box);
+        connect(box, qOverload<double>(&QDoubleSpinBox::valueChanged), this, &SpacingDialog::follow);
+        spacing_[axis] = box;
     }
-    table_->resizeColumnsToContents();
-    table_->horizontalHeader()->setStretchLastSection(true);
-    layout->addWidget(table_, 1);
-    layout->addWidget(buttons(this, tr("Open"), open_));
-    connect(table_, &QTableWidget::itemSelectionChanged, this,
-            [this] { open_->setEnabled(!table_->selectedItems().empty()); });
-    connect(table_, &QTableWidget::itemDoubleClicked, this, &QDialog::accept);
-    if (largest >= 0) table_->selectRow(largest);
-    resize(860, 340);
+    layout->addLayout(form);
+    layout->addWidget(dialog_buttons(this, tr("Open"), open_));
+    follow();
 }
 
-void SeriesDialog::fill_row(int row, const SeriesReport& series) {
-    const SeriesInfo& info = series.series;
-    ids_.push_back(info.id);
-    const auto triple = [](const auto& values) {
-        return QString("%1 × %2 × %3").arg(values[0]).arg(values[1]).arg(values[2]);
-    };
-    const std::array<QString, 3> spacing{QString::number(info.spacing[0], 'g', 3),
-                                         QString::number(info.spacing[1], 'g', 3),
-                                         QString::number(info.spacing[2], 'g', 3)};
-    const QString remarks =
-        QString::fromStdString(apps::name_flags(series.refusal             ? *series.refusal
-                                                : !series.warnings.empty() ? series.warnings.front()
-                                                                           : std::string()));
-    const QStringList texts{QString::fromStdString(info.description),
-                            QString::fromStdString(info.modality),
-                            triple(info.dims),
-                            triple(spacing),
-                            QString::number(info.files),
-                            remarks};
-    for (int column = 0; column < texts.size(); ++column) {
-        auto* item = new QTableWidgetItem(texts[column]);
-        if (series.refusal) item->setFlags(Qt::NoItemFlags);
-        item->setToolTip(column == 5 ? remarks : QString::fromStdString(info.id));
-        table_->setItem(row, column, item);
-    }
+Vec3d SpacingDialog::spacing() const {
+    return {spacing_[0]->value(), spacing_[1]->value(), spacing_[2]->value()};
 }
 
-std::string SeriesDialog::chosen() const {
-    const QList<QTableWidgetItem*> items = table_->selectedItems();
-    return items.empty() ? std::string() : ids_[static_cast<std::size_t>(items.front()->row())];
+void SpacingDialog::follow() {
+    const Vec3d mm = spacing();
+    open_->setEnabled(std::all_of(mm.begin(), mm.end(), [](double length) { return length > 0; }));
 }
 
 ExportDialog::ExportDialog(Session& session, Surfaces& surfaces, const QString& folder, QWidget* parent)
@@ -139,7 +108,7 @@ ExportDialog::ExportDialog(Session& session, Surfaces& surfaces, const QString& 
     commands_->setReadOnly(true);
     commands_->setMaximumHeight(64);
     layout->addWidget(commands_);
-    layout->addWidget(buttons(this, tr("Export"), export_));
+    layout->addWidget(dialog_buttons(this, tr("Export"), export_));
     connect_fields();
     follow();
 }
@@ -308,6 +277,7 @@ ScreenshotDialog::ScreenshotDialog(bool turntable, const QSize& size, const QStr
         auto* box = new QSpinBox;
         box->setObjectName(name);
         box->setRange(lowest, highest);
+        box->setButtonSymbols(QAbstractSpinBox::NoButtons);
         box->setValue(value);
         form->addRow(label, box);
         return box;
@@ -327,7 +297,7 @@ ScreenshotDialog::ScreenshotDialog(bool turntable, const QSize& size, const QStr
     row->addWidget(browse);
     form->addRow(turntable ? tr("Folder") : tr("Save to"), row);
     QPushButton* accept = nullptr;
-    layout->addWidget(buttons(this, tr("Save"), accept));
+    layout->addWidget(dialog_buttons(this, tr("Save"), accept));
     connect(browse, &QPushButton::clicked, this, [this, turntable] {
         const QString chosen =
             turntable

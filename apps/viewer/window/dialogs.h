@@ -1,39 +1,43 @@
-/// The dialogs of the viewer: choice of a series, export and screenshots.
+/// The small dialogs of the viewer: spacing, export and screenshots.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <string>
 #include <vector>
 
 #include <QComboBox>
 #include <QDialog>
+#include <QDialogButtonBox>
+#include <QDoubleSpinBox>
 #include <QLabel>
 #include <QLayout>
 #include <QLineEdit>
 #include <QPlainTextEdit>
 #include <QPushButton>
 #include <QSpinBox>
-#include <QTableWidget>
 
 #include "model/export_formats.h"
 #include "model/surfaces.h"
 
 namespace marrow::viewer {
 
-/// Asks which series of a folder to open. A series that cannot be read shows the reason.
-class SeriesDialog : public QDialog {
+/// Makes the buttons of a dialog: Cancel, and the default button `accept`, which is returned in `button`.
+QDialogButtonBox* dialog_buttons(QDialog* dialog, const QString& accept, QPushButton*& button);
+
+/// Asks for the spacing of a scan that does not state it.
+class SpacingDialog : public QDialog {
     Q_OBJECT
   public:
-    SeriesDialog(const ScanReport& report, QWidget* parent);
-    /// The id of the chosen series (SeriesInfo::id).
-    std::string chosen() const;
+    /// Proposes the lengths that are `known`, in mm; 0: unknown.
+    SpacingDialog(const Vec3d& known, QWidget* parent);
+    Vec3d spacing() const;
 
   private:
-    void fill_row(int row, const SeriesReport& series);
+    void follow();
 
-    QTableWidget* table_;
+    std::array<QDoubleSpinBox*, 3> spacing_;
     QPushButton* open_;
-    std::vector<std::string> ids_;
 };
 
 /// A surface and the file to write.

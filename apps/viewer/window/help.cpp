@@ -5,7 +5,11 @@
 #include <vector>
 
 #include <vtkVersion.h>
+#include <QDialog>
+#include <QDialogButtonBox>
 #include <QMessageBox>
+#include <QTextBrowser>
+#include <QVBoxLayout>
 
 #include <marrow/version.h>
 
@@ -27,33 +31,49 @@ void show_about(QWidget* parent) {
 }
 
 void show_keys(QWidget* parent) {
-    auto* box = new QMessageBox(parent);
-    box->setAttribute(Qt::WA_DeleteOnClose);
-    box->setWindowTitle(QObject::tr("Keys and mouse"));
+    auto* dialog = new QDialog(parent);
+    dialog->setAttribute(Qt::WA_DeleteOnClose);
+    dialog->setObjectName("keys_dialog");
+    dialog->setWindowTitle(QObject::tr("Keys and mouse"));
     const std::vector<std::pair<QString, QString>> rows{
-        {"W", QObject::tr("next draw mode: surface, edges, wireframe, points")},
-        {"S", QObject::tr("draw surfaces")},
+        {"Ctrl+O, Ctrl+Shift+O", QObject::tr("open a file, a folder")},
+        {"Ctrl+S, Ctrl+P, Ctrl+Shift+S", QObject::tr("export, screenshot, save the session")},
+        {"Ctrl+C, Ctrl+Shift+C", QObject::tr("copy the picture, the command line")},
+        {"Ctrl+Z, Ctrl+Shift+Z", QObject::tr("undo, redo")},
+        {"W, S", QObject::tr("next draw mode: surface, edges, wireframe, points; draw surfaces")},
         {"R", QObject::tr("reset all views")},
         {"1 … 6", QObject::tr("view from anterior, posterior, left, right, superior, inferior")},
-        {"N  D  A  K", QObject::tr("tools: navigate, distance, angle, crop")},
-        {"C  F", QObject::tr("next cut; flip the cut")},
-        {"T  X  B", QObject::tr("turntable; crosshair in 3D; light background")},
+        {"N, D, A, K", QObject::tr("tools: navigate, distance, angle, crop")},
+        {"C, F", QObject::tr("next cut; flip the cut")},
+        {"T, X, B", QObject::tr("turntable; crosshair in 3D; light theme")},
         {"F2", QObject::tr("rename the selected surface")},
-        {"Enter, Esc", QObject::tr("in a field: accept or restore its value; then keys work again")},
-        {"Esc", QObject::tr("cancel")},
+        {"F11", QObject::tr("full screen")},
+        {QObject::tr("Enter, Esc in a field"),
+         QObject::tr("accept or restore its value; then keys work again")},
+        {"Esc", QObject::tr("cancel; discard an unfinished measurement; return to navigating")},
         {QObject::tr("3D: left, middle, right button"),
          QObject::tr("rotate, pan, zoom; click to set the crosshair")},
         {QObject::tr("Slice: left, middle, right button"),
          QObject::tr("crosshair, pan, width and level of the window")},
+        {QObject::tr("Slice: wheel, Ctrl+wheel"), QObject::tr("change the slice, zoom")},
+        {QObject::tr("Slice: arrow keys, page keys"), QObject::tr("one slice, ten slices")},
         {QObject::tr("Double click"), QObject::tr("show only this view, or all views again")},
         {QObject::tr("Drag an end of a measurement"), QObject::tr("move it")},
-        {QObject::tr("Slice: wheel, Ctrl+wheel"), QObject::tr("change the slice, zoom")},
-        {QObject::tr("Histogram: drag, arrow keys, page keys"), QObject::tr("isovalue")}};
-    QString text = "<table cellpadding='4'>";
+        {QObject::tr("Histogram: drag, arrow and page keys"), QObject::tr("isovalue")},
+        {QObject::tr("Histogram: wheel"), QObject::tr("zoom")}};
+    QString text = "<table cellpadding='5'>";
     for (const auto& [key, action] : rows)
-        text += QString("<tr><td><b>%1</b></td><td>%2</td></tr>").arg(key, action);
-    box->setText(text + "</table>");
-    box->open();
+        text += QString("<tr><td style='white-space: pre'><b>%1</b></td><td>%2</td></tr>").arg(key, action);
+    auto* page = new QTextBrowser;  // scrolls on small screens
+    page->setFrameShape(QFrame::NoFrame);
+    page->setHtml(text + "</table>");
+    auto* buttons = new QDialogButtonBox(QDialogButtonBox::Close);
+    QObject::connect(buttons, &QDialogButtonBox::rejected, dialog, &QDialog::reject);
+    auto* layout = new QVBoxLayout(dialog);
+    layout->addWidget(page);
+    layout->addWidget(buttons);
+    dialog->resize(QSize(780, 720).boundedTo(parent->size() * 0.9));
+    dialog->open();
 }
 
 }  // namespace marrow::viewer

@@ -13,10 +13,12 @@
 #include <QSettings>
 #include <QStackedLayout>
 #include <QStatusBar>
+#include <QVBoxLayout>
 
 #include "field_keys.h"
 #include "help.h"
 #include "model/measurement_table.h"
+#include "series_dialog.h"
 #include "shared/library_options.h"
 #include "theme.h"
 #include "views/screenshots.h"
@@ -32,6 +34,12 @@ QString from_path(const fs::path& path) {
     return QString::fromStdString(path.string());
 }
 
+// A message of the library as a sentence.
+QString sentence(QString message) {
+    message[0] = message[0].toUpper();
+    return message.endsWith('.') ? message : message + '.';
+}
+
 }  // namespace
 
 MainWindow::MainWindow(QWidget* parent) : QMainWindow(parent) {
@@ -40,7 +48,7 @@ MainWindow::MainWindow(QWidget* parent) : QMainWindow(parent) {
     resize(QSize(1440, 900).boundedTo(screen()->availableSize()));
     actions_ = new Actions(this, session_);
     make_views();
-    banner_ = new Banner(this);
+    banner_ = new Banner(this, stack_);
     make_status_bar();
     connect_actions();
     connect_views();
@@ -89,7 +97,13 @@ void MainWindow::make_views() {
     // ready then.
     static_cast<QStackedLayout*>(stack_->layout())->setStackingMode(QStackedLayout::StackAll);
     rows_->setEnabled(false);
-    setCentralWidget(stack_);
+    auto* centre = new QWidget;
+    auto* layout = new QVBoxLayout(centre);
+    layout->setContentsMargins(0, 0, 0, 0);
+    layout->setSpacing(0);
+    layout->addWidget(actions_->tool_bar());
+    layout->addWidget(stack_, 1);
+    setCentralWidget(centre);
 }
 
 void MainWindow::make_status_bar() {
@@ -212,9 +226,9 @@ void MainWindow::connect_loader() {
             [this](double fraction) { progress_->setValue(int(1000 * fraction)); });
     connect(&loader_, &Loader::finished, this, &MainWindow::hide_progress);
     connect(&loader_, &Loader::opened, this, &MainWindow::show_opened);
-    connect(&loader_, &Loader::undecided, this, &MainWindow::choose_series);
+    connect(&loader_, &Loader::undecided, this, &MainWindow::ask);
     connect(&loader_, &Loader::failed, this,
-            [this](const QString& message) { banner_->show_message(message, Severity::error); });
+            [this](const QString& message) { banner_->show_message(sentence(message), Severity::error); });
 }
 
 void MainWindow::connect_writer() {
@@ -244,12 +258,12 @@ void MainWindow::show_opened(const std::shared_ptr<const Scan>& scan,
         remember(session_file_);
     } else {
         session_file_.clear();
-        // Only if the path alone opens it again.
-        if (!scan->options.series && !scan->options.spacing) remember(scan->input);
+        remember(scan->input);
     }
     QString warnings;
     for (const std::string& warning : scan->info.warnings)
-        warnings += (warnings.isEmpty() ? "" : "\n") + QString::fromStdString(apps::name_flags(warning));
+        warnings +=
+            (warnings.isEmpty() ? "" : "\n") + sentence(QString::fromStdString(apps::name_flags(warning)));
     remarks_->hide();
     if (!warnings.isEmpty()) inform(warnings);
 }
@@ -286,7 +300,7 @@ void MainWindow::open_instead(const fs::path& input) {
 
 void MainWindow::discard_work(const std::function<void()>& proceed) {
     if (!session_.has_unsaved_work()) return proceed();
-    auto* box = new QMessageBox(QMessageBox::Question, tr("Save the session?"),
+    auto* box = new QMessageBox(QMessageBox::NoIcon, tr("Save the session?"),
                                 tr("The surfaces, crop box and measurements of this scan are not saved."),
                                 QMessageBox::Save | QMessageBox::Discard | QMessageBox::Cancel, this);
     box->setObjectName("discard_box");
@@ -357,15 +371,37 @@ void MainWindow::choose_scan(bool folder) {
     if (!chosen.isEmpty()) open_instead(chosen.toStdString());
 }
 
-void MainWindow::choose_series(const fs::path& input, const ScanOptions& options, const ScanReport& report) {
-    auto* dialog = new SeriesDialog(report, this);
-    dialog->setAttribute(Qt::WA_DeleteOnClose);
-    connect(dialog, &QDialog::accepted, this, [=, this] {
-        ScanOptions with_series = options;
-        with_series.series = dialog->chosen();
-        open(input, with_series);
-    });
-    dialog->open();
+// Asks the user, and opens the input with the answer.
+void MainWindow::ask(const OpenQuestion& question) {
+    const auto open_if_accepted = [&](QDialog* dialog, auto answer) {
+        dialog->setAttribute(Qt::WA_DeleteOnClose);
+        connect(dialog, &QDialog::accepted, this, [this, question, answer] {
+            ScanOptions options = question.options;
+            answer(options);
+            open(question.input, options);
+        });
+        dialog->open();
+    };
+    switch (question.about) {
+        case OpenQuestion::About::series: {
+            auto* dialog = new SeriesDialog(question.input, question.options, question.report, this);
+            return open_if_accepted(dialog, [dialog](ScanOptions& options) { options = dialog->chosen(); });
+        }
+        case OpenQuestion::About::spacing: {
+            auto* dialog = new SpacingDialog(question.report.series.front().series.spacing, this);
+            return open_if_accepted(dialog,
+                                    [dialog](ScanOptions& options) { options.spacing = dialog->spacing(); });
+        }
+        case OpenQuestion::About::uneven_slices: {
+            auto* box = new QMessageBox(
+                QMessageBox::NoIcon, tr("Uneven slices"),
+                tr("The slices of this scan are not evenly spaced. Interpolate them to even spacing?"),
+                QMessageBox::Cancel, this);
+            box->setObjectName("uneven_box");
+            box->setDefaultButton(box->addButton(tr("Interpolate"), QMessageBox::AcceptRole));
+            return open_if_accepted(box, [](ScanOptions& options) { options.resample = true; });
+        }
+    }
 }
 
 void MainWindow::remember(const fs::path& input) {

@@ -84,8 +84,7 @@ class MainWindow : public QMainWindow {
     void show_progress(const QString& message);
     void hide_progress();
     void choose_scan(bool folder);
-    void choose_series(const std::filesystem::path& input, const ScanOptions& options,
-                       const ScanReport& report);
+    void ask(const OpenQuestion& question);
     void remember(const std::filesystem::path& input);
     void fill_recent();
     void export_surface();

@@ -16,10 +16,10 @@ from ._scan import Progress
 
 @dataclass(frozen=True, eq=False)
 class Histogram:
-    """Counts of samples in equal bins from the smallest to the largest finite sample."""
+    """Counts of samples in equal bins from the smallest to the largest finite sample that is not padding."""
 
-    lower: float  #: the smallest finite sample
-    upper: float  #: the largest finite sample, which is in the last bin
+    lower: float  #: the smallest of these samples
+    upper: float  #: the largest of them, which is in the last bin
     counts: NDArray[np.int64]  #: one per bin; empty if no sample is finite
     non_finite_samples: int  #: NaN and infinite samples, which are in no bin
 
@@ -32,12 +32,15 @@ class Histogram:
 def histogram(volume: Any, bins: int = 256) -> Histogram:
     """Count the samples of a volume in `bins` bins.
 
+    Padding (`ScanInfo.padding`) is left out, unless that leaves fewer than two values.
+
     Raises
     ------
     InputError
         `bins` is below 2.
     """
-    return Histogram(**_marrow.histogram(as_volume(volume)._native(), bins))
+    volume = as_volume(volume)
+    return Histogram(**_marrow.histogram(volume._native(), bins, volume._padding))
 
 
 def otsu(volume: Any) -> float:
@@ -48,7 +51,8 @@ def otsu(volume: Any) -> float:
     InputError
         All samples are equal, or none is finite.
     """
-    return _marrow.otsu(as_volume(volume)._native())
+    volume = as_volume(volume)
+    return _marrow.otsu(volume._native(), volume._padding)
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,5 +120,5 @@ def find_plateaus(sweep: Sweep, volume: Any) -> list[tuple[float, float]]:
         sweep.area,
         sweep.triangles,
         spacing=min(volume.spacing),
-        contrast=_marrow.otsu_contrast(volume._native()),
+        contrast=_marrow.otsu_contrast(volume._native(), volume._padding),
     )

@@ -163,7 +163,7 @@ def _choose_isovalue(
         except (TypeError, ValueError):
             raise InputError(f"the isovalue is a number, 'otsu' or a tissue, not {isovalue!r}") from None
     if isovalue == "otsu":
-        return _marrow.otsu(samples), None
+        return _marrow.otsu(samples, volume._padding), None
     if isovalue not in TISSUE_PRESETS:
         raise InputError(f"the isovalue is a number, 'otsu' or one of {', '.join(TISSUE_PRESETS)}, not {isovalue!r}")
     tissue = TISSUE_PRESETS[isovalue]

@@ -33,6 +33,7 @@ class ScanInfo:
     format: str  #: "DICOM", "NIfTI", "NRRD", "MetaImage", "Zarr", "TIFF" or "slices"
     series: SeriesInfo
     warnings: tuple[str, ...]  #: one line each
+    padding: Optional[float]  #: PixelPaddingValue of DICOM as a sample: the value outside the field of view
 
 
 @dataclass(frozen=True)
@@ -41,6 +42,7 @@ class SeriesReport:
 
     series: SeriesInfo
     number: Optional[int]  #: SeriesNumber of DICOM
+    date: str  #: SeriesDate of DICOM: "2005-07-26"; empty if it is not stated
     echo_time: Optional[float]  #: ms
     image_type: str  #: ImageType of DICOM
     kernel: str  #: ConvolutionKernel of DICOM
@@ -125,7 +127,7 @@ def read(
     placed, info = _marrow.read(
         path, series=series, spacing=spacing, resample=resample, volume=volume, level=level, threads=threads, progress=progress
     )
-    return volume_of(placed, ScanInfo(info["format"], SeriesInfo(**info["series"]), info["warnings"]))
+    return volume_of(placed, ScanInfo(info["format"], SeriesInfo(**info["series"]), info["warnings"], info["padding"]))
 
 
 def inspect(

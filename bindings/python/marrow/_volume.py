@@ -168,6 +168,10 @@ class Volume:
         """What is unusual about the scan that was read, one line each."""
         return self._info.warnings if self._info else ()
 
+    @property
+    def _padding(self) -> Optional[float]:
+        return self._info.padding if self._info else None
+
     def __getitem__(self, key: tuple[slice, slice, slice]) -> Volume:
         """Return a part of the volume, at its place in space: ``volume[k0:k1, j0:j1, i0:i1]``.
 

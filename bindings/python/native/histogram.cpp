@@ -2,6 +2,7 @@
 #include <pybind11/numpy.h>
 #include <pybind11/stl.h>
 
+#include <optional>
 #include <vector>
 
 #include <marrow/histogram.h>
@@ -54,8 +55,8 @@ std::vector<std::pair<double, double>> plateaus(const std::vector<double>& isova
     return ranges;
 }
 
-Histogram histogram_of(const ArrayVolume& volume, int bins) {
-    return compute(py::none(), [&](const Progress&) { return histogram(volume.view(), bins); });
+Histogram histogram_of(const ArrayVolume& volume, int bins, std::optional<double> padding) {
+    return compute(py::none(), [&](const Progress&) { return histogram(volume.view(), bins, padding); });
 }
 
 }  // namespace
@@ -63,20 +64,26 @@ Histogram histogram_of(const ArrayVolume& volume, int bins) {
 void add_histogram(py::module_& module) {
     module.def(
         "histogram",
-        [](const ArrayVolume& volume, int bins) {
-            const Histogram result = histogram_of(volume, bins);
+        [](const ArrayVolume& volume, int bins, std::optional<double> padding) {
+            const Histogram result = histogram_of(volume, bins, padding);
             return py::dict("lower"_a = result.lower, "upper"_a = result.upper,
                             "counts"_a = py::array_t<std::int64_t>(
                                 static_cast<py::ssize_t>(result.counts.size()), result.counts.data()),
                             "non_finite_samples"_a = result.non_finite_samples);
         },
-        py::arg("volume"), py::arg("bins"));
+        py::arg("volume"), py::arg("bins"), py::arg("padding") = py::none());
     module.def(
-        "otsu", [](const ArrayVolume& volume) { return otsu_isovalue(histogram_of(volume, 256)); },
-        py::arg("volume"));
+        "otsu",
+        [](const ArrayVolume& volume, std::optional<double> padding) {
+            return otsu_isovalue(histogram_of(volume, 256, padding));
+        },
+        py::arg("volume"), py::arg("padding"));
     module.def(
-        "otsu_contrast", [](const ArrayVolume& volume) { return otsu_contrast(histogram_of(volume, 256)); },
-        py::arg("volume"));
+        "otsu_contrast",
+        [](const ArrayVolume& volume, std::optional<double> padding) {
+            return otsu_contrast(histogram_of(volume, 256, padding));
+        },
+        py::arg("volume"), py::arg("padding"));
     module.def("sweep", &sweep, py::arg("volume"), py::arg("isovalues"), py::kw_only(),
                py::arg("threads") = 0, py::arg("progress") = py::none());
     module.def("find_plateaus", &plateaus, py::arg("isovalue"), py::arg("volume"), py::arg("area"),

@@ -38,13 +38,13 @@ py::dict dict_of(const SeriesInfo& info) {
 
 py::dict dict_of(const ScanInfo& info) {
     return py::dict("format"_a = scan_format_name(info.format), "series"_a = dict_of(info.series),
-                    "warnings"_a = py::tuple(py::cast(info.warnings)));
+                    "warnings"_a = py::tuple(py::cast(info.warnings)), "padding"_a = info.padding);
 }
 
 py::dict dict_of(const SeriesReport& report) {
     py::list levels;
     for (const auto& [nx, ny, nz] : report.levels) levels.append(py::make_tuple(nz, ny, nx));
-    return py::dict("series"_a = dict_of(report.series), "number"_a = report.number,
+    return py::dict("series"_a = dict_of(report.series), "number"_a = report.number, "date"_a = report.date,
                     "echo_time"_a = report.echo_time, "image_type"_a = report.image_type,
                     "kernel"_a = report.kernel, "refusal"_a = report.refusal,
                     "warnings"_a = py::tuple(py::cast(report.warnings)),

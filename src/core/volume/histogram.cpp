@@ -13,7 +13,7 @@ namespace marrow {
 namespace {
 
 template <class T>
-Histogram count_samples(const VolumeView& volume, int bins) {
+Histogram count_samples(const VolumeView& volume, int bins, std::optional<double> padding) {
     const auto for_each_sample = [&](const auto& f) {
         const auto [nx, ny, nz] = volume.geometry.dims;
         for (std::int64_t z = 0; z < nz; ++z) {
@@ -23,10 +23,14 @@ Histogram count_samples(const VolumeView& volume, int bins) {
             }
         }
     };
+    const auto is_padding = [padding](T sample) {
+        return padding && static_cast<double>(sample) == *padding;
+    };
     T lower = std::numeric_limits<T>::max();
     T upper = std::numeric_limits<T>::lowest();
     std::int64_t non_finite = 0;
     for_each_sample([&](T sample) {
+        if (is_padding(sample)) return;
         if constexpr (std::is_floating_point_v<T>) {
             if (!std::isfinite(sample)) {
                 ++non_finite;
@@ -36,6 +40,7 @@ Histogram count_samples(const VolumeView& volume, int bins) {
         lower = std::min(lower, sample);
         upper = std::max(upper, sample);
     });
+    if (padding && lower >= upper) return count_samples<T>(volume, bins, {});
     Histogram result;
     result.non_finite_samples = non_finite;
     if (lower > upper) return result;  // no sample is finite
@@ -47,7 +52,7 @@ Histogram count_samples(const VolumeView& volume, int bins) {
     const double half_range = result.upper / 2 - result.lower / 2;
     for_each_sample([&](T sample) {
         const double value = static_cast<double>(sample);
-        if (!std::isfinite(value)) return;
+        if (!std::isfinite(value) || is_padding(sample)) return;
         const double fraction = half_range > 0 ? (value / 2 - result.lower / 2) / half_range : 0;
         ++result.counts[static_cast<std::size_t>(std::min(static_cast<int>(fraction * bins), bins - 1))];
     });
@@ -74,10 +79,11 @@ bool has_two_values(const Histogram& histogram) {
 
 }  // namespace
 
-Histogram histogram(const VolumeView& volume, int bins) {
+Histogram histogram(const VolumeView& volume, int bins, std::optional<double> padding) {
     internal::check_volume(volume);
     if (bins < 2) throw InputError("a histogram needs at least 2 bins");
-    return visit_sample_type(volume.type, [&]<class T>(T) { return count_samples<T>(volume, bins); });
+    return visit_sample_type(volume.type,
+                             [&]<class T>(T) { return count_samples<T>(volume, bins, padding); });
 }
 
 double otsu_isovalue(const Histogram& histogram) {

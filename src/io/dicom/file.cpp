@@ -274,12 +274,15 @@ std::optional<DicomFile> read_dicom_header(const std::filesystem::path& path) {
     file.image_type = readable(data_set, tag::kImageType);
     file.localizer = file.image_type.find("LOCALIZER") != std::string::npos;
     file.kernel = readable(data_set, tag::kConvolutionKernel);
+    file.date = readable(data_set, tag::kSeriesDate);
     file.series_number = parse_integer(data_set.text(tag::kSeriesNumber));
     file.echo_time = data_set.decimal(tag::kEchoTime);
     file.bits_allocated = data_set.unsigned_short(tag::kBitsAllocated).value_or(0);
     file.bits_stored = data_set.unsigned_short(tag::kBitsStored).value_or(file.bits_allocated);
     file.high_bit = data_set.unsigned_short(tag::kHighBit).value_or(file.bits_stored - 1);
     file.is_signed = data_set.unsigned_short(tag::kPixelRepresentation).value_or(0) == 1;
+    file.padding = data_set.unsigned_short(tag::kPixelPaddingValue);
+    if (file.padding && file.is_signed) file.padding = static_cast<std::int16_t>(*file.padding);
 
     try {
         file.segmentation = read_segmentation(data_set);

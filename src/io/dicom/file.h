@@ -48,6 +48,7 @@ struct DicomFile {
     std::string patient_name;            ///< only shown on request
     std::string image_type;              ///< ImageType: "ORIGINAL\\PRIMARY\\AXIAL"
     std::string kernel;                  ///< ConvolutionKernel
+    std::string date;                    ///< SeriesDate: "20050726"
     std::optional<std::int64_t> series_number;
     std::optional<double> echo_time;     ///< ms
     bool localizer = false;              ///< whether ImageType says that it is a scout image
@@ -56,6 +57,7 @@ struct DicomFile {
     std::int64_t tiles = 1;              ///< along each side of a mosaic, whose tiles are the frames
     int bits_allocated = 0, bits_stored = 0, high_bit = 0;
     bool is_signed = false;
+    std::optional<int> padding;  ///< PixelPaddingValue, a stored value
     std::optional<DicomSegmentation> segmentation;
     std::vector<DicomFrame> frames;
 };

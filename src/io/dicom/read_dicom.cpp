@@ -190,6 +190,20 @@ bool is_rescaled(const DicomStack& stack) {
                        [](const DicomSlice& s) { return s.frame().slope.has_value(); });
 }
 
+// The padding after rescaling, if all slices agree.
+std::optional<double> padding_of(const DicomStack& stack, SampleType type) {
+    std::optional<double> common;
+    for (const DicomSlice& slice : stack.slices) {
+        if (!slice.file->padding) return {};
+        const auto [slope, intercept] = rescale_of(slice);
+        const double rescaled = slope * *slice.file->padding + intercept;
+        const double padding = type == SampleType::float32 ? static_cast<float>(rescaled) : rescaled;
+        if (common.value_or(padding) != padding) return {};
+        common = padding;
+    }
+    return common;
+}
+
 // The labels of each map: "segments 1, 4, 5".
 std::vector<std::string> differences_of(const LabelMaps& maps) {
     std::vector<std::string> out;
@@ -230,12 +244,19 @@ void describe_map(const DicomFile& file, const Volume& map, SeriesInfo& info) {
     info.labels = file.segmentation->segments;
 }
 
+// "2005-07-26" for "20050726".
+std::string date_of(const DicomFile& file) {
+    const std::string& date = file.date;
+    return date.size() == 8 ? date.substr(0, 4) + '-' + date.substr(4, 2) + '-' + date.substr(6) : "";
+}
+
 // What the headers of a stack say.
 SeriesReport header_report(const DicomStack& stack) {
     const DicomFile& file = stack.first();
     SeriesReport out;
     out.series = describe(stack);
     out.number = file.series_number;
+    out.date = date_of(file);
     out.echo_time = file.echo_time;
     out.image_type = file.image_type;
     out.kernel = file.kernel;
@@ -254,6 +275,7 @@ SeriesReport report_on_segmentation(const DicomSeries& series, const ScanOptions
         const LabelMaps maps = read_label_maps(file, options);
         out.warnings = maps.warnings;
         if (maps.maps.size() > 1) out.volumes = differences_of(maps);
+        out.volume_count = static_cast<std::int64_t>(maps.maps.size());
         describe_map(file, maps.maps[0], out.series);
         out.geometry = maps.maps[0].geometry();
         out.memory =
@@ -296,6 +318,11 @@ SeriesReport report_on(DicomSeries& series, const ScanOptions& options) {
     DicomStack& stack = *chosen;
     SeriesReport out = header_report(stack);
     if (series.volumes.size() > 1) out.volumes = differences_of(series);
+    out.volume_count = static_cast<std::int64_t>(series.volumes.size());
+    for (const DicomStack& volume : series.volumes) {
+        const DicomSlice& middle = volume.slices[volume.slices.size() / 2];
+        out.middle_slices.push_back({middle.file->path, middle.index});
+    }
     for (const auto& [slice, length] : uneven_gaps(stack))
         out.gaps.push_back(fmt::format("{:.4g} mm between {} and {}", length, stack.slices[slice].name(),
                                        stack.slices[slice + 1].name()));
@@ -356,6 +383,24 @@ ScanReport inspect_dicom(const DicomInput& input, const ScanOptions& options) {
     return out;
 }
 
+Volume read_image(const DicomImage& image, const Progress& progress) {
+    const std::optional<DicomFile> file = read_dicom_header(image.file);
+    if (!file || image.frame >= file->frames.size())
+        throw InputError(fmt::format("{}: has no image {}", quoted(image.file), image.frame));
+    DicomWorkspace workspace;
+    const std::int32_t* stored = nullptr;
+    for_each_slice(1, 1, progress, 0, 1,
+                   [&](std::size_t, const Step& step) { stored = decode_dicom(*file, workspace, step); });
+    Geometry geometry;
+    geometry.dims = {file->columns, file->rows, 1};
+    if (const auto& spacing = file->frames[image.frame].spacing)
+        geometry.spacing = {(*spacing)[0], (*spacing)[1], 1};
+    Volume out(geometry, SampleType::int32);
+    const auto area = static_cast<std::size_t>(file->columns * file->rows);
+    std::copy_n(stored + image.frame * area, area, out.samples<std::int32_t>());
+    return out;
+}
+
 Volume read_dicom(const DicomInput& input, const ScanOptions& options, ScanInfo& info) {
     constexpr double kHeadersDone = 0.2;
     DicomHeaders headers =
@@ -399,11 +444,13 @@ Volume read_dicom(const DicomInput& input, const ScanOptions& options, ScanInfo&
     if (integral) {
         Volume volume(as_stored, SampleType::int16);
         const std::optional<double> reached = load_slices(stack, options, begin, volume);
+        info.padding = padding_of(stack, volume.type());
         if (!reached) return resampled_if_uneven(std::move(volume), stack_geometry);
         begin = *reached;
     }
     Volume volume(as_stored, SampleType::float32);
     load_slices(stack, options, begin, volume);
+    info.padding = padding_of(stack, volume.type());
     return resampled_if_uneven(std::move(volume), stack_geometry);
 }
 

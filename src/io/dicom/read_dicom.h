@@ -10,6 +10,9 @@ namespace marrow::internal::io {
 /// \throw the errors of inspect_scan
 ScanReport inspect_dicom(const DicomInput& input, const ScanOptions& options);
 
+/// As marrow::read_dicom_image.
+Volume read_image(const DicomImage& image, const Progress& progress);
+
 /// \throw the errors of read_scan
 Volume read_dicom(const DicomInput& input, const ScanOptions& options, ScanInfo& info);
 
