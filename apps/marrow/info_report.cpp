@@ -132,6 +132,10 @@ void print_details(std::ostream& out, ScanFormat format, const SeriesReport& s, 
         line("bounds", bounds_text(*s.geometry));
     }
     for (std::size_t i = 0; i < s.volumes.size(); ++i) line(fmt::format("volume {}", i), s.volumes[i]);
+    for (std::size_t i = 0; i < s.levels.size() && s.levels.size() > 1; ++i) {
+        const auto& [nx, ny, nz] = s.levels[i];
+        line(fmt::format("level {}", i), fmt::format("{} x {} x {}", nx, ny, nz));
+    }
     if (s.tilt > 0) line("gantry tilt", fmt::format("{:.1f} degrees", s.tilt));
     constexpr std::size_t kMostGaps = 5;
     for (std::size_t i = 0; i < std::min(kMostGaps, s.gaps.size()); ++i) line("gap", s.gaps[i]);

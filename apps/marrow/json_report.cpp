@@ -128,6 +128,7 @@ Json series_numbers(const SeriesReport& s, bool show_patient) {
         {"spacing_mm", {number_or_null(spacing[0]), number_or_null(spacing[1]), number_or_null(spacing[2])}},
         {"files", s.series.files},
         {"volumes", s.volumes},
+        {"levels", s.levels},
         {"tilt_degrees", s.tilt},
         {"gaps", s.gaps},
         {"series_number", s.number ? Json(*s.number) : Json()},

@@ -289,6 +289,7 @@ SeriesReport report_on_file(const Input& input, const fs::path& path, const Scan
         series.levels = std::move(image.levels);
         series.oriented = false;
         if (!image.volume) series.refusal = needs_volume(path, image);
+        series.volume_count = static_cast<std::int64_t>(image.volumes.size());
         if (image.volumes.size() > 1) series.volumes = std::move(image.volumes);
     } else {
         const RawImage image = header_of_a_volume(input, options, series.refusal);
