@@ -11,6 +11,8 @@
 #include <marrow/mesh.h>
 #include <marrow/progress.h>
 
+#include "one_rings.h"
+
 namespace marrow::internal {
 
 /// The points of some meshes.
@@ -20,8 +22,8 @@ using Positions = std::vector<Buffer<Vec3f>>;
 /// surface passes through itself only where it did so at the start. Returns how many points it moved.
 /// `start` returns the positions before the move; it is called at most once, and only if they are needed.
 /// The result does not depend on the number of threads. Reports progress from `begin` to `end`.
-/// \pre as for SelfIntersections \throw Cancelled
-std::size_t hold_back(Mesh& mesh, const std::function<Positions()>& start, const Progress& progress = {},
+/// `rings` are those of the mesh. \pre as for SelfIntersections \throw Cancelled
+std::size_t hold_back(Mesh& mesh, const OneRings& rings, const std::function<Positions()>& start, const Progress& progress = {},
                       double begin = 0, double end = 1);
 
 /// The same for several meshes, each of which may pass through the others. Points with the same number in

@@ -118,7 +118,7 @@ Mesh smoothed(const Mesh& mesh, const SmoothOptions& options, SmoothStats& stats
     displacements = {};
     stats.restored_components = restore_flattened(mesh, rings, lowest, result);
     const auto start = [&] { return Positions{mesh.points}; };
-    stats.held_back_points = static_cast<std::int64_t>(hold_back(result, start, options.progress, 0.5, 1));
+    stats.held_back_points = static_cast<std::int64_t>(hold_back(result, rings, start, options.progress, 0.5, 1));
     measure_moves(mesh, result, stats);
     if (!mesh.normals.empty()) result.normals = point_normals(result);
     return result;
