@@ -1,21 +1,75 @@
 // Lists the corners at each point by counting, and walks around the point from corner to corner.
-#include "one_rings.h"
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "mesh/one_rings.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
 
 #include <algorithm>
 #include <bit>
 #include <numeric>
+#include <vector>
 
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
+#include "one_rings.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace marrow::internal::HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+// Writes the neighbours in the order of a single closed fan. Returns false if the corners are no such fan.
+// Reads kMost corners, even if there are fewer. \pre count <= kMost
+template <std::size_t kMost>
+HWY_INLINE bool walk_around(std::uint32_t point, const OneRings::Corner* corners, std::size_t count,
+                            std::uint32_t* ring) {
+    const hn::CappedTag<std::uint32_t, 8> d;
+    hn::Vec<decltype(d)> next[kMost], before;
+    for (std::size_t i = 0; i < kMost; i += hn::Lanes(d)) {
+        hn::LoadInterleaved2(d, &corners[i].next, next[i], before);
+        next[i] = hn::IfThenElse(hn::FirstN(d, std::max(i, count) - i), next[i], hn::Set(d, point));
+    }
+    std::uint32_t at = corners[0].next, visited = 0;
+    for (std::size_t n = 0; n < count; ++n) {
+        std::uint32_t same = 0;
+        for (std::size_t i = 0; i < kMost; i += hn::Lanes(d)) {
+            std::uint8_t bits[8] = {};
+            hn::StoreMaskBits(d, hn::Eq(next[i], hn::Set(d, at)), bits);
+            same |= static_cast<std::uint32_t>(bits[0]) << i;
+        }
+        // Only one edge may leave the point to this neighbour, and not in a corner that was visited before.
+        if (same == 0 || (same & (same - 1)) != 0 || (visited & same) != 0 || at == point) return false;
+        visited |= same;
+        ring[n] = at;
+        at = corners[static_cast<std::size_t>(std::countr_zero(same))].before;
+    }
+    return count > 1 && at == ring[0];
+}
+
+// Writes the rings of the points [begin, end), and whether they are fans. The first corner of the first point
+// is corners[0]. Reads some corners more than there are.
+void list_rings(const OneRings::Corner* corners, const std::size_t* first, std::size_t begin, std::size_t end,
+                std::uint32_t* rings, std::uint8_t* are_fans) {
+    for (std::size_t p = begin; p < end; ++p) {
+        const std::size_t at = first[p] - first[begin], count = first[p + 1] - first[p];
+        const auto point = static_cast<std::uint32_t>(p);
+        are_fans[p - begin] = count <= 8    ? walk_around<8>(point, corners + at, count, rings + at)
+                              : count <= OneRings::kMostInFan ? walk_around<OneRings::kMostInFan>(point, corners + at, count, rings + at)
+                                            : false;
+        if (are_fans[p - begin] != 0) continue;
+        for (std::size_t i = at; i < at + count; ++i) rings[i] = corners[i].next;
+    }
+}
+
+}  // namespace marrow::internal::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
 namespace marrow::internal {
-
-// A triangle runs from the corner before a point to the point, and on to the next corner.
-struct OneRings::Corner {
-    std::uint32_t next, before;
-};
-
 namespace {
+
+HWY_EXPORT(list_rings);
 
 constexpr std::size_t kSection = 8192;  // triangles
 
@@ -54,11 +108,10 @@ void for_each_corner_backward(std::span<const Triangle> triangles,
 
 // Whether each edge of a point leaves it once and arrives once. Then each neighbour occurs in one corner as
 // the next one, and in one as the one before.
-template <class Corner>
-bool are_manifold(std::uint32_t point, std::span<const Corner> corners) {
-    for (const Corner& c : corners) {
+bool are_manifold(std::uint32_t point, std::span<const OneRings::Corner> corners) {
+    for (const OneRings::Corner& c : corners) {
         std::size_t leave = 0, arrive = 0, arrive_from_before = 0;
-        for (const Corner& other : corners) {
+        for (const OneRings::Corner& other : corners) {
             leave += other.next == c.next;
             arrive += other.before == c.next;
             arrive_from_before += other.before == c.before;
@@ -68,32 +121,11 @@ bool are_manifold(std::uint32_t point, std::span<const Corner> corners) {
     return true;
 }
 
-// Writes the neighbours in the order of a single closed fan. Returns false if the corners are no such fan.
-template <class Corner>
-bool walk_around(std::uint32_t point, std::span<const Corner> corners, std::uint32_t* ring) {
-    constexpr std::size_t kMost = 16;
-    const std::size_t count = corners.size();
-    if (count < 2 || count > kMost) return false;
-    std::array<std::uint32_t, kMost> next;
-    const std::size_t padded = count <= 8 ? 8 : kMost;
-    for (std::size_t i = 0; i < padded; ++i) next[i] = i < count ? corners[i].next : point;
-    std::uint32_t at = corners[0].next, visited = 0;
-    for (std::size_t n = 0; n < count; ++n) {
-        std::uint32_t same = 0;
-        for (std::size_t i = 0; i < padded; ++i) same |= static_cast<std::uint32_t>(next[i] == at) << i;
-        // The edge to the neighbour leaves the point once, in a corner that is not visited yet.
-        if (!std::has_single_bit(same) || (visited & same) != 0 || at == point) return false;
-        visited |= same;
-        ring[n] = at;
-        at = corners[static_cast<std::size_t>(std::countr_zero(same))].before;
-    }
-    return at == ring[0];
-}
-
 }  // namespace
 
 OneRings::OneRings(const MeshView& mesh)
-    : start_(mesh.points.size() + 1),
+    : start_(mesh.points.size()),
+      count_(mesh.points.size()),
       neighbours_(3 * mesh.triangles.size()),
       listed_(mesh.points.size()),
       kinds_(mesh.points.size()),
@@ -107,53 +139,62 @@ OneRings::OneRings(const MeshView& mesh)
         tbb::parallel_for(std::size_t{0}, parts,
                           [&](std::size_t i) { f(i, points * i / parts, points * (i + 1) / parts); });
     };
+    Buffer<std::size_t> first(points + 1);  // the first corner at each point
     std::vector<std::size_t> before(parts + 1, 0);
     for_each_part([&](std::size_t part, std::size_t begin, std::size_t end) {
-        std::fill(start_.data() + begin, start_.data() + end, std::size_t{0});
+        std::fill(first.data() + begin, first.data() + end, std::size_t{0});
         for_each_corner_backward(triangles, reaches, begin, end,
-                                 [&](const Triangle& t, std::size_t c) { ++start_[t[c]]; });
-        before[part + 1] = std::accumulate(start_.data() + begin, start_.data() + end, std::size_t{0});
+                                 [&](const Triangle& t, std::size_t c) { ++first[t[c]]; });
+        before[part + 1] = std::accumulate(first.data() + begin, first.data() + end, std::size_t{0});
     });
     std::partial_sum(before.begin(), before.end(), before.begin());
-    Buffer<Corner> corners(neighbours_.size());
+    Buffer<Corner> corners(neighbours_.size() + OneRings::kMostInFan);
     for_each_part([&](std::size_t part, std::size_t begin, std::size_t end) {
         // Each entry begins as the end of a list, and goes down to its begin.
         std::size_t sum = before[part];
-        for (std::size_t p = begin; p < end; ++p) start_[p] = sum += start_[p];
+        for (std::size_t p = begin; p < end; ++p) first[p] = sum += first[p];
         for_each_corner_backward(triangles, reaches, begin, end, [&](const Triangle& t, std::size_t c) {
-            corners[--start_[t[c]]] = {t[(c + 1) % 3], t[(c + 2) % 3]};
+            corners[--first[t[c]]] = {t[(c + 1) % 3], t[(c + 2) % 3]};
         });
     });
-    start_[points] = neighbours_.size();
+    first[points] = neighbours_.size();
     tbb::parallel_for(std::size_t{0}, chunks_.size(),
-                      [&](std::size_t chunk) { list_chunk(corners.data(), chunk); });
+                      [&](std::size_t chunk) { list_chunk(corners.data(), first.data(), chunk); });
 }
 
-void OneRings::list_chunk(const Corner* corners, std::size_t chunk) {
+void OneRings::list_chunk(const Corner* corners, const std::size_t* first, std::size_t chunk) {
     const std::size_t begin = chunk * kChunk, end = std::min(begin + kChunk, size());
     Chunk& c = chunks_[chunk];
     c.reach = {static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(end - 1)};
-    std::array<std::uint8_t, kChunk> list;
-    std::array<std::uint16_t, kMaxListed + 2> counts{};
+    std::vector<std::uint32_t> rings(first[end] - first[begin]);
+    std::array<std::uint8_t, kChunk> are_fans, list;
+    HWY_DYNAMIC_DISPATCH(list_rings)
+    (corners + first[begin], first, begin, end, rings.data(), are_fans.data());
+    for (const std::uint32_t q : rings) c.reach = {std::min(c.reach[0], q), std::max(c.reach[1], q)};
+    std::array<std::uint16_t, kMostInFan + 2> counts{};
     for (std::size_t p = begin; p < end; ++p) {
-        const auto point = static_cast<std::uint32_t>(p);
-        const std::span<const Corner> at_point{corners + start_[p], corners + start_[p + 1]};
-        std::uint32_t* const ring = neighbours_.data() + start_[p];
-        if (walk_around(point, at_point, ring)) {
-            kinds_[p] = Kind::kFan;
-        } else {
-            kinds_[p] = are_manifold(point, at_point) ? Kind::kRegular : Kind::kIrregular;
-            std::transform(at_point.begin(), at_point.end(), ring, [](const Corner& at) { return at.next; });
-        }
-        for (const std::uint32_t q : of(p)) c.reach = {std::min(c.reach[0], q), std::max(c.reach[1], q)};
-        const bool is_listed = kinds_[p] == Kind::kFan && at_point.size() <= kMaxListed;
-        list[p - begin] = static_cast<std::uint8_t>(is_listed ? at_point.size() : 0);
+        const std::size_t count = first[p + 1] - first[p];
+        count_[p] = static_cast<std::uint32_t>(count);
+        kinds_[p] = are_fans[p - begin] != 0 ? Kind::kFan
+                    : are_manifold(static_cast<std::uint32_t>(p), {corners + first[p], count})
+                        ? Kind::kRegular
+                        : Kind::kIrregular;
+        list[p - begin] = static_cast<std::uint8_t>(is_fan(p) ? count : 0);
         ++counts[list[p - begin] + 1u];
     }
     std::partial_sum(counts.begin(), counts.end(), counts.begin());
     c.begin = counts;
     for (std::size_t p = begin; p < end; ++p)
         listed_[begin + counts[list[p - begin]]++] = static_cast<std::uint32_t>(p);
+    // The rings go in the order of the lists.
+    std::size_t to = first[begin];
+    for (std::size_t i = begin; i < end; ++i) {
+        const std::size_t p = listed_[i];
+        std::copy_n(rings.data() + (first[p] - first[begin]), count_[p], neighbours_.data() + to);
+        start_[p] = to;
+        to += count_[p];
+    }
 }
 
 }  // namespace marrow::internal
+#endif

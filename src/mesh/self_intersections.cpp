@@ -127,7 +127,7 @@ std::vector<TrianglePair> SelfIntersections::find_all(const Progress& progress, 
     const TrianglePyramid& pyramid = search_->pyramid;
     for_each_range(pyramid.units(), 64, progress, begin, end, [&](std::size_t first, std::size_t last) {
         std::vector<TrianglePair> pairs;
-        for (std::size_t unit = first; unit < last; ++unit) pyramid.pairs_from(unit, pairs);
+        pyramid.pairs_from(first, last, pairs);
         std::erase_if(pairs, [&](const TrianglePair& pair) {
             return !search_->decider.pass_through(pair[0], pair[1]);
         });

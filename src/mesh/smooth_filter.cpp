@@ -46,43 +46,58 @@ struct Pass {
     float coefficient;
 };
 
-// Applies a pass to points with this number of neighbours, which is below 0 if they have different numbers.
-template <int kNeighbours>
-HWY_INLINE void pass_over(const Pass& pass, std::span<const std::uint32_t> points) {
-    const hn::CappedTag<float, 4> d;
-    const auto coefficient = hn::Set(d, pass.coefficient);
-    for (const std::uint32_t p : points) {
-        const std::span<const std::uint32_t> ring = pass.rings.of(p);
-        if (kNeighbours < 0 && (!pass.rings.is_regular(p) || ring.empty())) continue;
-        const std::size_t count = kNeighbours < 0 ? ring.size() : static_cast<std::size_t>(kNeighbours);
-        const auto share = hn::Set(d, 1 / static_cast<float>(count));
-        for (std::size_t i = 0; i < 4; i += hn::Lanes(d)) {
-            // Two sums, because an addition takes longer than a load.
-            const auto own = hn::Load(d, pass.from[p].xyz + i);
-            auto even = hn::Zero(d), odd = hn::Zero(d);
-            for (std::size_t n = 0; n + 1 < count; n += 2) {
-                even = hn::Add(even, hn::Load(d, pass.from[ring[n]].xyz + i));
-                odd = hn::Add(odd, hn::Load(d, pass.from[ring[n + 1]].xyz + i));
-            }
-            if (count % 2 == 1) even = hn::Add(even, hn::Load(d, pass.from[ring[count - 1]].xyz + i));
-            const auto twice_average = hn::Add(own, hn::Mul(share, hn::Add(even, odd)));
-            const auto part = hn::Sub(hn::Mul(coefficient, hn::Load(d, pass.step[p].xyz + i)),
-                                      hn::Load(d, pass.to[p].xyz + i));
-            hn::Store(hn::Add(part, twice_average), d, pass.to[p].xyz + i);
+// Applies a pass to a point.
+template <class D>
+HWY_INLINE void pass_at(D d, std::uint32_t p, const std::uint32_t* ring, std::size_t count, float coefficient,
+                        const Displacement* step, const Displacement* from, Displacement* to) {
+    const auto share = hn::Set(d, 1 / static_cast<float>(count));
+    for (std::size_t i = 0; i < 4; i += hn::Lanes(d)) {
+        // Two sums, because an addition takes longer than a load.
+        auto even = hn::Zero(d), odd = hn::Zero(d);
+        for (std::size_t n = 0; n + 1 < count; n += 2) {
+            even = hn::Add(even, hn::Load(d, from[ring[n]].xyz + i));
+            odd = hn::Add(odd, hn::Load(d, from[ring[n + 1]].xyz + i));
         }
+        if (count % 2 == 1) even = hn::Add(even, hn::Load(d, from[ring[count - 1]].xyz + i));
+        const auto twice_average =
+            hn::Add(hn::Load(d, from[p].xyz + i), hn::Mul(share, hn::Add(even, odd)));
+        const auto part = hn::Sub(hn::Mul(hn::Set(d, coefficient), hn::Load(d, step[p].xyz + i)),
+                                  hn::Load(d, to[p].xyz + i));
+        hn::Store(hn::Add(part, twice_average), d, to[p].xyz + i);
+    }
+}
+
+// Applies a pass to the fans of a chunk with this number of neighbours.
+template <std::size_t kNeighbours>
+HWY_INLINE void pass_over_fans(const Pass& pass, std::size_t chunk) {
+    const hn::CappedTag<float, 4> d;
+    const std::span<const std::uint32_t> points = pass.rings.listed(chunk, kNeighbours);
+    if (points.empty()) return;
+    const std::uint32_t* ring = pass.rings.of(points[0]).data();
+    const Displacement *const step = pass.step, *const from = pass.from;
+    Displacement* const to = pass.to;
+    const float coefficient = pass.coefficient;
+    for (const std::uint32_t p : points) {
+        pass_at(d, p, ring, kNeighbours, coefficient, step, from, to);
+        ring += kNeighbours;
     }
 }
 
 template <std::size_t... kNeighbours>
-HWY_INLINE void pass_over_fans(const Pass& pass, std::size_t chunk, std::index_sequence<kNeighbours...>) {
-    (pass_over<static_cast<int>(kNeighbours) + 1>(pass, pass.rings.listed(chunk, kNeighbours + 1)), ...);
+HWY_INLINE void pass_over_all_fans(const Pass& pass, std::size_t chunk,
+                                   std::index_sequence<kNeighbours...>) {
+    (pass_over_fans<kNeighbours + 1>(pass, chunk), ...);
 }
 
 void run_pass(const OneRings& rings, const Displacement* step, const Displacement* from, Displacement* to,
               float coefficient, std::size_t chunk) {
     const Pass pass{rings, step, from, to, coefficient};
-    pass_over<-1>(pass, rings.listed(chunk, 0));
-    pass_over_fans(pass, chunk, std::make_index_sequence<OneRings::kMaxListed>());
+    for (const std::uint32_t p : rings.listed(chunk, 0)) {
+        const std::span<const std::uint32_t> ring = rings.of(p);
+        if (rings.is_regular(p) && !ring.empty())
+            pass_at(hn::CappedTag<float, 4>(), p, ring.data(), ring.size(), coefficient, step, from, to);
+    }
+    pass_over_all_fans(pass, chunk, std::make_index_sequence<OneRings::kMostInFan>());
 }
 
 }  // namespace marrow::internal::HWY_NAMESPACE

@@ -20,10 +20,34 @@ using Group = TrianglePyramid::Group;
 using Leaf = TrianglePyramid::Leaf;
 constexpr std::size_t kWidth = TrianglePyramid::kWidth;
 
-// Returns a bit for each lane of eight for which mask(first lane) is set.
+using D = hn::CappedTag<float, kWidth>;
+using DU = hn::RebindToUnsigned<D>;
+
+// A box in all lanes.
+struct Box {
+    hn::Vec<D> lower[3], upper[3];
+};
+
+HWY_INLINE Box box_of(const Group& group, std::size_t i) {
+    const D d;
+    return {{hn::Set(d, group.lower[0][i]), hn::Set(d, group.lower[1][i]), hn::Set(d, group.lower[2][i])},
+            {hn::Set(d, group.upper[0][i]), hn::Set(d, group.upper[1][i]), hn::Set(d, group.upper[2][i])}};
+}
+
+// Which boxes of a group, from lane c on, overlap or touch a box.
+HWY_INLINE auto overlap(const Box& box, const Group& group, std::size_t c) {
+    const D d;
+    const auto axis_overlaps = [&](std::size_t axis) HWY_ATTR {
+        return hn::And(hn::Le(hn::LoadU(d, group.lower[axis] + c), box.upper[axis]),
+                       hn::Ge(hn::LoadU(d, group.upper[axis] + c), box.lower[axis]));
+    };
+    return hn::And(hn::And(axis_overlaps(0), axis_overlaps(1)), axis_overlaps(2));
+}
+
+// Returns a bit for each lane of eight that is set in mask(first lane).
 template <class Mask>
 HWY_INLINE std::uint32_t bits_of_eight(const Mask& mask) {
-    const hn::CappedTag<float, kWidth> d;
+    const D d;
     std::uint32_t bits = 0;
     for (std::size_t c = 0; c < kWidth; c += hn::Lanes(d)) {
         std::uint8_t part[8] = {};
@@ -33,33 +57,20 @@ HWY_INLINE std::uint32_t bits_of_eight(const Mask& mask) {
     return bits;
 }
 
-// Which boxes of `group`, from lane c on, overlap or touch box i of `from`.
-HWY_INLINE auto overlap(const Group& from, std::size_t i, const Group& group, std::size_t c) {
-    const hn::CappedTag<float, kWidth> d;
-    const auto axis_overlaps = [&](std::size_t axis) HWY_ATTR {
-        return hn::And(hn::Le(hn::LoadU(d, group.lower[axis] + c), hn::Set(d, from.upper[axis][i])),
-                       hn::Ge(hn::LoadU(d, group.upper[axis] + c), hn::Set(d, from.lower[axis][i])));
-    };
-    return hn::And(hn::And(axis_overlaps(0), axis_overlaps(1)), axis_overlaps(2));
+HWY_INLINE std::uint32_t overlaps(const Box& box, const Group& group) {
+    return bits_of_eight([&](std::size_t c) HWY_ATTR { return overlap(box, group, c); });
 }
 
-HWY_INLINE std::uint32_t overlaps(const Group& from, std::size_t i, const Group& group) {
-    return bits_of_eight([&](std::size_t c) HWY_ATTR { return overlap(from, i, group, c); });
-}
-
-// Returns a bit for each triangle of `leaf` that shares a corner with triangle i of `from`.
-HWY_INLINE std::uint32_t neighbours(const Leaf& from, std::size_t i, const Leaf& leaf) {
-    const hn::CappedTag<float, kWidth> d;
-    const hn::RebindToUnsigned<decltype(d)> du;
-    return bits_of_eight([&](std::size_t c) HWY_ATTR {
-        auto shared = hn::Ne(hn::Zero(du), hn::Zero(du));
-        for (std::size_t a = 0; a < 3; ++a) {
-            const auto corner = hn::Set(du, from.corners[a][i]);
-            for (std::size_t b = 0; b < 3; ++b)
-                shared = hn::Or(shared, hn::Eq(corner, hn::LoadU(du, leaf.corners[b] + c)));
-        }
-        return hn::RebindMask(d, shared);
-    });
+// Which triangles of a leaf, from lane c on, share a corner with triangle i of another leaf.
+HWY_INLINE auto is_neighbour(const Leaf& other, std::size_t i, const Leaf& leaf, std::size_t c) {
+    const DU du;
+    auto shared = hn::Ne(hn::Zero(du), hn::Zero(du));
+    for (std::size_t a = 0; a < 3; ++a) {
+        const auto corner = hn::Set(du, other.corners[a][i]);
+        for (std::size_t b = 0; b < 3; ++b)
+            shared = hn::Or(shared, hn::Eq(corner, hn::LoadU(du, leaf.corners[b] + c)));
+    }
+    return hn::RebindMask(D(), shared);
 }
 
 template <class F>
@@ -67,14 +78,51 @@ HWY_INLINE void for_each_bit(std::uint32_t bits, const F& f) {
     for (; bits != 0; bits &= bits - 1) f(static_cast<std::uint32_t>(std::countr_zero(bits)));
 }
 
-constexpr std::uint32_t from_bit(std::size_t i) {
-    return ~std::uint32_t{0} << i;
-}
-
-TrianglePair ordered(std::uint32_t s, std::uint32_t t) {
+HWY_INLINE TrianglePair ordered(std::uint32_t s, std::uint32_t t) {
     return s < t ? TrianglePair{s, t} : TrianglePair{t, s};
 }
 
+// Stores the lanes of a vector that a mask selects, and garbage beyond them. Returns their number.
+HWY_INLINE std::size_t store_selected(hn::Vec<DU> v, hn::Mask<D> mask, std::uint32_t* to) {
+    const DU du;
+    hn::StoreU(hn::Compress(v, hn::RebindMask(du, mask)), du, to);
+    return hn::CountTrue(D(), mask);
+}
+
+// Numbered boxes, eight after eight.
+struct BoxList {
+    std::size_t count = 0;
+    std::vector<Group> groups;
+    std::vector<std::uint32_t> numbers;
+
+    void add(std::uint32_t number, const Group& group, std::size_t i) {
+        if (count == numbers.size()) {
+            groups.resize(2 * groups.size() + 1);
+            numbers.resize(kWidth * groups.size());
+        }
+        Group& last = groups[count / kWidth];
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            last.lower[axis][count % kWidth] = group.lower[axis][i];
+            last.upper[axis][count % kWidth] = group.upper[axis][i];
+        }
+        numbers[count++] = number;
+    }
+    // Stores the numbers of the boxes that overlap `box`, each 8 times and plus `addend`. Returns how many.
+    HWY_INLINE std::size_t list_overlapping(const Box& box, std::uint32_t addend, std::uint32_t* to) const {
+        const D d;
+        const DU du;
+        std::size_t found = 0;
+        for (std::size_t n = 0; n < count; n += hn::Lanes(d)) {
+            const auto mask = hn::And(hn::FirstN(d, count - n), overlap(box, groups[n / kWidth], n % kWidth));
+            const auto entries = hn::Add(hn::ShiftLeft<3>(hn::LoadU(du, &numbers[n])), hn::Set(du, addend));
+            found += store_selected(entries, mask, to + found);
+        }
+        return found;
+    }
+};
+
+// Finds the pairs of a unit. A processor cannot guess which boxes overlap, so each step writes a list for the
+// next one, without branches.
 class PairFinder {
   public:
     PairFinder(const Buffer<Leaf>& leaves, const std::vector<Buffer<Group>>& levels,
@@ -84,57 +132,103 @@ class PairFinder {
     void find_from(std::size_t unit) {
         Group own;
         own.set(0, levels_[0][unit].bounds());
-        descend(levels_.size() - 1, 0, own, unit);
+        near_units_.count = 0;
+        list_units(levels_.size() - 1, 0, box_of(own, 0), unit);
+        for (std::size_t leaf = kWidth * unit; leaf < std::min(kWidth * (unit + 1), leaves_.size()); ++leaf) {
+            list_leaves(leaf);
+            compare_rows(leaf, list_rows(leaf));
+        }
     }
 
   private:
-    // Visits the units from `unit` on below group `at` of a level.
-    void descend(std::size_t level, std::size_t at, const Group& own, std::size_t unit) {
-        if (level == 0) return compare_units(unit, at);
-        for_each_bit(overlaps(own, 0, levels_[level][at]), [&](std::uint32_t i) {
+    // Lists the units from `unit` on that overlap a box, below group `at` of a level.
+    void list_units(std::size_t level, std::size_t at, const Box& box, std::size_t unit) {
+        for_each_bit(overlaps(box, levels_[level][at]), [&](std::uint32_t i) {
             const std::size_t child = kWidth * at + i;
-            if ((child + 1) << 3 * (level - 1) > unit) descend(level - 1, child, own, unit);
+            if (level == 1 && child >= unit) near_units_.add(static_cast<std::uint32_t>(child), levels_[level][at], i);
+            if (level > 1 && (child + 1) << 3 * (level - 1) > unit) list_units(level - 1, child, box, unit);
         });
     }
-    HWY_INLINE void compare_units(std::size_t a, std::size_t b) {
-        for (std::size_t i = 0; i < kWidth; ++i) {
-            std::uint32_t bits = overlaps(levels_[0][a], i, levels_[0][b]);
-            if (a == b) bits &= from_bit(i);
-            for_each_bit(bits, [&](std::uint32_t j) {
-                compare_leaves(kWidth * a + i, levels_[0][b], j, kWidth * b + j);
-            });
+
+    // Lists the leaves from `leaf` on that overlap it.
+    HWY_INLINE void list_leaves(std::size_t leaf) {
+        const D d;
+        const DU du;
+        const Box box = box_of(levels_[0][leaf / kWidth], leaf % kWidth);
+        units_.resize(near_units_.count + kWidth);
+        units_.resize(near_units_.list_overlapping(box, 0, units_.data()));
+        numbers_.resize(kWidth * units_.size() + kWidth);
+        std::size_t count = 0;
+        for (const std::uint32_t first : units_) {
+            for (std::size_t c = 0; c < kWidth; c += hn::Lanes(d)) {
+                const auto numbers = hn::Iota(du, first + static_cast<std::uint32_t>(c));
+                count += store_selected(numbers, overlap(box, levels_[0][first / kWidth], c), &numbers_[count]);
+            }
+        }
+        near_leaves_.count = 0;
+        for (std::size_t n = 0; n < count; ++n) {
+            if (numbers_[n] >= leaf) near_leaves_.add(numbers_[n], levels_[0][numbers_[n] / kWidth], numbers_[n] % kWidth);
         }
     }
-    HWY_INLINE void compare_leaves(std::size_t a, const Group& bounds, std::size_t j, std::size_t b) {
-        const Leaf &s = leaves_[a], &t = leaves_[b];
-        // Only the boxes of `a` that overlap the bounds of `b` can overlap its boxes.
-        for_each_bit(overlaps(bounds, j, s.boxes), [&](std::uint32_t i) {
-            const std::uint32_t simple = (s.simple >> i & 1) != 0 ? from_bit(0) : t.simple;
-            std::uint32_t bits = overlaps(s.boxes, i, t.boxes) & ~(neighbours(s, i, t) & simple);
-            if (a == b) bits &= from_bit(i + 1);
-            for_each_bit(bits, [&](std::uint32_t k) { pairs_.push_back(ordered(s.triangles[i], t.triangles[k])); });
-        });
+
+    // Lists the listed leaves that overlap each triangle of `leaf`, as 8 * (number of the leaf) + (place of
+    // the triangle). Returns the number of entries.
+    HWY_INLINE std::size_t list_rows(std::size_t leaf) {
+        std::size_t count = 0;
+        rows_.resize(kWidth * near_leaves_.count + kWidth);
+        for (std::size_t i = 0; i < kWidth; ++i)
+            count += near_leaves_.list_overlapping(box_of(leaves_[leaf].boxes, i), static_cast<std::uint32_t>(i),
+                                                   &rows_[count]);
+        return count;
+    }
+
+    // Compares the triangle of each row with all triangles of the other leaf.
+    HWY_INLINE void compare_rows(std::size_t leaf, std::size_t row_count) {
+        const Leaf& s = leaves_[leaf];
+        for (std::size_t row = 0; row < row_count; ++row) {
+            const std::size_t i = rows_[row] % kWidth, other = rows_[row] / kWidth;
+            const Leaf& t = leaves_[other];
+            const Box box = box_of(s.boxes, i);
+            std::uint32_t bits;
+            if ((s.simple >> i & 1) != 0) {
+                bits = bits_of_eight([&](std::size_t c) HWY_ATTR {
+                    return hn::AndNot(is_neighbour(s, i, t, c), overlap(box, t.boxes, c));
+                });
+            } else {
+                bits = bits_of_eight([&](std::size_t c) HWY_ATTR { return is_neighbour(s, i, t, c); });
+                bits = overlaps(box, t.boxes) & ~(bits & t.simple);
+            }
+            // Of two triangles in a leaf, the first one looks at the second.
+            if (other == leaf) bits &= ~std::uint32_t{0} << (i + 1);
+            for_each_bit(bits,
+                         [&](std::uint32_t k) { pairs_.push_back(ordered(s.triangles[i], t.triangles[k])); });
+        }
     }
 
     const Buffer<Leaf>& leaves_;
     const std::vector<Buffer<Group>>& levels_;
     std::vector<TrianglePair>& pairs_;
+    BoxList near_units_, near_leaves_;
+    std::vector<std::uint32_t> units_, numbers_;
+    std::vector<std::uint32_t> rows_;
 };
 
-void find_pairs(const Buffer<Leaf>& leaves, const std::vector<Buffer<Group>>& levels, std::size_t unit,
-                std::vector<TrianglePair>& pairs) {
-    PairFinder(leaves, levels, pairs).find_from(unit);
+void find_pairs(const Buffer<Leaf>& leaves, const std::vector<Buffer<Group>>& levels, std::size_t begin,
+                std::size_t end, std::vector<TrianglePair>& pairs) {
+    PairFinder finder(leaves, levels, pairs);
+    for (std::size_t unit = begin; unit < end; ++unit) finder.find_from(unit);
 }
 
 // Appends the triangles whose boxes overlap or touch a box.
 void find_overlapping(const Buffer<Leaf>& leaves, const std::vector<Buffer<Group>>& levels, const Group& box,
                       std::vector<std::uint32_t>& triangles) {
+    const Box wanted = box_of(box, 0);
     const auto descend = [&](const auto& self, std::size_t level, std::size_t at) -> void {
-        for_each_bit(overlaps(box, 0, levels[level][at]), [&](std::uint32_t i) {
+        for_each_bit(overlaps(wanted, levels[level][at]), [&](std::uint32_t i) {
             const std::size_t child = kWidth * at + i;
             if (level > 0) return self(self, level - 1, child);
             const Leaf& leaf = leaves[child];
-            for_each_bit(overlaps(box, 0, leaf.boxes),
+            for_each_bit(overlaps(wanted, leaf.boxes),
                          [&](std::uint32_t k) { triangles.push_back(leaf.triangles[k]); });
         });
     };
@@ -213,8 +307,8 @@ TrianglePyramid::TrianglePyramid(MeshView mesh, std::span<const std::uint8_t> si
     }
 }
 
-void TrianglePyramid::pairs_from(std::size_t unit, std::vector<TrianglePair>& pairs) const {
-    HWY_DYNAMIC_DISPATCH(find_pairs)(leaves_, levels_, unit, pairs);
+void TrianglePyramid::pairs_from(std::size_t begin, std::size_t end, std::vector<TrianglePair>& pairs) const {
+    HWY_DYNAMIC_DISPATCH(find_pairs)(leaves_, levels_, begin, end, pairs);
 }
 
 std::vector<std::uint32_t> TrianglePyramid::overlapping(const Bounds& box) const {

@@ -31,8 +31,8 @@ class TrianglePyramid {
     std::size_t units() const { return levels_[0].size(); }
 
     /// Appends the pairs of triangles whose boxes overlap or touch and of which the first in the row is in the
-    /// given unit. Leaves out those that share a simple point. The order of the pairs is fixed.
-    void pairs_from(std::size_t unit, std::vector<TrianglePair>& pairs) const;
+    /// units [begin, end). Leaves out those that share a simple point. The order of the pairs is fixed.
+    void pairs_from(std::size_t begin, std::size_t end, std::vector<TrianglePair>& pairs) const;
 
     /// Returns the triangles whose boxes overlap or touch a box, in a fixed order.
     std::vector<std::uint32_t> overlapping(const Bounds& box) const;
