@@ -40,7 +40,8 @@ struct Sheet {
         for (const std::uint32_t n : numbers) ++first_of[n + std::size_t{2}];
         std::partial_sum(first_of.begin(), first_of.end(), first_of.begin());
         points_of.resize(numbers.size());
-        for (std::uint32_t p = 0; p < numbers.size(); ++p) points_of[first_of[numbers[p] + std::size_t{1}]++] = p;
+        for (std::uint32_t p = 0; p < numbers.size(); ++p)
+            points_of[first_of[numbers[p] + std::size_t{1}]++] = p;
     }
     std::span<const std::uint32_t> points(std::uint32_t number) const {
         return {points_of.data() + first_of[number], points_of.data() + first_of[number + std::size_t{1}]};
@@ -101,7 +102,8 @@ std::size_t move_back(std::vector<Sheet>& sheets, const std::function<Positions(
     const Positions from = start();
     std::size_t count = 0;
     for (const Sheet& sheet : sheets) {
-        for (const std::uint32_t number : sheet.numbers) count = std::max<std::size_t>(count, number + std::size_t{1});
+        for (const std::uint32_t number : sheet.numbers)
+            count = std::max<std::size_t>(count, number + std::size_t{1});
     }
     for (Sheet& sheet : sheets) sheet.list_points(count);
     std::vector<Steps> steps(count, 0);
@@ -126,7 +128,8 @@ std::size_t move_back(std::vector<Sheet>& sheets, const std::function<Positions(
                     point = along_path(from[m][p], end, steps[n]);
                 }
             }
-            sheet.pairs = changed.empty() ? std::vector<TrianglePair>() : sheet.search().find_changed(changed);
+            sheet.pairs =
+                changed.empty() ? std::vector<TrianglePair>() : sheet.search().find_changed(changed);
         }
     }
     return static_cast<std::size_t>(std::count_if(steps.begin(), steps.end(), [](Steps s) { return s > 0; }));
@@ -145,7 +148,8 @@ std::size_t hold_back(std::span<Mesh> meshes, const std::vector<Buffer<std::uint
         Sheet& sheet = sheets.emplace_back(Sheet{meshes[m], numbers[m]});
         SelfIntersections intersections(sheet.mesh);
         sheet.pairs = intersections.find_all(progress, at(m), at(m + 1));
-        if (!sheet.pairs.empty()) sheet.intersections = std::make_unique<SelfIntersections>(std::move(intersections));
+        if (!sheet.pairs.empty())
+            sheet.intersections = std::make_unique<SelfIntersections>(std::move(intersections));
     }
     return move_back(sheets, start);
 }
@@ -158,7 +162,8 @@ std::size_t hold_back(Mesh& mesh, const OneRings& rings, const std::function<Pos
     std::vector<Sheet> sheets;
     Buffer<std::uint32_t> numbers(mesh.points.size());
     std::iota(numbers.begin(), numbers.end(), 0u);
-    sheets.push_back({mesh, numbers, std::make_unique<SelfIntersections>(std::move(intersections)), std::move(pairs)});
+    sheets.push_back(
+        {mesh, numbers, std::make_unique<SelfIntersections>(std::move(intersections)), std::move(pairs)});
     return move_back(sheets, start);
 }
 

@@ -54,9 +54,10 @@ void list_rings(const OneRings::Corner* corners, const std::size_t* first, std::
     for (std::size_t p = begin; p < end; ++p) {
         const std::size_t at = first[p] - first[begin], count = first[p + 1] - first[p];
         const auto point = static_cast<std::uint32_t>(p);
-        are_fans[p - begin] = count <= 8    ? walk_around<8>(point, corners + at, count, rings + at)
-                              : count <= OneRings::kMostInFan ? walk_around<OneRings::kMostInFan>(point, corners + at, count, rings + at)
-                                            : false;
+        are_fans[p - begin] = count <= 8 ? walk_around<8>(point, corners + at, count, rings + at)
+                              : count <= OneRings::kMostInFan
+                                  ? walk_around<OneRings::kMostInFan>(point, corners + at, count, rings + at)
+                                  : false;
         if (are_fans[p - begin] != 0) continue;
         for (std::size_t i = at; i < at + count; ++i) rings[i] = corners[i].next;
     }

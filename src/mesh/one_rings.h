@@ -16,7 +16,7 @@ namespace marrow::internal {
 /// neighbours, in chunks of successive points.
 class OneRings {
   public:
-    static constexpr std::size_t kChunk = 512;  ///< points
+    static constexpr std::size_t kChunk = 512;     ///< points
     static constexpr std::size_t kMostInFan = 16;  ///< triangles; points with more are no fans
 
     /// Takes linear time, on all threads. \pre indices are in range

@@ -59,8 +59,7 @@ HWY_INLINE void pass_at(D d, std::uint32_t p, const std::uint32_t* ring, std::si
             odd = hn::Add(odd, hn::Load(d, from[ring[n + 1]].xyz + i));
         }
         if (count % 2 == 1) even = hn::Add(even, hn::Load(d, from[ring[count - 1]].xyz + i));
-        const auto twice_average =
-            hn::Add(hn::Load(d, from[p].xyz + i), hn::Mul(share, hn::Add(even, odd)));
+        const auto twice_average = hn::Add(hn::Load(d, from[p].xyz + i), hn::Mul(share, hn::Add(even, odd)));
         const auto part = hn::Sub(hn::Mul(hn::Set(d, coefficient), hn::Load(d, step[p].xyz + i)),
                                   hn::Load(d, to[p].xyz + i));
         hn::Store(hn::Add(part, twice_average), d, to[p].xyz + i);
@@ -84,8 +83,7 @@ HWY_INLINE void pass_over_fans(const Pass& pass, std::size_t chunk) {
 }
 
 template <std::size_t... kNeighbours>
-HWY_INLINE void pass_over_all_fans(const Pass& pass, std::size_t chunk,
-                                   std::index_sequence<kNeighbours...>) {
+HWY_INLINE void pass_over_all_fans(const Pass& pass, std::size_t chunk, std::index_sequence<kNeighbours...>) {
     (pass_over_fans<kNeighbours + 1>(pass, chunk), ...);
 }
 
@@ -230,31 +228,43 @@ class PassScheduler {
     std::vector<Chunk> chunks_;
 };
 
-// Returns how far A moves a point.
-Displacement step_of(const MeshView& mesh, const OneRings& rings, std::size_t p) {
-    const std::span<const std::uint32_t> ring = rings.of(p);
-    if (!rings.is_regular(p) || ring.empty()) return {};
-    Displacement sum{};
-    for (const std::uint32_t q : ring) {
-        for (std::size_t axis = 0; axis < 3; ++axis)
-            sum.xyz[axis] += mesh.points[q][axis] - mesh.points[p][axis];
+// Computes s, and the first values of the recurrence, at some points of a mesh.
+struct Start {
+    const MeshView& mesh;
+    const OneRings& rings;
+    float coefficient;
+    Displacement *step, *b, *before;
+
+    void operator()(std::span<const std::uint32_t> points) const {
+        for (const std::uint32_t p : points) {
+            const std::span<const std::uint32_t> ring = rings.of(p);
+            Displacement sum{};
+            if (rings.is_regular(p)) {
+                for (const std::uint32_t q : ring) {
+                    for (std::size_t axis = 0; axis < 3; ++axis)
+                        sum.xyz[axis] += mesh.points[q][axis] - mesh.points[p][axis];
+                }
+            }
+            const float share = ring.empty() ? 0 : 0.5f / static_cast<float>(ring.size());
+            for (std::size_t axis = 0; axis < 4; ++axis) {
+                step[p].xyz[axis] = share * sum.xyz[axis];
+                b[p].xyz[axis] = coefficient * step[p].xyz[axis];
+                before[p].xyz[axis] = 0;
+            }
+        }
     }
-    for (float& x : sum.xyz) x *= 0.5f / static_cast<float>(ring.size());
-    return sum;
-}
+};
 
 }  // namespace
 
 Buffer<Displacement> low_pass(const MeshView& mesh, const OneRings& rings, int degree, double pass_band,
                               const Progress& progress) {
     const std::vector<float> e = step_coefficients(degree, pass_band);
-    Buffer<Displacement> step(rings.size()), b[2] = {step, step};
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, rings.size(), 4096), [&](const auto& range) {
-        for (std::size_t p = range.begin(); p < range.end(); ++p) {
-            step[p] = step_of(mesh, rings, p);
-            b[1][p] = {};
-            for (std::size_t axis = 0; axis < 4; ++axis) b[0][p].xyz[axis] = e.back() * step[p].xyz[axis];
-        }
+    Buffer<Displacement> step(rings.size()),
+        b[2] = {Buffer<Displacement>(rings.size()), Buffer<Displacement>(rings.size())};
+    const Start start{mesh, rings, e.back(), step.data(), b[0].data(), b[1].data()};
+    tbb::parallel_for(std::size_t{0}, rings.chunks(), [&](std::size_t chunk) {
+        for (std::size_t n = 0; n <= OneRings::kMostInFan; ++n) start(rings.listed(chunk, n));
     });
     PassScheduler scheduler(rings);
     const int passes = degree - 1;

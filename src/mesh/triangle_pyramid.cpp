@@ -6,10 +6,12 @@
 
 #include <algorithm>
 #include <bit>
+#include <numeric>
 
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_reduce.h>
+#include <tbb/task_arena.h>
 
-#include "morton_curve.h"
 #include "triangle_pyramid.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -37,11 +39,12 @@ HWY_INLINE Box box_of(const Group& group, std::size_t i) {
 // Which boxes of a group, from lane c on, overlap or touch a box.
 HWY_INLINE auto overlap(const Box& box, const Group& group, std::size_t c) {
     const D d;
-    const auto axis_overlaps = [&](std::size_t axis) HWY_ATTR {
-        return hn::And(hn::Le(hn::LoadU(d, group.lower[axis] + c), box.upper[axis]),
-                       hn::Ge(hn::LoadU(d, group.upper[axis] + c), box.lower[axis]));
+    // The sign of a float difference is exact. Processors with masks make only one mask in a cycle.
+    const auto gap = [&](std::size_t axis) HWY_ATTR {
+        return hn::Max(hn::Sub(hn::LoadU(d, group.lower[axis] + c), box.upper[axis]),
+                       hn::Sub(box.lower[axis], hn::LoadU(d, group.upper[axis] + c)));
     };
-    return hn::And(hn::And(axis_overlaps(0), axis_overlaps(1)), axis_overlaps(2));
+    return hn::Le(hn::Max(hn::Max(gap(0), gap(1)), gap(2)), hn::Zero(d));
 }
 
 // Returns a bit for each lane of eight that is set in mask(first lane).
@@ -133,7 +136,10 @@ class PairFinder {
         Group own;
         own.set(0, levels_[0][unit].bounds());
         near_units_.count = 0;
-        list_units(levels_.size() - 1, 0, box_of(own, 0), unit);
+        if (levels_.size() == 1)
+            near_units_.add(0, own, 0);
+        else
+            list_units(levels_.size() - 1, 0, box_of(own, 0), unit);
         for (std::size_t leaf = kWidth * unit; leaf < std::min(kWidth * (unit + 1), leaves_.size()); ++leaf) {
             list_leaves(leaf);
             compare_rows(leaf, list_rows(leaf));
@@ -141,11 +147,12 @@ class PairFinder {
     }
 
   private:
-    // Lists the units from `unit` on that overlap a box, below group `at` of a level.
+    // Lists the units from `unit` on that overlap a box, below group `at` of a level above theirs.
     void list_units(std::size_t level, std::size_t at, const Box& box, std::size_t unit) {
         for_each_bit(overlaps(box, levels_[level][at]), [&](std::uint32_t i) {
             const std::size_t child = kWidth * at + i;
-            if (level == 1 && child >= unit) near_units_.add(static_cast<std::uint32_t>(child), levels_[level][at], i);
+            if (level == 1 && child >= unit)
+                near_units_.add(static_cast<std::uint32_t>(child), levels_[level][at], i);
             if (level > 1 && (child + 1) << 3 * (level - 1) > unit) list_units(level - 1, child, box, unit);
         });
     }
@@ -162,12 +169,14 @@ class PairFinder {
         for (const std::uint32_t first : units_) {
             for (std::size_t c = 0; c < kWidth; c += hn::Lanes(d)) {
                 const auto numbers = hn::Iota(du, first + static_cast<std::uint32_t>(c));
-                count += store_selected(numbers, overlap(box, levels_[0][first / kWidth], c), &numbers_[count]);
+                count +=
+                    store_selected(numbers, overlap(box, levels_[0][first / kWidth], c), &numbers_[count]);
             }
         }
         near_leaves_.count = 0;
         for (std::size_t n = 0; n < count; ++n) {
-            if (numbers_[n] >= leaf) near_leaves_.add(numbers_[n], levels_[0][numbers_[n] / kWidth], numbers_[n] % kWidth);
+            if (numbers_[n] >= leaf)
+                near_leaves_.add(numbers_[n], levels_[0][numbers_[n] / kWidth], numbers_[n] % kWidth);
         }
     }
 
@@ -177,8 +186,8 @@ class PairFinder {
         std::size_t count = 0;
         rows_.resize(kWidth * near_leaves_.count + kWidth);
         for (std::size_t i = 0; i < kWidth; ++i)
-            count += near_leaves_.list_overlapping(box_of(leaves_[leaf].boxes, i), static_cast<std::uint32_t>(i),
-                                                   &rows_[count]);
+            count += near_leaves_.list_overlapping(box_of(leaves_[leaf].boxes, i),
+                                                   static_cast<std::uint32_t>(i), &rows_[count]);
         return count;
     }
 
@@ -246,6 +255,90 @@ HWY_EXPORT(find_overlapping);
 
 namespace {
 
+// Moves the lower bits of a number apart, so that there are two zeros between them.
+std::uint32_t spread(std::uint32_t x) {
+    x = (x | x << 16) & 0x030000ff;
+    x = (x | x << 8) & 0x0300f00f;
+    x = (x | x << 4) & 0x030c30c3;
+    return (x | x << 2) & 0x09249249;
+}
+
+// Puts the triangles of a mesh in a row: by cells along a Morton curve, and in a cell by their numbers. Triangles
+// that follow each other in an extracted mesh are near each other, unless they are on the same line by chance.
+class Row {
+  public:
+    explicit Row(const MeshView& mesh) : keys_(mesh.triangles.size()), triangles_(mesh.triangles.size()) {
+        set_keys(mesh);
+        // Each thread counts and lists the triangles of some of the cells.
+        const auto parts = static_cast<std::size_t>(tbb::this_task_arena::max_concurrency());
+        std::vector<std::uint32_t> count(parts + 1, 0);
+        Buffer<std::uint32_t> ends(kCells);
+        const auto for_each_part = [&](const auto& f) {
+            tbb::parallel_for(std::size_t{0}, parts, [&](std::size_t part) {
+                f(part, static_cast<std::uint32_t>(kCells * part / parts),
+                  static_cast<std::uint32_t>(kCells * (part + 1) / parts));
+            });
+        };
+        for_each_part([&](std::size_t part, std::uint32_t begin, std::uint32_t end) {
+            std::fill(ends.data() + begin, ends.data() + end, 0u);
+            for (const std::uint32_t key : keys_) {
+                if (key - begin < end - begin) ++ends[key];
+            }
+            for (std::uint32_t cell = begin; cell < end; ++cell) count[part + 1] += ends[cell];
+        });
+        std::partial_sum(count.begin(), count.end(), count.begin());
+        for_each_part([&](std::size_t part, std::uint32_t begin, std::uint32_t end) {
+            std::uint32_t sum = count[part];
+            for (std::uint32_t cell = begin; cell < end; ++cell) {
+                const std::uint32_t first = sum;
+                sum += ends[cell];
+                ends[cell] = first;
+            }
+            for (std::uint32_t t = 0; t < keys_.size(); ++t) {
+                const std::uint32_t key = keys_[t];
+                if (key - begin < end - begin) triangles_[ends[key]++] = t;
+            }
+        });
+    }
+    std::uint32_t operator[](std::size_t place) const { return triangles_[place]; }
+    std::size_t size() const { return triangles_.size(); }
+
+  private:
+    static constexpr std::uint32_t kCellsOfAxis = 64;
+    static constexpr std::uint32_t kCells = kCellsOfAxis * kCellsOfAxis * kCellsOfAxis;
+
+    void set_keys(const MeshView& mesh) {
+        const Bounds bounds = tbb::parallel_reduce(
+            tbb::blocked_range<std::size_t>(0, mesh.points.size(), 4096), Bounds{},
+            [&](const auto& range, Bounds sum) {
+                for (std::size_t p = range.begin(); p < range.end(); ++p) sum.include(mesh.points[p]);
+                return sum;
+            },
+            [](Bounds a, const Bounds& b) {
+                a.include(b.lower);
+                a.include(b.upper);
+                return a;
+            });
+        float longest = 0;
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            longest = std::max(longest, bounds.upper[axis] - bounds.lower[axis]);
+        const float scale = longest > 0 ? kCellsOfAxis / longest : 0;
+        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, keys_.size(), 4096), [&](const auto& range) {
+            for (std::size_t t = range.begin(); t < range.end(); ++t) {
+                const Vec3f& p = mesh.points[mesh.triangles[t][0]];
+                keys_[t] = 0;
+                for (std::size_t axis = 0; axis < 3; ++axis) {
+                    const float cell = (p[axis] - bounds.lower[axis]) * scale;
+                    const float within = cell > 0 ? std::min(cell, kCellsOfAxis - 1.0f) : 0;
+                    keys_[t] |= spread(static_cast<std::uint32_t>(within)) << axis;
+                }
+            }
+        });
+    }
+
+    Buffer<std::uint32_t> keys_, triangles_;
+};
+
 Bounds bounds_of_triangle(const MeshView& mesh, std::uint32_t triangle) {
     Bounds box;
     for (const std::uint32_t p : mesh.triangles[triangle]) box.include(mesh.points[p]);
@@ -272,15 +365,15 @@ Bounds TrianglePyramid::Group::bounds() const {
 
 TrianglePyramid::TrianglePyramid(MeshView mesh, std::span<const std::uint8_t> simple)
     : mesh_(mesh), leaves_(std::max<std::size_t>(1, (mesh.triangles.size() + kWidth - 1) / kWidth)) {
-    const std::vector<MortonKey> row = along_morton_curve(mesh);
+    const Row row(mesh);
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves_.size(), 512), [&](const auto& range) {
         for (std::size_t g = range.begin(); g < range.end(); ++g) {
             Leaf& leaf = leaves_[g];
             leaf.simple = 0;
             for (std::size_t i = 0; i < kWidth; ++i) {
                 const bool is_used = kWidth * g + i < row.size();
-                leaf.boxes.set(i, is_used ? bounds_of_triangle(mesh, row[kWidth * g + i].triangle) : Bounds{});
-                const std::uint32_t t = leaf.triangles[i] = is_used ? row[kWidth * g + i].triangle : 0;
+                leaf.boxes.set(i, is_used ? bounds_of_triangle(mesh, row[kWidth * g + i]) : Bounds{});
+                const std::uint32_t t = leaf.triangles[i] = is_used ? row[kWidth * g + i] : 0;
                 bool all_simple = true;
                 for (std::size_t c = 0; c < 3; ++c) {
                     leaf.corners[c][i] = is_used ? mesh.triangles[t][c] : 0;
@@ -322,8 +415,10 @@ std::vector<std::uint32_t> TrianglePyramid::overlapping(const Bounds& box) const
 void TrianglePyramid::update(std::uint32_t triangle) {
     if (places_.empty()) {
         places_.resize(mesh_.triangles.size());
-        for (std::uint32_t i = 0; i < places_.size(); ++i)
-            places_[leaves_[i / kWidth].triangles[i % kWidth]] = i;
+        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, places_.size(), 8192), [&](const auto& range) {
+            for (std::size_t i = range.begin(); i < range.end(); ++i)
+                places_[leaves_[i / kWidth].triangles[i % kWidth]] = static_cast<std::uint32_t>(i);
+        });
     }
     std::size_t place = places_[triangle];
     leaves_[place / kWidth].boxes.set(place % kWidth, bounds_of_triangle(mesh_, triangle));
