@@ -263,20 +263,22 @@ std::uint32_t spread(std::uint32_t x) {
     return (x | x << 2) & 0x09249249;
 }
 
-// Puts the triangles of a mesh in a row: by cells along a Morton curve, and in a cell by their numbers. Triangles
-// that follow each other in an extracted mesh are near each other, unless they are on the same line by chance.
+// Puts the triangles of a mesh in a row: by cells along a Morton curve, and in a cell by their numbers. In a cell,
+// triangles of an extracted mesh that follow each other are near each other.
 class Row {
   public:
     explicit Row(const MeshView& mesh) : keys_(mesh.triangles.size()), triangles_(mesh.triangles.size()) {
+        // About as many cells as triangles, so that small meshes take little time.
+        while (axis_cells_ < kMostAxisCells && cells() < mesh.triangles.size()) axis_cells_ *= 2;
         set_keys(mesh);
         // Each thread counts and lists the triangles of some of the cells.
         const auto parts = static_cast<std::size_t>(tbb::this_task_arena::max_concurrency());
         std::vector<std::uint32_t> count(parts + 1, 0);
-        Buffer<std::uint32_t> ends(kCells);
+        Buffer<std::uint32_t> ends(cells());
         const auto for_each_part = [&](const auto& f) {
             tbb::parallel_for(std::size_t{0}, parts, [&](std::size_t part) {
-                f(part, static_cast<std::uint32_t>(kCells * part / parts),
-                  static_cast<std::uint32_t>(kCells * (part + 1) / parts));
+                f(part, static_cast<std::uint32_t>(cells() * part / parts),
+                  static_cast<std::uint32_t>(cells() * (part + 1) / parts));
             });
         };
         for_each_part([&](std::size_t part, std::uint32_t begin, std::uint32_t end) {
@@ -304,8 +306,9 @@ class Row {
     std::size_t size() const { return triangles_.size(); }
 
   private:
-    static constexpr std::uint32_t kCellsOfAxis = 64;
-    static constexpr std::uint32_t kCells = kCellsOfAxis * kCellsOfAxis * kCellsOfAxis;
+    static constexpr std::uint32_t kMostAxisCells = 64;
+
+    std::size_t cells() const { return std::size_t{axis_cells_} * axis_cells_ * axis_cells_; }
 
     void set_keys(const MeshView& mesh) {
         const Bounds bounds = tbb::parallel_reduce(
@@ -322,20 +325,22 @@ class Row {
         float longest = 0;
         for (std::size_t axis = 0; axis < 3; ++axis)
             longest = std::max(longest, bounds.upper[axis] - bounds.lower[axis]);
-        const float scale = longest > 0 ? kCellsOfAxis / longest : 0;
+        const auto cells = static_cast<float>(axis_cells_);
+        const float scale = longest > 0 ? cells / longest : 0;
         tbb::parallel_for(tbb::blocked_range<std::size_t>(0, keys_.size(), 4096), [&](const auto& range) {
             for (std::size_t t = range.begin(); t < range.end(); ++t) {
                 const Vec3f& p = mesh.points[mesh.triangles[t][0]];
                 keys_[t] = 0;
                 for (std::size_t axis = 0; axis < 3; ++axis) {
                     const float cell = (p[axis] - bounds.lower[axis]) * scale;
-                    const float within = cell > 0 ? std::min(cell, kCellsOfAxis - 1.0f) : 0;
+                    const float within = cell > 0 ? std::min(cell, cells - 1) : 0;
                     keys_[t] |= spread(static_cast<std::uint32_t>(within)) << axis;
                 }
             }
         });
     }
 
+    std::uint32_t axis_cells_ = 1;
     Buffer<std::uint32_t> keys_, triangles_;
 };
 

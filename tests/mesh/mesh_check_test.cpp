@@ -259,6 +259,58 @@ TEST(Check, DecidesExactly) {
     EXPECT_EQ(far_from_zero(1e6f), 1);
 }
 
+// Two triangles alone have no closed fans, and no neighbours that could be near.
+bool is_self_intersection(const Mesh& mesh, const Triangle& s, const Triangle& t) {
+    Mesh pair;
+    std::map<std::uint32_t, std::uint32_t> numbers;
+    for (const Triangle& from : {s, t}) {
+        Triangle& to = pair.triangles.emplace_back();
+        for (std::size_t c = 0; c < 3; ++c) {
+            const auto [at, is_new] =
+                numbers.try_emplace(from[c], static_cast<std::uint32_t>(pair.points.size()));
+            if (is_new) pair.points.push_back(mesh.points[from[c]]);
+            to[c] = at->second;
+        }
+    }
+    return check_mesh(pair, {.threads = 1}).self_intersections > 0;
+}
+
+TEST(Check, FindsWhatPairsOfTrianglesShow) {
+    Random random(11);
+    for (const double crumple : {0.1, 0.3, 1.0}) {
+        Mesh mesh = extracted(grid(11, 11, 11), sphere({5, 5, 5}, 3.3));
+        for (Vec3f& p : mesh.points) {
+            for (float& x : p) x += static_cast<float>(std::normal_distribution<double>(0, crumple)(random));
+        }
+        std::int64_t pairs = 0;
+        for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+            for (std::size_t j = 0; j < i; ++j)
+                pairs += is_self_intersection(mesh, mesh.triangles[i], mesh.triangles[j]);
+        }
+        EXPECT_EQ(check_mesh(mesh).self_intersections, pairs) << "crumpled by " << crumple;
+        EXPECT_GT(pairs, 0);
+    }
+}
+
+// The triangles around a point all face the same way, and go around it twice.
+TEST(Check, FindsAFanThatGoesAroundTwice) {
+    Mesh mesh;
+    mesh.points = {{0, 0, 0}};
+    for (int i = 0; i < 10; ++i) {
+        const double angle = i * 4 * M_PI / 10, height = 0.3 * std::sin(i * 2 * M_PI / 10);
+        mesh.points.push_back({static_cast<float>(std::cos(angle)), static_cast<float>(std::sin(angle)),
+                               static_cast<float>(height)});
+    }
+    mesh.points.push_back({0, 0, -5});
+    for (std::uint32_t i = 1; i <= 10; ++i) {
+        const std::uint32_t next = i % 10 + 1;
+        mesh.triangles.push_back({0, i, next});
+        mesh.triangles.push_back({11, next, i});
+    }
+    EXPECT_EQ(check_mesh(mesh).nonmanifold_points, 0);
+    EXPECT_GT(check_mesh(mesh).self_intersections, 0);
+}
+
 TEST(Check, FindsNoSelfIntersectionsInExtractedSurfaces) {
     Random random(5);
     for (int trial = 0; trial < 100; ++trial) {
