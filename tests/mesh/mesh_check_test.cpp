@@ -275,6 +275,15 @@ bool is_self_intersection(const Mesh& mesh, const Triangle& s, const Triangle& t
     return check_mesh(pair, {.threads = 1}).self_intersections > 0;
 }
 
+std::int64_t count_by_pairs(const Mesh& mesh) {
+    std::int64_t pairs = 0;
+    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+        for (std::size_t j = 0; j < i; ++j)
+            pairs += is_self_intersection(mesh, mesh.triangles[i], mesh.triangles[j]);
+    }
+    return pairs;
+}
+
 TEST(Check, FindsWhatPairsOfTrianglesShow) {
     Random random(11);
     for (const double crumple : {0.1, 0.3, 1.0}) {
@@ -282,33 +291,34 @@ TEST(Check, FindsWhatPairsOfTrianglesShow) {
         for (Vec3f& p : mesh.points) {
             for (float& x : p) x += static_cast<float>(std::normal_distribution<double>(0, crumple)(random));
         }
-        std::int64_t pairs = 0;
-        for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-            for (std::size_t j = 0; j < i; ++j)
-                pairs += is_self_intersection(mesh, mesh.triangles[i], mesh.triangles[j]);
-        }
+        const std::int64_t pairs = count_by_pairs(mesh);
         EXPECT_EQ(check_mesh(mesh).self_intersections, pairs) << "crumpled by " << crumple;
         EXPECT_GT(pairs, 0);
     }
 }
 
-// The triangles around a point all face the same way, and go around it twice.
+// All triangles of a disc face the same way, but they go around its centre twice.
 TEST(Check, FindsAFanThatGoesAroundTwice) {
+    constexpr std::uint32_t kSides = 10;
     Mesh mesh;
     mesh.points = {{0, 0, 0}};
-    for (int i = 0; i < 10; ++i) {
-        const double angle = i * 4 * M_PI / 10, height = 0.3 * std::sin(i * 2 * M_PI / 10);
-        mesh.points.push_back({static_cast<float>(std::cos(angle)), static_cast<float>(std::sin(angle)),
-                               static_cast<float>(height)});
+    for (const double radius : {1.0, 2.0}) {
+        for (std::uint32_t i = 0; i < kSides; ++i) {
+            const double angle = i * 4 * M_PI / kSides, height = 0.3 * std::sin(angle / 2 + 0.1);
+            mesh.points.push_back({static_cast<float>(radius * std::cos(angle)),
+                                   static_cast<float>(radius * std::sin(angle)),
+                                   static_cast<float>(radius * height)});
+        }
     }
-    mesh.points.push_back({0, 0, -5});
-    for (std::uint32_t i = 1; i <= 10; ++i) {
-        const std::uint32_t next = i % 10 + 1;
-        mesh.triangles.push_back({0, i, next});
-        mesh.triangles.push_back({11, next, i});
+    for (std::uint32_t i = 0; i < kSides; ++i) {
+        const std::uint32_t a = 1 + i, b = 1 + (i + 1) % kSides;
+        mesh.triangles.push_back({0, a, b});
+        mesh.triangles.push_back({a, a + kSides, b + kSides});
+        mesh.triangles.push_back({a, b + kSides, b});
     }
-    EXPECT_EQ(check_mesh(mesh).nonmanifold_points, 0);
-    EXPECT_GT(check_mesh(mesh).self_intersections, 0);
+    const std::int64_t pairs = count_by_pairs(mesh);
+    EXPECT_GT(pairs, 0);
+    EXPECT_EQ(check_mesh(mesh).self_intersections, pairs);
 }
 
 TEST(Check, FindsNoSelfIntersectionsInExtractedSurfaces) {
