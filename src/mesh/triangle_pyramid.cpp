@@ -13,6 +13,7 @@
 #include <tbb/task_arena.h>
 
 #include "triangle_pyramid.h"
+#include "triangle_tree.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace marrow::internal::HWY_NAMESPACE {
@@ -128,9 +129,9 @@ struct BoxList {
 // next one, without branches.
 class PairFinder {
   public:
-    PairFinder(const Buffer<Leaf>& leaves, const std::vector<Buffer<Group>>& levels,
-               std::vector<TrianglePair>& pairs)
-        : leaves_(leaves), levels_(levels), pairs_(pairs) {}
+    PairFinder(const Buffer<Leaf>& leaves, const Buffer<std::uint8_t>& simple,
+               const std::vector<Buffer<Group>>& levels, std::vector<TrianglePair>& pairs)
+        : leaves_(leaves), simple_(simple), levels_(levels), pairs_(pairs) {}
 
     void find_from(std::size_t unit) {
         Group own;
@@ -199,13 +200,13 @@ class PairFinder {
             const Leaf& t = leaves_[other];
             const Box box = box_of(s.boxes, i);
             std::uint32_t bits;
-            if ((s.simple >> i & 1) != 0) {
+            if ((simple_[leaf] >> i & 1) != 0) {
                 bits = bits_of_eight([&](std::size_t c) HWY_ATTR {
                     return hn::AndNot(is_neighbour(s, i, t, c), overlap(box, t.boxes, c));
                 });
             } else {
                 bits = bits_of_eight([&](std::size_t c) HWY_ATTR { return is_neighbour(s, i, t, c); });
-                bits = overlaps(box, t.boxes) & ~(bits & t.simple);
+                bits = overlaps(box, t.boxes) & ~(bits & simple_[other]);
             }
             // Of two triangles in a leaf, the first one looks at the second.
             if (other == leaf) bits &= ~std::uint32_t{0} << (i + 1);
@@ -215,6 +216,7 @@ class PairFinder {
     }
 
     const Buffer<Leaf>& leaves_;
+    const Buffer<std::uint8_t>& simple_;
     const std::vector<Buffer<Group>>& levels_;
     std::vector<TrianglePair>& pairs_;
     BoxList near_units_, near_leaves_;
@@ -222,9 +224,10 @@ class PairFinder {
     std::vector<std::uint32_t> rows_;
 };
 
-void find_pairs(const Buffer<Leaf>& leaves, const std::vector<Buffer<Group>>& levels, std::size_t begin,
-                std::size_t end, std::vector<TrianglePair>& pairs) {
-    PairFinder finder(leaves, levels, pairs);
+void find_pairs(const Buffer<Leaf>& leaves, const Buffer<std::uint8_t>& simple,
+                const std::vector<Buffer<Group>>& levels, std::size_t begin, std::size_t end,
+                std::vector<TrianglePair>& pairs) {
+    PairFinder finder(leaves, simple, levels, pairs);
     for (std::size_t unit = begin; unit < end; ++unit) finder.find_from(unit);
 }
 
@@ -344,12 +347,6 @@ class Row {
     Buffer<std::uint32_t> keys_, triangles_;
 };
 
-Bounds bounds_of_triangle(const MeshView& mesh, std::uint32_t triangle) {
-    Bounds box;
-    for (const std::uint32_t p : mesh.triangles[triangle]) box.include(mesh.points[p]);
-    return box;
-}
-
 }  // namespace
 
 void TrianglePyramid::Group::set(std::size_t i, const Bounds& box) {
@@ -369,23 +366,26 @@ Bounds TrianglePyramid::Group::bounds() const {
 }
 
 TrianglePyramid::TrianglePyramid(MeshView mesh, std::span<const std::uint8_t> simple)
-    : mesh_(mesh), leaves_(std::max<std::size_t>(1, (mesh.triangles.size() + kWidth - 1) / kWidth)) {
+    : mesh_(mesh),
+      leaves_(std::max<std::size_t>(1, (mesh.triangles.size() + kWidth - 1) / kWidth)),
+      simple_(leaves_.size()) {
     const Row row(mesh);
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves_.size(), 512), [&](const auto& range) {
         for (std::size_t g = range.begin(); g < range.end(); ++g) {
             Leaf& leaf = leaves_[g];
-            leaf.simple = 0;
+            std::uint32_t all_simple = 0;
             for (std::size_t i = 0; i < kWidth; ++i) {
-                const bool is_used = kWidth * g + i < row.size();
-                leaf.boxes.set(i, is_used ? bounds_of_triangle(mesh, row[kWidth * g + i]) : Bounds{});
-                const std::uint32_t t = leaf.triangles[i] = is_used ? row[kWidth * g + i] : 0;
-                bool all_simple = true;
-                for (std::size_t c = 0; c < 3; ++c) {
-                    leaf.corners[c][i] = is_used ? mesh.triangles[t][c] : 0;
-                    all_simple = is_used && all_simple && simple[leaf.corners[c][i]] != 0;
-                }
-                leaf.simple |= static_cast<std::uint32_t>(all_simple) << i;
+                const std::size_t place = kWidth * g + i;
+                const std::uint32_t t = leaf.triangles[i] = place < row.size() ? row[place] : 0;
+                const Triangle corners = place < row.size() ? mesh.triangles[t] : Triangle{};
+                leaf.boxes.set(i, place < row.size() ? bounds_of(mesh, corners) : Bounds{});
+                for (std::size_t c = 0; c < 3; ++c) leaf.corners[c][i] = corners[c];
+                if (place < row.size())
+                    all_simple |= static_cast<std::uint32_t>(simple[corners[0]] & simple[corners[1]] &
+                                                             simple[corners[2]])
+                                  << i;
             }
+            simple_[g] = static_cast<std::uint8_t>(all_simple);
         }
     });
     const auto add_level = [&](std::size_t count, const auto& box) {
@@ -406,7 +406,7 @@ TrianglePyramid::TrianglePyramid(MeshView mesh, std::span<const std::uint8_t> si
 }
 
 void TrianglePyramid::pairs_from(std::size_t begin, std::size_t end, std::vector<TrianglePair>& pairs) const {
-    HWY_DYNAMIC_DISPATCH(find_pairs)(leaves_, levels_, begin, end, pairs);
+    HWY_DYNAMIC_DISPATCH(find_pairs)(leaves_, simple_, levels_, begin, end, pairs);
 }
 
 std::vector<std::uint32_t> TrianglePyramid::overlapping(const Bounds& box) const {
@@ -426,7 +426,7 @@ void TrianglePyramid::update(std::uint32_t triangle) {
         });
     }
     std::size_t place = places_[triangle];
-    leaves_[place / kWidth].boxes.set(place % kWidth, bounds_of_triangle(mesh_, triangle));
+    leaves_[place / kWidth].boxes.set(place % kWidth, bounds_of(mesh_, mesh_.triangles[triangle]));
     Bounds bounds = leaves_[place / kWidth].boxes.bounds();
     for (Buffer<Group>& level : levels_) {
         place /= kWidth;

@@ -48,17 +48,17 @@ class TrianglePyramid {
         /// The bounds of all eight.
         Bounds bounds() const;
     };
-    /// The boxes of eight triangles and what they belong to.
+    /// The boxes of eight triangles and what they belong to. Five cache lines, so that no vector is in two.
     struct Leaf {
         Group boxes;
         std::uint32_t corners[3][kWidth];
         std::uint32_t triangles[kWidth];
-        std::uint32_t simple;  ///< a bit for each triangle whose corners are all simple
     };
 
   private:
     MeshView mesh_;
     Buffer<Leaf> leaves_;
+    Buffer<std::uint8_t> simple_;  // a bit for each triangle of a leaf whose corners are all simple
     // The groups of the bounds of leaves, then the groups of the bounds of these, up to a single group.
     std::vector<Buffer<Group>> levels_;
     Buffer<std::uint32_t> places_;  // where in the row each triangle is; made when it is needed
