@@ -7,6 +7,8 @@
 #include <cmath>
 #include <memory>
 #include <numeric>
+#include <unordered_map>
+#include <utility>
 
 #include "self_intersections.h"
 
@@ -26,52 +28,111 @@ Vec3f along_path(const Vec3f& start, const Vec3f& end, Steps steps) {
 // A mesh whose points move back.
 struct Sheet {
     Mesh& mesh;
-    const Buffer<std::uint32_t>& numbers;
+    std::span<const std::uint32_t> numbers;
     std::unique_ptr<SelfIntersections> intersections = {};
     std::vector<TrianglePair> pairs = {};
+    // The points with number n are points_of[first_of[n]] to points_of[first_of[n + 1] - 1].
+    std::vector<std::uint32_t> first_of = {}, points_of = {};
 
-    void find_all(const Progress& progress, double begin, double end) {
-        intersections = std::make_unique<SelfIntersections>(mesh);
-        pairs = intersections->find_all(progress, begin, end);
-        if (pairs.empty()) intersections.reset();
+    void list_points(std::size_t count) {
+        // Counts go two entries further, so that filling leaves the first point of n in first_of[n].
+        first_of.assign(count + 2, 0);
+        for (const std::uint32_t n : numbers) ++first_of[n + std::size_t{2}];
+        std::partial_sum(first_of.begin(), first_of.end(), first_of.begin());
+        points_of.resize(numbers.size());
+        for (std::uint32_t p = 0; p < numbers.size(); ++p)
+            points_of[first_of[numbers[p] + std::size_t{1}]++] = p;
     }
-    void find_changed(const std::vector<std::uint8_t>& moved) {
-        std::vector<std::uint32_t> changed;
-        for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-            if (has_corner_in(moved, mesh.triangles[t])) changed.push_back(t);
-        }
-        if (!intersections && !changed.empty()) intersections = std::make_unique<SelfIntersections>(mesh);
-        pairs = changed.empty() ? std::vector<TrianglePair>() : intersections->find_changed(changed);
+    std::span<const std::uint32_t> points(std::uint32_t number) const {
+        return {points_of.data() + first_of[number], points_of.data() + first_of[number + std::size_t{1}]};
     }
-    bool has_corner_in(const std::vector<std::uint8_t>& set, const Triangle& t) const {
-        return (set[numbers[t[0]]] | set[numbers[t[1]]] | set[numbers[t[2]]]) != 0;
-    }
-    void add_corners(const Triangle& t, std::vector<std::uint8_t>& set) const {
-        for (const std::uint32_t p : t) set[numbers[p]] = 1;
+    SelfIntersections& search() {
+        if (!intersections) intersections = std::make_unique<SelfIntersections>(mesh);
+        return *intersections;
     }
 };
 
+using Numbers = std::vector<std::uint32_t>;
+
+void sort_out(Numbers& set) {
+    std::sort(set.begin(), set.end());
+    set.erase(std::unique(set.begin(), set.end()), set.end());
+}
+
 // The corners of the intersecting triangles, except where all are at their starts: it was so at the start.
-void add_intersecting(const Sheet& sheet, const std::vector<Steps>& steps, std::vector<std::uint8_t>& set) {
+void add_intersecting(const Sheet& sheet, const std::vector<Steps>& steps, Numbers& set) {
     for (const TrianglePair& pair : sheet.pairs) {
-        const bool can_move = std::any_of(pair.begin(), pair.end(), [&](std::uint32_t t) {
-            const Triangle& corners = sheet.mesh.triangles[t];
-            return std::any_of(corners.begin(), corners.end(),
-                               [&](std::uint32_t p) { return steps[sheet.numbers[p]] < kAtStart; });
-        });
-        if (!can_move) continue;
-        for (const std::uint32_t t : pair) sheet.add_corners(sheet.mesh.triangles[t], set);
+        Numbers corners;
+        for (const std::uint32_t t : pair) {
+            for (const std::uint32_t p : sheet.mesh.triangles[t]) corners.push_back(sheet.numbers[p]);
+        }
+        if (std::any_of(corners.begin(), corners.end(), [&](std::uint32_t n) { return steps[n] < kAtStart; }))
+            set.insert(set.end(), corners.begin(), corners.end());
     }
 }
 
-// Adds the neighbours of the points in a set.
-void grow(const std::vector<Sheet>& sheets, std::vector<std::uint8_t>& set) {
-    const std::vector<std::uint8_t> before = set;
-    for (const Sheet& sheet : sheets) {
-        for (const Triangle& t : sheet.mesh.triangles) {
-            if (sheet.has_corner_in(before, t)) sheet.add_corners(t, set);
+// The triangles of a sheet with corners in a set.
+Numbers triangles_with(Sheet& sheet, const Numbers& set) {
+    Numbers triangles;
+    for (const std::uint32_t n : set) {
+        for (const std::uint32_t p : sheet.points(n)) {
+            const Numbers at_point = sheet.search().triangles_at(p);
+            triangles.insert(triangles.end(), at_point.begin(), at_point.end());
         }
     }
+    sort_out(triangles);
+    return triangles;
+}
+
+// Adds the neighbours of the points in a set.
+void grow(std::vector<Sheet>& sheets, Numbers& set) {
+    Numbers grown = set;
+    for (Sheet& sheet : sheets) {
+        for (const std::uint32_t t : triangles_with(sheet, set)) {
+            for (const std::uint32_t p : sheet.mesh.triangles[t]) grown.push_back(sheet.numbers[p]);
+        }
+    }
+    sort_out(grown);
+    set = std::move(grown);
+}
+
+// Moves points back until the sheets do not pass through themselves. Returns how many points.
+std::size_t move_back(std::vector<Sheet>& sheets, const std::function<Positions()>& start) {
+    if (std::all_of(sheets.begin(), sheets.end(), [](const Sheet& s) { return s.pairs.empty(); })) return 0;
+    const Positions from = start();
+    std::size_t count = 0;
+    for (const Sheet& sheet : sheets) {
+        for (const std::uint32_t number : sheet.numbers)
+            count = std::max<std::size_t>(count, number + std::size_t{1});
+    }
+    for (Sheet& sheet : sheets) sheet.list_points(count);
+    std::vector<Steps> steps(count, 0);
+    // The ends of the paths of points that have moved back.
+    std::vector<std::unordered_map<std::uint32_t, Vec3f>> ends(sheets.size());
+    for (int round = 0;; ++round) {
+        Numbers moved;
+        for (const Sheet& sheet : sheets) add_intersecting(sheet, steps, moved);
+        sort_out(moved);
+        for (int ring = 0; ring < round / 2; ++ring) grow(sheets, moved);
+        std::erase_if(moved, [&](std::uint32_t n) { return steps[n] == kAtStart; });
+        if (moved.empty()) break;
+        for (const std::uint32_t n : moved) ++steps[n];
+        for (std::size_t m = 0; m < sheets.size(); ++m) {
+            Sheet& sheet = sheets[m];
+            // Triangles are found at the positions before they move.
+            const Numbers changed = triangles_with(sheet, moved);
+            for (const std::uint32_t n : moved) {
+                for (const std::uint32_t p : sheet.points(n)) {
+                    Vec3f& point = sheet.mesh.points[p];
+                    const Vec3f end = ends[m].try_emplace(p, point).first->second;
+                    point = along_path(from[m][p], end, steps[n]);
+                }
+            }
+            sheet.pairs =
+                changed.empty() ? std::vector<TrianglePair>() : sheet.search().find_changed(changed);
+        }
+    }
+    return static_cast<std::size_t>(std::count_if(steps.begin(), steps.end(), [](Steps s) { return s > 0; }));
 }
 
 }  // namespace
@@ -80,50 +141,30 @@ std::size_t hold_back(std::span<Mesh> meshes, const std::vector<Buffer<std::uint
                       const std::function<Positions()>& start, const Progress& progress, double begin,
                       double end) {
     std::vector<Sheet> sheets;
-    bool any = false;
     for (std::size_t m = 0; m < meshes.size(); ++m) {
         const auto at = [&](std::size_t done) {
             return std::lerp(begin, end, static_cast<double>(done) / static_cast<double>(meshes.size()));
         };
-        sheets.push_back({meshes[m], numbers[m]});
-        sheets.back().find_all(progress, at(m), at(m + 1));
-        any |= !sheets.back().pairs.empty();
+        Sheet& sheet = sheets.emplace_back(Sheet{meshes[m], numbers[m]});
+        SelfIntersections intersections(sheet.mesh);
+        sheet.pairs = intersections.find_all(progress, at(m), at(m + 1));
+        if (!sheet.pairs.empty())
+            sheet.intersections = std::make_unique<SelfIntersections>(std::move(intersections));
     }
-    if (!any) return 0;
-    const Positions from = start();
-    Positions to;
-    std::size_t count = 0;
-    for (const Sheet& sheet : sheets) {
-        to.push_back(sheet.mesh.points);
-        for (const std::uint32_t number : sheet.numbers) count = std::max<std::size_t>(count, number + 1);
-    }
-    std::vector<Steps> steps(count, 0);
-    for (int round = 0;; ++round) {
-        std::vector<std::uint8_t> moved(count, 0);
-        for (const Sheet& sheet : sheets) add_intersecting(sheet, steps, moved);
-        for (int ring = 0; ring < round / 2; ++ring) grow(sheets, moved);
-        for (std::size_t n = 0; n < count; ++n) {
-            if (steps[n] == kAtStart) moved[n] = 0;
-            steps[n] = static_cast<Steps>(steps[n] + moved[n]);
-        }
-        if (std::count(moved.begin(), moved.end(), 1) == 0) break;
-        for (std::size_t m = 0; m < sheets.size(); ++m) {
-            const Buffer<std::uint32_t>& number = sheets[m].numbers;
-            for (std::size_t p = 0; p < number.size(); ++p) {
-                if (moved[number[p]] != 0)
-                    meshes[m].points[p] = along_path(from[m][p], to[m][p], steps[number[p]]);
-            }
-            sheets[m].find_changed(moved);
-        }
-    }
-    return static_cast<std::size_t>(std::count_if(steps.begin(), steps.end(), [](Steps s) { return s > 0; }));
+    return move_back(sheets, start);
 }
 
-std::size_t hold_back(Mesh& mesh, const std::function<Positions()>& start, const Progress& progress,
-                      double begin, double end) {
-    std::vector<Buffer<std::uint32_t>> numbers(1, Buffer<std::uint32_t>(mesh.points.size()));
-    std::iota(numbers[0].begin(), numbers[0].end(), 0u);
-    return hold_back({&mesh, 1}, numbers, start, progress, begin, end);
+std::size_t hold_back(Mesh& mesh, const OneRings& rings, const std::function<Positions()>& start,
+                      const Progress& progress, double begin, double end) {
+    SelfIntersections intersections(mesh, rings);
+    std::vector<TrianglePair> pairs = intersections.find_all(progress, begin, end);
+    if (pairs.empty()) return 0;
+    std::vector<Sheet> sheets;
+    Buffer<std::uint32_t> numbers(mesh.points.size());
+    std::iota(numbers.begin(), numbers.end(), 0u);
+    sheets.push_back(
+        {mesh, numbers, std::make_unique<SelfIntersections>(std::move(intersections)), std::move(pairs)});
+    return move_back(sheets, start);
 }
 
 }  // namespace marrow::internal

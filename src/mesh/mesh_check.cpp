@@ -15,9 +15,9 @@
 #include "base/disjoint_sets.h"
 #include "base/parallel.h"
 #include "check_indices.h"
-#include "find_components.h"
 #include "for_each_range.h"
 #include "half_edges.h"
+#include "one_rings.h"
 #include "self_intersections.h"
 #include "triangle_corners.h"
 #include "triangle_tree.h"
@@ -79,14 +79,11 @@ bool is_one_fan(const Triangle* begin, const Triangle* end) {
     return fans <= 1;
 }
 
-void check_points(const MeshView& mesh, MeshCheck& check) {
+void count_nonmanifold_points(const MeshView& mesh, MeshCheck& check) {
     const VertexTriangles vertex_triangles(mesh);
     for (std::size_t p = 0; p < mesh.points.size(); ++p) {
         const Triangle *begin = vertex_triangles.begin(p), *end = vertex_triangles.end(p);
-        if (begin == end)
-            ++check.unused_points;
-        else if (!is_one_fan(begin, end))
-            ++check.nonmanifold_points;
+        check.nonmanifold_points += begin != end && !is_one_fan(begin, end);
     }
 }
 
@@ -128,22 +125,30 @@ void check_walls(const MeshView& mesh, const std::vector<double>& thickness, Mes
 void check_surface(const MeshView& mesh, const CheckOptions& options, MeshCheck& check) {
     for (const Triangle& t : mesh.triangles) check.degenerate_triangles += area(corners_of(mesh, t)) == 0;
     const double walls_begin = options.min_wall ? 0.6 : 1;
+    const OneRings rings(mesh);
+    // If all triangles are in closed fans, then each edge has two triangles, which run along it in opposite
+    // directions, and nothing is left to count.
+    bool all_fans = true;
+    for (std::size_t p = 0; p < rings.size(); ++p) {
+        check.unused_points += rings.of(p).empty();
+        all_fans &= rings.of(p).empty() || rings.is_fan(p);
+    }
     tbb::parallel_invoke(
         [&] {
             check.self_intersections = static_cast<std::int64_t>(
-                SelfIntersections(mesh).find_all(options.progress, 0, walls_begin).size());
+                SelfIntersections(mesh, rings).find_all(options.progress, 0, walls_begin).size());
         },
         [&] { check.measures = measure(mesh); },
         [&] {
+            if (all_fans) return;
             for_each_edge(mesh, [&](const Edge& e) {
                 check.misoriented_edges += e.up + e.down == 2 && (e.up == 2 || e.down == 2);
             });
         },
-        [&] { check_points(mesh, check); },
         [&] {
-            for (const Component& component : find_components(mesh).all)
-                check.cavities += component.is_cavity();
+            if (!all_fans) count_nonmanifold_points(mesh, check);
         });
+    check.cavities = check.measures.cavities;
     const MeshMeasures& m = check.measures;
     if (check.is_closed() && check.is_manifold() && check.misoriented_edges == 0)
         check.genus = m.components - (m.euler_characteristic - check.unused_points) / 2;

@@ -1,33 +1,65 @@
 /// The neighbours of each point of a mesh.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <vector>
 
 #include <marrow/buffer.h>
 #include <marrow/mesh.h>
 
 namespace marrow::internal {
 
-/// The points at the other ends of each point's edges, in the order of the triangles.
+/// The points at the other ends of each point's edges. Most points have as many neighbours as their successors
+/// only by chance, and a processor guesses such loops wrongly. So points are also listed by the number of their
+/// neighbours, in chunks of successive points.
 class OneRings {
   public:
-    /// Takes linear time. \pre indices are in range
+    static constexpr std::size_t kChunk = 512;     ///< points
+    static constexpr std::size_t kMostInFan = 16;  ///< triangles; points with more are no fans
+
+    /// Takes linear time, on all threads. \pre indices are in range
     explicit OneRings(const MeshView& mesh);
 
-    std::size_t size() const { return regular_.size(); }
+    std::size_t size() const { return kinds_.size(); }
     /// Whether all edges of a point are manifold. Only then its neighbours are complete and listed once each.
-    bool is_regular(std::size_t p) const { return regular_[p] != 0; }
+    bool is_regular(std::size_t p) const { return kinds_[p] != Kind::kIrregular; }
+    /// Whether the triangles of a point are a single closed fan, of kMostInFan at most. Then they run from the point to a neighbour,
+    /// to the next one in the list, and from the last one to the first.
+    bool is_fan(std::size_t p) const { return kinds_[p] == Kind::kFan; }
     std::span<const std::uint32_t> of(std::size_t p) const {
-        return {neighbours_.data() + start_[p], neighbours_.data() + start_[p + 1]};
+        return {neighbours_.data() + start_[p], count_[p]};
     }
 
+    std::size_t chunks() const { return chunks_.size(); }
+    /// The fans of a chunk with this number of neighbours, from 1 to kMostInFan; with 0, its other points. The
+    /// neighbours of successive points in a list follow each other in memory.
+    std::span<const std::uint32_t> listed(std::size_t chunk, std::size_t neighbours) const {
+        const std::uint32_t* const points = listed_.data() + chunk * kChunk;
+        return {points + chunks_[chunk].begin[neighbours], points + chunks_[chunk].begin[neighbours + 1]};
+    }
+    /// The lowest and the highest point among those of a chunk and their neighbours.
+    std::array<std::uint32_t, 2> reach(std::size_t chunk) const { return chunks_[chunk].reach; }
+
+    /// A triangle at a point. It runs from one neighbour to the point, and on to the next one.
+    struct Corner {
+        std::uint32_t next, before;
+    };
+
   private:
-    std::vector<std::size_t> start_;
-    Buffer<std::uint32_t> neighbours_;
-    Buffer<std::uint8_t> regular_;
+    enum class Kind : std::uint8_t { kIrregular, kRegular, kFan };
+    struct Chunk {
+        std::array<std::uint16_t, kMostInFan + 2> begin;
+        std::array<std::uint32_t, 2> reach;
+    };
+
+    void list_chunk(const Corner* corners, const std::size_t* first, std::size_t chunk);
+
+    Buffer<std::size_t> start_;
+    Buffer<std::uint32_t> count_, neighbours_, listed_;
+    Buffer<Kind> kinds_;
+    Buffer<Chunk> chunks_;
 };
 
 }  // namespace marrow::internal

@@ -1,23 +1,17 @@
-// Finds the pairs of triangles whose bounding boxes overlap, drops those that a plane separates, and decides
-// the rest with exact predicates.
+// Finds the pairs of triangles whose bounding boxes overlap, and decides them with exact predicates.
 //
-// Most pairs are neighbours that share a point. They only need a plane through that point, and the plane
-// between the directions to the two triangles nearly always does. The planes of the triangles themselves
-// separate most of the pairs that share nothing.
+// Most pairs are neighbours that share a point. At nearly all points, one look at all triangles around the
+// point proves that they do not intersect. At the others, pairs only need a plane through the point, and the
+// plane between the directions to the two triangles nearly always does.
 #include "self_intersections.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <mutex>
 #include <optional>
-#include <utility>
 
-#include <tbb/parallel_for.h>
-
-#include "box_pyramid.h"
 #include "for_each_range.h"
-#include "morton_curve.h"
+#include "simple_fans.h"
 #include "triangle_intersection.h"
 #include "triangle_tree.h"
 #include "vertex_triangles.h"
@@ -113,51 +107,33 @@ class Decider {
 
 struct SelfIntersections::Search {
     const MeshView mesh;
-    std::vector<MortonKey> curve;
-    std::vector<std::uint32_t> on_curve;  // where each triangle is on the curve; made when it is needed
-    BoxPyramid pyramid;
+    TrianglePyramid pyramid;
     Decider decider;
 
-    explicit Search(const MeshView& wanted)
-        : mesh(wanted), curve(along_morton_curve(mesh)), pyramid(boxes()), decider(mesh) {}
-
-    std::vector<Bounds> boxes() const {
-        std::vector<Bounds> result(curve.size());
-        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, curve.size(), 4096), [&](const auto& range) {
-            for (std::size_t i = range.begin(); i < range.end(); ++i)
-                result[i] = bounds_of(mesh, mesh.triangles[curve[i].triangle]);
-        });
-        return result;
-    }
-
-    // Adds the pairs to `found` at which the surface passes through itself.
-    void decide(const std::vector<BoxPair>& near, std::vector<TrianglePair>& found) {
-        for (const auto& [a, b] : near) {
-            const auto [i, j] = std::minmax(curve[a].triangle, curve[b].triangle);
-            if (decider.pass_through(i, j)) found.push_back({i, j});
-        }
-    }
+    Search(const MeshView& wanted, const OneRings& rings)
+        : mesh(wanted), pyramid(mesh, find_simple_fans(mesh, rings)), decider(mesh) {}
 };
 
-SelfIntersections::SelfIntersections(MeshView mesh) : search_(std::make_unique<Search>(mesh)) {}
+SelfIntersections::SelfIntersections(MeshView mesh) : SelfIntersections(mesh, OneRings(mesh)) {}
+SelfIntersections::SelfIntersections(MeshView mesh, const OneRings& rings)
+    : search_(std::make_unique<Search>(mesh, rings)) {}
+SelfIntersections::SelfIntersections(SelfIntersections&&) noexcept = default;
 SelfIntersections::~SelfIntersections() = default;
 
 std::vector<TrianglePair> SelfIntersections::find_all(const Progress& progress, double begin,
                                                       double end) const {
     std::mutex mutex;
     std::vector<TrianglePair> all;
-    const BoxPyramid& pyramid = search_->pyramid;
-    for_each_range(pyramid.units(), 16, progress, begin, end, [&](std::size_t first, std::size_t last) {
-        std::vector<BoxPair> near;
-        std::vector<TrianglePair> found;
-        for (std::size_t unit = first; unit < last; ++unit) {
-            near.clear();
-            pyramid.pairs_from(unit, near);
-            search_->decide(near, found);
-        }
-        if (found.empty()) return;
+    const TrianglePyramid& pyramid = search_->pyramid;
+    for_each_range(pyramid.units(), 64, progress, begin, end, [&](std::size_t first, std::size_t last) {
+        std::vector<TrianglePair> pairs;
+        pyramid.pairs_from(first, last, pairs);
+        std::erase_if(pairs, [&](const TrianglePair& pair) {
+            return !search_->decider.pass_through(pair[0], pair[1]);
+        });
+        if (pairs.empty()) return;
         const std::lock_guard lock(mutex);
-        all.insert(all.end(), found.begin(), found.end());
+        all.insert(all.end(), pairs.begin(), pairs.end());
     });
     std::sort(all.begin(), all.end());
     return all;
@@ -165,19 +141,28 @@ std::vector<TrianglePair> SelfIntersections::find_all(const Progress& progress, 
 
 std::vector<TrianglePair> SelfIntersections::find_changed(const std::vector<std::uint32_t>& changed) {
     Search& s = *search_;
-    if (s.on_curve.empty()) {
-        s.on_curve.resize(s.curve.size());
-        for (std::uint32_t i = 0; i < s.curve.size(); ++i) s.on_curve[s.curve[i].triangle] = i;
-    }
-    for (const std::uint32_t t : changed)
-        s.pyramid.set(s.on_curve[t], bounds_of(s.mesh, s.mesh.triangles[t]));
-    std::vector<BoxPair> near;
-    for (const std::uint32_t t : changed) s.pyramid.pairs_with(s.on_curve[t], near);
+    for (const std::uint32_t t : changed) s.pyramid.update(t);
     std::vector<TrianglePair> found;
-    s.decide(near, found);
+    for (const std::uint32_t t : changed) {
+        for (const std::uint32_t other : s.pyramid.overlapping(bounds_of(s.mesh, s.mesh.triangles[t]))) {
+            const auto [i, j] = std::minmax(t, other);
+            if (i != j && s.decider.pass_through(i, j)) found.push_back({i, j});
+        }
+    }
     std::sort(found.begin(), found.end());
     found.erase(std::unique(found.begin(), found.end()), found.end());
     return found;
+}
+
+std::vector<std::uint32_t> SelfIntersections::triangles_at(std::uint32_t point) const {
+    Bounds box;
+    box.include(search_->mesh.points[point]);
+    std::vector<std::uint32_t> triangles = search_->pyramid.overlapping(box);
+    std::erase_if(triangles, [&](std::uint32_t t) {
+        const Triangle& corners = search_->mesh.triangles[t];
+        return std::find(corners.begin(), corners.end(), point) == corners.end();
+    });
+    return triangles;
 }
 
 }  // namespace marrow::internal

@@ -1,7 +1,6 @@
 /// Finds where the surface of a mesh passes through itself.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -9,10 +8,10 @@
 #include <marrow/mesh.h>
 #include <marrow/progress.h>
 
-namespace marrow::internal {
+#include "one_rings.h"
+#include "triangle_pyramid.h"
 
-/// The indices of two triangles, the lower index first.
-using TrianglePair = std::array<std::uint32_t, 2>;
+namespace marrow::internal {
 
 /// Finds the pairs of triangles that MeshCheck::self_intersections counts, and finds them again after points
 /// have moved. The results are sorted and do not depend on the number of threads.
@@ -20,6 +19,9 @@ class SelfIntersections {
   public:
     /// \pre fewer than 2^32 triangles, none with equal indices
     explicit SelfIntersections(MeshView mesh);
+    /// The same, with the rings of the mesh.
+    SelfIntersections(MeshView mesh, const OneRings& rings);
+    SelfIntersections(SelfIntersections&& other) noexcept;
     ~SelfIntersections();
 
     /// Finds all pairs, with progress from `begin` to `end`. \throw Cancelled
@@ -28,6 +30,9 @@ class SelfIntersections {
     /// Finds the pairs that have at least one of the triangles `changed`. These must include all triangles
     /// that have changed since the last search.
     std::vector<TrianglePair> find_changed(const std::vector<std::uint32_t>& changed);
+
+    /// Returns the triangles at a point that has not moved since the last search, in a fixed order.
+    std::vector<std::uint32_t> triangles_at(std::uint32_t point) const;
 
   private:
     struct Search;

@@ -4,10 +4,12 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_invoke.h>
+#include <tbb/parallel_reduce.h>
 
 #include <marrow/error.h>
 #include <marrow/smooth.h>
@@ -48,14 +50,42 @@ class Bound {
     Mat3d to_index_{};
 };
 
-// The volumes of the components of a mesh, under the lowest point of each. Relative to that point, because
-// distant coordinates would cancel.
-std::vector<double> volumes(const Mesh& mesh, const std::vector<std::uint32_t>& lowest) {
-    std::vector<double> sums(mesh.points.size(), 0.0);
-    for (const Triangle& t : mesh.triangles) {
-        const Vec3d origin = to_double(mesh.points[lowest[t[0]]]);
-        const auto [a, b, c] = corners_of(mesh, t);
-        sums[lowest[t[0]]] += dot(a - origin, cross(b - origin, c - origin)) / 6;
+// The volume of a component before and after, or a part of it.
+struct Volumes {
+    std::uint32_t lowest;  // the lowest point of the component
+    double before = 0, after = 0;
+};
+
+// Returns the volumes of the components with triangles, ordered by their lowest points. Relative to those
+// points, because distant coordinates would cancel.
+std::vector<Volumes> volumes(const Mesh& before, const Mesh& after,
+                             const std::vector<std::uint32_t>& lowest) {
+    constexpr std::size_t kSection = 8192;  // triangles; the sums do not depend on the threads
+    std::vector<std::vector<Volumes>> sections((before.triangles.size() + kSection - 1) / kSection);
+    tbb::parallel_for(std::size_t{0}, sections.size(), [&](std::size_t s) {
+        const std::size_t end = std::min((s + 1) * kSection, before.triangles.size());
+        for (std::size_t i = s * kSection; i < end; ++i) {
+            const Triangle& t = before.triangles[i];
+            if (sections[s].empty() || sections[s].back().lowest != lowest[t[0]])
+                sections[s].push_back({lowest[t[0]]});
+            const auto volume = [&](const Mesh& mesh) {
+                const Vec3d origin = to_double(mesh.points[lowest[t[0]]]);
+                const auto [a, b, c] = corners_of(mesh, t);
+                return dot(a - origin, cross(b - origin, c - origin)) / 6;
+            };
+            sections[s].back().before += volume(before);
+            sections[s].back().after += volume(after);
+        }
+    });
+    std::vector<Volumes> parts, sums;
+    for (const std::vector<Volumes>& section : sections)
+        parts.insert(parts.end(), section.begin(), section.end());
+    std::stable_sort(parts.begin(), parts.end(),
+                     [](const Volumes& a, const Volumes& b) { return a.lowest < b.lowest; });
+    for (const Volumes& part : parts) {
+        if (sums.empty() || sums.back().lowest != part.lowest) sums.push_back({part.lowest});
+        sums.back().before += part.before;
+        sums.back().after += part.after;
     }
     return sums;
 }
@@ -65,12 +95,13 @@ std::vector<double> volumes(const Mesh& mesh, const std::vector<std::uint32_t>& 
 // lowest point of each point's component.
 std::int64_t restore_flattened(const Mesh& before, const OneRings& rings,
                                const std::vector<std::uint32_t>& lowest, Mesh& mesh) {
-    std::vector<double> old_volumes, new_volumes;
-    tbb::parallel_invoke([&] { old_volumes = volumes(before, lowest); },
-                         [&] { new_volumes = volumes(mesh, lowest); });
+    std::vector<std::uint32_t> flattened;
+    for (const Volumes& v : volumes(before, mesh, lowest)) {
+        if (std::abs(v.after - v.before) > std::abs(v.before) / 2) flattened.push_back(v.lowest);
+    }
+    if (flattened.empty()) return 0;
     std::vector<bool> restore(lowest.size(), false);
-    for (std::size_t p = 0; p < lowest.size(); ++p)
-        restore[p] = std::abs(new_volumes[p] - old_volumes[p]) > std::abs(old_volumes[p]) / 2;
+    for (const std::uint32_t p : flattened) restore[p] = true;
     // A component with an irregular edge is not closed.
     for (std::size_t p = 0; p < lowest.size(); ++p) {
         if (!rings.is_regular(p)) restore[lowest[p]] = false;
@@ -82,13 +113,24 @@ std::int64_t restore_flattened(const Mesh& before, const OneRings& rings,
 }
 
 void measure_moves(const Mesh& before, const Mesh& after, SmoothStats& stats) {
-    double sum = 0;
-    for (std::size_t p = 0; p < before.points.size(); ++p) {
-        const double moved = length(to_double(after.points[p]) - to_double(before.points[p]));
-        sum += moved;
-        stats.moved_max = std::max(stats.moved_max, moved);
-    }
-    if (!before.points.empty()) stats.moved_mean = sum / static_cast<double>(before.points.size());
+    struct Moves {
+        double sum = 0, max = 0;
+    };
+    // Deterministic: the sums do not depend on the threads.
+    const Moves moves = tbb::parallel_deterministic_reduce(
+        tbb::blocked_range<std::size_t>(0, before.points.size(), 8192), Moves{},
+        [&](const auto& range, Moves m) {
+            for (std::size_t p = range.begin(); p < range.end(); ++p) {
+                const double moved = length(to_double(after.points[p]) - to_double(before.points[p]));
+                m = {m.sum + moved, std::max(m.max, moved)};
+            }
+            return m;
+        },
+        [](const Moves& a, const Moves& b) {
+            return Moves{a.sum + b.sum, std::max(a.max, b.max)};
+        });
+    stats.moved_max = moves.max;
+    if (!before.points.empty()) stats.moved_mean = moves.sum / static_cast<double>(before.points.size());
 }
 
 Mesh smoothed(const Mesh& mesh, const SmoothOptions& options, SmoothStats& stats) {
@@ -102,7 +144,12 @@ Mesh smoothed(const Mesh& mesh, const SmoothOptions& options, SmoothStats& stats
         [&] { lowest = lowest_connected_points(mesh); });
     const double longest = options.max_move.value_or(std::numeric_limits<double>::infinity());
     Mesh result;
-    result.triangles = mesh.triangles;
+    result.triangles.resize(mesh.triangles.size());
+    tbb::parallel_for(
+        tbb::blocked_range<std::size_t>(0, mesh.triangles.size(), 65536), [&](const auto& range) {
+            std::copy(mesh.triangles.data() + range.begin(), mesh.triangles.data() + range.end(),
+                      result.triangles.data() + range.begin());
+        });
     result.points.resize(mesh.points.size());
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, rings.size(), 4096), [&](const auto& range) {
         for (std::size_t p = range.begin(); p < range.end(); ++p) {
@@ -117,8 +164,9 @@ Mesh smoothed(const Mesh& mesh, const SmoothOptions& options, SmoothStats& stats
     });
     displacements = {};
     stats.restored_components = restore_flattened(mesh, rings, lowest, result);
-    const auto start = [&] { return Positions{mesh.points}; };
-    stats.held_back_points = static_cast<std::int64_t>(hold_back(result, start, options.progress, 0.5, 1));
+    const auto start = [&] { return Positions{std::span(mesh.points)}; };
+    stats.held_back_points =
+        static_cast<std::int64_t>(hold_back(result, rings, start, options.progress, 0.5, 1));
     measure_moves(mesh, result, stats);
     if (!mesh.normals.empty()) set_normals(result);
     return result;

@@ -1,14 +1,17 @@
 // Evaluates a polynomial of the averaging operator A of a mesh, which takes a point halfway to the mean of
-// its neighbours: the sum of c_n T_n(A) x with the Chebyshev polynomials T_n, from
+// its neighbours: the sum of c_n T_n(A) x with the Chebyshev polynomials T_n, where the c_n add up to 1.
 //
-//     T_n+1(A) x = 2 A T_n(A) x - T_n-1(A) x
+// The filter computes with displacements, which are small, so that float is precise enough. Since
+// T_n(A) - 1 = (A - 1) (U_n-1(A) + 2 U_n-2(A) + ... + 2 U_0(A)) with the Chebyshev polynomials of the second
+// kind, points move by the sum of e_n U_n(A) s, where
 //
-// The filter computes with the displacements d_n = T_n(A) x - x, which are small, so that float is precise
-// enough. With d_0 = 0 and the step s = A x - x,
+//     s = A x - x,   e_n = c_n+1 + 2 (c_n+2 + c_n+3 + ...)
 //
-//     d_1 = s,   d_n+1 = 2 s + 2 A d_n - d_n-1
+// This is the last value b_0 of Clenshaw's recurrence, which begins with zeros:
 //
-// A pass computes d_n+1 from d_n. It reads the neighbours, which are nearby in memory if the mesh is ordered
+//     b_n = e_n s + 2 A b_n+1 - b_n+2
+//
+// A pass computes b_n from b_n+1. It reads the neighbours, which are nearby in memory if the mesh is ordered
 // by position. So several passes go over the points together, each some way behind the one before it.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "mesh/smooth_filter.cpp"
@@ -18,7 +21,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
+#include <span>
+#include <utility>
+#include <vector>
 
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
@@ -31,27 +38,64 @@ namespace marrow::internal::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Applies pass n to the points [begin, end), and adds `coefficient` times their d_n+1 to the sums.
-void run_pass(FilterState& state, int n, float coefficient, std::size_t begin, std::size_t end) {
-    const hn::CappedTag<float, 4> d;
-    const Displacement* const from = state.d[n % 2].data();
-    Displacement* const to = state.d[1 - n % 2].data();
-    const auto two = hn::Set(d, 2), scale = hn::Set(d, coefficient);
-    for (std::size_t p = begin; p < end; ++p) {
-        if (!state.rings.is_regular(p)) continue;
-        const std::span<const std::uint32_t> ring = state.rings.of(p);
-        const auto share = hn::Set(d, ring.empty() ? 0 : 1 / static_cast<float>(ring.size()));
-        for (std::size_t i = 0; i < 4; i += hn::Lanes(d)) {
-            auto around = hn::Zero(d);
-            for (const std::uint32_t q : ring) around = hn::Add(around, hn::Load(d, from[q].xyz + i));
-            const auto twice_average = hn::Add(hn::Load(d, from[p].xyz + i), hn::Mul(share, around));
-            const auto next = hn::Add(hn::Mul(two, hn::Load(d, state.step[p].xyz + i)),
-                                      hn::Sub(twice_average, hn::Load(d, to[p].xyz + i)));
-            hn::Store(next, d, to[p].xyz + i);
-            hn::Store(hn::Add(hn::Load(d, state.sum[p].xyz + i), hn::Mul(scale, next)), d,
-                      state.sum[p].xyz + i);
+// What a pass reads and writes: b_n+1, and b_n+2, which b_n replaces.
+struct Pass {
+    const OneRings& rings;
+    const Displacement *step, *from;
+    Displacement* to;
+    float coefficient;
+};
+
+// Applies a pass to a point.
+template <class D>
+HWY_INLINE void pass_at(D d, std::uint32_t p, const std::uint32_t* ring, std::size_t count, float coefficient,
+                        const Displacement* step, const Displacement* from, Displacement* to) {
+    const auto share = hn::Set(d, 1 / static_cast<float>(count));
+    for (std::size_t i = 0; i < 4; i += hn::Lanes(d)) {
+        // Two sums, because an addition takes longer than a load.
+        auto even = hn::Zero(d), odd = hn::Zero(d);
+        for (std::size_t n = 0; n + 1 < count; n += 2) {
+            even = hn::Add(even, hn::Load(d, from[ring[n]].xyz + i));
+            odd = hn::Add(odd, hn::Load(d, from[ring[n + 1]].xyz + i));
         }
+        if (count % 2 == 1) even = hn::Add(even, hn::Load(d, from[ring[count - 1]].xyz + i));
+        const auto twice_average = hn::Add(hn::Load(d, from[p].xyz + i), hn::Mul(share, hn::Add(even, odd)));
+        const auto part = hn::Sub(hn::Mul(hn::Set(d, coefficient), hn::Load(d, step[p].xyz + i)),
+                                  hn::Load(d, to[p].xyz + i));
+        hn::Store(hn::Add(part, twice_average), d, to[p].xyz + i);
     }
+}
+
+// Applies a pass to the fans of a chunk with this number of neighbours.
+template <std::size_t kNeighbours>
+HWY_INLINE void pass_over_fans(const Pass& pass, std::size_t chunk) {
+    const hn::CappedTag<float, 4> d;
+    const std::span<const std::uint32_t> points = pass.rings.listed(chunk, kNeighbours);
+    if (points.empty()) return;
+    const std::uint32_t* ring = pass.rings.of(points[0]).data();
+    const Displacement *const step = pass.step, *const from = pass.from;
+    Displacement* const to = pass.to;
+    const float coefficient = pass.coefficient;
+    for (const std::uint32_t p : points) {
+        pass_at(d, p, ring, kNeighbours, coefficient, step, from, to);
+        ring += kNeighbours;
+    }
+}
+
+template <std::size_t... kNeighbours>
+HWY_INLINE void pass_over_all_fans(const Pass& pass, std::size_t chunk, std::index_sequence<kNeighbours...>) {
+    (pass_over_fans<kNeighbours + 1>(pass, chunk), ...);
+}
+
+void run_pass(const OneRings& rings, const Displacement* step, const Displacement* from, Displacement* to,
+              float coefficient, std::size_t chunk) {
+    const Pass pass{rings, step, from, to, coefficient};
+    for (const std::uint32_t p : rings.listed(chunk, 0)) {
+        const std::span<const std::uint32_t> ring = rings.of(p);
+        if (rings.is_regular(p) && !ring.empty())
+            pass_at(hn::CappedTag<float, 4>(), p, ring.data(), ring.size(), coefficient, step, from, to);
+    }
+    pass_over_all_fans(pass, chunk, std::make_index_sequence<OneRings::kMostInFan>());
 }
 
 }  // namespace marrow::internal::HWY_NAMESPACE
@@ -97,36 +141,19 @@ std::vector<double> coefficients_for(int degree, double pass_band) {
     return coefficients(degree, high);
 }
 
-template <class F>
-void for_each_point(std::size_t count, const F& f) {
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 4096), [&](const auto& range) {
-        for (std::size_t p = range.begin(); p < range.end(); ++p) f(p);
-    });
+// Returns the factors e_n of the steps.
+std::vector<float> step_coefficients(int degree, double pass_band) {
+    const std::vector<double> c = coefficients_for(degree, pass_band);
+    std::vector<float> e(static_cast<std::size_t>(degree));
+    double after = 0;
+    for (std::size_t n = e.size(); n-- > 0;) {
+        e[n] = static_cast<float>(c[n + 1] + 2 * after);
+        after += c[n + 1];
+    }
+    return e;
 }
 
-FilterState start(const MeshView& mesh, const OneRings& rings, double first_coefficient) {
-    const std::size_t count = rings.size();
-    FilterState state{rings,
-                      Buffer<Displacement>(count),
-                      Buffer<Displacement>(count),
-                      {Buffer<Displacement>(count), Buffer<Displacement>(count)}};
-    for_each_point(count, [&](std::size_t p) {
-        state.step[p] = state.sum[p] = state.d[0][p] = state.d[1][p] = {};
-        if (!rings.is_regular(p) || rings.of(p).empty()) return;
-        const Vec3d position = to_double(mesh.points[p]);
-        Vec3d sum{};
-        for (const std::uint32_t q : rings.of(p)) sum = sum + (to_double(mesh.points[q]) - position);
-        const double half = 0.5 / static_cast<double>(rings.of(p).size());
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-            const auto step = static_cast<float>(half * sum[axis]);
-            state.step[p].xyz[axis] = state.d[1][p].xyz[axis] = step;
-            state.sum[p].xyz[axis] = static_cast<float>(first_coefficient) * step;
-        }
-    });
-    return state;
-}
-
-// Runs several passes over chunks of points.
+// Runs several passes over the chunks of points.
 //
 // A chunk may go through a pass when all chunks from the first to the last with neighbours of its points are
 // through the pass before. In a band of chunks, a thread goes forward and lets each pass follow the one before
@@ -136,17 +163,11 @@ class PassScheduler {
   public:
     static constexpr int kPassesTogether = 5;
 
-    explicit PassScheduler(const OneRings& rings)
-        : points_(rings.size()), chunks_((points_ + kChunk - 1) / kChunk) {
-        tbb::parallel_for(std::size_t{0}, chunks_.size(), [&](std::size_t c) {
-            chunks_[c] = {c, c};
-            for (std::size_t p = c * kChunk; p < std::min((c + 1) * kChunk, points_); ++p) {
-                for (const std::uint32_t q : rings.of(p)) {
-                    chunks_[c].first = std::min(chunks_[c].first, q / kChunk);
-                    chunks_[c].last = std::max(chunks_[c].last, q / kChunk);
-                }
-            }
-        });
+    explicit PassScheduler(const OneRings& rings) {
+        for (std::size_t c = 0; c < rings.chunks(); ++c) {
+            const auto [lowest, highest] = rings.reach(c);
+            chunks_.push_back({lowest / OneRings::kChunk, highest / OneRings::kChunk});
+        }
         // From here on, a chunk needs no chunk before those that the chunk before it needs, and so on.
         for (std::size_t c = chunks_.size(); c-- > 1;)
             chunks_[c - 1].first = std::min(chunks_[c - 1].first, chunks_[c].first);
@@ -154,7 +175,7 @@ class PassScheduler {
             chunks_[c].last = std::max(chunks_[c].last, chunks_[c - 1].last);
     }
 
-    // Calls pass(n, begin, end) for n from 0 to passes - 1 and the points [begin, end) of every chunk.
+    // Calls pass(n, chunk) for n from 0 to passes - 1 and every chunk.
     // \pre passes <= kPassesTogether
     template <class Pass>
     void run(int passes, const Pass& pass) {
@@ -171,7 +192,6 @@ class PassScheduler {
     }
 
   private:
-    static constexpr std::size_t kChunk = 512;
     struct Chunk {
         std::size_t first, last;  // the chunks with neighbours of its points
         int done = 0;             // the passes that it is through
@@ -179,7 +199,7 @@ class PassScheduler {
 
     template <class Pass>
     void run_chunk(std::size_t c, const Pass& pass) {
-        pass(chunks_[c].done++, c * kChunk, std::min((c + 1) * kChunk, points_));
+        pass(chunks_[c].done++, c);
     }
 
     template <class Pass>
@@ -205,27 +225,59 @@ class PassScheduler {
         }
     }
 
-    std::size_t points_;
     std::vector<Chunk> chunks_;
+};
+
+// Computes s, and the first values of the recurrence, at some points of a mesh.
+struct Start {
+    const MeshView& mesh;
+    const OneRings& rings;
+    float coefficient;
+    Displacement *step, *b, *before;
+
+    void operator()(std::span<const std::uint32_t> points) const {
+        for (const std::uint32_t p : points) {
+            const std::span<const std::uint32_t> ring = rings.of(p);
+            Displacement sum{};
+            if (rings.is_regular(p)) {
+                for (const std::uint32_t q : ring) {
+                    for (std::size_t axis = 0; axis < 3; ++axis)
+                        sum.xyz[axis] += mesh.points[q][axis] - mesh.points[p][axis];
+                }
+            }
+            const float share = ring.empty() ? 0 : 0.5f / static_cast<float>(ring.size());
+            for (std::size_t axis = 0; axis < 4; ++axis) {
+                step[p].xyz[axis] = share * sum.xyz[axis];
+                b[p].xyz[axis] = coefficient * step[p].xyz[axis];
+                before[p].xyz[axis] = 0;
+            }
+        }
+    }
 };
 
 }  // namespace
 
 Buffer<Displacement> low_pass(const MeshView& mesh, const OneRings& rings, int degree, double pass_band,
                               const Progress& progress) {
-    const std::vector<double> c = coefficients_for(degree, pass_band);
-    FilterState state = start(mesh, rings, c[1]);
+    const std::vector<float> e = step_coefficients(degree, pass_band);
+    Buffer<Displacement> step(rings.size()),
+        b[2] = {Buffer<Displacement>(rings.size()), Buffer<Displacement>(rings.size())};
+    const Start start{mesh, rings, e.back(), step.data(), b[0].data(), b[1].data()};
+    tbb::parallel_for(std::size_t{0}, rings.chunks(), [&](std::size_t chunk) {
+        for (std::size_t n = 0; n <= OneRings::kMostInFan; ++n) start(rings.listed(chunk, n));
+    });
     PassScheduler scheduler(rings);
+    const int passes = degree - 1;
     constexpr int kTogether = PassScheduler::kPassesTogether;
-    for (int first = 1; first < degree; first += kTogether) {
-        report_progress(progress, static_cast<double>(first) / degree);
-        scheduler.run(std::min(kTogether, degree - first), [&](int n, std::size_t begin, std::size_t end) {
-            const int pass = first + n;
-            const auto coefficient = static_cast<float>(c[static_cast<std::size_t>(pass) + 1]);
-            HWY_DYNAMIC_DISPATCH(run_pass)(state, pass, coefficient, begin, end);
+    for (int first = 0; first < passes; first += kTogether) {
+        report_progress(progress, static_cast<double>(first) / passes);
+        scheduler.run(std::min(kTogether, passes - first), [&](int n, std::size_t chunk) {
+            const auto pass = static_cast<std::size_t>(first + n);
+            HWY_DYNAMIC_DISPATCH(run_pass)
+            (rings, step.data(), b[pass % 2].data(), b[1 - pass % 2].data(), e[e.size() - 2 - pass], chunk);
         });
     }
-    return std::move(state.sum);
+    return std::move(b[passes % 2]);
 }
 
 }  // namespace marrow::internal

@@ -1,9 +1,6 @@
 /// A low-pass filter over the edges of a mesh.
 #pragma once
 
-#include <cstddef>
-#include <vector>
-
 #include <marrow/buffer.h>
 #include <marrow/mesh.h>
 #include <marrow/progress.h>
@@ -15,13 +12,6 @@ namespace marrow::internal {
 /// Three values and an unused one, as a vector register holds them.
 struct alignas(16) Displacement {
     float xyz[4];
-};
-
-/// What the passes of the filter work on.
-struct FilterState {
-    const OneRings& rings;
-    Buffer<Displacement> step, sum;
-    Buffer<Displacement> d[2];  ///< pass n reads d[n % 2], and replaces d_n-1 in the other array by d_n+1
 };
 
 /// Returns by how much a low-pass filter of some degree, above 0, moves each point; see SmoothOptions. Points

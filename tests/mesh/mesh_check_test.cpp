@@ -259,6 +259,68 @@ TEST(Check, DecidesExactly) {
     EXPECT_EQ(far_from_zero(1e6f), 1);
 }
 
+// Two triangles alone have no closed fans, and no neighbours that could be near.
+bool is_self_intersection(const Mesh& mesh, const Triangle& s, const Triangle& t) {
+    Mesh pair;
+    std::map<std::uint32_t, std::uint32_t> numbers;
+    for (const Triangle& from : {s, t}) {
+        Triangle& to = pair.triangles.emplace_back();
+        for (std::size_t c = 0; c < 3; ++c) {
+            const auto [at, is_new] =
+                numbers.try_emplace(from[c], static_cast<std::uint32_t>(pair.points.size()));
+            if (is_new) pair.points.push_back(mesh.points[from[c]]);
+            to[c] = at->second;
+        }
+    }
+    return check_mesh(pair, {.threads = 1}).self_intersections > 0;
+}
+
+std::int64_t count_by_pairs(const Mesh& mesh) {
+    std::int64_t pairs = 0;
+    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+        for (std::size_t j = 0; j < i; ++j)
+            pairs += is_self_intersection(mesh, mesh.triangles[i], mesh.triangles[j]);
+    }
+    return pairs;
+}
+
+TEST(Check, FindsWhatPairsOfTrianglesShow) {
+    Random random(11);
+    for (const double crumple : {0.1, 0.3, 1.0}) {
+        Mesh mesh = extracted(grid(11, 11, 11), sphere({5, 5, 5}, 3.3));
+        for (Vec3f& p : mesh.points) {
+            for (float& x : p) x += static_cast<float>(std::normal_distribution<double>(0, crumple)(random));
+        }
+        const std::int64_t pairs = count_by_pairs(mesh);
+        EXPECT_EQ(check_mesh(mesh).self_intersections, pairs) << "crumpled by " << crumple;
+        EXPECT_GT(pairs, 0);
+    }
+}
+
+// All triangles of a disc face the same way, but they go around its centre twice.
+TEST(Check, FindsAFanThatGoesAroundTwice) {
+    constexpr std::uint32_t kSides = 10;
+    Mesh mesh;
+    mesh.points = {{0, 0, 0}};
+    for (const double radius : {1.0, 2.0}) {
+        for (std::uint32_t i = 0; i < kSides; ++i) {
+            const double angle = i * 4 * M_PI / kSides, height = 0.3 * std::sin(angle / 2 + 0.1);
+            mesh.points.push_back({static_cast<float>(radius * std::cos(angle)),
+                                   static_cast<float>(radius * std::sin(angle)),
+                                   static_cast<float>(radius * height)});
+        }
+    }
+    for (std::uint32_t i = 0; i < kSides; ++i) {
+        const std::uint32_t a = 1 + i, b = 1 + (i + 1) % kSides;
+        mesh.triangles.push_back({0, a, b});
+        mesh.triangles.push_back({a, a + kSides, b + kSides});
+        mesh.triangles.push_back({a, b + kSides, b});
+    }
+    const std::int64_t pairs = count_by_pairs(mesh);
+    EXPECT_GT(pairs, 0);
+    EXPECT_EQ(check_mesh(mesh).self_intersections, pairs);
+}
+
 TEST(Check, FindsNoSelfIntersectionsInExtractedSurfaces) {
     Random random(5);
     for (int trial = 0; trial < 100; ++trial) {

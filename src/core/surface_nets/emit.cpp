@@ -111,12 +111,13 @@ std::vector<Mesh> make_relaxed_meshes(SurfaceNet& net, const IndexToPhysical& to
     for (const SlabOfCells& slab : net.slabs) counts.push_back(slab.counts);
     LabelMeshes relaxed = make_label_meshes(net, to_physical, background, sub_progress(progress, 0, 0.5));
     if (net.points.empty()) return std::move(relaxed.meshes);
+    std::vector<Mesh> stepped;
     const auto before_relaxation = [&] {
         net.points = {};
         for (std::size_t s = 0; s < counts.size(); ++s) net.slabs[s].counts = std::move(counts[s]);
+        stepped = make_label_meshes(net, to_physical, background, {}).meshes;
         Positions positions;
-        for (Mesh& mesh : make_label_meshes(net, to_physical, background, {}).meshes)
-            positions.push_back(std::move(mesh.points));
+        for (const Mesh& mesh : stepped) positions.push_back(mesh.points);
         return positions;
     };
     hold_back(relaxed.meshes, relaxed.net_points, before_relaxation, progress, 0.5, 1);

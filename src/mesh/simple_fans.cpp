@@ -1,0 +1,146 @@
+// Looks at each fan along the mean of its normals. If each of its triangles shows its front, and they go around
+// the point only once, then none hides another. Highway compiles this file once for each SIMD target.
+//
+// The coordinates are float values, so the float difference of two is as exact as a float can be. What follows
+// has errors of some 1e-6 times the lengths of the edges. That is far below kLeastSine, the sine of the least
+// angle at the point, as it is seen. Edges that could make a float overflow or underflow are left out.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "mesh/simple_fans.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <span>
+#include <utility>
+
+#include <tbb/parallel_for.h>
+
+#include "simple_fans.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace marrow::internal::HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+constexpr float kLeastSine = 2e-3f;
+constexpr float kLeastLength = 1e-4f, kMostLength = 1e4f;
+constexpr std::size_t kMostLanes = 8;
+
+using D = hn::CappedTag<float, kMostLanes>;
+using V = hn::Vec<D>;
+
+// A vector of space in each lane.
+struct Vectors {
+    V x, y, z;
+};
+
+HWY_INLINE V dot(const Vectors& a, const Vectors& b) {
+    return hn::Add(hn::Add(hn::Mul(a.x, b.x), hn::Mul(a.y, b.y)), hn::Mul(a.z, b.z));
+}
+
+HWY_INLINE Vectors cross(const Vectors& a, const Vectors& b) {
+    return {hn::Sub(hn::Mul(a.y, b.z), hn::Mul(a.z, b.y)), hn::Sub(hn::Mul(a.z, b.x), hn::Mul(a.x, b.z)),
+            hn::Sub(hn::Mul(a.x, b.y), hn::Mul(a.y, b.x))};
+}
+
+// The coordinates of one point for each lane, by axis.
+struct Lanes {
+    alignas(64) float xyz[3][kMostLanes];
+
+    void set(std::size_t lane, const Vec3f& p) {
+        for (std::size_t axis = 0; axis < 3; ++axis) xyz[axis][lane] = p[axis];
+    }
+    HWY_INLINE Vectors from(const Lanes& origin) const {
+        const D d;
+        const auto difference = [&](std::size_t axis) HWY_ATTR {
+            return hn::Sub(hn::Load(d, xyz[axis]), hn::Load(d, origin.xyz[axis]));
+        };
+        return {difference(0), difference(1), difference(2)};
+    }
+};
+
+// Tests as many fans at once as a vector has lanes. All have this number of triangles.
+template <std::size_t kTriangles>
+HWY_INLINE void test_fans(const MeshView& mesh, const OneRings& rings, std::span<const std::uint32_t> points,
+                          std::uint8_t* simple) {
+    const D d;
+    const std::size_t lanes = hn::Lanes(d);
+    for (std::size_t first = 0; first < points.size(); first += lanes) {
+        const std::size_t count = std::min(lanes, points.size() - first);
+        Lanes centre, neighbours[kTriangles];
+        for (std::size_t lane = 0; lane < lanes; ++lane) {
+            const std::uint32_t p = points[first + std::min(lane, count - 1)];
+            const std::uint32_t* const ring = rings.of(p).data();
+            centre.set(lane, mesh.points[p]);
+            for (std::size_t n = 0; n < kTriangles; ++n) neighbours[n].set(lane, mesh.points[ring[n]]);
+        }
+        Vectors edges[kTriangles], normals[kTriangles];
+        for (std::size_t n = 0; n < kTriangles; ++n) edges[n] = neighbours[n].from(centre);
+        Vectors sum{hn::Zero(d), hn::Zero(d), hn::Zero(d)};
+        for (std::size_t n = 0; n < kTriangles; ++n) {
+            const Vectors normal = normals[n] = cross(edges[n], edges[(n + 1) % kTriangles]);
+            sum = {hn::Add(sum.x, normal.x), hn::Add(sum.y, normal.y), hn::Add(sum.z, normal.z)};
+        }
+        const V factor = hn::Div(hn::Set(d, 1), hn::Sqrt(dot(sum, sum)));
+        const Vectors view{hn::Mul(factor, sum.x), hn::Mul(factor, sum.y), hn::Mul(factor, sum.z)};
+        // An axis across the view. Edges rise above it once for each time that the fan goes around.
+        const auto use_x = hn::Lt(hn::Abs(view.x), hn::Set(d, 0.8f));
+        const V zero = hn::Zero(d);
+        const Vectors up{hn::IfThenElse(use_x, zero, hn::Neg(view.z)), hn::IfThenElse(use_x, view.z, zero),
+                         hn::IfThenElse(use_x, hn::Neg(view.y), view.x)};
+        V squares[kTriangles], heights[kTriangles];
+        for (std::size_t n = 0; n < kTriangles; ++n) {
+            squares[n] = dot(edges[n], edges[n]);
+            heights[n] = dot(edges[n], up);
+        }
+        auto good = hn::Lt(zero, hn::Set(d, 1));
+        V rises = zero;
+        for (std::size_t n = 0; n < kTriangles; ++n) {
+            const std::size_t next = (n + 1) % kTriangles;
+            const V front = dot(normals[n], view), square = hn::Mul(squares[n], squares[next]);
+            good = hn::And(good, hn::And(hn::Gt(front, zero),
+                                         hn::Gt(hn::Mul(front, front),
+                                                hn::Mul(hn::Set(d, kLeastSine * kLeastSine), square))));
+            good = hn::And(good, hn::And(hn::Ge(squares[n], hn::Set(d, kLeastLength * kLeastLength)),
+                                         hn::Le(squares[n], hn::Set(d, kMostLength * kMostLength))));
+            const auto rise = hn::And(hn::Lt(heights[n], zero), hn::Ge(heights[next], zero));
+            rises = hn::Add(rises, hn::IfThenElseZero(rise, hn::Set(d, 1)));
+        }
+        good = hn::And(good, hn::Eq(rises, hn::Set(d, 1)));
+        alignas(64) float is_good[kMostLanes];
+        hn::Store(hn::IfThenElseZero(good, hn::Set(d, 1)), d, is_good);
+        for (std::size_t lane = 0; lane < count; ++lane) simple[points[first + lane]] = is_good[lane] > 0;
+    }
+}
+
+template <std::size_t... kTriangles>
+HWY_INLINE void test_all(const MeshView& mesh, const OneRings& rings, std::size_t chunk, std::uint8_t* simple,
+                         std::index_sequence<kTriangles...>) {
+    (test_fans<kTriangles + 3>(mesh, rings, rings.listed(chunk, kTriangles + 3), simple), ...);
+}
+
+void test_chunk(const MeshView& mesh, const OneRings& rings, std::size_t chunk, std::uint8_t* simple) {
+    test_all(mesh, rings, chunk, simple, std::make_index_sequence<OneRings::kMostInFan - 2>());
+}
+
+}  // namespace marrow::internal::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace marrow::internal {
+
+HWY_EXPORT(test_chunk);
+
+Buffer<std::uint8_t> find_simple_fans(const MeshView& mesh, const OneRings& rings) {
+    Buffer<std::uint8_t> simple(rings.size());
+    tbb::parallel_for(std::size_t{0}, rings.chunks(), [&](std::size_t chunk) {
+        const std::size_t begin = chunk * OneRings::kChunk;
+        std::fill_n(simple.data() + begin, std::min(OneRings::kChunk, rings.size() - begin), std::uint8_t{0});
+        HWY_DYNAMIC_DISPATCH(test_chunk)(mesh, rings, chunk, simple.data());
+    });
+    return simple;
+}
+
+}  // namespace marrow::internal
+#endif

@@ -1,0 +1,18 @@
+/// Proves for most points of a mesh that the triangles around them do not intersect each other.
+#pragma once
+
+#include <cstdint>
+
+#include <marrow/buffer.h>
+#include <marrow/mesh.h>
+
+#include "one_rings.h"
+
+namespace marrow::internal {
+
+/// Returns 1 for points whose triangles certainly only meet in the edges that they share, and 0 for the other
+/// points. Some of those are as simple, but rounding could be wrong, or their triangles look into directions
+/// that are too different. Runs on all threads. `rings` are those of the mesh.
+Buffer<std::uint8_t> find_simple_fans(const MeshView& mesh, const OneRings& rings);
+
+}  // namespace marrow::internal
