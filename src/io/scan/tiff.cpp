@@ -88,6 +88,15 @@ TiffSamples tiff_samples(TIFF* tiff) {
     throw kOddSamples;
 }
 
+// Whether the first row is the lowest one. \throw UnreadableImage the image is mirrored or turned
+bool is_upside_down(TIFF* tiff) {
+    std::uint16_t orientation = ORIENTATION_TOPLEFT;
+    TIFFGetFieldDefaulted(tiff, TIFFTAG_ORIENTATION, &orientation);
+    if (orientation != ORIENTATION_TOPLEFT && orientation != ORIENTATION_BOTLEFT)
+        throw UnreadableImage{"is stored mirrored or turned, which is not supported; save it upright"};
+    return orientation == ORIENTATION_BOTLEFT;
+}
+
 // The tiles at the right and lower edges extend beyond the image.
 void read_tiles(TIFF* tiff, std::uint32_t columns, std::uint32_t rows, std::size_t pixel, unsigned char* to) {
     std::uint32_t width = 0, height = 0;
@@ -139,6 +148,7 @@ ImageHeader read_tiff_pages(TiffFile& file, const ImageTarget& target) {
         TIFFGetField(tiff.get(), TIFFTAG_IMAGEWIDTH, &columns);
         TIFFGetField(tiff.get(), TIFFTAG_IMAGELENGTH, &rows);
         const auto [type, channels] = tiff_samples(tiff.get());
+        const bool upside_down = is_upside_down(tiff.get());
         if (out.pages == 0) {
             out.columns = columns;
             out.rows = rows;
@@ -156,6 +166,9 @@ ImageHeader read_tiff_pages(TiffFile& file, const ImageTarget& target) {
             (TIFFIsTiled(tiff.get()) ? read_tiles : read_strips)(tiff.get(), columns, rows, pixel,
                                                                  pixels.empty() ? page : pixels.data());
             if (!pixels.empty()) keep_grey(pixels, area, channels, type, page);
+            const std::size_t line = columns * sample;
+            for (std::uint32_t row = 0; upside_down && row < rows / 2; ++row)
+                std::swap_ranges(page + row * line, page + (row + 1) * line, page + (rows - 1 - row) * line);
             (*target.step)(1 / static_cast<double>(known.pages));
         }
         if (TIFFLastDirectory(tiff.get())) return ++out.pages, out;
