@@ -184,6 +184,31 @@ TEST(ReadDicom, FlippedBytesNeverCrash) {
     }
 }
 
+TEST(ReadDicom, InspectingAFolderReportsProgressAndStops) {
+    TemporaryFolder folder;
+    write_series(folder, 4, "a/s");
+    write_series(folder, 4, "b/s", [](DicomWriter& s, int) { s.text(0x0020000e, "UI", "1.2.4"); });
+    slice(3, 6).write(folder / "b/again");  // a duplicate, whose pixels are compared
+    ScanOptions options;
+    options.threads = 1;
+    int calls = 0;
+    double last = 0;
+    options.progress = [&](double fraction) {
+        EXPECT_GE(fraction, last);
+        last = fraction;
+        ++calls;
+        return true;
+    };
+    EXPECT_EQ(inspect_scan(folder.path(), options).series.size(), 2u);
+    EXPECT_EQ(last, 1);
+    EXPECT_GT(calls, 9 + 9 + 9);  // each file is listed, recognized and read
+    for (int stop = 1; stop <= calls; ++stop) {
+        int left = stop;
+        options.progress = [&](double) { return --left > 0; };
+        EXPECT_THROW(inspect_scan(folder.path(), options), Cancelled) << stop;
+    }
+}
+
 TEST(ReadDicom, ProgressGrowsAndStops) {
     TemporaryFolder folder;
     write_series(folder, 8);

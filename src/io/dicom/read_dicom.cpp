@@ -361,6 +361,7 @@ ScanReport inspect_dicom(const DicomInput& input, const ScanOptions& options) {
         out.series.push_back(report_on(s, of_series));
         ++i;
     }
+    report_progress(options.progress, 1);
     out.reason = choice.reason;
     if (headers.damage) {
         out.reason = *headers.damage;
