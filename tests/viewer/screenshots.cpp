@@ -1,5 +1,6 @@
 // Drives the viewer like a user and takes the screenshots of docs/viewer.md.
-// usage: viewer_screenshots SCAN FOLDER      (SCAN: the head CT that scripts/demo unpacks)
+// usage: viewer_screenshots SCAN FOLDER [SERIES]
+//        SCAN: the head CT that scripts/demo unpacks; SERIES: a folder with several series
 #include <cstdio>
 #include <cstdlib>
 #include <stdexcept>
@@ -11,6 +12,7 @@
 #include <QSettings>
 #include <QStatusBar>
 #include <QSurfaceFormat>
+#include <QTableWidget>
 #include <QTemporaryDir>
 #include <QTest>
 
@@ -204,11 +206,27 @@ void take_export_dialog(Photographer& camera) {
     dialog->reject();
 }
 
+void take_series_dialog(Photographer& camera, const char* folder) {
+    camera.window().open(folder);
+    const auto pictures_are_there = [&] {
+        auto* table = camera.window().findChild<QTableWidget*>("series");
+        if (!table) return false;
+        for (int row = 0; row < table->rowCount(); ++row) {
+            if (table->item(row, 0)->icon().isNull()) return false;
+        }
+        return true;
+    };
+    if (!QTest::qWaitFor(pictures_are_there, kPatience)) throw std::runtime_error("no pictures of series");
+    auto* dialog = camera.window().findChild<QDialog*>("series_dialog");
+    camera.take("series", dialog);
+    dialog->reject();
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
-    if (argc != 3) {
-        std::fprintf(stderr, "usage: viewer_screenshots SCAN FOLDER\n");
+    if (argc != 3 && argc != 4) {
+        std::fprintf(stderr, "usage: viewer_screenshots SCAN FOLDER [SERIES]\n");
         return 2;
     }
     QTemporaryDir settings;
@@ -236,6 +254,7 @@ int main(int argc, char** argv) {
         take_edges(camera);
         take_four_views(camera);
         take_export_dialog(camera);
+        if (argc == 4) take_series_dialog(camera, argv[3]);
     } catch (const std::exception& error) {
         std::fprintf(stderr, "viewer_screenshots: %s\n", error.what());
         return 1;

@@ -1,5 +1,7 @@
 // Tests the state and the image of the viewer after mouse and key events.
+#include <QCheckBox>
 #include <QListWidget>
+#include <QSpinBox>
 
 #include <marrow/isosurface.h>
 
@@ -16,6 +18,36 @@ namespace {
 
 using viewer::Parameters;
 using viewer::Plane;
+
+TEST_F(BallViewer, AnotherScanStartsOver) {
+    session().add_surface("second", 300, {}, 1);
+    key(Qt::Key_K);
+    session().move_crop_side({0, true}, 30);
+    key(Qt::Key_C);
+    key(Qt::Key_A);
+    click_on_slice(viewer::Plane::axial, kMiddle);
+    EXPECT_EQ(session().picked().size(), 1u);
+    window->findChild<QCheckBox*>("largest")->click();
+    write_nrrd(folder / "other.nrrd", 20, 21, 22, ball(10, 10, 11, 5));
+    ASSERT_TRUE(open(folder / "other.nrrd"));
+    EXPECT_TRUE(session().picked().empty());
+    EXPECT_EQ(session().tool(), viewer::Tool::navigate);
+    EXPECT_TRUE(window->findChild<QAction*>("navigate")->isChecked());
+    EXPECT_EQ(session().parameters().surfaces.size(), 1u);
+    EXPECT_FALSE(session().parameters().crop);
+    EXPECT_FALSE(session().parameters().cut.plane);
+    EXPECT_FALSE(window->findChild<QCheckBox*>("largest")->isChecked());
+    EXPECT_EQ(window->findChild<QSpinBox*>("crop_z1")->value(), 21);
+    EXPECT_FALSE(session().undo_stack().canUndo());
+    EXPECT_TRUE(window->command().contains("other.nrrd"));
+    EXPECT_FALSE(session().has_unsaved_work());
+}
+
+// The keyboard is in the 3D view from the start, not in a field or on a button.
+TEST_F(BallViewer, TheFirstScanHasTheKeyboard) {
+    QApplication::setActiveWindow(window.get());
+    EXPECT_EQ(window->focusWidget(), view());
+}
 
 TEST_F(BallViewer, ShowsTheSurfaceThatTheLibraryExtracts) {
     const auto& dims = session().scan()->volume.geometry().dims;

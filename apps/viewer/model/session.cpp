@@ -118,6 +118,7 @@ void Session::set_scan(std::shared_ptr<const Scan> scan) {
     parameters_.surfaces.push_back(surface);
     parameters_.current = surface.id;
     parameters_.window = default_window(*scan_);
+    tool_ = Tool::navigate;
     emit scan_changed();
     emit parameters_changed();
     emit crosshair_changed();

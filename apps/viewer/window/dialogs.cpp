@@ -80,6 +80,9 @@ SpacingDialog::SpacingDialog(const Vec3d& known, QWidget* parent) : QDialog(pare
     }
     layout->addLayout(form);
     layout->addWidget(dialog_buttons(this, tr("Open"), open_));
+    const auto unknown =
+        std::find_if(spacing_.begin(), spacing_.end(), [](QDoubleSpinBox* box) { return box->value() == 0; });
+    (unknown != spacing_.end() ? *unknown : spacing_[0])->setFocus();
     follow();
 }
 

@@ -56,6 +56,7 @@ MainWindow::MainWindow(QWidget* parent) : QMainWindow(parent) {
     connect_writer();
     new FieldKeys(this, view_);
     restore_settings();
+    welcome_->setFocus();
 }
 
 MainWindow::~MainWindow() {
@@ -432,9 +433,12 @@ void MainWindow::follow_scan() {
         facts_->clear();
         return;
     }
-    rows_->setEnabled(true);
-    stack_->setCurrentWidget(rows_);
-    static_cast<QStackedLayout*>(stack_->layout())->setStackingMode(QStackedLayout::StackOne);
+    if (!rows_->isEnabled()) {  // the first scan
+        rows_->setEnabled(true);
+        stack_->setCurrentWidget(rows_);
+        static_cast<QStackedLayout*>(stack_->layout())->setStackingMode(QStackedLayout::StackOne);
+        view_->setFocus();
+    }
     const Geometry& g = scan->volume.geometry();
     const QString name =
         from_path(scan->input.has_filename() ? scan->input.filename() : scan->input.parent_path().filename());

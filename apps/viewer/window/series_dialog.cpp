@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include <QHBoxLayout>
 #include <QHeaderView>
@@ -48,7 +49,7 @@ QString samples_text(const SeriesInfo& info) {
 // What tells apart series with the same description, such as a kernel.
 QString description_text(const SeriesReport& series) {
     QStringList details;
-    if (!series.kernel.empty()) details << from(series.kernel);
+    if (!series.kernel.empty()) details << QObject::tr("kernel %1").arg(from(series.kernel));
     if (series.volume_count > 1)
         details << QObject::tr("%1 volumes").arg(series.volume_count);
     else if (series.echo_time)
@@ -57,6 +58,20 @@ QString description_text(const SeriesReport& series) {
     QStringList lines{from(series.series.description), details.join(", ")};
     lines.removeAll({});
     return lines.join('\n');
+}
+
+// The largest series that can be opened, images before segmentations; -1: none.
+int proposal(const ScanReport& report, const ScanOptions& options) {
+    int best = -1;
+    std::pair<bool, double> most{false, -1};
+    for (std::size_t i = 0; i < report.series.size(); ++i) {
+        const SeriesInfo& info = report.series[i].series;
+        const auto [nx, ny, nz] = info.dims;
+        const std::pair size{info.modality != "SEG",
+                             static_cast<double>(nx) * static_cast<double>(ny) * static_cast<double>(nz)};
+        if (can_be_opened(report.series[i], options) && size > most) most = size, best = static_cast<int>(i);
+    }
+    return best;
 }
 
 }  // namespace
@@ -109,19 +124,14 @@ SeriesDialog::SeriesDialog(const std::filesystem::path& input, const ScanOptions
     for (const SeriesReport& series : report_.series)
         volumes_.push_back(std::clamp<std::int64_t>(options_.volume.value_or(0), 0, series.volume_count - 1));
     bool remarks = false;
-    int largest = -1;
-    std::int64_t most = -1;
     for (int i = 0; i < table_->rowCount(); ++i) {
         fill_row(i);
         remarks = remarks || !table_->item(i, remarks_column)->text().isEmpty();
-        const SeriesReport& series = report_.series[static_cast<std::size_t>(i)];
-        const auto& dims = series.series.dims;
-        const std::int64_t samples = dims[0] * dims[1] * dims[2];
-        if (can_be_opened(series, options_) && samples > most) most = samples, largest = i;
-        previews_.request(i, series, volumes_[static_cast<std::size_t>(i)]);
+        const auto n = static_cast<std::size_t>(i);
+        previews_.request(i, report_.series[n], volumes_[n]);
     }
     table_->setColumnHidden(remarks_column, !remarks);
-    if (largest >= 0) table_->selectRow(largest);
+    if (const int row = proposal(report_, options_); row >= 0) table_->selectRow(row);
     follow_selection();
     table_->setFocus();
     const bool any_volumes = std::any_of(report_.series.begin(), report_.series.end(),

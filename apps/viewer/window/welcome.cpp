@@ -35,6 +35,7 @@ Welcome::Welcome(QAction* open_folder, QAction* open_file) {
         auto* b = new QPushButton(action->text());
         b->setToolTip(action->toolTip());
         b->setDefault(action == open_folder);
+        if (action == open_folder) setFocusProxy(b);
         connect(b, &QPushButton::clicked, action, &QAction::trigger);
         row->addWidget(b);
     }
