@@ -126,9 +126,7 @@ Mesh reduced(const Mesh& mesh, const SurfaceSteps& steps, const Mat3d& index_to_
     Mesh result = simplify(mesh, options, &stats);
     report.deviation = stats.deviation;
     report.held_back = stats.undone_collapses;
-    if (stats.backed_off)
-        report.note = "the surface is unchanged: no reduction keeps the error and the topology";
-    else if (!steps.max_error && triangles && static_cast<std::int64_t>(result.triangles.size()) > *triangles)
+    if (!steps.max_error && triangles && static_cast<std::int64_t>(result.triangles.size()) > *triangles)
         report.note = fmt::format(
             "{} triangles were requested, but the step stopped where the surface would change its topology "
             "or pass "

@@ -22,10 +22,8 @@ struct SimplifyOptions {
 
 struct SimplifyStats {
     MeshDistance deviation;  ///< mesh_distance between the mesh and the result
-    /// Collapses that were undone because the surface would have passed through itself.
+    /// Collapses that were undone because the surface passed through itself or was too far from the mesh.
     std::int64_t undone_collapses = 0;
-    bool backed_off =
-        false;  ///< the mesh is unchanged: every result exceeded the error or changed the topology
 };
 
 /// Reduces the triangles of a mesh by collapsing edges in the order of their quadric error.
@@ -37,9 +35,8 @@ struct SimplifyStats {
 /// Points on open or non-manifold edges stay. If the mesh has normals, they are computed again from the
 /// triangles. The result has the same bits for any number of threads.
 ///
-/// With `max_error`, simplify measures the result. If the error is too large, it starts again with stricter
-/// limits, until the error is kept everywhere. Without `max_error` and `stats` it measures nothing, which is
-/// faster.
+/// With `max_error`, simplify measures the result, and undoes collapses where the error is too large, until the
+/// error is kept everywhere. Without `max_error` and `stats` it measures nothing, which is faster.
 ///
 /// \throw InputError if `triangles` is negative, if `max_error` is not positive, or if a triangle has an
 /// index out of range

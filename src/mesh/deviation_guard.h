@@ -9,6 +9,7 @@
 
 #include "triangle_corners.h"
 #include "triangle_tree.h"
+#include "vertex_triangles.h"
 
 namespace marrow::internal {
 
@@ -31,12 +32,6 @@ class DeviationGuard {
     /// corner, get the given corners. If so, assigns their points to the patch.
     bool accept(std::span<const std::uint32_t> removed, std::span<const PatchTriangle> patch);
 
-    /// Calls f(point) for the original points that are assigned to a triangle.
-    template <class F>
-    void for_each_point_of(std::uint32_t triangle, F f) const {
-        for (std::uint32_t p = first_point_[triangle]; p != kNone; p = next_point_[p]) f(p);
-    }
-
   private:
     static constexpr std::uint32_t kNone = ~std::uint32_t{0};
     bool points_stay_near(std::span<const PatchTriangle> patch);
@@ -46,12 +41,11 @@ class DeviationGuard {
     const Mesh& mesh_;
     const TriangleTree& tree_;
     const double max_distance_;
-    std::vector<Vec3d> points_;               // of the original mesh
     std::vector<std::uint32_t> first_point_;  // of each triangle: the first point of its list
     std::vector<std::uint32_t> next_point_;   // of each point: the next one in the list of its triangle
-    std::vector<std::size_t> fan_begin_;      // of each point: its first entry in fans_
-    std::vector<std::uint32_t> fans_;         // the original triangles at each point
+    const VertexTriangles fans_;              // of the original mesh
     struct Assignment {
+        Vec3d position;
         std::uint32_t point, triangle;
         std::uint32_t guess;  // the number in the patch of the triangle that it was assigned to
     };

@@ -16,20 +16,20 @@ namespace marrow::internal {
 
 namespace {
 
-// The weight of a point, as a fraction of its plane's weight. It holds points in flat regions at their
-// positions.
-constexpr double kPointWeight = 1e-5;
+// The middle of an edge counts as a point with this fraction of the weight of its planes. Where the surface is flat
+// or bends along the edge only, it determines the position, and short edges are collapsed first.
+constexpr double kHold = 1e-4;
 // A triangle is thin if its height is below this fraction of its longest edge. A collapse must not make it
 // thinner by more than this factor: the points around a sample that equals the isovalue are so close to each
 // other that merging any two changes the slivers beside them much, until these vanish too.
 constexpr double kThin = 0.05;
 constexpr double kMostThinning = 2;
 constexpr double kMinCosine = 0.2;  // between the normals of a triangle before and after a collapse
-// The squared error at an end of an edge may be this many times the least squared error of the edge.
-constexpr double kMaxErrorRatio = 9;
+// The sum of squared distances at an end of an edge may be this many times the least sum.
+constexpr double kMostIncrease = 30;
 
-std::size_t bucket_of(float error) {
-    return std::bit_cast<std::uint32_t>(error) >> 21;  // four buckets per octave
+std::size_t bucket_of(float cost) {
+    return std::bit_cast<std::uint32_t>(cost) >> 21;  // four buckets per octave
 }
 
 }  // namespace
@@ -41,9 +41,8 @@ EdgeCollapse::EdgeCollapse(const Mesh& mesh, double max_error, DeviationGuard* g
       log_(1),
       buckets_(bucket_of(std::numeric_limits<float>::infinity()) + 1),
       lowest_(buckets_.size()) {
-    if (!mesh.points.empty()) origin_ = to_double(mesh.points.front());
     points_.reserve(mesh.points.size());
-    for (const Vec3f& p : mesh.points) points_.push_back({.position = to_double(p) - origin_, .quadric = {}});
+    for (const Vec3f& p : mesh.points) points_.push_back({.position = p});
     faces_.reserve(mesh.triangles.size());
     for (const Triangle& t : mesh.triangles) faces_.push_back({t, {kNone, kNone, kNone}});
     log_.reserve(mesh.triangles.size() / 2 + 1);
@@ -107,17 +106,16 @@ void EdgeCollapse::fix_points() {
     }
 }
 
+// A point has the planes of its triangles, each with the share of the triangle's area that belongs to it.
 void EdgeCollapse::sum_quadrics() {
     for (const Face& face : faces_) {
-        Point* const corners[3] = {&points_[face.from[0]], &points_[face.from[1]], &points_[face.from[2]]};
-        const Vec3d& a = corners[0]->position;
-        const Vec3d normal = cross(corners[1]->position - a, corners[2]->position - a);
+        const auto& [p, q, r] = face.from;
+        const Vec3d normal = cross(position(q) - position(p), position(r) - position(p));
         const double twice_area = length(normal);
         if (twice_area == 0) continue;
-        for (Point* const p : corners) {
-            p->quadric.add_plane((1 / twice_area) * normal, a, twice_area / 6);
-            p->quadric.add_point(p->position, kPointWeight * twice_area / 6);
-        }
+        Quadric<float> share;
+        share.add_plane((1 / twice_area) * normal, twice_area / 6);
+        for (const std::uint32_t corner : face.from) points_[corner].quadric += share;
     }
 }
 
@@ -132,20 +130,31 @@ void EdgeCollapse::for_each_outgoing(std::uint32_t point, F f) const {
     } while (h != first);
 }
 
-EdgeCollapse::Target EdgeCollapse::target(Half h) const {
-    const Point &a = points_[from(h)], &b = points_[to(h)];
-    const Vec3d middle = 0.5 * (a.position + b.position), along = b.position - a.position;
-    Quadric q = a.quadric;
-    q += b.quadric;
-    Vec3d position = q.minimum().value_or(middle);
-    // If the minimum is far away, the planes are nearly parallel to a line, and rounding errors decide.
-    if (const Vec3d off = position - middle; dot(off, off) > 4 * dot(along, along)) position = middle;
-    return {position, static_cast<float>(q.mean(position))};
+// The sum of the quadrics of two points, relative to point a.
+HWY_INLINE Quadric<double> EdgeCollapse::merged_quadric(std::uint32_t a, std::uint32_t b) const {
+    Quadric<double> merged = Quadric<double>(points_[b].quadric).relative_to(position(a) - position(b));
+    merged += Quadric<double>(points_[a].quadric);
+    return merged;
 }
 
-void EdgeCollapse::queue(Half h, float error) {
-    if (!(error <= max_squared_error_)) return;
-    const std::size_t bucket = bucket_of(error);
+HWY_INLINE EdgeCollapse::Target EdgeCollapse::target(Half h) const {
+    const std::uint32_t a = from(h), b = to(h);
+    const Quadric<double> merged = merged_quadric(a, b);
+    const Vec3d along = position(b) - position(a), middle = 0.5 * along;
+    Quadric<double> held = merged;
+    held.add_point(middle, kHold * merged.weight());
+    Vec3d best = held.minimum().value_or(middle);
+    // If the minimum is far away, the planes are nearly parallel to a line, and rounding errors decide.
+    if (const Vec3d off = best - middle; dot(off, off) > 4 * dot(along, along)) best = middle;
+    const Vec3f there = to_float(position(a) + best);
+    const double sum = merged(to_double(there) - position(a)),
+                 before = static_cast<double>(points_[a].quadric.c) + points_[b].quadric.c,
+                 hold = kHold * merged.weight() * dot(along, along);
+    return {there, static_cast<float>(std::max(0.0, sum - before) + hold), sum, merged.weight()};
+}
+
+void EdgeCollapse::queue(Half h, float cost) {
+    const std::size_t bucket = bucket_of(cost);
     buckets_[bucket].entries.push_back({h, version(h)});
     faces_[h / 4].queued |= 1u << h % 4;
     lowest_ = std::min(lowest_, bucket);
@@ -153,20 +162,22 @@ void EdgeCollapse::queue(Half h, float error) {
 
 void EdgeCollapse::queue_all() {
     constexpr float kSkip = -1;
-    Buffer<std::array<float, 3>> errors(faces_.size());
+    Buffer<std::array<float, 3>> costs(faces_.size());
     tbb::parallel_for(
         tbb::blocked_range<Half>(0, static_cast<Half>(faces_.size()), 4096), [&](const auto& range) {
             for (Half t = range.begin(); t < range.end(); ++t) {
                 for (Half h = 4 * t; h < 4 * t + 3; ++h) {
                     const bool wanted = is_alive(h) && twin(h) != kNone && h < twin(h) && !is_fixed(h) &&
                                         (points_[from(h)].changed || points_[to(h)].changed);
-                    errors[t][h % 4] = wanted ? target(h).error : kSkip;
+                    costs[t][h % 4] = kSkip;
+                    if (!wanted) continue;
+                    if (const Target there = target(h); is_allowed(there)) costs[t][h % 4] = there.cost;
                 }
             }
         });
     for (Half t = 0; t < faces_.size(); ++t) {
         for (Half k = 0; k < 3; ++k) {
-            if (errors[t][k] != kSkip) queue(4 * t + k, errors[t][k]);
+            if (costs[t][k] != kSkip) queue(4 * t + k, costs[t][k]);
         }
     }
     for (Point& point : points_) point.changed = false;
@@ -187,10 +198,7 @@ HWY_INLINE void EdgeCollapse::prefetch(const Bucket& bucket) const {
     if (left > 4 * kStep && is_alive(entry(4).half)) {
         const Half h = entry(4).half;
         hwy::Prefetch(face(twin(h)));
-        for (const std::uint32_t p : {from(h), to(h)}) {
-            hwy::Prefetch(&points_[p]);
-            hwy::Prefetch(&points_[p].quadric.c);
-        }
+        for (const std::uint32_t p : {from(h), to(h)}) hwy::Prefetch(&points_[p]);
     }
     for (const std::size_t steps : {3, 2, 1}) {
         if (left <= steps * kStep) continue;
@@ -215,8 +223,8 @@ HWY_INLINE void EdgeCollapse::prefetch(const Bucket& bucket) const {
     }
 }
 
-// Returns a half-edge of the edge with the least error, or kNone. If an end has changed since the edge was
-// queued, its error is computed again, and the edge is mostly queued again with a larger error.
+// Returns a half-edge of the edge with the least cost, or kNone. If an end has changed since the edge was
+// queued, its cost is computed again, and the edge is mostly queued again with a larger cost.
 EdgeCollapse::Half EdgeCollapse::pop() {
     for (; lowest_ < buckets_.size(); ++lowest_) {
         Bucket& bucket = buckets_[lowest_];
@@ -227,9 +235,10 @@ EdgeCollapse::Half EdgeCollapse::pop() {
             faces_[h / 4].queued &= ~(1u << h % 4);
             if (!is_alive(h) || h > twin(h) || is_fixed(h)) continue;
             if (version(h) == version_then) return h;
-            const float error = target(h).error;
-            if (error <= max_squared_error_ && bucket_of(error) <= lowest_) return h;
-            queue(h, error);
+            const Target there = target(h);
+            if (!is_allowed(there)) continue;
+            if (bucket_of(there.cost) <= lowest_) return h;
+            queue(h, there.cost);
         }
         bucket = {};
     }
@@ -263,11 +272,11 @@ bool EdgeCollapse::find_ring(std::uint32_t point, Ring& ring) const {
 }
 
 void EdgeCollapse::find_normals(std::uint32_t point, Ring& ring) const {
-    const Vec3d& position = points_[point].position;
+    const Vec3d at = position(point);
     ring.normal = {};
     for (std::size_t k = 0; k < ring.size; ++k) {
-        const Vec3d &u = points_[ring.points[k]].position, &w = points_[ring.points[ring.after(k)]].position;
-        ring.normals[k] = cross(u - position, w - position);
+        const Vec3d u = position(ring.points[k]), w = position(ring.points[ring.after(k)]);
+        ring.normals[k] = cross(u - at, w - at);
         ring.normal = ring.normal + ring.normals[k];
     }
 }
@@ -277,9 +286,10 @@ void EdgeCollapse::find_normals(std::uint32_t point, Ring& ring) const {
 bool EdgeCollapse::meets_link_condition(Half h) {
     Ring &a = from_ring_, &b = to_ring_;
     if (!find_ring(from(h), a) || !find_ring(to(h), b) || a.size + b.size > kMaxNeighbours) return false;
-    const auto end = a.points.begin() + static_cast<std::ptrdiff_t>(a.size);
-    int shared = 0;
-    for (std::size_t k = 0; k < b.size; ++k) shared += std::find(a.points.begin(), end, b.points[k]) != end;
+    int shared = 0;  // counted without branches, which would often be mispredicted
+    for (std::size_t k = 0; k < b.size; ++k) {
+        for (std::size_t i = 0; i < a.size; ++i) shared += a.points[i] == b.points[k] ? 1 : 0;
+    }
     if (shared != 2) return false;
     for (const Half towards : {next(h), next(twin(h))}) {
         const std::uint32_t opposite = to(towards);
@@ -294,24 +304,24 @@ bool EdgeCollapse::meets_link_condition(Half h) {
     return true;
 }
 
-// Whether the triangles at `point`, except those at `other`, keep their shape if `point` moves to `position`:
+// Whether the triangles at `point`, except those at `other`, keep their shape if `point` moves `there`:
 // they neither flip nor become much thinner while thin. The normal of a thin triangle means little, so the sum of
 // the one-ring's normals replaces it.
 bool EdgeCollapse::keeps_shape(const Ring& ring, std::uint32_t point, std::uint32_t other,
-                               const Vec3d& position) const {
-    const Vec3d& old_position = points_[point].position;
+                               const Vec3d& there) const {
+    const Vec3d here = position(point);
     for (std::size_t k = 0; k < ring.size; ++k) {
         const std::uint32_t i = ring.points[k], j = ring.points[ring.after(k)];
         if (i == other || j == other) continue;
-        const Vec3d &u = points_[i].position, &w = points_[j].position, &old_normal = ring.normals[k];
-        const Vec3d normal = cross(u - position, w - position);
+        const Vec3d u = position(i), w = position(j), &old_normal = ring.normals[k];
+        const Vec3d normal = cross(u - there, w - there);
         // Areas are squared and edges to the fourth power, so that their ratio compares with kThin squared.
         const double area = dot(normal, normal), old_area = dot(old_normal, old_normal);
         const auto longest_edge = [&](const Vec3d& p) {
             const double edge = std::max({dot(u - p, u - p), dot(w - p, w - p), dot(w - u, w - u)});
             return edge * edge;
         };
-        const double edge = longest_edge(position), old_edge = longest_edge(old_position);
+        const double edge = longest_edge(there), old_edge = longest_edge(here);
         const bool was_thin = !(old_area > kThin * kThin * old_edge);
         const bool is_thinner =
             edge > 0 ? kMostThinning * kMostThinning * area * old_edge < old_area * edge : old_area > 0;
@@ -324,40 +334,37 @@ bool EdgeCollapse::keeps_shape(const Ring& ring, std::uint32_t point, std::uint3
     return true;
 }
 
-bool EdgeCollapse::guard_accepts(Half h, const Vec3d& position) {
+bool EdgeCollapse::guard_accepts(Half h, const Vec3d& there) {
     patch_.clear();
     const std::uint32_t removed[2] = {h / 4, twin(h) / 4};
     for (const std::uint32_t end : {from(h), to(h)}) {
         for_each_outgoing(end, [&](Half out) {
             if (out / 4 == removed[0] || out / 4 == removed[1]) return;
-            patch_.push_back({out / 4,
-                              {origin_ + position, origin_ + points_[to(out)].position,
-                               origin_ + points_[from(prev(out))].position}});
+            patch_.push_back({out / 4, {there, position(to(out)), position(from(prev(out)))}});
         });
     }
     return guard_->accept(removed, patch_);
 }
 
-// Merges the end of h into its beginning, at the position with the least error or at the better end. False if
+// Merges the end of h into its beginning, at the position with the least cost or at the better end. False if
 // no position is acceptable.
 bool EdgeCollapse::collapse(Half h) {
     const std::uint32_t a = from(h), b = to(h);
     if (!meets_link_condition(h)) return false;
     find_normals(a, from_ring_);
     find_normals(b, to_ring_);
-    const auto keeps = [&](const Vec3d& p) {
-        return keeps_shape(from_ring_, a, b, p) && keeps_shape(to_ring_, b, a, p);
+    const auto keeps = [&](const Vec3f& p) {
+        return keeps_shape(from_ring_, a, b, to_double(p)) && keeps_shape(to_ring_, b, a, to_double(p));
     };
-    auto [position, error] = target(h);
-    if (!keeps(position)) {
-        Quadric q = points_[a].quadric;
-        q += points_[b].quadric;
-        const bool a_is_better = q.mean(points_[a].position) <= q.mean(points_[b].position);
-        position = points_[a_is_better ? a : b].position;
-        const double most = std::min<double>(max_squared_error_, kMaxErrorRatio * error);
-        if (!(q.mean(position) <= most) || !keeps(position)) return false;
+    const Quadric<double> merged = merged_quadric(a, b);
+    Target there = target(h);
+    if (!keeps(there.position)) {
+        const double least = there.sum, at_a = merged.c, at_b = merged(position(b) - position(a));
+        there.position = points_[at_a <= at_b ? a : b].position;
+        there.sum = std::min(at_a, at_b);
+        if (there.sum > kMostIncrease * least || !is_allowed(there) || !keeps(there.position)) return false;
     }
-    if (guard_ && !guard_accepts(h, position)) return false;
+    if (guard_ && !guard_accepts(h, to_double(there.position))) return false;
     const Half g = twin(h);
     for_each_outgoing(b, [&](Half out) { faces_[out / 4].from[out % 4] = a; });
     // Removes the two triangles along h. Each had an edge to a and an edge to b, which become one edge.
@@ -372,12 +379,13 @@ bool EdgeCollapse::collapse(Half h) {
     for (const Half removed : {h, g}) faces_[removed / 4].alive = false;
     alive_ -= 2;
 
-    Point &kept = points_[a], &removed = points_[b];
-    log_.push_back({h, b, kept.latest, kept.position});
-    kept.position = position;
-    kept.quadric += removed.quadric;
+    Point& kept = points_[a];
+    log_.push_back({h, b, kept});
+    kept.quadric = Quadric<float>(merged.relative_to(to_double(there.position) - position(a)));
+    kept.position = there.position;
     kept.latest = static_cast<std::uint32_t>(log_.size() - 1);
-    removed.outgoing = kNone;
+    kept.is_new = true;
+    points_[b].outgoing = kNone;
     return true;
 }
 
@@ -408,8 +416,8 @@ std::size_t EdgeCollapse::undo(std::uint32_t collapse) {
             continue;
         }
         if (points_[kept].latest == i) {
-            undo_one(log_[i]), ++undone;
             if (i == collapse) points_[kept].fixed = points_[log_[i].removed].fixed = true;
+            undo_one(log_[i]), ++undone;
         }
         pending.pop_back();
     }
@@ -417,7 +425,7 @@ std::size_t EdgeCollapse::undo(std::uint32_t collapse) {
 }
 
 // The inverse of collapse().
-void EdgeCollapse::undo_one(const Collapse& collapse) {
+void EdgeCollapse::undo_one(Collapse& collapse) {
     const Half h = collapse.half, g = twin(h);
     const std::uint32_t a = from(h), b = collapse.removed;
     for (const Half side : {next(h), prev(h), next(g), prev(g)}) pair(side, twin(side));
@@ -429,12 +437,13 @@ void EdgeCollapse::undo_one(const Collapse& collapse) {
         out = twin(prev(out));
     } while (out != g);
     Point &kept = points_[a], &revived = points_[b];
-    kept.position = collapse.position;
-    kept.latest = collapse.latest;
+    const bool is_fixed = kept.fixed;
+    kept = collapse.kept;
+    kept.fixed = is_fixed;
     kept.outgoing = h;
     revived.outgoing = g;
-    kept.quadric -= revived.quadric;
-    kept.changed = revived.changed = true;
+    kept.changed = revived.changed = kept.is_new = revived.is_new = true;
+    collapse.removed = kNone;
 }
 
 void EdgeCollapse::reduce_to(std::size_t triangles, const Progress& progress) {
@@ -455,28 +464,41 @@ void EdgeCollapse::reduce_to(std::size_t triangles, const Progress& progress) {
             for_each_outgoing(kept, [&](Half out) {
                 points_[to(out)].changed = true;
                 const Half edge = std::min(out, twin(out));
-                if (!is_queued(edge) && !is_fixed(edge)) queue(edge, target(edge).error);
+                if (is_queued(edge) || is_fixed(edge)) return;
+                if (const Target there = target(edge); is_allowed(there)) queue(edge, there.cost);
             });
         }
     }
 }
 
-EdgeCollapse::Result EdgeCollapse::result() const {
+EdgeCollapse::Result EdgeCollapse::result() {
     Result result;
-    std::vector<std::uint32_t> new_index(points_.size(), kNone);
+    Buffer<std::uint32_t> new_index(points_.size());
+    result.mesh.points.reserve(alive_ / 2);
+    result.old_points.reserve(alive_ / 2);
     for (std::uint32_t p = 0; p < points_.size(); ++p) {
         if (points_[p].outgoing == kNone) continue;
         new_index[p] = static_cast<std::uint32_t>(result.mesh.points.size());
-        result.mesh.points.push_back(to_float(origin_ + points_[p].position));
+        result.mesh.points.push_back(points_[p].position);
         result.old_points.push_back(p);
     }
     result.mesh.triangles.reserve(alive_);
-    result.old_triangles.reserve(alive_);
-    for (std::uint32_t t = 0; t < faces_.size(); ++t) {
-        if (!faces_[t].alive) continue;
-        const auto& [a, b, c] = faces_[t].from;
+    for (const Face& face : faces_) {
+        if (!face.alive) continue;
+        const auto& [a, b, c] = face.from;
+        if (points_[a].is_new || points_[b].is_new || points_[c].is_new)
+            result.changed.push_back(static_cast<std::uint32_t>(result.mesh.triangles.size()));
         result.mesh.triangles.push_back({new_index[a], new_index[b], new_index[c]});
-        result.old_triangles.push_back(t);
+    }
+    for (const std::uint32_t p : result.old_points) points_[p].is_new = false;
+    return result;
+}
+
+Buffer<std::uint32_t> EdgeCollapse::merged_into() const {
+    Buffer<std::uint32_t> result(points_.size());
+    std::iota(result.begin(), result.end(), 0u);
+    for (std::size_t i = log_.size() - 1; i > 0; --i) {
+        if (const Collapse& c = log_[i]; c.removed != kNone) result[c.removed] = result[from(c.half)];
     }
     return result;
 }

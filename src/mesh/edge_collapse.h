@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -15,7 +16,8 @@
 
 namespace marrow::internal {
 
-/// Collapses edges to points, in the order of their quadric error.
+/// Collapses edges to points. Next is always roughly the edge whose collapse adds the least to the squared distance
+/// from the original planes, summed over their area.
 ///
 /// An edge is collapsed only if the link condition holds (Dey, Edelsbrunner, Guha and Nekhayev 1999): so a
 /// closed, manifold mesh stays closed and manifold, with the same components and handles. No triangle may
@@ -26,13 +28,13 @@ namespace marrow::internal {
 /// can be undone once all later ones around its point are (Hoppe 1996, Xia and Varshney 1996).
 class EdgeCollapse {
   public:
+    /// \pre indices are in range; fewer than 2^30 triangles
+    explicit EdgeCollapse(const Mesh& mesh)
+        : EdgeCollapse(mesh, std::numeric_limits<double>::infinity(), nullptr) {}
     /// Collapses no edge that would leave a root mean square distance above `max_error` mm to the merged
-    /// planes, and no edge that the guard rejects. \pre indices are in range; fewer than 2^30 triangles; the
-    /// guard, if there is one, is a guard of this mesh
-    EdgeCollapse(const Mesh& mesh, double max_error, DeviationGuard* guard = nullptr);
-
-    /// Keeps a point at its position.
-    void fix(std::uint32_t point) { points_[point].fixed = true; }
+    /// planes, and no edge that the guard rejects. \pre the guard, if there is one, is a guard of this mesh; no edge
+    /// is collapsed after one was undone
+    EdgeCollapse(const Mesh& mesh, double max_error, DeviationGuard* guard);
 
     /// Collapses until `triangles` are left, or until no edge can be collapsed. It may be called again with
     /// the same number after undo(). \throw Cancelled
@@ -48,9 +50,13 @@ class EdgeCollapse {
     /// A reduced mesh without normals. Points and triangles keep their order.
     struct Result {
         Mesh mesh;
-        std::vector<std::uint32_t> old_points, old_triangles;  ///< their indices in the original mesh
+        std::vector<std::uint32_t> old_points;  ///< the indices of the points in the original mesh
+        std::vector<std::uint32_t> changed;     ///< the triangles at points that changed since the last call
     };
-    Result result() const;
+    Result result();
+
+    /// The point that each point of the original mesh was merged into, or the point itself.
+    Buffer<std::uint32_t> merged_into() const;
 
   private:
     // Half-edge 4 t + k runs from corner k of triangle t to the next corner.
@@ -71,15 +77,16 @@ class EdgeCollapse {
         std::uint32_t queued = 0;           // bit k: half-edge k has an entry in the queue
         bool alive = true;                  // false: a collapse has removed it; its corners and twins stay
     };
-    // It takes two cache lines. A collapse reads only the first line of the neighbours.
+    // A point. It takes one cache line.
     struct Point {
-        Vec3d position;            // relative to origin_, so that quadrics lose no digits
+        Vec3f position;
         std::uint32_t latest = 0;  // the last collapse that merged a point into this one; 0: none
         Half outgoing = kNone;     // one of its half-edges; kNone: it has no triangle
         bool open = false;         // its triangles do not form one closed fan
         bool fixed = false;        // takes part in no collapse, as all open points
         bool changed = true;       // the point or a neighbour has moved since its edges were queued
-        Quadric quadric;
+        bool is_new = false;       // a collapse or its undoing has changed it since the last result
+        Quadric<float> quadric{};  // of the planes of the points that it replaces, relative to its position
     };
     static constexpr std::size_t kMaxNeighbours = 32;
     // The one-ring of a point. Triangle k has the neighbours k and k + 1. Normals are as long as twice the
@@ -92,9 +99,11 @@ class EdgeCollapse {
 
         std::size_t after(std::size_t k) const { return k + 1 == size ? 0 : k + 1; }
     };
+    // Where the collapse of an edge would put its point.
     struct Target {
-        Vec3d position;
-        float error;  // the mean squared distance
+        Vec3f position;
+        float cost;          // by how much the sum of squared distances grows
+        double sum, weight;  // of the squared distances there, and of their planes
     };
     struct Entry {
         Half half;
@@ -103,9 +112,8 @@ class EdgeCollapse {
     // A collapse merges the end of a half-edge into its beginning.
     struct Collapse {
         Half half;
-        std::uint32_t removed;  // the point at the end
-        std::uint32_t latest;   // of the point at the beginning, before
-        Vec3d position;         // of the point at the beginning, before
+        std::uint32_t removed;  // the point at the end; kNone: the collapse was undone
+        Point kept;             // the point at the beginning, before the collapse
     };
     // The entries of a bucket are sorted by position when its turn comes. Later entries are appended.
     struct Bucket {
@@ -120,10 +128,13 @@ class EdgeCollapse {
     }
     void fix_points();
     void sum_quadrics();
+    Vec3d position(std::uint32_t point) const { return to_double(points_[point].position); }
+    Quadric<double> merged_quadric(std::uint32_t a, std::uint32_t b) const;
     Target target(Half h) const;
+    bool is_allowed(const Target& target) const { return target.sum <= max_squared_error_ * target.weight; }
     std::uint32_t version(Half h) const { return points_[from(h)].latest + points_[to(h)].latest; }
     bool is_fixed(Half h) const { return points_[from(h)].fixed || points_[to(h)].fixed; }
-    void queue(Half h, float error);
+    void queue(Half h, float cost);
     void queue_all();
     Half pop();
     void sort_by_position(std::vector<Entry>& entries);
@@ -135,14 +146,13 @@ class EdgeCollapse {
     bool guard_accepts(Half h, const Vec3d& position);
     bool collapse(Half h);
     std::size_t undo(std::uint32_t collapse);
-    void undo_one(const Collapse& collapse);
+    void undo_one(Collapse& collapse);
     template <class F>
     void for_each_outgoing(std::uint32_t point, F f) const;
 
     const double max_squared_error_;
     DeviationGuard* const guard_;
     std::vector<PatchTriangle> patch_;  // kept for its memory
-    Vec3d origin_{};
     Buffer<Point> points_;
     Buffer<Face> faces_;
     std::size_t alive_;         // the number of faces that are left
@@ -150,7 +160,7 @@ class EdgeCollapse {
 
     Buffer<Collapse> log_;  // collapse i is log_[i]; entry 0 is not used
 
-    std::vector<Bucket> buckets_;  // by the logarithm of the error
+    std::vector<Bucket> buckets_;  // by the logarithm of the cost
     std::size_t lowest_ = 0;       // all buckets below are empty
     std::vector<Entry> sorted_;    // kept for its memory
 };

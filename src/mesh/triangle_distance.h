@@ -13,6 +13,15 @@ namespace marrow::internal {
 /// falls.
 inline constexpr double kFlat = 1e-14;
 
+/// Whether p is above or below the triangle a, b, c, and its squared distance is at most `most`. Faster than
+/// squared_distance_to_triangle().
+inline bool is_across(const Vec3d& p, const Vec3d& a, const Vec3d& b, const Vec3d& c, double most) {
+    const Vec3d u = b - a, v = c - a, from_a = p - a, n = cross(u, v);
+    const double nn = dot(n, n), height = dot(from_a, n);
+    const double s = dot(cross(from_a, v), n), t = dot(cross(u, from_a), n);
+    return nn > 0 && s >= 0 && t >= 0 && s + t <= nn && height * height <= most * nn;
+}
+
 /// The squared distance from p to the triangle a, b, c, which may have no area.
 inline double squared_distance_to_triangle(const Vec3d& p, const Vec3d& a, const Vec3d& b, const Vec3d& c) {
     // The projection of p onto the plane is a + (s u + t v) / n.n.
