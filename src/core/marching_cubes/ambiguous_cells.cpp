@@ -20,6 +20,8 @@ namespace {
 
 using namespace HWY_NAMESPACE;
 
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
 // The samples of the cells of a row.
 template <class T>
 class CornerSamples {
@@ -31,16 +33,21 @@ class CornerSamples {
                                row_z = z + static_cast<std::int64_t>(r >> 1);
             const bool within = row_y >= 0 && row_y < ny && row_z >= 0 && row_z < nz;
             rows_[r] = within ? row_of<T>(volume, row_y, row_z) : nullptr;
+            all_rows_ &= within;
         }
     }
 
     CellValues minus(double isovalue, std::int64_t x) const {
         CellValues values;
+        if (HWY_LIKELY(all_rows_ && x >= 0 && x + 1 < nx_)) {
+            for (std::size_t v = 0; v < 8; ++v)
+                values[v] = difference(rows_[v >> 1][x + static_cast<std::int64_t>(v & 1)], isovalue);
+            return values;
+        }
         for (std::size_t v = 0; v < 8; ++v) {
             const std::int64_t at = x + static_cast<std::int64_t>(v & 1);
             const T* const row = rows_[v >> 1];
-            values[v] = row != nullptr && at >= 0 && at < nx_ ? difference(row[at], isovalue)
-                                                              : std::numeric_limits<double>::quiet_NaN();
+            values[v] = row != nullptr && at >= 0 && at < nx_ ? difference(row[at], isovalue) : kNan;
         }
         return values;
     }
@@ -48,22 +55,41 @@ class CornerSamples {
   private:
     // It has the right sign: a rounded difference is 0 only if the exact one is.
     static double difference(T sample, double isovalue) {
+        const double result = static_cast<double>(sample) - isovalue;
         if constexpr (std::is_floating_point_v<T>) {
-            if (!std::isfinite(sample)) return std::numeric_limits<double>::quiet_NaN();
+            if (HWY_UNLIKELY(!std::isfinite(result))) {
+                constexpr double kMost = std::numeric_limits<double>::max();
+                return std::isfinite(sample) ? std::clamp(result, -kMost, kMost) : kNan;
+            }
         }
-        constexpr double kMost = std::numeric_limits<double>::max();
-        return std::clamp(static_cast<double>(sample) - isovalue, -kMost, kMost);
+        return result;
     }
 
     const std::int64_t nx_;
     const T* rows_[4];
+    bool all_rows_ = true;
 };
 
-// Of the cells that start in word w, those that may have more than one loop.
-std::uint64_t ambiguous_bits(const RowBits& row, std::size_t w) {
-    const CellVecs cells(row, w);
-    const std::uint64_t bits = hn::GetLane(hn::And(may_have_loops(cells), cells.active()));
-    return bits & row.valid(w);
+// The cells with two antipodal corners that differ from the other six.
+std::uint64_t have_antipodes(const CellBits& cells) {
+    const auto& c = cells.corners;
+    std::uint64_t result = 0;
+    for (unsigned v = 0; v < 4; ++v) {
+        std::uint64_t all = ~std::uint64_t{0}, some = 0;
+        for (unsigned other = 0; other < 8; ++other) {
+            if (other == v || other == 7 - v) continue;
+            all &= c[other];
+            some |= c[other];
+        }
+        result |= (c[v] & c[7 - v] & ~some) | (~(c[v] | c[7 - v]) & all);
+    }
+    return result;
+}
+
+// Of the cells that start in word w, those in which the samples may decide something.
+std::uint64_t ambiguous_bits(const RowBits& row, std::size_t w, const CellBits& cells) {
+    const CellVecs vecs(row, w);
+    return (hn::GetLane(have_ambiguous_faces(vecs)) | have_antipodes(cells)) & row.valid(w);
 }
 
 unsigned case_of(const CellBits& cells, unsigned bit) {
@@ -144,10 +170,9 @@ void AmbiguousCells::list(std::size_t row, std::vector<AmbiguousCell>& cells) co
         const CornerSamples<decltype(sample)> samples(volume_, at.y - bits_.pad, at.z - bits_.pad);
         for_each_active_word(words_, row, [&](std::size_t w) {
             const CellBits corners(row_bits, w);
-            for (std::uint64_t left = ambiguous_bits(row_bits, w); left != 0; left &= left - 1) {
+            for (std::uint64_t left = ambiguous_bits(row_bits, w, corners); left != 0; left &= left - 1) {
                 const auto bit = static_cast<unsigned>(std::countr_zero(left));
                 const unsigned cell_case = case_of(corners, bit);
-                if (!may_be_ambiguous(cell_case)) continue;
                 const std::int64_t x = 64 * static_cast<std::int64_t>(w) + bit;
                 const CellValues values = samples.minus(isovalue_, x - bits_.first_x);
                 const CellTopology topology = decide_topology(cell_case, values);
@@ -171,9 +196,9 @@ void AmbiguousCells::count(std::size_t row_begin, std::size_t row_end, RowCounts
     }
 }
 
-void AmbiguousCells::emit_points(std::size_t row, Vec3f* points, Vec3f* normals) const {
+void AmbiguousCells::emit_points(std::size_t row, std::vector<AmbiguousCell>& cells, Vec3f* points,
+                                 Vec3f* normals) const {
     const GridRow at(bits_, row);
-    std::vector<AmbiguousCell> cells;
     list(row, cells);
     for (const AmbiguousCell& cell : cells) {
         const std::array<std::int64_t, 3> index{cell.x - bits_.first_x, at.y - bits_.pad, at.z - bits_.pad};
@@ -194,16 +219,22 @@ void AmbiguousCells::emit_points(std::size_t row, Vec3f* points, Vec3f* normals)
 
 std::uint32_t* AmbiguousCells::emit_triangles(const AmbiguousCell& cell, const std::uint32_t* edge_ids,
                                               std::uint32_t first_inner, std::uint32_t* out) const {
-    const CellTriangles triangles = cell_triangles(cell.topology, cell.values);
+    const std::size_t second = to_physical_.mirrored ? 2 : 1, third = 3 - second;
     const auto id = [&](std::uint8_t corner) {
         return corner < kCellEdges ? edge_ids[corner] : first_inner + (corner - kCellEdges);
     };
-    const std::size_t second = to_physical_.mirrored ? 2 : 1, third = 3 - second;
-    for (int t = 0; t < triangles.count; ++t) {
-        const std::uint8_t* corners = triangles.corners.data() + 3 * t;
-        *out++ = id(corners[0]);
-        *out++ = id(corners[second]);
-        *out++ = id(corners[third]);
+    const auto emit = [&](const std::uint8_t* corners, int triangles) {
+        for (const std::uint8_t* const end = corners + 3 * triangles; corners != end; corners += 3) {
+            *out++ = id(corners[0]);
+            *out++ = id(corners[second]);
+            *out++ = id(corners[third]);
+        }
+    };
+    if (cell.topology.has_tunnel) {
+        const TunnelTriangles triangles = triangulate_tunnel(cell.topology, cell.values);
+        emit(triangles.corners.data(), triangles.count);
+    } else {
+        emit(cell.topology.shape->corners.data(), cell.topology.shape->triangles);
     }
     return out;
 }

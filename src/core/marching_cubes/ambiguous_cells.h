@@ -42,7 +42,8 @@ class AmbiguousCells {
     /// Counts the inner points and additional triangles of the rows [row_begin, row_end).
     void count(std::size_t row_begin, std::size_t row_end, RowCounts& counts) const;
     /// Writes the inner points of a row's cells, in the order of x, and their normals unless these are null.
-    void emit_points(std::size_t row, Vec3f* points, Vec3f* normals) const;
+    /// `cells` are replaced by those of the row.
+    void emit_points(std::size_t row, std::vector<AmbiguousCell>& cells, Vec3f* points, Vec3f* normals) const;
     /// Writes the triangles of a cell whose points have the ids `edge_ids`, by edge, and from `first_inner` on.
     /// Returns the end of what it wrote.
     std::uint32_t* emit_triangles(const AmbiguousCell& cell, const std::uint32_t* edge_ids,

@@ -42,19 +42,50 @@ int determinant_sign(double a, double b, double c, double d) {
     return sign_of(lost_ad - lost_bc);
 }
 
-// Whether the two inside corners of an ambiguous face are joined: whether the bilinear interpolant at its
-// saddle, (inside product - outside product) / (a positive number), is at least the isovalue.
-bool joins(double inside_a, double inside_b, double outside_a, double outside_b) {
-    const double inside = inside_a * inside_b, outside = outside_a * outside_b;
-    if (inside != outside) return inside > outside;  // false if a value is NaN
-    const auto f = scaled(std::array{inside_a, outside_a, outside_b, inside_b});
-    return determinant_sign(f[0], f[1], f[2], f[3]) >= 0;
+// The signs of the determinants of the faces, as far as rounded products show them. Bit f belongs to face f. The
+// determinant of a face is that of kFaceCorners[f]: the product of its corners 0 and 2 minus that of the others.
+struct FaceSigns {
+    unsigned positive = 0, negative = 0;
+
+    explicit FaceSigns(const CellValues& f) {
+        for (unsigned face = 0; face < 6; ++face) {
+            const auto& ring = kFaceCorners[face];
+            const double first = f[ring[0]] * f[ring[2]], second = f[ring[1]] * f[ring[3]];
+            positive |= (first > second ? 1u : 0u) << face;
+            negative |= (first < second ? 1u : 0u) << face;
+        }
+    }
+    // In a waist, the determinants of opposite faces have the same sign. Those without a sign here are ties.
+    bool allow_waist() const {
+        constexpr unsigned kFirstOfAxes = 0b010101;
+        return (((positive & negative >> 1) | (negative & positive >> 1)) & kFirstOfAxes) == 0;
+    }
+};
+
+// Whether the two inside corners of an ambiguous face are joined, if rounded products do not show it: whether the
+// bilinear interpolant at its saddle, (inside product - outside product) / (a positive number), is at least the
+// isovalue. In a tie it is.
+bool joins_in_doubt(const CellValues& values, unsigned face) {
+    const auto& ring = kFaceCorners[face];
+    std::array<double, 4> f{values[ring[0]], values[ring[1]], values[ring[3]], values[ring[2]]};
+    if (std::any_of(f.begin(), f.end(), [](double v) { return std::isnan(v); })) return false;
+    f = scaled(f);
+    const int sign = determinant_sign(f[0], f[1], f[2], f[3]);
+    return f[0] >= 0 ? sign >= 0 : sign <= 0;
 }
 
-bool joins(const CellValues& f, unsigned cell_case, unsigned face) {
-    const auto& ring = kFaceCorners[face];
-    const unsigned first = cell_case >> ring[0] & 1 ? 0 : 1;
-    return joins(f[ring[first]], f[ring[first + 2]], f[ring[1 - first]], f[ring[3 - first]]);
+// The ambiguous faces whose inside corners are joined.
+unsigned joined_faces(const FaceSigns& signs, unsigned cell_case, const CellValues& values) {
+    const unsigned ambiguous = kAmbiguousFaces[cell_case];
+    unsigned first_inside = 0;  // the faces whose corner 0 is inside
+    for (unsigned face = 0; face < 6; ++face)
+        first_inside |= (cell_case >> kFaceCorners[face][0] & 1) << face;
+    unsigned joined = (first_inside & signs.positive) | (~first_inside & signs.negative);
+    for (unsigned left = ambiguous & ~(signs.positive | signs.negative); left != 0; left &= left - 1) {
+        const auto face = static_cast<unsigned>(std::countr_zero(left));
+        if (joins_in_doubt(values, face)) joined |= 1u << face;
+    }
+    return joined & ambiguous;
 }
 
 // What is added to the determinant of a face per amount that is added to its values.
@@ -267,17 +298,14 @@ int CellTopology::triangles() const {
     return std::popcount(shape->crossed) - 2 * shape->loops + 4 + 2 * kTunnelPoints;
 }
 
-bool may_be_ambiguous(unsigned cell_case) {
-    return kAmbiguousFaces[cell_case] != 0 || kCases[cell_case].loops > 1;
-}
-
 CellTopology decide_topology(unsigned cell_case, const CellValues& values) {
-    unsigned joined = 0, bit = 1;
-    for (unsigned left = kAmbiguousFaces[cell_case]; left != 0; left &= left - 1, bit <<= 1) {
-        if (joins(values, cell_case, static_cast<unsigned>(std::countr_zero(left)))) joined |= bit;
-    }
-    CellTopology topology{&kShapes[kFirstShape[cell_case] + joined]};
-    find_tunnel(cell_case, values, topology);
+    const FaceSigns signs(values);
+    const unsigned ambiguous = kAmbiguousFaces[cell_case], joined = joined_faces(signs, cell_case, values);
+    unsigned shape = kFirstShape[cell_case], bit = 1;
+    for (unsigned left = ambiguous; left != 0; left &= left - 1, bit <<= 1)
+        shape += bit * (joined >> std::countr_zero(left) & 1);
+    CellTopology topology{&kShapes[shape]};
+    if (signs.allow_waist()) find_tunnel(cell_case, values, topology);
     return topology;
 }
 

@@ -42,9 +42,6 @@ struct CellTopology {
     }
 };
 
-/// Whether the samples may decide anything in a cell of this case.
-bool may_be_ambiguous(unsigned cell_case);
-
 /// \pre a corner is inside exactly if its value is >= 0
 CellTopology decide_topology(unsigned cell_case, const CellValues& values);
 

@@ -520,12 +520,13 @@ namespace {
 // Writes the last points of each row, those inside cells.
 void emit_inner_points(const EmitInput& input, std::size_t row_begin, std::size_t row_end, Vec3f* points,
                        Vec3f* normals) {
+    std::vector<AmbiguousCell> cells;
     std::size_t end = 0;
     for (std::size_t r = row_begin; r < row_end; ++r) {
         end += input.points.leaves()[r];
         if (input.inner[r] == 0) continue;
         const std::size_t first = end - input.inner[r];
-        input.ambiguous->emit_points(r, points + first, normals ? normals + first : nullptr);
+        input.ambiguous->emit_points(r, cells, points + first, normals ? normals + first : nullptr);
     }
 }
 

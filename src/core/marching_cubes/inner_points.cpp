@@ -148,7 +148,7 @@ std::array<Band, 2> shortest_bands(const LoopEdges& loop, const CellValues& f,
     return best;
 }
 
-void add_band(const LoopEdges& loop, const Band& band, CellTriangles& triangles) {
+void add_band(const LoopEdges& loop, const Band& band, TunnelTriangles& triangles) {
     const auto ring = [&](std::size_t step) { return kCellEdges + band.ring_point(step); };
     std::size_t j = 0;
     for (std::size_t i = 0; i < loop.size; ++i) {
@@ -160,7 +160,7 @@ void add_band(const LoopEdges& loop, const Band& band, CellTriangles& triangles)
 
 // The surface runs around the tunnel: seen along it, one loop is clockwise, and the other counter-clockwise. So
 // their bands go around the ring in opposite directions.
-void add_tunnel(const CellTopology& topology, const CellValues& f, CellTriangles& triangles) {
+void add_tunnel(const CellTopology& topology, const CellValues& f, TunnelTriangles& triangles) {
     const auto ring = tunnel_points(topology.tunnel, f);
     const LoopEdges first(*topology.shape, topology.tunnel.first_loop),
         second(*topology.shape, topology.tunnel.second_loop);
@@ -173,7 +173,7 @@ void add_tunnel(const CellTopology& topology, const CellValues& f, CellTriangles
 
 }  // namespace
 
-void CellTriangles::add(std::size_t a, std::size_t b, std::size_t c) {
+void TunnelTriangles::add(std::size_t a, std::size_t b, std::size_t c) {
     std::uint8_t* to = corners.data() + 3 * count++;
     to[0] = static_cast<std::uint8_t>(a);
     to[1] = static_cast<std::uint8_t>(b);
@@ -201,15 +201,10 @@ int place_inner_points(const CellTopology& topology, const CellValues& values,
     return topology.inner_points();
 }
 
-CellTriangles cell_triangles(const CellTopology& topology, const CellValues& values) {
-    CellTriangles triangles;
-    const CellShape& shape = *topology.shape;
-    if (!topology.has_tunnel) {
-        triangles.count = shape.triangles;
-        std::copy_n(shape.corners.begin(), 3 * shape.triangles, triangles.corners.begin());
-        return triangles;
-    }
+TunnelTriangles triangulate_tunnel(const CellTopology& topology, const CellValues& values) {
+    TunnelTriangles triangles;
     add_tunnel(topology, well_scaled(values), triangles);
+    const CellShape& shape = *topology.shape;
     for (std::size_t k = 0; k < shape.loops; ++k) {
         if (k == topology.tunnel.first_loop || k == topology.tunnel.second_loop) continue;
         const LoopEdges loop(shape, k);  // a triangle

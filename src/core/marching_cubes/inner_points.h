@@ -18,17 +18,19 @@ namespace marrow::internal {
 int place_inner_points(const CellTopology& topology, const CellValues& values,
                        std::array<Vec3d, CellTopology::kTunnelPoints>& points);
 
-/// The triangles of a cell. Numbers below kCellEdges are edges; higher ones, less kCellEdges, inner points.
-struct CellTriangles {
-    static constexpr int kMost = 22;
+/// The triangles of a cell with a tunnel. Numbers below kCellEdges are edges; higher ones, less kCellEdges, inner
+/// points.
+struct TunnelTriangles {
+    static constexpr std::size_t kMost = 22;
 
     int count = 0;
-    std::array<std::uint8_t, 3 * kMost> corners{};
+    std::array<std::uint8_t, 3 * kMost> corners;
 
     void add(std::size_t a, std::size_t b, std::size_t c);
 };
 
-CellTriangles cell_triangles(const CellTopology& topology, const CellValues& values);
+/// \pre topology.has_tunnel
+TunnelTriangles triangulate_tunnel(const CellTopology& topology, const CellValues& values);
 
 /// The value of the trilinear interpolant, and its gradient.
 struct Interpolant {

@@ -139,10 +139,8 @@ struct CellVecs {
     }
 };
 
-// The cells that may have more than one loop. Such a cell has a face with all four edges crossed, or two
-// antipodal corners that differ from the other six; then two diagonally opposite edges along x are crossed,
-// and the other two are not.
-HWY_INLINE WordVec may_have_loops(const CellVecs& cells) {
+// The cells with an ambiguous face: all four of its edges are crossed.
+HWY_INLINE WordVec have_ambiguous_faces(const CellVecs& cells) {
     const auto& c = cells.corners;
     const auto all = [](WordVec p, WordVec q, WordVec r) HWY_ATTR { return hn::And(hn::And(p, q), r); };
     const WordVec x[4] = {hn::Xor(c[0], c[1]), hn::Xor(c[2], c[3]), hn::Xor(c[4], c[5]), hn::Xor(c[6], c[7])};
@@ -152,9 +150,21 @@ HWY_INLINE WordVec may_have_loops(const CellVecs& cells) {
                                       hn::Or(all(x[0], x[2], z0), all(x[1], x[3], z1)));
     const auto faces_across_x =
         hn::Or(all(y0, y1, z0), all(hn::Xor(c[1], c[3]), hn::Xor(c[5], c[7]), hn::Xor(c[1], c[5])));
-    const auto antipodes = hn::Or(hn::AndNot(hn::Or(x[1], x[2]), hn::And(x[0], x[3])),
-                                  hn::AndNot(hn::Or(x[0], x[3]), hn::And(x[1], x[2])));
-    return hn::Or(hn::Or(faces_along_x, faces_across_x), antipodes);
+    return hn::Or(faces_along_x, faces_across_x);
+}
+
+// The cells that may have two antipodal corners that differ from the other six: two diagonally opposite edges
+// along x are crossed, and the other two are not.
+HWY_INLINE WordVec may_have_antipodes(const CellVecs& cells) {
+    const auto& c = cells.corners;
+    const WordVec x[4] = {hn::Xor(c[0], c[1]), hn::Xor(c[2], c[3]), hn::Xor(c[4], c[5]), hn::Xor(c[6], c[7])};
+    return hn::Or(hn::AndNot(hn::Or(x[1], x[2]), hn::And(x[0], x[3])),
+                  hn::AndNot(hn::Or(x[0], x[3]), hn::And(x[1], x[2])));
+}
+
+// The cells that may have more than one loop.
+HWY_INLINE WordVec may_have_loops(const CellVecs& cells) {
+    return hn::Or(have_ambiguous_faces(cells), may_have_antipodes(cells));
 }
 
 }  // namespace marrow::internal::HWY_NAMESPACE
