@@ -95,7 +95,7 @@ struct Pyramids {
 };
 
 // With exact topology, the cells whose topology the samples decide at an isovalue.
-std::optional<AmbiguousCells> ambiguous_cells(const Extraction& e, double isovalue) {
+std::optional<AmbiguousCells> ambiguous_cells(Extraction& e, double isovalue) {
     if (!e.ambiguous) return {};
     return AmbiguousCells(e.volume, isovalue, e.to_physical, e.bits, *e.ambiguous);
 }

@@ -2,6 +2,7 @@
 // target, as it decides and computes with doubles.
 #include "ambiguous_cells.h"
 
+#include <hwy/cache_control.h>
 #include <hwy/highway.h>
 
 #include <algorithm>
@@ -50,6 +51,12 @@ class CornerSamples {
             values[v] = row != nullptr && at >= 0 && at < nx_ ? difference(row[at], isovalue) : kNan;
         }
         return values;
+    }
+
+    void prefetch(std::int64_t x) const {
+        for (const T* row : rows_) {
+            if (row != nullptr) hwy::Prefetch(row + x);
+        }
     }
 
   private:
@@ -156,44 +163,53 @@ Vec3f normal_of(const IndexToPhysical& to_physical, const Vec3d& gradient) {
 
 }  // namespace
 
-bool AmbiguousCells::may_be_in(std::size_t row) const {
-    const std::uint64_t* masks = words_.row(row);
-    return std::any_of(masks, masks + words_.masks_per_row, [](std::uint64_t mask) { return mask != 0; });
-}
-
-void AmbiguousCells::list(std::size_t row, std::vector<AmbiguousCell>& cells) const {
-    cells.clear();
-    if (!may_be_in(row)) return;
+// Calls found(w, cell) for each ambiguous cell of a row, in the order of x.
+template <class Found>
+void AmbiguousCells::find(std::size_t row, const Found& found) const {
     const GridRow at(bits_, row);
     const RowBits row_bits(bits_, at);
     visit_sample_type(volume_.type, [&](auto sample) {
         const CornerSamples<decltype(sample)> samples(volume_, at.y - bits_.pad, at.z - bits_.pad);
         for_each_active_word(words_, row, [&](std::size_t w) {
             const CellBits corners(row_bits, w);
-            for (std::uint64_t left = ambiguous_bits(row_bits, w, corners); left != 0; left &= left - 1) {
+            const std::int64_t first_x = 64 * static_cast<std::int64_t>(w);
+            const std::uint64_t which = ambiguous_bits(row_bits, w, corners);
+            // The rows of a large volume are not in the cache, and a miss takes longer than a decision.
+            for (std::uint64_t left = which; left != 0; left &= left - 1)
+                samples.prefetch(first_x + std::countr_zero(left) - bits_.first_x);
+            for (std::uint64_t left = which; left != 0; left &= left - 1) {
                 const auto bit = static_cast<unsigned>(std::countr_zero(left));
                 const unsigned cell_case = case_of(corners, bit);
-                const std::int64_t x = 64 * static_cast<std::int64_t>(w) + bit;
+                const std::int64_t x = first_x + bit;
                 const CellValues values = samples.minus(isovalue_, x - bits_.first_x);
                 const CellTopology topology = decide_topology(cell_case, values);
-                if (!topology.is_default(cell_case)) cells.push_back({x, cell_case, values, topology});
+                if (!topology.is_default(cell_case)) found(w, AmbiguousCell{x, cell_case, values, topology});
             }
         });
     });
 }
 
 void AmbiguousCells::count(std::size_t row_begin, std::size_t row_end, RowCounts& counts) const {
-    std::vector<AmbiguousCell> cells;
+    std::vector<std::uint64_t> marks(words_.masks_per_row);
     for (std::size_t r = row_begin; r < row_end; ++r) {
-        list(r, cells);
         int inner = 0, more_triangles = 0;
-        for (const AmbiguousCell& cell : cells) {
-            inner += cell.topology.inner_points();
-            more_triangles += cell.topology.triangles() - kCases[cell.cell_case].triangles;
+        if (has_any(r)) {
+            std::fill(marks.begin(), marks.end(), std::uint64_t{0});
+            find(r, [&](std::size_t w, const AmbiguousCell& cell) {
+                inner += cell.topology.inner_points();
+                more_triangles += cell.topology.triangles() - kCases[cell.cell_case].triangles;
+                marks[w / 64] |= std::uint64_t{1} << w % 64;
+            });
+            std::copy(marks.begin(), marks.end(), words_.row(r));
         }
         counts.inner[r] = static_cast<std::uint32_t>(inner);
         counts.more_triangles[r] = static_cast<std::uint32_t>(more_triangles);
     }
+}
+
+void AmbiguousCells::list(std::size_t row, std::vector<AmbiguousCell>& cells) const {
+    cells.clear();
+    find(row, [&](std::size_t, const AmbiguousCell& cell) { cells.push_back(cell); });
 }
 
 void AmbiguousCells::emit_points(std::size_t row, std::vector<AmbiguousCell>& cells, Vec3f* points,

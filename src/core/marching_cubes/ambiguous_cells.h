@@ -29,18 +29,24 @@ struct AmbiguousCell {
 
 class AmbiguousCells {
   public:
-    /// Borrows all arguments. `words` are marked by count_rows().
+    /// Borrows all arguments. count_rows() marks in `words` where the samples may decide something.
     AmbiguousCells(const VolumeView& volume, double isovalue, const IndexToPhysical& to_physical,
-                   const InsideBits& bits, const ActiveWords& words)
+                   const InsideBits& bits, ActiveWords& words)
         : volume_(volume), isovalue_(isovalue), to_physical_(to_physical), bits_(bits), words_(words) {}
 
-    /// Whether a row of cells may have any.
-    bool may_be_in(std::size_t row) const;
+    /// Counts the inner points and additional triangles of the rows [row_begin, row_end). Only words with
+    /// ambiguous cells stay marked.
+    void count(std::size_t row_begin, std::size_t row_end, RowCounts& counts) const;
+
+    /// Whether a row of cells has any. \pre count()
+    bool has_any(std::size_t row) const {
+        const std::uint64_t* masks = words_.row(row);
+        std::uint64_t any = 0;
+        for (std::size_t m = 0; m < words_.masks_per_row; ++m) any |= masks[m];
+        return any != 0;
+    }
     /// Replaces `cells` by those of a row, in the order of x.
     void list(std::size_t row, std::vector<AmbiguousCell>& cells) const;
-
-    /// Counts the inner points and additional triangles of the rows [row_begin, row_end).
-    void count(std::size_t row_begin, std::size_t row_end, RowCounts& counts) const;
     /// Writes the inner points of a row's cells, in the order of x, and their normals unless these are null.
     /// `cells` are replaced by those of the row.
     void emit_points(std::size_t row, std::vector<AmbiguousCell>& cells, Vec3f* points, Vec3f* normals) const;
@@ -50,11 +56,14 @@ class AmbiguousCells {
                                   std::uint32_t first_inner, std::uint32_t* out) const;
 
   private:
+    template <class Found>
+    void find(std::size_t row, const Found& found) const;
+
     const VolumeView& volume_;
     const double isovalue_;
     const IndexToPhysical& to_physical_;
     const InsideBits& bits_;
-    const ActiveWords& words_;
+    ActiveWords& words_;
 };
 
 }  // namespace marrow::internal

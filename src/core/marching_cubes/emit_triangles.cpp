@@ -173,17 +173,16 @@ class AmbiguousRows {
   public:
     explicit AmbiguousRows(const EmitInput& input) : input_(input) {}
 
-    // Whether a row has ambiguous cells. Then emit() may follow.
-    bool has(std::size_t row) {
-        if (input_.ambiguous == nullptr || !input_.ambiguous->may_be_in(row)) return false;
-        input_.ambiguous->list(row, cells_);
-        return !cells_.empty();
+    // Whether a row has ambiguous cells, and so emit() is for it.
+    bool has_any(std::size_t row) const {
+        return input_.ambiguous != nullptr && input_.ambiguous->has_any(row);
     }
 
     // `first_inner` is the id of the row's first inner point, and `list` has room for the row's cases.
     std::uint32_t* emit(std::size_t r, const RowBits& row, RunningIds& ids, std::uint32_t first_inner,
                         const RunningCase* cases, std::uint8_t* list, std::uint32_t* out,
                         const std::uint32_t* end) {
+        input_.ambiguous->list(r, cells_);
         indices_.clear();
         const std::uint8_t* const list_end = list_cases(
             input_.active, r, row, list, [&](std::size_t w, std::uint64_t active, const std::uint8_t* next) {
@@ -246,7 +245,7 @@ void emit_triangles_target(const EmitInput& input, std::size_t row_begin, std::s
             RunningIds ids(ids_of_row(r, first), ids_of_row(r + 1, first_next_y),
                            ids_of_row(r + ny, first_next_z), ids_of_row(r + ny + 1, first_next_yz));
             const RowBits row(bits, at);
-            if (HWY_UNLIKELY(ambiguous.has(r))) {
+            if (HWY_UNLIKELY(ambiguous.has_any(r))) {
                 const auto first_inner = static_cast<std::uint32_t>(first_next_y - input.inner[r]);
                 out = ambiguous.emit(r, row, ids, first_inner, cases, list.data(), out, end);
             } else {
