@@ -23,6 +23,7 @@ constexpr std::array kFlags{
     OptionFlag{"options.threads", "--threads"},
     // IsosurfaceOptions
     OptionFlag{"options.snap", "--snap"},
+    OptionFlag{"options.topology", "--topology"},
     // SlabLimits
     OptionFlag{"limits.memory", "--max-memory"},
     // TerrainOptions

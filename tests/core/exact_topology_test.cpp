@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <numeric>
+#include <set>
 #include <vector>
 
 #include <marrow/error.h>
@@ -349,7 +350,209 @@ TEST_P(ExactTopology, IsThatOfTheTrilinearInterpolant) {
         }
     }
     EXPECT_GT(tunnels, 1000);
-    std::printf("%d tunnels, %d of three loops\n", tunnels, of_three_loops);
+    EXPECT_GT(of_three_loops, 100);
+}
+
+// A cell of which each corner is inside or outside at random, or in turn.
+Corners random_corners(bool alternate, Random& random) {
+    Corners f;
+    for (unsigned v = 0; v < 8; ++v) {
+        const auto size = static_cast<std::int64_t>(random() % (1 << 20));
+        const bool inside = alternate ? std::popcount(v) % 2 == 0 : random() % 2 == 0;
+        f[v] = inside ? size : -1 - size;
+    }
+    return f;
+}
+
+// Calls f(order) for the 48 symmetries of a cell: corner v goes to corner order[v].
+template <class F>
+void for_each_symmetry(const F& visit) {
+    std::array<unsigned, 3> axes{0, 1, 2};
+    do {
+        for (unsigned mirrored = 0; mirrored < 8; ++mirrored) {
+            std::array<std::size_t, 8> order;
+            for (unsigned v = 0; v < 8; ++v) {
+                unsigned to = 0;
+                for (unsigned a = 0; a < 3; ++a) to |= (v >> a & 1) << axes[a];
+                order[v] = to ^ mirrored;
+            }
+            visit(order);
+        }
+    } while (std::next_permutation(axes.begin(), axes.end()));
+}
+
+TEST(ExactTopologyOfCells, DoesNotDependOnAxesOrSides) {
+    Random random(1);
+    int tunnels = 0;
+    for (int i = 0; i < 20000; ++i) {
+        const Corners f = random_corners(i % 2 == 0, random);
+        const CellTopology topology = decided(f);
+        tunnels += topology.has_tunnel ? 1 : 0;
+        const auto expect_same = [&](const CellTopology& other) {
+            ASSERT_EQ(other.shape->loops, topology.shape->loops) << i;
+            ASSERT_EQ(other.has_tunnel, topology.has_tunnel) << i;
+            ASSERT_EQ(other.shape->has_fan, topology.shape->has_fan) << i;
+            ASSERT_EQ(other.triangles(), topology.triangles()) << i;
+        };
+        for_each_symmetry([&](const std::array<std::size_t, 8>& order) {
+            Corners moved;
+            for (std::size_t v = 0; v < 8; ++v) moved[order[v]] = f[v];
+            expect_same(decided(moved));
+        });
+        // Inside and outside exchanged; 2 f + 1 is never a tie.
+        Corners doubled, negated;
+        for (std::size_t v = 0; v < 8; ++v) doubled[v] = 2 * f[v] + 1, negated[v] = -doubled[v];
+        ASSERT_EQ(decided(doubled).has_tunnel, decided(negated).has_tunnel) << i;
+        ASSERT_EQ(decided(doubled).shape->loops, decided(negated).shape->loops) << i;
+    }
+    EXPECT_GT(tunnels, 50);
+}
+
+// The open surface in one cell: L loops are its borders, each bounds a disc, and a tunnel joins two discs.
+TEST(ExactTopologyOfCells, HasTheLoopsAndTunnelsThatAreDecided) {
+    Random random(2);
+    for (int i = 0; i < 20000; ++i) {
+        const Corners f = random_corners(i % 2 == 0, random);
+        const CellTopology topology = decided(f);
+        const Volume volume = sampled<float>(grid(2, 2, 2), [&](auto x, auto y, auto z) {
+            return f[static_cast<std::size_t>(x + 2 * y + 4 * z)];
+        });
+        const Mesh mesh = extract_isosurface(volume, 0, {.topology = true, .threads = 1});
+        ASSERT_EQ(manifold_fault(mesh, true), "") << i;
+        const MeshMeasures m = measure(mesh);
+        const int loops = topology.shape->loops, tunnels = topology.has_tunnel ? 1 : 0;
+        ASSERT_EQ(m.euler_characteristic, loops - 2 * tunnels) << i;
+        ASSERT_EQ(m.components, loops - tunnels) << i;
+        ASSERT_EQ(m.boundary_edges, std::popcount(topology.shape->crossed)) << i;
+    }
+}
+
+// A lattice of points in a cell. The interpolant is linear between two neighbours, so if both are inside, all
+// between them is: points that are connected on the lattice are connected in the cell.
+TEST(ExactTopologyOfCells, ConnectsWhatALatticeConnects) {
+    constexpr int kPoints = 30;
+    Random random(3);
+    int agree = 0, cells = 0, tunnels = 0;
+    for (int i = 0; i < 1500; ++i) {
+        const Corners f = random_corners(i % 2 == 0, random);
+        const CellTopology topology = decided(f);
+        ConnectedCorners connected(f);
+        if (topology.has_tunnel) connected.add_tunnel(f);
+        tunnels += topology.has_tunnel ? 1 : 0;
+        Cube lattice(kPoints);
+        const auto mix = [](double a, double b, double t) { return a + t * (b - a); };
+        Cube::for_each(kPoints, [&](int x, int y, int z) {
+            const double u = x / (kPoints - 1.0), v = y / (kPoints - 1.0), w = z / (kPoints - 1.0);
+            double on_x[4];
+            for (std::size_t r = 0; r < 4; ++r)
+                on_x[r] = mix(static_cast<double>(f[2 * r]), static_cast<double>(f[2 * r + 1]), u);
+            lattice.at(x, y, z) = mix(mix(on_x[0], on_x[1], v), mix(on_x[2], on_x[3], v), w) >= 0 ? 1 : 0;
+        });
+        std::vector<std::uint32_t> sets(lattice.f.size());
+        std::iota(sets.begin(), sets.end(), 0u);
+        const auto number = [&](int x, int y, int z) {
+            return static_cast<std::size_t>((z * kPoints + y) * kPoints + x);
+        };
+        Cube::for_each(kPoints, [&](int x, int y, int z) {
+            for (int axis = 0; axis < 3; ++axis) {
+                const std::array<int, 3> p{x + (axis == 0), y + (axis == 1), z + (axis == 2)};
+                if (std::max({p[0], p[1], p[2]}) == kPoints) continue;
+                if (lattice.at(p) == lattice.at(x, y, z))
+                    internal::unite(sets, number(x, y, z), number(p[0], p[1], p[2]));
+            }
+        });
+        bool same = true;
+        for (unsigned a = 0; a < 8; ++a) {
+            for (unsigned b = 0; b < a; ++b) {
+                if ((f[a] >= 0) != (f[b] >= 0)) continue;
+                const auto at = [&](unsigned v) {
+                    constexpr int kEnd = kPoints - 1;
+                    return internal::representative(
+                        sets,
+                        number((v & 1) != 0 ? kEnd : 0, (v & 2) != 0 ? kEnd : 0, (v & 4) != 0 ? kEnd : 0));
+                };
+                const bool on_lattice = at(a) == at(b),
+                           in_cell = internal::representative(connected.sets, a) ==
+                                     internal::representative(connected.sets, b);
+                ASSERT_TRUE(in_cell || !on_lattice) << i;
+                same &= in_cell == on_lattice;
+            }
+        }
+        ++cells;
+        agree += same ? 1 : 0;
+    }
+    EXPECT_GT(agree, 0.97 * cells);
+    EXPECT_GT(tunnels, 3);
+}
+
+// The same values in all types that hold them have the same topology, and so do values beside another isovalue.
+TEST(ExactTopologyOfShapes, DoesNotDependOnTheSampleType) {
+    Random random(4);
+    for (int i = 0; i < 300; ++i) {
+        const Cube cube = random_cube(i % 2 == 0 ? Kind::signs : Kind::small, 4, random);
+        const auto triangles = [&]<class T>(T, double offset, double factor) {
+            const Volume volume = sampled<T>(grid(cube.n, cube.n, cube.n), [&](auto x, auto y, auto z) {
+                return static_cast<double>(
+                           cube.at(static_cast<int>(x), static_cast<int>(y), static_cast<int>(z))) *
+                           factor +
+                       offset;
+            });
+            return extract_isosurface(volume, offset, kExact).triangles.size();
+        };
+        const auto expected = triangles(std::int32_t{}, 0, 1);
+        ASSERT_EQ(triangles(std::uint8_t{}, 100, 1), expected) << i;
+        ASSERT_EQ(triangles(std::int8_t{}, -100, 1), expected) << i;
+        ASSERT_EQ(triangles(std::uint16_t{}, 65000, 7), expected) << i;
+        ASSERT_EQ(triangles(std::int16_t{}, -3, 6000), expected) << i;
+        ASSERT_EQ(triangles(float{}, 0, 0x1p-140), expected) << i;
+        ASSERT_EQ(triangles(float{}, 0, 0x1p120), expected) << i;
+        ASSERT_EQ(triangles(double{}, 0, 0x1p1020), expected) << i;
+        ASSERT_EQ(triangles(double{}, 0, 0x1p-1060), expected) << i;
+    }
+}
+
+// Extreme, equal and missing samples.
+TEST_P(ExactTopology, IsAManifoldOfFinitePointsWhateverTheSamplesAre) {
+    Random random(static_cast<std::uint64_t>(500 + GetParam()));
+    for (int i = 0; i < 1000 * times_long(); ++i) {
+        const RandomGrid g = random_grid(random);
+        for (const bool closed : {false, true}) {
+            const Mesh mesh =
+                extract_isosurface(g.volume, g.isovalue, {.closed = closed, .topology = true, .threads = 1});
+            ASSERT_EQ(manifold_fault(mesh, !closed), "") << "grid " << i;
+            for (const auto* vectors : {&mesh.points, &mesh.normals}) {
+                for (const Vec3f& v : *vectors)
+                    ASSERT_TRUE(std::isfinite(v[0] + v[1] + v[2])) << "grid " << i;
+            }
+            std::set<PointBits> positions;
+            for (const Vec3f& p : mesh.points)
+                ASSERT_TRUE(positions.insert(bits_of(p)).second) << "grid " << i;
+            const Mesh threaded =
+                extract_isosurface(g.volume, g.isovalue, {.closed = closed, .topology = true, .threads = 3});
+            ASSERT_EQ(mesh_hash(threaded), mesh_hash(mesh)) << "grid " << i;
+        }
+    }
+}
+
+TEST(ExactTopologyOfShapes, IsWithoutEffectWhereNothingIsAmbiguous) {
+    const Volume volume = sampled_in_space<float>(grid(40, 40, 40), torus({20, 20, 20}, 11, 5));
+    EXPECT_EQ(mesh_hash(extract_isosurface(volume, 0, {.topology = true})),
+              mesh_hash(extract_isosurface(volume, 0)));
+}
+
+// A wall one sample thick, askew in the grid, at less than half of its height.
+TEST(ExactTopologyOfShapes, AWallAskewIsOnePiece) {
+    const Volume wall = sampled<std::int16_t>(
+        grid(20, 20, 20), [](auto x, auto y, auto z) { return x + y + z == 25 ? 1000 : 0; });
+    const MeshMeasures plain = measure(extract_isosurface(wall, 400, {.closed = true}));
+    EXPECT_GT(plain.components, 100);
+    const MeshMeasures exact = measure(extract_isosurface(wall, 400, {.closed = true, .topology = true}));
+    EXPECT_EQ(exact.components, 1);
+}
+
+TEST(ExactTopologyOfShapes, DoesNotGoWithSnap) {
+    const Volume volume = checkerboard(4);
+    EXPECT_THROW(extract_isosurface(volume, 0.5, {.snap = 0.3, .topology = true}), InputError);
 }
 
 }  // namespace
