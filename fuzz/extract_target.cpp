@@ -1,5 +1,5 @@
 // Extracts any bytes as a volume: the fast algorithm must give the triangles of the classic one. With a
-// closed border, each edge must have two triangles with opposite orientation.
+// closed border, each edge must have two triangles with opposite orientation, also with exact topology.
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -40,6 +40,18 @@ bool is_closed(const Mesh& mesh) {
     return std::all_of(edges.begin(), edges.end(), [](const auto& e) { return e.second == 0; });
 }
 
+// Whether each edge has two triangles, with opposite orientation.
+bool is_manifold(const Mesh& mesh) {
+    std::map<std::pair<std::uint32_t, std::uint32_t>, int> uses;  // of edges, in each direction
+    for (const Triangle& t : mesh.triangles) {
+        for (std::size_t i = 0; i < 3; ++i) ++uses[{t[i], t[(i + 1) % 3]}];
+    }
+    return std::all_of(uses.begin(), uses.end(), [&](const auto& use) {
+        const auto& [edge, count] = use;
+        return count == 1 && uses.contains({edge.second, edge.first});
+    });
+}
+
 template <class T>
 void check(const std::uint8_t* data, std::size_t size, const Geometry& geometry, double isovalue,
            bool closed) {
@@ -61,6 +73,13 @@ void check(const std::uint8_t* data, std::size_t size, const Geometry& geometry,
     if (!same(fast, threaded) || !same(fast, again)) std::abort();
     if (corners_of(fast) != corners_of(classic)) std::abort();
     if (closed && !is_closed(fast)) std::abort();
+    const Mesh exact =
+        extract_isosurface(volume, isovalue, {.closed = closed, .topology = true, .threads = 1});
+    const Mesh exact_threaded =
+        extract_isosurface(volume, isovalue, {.closed = closed, .topology = true, .threads = 2});
+    if (!same(exact, exact_threaded)) std::abort();
+    if (exact.points.size() < fast.points.size()) std::abort();  // points are only added, inside cells
+    if (closed && !is_manifold(exact)) std::abort();
 }
 
 }  // namespace

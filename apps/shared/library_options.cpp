@@ -26,6 +26,7 @@ constexpr std::array kFlags{
     OptionFlag{"options.keep_patient", "--keep-patient"},
     // IsosurfaceOptions
     OptionFlag{"options.snap", "--snap"},
+    OptionFlag{"options.topology", "--topology"},
     // SlabLimits
     OptionFlag{"limits.memory", "--max-memory"},
     // TerrainOptions

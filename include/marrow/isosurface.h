@@ -18,6 +18,9 @@ struct IsosurfaceOptions {
     /// Merge points near a sample, which gives fewer points and no slivers. No point moves further than this
     /// fraction of an edge. 0 <= snap < 0.5; 0: do not merge
     double snap = 0;
+    /// Give the surface exactly the topology of the trilinear interpolant, instead of separating inside corners
+    /// in every ambiguous face. It does not go with `snap`
+    bool topology = false;
     int threads = 0;         ///< threads to use; 0: all
     Progress progress = {};  ///< called during the extraction
 };
@@ -38,6 +41,13 @@ struct IsosurfaceStats {
 /// separated, in the same way from both sides, so the surface has no holes. Without `closed` it is open at
 /// the volume's border. Points and triangles are ordered by (z, y, x). Their order and every bit of them are
 /// the same for any number of threads and any processor.
+///
+/// With `topology`, the samples decide whether inside corners are joined across an ambiguous face, by the
+/// asymptotic decider (Nielson and Hamann 1991), and within a cell by a tunnel, by Cayley's hyperdeterminant.
+/// The decisions are exact for sample - isovalue rounded to double, and in ties they are those of an isovalue
+/// that is lower by an infinitely small amount. So the surface has the components, holes and handles of the
+/// trilinear interpolant. It is a manifold as well: some cells get one point or six points inside. Where a
+/// sample is not finite, faces stay separated.
 ///
 /// With `snap`, if an edge crosses the surface within that fraction of a sample, the points on all edges of
 /// the sample merge into one point between them. If the surface would not stay manifold, they move to that

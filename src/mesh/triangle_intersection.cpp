@@ -4,42 +4,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/exact_sum.h"
+
 namespace marrow::internal {
 
 namespace {
-
-// An exact sum of doubles: an expansion of terms that do not overlap, the smallest first. After Shewchuk
-// 1997.
-class ExactSum {
-  public:
-    // exact_orient3d() adds 48 products of up to four terms each.
-    static constexpr std::size_t kMaxTerms = 192;
-
-    void add(double x) {
-        std::size_t kept = 0;
-        for (std::size_t i = 0; i < count_; ++i) {
-            const double sum = x + terms_[i], back = sum - x;
-            const double lost = (x - (sum - back)) + (terms_[i] - back);
-            if (lost != 0) terms_[kept++] = lost;
-            x = sum;
-        }
-        if (x != 0) terms_[kept++] = x;
-        count_ = kept;
-    }
-    void add_product(double x, double y, double z) {
-        const double xy = x * y, lost = std::fma(x, y, -xy);
-        for (const double term : {xy, lost}) {
-            const double product = term * z;
-            add(product);
-            add(std::fma(term, z, -product));
-        }
-    }
-    int sign() const { return count_ == 0 ? 0 : terms_[count_ - 1] > 0 ? 1 : -1; }
-
-  private:
-    std::array<double, kMaxTerms> terms_;
-    std::size_t count_ = 0;
-};
 
 // An exact difference of doubles: the rounded difference and its rounding error.
 using ExactDifference = std::array<double, 2>;
@@ -56,7 +25,7 @@ int exact_orient3d(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d& 
         v[i] = exact_difference(c[i], a[i]);
         w[i] = exact_difference(d[i], a[i]);
     }
-    ExactSum determinant;
+    ExactSum determinant;  // of 48 products, with up to four terms each
     for (std::size_t i = 0; i < 3; ++i) {
         const std::size_t j = (i + 1) % 3, k = (i + 2) % 3;
         for (const double x : u[i]) {

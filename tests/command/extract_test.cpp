@@ -146,6 +146,18 @@ TEST_F(CommandLine, SnapsToFewerPoints) {
     EXPECT_EQ(extract_json({"-o", mesh, "--isovalue", "0", "--snap", "0"})["points"], plain["points"]);
 }
 
+// A wall one sample thick, askew in the grid.
+TEST_F(CommandLine, TopologyKeepsThinWallsWhole) {
+    write_nrrd(scan, 24, 25, 13, [](int x, int y, int) { return x - y == 3 ? 100 : -50; });
+    const Json plain = extract_json({"-o", mesh, "--isovalue", "0"});
+    EXPECT_GT(plain["components"].get<int>(), 10);
+    const Json exact = extract_json({"-o", mesh, "--isovalue", "0", "--topology"});
+    EXPECT_EQ(exact["components"], 1);
+    EXPECT_EQ(exact["boundary_edges"], 0);
+    EXPECT_EQ(exact["nonmanifold_edges"], 0);
+    EXPECT_EQ(exact["euler_characteristic"], 2);
+}
+
 TEST_F(CommandLine, OtsuSeparatesDarkFromBright) {
     write_nrrd(scan, 24, 25, 13, [](int x, int, int) { return x < 12 ? -70 : 130; });
     EXPECT_NEAR(extract_json({"-o", mesh, "--isovalue", "otsu"})["isovalue"].get<double>(), 30, 1);

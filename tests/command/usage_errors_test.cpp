@@ -116,6 +116,8 @@ TEST_F(Mistake, SaysWhereTheScanIsIfTheBoxMissesIt) {
 TEST_F(Mistake, NamesTheOptionThatDoesNotGoWithTheMode) {
     const std::vector<std::pair<std::vector<std::string>, std::string>> cases{
         {{"--labels", "--snap", "0.3"}, "--snap does not go with --labels"},
+        {{"--labels", "--topology"}, "--topology does not go with --labels"},
+        {{"--isovalue", "0", "--topology", "--snap", "0.3"}, "--topology does not go with --snap"},
         {{"--labels", "--type", "bone"}, "--type does not go with --labels"},
         {{"--labels", "--max-memory", "1G"}, "--max-memory does not go with --labels"},
         {{"--isovalue", "0", "--max-memory", "1G", "--blur", "1"}, "--blur does not go with --max-memory"},

@@ -39,7 +39,7 @@ TEST(Extractor, FiftyIsovaluesInAnyOrderGiveTheSameMeshes) {
     Random random(6);
     for (const Volume& volume : scans()) {
         for (const bool closed : {false, true}) {
-            const IsosurfaceOptions options{.closed = closed};
+            const IsosurfaceOptions options{.closed = closed, .topology = closed};
             IsosurfaceExtractor extractor(volume, options);
             double isovalue = 60;
             for (int i = 0; i < 50; ++i) {

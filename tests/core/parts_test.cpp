@@ -3,6 +3,7 @@
 
 #include <cstring>
 #include <map>
+#include <set>
 
 #include <marrow/histogram.h>
 #include <marrow/isosurface.h>
@@ -131,6 +132,30 @@ TYPED_TEST(Parts, HaveTheBitsOfTheWhole) {
     }
 }
 
+// With exact topology, also the points inside cells.
+TYPED_TEST(Parts, HaveTheBitsOfTheWholeWithExactTopology) {
+    Random random(3);
+    std::size_t inner = 0;
+    for (int i = 0; i < 200; ++i) {
+        const Volume volume = noise<TypeParam>(random_geometry(random), random);
+        const Mesh whole = extract_isosurface(volume, 2, {.topology = true});
+        inner += whole.points.size() - extract_isosurface(volume, 2).points.size();
+        std::set<std::pair<PointBits, PointBits>> points;
+        for (std::size_t p = 0; p < whole.points.size(); ++p)
+            points.insert({bits_of(whole.points[p]), bits_of(whole.normals[p])});
+        Index begin, dims;
+        for (std::size_t a = 0; a < 3; ++a) {
+            const std::int64_t n = volume.geometry().dims[a];
+            begin[a] = n / 3;
+            dims[a] = n - 2 * begin[a];
+        }
+        const Mesh part = extract_isosurface(part_of(volume, begin, dims), 2, {.topology = true});
+        for (std::size_t p = 0; p < part.points.size(); ++p)
+            ASSERT_TRUE(points.contains({bits_of(part.points[p]), bits_of(part.normals[p])})) << i;
+    }
+    EXPECT_GT(inner, 100u);
+}
+
 TYPED_TEST(Parts, GapsChangeNothing) {
     Random random(2);
     for (int i = 0; i < 100; ++i) {
@@ -143,6 +168,9 @@ TYPED_TEST(Parts, GapsChangeNothing) {
                 ASSERT_EQ(mesh_hash(extract_isosurface(view, 2, options)),
                           mesh_hash(extract_isosurface(volume, 2, options)));
             }
+            const IsosurfaceOptions exact{.closed = closed, .topology = true};
+            ASSERT_EQ(mesh_hash(extract_isosurface(view, 2, exact)),
+                      mesh_hash(extract_isosurface(volume, 2, exact)));
         }
         IsosurfaceExtractor dense(volume), with_gaps(view);
         for (const double isovalue : {1.0, 3.5, 2.0})

@@ -43,7 +43,7 @@ class Forced {
 };
 
 template <class T>
-std::uint64_t hash_on(std::int64_t target, bool closed) {
+std::uint64_t hash_on(std::int64_t target, bool closed, bool topology) {
     const Forced forced(target);
     const Volume volume = sampled<T>(grid(201, 40, 30), [](auto x, auto y, auto z) {
         return 60 +
@@ -51,7 +51,7 @@ std::uint64_t hash_on(std::int64_t target, bool closed) {
                    std::cos(0.31 * static_cast<double>(y)) +
                static_cast<double>((x * 7919 + y * 104729 + z * 1299709) % 23);
     });
-    const IsosurfaceOptions options{.closed = closed};
+    const IsosurfaceOptions options{.closed = closed, .topology = topology};
     IsosurfaceExtractor extractor(volume, options);
     extractor.extract(50);
     const std::uint64_t next = mesh_hash(extractor.extract(66.5));
@@ -89,9 +89,10 @@ TYPED_TEST(SimdTargets, AgreeByteForByte) {
     const auto targets = available_targets();
     ASSERT_FALSE(targets.empty());
     for (const bool closed : {false, true}) {
-        const std::uint64_t best = hash_on<TypeParam>(targets.front(), closed);
-        for (const std::int64_t target : targets) {
-            EXPECT_EQ(hash_on<TypeParam>(target, closed), best) << hwy::TargetName(target);
+        for (const bool topology : {false, true}) {
+            const std::uint64_t best = hash_on<TypeParam>(targets.front(), closed, topology);
+            for (const std::int64_t target : targets)
+                EXPECT_EQ(hash_on<TypeParam>(target, closed, topology), best) << hwy::TargetName(target);
         }
     }
 }

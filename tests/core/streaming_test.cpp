@@ -69,11 +69,16 @@ TEST(Streaming, AnyThicknessGivesTheSameBytes) {
     for (const Volume& volume : volumes) {
         for (const bool closed : {false, true}) {
             for (const bool normals : {false, true}) {
-                const IsosurfaceOptions options{.normals = normals, .closed = closed};
-                const std::uint64_t whole = mesh_hash(extract_isosurface(volume, 63, options));
-                for (const auto slices : std::initializer_list<std::optional<std::int64_t>>{1, 2, 17, {}}) {
-                    EXPECT_EQ(mesh_hash(in_slabs(source_of(volume), 63, {.slices = slices}, options)), whole)
-                        << slices.value_or(0) << ' ' << closed;
+                for (const bool topology : {false, true}) {
+                    const IsosurfaceOptions options{
+                        .normals = normals, .closed = closed, .topology = topology};
+                    const std::uint64_t whole = mesh_hash(extract_isosurface(volume, 63, options));
+                    for (const auto slices :
+                         std::initializer_list<std::optional<std::int64_t>>{1, 2, 17, {}}) {
+                        EXPECT_EQ(mesh_hash(in_slabs(source_of(volume), 63, {.slices = slices}, options)),
+                                  whole)
+                            << slices.value_or(0) << ' ' << closed << topology;
+                    }
                 }
             }
         }

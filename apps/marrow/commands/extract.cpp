@@ -114,6 +114,7 @@ class Extraction {
             surface.mesh = extract_isosurface(scan_, surface.isovalue,
                                               {.closed = !options_.open,
                                                .snap = options_.snap,
+                                               .topology = options_.topology,
                                                .threads = job_.threads(),
                                                .progress = progress},
                                               &stats);
@@ -182,6 +183,10 @@ void add_surface_options(Arguments& arguments, ExtractOptions& options) {
                      [](double x) { return x >= 0 && x < 0.5; }),
         "Merge points around samples that are closer to the surface than T edge lengths, 0 <= T "
         "< 0.5: fewer points and no slivers. 0 (default) is off; 0.3 is a good value.");
+    arguments.add_flag(
+        "--topology", options.topology,
+        "Give the surface exactly the pieces, holes and handles of the trilinear interpolant: thin "
+        "walls stay whole. Not with --snap.");
 }
 
 void add_step_options(Arguments& arguments, ExtractOptions& options) {
@@ -193,6 +198,8 @@ void add_step_options(Arguments& arguments, ExtractOptions& options) {
 
 void check(const ExtractOptions& options) {
     check_steps(options.steps);
+    if (options.topology && options.snap > 0)
+        throw UsageError("--topology does not go with --snap: leave one of them out");
     files_of(options);  // so that mistakes in the output are found before the work
 }
 

@@ -23,7 +23,8 @@ struct ExtractOptions {
     SurfaceJobOptions job;
     std::vector<SurfaceRequest> isovalues, presets;
     bool open = false;
-    double snap = 0;  ///< as IsosurfaceOptions::snap
+    double snap = 0;        ///< as IsosurfaceOptions::snap
+    bool topology = false;  ///< as IsosurfaceOptions::topology
     FilterSteps filters;
     SurfaceSteps steps;
 

@@ -81,9 +81,13 @@ void run(const StreamOptions& options, const Console& console, const std::atomic
     IsosurfaceStats stats;
     results.seconds.extract = reporter.stage("extract", [&](const Progress& progress) {
         // With normals, so that the file has the same bytes as that of a surface extracted in memory.
-        extract_isosurface_in_slabs(
-            source, surface.isovalue, sink, {.memory = *options.memory, .reserved = program_memory()},
-            {.closed = !options.open, .threads = scan.options.threads, .progress = progress}, &stats);
+        extract_isosurface_in_slabs(source, surface.isovalue, sink,
+                                    {.memory = *options.memory, .reserved = program_memory()},
+                                    {.closed = !options.open,
+                                     .topology = options.topology,
+                                     .threads = scan.options.threads,
+                                     .progress = progress},
+                                    &stats);
     });
     results.seconds.write = reporter.stage("write", [&](const Progress&) { writer.commit(); });
 

@@ -12,6 +12,7 @@ struct StreamOptions {
     SurfaceJobOptions job;
     SurfaceRequest surface;  ///< with an isovalue
     bool open = false;
+    bool topology = false;              ///< as IsosurfaceOptions::topology
     std::optional<std::size_t> memory;  ///< bytes to stay within
 };
 

@@ -28,6 +28,7 @@ constexpr std::array kOptionModes{
     OptionModes{"--type", kExtract},
     OptionModes{"--open", kExtract | kStream},
     OptionModes{"--snap", kExtract},
+    OptionModes{"--topology", kExtract | kStream},
     OptionModes{"--max-memory", kStream},
     OptionModes{"--labels", kLabels},
     OptionModes{"--relax", kLabels},
@@ -120,6 +121,7 @@ StreamOptions stream_options(const SurfacesOptions& options) {
     StreamOptions result = options.stream;
     result.job = options.job;
     result.open = options.extract.open;
+    result.topology = options.extract.topology;
     if (options.extract.isovalues.size() == 1) result.surface = options.extract.isovalues.front();
     return result;
 }

@@ -34,6 +34,7 @@ def extract(
     closed: bool = False,
     normals: bool = True,
     snap: float = 0.0,
+    topology: bool = False,
     threads: int = 0,
     progress: Optional[Progress] = None,
 ) -> Mesh:
@@ -57,6 +58,9 @@ def extract(
     snap : float
         Merge points within this fraction of an edge around a sample, 0 <= snap < 0.5: fewer points, and no slivers.
         0: do not merge.
+    topology : bool
+        Give the surface exactly the topology of the trilinear interpolant, instead of separating inside corners in
+        every ambiguous face of a cell: thin walls stay whole. Not with `snap`.
     threads : int
         Threads to use; 0: all.
     progress : callable, optional
@@ -72,7 +76,7 @@ def extract(
     EmptySurface
         All samples are on one side of the isovalue.
     InputError
-        The isovalue is not finite, `snap` is out of range, or a tissue for what is not CT.
+        The isovalue is not finite, `snap` is out of range or goes with `topology`, or a tissue for what is not CT.
     LimitError
         More than 2^32 - 1 points, or not enough memory.
     Cancelled
@@ -87,7 +91,14 @@ def extract(
     samples = volume._native()
     value, tissue = _choose_isovalue(volume, samples, isovalue)
     arrays = _marrow.extract(
-        samples, value, closed=closed, normals=normals, snap=snap, threads=threads, progress=progress
+        samples,
+        value,
+        closed=closed,
+        normals=normals,
+        snap=snap,
+        topology=topology,
+        threads=threads,
+        progress=progress,
     )
     mesh = Mesh._of(arrays, tissue.name, tissue.colour) if tissue else Mesh._of(arrays)
     if len(mesh.triangles) == 0:
@@ -105,22 +116,34 @@ class IsosurfaceExtractor:
     ----------
     volume : Volume or object that `as_volume` takes
         The volume. Its samples stay alive with the extractor, and must not change.
-    closed, normals, snap, threads
+    closed, normals, snap, topology, threads
         As for `extract`.
 
     Raises
     ------
     InputError
-        `snap` is out of range.
+        `snap` is out of range or goes with `topology`.
     LimitError
         Not enough memory.
     """
 
     def __init__(
-        self, volume: Any, *, closed: bool = False, normals: bool = True, snap: float = 0.0, threads: int = 0
+        self,
+        volume: Any,
+        *,
+        closed: bool = False,
+        normals: bool = True,
+        snap: float = 0.0,
+        topology: bool = False,
+        threads: int = 0,
     ) -> None:
         self._native = _marrow.ArrayExtractor(
-            as_volume(volume)._native(), closed=closed, normals=normals, snap=snap, threads=threads
+            as_volume(volume)._native(),
+            closed=closed,
+            normals=normals,
+            snap=snap,
+            topology=topology,
+            threads=threads,
         )
 
     def extract(self, isovalue: float, *, level: int = 0, progress: Optional[Progress] = None) -> Mesh:

@@ -35,7 +35,14 @@ class ArrayMesh:
 
 class ArrayExtractor:
     def __init__(
-        self, volume: ArrayVolume, *, closed: bool = False, normals: bool = True, snap: float = 0.0, threads: int = 0
+        self,
+        volume: ArrayVolume,
+        *,
+        closed: bool = False,
+        normals: bool = True,
+        snap: float = 0.0,
+        topology: bool = False,
+        threads: int = 0,
     ) -> None: ...
     def extract(self, isovalue: float, *, level: int = 0, progress: _Progress = None) -> _MeshArrays: ...
 
@@ -47,6 +54,7 @@ def extract(
     closed: bool = False,
     normals: bool = True,
     snap: float = 0.0,
+    topology: bool = False,
     threads: int = 0,
     progress: _Progress = None,
 ) -> _MeshArrays: ...

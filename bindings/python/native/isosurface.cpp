@@ -24,23 +24,29 @@ namespace marrow::python {
 namespace {
 
 py::tuple extract(const ArrayVolume& volume, double isovalue, bool closed, bool normals, double snap,
-                  int threads, const py::object& progress) {
+                  bool topology, int threads, const py::object& progress) {
     return to_python(compute(progress, [&](const Progress& report) {
-        return extract_isosurface(
-            volume.view(), isovalue,
-            {.normals = normals, .closed = closed, .snap = snap, .threads = threads, .progress = report});
+        return extract_isosurface(volume.view(), isovalue,
+                                  {.normals = normals,
+                                   .closed = closed,
+                                   .snap = snap,
+                                   .topology = topology,
+                                   .threads = threads,
+                                   .progress = report});
     }));
 }
 
 // An extractor that several Python threads may use, one after the other. It keeps the array alive.
 class ArrayExtractor {
   public:
-    ArrayExtractor(const ArrayVolume& volume, bool closed, bool normals, double snap, int threads)
+    ArrayExtractor(const ArrayVolume& volume, bool closed, bool normals, double snap, bool topology,
+                   int threads)
         : volume_(volume), extractor_(compute(py::none(), [&](const Progress&) {
               const auto report = [this](double fraction) { return report_(fraction); };
               return IsosurfaceExtractor(volume_.view(), {.normals = normals,
                                                           .closed = closed,
                                                           .snap = snap,
+                                                          .topology = topology,
                                                           .threads = threads,
                                                           .progress = report});
           })) {}
@@ -98,11 +104,11 @@ void add_isosurface(py::module_& module) {
         py::arg("modality"), py::arg("is_dicom"), py::arg("lowest"));
     module.def("extract", &extract, py::arg("volume"), py::arg("isovalue"), py::kw_only(),
                py::arg("closed") = false, py::arg("normals") = true, py::arg("snap") = 0.0,
-               py::arg("threads") = 0, py::arg("progress") = py::none());
+               py::arg("topology") = false, py::arg("threads") = 0, py::arg("progress") = py::none());
     py::class_<ArrayExtractor>(module, "ArrayExtractor")
-        .def(py::init<const ArrayVolume&, bool, bool, double, int>(), py::arg("volume"), py::kw_only(),
+        .def(py::init<const ArrayVolume&, bool, bool, double, bool, int>(), py::arg("volume"), py::kw_only(),
              py::arg("closed") = false, py::arg("normals") = true, py::arg("snap") = 0.0,
-             py::arg("threads") = 0)
+             py::arg("topology") = false, py::arg("threads") = 0)
         .def("extract", &ArrayExtractor::extract, py::arg("isovalue"), py::kw_only(), py::arg("level") = 0,
              py::arg("progress") = py::none());
 }

@@ -119,6 +119,18 @@ def test_an_extractor_gives_the_bytes_of_extract(ball):
         assert np.array_equal(mesh.normals, expected.normals)
 
 
+def test_topology_keeps_a_wall_askew_in_one_piece():
+    k, j, i = np.indices((12, 12, 12))
+    wall = np.where(i - j == 3, 100, -50).astype(np.int16)
+    plain, exact = (marrow.extract(wall, 0, closed=True, topology=topology) for topology in (False, True))
+    assert plain.measure().components > 5
+    assert exact.measure().components == 1
+    extractor = marrow.IsosurfaceExtractor(wall, closed=True, topology=True)
+    assert np.array_equal(extractor.extract(0).triangles, exact.triangles)
+    with pytest.raises(marrow.InputError, match="topology"):
+        marrow.extract(wall, 0, snap=0.3, topology=True)
+
+
 def test_a_preview_is_coarser_and_at_the_same_place(ball):
     volume = marrow.Volume(ball, spacing=(1, 2, 3), origin=(7, 8, 9))
     extractor = marrow.IsosurfaceExtractor(volume)

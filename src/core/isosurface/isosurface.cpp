@@ -15,6 +15,7 @@
 #include "base/parallel.h"
 #include "base/resize_discarding.h"
 #include "core/grid/shares.h"
+#include "core/marching_cubes/ambiguous_cells.h"
 #include "core/marching_cubes/classify.h"
 #include "core/marching_cubes/count.h"
 #include "core/marching_cubes/emit.h"
@@ -36,6 +37,8 @@ void check_level(int level) {
 
 void check(const VolumeView& volume, const IsosurfaceOptions& options) {
     if (!(options.snap >= 0 && options.snap < 0.5)) throw InputError("snap must be at least 0 and below 0.5");
+    if (options.topology && options.snap > 0)
+        throw InputError("options.topology and options.snap do not go together: leave one of them out");
     check_volume(volume);
 }
 
@@ -50,6 +53,7 @@ struct Extraction {
           active(bits),
           rows(bits.rows()) {
         if (keep_ranges) ranges.emplace(view.geometry.dims);
+        if (options.topology) ambiguous.emplace(bits);
     }
 
     const VolumeView volume;
@@ -57,6 +61,7 @@ struct Extraction {
     const IndexToPhysical to_physical;
     InsideBits bits;
     ActiveWords active;
+    std::optional<ActiveWords> ambiguous;  // with exact topology: the words that may have ambiguous cells
     RowCounts rows;
     std::optional<BlockRanges> ranges;
     std::optional<double> classified_for;  // the isovalue that bits and ranges belong to
@@ -89,18 +94,37 @@ struct Pyramids {
     HistoPyramid points, triangles;
 };
 
-Pyramids count(Extraction& e) {
+// With exact topology, the cells whose topology the samples decide at an isovalue.
+std::optional<AmbiguousCells> ambiguous_cells(Extraction& e, double isovalue) {
+    if (!e.ambiguous) return {};
+    return AmbiguousCells(e.volume, isovalue, e.to_physical, e.bits, *e.ambiguous);
+}
+
+Pyramids count(Extraction& e, const AmbiguousCells* ambiguous) {
     // If the previous extraction was cancelled, its pyramids took these arrays with them.
     e.rows.points.resize(e.bits.rows());
     e.rows.triangles.resize(e.bits.rows());
+    if (ambiguous != nullptr) {
+        e.rows.inner.resize(e.bits.rows());
+        e.rows.more_triangles.resize(e.bits.rows());
+    }
     Stage stage(e.options.progress, 0.3, 0.4, e.slices());
-    tbb::parallel_for(std::int64_t{0}, e.bits.nz, [&](std::int64_t z) {
-        count_rows(e.bits, e.bits.row_index(0, z), e.bits.row_index(0, z + 1), e.rows, e.active);
+    const auto for_each_slice = [&](const auto& f) {
+        tbb::parallel_for(std::int64_t{0}, e.bits.nz,
+                          [&](std::int64_t z) { f(e.bits.row_index(0, z), e.bits.row_index(0, z + 1)); });
+    };
+    for_each_slice([&](std::size_t row_begin, std::size_t row_end) {
+        count_rows(e.bits, row_begin, row_end, e.rows, e.active, e.ambiguous ? &*e.ambiguous : nullptr);
+        if (ambiguous != nullptr) ambiguous->count(row_begin, row_end, e.rows);
         stage.step();
     });
-    tbb::parallel_for(std::int64_t{0}, e.bits.nz, [&](std::int64_t z) {
-        count_triangles(e.bits, e.bits.row_index(0, z), e.bits.row_index(0, z + 1), e.rows);
+    for_each_slice([&](std::size_t row_begin, std::size_t row_end) {
+        count_triangles(e.bits, row_begin, row_end, e.rows);
     });
+    if (ambiguous != nullptr) {
+        for_each_slice(
+            [&](std::size_t row_begin, std::size_t row_end) { add_topology(row_begin, row_end, e.rows); });
+    }
     return {HistoPyramid(std::move(e.rows.points)), HistoPyramid(std::move(e.rows.triangles))};
 }
 
@@ -112,9 +136,11 @@ void allocate(const Pyramids& pyramids, bool normals, Mesh& mesh) {
 }
 
 // Makes the mesh. Returns the bytes of memory that this took in addition to the mesh.
-std::size_t emit(const Extraction& e, const Pyramids& pyramids, double isovalue, Mesh& mesh) {
-    const EmitInput input{e.volume,        isovalue,           e.to_physical,  e.bits,        e.active,
-                          pyramids.points, pyramids.triangles, e.rows.along_x, e.rows.along_y};
+std::size_t emit(const Extraction& e, const Pyramids& pyramids, double isovalue,
+                 const AmbiguousCells* ambiguous, Mesh& mesh) {
+    const EmitInput input{e.volume,       isovalue,        e.to_physical,      e.bits,
+                          e.active,       pyramids.points, pyramids.triangles, e.rows.along_x,
+                          e.rows.along_y, e.rows.inner,    ambiguous};
     if (e.options.snap > 0) {
         const Progress progress = sub_progress(e.options.progress, 0.4, 1);
         return snap(input, e.options.snap, e.options.normals, progress, mesh);
@@ -139,21 +165,24 @@ void extract(Extraction& e, double isovalue, Mesh& mesh, IsosurfaceStats* stats)
     const auto start = Clock::now();
     classify(e, isovalue);
     const auto classified = Clock::now();
-    Pyramids pyramids = count(e);
+    const std::optional<AmbiguousCells> ambiguous = ambiguous_cells(e, isovalue);
+    const AmbiguousCells* const cells = ambiguous ? &*ambiguous : nullptr;
+    Pyramids pyramids = count(e, cells);
     const auto counted = Clock::now();
     const std::uint64_t points = pyramids.points.total(), triangles = pyramids.triangles.total();
     check_point_count(points);
     std::size_t snapping = 0;
     try {
-        snapping = emit(e, pyramids, isovalue, mesh);
+        snapping = emit(e, pyramids, isovalue, cells, mesh);
     } catch (const std::bad_alloc&) {
         throw LimitError("there is not enough memory for " + std::to_string(points) + " points and " +
                          std::to_string(triangles) + " triangles; crop or coarsen the volume");
     }
     const auto emitted = Clock::now();
-    const std::size_t scratch = e.bits.bytes() + e.active.bytes() + pyramids.points.bytes() +
-                                pyramids.triangles.bytes() + 2 * e.bits.rows() * sizeof(std::uint32_t) +
-                                (e.ranges ? e.ranges->bytes() : 0) + snapping;
+    const std::size_t scratch =
+        e.bits.bytes() + e.active.bytes() + pyramids.points.bytes() + pyramids.triangles.bytes() +
+        (cells ? 4 : 2) * e.bits.rows() * sizeof(std::uint32_t) + (e.ambiguous ? e.ambiguous->bytes() : 0) +
+        (e.ranges ? e.ranges->bytes() : 0) + snapping;
     e.rows.points = pyramids.points.release_leaves();
     e.rows.triangles = pyramids.triangles.release_leaves();
     if (stats == nullptr) return;

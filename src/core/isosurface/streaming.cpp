@@ -11,6 +11,7 @@
 
 #include "base/parallel.h"
 #include "core/grid/shares.h"
+#include "core/marching_cubes/ambiguous_cells.h"
 #include "core/marching_cubes/classify.h"
 #include "core/marching_cubes/count.h"
 #include "core/marching_cubes/emit.h"
@@ -115,8 +116,15 @@ struct Slabs {
           rows(window.bits().rows()),
           active(window.bits()),
           halo(kHalo + source.slices_at_once - 1),
+          to_physical(window.volume()),
           most_slices(limits.slices.value_or(window.bits().nz)),
-          memory(memory_left(limits)) {}
+          memory(memory_left(limits)) {
+        if (!options.topology) return;
+        ambiguous_words.emplace(window.bits());
+        ambiguous.emplace(window.volume(), isovalue, to_physical, window.bits(), *ambiguous_words);
+        rows.inner.resize(window.bits().rows());
+        rows.more_triangles.resize(window.bits().rows());
+    }
 
     const Geometry& geometry;
     const double isovalue;
@@ -124,7 +132,11 @@ struct Slabs {
     Window window;
     RowCounts rows;
     ActiveWords active;
-    const std::int64_t halo;         // slices in memory beside those of a slab
+    const std::int64_t halo;  // slices in memory beside those of a slab
+    const IndexToPhysical to_physical;
+    // With exact topology.
+    std::optional<ActiveWords> ambiguous_words;
+    std::optional<AmbiguousCells> ambiguous;
     const std::int64_t most_slices;  // in a slab
     const std::size_t memory;        // bytes for a slab's samples, bits and output
 
@@ -133,10 +145,11 @@ struct Slabs {
     static constexpr std::int64_t kHalo = 5;
 
     std::size_t memory_left(const SlabLimits& limits) const {
-        // RowCounts has four numbers per row. Above its rows, the levels of the two pyramids add up to less
-        // than two bytes per row.
-        constexpr std::size_t kBytesPerRow = 4 * sizeof(std::uint32_t) + 2;
-        const std::size_t counts = kBytesPerRow * window.bits().rows() + active.bytes();
+        // RowCounts has four numbers per row, and six with exact topology. Above its rows, the levels of the
+        // two pyramids add up to less than two bytes per row.
+        const std::size_t bytes_per_row = (options.topology ? 6 : 4) * sizeof(std::uint32_t) + 2;
+        const std::size_t counts =
+            bytes_per_row * window.bits().rows() + (options.topology ? 2 : 1) * active.bytes();
         const std::size_t fixed = limits.reserved + counts;
         const std::size_t least = fixed + static_cast<std::size_t>(halo + 1) * window.bytes_per_slice();
         if (limits.memory < least)
@@ -161,15 +174,20 @@ Pyramids count(Slabs& s) {
         const std::int64_t end = std::min(z + slices, bits.nz);
         window.advance(end + 1, 0);
         tbb::parallel_for(z, end, [&](std::int64_t slice) {
-            count_rows(bits, bits.row_index(0, slice), bits.row_index(0, slice + 1), s.rows, s.active);
+            const std::size_t row_begin = bits.row_index(0, slice), row_end = bits.row_index(0, slice + 1);
+            count_rows(bits, row_begin, row_end, s.rows, s.active,
+                       s.ambiguous_words ? &*s.ambiguous_words : nullptr);
+            if (s.ambiguous) s.ambiguous->count(row_begin, row_end, s.rows);
         });
-        // The bits that the next slab begins with are there already, so none of the samples is needed again.
-        window.release(end, -1);
+        // The bits that the next slab begins with are there already, so none of the samples is needed again,
+        // except those that ambiguous cells ask.
+        window.release(end, s.ambiguous ? 0 : -1);
         report_progress(s.options.progress, 0.4 * static_cast<double>(end) / static_cast<double>(bits.nz));
     }
     tbb::parallel_for(std::int64_t{0}, bits.nz, [&](std::int64_t slice) {
         count_triangles(bits, bits.row_index(0, slice), bits.row_index(0, slice + 1), s.rows);
     });
+    if (s.ambiguous) add_topology(0, bits.rows(), s.rows);
     return {HistoPyramid(std::move(s.rows.points)), HistoPyramid(std::move(s.rows.triangles))};
 }
 
@@ -252,9 +270,17 @@ void emit(Slabs& s, const Pyramids& pyramids, const SurfaceSink& sink) {
     const InsideBits& bits = window.bits();
     const bool normals = s.options.normals;
     SurfaceMemory memory(pyramids, normals);
-    const IndexToPhysical to_physical(window.volume());
-    const EmitInput input{window.volume(), s.isovalue,         to_physical,    bits,          s.active,
-                          pyramids.points, pyramids.triangles, s.rows.along_x, s.rows.along_y};
+    const EmitInput input{window.volume(),
+                          s.isovalue,
+                          s.to_physical,
+                          bits,
+                          s.active,
+                          pyramids.points,
+                          pyramids.triangles,
+                          s.rows.along_x,
+                          s.rows.along_y,
+                          s.rows.inner,
+                          s.ambiguous ? &*s.ambiguous : nullptr};
     window.rewind();
     for (std::int64_t z = 0; z < bits.nz;) {
         const std::int64_t end = slab_end(s, pyramids, z);

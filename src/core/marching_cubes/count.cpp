@@ -20,53 +20,6 @@
 HWY_BEFORE_NAMESPACE();
 namespace marrow::internal::HWY_NAMESPACE {
 
-namespace hn = hwy::HWY_NAMESPACE;
-
-using Words = hn::ScalableTag<std::uint64_t>;
-using WordVec = hn::Vec<Words>;
-
-// The corners of the cells of as many words as a vector has lanes, in the layout of CellBits.
-struct CellVecs {
-    WordVec corners[8];
-
-    CellVecs(const RowBits& row, std::size_t w) {
-        const Words d;
-        for (int r = 0; r < 4; ++r) {
-            const auto samples = hn::LoadU(d, row.rows[r] + w);
-            const auto ahead = hn::LoadU(d, row.rows[r] + w + 1);
-            corners[2 * r] = samples;
-            corners[2 * r + 1] = hn::Or(hn::ShiftRight<1>(samples), hn::ShiftLeft<63>(ahead));
-        }
-    }
-
-    WordVec active() const {
-        const auto& c = corners;
-        const auto some = hn::Or(hn::Or(hn::Or(c[0], c[1]), hn::Or(c[2], c[3])),
-                                 hn::Or(hn::Or(c[4], c[5]), hn::Or(c[6], c[7])));
-        const auto all = hn::And(hn::And(hn::And(c[0], c[1]), hn::And(c[2], c[3])),
-                                 hn::And(hn::And(c[4], c[5]), hn::And(c[6], c[7])));
-        return hn::AndNot(all, some);
-    }
-};
-
-// The cells that may have more than one loop. Such a cell has a face with all four edges crossed, or two
-// antipodal corners that differ from the other six; then two diagonally opposite edges along x are crossed,
-// and the other two are not.
-HWY_INLINE WordVec may_have_loops(const CellVecs& cells) {
-    const auto& c = cells.corners;
-    const auto all = [](WordVec p, WordVec q, WordVec r) HWY_ATTR { return hn::And(hn::And(p, q), r); };
-    const WordVec x[4] = {hn::Xor(c[0], c[1]), hn::Xor(c[2], c[3]), hn::Xor(c[4], c[5]), hn::Xor(c[6], c[7])};
-    const auto y0 = hn::Xor(c[0], c[2]), y1 = hn::Xor(c[4], c[6]);
-    const auto z0 = hn::Xor(c[0], c[4]), z1 = hn::Xor(c[2], c[6]);
-    const auto faces_along_x = hn::Or(hn::Or(all(x[0], x[1], y0), all(x[2], x[3], y1)),
-                                      hn::Or(all(x[0], x[2], z0), all(x[1], x[3], z1)));
-    const auto faces_across_x =
-        hn::Or(all(y0, y1, z0), all(hn::Xor(c[1], c[3]), hn::Xor(c[5], c[7]), hn::Xor(c[1], c[5])));
-    const auto antipodes = hn::Or(hn::AndNot(hn::Or(x[1], x[2]), hn::And(x[0], x[3])),
-                                  hn::AndNot(hn::Or(x[0], x[3]), hn::And(x[1], x[2])));
-    return hn::Or(hn::Or(faces_along_x, faces_across_x), antipodes);
-}
-
 // Counts the loops of those of 64 cells that `which` selects. All of them must be active. Inside corners are
 // connected along edges only. So an inside region is either a single corner, or all inside corners that have
 // an inside neighbour; only two diagonally opposite edges make two regions of that kind. Outside corners are
@@ -139,8 +92,11 @@ struct RowCounter {
         along_x = along_y = along_z = one_loop = hn::Zero(d);
     }
 
-    // Counts in a vector of words, of which w is the first. Returns a bit for each word that is active.
-    HWY_INLINE std::uint64_t count(const RowBits& row, const RowMasks& masks, std::size_t w) {
+    // Counts in a vector of words, of which w is the first. Returns a bit for each word that is active. With
+    // kAmbiguous, `ambiguous` gets a bit for each word with cells that may have more than one loop.
+    template <bool kAmbiguous>
+    HWY_INLINE std::uint64_t count(const RowBits& row, const RowMasks& masks, std::size_t w,
+                                   std::uint64_t& ambiguous) {
         const Words d;
         const CellVecs cells(row, w);
         const auto& c = cells.corners;
@@ -159,6 +115,7 @@ struct RowCounter {
         const auto several = hn::And(may_have_loops(cells), active);
         one_loop = hn::Add(one_loop, hn::PopulationCount(hn::AndNot(several, active)));
         if (HWY_UNLIKELY(!hn::AllFalse(d, hn::Ne(several, hn::Zero(d))))) {
+            if constexpr (kAmbiguous) ambiguous = bits_of(hn::Ne(several, hn::Zero(d)));
             HWY_ALIGN std::uint64_t of_word[hn::MaxLanes(Words())];
             hn::Store(several, d, of_word);
             for (std::size_t k = 0; k < hn::Lanes(d); ++k) {
@@ -178,8 +135,9 @@ struct RowCounter {
     }
 };
 
-void count_rows_target(const InsideBits& bits, std::size_t row_begin, std::size_t row_end, RowCounts& counts,
-                       ActiveWords& active) {
+template <bool kAmbiguous>
+void count_rows_of(const InsideBits& bits, std::size_t row_begin, std::size_t row_end, RowCounts& counts,
+                   ActiveWords& active, ActiveWords* ambiguous_words) {
     constexpr std::size_t kLanes = hn::MaxLanes(Words());
     static_assert(kLanes < InsideBits::kSlack);
     const RowMasks masks(bits);
@@ -189,10 +147,15 @@ void count_rows_target(const InsideBits& bits, std::size_t row_begin, std::size_
         RowCounter counter;
         std::uint64_t any = 0;
         for (std::size_t begin = 0; begin < row.words; begin += 64) {
-            std::uint64_t marks = 0;
-            for (std::size_t w = begin; w < std::min(begin + 64, row.words); w += kLanes)
-                marks |= counter.count(row, masks, w) << (w - begin);
+            std::uint64_t marks = 0, ambiguous_marks = 0;
+            for (std::size_t w = begin; w < std::min(begin + 64, row.words); w += kLanes) {
+                std::uint64_t ambiguous = 0;
+                marks |= counter.count<kAmbiguous>(row, masks, w, ambiguous) << (w - begin);
+                if constexpr (kAmbiguous) ambiguous_marks |= ambiguous << (w - begin);
+            }
             active.row(r)[begin / 64] = marks;
+            if constexpr (kAmbiguous)
+                ambiguous_words->row(r)[begin / 64] = row.has_cells ? ambiguous_marks : 0;
             any |= marks;
         }
         std::uint32_t along_x = 0, along_y = 0, along_z = 0, to_subtract = 0;
@@ -210,6 +173,14 @@ void count_rows_target(const InsideBits& bits, std::size_t row_begin, std::size_
     }
 }
 
+void count_rows_target(const InsideBits& bits, std::size_t row_begin, std::size_t row_end, RowCounts& counts,
+                       ActiveWords& active, ActiveWords* ambiguous) {
+    if (ambiguous != nullptr)
+        count_rows_of<true>(bits, row_begin, row_end, counts, active, ambiguous);
+    else
+        count_rows_of<false>(bits, row_begin, row_end, counts, active, nullptr);
+}
+
 }  // namespace marrow::internal::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
@@ -219,8 +190,8 @@ namespace marrow::internal {
 HWY_EXPORT(count_rows_target);
 
 void count_rows(const InsideBits& bits, std::size_t row_begin, std::size_t row_end, RowCounts& counts,
-                ActiveWords& active) {
-    HWY_DYNAMIC_DISPATCH(count_rows_target)(bits, row_begin, row_end, counts, active);
+                ActiveWords& active, ActiveWords* ambiguous) {
+    HWY_DYNAMIC_DISPATCH(count_rows_target)(bits, row_begin, row_end, counts, active, ambiguous);
 }
 
 void count_triangles(const InsideBits& bits, std::size_t row_begin, std::size_t row_end,
@@ -235,6 +206,13 @@ void count_triangles(const InsideBits& bits, std::size_t row_begin, std::size_t 
         const std::uint32_t crossed = x[r] + x[r + 1] + x[r + ny] + x[r + ny + 1] + 2 * (y[r] + y[r + ny]) +
                                       2 * (along_z(r) + along_z(r + 1));
         counts.triangles[r] = crossed - to_subtract;
+    }
+}
+
+void add_topology(std::size_t row_begin, std::size_t row_end, RowCounts& counts) noexcept {
+    for (std::size_t r = row_begin; r < row_end; ++r) {
+        counts.points[r] += counts.inner[r];
+        counts.triangles[r] += counts.more_triangles[r];
     }
 }
 

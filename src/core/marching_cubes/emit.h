@@ -8,6 +8,7 @@
 #include <marrow/mesh.h>
 #include <marrow/volume.h>
 
+#include "ambiguous_cells.h"
 #include "core/grid/index_to_physical.h"
 #include "inside_bits.h"
 
@@ -24,12 +25,15 @@ struct EmitInput {
     const HistoPyramid& triangles;              ///< its leaves are RowCounts::triangles
     const std::vector<std::uint32_t>& along_x;  ///< RowCounts::along_x
     const std::vector<std::uint32_t>& along_y;  ///< RowCounts::along_y
+    const std::vector<std::uint32_t>& inner;    ///< RowCounts::inner; empty without exact topology
+    const AmbiguousCells* ambiguous = nullptr;  ///< null without exact topology
 };
 
 /// Writes the points of the rows [row_begin, row_end) to their positions in the whole output. Writes their
 /// normals and their fractions (the position of each point along its edge) too, unless these are null. Rows
-/// are ordered by (z, y). In a row come first the edges along x, then y, then z, each in order of x. Up to 16
-/// values after the last fraction are overwritten.
+/// are ordered by (z, y). In a row come first the edges along x, then y, then z, each in order of x, and last the
+/// points inside the cells of the row. These have no fractions. Up to 16 values after the last fraction are
+/// overwritten.
 void emit_points(const EmitInput& input, std::size_t row_begin, std::size_t row_end, Vec3f* points,
                  Vec3f* normals, float* fractions = nullptr);
 

@@ -18,8 +18,6 @@
 HWY_BEFORE_NAMESPACE();
 namespace marrow::internal::HWY_NAMESPACE {
 
-namespace hn = hwy::HWY_NAMESPACE;
-
 // The type of fetched samples. Small integers are converted to floating point later, in vectors.
 template <class T>
 using Staged = std::conditional_t<std::is_integral_v<T> && sizeof(T) <= 2, std::int32_t, Real<T>>;
@@ -106,6 +104,13 @@ class PointBatch {
             xs += fit;
             count -= fit;
         }
+    }
+
+    // Leaves room for points that are written later.
+    void skip(std::size_t count) {
+        flush();
+        points_ += count;
+        if (normals_ != nullptr) normals_ += count;
     }
 
     HWY_NOINLINE void flush() {
@@ -490,6 +495,7 @@ void emit_points_of(const EmitInput& input, std::size_t row_begin, std::size_t r
         edges.list(input.active, RowBits(bits, at), at.index);
         batch.set_row(at.y - bits.pad, at.z - bits.pad);
         for (std::size_t axis = 0; axis < 3; ++axis) batch.add(axis, edges.along(axis), edges.count(axis));
+        if (!input.inner.empty() && input.inner[at.index] > 0) batch.skip(input.inner[at.index]);
     }
     batch.flush();
 }
@@ -509,12 +515,31 @@ namespace marrow::internal {
 
 HWY_EXPORT(emit_points_any);
 
+namespace {
+
+// Writes the last points of each row, those inside cells.
+void emit_inner_points(const EmitInput& input, std::size_t row_begin, std::size_t row_end, Vec3f* points,
+                       Vec3f* normals) {
+    std::vector<AmbiguousCell> cells;
+    std::size_t end = 0;
+    for (std::size_t r = row_begin; r < row_end; ++r) {
+        end += input.points.leaves()[r];
+        if (input.inner[r] == 0) continue;
+        const std::size_t first = end - input.inner[r];
+        input.ambiguous->emit_points(r, cells, points + first, normals ? normals + first : nullptr);
+    }
+}
+
+}  // namespace
+
 void emit_points(const EmitInput& input, std::size_t row_begin, std::size_t row_end, Vec3f* points,
                  Vec3f* normals, float* fractions) {
     const std::uint64_t first = input.points.first_output(row_begin);
     HWY_DYNAMIC_DISPATCH(emit_points_any)
     (input, row_begin, row_end, points + first, normals ? normals + first : nullptr,
      fractions ? fractions + first : nullptr);
+    if (input.ambiguous != nullptr)
+        emit_inner_points(input, row_begin, row_end, points + first, normals ? normals + first : nullptr);
 }
 
 }  // namespace marrow::internal

@@ -14,8 +14,6 @@
 HWY_BEFORE_NAMESPACE();
 namespace marrow::internal::HWY_NAMESPACE {
 
-namespace hn = hwy::HWY_NAMESPACE;
-
 // The ids of the first points on the edges along x, y and z of a row of samples.
 struct RowIds {
     std::uint32_t x, y, z;
@@ -51,6 +49,14 @@ class RunningIds {
         for (std::size_t k = 0; k < kIds; ++k) out[k] = counters_[c.ids[k] & 7] + (c.ids[k] >> 3);
         for (std::size_t e = 0; e < 8; ++e) counters_[e] += c.advance[e];
 #endif
+    }
+
+    // Writes the ids of a cell's edges, of which only those of crossed edges have a meaning, and moves on to
+    // the next active cell.
+    void write_edges(unsigned crossed, std::uint32_t (&ids)[kCellEdges]) {
+        for (unsigned e = 0; e < 8; ++e) ids[e] = counters_[e];
+        for (unsigned e = 0; e < 8; ++e) counters_[e] += crossed >> e & 1;
+        for (unsigned e = 8; e < kCellEdges; ++e) ids[e] = counters_[e - 4];
     }
 
   private:
@@ -121,23 +127,28 @@ class CellRows {
     Vec here_[kVectors], next_[kVectors];
 };
 
-// Lists the cases of a row's active cells. Returns the end of the list.
+// Lists the cases of a row's active cells. Calls note(w, active cells, end of the list) before those of each
+// word. Returns the end of the list.
+template <class Note>
 HWY_INLINE std::uint8_t* list_cases(const ActiveWords& active_words, std::size_t r, const RowBits& row,
-                                    std::uint8_t* HWY_RESTRICT list) {
+                                    std::uint8_t* HWY_RESTRICT list, const Note& note) {
     for_each_active_word(active_words, r, [&](std::size_t w) HWY_ATTR {
         const CellRows cells(row, w);
-        list = list_bits(cells.active() & row.valid(w), list,
-                         [&](std::uint64_t left, std::uint8_t& cell_case)
-                             HWY_ATTR { cell_case = cells.running_case(left & (~left + 1)); });
+        const std::uint64_t active = cells.active() & row.valid(w);
+        note(w, active, list);
+        list = list_bits(active, list, [&](std::uint64_t left, std::uint8_t& cell_case) HWY_ATTR {
+            cell_case = cells.running_case(left & (~left + 1));
+        });
     });
     return list;
 }
 
-// Writes the triangles of a row's cells. `end` is the end of the memory that may be written.
-HWY_INLINE std::uint32_t* emit_row(const std::uint8_t* first, const std::uint8_t* last,
-                                   const RunningIds& first_ids, const RunningCase* cases,
-                                   std::uint32_t* HWY_RESTRICT out, const std::uint32_t* end) {
-    RunningIds ids = first_ids;
+// Writes the triangles of cells that follow each other in a row. `end` is the end of the memory that may be
+// written.
+HWY_INLINE std::uint32_t* emit_cells(const std::uint8_t* first, const std::uint8_t* last,
+                                     RunningIds& running_ids, const RunningCase* cases,
+                                     std::uint32_t* HWY_RESTRICT out, const std::uint32_t* end) {
+    RunningIds ids = running_ids;
     // Each cell writes kIds ids, and the next cell overwrites those beyond its triangles. Near the end of the
     // share this is not allowed, because another thread writes there.
     const std::uint8_t* const fast_end =
@@ -153,8 +164,58 @@ HWY_INLINE std::uint32_t* emit_row(const std::uint8_t* first, const std::uint8_t
         ids.write(c, triangles);
         out = std::copy_n(triangles, 3 * c.triangles, out);
     }
+    running_ids = ids;
     return out;
 }
+
+// Writes the triangles of rows that have ambiguous cells. These interrupt the list of cases.
+class AmbiguousRows {
+  public:
+    explicit AmbiguousRows(const EmitInput& input) : input_(input) {}
+
+    // Whether a row has ambiguous cells, and so emit() is for it.
+    bool has_any(std::size_t row) const {
+        return input_.ambiguous != nullptr && input_.ambiguous->has_any(row);
+    }
+
+    // `first_inner` is the id of the row's first inner point, and `list` has room for the row's cases.
+    std::uint32_t* emit(std::size_t r, const RowBits& row, RunningIds& ids, std::uint32_t first_inner,
+                        const RunningCase* cases, std::uint8_t* list, std::uint32_t* out,
+                        const std::uint32_t* end) {
+        input_.ambiguous->list(r, cells_);
+        indices_.clear();
+        const std::uint8_t* const list_end = list_cases(
+            input_.active, r, row, list, [&](std::size_t w, std::uint64_t active, const std::uint8_t* next) {
+                find(w, active, next - list);
+            });
+        const std::uint8_t* from = list;
+        for (std::size_t k = 0; k < cells_.size(); ++k) {
+            const AmbiguousCell& cell = cells_[k];
+            out = emit_cells(from, list + indices_[k], ids, cases, out, end);
+            std::uint32_t edge_ids[kCellEdges];
+            ids.write_edges(cell.topology.shape->crossed, edge_ids);
+            out = input_.ambiguous->emit_triangles(cell, edge_ids, first_inner, out);
+            first_inner += static_cast<std::uint32_t>(cell.topology.inner_points());
+            from = list + indices_[k] + 1;
+        }
+        return emit_cells(from, list_end, ids, cases, out, end);
+    }
+
+  private:
+    // Finds the indices in the list of the ambiguous cells of word w, whose first active cell has index `first`.
+    void find(std::size_t w, std::uint64_t active, std::ptrdiff_t first) {
+        for (std::size_t k = indices_.size(); k < cells_.size(); ++k) {
+            const auto x = static_cast<std::uint64_t>(cells_[k].x);
+            if (x / 64 != w) return;
+            const std::uint64_t before = active & ((std::uint64_t{1} << x % 64) - 1);
+            indices_.push_back(first + popcount(before));
+        }
+    }
+
+    const EmitInput& input_;
+    std::vector<AmbiguousCell> cells_;
+    std::vector<std::ptrdiff_t> indices_;
+};
 
 void emit_triangles_target(const EmitInput& input, std::size_t row_begin, std::size_t row_end,
                            std::uint32_t* out) {
@@ -167,6 +228,7 @@ void emit_triangles_target(const EmitInput& input, std::size_t row_begin, std::s
     const std::uint32_t* end =
         out + 3 * (input.triangles.first_output(row_end) - input.triangles.first_output(row_begin));
     Buffer<std::uint8_t> list(64 * bits.words_per_row + 4);
+    AmbiguousRows ambiguous(input);
     const auto ids_of_row = [&](std::size_t r, std::uint64_t first_point) {
         const auto first = static_cast<std::uint32_t>(first_point);
         return RowIds{first, first + input.along_x[r], first + input.along_x[r] + input.along_y[r]};
@@ -180,10 +242,17 @@ void emit_triangles_target(const EmitInput& input, std::size_t row_begin, std::s
         const std::uint64_t first_next_y = first + points[r];
         const std::uint64_t first_next_yz = first_next_z + (r + ny < points.size() ? points[r + ny] : 0);
         if (triangles[r] != 0) {
-            const RunningIds ids(ids_of_row(r, first), ids_of_row(r + 1, first_next_y),
-                                 ids_of_row(r + ny, first_next_z), ids_of_row(r + ny + 1, first_next_yz));
-            const std::uint8_t* list_end = list_cases(input.active, r, RowBits(bits, at), list.data());
-            out = emit_row(list.data(), list_end, ids, cases, out, end);
+            RunningIds ids(ids_of_row(r, first), ids_of_row(r + 1, first_next_y),
+                           ids_of_row(r + ny, first_next_z), ids_of_row(r + ny + 1, first_next_yz));
+            const RowBits row(bits, at);
+            if (HWY_UNLIKELY(ambiguous.has_any(r))) {
+                const auto first_inner = static_cast<std::uint32_t>(first_next_y - input.inner[r]);
+                out = ambiguous.emit(r, row, ids, first_inner, cases, list.data(), out, end);
+            } else {
+                const std::uint8_t* list_end =
+                    list_cases(input.active, r, row, list.data(), [](auto...) HWY_ATTR {});
+                out = emit_cells(list.data(), list_end, ids, cases, out, end);
+            }
         }
         first = first_next_y;
         first_next_z = first_next_yz;

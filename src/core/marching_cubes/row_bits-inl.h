@@ -14,6 +14,11 @@
 HWY_BEFORE_NAMESPACE();
 namespace marrow::internal::HWY_NAMESPACE {
 
+namespace hn = hwy::HWY_NAMESPACE;
+
+using Words = hn::ScalableTag<std::uint64_t>;
+using WordVec = hn::Vec<Words>;
+
 // As std::popcount, but unsigned as all counts are.
 HWY_INLINE std::uint32_t popcount(std::uint64_t bits) {
     return static_cast<std::uint32_t>(std::popcount(bits));
@@ -109,6 +114,58 @@ struct CellBits {
         }
     }
 };
+
+// The corners of the cells of as many words as a vector has lanes, in the layout of CellBits.
+struct CellVecs {
+    WordVec corners[8];
+
+    CellVecs(const RowBits& row, std::size_t w) {
+        const Words d;
+        for (int r = 0; r < 4; ++r) {
+            const auto samples = hn::LoadU(d, row.rows[r] + w);
+            const auto ahead = hn::LoadU(d, row.rows[r] + w + 1);
+            corners[2 * r] = samples;
+            corners[2 * r + 1] = hn::Or(hn::ShiftRight<1>(samples), hn::ShiftLeft<63>(ahead));
+        }
+    }
+
+    WordVec active() const {
+        const auto& c = corners;
+        const auto some = hn::Or(hn::Or(hn::Or(c[0], c[1]), hn::Or(c[2], c[3])),
+                                 hn::Or(hn::Or(c[4], c[5]), hn::Or(c[6], c[7])));
+        const auto all = hn::And(hn::And(hn::And(c[0], c[1]), hn::And(c[2], c[3])),
+                                 hn::And(hn::And(c[4], c[5]), hn::And(c[6], c[7])));
+        return hn::AndNot(all, some);
+    }
+};
+
+// The cells with an ambiguous face: all four of its edges are crossed.
+HWY_INLINE WordVec have_ambiguous_faces(const CellVecs& cells) {
+    const auto& c = cells.corners;
+    const auto all = [](WordVec p, WordVec q, WordVec r) HWY_ATTR { return hn::And(hn::And(p, q), r); };
+    const WordVec x[4] = {hn::Xor(c[0], c[1]), hn::Xor(c[2], c[3]), hn::Xor(c[4], c[5]), hn::Xor(c[6], c[7])};
+    const auto y0 = hn::Xor(c[0], c[2]), y1 = hn::Xor(c[4], c[6]);
+    const auto z0 = hn::Xor(c[0], c[4]), z1 = hn::Xor(c[2], c[6]);
+    const auto faces_along_x = hn::Or(hn::Or(all(x[0], x[1], y0), all(x[2], x[3], y1)),
+                                      hn::Or(all(x[0], x[2], z0), all(x[1], x[3], z1)));
+    const auto faces_across_x =
+        hn::Or(all(y0, y1, z0), all(hn::Xor(c[1], c[3]), hn::Xor(c[5], c[7]), hn::Xor(c[1], c[5])));
+    return hn::Or(faces_along_x, faces_across_x);
+}
+
+// The cells that may have two antipodal corners that differ from the other six: two diagonally opposite edges
+// along x are crossed, and the other two are not.
+HWY_INLINE WordVec may_have_antipodes(const CellVecs& cells) {
+    const auto& c = cells.corners;
+    const WordVec x[4] = {hn::Xor(c[0], c[1]), hn::Xor(c[2], c[3]), hn::Xor(c[4], c[5]), hn::Xor(c[6], c[7])};
+    return hn::Or(hn::AndNot(hn::Or(x[1], x[2]), hn::And(x[0], x[3])),
+                  hn::AndNot(hn::Or(x[0], x[3]), hn::And(x[1], x[2])));
+}
+
+// The cells that may have more than one loop.
+HWY_INLINE WordVec may_have_loops(const CellVecs& cells) {
+    return hn::Or(have_ambiguous_faces(cells), may_have_antipodes(cells));
+}
 
 }  // namespace marrow::internal::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

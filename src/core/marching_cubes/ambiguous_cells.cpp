@@ -1,0 +1,258 @@
+// Finds ambiguous cells from the inside bits, and asks their samples. It is compiled once, not for each SIMD
+// target, as it decides and computes with doubles.
+#include "ambiguous_cells.h"
+
+#include <hwy/cache_control.h>
+#include <hwy/highway.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <limits>
+
+#include "core/volume/rows.h"
+#include "inner_points.h"
+#include "row_bits-inl.h"
+
+namespace marrow::internal {
+
+namespace {
+
+using namespace HWY_NAMESPACE;
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+// The samples of the cells of a row.
+template <class T>
+class CornerSamples {
+  public:
+    CornerSamples(const VolumeView& volume, std::int64_t y, std::int64_t z) : nx_(volume.geometry.dims[0]) {
+        const auto [nx, ny, nz] = volume.geometry.dims;
+        for (std::size_t r = 0; r < 4; ++r) {
+            const std::int64_t row_y = y + static_cast<std::int64_t>(r & 1),
+                               row_z = z + static_cast<std::int64_t>(r >> 1);
+            const bool within = row_y >= 0 && row_y < ny && row_z >= 0 && row_z < nz;
+            rows_[r] = within ? row_of<T>(volume, row_y, row_z) : nullptr;
+            all_rows_ &= within;
+        }
+    }
+
+    CellValues minus(double isovalue, std::int64_t x) const {
+        CellValues values;
+        if (HWY_LIKELY(all_rows_ && x >= 0 && x + 1 < nx_)) {
+            for (std::size_t v = 0; v < 8; ++v)
+                values[v] = difference(rows_[v >> 1][x + static_cast<std::int64_t>(v & 1)], isovalue);
+            return values;
+        }
+        for (std::size_t v = 0; v < 8; ++v) {
+            const std::int64_t at = x + static_cast<std::int64_t>(v & 1);
+            const T* const row = rows_[v >> 1];
+            values[v] = row != nullptr && at >= 0 && at < nx_ ? difference(row[at], isovalue) : kNan;
+        }
+        return values;
+    }
+
+    void prefetch(std::int64_t x) const {
+        for (const T* row : rows_) {
+            if (row != nullptr) hwy::Prefetch(row + x);
+        }
+    }
+
+  private:
+    // It has the right sign: a rounded difference is 0 only if the exact one is.
+    static double difference(T sample, double isovalue) {
+        const double result = static_cast<double>(sample) - isovalue;
+        if constexpr (std::is_floating_point_v<T>) {
+            if (HWY_UNLIKELY(!std::isfinite(result))) {
+                constexpr double kMost = std::numeric_limits<double>::max();
+                return std::isfinite(sample) ? std::clamp(result, -kMost, kMost) : kNan;
+            }
+        }
+        return result;
+    }
+
+    const std::int64_t nx_;
+    const T* rows_[4];
+    bool all_rows_ = true;
+};
+
+// The cells with two antipodal corners that differ from the other six.
+std::uint64_t have_antipodes(const CellBits& cells) {
+    const auto& c = cells.corners;
+    std::uint64_t result = 0;
+    for (unsigned v = 0; v < 4; ++v) {
+        std::uint64_t all = ~std::uint64_t{0}, some = 0;
+        for (unsigned other = 0; other < 8; ++other) {
+            if (other == v || other == 7 - v) continue;
+            all &= c[other];
+            some |= c[other];
+        }
+        result |= (c[v] & c[7 - v] & ~some) | (~(c[v] | c[7 - v]) & all);
+    }
+    return result;
+}
+
+// Of the cells that start in word w, those in which the samples may decide something.
+std::uint64_t ambiguous_bits(const RowBits& row, std::size_t w, const CellBits& cells) {
+    const CellVecs vecs(row, w);
+    return (hn::GetLane(have_ambiguous_faces(vecs)) | have_antipodes(cells)) & row.valid(w);
+}
+
+unsigned case_of(const CellBits& cells, unsigned bit) {
+    unsigned cell_case = 0;
+    for (unsigned v = 0; v < 8; ++v) cell_case |= static_cast<unsigned>(cells.corners[v] >> bit & 1) << v;
+    return cell_case;
+}
+
+// The derivative of the samples at an index along an axis: central differences where the samples allow, else
+// one-sided ones, as for the normals of points on edges.
+template <class T>
+double slope(const VolumeView& volume, const std::array<std::int64_t, 3>& index, std::size_t axis) {
+    const std::array<std::int64_t, 3> stride{1, volume.row_pitch(), volume.slice_pitch()};
+    const T* const p = row_of<T>(volume, index[1], index[2]) + index[0];
+    const std::int64_t i = index[axis];
+    const std::int64_t before = i > -volume.below[axis] ? stride[axis] : 0;
+    const std::int64_t after = i + 1 < volume.geometry.dims[axis] + volume.above[axis] ? stride[axis] : 0;
+    // Halved before the difference, so that it does not overflow.
+    const double rise = static_cast<double>(p[after]) / 2 - static_cast<double>(p[-before]) / 2;
+    return before != 0 && after != 0 ? rise : 2 * rise;
+}
+
+Vec3d gradient_at(const VolumeView& volume, const std::array<std::int64_t, 3>& index) {
+    return visit_sample_type(volume.type, [&](auto sample) -> Vec3d {
+        using T = decltype(sample);
+        return {slope<T>(volume, index, 0), slope<T>(volume, index, 1), slope<T>(volume, index, 2)};
+    });
+}
+
+// The gradient at a point of a cell: that of the samples around it, which is smooth across cells. Where it would
+// turn the surface over, or a sample is not finite, it is that of the interpolant or of the inside bits.
+Vec3d gradient_in_cell(const VolumeView& volume, const std::array<std::int64_t, 3>& cell,
+                       const CellValues& values, const Vec3d& at) {
+    if (std::any_of(values.begin(), values.end(), [](double v) { return std::isnan(v); })) {
+        CellValues sides;
+        for (std::size_t v = 0; v < 8; ++v) sides[v] = values[v] >= 0 ? 1 : -1;
+        return Interpolant(sides, at).gradient;
+    }
+    Vec3d smooth{};
+    for (std::size_t v = 0; v < 8; ++v) {
+        std::array<std::int64_t, 3> index;
+        double weight = 1;
+        for (std::size_t a = 0; a < 3; ++a) {
+            const bool far = (v >> a & 1) != 0;
+            index[a] = cell[a] + (far ? 1 : 0);
+            weight *= far ? at[a] : 1 - at[a];
+        }
+        smooth = smooth + weight * gradient_at(volume, index);
+    }
+    const Vec3d own = Interpolant(well_scaled(values), at).gradient;
+    return dot(smooth, own) > 0 ? smooth : own;
+}
+
+Vec3f normal_of(const IndexToPhysical& to_physical, const Vec3d& gradient) {
+    double steepest = 0;
+    for (const double g : gradient) steepest = std::max(steepest, std::abs(g));
+    Vec3d normal;
+    for (std::size_t r = 0; r < 3; ++r)
+        normal[r] = dot(to_double(to_physical.normal_matrix[r]), (1 / steepest) * gradient);
+    const double per_length = 1 / length(normal);
+    if (!std::isfinite(per_length)) return to_physical.axis[0];  // where there is no gradient
+    return to_float(per_length * normal);
+}
+
+}  // namespace
+
+// Calls found(w, cell) for each ambiguous cell of a row, in the order of x.
+template <class Found>
+void AmbiguousCells::find(std::size_t row, const Found& found) const {
+    const GridRow at(bits_, row);
+    const RowBits row_bits(bits_, at);
+    visit_sample_type(volume_.type, [&](auto sample) {
+        const CornerSamples<decltype(sample)> samples(volume_, at.y - bits_.pad, at.z - bits_.pad);
+        for_each_active_word(words_, row, [&](std::size_t w) {
+            const CellBits corners(row_bits, w);
+            const std::int64_t first_x = 64 * static_cast<std::int64_t>(w);
+            const std::uint64_t which = ambiguous_bits(row_bits, w, corners);
+            // The rows of a large volume are not in the cache, and a miss takes longer than a decision.
+            for (std::uint64_t left = which; left != 0; left &= left - 1)
+                samples.prefetch(first_x + std::countr_zero(left) - bits_.first_x);
+            for (std::uint64_t left = which; left != 0; left &= left - 1) {
+                const auto bit = static_cast<unsigned>(std::countr_zero(left));
+                const unsigned cell_case = case_of(corners, bit);
+                const std::int64_t x = first_x + bit;
+                const CellValues values = samples.minus(isovalue_, x - bits_.first_x);
+                const CellTopology topology = decide_topology(cell_case, values);
+                if (!topology.is_default(cell_case)) found(w, AmbiguousCell{x, cell_case, values, topology});
+            }
+        });
+    });
+}
+
+void AmbiguousCells::count(std::size_t row_begin, std::size_t row_end, RowCounts& counts) const {
+    std::vector<std::uint64_t> marks(words_.masks_per_row);
+    for (std::size_t r = row_begin; r < row_end; ++r) {
+        int inner = 0, more_triangles = 0;
+        if (has_any(r)) {
+            std::fill(marks.begin(), marks.end(), std::uint64_t{0});
+            find(r, [&](std::size_t w, const AmbiguousCell& cell) {
+                inner += cell.topology.inner_points();
+                more_triangles += cell.topology.triangles() - kCases[cell.cell_case].triangles;
+                marks[w / 64] |= std::uint64_t{1} << w % 64;
+            });
+            std::copy(marks.begin(), marks.end(), words_.row(r));
+        }
+        counts.inner[r] = static_cast<std::uint32_t>(inner);
+        counts.more_triangles[r] = static_cast<std::uint32_t>(more_triangles);
+    }
+}
+
+void AmbiguousCells::list(std::size_t row, std::vector<AmbiguousCell>& cells) const {
+    cells.clear();
+    find(row, [&](std::size_t, const AmbiguousCell& cell) { cells.push_back(cell); });
+}
+
+void AmbiguousCells::emit_points(std::size_t row, std::vector<AmbiguousCell>& cells, Vec3f* points,
+                                 Vec3f* normals) const {
+    const GridRow at(bits_, row);
+    list(row, cells);
+    for (const AmbiguousCell& cell : cells) {
+        const std::array<std::int64_t, 3> index{cell.x - bits_.first_x, at.y - bits_.pad, at.z - bits_.pad};
+        const auto& first = to_physical_.first;
+        std::array<Vec3d, CellTopology::kTunnelPoints> inner;
+        const int count = place_inner_points(cell.topology, cell.values, inner);
+        for (int k = 0; k < count; ++k) {
+            const Vec3d& in_cell = inner[static_cast<std::size_t>(k)];
+            Vec3d in_whole;
+            for (std::size_t a = 0; a < 3; ++a)
+                in_whole[a] = static_cast<double>(first[a] + index[a]) + in_cell[a];
+            *points++ = to_float(to_physical_.origin + to_physical_.exact * in_whole);
+            if (normals != nullptr)
+                *normals++ = normal_of(to_physical_, gradient_in_cell(volume_, index, cell.values, in_cell));
+        }
+    }
+}
+
+std::uint32_t* AmbiguousCells::emit_triangles(const AmbiguousCell& cell, const std::uint32_t* edge_ids,
+                                              std::uint32_t first_inner, std::uint32_t* out) const {
+    const std::size_t second = to_physical_.mirrored ? 2 : 1, third = 3 - second;
+    const auto id = [&](std::uint8_t corner) {
+        return corner < kCellEdges ? edge_ids[corner] : first_inner + (corner - kCellEdges);
+    };
+    const auto emit = [&](const std::uint8_t* corners, int triangles) {
+        for (const std::uint8_t* const end = corners + 3 * triangles; corners != end; corners += 3) {
+            *out++ = id(corners[0]);
+            *out++ = id(corners[second]);
+            *out++ = id(corners[third]);
+        }
+    };
+    if (cell.topology.has_tunnel) {
+        const TunnelTriangles triangles = triangulate_tunnel(cell.topology, cell.values);
+        emit(triangles.corners.data(), triangles.count);
+    } else {
+        emit(cell.topology.shape->corners.data(), cell.topology.shape->triangles);
+    }
+    return out;
+}
+
+}  // namespace marrow::internal

@@ -1,0 +1,65 @@
+/// Decides how the surface of the trilinear interpolant passes through a cell.
+///
+/// The inside bits alone do not say whether the two inside corners of an ambiguous face are joined, nor whether
+/// two parts of the surface in a cell are joined by a tunnel. The samples do: faces by the asymptotic decider
+/// (Nielson and Hamann 1991) without its division, tunnels by Cayley's hyperdeterminant. Every decision is
+/// exact, and ties have one rule: everything is decided as if the isovalue were lower by an infinitely small
+/// amount. So a tie joins the inside, as a sample that equals the isovalue is inside.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "case_table.h"
+
+namespace marrow::internal {
+
+/// The eight samples of a cell minus the isovalue. NaN where there is no finite sample.
+using CellValues = std::array<double, 8>;
+
+/// The topology of the surface in a cell.
+struct CellTopology {
+    /// The loops of `shape` that the tunnel joins, and on each axis the sign of the determinants of the cell's
+    /// two faces across it, which is the same for both.
+    struct Tunnel {
+        std::uint8_t first_loop, second_loop;
+        std::array<std::int8_t, 3> face_signs;
+    };
+
+    const CellShape* shape;
+    bool has_tunnel = false;
+    Tunnel tunnel{};
+
+    /// The points of a tunnel, in a cell without triangles that fill the loops at its ends.
+    static constexpr int kTunnelPoints = 6;
+
+    int inner_points() const { return has_tunnel ? kTunnelPoints : shape->has_fan ? 1 : 0; }
+    /// A loop of k points has k - 2 triangles; an inner point adds two, and a tunnel four.
+    int triangles() const;
+    /// Whether the inside bits alone give the same.
+    bool is_default(unsigned cell_case) const {
+        return shape == &kShapes[kFirstShape[cell_case]] && !has_tunnel;
+    }
+};
+
+/// \pre a corner is inside exactly if its value is >= 0
+CellTopology decide_topology(unsigned cell_case, const CellValues& values);
+
+/// Scales values by a power of two if they are very large or small, so that no product of four overflows or
+/// underflows. Values that are smaller than the others by more than 2^-200 get a little larger.
+CellValues well_scaled(const CellValues& values);
+
+/// On one axis, the values of the faces at its sides 0 and 1, and what their determinants are made of. The
+/// slice at t between them has the determinant (1 - t)^2 d0 + t (1 - t) mixed + t^2 d1. Where it is 0, the
+/// slice's contour is a cross.
+struct OppositeFaces {
+    double p00, p01, p10, p11, q00, q01, q10, q11;
+
+    OppositeFaces(const CellValues& f, unsigned axis);
+
+    double d0() const { return p00 * p11 - p01 * p10; }
+    double d1() const { return q00 * q11 - q01 * q10; }
+    double mixed() const { return (p00 * q11 + p11 * q00) - (p01 * q10 + p10 * q01); }
+};
+
+}  // namespace marrow::internal

@@ -1,0 +1,216 @@
+// Places points inside cells, and spans tunnels between them and the loops.
+#include "inner_points.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/grid/index_to_physical.h"
+
+namespace marrow::internal {
+
+namespace {
+
+constexpr double kLeast = static_cast<double>(kLeastFraction);
+
+// The point on an edge. The isovalue is 0.
+Vec3d edge_point(const CellValues& f, std::size_t edge) {
+    const std::size_t first = kEdgeCorners[edge][0], second = kEdgeCorners[edge][1];
+    Vec3d at{static_cast<double>(first & 1), static_cast<double>(first >> 1 & 1),
+             static_cast<double>(first >> 2)};
+    const std::size_t axis = second - first == 1 ? 0 : second - first == 2 ? 1 : 2;
+    const double t = f[first] / (f[first] - f[second]);
+    at[axis] = std::isnan(t) ? 0.5 : std::clamp(t, kLeast, 1 - kLeast);
+    return at;
+}
+
+// The edges of a loop.
+struct LoopEdges {
+    const std::uint8_t* edges;
+    std::size_t size;
+
+    LoopEdges(const CellShape& shape, std::size_t loop) {
+        const std::size_t first = loop == 0 ? 0 : shape.loop_ends[loop - 1];
+        edges = shape.loop_edges.data() + first;
+        size = shape.loop_ends[loop] - first;
+    }
+};
+
+// The largest loop is the one that became a fan.
+Vec3d middle_of_fan(const CellShape& shape, const CellValues& f) {
+    LoopEdges loop(shape, 0);
+    for (std::size_t k = 1; k < shape.loops; ++k) {
+        if (const LoopEdges other(shape, k); other.size > loop.size) loop = other;
+    }
+    Vec3d middle{};
+    for (std::size_t i = 0; i < loop.size; ++i)
+        middle = middle + 1 / static_cast<double>(loop.size) * edge_point(f, loop.edges[i]);
+    for (int step = 0; step < 2; ++step) {
+        const Interpolant here(f, middle);
+        const double squared = dot(here.gradient, here.gradient);
+        const Vec3d next = middle - here.value / squared * here.gradient;
+        if (!std::isfinite(next[0] + next[1] + next[2])) break;  // no gradient, or a sample is not finite
+        for (std::size_t a = 0; a < 3; ++a) middle[a] = std::clamp(next[a], 0.05, 0.95);
+    }
+    return middle;
+}
+
+// Where the slices across an axis have a cross: at the smaller and at the larger root of their determinant.
+// Both are in the cell, and apart even if rounding or a tie would make them one.
+std::array<double, 2> cross_slices(const OppositeFaces& s) {
+    const double d0 = std::abs(s.d0()), d1 = std::abs(s.d1()), mixed = std::abs(s.mixed());
+    const double root = std::sqrt(std::max(0.0, mixed * mixed - 4 * d0 * d1)), sum = mixed + root;
+    const auto within = [](double t) { return std::isnan(t) ? 0.5 : std::clamp(t, kLeast, 1 - kLeast); };
+    const double low = within(2 * d0 / (2 * d0 + sum)), high = within(sum / (sum + 2 * d1));
+    if (high - low >= 2 * kLeast) return {low, high};
+    const double middle = std::clamp((low + high) / 2, 2 * kLeast, 1 - 2 * kLeast);
+    return {middle - kLeast, middle + kLeast};
+}
+
+std::array<Vec3d, CellTopology::kTunnelPoints> tunnel_points(const CellTopology::Tunnel& tunnel,
+                                                             const CellValues& f) {
+    // The roots of each axis as those of the quadratic formula with - and with + before its square root.
+    std::array<std::array<double, 2>, 3> t;
+    for (unsigned axis = 0; axis < 3; ++axis) {
+        t[axis] = cross_slices(OppositeFaces(f, axis));
+        if (tunnel.face_signs[axis] < 0) std::swap(t[axis][0], t[axis][1]);
+    }
+    const auto& [u, v, w] = t;
+    return {{{u[1], v[0], w[0]},
+             {u[1], v[0], w[1]},
+             {u[0], v[0], w[1]},
+             {u[0], v[1], w[1]},
+             {u[0], v[1], w[0]},
+             {u[1], v[1], w[0]}}};
+}
+
+constexpr std::size_t kRing = CellTopology::kTunnelPoints;
+
+// A band of triangles between a loop and the ring of a tunnel's points. From each point of the loop it takes up
+// to two steps along the ring, and then the one along the loop. So no point of either is linked to all points
+// of the other, and the band is a manifold whatever the positions are.
+struct Band {
+    std::size_t start = 0;      // the ring's point with which the first of the loop is linked
+    std::size_t direction = 1;  // from one point of the ring to the next: 1, or kRing - 1 for backwards
+    std::array<std::uint8_t, kCellEdges> steps{};  // along the ring at each point of the loop
+    double cost = 0;                               // the sum of the squared lengths of the links
+
+    std::size_t ring_point(std::size_t step) const { return (start + direction * step) % kRing; }
+};
+
+// Finds the shortest band for a start and direction, by dynamic programming over the points of the loop.
+void shorten(Band& band, const double (&squared)[kCellEdges][kRing], std::size_t size) {
+    constexpr double kUnreachable = 1e300;
+    double cost[kCellEdges + 1][kRing + 1];
+    std::uint8_t last_steps[kCellEdges + 1][kRing + 1] = {};
+    for (auto& row : cost) std::fill(std::begin(row), std::end(row), kUnreachable);
+    cost[0][0] = 0;
+    for (std::size_t i = 0; i < size; ++i) {
+        for (std::size_t j = 0; j <= kRing; ++j) {
+            double sum = cost[i][j];
+            if (sum == kUnreachable) continue;
+            for (std::uint8_t steps = 0; steps <= 2 && j + steps <= kRing; ++steps) {
+                const std::size_t at = j + steps;
+                if (steps > 0) sum += squared[i][band.ring_point(at)];
+                const double total = sum + squared[(i + 1) % size][band.ring_point(at)];
+                if (total < cost[i + 1][at]) {
+                    cost[i + 1][at] = total;
+                    last_steps[i + 1][at] = steps;
+                }
+            }
+        }
+    }
+    band.cost = cost[size][kRing];
+    std::size_t j = kRing;
+    for (std::size_t i = size; i > 0; --i) {
+        band.steps[i - 1] = last_steps[i][j];
+        j -= last_steps[i][j];
+    }
+}
+
+// The shortest band in each of the two directions around the ring.
+std::array<Band, 2> shortest_bands(const LoopEdges& loop, const CellValues& f,
+                                   const std::array<Vec3d, kRing>& ring) {
+    double squared[kCellEdges][kRing];
+    for (std::size_t i = 0; i < loop.size; ++i) {
+        const Vec3d from = edge_point(f, loop.edges[i]);
+        for (std::size_t j = 0; j < kRing; ++j) squared[i][j] = dot(ring[j] - from, ring[j] - from);
+    }
+    std::array<Band, 2> best;
+    for (std::size_t backwards = 0; backwards < 2; ++backwards) {
+        for (std::size_t start = 0; start < kRing; ++start) {
+            Band band;
+            band.start = start;
+            band.direction = backwards == 0 ? 1 : kRing - 1;
+            shorten(band, squared, loop.size);
+            if (start == 0 || band.cost < best[backwards].cost) best[backwards] = band;
+        }
+    }
+    return best;
+}
+
+void add_band(const LoopEdges& loop, const Band& band, TunnelTriangles& triangles) {
+    const auto ring = [&](std::size_t step) { return kCellEdges + band.ring_point(step); };
+    std::size_t j = 0;
+    for (std::size_t i = 0; i < loop.size; ++i) {
+        for (std::size_t step = 0; step < band.steps[i]; ++step, ++j)
+            triangles.add(loop.edges[i], ring(j + 1), ring(j));
+        triangles.add(loop.edges[i], loop.edges[(i + 1) % loop.size], ring(j));
+    }
+}
+
+// The surface runs around the tunnel: seen along it, one loop is clockwise, and the other counter-clockwise. So
+// their bands go around the ring in opposite directions.
+void add_tunnel(const CellTopology& topology, const CellValues& f, TunnelTriangles& triangles) {
+    const auto ring = tunnel_points(topology.tunnel, f);
+    const LoopEdges first(*topology.shape, topology.tunnel.first_loop),
+        second(*topology.shape, topology.tunnel.second_loop);
+    const auto firsts = shortest_bands(first, f, ring), seconds = shortest_bands(second, f, ring);
+    const std::size_t backwards =
+        firsts[0].cost + seconds[1].cost <= firsts[1].cost + seconds[0].cost ? 0 : 1;
+    add_band(first, firsts[backwards], triangles);
+    add_band(second, seconds[1 - backwards], triangles);
+}
+
+}  // namespace
+
+void TunnelTriangles::add(std::size_t a, std::size_t b, std::size_t c) {
+    std::uint8_t* to = corners.data() + 3 * count++;
+    to[0] = static_cast<std::uint8_t>(a);
+    to[1] = static_cast<std::uint8_t>(b);
+    to[2] = static_cast<std::uint8_t>(c);
+}
+
+Interpolant::Interpolant(const CellValues& f, const Vec3d& at) {
+    const auto mix = [](double a, double b, double t) { return a + t * (b - a); };
+    const double x = at[0], y = at[1], z = at[2];
+    // The values on the four edges along x, then on the two lines across them.
+    const double f00 = mix(f[0], f[1], x), f10 = mix(f[2], f[3], x), f01 = mix(f[4], f[5], x),
+                 f11 = mix(f[6], f[7], x);
+    value = mix(mix(f00, f10, y), mix(f01, f11, y), z);
+    gradient = {mix(mix(f[1] - f[0], f[3] - f[2], y), mix(f[5] - f[4], f[7] - f[6], y), z),
+                mix(f10 - f00, f11 - f01, z), mix(f01, f11, y) - mix(f00, f10, y)};
+}
+
+int place_inner_points(const CellTopology& topology, const CellValues& values,
+                       std::array<Vec3d, CellTopology::kTunnelPoints>& points) {
+    const CellValues f = well_scaled(values);
+    if (topology.has_tunnel)
+        points = tunnel_points(topology.tunnel, f);
+    else if (topology.shape->has_fan)
+        points[0] = middle_of_fan(*topology.shape, f);
+    return topology.inner_points();
+}
+
+TunnelTriangles triangulate_tunnel(const CellTopology& topology, const CellValues& values) {
+    TunnelTriangles triangles;
+    add_tunnel(topology, well_scaled(values), triangles);
+    const CellShape& shape = *topology.shape;
+    for (std::size_t k = 0; k < shape.loops; ++k) {
+        if (k == topology.tunnel.first_loop || k == topology.tunnel.second_loop) continue;
+        const LoopEdges loop(shape, k);  // a triangle
+        triangles.add(loop.edges[0], loop.edges[1], loop.edges[2]);
+    }
+    return triangles;
+}
+
+}  // namespace marrow::internal
