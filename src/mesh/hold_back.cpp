@@ -31,20 +31,22 @@ struct Sheet {
     std::span<const std::uint32_t> numbers;
     std::unique_ptr<SelfIntersections> intersections = {};
     std::vector<TrianglePair> pairs = {};
-    // The points with number n are points_of[first_of[n]] to points_of[first_of[n + 1] - 1].
-    std::vector<std::uint32_t> first_of = {}, points_of = {};
+    std::vector<std::uint32_t> by_number = {};  // the points, in the order of their numbers
 
-    void list_points(std::size_t count) {
-        // Counts go two entries further, so that filling leaves the first point of n in first_of[n].
-        first_of.assign(count + 2, 0);
-        for (const std::uint32_t n : numbers) ++first_of[n + std::size_t{2}];
-        std::partial_sum(first_of.begin(), first_of.end(), first_of.begin());
-        points_of.resize(numbers.size());
-        for (std::uint32_t p = 0; p < numbers.size(); ++p)
-            points_of[first_of[numbers[p] + std::size_t{1}]++] = p;
+    void list_points() {
+        by_number.resize(numbers.size());
+        std::iota(by_number.begin(), by_number.end(), 0u);
+        if (std::is_sorted(numbers.begin(), numbers.end())) return;
+        std::sort(by_number.begin(), by_number.end(),
+                  [&](std::uint32_t p, std::uint32_t q) { return numbers[p] < numbers[q]; });
     }
+    // The points that have a number.
     std::span<const std::uint32_t> points(std::uint32_t number) const {
-        return {points_of.data() + first_of[number], points_of.data() + first_of[number + std::size_t{1}]};
+        const auto begin = std::partition_point(by_number.begin(), by_number.end(),
+                                                [&](std::uint32_t p) { return numbers[p] < number; });
+        const auto end = std::partition_point(begin, by_number.end(),
+                                              [&](std::uint32_t p) { return numbers[p] == number; });
+        return {begin, end};
     }
     SelfIntersections& search() {
         if (!intersections) intersections = std::make_unique<SelfIntersections>(mesh);
@@ -105,7 +107,7 @@ std::size_t move_back(std::vector<Sheet>& sheets, const std::function<Positions(
         for (const std::uint32_t number : sheet.numbers)
             count = std::max<std::size_t>(count, number + std::size_t{1});
     }
-    for (Sheet& sheet : sheets) sheet.list_points(count);
+    for (Sheet& sheet : sheets) sheet.list_points();
     std::vector<Steps> steps(count, 0);
     // The ends of the paths of points that have moved back.
     std::vector<std::unordered_map<std::uint32_t, Vec3f>> ends(sheets.size());

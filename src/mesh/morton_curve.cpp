@@ -13,14 +13,6 @@ namespace marrow::internal {
 
 namespace {
 
-// Moves the 10 lower bits apart, so that there are two zeros between them.
-std::uint32_t spread(std::uint32_t x) {
-    x = (x | x << 16) & 0x030000ff;
-    x = (x | x << 8) & 0x0300f00f;
-    x = (x | x << 4) & 0x030c30c3;
-    return (x | x << 2) & 0x09249249;
-}
-
 // A stable radix sort by the 30 lower bits of the keys.
 void sort_by_key(std::vector<MortonKey>& keys) {
     constexpr std::uint32_t kDigit = 1 << 10;
@@ -50,7 +42,7 @@ std::vector<MortonKey> along_morton_curve(const MeshView& mesh) {
         for (std::size_t axis = 0; axis < 3; ++axis) {
             const float sum = mesh.points[t[0]][axis] + mesh.points[t[1]][axis] + mesh.points[t[2]][axis];
             const float cell = (sum - 3 * bounds.lower[axis]) * scale;
-            key |= spread(cell > 0 ? static_cast<std::uint32_t>(std::min(cell, 1023.0f)) : 0) << axis;
+            key |= spread_bits(cell > 0 ? static_cast<std::uint32_t>(std::min(cell, 1023.0f)) : 0) << axis;
         }
         keys[i] = {key, static_cast<std::uint32_t>(i)};
     });

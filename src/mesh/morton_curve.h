@@ -8,6 +8,15 @@
 
 namespace marrow::internal {
 
+/// Moves the 10 lower bits of a number apart, so that there are two zeros between them. Three such numbers make
+/// a key, one for each axis.
+constexpr std::uint32_t spread_bits(std::uint32_t x) {
+    x = (x | x << 16) & 0x030000ff;
+    x = (x | x << 8) & 0x0300f00f;
+    x = (x | x << 4) & 0x030c30c3;
+    return (x | x << 2) & 0x09249249;
+}
+
 /// A triangle and its position on the Morton curve. The key numbers the cell of the triangle's centre in a
 /// grid of 1024^3 cells over the mesh. Its three highest bits choose an eighth of the grid, one bit per axis,
 /// the next three an eighth of that, and so on.

@@ -110,16 +110,15 @@ void for_each_corner_backward(std::span<const Triangle> triangles,
 // Whether each edge of a point leaves it once and arrives once. Then each neighbour occurs in one corner as
 // the next one, and in one as the one before.
 bool are_manifold(std::uint32_t point, std::span<const OneRings::Corner> corners) {
+    std::vector<std::uint32_t> next, before;
     for (const OneRings::Corner& c : corners) {
-        std::size_t leave = 0, arrive = 0, arrive_from_before = 0;
-        for (const OneRings::Corner& other : corners) {
-            leave += other.next == c.next;
-            arrive += other.before == c.next;
-            arrive_from_before += other.before == c.before;
-        }
-        if (leave != 1 || arrive != 1 || arrive_from_before != 1 || c.next == point) return false;
+        next.push_back(c.next);
+        before.push_back(c.before);
     }
-    return true;
+    std::sort(next.begin(), next.end());
+    std::sort(before.begin(), before.end());
+    return next == before && std::adjacent_find(next.begin(), next.end()) == next.end() &&
+           !std::binary_search(next.begin(), next.end(), point);
 }
 
 }  // namespace

@@ -11,22 +11,21 @@
 
 namespace marrow::internal {
 
-/// The points at the other ends of each point's edges. Most points have as many neighbours as their successors
-/// only by chance, and a processor guesses such loops wrongly. So points are also listed by the number of their
-/// neighbours, in chunks of successive points.
+/// The points at the other ends of each point's edges. In chunks of successive points, they are also listed by
+/// the number of their neighbours, because loops whose length changes at random are slow.
 class OneRings {
   public:
     static constexpr std::size_t kChunk = 512;     ///< points
     static constexpr std::size_t kMostInFan = 16;  ///< triangles; points with more are no fans
 
-    /// Takes linear time, on all threads. \pre indices are in range
+    /// Takes nearly linear time, on all threads. \pre indices are in range
     explicit OneRings(const MeshView& mesh);
 
     std::size_t size() const { return kinds_.size(); }
     /// Whether all edges of a point are manifold. Only then its neighbours are complete and listed once each.
     bool is_regular(std::size_t p) const { return kinds_[p] != Kind::kIrregular; }
-    /// Whether the triangles of a point are a single closed fan, of kMostInFan at most. Then they run from the point to a neighbour,
-    /// to the next one in the list, and from the last one to the first.
+    /// Whether the triangles of a point are a single closed fan, of kMostInFan at most. Then each runs from the
+    /// point to a neighbour and on to the next one; the last neighbour is followed by the first.
     bool is_fan(std::size_t p) const { return kinds_[p] == Kind::kFan; }
     std::span<const std::uint32_t> of(std::size_t p) const {
         return {neighbours_.data() + start_[p], count_[p]};

@@ -12,6 +12,7 @@
 #include <tbb/parallel_reduce.h>
 #include <tbb/task_arena.h>
 
+#include "morton_curve.h"
 #include "triangle_pyramid.h"
 #include "triangle_tree.h"
 
@@ -258,14 +259,6 @@ HWY_EXPORT(find_overlapping);
 
 namespace {
 
-// Moves the lower bits of a number apart, so that there are two zeros between them.
-std::uint32_t spread(std::uint32_t x) {
-    x = (x | x << 16) & 0x030000ff;
-    x = (x | x << 8) & 0x0300f00f;
-    x = (x | x << 4) & 0x030c30c3;
-    return (x | x << 2) & 0x09249249;
-}
-
 // Puts the triangles of a mesh in a row: by cells along a Morton curve, and in a cell by their numbers. In a cell,
 // triangles of an extracted mesh that follow each other are near each other.
 class Row {
@@ -337,7 +330,7 @@ class Row {
                 for (std::size_t axis = 0; axis < 3; ++axis) {
                     const float cell = (p[axis] - bounds.lower[axis]) * scale;
                     const float within = cell > 0 ? std::min(cell, cells - 1) : 0;
-                    keys_[t] |= spread(static_cast<std::uint32_t>(within)) << axis;
+                    keys_[t] |= spread_bits(static_cast<std::uint32_t>(within)) << axis;
                 }
             }
         });
