@@ -43,6 +43,7 @@ class EdgeCollapse {
     /// Undoes up to `count` collapses that made the triangles that have these corners, the latest first, and
     /// the later ones around them. Points are as in the original mesh. The points of these collapses take part
     /// in none any more; those of the later ones around them do. Returns how many collapses it undid.
+    /// \pre no corner is merged into another point
     std::size_t undo(std::span<const std::uint32_t> corners, std::size_t count);
 
     std::size_t triangles() const { return alive_; }

@@ -1,0 +1,123 @@
+// Tests that collapses are undone to the bit, and that the changes between two results are listed.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include <marrow/isosurface.h>
+
+#include "mesh/edge_collapse.h"
+#include "support/fields.h"
+#include "support/mesh_checks.h"
+
+namespace marrow::test {
+namespace {
+
+using internal::EdgeCollapse;
+
+Mesh bumpy_torus() {
+    const auto field = torus({20, 20, 20}, 11, 5);
+    const Volume volume = sampled_in_space<float>(
+        grid(41, 41, 41), [&](const Vec3d& p) { return field(p) + 0.3 * std::sin(2 * p[0] + p[1]); });
+    Mesh mesh = extract_isosurface(volume, 0);
+    mesh.normals.clear();
+    return mesh;
+}
+
+void undo_all(EdgeCollapse& collapse) {
+    for (std::size_t before = 0; before != collapse.triangles();) {
+        before = collapse.triangles();
+        for (const std::uint32_t p : collapse.result().old_points) collapse.undo({&p, 1}, 1);
+    }
+}
+
+TEST(EdgeCollapse, UndoesCollapsesToTheBit) {
+    const Mesh mesh = bumpy_torus();
+    EdgeCollapse collapse(mesh);
+    collapse.reduce_to(mesh.triangles.size() / 10, {});
+    EXPECT_EQ(manifold_fault(collapse.result().mesh), "");
+    // Collapses depend on each other. So one at a time, from anywhere, meets every order of undoing.
+    for (std::uint32_t p = 0; p < mesh.points.size(); ++p) {
+        const std::uint32_t at = collapse.merged_into()[p];
+        collapse.undo({&at, 1}, 1);
+        if (p % 500 == 0) {
+            EXPECT_EQ(manifold_fault(collapse.result().mesh), "");
+        }
+    }
+    undo_all(collapse);
+    const EdgeCollapse::Result all = collapse.result();
+    EXPECT_EQ(all.mesh.points, mesh.points);
+    EXPECT_EQ(all.mesh.triangles, mesh.triangles);
+}
+
+TEST(EdgeCollapse, HoldsThePointsOfUndoneCollapses) {
+    const Mesh mesh = bumpy_torus();
+    EdgeCollapse collapse(mesh);
+    collapse.reduce_to(mesh.triangles.size() / 2, {});
+    undo_all(collapse);
+    EXPECT_EQ(collapse.triangles(), mesh.triangles.size());
+    collapse.reduce_to(0, {});
+    const EdgeCollapse::Result result = collapse.result();
+    EXPECT_GT(result.mesh.triangles.size(), mesh.triangles.size() / 10);
+    EXPECT_LT(result.mesh.triangles.size(), mesh.triangles.size());
+}
+
+TEST(EdgeCollapse, ListsTheTrianglesThatChanged) {
+    const Mesh mesh = bumpy_torus();
+    EdgeCollapse collapse(mesh);
+    EXPECT_TRUE(collapse.result().changed.empty());
+    // A triangle by its points in the original mesh and their positions.
+    using Key = std::array<std::pair<std::uint32_t, std::array<float, 3>>, 3>;
+    const auto keys = [](const EdgeCollapse::Result& result) {
+        std::vector<Key> keys;
+        for (const Triangle& t : result.mesh.triangles) {
+            Key& key = keys.emplace_back();
+            for (std::size_t c = 0; c < 3; ++c) {
+                const Vec3f& p = result.mesh.points[t[c]];
+                key[c] = {result.old_points[t[c]], {p[0], p[1], p[2]}};
+            }
+            std::rotate(key.begin(), std::min_element(key.begin(), key.end()), key.end());
+        }
+        return keys;
+    };
+    std::vector<Key> before = keys(collapse.result());
+    for (const double share : {0.95, 0.9, 0.5, 0.2}) {
+        collapse.reduce_to(static_cast<std::size_t>(share * static_cast<double>(mesh.triangles.size())), {});
+        for (const std::uint32_t p : {500u, 1500u, 2500u}) {
+            const std::uint32_t at = collapse.merged_into()[p];
+            collapse.undo({&at, 1}, 3);
+        }
+        const EdgeCollapse::Result result = collapse.result();
+        const std::vector<Key> now = keys(result);
+        const std::set<Key> known(before.begin(), before.end());
+        const std::set<std::uint32_t> changed(result.changed.begin(), result.changed.end());
+        EXPECT_LT(result.changed.size(), (share > 0.9 ? 0.5 : 1.01) * static_cast<double>(now.size()));
+        for (std::uint32_t t = 0; t < now.size(); ++t) {
+            if (!known.contains(now[t])) {
+                EXPECT_TRUE(changed.contains(t)) << t << " at " << share;
+            }
+        }
+        before = now;
+    }
+}
+
+TEST(EdgeCollapse, KnowsWhereEachPointWent) {
+    const Mesh mesh = bumpy_torus();
+    EdgeCollapse collapse(mesh);
+    collapse.reduce_to(mesh.triangles.size() / 10, {});
+    const EdgeCollapse::Result result = collapse.result();
+    const std::set<std::uint32_t> left(result.old_points.begin(), result.old_points.end());
+    const auto merged_into = collapse.merged_into();
+    std::map<std::uint32_t, int> merged;
+    for (std::uint32_t p = 0; p < mesh.points.size(); ++p) {
+        ASSERT_TRUE(left.contains(merged_into[p]));
+        EXPECT_EQ(merged_into[p] == p, left.contains(p));
+        ++merged[merged_into[p]];
+    }
+    EXPECT_EQ(merged.size(), left.size());
+}
+
+}  // namespace
+}  // namespace marrow::test
