@@ -43,6 +43,31 @@ TEST_F(BallViewer, AnotherScanStartsOver) {
     EXPECT_FALSE(session().has_unsaved_work());
 }
 
+TEST_F(BallViewer, KeysSelectTheNextSurface) {
+    auto* next = window->findChild<QAction*>("next_surface");
+    EXPECT_FALSE(next->isEnabled());
+    const int first = session().parameters().current;
+    session().add_surface("second", 300, {}, 1);
+    const int second = session().parameters().current;
+    ASSERT_NE(first, second);
+    key(Qt::Key_Tab, Qt::ControlModifier);
+    EXPECT_EQ(session().parameters().current, first);
+    key(Qt::Key_Tab, Qt::ControlModifier);
+    EXPECT_EQ(session().parameters().current, second);
+}
+
+// Whoever learns a tool from its button learns its key.
+TEST_F(BallViewer, TooltipsNameTheKeys) {
+    int keys = 0;
+    for (const QAction* action : window->actions()) {
+        if (action->shortcut().isEmpty()) continue;
+        ++keys;
+        EXPECT_TRUE(action->toolTip().contains(action->shortcut().toString(QKeySequence::NativeText)))
+            << action->toolTip().toStdString();
+    }
+    EXPECT_GT(keys, 20);
+}
+
 // The keyboard is in the 3D view from the start, not in a field or on a button.
 TEST_F(BallViewer, TheFirstScanHasTheKeyboard) {
     QApplication::setActiveWindow(window.get());

@@ -22,6 +22,10 @@ QString window_action(const WindowPreset& preset) {
     return QString("window_%1").arg(preset.name).toLower().replace(' ', '_');
 }
 
+QString with_key(const QString& tip, const QKeySequence& key) {
+    return key.isEmpty() ? tip : tip + "  (" + key.toString(QKeySequence::NativeText) + ")";
+}
+
 }  // namespace
 
 Actions::Actions(QMainWindow* window, Session& session)
@@ -44,8 +48,7 @@ QAction* Actions::add(const QString& name, const QString& text, const QKeySequen
     auto* result = new QAction(text, window_);
     result->setObjectName(name);
     result->setShortcut(shortcut);
-    result->setToolTip(shortcut.isEmpty() ? tip
-                                          : tip + "  (" + shortcut.toString(QKeySequence::NativeText) + ")");
+    result->setToolTip(with_key(tip, shortcut));
     window_->addAction(result);
     actions_[name] = result;
     return result;
@@ -69,13 +72,17 @@ void Actions::make_file_and_edit() {
     QAction* undo = session_.undo_stack().createUndoAction(window_, tr("Undo"));
     undo->setObjectName("undo");
     undo->setShortcut(QKeySequence::Undo);
+    undo->setToolTip(with_key(tr("Undo the last change"), undo->shortcut()));
     QAction* redo = session_.undo_stack().createRedoAction(window_, tr("Redo"));
     redo->setObjectName("redo");
     redo->setShortcuts({QKeySequence("Ctrl+Shift+Z"), QKeySequence("Ctrl+Y")});
+    redo->setToolTip(with_key(tr("Redo what was undone"), redo->shortcut()));
     actions_["undo"] = undo;
     actions_["redo"] = redo;
     window_->addActions({undo, redo});
     add("copy_picture", tr("Copy picture"), QKeySequence::Copy, tr("Copy the 3D view to the clipboard"));
+    add("next_surface", tr("Next surface"), QKeySequence("Ctrl+Tab"),
+        tr("Select the next surface, which the histogram then controls"));
     add("rename", tr("Rename surface"), QKeySequence("F2"), tr("Change the name of the selected surface"));
     add("copy", tr("Copy command line"), QKeySequence("Ctrl+Shift+C"),
         tr("Copy the command line that exports this surface"));
@@ -188,6 +195,14 @@ void Actions::connect_to_session() {
     });
     connect(actions_["whole_scan"], &QAction::triggered, this,
             [this] { session_.change(tr("reset crop"), {}, [](Parameters& p) { p.crop.reset(); }); });
+    connect(actions_["next_surface"], &QAction::triggered, this, [this] {
+        const std::vector<SurfaceParameters>& surfaces = session_.parameters().surfaces;
+        const auto current = std::find_if(surfaces.begin(), surfaces.end(), [this](const auto& surface) {
+            return surface.id == session_.parameters().current;
+        });
+        const auto next = static_cast<std::size_t>(current - surfaces.begin() + 1) % surfaces.size();
+        session_.select_surface(surfaces[next].id);
+    });
     connect(modes_, &QActionGroup::triggered, this, [this](QAction* a) {
         session_.change(tr("draw mode"), {}, [&](Parameters& p) { p.mode = DrawMode(a->data().toInt()); });
     });
@@ -212,7 +227,7 @@ void Actions::make_menus() {
     file->addSeparator();
     file->addAction(actions_["quit"]);
     QMenu* edit = window_->menuBar()->addMenu(tr("&Edit"));
-    for (const char* name : {"undo", "redo", "rename", "copy_picture", "copy"})
+    for (const char* name : {"undo", "redo", "next_surface", "rename", "copy_picture", "copy"})
         edit->addAction(actions_[name]);
     QMenu* show = view_menu_ = window_->menuBar()->addMenu(tr("&View"));
     for (const char* name : {"surface", "edges", "wireframe", "points", "cycle"})
@@ -334,6 +349,7 @@ void Actions::follow() {
         action->setChecked(scan && scan->hounsfield && p.window == preset.window);
     }
     actions_["window_full"]->setChecked(scan && p.window == full_window(scan->histogram));
+    actions_["next_surface"]->setEnabled(p.surfaces.size() > 1);
     actions_["whole_scan"]->setEnabled(p.crop.has_value());
     actions_["save_measurements"]->setEnabled(!p.measurements.empty());
     modes_->actions()[int(p.mode)]->setChecked(true);

@@ -46,7 +46,7 @@ void show_keys(QWidget* parent) {
         {"N, D, A, K", QObject::tr("tools: navigate, distance, angle, crop")},
         {"C, F", QObject::tr("next cut; flip the cut")},
         {"T, X, B", QObject::tr("turntable; crosshair in 3D; light theme")},
-        {"F2", QObject::tr("rename the selected surface")},
+        {"Ctrl+Tab, F2", QObject::tr("select the next surface; rename the selected surface")},
         {"F11", QObject::tr("full screen")},
         {QObject::tr("Enter, Esc in a field"),
          QObject::tr("accept or restore its value; then keys work again")},
