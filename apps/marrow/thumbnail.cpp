@@ -107,13 +107,14 @@ void draw(const T* slice, std::int64_t columns, std::int64_t rows, const Layout&
 
 void write_thumbnail(const Volume& scan, const std::filesystem::path& file) {
     const Geometry& geometry = scan.geometry();
-    const auto [columns, rows, slices] = geometry.dims;
+    const std::int64_t columns = geometry.dims[0], rows = geometry.dims[1];
     const Layout layout = layout_of(geometry);
     vtkNew<vtkImageData> picture;
     picture->SetDimensions(static_cast<int>(layout.across.pixels), static_cast<int>(layout.down.pixels), 1);
     picture->AllocateScalars(VTK_UNSIGNED_CHAR, 1);
     visit_sample_type(scan.type(), [&](auto type) {
-        draw(scan.samples<decltype(type)>() + slices / 2 * rows * columns, columns, rows, layout, picture);
+        draw(scan.samples<decltype(type)>() + geometry.dims[2] / 2 * rows * columns, columns, rows, layout,
+             picture);
     });
     vtkNew<vtkPNGWriter> png;
     png->SetInputData(picture);
