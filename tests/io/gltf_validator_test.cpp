@@ -50,7 +50,8 @@ class GltfValidator : public testing::Test {
 
 TEST_F(GltfValidator, FindsNothing) {
     const Mesh mesh = ball();
-    const std::string checked = std::string("checked ") + std::to_string(mesh.triangles.size()) + "\n";
+    const std::string checked =
+        (testing::Message() << "checked " << mesh.triangles.size() << "\n").GetString();
     write_mesh(mesh, folder / "plain.glb");
     EXPECT_EQ(issues("plain.glb"), checked);
     MeshView flat = mesh;
@@ -61,14 +62,14 @@ TEST_F(GltfValidator, FindsNothing) {
                              MeshObject{mesh, "skin", {}}, MeshObject{mesh, "", {{2, -1, 0.25}}}};
     write_meshes(objects, folder / "parts.glb");
     EXPECT_EQ(issues("parts.glb"),
-              std::string("checked ") + std::to_string(3 * mesh.triangles.size()) + "\n");
+              (testing::Message() << "checked " << 3 * mesh.triangles.size() << "\n").GetString());
 }
 
 TEST_F(GltfValidator, FindsAWrongBound) {
     const Mesh mesh = ball();
     write_mesh(mesh, folder / "a.glb");
     std::string bytes = read_file(folder / "a.glb");
-    bytes.replace(bytes.find("\"min\":[") + 7, 1, "9");
+    bytes[bytes.find("\"min\":[") + 7] = '9';
     write_file(folder / "a.glb", bytes);
     EXPECT_NE(issues("a.glb").find("ACCESSOR_MIN_MISMATCH"), std::string::npos) << issues("a.glb");
 }

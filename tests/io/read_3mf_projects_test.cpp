@@ -232,6 +232,11 @@ TEST_F(Project, OfEndlessCopiesIsRefused) {
             doubling += object(id, components(component(id - 1) + component(id - 1)));
         expect_refused(project(model(doubling, item(61))), "limit: '");
     }
+    // More components than memory should hold.
+    std::string nothing = "<components>";
+    for (int i = 0; i < 100'001; ++i) nothing += "<component objectid=\"1\"/>";
+    expect_refused(project(model(object(1, nothing + "</components>"), item(1))),
+                   "has more than 100000 objects");
     // Many copies of a mesh that is not small.
     std::string points = "<mesh><vertices>";
     for (int i = 0; i < 20'000; ++i) points += "<vertex x=\"0\" y=\"0\" z=\"0\"/>";

@@ -262,5 +262,30 @@ TEST_F(ReadMesh, RefusesOtherFiles) {
     EXPECT_THROW(read_mesh(folder.path() / "..stl"), IoError);
 }
 
+TEST_F(ReadMesh, VtpThatExpandsEndlesslyIsRefused) {
+    const auto expect_refused = [&](const std::string& text, const std::string& why) {
+        try {
+            read_mesh(write("a.vtp", text));
+            FAIL() << why;
+        } catch (const InputError& error) {
+            EXPECT_NE(std::string(error.what()).find(why), std::string::npos) << error.what();
+        }
+    };
+    // Each of many pieces refers to the same points.
+    const std::string points(120'000, '\0');
+    std::string text =
+        "<VTKFile type=\"PolyData\" byte_order=\"LittleEndian\" header_type=\"UInt64\"><PolyData>";
+    for (int i = 0; i < 2000; ++i)
+        text +=
+            "<Piece><Points><DataArray type=\"Float32\" format=\"appended\" offset=\"0\"/></Points></Piece>";
+    const std::uint64_t size = points.size();
+    text += "</PolyData><AppendedData encoding=\"raw\">_";
+    text.append(reinterpret_cast<const char*>(&size), sizeof size);
+    expect_refused(text + points, "more than 100 times the size");
+    std::string pieces = "<VTKFile type=\"PolyData\"><PolyData>";
+    for (int i = 0; i < 10'001; ++i) pieces += "<Piece/>";
+    expect_refused(pieces + "</PolyData></VTKFile>", "more than 10000 pieces");
+}
+
 }  // namespace
 }  // namespace marrow::test

@@ -57,10 +57,13 @@ struct Object {
     bool placing = false;
 };
 
+constexpr std::size_t kMostParts = 100'000;
+
 struct Scene {
     std::map<std::pair<std::string, std::string>, Object> objects;  // by model and id
     std::vector<Use> items;
     Space space = Space::none;
+    std::size_t parts = 0;  // objects, components and items
 };
 
 // The name that a reference of the archive stands for, as ZipReader gives it.
@@ -91,6 +94,8 @@ class ModelReader : public XmlVisitor {
         if (!begun_) begin_model(element);
         if (element.space != core_) return;
         const std::string_view tag = element.name;
+        if ((tag == "object" || tag == "component" || tag == "item") && ++scene_.parts > kMostParts)
+            file_.refuse("has more than " + std::to_string(kMostParts) + " objects, components and items");
         if (tag == "vertex" || tag == "triangle" || tag == "component") {
             if (!object_) file_.refuse("has a " + std::string(tag) + " outside objects");
             if (tag == "vertex") object_->mesh.points.push_back(point(element));
@@ -219,16 +224,16 @@ class Assembly {
   private:
     // A small file can ask for very many copies.
     void count() {
-        constexpr std::uint64_t kMostPlaced = 100'000, kMostCopied = 100'000'000;
+        constexpr std::uint64_t kMostCopied = 100'000'000;
         const auto size_of = [](const Mesh& mesh) { return mesh.points.size() + mesh.triangles.size(); };
         std::uint64_t stored = 0, placed = 0, size = 0, points = 0;
         for (const auto& [id, object] : scene_.objects) stored += size_of(object.mesh);
         for_each_object([&](const Object& object, const Transform&) {
             size += size_of(object.mesh);
             points += object.mesh.points.size();
-            if (++placed > kMostPlaced || size > std::max(stored, kMostCopied)) {
+            if (++placed > kMostParts || size > std::max(stored, kMostCopied)) {
                 throw LimitError(quoted(archive_.path) + ": places its objects more than " +
-                                 std::to_string(kMostPlaced) +
+                                 std::to_string(kMostParts) +
                                  " times, or its copies of them have more than " +
                                  std::to_string(kMostCopied) + " points and triangles");
             }

@@ -79,6 +79,7 @@ class VtpReader : public XmlVisitor {
         if (tag == "VTKFile") begin_file(element);
         if (tag == "Points" || tag == "Polys" || tag == "CellData" || tag == "FieldData") section_ = tag;
         if (tag == "Piece") {
+            if (pieces_.size() == kMostPieces) input_.refuse("has more than 10000 pieces");
             pieces_.emplace_back();
             if (!element.get("NumberOfStrips").empty() && element.get("NumberOfStrips") != "0")
                 input_.refuse("has triangle strips, which are not supported");
@@ -187,7 +188,7 @@ class VtpReader : public XmlVisitor {
         return values;
     }
 
-    std::vector<double> values(const Array& array) const {
+    std::vector<double> values(const Array& array) {
         if (array.type.empty()) return {};
         std::string_view text = array.text;
         if (array.format == "ascii") {
@@ -212,6 +213,11 @@ class VtpReader : public XmlVisitor {
         }
         const std::string_view type = array.type;
         const std::string bytes = unpack(text, raw);
+        // Pieces can share an array, and zlib compresses zeros well: a small file could hold a huge mesh.
+        constexpr std::uint64_t kMostExpansion = 100, kAlwaysFits = std::uint64_t{1} << 26;
+        unpacked_ += bytes.size();
+        if (unpacked_ > std::max(kAlwaysFits, kMostExpansion * input_.bytes.size()))
+            input_.refuse("its arrays expand to more than 100 times the size of the file");
         if (type == "Float32") return converted<float>(bytes);
         if (type == "Float64") return converted<double>(bytes);
         if (type == "Int32") return converted<std::int32_t>(bytes);
@@ -269,8 +275,10 @@ class VtpReader : public XmlVisitor {
     std::deque<Piece> pieces_;
     Mesh mesh_;
     bool is_file_ = false, compressed_ = false, appended_raw_ = false;
-    std::size_t word_ = 4;      // bytes of a length field
-    std::size_t appended_ = 0;  // offset of the appended data; 0 if there are none
+    std::size_t word_ = 4;  // bytes of a length field
+    static constexpr std::size_t kMostPieces = 10'000;
+    std::uint64_t unpacked_ = 0;  // bytes of all arrays
+    std::size_t appended_ = 0;    // offset of the appended data; 0 if there are none
 };
 
 }  // namespace
