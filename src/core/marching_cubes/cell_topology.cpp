@@ -265,9 +265,8 @@ bool choose_loops(unsigned cell_case, const CellValues& f, const CellShape& shap
     tunnel.first_loop = 0;
     tunnel.second_loop = 1;
     if (shape.loops != 3) return shape.loops == 2;
-    unsigned of_six = 0;  // how many loops have six points
-    std::array<unsigned, 2>
-        around{};  // how many triangles are around an outside corner, and an inside corner
+    unsigned of_six = 0;               // how many loops have six points
+    std::array<unsigned, 2> around{};  // how many are triangles around an outside corner, and an inside one
     const int joins_inside = level_sign(OppositeFaces(f, 0)) >= 0 ? 1 : 0;
     for (std::uint8_t loop = 0; loop < 3; ++loop) {
         if (loop_size(shape, loop) == 6) {
