@@ -2,10 +2,13 @@
 #include "morton_curve.h"
 
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_reduce.h>
+#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <array>
 #include <numeric>
+#include <utility>
 
 #include "bounds.h"
 
@@ -25,6 +28,86 @@ void sort_by_key(std::vector<MortonKey>& keys) {
         keys.swap(sorted);
     }
 }
+
+// A counting sort of triangles by the cells of their first corners.
+class CellSort {
+  public:
+    explicit CellSort(const MeshView& mesh)
+        : keys_(mesh.triangles.size()), triangles_(mesh.triangles.size()) {
+        // About as many cells as triangles, so that small meshes take little time.
+        while (axis_cells_ < kMostAxisCells && cells() < mesh.triangles.size()) axis_cells_ *= 2;
+        set_keys(mesh);
+        // Each thread counts and lists the triangles of some of the cells.
+        const auto parts = static_cast<std::size_t>(tbb::this_task_arena::max_concurrency());
+        std::vector<std::uint32_t> count(parts + 1, 0);
+        Buffer<std::uint32_t> ends(cells());
+        const auto for_each_part = [&](const auto& f) {
+            tbb::parallel_for(std::size_t{0}, parts, [&](std::size_t part) {
+                f(part, static_cast<std::uint32_t>(cells() * part / parts),
+                  static_cast<std::uint32_t>(cells() * (part + 1) / parts));
+            });
+        };
+        for_each_part([&](std::size_t part, std::uint32_t begin, std::uint32_t end) {
+            std::fill(ends.data() + begin, ends.data() + end, 0u);
+            for (const std::uint32_t key : keys_) {
+                if (key - begin < end - begin) ++ends[key];
+            }
+            for (std::uint32_t cell = begin; cell < end; ++cell) count[part + 1] += ends[cell];
+        });
+        std::partial_sum(count.begin(), count.end(), count.begin());
+        for_each_part([&](std::size_t part, std::uint32_t begin, std::uint32_t end) {
+            std::uint32_t sum = count[part];
+            for (std::uint32_t cell = begin; cell < end; ++cell) {
+                const std::uint32_t first = sum;
+                sum += ends[cell];
+                ends[cell] = first;
+            }
+            for (std::uint32_t t = 0; t < keys_.size(); ++t) {
+                const std::uint32_t key = keys_[t];
+                if (key - begin < end - begin) triangles_[ends[key]++] = t;
+            }
+        });
+    }
+    Buffer<std::uint32_t> take() { return std::move(triangles_); }
+
+  private:
+    static constexpr std::uint32_t kMostAxisCells = 64;
+
+    std::size_t cells() const { return std::size_t{axis_cells_} * axis_cells_ * axis_cells_; }
+
+    void set_keys(const MeshView& mesh) {
+        const Bounds bounds = tbb::parallel_reduce(
+            tbb::blocked_range<std::size_t>(0, mesh.points.size(), 4096), Bounds{},
+            [&](const auto& range, Bounds sum) {
+                for (std::size_t p = range.begin(); p < range.end(); ++p) sum.include(mesh.points[p]);
+                return sum;
+            },
+            [](Bounds a, const Bounds& b) {
+                a.include(b.lower);
+                a.include(b.upper);
+                return a;
+            });
+        float longest = 0;
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            longest = std::max(longest, bounds.upper[axis] - bounds.lower[axis]);
+        const auto cells = static_cast<float>(axis_cells_);
+        const float scale = longest > 0 ? cells / longest : 0;
+        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, keys_.size(), 4096), [&](const auto& range) {
+            for (std::size_t t = range.begin(); t < range.end(); ++t) {
+                const Vec3f& p = mesh.points[mesh.triangles[t][0]];
+                keys_[t] = 0;
+                for (std::size_t axis = 0; axis < 3; ++axis) {
+                    const float cell = (p[axis] - bounds.lower[axis]) * scale;
+                    const float within = cell > 0 ? std::min(cell, cells - 1) : 0;
+                    keys_[t] |= spread_bits(static_cast<std::uint32_t>(within)) << axis;
+                }
+            }
+        });
+    }
+
+    std::uint32_t axis_cells_ = 1;
+    Buffer<std::uint32_t> keys_, triangles_;
+};
 
 }  // namespace
 
@@ -48,6 +131,10 @@ std::vector<MortonKey> along_morton_curve(const MeshView& mesh) {
     });
     sort_by_key(keys);
     return keys;
+}
+
+Buffer<std::uint32_t> by_morton_cells(const MeshView& mesh) {
+    return CellSort(mesh).take();
 }
 
 }  // namespace marrow::internal

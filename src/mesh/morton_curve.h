@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include <marrow/buffer.h>
 #include <marrow/mesh.h>
 
 namespace marrow::internal {
@@ -27,5 +28,11 @@ struct MortonKey {
 /// Returns the triangles sorted by key. Triangles with the same key keep their order. After Morton 1966.
 /// \pre fewer than 2^32 triangles, whose indices are in range
 std::vector<MortonKey> along_morton_curve(const MeshView& mesh);
+
+/// Returns the triangles sorted by the cells of their first corners, in a grid of 64^3 cells or fewer, along the
+/// same curve. Takes less time, on all threads, and serves meshes whose successive triangles are near each other
+/// within a cell. Triangles of the same cell keep their order. \pre fewer than 2^32 triangles, whose indices are
+/// in range
+Buffer<std::uint32_t> by_morton_cells(const MeshView& mesh);
 
 }  // namespace marrow::internal
