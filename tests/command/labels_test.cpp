@@ -44,7 +44,7 @@ TEST_F(LabelMap, BecomesOneFileOfNamedSurfaces) {
         EXPECT_GT(s["volume_mm3"], 0);
     }
     const std::string file = read_file(folder / "all.glb");
-    EXPECT_NE(file.find("\"name\":\"liver\",\"pbrMetallicRoughness\":{\"baseColorFactor\":[1,0,0,1]"),
+    EXPECT_NE(file.find("\"name\":\"liver\",\"pbrMetallicRoughness\":{\"baseColorFactor\":[1.0,0.0,0.0,1]"),
               file.npos);
 }
 

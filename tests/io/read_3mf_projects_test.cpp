@@ -1,5 +1,5 @@
-// read_mesh: 3MF projects as slicers save them, with objects that are assembled from others in several models of
-// an archive (production extension), and hostile ones.
+// read_mesh: 3MF projects as slicers save them, with objects that are assembled from others in several models
+// of an archive (production extension), and hostile ones.
 #include <functional>
 #include <map>
 

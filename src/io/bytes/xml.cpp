@@ -98,7 +98,8 @@ void XmlParser::parse(std::string_view bytes) {
         const std::string_view piece = bytes.substr(0, kPiece);
         parse_piece(piece, false);
         bytes.remove_prefix(piece.size());
-        // expat starts again at the begin of a tag with each piece, so that endless tags take it endless time.
+        // expat begins again at the start of a tag with each piece, so that an endless tag would take it ever
+        // longer.
         if (!stopped_ && parsed_ - static_cast<std::size_t>(XML_GetCurrentByteIndex(parser_)) > 2 * kPiece)
             file_.refuse("has an XML tag or comment of more than a mebibyte");
     }

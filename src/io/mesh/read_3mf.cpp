@@ -1,6 +1,6 @@
-// Reads 3MF after its core specification 1.2 and its production extension 1.1: a ZIP archive with XML models. The
-// build items of the root model name its objects. An object is a mesh, or is assembled from others (components),
-// which may be in other models of the archive. Items and components have an optional transform.
+// Reads 3MF after its core specification 1.2 and its production extension 1.1: a ZIP archive with XML models.
+// The build items of the root model name its objects. An object is a mesh, or is assembled from others
+// (components), which may be in other models of the archive. Items and components have an optional transform.
 #include <algorithm>
 #include <map>
 #include <set>
