@@ -89,9 +89,9 @@ class MARROW_EXPORT IsosurfaceExtractor {
     std::unique_ptr<Impl> impl_;
 };
 
-/// The same surface by the traditional marching cubes, which visits every cell and gives every triangle three
-/// points of its own, without normals. It is slow, and uses one thread: it is here to compare with (Visutsak
-/// 2020) and to test against. \throw InputError as extract_isosurface
+/// The same surface, without `snap` and `topology`, by the traditional marching cubes, which visits every cell
+/// and gives every triangle three points of its own, without normals. It is slow, and uses one thread: it is
+/// here to compare with (Visutsak 2020) and to test against. \throw InputError as extract_isosurface
 MARROW_EXPORT Mesh extract_isosurface_classic(const VolumeView& volume, double isovalue, bool closed = false);
 
 }  // namespace marrow
