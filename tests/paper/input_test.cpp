@@ -17,6 +17,7 @@
 #include <marrow/isosurface.h>
 #include <marrow/measure.h>
 #include <marrow/mesh_io.h>
+#include <marrow/normals.h>
 #include <marrow/scan_io.h>
 
 #include "cranium.h"
@@ -138,7 +139,8 @@ test::Outcome surface_of_folder(const fs::path& folder, const PaperInput& input,
 
 void expect_surface_back(const PaperInput& input) {
     const test::TemporaryFolder work;
-    const Mesh expected = extract_isosurface(input.slices, input.isovalue, {.closed = true});
+    Mesh expected = extract_isosurface(input.slices, input.isovalue, {.closed = true});
+    turn_normals_outward(expected);  // as the command line does
     ASSERT_GT(expected.triangles.size(), 50'000u) << "a head, not noise";
     write_mesh(expected, work / "expected.ply");
     const std::string expected_file = test::read_file(work / "expected.ply");
@@ -158,7 +160,8 @@ void expect_surface_back(const PaperInput& input) {
     ScanOptions options;
     options.spacing = input.slices.geometry().spacing;
     const Volume decoded = read_scan(work / "jpg", options);
-    const Mesh surface = extract_isosurface(decoded, input.isovalue, {.closed = true});
+    Mesh surface = extract_isosurface(decoded, input.isovalue, {.closed = true});
+    turn_normals_outward(surface);
     write_mesh(surface, work / "from_decoded.ply");
     EXPECT_TRUE(test::read_file(work / "jpg.ply") == test::read_file(work / "from_decoded.ply"));
     const MeshDistance moved = mesh_distance(surface, expected, {.samples = 20'000});
