@@ -74,7 +74,8 @@ void write_codec_seeds(const fs::path& folder) {
     codec(5, "j2k", jpeg_2000(12, 12, samples, 12));
     codec(5, "htj2k", htj2k(12, 12, samples, 12));
     std::vector<std::uint16_t> waves;
-    for (int i = 0; i < 64 * 48; ++i) waves.push_back(static_cast<std::uint16_t>(i % 64 * (i / 64) * 7 % 4001));
+    for (int i = 0; i < 64 * 48; ++i)
+        waves.push_back(static_cast<std::uint16_t>(i % 64 * (i / 64) * 7 % 4001));
     write_file(folder / "codec" / "htj2k_levels",
                std::string{"\x05\x3f\x2f\0", 4} + htj2k(64, 48, waves, 12));
     std::string runs = bytes_of(std::uint32_t{2}) + bytes_of(std::uint32_t{64}) + bytes_of(std::uint32_t{68});

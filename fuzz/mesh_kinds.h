@@ -2,4 +2,5 @@
 /// 3MF model.
 #pragma once
 
-inline constexpr const char* kMeshKinds[] = {".stl", ".ply", ".obj", ".vtp", ".3mf", ".glb", ".obj.gz", ".dcm"};
+inline constexpr const char* kMeshKinds[] = {".stl", ".ply", ".obj",    ".vtp",
+                                             ".3mf", ".glb", ".obj.gz", ".dcm"};

@@ -225,7 +225,7 @@ std::string needs_volume(const fs::path& path, const ZarrImage& image) {
                        image.volumes.size(), image.volumes.size() - 1, examples(image.volumes));
 }
 
-ZarrImage read_zarr(const fs::path& path, const ScanOptions& options) {
+ZarrImage open_zarr(const fs::path& path, const ScanOptions& options) {
     ZarrImage image = read_zarr_image(path, options);
     apply_spacing(path, image.has_units, options, image.geometry);
     return image;
@@ -281,7 +281,7 @@ SeriesReport report_on_file(const Input& input, const fs::path& path, const Scan
         series.oriented = false;
         series.warnings = stack.warnings;
     } else if (input.format == ScanFormat::zarr) {
-        ZarrImage image = read_zarr(path, options);
+        ZarrImage image = open_zarr(path, options);
         geometry = image.geometry;
         type = loaded_type(image);
         has_spacing |= image.has_spacing;
@@ -355,7 +355,7 @@ Volume read_scan(const fs::path& path, const ScanOptions& given, ScanInfo* info)
         found.warnings = stack.warnings;
         volume = load_image_stack(stack, options);
     } else if (input.format == ScanFormat::zarr) {
-        const ZarrImage image = read_zarr(input.files[0], options);
+        const ZarrImage image = open_zarr(input.files[0], options);
         check_choices(input.files[0], image, options);
         found = info_of(input, image);
         volume = load_zarr(image, options);
@@ -395,7 +395,7 @@ SliceSource open_slices(const fs::path& path, const ScanOptions& options, ScanIn
                         quoted(path), scan_format_name(input.format)));
     }
     if (input.format == ScanFormat::zarr) {
-        ZarrImage image = read_zarr(input.files[0], options);
+        ZarrImage image = open_zarr(input.files[0], options);
         check_choices(input.files[0], image, options);
         if (info) *info = info_of(input, image);
         return zarr_slices(std::move(image));

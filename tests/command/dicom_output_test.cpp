@@ -50,8 +50,7 @@ TEST_F(DicomOutput, NamesThePatientOnRequest) {
     write_nrrd(nrrd, 12, 12, 12, ball(5.3, 5.7, 5.4, 3.2));
     const Outcome outcome = marrow_with({nrrd, "-o", file, "--isovalue", "0.5", "--keep-patient"});
     EXPECT_EQ(outcome.code, 2);
-    EXPECT_NE(outcome.err.find("--keep-patient needs a DICOM scan"), std::string::npos)
-        << outcome.err;
+    EXPECT_NE(outcome.err.find("--keep-patient needs a DICOM scan"), std::string::npos) << outcome.err;
     EXPECT_EQ(text(file, DCM_PatientName), "SECRET^NAME") << "the old file stays";
 }
 

@@ -35,9 +35,10 @@ std::size_t program_memory() {
 }  // namespace
 
 void add_options(Arguments& arguments, StreamOptions& options) {
-    arguments.add_option("--max-memory", memory_value(options.memory),
-                         "Read and write slab by slab within this much memory, which includes the program's: "
-                         "Zarr, uncompressed NRRD, MetaImage or NIfTI to .stl or .ply, with one --isovalue N.");
+    arguments.add_option(
+        "--max-memory", memory_value(options.memory),
+        "Read and write slab by slab within this much memory, which includes the program's: "
+        "Zarr, uncompressed NRRD, MetaImage or NIfTI to .stl or .ply, with one --isovalue N.");
 }
 
 void check(const StreamOptions& options) {

@@ -146,7 +146,8 @@ void run(const SweepCommandOptions& options, const Console& console, const std::
                         isovalues.front(), isovalues.back(), samples.lower, samples.upper));
     const Vec3d& spacing = scan.geometry().spacing;
     const double finest = *std::min_element(spacing.begin(), spacing.end());
-    write(options, console, measured, find_plateaus(measured, finest, otsu_contrast(histogram(scan, 256, info.padding))));
+    write(options, console, measured,
+          find_plateaus(measured, finest, otsu_contrast(histogram(scan, 256, info.padding))));
 }
 
 }  // namespace marrow::apps

@@ -317,6 +317,7 @@ def damaged_metadata():
         "time last": (".zattrs", change(*image, "axes", to=axes("zyxt")), "last three"),
         "another unit": (".zattrs", change(*image, "axes", to=axes("zyx", "furlong")), "furlong"),
         "no levels": (".zattrs", change(*image, "datasets", to=[]), "empty"),
+        "too many levels": (".zattrs", change(*image, "datasets", to=[{"path": "0"}] * 100), "100 levels"),
         "no array": (".zattrs", change(*first, "path", to="7"), "missing"),
         "a path above": (".zattrs", change(*first, "path", to="../../b"), "folder"),
         "an absolute path": (".zattrs", change(*first, "path", to="/etc"), "folder"),

@@ -195,6 +195,18 @@ def test_what_cannot_be_read_is_refused_in_one_line():
     assert "vtkImageCast" in message_of(long)
 
 
+def test_pieces_are_not_closed():
+    errors = []
+    source = wavelet()
+    contour = vtkMarrowContour()
+    contour.AddObserver(vtkCommand.ErrorEvent, lambda *_: errors.append(1))
+    contour.SetInputConnection(source.GetOutputPort())
+    contour.SetValue(0, 150.3)
+    contour.SetClosed(True)
+    contour.UpdatePiece(0, 2, 0)
+    assert errors and contour.GetOutput().GetNumberOfPoints() == 0
+
+
 def test_arrays_outlive_the_filter_and_the_input():
     points, triangles, normals = arrays(extract(image(ball()), 40.5))
     again, _, _ = arrays(extract(image(ball()), 40.5))

@@ -30,7 +30,7 @@ struct Transform {
 // What a folder's metadata say about an image.
 struct Multiscales {
     Metadata image;
-    std::optional<Metadata> channels;
+    std::vector<std::string> channels;  // their labels; empty where there is none
 };
 
 std::optional<Multiscales> find_multiscales(const fs::path& folder) {
@@ -52,8 +52,10 @@ std::optional<Multiscales> find_multiscales(const fs::path& folder) {
     if (!version.starts_with("0.4") && !version.starts_with("0.5"))
         attributes->refuse(
             fmt::format("version {} of OME-Zarr is not supported, only 0.4 and 0.5", quoted(version)));
-    if (attributes->has("omero") && attributes->at("omero").has("channels"))
-        out.channels = attributes->at("omero").at("channels");
+    if (attributes->has("omero") && attributes->at("omero").has("channels")) {
+        for (const Metadata& channel : attributes->at("omero").at("channels").elements())
+            out.channels.push_back(channel.has("label") ? channel.at("label").text() : "");
+    }
     return out;
 }
 
@@ -149,7 +151,7 @@ void place(const std::vector<Axis>& axes, const Transform& transform, const Scan
 }
 
 // Names the volumes along the axes before those of space, and chooses one.
-void choose_volume(const std::vector<Axis>& axes, const std::optional<Metadata>& channels,
+void choose_volume(const std::vector<Axis>& axes, const std::vector<std::string>& channels,
                    const ScanOptions& options, ZarrImage& image) {
     const ZarrArray::Index& shape = image.array.shape;
     const std::size_t outer = shape.size() - 3;
@@ -175,12 +177,9 @@ void choose_volume(const std::vector<Axis>& axes, const std::optional<Metadata>&
             if (shape[a] == 1) continue;
             std::string label =
                 fmt::format("{} {}", axes[a].type.empty() ? axes[a].name : axes[a].type, index);
-            if (axes[a].type == "channel" && channels && channels->json().is_array()) {
-                const auto listed = channels->elements();
-                if (static_cast<std::size_t>(index) < listed.size() &&
-                    listed[static_cast<std::size_t>(index)].has("label"))
-                    label += fmt::format(" ({})", listed[static_cast<std::size_t>(index)].at("label").text());
-            }
+            const auto number = static_cast<std::size_t>(index);
+            if (axes[a].type == "channel" && number < channels.size() && !channels[number].empty())
+                label += fmt::format(" ({})", channels[number]);
             name = name.empty() ? label : label + ", " + name;
         }
         image.volumes.push_back(name);
@@ -247,6 +246,9 @@ ZarrImage read_zarr_image(const fs::path& folder, const ScanOptions& options) {
     check_axes(metadata, axes);
     const std::vector<Metadata> datasets = metadata.at("datasets").elements();
     if (datasets.empty()) metadata.refuse("'datasets' is empty");
+    constexpr std::size_t kMostLevels = 64;  // each halves the size
+    if (datasets.size() > kMostLevels)
+        metadata.refuse(fmt::format("the image has {} levels", datasets.size()));
     const std::int64_t level = options.level.value_or(0);
     if (level < 0 || level >= static_cast<std::int64_t>(datasets.size()))
         throw OptionError(fmt::format("{}: has no level {}; there are {}, numbered from 0", quoted(folder),
