@@ -228,8 +228,8 @@ constexpr std::array<RunningCase, 256> run(const std::array<Case, 256>& cases) {
         for (std::size_t v = 0; v < 8; ++v) by_rows |= (i >> v & 1) << (v / 2 + 4 * (v % 2));
         RunningCase& running = result[by_rows];
         running.triangles = c.triangles;
-        for (int e = 0; e < 8; ++e) running.advance[e] = c.crossed >> e & 1;
-        for (std::size_t k = 0; k < 16; ++k) {
+        for (int e = 0; e < 16; ++e) running.advance[e] = c.crossed >> e % 8 & 1;
+        for (std::size_t k = 0; k < 3 * kMaxTriangles; ++k) {
             const std::uint8_t edge = c.edges[k];
             const int next = edge < 8 ? 0 : running.advance[edge - 4];
             running.ids[k] = static_cast<std::uint8_t>((edge < 8 ? edge : edge - 4) + 8 * next);

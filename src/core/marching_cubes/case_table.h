@@ -40,9 +40,11 @@ struct Case {
 struct alignas(32) RunningCase {
     /// Three per triangle. Bits 0 to 2 are the counter that holds the point's id. Bit 3 is added to the
     /// counter.
-    std::uint8_t ids[16] = {};
-    std::uint8_t advance[8] = {};  ///< what each counter gains before the next active cell
+    std::uint8_t ids[3 * kMaxTriangles] = {};
     std::uint8_t triangles = 0;
+    /// What each counter gains before the next active cell, twice: a vector may hold the counters and, after
+    /// them, what follows each.
+    std::uint8_t advance[16] = {};
 };
 
 /// How the surface passes through a cell in which some ambiguous faces join their inside corners.

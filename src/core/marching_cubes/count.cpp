@@ -7,6 +7,7 @@
 //
 // L: the loops divide the boundary of a cell into one region more than there are loops. So L = (inside
 // regions) + (outside regions) - 1. This is nearly always 1, and the other cases follow from bit logic too.
+#define HWY_WANT_AVX3_DL 1  // which counts bits with one instruction
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "core/marching_cubes/count.cpp"
 #include <hwy/foreach_target.h>

@@ -1,5 +1,6 @@
 // Writes the points and normals on crossed edges: lists the edges of a row, fetches their samples, and
 // interpolates them as vectors.
+#define HWY_WANT_AVX3_DL 1  // which lists bits without branches
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "core/marching_cubes/emit_points.cpp"
 #include <hwy/cache_control.h>
@@ -22,44 +23,55 @@ namespace marrow::internal::HWY_NAMESPACE {
 template <class T>
 using Staged = std::conditional_t<std::is_integral_v<T> && sizeof(T) <= 2, std::int32_t, Real<T>>;
 
-// The x of the samples of a row at which crossed edges start, for each axis in ascending order.
+// A crossed edge of a row in 32 bits: its axis, and one more than the x of the sample at which it starts, which is -1
+// if it enters the volume.
+struct EdgeCode {
+    static constexpr unsigned kAxisShift = 30;
+    static constexpr std::uint32_t kPlaceMask = (std::uint32_t{1} << kAxisShift) - 1;
+
+    static std::uint32_t of(std::uint32_t axis, std::int64_t x) {
+        return (axis << kAxisShift) + static_cast<std::uint32_t>(x + 1);
+    }
+    static std::size_t axis(std::uint32_t code) { return code >> kAxisShift; }
+    static std::int64_t x(std::uint32_t code) { return static_cast<std::int64_t>(code & kPlaceMask) - 1; }
+};
+
+// The codes of the crossed edges of a row: of those along x, then y, then z, each in ascending order.
 class RowEdges {
   public:
-    // This many elements after the end of a list may be written, and read.
-    static constexpr std::size_t kSlack = 8;
+    // This many elements after the end of the list may be written, and read.
+    static constexpr std::size_t kSlack = 16;
 
-    explicit RowEdges(const InsideBits& bits) : first_x_(bits.first_x) {
-        for (Buffer<std::int32_t>& xs : xs_) {
-            xs.resize(64 * bits.words_per_row + kSlack);
-            std::fill(xs.begin(), xs.end(), 0);
-        }
+    explicit RowEdges(const InsideBits& bits)
+        : first_x_(bits.first_x), codes_(3 * 64 * bits.words_per_row + kSlack) {
+        std::fill(codes_.begin(), codes_.end(), 0);
     }
 
+    // One axis after the other, so that what is written beyond the end of one is overwritten by the next.
     void list(const ActiveWords& active, const RowBits& row, std::size_t r) {
-        std::int32_t* ends[3] = {xs_[0].data(), xs_[1].data(), xs_[2].data()};
-        for_each_active_word(active, r, [&](std::size_t w) HWY_ATTR {
-            const auto x = static_cast<std::int32_t>(64 * static_cast<std::int64_t>(w) - first_x_);
-            const std::uint64_t crossed[3] = {row.crossed_x(kRow, w), row.crossed_y(w), row.crossed_z(w)};
-            for (std::size_t axis = 0; axis < 3; ++axis) {
-                ends[axis] = list_bits(crossed[axis], ends[axis],
-                                       [x](std::uint64_t left, std::int32_t& edge)
-                                           HWY_ATTR { edge = x + std::countr_zero(left); });
-            }
-        });
-        for (std::size_t axis = 0; axis < 3; ++axis)
-            counts_[axis] = static_cast<std::size_t>(ends[axis] - xs_[axis].data());
+        std::uint32_t* end = codes_.data();
+        const auto list_axis = [&](std::uint32_t axis, const auto& crossed) HWY_ATTR {
+            for_each_active_word(active, r, [&](std::size_t w) HWY_ATTR {
+                const std::int64_t x = 64 * static_cast<std::int64_t>(w) - first_x_;
+                end = list_indices(crossed(w), EdgeCode::of(axis, x), end);
+            });
+        };
+        list_axis(0, [&](std::size_t w) HWY_ATTR { return row.crossed_x(kRow, w); });
+        list_axis(1, [&](std::size_t w) HWY_ATTR { return row.crossed_y(w); });
+        list_axis(2, [&](std::size_t w) HWY_ATTR { return row.crossed_z(w); });
+        count_ = static_cast<std::size_t>(end - codes_.data());
     }
 
-    const std::int32_t* along(std::size_t axis) const { return xs_[axis].data(); }
-    std::size_t count(std::size_t axis) const { return counts_[axis]; }
+    const std::uint32_t* codes() const { return codes_.data(); }
+    std::size_t count() const { return count_; }
 
   private:
     const std::int64_t first_x_;
-    Buffer<std::int32_t> xs_[3];
-    std::size_t counts_[3] = {};
+    Buffer<std::uint32_t> codes_;
+    std::size_t count_ = 0;
 };
 
-// A batch of crossed edges, from one or more rows and axes. When it is full, one long loop fetches the
+// A batch of crossed edges, from one or more rows. When it is full, one long loop fetches the
 // samples of all edges, and whole vectors interpolate them. The output has the order in which edges are
 // added.
 template <class T>
@@ -88,20 +100,17 @@ class PointBatch {
         z_ = z;
         row_ = z * stride_[2] + y * stride_[1];
         base_ = to_physical_.row_base(y, z);
-        inner_row_ = is_inner(y, 1) && is_inner(z, 2);
+        inner_ = is_inner(y, 1) && is_inner(z, 2) ? inner(0) : std::array<std::int64_t, 2>{};
     }
 
-    // Adds `count` edges along `axis`, which start at the row's samples xs, in ascending order. Up to
-    // RowEdges::kSlack more elements of xs are read.
-    HWY_INLINE void add(std::size_t axis, const std::int32_t* xs, std::size_t count) {
+    // Adds `count` edges of the row. Up to RowEdges::kSlack more elements are read.
+    HWY_INLINE void add(const std::uint32_t* codes, std::size_t count) {
         while (count > 0) {
             if (HWY_UNLIKELY(size_ == kCapacity)) flush();
             const std::size_t fit = std::min(count, kCapacity - size_);
-            for (std::size_t k = 0; k < fit; k += kAtOnce)
-                note(static_cast<std::int32_t>(axis), xs + k, size_ + k);
-            if (HWY_UNLIKELY(!is_inner(xs[0]) || !is_inner(xs[fit - 1]))) note_borders(xs, fit);
+            if (HWY_UNLIKELY(note(codes, fit))) note_borders(codes, fit);
             size_ += fit;
-            xs += fit;
+            codes += fit;
             count -= fit;
         }
     }
@@ -130,7 +139,7 @@ class PointBatch {
 
   private:
     static constexpr std::size_t kCapacity = 192;
-    static constexpr std::size_t kAtOnce = RowEdges::kSlack;
+    static constexpr std::size_t kAtOnce = 16;
     static constexpr std::size_t kAhead = 16;  // samples are prefetched this many edges ahead
 
     // An edge whose stencil leaves the volume.
@@ -141,37 +150,52 @@ class PointBatch {
 
     static S staged(T sample) { return static_cast<S>(sample); }
 
-    // Stores kAtOnce edges in the batch from index k on.
-    HWY_INLINE void note(std::int32_t axis, const std::int32_t* xs, std::size_t k) {
-        const hn::CappedTag<std::int32_t, kAtOnce> di;
-        const hn::CappedTag<float, kAtOnce> df;
-        const hn::CappedTag<std::int64_t, kAtOnce> dl;
-        const hn::Rebind<std::int32_t, decltype(dl)> dx;
-        const auto first_x = hn::Set(di, static_cast<std::int32_t>(to_physical_.first[0]));
-        for (std::size_t i = 0; i < kAtOnce; i += hn::Lanes(di)) {
-            hn::StoreU(hn::Add(hn::LoadU(di, xs + i), first_x), di, x_ + k + i);
-            hn::StoreU(hn::Set(di, axis), di, axes_ + k + i);
-            for (std::size_t r = 0; r < 3; ++r) hn::StoreU(hn::Set(df, base_[r]), df, row_base_[r] + k + i);
+    // Stores edges at the end of the batch. Returns whether the stencil of one of them leaves the volume.
+    HWY_INLINE bool note(const std::uint32_t* codes, std::size_t count) {
+        const hn::CappedTag<std::uint32_t, kAtOnce> du;
+        const hn::RebindToFloat<decltype(du)> df;
+        const hn::RebindToSigned<decltype(du)> di;
+        const hn::Repartition<std::int64_t, decltype(du)> dl;
+        const hn::Rebind<std::uint32_t, decltype(dl)> dh;
+        const auto places = [](auto d, auto codes)
+                                HWY_ATTR { return hn::And(codes, hn::Set(d, EdgeCode::kPlaceMask)); };
+        const auto first_inner = hn::Set(di, static_cast<std::int32_t>(inner_[0] + 1));
+        const auto last_inner = hn::Set(di, static_cast<std::int32_t>(inner_[1]));
+        auto leave = hn::Zero(di);
+        for (std::size_t i = 0; i < count; i += hn::Lanes(du)) {
+            const std::size_t k = size_ + i;
+            const auto code = hn::LoadU(du, codes + i);
+            hn::StoreU(code, du, codes_ + k);
+            for (std::size_t r = 0; r < 3; ++r) hn::StoreU(hn::Set(df, base_[r]), df, row_base_[r] + k);
+            const auto place = hn::BitCast(di, places(du, code));
+            const auto outer = hn::Or(hn::Lt(place, first_inner), hn::Gt(place, last_inner));
+            leave = hn::Or(leave, hn::VecFromMask(di, hn::And(outer, hn::FirstN(di, count - i))));
         }
-        for (std::size_t i = 0; i < kAtOnce; i += hn::Lanes(dl)) {
-            const auto x = hn::PromoteTo(dl, hn::LoadU(dx, xs + i));
-            hn::StoreU(hn::Add(hn::Set(dl, row_), x), dl, first_ + k + i);
+        for (std::size_t i = 0; i < count; i += hn::Lanes(dl)) {
+            const auto place = places(dh, hn::LoadU(dh, codes + i));
+            const auto index =
+                hn::Add(hn::Set(dl, row_ - 1),
+                        hn::BitCast(dl, hn::PromoteTo(hn::RebindToUnsigned<decltype(dl)>(), place)));
+            hn::StoreU(index, dl, first_ + size_ + i);
         }
+        return !hn::AllTrue(di, hn::Eq(leave, hn::Zero(di)));
     }
 
-    HWY_NOINLINE void note_borders(const std::int32_t* xs, std::size_t count) {
+    HWY_NOINLINE void note_borders(const std::uint32_t* codes, std::size_t count) {
         for (std::size_t i = 0; i < count; ++i) {
-            if (!is_inner(xs[i])) borders_[border_count_++] = {size_ + i, {xs[i], y_, z_}};
+            const std::int64_t x = EdgeCode::x(codes[i]);
+            if (x < inner_[0] || x >= inner_[1]) borders_[border_count_++] = {size_ + i, {x, y_, z_}};
         }
     }
 
-    // Whether the edges from the row's sample x lie within the volume, and their stencils within the samples
-    // that may be read.
-    bool is_inner(std::int32_t x) const { return inner_row_ && is_inner(x, 0); }
-    // The same along one axis. Stencils reach one sample back and two ahead.
+    // The indices along an axis at which edges lie within the volume, and their stencils within the samples that may
+    // be read. Stencils reach one sample back and two ahead.
+    std::array<std::int64_t, 2> inner(std::size_t axis) const {
+        const std::int64_t first = std::max<std::int64_t>(1 - below_[axis], 0);
+        return {first, std::max(first, std::min(dims_[axis] + above_[axis] - 2, dims_[axis] - 1))};
+    }
     bool is_inner(std::int64_t i, std::size_t axis) const {
-        return i >= std::max<std::int64_t>(1 - below_[axis], 0) &&
-               i < std::min(dims_[axis] + above_[axis] - 2, dims_[axis] - 1);
+        return i >= inner(axis)[0] && i < inner(axis)[1];
     }
 
     // Fetches the edges' samples.
@@ -208,7 +232,7 @@ class PointBatch {
         for (std::size_t k = 0; prefetches_ && k < kAhead; ++k) prefetch(k);
         for (std::size_t k = 0; k < size_; ++k) {
             const T* HWY_RESTRICT p = samples_ + first_[k];
-            const T* HWY_RESTRICT q = p + stride_[axes_[k]];
+            const T* HWY_RESTRICT q = p + stride_[codes_[k] >> EdgeCode::kAxisShift];
             if (prefetches_) prefetch(k + kAhead);
             // The surface continues in the next slice, whose stencil ends at this sample.
             hwy::Prefetch(p + 3 * step_z);
@@ -232,7 +256,7 @@ class PointBatch {
     }
     std::array<std::int64_t, 3> second_of(const BorderEdge& b) const {
         std::array<std::int64_t, 3> second = b.first;
-        ++second[static_cast<std::size_t>(axes_[b.edge])];
+        ++second[axis_of(b.edge)];
         return second;
     }
 
@@ -258,8 +282,10 @@ class PointBatch {
         return 0;
     }
 
-    Vec3f along_edge(std::int32_t axis, bool first_inside) const {
-        Vec3f n = to_physical_.axis[static_cast<std::size_t>(axis)];
+    std::size_t axis_of(std::size_t k) const { return EdgeCode::axis(codes_[k]); }
+
+    Vec3f along_edge(std::size_t axis, bool first_inside) const {
+        Vec3f n = to_physical_.axis[axis];
         if (!first_inside) n = {-n[0], -n[1], -n[2]};
         return n;
     }
@@ -280,7 +306,9 @@ class PointBatch {
     }
     // The axes of edges, in lanes as wide as V's.
     HWY_INLINE hn::Vec<DI> load_axes(std::size_t i) const {
-        const auto axes = hn::Load(hn::Rebind<std::int32_t, D>(), axes_ + i);
+        const auto codes = hn::Load(hn::Rebind<std::uint32_t, D>(), codes_ + i);
+        const auto axes =
+            hn::BitCast(hn::Rebind<std::int32_t, D>(), hn::ShiftRight<EdgeCode::kAxisShift>(codes));
         if constexpr (sizeof(R) == sizeof(std::int32_t)) {
             return axes;
         } else {
@@ -403,7 +431,7 @@ class PointBatch {
             if (undefined[k] == 0) continue;
             const R first = static_cast<R>(ends_[0][i + k]), second = static_cast<R>(ends_[1][i + k]);
             const bool first_inside = std::isfinite(first) && !(std::isfinite(second) && second > first);
-            const Vec3f along = along_edge(axes_[i + k], first_inside);
+            const Vec3f along = along_edge(axis_of(i + k), first_inside);
             for (std::size_t r = 0; r < 3; ++r) lanes[r][k] = along[r];
         }
         for (std::size_t r = 0; r < 3; ++r) normal[r] = hn::Load(d, lanes[r]);
@@ -413,8 +441,12 @@ class PointBatch {
     HWY_INLINE void find_point(std::size_t i, VF t, VF (&point)[3]) const {
         const DF d;
         const hn::RebindToSigned<DF> di;
-        const auto x = hn::ConvertTo(d, hn::Load(di, x_ + i));
-        const auto axis = hn::Load(di, axes_ + i);
+        const hn::RebindToUnsigned<DF> du;
+        const auto codes = hn::Load(du, codes_ + i);
+        const auto place = hn::BitCast(di, hn::And(codes, hn::Set(du, EdgeCode::kPlaceMask)));
+        const auto first_x = hn::Set(di, static_cast<std::int32_t>(to_physical_.first[0] - 1));
+        const auto x = hn::ConvertTo(d, hn::Add(place, first_x));
+        const auto axis = hn::BitCast(di, hn::ShiftRight<EdgeCode::kAxisShift>(codes));
         const auto along_y = hn::RebindMask(d, hn::Eq(axis, hn::Set(di, 1)));
         const auto along_z = hn::RebindMask(d, hn::Eq(axis, hn::Set(di, 2)));
         for (std::size_t r = 0; r < 3; ++r) {
@@ -444,10 +476,10 @@ class PointBatch {
         if (first_inside && within(second_of(b))) return;
         const std::size_t k = b.edge;
         const Vec3f base{row_base_[0][k], row_base_[1][k], row_base_[2][k]};
-        points_[k] =
-            to_physical_.point(base, static_cast<float>(x_[k]), static_cast<std::size_t>(axes_[k]), 0.5f);
+        const auto x = static_cast<float>(to_physical_.first[0] + b.first[0]);
+        points_[k] = to_physical_.point(base, x, axis_of(k), 0.5f);
         if (fractions_ != nullptr) fractions_[k] = 0.5f;
-        if constexpr (kNormals) normals_[k] = along_edge(axes_[k], first_inside);
+        if constexpr (kNormals) normals_[k] = along_edge(axis_of(k), first_inside);
     }
 
     const T* const samples_;
@@ -467,15 +499,14 @@ class PointBatch {
     std::int64_t y_ = 0, z_ = 0;
     std::int64_t row_ = 0;  // index of the row's first sample
     Vec3f base_{};
-    bool inner_row_ = false;
+    std::array<std::int64_t, 2> inner_{};  // of the row, along x
     std::size_t size_ = 0, border_count_ = 0;
 
     // Room for the elements that note() stores beyond the last edge, and for whole vectors.
     static constexpr std::size_t kRoom = kCapacity + 16;
     static_assert(kAtOnce <= 16 && kAhead <= 16);
-    alignas(64) std::int32_t x_[kRoom] = {};  // of the samples at which edges start, in the whole volume
-    alignas(64) std::int32_t axes_[kRoom] = {};
-    alignas(64) std::int64_t first_[kRoom] = {};  // indices of the samples at which edges start
+    alignas(64) std::uint32_t codes_[kRoom] = {};  // EdgeCode
+    alignas(64) std::int64_t first_[kRoom] = {};   // indices of the samples at which edges start
     alignas(64) float row_base_[3][kRoom] = {};
     alignas(64) S ends_[2][kRoom] = {};
     alignas(64) S slopes_[6][kRoom] = {};
@@ -494,7 +525,7 @@ void emit_points_of(const EmitInput& input, std::size_t row_begin, std::size_t r
         if (input.points.leaves()[at.index] == 0) continue;
         edges.list(input.active, RowBits(bits, at), at.index);
         batch.set_row(at.y - bits.pad, at.z - bits.pad);
-        for (std::size_t axis = 0; axis < 3; ++axis) batch.add(axis, edges.along(axis), edges.count(axis));
+        batch.add(edges.codes(), edges.count());
         if (!input.inner.empty() && input.inner[at.index] > 0) batch.skip(input.inner[at.index]);
     }
     batch.flush();

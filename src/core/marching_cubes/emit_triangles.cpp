@@ -1,4 +1,5 @@
 // Writes the triangles of active cells, with the ids of their points counted instead of looked up.
+#define HWY_WANT_AVX3_DL 1  // which lists cases without branches
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "core/marching_cubes/emit_triangles.cpp"
 #include <hwy/foreach_target.h>
@@ -19,7 +20,7 @@ struct RowIds {
     std::uint32_t x, y, z;
 };
 
-constexpr std::size_t kIds = sizeof RunningCase::ids;
+constexpr std::size_t kIds = 16;  // that are written for each cell: whole vectors
 
 // The ids of the points on the edges of a cell, while a row of cells passes by.
 //
@@ -30,12 +31,22 @@ constexpr std::size_t kIds = sizeof RunningCase::ids;
 class RunningIds {
   public:
     RunningIds(const RowIds& row, const RowIds& next_y, const RowIds& next_z, const RowIds& next_yz)
-        : counters_{row.x, next_y.x, next_z.x, next_yz.x, row.y, next_z.y, row.z, next_y.z} {}
+        : counters_{row.x, next_y.x, next_z.x, next_yz.x, row.y, next_z.y, row.z, next_y.z} {
+        if constexpr (kCounters == 16)
+            for (std::size_t e = 0; e < 8; ++e) counters_[8 + e] = counters_[e] + 1;
+    }
 
     // Writes kIds ids, of which the first are those of the cell's triangles, and moves on to the next active
     // cell.
     HWY_INLINE void write(const RunningCase& c, std::uint32_t* HWY_RESTRICT out) {
-#if HWY_CAP_GE256
+#if HWY_CAP_GE512
+        const hn::FixedTag<std::uint32_t, 16> d;
+        const hn::FixedTag<std::uint8_t, 16> d8;
+        const auto counters = hn::Load(d, counters_);
+        const auto ids = hn::PromoteTo(d, hn::Load(d8, c.ids));
+        hn::StoreU(hn::TableLookupLanes(counters, hn::IndicesFromVec(d, ids)), d, out);
+        hn::Store(hn::Add(counters, hn::PromoteTo(d, hn::Load(d8, c.advance))), d, counters_);
+#elif HWY_CAP_GE256
         const hn::FixedTag<std::uint32_t, 8> d;
         const hn::FixedTag<std::uint8_t, 8> d8;
         const auto counters = hn::Load(d, counters_);
@@ -46,7 +57,7 @@ class RunningIds {
         }
         hn::Store(hn::Add(counters, hn::PromoteTo(d, hn::Load(d8, c.advance))), d, counters_);
 #else
-        for (std::size_t k = 0; k < kIds; ++k) out[k] = counters_[c.ids[k] & 7] + (c.ids[k] >> 3);
+        for (std::size_t k = 0; k < std::size(c.ids); ++k) out[k] = counters_[c.ids[k] & 7] + (c.ids[k] >> 3);
         for (std::size_t e = 0; e < 8; ++e) counters_[e] += c.advance[e];
 #endif
     }
@@ -55,13 +66,61 @@ class RunningIds {
     // the next active cell.
     void write_edges(unsigned crossed, std::uint32_t (&ids)[kCellEdges]) {
         for (unsigned e = 0; e < 8; ++e) ids[e] = counters_[e];
-        for (unsigned e = 0; e < 8; ++e) counters_[e] += crossed >> e & 1;
+        for (unsigned e = 0; e < kCounters; ++e) counters_[e] += crossed >> e % 8 & 1;
         for (unsigned e = 8; e < kCellEdges; ++e) ids[e] = counters_[e - 4];
     }
 
   private:
-    alignas(32) std::uint32_t counters_[8];
+    // If vectors hold sixteen, each counter plus one follows the eight counters.
+    static constexpr std::size_t kCounters = HWY_CAP_GE512 ? 16 : 8;
+    alignas(64) std::uint32_t counters_[kCounters];
 };
+
+#if HWY_TARGET == HWY_AVX3_DL
+
+// The samples around the 64 cells of a word: bit i of here_[r] is the sample at x = i in row r of RowBits, and of next_[r]
+// the sample at x = i + 1.
+class CellRows {
+  public:
+    CellRows(const RowBits& row, std::size_t w) {
+        for (std::size_t r = 0; r < 4; ++r) {
+            here_[r] = row.rows[r][w];
+            next_[r] = row.next_x(static_cast<Row>(r), w);
+        }
+    }
+
+    // The cells that the surface crosses: their corners are neither all outside nor all inside.
+    HWY_INLINE std::uint64_t active() const {
+        const std::uint64_t some =
+            here_[0] | here_[1] | here_[2] | here_[3] | next_[0] | next_[1] | next_[2] | next_[3];
+        const std::uint64_t all =
+            here_[0] & here_[1] & here_[2] & here_[3] & next_[0] & next_[1] & next_[2] & next_[3];
+        return some & ~all;
+    }
+
+    // Writes the indices into kRunningCases of those of the cells that `active` selects. Returns their end; 64 bytes
+    // more may be overwritten.
+    HWY_INLINE std::uint8_t* list(std::uint64_t active, std::uint8_t* HWY_RESTRICT out) const {
+        auto cases = hn::Zero(D());
+        for (std::size_t r = 0; r < 4; ++r) {
+            cases = hn::Or(cases, hn::IfThenElseZero(cells(here_[r]), hn::Set(D(), 1 << r)));
+            cases = hn::Or(cases, hn::IfThenElseZero(cells(next_[r]), hn::Set(D(), 16 << r)));
+        }
+        hn::StoreU(hn::Compress(cases, cells(active)), D(), out);
+        return out + popcount(active);
+    }
+
+  private:
+    using D = hn::FixedTag<std::uint8_t, 64>;
+
+    static HWY_INLINE hn::Mask<D> cells(const std::uint64_t& bits) {
+        return hn::LoadMaskBits(D(), reinterpret_cast<const std::uint8_t*>(&bits));
+    }
+
+    std::uint64_t here_[4], next_[4];
+};
+
+#else
 
 // The samples around the 64 cells of a word. Lane r belongs to row r of RowBits: bit i of that lane of here_
 // is the sample at x = i, and of next_ the sample at x = i + 1. Narrow targets have two rows in each of two
@@ -94,6 +153,19 @@ class CellRows {
 #endif
         return hn::GetLane(hn::AndNot(all, some));
     }
+    // Writes the indices into kRunningCases of those of the cells that `active` selects. Returns their end; four bytes
+    // more may be overwritten.
+    HWY_INLINE std::uint8_t* list(std::uint64_t active, std::uint8_t* HWY_RESTRICT out) const {
+        return list_bits(active, out, [&](std::uint64_t left, std::uint8_t& cell_case) HWY_ATTR {
+            cell_case = running_case(left & (~left + 1));
+        });
+    }
+
+  private:
+    using D = hn::CappedTag<std::uint64_t, 4>;
+    using Vec = hn::Vec<D>;
+    static constexpr std::size_t kLanes = hn::MaxLanes(D()), kVectors = 4 / kLanes;
+
     // The index into kRunningCases of the cell whose bit is set in `bit`.
     HWY_INLINE std::uint8_t running_case(std::uint64_t bit) const {
         const Vec cell = hn::Set(D(), bit);
@@ -106,11 +178,6 @@ class CellRows {
         }
         return static_cast<std::uint8_t>(c);
     }
-
-  private:
-    using D = hn::CappedTag<std::uint64_t, 4>;
-    using Vec = hn::Vec<D>;
-    static constexpr std::size_t kLanes = hn::MaxLanes(D()), kVectors = 4 / kLanes;
 
     // Word w of each row of vector k.
     static HWY_INLINE Vec samples(const RowBits& row, std::size_t k, std::size_t w) {
@@ -127,6 +194,8 @@ class CellRows {
     Vec here_[kVectors], next_[kVectors];
 };
 
+#endif
+
 // Lists the cases of a row's active cells. Calls note(w, active cells, end of the list) before those of each
 // word. Returns the end of the list.
 template <class Note>
@@ -136,9 +205,7 @@ HWY_INLINE std::uint8_t* list_cases(const ActiveWords& active_words, std::size_t
         const CellRows cells(row, w);
         const std::uint64_t active = cells.active() & row.valid(w);
         note(w, active, list);
-        list = list_bits(active, list, [&](std::uint64_t left, std::uint8_t& cell_case) HWY_ATTR {
-            cell_case = cells.running_case(left & (~left + 1));
-        });
+        list = cells.list(active, list);
     });
     return list;
 }
@@ -227,7 +294,7 @@ void emit_triangles_target(const EmitInput& input, std::size_t row_begin, std::s
         input.to_physical.mirrored ? kMirroredRunningCases.data() : kRunningCases.data();
     const std::uint32_t* end =
         out + 3 * (input.triangles.first_output(row_end) - input.triangles.first_output(row_begin));
-    Buffer<std::uint8_t> list(64 * bits.words_per_row + 4);
+    Buffer<std::uint8_t> list(64 * (bits.words_per_row + 1));
     AmbiguousRows ambiguous(input);
     const auto ids_of_row = [&](std::size_t r, std::uint64_t first_point) {
         const auto first = static_cast<std::uint32_t>(first_point);

@@ -103,6 +103,35 @@ HWY_INLINE Element* list_bits(std::uint64_t bits, Element* HWY_RESTRICT out, con
     return end;
 }
 
+// Writes `first` plus the index of each set bit of a word to `out`, in ascending order. Returns the end of these
+// numbers. Up to 16 elements after it are overwritten.
+HWY_INLINE std::uint32_t* list_indices(std::uint64_t bits, std::uint32_t first,
+                                       std::uint32_t* HWY_RESTRICT out) {
+#if HWY_TARGET == HWY_AVX3_DL
+    const hn::FixedTag<std::uint8_t, 64> d8;
+    const hn::FixedTag<std::uint32_t, 16> d32;
+    const auto set = hn::LoadMaskBits(d8, reinterpret_cast<const std::uint8_t*>(&bits));
+    const auto indices = hn::Compress(hn::Iota(d8, 0), set);
+    const std::size_t count = popcount(bits);
+    const auto write = [&](auto some, std::size_t k) HWY_ATTR {
+        hn::StoreU(hn::Add(hn::PromoteTo(d32, some), hn::Set(d32, first)), d32, out + k);
+    };
+    write(hn::LowerHalf(hn::LowerHalf(indices)), 0);
+    if (HWY_UNLIKELY(count > 16)) {
+        HWY_ALIGN std::uint8_t all[64];
+        hn::Store(indices, d8, all);
+        for (std::size_t k = 16; k < count; k += 16)
+            write(hn::Load(hn::FixedTag<std::uint8_t, 16>(), all + k), k);
+    }
+    return out + count;
+#else
+    return list_bits(bits, out, [first](std::uint64_t left, std::uint32_t& index) HWY_ATTR {
+        // The highest bit changes nothing unless no bit is left. Without it, compilers branch on that.
+        index = first + static_cast<std::uint32_t>(std::countr_zero(left | std::uint64_t{1} << 63));
+    });
+#endif
+}
+
 // The eight corners of 64 cells: bit i of corners[v] is corner v of cell i.
 struct CellBits {
     alignas(64) std::uint64_t corners[8];
