@@ -27,11 +27,24 @@ namespace marrow::python {
 
 namespace {
 
-// An edge of the grid: from sample `first` to the next one along `axis`.
-struct GridEdge {
-    std::array<std::int64_t, 3> first;
-    std::size_t axis;
+// Values are found for this many points at a time, in loops that the compiler makes vectors of.
+constexpr std::size_t kBatch = 256;
+
+// Some edges of the grid: edge i goes from sample `first[0..2][i]` to the next one along axis[i].
+struct GridEdges {
+    std::int32_t first[3][kBatch];
+    std::int32_t axis[kBatch];
 };
+
+// By value, unlike std::min and std::max, so that loops of them become vectors.
+template <class T>
+T smaller(T a, T b) {
+    return b < a ? b : a;
+}
+template <class T>
+T larger(T a, T b) {
+    return a < b ? b : a;
+}
 
 // Finds the edges and cells in which points lie, in a volume whose index axes are parallel to axes of space.
 class IndexFinder {
@@ -47,24 +60,34 @@ class IndexFinder {
         }
     }
 
-    /// Two of the point's indices are integers, but for rounding; the edge runs along the third axis. For points that
+    /// Two of a point's indices are integers, but for rounding; the edge runs along the third axis. For points that
     /// snapping has moved off the edges, it is a nearby edge.
-    GridEdge edge_of(const Vec3f& point) const {
-        GridEdge edge{{}, 0};
-        std::array<double, 3> fraction{};
-        std::int64_t along = 0;
+    void find_edges(const Vec3f* points, std::size_t count, GridEdges& edges) const {
+        std::int32_t nearest[3][kBatch];
+        std::int32_t along[3][kBatch];  // where the edge starts if it runs along this axis
+        float fraction[3][kBatch];      // the distance from the nearest integer
         for (std::size_t m = 0; m < 3; ++m) {
-            const double index = point[row_[m]] * scale_[m] + offset_[m];
-            const std::int64_t nearest = below(index + 0.5);
-            edge.first[m] = std::clamp(nearest, std::int64_t{0}, dims_[m] - 1);
-            fraction[m] = std::abs(index - static_cast<double>(nearest));
-            if (fraction[m] >= fraction[edge.axis]) {
-                edge.axis = m;
-                along = below(index);
+            const auto last = static_cast<std::int32_t>(dims_[m] - 1);
+            double index[kBatch] = {};
+            for (std::size_t i = 0; i < count; ++i) index[i] = points[i][row_[m]] * scale_[m] + offset_[m];
+            for (std::size_t i = 0; i < kBatch; ++i) {
+                const std::int32_t integer = below(index[i] + 0.5);
+                along[m][i] = smaller(larger(below(index[i]), 0), last - 1);
+                nearest[m][i] = smaller(larger(integer, 0), last);
+                fraction[m][i] = static_cast<float>(std::abs(index[i] - integer));
             }
         }
-        edge.first[edge.axis] = std::clamp(along, std::int64_t{0}, dims_[edge.axis] - 2);
-        return edge;
+        for (std::size_t i = 0; i < kBatch; ++i) {
+            const float most = larger(fraction[0][i], larger(fraction[1][i], fraction[2][i]));
+            const std::int32_t before_z = fraction[1][i] == most ? 1 : 0;
+            edges.axis[i] = fraction[2][i] == most ? 2 : before_z;
+        }
+        for (std::int32_t m = 0; m < 3; ++m) {
+            for (std::size_t i = 0; i < kBatch; ++i) {
+                const std::int32_t a = along[m][i], b = nearest[m][i];
+                edges.first[m][i] = edges.axis[i] == m ? a : b;
+            }
+        }
     }
 
     /// The lowest sample of the cell around a position.
@@ -72,13 +95,13 @@ class IndexFinder {
         std::array<std::int64_t, 3> cell{};
         for (std::size_t m = 0; m < 3; ++m)
             cell[m] =
-                std::clamp(below(position[row_[m]] * scale_[m] + offset_[m]), std::int64_t{0}, dims_[m] - 2);
+                std::clamp<std::int64_t>(below(position[row_[m]] * scale_[m] + offset_[m]), 0, dims_[m] - 2);
         return cell;
     }
 
   private:
     // The largest integer that is not greater, for indices, which are at least -1; std::floor would be a call.
-    static std::int64_t below(double index) { return static_cast<std::int64_t>(index + 1) - 1; }
+    static std::int32_t below(double index) { return static_cast<std::int32_t>(index + 1) - 1; }
 
     std::array<std::int64_t, 3> dims_;
     std::array<std::size_t, 3> row_{};  // the axis of space along which index axis m runs
@@ -88,7 +111,6 @@ class IndexFinder {
 // The samples around some edges: [v][u][end][edge]. The edge itself runs between the ends of [1][1], and [0] and [2] lie
 // before and after it along the other axes, u and v. So the work on many edges is the same, and the compiler makes vectors
 // of it: one by one, values took as long as all the rest.
-constexpr std::size_t kBatch = 64;
 template <class T>
 using Samples = T[3][3][2][kBatch];
 
@@ -101,37 +123,43 @@ class Grid {
           dims_(volume.geometry.dims),
           step_{1, volume.row_pitch(), volume.slice_pitch()} {}
 
-    // The samples around edge number i of a batch.
-    void gather(const GridEdge& edge, std::size_t i, Samples<T>& to) const {
-        const std::size_t u = edge.axis == 0 ? 1 : 0, v = edge.axis == 2 ? 1 : 2;
-        const std::array<std::int64_t, 3> at_u = neighbours(edge, u), at_v = neighbours(edge, v);
-        const T* first = at(edge);
-        const std::int64_t next = step_[edge.axis];
-        for (std::size_t l = 0; l < 3; ++l) {
-            for (std::size_t k = 0; k < 3; ++k) {
-                const T* sample = first + at_v[l] + at_u[k];
-                to[l][k][0][i] = sample[0];
-                to[l][k][1][i] = sample[next];
+    // The samples around the first `count` edges.
+    void gather(const GridEdges& edges, std::size_t count, Samples<T>& to) const {
+        for (std::size_t i = 0; i < count; ++i) {
+            const auto axis = static_cast<std::size_t>(edges.axis[i]);
+            const std::size_t u = axis == 0 ? 1 : 0, v = axis == 2 ? 1 : 2;
+            const T* middle = at(edges, i);
+            const std::int64_t next = step_[axis];
+            const std::array<std::int64_t, 2> at_u = neighbours(edges, i, u), at_v = neighbours(edges, i, v);
+            for (std::size_t l = 0; l < 3; ++l) {
+                const T* row = l == 1 ? middle : middle + at_v[l / 2];
+                const T* const samples[3] = {row + at_u[0], row, row + at_u[1]};
+                for (std::size_t k = 0; k < 3; ++k) {
+                    to[l][k][0][i] = samples[k][0];
+                    to[l][k][1][i] = samples[k][next];
+                }
             }
         }
     }
 
-    // Asks for the rows around an edge in the next slice; edges before this one have read those of the other slices.
-    void prefetch(const GridEdge& edge) const {
-        const T* next = at(edge) + (edge.first[2] + 1 < dims_[2] ? step_[2] : 0);
-        for (const std::int64_t row : neighbours(edge, 1)) __builtin_prefetch(next + row);
+    // Asks for the rows around the edges in the next slice; edges before these have read those of the other slices.
+    void prefetch(const GridEdges& edges, std::size_t count) const {
+        for (std::size_t i = 0; i < count; ++i) {
+            const T* next = at(edges, i) + (edges.first[2][i] + 1 < dims_[2] ? step_[2] : 0);
+            for (const std::int64_t row : neighbours(edges, i, 1)) __builtin_prefetch(next + row);
+        }
     }
 
   private:
-    const T* at(const GridEdge& edge) const {
-        return first_ + edge.first[0] + edge.first[1] * step_[1] + edge.first[2] * step_[2];
+    const T* at(const GridEdges& edges, std::size_t i) const {
+        return first_ + edges.first[0][i] + edges.first[1][i] * step_[1] + edges.first[2][i] * step_[2];
     }
 
     // The distances in memory to the samples before and after along an axis. Beyond the border the nearest sample stands
     // in: a cell of such samples has no larger range than the one beside it.
-    std::array<std::int64_t, 3> neighbours(const GridEdge& edge, std::size_t axis) const {
-        return {edge.first[axis] > 0 ? -step_[axis] : 0, 0,
-                edge.first[axis] + 1 < dims_[axis] ? step_[axis] : 0};
+    std::array<std::int64_t, 2> neighbours(const GridEdges& edges, std::size_t i, std::size_t axis) const {
+        const std::int64_t index = edges.first[axis][i];
+        return {index > 0 ? -step_[axis] : 0, index + 1 < dims_[axis] ? step_[axis] : 0};
     }
 
     const T* first_;
@@ -150,16 +178,6 @@ void replace_nan(Samples<T>& samples) {
                     for (auto& end : ends) end[i] = end[i] == end[i] ? end[i] : number;
         }
     }
-}
-
-// By value, unlike std::min and std::max, so that loops of them become vectors.
-template <class T>
-T smaller(T a, T b) {
-    return b < a ? b : a;
-}
-template <class T>
-T larger(T a, T b) {
-    return a < b ? b : a;
 }
 
 // For each edge, the largest range of the samples of a cell, of the four cells around it.
@@ -199,20 +217,18 @@ void find_values(const VolumeView& volume, const Buffer<Vec3f>& points, int thre
     visit_sample_type(volume.type, [&](auto type) {
         const Grid<decltype(type)> grid(volume);
         arena.execute([&] {
-            constexpr std::size_t kGrain = 256 * kBatch;
+            constexpr std::size_t kGrain = 64 * kBatch;
             tbb::parallel_for(
                 tbb::blocked_range<std::size_t>(0, points.size(), kGrain), [&](const auto& range) {
                     if (!progress(1)) throw Cancelled();
                     Samples<decltype(type)> samples{};
                     float ranges[kBatch];
-                    std::array<GridEdge, kBatch> edges;
+                    GridEdges edges;
                     for (std::size_t first = range.begin(); first < range.end(); first += kBatch) {
                         const std::size_t count = std::min(kBatch, range.end() - first);
-                        for (std::size_t i = 0; i < count; ++i) {
-                            edges[i] = finder.edge_of(points[first + i]);
-                            grid.prefetch(edges[i]);
-                        }
-                        for (std::size_t i = 0; i < count; ++i) grid.gather(edges[i], i, samples);
+                        finder.find_edges(&points[first], count, edges);
+                        grid.prefetch(edges, count);
+                        grid.gather(edges, count, samples);
                         replace_nan(samples);
                         find_largest_ranges(samples, ranges);
                         std::copy_n(ranges, count, values + first);
