@@ -141,7 +141,7 @@ std::vector<TrianglePair> SelfIntersections::find_all(const Progress& progress, 
 
 std::vector<TrianglePair> SelfIntersections::find_changed(const std::vector<std::uint32_t>& changed) {
     Search& s = *search_;
-    for (const std::uint32_t t : changed) s.pyramid.update(t);
+    update(changed);
     std::vector<TrianglePair> found;
     for (const std::uint32_t t : changed) {
         for (const std::uint32_t other : s.pyramid.overlapping(bounds_of(s.mesh, s.mesh.triangles[t]))) {
@@ -152,6 +152,15 @@ std::vector<TrianglePair> SelfIntersections::find_changed(const std::vector<std:
     std::sort(found.begin(), found.end());
     found.erase(std::unique(found.begin(), found.end()), found.end());
     return found;
+}
+
+void SelfIntersections::update(const std::vector<std::uint32_t>& changed) {
+    for (const std::uint32_t t : changed)
+        search_->pyramid.set_box(t, bounds_of(search_->mesh, search_->mesh.triangles[t]));
+}
+
+void SelfIntersections::remove(std::uint32_t triangle) {
+    search_->pyramid.set_box(triangle, Bounds{});
 }
 
 std::vector<std::uint32_t> SelfIntersections::triangles_at(std::uint32_t point) const {
