@@ -7,30 +7,23 @@
 
 #include <marrow/mesh.h>
 
-#include "triangle_corners.h"
+#include "collapse_guard.h"
 #include "triangle_tree.h"
 #include "vertex_triangles.h"
 
 namespace marrow::internal {
 
-/// A triangle of the changing surface.
-struct PatchTriangle {
-    std::uint32_t index;
-    TriangleCorners corners;
-};
-
 /// Accepts a change only if all original points stay near the changed surface, and samples of the new
 /// triangles are near the original surface. After Klein, Liebich and Strasser 1996: each original point is
 /// assigned to a triangle near it, so that a change concerns only the points of the triangles that it
 /// replaces.
-class DeviationGuard {
+class DeviationGuard : public CollapseGuard {
   public:
     /// `tree` is the tree of `mesh`. Both must outlive the guard. \pre fewer than 2^32 triangles
     DeviationGuard(const Mesh& mesh, const TriangleTree& tree, double max_distance);
 
-    /// Whether the triangles `removed` may vanish while the triangles of `patch`, which share their first
-    /// corner, get the given corners. If so, assigns their points to the patch.
-    bool accept(std::span<const std::uint32_t> removed, std::span<const PatchTriangle> patch);
+    /// If it accepts a collapse, assigns the points of the triangles to the patch.
+    bool accept(std::span<const std::uint32_t> removed, std::span<const PatchTriangle> patch) override;
 
   private:
     static constexpr std::uint32_t kNone = ~std::uint32_t{0};

@@ -2,9 +2,12 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <limits>
 #include <numeric>
-#include <utility>
+#include <optional>
 #include <vector>
+
+#include <tbb/parallel_invoke.h>
 
 #include <marrow/error.h>
 #include <marrow/measure.h>
@@ -21,77 +24,73 @@ using namespace internal;
 
 namespace {
 
-// Samples that are spread evenly over a mesh. Equal steps along the summed areas of the triangles choose the
-// triangle of sample k. The additive sequence of the plastic number (Roberts 2018) chooses its position in
-// the triangle.
-struct SpreadSamples {
-    std::vector<Distances::SurfaceSample> samples;
-    std::vector<std::size_t> first;  // triangle t has samples first[t] to first[t + 1] - 1
+double fraction(double x) {
+    return x - std::floor(x);
+}
 
-    SpreadSamples(const MeshView& mesh, std::int64_t n) : samples(static_cast<std::size_t>(n)) {
-        std::vector<double> summed_area;
-        summed_area.reserve(mesh.triangles.size());
-        double sum = 0;
-        for (const Triangle& t : mesh.triangles) summed_area.push_back(sum += area(corners_of(mesh, t)));
-        first.reserve(mesh.triangles.size() + 1);
-        std::size_t k = 0;
-        for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-            first.push_back(k);
-            const bool last = t + std::size_t{1} == mesh.triangles.size();
-            for (; k < samples.size() &&
-                   (last || (static_cast<double>(k) + 0.5) / static_cast<double>(n) * sum < summed_area[t]);
-                 ++k)
-                samples[k] = {position(corners_of(mesh, mesh.triangles[t]), static_cast<double>(k)), t, 0};
-        }
-        first.push_back(k);
-    }
-
-  private:
-    static Vec3d position(const TriangleCorners& t, double k) {
-        double u = fraction(0.7548776662466927 * k), v = fraction(0.5698402909980532 * k);
-        if (u + v > 1) u = 1 - u, v = 1 - v;
-        return t[0] + u * (t[1] - t[0]) + v * (t[2] - t[0]);
-    }
-    static double fraction(double x) { return x - std::floor(x); }
-};
-
-constexpr std::uint32_t kNone = ~std::uint32_t{0};
-
-// Chooses for each point one of its triangles; kNone if it has no triangle.
-std::vector<std::uint32_t> last_triangle_of_points(const MeshView& mesh) {
-    std::vector<std::uint32_t> triangle(mesh.points.size(), kNone);
-    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-        for (const std::uint32_t p : mesh.triangles[t]) triangle[p] = t;
-    }
-    return triangle;
+// The k-th position in a triangle, of the additive sequence of the plastic number (Roberts 2018).
+Vec3d spread_position(const TriangleCorners& t, double k) {
+    double u = fraction(0.7548776662466927 * k), v = fraction(0.5698402909980532 * k);
+    if (u + v > 1) u = 1 - u, v = 1 - v;
+    return t[0] + u * (t[1] - t[0]) + v * (t[2] - t[0]);
 }
 
 }  // namespace
 
 namespace internal {
 
+SampledMesh::SampledMesh(const MeshView& mesh, std::int64_t samples)
+    : mesh_(mesh), triangle_of_(mesh.points.size(), kNone) {
+    tbb::parallel_invoke([&] { tree_.emplace(mesh); }, [&] { spread_samples(samples); },
+                         [&] {
+                             for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+                                 for (const std::uint32_t p : mesh.triangles[t]) triangle_of_[p] = t;
+                             }
+                         });
+}
+
+// Equal steps along the summed areas of the triangles choose the triangle of each sample.
+void SampledMesh::spread_samples(std::int64_t count) {
+    const std::size_t triangles = mesh_.triangles.size();
+    std::vector<double> summed_area;
+    summed_area.reserve(triangles);
+    double sum = 0;
+    for (const Triangle& t : mesh_.triangles) summed_area.push_back(sum += area(corners_of(mesh_, t)));
+    samples_.resize(static_cast<std::size_t>(count));
+    first_sample_.reserve(triangles + 1);
+    std::size_t k = 0;
+    for (std::size_t t = 0; t < triangles; ++t) {
+        first_sample_.push_back(k);
+        const auto is_within = [&] {
+            return t + 1 == triangles ||
+                   (static_cast<double>(k) + 0.5) / static_cast<double>(count) * sum < summed_area[t];
+        };
+        for (; k < samples_.size() && is_within(); ++k)
+            samples_[k] = spread_position(corners_of(mesh_, mesh_.triangles[t]), static_cast<double>(k));
+    }
+    first_sample_.push_back(k);
+}
+
 double Distances::max() const {
-    double max = *std::max_element(points.begin(), points.end());
-    for (const SurfaceSample& s : samples) max = std::max(max, s.distance);
-    return max;
+    return std::max(*std::max_element(points.begin(), points.end()),
+                    *std::max_element(samples.begin(), samples.end()));
 }
 
 double Distances::mean() const {
-    const auto add = [](double sum, const SurfaceSample& s) { return sum + s.distance; };
-    return std::accumulate(samples.begin(), samples.end(), 0.0, add) / static_cast<double>(samples.size());
+    return std::accumulate(samples.begin(), samples.end(), 0.0) / static_cast<double>(samples.size());
 }
 
-Distances distances(const MeshView& from, const TriangleTree& from_tree, const TriangleTree& to,
-                    const DistanceSearch& search, const Progress& progress, double begin, double end) {
-    SpreadSamples spread(from, search.samples);
-    const std::vector<std::uint32_t> triangle_of = last_triangle_of_points(from);
+Distances distances(const SampledMesh& from, const TriangleTree& to, double enough, const Progress& progress,
+                    double begin, double end) {
+    const MeshView& mesh = from.mesh();
     Distances d;
-    d.points.resize(from.points.size());
+    d.samples.resize(from.sample_count());
+    d.points.resize(mesh.points.size());
     // A point that is nearer than the furthest point so far does not change the maximum.
     std::atomic<double> furthest = 0;
     const auto measure_point = [&](std::uint32_t p, std::uint32_t& guess) {
         double known = furthest.load(std::memory_order_relaxed);
-        const double distance = to.distance(to_double(from.points[p]), std::min(known, search.enough), guess);
+        const double distance = to.distance(to_double(mesh.points[p]), std::min(known, enough), guess);
         while (distance > known &&
                !furthest.compare_exchange_weak(known, distance, std::memory_order_relaxed)) {
         }
@@ -99,22 +98,21 @@ Distances distances(const MeshView& from, const TriangleTree& from_tree, const T
     };
     // Along the curve of the tree, the nearest triangle to one sample is a good guess for the next.
     for_each_range(
-        from.triangles.size(), 256, progress, begin, end, [&](std::size_t first, std::size_t last) {
+        mesh.triangles.size(), 256, progress, begin, end, [&](std::size_t first, std::size_t last) {
             std::uint32_t for_sample = TriangleTree::kAnywhere, for_point = TriangleTree::kAnywhere;
             for (std::size_t i = first; i < last; ++i) {
-                const std::uint32_t t = from_tree.along_curve(i);
-                for (std::size_t k = spread.first[t]; k < spread.first[t + std::size_t{1}]; ++k)
-                    spread.samples[k].distance = to.distance(spread.samples[k].position, 0, for_sample);
-                for (const std::uint32_t p : from.triangles[t]) {
-                    if (triangle_of[p] == t) measure_point(p, for_point);
+                const std::uint32_t t = from.tree().along_curve(i);
+                for (std::size_t k = from.first_sample(t); k < from.first_sample(t + std::size_t{1}); ++k)
+                    d.samples[k] = to.distance(from.sample(k), 0, for_sample);
+                for (const std::uint32_t p : mesh.triangles[t]) {
+                    if (from.belongs_to(p, t)) measure_point(p, for_point);
                 }
             }
         });
-    for (std::uint32_t p = 0; p < triangle_of.size(); ++p) {
+    for (std::uint32_t p = 0; p < mesh.points.size(); ++p) {
         std::uint32_t guess = TriangleTree::kAnywhere;
-        if (triangle_of[p] == kNone) measure_point(p, guess);
+        if (from.is_unused(p)) measure_point(p, guess);
     }
-    d.samples = std::move(spread.samples);
     return d;
 }
 
@@ -132,10 +130,12 @@ MeshDistance mesh_distance(MeshView a, MeshView b, const DistanceOptions& option
     }
     MeshDistance result;
     with_threads(options.threads, [&] {
-        const TriangleTree tree_a(a), tree_b(b);
-        const DistanceSearch search{.samples = options.samples};
-        const Distances there = distances(a, tree_a, tree_b, search, options.progress, 0, 0.5);
-        const Distances back = distances(b, tree_b, tree_a, search, options.progress, 0.5, 1);
+        std::optional<SampledMesh> from_a, from_b;
+        tbb::parallel_invoke([&] { from_a.emplace(a, options.samples); },
+                             [&] { from_b.emplace(b, options.samples); });
+        constexpr double kExactly = std::numeric_limits<double>::infinity();
+        const Distances there = distances(*from_a, from_b->tree(), kExactly, options.progress, 0, 0.5);
+        const Distances back = distances(*from_b, from_a->tree(), kExactly, options.progress, 0.5, 1);
         result = symmetric(there, back);
     });
     return result;

@@ -1,8 +1,9 @@
 /// Measures how far one mesh is from another, in one direction.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
-#include <limits>
+#include <optional>
 #include <vector>
 
 #include <marrow/measure.h>
@@ -12,35 +13,50 @@
 
 namespace marrow::internal {
 
-/// The distances of a mesh to another mesh.
+/// A mesh, its tree, and the positions at which its distance to another mesh is measured.
+class SampledMesh {
+  public:
+    /// The arrays of `mesh` must outlive this. Uses all threads. \pre the mesh has triangles, fewer than 2^32, whose
+    /// indices are in range; samples > 0
+    explicit SampledMesh(const MeshView& mesh, std::int64_t samples = DistanceOptions{}.samples);
+
+    const MeshView& mesh() const { return mesh_; }
+    const TriangleTree& tree() const { return *tree_; }
+
+    std::size_t sample_count() const { return samples_.size(); }
+    /// Samples are spread evenly over the area. Triangle t has first_sample(t) to first_sample(t + 1) - 1.
+    const Vec3d& sample(std::size_t k) const { return samples_[k]; }
+    std::size_t first_sample(std::size_t t) const { return first_sample_[t]; }
+    /// Whether a point belongs to triangle t. Each point belongs to one of its triangles, if it has any.
+    bool belongs_to(std::uint32_t point, std::uint32_t t) const { return triangle_of_[point] == t; }
+    bool is_unused(std::uint32_t point) const { return triangle_of_[point] == kNone; }
+
+  private:
+    static constexpr std::uint32_t kNone = ~std::uint32_t{0};
+    void spread_samples(std::int64_t count);
+
+    MeshView mesh_;
+    std::optional<TriangleTree> tree_;
+    std::vector<Vec3d> samples_;
+    std::vector<std::size_t> first_sample_;
+    std::vector<std::uint32_t> triangle_of_;
+};
+
+/// The distances of a mesh to another mesh, in mm.
 struct Distances {
-    struct SurfaceSample {
-        Vec3d position;
-        std::uint32_t triangle;  ///< the triangle that contains the position
-        double distance;
-    };
-    std::vector<SurfaceSample> samples;  ///< spread over the area
-    std::vector<double> points;          ///< the distance of each point of the mesh
+    std::vector<double> samples, points;
 
     double max() const;
     double mean() const;  ///< over the area
 };
 
-/// Which distances to compute.
-struct DistanceSearch {
-    std::int64_t samples = DistanceOptions{}.samples;  ///< above 0
-    /// The distances of points are bounds: a point that is not further than `enough`, or than another point,
-    /// may get a larger distance than it has. That distance exceeds neither of the two. So the maximum is
-    /// right, and so is which points are further than `enough`.
-    double enough = std::numeric_limits<double>::infinity();
-};
-
 /// Measures from `from` to the mesh of the tree `to`. Reports progress from `begin` to `end`.
-/// \pre both meshes have triangles, whose indices are in range; `from_tree` is the tree of `from`
-/// \throw Cancelled
-Distances distances(const MeshView& from, const TriangleTree& from_tree, const TriangleTree& to,
-                    const DistanceSearch& search, const Progress& progress = {}, double begin = 0,
-                    double end = 1);
+///
+/// The distances of points are bounds: a point that is not further than `enough`, or than another point, may get
+/// a larger distance than it has. That distance exceeds neither of the two. So the maximum is right, and so is
+/// which points are further than `enough`. \throw Cancelled
+Distances distances(const SampledMesh& from, const TriangleTree& to, double enough, const Progress& progress,
+                    double begin, double end);
 
 /// Combines the two directions.
 MeshDistance symmetric(const Distances& there, const Distances& back);

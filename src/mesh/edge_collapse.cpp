@@ -34,7 +34,7 @@ std::size_t bucket_of(float cost) {
 
 }  // namespace
 
-EdgeCollapse::EdgeCollapse(const Mesh& mesh, double max_error, DeviationGuard* guard)
+EdgeCollapse::EdgeCollapse(const Mesh& mesh, double max_error, CollapseGuard* guard)
     : max_squared_error_(max_error * max_error),
       guard_(guard),
       alive_(mesh.triangles.size()),
@@ -340,7 +340,8 @@ bool EdgeCollapse::guard_accepts(Half h, const Vec3d& there) {
     for (const std::uint32_t end : {from(h), to(h)}) {
         for_each_outgoing(end, [&](Half out) {
             if (out / 4 == removed[0] || out / 4 == removed[1]) return;
-            patch_.push_back({out / 4, {there, position(to(out)), position(from(prev(out)))}});
+            const std::uint32_t i = to(out), j = from(prev(out));
+            patch_.push_back({out / 4, {from(h), i, j}, {there, position(i), position(j)}});
         });
     }
     return guard_->accept(removed, patch_);
@@ -387,6 +388,15 @@ bool EdgeCollapse::collapse(Half h) {
     kept.is_new = true;
     points_[b].outgoing = kNone;
     return true;
+}
+
+void EdgeCollapse::set_guard(CollapseGuard* guard) {
+    guard_ = guard;
+    for (Point& point : points_) {
+        if (!point.fixed || point.open) continue;
+        point.fixed = false;
+        point.changed = true;
+    }
 }
 
 std::size_t EdgeCollapse::undo(std::span<const std::uint32_t> corners, std::size_t count) {
@@ -483,9 +493,11 @@ EdgeCollapse::Result EdgeCollapse::result() {
         result.old_points.push_back(p);
     }
     result.mesh.triangles.reserve(alive_);
-    for (const Face& face : faces_) {
-        if (!face.alive) continue;
-        const auto& [a, b, c] = face.from;
+    result.old_triangles.reserve(alive_);
+    for (std::uint32_t t = 0; t < faces_.size(); ++t) {
+        if (!faces_[t].alive) continue;
+        result.old_triangles.push_back(t);
+        const auto& [a, b, c] = faces_[t].from;
         if (points_[a].is_new || points_[b].is_new || points_[c].is_new)
             result.changed.push_back(static_cast<std::uint32_t>(result.mesh.triangles.size()));
         result.mesh.triangles.push_back({new_index[a], new_index[b], new_index[c]});

@@ -11,7 +11,7 @@
 #include <marrow/mesh.h>
 #include <marrow/progress.h>
 
-#include "deviation_guard.h"
+#include "collapse_guard.h"
 #include "quadric.h"
 
 namespace marrow::internal {
@@ -25,20 +25,24 @@ namespace marrow::internal {
 /// same bits every time.
 ///
 /// A log of the collapses allows to undo some of them later, where the result turns out to be bad. A collapse
-/// can be undone once all later ones around its point are (Hoppe 1996, Xia and Varshney 1996).
+/// can be undone once all later ones around its point are (Hoppe 1996, Xia and Varshney 1996). Or else a guard looks at
+/// each collapse before it is done.
 class EdgeCollapse {
   public:
     /// \pre indices are in range; fewer than 2^30 triangles
     explicit EdgeCollapse(const Mesh& mesh)
         : EdgeCollapse(mesh, std::numeric_limits<double>::infinity(), nullptr) {}
     /// Collapses no edge that would leave a root mean square distance above `max_error` mm to the merged
-    /// planes, and no edge that the guard rejects. \pre the guard, if there is one, is a guard of this mesh; no edge
-    /// is collapsed after one was undone
-    EdgeCollapse(const Mesh& mesh, double max_error, DeviationGuard* guard);
+    /// planes, and no edge that the guard rejects, if there is one. \pre while there is a guard, no edge is collapsed
+    /// after one was undone
+    EdgeCollapse(const Mesh& mesh, double max_error, CollapseGuard* guard);
 
     /// Collapses until `triangles` are left, or until no edge can be collapsed. It may be called again with
     /// the same number after undo(). \throw Cancelled
     void reduce_to(std::size_t triangles, const Progress& progress);
+
+    /// From now on, collapses no edge that the guard rejects. Points of undone collapses take part again.
+    void set_guard(CollapseGuard* guard);
 
     /// Undoes up to `count` collapses that made the triangles that have these corners, the latest first, and
     /// the later ones around them. Points are as in the original mesh. The points of these collapses take part
@@ -51,8 +55,9 @@ class EdgeCollapse {
     /// A reduced mesh without normals. Points and triangles keep their order.
     struct Result {
         Mesh mesh;
-        std::vector<std::uint32_t> old_points;  ///< the indices of the points in the original mesh
-        std::vector<std::uint32_t> changed;     ///< the triangles at points that changed since the last call
+        std::vector<std::uint32_t> old_points;     ///< the indices of the points in the original mesh
+        std::vector<std::uint32_t> old_triangles;  ///< the same for triangles
+        std::vector<std::uint32_t> changed;  ///< the triangles at points that changed since the last call
     };
     Result result();
 
@@ -152,7 +157,7 @@ class EdgeCollapse {
     void for_each_outgoing(std::uint32_t point, F f) const;
 
     const double max_squared_error_;
-    DeviationGuard* const guard_;
+    CollapseGuard* guard_;
     std::vector<PatchTriangle> patch_;  // kept for its memory
     Buffer<Point> points_;
     Buffer<Face> faces_;

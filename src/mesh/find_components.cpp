@@ -1,4 +1,4 @@
-// Numbers the components of a mesh, and sums up their triangles, volumes and open edges.
+// Numbers the components of a mesh, and sums up their triangles, volumes and edges.
 #include "find_components.h"
 
 #include "connected_points.h"
@@ -7,7 +7,7 @@
 
 namespace marrow::internal {
 
-Components find_components(const MeshView& mesh) {
+Components find_components(const MeshView& mesh, bool edges_are_manifold) {
     Components components;
     const std::vector<std::uint32_t> lowest = lowest_connected_points(mesh);
     std::vector<std::uint32_t>& of_point = components.of_point;
@@ -36,8 +36,16 @@ Components find_components(const MeshView& mesh) {
         const auto [a, b, c] = corners_of(mesh, t);
         component.volume += dot(a - origin, cross(b - origin, c - origin)) / 6;
     }
+    EdgeCounts& edges = components.edges;
+    if (edges_are_manifold) {
+        edges.all = 3 * static_cast<std::int64_t>(mesh.triangles.size()) / 2;
+        return components;
+    }
     for_each_edge(mesh, [&](const Edge& edge) {
-        if (!edge.is_manifold()) components.all[of_point[edge.lower]].closed = false;
+        ++edges.all;
+        if (edge.is_manifold()) return;
+        ++(edge.is_border() ? edges.boundary : edges.nonmanifold);
+        components.all[of_point[edge.lower]].closed = false;
     });
     return components;
 }

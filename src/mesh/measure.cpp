@@ -6,7 +6,6 @@
 #include "bounds.h"
 #include "check_indices.h"
 #include "find_components.h"
-#include "half_edges.h"
 #include "triangle_corners.h"
 
 namespace marrow {
@@ -14,18 +13,6 @@ namespace marrow {
 using namespace internal;
 
 namespace {
-
-void count_edges(const MeshView& mesh, MeshMeasures& measures) {
-    std::int64_t edges = 0;
-    for_each_edge(mesh, [&](const Edge& edge) {
-        ++edges;
-        if (edge.is_border())
-            ++measures.boundary_edges;
-        else if (!edge.is_manifold())
-            ++measures.nonmanifold_edges;
-    });
-    measures.euler_characteristic = measures.points - edges + measures.triangles;
-}
 
 // Relative to the first point, because distant coordinates would cancel.
 void sum_area_and_volume(const MeshView& mesh, MeshMeasures& measures) {
@@ -44,13 +31,20 @@ void sum_area_and_volume(const MeshView& mesh, MeshMeasures& measures) {
 
 MeshMeasures measure(MeshView mesh) {
     check_indices(mesh);
+    return measure_components(mesh, find_components(mesh));
+}
+
+namespace internal {
+
+MeshMeasures measure_components(const MeshView& mesh, const Components& components) {
     MeshMeasures m;
     m.points = static_cast<std::int64_t>(mesh.points.size());
     m.triangles = static_cast<std::int64_t>(mesh.triangles.size());
-    count_edges(mesh, m);
-    const std::vector<Component> components = find_components(mesh).all;
-    m.components = static_cast<std::int64_t>(components.size());
-    for (const Component& component : components) m.cavities += component.is_cavity();
+    m.boundary_edges = components.edges.boundary;
+    m.nonmanifold_edges = components.edges.nonmanifold;
+    m.euler_characteristic = m.points - components.edges.all + m.triangles;
+    m.components = static_cast<std::int64_t>(components.all.size());
+    for (const Component& component : components.all) m.cavities += component.is_cavity();
     sum_area_and_volume(mesh, m);
     if (mesh.points.empty()) return m;
     Bounds bounds{mesh.points.front(), mesh.points.front()};
@@ -60,4 +54,5 @@ MeshMeasures measure(MeshView mesh) {
     return m;
 }
 
+}  // namespace internal
 }  // namespace marrow

@@ -15,6 +15,7 @@
 #include "base/disjoint_sets.h"
 #include "base/parallel.h"
 #include "check_indices.h"
+#include "find_components.h"
 #include "for_each_range.h"
 #include "half_edges.h"
 #include "one_rings.h"
@@ -138,7 +139,7 @@ void check_surface(const MeshView& mesh, const CheckOptions& options, MeshCheck&
             check.self_intersections = static_cast<std::int64_t>(
                 SelfIntersections(mesh, rings).find_all(options.progress, 0, walls_begin).size());
         },
-        [&] { check.measures = measure(mesh); },
+        [&] { check.measures = measure_components(mesh, find_components(mesh, all_fans)); },
         [&] {
             if (all_fans) return;
             for_each_edge(mesh, [&](const Edge& e) {

@@ -14,28 +14,10 @@
 #include "simple_fans.h"
 #include "triangle_intersection.h"
 #include "triangle_tree.h"
-#include "vertex_triangles.h"
 
 namespace marrow::internal {
 
 namespace {
-
-// Returns the far corner of the neighbour across the edge opposite to a corner. Returns nothing if the edge
-// does not have exactly two triangles.
-std::optional<Vec3d> across_edge(const MeshView& mesh, const VertexTriangles& vertex_triangles,
-                                 const Triangle& t, std::size_t corner) {
-    const std::uint32_t a = t[(corner + 1) % 3], b = t[(corner + 2) % 3];
-    std::uint32_t far = t[corner];
-    int triangles = 0;
-    for (const Triangle* other = vertex_triangles.begin(a); other != vertex_triangles.end(a); ++other) {
-        if ((*other)[1] != b && (*other)[2] != b) continue;
-        ++triangles;
-        const std::uint32_t third = (*other)[1] == b ? (*other)[2] : (*other)[1];
-        if (third != t[corner]) far = third;
-    }
-    if (triangles != 2) return {};
-    return to_double(mesh.points[far]);
-}
 
 // Whether a plane through a common corner p, between the directions to the triangles p, a, b and p, c, d, has
 // these on different sides. False if rounding could be wrong.
@@ -56,9 +38,9 @@ bool are_separate_at(const Vec3d& p, const Vec3d& a, const Vec3d& b, const Vec3d
 // Decides for pairs of triangles of a mesh whether the surface passes through itself there.
 class Decider {
   public:
-    explicit Decider(const MeshView& mesh) : mesh_(mesh) {}
+    Decider(const MeshView& mesh, const TrianglePyramid& pyramid) : mesh_(mesh), pyramid_(pyramid) {}
 
-    bool pass_through(std::uint32_t i, std::uint32_t j) {
+    bool pass_through(std::uint32_t i, std::uint32_t j) const {
         const Triangle &s = mesh_.triangles[i], &t = mesh_.triangles[j];
         std::size_t shared = 0, at_s = 0, at_t = 0;
         for (std::size_t c = 0; c < 3; ++c) {
@@ -81,12 +63,10 @@ class Decider {
 
     // The segment is on an edge. The surface only touches if it continues beyond the edge on the same side.
     bool continue_beyond(const Triangle& s, const TriangleCorners& corners_s, const Triangle& t,
-                         const TriangleCorners& corners_t, const TriangleIntersection& found) {
-        std::call_once(listed_, [&] { vertex_triangles_.emplace(mesh_); });
+                         const TriangleCorners& corners_t, const TriangleIntersection& found) const {
         const auto beyond = [&](const Triangle& triangle, const TriangleCorners& corners,
                                 const PlaneCut& cut) {
-            return cut.is_along_edge() ? across_edge(mesh_, *vertex_triangles_, triangle, cut.apex)
-                                       : corners[cut.opposite];
+            return cut.is_along_edge() ? across_edge(triangle, cut.apex) : corners[cut.opposite];
         };
         const std::optional<Vec3d> beyond_s = beyond(s, corners_s, found.s),
                                    beyond_t = beyond(t, corners_t, found.t);
@@ -98,9 +78,29 @@ class Decider {
                             {corners_s[found.s.apex], *beyond_s}, {corners_t[found.t.apex], *beyond_t});
     }
 
+    // Returns the far corner of the neighbour across the edge opposite to a corner. Returns nothing if the edge
+    // does not have exactly two triangles.
+    std::optional<Vec3d> across_edge(const Triangle& triangle, std::size_t corner) const {
+        const std::uint32_t a = triangle[(corner + 1) % 3], b = triangle[(corner + 2) % 3];
+        Bounds edge;
+        edge.include(mesh_.points[a]);
+        edge.include(mesh_.points[b]);
+        std::uint32_t far = triangle[corner];
+        int triangles = 0;
+        for (const std::uint32_t t : pyramid_.overlapping(edge)) {
+            std::uint32_t third = a;
+            int at_edge = 0;
+            for (const std::uint32_t p : mesh_.triangles[t]) p == a || p == b ? ++at_edge : third = p;
+            if (at_edge < 2) continue;
+            ++triangles;
+            if (third != triangle[corner]) far = third;
+        }
+        if (triangles != 2) return {};
+        return to_double(mesh_.points[far]);
+    }
+
     const MeshView mesh_;
-    std::once_flag listed_;
-    std::optional<VertexTriangles> vertex_triangles_;  // made when a segment is on an edge, which is rare
+    const TrianglePyramid& pyramid_;
 };
 
 }  // namespace
@@ -111,7 +111,7 @@ struct SelfIntersections::Search {
     Decider decider;
 
     Search(const MeshView& wanted, const OneRings& rings)
-        : mesh(wanted), pyramid(mesh, find_simple_fans(mesh, rings)), decider(mesh) {}
+        : mesh(wanted), pyramid(mesh, find_simple_fans(mesh, rings)), decider(mesh, pyramid) {}
 };
 
 SelfIntersections::SelfIntersections(MeshView mesh) : SelfIntersections(mesh, OneRings(mesh)) {}
@@ -141,7 +141,7 @@ std::vector<TrianglePair> SelfIntersections::find_all(const Progress& progress, 
 
 std::vector<TrianglePair> SelfIntersections::find_changed(const std::vector<std::uint32_t>& changed) {
     Search& s = *search_;
-    for (const std::uint32_t t : changed) s.pyramid.update(t);
+    update(changed);
     std::vector<TrianglePair> found;
     for (const std::uint32_t t : changed) {
         for (const std::uint32_t other : s.pyramid.overlapping(bounds_of(s.mesh, s.mesh.triangles[t]))) {
@@ -152,6 +152,15 @@ std::vector<TrianglePair> SelfIntersections::find_changed(const std::vector<std:
     std::sort(found.begin(), found.end());
     found.erase(std::unique(found.begin(), found.end()), found.end());
     return found;
+}
+
+void SelfIntersections::update(const std::vector<std::uint32_t>& changed) {
+    for (const std::uint32_t t : changed)
+        search_->pyramid.set_box(t, bounds_of(search_->mesh, search_->mesh.triangles[t]));
+}
+
+void SelfIntersections::remove(std::uint32_t triangle) {
+    search_->pyramid.set_box(triangle, Bounds{});
 }
 
 std::vector<std::uint32_t> SelfIntersections::triangles_at(std::uint32_t point) const {

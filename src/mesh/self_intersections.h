@@ -31,6 +31,12 @@ class SelfIntersections {
     /// that have changed since the last search.
     std::vector<TrianglePair> find_changed(const std::vector<std::uint32_t>& changed);
 
+    /// Takes note of triangles that have changed, without a search.
+    void update(const std::vector<std::uint32_t>& changed);
+
+    /// Leaves a triangle out of later searches, until it is among the changed ones again.
+    void remove(std::uint32_t triangle);
+
     /// Returns the triangles at a point that has not moved since the last search, in a fixed order.
     std::vector<std::uint32_t> triangles_at(std::uint32_t point) const;
 

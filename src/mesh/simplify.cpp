@@ -11,8 +11,10 @@
 #include "base/parallel.h"
 #include "base/progress.h"
 #include "check_indices.h"
+#include "deviation_guard.h"
 #include "distance.h"
 #include "edge_collapse.h"
+#include "intersection_guard.h"
 #include "normals.h"
 #include "self_intersections.h"
 
@@ -67,51 +69,42 @@ struct Reduced {
     MeshDistance deviation = {};
 };
 
-// Collapses until `triangles` are left, or until no more can be collapsed and leave the surface valid. It goes
-// in stages, so that few collapses are built on one that must be undone. The surface hardly ever passes through
-// itself before a tenth is left, so the first stage goes that far. Where walls are thin, a later stage may end with
-// more triangles than it began with, and the next ones with fewer again, as they leave the points of undone
-// collapses alone.
+// Collapses until `triangles` are left, or until no more can be collapsed. Before a tenth is left, the surface hardly
+// ever passes through itself, so that it is looked at only then. From there on, each collapse is looked at.
 Reduced reduce_to(const Mesh& mesh, std::size_t triangles, const Progress& progress) {
-    constexpr double kFirstStage = 0.1, kStage = 0.8, kLeastGain = 0.01;
-    constexpr int kPatience = 4;  // so many stages in a row may bring nothing; fewer leave up to a fifth more
+    constexpr double kUnguarded = 0.1;
     EdgeCollapse collapse(mesh);
-    Reduced best;
-    const auto all = static_cast<double>(collapse.triangles()), last = static_cast<double>(triangles);
-    const auto done = [&](double left) { return (all - left) / (all - last); };
-    double least = all, wanted = std::max(last, kFirstStage * all);
-    for (int fruitless = 0; fruitless < kPatience;) {
-        const auto before = static_cast<double>(collapse.triangles());
-        collapse.reduce_to(static_cast<std::size_t>(wanted),
-                           sub_progress(progress, done(before), done(wanted)));
-        std::int64_t undone = 0;
-        EdgeCollapse::Result result = make_valid(collapse, undone);
-        best.undone += undone;
-        const auto left = static_cast<double>(collapse.triangles());
-        fruitless = left < (1 - kLeastGain) * least ? 0 : fruitless + 1;
-        if (left < least || best.mesh.triangles.empty()) {
-            least = left;
-            best.mesh = std::move(result.mesh);
-        }
-        const bool is_exhausted = undone == 0 && left > wanted;
-        if (left <= last || is_exhausted) break;
-        wanted = std::max(last, kStage * left);
+    const auto unguarded = std::max(
+        triangles, static_cast<std::size_t>(kUnguarded * static_cast<double>(mesh.triangles.size())));
+    collapse.reduce_to(unguarded, sub_progress(progress, 0, 0.7));
+    Reduced reduced;
+    EdgeCollapse::Result result = make_valid(collapse, reduced.undone);
+    if (result.mesh.triangles.size() > triangles) {
+        IntersectionGuard guard(mesh, std::move(result));
+        collapse.set_guard(&guard);
+        collapse.reduce_to(triangles, sub_progress(progress, 0.7, 1));
+        result = collapse.result();
     }
-    return best;
+    reduced.mesh = std::move(result.mesh);
+    return reduced;
 }
 
 // Finds where a mesh is further than `max_error` from the other one. `now` has the point of the reduced mesh for each
 // of its points, as an index in the original mesh.
 template <class Indices>
-std::vector<Place> find_far(const Mesh& mesh, const Distances& distances, const Indices& now,
+std::vector<Place> find_far(const SampledMesh& from, const Distances& distances, const Indices& now,
                             double max_error) {
+    const MeshView& mesh = from.mesh();
     std::vector<Place> places;
     for (std::uint32_t p = 0; p < mesh.points.size(); ++p) {
         if (distances.points[p] > max_error) places.emplace_back().fill(now[p]);
     }
-    for (const Distances::SurfaceSample& s : distances.samples) {
-        const auto& [a, b, c] = mesh.triangles[s.triangle];
-        if (s.distance > max_error) places.push_back({now[a], now[b], now[c], now[a], now[b], now[c]});
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+        const auto& [a, b, c] = mesh.triangles[t];
+        for (std::size_t k = from.first_sample(t); k < from.first_sample(t + 1); ++k) {
+            if (distances.samples[k] > max_error)
+                places.push_back({now[a], now[b], now[c], now[a], now[b], now[c]});
+        }
     }
     return places;
 }
@@ -120,22 +113,21 @@ std::vector<Place> find_far(const Mesh& mesh, const Distances& distances, const 
 // passes through itself or the measured distance is too large, since the guard only looks at some positions.
 Reduced reduce_within(const Mesh& mesh, std::size_t triangles, double max_error, const Progress& progress) {
     constexpr double kGuarded = 0.7;  // of the error: then few collapses must be undone
-    const TriangleTree tree(mesh);
-    DeviationGuard guard(mesh, tree, kGuarded * max_error);
+    const SampledMesh original(mesh);
+    DeviationGuard guard(mesh, original.tree(), kGuarded * max_error);
     EdgeCollapse collapse(mesh, kGuarded * max_error, &guard);
     collapse.reduce_to(triangles, sub_progress(progress, 0, 0.7));
     Reduced reduced;
     for (std::size_t count = 1;; count *= 2) {
         EdgeCollapse::Result result = make_valid(collapse, reduced.undone);
-        const TriangleTree new_tree(result.mesh);
-        const DistanceSearch search{.enough = max_error};
+        const SampledMesh now(result.mesh);
         // Most of what is too far shows from the reduced mesh, so the other direction often can wait.
-        const Distances back = distances(result.mesh, new_tree, tree, search, progress, 0.7, 0.9);
-        std::size_t found = undo(collapse, find_far(result.mesh, back, result.old_points, max_error), count);
+        const Distances back = distances(now, original.tree(), max_error, progress, 0.7, 0.9);
+        std::size_t found = undo(collapse, find_far(now, back, result.old_points, max_error), count);
         if (found == 0) {
-            const Distances there = distances(mesh, tree, new_tree, search, progress, 0.9, 1);
+            const Distances there = distances(original, now.tree(), max_error, progress, 0.9, 1);
             reduced.deviation = symmetric(there, back);
-            found = undo(collapse, find_far(mesh, there, collapse.merged_into(), max_error), count);
+            found = undo(collapse, find_far(original, there, collapse.merged_into(), max_error), count);
         }
         reduced.undone += static_cast<std::int64_t>(found);
         if (found > 0) continue;

@@ -164,7 +164,7 @@ Mesh smoothed(const Mesh& mesh, const SmoothOptions& options, SmoothStats& stats
     });
     displacements = {};
     stats.restored_components = restore_flattened(mesh, rings, lowest, result);
-    const auto start = [&] { return Positions{std::span(mesh.points)}; };
+    const auto start = [&] { return std::span<const Vec3f>(mesh.points); };
     stats.held_back_points =
         static_cast<std::int64_t>(hold_back(result, rings, start, options.progress, 0.5, 1));
     measure_moves(mesh, result, stats);

@@ -322,7 +322,7 @@ std::vector<std::uint32_t> TrianglePyramid::overlapping(const Bounds& box) const
     return triangles;
 }
 
-void TrianglePyramid::update(std::uint32_t triangle) {
+void TrianglePyramid::set_box(std::uint32_t triangle, const Bounds& box) {
     if (places_.empty()) {
         places_.resize(mesh_.triangles.size());
         tbb::parallel_for(tbb::blocked_range<std::size_t>(0, places_.size(), 8192), [&](const auto& range) {
@@ -331,7 +331,7 @@ void TrianglePyramid::update(std::uint32_t triangle) {
         });
     }
     std::size_t place = places_[triangle];
-    leaves_[place / kWidth].boxes.set(place % kWidth, bounds_of(mesh_, mesh_.triangles[triangle]));
+    leaves_[place / kWidth].boxes.set(place % kWidth, box);
     Bounds bounds = leaves_[place / kWidth].boxes.bounds();
     for (Buffer<Group>& level : levels_) {
         place /= kWidth;

@@ -37,8 +37,8 @@ class TrianglePyramid {
     /// Returns the triangles whose boxes overlap or touch a box, in a fixed order.
     std::vector<std::uint32_t> overlapping(const Bounds& box) const;
 
-    /// Makes the box of a triangle again, after its corners have moved.
-    void update(std::uint32_t triangle);
+    /// Replaces the box of a triangle. An empty box overlaps nothing.
+    void set_box(std::uint32_t triangle, const Bounds& box);
 
     /// Eight boxes by axis. Unused ones are empty and overlap nothing.
     struct Group {

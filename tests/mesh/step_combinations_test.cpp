@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <limits>
+#include <random>
 
 #include <marrow/components.h>
 #include <marrow/isosurface.h>
@@ -271,14 +273,45 @@ TEST_F(VisibleHuman, StaysValidThroughEveryCombination) {
     }
 }
 
+// Lumps of labels, whose relaxed surfaces come close to each other: each sample has the label of about the nearest of
+// some points.
+Volume lumps(Random& random) {
+    constexpr int kSize = 16, kLabels = 6, kPoints = 18;
+    std::uniform_real_distribution<double> anywhere(0, kSize), noise(0, 6);
+    std::vector<Vec3d> points;
+    for (int i = 0; i < kPoints; ++i)
+        points.push_back({anywhere(random), anywhere(random), anywhere(random)});
+    return sampled<std::uint8_t>(grid(kSize, kSize, kSize), [&](auto x, auto y, auto z) {
+        const Vec3d here{static_cast<double>(x), static_cast<double>(y), static_cast<double>(z)};
+        std::size_t nearest = 0;
+        double least = std::numeric_limits<double>::infinity();
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            const double distance = dot(points[i] - here, points[i] - here) + noise(random);
+            if (distance < least) least = distance, nearest = i;
+        }
+        return static_cast<int>(nearest % kLabels);
+    });
+}
+
 TEST(Labels, StayValidWhenRelaxed) {
     for (unsigned seed = 0; seed < 40; ++seed) {
         Random random(seed);
-        const Volume map = sampled<std::uint8_t>(
-            grid(7, 7, 7), [&](auto, auto, auto) { return static_cast<int>(random() % (2 + seed % 3)); });
+        const Volume map =
+            seed % 2 == 0 ? lumps(random) : sampled<std::uint8_t>(grid(7, 7, 7), [&](auto, auto, auto) {
+                return static_cast<int>(random() % (2 + seed % 3));
+            });
         for (const int relax : {0, 1, 40}) {
-            for (const LabelSurface& surface : extract_labels(map, {.relax = relax}))
+            std::vector<LabelSurface> surfaces = extract_labels(map, {.relax = relax});
+            std::vector<MeshView> meshes;
+            for (const LabelSurface& surface : surfaces) {
                 EXPECT_EQ(check_mesh(surface.mesh).self_intersections, 0) << seed << ", relax " << relax;
+                meshes.push_back(surface.mesh);
+            }
+            // After one pass, many points are at equal heights: a quad may lie folded on its neighbour, which is no
+            // intersection, while the surface of another label begins at its edge.
+            if (relax != 1) {
+                EXPECT_TRUE(find_crossings(meshes).empty()) << seed << ", relax " << relax;
+            }
         }
     }
 }

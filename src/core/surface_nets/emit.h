@@ -24,8 +24,8 @@ struct LabelMeshes {
 LabelMeshes make_label_meshes(SurfaceNet& net, const IndexToPhysical& to_physical, LabelIndex background,
                               const Progress& progress);
 
-/// The same for a net after relax(). Where the surface of a label would pass through itself, points go back
-/// towards where they were before, in the meshes of all labels that share them.
+/// The same for a net after relax(). Where the net would pass through itself, points go back towards where they
+/// were before, in the meshes of all labels that share them.
 std::vector<Mesh> make_relaxed_meshes(SurfaceNet& net, const IndexToPhysical& to_physical,
                                       LabelIndex background, const Progress& progress);
 
