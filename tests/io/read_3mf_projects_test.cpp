@@ -10,7 +10,7 @@
 #include <marrow/measure.h>
 #include <marrow/mesh_io.h>
 
-#include "io/bytes/zip_writer.h"
+#include "io/bytes/archive_writer.h"
 #include "support/temporary_folder.h"
 
 namespace marrow::test {
@@ -78,7 +78,7 @@ class Project : public testing::Test {
     fs::path archive(const Files& files) {
         const fs::path path = folder / "project.3mf";
         AtomicFile file(path);
-        internal::io::ZipWriter zip(file);
+        internal::io::ArchiveWriter zip(file, internal::io::ArchiveWriter::Format::zip);
         for (const auto& [name, text] : files) {
             zip.begin(name);
             zip.write(text.data(), text.size());

@@ -1,7 +1,7 @@
 // Parses XML by expat.
 #include "xml.h"
 
-#include <algorithm>
+#include <cstring>
 #include <new>
 #include <utility>
 
@@ -24,10 +24,11 @@ std::pair<std::string_view, std::string_view> divided(std::string_view full) {
 
 }  // namespace
 
-std::string_view XmlElement::get(std::string_view attribute, std::string_view attribute_space) const {
+std::string_view XmlElement::get(const char* attribute, std::string_view attribute_space) const {
     for (const char* const* at = attributes; *at; at += 2) {
-        if (attribute_space.empty() ? attribute == at[0]
-                                    : divided(at[0]) == std::pair(attribute_space, attribute))
+        if (attribute_space.empty()
+                ? std::strcmp(at[0], attribute) == 0
+                : divided(at[0]) == std::pair(attribute_space, std::string_view(attribute)))
             return at[1];
     }
     return {};

@@ -19,7 +19,7 @@ struct XmlElement {
     const char* const* attributes;
 
     /// The value of an attribute, which has a namespace or none; empty if it is absent.
-    std::string_view get(std::string_view attribute, std::string_view attribute_space = {}) const;
+    std::string_view get(const char* attribute, std::string_view attribute_space = {}) const;
 };
 
 /// Receives the parts of a document in their order.

@@ -94,13 +94,15 @@ class ModelReader : public XmlVisitor {
         if (!begun_) begin_model(element);
         if (element.space != core_) return;
         const std::string_view tag = element.name;
-        if ((tag == "object" || tag == "component" || tag == "item") && ++scene_.parts > kMostParts)
-            file_.refuse("has more than " + std::to_string(kMostParts) + " objects, components and items");
         if (tag == "vertex" || tag == "triangle" || tag == "component") {
             if (!object_) file_.refuse("has a " + std::string(tag) + " outside objects");
-            if (tag == "vertex") object_->mesh.points.push_back(point(element));
-            if (tag == "triangle") object_->mesh.triangles.push_back(triangle(element));
-            if (tag == "component") object_->components.push_back(use(element));
+            if (tag == "vertex") return object_->mesh.points.push_back(point(element));
+            if (tag == "triangle") return object_->mesh.triangles.push_back(triangle(element));
+        }
+        if ((tag == "object" || tag == "component" || tag == "item") && ++scene_.parts > kMostParts)
+            file_.refuse("has more than " + std::to_string(kMostParts) + " objects, components and items");
+        if (tag == "component") {
+            object_->components.push_back(use(element));
         } else if (tag == "object") {
             const auto [added, is_new] = scene_.objects.try_emplace({name_, std::string(element.get("id"))});
             if (!is_new) file_.refuse("has two objects " + quoted(element.get("id")));
@@ -150,10 +152,11 @@ class ModelReader : public XmlVisitor {
 
     template <class T>
     T number(const XmlElement& element, const char* name, std::optional<T> (*parse)(std::string_view)) const {
-        const std::optional<T> value = parse(element.get(name));
+        const std::string_view text = element.get(name);
+        const std::optional<T> value = parse(text);
         if (!value) {
             file_.refuse("the attribute " + std::string(name) + " of a " + std::string(element.name) +
-                         " is not a number: " + quoted(element.get(name)));
+                         " is not a number: " + quoted(text));
         }
         return *value;
     }

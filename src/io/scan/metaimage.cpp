@@ -78,18 +78,17 @@ Header parse(const std::filesystem::path& path) {
 }
 
 StoredType stored_type(const Header& header) {
-    static constexpr TypeName kNames[] = {{"met_char", StoredType::int8},
-                                          {"met_uchar", StoredType::uint8},
-                                          {"met_short", StoredType::int16},
-                                          {"met_ushort", StoredType::uint16},
-                                          {"met_int", StoredType::int32},
-                                          {"met_uint", StoredType::uint32},
-                                          {"met_long", StoredType::int32},
-                                          {"met_ulong", StoredType::uint32},  // four bytes, on every machine
-                                          {"met_long_long", StoredType::int64},
-                                          {"met_ulong_long", StoredType::uint64},
-                                          {"met_float", StoredType::float32},
-                                          {"met_double", StoredType::float64}};
+    static constexpr TypeName kNames[] = {
+        {"met_char", StoredType::int8},
+        {"met_uchar", StoredType::uint8},
+        {"met_short", StoredType::int16},
+        {"met_ushort", StoredType::uint16},
+        {"met_int|met_long", StoredType::int32},
+        {"met_uint|met_ulong", StoredType::uint32},  // a long has four bytes, on every machine
+        {"met_long_long", StoredType::int64},
+        {"met_ulong_long", StoredType::uint64},
+        {"met_float", StoredType::float32},
+        {"met_double", StoredType::float64}};
     const std::string* text = header.find({"elementtype"});
     if (!text) header.refuse("ElementType is missing");
     const std::optional<StoredType> type = find_type(kNames, to_lower(*text));
