@@ -48,9 +48,9 @@ std::string model(const std::string& resources, const std::string& items,
            "</build>\n</model>";
 }
 
-std::string object(int id, const std::string& content) {
+std::string object(int id, const std::string& content, const std::string& type = "model") {
     return "<object id=\"" + std::to_string(id) + "\" p:UUID=\"0000000" + std::to_string(id) +
-           "-61cb-4c03-9d28-80fed5dfa1dc\" type=\"model\">" + content + "</object>";
+           "-61cb-4c03-9d28-80fed5dfa1dc\" type=\"" + type + "\">" + content + "</object>";
 }
 
 std::string transform(const std::string& numbers) {
@@ -127,6 +127,35 @@ TEST_F(Project, OfSeveralModelsIsAssembled) {
     EXPECT_TRUE(mesh.points[5] == (Vec3f{138, 128, 0}));
     EXPECT_TRUE(mesh.triangles[4] == (Triangle{4, 6, 5}));
     EXPECT_NEAR(measure(mesh).volume, 2 * 1000 / 6.0, 1e-3);
+}
+
+TEST_F(Project, ModifiersAndSupportsAreNotPartsOfIt) {
+    // As Bambu Studio 2.0 saves a part with a modifier, which is described in a file of its own.
+    const std::string settings =
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?><config><object id=\"9\"><metadata key=\"name\" "
+        "value=\"a\"/>"
+        "<part id=\"1\" subtype=\"normal_part\"/><part id=\"2\" "
+        "subtype=\"modifier_part\"/></object></config>";
+    const auto used = [](int id) { return component(id, "1 0 0 0 1 0 0 0 1 0 0 0", kPart); };
+    const fs::path path =
+        archive({{"[Content_Types].xml", "<Types/>"},
+                 {"_rels/.rels", kRelations},
+                 {"3D/_rels/3dmodel.model.rels",
+                  "<Relationships><Relationship Target=\"/3D/Objects/object_1.model\" Id=\"rel-1\" "
+                  "Type=\"http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel\"/></Relationships>"},
+                 {"3D/3dmodel.model", model(object(9, components(used(1) + used(2) + used(3) + used(4))),
+                                            item(9, "1 0 0 0 1 0 0 0 1 5 0 0"))},
+                 {"3D/Objects/object_1.model",
+                  model(object(1, kTetrahedron) + object(2, kTetrahedron, "other") +
+                            object(3, kTetrahedron, "support") + object(4, kTetrahedron, "solidsupport"),
+                        "")},
+                 {"Metadata/model_settings.config", settings},
+                 {"Metadata/slice_info.config", "<config><header/></config>"},
+                 {"Metadata/project_settings.config", "{}"}});
+    const Mesh mesh = read_mesh(path);
+    ASSERT_EQ(mesh.points.size(), 4u);
+    EXPECT_TRUE(mesh.points[0] == (Vec3f{5, 0, 0}));
+    EXPECT_EQ(read_meshes(path).size(), 1u);
 }
 
 TEST_F(Project, TransformsApplyFromTheInsideOut) {

@@ -54,6 +54,7 @@ struct Object {
     Mesh mesh;
     double scale = 1;  // millimetres per unit of the mesh
     std::vector<Use> components;
+    bool is_part = true;  // of what is built
     bool placing = false;
 };
 
@@ -109,6 +110,9 @@ class ModelReader : public XmlVisitor {
             object_ = &added->second;
             object_->scale = scale_;
             object_->name = element.get("name");
+            // Slicers save their modifiers, which lie inside other objects, and their supports like this.
+            const std::string_view type = element.get("type");
+            object_->is_part = type != "other" && type != "support" && type != "solidsupport";
         } else if (tag == "item" && is_root_) {
             scene_.items.push_back(use(element));
         } else if (tag == "metadata" && is_root_) {
@@ -260,6 +264,7 @@ class Assembly {
         Object& object = found->second;
         if (object.placing) archive_.refuse("object " + quoted(use.id) + " is a part of itself");
         if (depth > kMostDepth) archive_.refuse("its objects are nested too deeply");
+        if (!object.is_part) return;
         const Transform transform = product(use.transform, outer);
         visit(object, transform);
         object.placing = true;
