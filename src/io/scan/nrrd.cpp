@@ -59,14 +59,13 @@ Header parse(const std::filesystem::path& path) {
     if (!text.starts_with("NRRD000")) throw InputError(fmt::format("{}: is not a NRRD file", quoted(path)));
 
     bool in_list = false;
-    bool first = true;
-    while (header.end < text.size()) {
-        const std::size_t newline = text.find('\n', header.end);
-        if (newline == text.npos && text.size() == kLongest) header.refuse("is longer than 1 MiB");
-        const std::size_t end = std::min(newline, text.size());
-        const std::string_view line = trimmed(std::string_view(text).substr(header.end, end - header.end));
-        header.end = std::min(end + 1, text.size());
-        if (std::exchange(first, false) || line.starts_with('#')) continue;
+    std::string_view rest = text;
+    take_line(rest);
+    while (!rest.empty()) {
+        if (rest.find('\n') == rest.npos && text.size() == kLongest) header.refuse("is longer than 1 MiB");
+        const std::string_view line = trimmed(take_line(rest));
+        header.end = text.size() - rest.size();
+        if (line.starts_with('#')) continue;
         if (in_list) {
             if (!line.empty()) header.listed_files.emplace_back(line);
             continue;
