@@ -220,6 +220,66 @@ TEST_F(Project, PrefixesEntitiesAndEncodingsAreXmls) {
     EXPECT_TRUE(read_mesh(project(wide)).points == mesh.points);
 }
 
+// A fan of triangles. `vertex` and `triangle` write its elements, and `before` what comes between them.
+std::string fan(int corners, const std::function<std::string(int)>& vertex,
+                const std::function<std::string(int)>& triangle, const std::string& before = "\n   ") {
+    std::string text = "<mesh><vertices>";
+    for (int i = 0; i < corners; ++i) text += before + vertex(i);
+    text += "</vertices><triangles>";
+    for (int i = 1; i + 1 < corners; ++i) text += before + triangle(i);
+    return text + "</triangles></mesh>";
+}
+
+TEST_F(Project, ElementsInAnyFormAreTheSameMesh) {
+    constexpr int kCorners = 30'000;  // more than any piece of text holds
+    const auto x = [](int i) { return std::to_string(i) + ".25"; };
+    const auto n = [](int i) { return std::to_string(i); };
+    const auto vertex = [&](int i) {
+        return "<vertex x=\"" + x(i) + "\" y=\"-1e2\" z=\"" + n(i % 7) + "\"/>";
+    };
+    const auto triangle = [&](int i) {
+        return "<triangle v1=\"0\" v2=\"" + n(i) + "\" v3=\"" + n(i + 1) + "\"/>";
+    };
+    const auto meshed = [&](const std::string& mesh) {
+        return read_mesh(project(model(object(1, mesh), item(1))));
+    };
+    const Mesh plain = meshed(fan(kCorners, vertex, triangle));
+    ASSERT_EQ(plain.points.size(), std::size_t{kCorners});
+    ASSERT_EQ(plain.triangles.size(), std::size_t{kCorners - 2});
+    EXPECT_TRUE(plain.points.back() == (Vec3f{kCorners - 1 + 0.25f, -100, (kCorners - 1) % 7}));
+    EXPECT_TRUE(plain.triangles.back() == (Triangle{0, kCorners - 2, kCorners - 1}));
+
+    const auto other_vertex = [&](int i) {  // every third one as usual
+        if (i % 3 == 0) return vertex(i);
+        if (i % 3 == 1) return "<vertex z='" + n(i % 7) + "' y='-100' x=' " + x(i) + "' />";
+        return "<vertex x = \"" + x(i) + "\" y=\"-&#49;00\" z=\"" + n(i % 7) + "\"></vertex>";
+    };
+    const auto other_triangle = [&](int i) {
+        if (i % 3 == 0) return triangle(i);
+        if (i % 3 == 1)
+            return "<triangle v1=\"0\" v2=\"" + n(i) + "\" v3=\"" + n(i + 1) + "\" paint_color=\"4\"/>";
+        return "<triangle\nv1=\"0\" v2=\"" + n(i) + "\" v3=\"" + n(i + 1) + "\"   />";
+    };
+    const std::string hidden =
+        "<!-- <vertex x=\"1\" y=\"2\" z=\"3\"/> <vertex x=\"1\" y=\"2\" z=\"3\"/>"
+        "<triangle v1=\"0\" v2=\"0\" v3=\"0\"/> <triangle v1=\"0\" v2=\"0\" v3=\"0\"/> -->";
+    for (const std::string& before : {std::string(), std::string("\r\n\t"), hidden}) {
+        const Mesh other = meshed(fan(kCorners, other_vertex, other_triangle, before));
+        EXPECT_TRUE(other.points == plain.points);
+        EXPECT_TRUE(other.triangles == plain.triangles);
+    }
+    // Elements of another namespace are no vertices, also if only the namespace without a prefix changes.
+    std::string foreign = fan(4, vertex, triangle);
+    foreign.replace(foreign.find("<vertices>"), 10, "<vertices xmlns=\"urn:other\">");
+    expect_refused(project(model(object(1, foreign), item(1))), "names point 0, which is missing");
+    // Errors name the line, and the attribute.
+    const auto broken = [&](int i) { return i == 4000 ? "<vertex x=\"1\" y=\"2\" z=\"3\">" : vertex(i); };
+    expect_refused(project(model(object(1, fan(5000, broken, triangle)), item(1))), "invalid in line 5004");
+    const auto bad = [&](int i) { return i == 4000 ? "<vertex x=\"1\" y=\"b\" z=\"3\"/>" : vertex(i); };
+    expect_refused(project(model(object(1, fan(5000, bad, triangle)), item(1))),
+                   "the attribute y of a vertex is not a number: 'b'");
+}
+
 TEST_F(Project, NeedsAllOfItsParts) {
     const std::string solid = object(1, kTetrahedron);
     const auto root = [](const std::string& used) { return model(object(2, components(used)), item(2)); };
