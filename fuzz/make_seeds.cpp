@@ -1,12 +1,19 @@
 // Writes seeds for the fuzz targets to FOLDER/<target>/<seed>: the small valid scans of the tests, and a mesh
 // in every format.
+#include <blosc.h>
+#include <lz4.h>
+#include <zstd.h>
+
 #include <cstdio>
+
+#include <fmt/format.h>
 
 #include <marrow/mesh_io.h>
 
 #include "mesh_kinds.h"
 #include "support/small_scans.h"
 #include "support/temporary_folder.h"
+#include "zarr_files.h"
 
 using namespace marrow::test;
 
@@ -52,6 +59,76 @@ void write_meshes_to(const fs::path& folder) {
                         "<component p:path=\"/m\" objectid=\"1\"/><component objectid=\"1\" transform=\"-1 0 "
                         "0 0 1 0 0 0 1 7 8 9\"/></components></object></resources><build>"
                         "<item objectid=\"2\"/><item objectid=\"2\"/></build></model>"));
+}
+
+// Chunks of 3 x 4 x 5 samples in each compression.
+std::string packed(const std::string& name, const std::string& bytes) {
+    std::string out(bytes.size() + 1024, '\0');
+    std::size_t size = 0;
+    if (name == "zlib" || name == "gzip") return deflated(bytes, name == "zlib" ? 15 : 31);
+    if (name == "zstd") size = ZSTD_compress(out.data(), out.size(), bytes.data(), bytes.size(), 3);
+    if (name == "blosc")
+        size = static_cast<std::size_t>(blosc_compress_ctx(5, BLOSC_SHUFFLE, 2, bytes.size(), bytes.data(),
+                                                           out.data(), out.size(), "lz4", 0, 1));
+    if (name == "lz4")
+        size = static_cast<std::size_t>(LZ4_compress_default(
+            bytes.data(), out.data(), static_cast<int>(bytes.size()), static_cast<int>(out.size())));
+    out.resize(size);
+    return name == "lz4" ? bytes_of(static_cast<std::uint32_t>(bytes.size())) + out : out;
+}
+
+void write_zarr_seeds(const fs::path& folder) {
+    std::vector<std::uint16_t> samples;
+    for (int i = 0; i < 60; ++i) samples.push_back(static_cast<std::uint16_t>(i * i % 401));
+    const std::string raw = bytes_of(samples);
+    const std::string array_2 = R"({"zarr_format":2,"shape":[4,4,5],"chunks":[3,4,5],"dtype":"<u2",)"
+                                R"("fill_value":7,"order":"F","filters":null,)";
+    write_file(folder / "2-raw",
+               zarr_file(".zarray", array_2 + R"("compressor":null})") + zarr_file("0.0.0", raw));
+    for (const std::string name : {"zlib", "zstd", "blosc", "lz4"})
+        write_file(folder / ("2-" + name),
+                   zarr_file(".zarray", array_2 + R"("compressor":{"id":")" + name + "\"}}") +
+                       zarr_file("0.0.0", packed(name, raw)));
+
+    const auto array_3 = [](const std::string& shape, const std::string& chunk, const std::string& codecs) {
+        return fmt::format(
+            R"({{"zarr_format":3,"node_type":"array","shape":[{}],"data_type":"uint16","fill_value":"0x0007",)"
+            R"("chunk_grid":{{"name":"regular","configuration":{{"chunk_shape":[{}]}}}},"codecs":[{}],)"
+            R"("chunk_key_encoding":{{"name":"default","configuration":{{"separator":"/"}}}}}})",
+            shape, chunk, codecs);
+    };
+    const std::string bytes = R"({"name":"bytes","configuration":{"endian":"little"}})";
+    write_file(
+        folder / "3-gzip",
+        zarr_file("zarr.json", array_3("3,4,9", "3,4,5",
+                                       R"({"name":"transpose","configuration":{"order":[1,2,0]}},)" + bytes +
+                                           R"(,{"name":"gzip","configuration":{"level":5}})")) +
+            zarr_file("c/0/0/0", packed("gzip", raw)) + zarr_file("c/0/0/1", packed("gzip", raw)));
+    // An image of OME-Zarr 0.5 with two channels, whose shards have two chunks each; the second is missing.
+    const std::string shards =
+        R"({"name":"sharding_indexed","configuration":{"chunk_shape":[1,3,4,5],"codecs":[)" + bytes +
+        R"(],"index_codecs":[)" + bytes + R"(],"index_location":"start"}})";
+    const std::string ome_5 =
+        R"({"zarr_format":3,"node_type":"group","attributes":{"ome":{"version":"0.5","multiscales":[{"axes":[)"
+        R"({"name":"c","type":"channel"},{"name":"z","type":"space","unit":"micrometer"},)"
+        R"({"name":"y","type":"space","unit":"micrometer"},{"name":"x","type":"space","unit":"micrometer"}],)"
+        R"("datasets":[{"path":"0","coordinateTransformations":[{"type":"scale","scale":[1,2,3,4]},)"
+        R"({"type":"translation","translation":[0,5,6,7]}]}]}],"omero":{"channels":[{"label":"a"}]}}}})";
+    write_file(folder / "ome-5",
+               zarr_file("zarr.json", ome_5) +
+                   zarr_file("0/zarr.json", array_3("2,3,4,9", "1,3,4,10", shards)) +
+                   zarr_file("0/c/0/0/0/0",
+                             bytes_of(std::vector<std::uint64_t>{32, raw.size(), ~0ull, ~0ull}) + raw));
+    const std::string ome_4 =
+        R"({"multiscales":[{"version":"0.4","axes":[{"name":"t","type":"time"},{"name":"z","type":"space"},)"
+        R"({"name":"y","type":"space"},{"name":"x","type":"space"}],"datasets":[{"path":"0",)"
+        R"("coordinateTransformations":[{"type":"scale","scale":[1,0.5,0.25,0.25]}]}]}]})";
+    write_file(
+        folder / "ome-4",
+        zarr_file(".zgroup", R"({"zarr_format":2})") + zarr_file(".zattrs", ome_4) +
+            zarr_file("0/.zarray", R"({"zarr_format":2,"shape":[1,3,4,5],"chunks":[1,3,4,5],"dtype":"<u2",)"
+                                   R"("fill_value":0,"order":"C","filters":null,"compressor":null})") +
+            zarr_file("0/0.0.0.0", raw));
 }
 
 std::vector<std::uint16_t> sample_values() {
@@ -104,5 +181,6 @@ int main(int argc, char** argv) {
     write_codec_seeds(folder);
     write_extract_seeds(folder);
     write_meshes_to(folder / "mesh");
+    write_zarr_seeds(folder / "zarr");
     return 0;
 }

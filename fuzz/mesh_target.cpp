@@ -10,7 +10,7 @@
 #include <marrow/mesh_io.h>
 
 #include "input_folder.h"
-#include "io/bytes/zip_writer.h"
+#include "io/bytes/archive_writer.h"
 #include "mesh_kinds.h"
 
 namespace {
@@ -22,7 +22,8 @@ void put_model(const fs::path& path, std::string_view model) {
     constexpr std::string_view kRelations =
         "<Relationships><Relationship Target=\"m\" Type=\"/3dmodel\"/></Relationships>";
     marrow::AtomicFile file(path);
-    marrow::internal::io::ZipWriter zip(file);
+    using marrow::internal::io::ArchiveWriter;
+    ArchiveWriter zip(file, ArchiveWriter::Format::zip);
     zip.begin("_rels/.rels");
     zip.write(kRelations.data(), kRelations.size());
     zip.begin("m");

@@ -100,11 +100,12 @@ class MARROW_EXPORT MeshFiles {
 /// Reads a mesh; the extension selects the format. All encodings of STL, PLY and VTP are supported.
 /// Coordinates become millimetres in LPS: x and y are negated if the file states RAS.
 ///
-/// Several surfaces become one mesh, in the order of the file; read_meshes() keeps them apart. Polygons become fans of triangles. Normals are
-/// not read. Points keep the bits of the file, but .glb is converted from metres and rounded once. STL has no
-/// shared points: corners with the same coordinates become one point. Of 3MF, the build items are read, with
-/// units, transforms and components, also from several models of the archive. Of glTF, a scene is read whose
-/// nodes have no transform and no children. Other features are an error.
+/// Several surfaces become one mesh, in the order of the file; read_meshes() keeps them apart. Polygons become
+/// fans of triangles. Normals are not read. Points keep the bits of the file, but .glb is converted from metres
+/// and rounded once. STL has no shared points: corners with the same coordinates become one point. Of 3MF, the
+/// build items are read, with units, transforms and components, also from several models of the archive, but
+/// without modifiers and supports. Of glTF, a scene is read whose nodes have no transform and no children. Other
+/// features are an error.
 ///
 /// `space`, if given, receives the space that the file states; Space::none if it states none, which is read
 /// as LPS. .glb is LPS, unless its extras state none.

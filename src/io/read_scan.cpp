@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <functional>
 
 #include <marrow/error.h>
 
@@ -192,49 +194,114 @@ void apply_spacing(const fs::path& path, bool is_stated, const ScanOptions& opti
     geometry.spacing = *options.spacing;
 }
 
-RawImage read_raw_header(const Input& input, const ScanOptions& options) {
-    const fs::path& path = input.files[0];
-    RawImage image = input.format == ScanFormat::nifti  ? read_nifti_header(path, options.volume)
-                     : input.format == ScanFormat::nrrd ? read_nrrd_header(path)
-                                                        : read_metaimage_header(path, options.volume);
+std::string needs_spacing(const fs::path& path) {
+    return fmt::format("{}: does not state the spacing of its samples; give it with options.spacing, in mm",
+                       quoted(path));
+}
+
+// What the headers of a scan other than DICOM say, and how its samples are read.
+struct OpenedScan {
+    explicit OpenedScan(fs::path opened) : path(std::move(opened)) {}
+
+    fs::path path;
+    std::size_t files = 1;
+    Geometry geometry;
+    SampleType type{};
+    bool has_spacing = false, oriented = false;  // whether they are known
+    std::vector<std::string> warnings;
+    std::int64_t volume_count = 1;
+    std::vector<std::string> volumes;  // what distinguishes them, if there are several and that is known
+    std::vector<std::array<std::int64_t, 3>> levels;
+    std::optional<std::string>
+        choice;  // why a volume must be chosen; then the headers are those of the first
+    std::optional<std::string> damage;  // why reading fails, as far as it is known
+    std::function<Volume()> load;
+    std::function<SliceSource()> slices;  // not of image stacks
+
+    SeriesInfo series() const {
+        return {"", path.filename().string(), "", geometry.dims, geometry.spacing, files};
+    }
+    ScanInfo info(ScanFormat format) const { return {format, series(), warnings, volume_count}; }
+    // \throw GeometryError the volume or the spacing must be chosen
+    void check_choices() const {
+        if (choice) throw GeometryError(*choice);
+        if (!has_spacing) throw GeometryError(needs_spacing(path));
+    }
+};
+
+OpenedScan open_images(const Input& input, const fs::path& path, const ScanOptions& options) {
+    const ImageStack stack = read_image_stack(input.files, options);
+    OpenedScan out(path);
+    out.files = stack.files.size();
+    out.has_spacing = options.spacing.has_value();
+    out.geometry = stack.geometry;
+    out.type = stack.image.type;
+    out.warnings = stack.warnings;
+    out.load = [=] { return load_image_stack(stack, options); };
+    return out;
+}
+
+OpenedScan open_zarr(const fs::path& folder, const ScanOptions& options) {
+    ZarrImage image = read_zarr_image(folder, options);
+    apply_spacing(folder, image.has_units, options, image.geometry);
+    OpenedScan out(folder);
+    out.has_spacing = image.has_spacing || options.spacing;
+    out.geometry = image.geometry;
+    out.type = loaded_type(image);
+    out.warnings = image.warnings;
+    out.levels = image.levels;
+    const std::size_t count = image.volumes.size();
+    out.volume_count = static_cast<std::int64_t>(count);
+    if (!image.volume)
+        out.choice = fmt::format("{}: holds {} volumes; choose one from 0 to {} with options.volume: {}",
+                                 quoted(folder), count, count - 1, examples(image.volumes));
+    if (count > 1) out.volumes = std::move(image.volumes);
+    out.load = [=] { return load_zarr(image, options); };
+    out.slices = [=] { return zarr_slices(image); };
+    return out;
+}
+
+OpenedScan open_raw(const Input& input, const fs::path& path, ScanOptions options) {
+    OpenedScan out(path);
+    const auto header = [&] {
+        return input.format == ScanFormat::nifti  ? read_nifti_header(path, options.volume)
+               : input.format == ScanFormat::nrrd ? read_nrrd_header(path)
+                                                  : read_metaimage_header(path, options.volume);
+    };
+    RawImage image;
+    try {
+        image = header();
+    } catch (const GeometryError& error) {
+        if (options.volume) throw;
+        out.choice = error.what();
+        options.volume = 0;
+        image = header();
+    }
     apply_spacing(path, image.has_spacing, options, image.geometry);
-    return image;
-}
-
-SeriesInfo series_of(const fs::path& path, const Geometry& geometry, std::size_t files) {
-    return {"", path.filename().string(), "", geometry.dims, geometry.spacing, files};
-}
-
-ScanInfo info_of(const Input& input, const ZarrImage& image) {
-    return {input.format, series_of(input.files[0], image.geometry, 1), image.warnings,
-            static_cast<std::int64_t>(image.volumes.size())};
+    out.files = image.files.size();
+    out.geometry = image.geometry;
+    out.type = loaded_type(image);
+    out.has_spacing = image.has_spacing || options.spacing;
+    out.oriented = image.oriented;
+    out.warnings = image.warnings;
+    out.volume_count = image.volumes;
+    try {
+        check_claims(image);
+    } catch (const Error& error) {
+        out.damage = error.what();
+    }
+    out.load = [=] { return load_raw(image, options.progress); };
+    out.slices = [=] { return raw_slices(image); };
+    return out;
 }
 
 bool is_image_stack(const Input& input) {
     return input.format == ScanFormat::tiff || input.format == ScanFormat::slices;
 }
 
-std::string needs_spacing(const fs::path& path) {
-    return fmt::format("{}: does not state the spacing of its samples; give it with options.spacing, in mm",
-                       quoted(path));
-}
-
-// Lists the volumes, of which one must be chosen.
-std::string needs_volume(const fs::path& path, const ZarrImage& image) {
-    return fmt::format("{}: holds {} volumes; choose one from 0 to {} with options.volume: {}", quoted(path),
-                       image.volumes.size(), image.volumes.size() - 1, examples(image.volumes));
-}
-
-ZarrImage open_zarr(const fs::path& path, const ScanOptions& options) {
-    ZarrImage image = read_zarr_image(path, options);
-    apply_spacing(path, image.has_units, options, image.geometry);
-    return image;
-}
-
-// \throw GeometryError the volume or the spacing must be chosen
-void check_choices(const fs::path& path, const ZarrImage& image, const ScanOptions& options) {
-    if (!image.volume) throw GeometryError(needs_volume(path, image));
-    if (!image.has_spacing && !options.spacing) throw GeometryError(needs_spacing(path));
+OpenedScan open(const Input& input, const fs::path& path, const ScanOptions& options) {
+    if (input.format == ScanFormat::zarr) return open_zarr(input.files[0], options);
+    return is_image_stack(input) ? open_images(input, path, options) : open_raw(input, path, options);
 }
 
 // Refuses options that do not apply to the input.
@@ -256,116 +323,50 @@ void check_options(const Input& input, const fs::path& path, const ScanOptions& 
             fmt::format("{}: only OME-Zarr has levels; do not set options.level", quoted(path)));
 }
 
-// The header of the chosen volume; of the first if there are several and none is chosen, which is refused.
-RawImage header_of_a_volume(const Input& input, ScanOptions options, std::optional<std::string>& refusal) {
-    try {
-        return read_raw_header(input, options);
-    } catch (const GeometryError& error) {
-        if (options.volume) throw;
-        refusal = error.what();
-    }
-    options.volume = 0;
-    return read_raw_header(input, options);
-}
-
-// The report on an image stack or a raw image.
-SeriesReport report_on_file(const Input& input, const fs::path& path, const ScanOptions& options) {
-    SeriesReport series;
-    Geometry geometry;
-    SampleType type{};
-    bool has_spacing = options.spacing.has_value();
-    if (is_image_stack(input)) {
-        const ImageStack stack = read_image_stack(input.files, options);
-        geometry = stack.geometry;
-        type = stack.image.type;
-        series.oriented = false;
-        series.warnings = stack.warnings;
-    } else if (input.format == ScanFormat::zarr) {
-        ZarrImage image = open_zarr(path, options);
-        geometry = image.geometry;
-        type = loaded_type(image);
-        has_spacing |= image.has_spacing;
-        series.warnings = std::move(image.warnings);
-        series.levels = std::move(image.levels);
-        series.oriented = false;
-        if (!image.volume) series.refusal = needs_volume(path, image);
-        series.volume_count = static_cast<std::int64_t>(image.volumes.size());
-        if (image.volumes.size() > 1) series.volumes = std::move(image.volumes);
+SeriesReport report_on(const OpenedScan& scan) {
+    SeriesReport out;
+    Geometry geometry = scan.geometry;
+    out.refusal = scan.damage ? scan.damage : scan.choice;
+    if (scan.has_spacing) {
+        out.smallest_feature = 2 * *std::max_element(geometry.spacing.begin(), geometry.spacing.end());
+        out.geometry = geometry;
     } else {
-        const RawImage image = header_of_a_volume(input, options, series.refusal);
-        series.volume_count = image.volumes;
-        geometry = image.geometry;
-        type = loaded_type(image);
-        has_spacing |= image.has_spacing;
-        series.oriented = image.oriented;
-        series.warnings = image.warnings;
-        try {
-            check_claims(image);
-        } catch (const Error& error) {
-            series.refusal = error.what();
-        }
+        out.refusal = needs_spacing(scan.path);
     }
-    if (has_spacing) {
-        series.smallest_feature = 2 * *std::max_element(geometry.spacing.begin(), geometry.spacing.end());
-        series.geometry = geometry;
-    } else {
-        geometry.spacing = {0, 0, 0};
-        series.refusal = needs_spacing(path);
-    }
-    series.series = series_of(path, geometry, input.files.size());
-    series.memory = static_cast<std::uint64_t>(geometry.sample_count()) * sample_size(type);
-    return series;
+    out.series = scan.series();
+    if (!scan.has_spacing) out.series.spacing = {0, 0, 0};
+    out.warnings = scan.warnings;
+    out.oriented = scan.oriented;
+    out.memory = static_cast<std::uint64_t>(geometry.sample_count()) * sample_size(scan.type);
+    out.volumes = scan.volumes;
+    out.volume_count = scan.volume_count;
+    out.levels = scan.levels;
+    return out;
 }
 
 }  // namespace
 
 const char* scan_format_name(ScanFormat format) {
-    switch (format) {
-        case ScanFormat::dicom:
-            return "DICOM";
-        case ScanFormat::nifti:
-            return "NIfTI";
-        case ScanFormat::nrrd:
-            return "NRRD";
-        case ScanFormat::metaimage:
-            return "MetaImage";
-        case ScanFormat::zarr:
-            return "Zarr";
-        case ScanFormat::tiff:
-            return "TIFF";
-        case ScanFormat::slices:
-            return "slices";
-    }
-    throw InputError("unknown scan format");
+    static constexpr std::array kNames = {"DICOM", "NIfTI", "NRRD", "MetaImage", "Zarr", "TIFF", "slices"};
+    const auto index = static_cast<std::size_t>(format);
+    if (index >= kNames.size()) throw InputError("unknown scan format");
+    return kNames[index];
 }
 
 Volume read_scan(const fs::path& path, const ScanOptions& given, ScanInfo* info) {
     const Input input = identify(path, given);
     const ScanOptions options = after_search(given);
+    check_options(input, path, options);
     ScanInfo found;
     found.format = input.format;
     Volume volume;
-    check_options(input, path, options);
     if (input.format == ScanFormat::dicom) {
         volume = read_dicom({input.files, input.named}, options, found);
-    } else if (is_image_stack(input)) {
-        if (!options.spacing) throw GeometryError(needs_spacing(path));
-        const ImageStack stack = read_image_stack(input.files, options);
-        found.series = series_of(path, stack.geometry, stack.files.size());
-        found.warnings = stack.warnings;
-        volume = load_image_stack(stack, options);
-    } else if (input.format == ScanFormat::zarr) {
-        const ZarrImage image = open_zarr(input.files[0], options);
-        check_choices(input.files[0], image, options);
-        found = info_of(input, image);
-        volume = load_zarr(image, options);
     } else {
-        const RawImage image = read_raw_header(input, options);
-        if (!image.has_spacing && !options.spacing) throw GeometryError(needs_spacing(path));
-        found.series = series_of(path, image.geometry, image.files.size());
-        found.warnings = image.warnings;
-        found.volumes = image.volumes;
-        volume = load_raw(image, options.progress);
+        const OpenedScan scan = open(input, path, options);
+        scan.check_choices();
+        found = scan.info(input.format);
+        volume = scan.load();
     }
     if (info) *info = std::move(found);
     return volume;
@@ -394,19 +395,10 @@ SliceSource open_slices(const fs::path& path, const ScanOptions& options, ScanIn
                         "uncompressed NRRD, MetaImage or NIfTI",
                         quoted(path), scan_format_name(input.format)));
     }
-    if (input.format == ScanFormat::zarr) {
-        ZarrImage image = open_zarr(input.files[0], options);
-        check_choices(input.files[0], image, options);
-        if (info) *info = info_of(input, image);
-        return zarr_slices(std::move(image));
-    }
-    const RawImage image = read_raw_header(input, options);
-    if (!image.has_spacing && !options.spacing) throw GeometryError(needs_spacing(path));
-    SliceSource source = raw_slices(image);
-    if (info)
-        *info = {input.format, series_of(path, image.geometry, image.files.size()), image.warnings,
-                 image.volumes};
-    return source;
+    const OpenedScan scan = open(input, path, options);
+    scan.check_choices();
+    if (info) *info = scan.info(input.format);
+    return scan.slices();
 }
 
 ScanReport inspect_scan(const fs::path& path, const ScanOptions& given) {
@@ -423,7 +415,7 @@ ScanReport inspect_scan(const fs::path& path, const ScanOptions& given) {
         return out;
     }
     ScanReport out{input.format, input.files.size(), {}, 0, "there is no other", {}};
-    SeriesReport series = report_on_file(input, path, options);
+    SeriesReport series = report_on(open(input, path, options));
     if (series.refusal) {
         out.chosen.reset();
         out.reason = *series.refusal;

@@ -15,7 +15,7 @@
 #include <marrow/measure.h>
 #include <marrow/mesh_io.h>
 
-#include "io/bytes/zip_writer.h"
+#include "io/bytes/archive_writer.h"
 #include "support/fields.h"
 #include "support/mesh_checks.h"
 #include "support/temporary_folder.h"
@@ -38,7 +38,7 @@ constexpr char kRelations[] =
 
 void write_zip(const fs::path& path, const std::map<std::string, std::string>& files) {
     AtomicFile file(path);
-    internal::io::ZipWriter zip(file);
+    internal::io::ArchiveWriter zip(file, internal::io::ArchiveWriter::Format::zip);
     for (const auto& [name, text] : files) {
         zip.begin(name);
         zip.write(text.data(), text.size());

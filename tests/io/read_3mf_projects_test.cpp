@@ -10,7 +10,7 @@
 #include <marrow/measure.h>
 #include <marrow/mesh_io.h>
 
-#include "io/bytes/zip_writer.h"
+#include "io/bytes/archive_writer.h"
 #include "support/temporary_folder.h"
 
 namespace marrow::test {
@@ -48,9 +48,9 @@ std::string model(const std::string& resources, const std::string& items,
            "</build>\n</model>";
 }
 
-std::string object(int id, const std::string& content) {
+std::string object(int id, const std::string& content, const std::string& type = "model") {
     return "<object id=\"" + std::to_string(id) + "\" p:UUID=\"0000000" + std::to_string(id) +
-           "-61cb-4c03-9d28-80fed5dfa1dc\" type=\"model\">" + content + "</object>";
+           "-61cb-4c03-9d28-80fed5dfa1dc\" type=\"" + type + "\">" + content + "</object>";
 }
 
 std::string transform(const std::string& numbers) {
@@ -78,7 +78,7 @@ class Project : public testing::Test {
     fs::path archive(const Files& files) {
         const fs::path path = folder / "project.3mf";
         AtomicFile file(path);
-        internal::io::ZipWriter zip(file);
+        internal::io::ArchiveWriter zip(file, internal::io::ArchiveWriter::Format::zip);
         for (const auto& [name, text] : files) {
             zip.begin(name);
             zip.write(text.data(), text.size());
@@ -127,6 +127,35 @@ TEST_F(Project, OfSeveralModelsIsAssembled) {
     EXPECT_TRUE(mesh.points[5] == (Vec3f{138, 128, 0}));
     EXPECT_TRUE(mesh.triangles[4] == (Triangle{4, 6, 5}));
     EXPECT_NEAR(measure(mesh).volume, 2 * 1000 / 6.0, 1e-3);
+}
+
+TEST_F(Project, ModifiersAndSupportsAreNotPartsOfIt) {
+    // As Bambu Studio 2.0 saves a part with a modifier, which is described in a file of its own.
+    const std::string settings =
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?><config><object id=\"9\"><metadata key=\"name\" "
+        "value=\"a\"/>"
+        "<part id=\"1\" subtype=\"normal_part\"/><part id=\"2\" "
+        "subtype=\"modifier_part\"/></object></config>";
+    const auto used = [](int id) { return component(id, "1 0 0 0 1 0 0 0 1 0 0 0", kPart); };
+    const fs::path path =
+        archive({{"[Content_Types].xml", "<Types/>"},
+                 {"_rels/.rels", kRelations},
+                 {"3D/_rels/3dmodel.model.rels",
+                  "<Relationships><Relationship Target=\"/3D/Objects/object_1.model\" Id=\"rel-1\" "
+                  "Type=\"http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel\"/></Relationships>"},
+                 {"3D/3dmodel.model", model(object(9, components(used(1) + used(2) + used(3) + used(4))),
+                                            item(9, "1 0 0 0 1 0 0 0 1 5 0 0"))},
+                 {"3D/Objects/object_1.model",
+                  model(object(1, kTetrahedron) + object(2, kTetrahedron, "other") +
+                            object(3, kTetrahedron, "support") + object(4, kTetrahedron, "solidsupport"),
+                        "")},
+                 {"Metadata/model_settings.config", settings},
+                 {"Metadata/slice_info.config", "<config><header/></config>"},
+                 {"Metadata/project_settings.config", "{}"}});
+    const Mesh mesh = read_mesh(path);
+    ASSERT_EQ(mesh.points.size(), 4u);
+    EXPECT_TRUE(mesh.points[0] == (Vec3f{5, 0, 0}));
+    EXPECT_EQ(read_meshes(path).size(), 1u);
 }
 
 TEST_F(Project, TransformsApplyFromTheInsideOut) {
@@ -189,6 +218,66 @@ TEST_F(Project, PrefixesEntitiesAndEncodingsAreXmls) {
     std::string wide = "\xff\xfe";
     for (const char c : text) wide += {c, '\0'};
     EXPECT_TRUE(read_mesh(project(wide)).points == mesh.points);
+}
+
+// A fan of triangles. `vertex` and `triangle` write its elements, and `before` what comes between them.
+std::string fan(int corners, const std::function<std::string(int)>& vertex,
+                const std::function<std::string(int)>& triangle, const std::string& before = "\n   ") {
+    std::string text = "<mesh><vertices>";
+    for (int i = 0; i < corners; ++i) text += before + vertex(i);
+    text += "</vertices><triangles>";
+    for (int i = 1; i + 1 < corners; ++i) text += before + triangle(i);
+    return text + "</triangles></mesh>";
+}
+
+TEST_F(Project, ElementsInAnyFormAreTheSameMesh) {
+    constexpr int kCorners = 30'000;  // more than any piece of text holds
+    const auto x = [](int i) { return std::to_string(i) + ".25"; };
+    const auto n = [](int i) { return std::to_string(i); };
+    const auto vertex = [&](int i) {
+        return "<vertex x=\"" + x(i) + "\" y=\"-1e2\" z=\"" + n(i % 7) + "\"/>";
+    };
+    const auto triangle = [&](int i) {
+        return "<triangle v1=\"0\" v2=\"" + n(i) + "\" v3=\"" + n(i + 1) + "\"/>";
+    };
+    const auto meshed = [&](const std::string& mesh) {
+        return read_mesh(project(model(object(1, mesh), item(1))));
+    };
+    const Mesh plain = meshed(fan(kCorners, vertex, triangle));
+    ASSERT_EQ(plain.points.size(), std::size_t{kCorners});
+    ASSERT_EQ(plain.triangles.size(), std::size_t{kCorners - 2});
+    EXPECT_TRUE(plain.points.back() == (Vec3f{kCorners - 1 + 0.25f, -100, (kCorners - 1) % 7}));
+    EXPECT_TRUE(plain.triangles.back() == (Triangle{0, kCorners - 2, kCorners - 1}));
+
+    const auto other_vertex = [&](int i) {  // every third one as usual
+        if (i % 3 == 0) return vertex(i);
+        if (i % 3 == 1) return "<vertex z='" + n(i % 7) + "' y='-100' x=' " + x(i) + "' />";
+        return "<vertex x = \"" + x(i) + "\" y=\"-&#49;00\" z=\"" + n(i % 7) + "\"></vertex>";
+    };
+    const auto other_triangle = [&](int i) {
+        if (i % 3 == 0) return triangle(i);
+        if (i % 3 == 1)
+            return "<triangle v1=\"0\" v2=\"" + n(i) + "\" v3=\"" + n(i + 1) + "\" paint_color=\"4\"/>";
+        return "<triangle\nv1=\"0\" v2=\"" + n(i) + "\" v3=\"" + n(i + 1) + "\"   />";
+    };
+    const std::string hidden =
+        "<!-- <vertex x=\"1\" y=\"2\" z=\"3\"/> <vertex x=\"1\" y=\"2\" z=\"3\"/>"
+        "<triangle v1=\"0\" v2=\"0\" v3=\"0\"/> <triangle v1=\"0\" v2=\"0\" v3=\"0\"/> -->";
+    for (const std::string& before : {std::string(), std::string("\r\n\t"), hidden}) {
+        const Mesh other = meshed(fan(kCorners, other_vertex, other_triangle, before));
+        EXPECT_TRUE(other.points == plain.points);
+        EXPECT_TRUE(other.triangles == plain.triangles);
+    }
+    // Elements of another namespace are no vertices, also if only the namespace without a prefix changes.
+    std::string foreign = fan(4, vertex, triangle);
+    foreign.replace(foreign.find("<vertices>"), 10, "<vertices xmlns=\"urn:other\">");
+    expect_refused(project(model(object(1, foreign), item(1))), "names point 0, which is missing");
+    // Errors name the line, and the attribute.
+    const auto broken = [&](int i) { return i == 4000 ? "<vertex x=\"1\" y=\"2\" z=\"3\">" : vertex(i); };
+    expect_refused(project(model(object(1, fan(5000, broken, triangle)), item(1))), "invalid in line 5004");
+    const auto bad = [&](int i) { return i == 4000 ? "<vertex x=\"1\" y=\"b\" z=\"3\"/>" : vertex(i); };
+    expect_refused(project(model(object(1, fan(5000, bad, triangle)), item(1))),
+                   "the attribute y of a vertex is not a number: 'b'");
 }
 
 TEST_F(Project, NeedsAllOfItsParts) {

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <type_traits>
@@ -41,6 +42,17 @@ void convert(const S* from, T* to, std::size_t count, const SampleScale& scale,
 
 }  // namespace
 
+std::optional<StoredType> find_type(std::span<const TypeName> table, std::string_view name) {
+    for (const auto& [names, type] : table) {
+        for (std::size_t at = 0; at < names.size();) {
+            const std::size_t end = std::min(names.find('|', at), names.size());
+            if (names.substr(at, end - at) == name) return type;
+            at = end + 1;
+        }
+    }
+    return {};
+}
+
 std::size_t stored_size(StoredType type) {
     return with_stored_type(type, [](auto v) { return sizeof v; });
 }
@@ -56,29 +68,20 @@ void to_native_order(void* samples, std::size_t count, StoredType type, bool big
         swap_words<std::uint64_t>(samples, count, [](std::uint64_t w) { return __builtin_bswap64(w); });
 }
 
-SampleType loaded_type(StoredType type, const SampleScale& scale) {
-    const bool as_stored = scale.is_identity();
-    switch (type) {
-        case StoredType::uint8:
-            return as_stored ? SampleType::uint8 : SampleType::float32;
-        case StoredType::int8:
-            return as_stored ? SampleType::int8 : SampleType::float32;
-        case StoredType::uint16:
-            return as_stored ? SampleType::uint16 : SampleType::float32;
-        case StoredType::int16:
-            return as_stored ? SampleType::int16 : SampleType::float32;
-        case StoredType::int32:
-            return as_stored ? SampleType::int32 : SampleType::float64;
-        case StoredType::float32:
-            return SampleType::float32;
-        default:
-            return SampleType::float64;
-    }
-}
-
 bool is_loaded_as_stored(StoredType type, const SampleScale& scale) {
     return scale.is_identity() && type != StoredType::uint32 && type != StoredType::uint64 &&
            type != StoredType::int64;
+}
+
+SampleType loaded_type(StoredType type, const SampleScale& scale) {
+    const bool exact_as_float = stored_size(type) <= 2 || type == StoredType::float32;
+    if (!is_loaded_as_stored(type, scale)) return exact_as_float ? SampleType::float32 : SampleType::float64;
+    return with_stored_type(type, []<class T>(T) {
+        if constexpr (std::is_integral_v<T> && (sizeof(T) == 8 || std::is_same_v<T, std::uint32_t>))
+            return SampleType::float64;  // never loaded as stored
+        else
+            return sample_type_of<T>();
+    });
 }
 
 void load_samples(const void* from, void* to, std::size_t count, StoredType type, const SampleScale& scale,

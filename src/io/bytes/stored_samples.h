@@ -16,19 +16,14 @@ namespace marrow::internal::io {
 /// exact.
 enum class StoredType { uint8, int8, uint16, int16, uint32, int32, uint64, int64, float32, float64 };
 
-/// What a header calls a sample type.
+/// What a header calls a sample type; several names are separated by "|".
 struct TypeName {
-    std::string_view name;
+    std::string_view names;
     StoredType type;
 };
 
 /// The type with this name, if the table has it.
-inline std::optional<StoredType> find_type(std::span<const TypeName> names, std::string_view name) {
-    for (const TypeName& entry : names) {
-        if (entry.name == name) return entry.type;
-    }
-    return {};
-}
+std::optional<StoredType> find_type(std::span<const TypeName> table, std::string_view name);
 
 /// Calls `f` with a value of the C++ type of `type`.
 template <class F>

@@ -12,7 +12,9 @@ namespace marrow::internal::io {
 
 namespace {
 
-constexpr std::string_view kWhite = " \t\r\n\v\f";
+bool is_white(char c) {
+    return c == ' ' || (c >= '\t' && c <= '\r');
+}
 
 template <class T>
 std::optional<T> parse(std::string_view text) {
@@ -60,9 +62,9 @@ std::string count_of(std::uint64_t count, std::string_view thing) {
 }
 
 std::string_view trimmed(std::string_view text) {
-    const std::size_t first = text.find_first_not_of(kWhite);
-    if (first == text.npos) return {};
-    return text.substr(first, text.find_last_not_of(kWhite) - first + 1);
+    while (!text.empty() && is_white(text.front())) text.remove_prefix(1);
+    while (!text.empty() && is_white(text.back())) text.remove_suffix(1);
+    return text;
 }
 
 std::string to_lower(std::string_view text) {
@@ -75,12 +77,18 @@ std::string to_lower(std::string_view text) {
 
 std::vector<std::string_view> split(std::string_view text) {
     std::vector<std::string_view> out;
-    for (std::size_t at = text.find_first_not_of(kWhite); at != text.npos;) {
-        const std::size_t end = std::min(text.find_first_of(kWhite, at), text.size());
-        out.push_back(text.substr(at, end - at));
-        at = text.find_first_not_of(kWhite, end);
-    }
+    for (std::string_view word = take_word(text); !word.empty(); word = take_word(text)) out.push_back(word);
     return out;
+}
+
+std::string_view take_word(std::string_view& text) {
+    std::size_t begin = 0;
+    while (begin < text.size() && is_white(text[begin])) ++begin;
+    std::size_t end = begin;
+    while (end < text.size() && !is_white(text[end])) ++end;
+    const std::string_view word = text.substr(begin, end - begin);
+    text.remove_prefix(end);
+    return word;
 }
 
 std::string_view take_line(std::string_view& text) {

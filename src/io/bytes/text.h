@@ -30,6 +30,8 @@ std::string_view trimmed(std::string_view text);
 std::string to_lower(std::string_view text);
 /// The words between white space.
 std::vector<std::string_view> split(std::string_view text);
+/// Removes the first word from `text`, and the white space before it, and returns it; empty at the end.
+std::string_view take_word(std::string_view& text);
 /// Removes the first line from `text` and returns it without its newline.
 std::string_view take_line(std::string_view& text);
 

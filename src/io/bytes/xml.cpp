@@ -2,6 +2,7 @@
 #include "xml.h"
 
 #include <algorithm>
+#include <cstring>
 #include <new>
 #include <utility>
 
@@ -13,7 +14,7 @@ namespace {
 
 constexpr char kSeparator = ' ';  // between the namespace and the name; expat refuses it in namespaces
 constexpr int kMostDepth = 100;
-constexpr std::size_t kPiece = std::size_t{1} << 20;
+constexpr std::size_t kLongestTag = std::size_t{1} << 20;
 
 // Divides a name of expat's into the namespace and the name.
 std::pair<std::string_view, std::string_view> divided(std::string_view full) {
@@ -24,10 +25,11 @@ std::pair<std::string_view, std::string_view> divided(std::string_view full) {
 
 }  // namespace
 
-std::string_view XmlElement::get(std::string_view attribute, std::string_view attribute_space) const {
+std::string_view XmlElement::get(const char* attribute, std::string_view attribute_space) const {
     for (const char* const* at = attributes; *at; at += 2) {
-        if (attribute_space.empty() ? attribute == at[0]
-                                    : divided(at[0]) == std::pair(attribute_space, attribute))
+        if (attribute_space.empty()
+                ? std::strcmp(at[0], attribute) == 0
+                : divided(at[0]) == std::pair(attribute_space, std::string_view(attribute)))
             return at[1];
     }
     return {};
@@ -52,6 +54,7 @@ struct XmlParser::Callbacks {
         guarded(self, [&](XmlParser& parser) {
             if (++parser.depth_ > kMostDepth) parser.file_.refuse("its XML is nested too deeply");
             const auto [space, name] = divided(full);
+            parser.tag_end_ = parser.end_of_tag();
             parser.visitor_.begin({space, name, attributes});
         });
     }
@@ -59,6 +62,7 @@ struct XmlParser::Callbacks {
         guarded(self, [&](XmlParser& parser) {
             --parser.depth_;
             const auto [space, name] = divided(full);
+            parser.tag_end_ = parser.end_of_tag();
             parser.visitor_.end(space, name);
         });
     }
@@ -94,13 +98,21 @@ XmlParser::~XmlParser() {
 }
 
 void XmlParser::parse(std::string_view bytes) {
+    constexpr std::size_t kPiece = std::size_t{1} << 16;
     while (!bytes.empty() && !stopped_) {
-        const std::string_view piece = bytes.substr(0, kPiece);
+        if (parsed_ == tag_end_) {
+            const std::string_view taken = bytes.substr(0, visitor_.take(bytes));
+            taken_lines_ += static_cast<std::size_t>(std::count(taken.begin(), taken.end(), '\n'));
+            bytes.remove_prefix(taken.size());
+        }
+        // A piece ends with a tag, so that the visitor can take what follows.
+        std::string_view piece = bytes.substr(0, kPiece);
+        if (const std::size_t end = piece.rfind('>'); end != piece.npos) piece = piece.substr(0, end + 1);
         parse_piece(piece, false);
         bytes.remove_prefix(piece.size());
         // expat begins again at the start of a tag with each piece, so that an endless tag would take it ever
         // longer.
-        if (!stopped_ && parsed_ - static_cast<std::size_t>(XML_GetCurrentByteIndex(parser_)) > 2 * kPiece)
+        if (!stopped_ && parsed_ - static_cast<std::size_t>(XML_GetCurrentByteIndex(parser_)) > kLongestTag)
             file_.refuse("has an XML tag or comment of more than a mebibyte");
     }
 }
@@ -124,7 +136,8 @@ void XmlParser::parse_piece(std::string_view bytes, bool last) {
     if (thrown_) std::rethrow_exception(thrown_);
     if (stopped_ || status != XML_STATUS_ERROR) return;
     if (last) file_.refuse("its XML is cut off");
-    file_.refuse("its XML is invalid in line " + std::to_string(XML_GetCurrentLineNumber(parser_)) + ": " +
+    file_.refuse("its XML is invalid in line " +
+                 std::to_string(taken_lines_ + XML_GetCurrentLineNumber(parser_)) + ": " +
                  XML_ErrorString(XML_GetErrorCode(parser_)));
 }
 

@@ -19,7 +19,7 @@ struct XmlElement {
     const char* const* attributes;
 
     /// The value of an attribute, which has a namespace or none; empty if it is absent.
-    std::string_view get(std::string_view attribute, std::string_view attribute_space = {}) const;
+    std::string_view get(const char* attribute, std::string_view attribute_space = {}) const;
 };
 
 /// Receives the parts of a document in their order.
@@ -31,6 +31,9 @@ class XmlVisitor {
     /// A piece of the text of the current element.
     virtual void text(std::string_view) {}
     virtual void declare_prefix(std::string_view /*prefix*/, std::string_view /*space*/) {}
+    /// Reads complete elements from the start of the bytes that follow a tag, instead of the parser, and returns
+    /// their size; 0 leaves all to the parser. For millions of equal elements, which the parser would slow down.
+    virtual std::size_t take(std::string_view /*bytes*/) { return 0; }
 };
 
 /// Parses a document that comes in pieces. Document types are refused, and with them entities of the
@@ -62,7 +65,9 @@ class XmlParser {
     std::exception_ptr thrown_;  // by the visitor; it must not pass through expat
     int depth_ = 0;
     bool stopped_ = false;
-    std::size_t parsed_ = 0;
+    std::size_t parsed_ = 0;   // bytes
+    std::size_t tag_end_ = 0;  // of the last tag, among them
+    std::size_t taken_lines_ = 0;
 };
 
 }  // namespace marrow::internal::io

@@ -15,8 +15,7 @@ void ZipReader::Close::operator()(archive* opened) const {
     archive_read_free(opened);
 }
 
-ZipReader::ZipReader(const FileContent& archive)
-    : archive_(archive), opened_(archive_read_new()), piece_(std::size_t{1} << 18) {
+ZipReader::ZipReader(const FileContent& archive) : archive_(archive), opened_(archive_read_new()) {
     if (!opened_) throw std::bad_alloc();
     archive_read_support_format_zip_seekable(opened_.get());
     if (archive_read_open_memory(opened_.get(), archive.bytes.data(), archive.bytes.size()) != ARCHIVE_OK)
@@ -24,6 +23,7 @@ ZipReader::ZipReader(const FileContent& archive)
 }
 
 bool ZipReader::next() {
+    ahead_ = {};  // waits for the rest of a file that is left early
     archive_entry* entry = nullptr;
     const int result = archive_read_next_header(opened_.get(), &entry);
     if (result == ARCHIVE_EOF) return false;
@@ -38,14 +38,22 @@ bool ZipReader::next() {
 
 std::string_view ZipReader::piece() {
     if (!fault_.empty()) refuse(fault_);
-    const la_ssize_t size = archive_read_data(opened_.get(), piece_.data(), piece_.size());
+    piece_ = ahead_.valid() ? ahead_.get() : decompress();
+    if (!piece_.empty()) ahead_ = std::async(&ZipReader::decompress, this);
+    return piece_;
+}
+
+std::string ZipReader::decompress() {
+    std::string piece(std::size_t{1} << 20, '\0');
+    const la_ssize_t size = archive_read_data(opened_.get(), piece.data(), piece.size());
     if (size < 0) refuse("is damaged or not supported: " + reason());
     // Meshes become 3 to 10 times as long, while a bomb of a few megabytes would keep the reader busy.
     constexpr std::uint64_t kMostExpansion = 100, kAlwaysFits = std::uint64_t{1} << 26;
     read_ += static_cast<std::uint64_t>(size);
     if (read_ > std::max(kAlwaysFits, kMostExpansion * archive_.bytes.size()))
         refuse("expands to more than 100 times the size of the archive");
-    return {piece_.data(), static_cast<std::size_t>(size)};
+    piece.resize(static_cast<std::size_t>(size));
+    return piece;
 }
 
 std::string ZipReader::reason() const {

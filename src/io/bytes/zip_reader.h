@@ -2,10 +2,10 @@
 #pragma once
 
 #include <cstdint>
+#include <future>
 #include <memory>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "file_content.h"
 
@@ -23,12 +23,14 @@ class ZipReader {
     bool next();
     /// The file's name in lower case.
     const std::string& name() const { return name_; }
-    /// The next piece of the file's bytes, valid until the next call; empty at its end.
+    /// The next piece of the file's bytes, valid until the next call; empty at its end. Meanwhile, another thread
+    /// decompresses the piece after it.
     /// \throw InputError the file is damaged, encrypted, compressed by an unknown method, or a small one that
     /// expands to far more bytes than meshes do
     std::string_view piece();
 
   private:
+    std::string decompress();    // the next piece
     std::string reason() const;  // of libarchive's last error
     [[noreturn]] void refuse(const std::string& why) const;
 
@@ -40,7 +42,8 @@ class ZipReader {
     std::string name_;
     std::string fault_;       // why the file cannot be read
     std::uint64_t read_ = 0;  // bytes of all files
-    std::vector<char> piece_;
+    std::string piece_;
+    std::future<std::string> ahead_;  // the last member, so that nothing is destroyed before its thread ends
 };
 
 }  // namespace marrow::internal::io

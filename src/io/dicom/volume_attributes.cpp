@@ -13,7 +13,10 @@ namespace marrow::internal::io {
 
 namespace {
 
+using enum VolumeAttribute;
+
 enum class Form { text, uint16, uint32, float32, float64 };
+using enum Form;
 
 // Where an attribute is found: in a functional group of a frame, perhaps in a sequence within that, or in the
 // file itself if `group` is 0. The first place that has a value counts.
@@ -24,37 +27,31 @@ struct Source {
 };
 
 constexpr std::array kSources = {
-    Source{VolumeAttribute::image_type, tag::kMrFrameType, 0, tag::kFrameType, Form::text},
-    Source{VolumeAttribute::image_type, tag::kCtFrameType, 0, tag::kFrameType, Form::text},
-    Source{VolumeAttribute::image_type, 0, 0, tag::kImageType, Form::text},
-    Source{VolumeAttribute::complex_component, tag::kMrFrameType, 0, tag::kComplexComponent, Form::text},
-    Source{VolumeAttribute::complex_component, 0, 0, tag::kComplexComponent, Form::text},
-    Source{VolumeAttribute::kernel, tag::kCtReconstruction, 0, tag::kConvolutionKernel, Form::text},
-    Source{VolumeAttribute::kernel, 0, 0, tag::kConvolutionKernel, Form::text},
-    Source{VolumeAttribute::echo_time, tag::kMrEcho, 0, tag::kEffectiveEchoTime, Form::float64},
-    Source{VolumeAttribute::echo_time, 0, 0, tag::kEchoTime, Form::text},
-    Source{VolumeAttribute::echo_number, 0, 0, tag::kEchoNumbers, Form::text},
-    Source{VolumeAttribute::b_value, tag::kMrDiffusion, 0, tag::kBValue, Form::float64},
-    Source{VolumeAttribute::b_value, 0, 0, tag::kBValue, Form::float64},
-    Source{VolumeAttribute::gradient, tag::kMrDiffusion, tag::kGradientDirections, tag::kGradientOrientation,
-           Form::float64},
-    Source{VolumeAttribute::gradient, 0, 0, tag::kGradientOrientation, Form::float64},
-    Source{VolumeAttribute::temporal_position, tag::kFrameContent, 0, tag::kTemporalPositionIndex,
-           Form::uint32},
-    Source{VolumeAttribute::temporal_position, 0, 0, tag::kTemporalPositionIdentifier, Form::text},
-    Source{VolumeAttribute::cardiac_phase, tag::kCardiacSynchronization, 0, tag::kCardiacPhase,
-           Form::float32},
-    Source{VolumeAttribute::trigger_time, tag::kCardiacSynchronization, 0, tag::kTriggerDelayTime,
-           Form::float64},
-    Source{VolumeAttribute::trigger_time, 0, 0, tag::kTriggerTime, Form::text},
-    Source{VolumeAttribute::frame_reference_time, 0, 0, tag::kFrameReferenceTime, Form::text},
-    Source{VolumeAttribute::acquisition_number, tag::kFrameContent, 0, tag::kFrameAcquisitionNumber,
-           Form::uint16},
-    Source{VolumeAttribute::acquisition_number, 0, 0, tag::kAcquisitionNumber, Form::text},
-    Source{VolumeAttribute::acquisition_time, tag::kFrameContent, 0, tag::kFrameAcquisitionDateTime,
-           Form::text},
-    Source{VolumeAttribute::acquisition_time, 0, 0, tag::kAcquisitionTime, Form::text},
-    Source{VolumeAttribute::instance_number, 0, 0, tag::kInstanceNumber, Form::text}};
+    Source{image_type, tag::kMrFrameType, 0, tag::kFrameType, text},
+    Source{image_type, tag::kCtFrameType, 0, tag::kFrameType, text},
+    Source{image_type, 0, 0, tag::kImageType, text},
+    Source{complex_component, tag::kMrFrameType, 0, tag::kComplexComponent, text},
+    Source{complex_component, 0, 0, tag::kComplexComponent, text},
+    Source{kernel, tag::kCtReconstruction, 0, tag::kConvolutionKernel, text},
+    Source{kernel, 0, 0, tag::kConvolutionKernel, text},
+    Source{echo_time, tag::kMrEcho, 0, tag::kEffectiveEchoTime, float64},
+    Source{echo_time, 0, 0, tag::kEchoTime, text},
+    Source{echo_number, 0, 0, tag::kEchoNumbers, text},
+    Source{b_value, tag::kMrDiffusion, 0, tag::kBValue, float64},
+    Source{b_value, 0, 0, tag::kBValue, float64},
+    Source{gradient, tag::kMrDiffusion, tag::kGradientDirections, tag::kGradientOrientation, float64},
+    Source{gradient, 0, 0, tag::kGradientOrientation, float64},
+    Source{temporal_position, tag::kFrameContent, 0, tag::kTemporalPositionIndex, uint32},
+    Source{temporal_position, 0, 0, tag::kTemporalPositionIdentifier, text},
+    Source{cardiac_phase, tag::kCardiacSynchronization, 0, tag::kCardiacPhase, float32},
+    Source{trigger_time, tag::kCardiacSynchronization, 0, tag::kTriggerDelayTime, float64},
+    Source{trigger_time, 0, 0, tag::kTriggerTime, text},
+    Source{frame_reference_time, 0, 0, tag::kFrameReferenceTime, text},
+    Source{acquisition_number, tag::kFrameContent, 0, tag::kFrameAcquisitionNumber, uint16},
+    Source{acquisition_number, 0, 0, tag::kAcquisitionNumber, text},
+    Source{acquisition_time, tag::kFrameContent, 0, tag::kFrameAcquisitionDateTime, text},
+    Source{acquisition_time, 0, 0, tag::kAcquisitionTime, text},
+    Source{instance_number, 0, 0, tag::kInstanceNumber, text}};
 
 template <class T>
 std::string joined(const std::vector<T>& numbers) {
@@ -62,19 +59,11 @@ std::string joined(const std::vector<T>& numbers) {
 }
 
 std::string value_in(const DicomDataSet& data_set, DicomTag tag, Form form) {
-    switch (form) {
-        case Form::text:
-            return readable_text(data_set, tag, data_set);
-        case Form::uint16:
-            return joined(data_set.numbers<std::uint16_t>(tag));
-        case Form::uint32:
-            return joined(data_set.numbers<std::uint32_t>(tag));
-        case Form::float32:
-            return joined(data_set.numbers<float>(tag));
-        case Form::float64:
-            return joined(data_set.numbers<double>(tag));
-    }
-    return {};
+    if (form == uint16) return joined(data_set.numbers<std::uint16_t>(tag));
+    if (form == uint32) return joined(data_set.numbers<std::uint32_t>(tag));
+    if (form == float32) return joined(data_set.numbers<float>(tag));
+    if (form == float64) return joined(data_set.numbers<double>(tag));
+    return readable_text(data_set, tag, data_set);
 }
 
 std::string value_in(const DicomDataSet& groups, const Source& source) {
@@ -138,7 +127,7 @@ std::vector<VolumeAttributes> read_volume_attributes(const DicomDataSet& data_se
         for (const std::size_t d : dimensions) {
             if (d < all.size()) some.push_back(all[d]);
         }
-        value_of(out[i], VolumeAttribute::dimension_indices) = joined(some);
+        value_of(out[i], dimension_indices) = joined(some);
     }
     return out;
 }

@@ -54,6 +54,7 @@ struct Object {
     Mesh mesh;
     double scale = 1;  // millimetres per unit of the mesh
     std::vector<Use> components;
+    bool is_part = true;  // of what is built
     bool placing = false;
 };
 
@@ -84,6 +85,32 @@ class RelationsReader : public XmlVisitor {
     void end(std::string_view, std::string_view) override {}
 };
 
+// Takes an element with three attributes off the text, in the form in which almost all programs write it, and the
+// white space before it. Returns false at anything else, which is left to the XML parser. `starts` is what comes
+// before each value.
+template <class T>
+bool take_element(std::string_view& text, const std::array<std::string_view, 3>& starts,
+                  std::optional<T> (*parse)(std::string_view), std::array<T, 3>& values) {
+    const auto skip = [](std::string_view& from) {
+        from.remove_prefix(std::min(from.find_first_not_of(" \t\r\n"), from.size()));
+    };
+    std::string_view rest = text;
+    skip(rest);
+    for (std::size_t i = 0; i < 3; ++i) {
+        if (!rest.starts_with(starts[i])) return false;
+        rest.remove_prefix(starts[i].size());
+        const std::size_t end = std::min(rest.find('"'), rest.size());
+        const std::optional<T> value = parse(rest.substr(0, end));
+        if (!value) return false;
+        values[i] = *value;
+        rest.remove_prefix(std::min(end + 1, rest.size()));
+    }
+    skip(rest);
+    if (!rest.starts_with("/>")) return false;
+    text = rest.substr(2);
+    return true;
+}
+
 // Adds the objects of a model to a scene, and the build items of the root model.
 class ModelReader : public XmlVisitor {
   public:
@@ -94,19 +121,26 @@ class ModelReader : public XmlVisitor {
         if (!begun_) begin_model(element);
         if (element.space != core_) return;
         const std::string_view tag = element.name;
-        if ((tag == "object" || tag == "component" || tag == "item") && ++scene_.parts > kMostParts)
-            file_.refuse("has more than " + std::to_string(kMostParts) + " objects, components and items");
         if (tag == "vertex" || tag == "triangle" || tag == "component") {
             if (!object_) file_.refuse("has a " + std::string(tag) + " outside objects");
-            if (tag == "vertex") object_->mesh.points.push_back(point(element));
-            if (tag == "triangle") object_->mesh.triangles.push_back(triangle(element));
-            if (tag == "component") object_->components.push_back(use(element));
+            if (tag == "vertex") return object_->mesh.points.push_back(point(element));
+            if (tag == "triangle") return object_->mesh.triangles.push_back(triangle(element));
+        }
+        if ((tag == "object" || tag == "component" || tag == "item") && ++scene_.parts > kMostParts)
+            file_.refuse("has more than " + std::to_string(kMostParts) + " objects, components and items");
+        if (tag == "component") {
+            object_->components.push_back(use(element));
         } else if (tag == "object") {
             const auto [added, is_new] = scene_.objects.try_emplace({name_, std::string(element.get("id"))});
             if (!is_new) file_.refuse("has two objects " + quoted(element.get("id")));
             object_ = &added->second;
             object_->scale = scale_;
             object_->name = element.get("name");
+            // Slicers save their modifiers, which lie inside other objects, and their supports like this.
+            const std::string_view type = element.get("type");
+            object_->is_part = type != "other" && type != "support" && type != "solidsupport";
+        } else if (tag == "vertices" || tag == "triangles") {
+            rows_ = object_ ? tag : "";
         } else if (tag == "item" && is_root_) {
             scene_.items.push_back(use(element));
         } else if (tag == "metadata" && is_root_) {
@@ -116,6 +150,7 @@ class ModelReader : public XmlVisitor {
 
     void end(std::string_view space, std::string_view name) override {
         if (space != core_) return;
+        if (name == rows_) rows_.clear();
         if (name == "object") object_ = nullptr;
         if (name == "metadata" && std::exchange(in_description_, false))
             scene_.space = stated_space(description_);
@@ -127,6 +162,29 @@ class ModelReader : public XmlVisitor {
 
     void declare_prefix(std::string_view prefix, std::string_view space) override {
         if (!begun_) spaces_.insert_or_assign(std::string(prefix), std::string(space));
+        if (begun_ && prefix.empty()) core_is_default_ = false;
+    }
+
+    std::size_t take(std::string_view bytes) override {
+        if (!core_is_default_) return 0;
+        std::string_view rest = bytes;
+        if (rows_ == "vertices") {
+            std::array<double, 3> p;
+            while (take_element(rest, {"<vertex x=\"", " y=\"", " z=\""}, parse_double, p))
+                object_->mesh.points.push_back(to_float({p[0], p[1], p[2]}));
+        }
+        if (rows_ == "triangles") {
+            std::array<std::int64_t, 3> t;
+            std::string_view next = rest;
+            while (take_element(next, {"<triangle v1=\"", " v2=\"", " v3=\""}, parse_integer, t) &&
+                   is_point(t[0]) && is_point(t[1]) && is_point(t[2])) {
+                object_->mesh.triangles.push_back({static_cast<std::uint32_t>(t[0]),
+                                                   static_cast<std::uint32_t>(t[1]),
+                                                   static_cast<std::uint32_t>(t[2])});
+                rest = next;
+            }
+        }
+        return bytes.size() - rest.size();
     }
 
   private:
@@ -134,6 +192,7 @@ class ModelReader : public XmlVisitor {
         if (model.name != "model") file_.refuse("is not a 3D model");
         begun_ = true;
         core_ = model.space;
+        core_is_default_ = spaces_[""] == core_;
         const std::string_view unit = model.get("unit");
         const std::optional<double> scale = unit.empty()     ? 1
                                             : unit == "inch" ? 25.4
@@ -150,10 +209,11 @@ class ModelReader : public XmlVisitor {
 
     template <class T>
     T number(const XmlElement& element, const char* name, std::optional<T> (*parse)(std::string_view)) const {
-        const std::optional<T> value = parse(element.get(name));
+        const std::string_view text = element.get(name);
+        const std::optional<T> value = parse(text);
         if (!value) {
             file_.refuse("the attribute " + std::string(name) + " of a " + std::string(element.name) +
-                         " is not a number: " + quoted(element.get(name)));
+                         " is not a number: " + quoted(text));
         }
         return *value;
     }
@@ -164,12 +224,16 @@ class ModelReader : public XmlVisitor {
                 static_cast<float>(number(vertex, "z", parse_double))};
     }
 
+    bool is_point(std::int64_t index) const {
+        return index >= 0 && index < static_cast<std::int64_t>(object_->mesh.points.size());
+    }
+
     Triangle triangle(const XmlElement& element) const {
         Triangle corners{};
         constexpr const char* kNames[] = {"v1", "v2", "v3"};
         for (std::size_t c = 0; c < 3; ++c) {
             const std::int64_t index = number(element, kNames[c], parse_integer);
-            if (index < 0 || index >= static_cast<std::int64_t>(object_->mesh.points.size()))
+            if (!is_point(index))
                 file_.refuse("a triangle names point " + std::to_string(index) + ", which is missing");
             corners[c] = static_cast<std::uint32_t>(index);
         }
@@ -203,6 +267,8 @@ class ModelReader : public XmlVisitor {
     std::map<std::string, std::string, std::less<>> spaces_;  // by prefix
     double scale_ = 1;                                        // millimetres per unit
     Object* object_ = nullptr;
+    std::string rows_;              // "vertices" or "triangles" inside these elements
+    bool core_is_default_ = false;  // elements without a prefix are those of the core specification
     bool in_description_ = false;
     std::string description_;
 };
@@ -257,6 +323,7 @@ class Assembly {
         Object& object = found->second;
         if (object.placing) archive_.refuse("object " + quoted(use.id) + " is a part of itself");
         if (depth > kMostDepth) archive_.refuse("its objects are nested too deeply");
+        if (!object.is_part) return;
         const Transform transform = product(use.transform, outer);
         visit(object, transform);
         object.placing = true;

@@ -195,16 +195,10 @@ class GlbReader {
     }
 
     std::size_t size_of(std::uint64_t component_type) const {
-        switch (component_type) {
-            case 5121:
-                return 1;  // unsigned byte
-            case 5123:
-                return 2;  // unsigned short
-            case 5125:
-                return 4;  // unsigned int
-            case kFloat:
-                return 4;
-        }
+        constexpr std::uint64_t kUnsignedByte = 5121, kUnsignedShort = 5123, kUnsignedInt = 5125;
+        if (component_type == kUnsignedByte) return 1;
+        if (component_type == kUnsignedShort) return 2;
+        if (component_type == kUnsignedInt || component_type == kFloat) return 4;
         input_.refuse("has an accessor of component type " + std::to_string(component_type) +
                       ", which is not supported");
     }

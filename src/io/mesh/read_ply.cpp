@@ -1,8 +1,7 @@
 // Reads PLY: a text header describes the records after it, which are text or binary.
-#include <algorithm>
-#include <bit>
 #include <cstring>
 
+#include "io/bytes/stored_samples.h"
 #include "io/bytes/text.h"
 #include "reader.h"
 
@@ -12,27 +11,19 @@ namespace {
 
 enum class Encoding { text, little, big };
 
-struct Type {
-    char kind;  // i signed, u unsigned, f floating
-    std::size_t size;
-};
-
-std::optional<Type> type_of(std::string_view name) {
-    if (name == "char" || name == "int8") return Type{'i', 1};
-    if (name == "uchar" || name == "uint8") return Type{'u', 1};
-    if (name == "short" || name == "int16") return Type{'i', 2};
-    if (name == "ushort" || name == "uint16") return Type{'u', 2};
-    if (name == "int" || name == "int32") return Type{'i', 4};
-    if (name == "uint" || name == "uint32") return Type{'u', 4};
-    if (name == "float" || name == "float32") return Type{'f', 4};
-    if (name == "double" || name == "float64") return Type{'f', 8};
-    return std::nullopt;
+std::optional<StoredType> type_of(std::string_view name) {
+    static constexpr TypeName kNames[] = {
+        {"char|int8", StoredType::int8},        {"uchar|uint8", StoredType::uint8},
+        {"short|int16", StoredType::int16},     {"ushort|uint16", StoredType::uint16},
+        {"int|int32", StoredType::int32},       {"uint|uint32", StoredType::uint32},
+        {"float|float32", StoredType::float32}, {"double|float64", StoredType::float64}};
+    return find_type(kNames, name);
 }
 
 struct Property {
     std::string name;
-    Type type;
-    std::optional<Type> count;  // type of the length, if it is a list
+    StoredType type;
+    std::optional<StoredType> count;  // type of the length, if it is a list
 };
 
 struct Element {
@@ -41,50 +32,33 @@ struct Element {
     std::vector<Property> properties;
 };
 
-template <class T>
-double value_of(const char* bytes) {
-    T value;
-    std::memcpy(&value, bytes, sizeof value);
-    return static_cast<double>(value);
-}
-
 // Iterates over the numbers after the header.
 class Numbers {
   public:
     Numbers(const FileContent& input, std::size_t at, Encoding encoding)
         : input_(input), at_(at), encoding_(encoding) {}
 
-    double next(const Type& type) { return encoding_ == Encoding::text ? next_word() : next_binary(type); }
+    double next(StoredType type) { return encoding_ == Encoding::text ? next_word() : next_binary(type); }
 
   private:
     double next_word() {
-        const auto is_space = [](char c) { return c == ' ' || (c >= '\t' && c <= '\r'); };
-        const std::string& bytes = input_.bytes;
-        while (at_ < bytes.size() && is_space(bytes[at_])) ++at_;
-        const std::size_t begin = at_;
-        while (at_ < bytes.size() && !is_space(bytes[at_])) ++at_;
-        if (begin == at_) input_.refuse("the file is cut off");
-        const std::string_view word = std::string_view(bytes).substr(begin, at_ - begin);
+        std::string_view rest = std::string_view(input_.bytes).substr(at_);
+        const std::string_view word = take_word(rest);
+        if (word.empty()) input_.refuse("the file is cut off");
+        at_ = input_.bytes.size() - rest.size();
         const std::optional<double> value = parse_double(word);
         if (!value) input_.refuse("a value is not a number: " + quoted(word));
         return *value;
     }
 
-    double next_binary(const Type& type) {
-        if (input_.bytes.size() - at_ < type.size) input_.refuse("the file is cut off");
-        char bytes[8];
-        std::memcpy(bytes, input_.bytes.data() + at_, type.size);
-        at_ += type.size;
-        if (encoding_ == Encoding::big) std::reverse(bytes, bytes + type.size);
-        if (type.kind == 'f') return type.size == 4 ? value_of<float>(bytes) : value_of<double>(bytes);
-        switch (type.size) {
-            case 1:
-                return type.kind == 'i' ? value_of<std::int8_t>(bytes) : value_of<std::uint8_t>(bytes);
-            case 2:
-                return type.kind == 'i' ? value_of<std::int16_t>(bytes) : value_of<std::uint16_t>(bytes);
-            default:
-                return type.kind == 'i' ? value_of<std::int32_t>(bytes) : value_of<std::uint32_t>(bytes);
-        }
+    double next_binary(StoredType type) {
+        return with_stored_type(type, [&](auto value) {
+            if (input_.bytes.size() - at_ < sizeof value) input_.refuse("the file is cut off");
+            std::memcpy(&value, input_.bytes.data() + at_, sizeof value);
+            at_ += sizeof value;
+            to_native_order(&value, 1, type, encoding_ == Encoding::big);
+            return static_cast<double>(value);
+        });
     }
 
     const FileContent& input_;

@@ -3,9 +3,11 @@
 #include <zlib.h>
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <deque>
 
+#include "io/bytes/stored_samples.h"
 #include "io/bytes/text.h"
 #include "io/bytes/xml.h"
 #include "reader.h"
@@ -14,25 +16,24 @@ namespace marrow::internal::io {
 
 namespace {
 
+// The values of the digits of base64; -1 of other characters.
+constexpr std::array<int, 256> kBase64 = [] {
+    constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    std::array<int, 256> values{};
+    values.fill(-1);
+    int value = 0;
+    for (const char digit : kDigits) values[static_cast<unsigned char>(digit)] = value++;
+    return values;
+}();
+
 // Decodes base64 up to its padding or any other character.
 std::string from_base64(std::string_view text) {
     std::string bytes;
     std::uint32_t bits = 0;
     int have = 0;
     for (const char c : text) {
-        int value;
-        if (c >= 'A' && c <= 'Z')
-            value = c - 'A';
-        else if (c >= 'a' && c <= 'z')
-            value = c - 'a' + 26;
-        else if (c >= '0' && c <= '9')
-            value = c - '0' + 52;
-        else if (c == '+')
-            value = 62;
-        else if (c == '/')
-            value = 63;
-        else
-            break;
+        const int value = kBase64[static_cast<unsigned char>(c)];
+        if (value < 0) break;
         bits = bits << 6 | static_cast<std::uint32_t>(value);
         if ((have += 6) >= 8) bytes += static_cast<char>(bits >> (have -= 8));
     }
@@ -177,17 +178,6 @@ class VtpReader : public XmlVisitor {
         return bytes;
     }
 
-    template <class T>
-    static std::vector<double> converted(const std::string& bytes) {
-        std::vector<double> values(bytes.size() / sizeof(T));
-        for (std::size_t i = 0; i < values.size(); ++i) {
-            T value;
-            std::memcpy(&value, bytes.data() + i * sizeof(T), sizeof(T));
-            values[i] = static_cast<double>(value);
-        }
-        return values;
-    }
-
     std::vector<double> values(const Array& array) {
         if (array.type.empty()) return {};
         std::string_view text = array.text;
@@ -211,21 +201,27 @@ class VtpReader : public XmlVisitor {
         } else {
             text = trimmed(text);
         }
-        const std::string_view type = array.type;
         const std::string bytes = unpack(text, raw);
         // Pieces can share an array, and zlib compresses zeros well: a small file could hold a huge mesh.
         constexpr std::uint64_t kMostExpansion = 100, kAlwaysFits = std::uint64_t{1} << 26;
         unpacked_ += bytes.size();
         if (unpacked_ > std::max(kAlwaysFits, kMostExpansion * input_.bytes.size()))
             input_.refuse("its arrays expand to more than 100 times the size of the file");
-        if (type == "Float32") return converted<float>(bytes);
-        if (type == "Float64") return converted<double>(bytes);
-        if (type == "Int32") return converted<std::int32_t>(bytes);
-        if (type == "UInt32") return converted<std::uint32_t>(bytes);
-        if (type == "Int64") return converted<std::int64_t>(bytes);
-        if (type == "UInt64") return converted<std::uint64_t>(bytes);
-        if (type == "UInt8" || type == "String") return converted<std::uint8_t>(bytes);
-        input_.refuse("has an array of type " + quoted(type) + ", which is not supported");
+        static constexpr TypeName kNames[] = {
+            {"Float32", StoredType::float32},   {"Float64", StoredType::float64},
+            {"Int32", StoredType::int32},       {"UInt32", StoredType::uint32},
+            {"Int64", StoredType::int64},       {"UInt64", StoredType::uint64},
+            {"UInt8|String", StoredType::uint8}};
+        const std::optional<StoredType> type = find_type(kNames, array.type);
+        if (!type) input_.refuse("has an array of type " + quoted(array.type) + ", which is not supported");
+        std::vector<double> result(bytes.size() / stored_size(*type));
+        with_stored_type(*type, [&](auto value) {
+            for (std::size_t i = 0; i < result.size(); ++i) {
+                std::memcpy(&value, bytes.data() + i * sizeof value, sizeof value);
+                result[i] = static_cast<double>(value);
+            }
+        });
+        return result;
     }
 
     static std::string text_of(const std::vector<double>& codes) {

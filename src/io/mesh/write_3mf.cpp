@@ -4,6 +4,8 @@
 #include <charconv>
 #include <cmath>
 
+#include <fmt/format.h>
+
 #include "writer.h"
 
 namespace marrow::internal::io {
@@ -11,49 +13,32 @@ namespace {
 
 constexpr std::size_t kFloatChars = 15, kIndexChars = 10;
 
-template <class T>
-char* put_attribute(char* to, const char* before, T value, std::size_t most) {
-    while (*before) *to++ = *before++;
-    to = std::to_chars(to, to + most, value).ptr;
-    *to++ = '"';
-    return to;
-}
-
 char* put_text(char* to, const char* text) {
     while (*text) *to++ = *text++;
     return to;
 }
 
+template <class T>
+char* put_attribute(char* to, const char* before, T value, std::size_t most) {
+    to = put_text(to, before);
+    return put_text(std::to_chars(to, to + most, value).ptr, "\"");
+}
+
 std::string escaped(const std::string& name) {
     std::string text;
-    for (const char c : clean_name(name)) {
-        switch (c) {
-            case '&':
-                text += "&amp;";
-                break;
-            case '<':
-                text += "&lt;";
-                break;
-            case '>':
-                text += "&gt;";
-                break;
-            case '"':
-                text += "&quot;";
-                break;
-            default:
-                text += c;
-        }
-    }
+    for (const char c : clean_name(name))
+        text += c == '&'   ? "&amp;"
+                : c == '<' ? "&lt;"
+                : c == '>' ? "&gt;"
+                : c == '"' ? "&quot;"
+                           : std::string(1, c);
     return text;
 }
 
 std::string hex_colour(const std::array<double, 3>& colour) {
-    constexpr char kDigits[] = "0123456789ABCDEF";
     std::string text = "#";
-    for (const double part : colour) {
-        const long value = std::lround(255 * std::clamp(part, 0.0, 1.0));
-        text += {kDigits[value / 16], kDigits[value % 16]};
-    }
+    for (const double part : colour)
+        text += fmt::format("{:02X}", std::lround(255 * std::clamp(part, 0.0, 1.0)));
     return text + "FF";
 }
 

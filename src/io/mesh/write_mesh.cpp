@@ -6,9 +6,8 @@
 #include <marrow/atomic_file.h>
 #include <marrow/mesh_io.h>
 
-#include "io/bytes/gzip_writer.h"
+#include "io/bytes/archive_writer.h"
 #include "io/bytes/text.h"
-#include "io/bytes/zip_writer.h"
 #include "io/dicom/encapsulated_stl.h"
 #include "writer.h"
 
@@ -97,25 +96,21 @@ void write_content(MeshFormat format, MeshOutput& to, MeshObjects objects, const
 // Writes the file: plain, compressed by gzip, or as a ZIP archive for 3MF.
 void write_content(MeshFormat format, AtomicFile& file, bool gzipped, MeshObjects objects,
                    const MeshWriteOptions& options) {
-    if (gzipped) {
-        GzipWriter gzip(into(file));
-        MeshOutput to([&](const void* data, std::size_t bytes) { gzip.write(data, bytes); }, options);
-        write_content(format, to, objects, options);
-        gzip.finish();
-    } else if (format == MeshFormat::threemf) {
-        ZipWriter zip(file);
-        for (const auto& [name, text] : other_3mf_files()) {
-            zip.begin(name);
-            zip.write(text, std::char_traits<char>::length(text));
-        }
-        zip.begin(k3mfModelName);
-        MeshOutput to([&](const void* data, std::size_t bytes) { zip.write(data, bytes); }, options);
-        write_content(format, to, objects, options);
-        zip.finish();
-    } else {
+    if (!gzipped && format != MeshFormat::threemf) {
         MeshOutput to(into(file), options);
-        write_content(format, to, objects, options);
+        return write_content(format, to, objects, options);
     }
+    ArchiveWriter archive(file, gzipped ? ArchiveWriter::Format::gzip : ArchiveWriter::Format::zip);
+    if (!gzipped) {
+        for (const auto& [name, text] : other_3mf_files()) {
+            archive.begin(name);
+            archive.write(text, std::char_traits<char>::length(text));
+        }
+    }
+    archive.begin(gzipped ? "mesh" : k3mfModelName);  // gzip states no name
+    MeshOutput to([&](const void* data, std::size_t bytes) { archive.write(data, bytes); }, options);
+    write_content(format, to, objects, options);
+    archive.finish();
 }
 
 }  // namespace

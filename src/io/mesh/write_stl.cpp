@@ -1,9 +1,8 @@
 // Writes binary STL: an 80-byte header, the number of triangles, and for each triangle its normal, three
 // points and two unused bytes.
-#include <cmath>
 #include <limits>
 
-#include <marrow/volume.h>
+#include <marrow/vector.h>
 
 #include "writer.h"
 
@@ -12,13 +11,9 @@ namespace {
 
 // Zero for a triangle without area, as the format requires.
 Vec3f facet_normal(const Vec3f& a, const Vec3f& b, const Vec3f& c) {
-    const Vec3d u{double(b[0]) - a[0], double(b[1]) - a[1], double(b[2]) - a[2]};
-    const Vec3d v{double(c[0]) - a[0], double(c[1]) - a[1], double(c[2]) - a[2]};
-    const Vec3d n{u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
-    const double length = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
-    if (length == 0) return {0, 0, 0};
-    return {static_cast<float>(n[0] / length), static_cast<float>(n[1] / length),
-            static_cast<float>(n[2] / length)};
+    const Vec3d n = cross(to_double(b) - to_double(a), to_double(c) - to_double(a));
+    const double size = length(n);
+    return size == 0 ? Vec3f{0, 0, 0} : Vec3f(to_float({n[0] / size, n[1] / size, n[2] / size}));
 }
 
 }  // namespace

@@ -3,36 +3,59 @@
 #include <cmath>
 #include <limits>
 
+#include <fmt/format.h>
+
 #include "writer.h"
 
 namespace marrow::internal::io {
 namespace {
 
-// Writes the header elements of the appended arrays and computes their offsets.
+// Arrays with an item for each point or triangle of all surfaces. Each is an element of the header; the items
+// follow after the header.
 class AppendedArrays {
   public:
-    std::string element(const char* type, const char* name, int components, std::uint64_t bytes) {
-        std::string text = std::string("<DataArray type=\"") + type + "\" Name=\"" + name +
-                           "\" NumberOfComponents=\"" + std::to_string(components) +
-                           "\" format=\"appended\" offset=\"" + std::to_string(offset_) + "\"/>\n";
+    AppendedArrays(MeshOutput& output, MeshObjects objects) : output_(output), objects_(objects) {}
+
+    // Adds an array and returns its element. `count(mesh)` is the number of a surface's items, and
+    // `item(surface, i)` is one of them.
+    template <class Count, class Item>
+    std::string add(const char* type, const char* name, int components, Count count, Item item) {
+        constexpr std::size_t kItem = sizeof(item(std::size_t{}, std::size_t{}));
+        std::uint64_t bytes = 0;
+        for (const MeshObject& object : objects_) bytes += kItem * count(object.mesh);
+        const std::string element = fmt::format(
+            "<DataArray type=\"{}\" Name=\"{}\" NumberOfComponents=\"{}\" format=\"appended\" "
+            "offset=\"{}\"/>\n",
+            type, name, components, offset_);
         offset_ += sizeof bytes + bytes;
-        return text;
+        writers_.push_back([this, bytes, count, item](std::size_t array) {
+            char length[sizeof bytes];
+            put(length, bytes);
+            output_.text(std::string(length, sizeof length));
+            for (std::size_t s = 0; s < objects_.size(); ++s) {
+                output_.set_share(array * objects_.size() + s, writers_.size() * objects_.size());
+                output_.items<kItem>(count(objects_[s].mesh), 0, 1,
+                                     [&](std::size_t i, char* to) { return put(to, item(s, i)); });
+            }
+        });
+        return element;
+    }
+
+    void write() const {
+        for (std::size_t array = 0; array < writers_.size(); ++array) writers_[array](array);
     }
 
   private:
+    MeshOutput& output_;
+    const MeshObjects objects_;
     std::uint64_t offset_ = 0;
+    std::vector<std::function<void(std::size_t array)>> writers_;
 };
-
-void begin_array(MeshOutput& output, std::uint64_t bytes) {
-    char length[sizeof bytes];
-    put(length, bytes);
-    output.text(std::string(length, sizeof length));
-}
 
 // A string array: the character codes of each text, terminated by 0.
 std::string text_array(const char* name, const std::vector<std::string>& texts) {
-    std::string array = std::string("<DataArray type=\"String\" Name=\"") + name + "\" NumberOfTuples=\"" +
-                        std::to_string(texts.size()) + "\" format=\"ascii\">";
+    std::string array = fmt::format(
+        "<DataArray type=\"String\" Name=\"{}\" NumberOfTuples=\"{}\" format=\"ascii\">", name, texts.size());
     for (const std::string& text : texts) {
         for (const char c : text) array += std::to_string(static_cast<unsigned char>(c)) + " ";
         array += "0 ";
@@ -56,123 +79,75 @@ struct Contents {
     explicit Contents(MeshObjects objects) {
         bool has_colour = false;
         for (const MeshObject& object : objects) {
+            first_point.push_back(points);
+            first_triangle.push_back(triangles);
             points += object.mesh.points.size();
             triangles += object.mesh.triangles.size();
             normals &= !object.mesh.normals.empty();
             has_colour |= object.colour.has_value();
             names.push_back(clean_name(object.name));
+            colours.push_back(rgb(object));
         }
         cell_arrays = objects.size() > 1 || has_colour;
     }
 
-    std::uint64_t point_bytes() const { return points * sizeof(Vec3f); }
-    std::uint64_t surface_bytes() const { return triangles * sizeof(std::int32_t); }
-    std::uint64_t colour_bytes() const { return triangles * sizeof(Rgb); }
-
     std::uint64_t points = 0, triangles = 0;
     bool normals = true;       // all surfaces have normals
     bool cell_arrays = false;  // triangles have a surface and a colour
+    // Of each surface.
+    std::vector<std::uint64_t> first_point, first_triangle;
     std::vector<std::string> names;
-};
-
-template <class Index>
-void write_header(MeshOutput& output, const Contents& contents, const char* index_type) {
-    AppendedArrays arrays;
-    std::string header = "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" ";
-    header += "byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<PolyData>\n<FieldData>\n";
-    if (output.space != Space::none)
-        header += text_array("SPACE", {output.space == Space::RAS ? "RAS" : "LPS"});
-    if (contents.cell_arrays) header += text_array("Names", contents.names);
-    header += "</FieldData>\n";
-    header += "<Piece NumberOfPoints=\"" + std::to_string(contents.points) + "\" NumberOfVerts=\"0\" ";
-    header +=
-        "NumberOfLines=\"0\" NumberOfStrips=\"0\" NumberOfPolys=\"" + std::to_string(contents.triangles);
-    header +=
-        "\">\n<Points>\n" + arrays.element("Float32", "Points", 3, contents.point_bytes()) + "</Points>\n";
-    if (contents.normals)
-        header += "<PointData Normals=\"Normals\">\n" +
-                  arrays.element("Float32", "Normals", 3, contents.point_bytes()) + "</PointData>\n";
-    if (contents.cell_arrays) {
-        header += "<CellData Scalars=\"Colors\">\n" +
-                  arrays.element("Int32", "Surface", 1, contents.surface_bytes());
-        header += arrays.element("UInt8", "Colors", 3, contents.colour_bytes()) + "</CellData>\n";
-    }
-    const std::uint64_t index_bytes = contents.triangles * sizeof(Index);
-    header += "<Polys>\n" + arrays.element(index_type, "connectivity", 1, 3 * index_bytes);
-    header += arrays.element(index_type, "offsets", 1, index_bytes) + "</Polys>\n";
-    output.text(header + "</Piece>\n</PolyData>\n<AppendedData encoding=\"raw\">\n_");
-}
-
-// Writes the appended arrays. Each contains the values of all surfaces, and so does its share of the
-// progress.
-class ArrayWriter {
-  public:
-    ArrayWriter(MeshOutput& output, MeshObjects objects, std::size_t arrays)
-        : output_(output), objects_(objects), arrays_(arrays) {}
-
-    /// Writes the length of an array and calls `write_part` with the index of each surface.
-    template <class WritePart>
-    void write(std::uint64_t bytes, const WritePart& write_part) {
-        begin_array(output_, bytes);
-        for (std::size_t i = 0; i < objects_.size(); ++i) {
-            output_.set_share(done_ * objects_.size() + i, arrays_ * objects_.size());
-            write_part(objects_[i].mesh, i);
-        }
-        ++done_;
-    }
-
-    void write_vectors(std::uint64_t bytes, std::span<const Vec3f> MeshView::*vectors) {
-        write(bytes, [&](const MeshView& mesh, std::size_t) {
-            const std::span<const Vec3f> values = mesh.*vectors;
-            output_.items<sizeof(Vec3f)>(values.size(), 0, 1, [&](std::size_t i, char* to) {
-                return put(to, output_.oriented(values[i]));
-            });
-        });
-    }
-
-  private:
-    MeshOutput& output_;
-    const MeshObjects objects_;
-    const std::size_t arrays_;
-    std::size_t done_ = 0;
+    std::vector<Rgb> colours;
 };
 
 template <class Index>
 void write_polydata(MeshOutput& output, MeshObjects objects, const Contents& contents,
                     const char* index_type) {
-    write_header<Index>(output, contents, index_type);
-    ArrayWriter arrays(output, objects, 3 + (contents.normals ? 1u : 0u) + (contents.cell_arrays ? 2u : 0u));
-    arrays.write_vectors(contents.point_bytes(), &MeshView::points);
-    if (contents.normals) arrays.write_vectors(contents.point_bytes(), &MeshView::normals);
-    if (contents.cell_arrays) {
-        arrays.write(contents.surface_bytes(), [&](const MeshView& mesh, std::size_t surface) {
-            output.items<sizeof(std::int32_t)>(mesh.triangles.size(), 0, 1, [&](std::size_t, char* to) {
-                return put(to, static_cast<std::int32_t>(surface));
-            });
+    const auto points = [](const MeshView& mesh) { return mesh.points.size(); };
+    const auto triangles = [](const MeshView& mesh) { return mesh.triangles.size(); };
+    AppendedArrays arrays(output, objects);
+    std::string header =
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" "
+        "header_type=\"UInt64\">\n<PolyData>\n<FieldData>\n";
+    if (output.space != Space::none)
+        header += text_array("SPACE", {output.space == Space::RAS ? "RAS" : "LPS"});
+    if (contents.cell_arrays) header += text_array("Names", contents.names);
+    header += fmt::format(
+        "</FieldData>\n<Piece NumberOfPoints=\"{}\" NumberOfVerts=\"0\" NumberOfLines=\"0\" "
+        "NumberOfStrips=\"0\" NumberOfPolys=\"{}\">\n<Points>\n",
+        contents.points, contents.triangles);
+    header += arrays.add("Float32", "Points", 3, points, [&](std::size_t s, std::size_t i) {
+        return output.oriented(objects[s].mesh.points[i]);
+    });
+    header += "</Points>\n";
+    if (contents.normals) {
+        header += "<PointData Normals=\"Normals\">\n";
+        header += arrays.add("Float32", "Normals", 3, points, [&](std::size_t s, std::size_t i) {
+            return output.oriented(objects[s].mesh.normals[i]);
         });
-        arrays.write(contents.colour_bytes(), [&](const MeshView& mesh, std::size_t surface) {
-            const Rgb colour = rgb(objects[surface]);
-            output.items<sizeof(Rgb)>(mesh.triangles.size(), 0, 1,
-                                      [&](std::size_t, char* to) { return put(to, colour); });
-        });
+        header += "</PointData>\n";
     }
-    const std::uint64_t index_bytes = contents.triangles * sizeof(Index);
-    std::uint64_t first_point = 0, first_triangle = 0;
-    arrays.write(3 * index_bytes, [&](const MeshView& mesh, std::size_t) {
-        output.items<3 * sizeof(Index)>(mesh.triangles.size(), 0, 1, [&](std::size_t i, char* to) {
-            for (const std::uint32_t corner : mesh.triangles[i])
-                to = put(to, static_cast<Index>(first_point + corner));
-            return to;
-        });
-        first_point += mesh.points.size();
+    if (contents.cell_arrays) {
+        header += "<CellData Scalars=\"Colors\">\n";
+        header += arrays.add("Int32", "Surface", 1, triangles,
+                             [](std::size_t s, std::size_t) { return static_cast<std::int32_t>(s); });
+        header += arrays.add("UInt8", "Colors", 3, triangles,
+                             [&](std::size_t s, std::size_t) { return contents.colours[s]; });
+        header += "</CellData>\n";
+    }
+    header += "<Polys>\n";
+    header += arrays.add(index_type, "connectivity", 1, triangles, [&](std::size_t s, std::size_t i) {
+        std::array<Index, 3> corners;
+        for (std::size_t c = 0; c < 3; ++c)
+            corners[c] = static_cast<Index>(contents.first_point[s] + objects[s].mesh.triangles[i][c]);
+        return corners;
     });
-    // The offsets: where the corners of each triangle end in the connectivity.
-    arrays.write(index_bytes, [&](const MeshView& mesh, std::size_t) {
-        output.items<sizeof(Index)>(mesh.triangles.size(), 0, 1, [&](std::size_t i, char* to) {
-            return put(to, static_cast<Index>(3 * (first_triangle + i + 1)));
-        });
-        first_triangle += mesh.triangles.size();
+    // Where the corners of each triangle end in the connectivity.
+    header += arrays.add(index_type, "offsets", 1, triangles, [&](std::size_t s, std::size_t i) {
+        return static_cast<Index>(3 * (contents.first_triangle[s] + i + 1));
     });
+    output.text(header + "</Polys>\n</Piece>\n</PolyData>\n<AppendedData encoding=\"raw\">\n_");
+    arrays.write();
     output.text("\n</AppendedData>\n</VTKFile>\n");
 }
 

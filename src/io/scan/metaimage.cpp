@@ -54,10 +54,9 @@ Header parse(const std::filesystem::path& path) {
     const std::string text = read_head(path, kLongest);
     Header header{path, {}, {}, 0};
     // ElementDataFile is the last field. The data, or a list of file names, come after it.
-    while (header.end < text.size() && !header.fields.contains("elementdatafile")) {
-        const std::size_t end = std::min(text.find('\n', header.end), text.size());
-        const std::string_view line = trimmed(std::string_view(text).substr(header.end, end - header.end));
-        header.end = std::min(end + 1, text.size());
+    std::string_view rest = text;
+    while (!rest.empty() && !header.fields.contains("elementdatafile")) {
+        const std::string_view line = trimmed(take_line(rest));
         if (line.empty()) continue;
         const std::size_t equals = line.find('=');
         if (equals == line.npos) throw InputError(fmt::format("{}: is not a MetaImage file", quoted(path)));
@@ -66,30 +65,28 @@ Header parse(const std::filesystem::path& path) {
     if (!header.fields.contains("elementdatafile")) {
         throw InputError(fmt::format("{}: is not a MetaImage file: it has no ElementDataFile", quoted(path)));
     }
+    header.end = text.size() - rest.size();
     if (to_lower(header.fields["elementdatafile"]).starts_with("list")) {
-        for (std::size_t at = header.end; at < text.size();) {
-            const std::size_t end = std::min(text.find('\n', at), text.size());
-            const std::string_view line = trimmed(std::string_view(text).substr(at, end - at));
+        while (!rest.empty()) {
+            const std::string_view line = trimmed(take_line(rest));
             if (!line.empty()) header.listed_files.emplace_back(line);
-            at = end + 1;
         }
     }
     return header;
 }
 
 StoredType stored_type(const Header& header) {
-    static constexpr TypeName kNames[] = {{"met_char", StoredType::int8},
-                                          {"met_uchar", StoredType::uint8},
-                                          {"met_short", StoredType::int16},
-                                          {"met_ushort", StoredType::uint16},
-                                          {"met_int", StoredType::int32},
-                                          {"met_uint", StoredType::uint32},
-                                          {"met_long", StoredType::int32},
-                                          {"met_ulong", StoredType::uint32},  // four bytes, on every machine
-                                          {"met_long_long", StoredType::int64},
-                                          {"met_ulong_long", StoredType::uint64},
-                                          {"met_float", StoredType::float32},
-                                          {"met_double", StoredType::float64}};
+    static constexpr TypeName kNames[] = {
+        {"met_char", StoredType::int8},
+        {"met_uchar", StoredType::uint8},
+        {"met_short", StoredType::int16},
+        {"met_ushort", StoredType::uint16},
+        {"met_int|met_long", StoredType::int32},
+        {"met_uint|met_ulong", StoredType::uint32},  // a long has four bytes, on every machine
+        {"met_long_long", StoredType::int64},
+        {"met_ulong_long", StoredType::uint64},
+        {"met_float", StoredType::float32},
+        {"met_double", StoredType::float64}};
     const std::string* text = header.find({"elementtype"});
     if (!text) header.refuse("ElementType is missing");
     const std::optional<StoredType> type = find_type(kNames, to_lower(*text));

@@ -53,41 +53,33 @@ bool is_gzip(const std::filesystem::path& path) {
     return read_head(path, 2) == "\x1f\x8b";
 }
 
-void parse_version_1(const Bytes& in, Header& header) {
-    for (std::size_t i = 0; i < 8; ++i) {
-        header.dim[i] = in.get<std::int16_t>(40 + 2 * i);
-        header.pixdim[i] = in.get<float>(76 + 4 * i);
-    }
-    header.datatype = in.get<std::int16_t>(70);
-    header.vox_offset = in.get<float>(108);
-    header.slope = in.get<float>(112);
-    header.intercept = in.get<float>(116);
-    header.units = in.get<std::uint8_t>(123);
-    header.qform_code = in.get<std::int16_t>(252);
-    header.sform_code = in.get<std::int16_t>(254);
-    for (std::size_t i = 0; i < 3; ++i) {
-        header.quaternion[i] = in.get<float>(256 + 4 * i);
-        header.qoffset[i] = in.get<float>(268 + 4 * i);
-        for (std::size_t j = 0; j < 4; ++j) header.srow[i][j] = in.get<float>(280 + 16 * i + 4 * j);
-    }
-}
+// Where the fields are.
+struct Layout {
+    std::size_t dim, pixdim, datatype, vox_offset, slope, intercept, units, qform_code, sform_code,
+        quaternion, qoffset, srow;
+};
+constexpr Layout kVersion1{40, 76, 70, 108, 112, 116, 123, 252, 254, 256, 268, 280};
+constexpr Layout kVersion2{16, 104, 12, 168, 176, 184, 500, 344, 348, 352, 376, 400};
 
-void parse_version_2(const Bytes& in, Header& header) {
+// Reads the fields, whose types are those of a version.
+template <class Size, class Real, class Offset, class Code, class Unit>
+void read_fields(const Bytes& in, const Layout& at, Header& header) {
     for (std::size_t i = 0; i < 8; ++i) {
-        header.dim[i] = in.get<std::int64_t>(16 + 8 * i);
-        header.pixdim[i] = in.get<double>(104 + 8 * i);
+        header.dim[i] = in.get<Size>(at.dim + i * sizeof(Size));
+        header.pixdim[i] = in.get<Real>(at.pixdim + i * sizeof(Real));
     }
-    header.datatype = in.get<std::int16_t>(12);
-    header.vox_offset = static_cast<double>(in.get<std::int64_t>(168));
-    header.slope = in.get<double>(176);
-    header.intercept = in.get<double>(184);
-    header.qform_code = in.get<std::int32_t>(344);
-    header.sform_code = in.get<std::int32_t>(348);
-    header.units = in.get<std::int32_t>(500);
+    header.datatype = in.get<std::int16_t>(at.datatype);
+    header.vox_offset = static_cast<double>(in.get<Offset>(at.vox_offset));
+    header.slope = in.get<Real>(at.slope);
+    header.intercept = in.get<Real>(at.intercept);
+    header.units = in.get<Unit>(at.units);
+    header.qform_code = in.get<Code>(at.qform_code);
+    header.sform_code = in.get<Code>(at.sform_code);
     for (std::size_t i = 0; i < 3; ++i) {
-        header.quaternion[i] = in.get<double>(352 + 8 * i);
-        header.qoffset[i] = in.get<double>(376 + 8 * i);
-        for (std::size_t j = 0; j < 4; ++j) header.srow[i][j] = in.get<double>(400 + 32 * i + 8 * j);
+        header.quaternion[i] = in.get<Real>(at.quaternion + i * sizeof(Real));
+        header.qoffset[i] = in.get<Real>(at.qoffset + i * sizeof(Real));
+        for (std::size_t j = 0; j < 4; ++j)
+            header.srow[i][j] = in.get<Real>(at.srow + (4 * i + j) * sizeof(Real));
     }
 }
 
@@ -120,44 +112,25 @@ Header parse(const std::filesystem::path& path) {
 
     const Bytes in{bytes, header.big_endian != (std::endian::native == std::endian::big)};
     if (second)
-        parse_version_2(in, header);
+        read_fields<std::int64_t, double, std::int64_t, std::int32_t, std::int32_t>(in, kVersion2, header);
     else
-        parse_version_1(in, header);
+        read_fields<std::int16_t, float, float, std::int16_t, std::uint8_t>(in, kVersion1, header);
     return header;
 }
 
 StoredType stored_type(const Header& header) {
-    switch (header.datatype) {
-        case 2:
-            return StoredType::uint8;
-        case 4:
-            return StoredType::int16;
-        case 8:
-            return StoredType::int32;
-        case 16:
-            return StoredType::float32;
-        case 64:
-            return StoredType::float64;
-        case 256:
-            return StoredType::int8;
-        case 512:
-            return StoredType::uint16;
-        case 768:
-            return StoredType::uint32;
-        case 1024:
-            return StoredType::int64;
-        case 1280:
-            return StoredType::uint64;
-        case 32:
-        case 1792:
-        case 2048:
-            header.refuse("complex samples are not supported");
-        case 128:
-        case 2304:
-            header.refuse("colour samples are not supported");
-        default:
-            header.refuse(fmt::format("samples of type {} are not supported", header.datatype));
+    static constexpr std::pair<std::int64_t, StoredType> kTypes[] = {
+        {2, StoredType::uint8},    {4, StoredType::int16},    {8, StoredType::int32},
+        {16, StoredType::float32}, {64, StoredType::float64}, {256, StoredType::int8},
+        {512, StoredType::uint16}, {768, StoredType::uint32}, {1024, StoredType::int64},
+        {1280, StoredType::uint64}};
+    const std::int64_t code = header.datatype;
+    for (const auto& [known, type] : kTypes) {
+        if (known == code) return type;
     }
+    if (code == 32 || code == 1792 || code == 2048) header.refuse("complex samples are not supported");
+    if (code == 128 || code == 2304) header.refuse("colour samples are not supported");
+    header.refuse(fmt::format("samples of type {} are not supported", code));
 }
 
 // The rotation by the quaternion: "method 2" in nifti1.h.

@@ -59,14 +59,13 @@ Header parse(const std::filesystem::path& path) {
     if (!text.starts_with("NRRD000")) throw InputError(fmt::format("{}: is not a NRRD file", quoted(path)));
 
     bool in_list = false;
-    bool first = true;
-    while (header.end < text.size()) {
-        const std::size_t newline = text.find('\n', header.end);
-        if (newline == text.npos && text.size() == kLongest) header.refuse("is longer than 1 MiB");
-        const std::size_t end = std::min(newline, text.size());
-        const std::string_view line = trimmed(std::string_view(text).substr(header.end, end - header.end));
-        header.end = std::min(end + 1, text.size());
-        if (std::exchange(first, false) || line.starts_with('#')) continue;
+    std::string_view rest = text;
+    take_line(rest);
+    while (!rest.empty()) {
+        if (rest.find('\n') == rest.npos && text.size() == kLongest) header.refuse("is longer than 1 MiB");
+        const std::string_view line = trimmed(take_line(rest));
+        header.end = text.size() - rest.size();
+        if (line.starts_with('#')) continue;
         if (in_list) {
             if (!line.empty()) header.listed_files.emplace_back(line);
             continue;
@@ -85,46 +84,18 @@ Header parse(const std::filesystem::path& path) {
 }
 
 StoredType stored_type(const Header& header) {
-    static constexpr TypeName kNames[] = {{"signed char", StoredType::int8},
-                                          {"int8", StoredType::int8},
-                                          {"int8_t", StoredType::int8},
-                                          {"uchar", StoredType::uint8},
-                                          {"unsigned char", StoredType::uint8},
-                                          {"uint8", StoredType::uint8},
-                                          {"uint8_t", StoredType::uint8},
-                                          {"short", StoredType::int16},
-                                          {"short int", StoredType::int16},
-                                          {"signed short", StoredType::int16},
-                                          {"signed short int", StoredType::int16},
-                                          {"int16", StoredType::int16},
-                                          {"int16_t", StoredType::int16},
-                                          {"ushort", StoredType::uint16},
-                                          {"unsigned short", StoredType::uint16},
-                                          {"unsigned short int", StoredType::uint16},
-                                          {"uint16", StoredType::uint16},
-                                          {"uint16_t", StoredType::uint16},
-                                          {"int", StoredType::int32},
-                                          {"signed int", StoredType::int32},
-                                          {"int32", StoredType::int32},
-                                          {"int32_t", StoredType::int32},
-                                          {"uint", StoredType::uint32},
-                                          {"unsigned int", StoredType::uint32},
-                                          {"uint32", StoredType::uint32},
-                                          {"uint32_t", StoredType::uint32},
-                                          {"longlong", StoredType::int64},
-                                          {"long long", StoredType::int64},
-                                          {"long long int", StoredType::int64},
-                                          {"signed long long", StoredType::int64},
-                                          {"signed long long int", StoredType::int64},
-                                          {"int64", StoredType::int64},
-                                          {"int64_t", StoredType::int64},
-                                          {"ulonglong", StoredType::uint64},
-                                          {"unsigned long long", StoredType::uint64},
-                                          {"unsigned long long int", StoredType::uint64},
-                                          {"uint64", StoredType::uint64},
-                                          {"uint64_t", StoredType::uint64},
-                                          {"float", StoredType::float32},
-                                          {"double", StoredType::float64}};
+    static constexpr TypeName kNames[] = {
+        {"signed char|int8|int8_t", StoredType::int8},
+        {"uchar|unsigned char|uint8|uint8_t", StoredType::uint8},
+        {"short|short int|signed short|signed short int|int16|int16_t", StoredType::int16},
+        {"ushort|unsigned short|unsigned short int|uint16|uint16_t", StoredType::uint16},
+        {"int|signed int|int32|int32_t", StoredType::int32},
+        {"uint|unsigned int|uint32|uint32_t", StoredType::uint32},
+        {"longlong|long long|long long int|signed long long|signed long long int|int64|int64_t",
+         StoredType::int64},
+        {"ulonglong|unsigned long long|unsigned long long int|uint64|uint64_t", StoredType::uint64},
+        {"float", StoredType::float32},
+        {"double", StoredType::float64}};
     const std::optional<StoredType> type = find_type(kNames, to_lower(header.require("type")));
     if (!type)
         header.refuse(fmt::format("samples of type {} are not supported", quoted(header.require("type"))));

@@ -68,6 +68,20 @@ std::uint32_t crc32c(std::span<const std::byte> bytes) {
     return ~value;
 }
 
+// The most bytes that one byte can become, so that a small chunk cannot ask for much memory.
+std::size_t most_inflation(Compressor compressor) {
+    switch (compressor) {
+        case Compressor::gzip:
+            return 1032;  // 258 bytes of a repeated match are two bits
+        case Compressor::lz4:
+            return 255;          // a byte of a match's length
+        case Compressor::blosc:  // it may hold Zstandard
+        case Compressor::zstd:
+            return 32768;  // four bytes are a block of 128 KiB with one value
+    }
+    return 0;
+}
+
 }  // namespace
 
 std::optional<Compressor> find_compressor(std::string_view name) {
@@ -92,6 +106,7 @@ std::optional<std::vector<std::byte>> decode(std::span<const std::byte> bytes, c
         if (bytes.size() != size) return {};
         return std::vector<std::byte>(bytes.begin(), bytes.end());
     }
+    if (size / most_inflation(*codecs.compressor) > bytes.size()) return {};
     std::vector<std::byte> out(size);
     const auto decompress = [&] {
         switch (*codecs.compressor) {

@@ -1,5 +1,5 @@
-// Writes ZIP archives by libarchive.
-#include "zip_writer.h"
+// Writes ZIP archives and gzip files by libarchive.
+#include "archive_writer.h"
 
 #include <new>
 #include <utility>
@@ -12,9 +12,9 @@
 namespace marrow::internal::io {
 
 // What libarchive calls.
-struct ZipWriter::Callbacks {
+struct ArchiveWriter::Callbacks {
     static la_ssize_t write(archive*, void* self, const void* data, std::size_t bytes) {
-        auto& zip = *static_cast<ZipWriter*>(self);
+        auto& zip = *static_cast<ArchiveWriter*>(self);
         try {
             if (!zip.thrown_) zip.file_.write(data, bytes);
         } catch (...) {
@@ -24,21 +24,27 @@ struct ZipWriter::Callbacks {
     }
 };
 
-void ZipWriter::Close::operator()(archive* opened) const {
-    archive_write_fail(opened);  // so that no directory is written where an error ended the archive
+void ArchiveWriter::Close::operator()(archive* opened) const {
+    archive_write_fail(opened);  // so that nothing more is written where an error ended the archive
     archive_write_free(opened);
 }
 
-ZipWriter::ZipWriter(AtomicFile& file) : file_(file), opened_(archive_write_new()) {
+ArchiveWriter::ArchiveWriter(AtomicFile& file, Format format) : file_(file), opened_(archive_write_new()) {
     if (!opened_) throw std::bad_alloc();
-    check(archive_write_set_format_zip(opened_.get()));
     // Higher levels hardly compress meshes better but take several times as long.
-    check(archive_write_set_options(opened_.get(), "zip:compression=deflate,zip:compression-level=3"));
+    if (format == Format::zip) {
+        check(archive_write_set_format_zip(opened_.get()));
+        check(archive_write_set_options(opened_.get(), "zip:compression=deflate,zip:compression-level=3"));
+    } else {
+        check(archive_write_set_format_raw(opened_.get()));
+        check(archive_write_add_filter_gzip(opened_.get()));
+        check(archive_write_set_options(opened_.get(), "gzip:compression-level=3,gzip:!timestamp"));
+    }
     archive_write_set_bytes_in_last_block(opened_.get(), 1);  // no padding
     check(archive_write_open2(opened_.get(), this, nullptr, Callbacks::write, nullptr, nullptr));
 }
 
-void ZipWriter::begin(const std::string& name) {
+void ArchiveWriter::begin(const std::string& name) {
     const std::unique_ptr<archive_entry, decltype(&archive_entry_free)> entry(archive_entry_new(),
                                                                               archive_entry_free);
     if (!entry) throw std::bad_alloc();
@@ -50,18 +56,18 @@ void ZipWriter::begin(const std::string& name) {
     check(archive_write_header(opened_.get(), entry.get()));
 }
 
-void ZipWriter::write(const void* data, std::size_t bytes) {
+void ArchiveWriter::write(const void* data, std::size_t bytes) {
     check(archive_write_data(opened_.get(), data, bytes));
 }
 
-void ZipWriter::finish() {
+void ArchiveWriter::finish() {
     check(archive_write_close(opened_.get()));
 }
 
-void ZipWriter::check(long result) {
+void ArchiveWriter::check(long result) {
     if (thrown_) std::rethrow_exception(std::exchange(thrown_, nullptr));
     if (result < ARCHIVE_OK)
-        throw IoError(std::string("cannot write a ZIP archive: ") + archive_error_string(opened_.get()));
+        throw IoError(std::string("cannot write a compressed file: ") + archive_error_string(opened_.get()));
 }
 
 }  // namespace marrow::internal::io

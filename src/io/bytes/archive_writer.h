@@ -1,4 +1,4 @@
-/// Writes ZIP archives by libarchive.
+/// Writes ZIP archives and gzip files by libarchive.
 #pragma once
 
 #include <cstddef>
@@ -12,13 +12,16 @@ struct archive;
 
 namespace marrow::internal::io {
 
-/// Writes a ZIP archive, file by file. The time of each file is 1980-01-01.
-class ZipWriter {
+/// Writes a ZIP archive, file by file, or one file compressed by gzip. The same content always gives the same
+/// bytes: the archive states no times.
+class ArchiveWriter {
   public:
-    /// \pre `file` is empty and outlives the writer
-    explicit ZipWriter(AtomicFile& file);
+    enum class Format { zip, gzip };
 
-    /// Begins a file of the archive; the one before ends.
+    /// \pre `file` is empty and outlives the writer
+    ArchiveWriter(AtomicFile& file, Format format);
+
+    /// Begins a file of the archive; the one before ends. A gzip file is one file, whose name is not written.
     void begin(const std::string& name);
     /// Appends to the current file.
     void write(const void* data, std::size_t bytes);
