@@ -14,6 +14,10 @@ _Progress = Optional[Callable[[float], Any]]
 _Vector = tuple[float, float, float]
 _MeshArrays = tuple[Any, Any, Any]  # points, triangles, normals or None
 _PlacedArray = tuple[Any, Any, Any, Any]  # array, spacing, origin, direction
+_PartSurface = tuple[Any, Any, Any, Any, Any]  # extent, points, triangles, normals or None, keys
+_PartCounts = tuple[Any, Any, Any]  # extent, points, triangles by row
+_PartNumbers = tuple[Any, Any, Any]  # extent, points, triangles by row
+_SharedFile = tuple[Any, ...]
 
 class Error(Exception): ...
 class InputError(Error, ValueError): ...
@@ -46,6 +50,46 @@ class ArrayExtractor:
     ) -> None: ...
     def extract(self, isovalue: float, *, level: int = 0, progress: _Progress = None) -> _MeshArrays: ...
 
+class ArrayPart:
+    def __init__(
+        self,
+        array: NDArray[Any],
+        array_first: Sequence[int],
+        first: Sequence[int],
+        dims: Sequence[int],
+        whole: Sequence[int],
+        spacing: ArrayLike,
+        origin: ArrayLike,
+        direction: ArrayLike,
+    ) -> None: ...
+
+class SharedSurfaceWriter:
+    def __init__(self, path: _Path, points: int, triangles: int, *, normals: bool, space: str) -> None: ...
+    @property
+    def file(self) -> _SharedFile: ...
+    def commit(self) -> None: ...
+
+def extract_part(
+    part: ArrayPart, isovalue: float, *, closed: bool, normals: bool, threads: int, progress: _Progress = None
+) -> _PartSurface: ...
+def merge_parts(parts: list[_PartSurface], progress: _Progress = None) -> _MeshArrays: ...
+def count_part(
+    part: ArrayPart, isovalue: float, *, closed: bool, threads: int, progress: _Progress = None
+) -> _PartCounts: ...
+def first_slice(counts: _PartCounts) -> _PartCounts: ...
+def number_parts(
+    parts: list[_PartCounts], next: list[_PartCounts], points_before: int, triangles_before: int
+) -> list[_PartNumbers]: ...
+def extract_to_shared_file(
+    part: ArrayPart,
+    numbers: _PartNumbers,
+    isovalue: float,
+    file: _SharedFile,
+    *,
+    closed: bool,
+    threads: int,
+    progress: _Progress = None,
+) -> None: ...
 def check_geometry(shape: Sequence[int], spacing: ArrayLike, origin: ArrayLike, direction: ArrayLike) -> None: ...
 def extract(
     volume: ArrayVolume,
