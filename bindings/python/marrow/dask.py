@@ -3,7 +3,7 @@
 >>> import marrow.dask
 >>> from dask.distributed import Client
 >>> client = Client("scheduler:8786")
->>> marrow.dask.extract_to_file(zarr.open("scan.zarr"), 1200, "/shared/surface.ply")
+>>> marrow.dask.extract_to_file("/shared/scan.ome.zarr", 1200, "/shared/surface.ply")
 
 The array is cut into blocks. Each task reads its own block from the store, and results have the same bytes as those of
 one machine, for any blocks and any number of workers. A task that is lost with its worker is done again and changes
@@ -14,13 +14,14 @@ from __future__ import annotations
 
 import itertools
 import json
+import math
 import operator
 import os
 import uuid
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path as FilePath
-from typing import Any, NamedTuple, Optional, Union
+from typing import Any, NoReturn, Optional
 
 import distributed
 import numpy as np
@@ -37,8 +38,12 @@ from ._volume import Geometry, Spacing
 
 __all__ = ["extract", "extract_to_file", "write_fragments"]
 
-#: The samples of a block take about so many bytes, unless the caller chooses the blocks.
+# The samples of a block take at most about so many bytes, unless the caller chooses the blocks: for tasks that have all of
+# them in memory, and for tasks that read some slices at a time.
 BLOCK_BYTES = 2**27
+STREAMED_BLOCK_BYTES = 2**29
+# Tasks read at least so many slices at a time.
+LEAST_SLICES = 16
 
 
 def extract(
@@ -58,18 +63,18 @@ def extract(
 
     Parameters
     ----------
-    array : array-like, shape (nz, ny, nx)
-        An array of Zarr, which tasks read from its store; a Dask array; a NumPy array; or another object with
-        ``shape``, ``dtype`` and slices that can be sent to workers.
+    array : path-like or array-like, shape (nz, ny, nx)
+        A folder of OME-Zarr or Zarr that all workers can reach; an array of Zarr, which tasks read from its store; a
+        Dask array; a NumPy array; or another object with ``shape``, ``dtype`` and slices that can be sent to workers.
     isovalue : float
         In the unit of the samples.
     closed, normals
         As for `marrow.extract`.
     spacing, origin, direction, affine
-        As for `marrow.Volume`.
+        As for `marrow.Volume`. A folder states its own.
     blocks : sequence of 3 ints, optional
-        The samples (nz, ny, nx) of a block. They are rounded up to whole chunks where the array has them.
-        By default blocks of about 128 MiB.
+        The most samples (nz, ny, nx) of a block, which are rounded up to whole chunks where the array has them.
+        By default blocks of at most about 128 MiB.
     client : distributed.Client, optional
         By default the current one.
 
@@ -83,17 +88,18 @@ def extract(
     EmptySurface
         All samples are on one side of the isovalue.
     InputError
-        The array cannot be sliced or has not three axes, or there is no client.
+        The array cannot be sliced or has not three axes, the folder is not Zarr or has to be given a geometry, or
+        there is no client.
     LimitError
         More than 2^32 - 1 points, or not enough memory.
     """
-    source = _Source(array, Geometry(array.shape, spacing=spacing, origin=origin, direction=direction, affine=affine))
+    source = _Source(array, spacing=spacing, origin=origin, direction=direction, affine=affine)
     with _Tasks(client) as tasks:
         parts = [
             tasks.submit(
                 "extract",
                 _extract,
-                tasks.samples(source, block, 1),
+                tasks.samples(source, block),
                 block,
                 source.geometry,
                 isovalue,
@@ -137,8 +143,8 @@ def extract_to_file(
     space : {'LPS', 'RAS', 'none'}
         The space of the file's coordinates, as for `marrow.Mesh.write`.
     blocks : sequence of 3 ints, optional
-        As for `extract`. By default they have whole rows: blocks that are cut along the last axis are written in many
-        small pieces.
+        As for `extract`. By default they have whole rows, because blocks that are cut along the last axis are written in
+        many small pieces, and at most about 512 MiB, of which a task has some slices in memory at a time.
 
     Returns
     -------
@@ -152,13 +158,13 @@ def extract_to_file(
     IoError
         A worker cannot write the file. The old file stays.
     """
-    source = _Source(array, Geometry(array.shape, spacing=spacing, origin=origin, direction=direction, affine=affine))
+    source = _Source(array, spacing=spacing, origin=origin, direction=direction, affine=affine)
     path = os.path.abspath(path)
     with _Tasks(client) as tasks:
         layers = list(source.layers(blocks, whole_rows=True))
         counts = [
             [
-                tasks.submit("count", _count, tasks.samples(source, block, 0), block, source.geometry, isovalue, closed)
+                tasks.submit("count", _count, tasks.samples(source, block), block, source.geometry, isovalue, closed)
                 for block in layer
             ]
             for layer in layers
@@ -178,7 +184,7 @@ def extract_to_file(
             for index, block in enumerate(layer):
                 if sizes[number][index].triangles == 0 and sizes[number][index].points == 0:
                     continue
-                samples = tasks.samples(source, block, 1)
+                samples = tasks.samples(source, block)
                 place = tasks.submit("place", operator.getitem, numbers, index)
                 written.append(
                     tasks.submit("write", _write, samples, block, source.geometry, isovalue, closed, place, writer.file)
@@ -230,7 +236,7 @@ def write_fragments(
     OSError
         A worker cannot write to the folder.
     """
-    source = _Source(array, Geometry(array.shape, spacing=spacing, origin=origin, direction=direction, affine=affine))
+    source = _Source(array, spacing=spacing, origin=origin, direction=direction, affine=affine)
     target = FilePath(folder).absolute()
     target.mkdir(parents=True, exist_ok=True)
     with _Tasks(client) as tasks:
@@ -241,7 +247,7 @@ def write_fragments(
                 tasks.submit(
                     "fragment",
                     _write_fragment,
-                    tasks.samples(source, block, 0),
+                    tasks.samples(source, block),
                     block,
                     source.geometry,
                     isovalue,
@@ -267,36 +273,77 @@ class _Block:
     whole: tuple[int, ...]  #: samples of the whole array
     first: tuple[int, ...]  #: the first sample of the block
     dims: tuple[int, ...]  #: its samples; it shares the last ones with the next blocks
+    slices_at_once: int = 1  #: slices that are read together, because they are stored together
 
-    def with_halo(self, halo: int) -> tuple[tuple[int, ...], tuple[slice, ...]]:
-        """Return the first sample to read, and the slices to read, with `halo` samples more on each side."""
-        begin = [max(first - halo, 0) for first in self.first]
-        end = [min(f + n + halo, whole) for f, n, whole in zip(self.first, self.dims, self.whole)]
+    def with_halo(self) -> tuple[tuple[int, ...], tuple[slice, ...]]:
+        """Return the first sample to read, and the slices to read, with a sample more on each side for normals."""
+        begin = [max(first - 1, 0) for first in self.first]
+        end = [min(f + n + 1, whole) for f, n, whole in zip(self.first, self.dims, self.whole)]
         return tuple(begin), tuple(slice(b, e) for b, e in zip(reversed(begin), reversed(end)))
+
+    def steps(self) -> list[_Block]:
+        """Cut the block across z, so that each step needs some slices more that are stored together.
+
+        A step ends two samples before these slices do, because it shares one with the next step and normals need one more.
+        """
+        begin, last = self.first[2], self.first[2] + self.dims[2] - 1
+        at_once = self.slices_at_once
+        cuts = [z - 2 for z in range((begin // at_once + 1) * at_once, last + 2, at_once)]
+        cuts = [begin, *(z for z in cuts if begin < z < last), last]
+        return [
+            replace(self, first=(*self.first[:2], z), dims=(*self.dims[:2], end - z + 1)) for z, end in zip(cuts, cuts[1:])
+        ]
+
+
+class _Image:
+    """A folder of Zarr, which Marrow reads by itself."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = os.path.abspath(path)
+        reader = self.open()
+        self.shape, self.dtype, self.chunks = reader.shape, reader.dtype, reader.chunks
+
+    def open(self) -> _marrow.BoxReader:
+        return _marrow.BoxReader(self.path)
 
 
 class _Source:
     """An array and how it is cut into blocks."""
 
-    def __init__(self, array: Any, geometry: Geometry) -> None:
-        if not all(hasattr(array, name) for name in ("shape", "dtype", "__getitem__")):
-            raise InputError(f"a {type(array).__qualname__} has no shape, dtype and slices: give an array")
-        sample_dtype(np.dtype(array.dtype))
-        self.array = array
-        self.geometry = geometry
+    def __init__(self, array: Any, **geometry: Any) -> None:
+        if isinstance(array, (str, os.PathLike)):
+            if any(value is not None for value in geometry.values()):
+                raise InputError("a folder states its own spacing, origin and direction: do not give others")
+            self.array: Any = _Image(array)
+            reader = self.array.open()
+            geometry = {"spacing": reader.spacing, "origin": reader.origin, "direction": reader.direction}
+        elif all(hasattr(array, name) for name in ("shape", "dtype", "__getitem__")):
+            self.array = array
+        else:
+            raise InputError(f"a {type(array).__qualname__} has no shape, dtype and slices: give a path or an array")
+        self.geometry = Geometry(self.array.shape, **geometry)
+        sample_dtype(np.dtype(self.array.dtype))
+
+    @property
+    def is_in_store(self) -> bool:
+        """Whether tasks read the array by themselves."""
+        return not isinstance(self.array, np.ndarray) and not is_dask_collection(self.array)
 
     def layers(self, blocks: Optional[Sequence[int]], *, whole_rows: bool) -> Iterator[list[_Block]]:
         """Return the blocks between two cuts across z, from the lowest z."""
         shape = self.array.shape
         chunks = [_chunk(self.array, axis) for axis in range(3)]
         if blocks is None:
-            blocks = _default_blocks(shape, chunks, np.dtype(self.array.dtype).itemsize, whole_rows)
+            streamed = whole_rows and self.is_in_store
+            size = (STREAMED_BLOCK_BYTES if streamed else BLOCK_BYTES) // np.dtype(self.array.dtype).itemsize
+            blocks = _default_blocks(shape, chunks, size, whole_rows)
         if len(blocks) != 3 or min(blocks) < 1:
             raise InputError(f"blocks are three sizes of at least one sample, not {blocks!r}")
+        at_once = -(-LEAST_SLICES // chunks[0]) * chunks[0]
         nz, ny, nx = (_ranges(n, block, chunk) for n, block, chunk in zip(shape, blocks, chunks))
         for z in nz:
             yield [
-                _Block(tuple(reversed(shape)), (x[0], y[0], z[0]), (x[1] - x[0], y[1] - y[0], z[1] - z[0]))
+                _Block(tuple(reversed(shape)), (x[0], y[0], z[0]), (x[1] - x[0], y[1] - y[0], z[1] - z[0]), at_once)
                 for y in ny
                 for x in nx
             ]
@@ -310,39 +357,35 @@ def _chunk(array: Any, axis: int) -> int:
     return int(chunks[axis] if isinstance(chunks[axis], (int, np.integer)) else chunks[axis][0])
 
 
-def _default_blocks(shape: Sequence[int], chunks: Sequence[int], sample_bytes: int, whole_rows: bool) -> list[int]:
-    """Return blocks of whole chunks with about BLOCK_BYTES, as many along each axis that is cut."""
+def _default_blocks(shape: Sequence[int], chunks: Sequence[int], size: int, whole_rows: bool) -> list[int]:
+    """Return blocks of whole chunks with at most `size` samples, about as many along each axis that is cut."""
     blocks = [min(n, chunk) for n, chunk in zip(shape, chunks)]
     axes = [0, 1] if whole_rows else [0, 1, 2]
     if whole_rows:
         blocks[2] = shape[2]
     while True:
-        grown = [axis for axis in axes if blocks[axis] < shape[axis]]
-        if not grown:
+        axes = [axis for axis in axes if blocks[axis] < shape[axis]]
+        if not axes:
             return blocks
-        axis = min(grown, key=lambda a: blocks[a])
-        larger = blocks[:axis] + [min(blocks[axis] + max(chunks[axis], 16), shape[axis])] + blocks[axis + 1 :]
-        if np.prod(larger, dtype=float) * sample_bytes > BLOCK_BYTES:
+        axis = min(axes, key=lambda a: blocks[a])
+        larger = [*blocks]
+        larger[axis] = min(blocks[axis] + max(chunks[axis], LEAST_SLICES), shape[axis])
+        if math.prod(larger) > size:
             return blocks
         blocks = larger
 
 
 def _ranges(samples: int, block: int, chunk: int) -> list[tuple[int, int]]:
-    """Return the first sample of each block along an axis, and the one after its last.
+    """Return the first sample of each block along an axis, and the one after its last; the blocks are about equal.
 
     Blocks share a sample. Cuts are one sample after the begin of a chunk, so that the sample more that gradients need lies
     in the same chunk, and only the few samples at the end of a block are in a chunk that the next block reads too.
     """
-    step = -(-block // chunk) * chunk
-    cuts = [0, *range(step + (1 if chunk > 1 else 0), samples - 1, step), samples - 1]
+    chunks = -(-samples // chunk)
+    count = -(-chunks // -(-block // chunk))
+    cuts = [chunks * i // count * chunk + (chunk > 1) for i in range(1, count)]
+    cuts = [0, *(cut for cut in cuts if 0 < cut < samples - 1), samples - 1]
     return [(begin, end + 1) for begin, end in zip(cuts, cuts[1:])]
-
-
-class _Region(NamedTuple):
-    """Samples that a task reads from the store by itself."""
-
-    array: Any
-    slices: tuple[slice, ...]
 
 
 class _Tasks:
@@ -368,30 +411,59 @@ class _Tasks:
         self.futures.append(future)
         return future
 
-    def samples(self, source: _Source, block: _Block, halo: int) -> Any:
-        """Return what a task takes to get the samples of a block."""
-        _, slices = block.with_halo(halo)
-        if is_dask_collection(source.array):
-            return self.client.compute(source.array[slices])
-        if isinstance(source.array, np.ndarray):
-            return source.array[slices]
-        return _Region(source.array, slices)
+    def samples(self, source: _Source, block: _Block) -> Any:
+        """Return what a task takes to get the samples of a block: an array that it reads, or the samples themselves."""
+        if source.is_in_store:
+            return source.array
+        _, slices = block.with_halo()
+        samples = source.array[slices]
+        return self.client.compute(samples) if is_dask_collection(samples) else samples
 
     def gather(self, futures: list[distributed.Future]) -> list[Any]:
         return list(self.client.gather(futures))
 
 
-def _part(samples: Any, block: _Block, halo: int, geometry: Geometry) -> _marrow.ArrayPart:
-    """Read the samples of a block."""
-    begin, slices = block.with_halo(halo)
-    if isinstance(samples, _Region):
-        samples = samples.array[samples.slices]
-    array: Array = np.ascontiguousarray(as_samples(as_array(samples)))
-    shape = tuple(s.stop - s.start for s in slices)
-    if array.shape != shape:
-        raise InputError(f"a block of the array has the shape {array.shape} instead of {shape}")
+def _part(samples: Any, block: _Block, geometry: Geometry) -> _marrow.ArrayPart:
+    """Return the whole block."""
+    return next(_parts(samples, [block], geometry))
+
+
+def _parts(samples: Any, steps: list[_Block], geometry: Geometry) -> Iterator[_marrow.ArrayPart]:
+    """Return the parts of a block one after the other. Each is valid until the next."""
+    if isinstance(samples, np.ndarray):
+        samples = np.ascontiguousarray(as_samples(samples))
+        (_, _, z), _ = steps[0].with_halo()
+        for step in steps:
+            first, slices = step.with_halo()
+            yield _array_part(samples[slices[0].start - z : slices[0].stop - z], first, step, geometry)
+        return
+
+    reader = samples.open() if isinstance(samples, _Image) else None
+    regions = [step.with_halo() for step in steps]
+    most_slices = max(z.stop - z.start for _, (z, _, _) in regions)
+    _, y, x = regions[0][1]
+    shape = (most_slices, y.stop - y.start, x.stop - x.start)
+    buffer: Array = np.empty(shape, sample_dtype(np.dtype(samples.dtype)))
+    held = range(0)  # the slices in the buffer
+    for step, (first, (z, _, _)) in zip(steps, regions):
+        kept = max(held.stop - z.start, 0)
+        buffer[:kept] = buffer[len(held) - kept : len(held)]
+        held = range(z.start, z.stop)
+        missing = slice(z.start + kept, z.stop)
+        out = buffer[kept : len(held)]
+        if reader:
+            reader.read((*first[:2], missing.start), out)
+        else:
+            read = as_samples(as_array(samples[missing, y, x]))
+            if read.shape != out.shape:
+                raise InputError(f"a block of the array has the shape {read.shape} instead of {out.shape}")
+            np.copyto(out, read)
+        yield _array_part(buffer[: len(held)], first, step, geometry)
+
+
+def _array_part(array: Array, first: tuple[int, ...], block: _Block, geometry: Geometry) -> _marrow.ArrayPart:
     return _marrow.ArrayPart(
-        array, begin, block.first, block.dims, block.whole, geometry.spacing, geometry.origin, geometry.direction
+        array, first, block.first, block.dims, block.whole, geometry.spacing, geometry.origin, geometry.direction
     )
 
 
@@ -399,38 +471,45 @@ def _part(samples: Any, block: _Block, halo: int, geometry: Geometry) -> _marrow
 
 
 def _extract(samples: Any, block: _Block, geometry: Geometry, isovalue: float, closed: bool, normals: bool) -> Any:
-    part = _part(samples, block, 1, geometry)
+    part = _part(samples, block, geometry)
     return _marrow.extract_part(part, isovalue, closed=closed, normals=normals, threads=1)
 
 
-def _count(samples: Any, block: _Block, geometry: Geometry, isovalue: float, closed: bool) -> Any:
-    return _marrow.count_part(_part(samples, block, 0, geometry), isovalue, closed=closed, threads=1)
+def _count(samples: Any, block: _Block, geometry: Geometry, isovalue: float, closed: bool) -> list[Any]:
+    """Return the counts of the steps of a block."""
+    parts = _parts(samples, block.steps(), geometry)
+    return [_marrow.count_part(part, isovalue, closed=closed, threads=1) for part in parts]
 
 
-def _size(counts: Any) -> SurfaceSize:
-    _, points, triangles = counts
-    return SurfaceSize(int(points.sum(dtype=np.uint64)), int(triangles.sum(dtype=np.uint64)))
+def _size(counts: list[Any]) -> SurfaceSize:
+    return _total(
+        SurfaceSize(int(points.sum(dtype=np.uint64)), int(triangles.sum(dtype=np.uint64)))
+        for _, points, triangles in counts
+    )
 
 
-def _first_slice(counts: Any) -> Any:
-    return _marrow.first_slice(counts)
+def _first_slice(counts: list[Any]) -> Any:
+    return _marrow.first_slice(counts[0])
 
 
-def _number(counts: list[Any], following: list[Any], before: SurfaceSize) -> list[Any]:
-    return _marrow.number_parts(counts, following, before.points, before.triangles)
+def _number(counts: list[list[Any]], following: list[Any], before: SurfaceSize) -> list[list[Any]]:
+    """Return the numbers of the steps of all blocks between two cuts."""
+    steps = list(itertools.chain.from_iterable(counts))
+    numbers = iter(_marrow.number_parts(steps, following, before.points, before.triangles))
+    return [list(itertools.islice(numbers, len(block))) for block in counts]
 
 
 def _write(
-    samples: Any, block: _Block, geometry: Geometry, isovalue: float, closed: bool, numbers: Any, file: Any
+    samples: Any, block: _Block, geometry: Geometry, isovalue: float, closed: bool, numbers: list[Any], file: Any
 ) -> None:
-    part = _part(samples, block, 1, geometry)
-    _marrow.extract_to_shared_file(part, numbers, isovalue, file, closed=closed, threads=1)
+    for part, places in zip(_parts(samples, block.steps(), geometry), numbers):
+        _marrow.extract_to_shared_file(part, places, isovalue, file, closed=closed, threads=1)
 
 
 def _write_fragment(
     samples: Any, block: _Block, geometry: Geometry, isovalue: float, closed: bool, path: FilePath
 ) -> SurfaceSize:
-    part = _part(samples, block, 0, geometry)
+    part = _part(samples, block, geometry)
     _, points, triangles, _, _ = _marrow.extract_part(part, isovalue, closed=closed, normals=False, threads=1)
     if len(triangles):
         nanometres = (points.astype(float) * 1e6).astype("<f4")
@@ -457,5 +536,5 @@ def _total(sizes: Any) -> SurfaceSize:
     return SurfaceSize(points, triangles)
 
 
-def _raise_empty(isovalue: float) -> None:
+def _raise_empty(isovalue: float) -> NoReturn:
     raise EmptySurface(f"no surface at isovalue {isovalue:g}: all samples are on one side of it")

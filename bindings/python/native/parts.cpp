@@ -5,6 +5,8 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include <tbb/task_arena.h>
+
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -18,6 +20,7 @@
 
 #include <marrow/error.h>
 #include <marrow/mesh_io.h>
+#include <marrow/scan_io.h>
 
 #include "long_work.h"
 #include "mesh.h"
@@ -67,6 +70,32 @@ class ArrayPart {
     py::array array_;
     VolumeView view_;
     Index whole_;
+};
+
+// A scan of which boxes are read, on one thread.
+class BoxReader {
+  public:
+    explicit BoxReader(const std::filesystem::path& path) : source_(open_boxes(path)) {}
+
+    const Geometry& geometry() const { return source_.geometry; }
+    py::dtype dtype() const { return dtype_of(source_.type); }
+    const Index& chunk() const { return source_.chunk; }
+
+    // Fills `out` [k, j, i] with the samples from `first` on.
+    void read(const Index& first, py::array& out) const {
+        if (!out.writeable() || !(out.flags() & py::array::c_style) || out.ndim() != 3 ||
+            sample_type_of(out.dtype()) != source_.type)
+            throw InputError("the samples of a box go to a C-contiguous array of their type with three axes");
+        const Index dims{out.shape(2), out.shape(1), out.shape(0)};
+        void* const samples = out.mutable_data();
+        compute(py::none(), [&](const Progress&) {
+            tbb::task_arena(1).execute([&] { source_.read(first, dims, samples); });
+            return true;
+        });
+    }
+
+  private:
+    const BoxSource source_;
 };
 
 py::tuple as_tuple(const PartExtent& extent) {
@@ -209,6 +238,24 @@ void add_parts(py::module_& module) {
                       const Vec3d&, const Mat3d&>(),
              py::arg("array").noconvert(), py::arg("array_first"), py::arg("first"), py::arg("dims"),
              py::arg("whole"), py::arg("spacing"), py::arg("origin"), py::arg("direction"));
+    py::class_<BoxReader>(module, "BoxReader")
+        .def(py::init<const std::filesystem::path&>(), py::arg("path"))
+        .def_property_readonly("shape",
+                               [](const BoxReader& reader) {
+                                   const Index& dims = reader.geometry().dims;
+                                   return py::make_tuple(dims[2], dims[1], dims[0]);
+                               })
+        .def_property_readonly("dtype", &BoxReader::dtype)
+        .def_property_readonly("chunks",
+                               [](const BoxReader& reader) {
+                                   const Index& chunk = reader.chunk();
+                                   return py::make_tuple(chunk[2], chunk[1], chunk[0]);
+                               })
+        .def_property_readonly("spacing", [](const BoxReader& reader) { return reader.geometry().spacing; })
+        .def_property_readonly("origin", [](const BoxReader& reader) { return reader.geometry().origin; })
+        .def_property_readonly("direction",
+                               [](const BoxReader& reader) { return reader.geometry().direction; })
+        .def("read", &BoxReader::read, py::arg("first"), py::arg("out").noconvert());
     module.def("extract_part", &python_extract_part, py::arg("part"), py::arg("isovalue"), py::kw_only(),
                py::arg("closed"), py::arg("normals"), py::arg("threads"), py::arg("progress") = py::none());
     module.def("merge_parts", &python_merge_parts, py::arg("parts"), py::arg("progress") = py::none());
