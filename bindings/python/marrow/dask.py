@@ -288,10 +288,12 @@ class _Block:
         """
         begin, last = self.first[2], self.first[2] + self.dims[2] - 1
         at_once = self.slices_at_once
-        cuts = [z - 2 for z in range((begin // at_once + 1) * at_once, last + 2, at_once)]
-        cuts = [begin, *(z for z in cuts if begin < z < last), last]
+        end = min(last + 2, self.whole[2])  # of the slices to read
+        ends = range((begin // at_once + 1) * at_once, end, at_once)
+        cuts = [begin, *(z - 2 for z in ends if z - 2 > begin), last]
         return [
-            replace(self, first=(*self.first[:2], z), dims=(*self.dims[:2], end - z + 1)) for z, end in zip(cuts, cuts[1:])
+            replace(self, first=(*self.first[:2], z), dims=(*self.dims[:2], following - z + 1))
+            for z, following in zip(cuts, cuts[1:])
         ]
 
 

@@ -231,3 +231,17 @@ def test_cuts_let_chunks_be_read_once():
             assert end == following + 1 and end - begin > 1
             if chunk > 1:
                 assert (following - 1) % chunk == 0  # gradients begin with a chunk
+
+
+def test_steps_read_each_slice_once():
+    """A step reads whole chunks, beside those that the step before has read."""
+    for whole, first, dims, at_once in ((64, 0, 64, 16), (64, 17, 30, 16), (65, 1, 64, 16), (40, 33, 7, 16), (9, 0, 1, 4)):
+        block = marrow.dask._Block((5, 5, whole), (0, 0, first), (5, 5, dims), at_once)
+        steps = block.steps()
+        assert steps[0].first[2] == first and steps[-1].first[2] + steps[-1].dims[2] == first + dims
+        ends = [step.with_halo()[1][0].stop for step in steps]
+        assert ends == sorted(set(ends))
+        assert all(end % at_once == 0 for end in ends[:-1])
+        for step, following in zip(steps, steps[1:]):
+            assert step.first[2] + step.dims[2] == following.first[2] + 1
+            assert step.dims[2] > 1
