@@ -62,7 +62,7 @@ check_folder(include/marrow include "" "")
 check_folder(src/base src "" "tbb/")
 
 # The core: each folder may include those before it.
-set(rooms volume grid marching_cubes snap surface_nets isosurface)
+set(rooms volume grid marching_cubes snap surface_nets isosurface parts)
 set(before base)
 foreach(room IN LISTS rooms)
   # These two change surfaces that are valid, and ask src/mesh whether they still are.

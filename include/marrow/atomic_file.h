@@ -29,6 +29,8 @@ class MARROW_EXPORT AtomicFile {
     void write(std::string_view text) { write(text.data(), text.size()); }
     /// Moves the position of the next write to this many bytes from the start.
     void seek(std::uint64_t offset);
+    /// The temporary file, so that other processes can write to it too.
+    const std::filesystem::path& temporary() const { return temporary_; }
     /// Flushes and closes the temporary file, so that only the rename can still fail. \pre no write follows
     void finish();
     /// Renames the file to its target, after finish() if that was not called.

@@ -16,6 +16,7 @@
 #include <marrow/mesh_check.h>
 #include <marrow/mesh_io.h>
 #include <marrow/normals.h>
+#include <marrow/parts.h>
 #include <marrow/progress.h>
 #include <marrow/scan_io.h>
 #include <marrow/simplify.h>

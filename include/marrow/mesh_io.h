@@ -11,6 +11,7 @@
 
 #include <marrow/export.h>
 #include <marrow/mesh.h>
+#include <marrow/parts.h>
 #include <marrow/progress.h>
 #include <marrow/streaming.h>
 
@@ -142,5 +143,39 @@ class MARROW_EXPORT SurfaceWriter {
     struct State;
     std::unique_ptr<State> state_;
 };
+
+/// A file that several processes write parts of a surface to, as one process describes it to the others.
+struct SharedSurfaceFile {
+    std::filesystem::path temporary;  ///< the file to write to, which all processes can reach
+    MeshFormat format = MeshFormat::ply;
+    Space space = Space::LPS;
+    bool normals = true;
+    SurfaceSize size;  ///< of the whole surface
+};
+
+/// Creates and commits a surface file that other processes write: .stl and .ply, uncompressed. When all parts were
+/// written, the file has the same bytes as from write_mesh. It appears with commit() or not at all.
+class MARROW_EXPORT SharedSurfaceWriter {
+  public:
+    /// Creates the temporary file, with its header and its size. options.progress is not called.
+    /// \throw the errors of write_mesh; InputError the format cannot be written in parts
+    SharedSurfaceWriter(const std::filesystem::path& output, const SurfaceSize& size, bool normals,
+                        const MeshWriteOptions& options = {});
+    ~SharedSurfaceWriter();
+
+    const SharedSurfaceFile& file() const;
+    /// Renames the file to its target. \pre all parts were written
+    void commit();
+
+  private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+/// Writes what a part owns to its places in the file. Writing a part again changes nothing. Any number of processes and
+/// threads may write different parts at the same time. Parts of whole rows of samples are written in large pieces, and
+/// parts that are cut across x row by row.
+/// \throw InputError the part lies beyond the surface, or has normals and the file does not, or the reverse; IoError
+MARROW_EXPORT void write_part(const SharedSurfaceFile& file, const NumberedPart& part);
 
 }  // namespace marrow

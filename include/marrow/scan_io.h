@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -170,6 +171,23 @@ MARROW_EXPORT ScanReport inspect_scan(const std::filesystem::path& input, const 
 /// rescaling, as int32. The volume has one slice; only its spacing along i and j is known, if the file states it.
 /// \throw IoError; InputError; LimitError; Cancelled
 MARROW_EXPORT Volume read_dicom_image(const DicomImage& image, const Progress& progress = {});
+
+/// A volume of which any box can be read.
+struct BoxSource {
+    Geometry geometry;
+    SampleType type = SampleType::uint8;
+    std::array<std::int64_t, 3> chunk{1, 1, 1};  ///< the samples that are stored together, along x, y and z
+    /// Writes the samples of the box that begins at `first` and has `dims` samples to `samples`, in the order of a
+    /// VolumeView, on the threads of the current oneTBB arena. Any thread may call it. \throw InputError the box leaves
+    /// the volume, or a chunk is damaged; IoError
+    std::function<void(const std::array<std::int64_t, 3>& first, const std::array<std::int64_t, 3>& dims,
+                       void* samples)>
+        read;
+};
+
+/// Opens a scan to read boxes of it, for processes that work on parts of it: Zarr. Samples and geometry are the same
+/// as from read_scan. \throw the errors of read_scan; InputError the input is not Zarr
+MARROW_EXPORT BoxSource open_boxes(const std::filesystem::path& input, const ScanOptions& options = {});
 
 /// Opens a scan to read it slice by slice, for volumes that do not fit in memory: Zarr, and uncompressed NIfTI,
 /// NRRD and MetaImage. Samples and geometry are the same as from read_scan.

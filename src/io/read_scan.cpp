@@ -401,6 +401,17 @@ SliceSource open_slices(const fs::path& path, const ScanOptions& options, ScanIn
     return scan.slices();
 }
 
+BoxSource open_boxes(const fs::path& path, const ScanOptions& options) {
+    const Input input = identify(path, options);
+    check_options(input, path, options);
+    if (input.format != ScanFormat::zarr)
+        throw InputError(fmt::format("{}: {} cannot be read in boxes; convert it to OME-Zarr", quoted(path),
+                                     scan_format_name(input.format)));
+    ZarrImage image = open_zarr(input.files[0], options);
+    check_choices(input.files[0], image, options);
+    return zarr_boxes(std::move(image));
+}
+
 ScanReport inspect_scan(const fs::path& path, const ScanOptions& given) {
     const Input input = identify(path, given);
     const ScanOptions options = after_search(given);

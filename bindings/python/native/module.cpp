@@ -19,6 +19,7 @@ PYBIND11_MODULE(_marrow, module) {
     add_labels(module);
     add_measure(module);
     add_mesh_files(module);
+    add_parts(module);
     add_refine(module);
     add_scan(module);
     add_scikit_image(module);

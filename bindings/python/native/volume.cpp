@@ -20,10 +20,6 @@ namespace marrow::python {
 
 namespace {
 
-py::dtype dtype_of(SampleType type) {
-    return visit_sample_type(type, [](auto sample) { return py::dtype::of<decltype(sample)>(); });
-}
-
 // How an array lies in memory. Axis m of the view is axis `axes[m]` of the array; its step in bytes is positive.
 struct Layout {
     explicit Layout(const py::array& array) {
@@ -82,6 +78,10 @@ Geometry geometry_of(const Layout& layout, const Geometry& placement) {
 }
 
 }  // namespace
+
+py::dtype dtype_of(SampleType type) {
+    return visit_sample_type(type, [](auto sample) { return py::dtype::of<decltype(sample)>(); });
+}
 
 SampleType sample_type_of(const py::dtype& type) {
     const char kind = type.kind();

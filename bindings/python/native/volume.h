@@ -10,6 +10,9 @@ namespace marrow::python {
 /// The sample type of an array. \throw InputError there is none, or it is not in the machine's byte order
 SampleType sample_type_of(const pybind11::dtype& type);
 
+/// The type of arrays with these samples.
+pybind11::dtype dtype_of(SampleType type);
+
 /// A view of an array's samples that keeps the array alive.
 ///
 /// Any axis can be the fastest in memory, and axes can run backward: the view's axes are sorted by stride, and its geometry

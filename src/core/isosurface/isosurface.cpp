@@ -49,7 +49,7 @@ struct Extraction {
         : volume(view),
           options(extraction_options),
           to_physical(view),
-          bits(view.geometry.dims, extraction_options.closed),
+          bits(view.geometry.dims, ClosedSides::all(extraction_options.closed)),
           active(bits),
           rows(bits.rows()) {
         if (keep_ranges) ranges.emplace(view.geometry.dims);

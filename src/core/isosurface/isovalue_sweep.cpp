@@ -87,7 +87,7 @@ void measure_cells(const VolumeView& volume, std::span<const double> isovalues,
 
 void count_components(const VolumeView& volume, std::span<SweepSample> samples, Stage& stage) {
     struct Counting {
-        explicit Counting(const std::array<std::int64_t, 3>& dims) : bits(dims, true) {}
+        explicit Counting(const std::array<std::int64_t, 3>& dims) : bits(dims, ClosedSides::all(true)) {}
         InsideBits bits;
         SurfaceCounter counter;
     };

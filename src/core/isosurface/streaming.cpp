@@ -34,8 +34,9 @@ class Window {
           slice_samples_(static_cast<std::size_t>(source.geometry.dims[0] * source.geometry.dims[1])),
           slice_bytes_(slice_samples_ * sample_size(source.type)),
           samples_(slice_bytes_ * static_cast<std::size_t>(source.geometry.dims[2])),
-          bit_memory_(InsideBits(source.geometry.dims, closed, nullptr).word_count() + InsideBits::kSlack),
-          bits_(source.geometry.dims, closed, bit_memory_.data()) {
+          bit_memory_(InsideBits(source.geometry.dims, ClosedSides::all(closed), nullptr).word_count() +
+                      InsideBits::kSlack),
+          bits_(source.geometry.dims, ClosedSides::all(closed), bit_memory_.data()) {
         volume_.geometry = source.geometry;
         volume_.type = source.type;
         volume_.data = samples_.data();
@@ -60,7 +61,7 @@ class Window {
     // more slices, and of those that are stored together with these.
     void advance(std::int64_t end, std::int64_t ahead) {
         const std::int64_t nz = source_.geometry.dims[2];
-        const std::int64_t whole = source_.slices_at_once, needed = end - bits_.pad + ahead;
+        const std::int64_t whole = source_.slices_at_once, needed = end - bits_.first_z + ahead;
         const std::int64_t samples_end =
             std::clamp<std::int64_t>((needed + whole - 1) / whole * whole, read_, nz);
         if (samples_end > read_) {
@@ -79,7 +80,8 @@ class Window {
 
     // Releases the bits of slices before `end`, and the samples of slices before `end` - `kept`.
     void release(std::int64_t end, std::int64_t kept = 0) {
-        const std::int64_t samples_end = std::clamp<std::int64_t>(end - bits_.pad - kept, released_, read_);
+        const std::int64_t samples_end =
+            std::clamp<std::int64_t>(end - bits_.first_z - kept, released_, read_);
         samples_.release(slice_bytes_ * static_cast<std::size_t>(released_),
                          slice_bytes_ * static_cast<std::size_t>(samples_end));
         released_ = samples_end;

@@ -169,7 +169,7 @@ void AmbiguousCells::find(std::size_t row, const Found& found) const {
     const GridRow at(bits_, row);
     const RowBits row_bits(bits_, at);
     visit_sample_type(volume_.type, [&](auto sample) {
-        const CornerSamples<decltype(sample)> samples(volume_, at.y - bits_.pad, at.z - bits_.pad);
+        const CornerSamples<decltype(sample)> samples(volume_, at.y - bits_.first_y, at.z - bits_.first_z);
         for_each_active_word(words_, row, [&](std::size_t w) {
             const CellBits corners(row_bits, w);
             const std::int64_t first_x = 64 * static_cast<std::int64_t>(w);
@@ -217,7 +217,7 @@ void AmbiguousCells::emit_points(std::size_t row, std::vector<AmbiguousCell>& ce
     const GridRow at(bits_, row);
     list(row, cells);
     for (const AmbiguousCell& cell : cells) {
-        const std::array<std::int64_t, 3> index{cell.x - bits_.first_x, at.y - bits_.pad, at.z - bits_.pad};
+        const std::array<std::int64_t, 3> index{cell.x - bits_.first_x, at.y - bits_.first_y, at.z - bits_.first_z};
         const auto& first = to_physical_.first;
         std::array<Vec3d, CellTopology::kTunnelPoints> inner;
         const int count = place_inner_points(cell.topology, cell.values, inner);

@@ -114,7 +114,7 @@ struct Slice {
     const T* row(std::int64_t y) const { return samples + y * pitch; }
     // The words that hold the bits of a row's samples.
     std::uint64_t* words(std::int64_t y) const {
-        return bits.row(bits.row_index(y + bits.pad, z + bits.pad)) + bits.first_x / 64;
+        return bits.row(bits.row_index(y + bits.first_y, z + bits.first_z)) + bits.first_x / 64;
     }
     std::int64_t word_count() const { return (nx + 63) / 64; }
 };
@@ -227,15 +227,17 @@ HWY_EXPORT(reclassify_any);
 
 namespace {
 
-// Makes everything around the volume outside: rows of grid slice z beside it, and the words before its
+// Makes everything around the volume outside: rows of grid slice z beside it, and the words before and after its
 // samples.
-void clear_padding(InsideBits& bits, std::int64_t grid_z, std::int64_t volume_nz) {
-    if (bits.pad == 0) return;
-    const bool around = grid_z == 0 || grid_z > volume_nz;
+void clear_padding(const std::array<std::int64_t, 3>& dims, InsideBits& bits, std::int64_t grid_z) {
+    const bool slice_outside = grid_z < bits.first_z || grid_z - bits.first_z >= dims[2];
+    const auto before = static_cast<std::size_t>(bits.first_x / 64),
+               end = before + static_cast<std::size_t>((dims[0] + 63) / 64);
     for (std::int64_t y = 0; y < bits.ny; ++y) {
-        const bool whole_row = around || y == 0 || y + 1 == bits.ny;
-        std::fill_n(bits.row(bits.row_index(y, grid_z)), whole_row ? bits.words_per_row : 1,
-                    std::uint64_t{0});
+        const bool row_outside = slice_outside || y < bits.first_y || y - bits.first_y >= dims[1];
+        std::uint64_t* const row = bits.row(bits.row_index(y, grid_z));
+        std::fill(row, row + (row_outside ? bits.words_per_row : before), std::uint64_t{0});
+        std::fill(row + end, row + bits.words_per_row, std::uint64_t{0});
     }
 }
 
@@ -247,14 +249,14 @@ bool in_volume(const VolumeView& volume, std::int64_t z) {
 
 std::int64_t classify_slice(const VolumeView& volume, double isovalue, std::int64_t grid_z, InsideBits& bits,
                             BlockRanges* ranges) noexcept {
-    clear_padding(bits, grid_z, volume.geometry.dims[2]);
-    const std::int64_t z = grid_z - bits.pad;
+    clear_padding(volume.geometry.dims, bits, grid_z);
+    const std::int64_t z = grid_z - bits.first_z;
     return in_volume(volume, z) ? HWY_DYNAMIC_DISPATCH(classify_any)(volume, isovalue, z, bits, ranges) : 0;
 }
 
 void reclassify_slice(const VolumeView& volume, double from, double to, std::int64_t grid_z, InsideBits& bits,
                       BlockRanges& ranges) noexcept {
-    const std::int64_t z = grid_z - bits.pad;
+    const std::int64_t z = grid_z - bits.first_z;
     if (in_volume(volume, z)) HWY_DYNAMIC_DISPATCH(reclassify_any)(volume, from, to, z, bits, ranges);
 }
 

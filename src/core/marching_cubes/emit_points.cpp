@@ -524,7 +524,7 @@ void emit_points_of(const EmitInput& input, std::size_t row_begin, std::size_t r
     for (GridRow at(bits, row_begin); at.index < row_end; at.advance(bits)) {
         if (input.points.leaves()[at.index] == 0) continue;
         edges.list(input.active, RowBits(bits, at), at.index);
-        batch.set_row(at.y - bits.pad, at.z - bits.pad);
+        batch.set_row(at.y - bits.first_y, at.z - bits.first_z);
         batch.add(edges.codes(), edges.count());
         if (!input.inner.empty() && input.inner[at.index] > 0) batch.skip(input.inner[at.index]);
     }

@@ -10,16 +10,28 @@
 
 namespace marrow::internal {
 
+/// The sides of a volume at which its surface is closed: by axis, before the first sample and after the last.
+struct ClosedSides {
+    std::array<bool, 3> below{}, above{};
+
+    static ClosedSides all(bool closed) {
+        const std::array<bool, 3> sides{closed, closed, closed};
+        return {sides, sides};
+    }
+};
+
 /// The inside bits of a grid of rows along x, 64 per word. Bits after a row's end are 0.
 ///
-/// A closed surface is extracted on a larger grid, with outside samples all around the volume: one more slice
-/// at both ends of z, and one more row at both ends of y. Along x a whole word of zeros precedes the samples,
-/// so that samples and bits have the same alignment; zeros follow them.
+/// A surface that is closed at a side is extracted on a larger grid, with outside samples beyond that side: one
+/// more slice or row of them. Along x a whole word of zeros precedes the samples, so that samples and bits have
+/// the same alignment; zeros follow them.
 struct InsideBits {
-    int pad = 0;               ///< 1 for a closed surface: y and z of the grid are those of the volume plus 1
     std::int64_t first_x = 0;  ///< the bit of a row's first sample
-    std::int64_t cells_x = 0;  ///< a cell starts at each bit of a row below this one
-    std::int64_t ny = 0, nz = 0;  ///< rows and slices of the grid, including those around the volume
+    std::int64_t first_y =
+        0;  ///< the row of the volume's first row; 1 if the surface is closed there, else 0
+    std::int64_t first_z = 0;     ///< the same for slices
+    std::int64_t cells_x = 0;     ///< a cell starts at each bit of a row below this one
+    std::int64_t ny = 0, nz = 0;  ///< rows and slices of the grid, including those beyond the volume
     std::size_t words_per_row = 0;
     /// This many words after the last row may be read, so that vectors need not stop at the end of a row.
     /// Their values have no meaning.
@@ -27,21 +39,26 @@ struct InsideBits {
     Buffer<std::uint64_t> owned;  ///< empty if the words are borrowed memory
     std::uint64_t* words = nullptr;
 
-    InsideBits(const std::array<std::int64_t, 3>& volume_dims, bool closed)
+    InsideBits(const std::array<std::int64_t, 3>& volume_dims, const ClosedSides& closed)
         : InsideBits(volume_dims, closed, nullptr) {
         owned.resize(word_count() + kSlack);
         std::fill_n(owned.end() - kSlack, kSlack, std::uint64_t{0});
         words = owned.data();
     }
     /// Uses `memory` of word_count() + kSlack words, which must outlive this object.
-    InsideBits(const std::array<std::int64_t, 3>& volume_dims, bool closed, std::uint64_t* memory)
-        : pad(closed ? 1 : 0),
-          first_x(64 * pad),
-          cells_x(first_x + volume_dims[0] - 1 + pad),
-          ny(volume_dims[1] + 2 * pad),
-          nz(volume_dims[2] + 2 * pad),
-          words_per_row(static_cast<std::size_t>((first_x + volume_dims[0] + 63) / 64)),
-          words(memory) {}
+    InsideBits(const std::array<std::int64_t, 3>& volume_dims, const ClosedSides& closed,
+               std::uint64_t* memory)
+        : first_x(closed.below[0] ? 64 : 0),
+          first_y(closed.below[1]),
+          first_z(closed.below[2]),
+          cells_x(first_x + volume_dims[0] - 1 + closed.above[0]),
+          ny(volume_dims[1] + closed.below[1] + closed.above[1]),
+          nz(volume_dims[2] + closed.below[2] + closed.above[2]),
+          words(memory) {
+        // The zero after the last sample of a full row is in the word of zeros before the next row, if there is one.
+        const bool needs_zero = closed.above[0] && !closed.below[0];
+        words_per_row = static_cast<std::size_t>((first_x + volume_dims[0] + needs_zero + 63) / 64);
+    }
     InsideBits(const InsideBits&) = delete;
     InsideBits& operator=(const InsideBits&) = delete;
 

@@ -91,7 +91,7 @@ class LimitedMover {
             const double index =
                 dot(from_origin, to_index_[a]) - static_cast<double>(input_.to_physical.first[a]);
             const bool in_face =
-                input_.bits.pad == 0 &&
+                input_.bits.first_x == 0 &&
                 (index < kTolerance || index > static_cast<double>(dims[a] - 1) - kTolerance);
             edges[a] = in_face ? 0 : dot(step, to_index_[a]);
         }

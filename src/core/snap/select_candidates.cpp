@@ -135,7 +135,7 @@ inline void select_in_word(const SliceMerge& merge, const RowsAround& around, co
     const InsideBits& bits = merge.input.bits;
     DirectionBits eligible, eligible_near;
     for (std::size_t d = 0; d < kDirections; ++d) eligible[d] = incident[d] & candidates;
-    if (bits.pad == 0) exclude_at_border(merge, at, eligible);
+    if (bits.first_x == 0) exclude_at_border(merge, at, eligible);
     exclude_ambiguous(around, at.in_row, candidates & ~around.rows[1][1][at.in_row], eligible);
     keep_one_per_axis(near, eligible);
     for (std::size_t d = 0; d < kDirections; ++d) eligible_near[d] = eligible[d] & near[d];

@@ -10,7 +10,7 @@ SnapExceptions::Sample SnapExceptions::sample_nearest_to(const Vec3f& point) con
     const auto& first = input_.to_physical.first;
     const InsideBits& bits = input_.bits;
     const auto nearest = [&](std::size_t axis) { return std::llround(index[axis]) - first[axis]; };
-    return {nearest(2) + bits.pad, nearest(1) + bits.pad, nearest(0) + bits.first_x};
+    return {nearest(2) + bits.first_z, nearest(1) + bits.first_y, nearest(0) + bits.first_x};
 }
 
 void SnapExceptions::add(const Mesh& mesh, const Triangle& triangle, std::int64_t rings) {

@@ -198,13 +198,16 @@ struct SurfaceWriter::State {
     }
 };
 
-SurfaceWriter::SurfaceWriter(const std::filesystem::path& output, const MeshWriteOptions& options) {
+void internal::io::check_writable_in_parts(const std::filesystem::path& output) {
     const MeshFormat format = mesh_format(output);
-    if ((format != MeshFormat::stl && format != MeshFormat::ply) || is_gzipped(output)) {
-        throw InputError("cannot write " + quoted(output) +
-                         " in parts: its extension must be .stl or .ply; write one of these, or extract the "
-                         "surface as a whole");
-    }
+    if ((format == MeshFormat::stl || format == MeshFormat::ply) && !is_gzipped(output)) return;
+    throw InputError("cannot write " + quoted(output) +
+                     " in parts: its extension must be .stl or .ply; write one of these, or extract the "
+                     "surface as a whole");
+}
+
+SurfaceWriter::SurfaceWriter(const std::filesystem::path& output, const MeshWriteOptions& options) {
+    check_writable_in_parts(output);
     state_ = std::make_unique<State>(output, options);
 }
 

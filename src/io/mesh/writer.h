@@ -106,6 +106,9 @@ std::span<const ArchiveFile> other_3mf_files();
 std::string clean_name(const std::string& name);
 
 // STL and PLY have records of a fixed size, so that a surface can be written in parts.
+
+/// \throw InputError the extension is not that of an uncompressed STL or PLY file
+void check_writable_in_parts(const std::filesystem::path& output);
 void write_stl_header(MeshOutput& output, std::uint64_t triangles);
 void write_stl_facets(MeshOutput& output, const SurfacePart& part);
 inline constexpr std::uint64_t kStlHeaderBytes = 84, kStlFacetBytes = 50;

@@ -278,21 +278,29 @@ SampleType loaded_type(const ZarrImage& image) {
 
 namespace {
 
-// Reads the samples of slices [z_begin, z_end).
-void read_slices(const ZarrImage& image, std::int64_t z_begin, std::int64_t z_end, void* to,
-                 const std::function<void()>& done) {
+// Reads a box of samples; x, y, z.
+void read_box(const ZarrImage& image, const std::array<std::int64_t, 3>& first,
+              const std::array<std::int64_t, 3>& dims, void* to, const std::function<void()>& done) {
     const ZarrArray& array = image.array;
-    const std::size_t outer = array.shape.size() - 3;
-    ZarrArray::Index begin = image.first, end = array.shape;
-    for (std::size_t a = 0; a < outer; ++a) end[a] = begin[a] + 1;
-    begin[outer] = z_begin;
-    end[outer] = z_end;
+    const std::size_t axes = array.shape.size();
+    ZarrArray::Index begin = image.first, end = begin;
+    for (std::size_t a = 0; a + 3 < axes; ++a) ++end[a];
+    for (std::size_t a = 0; a < 3; ++a) {
+        begin[axes - 1 - a] += first[a];
+        end[axes - 1 - a] = begin[axes - 1 - a] + dims[a];
+    }
     if (is_loaded_as_stored(array.type, {})) return read_zarr(array, begin, end, to, done);
-    const auto count =
-        static_cast<std::size_t>((z_end - z_begin) * image.geometry.dims[0] * image.geometry.dims[1]);
+    const auto count = static_cast<std::size_t>(dims[0] * dims[1] * dims[2]);
     std::vector<std::byte> stored(count * stored_size(array.type));
     read_zarr(array, begin, end, stored.data(), done);
     load_samples(stored.data(), to, count, array.type, {}, array.folder);
+}
+
+// Reads the samples of slices [z_begin, z_end).
+void read_slices(const ZarrImage& image, std::int64_t z_begin, std::int64_t z_end, void* to,
+                 const std::function<void()>& done) {
+    const auto& dims = image.geometry.dims;
+    read_box(image, {0, 0, z_begin}, {dims[0], dims[1], z_end - z_begin}, to, done);
 }
 
 // Slices that are in the same chunks.
@@ -343,6 +351,24 @@ SliceSource zarr_slices(ZarrImage image) {
         read_slices(image, z_begin, z_end, samples, [] {});
     };
     return {geometry, type, read, together};
+}
+
+BoxSource zarr_boxes(ZarrImage image) {
+    check_geometry(image.geometry);
+    const Geometry geometry = image.geometry;
+    const SampleType type = loaded_type(image);
+    const std::size_t axes = image.array.shape.size();
+    const std::array<std::int64_t, 3> chunk{image.array.chunk[axes - 1], image.array.chunk[axes - 2],
+                                            image.array.chunk[axes - 3]};
+    const auto read = [image = std::move(image)](const std::array<std::int64_t, 3>& first,
+                                                 const std::array<std::int64_t, 3>& dims, void* samples) {
+        for (std::size_t a = 0; a < 3; ++a) {
+            if (first[a] < 0 || dims[a] < 1 || first[a] > image.geometry.dims[a] - dims[a])
+                throw InputError(fmt::format("{}: a box leaves the volume", quoted(image.array.folder)));
+        }
+        read_box(image, first, dims, samples, [] {});
+    };
+    return {geometry, type, chunk, read};
 }
 
 }  // namespace marrow::internal::io

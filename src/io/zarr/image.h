@@ -40,4 +40,7 @@ Volume load_zarr(const ZarrImage& image, const ScanOptions& options);
 /// Reads the same samples slice by slice.
 SliceSource zarr_slices(ZarrImage image);
 
+/// Reads boxes of the same samples.
+BoxSource zarr_boxes(ZarrImage image);
+
 }  // namespace marrow::internal::io

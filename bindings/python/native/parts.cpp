@@ -1,0 +1,287 @@
+// Parts of volumes, for processes that work on one surface together. What they exchange are tuples of arrays.
+#include <marrow/parts.h>
+
+#include <pybind11/numpy.h>
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <tbb/task_arena.h>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <memory>
+#include <string>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include <marrow/error.h>
+#include <marrow/mesh_io.h>
+#include <marrow/scan_io.h>
+
+#include "long_work.h"
+#include "mesh.h"
+#include "mesh_files.h"
+#include "module.h"
+#include "vectors.h"
+#include "volume.h"
+
+namespace py = pybind11;
+
+namespace marrow::python {
+
+namespace {
+
+using Index = std::array<std::int64_t, 3>;  // x, y, z
+
+// The samples of a part, and those around it that gradients may read.
+class ArrayPart {
+  public:
+    // `array` [k, j, i] begins at index `array_first` of the whole volume, and the part, of `dims` samples, at `first`.
+    ArrayPart(py::array array, const Index& array_first, const Index& first, const Index& dims,
+              const Index& whole, const Vec3d& spacing, const Vec3d& origin, const Mat3d& direction)
+        : array_(std::move(array)), whole_(whole) {
+        if (array_.ndim() != 3 || !(array_.flags() & py::array::c_style))
+            throw InputError("the samples of a part are not a C-contiguous array with three axes");
+        const Index stored{array_.shape(2), array_.shape(1), array_.shape(0)};
+        view_.type = sample_type_of(array_.dtype());
+        view_.geometry = {dims, spacing, origin, direction};
+        view_.first = first;
+        view_.pitch = {stored[0], stored[0] * stored[1]};
+        std::int64_t offset = 0, step = 1;
+        for (std::size_t a = 0; a < 3; ++a) {
+            view_.below[a] = first[a] - array_first[a];
+            view_.above[a] = stored[a] - view_.below[a] - dims[a];
+            if (view_.below[a] < 0 || view_.above[a] < 0 || dims[a] < 1)
+                throw InputError("a part is not within its array");
+            offset += step * view_.below[a];
+            step *= stored[a];
+        }
+        view_.data = static_cast<const char*>(array_.data()) + offset * array_.itemsize();
+    }
+
+    const VolumeView& view() const { return view_; }
+    const Index& whole() const { return whole_; }
+
+  private:
+    py::array array_;
+    VolumeView view_;
+    Index whole_;
+};
+
+// A scan of which boxes are read, on one thread.
+class BoxReader {
+  public:
+    explicit BoxReader(const std::filesystem::path& path) : source_(open_boxes(path)) {}
+
+    const Geometry& geometry() const { return source_.geometry; }
+    py::dtype dtype() const { return dtype_of(source_.type); }
+    const Index& chunk() const { return source_.chunk; }
+
+    // Fills `out` [k, j, i] with the samples from `first` on.
+    void read(const Index& first, py::array& out) const {
+        if (!out.writeable() || !(out.flags() & py::array::c_style) || out.ndim() != 3 ||
+            sample_type_of(out.dtype()) != source_.type)
+            throw InputError("the samples of a box go to a C-contiguous array of their type with three axes");
+        const Index dims{out.shape(2), out.shape(1), out.shape(0)};
+        void* const samples = out.mutable_data();
+        compute(py::none(), [&](const Progress&) {
+            tbb::task_arena(1).execute([&] { source_.read(first, dims, samples); });
+            return true;
+        });
+    }
+
+  private:
+    const BoxSource source_;
+};
+
+py::tuple as_tuple(const PartExtent& extent) {
+    return py::make_tuple(extent.whole, extent.first, extent.dims);
+}
+
+PartExtent to_extent(const py::handle& extent) {
+    const auto [whole, first, dims] = extent.cast<std::tuple<Index, Index, Index>>();
+    return {whole, first, dims};
+}
+
+template <class Vector>
+py::array to_array(Vector&& values) {
+    using T = typename std::decay_t<Vector>::value_type;
+    auto owner = std::make_unique<std::decay_t<Vector>>(std::forward<Vector>(values));
+    const py::capsule capsule(owner.get(), [](void* p) { delete static_cast<std::decay_t<Vector>*>(p); });
+    auto& owned = *owner.release();
+    return py::array_t<T>(static_cast<py::ssize_t>(owned.size()), owned.data(), capsule);
+}
+
+// Copies an array of what Vector holds. Arrays that came from another process need not be aligned.
+template <class Vector>
+Vector to_vector(const py::handle& object) {
+    using Element = typename Vector::value_type;
+    const auto array = object.cast<py::array>();
+    if (!(array.flags() & py::array::c_style) ||
+        static_cast<std::size_t>(array.nbytes()) % sizeof(Element) != 0)
+        throw InputError("an array of a part was changed");
+    Vector values(static_cast<std::size_t>(array.nbytes()) / sizeof(Element));
+    if (!values.empty()) std::memcpy(values.data(), array.data(), values.size() * sizeof(Element));
+    return values;
+}
+
+py::tuple as_tuple(PartCounts&& counts) {
+    return py::make_tuple(as_tuple(counts.extent), to_array(std::move(counts.points)),
+                          to_array(std::move(counts.triangles)));
+}
+
+PartCounts to_counts(const py::handle& counts) {
+    const auto [extent, points, triangles] = counts.cast<std::tuple<py::object, py::object, py::object>>();
+    return {to_extent(extent), to_vector<std::vector<std::uint32_t>>(points),
+            to_vector<std::vector<std::uint32_t>>(triangles)};
+}
+
+std::vector<PartCounts> to_counts(const py::list& list) {
+    std::vector<PartCounts> counts;
+    for (const py::handle item : list) counts.push_back(to_counts(item));
+    return counts;
+}
+
+py::tuple as_tuple(PartNumbers&& numbers) {
+    return py::make_tuple(as_tuple(numbers.extent), to_array(std::move(numbers.points)),
+                          to_array(std::move(numbers.triangles)));
+}
+
+PartNumbers to_numbers(const py::handle& numbers) {
+    const auto [extent, points, triangles] = numbers.cast<std::tuple<py::object, py::object, py::object>>();
+    return {to_extent(extent), to_vector<std::vector<std::uint32_t>>(points),
+            to_vector<std::vector<std::uint64_t>>(triangles)};
+}
+
+PartSurface to_surface(const py::handle& part) {
+    const auto [extent, points, triangles, normals, keys] =
+        part.cast<std::tuple<py::object, py::object, py::object, py::object, py::object>>();
+    PartSurface surface;
+    surface.extent = to_extent(extent);
+    surface.mesh.points = to_vector<Buffer<Vec3f>>(points);
+    if (!normals.is_none()) surface.mesh.normals = to_vector<Buffer<Vec3f>>(normals);
+    surface.mesh.triangles = to_vector<Buffer<Triangle>>(triangles);
+    surface.keys = to_vector<Buffer<std::uint64_t>>(keys);
+    return surface;
+}
+
+IsosurfaceOptions options_of(bool closed, bool normals, int threads, const Progress& progress) {
+    return {.normals = normals, .closed = closed, .threads = threads, .progress = progress};
+}
+
+py::tuple python_extract_part(const ArrayPart& part, double isovalue, bool closed, bool normals, int threads,
+                              const py::object& progress) {
+    PartSurface surface = compute(progress, [&](const Progress& report) {
+        return extract_part(part.view(), part.whole(), isovalue,
+                            options_of(closed, normals, threads, report));
+    });
+    const py::tuple mesh = to_python(std::move(surface.mesh));
+    return py::make_tuple(as_tuple(surface.extent), mesh[0], mesh[1], mesh[2],
+                          to_array(std::move(surface.keys)));
+}
+
+py::tuple python_merge_parts(const py::list& list, const py::object& progress) {
+    std::vector<PartSurface> parts;
+    for (const py::handle part : list) parts.push_back(to_surface(part));
+    return to_python(compute(progress, [&](const Progress& report) { return merge_parts(parts, report); }));
+}
+
+py::tuple python_count_part(const ArrayPart& part, double isovalue, bool closed, int threads,
+                            const py::object& progress) {
+    return as_tuple(compute(progress, [&](const Progress& report) {
+        return count_part(part.view(), part.whole(), isovalue, options_of(closed, false, threads, report));
+    }));
+}
+
+py::list python_number_parts(const py::list& parts, const py::list& next, std::uint64_t points_before,
+                             std::uint64_t triangles_before) {
+    py::list result;
+    for (PartNumbers& numbers :
+         number_parts(to_counts(parts), to_counts(next), {points_before, triangles_before}))
+        result.append(as_tuple(std::move(numbers)));
+    return result;
+}
+
+// What another process needs to know of a file that is written by several.
+py::tuple as_tuple(const SharedSurfaceFile& file) {
+    return py::make_tuple(file.temporary.string(), file.format == MeshFormat::stl,
+                          static_cast<int>(file.space), file.normals, file.size.points, file.size.triangles);
+}
+
+SharedSurfaceFile to_file(const py::tuple& file) {
+    return {file[0].cast<std::filesystem::path>(),
+            file[1].cast<bool>() ? MeshFormat::stl : MeshFormat::ply,
+            static_cast<Space>(file[2].cast<int>()),
+            file[3].cast<bool>(),
+            {file[4].cast<std::uint64_t>(), file[5].cast<std::uint64_t>()}};
+}
+
+void extract_to_shared_file(const ArrayPart& part, const py::tuple& numbers, double isovalue,
+                            const py::tuple& file, bool closed, int threads, const py::object& progress) {
+    const SharedSurfaceFile target = to_file(file);
+    const PartNumbers part_numbers = to_numbers(numbers);
+    run_long_work(progress, [&](const Progress& report) {
+        write_part(target, extract_numbered_part(part.view(), part_numbers, isovalue,
+                                                 options_of(closed, target.normals, threads, report)));
+    });
+}
+
+}  // namespace
+
+void add_parts(py::module_& module) {
+    py::class_<ArrayPart>(module, "ArrayPart")
+        .def(py::init<py::array, const Index&, const Index&, const Index&, const Index&, const Vec3d&,
+                      const Vec3d&, const Mat3d&>(),
+             py::arg("array").noconvert(), py::arg("array_first"), py::arg("first"), py::arg("dims"),
+             py::arg("whole"), py::arg("spacing"), py::arg("origin"), py::arg("direction"));
+    py::class_<BoxReader>(module, "BoxReader")
+        .def(py::init<const std::filesystem::path&>(), py::arg("path"))
+        .def_property_readonly("shape",
+                               [](const BoxReader& reader) {
+                                   const Index& dims = reader.geometry().dims;
+                                   return py::make_tuple(dims[2], dims[1], dims[0]);
+                               })
+        .def_property_readonly("dtype", &BoxReader::dtype)
+        .def_property_readonly("chunks",
+                               [](const BoxReader& reader) {
+                                   const Index& chunk = reader.chunk();
+                                   return py::make_tuple(chunk[2], chunk[1], chunk[0]);
+                               })
+        .def_property_readonly("spacing", [](const BoxReader& reader) { return reader.geometry().spacing; })
+        .def_property_readonly("origin", [](const BoxReader& reader) { return reader.geometry().origin; })
+        .def_property_readonly("direction",
+                               [](const BoxReader& reader) { return reader.geometry().direction; })
+        .def("read", &BoxReader::read, py::arg("first"), py::arg("out").noconvert());
+    module.def("extract_part", &python_extract_part, py::arg("part"), py::arg("isovalue"), py::kw_only(),
+               py::arg("closed"), py::arg("normals"), py::arg("threads"), py::arg("progress") = py::none());
+    module.def("merge_parts", &python_merge_parts, py::arg("parts"), py::arg("progress") = py::none());
+    module.def("count_part", &python_count_part, py::arg("part"), py::arg("isovalue"), py::kw_only(),
+               py::arg("closed"), py::arg("threads"), py::arg("progress") = py::none());
+    module.def(
+        "first_slice", [](const py::tuple& counts) { return as_tuple(first_slice(to_counts(counts))); },
+        py::arg("counts"));
+    module.def("number_parts", &python_number_parts, py::arg("parts"), py::arg("next"),
+               py::arg("points_before"), py::arg("triangles_before"));
+    module.def("extract_to_shared_file", &extract_to_shared_file, py::arg("part"), py::arg("numbers"),
+               py::arg("isovalue"), py::arg("file"), py::kw_only(), py::arg("closed"), py::arg("threads"),
+               py::arg("progress") = py::none());
+    py::class_<SharedSurfaceWriter>(module, "SharedSurfaceWriter")
+        .def(py::init([](const std::filesystem::path& path, std::uint64_t points, std::uint64_t triangles,
+                         bool normals, const std::string& space) {
+                 MeshWriteOptions options;
+                 options.space = space_named(space);
+                 return std::make_unique<SharedSurfaceWriter>(path, SurfaceSize{points, triangles}, normals,
+                                                              options);
+             }),
+             py::arg("path"), py::arg("points"), py::arg("triangles"), py::kw_only(), py::arg("normals"),
+             py::arg("space"))
+        .def_property_readonly("file",
+                               [](const SharedSurfaceWriter& writer) { return as_tuple(writer.file()); })
+        .def("commit", &SharedSurfaceWriter::commit, py::call_guard<py::gil_scoped_release>());
+}
+
+}  // namespace marrow::python

@@ -1,0 +1,247 @@
+"""Surfaces that the workers of a Dask cluster extract together have the bytes of the surface of the whole array."""
+
+import json
+import os
+import signal
+import threading
+import time
+from pathlib import Path
+
+import marrow
+import numpy as np
+import pytest
+
+pytest.importorskip("distributed")
+zarr = pytest.importorskip("zarr")
+import dask.array  # noqa: E402
+import distributed  # noqa: E402
+import marrow.dask  # noqa: E402
+
+
+@pytest.fixture(scope="module")
+def client(tmp_path_factory):
+    """Two worker processes, which their nannies start again after a crash."""
+    folder = tmp_path_factory.mktemp("workers")
+    with distributed.LocalCluster(
+        n_workers=2,
+        threads_per_worker=1,
+        processes=True,
+        host="127.0.0.1",
+        dashboard_address=None,
+        local_directory=str(folder),
+    ) as cluster, distributed.Client(cluster) as client:
+        yield client
+
+
+def noise(rng, shape, dtype):
+    """Few values, so that many samples equal the isovalue 2."""
+    return rng.integers(0, 5, shape).astype(dtype)
+
+
+def same_bytes(a, b):
+    return all(
+        x is y is None or x.dtype == y.dtype and x.tobytes() == y.tobytes()
+        for x, y in ((a.points, b.points), (a.triangles, b.triangles), (a.normals, b.normals))
+    )
+
+
+def stored(tmp_path, samples, chunks):
+    return zarr.array(samples, chunks=chunks, store=zarr.DirectoryStore(str(tmp_path / "samples.zarr")))
+
+
+def image(folder, spacing, origin):
+    """The folder of a stored array as an OME-Zarr image; spacing and origin are (x, y, z)."""
+    axes = [{"name": name, "type": "space", "unit": "millimeter"} for name in "zyx"]
+    steps = [
+        {"type": "scale", "scale": list(reversed(spacing))},
+        {"type": "translation", "translation": list(reversed(origin))},
+    ]
+    level = {"path": "samples.zarr", "coordinateTransformations": steps}
+    zarr.open_group(str(folder), mode="a").attrs["multiscales"] = [{"version": "0.4", "axes": axes, "datasets": [level]}]
+    return folder
+
+
+OBLIQUE = {
+    "spacing": (0.7, 0.9, 1.3),
+    "origin": (-113.7, 41.3, 207.9),
+    "direction": [[0.8, -0.6, 0], [0.6, 0.8, 0], [0, 0, -1]],
+}
+
+
+@pytest.mark.parametrize("dtype", ["u1", "i1", "u2", "i2", "i4", "f4", "f8", ">i2", "u4", "?"])
+def test_extract_has_the_bytes_of_the_whole(client, tmp_path, dtype):
+    rng = np.random.default_rng(3)
+    isovalue = 0.5 if dtype == "?" else 2
+    for closed in (False, True):
+        shape = rng.integers(2, 30, 3)
+        samples = noise(rng, shape, dtype)
+        source = zarr.array(samples, chunks=tuple(rng.integers(2, 9, 3)), store=zarr.TempStore(dir=str(tmp_path)))
+        mesh = marrow.dask.extract(source, isovalue, closed=closed, blocks=rng.integers(3, 14, 3), **OBLIQUE)
+        assert same_bytes(mesh, marrow.extract(marrow.Volume(samples, **OBLIQUE), isovalue, closed=closed))
+
+
+@pytest.mark.parametrize("kind", ["numpy", "dask", "zarr", "path"])
+@pytest.mark.parametrize("name", ["surface.ply", "surface.stl"])
+def test_files_have_the_bytes_of_the_whole(client, tmp_path, kind, name):
+    rng = np.random.default_rng(4)
+    for round in range(2):
+        samples = noise(rng, rng.integers(9, 60, 3), ["i2", "u4"][round])
+        sources = {
+            "numpy": lambda: samples,
+            "dask": lambda: dask.array.from_array(samples, chunks=tuple(rng.integers(3, 9, 3))),
+            "zarr": lambda: stored(tmp_path / str(round), samples, tuple(rng.integers(3, 9, 3))),
+            "path": lambda: stored(tmp_path / str(round), samples, tuple(rng.integers(3, 9, 3))),
+        }
+        blocks = [None, rng.integers(3, 24, 3)][round]
+        space = ["RAS", "LPS"][round]
+        source, geometry = sources[kind](), OBLIQUE
+        if kind == "path":
+            geometry = {"spacing": (0.7, 0.9, 1.3), "origin": (1, 2, 3)}
+            source = image(tmp_path / str(round), **geometry)
+        given = {} if kind == "path" else geometry
+        size = marrow.dask.extract_to_file(source, 2, tmp_path / name, closed=True, space=space, blocks=blocks, **given)
+        whole = marrow.extract(marrow.Volume(samples, **geometry), 2, closed=True)
+        whole.write(tmp_path / ("whole-" + name), space=space)
+        assert size == (len(whole.points), len(whole.triangles))
+        assert (tmp_path / name).read_bytes() == (tmp_path / ("whole-" + name)).read_bytes()
+
+
+def test_a_killed_worker_changes_nothing(client, tmp_path):
+    """A worker is killed in the middle of counting, and another in the middle of writing."""
+    k, j, i = np.mgrid[:120, :90, :100]
+    samples = (100 + 60 * np.sin(k / 5) * np.cos(j / 7) * np.sin(i / 6)).astype(np.uint8)
+    source = SlowArray(stored(tmp_path, samples, (8, 8, 100)), tmp_path / "reads")
+    path = tmp_path / "surface.ply"
+    killed = []
+
+    def kill(after):
+        while source.reads() < after:
+            time.sleep(0.01)
+        address, process = next(iter(client.run(os.getpid).items()))
+        os.kill(process, signal.SIGKILL)
+        killed.append(address)
+
+    blocks = (16, 16, 100)
+    kills = [threading.Thread(target=kill, args=(after,), daemon=True) for after in (10, 60)]
+    for thread in kills:
+        thread.start()
+    marrow.dask.extract_to_file(source, 100, path, blocks=blocks)
+    for thread in kills:
+        thread.join()
+    assert len(killed) == 2
+    marrow.extract(samples, 100).write(tmp_path / "whole.ply")
+    assert path.read_bytes() == (tmp_path / "whole.ply").read_bytes()
+    assert not [name for name in os.listdir(tmp_path) if name.startswith(".marrow")]
+
+
+class SlowArray:
+    """An array whose reads take a while and are counted, by the length of a file."""
+
+    def __init__(self, array, log):
+        self.array, self.log = array, log
+        self.shape, self.dtype, self.chunks = array.shape, array.dtype, array.chunks
+
+    def __getitem__(self, slices):
+        with open(self.log, "ab") as log:
+            log.write(b".")
+        time.sleep(0.02)
+        return self.array[slices]
+
+    def reads(self):
+        return self.log.stat().st_size if self.log.exists() else 0
+
+
+SlowArray.__module__ = "__main__"  # so that workers, which cannot import this file, get the class itself
+
+
+def test_real_scans_have_the_bytes_of_the_whole(client, tmp_path):
+    folder = os.environ.get("MARROW_TEST_DATA")
+    scans = sorted(Path(folder).rglob("*.nii.gz"))[:1] if folder else []
+    if not scans:
+        pytest.skip("no real scan: MARROW_TEST_DATA is not set")
+    volume = marrow.read(scans[0])
+    source = stored(tmp_path, volume.array, (32, 32, 32))
+    isovalue = marrow.otsu(volume)
+    whole = marrow.extract(volume, isovalue, closed=True)
+    mesh = marrow.dask.extract(source, isovalue, closed=True, blocks=(50, 70, 90), affine=volume.affine)
+    placed = marrow.Volume(volume.array, affine=volume.affine)
+    assert len(whole.triangles) == len(mesh.triangles) > 10000
+    assert same_bytes(mesh, marrow.extract(placed, isovalue, closed=True))
+
+
+def test_fragments_of_neuroglancer(client, tmp_path):
+    rng = np.random.default_rng(5)
+    samples = noise(rng, (20, 21, 22), "u1")
+    folder = tmp_path / "mesh"
+    size = marrow.dask.write_fragments(samples, 2, folder, segment=7, blocks=(8, 9, 10), **OBLIQUE)
+    assert json.loads((folder / "info").read_text()) == {"@type": "neuroglancer_legacy_mesh"}
+    names = json.loads((folder / "7:0").read_text())["fragments"]
+    assert sorted(os.listdir(folder)) == sorted(["info", "7:0", *names]) and len(names) > 8
+    corners, points = [], 0
+    for name in names:
+        content = (folder / name).read_bytes()
+        (count,) = np.frombuffer(content, "<u4", 1)
+        nanometres = np.frombuffer(content, "<f4", 3 * count, 4).reshape(-1, 3)
+        triangles = np.frombuffer(content, "<u4", offset=4 + 12 * count).reshape(-1, 3)
+        points += count
+        corners += [nanometres[triangles]]
+    corners = np.concatenate(corners)
+    assert size == (points, len(corners))
+    # The same triangles, in another order: neighbouring fragments have equal points.
+    whole = marrow.extract(marrow.Volume(samples, **OBLIQUE), 2)
+    expected = (whole.points[whole.triangles].astype(float) * 1e6).astype("<f4")
+    assert {c.tobytes() for c in corners} == {c.tobytes() for c in expected}
+    assert len(corners) == len(expected)
+
+
+def test_errors(client, tmp_path):
+    samples = np.zeros((20, 20, 20), np.uint8)
+    path = tmp_path / "surface.ply"
+    for call in (
+        lambda: marrow.dask.extract(samples, 2),
+        lambda: marrow.dask.extract_to_file(samples, 2, path),
+        lambda: marrow.dask.write_fragments(samples, 2, tmp_path / "mesh"),
+    ):
+        with pytest.raises(marrow.EmptySurface, match="isovalue 2"):
+            call()
+    samples[5:9] = 5
+    with pytest.raises(marrow.InputError, match="extension"):
+        marrow.dask.extract_to_file(samples, 2, tmp_path / "surface.obj")
+    with pytest.raises(marrow.InputError, match="not a finite number"):
+        marrow.dask.extract(samples, float("nan"))
+    with pytest.raises(marrow.InputError, match="three axes"):
+        marrow.dask.extract(samples[0], 2)
+    with pytest.raises(marrow.InputError, match="blocks"):
+        marrow.dask.extract(samples, 2, blocks=(4, 0, 4))
+    with pytest.raises(marrow.InputError, match="path or an array"):
+        marrow.dask.extract(5, 2)
+    with pytest.raises(OSError):
+        marrow.dask.extract(tmp_path / "missing.zarr", 2)
+    with pytest.raises(marrow.InputError, match="complex"):
+        marrow.dask.extract(samples.astype(complex), 2)
+    assert os.listdir(tmp_path) == ["mesh"]
+
+
+def test_cuts_let_chunks_be_read_once():
+    """Of the chunks of a block, only the last along each axis are those of the next block too."""
+    for samples, block, chunk in ((2048, 512, 64), (100, 30, 7), (65, 64, 64), (9, 3, 1), (1, 5, 5), (2, 9, 4)):
+        ranges = marrow.dask._ranges(samples, block, chunk)
+        assert ranges[0][0] == 0 and ranges[-1][1] == samples
+        for (begin, end), (following, _) in zip(ranges, ranges[1:]):
+            assert end == following + 1 and end - begin > 1
+            if chunk > 1:
+                assert (following - 1) % chunk == 0  # gradients begin with a chunk
+
+
+def test_steps_read_each_slice_once():
+    """A step reads whole chunks, beside those that the step before has read."""
+    for whole, first, dims, at_once in ((64, 0, 64, 16), (64, 17, 30, 16), (65, 1, 64, 16), (40, 33, 7, 16), (9, 0, 1, 4)):
+        block = marrow.dask._Block((5, 5, whole), (0, 0, first), (5, 5, dims), at_once)
+        steps = block.steps()
+        assert steps[0].first[2] == first and steps[-1].first[2] + steps[-1].dims[2] == first + dims
+        ends = [step.with_halo()[1][0].stop for step in steps]
+        assert ends == sorted(set(ends))
+        assert all(end % at_once == 0 for end in ends[:-1])
+        for step, following in zip(steps, steps[1:]):
+            assert step.first[2] + step.dims[2] == following.first[2] + 1
+            assert step.dims[2] > 1

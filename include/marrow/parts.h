@@ -1,0 +1,126 @@
+/// Isosurfaces of volumes that are larger than one machine, extracted in parts by any number of processes.
+///
+/// A part is a box of the volume's cells. Its view has the samples at the corners of these cells, so that neighbouring
+/// parts share a layer of samples, and `VolumeView::first` says where it lies. Normals read one sample more on each
+/// side, where the whole volume has one: `below` and `above` say that it is there. The results have the bytes of
+/// extract_isosurface of the whole, for any way to cut it.
+///
+/// There are two ways to put parts together. Small surfaces are merged in memory: extract_part() by each process,
+/// then merge_parts(). Surfaces of any size are numbered first and then written by all processes at the same time,
+/// to one file (see mesh_io.h): count_part() by each process, number_parts() by one, then extract_numbered_part() by
+/// each again. This continues the histogram pyramid above the processes.
+///
+/// In all functions `whole` are the dims of the whole volume. With `options.closed` the surface is closed at the
+/// border of the whole, not between parts. `options.snap` must be 0, and `options.topology` false. All throw InputError
+/// as extract_isosurface, for a view that leaves the whole, and for a missing sample for normals; LimitError not
+/// enough memory; Cancelled.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <marrow/buffer.h>
+#include <marrow/export.h>
+#include <marrow/isosurface.h>
+#include <marrow/mesh.h>
+#include <marrow/progress.h>
+#include <marrow/volume.h>
+
+namespace marrow {
+
+/// A box of samples in the grid of a whole volume. If the surface is closed, the grid has a layer of samples more
+/// than the volume on every side, as outside samples seem to surround it.
+struct PartExtent {
+    std::array<std::int64_t, 3> whole{};  ///< samples of the whole grid
+    std::array<std::int64_t, 3> first{};  ///< index in the grid of the box's first sample
+    std::array<std::int64_t, 3> dims{};   ///< samples of the box
+
+    friend bool operator==(const PartExtent&, const PartExtent&) = default;
+    /// The samples along an axis whose points the part owns: all but the last, which begins the next part. Points
+    /// belong to the sample at which their edge starts.
+    std::int64_t owned(std::size_t axis) const {
+        return dims[axis] - (first[axis] + dims[axis] < whole[axis] ? 1 : 0);
+    }
+};
+
+/// The surface of a part. It has all points that its triangles name, so that neighbouring parts share points.
+struct PartSurface {
+    PartExtent extent;
+    Mesh mesh;
+    /// The edge of the whole grid on which each point lies, ((z * ny + y) * 3 + axis) * nx + x, in ascending order.
+    Buffer<std::uint64_t> keys;
+};
+
+/// Extracts the surface of a part.
+MARROW_EXPORT PartSurface extract_part(const VolumeView& part, const std::array<std::int64_t, 3>& whole,
+                                       double isovalue, const IsosurfaceOptions& options = {});
+
+/// Merges the surfaces of parts, in any order, which together have all cells of a volume, each once: the bytes of
+/// extract_isosurface. Points are equal if their keys are; coordinates are not compared. \throw InputError parts of
+/// different volumes, some with and some without normals, or with a common cell; LimitError more than 2^32 - 1
+/// points, or not enough memory; Cancelled
+MARROW_EXPORT Mesh merge_parts(std::span<const PartSurface> parts, const Progress& progress = {});
+
+/// Numbers of points and triangles.
+struct SurfaceSize {
+    std::uint64_t points = 0, triangles = 0;
+
+    friend bool operator==(const SurfaceSize&, const SurfaceSize&) = default;
+};
+
+/// What a part adds to the surface. Its rows are the owned(1) * owned(2) rows of samples that it owns, y fastest.
+struct PartCounts {
+    PartExtent extent;
+    std::vector<std::uint32_t> points;     ///< for each row the points on its owned edges along x, y and z
+    std::vector<std::uint32_t> triangles;  ///< for each row those of the cells that begin at its samples
+
+    SurfaceSize total() const;
+};
+
+/// Counts the points and triangles of a part. It needs no samples beside those of the view.
+MARROW_EXPORT PartCounts count_part(const VolumeView& part, const std::array<std::int64_t, 3>& whole,
+                                    double isovalue, const IsosurfaceOptions& options = {});
+
+/// The counts of a part's first slice, which is all that number_parts() needs of the parts that follow.
+MARROW_EXPORT PartCounts first_slice(const PartCounts& counts);
+
+/// Where the points and triangles of a part lie in those of the whole surface. Its rows are the dims[1] * dims[2] rows
+/// of samples of the part, y fastest.
+struct PartNumbers {
+    PartExtent extent;
+    std::vector<std::uint32_t> points;     ///< for each row the number of the first point along x, y and z
+    std::vector<std::uint64_t> triangles;  ///< for each row the number of the first triangle
+};
+
+/// Numbers the points and triangles of parts, in the order of `parts`, which are all between two cuts across z.
+///
+/// The volume must be cut by planes: parts that begin at the same x have all rows between the two cuts. `next` are the
+/// counts of the parts that begin at the second cut, of which only the first slice is read; it is empty at the end of
+/// the volume. `before` is the size of the surface before the first cut. \throw InputError parts of different volumes,
+/// or parts that overlap or leave a gap; LimitError more than 2^32 - 1 points
+MARROW_EXPORT std::vector<PartNumbers> number_parts(std::span<const PartCounts> parts,
+                                                    std::span<const PartCounts> next = {},
+                                                    const SurfaceSize& before = {});
+
+/// Elements of a part that follow each other in the whole surface too.
+struct NumberedRun {
+    std::uint64_t number = 0;  ///< of the run's first element in the whole surface
+    std::size_t begin = 0;     ///< its index in the part
+    std::size_t count = 0;
+};
+
+/// The surface of a part, and the places in the whole surface of what the part owns.
+struct NumberedPart {
+    Mesh mesh;  ///< with all points that its triangles name, also those that other parts own
+    Buffer<std::uint32_t> numbers;  ///< the number of each point in the whole surface
+    std::vector<NumberedRun> points, triangles;
+};
+
+/// Extracts the surface of a part that was numbered. \throw InputError `numbers` belong to another part
+MARROW_EXPORT NumberedPart extract_numbered_part(const VolumeView& part, const PartNumbers& numbers,
+                                                 double isovalue, const IsosurfaceOptions& options = {});
+
+}  // namespace marrow

@@ -1,0 +1,309 @@
+// Numbers the points and triangles of parts: the levels of the histogram pyramid above the parts.
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <map>
+#include <new>
+#include <numeric>
+#include <string>
+#include <utility>
+
+#include <marrow/parts.h>
+
+#include "base/parallel.h"
+#include "base/progress.h"
+#include "core/volume/checks.h"
+#include "part_passes.h"
+
+namespace marrow {
+
+using namespace internal;
+
+namespace {
+
+std::size_t size(std::int64_t n) {
+    return static_cast<std::size_t>(n);
+}
+
+// Points of the row on edges along each axis that start at samples which the part owns. Those along y and z at the
+// row's last sample may belong to the next part.
+std::array<std::uint32_t, 3> owned_points(const PartPasses& passes, const PartExtent& extent, std::size_t r) {
+    std::array<std::uint32_t, 3> points{passes.rows().along_x[r], passes.rows().along_y[r],
+                                        passes.points_along_z(r)};
+    if (extent.owned(0) == extent.dims[0]) return points;
+    const InsideBits& bits = passes.bits();
+    const auto last = size(bits.cells_x);
+    const auto differs = [&](std::size_t other) {
+        if (other >= bits.rows()) return std::uint32_t{0};
+        return static_cast<std::uint32_t>(
+            (bits.row(r)[last / 64] ^ bits.row(other)[last / 64]) >> (last % 64) & 1);
+    };
+    const auto ny = size(bits.ny);
+    if (r % ny + 1 < ny) points[1] -= differs(r + 1);
+    points[2] -= differs(r + ny);
+    return points;
+}
+
+// The numbers of the next point along each axis, and of the next triangle, of every row between two cuts across z,
+// and of the first slice after them.
+class RowNumbers {
+  public:
+    RowNumbers(std::span<const PartCounts> parts, std::span<const PartCounts> next, const SurfaceSize& before)
+        : parts_(parts), next_(next), ny_(parts.front().extent.whole[1]) {
+        find_range();
+        const std::size_t rows = size(ny_ * (end_ - begin_ + (next_.empty() ? 0 : 1)));
+        points_.resize(3 * rows);
+        triangles_.resize(rows);
+        std::int64_t x = 0;  // at which the next column must begin
+        for_each_column([&](const Column& column) {
+            check_coverage(column, x);
+            x += column.all.front()->extent.owned(0);
+            for (const PartCounts* counts : column.all) add(*counts);
+        });
+        if (x != parts.front().extent.whole[0]) throw_bad_cuts();
+        std::uint64_t point = before.points, triangle = before.triangles;
+        for (std::uint64_t& n : points_) point += std::exchange(n, point);
+        for (std::uint64_t& n : triangles_) triangle += std::exchange(n, triangle);
+        check_point_count(point);
+    }
+
+    // The numbers of all parts. They are found column by column: each begins where those at lower x end.
+    std::vector<PartNumbers> number() {
+        std::vector<PartNumbers> numbers(parts_.size());
+        for_each_column([&](const Column& column) {
+            for (const std::size_t p : column.parts) numbers[p] = numbers_of(parts_[p].extent);
+            for (const PartCounts* counts : column.all) add(*counts);
+        });
+        return numbers;
+    }
+
+  private:
+    // The parts that begin at the same x.
+    struct Column {
+        std::vector<std::size_t> parts;      // indices of those to number
+        std::vector<const PartCounts*> all;  // those to number, and those that follow them
+    };
+
+    // Calls f(column) for each column in the order of x.
+    template <class F>
+    void for_each_column(const F& f) const {
+        std::map<std::int64_t, Column> columns;
+        for (std::size_t p = 0; p < parts_.size(); ++p) {
+            Column& column = columns[parts_[p].extent.first[0]];
+            column.parts.push_back(p);
+            column.all.push_back(&parts_[p]);
+        }
+        for (const PartCounts& counts : next_) columns[counts.extent.first[0]].all.push_back(&counts);
+        for (const auto& [x, column] : columns) f(column);
+    }
+
+    void find_range() {
+        begin_ = std::numeric_limits<std::int64_t>::max();
+        end_ = 0;
+        for (const PartCounts& counts : parts_) {
+            begin_ = std::min(begin_, counts.extent.first[2]);
+            end_ = std::max(end_, counts.extent.first[2] + counts.extent.owned(2));
+            check(counts);
+        }
+        for (const PartCounts& counts : next_) {
+            check(counts);
+            if (counts.extent.first[2] != end_)
+                throw InputError("the next parts do not begin where the parts to number end");
+        }
+        if (next_.empty() && end_ != parts_.front().extent.whole[2])
+            throw InputError("the counts of the next parts are missing, and the volume does not end here");
+    }
+
+    void check(const PartCounts& counts) const {
+        const PartExtent& extent = counts.extent;
+        if (extent.whole != parts_.front().extent.whole)
+            throw InputError("the parts are of different volumes, or some of them are closed");
+        const std::size_t rows = size(extent.owned(1) * extent.owned(2));
+        if (counts.points.size() != 3 * rows || counts.triangles.size() != rows)
+            throw InputError("the counts of a part do not have its number of rows");
+    }
+
+    // The slices of a part that are counted here: of parts after the second cut, the first one.
+    std::int64_t slices_here(const PartExtent& extent) const {
+        return std::min(extent.owned(2), end_ + (next_.empty() ? 0 : 1) - extent.first[2]);
+    }
+
+    // A column has every row once, from x on, and its parts have the same samples along x.
+    void check_coverage(const Column& column, std::int64_t x) const {
+        std::vector<char> covered(triangles_.size());
+        std::size_t rows = 0;
+        for (const PartCounts* counts : column.all) {
+            const PartExtent& extent = counts->extent;
+            if (extent.first[0] != x || extent.dims[0] != column.all.front()->extent.dims[0])
+                throw_bad_cuts();
+            for (std::int64_t z = 0; z < slices_here(extent); ++z) {
+                for (std::int64_t y = 0; y < extent.owned(1); ++y, ++rows) {
+                    if (std::exchange(covered[row_index(extent, y, z)], 1) != 0) throw_bad_cuts();
+                }
+            }
+        }
+        if (rows != covered.size()) throw_bad_cuts();
+    }
+
+    [[noreturn]] static void throw_bad_cuts() {
+        throw InputError("the parts overlap, leave a gap, or are not cut by planes through the whole volume");
+    }
+
+    std::size_t row_index(const PartExtent& extent, std::int64_t y, std::int64_t z) const {
+        return size((extent.first[2] + z - begin_) * ny_ + extent.first[1] + y);
+    }
+
+    void add(const PartCounts& counts) {
+        const PartExtent& extent = counts.extent;
+        std::size_t from = 0;
+        for (std::int64_t z = 0; z < slices_here(extent); ++z) {
+            for (std::int64_t y = 0; y < extent.owned(1); ++y, ++from) {
+                const std::size_t row = row_index(extent, y, z);
+                for (std::size_t axis = 0; axis < 3; ++axis)
+                    points_[3 * row + axis] += counts.points[3 * from + axis];
+                triangles_[row] += counts.triangles[from];
+            }
+        }
+    }
+
+    PartNumbers numbers_of(const PartExtent& extent) const {
+        PartNumbers numbers{extent, {}, {}};
+        numbers.points.reserve(3 * size(extent.dims[1] * extent.dims[2]));
+        numbers.triangles.reserve(size(extent.dims[1] * extent.dims[2]));
+        for (std::int64_t z = 0; z < extent.dims[2]; ++z) {
+            for (std::int64_t y = 0; y < extent.dims[1]; ++y) {
+                const std::size_t row = row_index(extent, y, z);
+                for (std::size_t axis = 0; axis < 3; ++axis)
+                    numbers.points.push_back(static_cast<std::uint32_t>(points_[3 * row + axis]));
+                numbers.triangles.push_back(triangles_[row]);
+            }
+        }
+        return numbers;
+    }
+
+    const std::span<const PartCounts> parts_, next_;
+    const std::int64_t ny_;
+    std::int64_t begin_ = 0, end_ = 0;  // slices of the grid that the parts own
+    std::vector<std::uint64_t> points_, triangles_;
+};
+
+// Lists runs, joining those that follow each other.
+void append(std::vector<NumberedRun>& runs, const NumberedRun& run) {
+    if (run.count == 0) return;
+    if (!runs.empty()) {
+        NumberedRun& last = runs.back();
+        if (last.number + last.count == run.number && last.begin + last.count == run.begin) {
+            last.count += run.count;
+            return;
+        }
+    }
+    runs.push_back(run);
+}
+
+void number(const PartPasses& passes, const PartNumbers& numbers, NumberedPart& part) {
+    const PartExtent& extent = numbers.extent;
+    const InsideBits& bits = passes.bits();
+    const RowCounts& rows = passes.rows();
+    part.numbers.resize(part.mesh.points.size());
+    std::size_t point = 0, triangle = 0;
+    for (std::size_t r = 0; r < bits.rows(); ++r) {
+        const auto y = static_cast<std::int64_t>(r) % bits.ny, z = static_cast<std::int64_t>(r) / bits.ny;
+        append(part.triangles, {numbers.triangles[r], triangle, rows.triangles[r]});
+        triangle += rows.triangles[r];
+        if (rows.points[r] == 0) continue;
+        const bool owns_row = y < extent.owned(1) && z < extent.owned(2);
+        const std::array<std::uint32_t, 3> counts{rows.along_x[r], rows.along_y[r], passes.points_along_z(r)};
+        const std::array<std::uint32_t, 3> owned = owned_points(passes, extent, r);
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const std::uint32_t first = numbers.points[3 * r + axis];
+            std::iota(part.numbers.begin() + static_cast<std::ptrdiff_t>(point),
+                      part.numbers.begin() + static_cast<std::ptrdiff_t>(point + counts[axis]), first);
+            if (owns_row) append(part.points, {first, point, owned[axis]});
+            point += counts[axis];
+        }
+    }
+}
+
+}  // namespace
+
+SurfaceSize PartCounts::total() const {
+    return {std::accumulate(points.begin(), points.end(), std::uint64_t{0}),
+            std::accumulate(triangles.begin(), triangles.end(), std::uint64_t{0})};
+}
+
+PartCounts count_part(const VolumeView& part, const std::array<std::int64_t, 3>& whole, double isovalue,
+                      const IsosurfaceOptions& given_options) {
+    IsosurfaceOptions options = given_options;
+    options.normals = false;  // which would need more samples
+    PartCounts counts{extent_of(part, whole, options), {}, {}};
+    check_isovalue(isovalue);
+    const PartExtent& extent = counts.extent;
+    const std::size_t rows = size(extent.owned(1) * extent.owned(2));
+    counts.points.resize(3 * rows);
+    counts.triangles.resize(rows);
+    if (!has_cells(extent)) return counts;
+    try {
+        with_threads(options.threads, [&] {
+            const PartPasses passes(part, extent, isovalue, options);
+            std::size_t to = 0;
+            for (std::int64_t z = 0; z < extent.owned(2); ++z) {
+                for (std::int64_t y = 0; y < extent.owned(1); ++y, ++to) {
+                    const std::size_t r = passes.bits().row_index(y, z);
+                    const auto points = owned_points(passes, extent, r);
+                    std::copy(points.begin(), points.end(),
+                              counts.points.begin() + static_cast<std::ptrdiff_t>(3 * to));
+                    counts.triangles[to] = passes.rows().triangles[r];
+                }
+            }
+        });
+    } catch (const std::bad_alloc&) {
+        throw_out_of_memory(part.geometry);
+    }
+    report_progress(options.progress, 1);
+    return counts;
+}
+
+PartCounts first_slice(const PartCounts& counts) {
+    PartCounts slice = counts;
+    slice.extent.dims[2] = std::min<std::int64_t>(slice.extent.dims[2], 2);  // of which it owns the first
+    const std::size_t rows = size(slice.extent.owned(1) * slice.extent.owned(2));
+    slice.points.resize(3 * rows);
+    slice.triangles.resize(rows);
+    return slice;
+}
+
+std::vector<PartNumbers> number_parts(std::span<const PartCounts> parts, std::span<const PartCounts> next,
+                                      const SurfaceSize& before) {
+    if (parts.empty()) return {};
+    try {
+        return RowNumbers(parts, next, before).number();
+    } catch (const std::bad_alloc&) {
+        throw LimitError("there is not enough memory to number " + std::to_string(parts.size()) +
+                         " parts; number fewer at a time, or make parts larger along x");
+    }
+}
+
+NumberedPart extract_numbered_part(const VolumeView& part, const PartNumbers& numbers, double isovalue,
+                                   const IsosurfaceOptions& options) {
+    std::array<std::int64_t, 3> whole = numbers.extent.whole;
+    for (std::int64_t& n : whole) n -= options.closed ? 2 : 0;
+    check_isovalue(isovalue);
+    const PartExtent extent = extent_of(part, whole, options);
+    const std::size_t rows = size(extent.dims[1] * extent.dims[2]);
+    if (extent != numbers.extent || numbers.points.size() != 3 * rows || numbers.triangles.size() != rows)
+        throw InputError("the numbers belong to another part");
+    NumberedPart result;
+    if (!has_cells(extent)) return result;
+    try {
+        with_threads(options.threads, [&] {
+            const PartPasses passes(part, extent, isovalue, options);
+            result.mesh = passes.emit();
+            number(passes, numbers, result);
+        });
+    } catch (const std::bad_alloc&) {
+        throw_out_of_memory(part.geometry);
+    }
+    return result;
+}
+
+}  // namespace marrow

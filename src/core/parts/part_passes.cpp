@@ -1,0 +1,118 @@
+// Classifies, counts and emits a part, which is closed where the whole volume ends.
+#include "part_passes.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "base/parallel.h"
+#include "core/grid/shares.h"
+#include "core/marching_cubes/classify.h"
+#include "core/marching_cubes/emit.h"
+#include "core/volume/checks.h"
+
+namespace marrow::internal {
+
+namespace {
+
+// The sides of the whole volume that the part touches.
+ClosedSides closed_sides(const PartExtent& extent, bool closed) {
+    ClosedSides sides;
+    for (std::size_t a = 0; closed && a < 3; ++a) {
+        sides.below[a] = extent.first[a] == 0;
+        sides.above[a] = extent.first[a] + extent.dims[a] == extent.whole[a];
+    }
+    return sides;
+}
+
+std::array<std::int64_t, 3> volume_dims(const VolumeView& part) {
+    return part.geometry.dims;
+}
+
+}  // namespace
+
+PartExtent extent_of(const VolumeView& part, const std::array<std::int64_t, 3>& whole,
+                     const IsosurfaceOptions& options) {
+    if (options.snap != 0) throw InputError("a part cannot be snapped: options.snap must be 0");
+    if (options.topology)
+        throw InputError("a part cannot have exact topology: options.topology must be false");
+    check_volume(part);
+    Geometry geometry = part.geometry;
+    geometry.dims = whole;
+    check_geometry(geometry);
+    PartExtent extent{whole, part.first, part.geometry.dims};
+    for (std::size_t a = 0; a < 3; ++a) {
+        const std::int64_t before = part.first[a], after = whole[a] - part.first[a] - part.geometry.dims[a];
+        const std::string axis = std::to_string(a);
+        if (part.geometry.dims[a] < 1) throw InputError("a part has no samples along axis " + axis);
+        if (after < 0)
+            throw InputError("a part leaves the whole volume, which has " + std::to_string(whole[a]) +
+                             " samples along axis " + axis);
+        if (options.normals && (part.below[a] < std::min<std::int64_t>(before, 1) ||
+                                part.above[a] < std::min<std::int64_t>(after, 1)))
+            throw InputError(
+                "a part needs one sample more on each side for normals, and lacks one along axis " + axis +
+                ": give it in `below` and `above`, or leave out options.normals");
+        if (!options.closed) continue;
+        extent.whole[a] += 2;
+        extent.dims[a] += (before == 0) + (after == 0);
+        extent.first[a] += before > 0;
+    }
+    return extent;
+}
+
+void check_key_range(const std::array<std::int64_t, 3>& dims) {
+    std::uint64_t keys = 3;
+    for (const std::int64_t n : dims) {
+        if (__builtin_mul_overflow(keys, static_cast<std::uint64_t>(n), &keys))
+            throw LimitError("the volume has more edges than 64 bits can number; crop or coarsen it");
+    }
+}
+
+PartPasses::PartPasses(const VolumeView& part, const PartExtent& extent, double isovalue,
+                       const IsosurfaceOptions& options)
+    : part_(part),
+      isovalue_(isovalue),
+      options_(options),
+      bits_(volume_dims(part), closed_sides(extent, options.closed)),
+      active_(bits_),
+      rows_(bits_.rows()) {
+    Stage stage(options.progress, 0, 0.4, 2 * static_cast<std::size_t>(bits_.nz));
+    tbb::parallel_for(std::int64_t{0}, bits_.nz, [&](std::int64_t z) {
+        classify_slice(part_, isovalue_, z, bits_, nullptr);
+        stage.step();
+    });
+    tbb::parallel_for(std::int64_t{0}, bits_.nz, [&](std::int64_t z) {
+        count_rows(bits_, bits_.row_index(0, z), bits_.row_index(0, z + 1), rows_, active_);
+        stage.step();
+    });
+    count_triangles(bits_, 0, bits_.rows(), rows_);
+}
+
+Mesh PartPasses::emit() const {
+    const HistoPyramid points(rows_.points), triangles(rows_.triangles);
+    check_point_count(points.total());
+    Mesh mesh;
+    mesh.points.resize(points.total());
+    mesh.normals.resize(options_.normals ? points.total() : 0);
+    mesh.triangles.resize(triangles.total());
+    const IndexToPhysical to_physical(part_);
+    const EmitInput input{part_,  isovalue_, to_physical,   bits_,         active_,
+                          points, triangles, rows_.along_x, rows_.along_y, rows_.inner};
+    Stage stage(options_.progress, 0.4, 1, 2 * share_count());
+    Vec3f* const normals = options_.normals ? mesh.normals.data() : nullptr;
+    for_each_share(points, 0, bits_.rows(), [&](std::size_t row_begin, std::size_t row_end) {
+        emit_points(input, row_begin, row_end, mesh.points.data(), normals);
+        stage.step();
+    });
+    for_each_share(triangles, 0, bits_.rows(), [&](std::size_t row_begin, std::size_t row_end) {
+        emit_triangles(input, row_begin, row_end, mesh.triangles.data());
+        stage.step();
+    });
+    report_progress(options_.progress, 1);
+    return mesh;
+}
+
+}  // namespace marrow::internal

@@ -1,0 +1,268 @@
+// Surfaces that are extracted in parts and put together have the bytes of the surface of the whole.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstring>
+#include <functional>
+#include <vector>
+
+#include <marrow/error.h>
+#include <marrow/parts.h>
+
+#include "support/fields.h"
+#include "support/mesh_checks.h"
+
+namespace marrow::test {
+namespace {
+
+using Index = std::array<std::int64_t, 3>;
+
+struct Box {
+    Index begin, dims;
+};
+
+// The view that a process has of a part: samples of its own, with no more than one around it on each side.
+struct OwnSamples {
+    OwnSamples(const VolumeView& whole, const Box& box, bool halo) {
+        view = part_of(whole, box.begin, box.dims);
+        std::size_t offset = 0, step = 1;
+        Index stored;
+        for (std::size_t a = 0; a < 3; ++a) {
+            view.below[a] = std::min<std::int64_t>(view.below[a], halo);
+            view.above[a] = std::min<std::int64_t>(view.above[a], halo);
+            stored[a] = view.below[a] + box.dims[a] + view.above[a];
+            offset += step * static_cast<std::size_t>(view.below[a]);
+            step *= static_cast<std::size_t>(stored[a]);
+        }
+        const std::size_t bytes = sample_size(whole.type);
+        samples.resize(step * bytes);
+        const auto row = static_cast<std::size_t>(stored[0]) * bytes;
+        std::size_t to = 0;
+        for (std::int64_t z = -view.below[2]; z < box.dims[2] + view.above[2]; ++z) {
+            for (std::int64_t y = -view.below[1]; y < box.dims[1] + view.above[1]; ++y, to += row) {
+                const std::int64_t from = z * view.slice_pitch() + y * view.row_pitch() - view.below[0];
+                std::memcpy(
+                    samples.data() + to,
+                    static_cast<const std::byte*>(view.data) + from * static_cast<std::int64_t>(bytes), row);
+            }
+        }
+        view.data = samples.data() + offset * bytes;
+        view.pitch = {stored[0], stored[0] * stored[1]};
+    }
+
+    std::vector<std::byte> samples;
+    VolumeView view;
+};
+
+// The cuts across an axis of n samples: where parts begin, and the last sample.
+std::vector<std::int64_t> random_cuts(std::int64_t n, Random& random) {
+    std::vector<std::int64_t> cuts{0, n - 1};
+    for (std::int64_t i = 1; i < n - 1; ++i)
+        if (random() % 3 == 0) cuts.push_back(i);
+    std::sort(cuts.begin(), cuts.end());
+    return cuts;
+}
+
+std::vector<Box> cut_by_planes(const Index& dims, Random& random, int cut_axes) {
+    std::vector<std::int64_t> cuts[3];
+    for (std::size_t a = 0; a < 3; ++a)
+        cuts[a] =
+            cut_axes >> a & 1 ? random_cuts(dims[a], random) : std::vector<std::int64_t>{0, dims[a] - 1};
+    std::vector<Box> boxes;
+    for (std::size_t z = 0; z + 1 < cuts[2].size(); ++z) {
+        for (std::size_t y = 0; y + 1 < cuts[1].size(); ++y) {
+            for (std::size_t x = 0; x + 1 < cuts[0].size(); ++x) {
+                boxes.push_back({{cuts[0][x], cuts[1][y], cuts[2][z]},
+                                 {cuts[0][x + 1] - cuts[0][x] + 1, cuts[1][y + 1] - cuts[1][y] + 1,
+                                  cuts[2][z + 1] - cuts[2][z] + 1}});
+            }
+        }
+    }
+    return boxes;
+}
+
+// Cuts a box in two at a random place, and each half again, so that cuts end at other cuts.
+void cut_anyhow(const Box& box, Random& random, std::vector<Box>& boxes) {
+    const std::size_t axis = random() % 3;
+    if (box.dims[axis] < 3 || random() % 5 == 0) return boxes.push_back(box);
+    const auto at = 1 + static_cast<std::int64_t>(random() % static_cast<std::uint64_t>(box.dims[axis] - 2));
+    Box low = box, high = box;
+    low.dims[axis] = at + 1;
+    high.begin[axis] += at;
+    high.dims[axis] -= at;
+    cut_anyhow(low, random, boxes);
+    cut_anyhow(high, random, boxes);
+}
+
+bool same_bytes(const Mesh& a, const Mesh& b) {
+    const auto same = [](const auto& p, const auto& q) {
+        return p.size() == q.size() && std::memcmp(p.data(), q.data(), p.size() * sizeof p[0]) == 0;
+    };
+    return same(a.points, b.points) && same(a.normals, b.normals) && same(a.triangles, b.triangles);
+}
+
+Mesh merged(const VolumeView& whole, const std::vector<Box>& boxes, double isovalue,
+            const IsosurfaceOptions& options) {
+    std::vector<PartSurface> parts;
+    for (const Box& box : boxes)
+        parts.push_back(extract_part(OwnSamples(whole, box, options.normals).view, whole.geometry.dims,
+                                     isovalue, options));
+    return merge_parts(parts);
+}
+
+// Counts the parts, numbers those between two cuts across z at a time, and writes each to its place.
+Mesh assembled(const VolumeView& whole, const std::vector<Box>& boxes, double isovalue,
+               const IsosurfaceOptions& options) {
+    const Index& dims = whole.geometry.dims;
+    std::vector<std::vector<PartCounts>> layers;
+    std::int64_t z = -1;
+    for (const Box& box : boxes) {  // in the order of z
+        if (std::exchange(z, box.begin[2]) != box.begin[2]) layers.emplace_back();
+        layers.back().push_back(count_part(OwnSamples(whole, box, false).view, dims, isovalue, options));
+    }
+    std::vector<PartNumbers> numbers;
+    SurfaceSize size;
+    for (std::size_t l = 0; l < layers.size(); ++l) {
+        std::vector<PartCounts> next;
+        if (l + 1 < layers.size())
+            for (const PartCounts& counts : layers[l + 1]) next.push_back(first_slice(counts));
+        for (PartNumbers& n : number_parts(layers[l], next, size)) numbers.push_back(std::move(n));
+        for (const PartCounts& counts : layers[l]) {
+            size.points += counts.total().points;
+            size.triangles += counts.total().triangles;
+        }
+    }
+    Mesh mesh;
+    mesh.points.resize(size.points, Vec3f{-1, -2, -3});
+    mesh.normals.resize(options.normals ? size.points : 0);
+    mesh.triangles.resize(size.triangles);
+    std::size_t written = 0;
+    for (std::size_t p = 0; p < boxes.size(); ++p) {
+        const NumberedPart part = extract_numbered_part(OwnSamples(whole, boxes[p], options.normals).view,
+                                                        numbers[p], isovalue, options);
+        for (const NumberedRun& run : part.points) {
+            for (std::size_t i = 0; i < run.count; ++i, ++written) {
+                EXPECT_EQ(part.numbers[run.begin + i], run.number + i);
+                mesh.points.at(run.number + i) = part.mesh.points.at(run.begin + i);
+                if (options.normals) mesh.normals.at(run.number + i) = part.mesh.normals.at(run.begin + i);
+            }
+        }
+        for (const NumberedRun& run : part.triangles) {
+            for (std::size_t i = 0; i < run.count; ++i) {
+                const Triangle& t = part.mesh.triangles.at(run.begin + i);
+                mesh.triangles.at(run.number + i) = {part.numbers.at(t[0]), part.numbers.at(t[1]),
+                                                     part.numbers.at(t[2])};
+            }
+        }
+    }
+    EXPECT_EQ(written, size.points);  // each point is owned by one part
+    return mesh;
+}
+
+// Oblique, anisotropic and, at random, mirrored.
+Geometry random_geometry(Random& random) {
+    std::uniform_int_distribution<std::int64_t> side(2, 9);
+    Geometry g = grid(side(random) + (random() % 4 == 0 ? 56 + static_cast<std::int64_t>(random() % 80) : 0),
+                      side(random), side(random));
+    g.spacing = {0.7, 0.9, 1.3};
+    g.origin = {-113.7, 41.3, 207.9};
+    g.direction = {{{0.8, -0.6, 0}, {0.6, 0.8, 0}, {0, 0, random() % 2 == 0 ? 1.0 : -1.0}}};
+    return g;
+}
+
+template <class T>
+class DistributedParts : public testing::Test {};
+
+using SampleTypes =
+    testing::Types<std::uint8_t, std::int8_t, std::uint16_t, std::int16_t, std::int32_t, float, double>;
+TYPED_TEST_SUITE(DistributedParts, SampleTypes);
+
+TYPED_TEST(DistributedParts, HaveTheBytesOfTheWhole) {
+    Random random(4);
+    std::size_t parts = 0;
+    for (int i = 0; i < 60; ++i) {
+        // Noise of few values, so that some equal the isovalue 2.
+        const Volume volume =
+            sampled<TypeParam>(random_geometry(random), [&](auto, auto, auto) { return random() % 5; });
+        const IsosurfaceOptions options{.normals = i % 4 != 0, .closed = i % 2 == 0, .threads = 1 + i % 2};
+        const Mesh whole = extract_isosurface(volume, 2, options);
+        const std::vector<Box> planes = cut_by_planes(volume.geometry().dims, random, 1 + i % 7);
+        ASSERT_TRUE(same_bytes(assembled(volume, planes, 2, options), whole)) << i;
+        std::vector<Box> anyhow;
+        cut_anyhow({{0, 0, 0}, volume.geometry().dims}, random, anyhow);
+        std::shuffle(anyhow.begin(), anyhow.end(), random);
+        ASSERT_TRUE(same_bytes(merged(volume, anyhow, 2, options), whole)) << i;
+        parts += planes.size() + anyhow.size();
+    }
+    EXPECT_GT(parts, 1000u);
+}
+
+TEST(DistributedPartsTest, DifficultCellsHaveTheBytesOfTheWhole) {
+    Random random(5);
+    for (int i = 0; i < 300; ++i) {
+        const auto [volume, isovalue] = random_grid(random);
+        const IsosurfaceOptions options{.closed = i % 2 == 0, .threads = 1};
+        const Mesh whole = extract_isosurface(volume, isovalue, options);
+        const std::vector<Box> boxes = cut_by_planes(volume.geometry().dims, random, 7);
+        ASSERT_TRUE(same_bytes(assembled(volume, boxes, isovalue, options), whole)) << i;
+        ASSERT_TRUE(same_bytes(merged(volume, boxes, isovalue, options), whole)) << i;
+    }
+}
+
+// A single slice has a closed surface, and no open one.
+TEST(DistributedPartsTest, FlatVolumesHaveTheBytesOfTheWhole) {
+    Random random(6);
+    for (const Index& dims : {Index{7, 6, 1}, Index{1, 9, 8}, Index{130, 1, 1}, Index{1, 1, 1}}) {
+        const Volume volume = sampled<std::uint8_t>(grid(dims[0], dims[1], dims[2]),
+                                                    [&](auto, auto, auto) { return random() % 5; });
+        for (const bool closed : {false, true}) {
+            const Mesh whole = extract_isosurface(volume, 2, {.closed = closed});
+            const std::vector<Box> boxes{{{0, 0, 0}, dims}};
+            ASSERT_TRUE(same_bytes(assembled(volume, boxes, 2, {.closed = closed}), whole));
+            ASSERT_TRUE(same_bytes(merged(volume, boxes, 2, {.closed = closed}), whole));
+        }
+    }
+}
+
+TEST(DistributedPartsTest, RefusesWhatCannotGiveTheBytesOfTheWhole) {
+    const Volume volume = checkerboard(8);
+    const Index whole{8, 8, 8};
+    VolumeView part = part_of(volume, {0, 0, 0}, {4, 8, 8});
+    EXPECT_THROW(extract_part(part, whole, 0.5, {.snap = 0.3}), InputError);
+    EXPECT_THROW(extract_part(part, whole, 0.5, {.topology = true}), InputError);
+    EXPECT_THROW(extract_part(part, {3, 8, 8}, 0.5), InputError);
+    part.above[0] = 0;  // so normals would differ
+    EXPECT_THROW(extract_part(part, whole, 0.5), InputError);
+    EXPECT_NO_THROW(extract_part(part, whole, 0.5, {.normals = false}));
+    EXPECT_NO_THROW(count_part(part, whole, 0.5));
+
+    const auto open = extract_part(volume, whole, 0.5),
+               closed = extract_part(volume, whole, 0.5, {.closed = true});
+    EXPECT_THROW(merge_parts(std::vector{open, closed}), InputError);
+    EXPECT_THROW(merge_parts(std::vector{open, open}), InputError);  // the same cells
+    EXPECT_THROW(merge_parts(std::vector{open, extract_part(volume, whole, 0.5, {.normals = false})}),
+                 InputError);
+    EXPECT_TRUE(merge_parts({}).points.empty());
+
+    const auto low = count_part(part, whole, 0.5);
+    EXPECT_THROW(number_parts(std::vector{low}), InputError);  // a gap
+    const auto all = count_part(volume, whole, 0.5);
+    EXPECT_THROW(number_parts(std::vector{all, all}), InputError);
+    const auto first_slices = count_part(part_of(volume, {0, 0, 0}, {8, 8, 4}), whole, 0.5);
+    EXPECT_THROW(number_parts(std::vector{first_slices}), InputError);  // what follows is missing
+    EXPECT_THROW(number_parts(std::vector{all}, {}, {.points = 0xffffffff}), LimitError);
+    const auto numbers = number_parts(std::vector{all});
+    EXPECT_THROW(extract_numbered_part(part_of(volume, {0, 0, 0}, {8, 8, 4}), numbers[0], 0.5), InputError);
+}
+
+TEST(DistributedPartsTest, CanBeCancelled) {
+    const Volume volume = checkerboard(30);
+    const IsosurfaceOptions options{.progress = [](double fraction) { return fraction < 0.3; }};
+    EXPECT_THROW(extract_part(volume, {30, 30, 30}, 0.5, options), Cancelled);
+    EXPECT_THROW(count_part(volume, {30, 30, 30}, 0.5, options), Cancelled);
+    const std::vector parts{extract_part(volume, {30, 30, 30}, 0.5)};
+    EXPECT_THROW(merge_parts(parts, options.progress), Cancelled);
+}
+
+}  // namespace
+}  // namespace marrow::test
