@@ -22,6 +22,7 @@
 #include <marrow/smooth.h>
 #include <marrow/streaming.h>
 #include <marrow/tissue_presets.h>
+#include <marrow/trust.h>
 #include <marrow/vector.h>
 #include <marrow/version.h>
 #include <marrow/volume.h>
