@@ -21,6 +21,7 @@
 #include <marrow/simplify.h>
 #include <marrow/smooth.h>
 #include <marrow/streaming.h>
+#include <marrow/thin_walls.h>
 #include <marrow/tissue_presets.h>
 #include <marrow/trust.h>
 #include <marrow/vector.h>

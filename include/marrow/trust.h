@@ -2,9 +2,11 @@
 /// scan move them.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include <marrow/buffer.h>
 #include <marrow/export.h>
@@ -79,5 +81,10 @@ struct TrustReport {
 /// geometry, or a step that is not positive and finite; Cancelled
 MARROW_EXPORT TrustReport report_trust(const VolumeView& volume, std::span<const Vec3f> points,
                                        const TrustOptions& options = {});
+
+/// A colour for each point, sRGB: light grey where the surface does not move with the isovalue, over yellow and red
+/// to dark red where it moves by `report.cap`. Points of `near_walls` (near_thin_walls), if given, are blue.
+MARROW_EXPORT std::vector<std::array<std::uint8_t, 3>> trust_colours(
+    const TrustReport& report, const std::vector<bool>& near_walls = {});
 
 }  // namespace marrow

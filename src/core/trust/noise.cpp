@@ -20,6 +20,7 @@ using namespace internal;
 namespace {
 
 constexpr std::int64_t kWindow = 7, kMiddle = kWindow / 2, kMostWindows = 200'000;
+constexpr std::size_t kFewestWindows = 30;
 // Half of the values of a normal distribution are within 1 / kMadScale standard deviations of its median.
 constexpr double kMadScale = 1.4826;
 
@@ -123,8 +124,8 @@ std::int64_t slice_stride(const std::array<std::int64_t, 3>& dims) {
 
 NoiseEstimate estimate(WindowValues& values) {
     NoiseEstimate noise;
+    if (values.deviations.size() < kFewestWindows) return noise;
     noise.windows = static_cast<std::int64_t>(values.deviations.size());
-    if (noise.windows == 0) return noise;
     noise.local_deviation = noise.sigma = noise.lowest = noise.highest = mode(values.deviations);
     const auto include = [&](double value) {
         noise.lowest = std::min(noise.lowest, value);

@@ -62,17 +62,23 @@ struct Contents {
             has_colour |= object.colour.has_value();
             names.push_back(clean_name(object.name));
         }
+        for (const PointArray& array : objects.front().arrays) {
+            arrays.push_back(array.name);
+            meanings.push_back(array.name + ": " + array.meaning);
+        }
         cell_arrays = objects.size() > 1 || has_colour;
     }
 
     std::uint64_t point_bytes() const { return points * sizeof(Vec3f); }
     std::uint64_t surface_bytes() const { return triangles * sizeof(std::int32_t); }
+    std::uint64_t array_bytes() const { return points * sizeof(float); }
     std::uint64_t colour_bytes() const { return triangles * sizeof(Rgb); }
 
     std::uint64_t points = 0, triangles = 0;
     bool normals = true;       // all surfaces have normals
     bool cell_arrays = false;  // triangles have a surface and a colour
     std::vector<std::string> names;
+    std::vector<std::string> arrays, meanings;  // of the points
 };
 
 template <class Index>
@@ -83,15 +89,20 @@ void write_header(MeshOutput& output, const Contents& contents, const char* inde
     if (output.space != Space::none)
         header += text_array("SPACE", {output.space == Space::RAS ? "RAS" : "LPS"});
     if (contents.cell_arrays) header += text_array("Names", contents.names);
+    if (!contents.meanings.empty()) header += text_array("Meanings", contents.meanings);
     header += "</FieldData>\n";
     header += "<Piece NumberOfPoints=\"" + std::to_string(contents.points) + "\" NumberOfVerts=\"0\" ";
     header +=
         "NumberOfLines=\"0\" NumberOfStrips=\"0\" NumberOfPolys=\"" + std::to_string(contents.triangles);
     header +=
         "\">\n<Points>\n" + arrays.element("Float32", "Points", 3, contents.point_bytes()) + "</Points>\n";
-    if (contents.normals)
-        header += "<PointData Normals=\"Normals\">\n" +
-                  arrays.element("Float32", "Normals", 3, contents.point_bytes()) + "</PointData>\n";
+    if (contents.normals || !contents.arrays.empty()) {
+        header += contents.normals ? "<PointData Normals=\"Normals\">\n" : "<PointData>\n";
+        if (contents.normals) header += arrays.element("Float32", "Normals", 3, contents.point_bytes());
+        for (const std::string& name : contents.arrays)
+            header += arrays.element("Float32", name.c_str(), 1, contents.array_bytes());
+        header += "</PointData>\n";
+    }
     if (contents.cell_arrays) {
         header += "<CellData Scalars=\"Colors\">\n" +
                   arrays.element("Int32", "Surface", 1, contents.surface_bytes());
@@ -141,9 +152,18 @@ template <class Index>
 void write_polydata(MeshOutput& output, MeshObjects objects, const Contents& contents,
                     const char* index_type) {
     write_header<Index>(output, contents, index_type);
-    ArrayWriter arrays(output, objects, 3 + (contents.normals ? 1u : 0u) + (contents.cell_arrays ? 2u : 0u));
+    ArrayWriter arrays(
+        output, objects,
+        3 + contents.arrays.size() + (contents.normals ? 1u : 0u) + (contents.cell_arrays ? 2u : 0u));
     arrays.write_vectors(contents.point_bytes(), &MeshView::points);
     if (contents.normals) arrays.write_vectors(contents.point_bytes(), &MeshView::normals);
+    for (std::size_t a = 0; a < contents.arrays.size(); ++a) {
+        arrays.write(contents.array_bytes(), [&](const MeshView&, std::size_t surface) {
+            const std::span<const float> values = objects[surface].arrays[a].values;
+            output.items<sizeof(float)>(values.size(), 0, 1,
+                                        [&](std::size_t i, char* to) { return put(to, values[i]); });
+        });
+    }
     if (contents.cell_arrays) {
         arrays.write(contents.surface_bytes(), [&](const MeshView& mesh, std::size_t surface) {
             output.items<sizeof(std::int32_t)>(mesh.triangles.size(), 0, 1, [&](std::size_t, char* to) {
