@@ -46,7 +46,7 @@ struct StepReport {
 struct SurfaceTrust {
     TrustReport report;
     std::string unit;                    ///< of the samples: " HU", or empty
-    std::vector<float> near_thin_walls;  ///< for each point 1 or 0; empty: walls were not looked for
+    std::vector<float> near_thin_walls;  ///< for each point 1 or 0
     std::vector<Rgb8> colours;           ///< for each point
 };
 

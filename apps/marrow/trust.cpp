@@ -26,6 +26,12 @@ std::string noise_text(const SurfaceTrust& trust) {
                               percentile_text(trust.report.noise_shifts));
 }
 
+std::string thin_wall_meaning(const Surface& surface) {
+    if (!surface.thin_walls) return "0, as no walls were looked for that are too thin for the scan";
+    return surface.thin_walls->restored ? "1 on walls that were restored, and beside them"
+                                        : "1 on the rims of walls that are too thin for the scan";
+}
+
 }  // namespace
 
 void add_trust_options(Arguments& arguments, TrustSteps& steps) {
@@ -65,7 +71,7 @@ void add_trust(Surface& surface, const Volume& scan, const NoiseEstimate& noise,
     SurfaceTrust& trust = surface.trust.emplace();
     trust.report = report_trust(scan, surface.mesh.points, options);
     trust.unit = hounsfield ? " HU" : "";
-    std::vector<bool> near;
+    std::vector<bool> near(surface.mesh.points.size());
     if (surface.thin_walls) near = near_thin_walls(scan, surface.thin_walls->found, surface.mesh.points);
     trust.near_thin_walls.assign(near.begin(), near.end());
     trust.colours = trust_colours(trust.report, near);
@@ -74,21 +80,15 @@ void add_trust(Surface& surface, const Volume& scan, const NoiseEstimate& noise,
 std::vector<PointArray> point_arrays(const Surface& surface) {
     if (!surface.trust) return {};
     const SurfaceTrust& trust = *surface.trust;
-    std::vector<PointArray> arrays{
+    const TrustReport& report = trust.report;
+    return {
         {"shift_mm",
-         fmt::format("mm that the surface moves if the isovalue changes by {:g}{}", trust.report.step,
-                     trust.unit),
-         trust.report.shift},
+         fmt::format("mm that the surface moves if the isovalue changes by {:g}{}", report.step, trust.unit),
+         report.shift},
         {"noise_mm",
-         fmt::format("mm, standard deviation by noise of {:.3g}{}", trust.report.noise.sigma, trust.unit),
-         trust.report.noise_shift}};
-    if (surface.thin_walls)
-        arrays.push_back({"thin_wall",
-                          surface.thin_walls->restored
-                              ? "1 on walls that were restored, and beside them"
-                              : "1 on the rims of walls that are too thin for the scan",
-                          trust.near_thin_walls});
-    return arrays;
+         fmt::format("mm, standard deviation by noise of {:.3g}{}", report.noise.sigma, trust.unit),
+         report.noise_shift},
+        {"thin_wall", thin_wall_meaning(surface), trust.near_thin_walls}};
 }
 
 std::string trust_lines(const Surface& surface) {

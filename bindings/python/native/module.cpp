@@ -23,4 +23,5 @@ PYBIND11_MODULE(_marrow, module) {
     add_scan(module);
     add_scikit_image(module);
     add_streaming(module);
+    add_trust(module);
 }

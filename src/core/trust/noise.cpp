@@ -148,7 +148,8 @@ NoiseEstimate estimate_noise(const VolumeView& volume, const NoiseOptions& optio
     const auto dims = volume.geometry.dims;
     const std::int64_t stride = slice_stride(dims);
     const VolumeView read = some_slices(volume, stride);
-    const double lowest = tissue_begin(read);
+    constexpr std::int64_t kSparser = 4;  // the border between two classes needs fewer samples
+    const double lowest = tissue_begin(some_slices(volume, stride * kSparser));
     std::vector<WindowValues> by_slice(static_cast<std::size_t>(read.geometry.dims[2]));
     with_threads(options.threads, [&] {
         Stage stage(options.progress, 0, 1, by_slice.size());

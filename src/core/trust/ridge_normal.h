@@ -21,7 +21,7 @@ struct RidgeNormal {
 inline std::optional<RidgeNormal> ridge_normal(Mat3d h) {
     // Jacobi's method: rotations that make one off-diagonal element 0 after the other.
     Mat3d vectors{Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}};
-    constexpr int kSweeps = 6;  // converges quadratically; three are enough for single precision
+    constexpr int kSweeps = 3;  // converges quadratically: enough for the direction
     for (int rotation = 0; rotation < 3 * kSweeps; ++rotation) {
         const std::size_t p = rotation % 3 == 2 ? 1 : 0, q = rotation % 3 == 0 ? 1 : 2;
         if (h[p][q] == 0) continue;
