@@ -62,7 +62,7 @@ check_folder(include/marrow include "" "")
 check_folder(src/base src "" "tbb/")
 
 # The core: each folder may include those before it.
-set(rooms volume grid marching_cubes snap surface_nets isosurface parts)
+set(rooms volume grid marching_cubes snap surface_nets trust isosurface parts)
 set(before base)
 foreach(room IN LISTS rooms)
   # These two change surfaces that are valid, and ask src/mesh whether they still are.
@@ -94,6 +94,7 @@ check_folder(apps/viewer/window apps/viewer "model;views;shared" "*")
 check_folder(apps/viewer apps/viewer "window;shared" "*")
 check_folder(bindings/python/native bindings/python/native "" "fmt/;pybind11/;tbb/")
 check_folder(bench bench "paper" "*")
+check_folder(bench/accuracy bench "" "*")
 check_folder(bench/paper bench "" "*")
 check_folder(examples examples "" "")
 

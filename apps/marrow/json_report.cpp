@@ -55,6 +55,46 @@ Json step_numbers(const StepReport& step) {
             {"held_back", step.held_back}};
 }
 
+Json trust_numbers(const SurfaceTrust& trust) {
+    const auto percentiles = [](const TrustPercentiles& p) {
+        return Json{{"median", p.median},
+                    {"percentile_90", p.percentile_90},
+                    {"percentile_99", p.percentile_99},
+                    {"capped_points", p.capped}};
+    };
+    const TrustReport& report = trust.report;
+    const NoiseEstimate& noise = report.noise;
+    return {{"isovalue_step", report.step},
+            {"shift_mm", percentiles(report.shifts)},
+            {"noise_mm", percentiles(report.noise_shifts)},
+            {"cap_mm", report.cap},
+            {"border_points", report.border_points},
+            {"noise",
+             {{"estimator", "lower of local_deviation and slices, in windows of tissue"},
+              {"sigma", noise.windows > 0 ? Json(noise.sigma) : Json()},
+              {"lowest", noise.lowest},
+              {"highest", noise.highest},
+              {"local_deviation", noise.local_deviation},
+              {"slices", noise.slices ? Json(*noise.slices) : Json()},
+              {"laplacian", noise.laplacian},
+              {"windows", noise.windows}}}};
+}
+
+Json thin_wall_numbers(const VanishedWalls& walls, Space space) {
+    constexpr std::size_t kMostPlaces = 100;
+    Json json{
+        {"area_mm2", walls.found.area}, {"restored", walls.restored}, {"places", walls.found.walls.size()}};
+    json["largest"] = Json::array();
+    for (const ThinWall& wall : walls.found.walls) {
+        if (json["largest"].size() == kMostPlaces) break;
+        const double sign = space == Space::RAS ? -1 : 1;
+        json["largest"].push_back(
+            {{"position_mm", {sign * wall.position[0], sign * wall.position[1], wall.position[2]}},
+             {"area_mm2", wall.area}});
+    }
+    return json;
+}
+
 Json surface_numbers(const Surface& surface, Space space) {
     const auto [points, triangles] = surface.size();
     Json numbers;
@@ -66,8 +106,9 @@ Json surface_numbers(const Surface& surface, Space space) {
         numbers["isovalue"] = surface.isovalue;
     numbers.update({{"points", points}, {"triangles", triangles}});
     if (!surface.measures) {  // a surface that was written slab by slab
-        for (const char* name : {"components", "pieces", "cavities", "boundary_edges", "nonmanifold_edges",
-                                 "euler_characteristic", "area_mm2", "volume_mm3", "bounds_mm", "steps"})
+        for (const char* name :
+             {"components", "pieces", "cavities", "boundary_edges", "nonmanifold_edges",
+              "euler_characteristic", "area_mm2", "volume_mm3", "bounds_mm", "trust", "thin_walls", "steps"})
             numbers[name] = Json();
         return numbers;
     }
@@ -81,6 +122,8 @@ Json surface_numbers(const Surface& surface, Space space) {
                     {"area_mm2", m.area},
                     {"volume_mm3", m.volume},
                     {"bounds_mm", bounds(m, space)}});
+    numbers["trust"] = surface.trust ? trust_numbers(*surface.trust) : Json();
+    numbers["thin_walls"] = surface.thin_walls ? thin_wall_numbers(*surface.thin_walls, space) : Json();
     numbers["steps"] = Json::array();
     for (const StepReport& step : surface.steps) numbers["steps"].push_back(step_numbers(step));
     return numbers;

@@ -12,6 +12,7 @@
 
 #include "shared/console.h"
 #include "shared/report_progress.h"
+#include "trust.h"
 
 namespace marrow::apps {
 namespace fs = std::filesystem;
@@ -32,7 +33,9 @@ std::map<fs::path, std::vector<MeshObject>> objects_by_file(const std::vector<Su
     std::map<fs::path, std::vector<MeshObject>> objects;
     for (const Surface& surface : surfaces) {
         if (!surface.output.empty())
-            objects[surface.output].push_back({surface.mesh, surface.name, surface.colour});
+            objects[surface.output].push_back(
+                {surface.mesh, surface.name, surface.colour, point_arrays(surface),
+                 surface.trust ? std::span<const Rgb8>(surface.trust->colours) : std::span<const Rgb8>()});
     }
     return objects;
 }

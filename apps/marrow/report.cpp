@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "json_report.h"
+#include "trust.h"
 
 namespace marrow::apps {
 namespace {
@@ -25,6 +26,7 @@ void print_text(std::ostream& out, const SurfaceResults& results) {
         out << fmt::format("{}: {} points, {} triangles {}\n",
                            surface.output.empty() ? surface.name : surface.output.string(),
                            surface.size().points, surface.size().triangles, source_of(surface));
+        out << trust_lines(surface);
         for (const StepReport& step : surface.steps) {
             const auto change = [](double before, double after) { return 100 * (after / before - 1); };
             out << fmt::format("  {:<12}{} of {} triangles, volume {:+.3f} %, area {:+.3f} %",

@@ -16,6 +16,8 @@
 #include <marrow/mesh_io.h>
 #include <marrow/scan_io.h>
 #include <marrow/terrain.h>
+#include <marrow/thin_walls.h>
+#include <marrow/trust.h>
 
 namespace marrow::apps {
 
@@ -40,6 +42,20 @@ struct StepReport {
     std::string note;  ///< what the user must know; empty: nothing
 };
 
+/// How far a surface can be trusted, as written with it.
+struct SurfaceTrust {
+    TrustReport report;
+    std::string unit;                    ///< of the samples: " HU", or empty
+    std::vector<float> near_thin_walls;  ///< for each point 1 or 0
+    std::vector<Rgb8> colours;           ///< for each point
+};
+
+/// Walls that the scan is too coarse for.
+struct VanishedWalls {
+    ThinWalls found;
+    bool restored = false;
+};
+
 /// One extracted surface.
 struct Surface {
     std::string name;
@@ -55,6 +71,8 @@ struct Surface {
     std::optional<std::array<double, 3>> colour = {};  ///< red, green, blue from 0 to 1
     std::optional<std::int64_t> label = {};            ///< in a label map, instead of the isovalue
     LabelVolume label_volume = {};                     ///< with a label
+    std::optional<SurfaceTrust> trust = {};            ///< if it was asked for
+    std::optional<VanishedWalls> thin_walls = {};      ///< if they were looked for
     std::optional<MeshMeasures> measures = {};         ///< of the mesh, if it was measured
 
     Size size() const { return in_slabs.value_or(Size{mesh.points.size(), mesh.triangles.size()}); }

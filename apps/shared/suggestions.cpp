@@ -56,7 +56,7 @@ std::string did_you_mean(const std::string& name, const std::vector<std::string>
                          return without_dashes(candidate).starts_with(without_dashes(name));
                      });
     }
-    constexpr std::size_t kMost = 4;
+    constexpr std::size_t kMost = 5;
     if (found.empty() || found.size() > kMost) return {};
     std::string text = ": did you mean ";
     for (std::size_t i = 0; i < found.size(); ++i) {

@@ -22,7 +22,9 @@
 #include <marrow/simplify.h>
 #include <marrow/smooth.h>
 #include <marrow/streaming.h>
+#include <marrow/thin_walls.h>
 #include <marrow/tissue_presets.h>
+#include <marrow/trust.h>
 #include <marrow/vector.h>
 #include <marrow/version.h>
 #include <marrow/volume.h>

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -43,11 +44,24 @@ struct MeshWriteOptions {
     bool keep_patient = false;  ///< for .dcm: also state patient and study, and refer to the files
 };
 
+/// A number for each point of a surface.
+struct PointArray {
+    std::string name;               ///< ASCII letters, digits and _
+    std::string meaning;            ///< one line, such as the unit; written beside the array
+    std::span<const float> values;  ///< borrowed; one per point
+};
+
+/// Red, green and blue, sRGB.
+using Rgb8 = std::array<std::uint8_t, 3>;
+
 /// One surface of a file.
 struct MeshObject {
     MeshView mesh;                                     ///< borrowed
     std::string name = {};                             ///< UTF-8; invalid bytes are replaced
     std::optional<std::array<double, 3>> colour = {};  ///< red, green, blue from 0 to 1, sRGB
+    std::vector<PointArray> arrays = {};  ///< for .ply and .vtp; at most 16, of the same names in all objects
+    std::span<const Rgb8> point_colours =
+        {};  ///< borrowed; one per point or none; for .glb, instead of `colour`
 };
 
 /// Writes a mesh; the extension selects the format. The file appears complete or not at all; until then an
@@ -66,9 +80,10 @@ struct MeshObject {
 /// .stl.gz, .ply.gz and .obj.gz are compressed by gzip. The space is stated as SPACE=LPS or SPACE=RAS, which
 /// 3D Slicer reads too. Coordinates are float32 and read back with the same bits, except that .glb rounds
 /// them once, to metres. For several surfaces or a colour, .vtp has the cell arrays `Surface` (index in the
-/// field data's `Names`) and `Colors` (RGB).
+/// field data's `Names`) and `Colors` (RGB). Numbers of points are float32 properties in .ply, point arrays in .vtp,
+/// and their meanings are comments or the field data's `Meanings`; other formats leave them out.
 ///
-/// \throw InputError the extension is unknown, the normals do not match the points, a triangle names a
+/// \throw InputError the extension is unknown, the normals, arrays or colours do not match the points, a triangle names a
 /// missing point, or RAS for .glb or .dcm; OptionError keep_patient without scan_files; LimitError more than
 /// the format can hold (.stl: 2^32 - 1 triangles; .glb and .dcm: 4 GiB); IoError; Cancelled
 MARROW_EXPORT void write_mesh(MeshView mesh, const std::filesystem::path& output,

@@ -17,7 +17,7 @@ _marrow_options() {
     view) echo "-h --help --version $scan --measure" ;;
     *)
       echo "-h --help --version -o --output --picture --space --keep-patient --verify --json -q --quiet -v --verbose" \
-        "--isovalue --type --open --snap --topology --crop --median --blur --isotropic --largest --components" \
+        "--isovalue --type --open --snap --topology --trust --keep-thin --no-alarm --crop --median --blur --isotropic --largest --components" \
         "--clean-small --no-cavities --smooth --smooth-bound --keep --triangles --max-error" \
         "--labels --relax --only $scan --max-memory --threads"
       ;;

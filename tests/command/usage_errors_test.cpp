@@ -118,6 +118,8 @@ TEST_F(Mistake, NamesTheOptionThatDoesNotGoWithTheMode) {
         {{"--labels", "--snap", "0.3"}, "--snap does not go with --labels"},
         {{"--labels", "--topology"}, "--topology does not go with --labels"},
         {{"--isovalue", "0", "--topology", "--snap", "0.3"}, "--topology does not go with --snap"},
+        {{"--labels", "--keep-thin"}, "--keep-thin does not go with --labels"},
+        {{"--isovalue", "0", "--keep-thin", "--no-alarm"}, "--keep-thin restores the walls that --no-alarm"},
         {{"--labels", "--type", "bone"}, "--type does not go with --labels"},
         {{"--labels", "--max-memory", "1G"}, "--max-memory does not go with --labels"},
         {{"--isovalue", "0", "--max-memory", "1G", "--blur", "1"}, "--blur does not go with --max-memory"},
@@ -145,7 +147,7 @@ TEST_F(Mistake, SuggestsOptionsAndCommands) {
     const std::vector<std::pair<std::vector<std::string>, std::string>> cases{
         {{scan, "-o", "a.stl", "--isovlaue", "200"}, "no option --isovlaue: did you mean --isovalue?"},
         {{scan, "--smoth", "20", "-o", "a.stl"}, "no option --smoth: did you mean --smooth?"},
-        {{scan, "-t", "bone"}, "no option -t: did you mean --type, --topology, --triangles or --threads?"},
+        {{scan, "-t", "bone"}, "no option -t: did you mean --type, --topology, --trust, --triangles or --threads?"},
         {{scan, "--max-mem=1G"}, "no option --max-mem: did you mean --max-memory?"},
         {{scan, "--colour", "red"}, "no option --colour (see"},
         {{"inf", scan}, "no command 'inf': did you mean info?"},

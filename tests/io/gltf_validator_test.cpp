@@ -58,6 +58,11 @@ TEST_F(GltfValidator, FindsNothing) {
     flat.normals = {};
     write_mesh(flat, folder / "flat.glb", {.space = Space::none});
     EXPECT_EQ(issues("flat.glb"), checked);
+    const std::vector<Rgb8> colours(mesh.points.size(), Rgb8{10, 128, 255});
+    MeshObject coloured{mesh};
+    coloured.point_colours = colours;
+    write_meshes(std::array{coloured}, folder / "coloured.glb");
+    EXPECT_EQ(issues("coloured.glb"), checked);
     const std::array objects{MeshObject{mesh, "bone \"é\\\n\xff", {{1, 0.5, 0}}},
                              MeshObject{mesh, "skin", {}}, MeshObject{mesh, "", {{2, -1, 0.25}}}};
     write_meshes(objects, folder / "parts.glb");

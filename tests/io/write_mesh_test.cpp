@@ -1,4 +1,5 @@
 // write_mesh, write_meshes and MeshFiles.
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <ostream>
@@ -268,6 +269,59 @@ TEST(WriteMesh, RefusesAndLeavesNothing) {
     EXPECT_THROW(write_mesh(dangling, folder / "a.stl"), InputError);
     EXPECT_EQ(folder.files(), Names{"file"});
     EXPECT_EQ(read_file(folder / "file"), "old");
+}
+
+// VTK reads the numbers of points, with the bits of what was written.
+TEST(PointData, ReadsBackByVtk) {
+    const TemporaryFolder folder;
+    const Mesh mesh = ball();
+    std::vector<float> shift(mesh.points.size()), noise(mesh.points.size());
+    for (std::size_t i = 0; i < shift.size(); ++i) {
+        shift[i] = 0.1f * static_cast<float>(i);
+        noise[i] = -1 / (1 + static_cast<float>(i));
+    }
+    MeshObject object{mesh};
+    object.arrays = {{"shift_mm", "mm", shift}, {"noise_mm", "mm", noise}};
+    for (const bool normals : {true, false}) {
+        if (!normals) object.mesh.normals = {};
+        write_meshes(std::array{object}, folder / "a.vtp");
+        vtkNew<vtkXMLPolyDataReader> vtp;
+        vtp->SetFileName((folder / "a.vtp").c_str());
+        vtp->Update();
+        const auto values = [&](vtkPointData* data, const char* name) {
+            vtkDataArray* const array = data->GetArray(name);
+            std::vector<float> result;
+            for (vtkIdType i = 0; array && i < array->GetNumberOfTuples(); ++i)
+                result.push_back(static_cast<float>(array->GetTuple1(i)));
+            return result;
+        };
+        EXPECT_EQ(values(vtp->GetOutput()->GetPointData(), "shift_mm"), shift);
+        EXPECT_EQ(values(vtp->GetOutput()->GetPointData(), "noise_mm"), noise);
+        // Marrow's own reader of PLY leaves them out, and finds the points and triangles behind them.
+        write_meshes(std::array{object}, folder / "a.ply");
+        const Mesh found = read_mesh(folder / "a.ply");
+        EXPECT_TRUE(std::ranges::equal(found.points, mesh.points));
+        EXPECT_TRUE(std::ranges::equal(found.triangles, mesh.triangles));
+        const std::string bytes = read_file(folder / "a.ply");
+        const std::size_t record = 4 * (normals ? 8 : 5), last = record * (shift.size() - 1) + record - 8;
+        float pair[2];
+        std::memcpy(pair, bytes.data() + bytes.find("end_header\n") + 11 + last, sizeof pair);
+        EXPECT_EQ(pair[0], shift.back());
+        EXPECT_EQ(pair[1], noise.back());
+    }
+}
+
+TEST(PointData, OfAnotherLengthIsRefused) {
+    const TemporaryFolder folder;
+    const Mesh mesh = ball();
+    const std::vector<float> few(mesh.points.size() - 1);
+    MeshObject object{mesh};
+    object.arrays = {{"a", "", few}};
+    EXPECT_THROW(write_meshes(std::array{object}, folder / "a.ply"), InputError);
+    const std::vector<Rgb8> colours(1);
+    object.arrays = {};
+    object.point_colours = colours;
+    EXPECT_THROW(write_meshes(std::array{object}, folder / "a.glb"), InputError);
 }
 
 TEST(MeshFiles, AppearTogetherOrNotAtAll) {

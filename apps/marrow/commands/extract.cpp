@@ -11,6 +11,7 @@
 
 #include "label_map.h"
 #include "outputs.h"
+#include "shared/report_progress.h"
 #include "warnings.h"
 
 namespace marrow::apps {
@@ -100,28 +101,38 @@ double choose_isovalue(const SurfaceRequest& request, const Volume& scan, const 
 
 class Extraction {
   public:
-    Extraction(const ExtractOptions& options, SurfaceJob& job, const Volume& scan)
-        : options_(options), job_(job), scan_(scan) {}
+    Extraction(const ExtractOptions& options, SurfaceJob& job, const Volume& scan, bool hounsfield)
+        : options_(options), job_(job), scan_(scan), hounsfield_(hounsfield) {}
 
     void extract(const SurfaceRequest& request, const std::filesystem::path& output) {
         Surface& surface = job_.results.surfaces.emplace_back();
         surface.name = request.name;
         surface.output = output;
         if (request.preset) surface.colour = request.preset->colour;
+        const IsosurfaceOptions extraction{.closed = !options_.open,
+                                           .snap = options_.snap,
+                                           .topology = options_.topology,
+                                           .threads = job_.threads()};
         job_.results.seconds.extract += job_.stage("extract", [&](const Progress& progress) {
             IsosurfaceStats stats;
             surface.isovalue = choose_isovalue(request, scan_, job_.results.info);
-            surface.mesh = extract_isosurface(scan_, surface.isovalue,
-                                              {.closed = !options_.open,
-                                               .snap = options_.snap,
-                                               .topology = options_.topology,
-                                               .threads = job_.threads(),
-                                               .progress = progress},
-                                              &stats);
+            IsosurfaceOptions with_progress = extraction;
+            with_progress.progress = progress;
+            surface.mesh = extract_isosurface(scan_, surface.isovalue, with_progress, &stats);
             non_finite_samples_ = stats.non_finite_samples;
             if (surface.mesh.triangles.empty()) throw_empty(surface.isovalue, scan_);
         });
+        const bool is_bone = request.preset && request.preset->name == "bone";
+        if (options_.trust.look_for_walls(is_bone))
+            job_.results.seconds.extract += job_.stage("thin walls", [&](const Progress& progress) {
+                report(progress, 0);
+                look_for_thin_walls(surface, scan_, noise(), options_.trust.keep_thin, extraction);
+            });
         if (options_.steps.any()) refine(surface);
+        if (options_.trust.report)
+            job_.results.seconds.refine += job_.stage("trust", [&](const Progress& progress) {
+                add_trust(surface, scan_, noise(), hounsfield_, job_.threads(), progress);
+            });
     }
 
     void add_warnings() {
@@ -129,6 +140,10 @@ class Extraction {
         warn_of_non_finite(non_finite_samples_, results.warnings);
         warn_of_large_coordinates(results.surfaces, scan_.geometry(), results.warnings);
         if (!options_.open) warn_of_box(results.surfaces, scan_, results.warnings);
+        for (const Surface& surface : results.surfaces) {
+            if (const auto warning = thin_wall_warning(surface, options_.job.output.space))
+                results.warnings.push_back(*warning);
+        }
     }
 
   private:
@@ -147,9 +162,17 @@ class Extraction {
         }
     }
 
+    // Of the scan, so it is the same for all surfaces.
+    const NoiseEstimate& noise() {
+        if (!noise_) noise_ = estimate_noise(scan_, {.threads = job_.threads()});
+        return *noise_;
+    }
+
     const ExtractOptions& options_;
     SurfaceJob& job_;
     const Volume& scan_;
+    const bool hounsfield_;
+    std::optional<NoiseEstimate> noise_;
     std::int64_t non_finite_samples_ = 0;
 };
 
@@ -187,6 +210,7 @@ void add_surface_options(Arguments& arguments, ExtractOptions& options) {
         "--topology", options.topology,
         "Give the surface exactly the pieces, holes and handles of the trilinear interpolant: thin "
         "walls stay whole. Not with --snap.");
+    add_trust_options(arguments, options.trust);
 }
 
 void add_step_options(Arguments& arguments, ExtractOptions& options) {
@@ -198,6 +222,7 @@ void add_step_options(Arguments& arguments, ExtractOptions& options) {
 
 void check(const ExtractOptions& options) {
     check_steps(options.steps);
+    check_trust(options.trust);
     if (options.topology && options.snap > 0)
         throw UsageError("--topology does not go with --snap: leave one of them out");
     files_of(options);  // so that mistakes in the output are found before the work
@@ -211,13 +236,17 @@ void run(const ExtractOptions& options, const Console& console, const std::atomi
 
     // Presets are checked against the samples as they are in the scan, before any filter.
     std::string assumption;
+    bool hounsfield = false;
     const Volume scan = job.read_scan(options.filters, [&](const Volume& unfiltered) {
         if (surfaces.empty()) throw_no_surface(job.results.info, unfiltered);
         assumption = check_presets(surfaces, job.results.info, unfiltered);
+        const ScanInfo& info = job.results.info;
+        hounsfield = options.trust.report &&
+                     presets_apply(info.series.modality, info.format, histogram(unfiltered).lower);
     });
     if (!assumption.empty()) job.results.warnings.push_back(assumption);
     job.results.surfaces.reserve(surfaces.size());
-    Extraction extraction(options, job, scan);
+    Extraction extraction(options, job, scan, hounsfield);
     for (std::size_t i = 0; i < surfaces.size(); ++i) extraction.extract(surfaces[i], files[i]);
     extraction.add_warnings();
     job.deliver();

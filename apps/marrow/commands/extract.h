@@ -9,6 +9,7 @@
 
 #include "steps.h"
 #include "surface_job.h"
+#include "trust.h"
 
 namespace marrow::apps {
 
@@ -25,6 +26,7 @@ struct ExtractOptions {
     bool open = false;
     double snap = 0;        ///< as IsosurfaceOptions::snap
     bool topology = false;  ///< as IsosurfaceOptions::topology
+    TrustSteps trust;
     FilterSteps filters;
     SurfaceSteps steps;
 

@@ -29,6 +29,7 @@ from ._mesh import Mesh, read_mesh, write_meshes
 from ._scan import ScanInfo, ScanReport, SeriesInfo, SeriesReport, inspect, read
 from ._skimage import MarchingCubes, marching_cubes
 from ._streaming import SurfaceSize, extract_to_file
+from ._trust import Noise, Trust, TrustPercentiles
 from ._volume import Volume
 
 __all__ = [
@@ -48,6 +49,7 @@ __all__ = [
     "Mesh",
     "MeshCheck",
     "MeshMeasures",
+    "Noise",
     "Roughness",
     "ScanInfo",
     "ScanReport",
@@ -57,6 +59,8 @@ __all__ = [
     "Sweep",
     "TissuePreset",
     "TriangleQuality",
+    "Trust",
+    "TrustPercentiles",
     "Volume",
     "as_volume",
     "count_labels",

@@ -10,6 +10,7 @@ from ._as_volume import as_volume
 from ._marrow import EmptySurface, InputError
 from ._mesh import Colour, Mesh
 from ._scan import Progress
+from ._trust import Trust
 from ._volume import Volume
 
 
@@ -35,6 +36,7 @@ def extract(
     normals: bool = True,
     snap: float = 0.0,
     topology: bool = False,
+    trust: bool = False,
     threads: int = 0,
     progress: Optional[Progress] = None,
 ) -> Mesh:
@@ -61,6 +63,8 @@ def extract(
     topology : bool
         Give the surface exactly the topology of the trilinear interpolant, instead of separating inside corners in
         every ambiguous face of a cell: thin walls stay whole. Not with `snap`.
+    trust : bool
+        Report in `Mesh.trust` how far isovalue and noise move each point.
     threads : int
         Threads to use; 0: all.
     progress : callable, optional
@@ -103,6 +107,9 @@ def extract(
     mesh = Mesh._of(arrays, tissue.name, tissue.colour) if tissue else Mesh._of(arrays)
     if len(mesh.triangles) == 0:
         _raise_empty(samples, value)
+    if trust:
+        step = 100.0 if _is_hounsfield(volume, samples) else None
+        mesh.trust = Trust._of(_marrow.trust(samples, mesh._native(), step=step, threads=threads))
     return mesh
 
 
@@ -194,12 +201,18 @@ def _choose_isovalue(
     return tissue.isovalue, tissue
 
 
+def _is_hounsfield(volume: Volume, samples: _marrow.ArrayVolume) -> bool:
+    modality = volume.info.series.modality if volume.info else ""
+    is_dicom = volume.info is not None and volume.info.format == "DICOM"
+    return _marrow.presets_apply(modality, is_dicom, _marrow.histogram(samples, 2)["lower"])
+
+
 def _check_hounsfield(volume: Volume, samples: _marrow.ArrayVolume, tissue: TissuePreset) -> None:
+    if _is_hounsfield(volume, samples):
+        return
     modality = volume.info.series.modality if volume.info else ""
     is_dicom = volume.info is not None and volume.info.format == "DICOM"
     lowest = _marrow.histogram(samples, 2)["lower"]
-    if _marrow.presets_apply(modality, is_dicom, lowest):
-        return
     if modality:
         reason = f"the modality of this scan is {modality}"
     elif is_dicom:

@@ -118,6 +118,14 @@ def extract(
     threads: int = 0,
     progress: _Progress = None,
 ) -> _MeshArrays: ...
+def trust(
+    volume: ArrayVolume,
+    mesh: ArrayMesh,
+    *,
+    step: Optional[float] = None,
+    threads: int = 0,
+    progress: _Progress = None,
+) -> dict[str, Any]: ...
 def tissue_presets() -> list[Any]: ...
 def presets_apply(modality: str, is_dicom: bool, lowest: float) -> bool: ...
 def marching_cubes(

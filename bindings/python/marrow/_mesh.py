@@ -13,6 +13,7 @@ from ._arrays import Array
 from ._marrow import InputError, IoError
 from ._measures import Distance, MeshCheck, MeshMeasures, Roughness, TriangleQuality
 from ._scan import Path, Progress
+from ._trust import Trust
 
 if TYPE_CHECKING:
     import meshio
@@ -45,6 +46,8 @@ class Mesh:
     ----------
     points, triangles, normals, name, colour
         As given. `normals` and `colour` may be None.
+    trust : Trust or None
+        How far each point can be trusted, if `extract` was asked for it. New meshes do not have it.
 
     Raises
     ------
@@ -65,6 +68,7 @@ class Mesh:
     normals: Optional[NDArray[np.float32]]
     name: str
     colour: Optional[Colour]
+    trust: Optional[Trust] = None
 
     def __init__(
         self,

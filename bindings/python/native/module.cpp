@@ -24,4 +24,5 @@ PYBIND11_MODULE(_marrow, module) {
     add_scan(module);
     add_scikit_image(module);
     add_streaming(module);
+    add_trust(module);
 }

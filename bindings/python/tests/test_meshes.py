@@ -119,6 +119,26 @@ def test_an_extractor_gives_the_bytes_of_extract(ball):
         assert np.array_equal(mesh.normals, expected.normals)
 
 
+def test_trust_is_exact_where_samples_are_linear():
+    ramp = np.fromfunction(lambda k, j, i: 10.0 * i, (9, 10, 12), dtype=np.float32)  # 10 units per mm along x
+    mesh = marrow.extract(ramp, 47, trust=True)
+    assert mesh.trust.step == pytest.approx(6, rel=0.1)  # a tenth of the contrast
+    np.testing.assert_allclose(mesh.trust.shift, mesh.trust.step / 10, rtol=1e-5)
+    assert mesh.trust.shift.shape == (len(mesh.points),)
+    assert mesh.trust.shifts.capped == 0
+    assert marrow.extract(ramp, 47).trust is None
+
+
+def test_trust_of_ct_is_for_100_hu():
+    rng = np.random.default_rng(1)
+    distance = np.linalg.norm(np.indices((48, 48, 48)) - 23.5, axis=0)
+    tissue = np.clip(-1000 + 1040 * (distance < 22) + 1000 * (distance < 12), -1024, None)
+    mesh = marrow.extract(marrow.gaussian_filter(tissue + rng.normal(0, 10, tissue.shape), 0.4), 500, trust=True)
+    assert mesh.trust.step == 100
+    assert 0 < mesh.trust.noise.lowest <= mesh.trust.noise.sigma <= mesh.trust.noise.highest < 15
+    assert mesh.trust.noise_shifts.median < mesh.trust.shifts.median
+
+
 def test_topology_keeps_a_wall_askew_in_one_piece():
     k, j, i = np.indices((12, 12, 12))
     wall = np.where(i - j == 3, 100, -50).astype(np.int16)

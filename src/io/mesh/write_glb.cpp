@@ -34,6 +34,16 @@ Vec3f linear(const std::array<double, 3>& colour) {
     return result;
 }
 
+// A colour of a point. The fourth byte is the opacity; without it, colours would not be aligned.
+using LinearRgba = std::array<std::uint8_t, 4>;
+
+LinearRgba linear_rgba(const Rgb8& colour) {
+    const Vec3f c = linear({colour[0] / 255.0, colour[1] / 255.0, colour[2] / 255.0});
+    LinearRgba result{0, 0, 0, 255};
+    for (std::size_t i = 0; i < 3; ++i) result[i] = static_cast<std::uint8_t>(std::lround(255 * c[i]));
+    return result;
+}
+
 // The JSON description of the buffer, and the size of the buffer. It holds points, normals and triangles of
 // each object.
 class Description {
@@ -59,7 +69,8 @@ class Description {
     std::uint64_t buffer_bytes() const { return bytes_; }
 
   private:
-    static constexpr int kFloat = 5126, kUnsignedInt = 5125, kVertices = 34962, kIndices = 34963;
+    static constexpr int kFloat = 5126, kUnsignedInt = 5125, kUnsignedByte = 5121, kVertices = 34962,
+                         kIndices = 34963;
 
     // Adds an element to a list, and returns its index.
     std::size_t add(const char* list, Json element) {
@@ -108,9 +119,13 @@ class Description {
         if (!normals.empty())
             primitive["attributes"]["NORMAL"] =
                 add_accessor(normals.size(), point_bytes, kVertices, kFloat, "VEC3");
+        if (!object.point_colours.empty())
+            primitive["attributes"]["COLOR_0"] =
+                add_accessor(points.size(), points.size() * sizeof(LinearRgba), kVertices, kUnsignedByte,
+                             "VEC4", {{"normalized", true}});
         primitive["indices"] =
             add_accessor(corners, corners * sizeof(std::uint32_t), kIndices, kUnsignedInt, "SCALAR");
-        if (object.colour) {
+        if (object.point_colours.empty() && object.colour) {
             const Vec3f c = linear(*object.colour);
             Json material = named(object);
             material["pbrMetallicRoughness"] = {
@@ -155,7 +170,11 @@ void write_glb(MeshOutput& output, MeshObjects objects) {
         output.items<sizeof(Vec3f)>(mesh.normals.size(), 0.4, 0.7, [&](std::size_t k, char* to) {
             return put(to, direction(mesh.normals[k]));
         });
-        output.items<sizeof(Triangle)>(mesh.triangles.size(), 0.7, 1,
+        const std::span<const Rgb8> colours = objects[i].point_colours;
+        output.items<sizeof(LinearRgba)>(colours.size(), 0.7, 0.8, [&](std::size_t k, char* to) {
+            return put(to, linear_rgba(colours[k]));
+        });
+        output.items<sizeof(Triangle)>(mesh.triangles.size(), 0.8, 1,
                                        [&](std::size_t k, char* to) { return put(to, mesh.triangles[k]); });
     }
 }

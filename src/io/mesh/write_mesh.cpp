@@ -21,6 +21,21 @@ MeshOutput::Write into(AtomicFile& file) {
     return [&](const void* data, std::size_t bytes) { file.write(data, bytes); };
 }
 
+template <class Refuse>
+void check_point_data(const MeshObject& object, const Refuse& refuse) {
+    const std::size_t points = object.mesh.points.size();
+    if (object.arrays.size() > kMostPointArrays)
+        refuse("a surface has more than " + std::to_string(kMostPointArrays) + " arrays");
+    for (const PointArray& array : object.arrays) {
+        if (array.values.size() != points)
+            refuse("the mesh has " + std::to_string(points) + " points but " +
+                   std::to_string(array.values.size()) + " values in the array " + array.name);
+    }
+    if (!object.point_colours.empty() && object.point_colours.size() != points)
+        refuse("the mesh has " + std::to_string(points) + " points but " +
+               std::to_string(object.point_colours.size()) + " colours of points");
+}
+
 void check_objects(MeshObjects objects, MeshFormat format, const std::filesystem::path& output, Space space) {
     const auto refuse = [&](const std::string& reason) {
         throw InputError("cannot write " + quoted(output) + ": " + reason);
@@ -33,7 +48,11 @@ void check_objects(MeshObjects objects, MeshFormat format, const std::filesystem
         refuse("glTF has its own axes and cannot be in RAS");
     if (format == MeshFormat::dicom && space != Space::LPS)
         refuse("DICOM is in LPS, in the space of a patient");
+    const auto same_name = [](const PointArray& a, const PointArray& b) { return a.name == b.name; };
     for (const MeshObject& object : objects) {
+        const auto& first = objects.front().arrays;
+        if (!std::equal(object.arrays.begin(), object.arrays.end(), first.begin(), first.end(), same_name))
+            refuse("its surfaces have arrays of different names");
         const MeshView& mesh = object.mesh;
         if (!mesh.normals.empty() && mesh.normals.size() != mesh.points.size())
             refuse("the mesh has " + std::to_string(mesh.points.size()) + " points but " +
@@ -42,6 +61,7 @@ void check_objects(MeshObjects objects, MeshFormat format, const std::filesystem
             if (std::max({t[0], t[1], t[2]}) >= mesh.points.size())
                 refuse("a triangle of the mesh names a missing point");
         }
+        check_point_data(object, refuse);
     }
 }
 
@@ -64,15 +84,16 @@ void write_dicom(MeshOutput& to, const MeshObject& object, const MeshWriteOption
 
 void write_content(MeshFormat format, MeshOutput& to, MeshObjects objects, const MeshWriteOptions& options) {
     const MeshView& first = objects.front().mesh;
+    const std::span<const PointArray> arrays = objects.front().arrays;
     switch (format) {
         case MeshFormat::stl:
             write_stl_header(to, first.triangles.size());
             write_stl_facets(to, whole(first));
             break;
         case MeshFormat::ply:
-            to.text(
-                ply_header(to.space, first.points.size(), !first.normals.empty(), first.triangles.size()));
-            write_ply_points(to, whole(first));
+            to.text(ply_header(to.space, first.points.size(), !first.normals.empty(), first.triangles.size(),
+                               arrays));
+            write_ply_points(to, whole(first), arrays);
             write_ply_faces(to, whole(first));
             break;
         case MeshFormat::obj:

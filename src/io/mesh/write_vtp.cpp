@@ -88,6 +88,8 @@ struct Contents {
             names.push_back(clean_name(object.name));
             colours.push_back(rgb(object));
         }
+        for (const PointArray& array : objects.front().arrays)
+            meanings.push_back(array.name + ": " + array.meaning);
         cell_arrays = objects.size() > 1 || has_colour;
     }
 
@@ -98,6 +100,7 @@ struct Contents {
     std::vector<std::uint64_t> first_point, first_triangle;
     std::vector<std::string> names;
     std::vector<Rgb> colours;
+    std::vector<std::string> meanings;  // of the arrays of the points
 };
 
 template <class Index>
@@ -112,6 +115,7 @@ void write_polydata(MeshOutput& output, MeshObjects objects, const Contents& con
     if (output.space != Space::none)
         header += text_array("SPACE", {output.space == Space::RAS ? "RAS" : "LPS"});
     if (contents.cell_arrays) header += text_array("Names", contents.names);
+    if (!contents.meanings.empty()) header += text_array("Meanings", contents.meanings);
     header += fmt::format(
         "</FieldData>\n<Piece NumberOfPoints=\"{}\" NumberOfVerts=\"0\" NumberOfLines=\"0\" "
         "NumberOfStrips=\"0\" NumberOfPolys=\"{}\">\n<Points>\n",
@@ -120,11 +124,18 @@ void write_polydata(MeshOutput& output, MeshObjects objects, const Contents& con
         return output.oriented(objects[s].mesh.points[i]);
     });
     header += "</Points>\n";
-    if (contents.normals) {
-        header += "<PointData Normals=\"Normals\">\n";
-        header += arrays.add("Float32", "Normals", 3, points, [&](std::size_t s, std::size_t i) {
-            return output.oriented(objects[s].mesh.normals[i]);
-        });
+    if (contents.normals || !contents.meanings.empty()) {
+        header += contents.normals ? "<PointData Normals=\"Normals\">\n" : "<PointData>\n";
+        if (contents.normals) {
+            header += arrays.add("Float32", "Normals", 3, points, [&](std::size_t s, std::size_t i) {
+                return output.oriented(objects[s].mesh.normals[i]);
+            });
+        }
+        for (std::size_t a = 0; a < objects.front().arrays.size(); ++a) {
+            header += arrays.add(
+                "Float32", objects.front().arrays[a].name.c_str(), 1, points,
+                [&objects, a](std::size_t s, std::size_t i) { return objects[s].arrays[a].values[i]; });
+        }
         header += "</PointData>\n";
     }
     if (contents.cell_arrays) {

@@ -113,9 +113,12 @@ void write_stl_header(MeshOutput& output, std::uint64_t triangles);
 void write_stl_facets(MeshOutput& output, const SurfacePart& part);
 inline constexpr std::uint64_t kStlHeaderBytes = 84, kStlFacetBytes = 50;
 
+inline constexpr std::size_t kMostPointArrays = 16;
+
 /// The header of a PLY file.
-std::string ply_header(Space space, std::uint64_t points, bool normals, std::uint64_t triangles);
-void write_ply_points(MeshOutput& output, const SurfacePart& part);
+std::string ply_header(Space space, std::uint64_t points, bool normals, std::uint64_t triangles,
+                       std::span<const PointArray> arrays = {});
+void write_ply_points(MeshOutput& output, const SurfacePart& part, std::span<const PointArray> arrays = {});
 void write_ply_faces(MeshOutput& output, const SurfacePart& part);
 inline constexpr std::uint64_t kPlyFaceBytes = 13;
 constexpr std::uint64_t ply_point_bytes(bool normals) {

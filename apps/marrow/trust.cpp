@@ -1,0 +1,125 @@
+// Reports how far a surface can be trusted.
+#include "trust.h"
+
+#include <fmt/format.h>
+
+#include "shared/console.h"
+
+namespace marrow::apps {
+namespace {
+
+std::string percentile_text(const TrustPercentiles& p) {
+    return fmt::format("{:.2g} mm (median), {:.2g} mm (90 %), {:.2g} mm (99 % of the points)", p.median,
+                       p.percentile_90, p.percentile_99);
+}
+
+std::string noise_text(const SurfaceTrust& trust) {
+    const NoiseEstimate& noise = trust.report.noise;
+    if (noise.windows == 0) return "  noise:      unknown: the scan has too little even tissue\n";
+    std::string text = fmt::format(
+        "  noise:      {:.3g}{}, the lower of local deviations in tissue ({:.3g}){}; by the Laplacian "
+        "{:.3g}\n",
+        noise.sigma, trust.unit, noise.local_deviation,
+        noise.slices ? fmt::format(" and differences of slices ({:.3g})", *noise.slices) : "",
+        noise.laplacian);
+    return text + fmt::format("              it moves the surface by {}\n",
+                              percentile_text(trust.report.noise_shifts));
+}
+
+std::string thin_wall_meaning(const Surface& surface) {
+    if (!surface.thin_walls) return "0, as no walls were looked for that are too thin for the scan";
+    return surface.thin_walls->restored ? "1 on walls that were restored, and beside them"
+                                        : "1 on the rims of walls that are too thin for the scan";
+}
+
+}  // namespace
+
+void add_trust_options(Arguments& arguments, TrustSteps& steps) {
+    arguments.start_group("Trust");
+    arguments.add_flag(
+        "--trust", steps.report,
+        "Say how far the surface moves if the isovalue changes by 100 HU (not in CT: by a tenth of the "
+        "contrast) and by noise; for each point in .ply and .vtp, and as colours in .glb.");
+    arguments.add_flag(
+        "--keep-thin", steps.keep_thin,
+        "Restore walls that are too thin for the scan, at half of their own peak. A fold of soft tissue "
+        "in air looks the same.");
+    arguments.add_flag("--no-alarm", steps.no_alarm,
+                       "With --type bone: do not look for walls that are too thin for the scan.");
+}
+
+void check_trust(const TrustSteps& steps) {
+    if (steps.keep_thin && steps.no_alarm)
+        throw UsageError(
+            "--keep-thin restores the walls that --no-alarm does not look for: leave one of them out");
+}
+
+void look_for_thin_walls(Surface& surface, const Volume& scan, const NoiseEstimate& noise, bool keep,
+                         IsosurfaceOptions options) {
+    surface.thin_walls = VanishedWalls{find_thin_walls(scan, surface.isovalue, surface.mesh,
+                                                       {.noise = noise.sigma, .threads = options.threads})};
+    if (!keep || surface.thin_walls->found.samples.empty()) return;
+    const Volume restored = restore_thin_walls(scan, surface.isovalue, surface.thin_walls->found);
+    surface.mesh = extract_isosurface(restored, surface.isovalue, options);
+    surface.thin_walls->restored = true;
+}
+
+void add_trust(Surface& surface, const Volume& scan, const NoiseEstimate& noise, bool hounsfield, int threads,
+               const Progress& progress) {
+    TrustOptions options{.noise = noise, .threads = threads, .progress = progress};
+    if (hounsfield) options.step = 100;
+    SurfaceTrust& trust = surface.trust.emplace();
+    trust.report = report_trust(scan, surface.mesh.points, options);
+    trust.unit = hounsfield ? " HU" : "";
+    std::vector<bool> near(surface.mesh.points.size());
+    if (surface.thin_walls) near = near_thin_walls(scan, surface.thin_walls->found, surface.mesh.points);
+    trust.near_thin_walls.assign(near.begin(), near.end());
+    trust.colours = trust_colours(trust.report, near);
+}
+
+std::vector<PointArray> point_arrays(const Surface& surface) {
+    if (!surface.trust) return {};
+    const SurfaceTrust& trust = *surface.trust;
+    const TrustReport& report = trust.report;
+    return {
+        {"shift_mm",
+         fmt::format("mm that the surface moves if the isovalue changes by {:g}{}", report.step, trust.unit),
+         report.shift},
+        {"noise_mm",
+         fmt::format("mm, standard deviation by noise of {:.3g}{}", report.noise.sigma, trust.unit),
+         report.noise_shift},
+        {"thin_wall", thin_wall_meaning(surface), trust.near_thin_walls}};
+}
+
+std::string trust_lines(const Surface& surface) {
+    std::string lines;
+    if (surface.thin_walls && surface.thin_walls->restored)
+        lines += fmt::format("  thin walls: {:.4g} mm2 restored in {} places\n",
+                             surface.thin_walls->found.area, surface.thin_walls->found.walls.size());
+    if (!surface.trust) return lines;
+    const SurfaceTrust& trust = *surface.trust;
+    lines += fmt::format("  trust:      {:g}{} more or less move the surface by {}\n", trust.report.step,
+                         trust.unit, percentile_text(trust.report.shifts));
+    if (trust.report.shifts.capped > 0)
+        lines += fmt::format("              {} points move by more than a sample, {:.3g} mm\n",
+                             trust.report.shifts.capped, trust.report.cap);
+    return lines + noise_text(trust);
+}
+
+std::optional<std::string> thin_wall_warning(const Surface& surface, Space space) {
+    if (!surface.thin_walls || surface.thin_walls->restored || surface.thin_walls->found.walls.empty())
+        return {};
+    const ThinWalls& found = surface.thin_walls->found;
+    const double sign = space == Space::RAS ? -1 : 1;
+    const Vec3d& at = found.walls.front().position;
+    return fmt::format(
+        "{:.3g} mm2 of walls beside the surface are too thin for the scan and fall below isovalue {:g}, in "
+        "{} places; "
+        "the largest has {:.3g} mm2 at {:.4g}, {:.4g}, {:.4g} mm: --keep-thin restores them, --no-alarm does "
+        "not look for "
+        "them",
+        found.area, surface.isovalue, found.walls.size(), found.walls.front().area, sign * at[0],
+        sign * at[1], at[2]);
+}
+
+}  // namespace marrow::apps

@@ -1,0 +1,69 @@
+/// Walls thinner than a scan can carry: where they fall below the isovalue beside a surface, and how to keep them.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include <marrow/export.h>
+#include <marrow/mesh.h>
+#include <marrow/progress.h>
+#include <marrow/vector.h>
+#include <marrow/volume.h>
+
+namespace marrow {
+
+struct ThinWallOptions {
+    /// Standard deviation of the noise, in the unit of the samples; not set: estimate_noise() gives it
+    std::optional<double> noise = {};
+    int threads = 0;  ///< 0: all
+    Progress progress = {};
+};
+
+/// A sample in the middle of a wall that is below the isovalue.
+struct RidgeSample {
+    std::array<std::int64_t, 3> index;  ///< in the view
+    std::size_t axis = 0;               ///< the index axis that crosses the wall most steeply
+    double area = 0;                    ///< mm^2; the part of the wall that it stands for
+};
+
+/// A connected part of a wall.
+struct ThinWall {
+    Vec3d position{0, 0, 0};  ///< mm, LPS; on the wall, near its middle
+    double area = 0;          ///< mm^2
+};
+
+/// The result of find_thin_walls().
+struct ThinWalls {
+    double area = 0;                   ///< mm^2; of all walls
+    std::vector<ThinWall> walls;       ///< the largest first
+    std::vector<RidgeSample> samples;  ///< ordered by (z, y, x)
+};
+
+/// Finds where walls beside an isosurface fall below the isovalue, because they are thinner than the scan can carry:
+/// blur lowers their peak. The surface has a hole there, or ends.
+///
+/// A sample is in the middle of such a wall if it is below the isovalue T and a local maximum across the wall. Its
+/// contrast over the higher side, within three samples, must be at least five times the noise and 0.35 (T - that side),
+/// and the wall must be a ridge: its largest second derivative along itself is at most half of that across.
+/// Walls begin beside a sample inside the surface, and go on from sample to neighbouring sample. Those of fewer than
+/// five samples are left out. A fold of soft tissue between air looks the same as a thin wall of bone.
+///
+/// `surface` is the surface that extract_isosurface gives at `isovalue`. The result is the same for any number of
+/// threads. \throw InputError a null view, bad geometry, or an isovalue that is not finite; LimitError not enough memory;
+/// Cancelled
+MARROW_EXPORT ThinWalls find_thin_walls(const VolumeView& volume, double isovalue, MeshView surface,
+                                        const ThinWallOptions& options = {});
+
+/// Returns a copy of the volume in which `walls` reach the isovalue, so that its isosurface includes them. They
+/// then begin and end where the samples pass half of the wall's own peak over each side. Their thickness
+/// is right where it is above the width of the scan's blur; thinner walls get that width. \throw LimitError not enough memory
+MARROW_EXPORT Volume restore_thin_walls(const VolumeView& volume, double isovalue, const ThinWalls& walls);
+
+/// Says for each point whether it is within about one sample of `walls`: on their rims, or on restored walls.
+MARROW_EXPORT std::vector<bool> near_thin_walls(const VolumeView& volume, const ThinWalls& walls,
+                                                std::span<const Vec3f> points);
+
+}  // namespace marrow

@@ -1,0 +1,90 @@
+/// How far the points of an isosurface can be trusted: how much the choice of the isovalue and the noise of the
+/// scan move them.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include <marrow/buffer.h>
+#include <marrow/export.h>
+#include <marrow/progress.h>
+#include <marrow/vector.h>
+#include <marrow/volume.h>
+
+namespace marrow {
+
+/// The noise of a scan, in the unit of its samples. The estimators disagree where noise is not white or where
+/// tissue has texture, so their spread says how far `sigma` can be trusted.
+struct NoiseEstimate {
+    double sigma = 0;                ///< standard deviation: the lower of the next two
+    double local_deviation = 0;      ///< the mode of the standard deviations in windows of 7 x 7 samples
+    std::optional<double> slices;    ///< from differences of neighbouring slices; not set: there is one slice
+    double laplacian = 0;            ///< from second differences within slices; sees only fine noise
+    double lowest = 0, highest = 0;  ///< of these three
+    std::int64_t windows = 0;        ///< windows that were used; 0: none suits, and nothing is known
+};
+
+struct NoiseOptions {
+    int threads = 0;  ///< 0: all
+    Progress progress = {};
+};
+
+/// Estimates the noise in tissue: in windows of 7 x 7 samples within a slice whose samples are all above the
+/// value that Otsu's method gives for the scan. Air is left out, because CT cuts it off at -1024 and MRI at 0,
+/// which makes its noise look smaller.
+///
+/// The mode of local standard deviations after Coupe et al. 2010 and the "global noise level" of CT (Christianson
+/// et al. 2015); the Laplacian after Immerkaer 1996, with the median absolute deviation. At most about 200,000
+/// windows are read, spread evenly over the scan. \throw InputError a null view or bad geometry; Cancelled
+MARROW_EXPORT NoiseEstimate estimate_noise(const VolumeView& volume, const NoiseOptions& options = {});
+
+struct TrustOptions {
+    /// The change of the isovalue whose effect is reported, such as 100 for Hounsfield units; > 0. Not set: a
+    /// tenth of the contrast, which otsu_contrast() gives
+    std::optional<double> step = {};
+    std::optional<NoiseEstimate> noise = {};  ///< of the scan; not set: it is estimated
+    int threads = 0;                          ///< 0: all
+    Progress progress = {};
+};
+
+/// The distribution of a distance over the points of a surface, mm.
+struct TrustPercentiles {
+    double median = 0, percentile_90 = 0, percentile_99 = 0;
+    std::int64_t capped = 0;  ///< points where it is larger than one sample, and is given as one sample
+};
+
+/// The result of report_trust().
+struct TrustReport {
+    double step = 0;      ///< the change of the isovalue
+    double cap = 0;       ///< mm; the largest distance between neighbouring samples
+    NoiseEstimate noise;  ///< of the scan
+    Buffer<float> shift;  ///< mm for each point: how far the surface moves if the isovalue changes by `step`
+    Buffer<float> noise_shift;  ///< mm for each point: the standard deviation of its position by noise
+    TrustPercentiles shifts, noise_shifts;
+    std::int64_t border_points =
+        0;  ///< points that close the surface at the border; they have 0, and no share above
+};
+
+/// Reports how far each point of an isosurface of `volume` can be trusted.
+///
+/// With the gradient g of the samples at a point, the surface moves by step / |g|, and noise of standard deviation
+/// s moves it by s w / |g|, where w is the root of the sum of squared weights of the samples that it is interpolated
+/// from (Pöthkow and Hege 2011). g is the central difference, over one sample, of the trilinear interpolant. Noise is
+/// taken as independent between samples; w is between 0.35 and 1, so correlated noise moves a point by less than
+/// three times more.
+///
+/// The points need not be those of an extraction: they may be smoothed or reduced, but the report is that of the scan
+/// where they are. The result has the same bits for any number of threads. \throw InputError a null view, bad
+/// geometry, or a step that is not positive and finite; Cancelled
+MARROW_EXPORT TrustReport report_trust(const VolumeView& volume, std::span<const Vec3f> points,
+                                       const TrustOptions& options = {});
+
+/// A colour for each point, sRGB: light grey where the surface does not move with the isovalue, over yellow and red
+/// to dark red where it moves by `report.cap`. Points of `near_walls` (near_thin_walls), if given, are blue.
+MARROW_EXPORT std::vector<std::array<std::uint8_t, 3>> trust_colours(
+    const TrustReport& report, const std::vector<bool>& near_walls = {});
+
+}  // namespace marrow

@@ -1,0 +1,273 @@
+// Finds walls that fall below the isovalue beside a surface, and restores them.
+#include <marrow/thin_walls.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <new>
+#include <numeric>
+#include <unordered_map>
+
+#include <tbb/parallel_for.h>
+
+#include <marrow/error.h>
+#include <marrow/trust.h>
+#include <marrow/volume_filters.h>
+
+#include "base/disjoint_sets.h"
+#include "base/parallel.h"
+#include "core/volume/checks.h"
+#include "ridges.h"
+#include "sample_mask.h"
+
+namespace marrow {
+
+using namespace internal;
+
+namespace {
+
+using Index = std::array<std::int64_t, 3>;
+
+constexpr std::ptrdiff_t kFewestSamples = 5;  // of a wall
+
+bool is_before(const Index& a, const Index& b) {
+    return std::lexicographical_compare(a.rbegin(), a.rend(), b.rbegin(), b.rend());
+}
+
+// Calls f with the neighbours of a sample that are in the volume: up to 26.
+template <class F>
+void for_each_neighbour(const Index& index, const Index& dims, const F& f) {
+    for (std::int64_t z = std::max<std::int64_t>(index[2] - 1, 0); z <= std::min(index[2] + 1, dims[2] - 1);
+         ++z) {
+        for (std::int64_t y = std::max<std::int64_t>(index[1] - 1, 0);
+             y <= std::min(index[1] + 1, dims[1] - 1); ++y) {
+            for (std::int64_t x = std::max<std::int64_t>(index[0] - 1, 0);
+                 x <= std::min(index[0] + 1, dims[0] - 1); ++x) {
+                if (const Index neighbour{x, y, z}; neighbour != index) f(neighbour);
+            }
+        }
+    }
+}
+
+// The samples beside the points of the surface: all that have a neighbour inside, and others.
+SampleMask beside_surface(const VolumeView& volume, std::span<const Vec3f> points) {
+    const Geometry geometry = volume.own_geometry();
+    const Mat3d to_index = inverse(geometry.index_to_physical());
+    SampleMask mask(geometry.dims);
+    for (const Vec3f& point : points)
+        mask.insert(samples_around(to_index * (to_double(point) - geometry.origin), geometry.dims));
+    return mask;
+}
+
+// The ridges of a slice that have a neighbour inside the surface.
+template <class T>
+std::vector<Ridge> first_ridges(const RidgeTest<T>& ridge_at, const SampleMask& candidates, const Index& dims,
+                                std::int64_t z) {
+    std::vector<Ridge> found;
+    for (std::int64_t y = 0; y < dims[1]; ++y) {
+        candidates.for_each_in_row(y, z, [&](std::int64_t x) {
+            const std::optional<Ridge> ridge = ridge_at({x, y, z});
+            if (!ridge) return;
+            bool inside = false;
+            for_each_neighbour({x, y, z}, dims,
+                               [&](const Index& i) { inside = inside || ridge_at.is_inside(i); });
+            if (inside) found.push_back(*ridge);
+        });
+    }
+    return found;
+}
+
+// Follows walls from the first ridges to neighbouring sheets, adds the ridges among at least three sheets, and orders
+// all.
+template <class T>
+void follow_walls(const RidgeTest<T>& ridge_at, const Index& dims, std::vector<Ridge>& ridges) {
+    SampleMask seen(dims), sheets(dims);
+    for (const Ridge& ridge : ridges) seen.insert(ridge.sample.index);
+    std::vector<Ridge> others;
+    for (std::size_t i = 0; i < ridges.size(); ++i) {
+        const Index index = ridges[i].sample.index;  // a copy, because ridges grows
+        if (ridges[i].is_sheet) sheets.insert(index);
+        for_each_neighbour(index, dims, [&](const Index& neighbour) {
+            if (seen.has(neighbour)) return;
+            seen.insert(neighbour);
+            const std::optional<Ridge> ridge = ridge_at(neighbour);
+            if (ridge) (ridge->is_sheet ? ridges : others).push_back(*ridge);
+        });
+    }
+    for (const Ridge& ridge : others) {
+        int neighbours = 0;
+        for_each_neighbour(ridge.sample.index, dims, [&](const Index& i) { neighbours += sheets.has(i); });
+        if (neighbours >= 3) ridges.push_back(ridge);
+    }
+    std::sort(ridges.begin(), ridges.end(),
+              [](const Ridge& a, const Ridge& b) { return is_before(a.sample.index, b.sample.index); });
+}
+
+// The ridges of each wall: those that are connected, where the rim of a wall is connected only to its sheet.
+std::vector<std::vector<Ridge>> connected_walls(const std::vector<Ridge>& ridges, const Index& dims) {
+    const auto number = [&](const Index& i) { return (i[2] * dims[1] + i[1]) * dims[0] + i[0]; };
+    std::unordered_map<std::int64_t, std::size_t> by_number;
+    for (std::size_t i = 0; i < ridges.size(); ++i) by_number[number(ridges[i].sample.index)] = i;
+    std::vector<std::size_t> parents(ridges.size());
+    std::iota(parents.begin(), parents.end(), std::size_t{0});
+    for (std::size_t i = 0; i < ridges.size(); ++i) {
+        for_each_neighbour(ridges[i].sample.index, dims, [&](const Index& neighbour) {
+            const auto other = by_number.find(number(neighbour));
+            if (other != by_number.end() && (ridges[i].is_sheet || ridges[other->second].is_sheet))
+                unite(parents, i, other->second);
+        });
+    }
+    std::map<std::size_t, std::vector<Ridge>> by_first;
+    for (std::size_t i = 0; i < ridges.size(); ++i) by_first[representative(parents, i)].push_back(ridges[i]);
+    std::vector<std::vector<Ridge>> walls;
+    for (auto& [first, wall] : by_first) walls.push_back(std::move(wall));
+    return walls;
+}
+
+Vec3d to_vector(const Index& index) {
+    return {static_cast<double>(index[0]), static_cast<double>(index[1]), static_cast<double>(index[2])};
+}
+
+// The area of a wall, and its sample that is nearest to the mean of all.
+ThinWall summary(const std::vector<Ridge>& wall, const Geometry& geometry) {
+    ThinWall result;
+    Vec3d sum{0, 0, 0};
+    for (const auto& [sample, is_sheet] : wall) {
+        result.area += sample.area;
+        sum = sum + sample.area * geometry.physical(to_vector(sample.index));
+    }
+    const Vec3d mean = (1 / result.area) * sum;
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const auto& [sample, is_sheet] : wall) {
+        const Vec3d position = geometry.physical(to_vector(sample.index));
+        if (const double distance = length(position - mean); distance < nearest) {
+            nearest = distance;
+            result.position = position;
+        }
+    }
+    return result;
+}
+
+ThinWalls summary(const std::vector<Ridge>& ridges, const VolumeView& volume) {
+    const Geometry geometry = volume.own_geometry();
+    ThinWalls found;
+    for (const std::vector<Ridge>& wall : connected_walls(ridges, geometry.dims)) {
+        const auto sheets =
+            std::count_if(wall.begin(), wall.end(), [](const Ridge& r) { return r.is_sheet; });
+        if (sheets < kFewestSamples) continue;
+        found.walls.push_back(summary(wall, geometry));
+        found.area += found.walls.back().area;
+        for (const Ridge& ridge : wall) found.samples.push_back(ridge.sample);
+    }
+    std::stable_sort(found.walls.begin(), found.walls.end(),
+                     [](const ThinWall& a, const ThinWall& b) { return a.area > b.area; });
+    std::sort(found.samples.begin(), found.samples.end(),
+              [](const RidgeSample& a, const RidgeSample& b) { return is_before(a.index, b.index); });
+    return found;
+}
+
+template <class T>
+ThinWalls find(const VolumeView& volume, double isovalue, double noise, MeshView surface,
+               const ThinWallOptions& options) {
+    const Index dims = volume.geometry.dims;
+    const RidgeTest<T> ridge_at(volume, isovalue, noise);
+    const SampleMask candidates = beside_surface(volume, surface.points);
+    std::vector<std::vector<Ridge>> by_slice(static_cast<std::size_t>(dims[2]));
+    Stage stage(options.progress, 0.5, 1, by_slice.size());
+    tbb::parallel_for(std::size_t{0}, by_slice.size(), [&](std::size_t z) {
+        by_slice[z] = first_ridges(ridge_at, candidates, dims, static_cast<std::int64_t>(z));
+        stage.step();
+    });
+    std::vector<Ridge> ridges;
+    for (const std::vector<Ridge>& slice : by_slice) ridges.insert(ridges.end(), slice.begin(), slice.end());
+    follow_walls(ridge_at, dims, ridges);
+    return summary(ridges, volume);
+}
+
+template <class T>
+T to_sample(double value) {
+    if constexpr (std::is_integral_v<T>) {
+        return static_cast<T>(std::clamp(std::round(value),
+                                         static_cast<double>(std::numeric_limits<T>::lowest()),
+                                         static_cast<double>(std::numeric_limits<T>::max())));
+    } else {
+        return static_cast<T>(value);
+    }
+}
+
+// Raises the samples across a wall so that they reach the isovalue where they are half way up to its peak.
+template <class T>
+void restore(const VolumeView& volume, double isovalue, const RidgeSample& ridge, Volume& result) {
+    const RidgeProfile<T> profile(volume);
+    const std::int64_t pitch = profile.pitches[ridge.axis];
+    const T* const sample = profile.at(ridge.index);
+    const auto value = [&](std::int64_t step) { return static_cast<double>(sample[step * pitch]); };
+    // The peak lies between samples: that of the parabola through three of them.
+    const double rise = value(1) - value(-1), bend = 2 * value(0) - value(1) - value(-1);
+    const double peak = value(0) + (bend > 0 ? rise * rise / (8 * bend) : 0);
+    const Index& dims = volume.geometry.dims;
+    const auto raise = [&](std::int64_t step, double to) {
+        Index index = ridge.index;
+        index[ridge.axis] += step;
+        T& out = result.samples<T>()[(index[2] * dims[1] + index[1]) * dims[0] + index[0]];
+        out = std::max(out, to_sample<T>(to));
+    };
+    double least_shift = std::numeric_limits<double>::infinity();
+    for (const int sign : {-1, 1}) {
+        const RidgeSide side = profile.side(ridge.index, ridge.axis, sign);
+        const double shift = isovalue - (peak + side.lowest) / 2;
+        least_shift = std::min(least_shift, shift);
+        for (int step = 1; step <= side.steps; ++step) raise(sign * step, value(sign * step) + shift);
+    }
+    raise(0, value(0) + least_shift);
+}
+
+}  // namespace
+
+ThinWalls find_thin_walls(const VolumeView& volume, double isovalue, MeshView surface,
+                          const ThinWallOptions& options) {
+    check_volume(volume);
+    check_isovalue(isovalue);
+    const double noise =
+        options.noise
+            ? *options.noise
+            : estimate_noise(volume, {options.threads, sub_progress(options.progress, 0, 0.5)}).sigma;
+    ThinWalls found;
+    try {
+        with_threads(options.threads, [&] {
+            visit_sample_type(
+                volume.type, [&]<class T>(T) { found = find<T>(volume, isovalue, noise, surface, options); });
+        });
+    } catch (const std::bad_alloc&) {
+        throw_out_of_memory(volume.geometry);
+    }
+    return found;
+}
+
+Volume restore_thin_walls(const VolumeView& volume, double isovalue, const ThinWalls& walls) {
+    check_volume(volume);
+    check_isovalue(isovalue);
+    Volume result =
+        crop(volume, {0, 0, 0},
+             {volume.geometry.dims[0] - 1, volume.geometry.dims[1] - 1, volume.geometry.dims[2] - 1});
+    visit_sample_type(volume.type, [&]<class T>(T) {
+        for (const RidgeSample& ridge : walls.samples) restore<T>(volume, isovalue, ridge, result);
+    });
+    return result;
+}
+
+std::vector<bool> near_thin_walls(const VolumeView& volume, const ThinWalls& walls,
+                                  std::span<const Vec3f> points) {
+    const Geometry geometry = volume.own_geometry();
+    const Mat3d to_index = inverse(geometry.index_to_physical());
+    SampleMask mask(geometry.dims);
+    for (const RidgeSample& sample : walls.samples) mask.insert(sample.index);
+    std::vector<bool> near(points.size());
+    for (std::size_t i = 0; i < points.size(); ++i)
+        near[i] =
+            mask.has_any(samples_around(to_index * (to_double(points[i]) - geometry.origin), geometry.dims));
+    return near;
+}
+
+}  // namespace marrow
