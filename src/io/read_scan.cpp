@@ -217,6 +217,7 @@ struct OpenedScan {
     std::optional<std::string> damage;  // why reading fails, as far as it is known
     std::function<Volume()> load;
     std::function<SliceSource()> slices;  // not of image stacks
+    std::function<BoxSource()> boxes;     // only of Zarr
 
     SeriesInfo series() const {
         return {"", path.filename().string(), "", geometry.dims, geometry.spacing, files};
@@ -258,6 +259,7 @@ OpenedScan open_zarr(const fs::path& folder, const ScanOptions& options) {
     if (count > 1) out.volumes = std::move(image.volumes);
     out.load = [=] { return load_zarr(image, options); };
     out.slices = [=] { return zarr_slices(image); };
+    out.boxes = [=] { return zarr_boxes(image); };
     return out;
 }
 
@@ -407,9 +409,9 @@ BoxSource open_boxes(const fs::path& path, const ScanOptions& options) {
     if (input.format != ScanFormat::zarr)
         throw InputError(fmt::format("{}: {} cannot be read in boxes; convert it to OME-Zarr", quoted(path),
                                      scan_format_name(input.format)));
-    ZarrImage image = open_zarr(input.files[0], options);
-    check_choices(input.files[0], image, options);
-    return zarr_boxes(std::move(image));
+    const OpenedScan scan = open(input, path, options);
+    scan.check_choices();
+    return scan.boxes();
 }
 
 ScanReport inspect_scan(const fs::path& path, const ScanOptions& given) {
