@@ -209,8 +209,7 @@ struct OpenedScan {
     std::int64_t volume_count = 1;
     std::vector<std::string> volumes;  // what distinguishes them, if there are several and that is known
     std::vector<std::array<std::int64_t, 3>> levels;
-    std::optional<std::string>
-        choice;  // why a volume must be chosen; then the headers are those of the first
+    std::optional<std::string> choice;  // why a volume must be chosen; the first is described then
     std::optional<std::string> damage;  // why reading fails, as far as it is known
     std::function<Volume()> load;
     std::function<SliceSource()> slices;  // not of image stacks
