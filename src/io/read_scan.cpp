@@ -82,7 +82,7 @@ std::vector<fs::path> files_in(const fs::path& folder, bool nested, const Progre
             for (const auto& entry : fs::directory_iterator(folder)) add(entry);
         }
     } catch (const fs::filesystem_error& error) {
-        throw IoError(fmt::format("{}: cannot be listed: {}", quoted(folder), error.code().message()));
+        fail<IoError>(folder, "cannot be listed: {}", error.code().message());
     }
     std::sort(out.begin(), out.end(), natural_less);
     return out;
@@ -127,13 +127,13 @@ Input identify_folder(const fs::path& folder, const ScanOptions& options) {
     std::erase_if(input.files,
                   [](const fs::path& file) { return !is_image_file(read_head(file, kHeadSize)); });
     if (!input.files.empty()) return input;
-    if (all.empty()) throw InputError(fmt::format("{}: the folder holds no files", quoted(folder)));
+    if (all.empty()) fail<InputError>(folder, "the folder holds no files");
     const std::string none =
         all.size() == 1 ? "the folder's only file is not DICOM or an image"
                         : fmt::format("none of the folder's {} files is DICOM or an image", all.size());
-    if (volumes.empty()) throw InputError(fmt::format("{}: {}", quoted(folder), none));
-    throw InputError(fmt::format("{}: {}; open a NIfTI, NRRD or MetaImage file itself, such as {}",
-                                 quoted(folder), none, quoted(volumes.front())));
+    if (volumes.empty()) fail<InputError>(folder, "{}", none);
+    fail<InputError>(folder, "{}; open a NIfTI, NRRD or MetaImage file itself, such as {}", none,
+                     quoted(volumes.front()));
 }
 
 bool is_archive(const fs::path& path, std::string_view head) {
@@ -151,14 +151,12 @@ Input identify_file(const fs::path& path, const ScanOptions& options) {
         return {ScanFormat::zarr, {folder_of(path)}, {}, {}};
     const std::optional<ScanFormat> format = format_of(path, head);
     if (!format) {
-        if (is_archive(path, head))
-            throw InputError(fmt::format("{}: is an archive; unpack it first", quoted(path)));
-        throw InputError(fmt::format(
-            "{}: is not a scan of a supported format (DICOM, NIfTI, NRRD, MetaImage, OME-Zarr, TIFF, PNG)",
-            quoted(path)));
+        if (is_archive(path, head)) fail<InputError>(path, "is an archive; unpack it first");
+        fail<InputError>(
+            path, "is not a scan of a supported format (DICOM, NIfTI, NRRD, MetaImage, OME-Zarr, TIFF, PNG)");
     }
     if (format != ScanFormat::dicom) return {*format, {path}, {}, {}};
-    if (!is_dicom(head)) throw InputError(fmt::format("{}: is not a DICOM file", quoted(path)));
+    if (!is_dicom(head)) fail<InputError>(path, "is not a DICOM file");
     if (to_lower(path.filename().native()).starts_with("dicomdir"))
         return identify_folder(folder_of(path), options);
     Input input = dicom_among(files_in(folder_of(path), false, options.progress), options);
@@ -187,9 +185,8 @@ void apply_spacing(const fs::path& path, bool is_stated, const ScanOptions& opti
     if (!options.spacing) return;
     if (is_stated) {
         const Vec3d& spacing = geometry.spacing;
-        throw OptionError(
-            fmt::format("{}: states its spacing, {:g} x {:g} x {:g} mm; do not set options.spacing",
-                        quoted(path), spacing[0], spacing[1], spacing[2]));
+        fail<OptionError>(path, "states its spacing, {:g} x {:g} x {:g} mm; do not set options.spacing",
+                          spacing[0], spacing[1], spacing[2]);
     }
     geometry.spacing = *options.spacing;
 }
@@ -212,8 +209,7 @@ struct OpenedScan {
     std::int64_t volume_count = 1;
     std::vector<std::string> volumes;  // what distinguishes them, if there are several and that is known
     std::vector<std::array<std::int64_t, 3>> levels;
-    std::optional<std::string>
-        choice;  // why a volume must be chosen; then the headers are those of the first
+    std::optional<std::string> choice;  // why a volume must be chosen; the first is described then
     std::optional<std::string> damage;  // why reading fails, as far as it is known
     std::function<Volume()> load;
     std::function<SliceSource()> slices;  // not of image stacks
@@ -309,20 +305,16 @@ OpenedScan open(const Input& input, const fs::path& path, const ScanOptions& opt
 // Refuses options that do not apply to the input.
 void check_options(const Input& input, const fs::path& path, const ScanOptions& options) {
     const bool dicom = input.format == ScanFormat::dicom;
-    if (!dicom && options.series)
-        throw OptionError(fmt::format("{}: only DICOM has series; do not set options.series", quoted(path)));
+    if (!dicom && options.series) fail<OptionError>(path, "only DICOM has series; do not set options.series");
     if (!dicom && options.resample)
-        throw OptionError(
-            fmt::format("{}: only DICOM can be resampled; do not set options.resample", quoted(path)));
+        fail<OptionError>(path, "only DICOM can be resampled; do not set options.resample");
     if (options.volume && !dicom && input.format != ScanFormat::nifti &&
         input.format != ScanFormat::metaimage && input.format != ScanFormat::zarr) {
-        throw OptionError(fmt::format(
-            "{}: only DICOM, NIfTI, MetaImage and Zarr have several volumes; do not set options.volume",
-            quoted(path)));
+        fail<OptionError>(
+            path, "only DICOM, NIfTI, MetaImage and Zarr have several volumes; do not set options.volume");
     }
     if (options.level && input.format != ScanFormat::zarr)
-        throw OptionError(
-            fmt::format("{}: only OME-Zarr has levels; do not set options.level", quoted(path)));
+        fail<OptionError>(path, "only OME-Zarr has levels; do not set options.level");
 }
 
 SeriesReport report_on(const OpenedScan& scan) {
@@ -392,10 +384,10 @@ SliceSource open_slices(const fs::path& path, const ScanOptions& options, ScanIn
     const Input input = identify(path, options);
     check_options(input, path, options);
     if (input.format == ScanFormat::dicom || is_image_stack(input)) {
-        throw InputError(
-            fmt::format("{}: {} cannot be read slice by slice; read it as a whole, or convert it to "
-                        "uncompressed NRRD, MetaImage or NIfTI",
-                        quoted(path), scan_format_name(input.format)));
+        fail<InputError>(path,
+                         "{} cannot be read slice by slice; read it as a whole, or convert it to "
+                         "uncompressed NRRD, MetaImage or NIfTI",
+                         scan_format_name(input.format));
     }
     const OpenedScan scan = open(input, path, options);
     scan.check_choices();

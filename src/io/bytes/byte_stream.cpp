@@ -41,7 +41,7 @@ struct ByteStream::State {
             if (got > 0)
                 done += static_cast<std::size_t>(got);
             else if (errno != EINTR)
-                throw IoError(fmt::format("{}: cannot be read: {}", quoted(path), std::strerror(errno)));
+                fail<IoError>(path, "cannot be read: {}", std::strerror(errno));
         }
         return done;
     }
@@ -71,7 +71,7 @@ struct ByteStream::State {
                 else
                     ended = true;
             } else if (result != Z_OK && result != Z_BUF_ERROR) {
-                throw InputError(fmt::format("{}: its compressed data are damaged", quoted(path)));
+                fail<InputError>(path, "its compressed data are damaged");
             }
         }
         return done;
@@ -82,14 +82,14 @@ std::uint64_t regular_file_size(const std::filesystem::path& path) {
     std::error_code error;
     const auto status = std::filesystem::status(path, error);
     if (status.type() == std::filesystem::file_type::not_found) {
-        throw IoError(fmt::format("{}: there is no such file", quoted(path)));
+        fail<IoError>(path, "there is no such file");
     }
-    if (error) throw IoError(fmt::format("{}: cannot be read: {}", quoted(path), error.message()));
+    if (error) fail<IoError>(path, "cannot be read: {}", error.message());
     if (!std::filesystem::is_regular_file(status)) {
-        throw IoError(fmt::format("{}: is not a regular file", quoted(path)));
+        fail<IoError>(path, "is not a regular file");
     }
     const std::uint64_t size = std::filesystem::file_size(path, error);
-    if (error) throw IoError(fmt::format("{}: cannot be read: {}", quoted(path), error.message()));
+    if (error) fail<IoError>(path, "cannot be read: {}", error.message());
     return size;
 }
 
@@ -100,9 +100,9 @@ ByteStream::ByteStream(const std::filesystem::path& path, Compression compressio
     state_->descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
     struct stat status {};
     if (state_->descriptor < 0 || ::fstat(state_->descriptor, &status) != 0) {
-        throw IoError(fmt::format("{}: cannot be opened: {}", quoted(path), std::strerror(errno)));
+        fail<IoError>(path, "cannot be opened: {}", std::strerror(errno));
     }
-    if (!S_ISREG(status.st_mode)) throw IoError(fmt::format("{}: is not a regular file", quoted(path)));
+    if (!S_ISREG(status.st_mode)) fail<IoError>(path, "is not a regular file");
     if (offset > 0) seek(offset);
     if (compression != Compression::none) {
         const int window_bits = compression == Compression::deflate ? -15 : 15 + 32;  // 32: gzip or zlib
@@ -120,8 +120,7 @@ std::size_t ByteStream::read_some(void* to, std::size_t size) {
 
 void ByteStream::read(void* to, std::size_t size) {
     if (read_some(to, size) != size) {
-        throw InputError(
-            fmt::format("{}: ends before its last sample; the file is truncated", quoted(state_->path)));
+        fail<InputError>(state_->path, "ends before its last sample; the file is truncated");
     }
 }
 
@@ -136,7 +135,7 @@ void ByteStream::skip(std::uint64_t size) {
 
 void ByteStream::seek(std::uint64_t offset) {
     if (::lseek(state_->descriptor, static_cast<off_t>(offset), SEEK_SET) < 0) {
-        throw IoError(fmt::format("{}: cannot be read: {}", quoted(state_->path), std::strerror(errno)));
+        fail<IoError>(state_->path, "cannot be read: {}", std::strerror(errno));
     }
 }
 
@@ -145,8 +144,7 @@ void ByteStream::verify_end() {
     std::array<char, 4096> bin;
     for (int block = 0; block < 256 && !state_->ended; ++block) {
         if (read_some(bin.data(), bin.size()) < bin.size() && !state_->ended) {
-            throw InputError(fmt::format("{}: its compressed data end too early; the file is truncated",
-                                         quoted(state_->path)));
+            fail<InputError>(state_->path, "its compressed data end too early; the file is truncated");
         }
     }
 }

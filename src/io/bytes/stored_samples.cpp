@@ -30,10 +30,9 @@ void convert(const S* from, T* to, std::size_t count, const SampleScale& scale,
         const auto value = static_cast<double>(from[i]);
         if constexpr (kMayRound) {
             if (std::abs(value) >= 9007199254740992.0) {  // 2^53
-                throw InputError(
-                    fmt::format("{}: a 64-bit sample is beyond 2^53 and cannot be kept exactly; "
-                                "convert the file to a smaller type",
-                                quoted(path)));
+                fail<InputError>(path,
+                                 "a 64-bit sample is beyond 2^53 and cannot be kept exactly; "
+                                 "convert the file to a smaller type");
             }
         }
         to[i] = static_cast<T>(scale.slope * value + scale.intercept);

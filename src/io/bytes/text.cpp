@@ -134,9 +134,8 @@ std::filesystem::path sibling_path(const std::filesystem::path& header, std::str
     const auto real_folder = std::filesystem::weakly_canonical(folder.empty() ? "." : folder, error);
     const auto real_file = std::filesystem::weakly_canonical(folder / named, error);
     if (error || !is_within(named) || !is_within(real_file.lexically_relative(real_folder))) {
-        throw InputError(
-            fmt::format("{}: its data file {} is not in the header's folder; put both into one folder",
-                        quoted(header), quoted(name)));
+        fail<InputError>(header, "its data file {} is not in the header's folder; put both into one folder",
+                         quoted(name));
     }
     return folder / named;
 }

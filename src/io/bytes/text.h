@@ -6,7 +6,12 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
+
+#include <fmt/core.h>
+
+#include <marrow/error.h>
 
 namespace marrow::internal::io {
 
@@ -18,6 +23,12 @@ inline std::string quoted(const std::string& text) {
 }
 inline std::string quoted(const std::filesystem::path& path) {
     return quoted(std::string_view(path.native()));
+}
+
+/// Throws an error about a file: "'<path>': <why>". `why` is formatted with the values.
+template <class E, class... T>
+[[noreturn]] void fail(const std::filesystem::path& path, fmt::format_string<T...> why, T&&... values) {
+    throw E(quoted(path) + ": " + fmt::format(why, std::forward<T>(values)...));
 }
 
 /// The first few items for a message, as far as a line has room: "a; b; ...".

@@ -270,8 +270,7 @@ Buffer<char> inflate_data_set(const std::filesystem::path& path, std::size_t at)
     Buffer<char> out;
     for (std::size_t step = 1 << 16;; step = out.size()) {
         const std::size_t before = out.size();
-        if (before + step > kMost)
-            throw LimitError(fmt::format("{}: inflates to more than 1 GiB", quoted(path)));
+        if (before + step > kMost) fail<LimitError>(path, "inflates to more than 1 GiB");
         out.resize(before + step);
         out.resize(before + stream.read_some(out.data() + before, step));
         if (out.size() < before + step) {
@@ -322,7 +321,7 @@ ParsedDicom parse_head(const std::filesystem::path& path, std::uint64_t most, Bu
     } catch (const NeedsMore&) {
         throw;
     } catch (const Damaged&) {
-        throw InputError(fmt::format("{}: is not a DICOM file, or it is damaged", quoted(path)));
+        fail<InputError>(path, "is not a DICOM file, or it is damaged");
     }
     return file;
 }
@@ -333,7 +332,7 @@ ParsedDicom parse_dicom(const std::filesystem::path& path, Buffer<char> memory) 
     try {
         return parse_head(path, ~std::uint64_t{0}, std::move(memory));
     } catch (const NeedsMore&) {
-        throw InputError(fmt::format("{}: the DICOM file is truncated or damaged", quoted(path)));
+        fail<InputError>(path, "the DICOM file is truncated or damaged");
     }
 }
 

@@ -259,7 +259,7 @@ std::optional<DicomFile> read_dicom_header(const std::filesystem::path& path) {
     file.rows = data_set.unsigned_short(tag::kRows).value_or(0);
     if (file.columns == 0 || file.rows == 0 || parsed.pixels_at == 0) {
         if (should_have_pixels(data_set))
-            throw InputError(fmt::format("{}: the DICOM file has no pixels; it is truncated", quoted(path)));
+            fail<InputError>(path, "the DICOM file has no pixels; it is truncated");
         return {};
     }
     file.series_uid = readable(data_set, tag::kSeriesInstanceUid);
@@ -297,7 +297,7 @@ std::optional<DicomFile> read_dicom_header(const std::filesystem::path& path) {
         divide_mosaic(file, data_set);
         place_dose(file, data_set);
     } catch (const InputError& error) {
-        throw InputError(fmt::format("{}: {}", quoted(path), error.what()));
+        fail<InputError>(path, "{}", error.what());
     }
     return file;
 }
@@ -404,7 +404,7 @@ Buffer<std::int32_t> tiles_of(const DicomFile& file, const Buffer<std::int32_t>&
 }  // namespace
 
 const std::int32_t* decode_dicom(const DicomFile& file, DicomWorkspace& workspace, const Step& step) {
-    if (file.refusal) throw InputError(fmt::format("{}: {}", quoted(file.path), *file.refusal));
+    if (file.refusal) fail<InputError>(file.path, "{}", *file.refusal);
     ParsedDicom parsed = parse_dicom(file.path, std::move(workspace.bytes));
     try {
         workspace.stored.resize(static_cast<std::size_t>(file.tiles * file.columns * file.tiles * file.rows) *
@@ -419,9 +419,9 @@ const std::int32_t* decode_dicom(const DicomFile& file, DicomWorkspace& workspac
         }
         if (file.tiles > 1) workspace.stored = tiles_of(file, workspace.stored);
     } catch (const InputError& error) {
-        throw InputError(fmt::format("{}: {}", quoted(file.path), error.what()));
+        fail<InputError>(file.path, "{}", error.what());
     } catch (const std::bad_alloc&) {
-        throw LimitError(fmt::format("{}: does not fit in memory", quoted(file.path)));
+        fail<LimitError>(file.path, "does not fit in memory");
     }
     workspace.bytes = std::move(parsed.bytes);
     return workspace.stored.data();

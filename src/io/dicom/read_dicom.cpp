@@ -181,7 +181,7 @@ Volume resampled_if_uneven(Volume volume, const StackGeometry& stack_geometry) {
 
 void check_supported(const DicomStack& stack) {
     for (const DicomSlice& s : stack.slices) {
-        if (s.file->refusal) throw InputError(fmt::format("{}: {}", quoted(s.file->path), *s.file->refusal));
+        if (s.file->refusal) fail<InputError>(s.file->path, "{}", *s.file->refusal);
     }
 }
 
@@ -387,7 +387,7 @@ ScanReport inspect_dicom(const DicomInput& input, const ScanOptions& options) {
 Volume read_image(const DicomImage& image, const Progress& progress) {
     const std::optional<DicomFile> file = read_dicom_header(image.file);
     if (!file || image.frame >= file->frames.size())
-        throw InputError(fmt::format("{}: has no image {}", quoted(image.file), image.frame));
+        fail<InputError>(image.file, "has no image {}", image.frame);
     DicomWorkspace workspace;
     const std::int32_t* stored = nullptr;
     for_each_slice(1, 1, progress, 0, 1,

@@ -54,7 +54,7 @@ struct FrameGrid {
 };
 
 [[noreturn]] void refuse(const DicomFile& file, const std::string& why) {
-    throw GeometryError(fmt::format("{}: {}", quoted(file.path), why));
+    fail<GeometryError>(file.path, "{}", why);
 }
 
 bool near(const Vec3d& a, const Vec3d& b, double tolerance) {
@@ -213,8 +213,7 @@ LabelMaps read_label_maps(const DicomFile& file, const ScanOptions& options) {
     const FrameGrid grid = grid_of(file);
     for (const DicomFrame& frame : file.frames) {
         if (frame.segment <= 0 && file.segmentation->type != DicomSegmentation::Type::label_map)
-            throw InputError(
-                fmt::format("{}: a frame of the segmentation does not name its segment", quoted(file.path)));
+            fail<InputError>(file.path, "a frame of the segmentation does not name its segment");
     }
     DicomWorkspace workspace;
     report_progress(options.progress, 0);
@@ -224,8 +223,8 @@ LabelMaps read_label_maps(const DicomFile& file, const ScanOptions& options) {
     if (file.segmentation->type == DicomSegmentation::Type::label_map) {
         const auto [low, high] = std::minmax_element(stored, stored + count);
         if (*low < 0 || *high > 65535)
-            throw InputError(fmt::format("{}: has labels from {} to {}; they must be from 0 to 65535",
-                                         quoted(file.path), *low, *high));
+            fail<InputError>(file.path, "has labels from {} to {}; they must be from 0 to 65535", *low,
+                             *high);
         largest = *high;
     } else {
         for (const DicomFrame& frame : file.frames) largest = std::max(largest, frame.segment);
@@ -234,7 +233,7 @@ LabelMaps read_label_maps(const DicomFile& file, const ScanOptions& options) {
         return largest <= 255 ? maps_of<std::uint8_t>(file, grid, stored, options)
                               : maps_of<std::uint16_t>(file, grid, stored, options);
     } catch (const std::bad_alloc&) {
-        throw LimitError(fmt::format("{}: does not fit in memory", quoted(file.path)));
+        fail<LimitError>(file.path, "does not fit in memory");
     }
 }
 

@@ -43,11 +43,10 @@ DicomHeaders read_dicom_headers(const DicomInput& input, int threads, const Prog
     }
     if (found.files.empty() && (input.named || paths.size() == 1)) {
         const std::filesystem::path& path = input.named.value_or(paths[0]);
-        throw InputError(fmt::format("{}: is {}; a scan has images", quoted(path), name_without_image(path)));
+        fail<InputError>(path, "is {}; a scan has images", name_without_image(path));
     }
     if (found.files.empty()) {
-        throw InputError(fmt::format("{}: none of {} DICOM files holds an image",
-                                     quoted(paths[0].parent_path()), paths.size()));
+        fail<InputError>(paths[0].parent_path(), "none of {} DICOM files holds an image", paths.size());
     }
     if (without_image > 0)
         found.warnings.push_back(
@@ -144,8 +143,7 @@ SeriesChoice choose_series(DicomHeaders& headers, const DicomInput& input, const
             });
         });
         if (chosen.empty()) {
-            throw InputError(fmt::format("{}: is {}; a scan has images", quoted(*input.named),
-                                         name_without_image(*input.named)));
+            fail<InputError>(*input.named, "is {}; a scan has images", name_without_image(*input.named));
         }
         return {std::move(chosen), "the named file belongs to it", false};
     }

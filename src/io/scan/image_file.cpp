@@ -74,9 +74,9 @@ ImageHeader read_image(const std::filesystem::path& path, const ImageTarget& tar
         }
         return out;
     } catch (const UnreadableImage& error) {
-        throw InputError(fmt::format("{}: {}", quoted(path), error.why));
+        fail<InputError>(path, "{}", error.why);
     } catch (const std::bad_alloc&) {
-        throw LimitError(fmt::format("{}: the image does not fit in memory", quoted(path)));
+        fail<LimitError>(path, "the image does not fit in memory");
     }
 }
 

@@ -79,9 +79,9 @@ std::string gap_between(const std::vector<std::filesystem::path>& files) {
 }
 
 [[noreturn]] void refuse_different(const ImageStack& stack, std::size_t i) {
-    throw InputError(
-        fmt::format("{}: differs in size or sample type from {}; all slices of a volume must be the same",
-                    quoted(stack.files[i]), quoted(stack.files.front().filename())));
+    fail<InputError>(stack.files[i],
+                     "differs in size or sample type from {}; all slices of a volume must be the same",
+                     quoted(stack.files.front().filename()));
 }
 
 }  // namespace
@@ -89,7 +89,7 @@ std::string gap_between(const std::vector<std::filesystem::path>& files) {
 ImageStack read_image_stack(std::vector<std::filesystem::path> files, const ScanOptions& options) {
     const ImageHeader image = read_image_header(files.front());
     if (files.size() > 1 && image.pages != 1) {
-        throw InputError(fmt::format("{}: has several pages; read this file alone", quoted(files.front())));
+        fail<InputError>(files.front(), "has several pages; read this file alone");
     }
     ImageStack stack{std::move(files), image, {}};
     if (const std::string gap = gap_between(stack.files); !gap.empty()) stack.warnings.push_back(gap);

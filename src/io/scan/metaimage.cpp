@@ -22,7 +22,7 @@ struct Header {
     std::size_t end = 0;  // offset of the first byte after ElementDataFile
 
     [[noreturn]] void refuse(std::string_view why) const {
-        throw InputError(fmt::format("{}: MetaImage header: {}", quoted(path), why));
+        fail<InputError>(path, "MetaImage header: {}", why);
     }
     // The value of the first of these fields that is present.
     const std::string* find(std::initializer_list<const char*> names) const {
@@ -59,11 +59,11 @@ Header parse(const std::filesystem::path& path) {
         const std::string_view line = trimmed(take_line(rest));
         if (line.empty()) continue;
         const std::size_t equals = line.find('=');
-        if (equals == line.npos) throw InputError(fmt::format("{}: is not a MetaImage file", quoted(path)));
+        if (equals == line.npos) fail<InputError>(path, "is not a MetaImage file");
         header.fields[to_lower(trimmed(line.substr(0, equals)))] = trimmed(line.substr(equals + 1));
     }
     if (!header.fields.contains("elementdatafile")) {
-        throw InputError(fmt::format("{}: is not a MetaImage file: it has no ElementDataFile", quoted(path)));
+        fail<InputError>(path, "is not a MetaImage file: it has no ElementDataFile");
     }
     header.end = text.size() - rest.size();
     if (to_lower(header.fields["elementdatafile"]).starts_with("list")) {

@@ -30,9 +30,7 @@ struct Header {
     Vec3d quaternion{}, qoffset{};
     std::array<std::array<double, 4>, 3> srow{};
 
-    [[noreturn]] void refuse(std::string_view why) const {
-        throw InputError(fmt::format("{}: NIfTI header: {}", quoted(path), why));
-    }
+    [[noreturn]] void refuse(std::string_view why) const { fail<InputError>(path, "NIfTI header: {}", why); }
 };
 
 // Extracts numbers from the header's bytes, in their byte order.
@@ -196,8 +194,7 @@ std::filesystem::path partner(const std::filesystem::path& path, const char* wan
         other.replace_extension(end);
         if (std::filesystem::exists(other)) return other;
     }
-    throw IoError(fmt::format("{}: the {} file that belongs to it is missing; put both into one folder",
-                              quoted(path), wanted));
+    fail<IoError>(path, "the {} file that belongs to it is missing; put both into one folder", wanted);
 }
 
 }  // namespace

@@ -25,9 +25,7 @@ struct Header {
     std::vector<std::string> listed_files;  // lines after "data file: LIST"
     std::size_t end = 0;                    // offset of the data after an attached header
 
-    [[noreturn]] void refuse(std::string_view why) const {
-        throw InputError(fmt::format("{}: NRRD header: {}", quoted(path), why));
-    }
+    [[noreturn]] void refuse(std::string_view why) const { fail<InputError>(path, "NRRD header: {}", why); }
     // The text of a field, if it is present.
     std::optional<std::string_view> find(const char* name) const {
         const auto at = fields.find(name);
@@ -56,7 +54,7 @@ Header parse(const std::filesystem::path& path) {
     constexpr std::size_t kLongest = 1 << 20;
     const std::string text = read_head(path, kLongest);
     Header header{path, {}, {}, 0};
-    if (!text.starts_with("NRRD000")) throw InputError(fmt::format("{}: is not a NRRD file", quoted(path)));
+    if (!text.starts_with("NRRD000")) fail<InputError>(path, "is not a NRRD file");
 
     bool in_list = false;
     std::string_view rest = text;

@@ -32,17 +32,17 @@ std::uint64_t checked_file_bytes(const RawImage& image) {
             static_cast<double>(regular_file_size(path)) - static_cast<double>(image.file_offset.value_or(0));
         const double needed = file_bytes + static_cast<double>(image.data_offset);
         if (needed > (image.compressed ? held * kMostInflation : held)) {
-            throw InputError(
-                fmt::format("{}: the header claims {:.0f} bytes of samples but the file has {:.0f}; "
-                            "it is truncated, or the header is wrong",
-                            quoted(path), file_bytes, std::max(held, 0.0)));
+            fail<InputError>(path,
+                             "the header claims {:.0f} bytes of samples but the file has {:.0f}; "
+                             "it is truncated, or the header is wrong",
+                             file_bytes, std::max(held, 0.0));
         }
     }
     check_geometry(image.geometry);
     const auto count = static_cast<std::uint64_t>(image.geometry.sample_count());
     if (count % image.files.size() != 0) {
-        throw InputError(fmt::format("{}: {} samples cannot be divided evenly among {} data files",
-                                     quoted(image.files[0]), count, image.files.size()));
+        fail<InputError>(image.files[0], "{} samples cannot be divided evenly among {} data files", count,
+                         image.files.size());
     }
     return count / image.files.size() * stored_size(image.type);
 }
@@ -96,23 +96,21 @@ void check_claims(const RawImage& image) {
 
 void choose_volume(RawImage& image, double count, std::optional<std::int64_t> volume) {
     if (!volume && count != 1) {
-        throw GeometryError(
-            fmt::format("{}: holds {:.0f} volumes; choose one from 0 to {:.0f} with options.volume",
-                        quoted(image.files[0]), count, count - 1));
+        fail<GeometryError>(image.files[0],
+                            "holds {:.0f} volumes; choose one from 0 to {:.0f} with options.volume", count,
+                            count - 1);
     }
     if (volume && (*volume < 0 || static_cast<double>(*volume) >= count)) {
-        throw OptionError(fmt::format("{}: has no volume {}; there are {:.0f}, numbered from 0",
-                                      quoted(image.files[0]), *volume, count));
+        fail<OptionError>(image.files[0], "has no volume {}; there are {:.0f}, numbered from 0", *volume,
+                          count);
     }
     if (count > 1 && image.files.size() > 1)
-        throw InputError(fmt::format("{}: several volumes in several data files are not supported",
-                                     quoted(image.files[0])));
+        fail<InputError>(image.files[0], "several volumes in several data files are not supported");
     const auto& dims = image.geometry.dims;
     const double bytes = static_cast<double>(dims[0]) * static_cast<double>(dims[1]) *
                          static_cast<double>(dims[2]) * static_cast<double>(stored_size(image.type));
     if (count * bytes > 9e18)
-        throw InputError(fmt::format("{}: the header claims {:.0f} volumes of {:.0f} bytes",
-                                     quoted(image.files[0]), count, bytes));
+        fail<InputError>(image.files[0], "the header claims {:.0f} volumes of {:.0f} bytes", count, bytes);
     image.volumes = static_cast<std::int64_t>(count);
     image.volume = volume.value_or(0);
     image.data_offset += image.volume * static_cast<std::int64_t>(bytes);
@@ -142,9 +140,9 @@ Volume load_raw(const RawImage& image, const Progress& progress) {
 
 SliceSource raw_slices(const RawImage& image) {
     if (image.compressed) {
-        throw InputError(fmt::format(
-            "{}: is compressed and cannot be read slice by slice; decompress it, or read it as a whole",
-            quoted(image.files[0])));
+        fail<InputError>(
+            image.files[0],
+            "is compressed and cannot be read slice by slice; decompress it, or read it as a whole");
     }
     const std::uint64_t file_bytes = checked_file_bytes(image);
     const auto read = [image, file_bytes](std::int64_t z_begin, std::int64_t z_end, void* to) {
