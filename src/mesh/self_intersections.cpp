@@ -89,9 +89,11 @@ class Decider {
         int triangles = 0;
         for (const std::uint32_t t : pyramid_.overlapping(edge)) {
             std::uint32_t third = a;
-            int at_edge = 0;
-            for (const std::uint32_t p : mesh_.triangles[t]) p == a || p == b ? ++at_edge : third = p;
-            if (at_edge < 2) continue;
+            int others = 0;
+            for (const std::uint32_t p : mesh_.triangles[t]) {
+                if (p != a && p != b) third = p, ++others;
+            }
+            if (others > 1) continue;
             ++triangles;
             if (third != triangle[corner]) far = third;
         }

@@ -148,6 +148,13 @@ Volume crop_around(const Volume& scan, std::array<std::int64_t, 3> middle, std::
     return crop(scan, middle, last);
 }
 
+// The path of a file or folder of the scans for tests; empty if it is not there.
+std::filesystem::path test_data(const std::filesystem::path& path) {
+    const char* data = std::getenv("MARROW_TEST_DATA");
+    const std::filesystem::path found = std::filesystem::path(data ? data : "") / path;
+    return data && std::filesystem::exists(found) ? found : std::filesystem::path();
+}
+
 class Cranium : public testing::Test {
   protected:
     void SetUp() override {
@@ -208,9 +215,8 @@ TEST_F(Cranium, IsLessNoisyAfterTheFiltersAndKeepsItsVolume) {
 class VisibleHuman : public testing::Test {
   protected:
     void SetUp() override {
-        const char* data = std::getenv("MARROW_TEST_DATA");
-        const std::filesystem::path head = std::filesystem::path(data ? data : "") / "vhf_head_ct";
-        if (!data || !std::filesystem::exists(head)) GTEST_SKIP() << "vhf_head_ct is missing";
+        const std::filesystem::path head = test_data("vhf_head_ct");
+        if (head.empty()) GTEST_SKIP() << "vhf_head_ct is missing";
         scan = read_scan(head);
     }
     Volume scan;
@@ -293,6 +299,21 @@ Volume lumps(Random& random) {
     });
 }
 
+// Expects that the surfaces of labels pass neither through themselves nor through each other.
+void expect_valid_labels(const Volume& map, int relax) {
+    const std::vector<LabelSurface> surfaces = extract_labels(map, {.relax = relax});
+    std::vector<MeshView> meshes;
+    for (const LabelSurface& surface : surfaces) {
+        EXPECT_EQ(check_mesh(surface.mesh).self_intersections, 0) << "label " << surface.label;
+        meshes.push_back(surface.mesh);
+    }
+    // After one pass, many points are at equal heights: a quad may lie folded on its neighbour, which is no
+    // intersection, while the surface of another label begins at its edge.
+    if (relax != 1) {
+        EXPECT_TRUE(find_crossings(meshes).empty());
+    }
+}
+
 TEST(Labels, StayValidWhenRelaxed) {
     for (unsigned seed = 0; seed < 40; ++seed) {
         Random random(seed);
@@ -301,20 +322,51 @@ TEST(Labels, StayValidWhenRelaxed) {
                 return static_cast<int>(random() % (2 + seed % 3));
             });
         for (const int relax : {0, 1, 40}) {
-            std::vector<LabelSurface> surfaces = extract_labels(map, {.relax = relax});
-            std::vector<MeshView> meshes;
-            for (const LabelSurface& surface : surfaces) {
-                EXPECT_EQ(check_mesh(surface.mesh).self_intersections, 0) << seed << ", relax " << relax;
-                meshes.push_back(surface.mesh);
-            }
-            // After one pass, many points are at equal heights: a quad may lie folded on its neighbour, which is no
-            // intersection, while the surface of another label begins at its edge.
-            if (relax != 1) {
-                EXPECT_TRUE(find_crossings(meshes).empty()) << seed << ", relax " << relax;
-            }
+            SCOPED_TRACE(testing::Message() << "seed " << seed << ", relax " << relax);
+            expect_valid_labels(map, relax);
         }
     }
 }
+
+class LabelMaps : public testing::TestWithParam<const char*> {};
+
+TEST_P(LabelMaps, StayValidWhenRelaxed) {
+    if (!wants_long_tests()) GTEST_SKIP() << kLong;
+    const std::filesystem::path path = test_data(GetParam());
+    if (path.empty()) GTEST_SKIP() << GetParam() << " is missing";
+    expect_valid_labels(read_scan(path), 40);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, LabelMaps,
+    testing::Values("/usr/share/mricron/templates/aal.nii.gz", "frog_labels/frog_labels/frogtissue.mhd",
+                    "dental_labels/dental_labels/PostDentalSurgery_Segmentation.nii.gz"));
+
+struct ScanCase {
+    const char* path;
+    double dense, skin;  // isovalues
+};
+
+class OtherScans : public testing::TestWithParam<ScanCase> {};
+
+TEST_P(OtherScans, StayValidThroughEveryCombination) {
+    if (!wants_long_tests()) GTEST_SKIP() << kLong;
+    const std::filesystem::path path = test_data(GetParam().path);
+    if (path.empty()) GTEST_SKIP() << GetParam().path << " is missing";
+    const Volume scan = read_scan(path);
+    Random random(1);
+    for (const double isovalue : {GetParam().dense, GetParam().skin}) {
+        for (const double snap : {0.0, 0.3})
+            walk_steps(extract_isosurface(scan, isovalue, {.closed = true, .snap = snap}),
+                       scan.geometry().index_to_physical(), random);
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, OtherScans,
+                         testing::Values(ScanCase{"slicer_cthead_dcm", 1150, 500},
+                                         ScanCase{"tooth_sci/tooth_sci/tooth.nhdr", 600, 300},
+                                         ScanCase{"totalseg/totalseg/example_ct.nii.gz", kBone, kSkin},
+                                         ScanCase{"vhf_ankle_ct", kBone, kSkin}));
 
 TEST(Noise, StaysClosedThroughAllSteps) {
     Random random(41);
