@@ -409,7 +409,7 @@ class _Tasks:
 
     def submit(self, name: str, function: Any, *arguments: Any) -> distributed.Future:
         key = f"marrow-{name}-{self.call}-{len(self.futures)}"
-        future = self.client.submit(function, *arguments, key=key)
+        future: distributed.Future = self.client.submit(function, *arguments, key=key)
         self.futures.append(future)
         return future
 
@@ -434,7 +434,7 @@ def _parts(samples: Any, steps: list[_Block], geometry: Geometry) -> Iterator[_m
     """Return the parts of a block one after the other. Each is valid until the next."""
     if isinstance(samples, np.ndarray):
         samples = np.ascontiguousarray(as_samples(samples))
-        (_, _, z), _ = steps[0].with_halo()
+        z = steps[0].with_halo()[0][2]
         for step in steps:
             first, slices = step.with_halo()
             yield _array_part(samples[slices[0].start - z : slices[0].stop - z], first, step, geometry)
@@ -447,11 +447,11 @@ def _parts(samples: Any, steps: list[_Block], geometry: Geometry) -> Iterator[_m
     shape = (most_slices, y.stop - y.start, x.stop - x.start)
     buffer: Array = np.empty(shape, sample_dtype(np.dtype(samples.dtype)))
     held = range(0)  # the slices in the buffer
-    for step, (first, (z, _, _)) in zip(steps, regions):
-        kept = max(held.stop - z.start, 0)
+    for step, (first, (wanted, _, _)) in zip(steps, regions):
+        kept = max(held.stop - wanted.start, 0)
         buffer[:kept] = buffer[len(held) - kept : len(held)]
-        held = range(z.start, z.stop)
-        missing = slice(z.start + kept, z.stop)
+        held = range(wanted.start, wanted.stop)
+        missing = slice(wanted.start + kept, wanted.stop)
         out = buffer[kept : len(held)]
         if reader:
             reader.read((*first[:2], missing.start), out)
