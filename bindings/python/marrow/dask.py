@@ -174,25 +174,42 @@ def extract_to_file(
         size = _total(itertools.chain.from_iterable(sizes))
         if size.triangles == 0:
             _raise_empty(isovalue)
-        writer = _marrow.SharedSurfaceWriter(path, size.points, size.triangles, normals=True, space=space)
-        written = []
-        before = SurfaceSize(0, 0)
-        for number, layer in enumerate(layers):
-            following = counts[number + 1] if number + 1 < len(layers) else []
-            slices = [tasks.submit("slice", _first_slice, part) for part in following]
-            numbers = tasks.submit("number", _number, counts[number], slices, before)
-            for index, block in enumerate(layer):
-                if sizes[number][index].triangles == 0 and sizes[number][index].points == 0:
-                    continue
-                samples = tasks.samples(source, block)
-                place = tasks.submit("place", operator.getitem, numbers, index)
-                written.append(
-                    tasks.submit("write", _write, samples, block, source.geometry, isovalue, closed, place, writer.file)
-                )
-            before = _total([before, *sizes[number]])
-        tasks.gather(written)
-        writer.commit()
+        file = _marrow.FileOfParts(path, size.points, size.triangles, normals=True, space=space)
+        try:
+            _write_blocks(tasks, source, isovalue, closed, layers, counts, sizes, file.description)
+            file.commit()
+        finally:
+            file.discard()
     return size
+
+
+def _write_blocks(
+    tasks: _Tasks,
+    source: _Source,
+    isovalue: float,
+    closed: bool,
+    layers: list[list[_Block]],
+    counts: list[list[distributed.Future]],
+    sizes: list[list[SurfaceSize]],
+    file: Any,
+) -> None:
+    """Number the blocks layer by layer, and write those that have a part of the surface."""
+    written = []
+    before = SurfaceSize(0, 0)
+    for number, layer in enumerate(layers):
+        following = counts[number + 1] if number + 1 < len(layers) else []
+        slices = [tasks.submit("slice", _first_slice, part) for part in following]
+        numbers = tasks.submit("number", _number, counts[number], slices, before)
+        for index, (block, size) in enumerate(zip(layer, sizes[number])):
+            if size == SurfaceSize(0, 0):
+                continue
+            samples = tasks.samples(source, block)
+            place = tasks.submit("place", operator.getitem, numbers, index)
+            written.append(
+                tasks.submit("write", _write, samples, block, source.geometry, isovalue, closed, place, file)
+            )
+        before = _total([before, *sizes[number]])
+    tasks.gather(written)
 
 
 def write_fragments(
