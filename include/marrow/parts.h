@@ -59,9 +59,9 @@ MARROW_EXPORT PartSurface extract_part(const VolumeView& part, const std::array<
                                        double isovalue, const IsosurfaceOptions& options = {});
 
 /// Merges the surfaces of parts, in any order, which together have all cells of a volume, each once: the bytes of
-/// extract_isosurface. Points are equal if their keys are; coordinates are not compared. \throw InputError parts of
-/// different volumes, some with and some without normals, or with a common cell; LimitError more than 2^32 - 1
-/// points, or not enough memory; Cancelled
+/// extract_isosurface. Points are equal if their keys are; coordinates are not compared. \pre extract_part() made
+/// the parts. \throw InputError parts of different volumes, some with and some without normals, or with a common
+/// cell; LimitError more than 2^32 - 1 points, or not enough memory; Cancelled
 MARROW_EXPORT Mesh merge_parts(std::span<const PartSurface> parts, const Progress& progress = {});
 
 /// Numbers of points and triangles.
@@ -72,7 +72,7 @@ struct SurfaceSize {
 };
 
 /// What a part adds to the surface. Its rows are the owned(1) * owned(2) rows of samples that it owns, y fastest.
-struct PartCounts {
+struct MARROW_EXPORT PartCounts {
     PartExtent extent;
     std::vector<std::uint32_t> points;     ///< for each row the points on its owned edges along x, y and z
     std::vector<std::uint32_t> triangles;  ///< for each row those of the cells that begin at its samples

@@ -248,6 +248,9 @@ TEST(DistributedPartsTest, RefusesWhatCannotGiveTheBytesOfTheWhole) {
     EXPECT_THROW(number_parts(std::vector{low}), InputError);  // a gap
     const auto all = count_part(volume, whole, 0.5);
     EXPECT_THROW(number_parts(std::vector{all, all}), InputError);
+    auto moved = all;
+    moved.extent.first[1] = 1;
+    EXPECT_THROW(number_parts(std::vector{moved}), InputError);
     const auto first_slices = count_part(part_of(volume, {0, 0, 0}, {8, 8, 4}), whole, 0.5);
     EXPECT_THROW(number_parts(std::vector{first_slices}), InputError);  // what follows is missing
     EXPECT_THROW(number_parts(std::vector{all}, {}, {.points = 0xffffffff}), LimitError);

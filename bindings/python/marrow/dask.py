@@ -174,25 +174,42 @@ def extract_to_file(
         size = _total(itertools.chain.from_iterable(sizes))
         if size.triangles == 0:
             _raise_empty(isovalue)
-        writer = _marrow.SharedSurfaceWriter(path, size.points, size.triangles, normals=True, space=space)
-        written = []
-        before = SurfaceSize(0, 0)
-        for number, layer in enumerate(layers):
-            following = counts[number + 1] if number + 1 < len(layers) else []
-            slices = [tasks.submit("slice", _first_slice, part) for part in following]
-            numbers = tasks.submit("number", _number, counts[number], slices, before)
-            for index, block in enumerate(layer):
-                if sizes[number][index].triangles == 0 and sizes[number][index].points == 0:
-                    continue
-                samples = tasks.samples(source, block)
-                place = tasks.submit("place", operator.getitem, numbers, index)
-                written.append(
-                    tasks.submit("write", _write, samples, block, source.geometry, isovalue, closed, place, writer.file)
-                )
-            before = _total([before, *sizes[number]])
-        tasks.gather(written)
-        writer.commit()
+        file = _marrow.FileOfParts(path, size.points, size.triangles, normals=True, space=space)
+        try:
+            _write_blocks(tasks, source, isovalue, closed, layers, counts, sizes, file.description)
+            file.commit()
+        finally:
+            file.discard()
     return size
+
+
+def _write_blocks(
+    tasks: _Tasks,
+    source: _Source,
+    isovalue: float,
+    closed: bool,
+    layers: list[list[_Block]],
+    counts: list[list[distributed.Future]],
+    sizes: list[list[SurfaceSize]],
+    file: Any,
+) -> None:
+    """Number the blocks layer by layer, and write those that have a part of the surface."""
+    written = []
+    before = SurfaceSize(0, 0)
+    for number, layer in enumerate(layers):
+        following = counts[number + 1] if number + 1 < len(layers) else []
+        slices = [tasks.submit("slice", _first_slice, part) for part in following]
+        numbers = tasks.submit("number", _number, counts[number], slices, before)
+        for index, (block, size) in enumerate(zip(layer, sizes[number])):
+            if size == SurfaceSize(0, 0):
+                continue
+            samples = tasks.samples(source, block)
+            place = tasks.submit("place", operator.getitem, numbers, index)
+            written.append(
+                tasks.submit("write", _write, samples, block, source.geometry, isovalue, closed, place, file)
+            )
+        before = _total([before, *sizes[number]])
+    tasks.gather(written)
 
 
 def write_fragments(
@@ -409,7 +426,7 @@ class _Tasks:
 
     def submit(self, name: str, function: Any, *arguments: Any) -> distributed.Future:
         key = f"marrow-{name}-{self.call}-{len(self.futures)}"
-        future = self.client.submit(function, *arguments, key=key)
+        future: distributed.Future = self.client.submit(function, *arguments, key=key)
         self.futures.append(future)
         return future
 
@@ -434,7 +451,7 @@ def _parts(samples: Any, steps: list[_Block], geometry: Geometry) -> Iterator[_m
     """Return the parts of a block one after the other. Each is valid until the next."""
     if isinstance(samples, np.ndarray):
         samples = np.ascontiguousarray(as_samples(samples))
-        (_, _, z), _ = steps[0].with_halo()
+        z = steps[0].with_halo()[0][2]
         for step in steps:
             first, slices = step.with_halo()
             yield _array_part(samples[slices[0].start - z : slices[0].stop - z], first, step, geometry)
@@ -447,11 +464,11 @@ def _parts(samples: Any, steps: list[_Block], geometry: Geometry) -> Iterator[_m
     shape = (most_slices, y.stop - y.start, x.stop - x.start)
     buffer: Array = np.empty(shape, sample_dtype(np.dtype(samples.dtype)))
     held = range(0)  # the slices in the buffer
-    for step, (first, (z, _, _)) in zip(steps, regions):
-        kept = max(held.stop - z.start, 0)
+    for step, (first, (wanted, _, _)) in zip(steps, regions):
+        kept = max(held.stop - wanted.start, 0)
         buffer[:kept] = buffer[len(held) - kept : len(held)]
-        held = range(z.start, z.stop)
-        missing = slice(z.start + kept, z.stop)
+        held = range(wanted.start, wanted.stop)
+        missing = slice(wanted.start + kept, wanted.stop)
         out = buffer[kept : len(held)]
         if reader:
             reader.read((*first[:2], missing.start), out)

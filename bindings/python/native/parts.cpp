@@ -220,6 +220,35 @@ SharedSurfaceFile to_file(const py::tuple& file) {
             {file[4].cast<std::uint64_t>(), file[5].cast<std::uint64_t>()}};
 }
 
+// A file that appears with commit(). Python may keep it alive after an error, with the traceback, so discard() removes the
+// temporary file.
+class FileOfParts {
+  public:
+    FileOfParts(const std::filesystem::path& path, std::uint64_t points, std::uint64_t triangles,
+                bool normals, const std::string& space) {
+        MeshWriteOptions options;
+        options.space = space_named(space);
+        writer_ =
+            std::make_unique<SharedSurfaceWriter>(path, SurfaceSize{points, triangles}, normals, options);
+    }
+
+    py::tuple description() const { return as_tuple(writer().file()); }
+    void commit() {
+        SharedSurfaceWriter& complete = writer();
+        const py::gil_scoped_release unlocked;
+        complete.commit();
+    }
+    void discard() { writer_.reset(); }
+
+  private:
+    SharedSurfaceWriter& writer() const {
+        if (!writer_) throw InputError("the file was discarded");
+        return *writer_;
+    }
+
+    std::unique_ptr<SharedSurfaceWriter> writer_;
+};
+
 void extract_to_shared_file(const ArrayPart& part, const py::tuple& numbers, double isovalue,
                             const py::tuple& file, bool closed, int threads, const py::object& progress) {
     const SharedSurfaceFile target = to_file(file);
@@ -269,19 +298,13 @@ void add_parts(py::module_& module) {
     module.def("extract_to_shared_file", &extract_to_shared_file, py::arg("part"), py::arg("numbers"),
                py::arg("isovalue"), py::arg("file"), py::kw_only(), py::arg("closed"), py::arg("threads"),
                py::arg("progress") = py::none());
-    py::class_<SharedSurfaceWriter>(module, "SharedSurfaceWriter")
-        .def(py::init([](const std::filesystem::path& path, std::uint64_t points, std::uint64_t triangles,
-                         bool normals, const std::string& space) {
-                 MeshWriteOptions options;
-                 options.space = space_named(space);
-                 return std::make_unique<SharedSurfaceWriter>(path, SurfaceSize{points, triangles}, normals,
-                                                              options);
-             }),
+    py::class_<FileOfParts>(module, "FileOfParts")
+        .def(py::init<const std::filesystem::path&, std::uint64_t, std::uint64_t, bool, const std::string&>(),
              py::arg("path"), py::arg("points"), py::arg("triangles"), py::kw_only(), py::arg("normals"),
              py::arg("space"))
-        .def_property_readonly("file",
-                               [](const SharedSurfaceWriter& writer) { return as_tuple(writer.file()); })
-        .def("commit", &SharedSurfaceWriter::commit, py::call_guard<py::gil_scoped_release>());
+        .def_property_readonly("description", &FileOfParts::description)
+        .def("commit", &FileOfParts::commit)
+        .def("discard", &FileOfParts::discard);
 }
 
 }  // namespace marrow::python

@@ -135,16 +135,18 @@ def test_a_killed_worker_changes_nothing(client, tmp_path):
 
 
 class SlowArray:
-    """An array whose reads take a while and are counted, by the length of a file."""
+    """An array whose reads take a while and are counted, by the length of a file, and fail after the last."""
 
-    def __init__(self, array, log):
-        self.array, self.log = array, log
+    def __init__(self, array, log, last=10**6):
+        self.array, self.log, self.last = array, log, last
         self.shape, self.dtype, self.chunks = array.shape, array.dtype, array.chunks
 
     def __getitem__(self, slices):
         with open(self.log, "ab") as log:
             log.write(b".")
         time.sleep(0.02)
+        if self.reads() > self.last:
+            raise RuntimeError("the store is gone")
         return self.array[slices]
 
     def reads(self):
@@ -220,6 +222,17 @@ def test_errors(client, tmp_path):
     with pytest.raises(marrow.InputError, match="complex"):
         marrow.dask.extract(samples.astype(complex), 2)
     assert os.listdir(tmp_path) == ["mesh"]
+
+
+def test_an_error_in_the_middle_of_writing_leaves_the_old_file(client, tmp_path):
+    samples = noise(np.random.default_rng(6), (40, 20, 20), "u1")
+    source = SlowArray(stored(tmp_path, samples, (8, 8, 8)), tmp_path / "reads", last=12)
+    path = tmp_path / "surface.ply"
+    path.write_text("old")
+    with pytest.raises(RuntimeError, match="the store is gone") as error:
+        marrow.dask.extract_to_file(source, 2, path, blocks=(8, 20, 20))
+    assert error.traceback and path.read_text() == "old"
+    assert sorted(os.listdir(tmp_path)) == ["reads", "samples.zarr", "surface.ply"]
 
 
 def test_cuts_let_chunks_be_read_once():

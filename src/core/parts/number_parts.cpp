@@ -101,9 +101,9 @@ class RowNumbers {
         begin_ = std::numeric_limits<std::int64_t>::max();
         end_ = 0;
         for (const PartCounts& counts : parts_) {
+            check(counts);
             begin_ = std::min(begin_, counts.extent.first[2]);
             end_ = std::max(end_, counts.extent.first[2] + counts.extent.owned(2));
-            check(counts);
         }
         for (const PartCounts& counts : next_) {
             check(counts);
@@ -118,6 +118,11 @@ class RowNumbers {
         const PartExtent& extent = counts.extent;
         if (extent.whole != parts_.front().extent.whole)
             throw InputError("the parts are of different volumes, or some of them are closed");
+        for (std::size_t a = 0; a < 3; ++a) {
+            const std::int64_t last = extent.whole[a] - extent.dims[a];  // place for the part's first sample
+            if (extent.dims[a] < 1 || extent.first[a] < 0 || extent.first[a] > last)
+                throw InputError("a part leaves the whole volume along axis " + std::to_string(a));
+        }
         const std::size_t rows = size(extent.owned(1) * extent.owned(2));
         if (counts.points.size() != 3 * rows || counts.triangles.size() != rows)
             throw InputError("the counts of a part do not have its number of rows");
