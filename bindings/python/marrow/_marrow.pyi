@@ -76,6 +76,7 @@ def marching_cubes(
     inward: bool,
     closed: bool,
     snap: float,
+    topology: bool,
     threads: int,
     progress: _Progress,
 ) -> tuple[NDArray[np.float32], NDArray[np.int32], NDArray[np.float32], NDArray[np.float32]]: ...
@@ -188,6 +189,7 @@ def extract_file_to_file(
     *,
     max_memory: int,
     closed: bool,
+    topology: bool,
     space: str,
     threads: int,
     progress: _Progress,
@@ -205,6 +207,7 @@ def extract_slices_to_file(
     *,
     max_memory: int,
     closed: bool,
+    topology: bool,
     space: str,
     threads: int,
     progress: _Progress,

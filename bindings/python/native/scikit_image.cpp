@@ -48,7 +48,7 @@ class IndexFinder {
     }
 
     /// Two of the point's indices are integers, but for rounding; the edge runs along the third axis. For points that
-    /// snapping has moved off the edges, it is a nearby edge.
+    /// snapping has moved off the edges, and for those within a cell, it is a nearby edge.
     GridEdge edge_of(const Vec3f& point) const {
         GridEdge edge{{}, 0};
         std::array<double, 3> fraction{};
@@ -276,12 +276,13 @@ void keep_masked(const VolumeView& volume, const VolumeView& mask, Mesh& mesh, B
 }
 
 py::tuple marching_cubes(const ArrayVolume& volume, double isovalue, const ArrayVolume* mask, bool inward,
-                         bool closed, double snap, int threads, const py::object& progress) {
+                         bool closed, double snap, bool topology, int threads, const py::object& progress) {
     Mesh mesh;
     auto values = std::make_unique<Buffer<float>>();
     run_long_work(progress, [&](const Progress& report) {
-        mesh = extract_isosurface(volume.view(), isovalue,
-                                  {.closed = closed, .snap = snap, .threads = threads, .progress = report});
+        mesh = extract_isosurface(
+            volume.view(), isovalue,
+            {.closed = closed, .snap = snap, .topology = topology, .threads = threads, .progress = report});
         if (inward)
             for (auto& triangle : mesh.triangles) std::swap(triangle[0], triangle[2]);
         values->resize(mesh.points.size());
@@ -302,8 +303,8 @@ py::tuple marching_cubes(const ArrayVolume& volume, double isovalue, const Array
 
 void add_scikit_image(py::module_& module) {
     module.def("marching_cubes", &marching_cubes, py::arg("volume"), py::arg("isovalue"), py::kw_only(),
-               py::arg("mask"), py::arg("inward"), py::arg("closed"), py::arg("snap"), py::arg("threads"),
-               py::arg("progress"));
+               py::arg("mask"), py::arg("inward"), py::arg("closed"), py::arg("snap"), py::arg("topology"),
+               py::arg("threads"), py::arg("progress"));
 }
 
 }  // namespace marrow::python
