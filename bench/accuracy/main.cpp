@@ -5,8 +5,8 @@
 
 #include <fmt/format.h>
 
-#include "drawing.h"
 #include "errors.h"
+#include "marrow/drawing.h"
 #include "plates.h"
 
 namespace marrow::bench {

@@ -97,6 +97,7 @@ def sweep(
     volume: ArrayVolume,
     isovalues: Union[Sequence[float], NDArray[Any]],
     *,
+    topology: bool = False,
     threads: int = 0,
     progress: _Progress = None,
 ) -> dict[str, Any]: ...
