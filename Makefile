@@ -12,7 +12,7 @@ configure = cmake --preset $(1) -Wno-dev --log-level=WARNING > /dev/null
 build = cmake --build --preset $(1) -j $(JOBS)
 install = scripts/install-dependencies
 
-.PHONY: all program demo test install package docs viewer terrain python core everything bench scaling paper fuzz tsan clang
+.PHONY: all program demo test install package docs viewer terrain python core everything bench scaling paper accuracy fuzz tsan clang
 all: program
 
 program:
@@ -107,3 +107,7 @@ scaling: everything
 
 paper: everything
 	scripts/paper $(BIN)/marrow-paper
+
+# The tables and the picture of docs/accuracy.md, from phantoms of known size.
+accuracy: everything
+	scripts/accuracy $(BIN)/marrow-accuracy

@@ -94,7 +94,7 @@ check_folder(apps/viewer/window apps/viewer "model;views;shared" "*")
 check_folder(apps/viewer apps/viewer "window;shared" "*")
 check_folder(bindings/python/native bindings/python/native "" "fmt/;pybind11/;tbb/")
 check_folder(bench bench "paper" "*")
-check_folder(bench/accuracy bench "" "*")
+check_folder(bench/accuracy bench "marrow" "*")
 check_folder(bench/paper bench "" "*")
 check_folder(examples examples "" "")
 

@@ -24,6 +24,7 @@ struct SweepSample {
 struct SweepOptions {
     int threads = 0;         ///< threads to use; 0: all
     Progress progress = {};  ///< called while measuring
+    bool topology = false;   ///< as IsosurfaceOptions::topology; takes longer
 };
 
 /// Measures the closed surfaces at all `isovalues` without extracting them.
@@ -34,6 +35,8 @@ struct SweepOptions {
 /// n + 1 regions. An inside region is connected along grid edges, an outside region also across the diagonals
 /// of cell faces. \throw InputError a null view, bad geometry, or isovalues that are not finite and
 /// ascending; Cancelled
+///
+/// With `topology`, each surface is extracted and measured. \throw LimitError as extract_isosurface
 MARROW_EXPORT std::vector<SweepSample> sweep_isovalues(const VolumeView& volume,
                                                        std::span<const double> isovalues,
                                                        const SweepOptions& options = {});

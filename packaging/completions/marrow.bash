@@ -7,7 +7,7 @@ _marrow_options() {
     info) echo "-h --help $scan --picture --headers --show-patient --json" ;;
     check) echo "-h --help --min-wall --strict --threads --json -q --quiet" ;;
     sweep)
-      echo "-h --help --crop --median --blur --isotropic --from --to -n --samples -o --output --plot --threads $scan" \
+      echo "-h --help --crop --median --blur --isotropic --from --to -n --samples --topology -o --output --plot --threads $scan" \
         "--json -q --quiet -v --verbose"
       ;;
     terrain)

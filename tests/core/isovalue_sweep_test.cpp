@@ -14,12 +14,13 @@
 namespace marrow::test {
 namespace {
 
-void expect_as_measured(const Volume& volume, const std::vector<double>& isovalues) {
-    const std::vector<SweepSample> sweep = sweep_isovalues(volume, isovalues);
+void expect_as_measured(const Volume& volume, const std::vector<double>& isovalues, bool topology = false) {
+    const std::vector<SweepSample> sweep = sweep_isovalues(volume, isovalues, {.topology = topology});
     ASSERT_EQ(sweep.size(), isovalues.size());
     for (std::size_t k = 0; k < isovalues.size(); ++k) {
         SCOPED_TRACE(isovalues[k]);
-        const MeshMeasures m = measure(extract_isosurface(volume, isovalues[k], {.closed = true}));
+        const MeshMeasures m =
+            measure(extract_isosurface(volume, isovalues[k], {.closed = true, .topology = topology}));
         EXPECT_EQ(sweep[k].isovalue, isovalues[k]);
         EXPECT_EQ(sweep[k].triangles, m.triangles);
         EXPECT_EQ(sweep[k].components, m.components);
@@ -46,6 +47,18 @@ Geometry oblique(std::int64_t nx, std::int64_t ny, std::int64_t nz) {
     g.spacing = {0.7, 0.9, 2.1};
     g.origin = {-15, 3, 7};
     return g;
+}
+
+// Inside corners that meet across a face are joined, so noise has fewer pieces.
+TEST(Sweep, MeasuresTheSurfacesOfExactTopology) {
+    const Volume volume = noise<std::int16_t>(oblique(19, 18, 17), 3, -100, 101);
+    const std::vector<double> isovalues{-20.5, 0, 40, 60};
+    expect_as_measured(volume, isovalues, true);
+    EXPECT_NE(sweep_isovalues(volume, isovalues)[2].components,
+              sweep_isovalues(volume, isovalues, {.topology = true})[2].components);
+    EXPECT_THROW(
+        sweep_isovalues(volume, isovalues, {.progress = [](double) { return false; }, .topology = true}),
+        Cancelled);
 }
 
 TEST(Sweep, AgreesWithTheMeshesOfNoise) {

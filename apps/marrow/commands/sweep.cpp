@@ -118,6 +118,8 @@ void add_options(Arguments& arguments, SweepCommandOptions& options) {
                          "Last isovalue; default: the largest sample.");
     arguments.add_option("-n,--samples", integer_value("N", options.samples, 2, 100'000),
                          "Measure N isovalues, evenly spaced from A to B; default: 100.");
+    arguments.add_flag("--topology", options.topology,
+                       "Measure the surfaces that marrow INPUT --topology gives; takes longer.");
     arguments.start_group("Output");
     arguments.add_option("-o,--output", table_value(options.table),
                          "Write the table to OUT, .csv or .json, instead of printing it.");
@@ -138,7 +140,9 @@ void run(const SweepCommandOptions& options, const Console& console, const std::
     const std::vector<double> isovalues = choose_isovalues(options, samples);
     std::vector<SweepSample> measured;
     reporter.stage("sweep", [&](const Progress& progress) {
-        measured = sweep_isovalues(scan, isovalues, {options.scan.options.threads, progress});
+        measured = sweep_isovalues(
+            scan, isovalues,
+            {.threads = options.scan.options.threads, .progress = progress, .topology = options.topology});
     });
     if (std::all_of(measured.begin(), measured.end(), [](const SweepSample& s) { return s.triangles == 0; }))
         throw EmptySurface(

@@ -70,6 +70,7 @@ def sweep(
     volume: Any,
     isovalues: Union[Sequence[float], NDArray[Any]],
     *,
+    topology: bool = False,
     threads: int = 0,
     progress: Optional[Progress] = None,
 ) -> Sweep:
@@ -81,6 +82,8 @@ def sweep(
         The volume.
     isovalues : sequence of floats
         Ascending.
+    topology : bool
+        As for `extract`; takes longer, since the surfaces are then extracted.
     threads : int
         Threads to use; 0: all.
     progress : callable, optional
@@ -93,7 +96,7 @@ def sweep(
     Cancelled
         `progress` returned False.
     """
-    return Sweep(**_marrow.sweep(as_volume(volume)._native(), isovalues, threads=threads, progress=progress))
+    return Sweep(**_marrow.sweep(as_volume(volume)._native(), isovalues, topology=topology, threads=threads, progress=progress))
 
 
 def find_plateaus(sweep: Sweep, volume: Any) -> list[tuple[float, float]]:

@@ -137,6 +137,7 @@ def marching_cubes(
     inward: bool,
     closed: bool,
     snap: float,
+    topology: bool,
     threads: int,
     progress: _Progress,
 ) -> tuple[NDArray[np.float32], NDArray[np.int32], NDArray[np.float32], NDArray[np.float32]]: ...
@@ -157,6 +158,7 @@ def sweep(
     volume: ArrayVolume,
     isovalues: Union[Sequence[float], NDArray[Any]],
     *,
+    topology: bool = False,
     threads: int = 0,
     progress: _Progress = None,
 ) -> dict[str, Any]: ...
@@ -249,6 +251,7 @@ def extract_file_to_file(
     *,
     max_memory: int,
     closed: bool,
+    topology: bool,
     space: str,
     threads: int,
     progress: _Progress,
@@ -266,6 +269,7 @@ def extract_slices_to_file(
     *,
     max_memory: int,
     closed: bool,
+    topology: bool,
     space: str,
     threads: int,
     progress: _Progress,

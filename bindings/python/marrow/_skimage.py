@@ -46,6 +46,7 @@ def marching_cubes(
     mask: ArrayLike | None = None,
     closed: bool = False,
     snap: float = 0.0,
+    topology: bool = False,
     threads: int = 0,
     progress: Progress | None = None,
 ) -> MarchingCubes:
@@ -76,6 +77,9 @@ def marching_cubes(
         Close the surface at the border of the volume, as if outside samples surrounded it.
     snap : float, optional
         Merge points within this fraction of an edge of a sample, less than 0.5: fewer points, no slivers.
+    topology : bool, optional
+        Give the surface exactly the topology of the trilinear interpolant, as `extract` does. It does not go with
+        `snap`. Points within a cell have the value of a cell beside them.
     threads : int, optional
         The number of threads; 0 stands for all.
     progress : callable, optional
@@ -136,6 +140,7 @@ def marching_cubes(
             inward=gradient_direction == "descent",
             closed=closed,
             snap=snap,
+            topology=topology,
             threads=threads,
             progress=progress,
         )

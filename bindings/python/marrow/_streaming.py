@@ -31,6 +31,7 @@ def extract_to_file(
     *,
     max_memory: Union[int, str] = "1G",
     closed: bool = False,
+    topology: bool = False,
     space: FileSpace = "LPS",
     spacing: Optional[Spacing] = None,
     origin: Optional[ArrayLike] = None,
@@ -56,7 +57,7 @@ def extract_to_file(
     max_memory : int or str
         Bytes that all arrays of Marrow together may take; '800M' and '4G' are multiples of 2^20 and 2^30. What
         `source` takes to give its slices comes on top.
-    closed, threads, progress
+    closed, topology, threads, progress
         As for `extract`.
     space : {'LPS', 'RAS', 'none'}
         The space of the file's coordinates, as for `Mesh.write`.
@@ -83,6 +84,7 @@ def extract_to_file(
     options: dict[str, Any] = {
         "max_memory": _bytes(max_memory),
         "closed": closed,
+        "topology": topology,
         "space": space,
         "threads": threads,
         "progress": progress,

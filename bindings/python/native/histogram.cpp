@@ -27,10 +27,11 @@ py::array_t<T> column(const std::vector<SweepSample>& samples, T SweepSample::*m
     return values;
 }
 
-py::dict sweep(const ArrayVolume& volume, const std::vector<double>& isovalues, int threads,
+py::dict sweep(const ArrayVolume& volume, const std::vector<double>& isovalues, bool topology, int threads,
                const py::object& progress) {
     const std::vector<SweepSample> samples = compute(progress, [&](const Progress& report) {
-        return sweep_isovalues(volume.view(), isovalues, {.threads = threads, .progress = report});
+        return sweep_isovalues(volume.view(), isovalues,
+                               {.threads = threads, .progress = report, .topology = topology});
     });
     return py::dict("isovalue"_a = column(samples, &SweepSample::isovalue),
                     "volume"_a = column(samples, &SweepSample::volume),
@@ -85,7 +86,7 @@ void add_histogram(py::module_& module) {
         },
         py::arg("volume"), py::arg("padding"));
     module.def("sweep", &sweep, py::arg("volume"), py::arg("isovalues"), py::kw_only(),
-               py::arg("threads") = 0, py::arg("progress") = py::none());
+               py::arg("topology") = false, py::arg("threads") = 0, py::arg("progress") = py::none());
     module.def("find_plateaus", &plateaus, py::arg("isovalue"), py::arg("volume"), py::arg("area"),
                py::arg("triangles"), py::arg("spacing"), py::arg("contrast"));
 }

@@ -61,7 +61,7 @@ class IndexFinder {
     }
 
     /// Two of a point's indices are integers, but for rounding; the edge runs along the third axis. For points that
-    /// snapping has moved off the edges, it is a nearby edge.
+    /// snapping has moved off the edges, and for those within a cell, it is a nearby edge.
     void find_edges(const Vec3f* points, std::size_t count, GridEdges& edges) const {
         std::int32_t nearest[3][kBatch];
         std::int32_t along[3][kBatch];  // where the edge starts if it runs along this axis
@@ -292,12 +292,13 @@ void keep_masked(const VolumeView& volume, const VolumeView& mask, Mesh& mesh, B
 }
 
 py::tuple marching_cubes(const ArrayVolume& volume, double isovalue, const ArrayVolume* mask, bool inward,
-                         bool closed, double snap, int threads, const py::object& progress) {
+                         bool closed, double snap, bool topology, int threads, const py::object& progress) {
     Mesh mesh;
     auto values = std::make_unique<Buffer<float>>();
     run_long_work(progress, [&](const Progress& report) {
-        mesh = extract_isosurface(volume.view(), isovalue,
-                                  {.closed = closed, .snap = snap, .threads = threads, .progress = report});
+        mesh = extract_isosurface(
+            volume.view(), isovalue,
+            {.closed = closed, .snap = snap, .topology = topology, .threads = threads, .progress = report});
         if (inward)
             for (auto& triangle : mesh.triangles) std::swap(triangle[0], triangle[2]);
         values->resize(mesh.points.size());
@@ -318,8 +319,8 @@ py::tuple marching_cubes(const ArrayVolume& volume, double isovalue, const Array
 
 void add_scikit_image(py::module_& module) {
     module.def("marching_cubes", &marching_cubes, py::arg("volume"), py::arg("isovalue"), py::kw_only(),
-               py::arg("mask"), py::arg("inward"), py::arg("closed"), py::arg("snap"), py::arg("threads"),
-               py::arg("progress"));
+               py::arg("mask"), py::arg("inward"), py::arg("closed"), py::arg("snap"), py::arg("topology"),
+               py::arg("threads"), py::arg("progress"));
 }
 
 }  // namespace marrow::python

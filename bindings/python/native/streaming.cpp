@@ -32,6 +32,7 @@ struct FileOptions {
     std::filesystem::path path;
     std::size_t max_memory;
     bool closed;
+    bool topology;
     Space space;
     int threads;
 };
@@ -52,7 +53,10 @@ std::pair<std::uint64_t, std::uint64_t> write_surface(const SliceSource& source,
     };
     // With normals, so that the file has the same bytes as that of a surface extracted in memory.
     extract_isosurface_in_slabs(source, options.isovalue, sink, {.memory = options.max_memory},
-                                {.closed = options.closed, .threads = options.threads, .progress = progress});
+                                {.closed = options.closed,
+                                 .topology = options.topology,
+                                 .threads = options.threads,
+                                 .progress = progress});
     writer.commit();
     return size;
 }
@@ -91,27 +95,28 @@ void add_streaming(py::module_& module) {
     module.def(
         "extract_file_to_file",
         [](const std::filesystem::path& scan, double isovalue, const std::filesystem::path& path,
-           std::size_t max_memory, bool closed, const std::string& space, int threads,
+           std::size_t max_memory, bool closed, bool topology, const std::string& space, int threads,
            const py::object& progress) {
-            return file_to_file(scan, {isovalue, path, max_memory, closed, space_named(space), threads},
-                                progress);
+            return file_to_file(
+                scan, {isovalue, path, max_memory, closed, topology, space_named(space), threads}, progress);
         },
         py::arg("scan"), py::arg("isovalue"), py::arg("path"), py::kw_only(), py::arg("max_memory"),
-        py::arg("closed"), py::arg("space"), py::arg("threads"), py::arg("progress"));
+        py::arg("closed"), py::arg("topology"), py::arg("space"), py::arg("threads"), py::arg("progress"));
     module.def(
         "extract_slices_to_file",
         [](const py::function& read, const std::array<std::int64_t, 3>& shape, const py::dtype& type,
            std::int64_t slices_at_once, const Vec3d& spacing, const Vec3d& origin, const Mat3d& direction,
            double isovalue, const std::filesystem::path& path, std::size_t max_memory, bool closed,
-           const std::string& space, int threads, const py::object& progress) {
+           bool topology, const std::string& space, int threads, const py::object& progress) {
             const Geometry geometry{{shape[2], shape[1], shape[0]}, spacing, origin, direction};
             return slices_to_file(read, geometry, type, slices_at_once,
-                                  {isovalue, path, max_memory, closed, space_named(space), threads},
+                                  {isovalue, path, max_memory, closed, topology, space_named(space), threads},
                                   progress);
         },
         py::arg("read"), py::arg("shape"), py::arg("dtype"), py::arg("slices_at_once"), py::arg("spacing"),
         py::arg("origin"), py::arg("direction"), py::arg("isovalue"), py::arg("path"), py::kw_only(),
-        py::arg("max_memory"), py::arg("closed"), py::arg("space"), py::arg("threads"), py::arg("progress"));
+        py::arg("max_memory"), py::arg("closed"), py::arg("topology"), py::arg("space"), py::arg("threads"),
+        py::arg("progress"));
 }
 
 }  // namespace marrow::python

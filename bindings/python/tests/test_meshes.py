@@ -151,6 +151,25 @@ def test_topology_keeps_a_wall_askew_in_one_piece():
         marrow.extract(wall, 0, snap=0.3, topology=True)
 
 
+def test_topology_is_the_same_as_of_scikit_image_and_in_files(tmp_path):
+    k, j, i = np.indices((12, 12, 12))
+    wall = np.where(i - j == 3, 100, -50).astype(np.int16)
+    exact = marrow.extract(wall, 0, closed=True, topology=True)
+    assert marrow.extract_to_file(wall, 0, tmp_path / "a.ply", closed=True, topology=True) == (
+        len(exact.points),
+        len(exact.triangles),
+    )
+    exact.write(tmp_path / "b.ply")
+    assert (tmp_path / "a.ply").read_bytes() == (tmp_path / "b.ply").read_bytes()
+    verts, faces, _, values = marrow.marching_cubes(wall, 0, closed=True, topology=True)
+    assert faces.shape == exact.triangles.shape
+    # No sample equals the level, so only the order of the axes differs.
+    np.testing.assert_allclose(verts[:, ::-1], exact.points, atol=1e-5)
+    assert np.all(values == 150)
+    with pytest.raises(marrow.InputError, match="topology"):
+        marrow.marching_cubes(wall, 0, snap=0.3, topology=True)
+
+
 def test_a_preview_is_coarser_and_at_the_same_place(ball):
     volume = marrow.Volume(ball, spacing=(1, 2, 3), origin=(7, 8, 9))
     extractor = marrow.IsosurfaceExtractor(volume)

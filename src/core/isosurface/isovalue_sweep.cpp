@@ -9,6 +9,9 @@
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
+#include <marrow/isosurface.h>
+#include <marrow/measure.h>
+
 #include "base/parallel.h"
 #include "cell_measures.h"
 #include "core/marching_cubes/classify.h"
@@ -102,6 +105,22 @@ void count_components(const VolumeView& volume, std::span<SweepSample> samples, 
     });
 }
 
+// Cells alone do not tell the exact topology; the surface does.
+void measure_surfaces(const VolumeView& volume, std::span<SweepSample> samples, const SweepOptions& options) {
+    IsosurfaceExtractor extractor(
+        volume, {.normals = false, .closed = true, .topology = true, .threads = options.threads});
+    Mesh mesh;
+    for (std::size_t k = 0; k < samples.size(); ++k) {
+        extractor.extract(samples[k].isovalue, mesh);
+        const MeshMeasures found = measure(mesh);
+        samples[k].volume = found.volume;
+        samples[k].area = found.area;
+        samples[k].components = found.components;
+        samples[k].triangles = found.triangles;
+        report_progress(options.progress, static_cast<double>(k + 1) / static_cast<double>(samples.size()));
+    }
+}
+
 }  // namespace
 
 std::vector<SweepSample> sweep_isovalues(const VolumeView& volume, std::span<const double> isovalues,
@@ -110,6 +129,10 @@ std::vector<SweepSample> sweep_isovalues(const VolumeView& volume, std::span<con
     std::vector<SweepSample> samples(isovalues.size());
     for (std::size_t k = 0; k < isovalues.size(); ++k) samples[k].isovalue = isovalues[k];
     if (!has_cells(volume.geometry, true)) return samples;
+    if (options.topology) {
+        measure_surfaces(volume, samples, options);
+        return samples;
+    }
     with_threads(options.threads, [&] {
         const std::size_t groups = (isovalues.size() + Levels::kMost - 1) / Levels::kMost;
         const auto nz = static_cast<std::size_t>(volume.geometry.dims[2]);

@@ -114,8 +114,9 @@ class RidgeTest {
         const std::int64_t pitch = profile_.pitches[axis];
         if (!(static_cast<double>(sample[-pitch]) <= value && static_cast<double>(sample[pitch]) < value))
             return 0;
-        const double higher =
-            std::max(profile_.side(index, axis, -1).lowest, profile_.side(index, axis, 1).lowest);
+        const double below = profile_.side(index, axis, -1).lowest;
+        if (value - below < least_contrast_) return 0;  // the usual case: a peak of noise
+        const double higher = std::max(below, profile_.side(index, axis, 1).lowest);
         const double contrast = value - higher, part = contrast / (isovalue_ - higher);
         return contrast >= least_contrast_ && part < kMostContrast ? part : 0;
     }

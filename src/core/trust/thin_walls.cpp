@@ -95,10 +95,14 @@ void follow_walls(const RidgeTest<T>& ridge_at, const Index& dims, std::vector<R
             if (ridge) (ridge->is_sheet ? ridges : others).push_back(*ridge);
         });
     }
+    const auto sheets_around = [&](const Ridge& ridge) {
+        int count = 0;
+        for_each_neighbour(ridge.sample.index, dims, [&](const Index& i) { count += sheets.has(i); });
+        return count;
+    };
+    std::erase_if(ridges, [&](const Ridge& ridge) { return !ridge.is_sheet && sheets_around(ridge) == 0; });
     for (const Ridge& ridge : others) {
-        int neighbours = 0;
-        for_each_neighbour(ridge.sample.index, dims, [&](const Index& i) { neighbours += sheets.has(i); });
-        if (neighbours >= 3) ridges.push_back(ridge);
+        if (sheets_around(ridge) >= 3) ridges.push_back(ridge);
     }
     std::sort(ridges.begin(), ridges.end(),
               [](const Ridge& a, const Ridge& b) { return is_before(a.sample.index, b.sample.index); });
