@@ -64,7 +64,8 @@ struct MeshObject {
 ///
 /// .stl.gz, .ply.gz and .obj.gz are compressed by gzip. The space is stated as SPACE=LPS or SPACE=RAS, which
 /// 3D Slicer reads too. Coordinates are float32 and read back with the same bits, except that .glb rounds
-/// them once, to metres. For several surfaces or a colour, .vtp has the cell arrays `Surface` (index in the
+/// them once, to metres. Normals of points that point against their faces are written as turn_normals_outward()
+/// would turn them. For several surfaces or a colour, .vtp has the cell arrays `Surface` (index in the
 /// field data's `Names`) and `Colors` (RGB).
 ///
 /// \throw InputError the extension is unknown, the normals do not match the points, a triangle names a
