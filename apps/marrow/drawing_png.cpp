@@ -5,13 +5,13 @@
 #include <vtkFreeTypeTools.h>
 #include <vtkImageData.h>
 #include <vtkNew.h>
-#include <vtkPNGWriter.h>
+#include <vtkStdString.h>
 #include <vtkTextProperty.h>
-#include <vtkUnsignedCharArray.h>
 
 #include <marrow/error.h>
 
 #include "drawing.h"
+#include "png.h"
 
 namespace marrow::apps {
 namespace {
@@ -112,14 +112,7 @@ class Painter {
 
 std::string png_of(const Drawing& drawing) {
     Painter painter(drawing);
-    vtkNew<vtkPNGWriter> writer;
-    writer->SetInputData(painter.image());
-    writer->WriteToMemoryOn();
-    writer->Write();
-    vtkUnsignedCharArray* const png = writer->GetResult();
-    if (png == nullptr || png->GetNumberOfValues() == 0) throw IoError("cannot draw: VTK made no picture");
-    return {reinterpret_cast<const char*>(png->GetPointer(0)),
-            static_cast<std::size_t>(png->GetNumberOfValues())};
+    return png_of(painter.image());
 }
 
 }  // namespace marrow::apps

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "shared/library_options.h"
+#include "shared/orientation.h"
 #include "steps.h"
 
 namespace marrow::apps {
@@ -25,24 +26,6 @@ std::string mm_or_unknown(double value) {
 std::string spacing_text(const Vec3d& spacing) {
     return fmt::format("{} x {} x {} mm", mm_or_unknown(spacing[0]), mm_or_unknown(spacing[1]),
                        mm_or_unknown(spacing[2]));
-}
-
-// The direction of the patient that an index axis runs closest to.
-std::string_view direction_name(const Mat3d& direction, std::size_t axis) {
-    constexpr std::string_view kNames[3][2] = {
-        {"left", "right"}, {"posterior", "anterior"}, {"superior", "inferior"}};
-    const std::size_t main = main_direction(direction, axis);
-    return kNames[main][direction[main][axis] < 0];
-}
-
-bool is_oblique(const Mat3d& direction) {
-    constexpr double kStraight = 0.999;  // 2.6 degrees
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-        double most = 0;
-        for (std::size_t row = 0; row < 3; ++row) most = std::max(most, std::abs(direction[row][axis]));
-        if (most < kStraight) return true;
-    }
-    return false;
 }
 
 std::string axes_text(const Mat3d& direction, bool stated) {
@@ -165,22 +148,6 @@ std::vector<std::string> unknown_facts(const SeriesReport& series) {
     if (series.series.modality.empty()) out.push_back("modality");
     if (!series.hounsfield) out.push_back("unit of the values");
     return out;
-}
-
-std::size_t main_direction(const Mat3d& direction, std::size_t axis) {
-    std::size_t main = 0;
-    for (std::size_t row = 1; row < 3; ++row) {
-        if (std::abs(direction[row][axis]) > std::abs(direction[main][axis])) main = row;
-    }
-    return main;
-}
-
-std::string plane_name(const Mat3d& direction) {
-    const std::string_view across = direction_name(direction, 2);
-    const char* plane = across == "left" || across == "right"           ? "sagittal"
-                        : across == "posterior" || across == "anterior" ? "coronal"
-                                                                        : "axial";
-    return fmt::format("{}{}", is_oblique(direction) ? "oblique, nearly " : "", plane);
 }
 
 void print_finding(std::ostream& out, const Finding& finding, bool show_patient) {

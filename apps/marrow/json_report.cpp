@@ -9,6 +9,7 @@
 
 #include "info_report.h"
 #include "shared/library_options.h"
+#include "shared/orientation.h"
 #include "steps.h"
 
 namespace marrow::apps {

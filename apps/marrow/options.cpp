@@ -3,6 +3,8 @@
 
 #include <limits>
 
+#include <fmt/format.h>
+
 #include "shared/console.h"
 
 namespace marrow::apps {
@@ -15,17 +17,16 @@ const char* const kExitCodesHelp =
     "distort the result; 5 there is no surface; 6 a check failed; 130 cancelled.\n"
     "For research use only; not a medical device.";
 
-void require_input(const fs::path& input) {
-    if (input.empty()) throw UsageError("no scan is given: name a file or folder (see marrow --help)");
+void require_input(const fs::path& input, std::string_view command) {
+    if (input.empty())
+        throw UsageError(fmt::format("no scan is given: name a file or folder (see {} --help)", command));
     if (input == "-") throw UsageError("a scan cannot be read from standard input: name a file or folder");
 }
 
 void require_output(const fs::path& mesh, const fs::path& picture) {
     if (mesh.empty() && picture.empty())
         throw UsageError(
-            "no output is given: add -o OUT.stl (or .ply, .obj, .vtp, .3mf, .glb, .dcm), --picture FILE.png, "
-            "or "
-            "both");
+            "no output is given: add -o OUT.stl or another mesh file, --picture FILE.png, or both");
 }
 
 void add_threads_option(Arguments& arguments, int& threads) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string_view>
 
 #include <marrow/mesh_io.h>
 
@@ -29,8 +30,8 @@ struct Reporting {
 /// The last lines of each help.
 extern const char* const kExitCodesHelp;
 
-/// \throw UsageError no INPUT was given
-void require_input(const std::filesystem::path& input);
+/// `command` is the one whose help is named. \throw UsageError no INPUT was given
+void require_input(const std::filesystem::path& input, std::string_view command);
 
 /// \throw UsageError neither -o nor --picture was given
 void require_output(const std::filesystem::path& mesh, const std::filesystem::path& picture);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <string>
 
 #include <vtkActor.h>
 #include <vtkAutoInit.h>
@@ -17,7 +18,6 @@
 #include <vtkLightsPass.h>
 #include <vtkNew.h>
 #include <vtkOpaquePass.h>
-#include <vtkPNGWriter.h>
 #include <vtkPointData.h>
 #include <vtkPoints.h>
 #include <vtkPolyData.h>
@@ -33,13 +33,13 @@
 #include <vtkTranslucentPass.h>
 #include <vtkTypeInt32Array.h>
 #include <vtkTypeInt64Array.h>
-#include <vtkUnsignedCharArray.h>
 #include <vtkWindowToImageFilter.h>
 
 #include <marrow/atomic_file.h>
 #include <marrow/error.h>
 #include <marrow/vector.h>
 
+#include "png.h"
 #include "shared/display.h"
 #include "shared/report_progress.h"
 
@@ -179,7 +179,7 @@ vtkNew<vtkActor> to_actor(const RenderedSurface& surface) {
 }
 
 // Draws the scene off screen and returns it as a PNG file.
-vtkSmartPointer<vtkUnsignedCharArray> draw(vtkRenderer* renderer) {
+std::string draw(vtkRenderer* renderer) {
     vtkNew<vtkRenderWindow> window;
     window->SetOffScreenRendering(1);
     window->SetMultiSamples(0);
@@ -194,11 +194,8 @@ vtkSmartPointer<vtkUnsignedCharArray> draw(vtkRenderer* renderer) {
     average->SetInputConnection(pixels->GetOutputPort());
     average->SetShrinkFactors(kOversampling, kOversampling, 1);
     average->MeanOn();
-    vtkNew<vtkPNGWriter> writer;
-    writer->SetInputConnection(average->GetOutputPort());
-    writer->WriteToMemoryOn();
-    writer->Write();
-    return writer->GetResult();
+    average->Update();
+    return png_of(average->GetOutput());
 }
 
 }  // namespace
@@ -221,12 +218,10 @@ void render(const std::vector<RenderedSurface>& surfaces, const std::filesystem:
     lights->AddLightsToRenderer(renderer);
     shade(renderer);
 
-    const vtkSmartPointer<vtkUnsignedCharArray> png = draw(renderer);
-    if (!png || png->GetNumberOfValues() == 0)
-        throw IoError("cannot draw '" + file.string() + "': VTK made no picture");
+    const std::string png = draw(renderer);
     report(progress, 1);  // drawing cannot be cancelled, but writing can
     AtomicFile out(file);
-    out.write(png->GetPointer(0), static_cast<std::size_t>(png->GetNumberOfValues()));
+    out.write(png.data(), png.size());
     out.commit();
 }
 

@@ -64,11 +64,6 @@ void SurfaceJob::deliver() {
     print_warnings();
     const MeshOutput& output = options_.output;
     StageSeconds& seconds = results.seconds;
-    seconds.refine += stage("normals", [&](const Progress&) {
-        for (Surface& surface : results.surfaces) {
-            if (needs_normals(surface)) turn_normals_outward(surface.mesh, threads());
-        }
-    });
     seconds.write = stage("write", [&](const Progress& progress) {
         write_surfaces(results.surfaces, {.space = output.space,
                                           .progress = progress,
@@ -92,21 +87,16 @@ void SurfaceJob::deliver() {
     print_results(reporter_, results, output.space);
 }
 
-// .stl and .3mf have no normals of points.
-bool SurfaceJob::needs_normals(const Surface& surface) const {
-    if (!options_.output.picture.empty()) return true;
-    const MeshFormat format = mesh_format(surface.output);
-    return format != MeshFormat::stl && format != MeshFormat::threemf;
-}
-
 // The surface of the highest isovalue is the innermost. The others are translucent, so that it is visible.
-void SurfaceJob::draw(const Progress& progress) const {
+void SurfaceJob::draw(const Progress& progress) {
     constexpr std::array<double, 3> kNeutral{0.80, 0.81, 0.80};
     double innermost = results.surfaces.front().isovalue;
     for (const Surface& surface : results.surfaces) innermost = std::max(innermost, surface.isovalue);
     std::vector<RenderedSurface> rendered;
-    for (const Surface& surface : results.surfaces)
+    for (Surface& surface : results.surfaces) {
+        turn_normals_outward(surface.mesh, threads());
         rendered.push_back({&surface.mesh, surface.colour.value_or(kNeutral), surface.isovalue < innermost});
+    }
     render(rendered, options_.output.picture, progress);
 }
 

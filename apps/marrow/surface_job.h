@@ -48,8 +48,7 @@ class SurfaceJob {
   private:
     Volume read(ScanOptions options, const FilterSteps& steps,
                 const std::function<void(const Volume&)>& inspect);
-    bool needs_normals(const Surface& surface) const;
-    void draw(const Progress& progress) const;
+    void draw(const Progress& progress);
 
     const SurfaceJobOptions& options_;
     const ProgressReporter reporter_;

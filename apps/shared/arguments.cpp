@@ -208,8 +208,11 @@ class WordCheck {
         inputs_.push_back(word);
         const auto options = app_->get_options([](const CLI::Option* o) { return o->get_positional(); });
         if (!options.empty() &&
-            inputs_.size() > static_cast<std::size_t>(options[0]->get_items_expected_max()))
+            inputs_.size() > static_cast<std::size_t>(options[0]->get_items_expected_max())) {
+            if (app_ == &program_ && !names_of_commands(program_).empty() && !fs::exists(inputs_[0], ignored))
+                refuse(fmt::format("'{}': there is no such command, and no such file or folder", inputs_[0]));
             refuse(fmt::format("there are several inputs, '{}' and '{}': give one", inputs_[0], word));
+        }
     }
 
     const CLI::App& program_;

@@ -47,7 +47,8 @@ std::optional<std::string> coinciding_points_warning(const std::vector<MeshFile>
 }
 
 // Points around a sample are at least a thousandth of an edge apart, which float32 separates unless the
-// coordinates are thousands of times larger than the spacing. So few scans need to be searched.
+// coordinates are more than 2000 times as large as the spacing: up to 2048, it holds 1/8192, and three roundings
+// make a coordinate. So few scans need to be searched.
 std::optional<std::string> large_coordinates_warning(const std::vector<MeshFile>& files,
                                                      const Geometry& geometry) {
     double largest = 0;
@@ -59,7 +60,7 @@ std::optional<std::string> large_coordinates_warning(const std::vector<MeshFile>
             largest = std::max(largest, std::abs(coordinate));
     }
     const double spacing = *std::min_element(geometry.spacing.begin(), geometry.spacing.end());
-    if (largest <= 1000 * spacing) return {};
+    if (largest <= 2000 * spacing) return {};
     return coinciding_points_warning(files,
                                      "the coordinates are too large for float32; write .3mf or .ply, or move "
                                      "the scan closer to the origin");

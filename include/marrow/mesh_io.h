@@ -79,9 +79,10 @@ struct MeshObject {
 ///
 /// .stl.gz, .ply.gz and .obj.gz are compressed by gzip. The space is stated as SPACE=LPS or SPACE=RAS, which
 /// 3D Slicer reads too. Coordinates are float32 and read back with the same bits, except that .glb rounds
-/// them once, to metres. For several surfaces or a colour, .vtp has the cell arrays `Surface` (index in the
-/// field data's `Names`) and `Colors` (RGB). Numbers of points are float32 properties in .ply, point arrays in .vtp,
-/// and their meanings are comments or the field data's `Meanings`; other formats leave them out.
+/// them once, to metres. Normals of points that point against their faces are written as turn_normals_outward()
+/// would turn them. For several surfaces or a colour, .vtp has the cell arrays `Surface` (index in the field data's
+/// `Names`) and `Colors` (RGB). Numbers of points are float32 properties in .ply, point arrays in .vtp, and their
+/// meanings are comments or the field data's `Meanings`; other formats leave them out.
 ///
 /// \throw InputError the extension is unknown, the normals, arrays or colours do not match the points, a triangle names a
 /// missing point, or RAS for .glb or .dcm; OptionError keep_patient without scan_files; LimitError more than

@@ -1,6 +1,7 @@
 /// Normals that agree with the triangles around their points.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -27,6 +28,9 @@ class MARROW_EXPORT OutwardNormals {
         std::uint64_t point = 0;  ///< its number in the whole surface
         Vec3f normal{};
     };
+
+    /// The most that add() allocates and keeps, for each point of the part.
+    static constexpr std::size_t kBytesPerPoint = 140;
 
     /// Returns what to replace among the points of this part that the next one does not have. Expects the parts
     /// of extract_isosurface_in_slabs(), in order, with normals.

@@ -45,6 +45,8 @@ struct SurfaceSink {
     std::function<void(std::uint64_t points, std::uint64_t triangles, bool normals)> begin;
     /// Called with each part, in order. The part's arrays are valid during the call only.
     std::function<void(const SurfacePart& part)> part;
+    /// The bytes that the sink itself takes for each point of a part.
+    std::size_t bytes_per_point = 0;
 };
 
 struct SlabLimits {

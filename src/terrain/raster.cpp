@@ -96,7 +96,7 @@ double samples_across(double length, double step) {
 }  // namespace
 
 Raster::Raster(const std::filesystem::path& path, std::optional<double> cell, Continue should_continue)
-    : name_(path.string()), should_continue_(std::move(should_continue)) {
+    : path_(path), name_("'" + path.string() + "'"), should_continue_(std::move(should_continue)) {
     static std::once_flag registered;
     std::call_once(registered, GDALAllRegister);
     if (!std::filesystem::exists(path)) throw IoError(fmt::format("{}: there is no such file", name_));
@@ -140,7 +140,7 @@ Raster::Raster(const std::filesystem::path& path, std::optional<double> cell, Co
 
 void Raster::open() {
     const QuietErrors errors;
-    source_.reset(GDALOpenEx(name_.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, kDrivers, nullptr, nullptr));
+    source_.reset(GDALOpenEx(path_.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, kDrivers, nullptr, nullptr));
     if (!source_) {
         const std::string message = errors.message();
         throw InputError(
@@ -150,8 +150,9 @@ void Raster::open() {
     }
     dataset_ = source_.get();
     if (GDALGetRasterCount(dataset_) != 1) {
-        throw InputError(fmt::format("{}: has {} bands; a raster of heights has one", name_,
-                                     GDALGetRasterCount(dataset_)));
+        throw InputError(fmt::format(
+            "{}: has {} bands, but a raster of heights has one: extract it first (gdal_translate -b 1)",
+            name_, GDALGetRasterCount(dataset_)));
     }
     format_ = GDALGetDriverShortName(GDALGetDatasetDriver(dataset_));
     const GDALRasterBandH band = GDALGetRasterBand(dataset_, 1);
@@ -189,16 +190,15 @@ void Raster::project(const std::string& to, std::optional<double> cell) {
     const double columns = samples_across(own[1] * GDALGetRasterXSize(dataset_), step);
     const double rows = samples_across(-own[5] * GDALGetRasterYSize(dataset_), step);
     if (columns < 2 || rows < 2)
-        throw InputError(fmt::format(
-            "{}: with {:g} m between samples there are {:.0f} x {:.0f}, but a terrain needs 2 x 2: "
+        throw OptionError(fmt::format(
+            "{}: with {:g} m between samples there are {:.0f} x {:.0f} of them, but a terrain needs 2 x 2: "
             "give a smaller options.cell; the raster's own is {:.4g} m",
             name_, *cell, columns, rows, own[1] * *cell / step));
     if (columns * rows > kMostSamples)
-        throw LimitError(
-            fmt::format("{}: with {:g} m between samples there are {:.0f} x {:.0f}, but a surface has at "
-                        "most 2^32 - 1 points: "
-                        "give a larger options.cell; the raster's own is {:.4g} m",
-                        name_, *cell, columns, rows, own[1] * *cell / step));
+        throw LimitError(fmt::format(
+            "{}: with {:g} m between samples there are {:.0f} x {:.0f} of them, but a surface has "
+            "at most 2^32 - 1 points: give a larger options.cell; the raster's own is {:.4g} m",
+            name_, *cell, columns, rows, own[1] * *cell / step));
     if (step > own[1]) words.back() = "average";
     const std::string text = fmt::format("{:.17g}", step);
     add({"-tr", text, text});

@@ -54,7 +54,8 @@ class Raster {
     void open();
     void project(const std::string& to, std::optional<double> cell);
 
-    std::string name_;
+    std::string path_;
+    std::string name_;  // the path in quotes, for messages
     Continue should_continue_;
     Dataset source_;  // the file
     Dataset warped_;  // the file as it is read, if that differs; destroyed before its source

@@ -132,8 +132,9 @@ Grid make_grid(const Raster& raster, const TerrainOptions& options, const Terrai
                   "(in a .prj file, or by gdal_translate -a_srs EPSG:4326), else ";
         throw LimitError(fmt::format(
             "the terrain needs {} x {} samples in {:.0f} layers, and at most {} layers are possible: {}"
-            "give a larger options.cell",
-            grid.columns, grid.rows, (highest - lowest) / grid.layer, kMostLayers, unit_hint));
+            "give a larger options.cell{}",
+            grid.columns, grid.rows, (highest - lowest) / grid.layer, kMostLayers, unit_hint,
+            options.exaggerate > 1 ? " or a smaller options.exaggerate" : ""));
     }
     return grid;
 }
@@ -214,12 +215,13 @@ Mesh extract_terrain(const std::filesystem::path& path, const TerrainOptions& op
     const auto should_continue = [&] { return work.continues(); };
     const Raster raster(path, options.cell, should_continue);
     if (raster.columns() < 2 || raster.rows() < 2)
-        throw InputError(fmt::format("{}: has {} x {} samples, but a terrain needs at least 2 x 2",
+        throw InputError(fmt::format("'{}': has {} x {} samples, but a terrain needs at least 2 x 2",
                                      path.string(), raster.columns(), raster.rows()));
     if (static_cast<double>(raster.columns()) * static_cast<double>(raster.rows()) > kMostSamples)
-        throw LimitError(fmt::format(
-            "{}: has {} x {} samples, but a surface has at most 2^32 - 1 points: give a larger options.cell",
-            path.string(), raster.columns(), raster.rows()));
+        throw LimitError(
+            fmt::format("'{}': has {} x {} samples, but a surface has at most 2^32 - 1 points: give a larger "
+                        "options.cell",
+                        path.string(), raster.columns(), raster.rows()));
     TerrainInfo info;
     info.format = raster.format();
     info.georeferenced = raster.georeferenced();
@@ -232,7 +234,7 @@ Mesh extract_terrain(const std::filesystem::path& path, const TerrainOptions& op
     const double height = static_cast<double>(raster.rows() - 1) * info.cell[1];
     info.centre = {raster.west() + width / 2, raster.south() + height / 2};
     const Extent ground = find_range(raster, options.base.has_value(), info, work);
-    if (info.lowest > info.highest) throw InputError(fmt::format("{}: has no known height", path.string()));
+    if (info.lowest > info.highest) throw InputError(fmt::format("'{}': has no known height", path.string()));
 
     const double length =
         std::max((ground.east - ground.west) * info.cell[0], (ground.north - ground.south) * info.cell[1]);
@@ -242,9 +244,8 @@ Mesh extract_terrain(const std::filesystem::path& path, const TerrainOptions& op
     }
     if (options.size) info.mm_per_metre = *options.size / length;
     if (options.base && *options.base > kMostTerrainBase * length * info.mm_per_metre)
-        throw InputError(fmt::format(
-            "a base of {:g} mm is too thick: it may be at most {:g} times the model's length, {:g} mm",
-            *options.base, kMostTerrainBase, length * info.mm_per_metre));
+        throw OptionError(fmt::format("options.base must be at most {:g} times the model's length of {:g} mm",
+                                      kMostTerrainBase, length * info.mm_per_metre));
 
     // The raster at its own resolution.
     const Raster reference(path, raster.georeferenced() ? std::optional<double>() : options.cell,

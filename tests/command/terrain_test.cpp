@@ -192,8 +192,13 @@ TEST(TerrainCommand, RefusesAbsurdGridsAtOnce) {
     EXPECT_EQ(fine.code, kUnreadable);
     EXPECT_NE(fine.err.find("larger --cell"), fine.err.npos) << fine.err;
     const Outcome coarse = terrain_with({grid, "-o", out, "--cell", "1e6"});
-    EXPECT_EQ(coarse.code, kUnreadable);
-    EXPECT_NE(coarse.err.find("smaller --cell"), coarse.err.npos) << coarse.err;
+    EXPECT_EQ(coarse.code, kUsage);
+    EXPECT_NE(coarse.err.find("tent.asc': with "), coarse.err.npos) << coarse.err;
+    EXPECT_NE(coarse.err.find("give a smaller --cell; the raster's own is 5 m"), coarse.err.npos)
+        << coarse.err;
+    const Outcome steep = terrain_with({grid, "-o", out, "--exaggerate", "1e9"});
+    EXPECT_EQ(steep.code, kUnreadable);
+    EXPECT_NE(steep.err.find("give a larger --cell or a smaller --exaggerate"), steep.err.npos) << steep.err;
     EXPECT_EQ(terrain_with({grid, "-o", out, "--base", "1e9"}).code, kUsage);
     EXPECT_EQ(terrain_with({grid, "-o", out, "--base", "101", "--size", "10"}).code, kUsage);
     EXPECT_EQ(folder.files(), (std::set<std::string>{"tent.asc"}));

@@ -159,6 +159,9 @@ TEST_F(Mistake, SuggestsOptionsAndCommands) {
         {{scan, "--smooth", "-o", "a.stl"}, "--smooth needs a value, but -o follows"},
         {{scan, "-o"}, "-o needs a value"},
         {{scan, "other.nrrd", "-o", "a.stl"}, "several inputs"},
+        {{"distance", scan, "-o", "a.stl"},
+         "'distance': there is no such command, and no such file or folder"},
+        {{"sweep"}, "no scan is given: name a file or folder (see marrow sweep --help)"},
     };
     for (const auto& [command, message] : cases) {
         const Outcome outcome = marrow_with(command);

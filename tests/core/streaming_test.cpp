@@ -88,8 +88,18 @@ TEST(Streaming, AnyThicknessGivesTheSameBytes) {
 TEST(Streaming, LittleMemoryMakesManySlabsAndTooLittleIsRefused) {
     const Volume volume = blobs<std::int16_t>(60);
     const std::uint64_t whole = mesh_hash(extract_isosurface(volume, 63));
-    EXPECT_EQ(mesh_hash(in_slabs(source_of(volume), 63, {.memory = 200'000}, {})), whole);
-    EXPECT_THROW(in_slabs(source_of(volume), 63, {.memory = 60'000}, {}), LimitError);
+    EXPECT_EQ(mesh_hash(in_slabs(source_of(volume), 63, {.memory = 400'000}, {})), whole);
+    const auto refusal = [&](std::size_t memory) -> std::string {
+        try {
+            in_slabs(source_of(volume), 63, {.memory = memory}, {});
+        } catch (const LimitError& error) {
+            return error.what();
+        }
+        return "none";
+    };
+    EXPECT_EQ(refusal(60'000), "limits.memory must be at least 1 MiB for this volume");
+    EXPECT_EQ(refusal(150'000), "limits.memory must be at least 1 MiB for this surface")
+        << "a slice of the surface counts too";
     EXPECT_THROW(in_slabs(source_of(volume), 63, {.slices = 0}, {}), InputError);
 }
 

@@ -21,6 +21,7 @@
 
 #include <marrow/isosurface.h>
 #include <marrow/mesh_io.h>
+#include <marrow/normals.h>
 
 #include "support/fields.h"
 #include "support/temporary_folder.h"
@@ -148,6 +149,23 @@ TEST_P(EveryFormat, ReadsBackWithTheSameBits) {
         EXPECT_TRUE(same_bits(triangles(data), mesh.triangles));
         EXPECT_TRUE(same_bits(vectors(data->GetPointData()->GetNormals()), in_space(mesh.normals, space)));
     }
+}
+
+TEST_P(EveryFormat, WritesNormalsThatAgreeWithTheirFaces) {
+    const auto [ending, space] = GetParam();
+    const TemporaryFolder folder;
+    const auto file = folder / (std::string("ball.") + ending);
+    if (mesh_format(file) == MeshFormat::stl) return;  // has normals of faces only
+    Mesh turned = ball();
+    for (std::size_t p = 0; p < turned.normals.size(); p += 3) {
+        for (float& c : turned.normals[p]) c = -c;
+    }
+    const std::vector<Vec3f> inward(turned.normals.begin(), turned.normals.end());
+    write_mesh(turned, file, {.space = space});
+    EXPECT_GT(turn_normals_outward(turned), turned.normals.size() / 4);
+    const std::vector<Vec3f> written = vectors(read_back(file)->GetPointData()->GetNormals());
+    EXPECT_TRUE(same_bits(written, in_space(turned.normals, space)));
+    EXPECT_FALSE(same_bits(written, inward));
 }
 
 TEST_P(EveryFormat, StatesItsSpaceWhere3DSlicerReadsIt) {

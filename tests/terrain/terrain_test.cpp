@@ -358,8 +358,10 @@ TEST(Terrain, RefusesInvalidInput) {
         refusal<InputError>(good, {.base = bad});
         refusal<InputError>(good, {.size = bad});
     }
-    refusal<InputError>(good, {.base = 1001, .size = 100});
-    refusal<LimitError>(good, {.exaggerate = 1e9});
+    refusal<OptionError>(good, {.base = 1001, .size = 100});
+    refusal<OptionError>(good, {.cell = 1e9});
+    EXPECT_NE(refusal<LimitError>(good, {.exaggerate = 1e9}).find("a smaller options.exaggerate"),
+              std::string::npos);
     EXPECT_THROW(extract_terrain(good, {.progress = [](double) { return false; }}), Cancelled);
 }
 

@@ -53,6 +53,11 @@ TEST_F(Fields, EscRestoresTheIsovalue) {
     EXPECT_EQ(session().undo_stack().undoText(), "isovalue");  // the one of SetUp
 }
 
+TEST_F(Fields, ShowsAnIsovalueBeyondAllSamples) {
+    session().set_isovalue(session().scan()->histogram.lower - 300.5);
+    EXPECT_EQ(isovalue()->value(), session().current()->isovalue);
+}
+
 TEST_F(Fields, AClickOnTheNameSelectsTheSurface) {
     const int first = session().parameters().current;
     session().add_surface("core", 600, {}, 1);

@@ -1,8 +1,13 @@
 // Inspects scans and reads their samples.
 #include "info.h"
 
+#include <algorithm>
 #include <ostream>
 
+#include <vtkImageData.h>
+#include <vtkNew.h>
+
+#include <marrow/atomic_file.h>
 #include <marrow/histogram.h>
 #include <marrow/labels.h>
 #include <marrow/scan_io.h>
@@ -11,9 +16,10 @@
 #include "info_report.h"
 #include "json_report.h"
 #include "label_map.h"
+#include "png.h"
 #include "progress_reporter.h"
 #include "shared/library_options.h"
-#include "thumbnail.h"
+#include "shared/thumbnail.h"
 
 namespace marrow::apps {
 namespace fs = std::filesystem;
@@ -33,6 +39,21 @@ SampleReport report_on(const Volume& scan, const ScanInfo& info) {
         report.labels.erase(LabelOptions{}.background);
     }
     return report;
+}
+
+void write_thumbnail(const Volume& scan, const fs::path& file) {
+    constexpr int kPixels = 256;
+    const auto [width, height, grey] = draw_thumbnail(scan, scan.geometry().direction, kPixels);
+    vtkNew<vtkImageData> image;
+    image->SetDimensions(width, height, 1);
+    image->AllocateScalars(VTK_UNSIGNED_CHAR, 1);
+    for (int y = 0; y < height; ++y)  // VTK counts rows from the bottom
+        std::copy_n(&grey[static_cast<std::size_t>(y * width)], width,
+                    static_cast<unsigned char*>(image->GetScalarPointer(0, height - 1 - y, 0)));
+    const std::string png = png_of(image);
+    AtomicFile out(file);
+    out.write(png.data(), png.size());
+    out.commit();
 }
 
 // Inspects one input, and reads the samples of the series that would be read.

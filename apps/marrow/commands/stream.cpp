@@ -7,7 +7,6 @@
 #include <unistd.h>
 
 #include <marrow/mesh_io.h>
-#include <marrow/normals.h>
 #include <marrow/scan_io.h>
 #include <marrow/streaming.h>
 
@@ -72,13 +71,6 @@ void run(const StreamOptions& options, const Console& console, const std::atomic
         surface.in_slabs = {points, triangles};
         begin(points, triangles, normals);
     };
-    OutwardNormals outward;
-    if (mesh_format(surface.output) == MeshFormat::ply)
-        sink.part = [&, write = sink.part](const SurfacePart& part) {
-            write(part);
-            for (const auto& [point, normal] : outward.add(part, scan.options.threads))
-                write({point, part.points.subspan(point - part.first_point, 1), {&normal, 1}, 0, {}, 1});
-        };
     IsosurfaceStats stats;
     results.seconds.extract = reporter.stage("extract", [&](const Progress& progress) {
         // With normals, so that the file has the same bytes as that of a surface extracted in memory.

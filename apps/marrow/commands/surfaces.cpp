@@ -100,7 +100,7 @@ void check_shared(const SurfacesOptions& options) {
             "no scan is given, as '{0}' after --labels is its table: if it is the label map, write "
             "'marrow {0} --labels'",
             options.labels.table.string()));
-    require_input(job.scan.path);
+    require_input(job.scan.path, "marrow");
     std::error_code ignored;
     if (!std::filesystem::exists(job.scan.path, ignored))
         throw IoError(fmt::format("'{}': there is no such file or folder, and no such command",

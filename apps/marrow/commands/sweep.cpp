@@ -42,7 +42,7 @@ Value plot_value(fs::path& to) {
 }
 
 void check(const SweepCommandOptions& options) {
-    require_input(options.scan.path);
+    require_input(options.scan.path, "marrow sweep");
     if (options.from && options.to && !(*options.from < *options.to))
         throw UsageError("--from must be below --to");
     check_output(options.table, options.scan.path);

@@ -1,16 +1,12 @@
 // Reads the middle slices of series and draws them.
 #include "previews.h"
 
-#include <algorithm>
-#include <cmath>
-
 #include <QPainter>
 
 #include <marrow/error.h>
-#include <marrow/histogram.h>
 #include <marrow/volume_filters.h>
 
-#include "distribution.h"
+#include "shared/thumbnail.h"
 
 namespace marrow::viewer {
 namespace {
@@ -31,30 +27,13 @@ Volume middle_slice(const std::filesystem::path& input, ScanOptions options, con
     return crop(scan, {0, 0, nz / 2}, {nx - 1, ny - 1, nz / 2});
 }
 
-QImage draw(const Volume& slice) {
-    const Geometry& geometry = slice.geometry();
-    QImage samples(static_cast<int>(geometry.dims[0]), static_cast<int>(geometry.dims[1]),
-                   QImage::Format_Grayscale8);
-    const ValueRange range = usual_range(histogram(slice));
-    visit_sample_type(slice.type(), [&](auto type) {
-        const auto* from = slice.samples<decltype(type)>();
-        for (int y = 0; y < samples.height(); ++y) {
-            uchar* to = samples.scanLine(y);
-            for (int x = 0; x < samples.width(); ++x, ++from) {
-                const double grey =
-                    255 * (static_cast<double>(*from) - range.lower) / (range.upper - range.lower);
-                to[x] = static_cast<uchar>(std::isfinite(grey) ? std::clamp(grey, 0.0, 255.0) : 0);
-            }
-        }
-    });
-    QSizeF size(samples.width() * geometry.spacing[0], samples.height() * geometry.spacing[1]);
-    size.scale(kSide, kSide, Qt::KeepAspectRatio);
+QImage draw(const Volume& slice, const Mat3d& direction) {
+    const apps::Thumbnail thumbnail = apps::draw_thumbnail(slice, direction, kSide);
+    const QImage image(thumbnail.grey.data(), thumbnail.width, thumbnail.height, thumbnail.width,
+                       QImage::Format_Grayscale8);
     QImage picture(kSide, kSide, QImage::Format_RGB32);
     picture.fill(Qt::black);
-    QPainter painter(&picture);
-    painter.setRenderHint(QPainter::SmoothPixmapTransform);
-    painter.drawImage(QRectF(QPointF((kSide - size.width()) / 2, (kSide - size.height()) / 2), size),
-                      samples);
+    QPainter(&picture).drawImage((kSide - image.width()) / 2, (kSide - image.height()) / 2, image);
     return picture;
 }
 
@@ -68,7 +47,10 @@ void Previews::request(int series, const SeriesReport& report, std::int64_t volu
     worker_.forget(key);
     worker_.post(key, [=, this](const Progress& job_progress) {
         try {
-            const QImage picture = draw(middle_slice(input_, options_, report, volume, job_progress));
+            const Volume slice = middle_slice(input_, options_, report, volume, job_progress);
+            // A DICOM image alone does not say how it lies in the patient.
+            const Geometry& geometry = report.geometry ? *report.geometry : slice.geometry();
+            const QImage picture = draw(slice, geometry.direction);
             QMetaObject::invokeMethod(
                 this, [this, series, picture] { emit made(series, picture); }, Qt::QueuedConnection);
         } catch (const Cancelled&) {

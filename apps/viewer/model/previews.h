@@ -19,8 +19,8 @@ class Previews : public QObject {
     /// Makes pictures of the series of an input. The destructor cancels what is unfinished.
     Previews(std::filesystem::path input, const ScanOptions& options, QObject* parent = nullptr);
 
-    /// Starts to make the picture of a series: the middle slice of one of its volumes, true to scale on a
-    /// black square. Replaces an earlier request for the same series. A series that cannot be read gets none.
+    /// Starts to make the picture of a series: the middle slice of one of its volumes, as `marrow info
+    /// --picture` draws it, on a black square. Replaces an earlier request for the same series. A series that cannot be read gets none.
     void request(int series, const SeriesReport& report, std::int64_t volume);
 
   signals:

@@ -117,7 +117,6 @@ void ControlBar::follow_scan() {
     // As exact as the histogram shows it, because the field takes over its text when it is left.
     isovalue_->setDecimals(std::clamp(6 - int(std::floor(std::log10(step))), 6, 15));
     isovalue_->setSingleStep(step);
-    isovalue_->setRange(scan->histogram.lower, scan->histogram.upper);
     isovalue_->setSuffix(scan->hounsfield ? " HU" : "");
 }
 
@@ -127,6 +126,9 @@ void ControlBar::follow_parameters() {
     if (!current) return;
     {
         const QSignalBlocker quiet(isovalue_);
+        // A preset may be beyond all samples.
+        isovalue_->setRange(std::min(scan->histogram.lower, current->isovalue),
+                            std::max(scan->histogram.upper, current->isovalue));
         isovalue_->setValue(current->isovalue);
     }
     for (std::size_t i = 0; i < chips_.size(); ++i) {

@@ -109,7 +109,7 @@ class Window {
 
 // Everything that the passes share.
 struct Slabs {
-    Slabs(const SliceSource& source, double level, const SlabLimits& limits,
+    Slabs(const SliceSource& source, double level, const SurfaceSink& sink, const SlabLimits& limits,
           const IsosurfaceOptions& slab_options)
         : geometry(source.geometry),
           isovalue(level),
@@ -120,7 +120,10 @@ struct Slabs {
           halo(kHalo + source.slices_at_once - 1),
           to_physical(window.volume()),
           most_slices(limits.slices.value_or(window.bits().nz)),
-          memory(memory_left(limits)) {
+          sink_bytes_per_point(sink.bytes_per_point),
+          fixed(fixed_memory(limits.reserved)),
+          memory(limits.memory - std::min(limits.memory, fixed)) {
+        check_memory(0);
         if (!options.topology) return;
         ambiguous_words.emplace(window.bits());
         ambiguous.emplace(window.volume(), isovalue, to_physical, window.bits(), *ambiguous_words);
@@ -140,24 +143,27 @@ struct Slabs {
     std::optional<ActiveWords> ambiguous_words;
     std::optional<AmbiguousCells> ambiguous;
     const std::int64_t most_slices;  // in a slab
-    const std::size_t memory;        // bytes for a slab's samples, bits and output
+    const std::size_t sink_bytes_per_point;
+    const std::size_t fixed;   // bytes that are taken whatever the slab
+    const std::size_t memory;  // bytes for a slab's samples, bits and output
+
+    // \throw LimitError a slab of one slice, with so many bytes of output, does not fit
+    void check_memory(std::size_t output) const {
+        const std::size_t least = static_cast<std::size_t>(halo + 1) * window.bytes_per_slice() + output;
+        if (memory < least)
+            throw LimitError("limits.memory must be at least " + std::to_string(((fixed + least) >> 20) + 1) +
+                             " MiB for this " + (output > 0 ? "surface" : "volume"));
+    }
 
   private:
     // Stencils reach one slice back and two ahead, and the last slice of points is made with the slab before it.
     static constexpr std::int64_t kHalo = 5;
 
-    std::size_t memory_left(const SlabLimits& limits) const {
+    std::size_t fixed_memory(std::size_t reserved) const {
         // RowCounts has four numbers per row, and six with exact topology. Above its rows, the levels of the
         // two pyramids add up to less than two bytes per row.
         const std::size_t bytes_per_row = (options.topology ? 6 : 4) * sizeof(std::uint32_t) + 2;
-        const std::size_t counts =
-            bytes_per_row * window.bits().rows() + (options.topology ? 2 : 1) * active.bytes();
-        const std::size_t fixed = limits.reserved + counts;
-        const std::size_t least = fixed + static_cast<std::size_t>(halo + 1) * window.bytes_per_slice();
-        if (limits.memory < least)
-            throw LimitError("this volume needs at least " + std::to_string((least >> 20) + 1) +
-                             " MiB of memory; allow more, or crop the volume");
-        return limits.memory - fixed;
+        return reserved + bytes_per_row * window.bits().rows() + (options.topology ? 2 : 1) * active.bytes();
     }
 };
 
@@ -210,18 +216,31 @@ struct SlabOutput {
           triangle_begin(pyramids.triangles.first_output(row_begin)),
           triangle_end(pyramids.triangles.first_output(row_end)) {}
 
-    std::size_t bytes(bool normals) const {
-        return (point_end - point_begin) * sizeof(Vec3f) * (normals ? 2 : 1) +
-               (triangle_end - triangle_begin) * sizeof(Triangle);
-    }
+    std::uint64_t points() const { return point_end - point_begin; }
+    std::uint64_t triangles() const { return triangle_end - triangle_begin; }
 };
+
+// The bytes that a slab's output takes here and in the sink.
+std::size_t output_bytes(const Slabs& s, const SlabOutput& slab) {
+    return slab.points() * (sizeof(Vec3f) * (s.options.normals ? 2 : 1) + s.sink_bytes_per_point) +
+           slab.triangles() * sizeof(Triangle);
+}
+
+// The most that a slab of one slice takes.
+std::size_t most_output_bytes(const Slabs& s, const Pyramids& pyramids) {
+    const InsideBits& bits = s.window.bits();
+    std::size_t most = 0;
+    for (std::int64_t z = 0; z < bits.nz; ++z)
+        most = std::max(most, output_bytes(s, SlabOutput(bits, pyramids, z, z + 1)));
+    return most;
+}
 
 // The end of the slab that begins at slice z: it has as many slices as fit in memory, and at least one.
 std::int64_t slab_end(const Slabs& s, const Pyramids& pyramids, std::int64_t z) {
     const InsideBits& bits = s.window.bits();
     const auto bytes_until = [&](std::int64_t end) {
         return static_cast<std::size_t>(end - z + s.halo) * s.window.bytes_per_slice() +
-               SlabOutput(bits, pyramids, z, end).bytes(s.options.normals);
+               output_bytes(s, SlabOutput(bits, pyramids, z, end));
     };
     std::int64_t end = z + 1;
     while (end < bits.nz && end - z < s.most_slices && bytes_until(end + 1) <= s.memory) ++end;
@@ -251,8 +270,7 @@ void emit(const EmitInput& input, const SlabOutput& slab, bool normals, SurfaceM
 
 // Gives a slab's part of the surface to the sink, and then its memory back.
 void hand_over(const SlabOutput& slab, bool normals, SurfaceMemory& memory, const SurfaceSink& sink) {
-    const std::uint64_t points = slab.point_end - slab.point_begin,
-                        triangles = slab.triangle_end - slab.triangle_begin;
+    const std::uint64_t points = slab.points(), triangles = slab.triangles();
     SurfacePart part{slab.point_begin,
                      {memory.points.data() + slab.point_begin, points},
                      {},
@@ -320,9 +338,10 @@ void extract_isosurface_in_slabs(const SliceSource& source, double isovalue, con
 
     try {
         with_threads(options.threads, [&] {
-            Slabs slabs(source, isovalue, limits, options);
+            Slabs slabs(source, isovalue, sink, limits, options);
             const Pyramids pyramids = count(slabs);
             check_point_count(pyramids.points.total());
+            slabs.check_memory(most_output_bytes(slabs, pyramids));
             sink.begin(pyramids.points.total(), pyramids.triangles.total(), options.normals);
             emit(slabs, pyramids, sink);
             if (stats != nullptr) stats->non_finite_samples = slabs.window.non_finite_samples();

@@ -2,9 +2,11 @@
 #include <algorithm>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include <marrow/atomic_file.h>
 #include <marrow/mesh_io.h>
+#include <marrow/normals.h>
 
 #include "io/bytes/archive_writer.h"
 #include "io/bytes/text.h"
@@ -16,6 +18,8 @@ namespace marrow {
 using namespace internal::io;
 
 namespace {
+
+constexpr int kThreads = 1;  // files are written by one thread
 
 MeshOutput::Write into(AtomicFile& file) {
     return [&](const void* data, std::size_t bytes) { file.write(data, bytes); };
@@ -63,6 +67,23 @@ void check_objects(MeshObjects objects, MeshFormat format, const std::filesystem
         }
         check_point_data(object, refuse);
     }
+}
+
+bool has_point_normals(MeshFormat format) {
+    return format == MeshFormat::ply || format == MeshFormat::obj || format == MeshFormat::vtp ||
+           format == MeshFormat::glb;
+}
+
+// Lets the normals of the mesh point outward. If some of them change, `normals` has those of all points.
+void turn_normals_outward(MeshView& mesh, std::vector<Vec3f>& normals) {
+    if (mesh.normals.empty()) return;
+    SurfacePart surface = whole(mesh);
+    surface.complete_points = mesh.points.size();
+    const std::vector<OutwardNormals::Replacement> replaced = OutwardNormals().add(surface, kThreads);
+    if (replaced.empty()) return;
+    normals.assign(mesh.normals.begin(), mesh.normals.end());
+    for (const auto& [point, normal] : replaced) normals[point] = normal;
+    mesh.normals = normals;
 }
 
 // An STL file in a DICOM object.
@@ -176,8 +197,13 @@ void MeshFiles::write(std::span<const MeshObject> objects, const std::filesystem
                       const MeshWriteOptions& options) {
     const MeshFormat format = mesh_format(output);
     check_objects(objects, format, output, options.space);
+    std::vector<MeshObject> written(objects.begin(), objects.end());
+    std::vector<std::vector<Vec3f>> normals(objects.size());
+    if (has_point_normals(format)) {
+        for (std::size_t i = 0; i < written.size(); ++i) turn_normals_outward(written[i].mesh, normals[i]);
+    }
     auto file = std::make_unique<AtomicFile>(output);
-    write_content(format, *file, is_gzipped(output), objects, options);
+    write_content(format, *file, is_gzipped(output), written, options);
     file->finish();
     files_.push_back(std::move(file));
 }
@@ -196,6 +222,7 @@ struct SurfaceWriter::State {
     AtomicFile file;
     MeshOutput to;
     bool normals = false;
+    OutwardNormals outward;
     std::uint64_t points_begin = 0, faces_begin = 0;
 
     void begin(std::uint64_t points, std::uint64_t triangles, bool has_normals) {
@@ -212,10 +239,18 @@ struct SurfaceWriter::State {
             file.seek(kStlHeaderBytes + p.first_triangle * kStlFacetBytes);
             return write_stl_facets(to, p);
         }
-        file.seek(points_begin + p.first_point * ply_point_bytes(normals));
-        write_ply_points(to, p);
+        write_points(p);
+        if (normals) {
+            for (const auto& [point, normal] : outward.add(p, kThreads))
+                write_points({point, p.points.subspan(point - p.first_point, 1), {&normal, 1}});
+        }
         file.seek(faces_begin + p.first_triangle * kPlyFaceBytes);
         write_ply_faces(to, p);
+    }
+
+    void write_points(const SurfacePart& p) {
+        file.seek(points_begin + p.first_point * ply_point_bytes(normals));
+        write_ply_points(to, p);
     }
 };
 
@@ -238,7 +273,8 @@ SurfaceSink SurfaceWriter::sink() {
     return {[this](std::uint64_t points, std::uint64_t triangles, bool normals) {
                 state_->begin(points, triangles, normals);
             },
-            [this](const SurfacePart& part) { state_->part(part); }};
+            [this](const SurfacePart& part) { state_->part(part); },
+            state_->format == MeshFormat::ply ? OutwardNormals::kBytesPerPoint : 0};
 }
 
 void SurfaceWriter::commit() {

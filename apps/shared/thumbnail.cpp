@@ -1,18 +1,11 @@
-// Makes a small picture of a scan, and writes it with VTK.
+// Draws the middle slice of a scan.
 #include "thumbnail.h"
 
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
-#include <vtkImageData.h>
-#include <vtkNew.h>
-#include <vtkPNGWriter.h>
-#include <vtkUnsignedCharArray.h>
-
-#include <marrow/atomic_file.h>
-
-#include "info_report.h"
+#include "orientation.h"
 
 namespace marrow::apps {
 namespace {
@@ -33,20 +26,19 @@ struct Layout {
     Side across, down;
 };
 
-Layout layout_of(const Geometry& geometry) {
-    constexpr double kPixels = 256;
-    const std::size_t i = main_direction(geometry.direction, 0), j = main_direction(geometry.direction, 1);
+Layout layout_of(const Geometry& geometry, const Mat3d& direction, int pixels) {
+    const std::size_t i = main_direction(direction, 0), j = main_direction(direction, 1);
     const std::size_t across = i > j ? 1 : 0, down = 1 - across;
     const auto size = [&](std::size_t axis) {
         return static_cast<double>(geometry.dims[axis]) * geometry.spacing[axis];
     };
-    const double scale = kPixels / std::max(size(0), size(1));
+    const double scale = pixels / std::max(size(0), size(1));
     const auto side = [&](std::size_t axis, bool reversed) {
         return Side{axis, reversed, geometry.dims[axis],
                     std::max<std::int64_t>(1, std::llround(scale * size(axis)))};
     };
     const bool axial = std::max(i, j) < 2;
-    const auto increases = [&](std::size_t axis) { return geometry.direction[axis == 0 ? i : j][axis] > 0; };
+    const auto increases = [&](std::size_t axis) { return direction[axis == 0 ? i : j][axis] > 0; };
     return {side(across, !increases(across)), side(down, increases(down) != axial)};
 }
 
@@ -79,10 +71,10 @@ Window window_of(const T* samples, std::int64_t count) {
 
 // Draws a slice; each pixel is the mean of its samples.
 template <class T>
-void draw(const T* slice, std::int64_t columns, std::int64_t rows, const Layout& layout,
-          vtkImageData* picture) {
+Thumbnail draw(const T* slice, std::int64_t columns, std::int64_t rows, const Layout& layout) {
     const Window window = window_of(slice, columns * rows);
     const auto& [across, down] = layout;
+    Thumbnail picture{static_cast<int>(across.pixels), static_cast<int>(down.pixels), {}};
     for (std::int64_t y = 0; y < down.pixels; ++y) {
         for (std::int64_t x = 0; x < across.pixels; ++x) {
             double sum = 0;
@@ -95,35 +87,21 @@ void draw(const T* slice, std::int64_t columns, std::int64_t rows, const Layout&
                         static_cast<double>(slice[across.axis == 0 ? t * columns + s : s * columns + t]));
                 }
             }
-            // VTK counts rows from the bottom.
-            *static_cast<unsigned char*>(
-                picture->GetScalarPointer(static_cast<int>(x), static_cast<int>(down.pixels - 1 - y), 0)) =
-                static_cast<unsigned char>(std::lround(sum / static_cast<double>(count)));
+            picture.grey.push_back(static_cast<std::uint8_t>(std::lround(sum / static_cast<double>(count))));
         }
     }
+    return picture;
 }
 
 }  // namespace
 
-void write_thumbnail(const Volume& scan, const std::filesystem::path& file) {
+Thumbnail draw_thumbnail(const Volume& scan, const Mat3d& direction, int pixels) {
     const Geometry& geometry = scan.geometry();
     const std::int64_t columns = geometry.dims[0], rows = geometry.dims[1];
-    const Layout layout = layout_of(geometry);
-    vtkNew<vtkImageData> picture;
-    picture->SetDimensions(static_cast<int>(layout.across.pixels), static_cast<int>(layout.down.pixels), 1);
-    picture->AllocateScalars(VTK_UNSIGNED_CHAR, 1);
-    visit_sample_type(scan.type(), [&](auto type) {
-        draw(scan.samples<decltype(type)>() + geometry.dims[2] / 2 * rows * columns, columns, rows, layout,
-             picture);
+    return visit_sample_type(scan.type(), [&](auto type) {
+        return draw(scan.samples<decltype(type)>() + geometry.dims[2] / 2 * rows * columns, columns, rows,
+                    layout_of(geometry, direction, pixels));
     });
-    vtkNew<vtkPNGWriter> png;
-    png->SetInputData(picture);
-    png->WriteToMemoryOn();
-    png->Write();
-    AtomicFile out(file);
-    out.write(png->GetResult()->GetPointer(0),
-              static_cast<std::size_t>(png->GetResult()->GetNumberOfValues()));
-    out.commit();
 }
 
 }  // namespace marrow::apps
