@@ -96,7 +96,7 @@ double samples_across(double length, double step) {
 }  // namespace
 
 Raster::Raster(const std::filesystem::path& path, std::optional<double> cell, Continue should_continue)
-    : path_(path), name_("'" + path.string() + "'"), should_continue_(std::move(should_continue)) {
+    : path_(path), name_(fmt::format("'{}'", path.string())), should_continue_(std::move(should_continue)) {
     static std::once_flag registered;
     std::call_once(registered, GDALAllRegister);
     if (!std::filesystem::exists(path)) throw IoError(fmt::format("{}: there is no such file", name_));

@@ -242,7 +242,9 @@ struct SurfaceWriter::State {
         write_points(p);
         if (normals) {
             for (const auto& [point, normal] : outward.add(p, kThreads))
-                write_points({point, p.points.subspan(point - p.first_point, 1), {&normal, 1}});
+                write_points({.first_point = point,
+                              .points = p.points.subspan(point - p.first_point, 1),
+                              .normals = {&normal, 1}});
         }
         file.seek(faces_begin + p.first_triangle * kPlyFaceBytes);
         write_ply_faces(to, p);
