@@ -147,7 +147,8 @@ TEST_F(Mistake, SuggestsOptionsAndCommands) {
     const std::vector<std::pair<std::vector<std::string>, std::string>> cases{
         {{scan, "-o", "a.stl", "--isovlaue", "200"}, "no option --isovlaue: did you mean --isovalue?"},
         {{scan, "--smoth", "20", "-o", "a.stl"}, "no option --smoth: did you mean --smooth?"},
-        {{scan, "-t", "bone"}, "no option -t: did you mean --type, --topology, --trust, --triangles or --threads?"},
+        {{scan, "-t", "bone"},
+         "no option -t: did you mean --type, --topology, --trust, --triangles or --threads?"},
         {{scan, "--max-mem=1G"}, "no option --max-mem: did you mean --max-memory?"},
         {{scan, "--colour", "red"}, "no option --colour (see"},
         {{"inf", scan}, "no command 'inf': did you mean info?"},

@@ -16,7 +16,7 @@ struct SweepCommandOptions {
     FilterSteps filters;
     std::optional<double> from, to;  ///< none: the least and the largest sample
     int samples = 100;
-    bool topology = false;  ///< as SweepOptions::topology
+    bool topology = false;        ///< as SweepOptions::topology
     std::filesystem::path table;  ///< .csv or .json; empty: print it
     std::filesystem::path plot;   ///< .svg; empty: none
     Reporting reporting;

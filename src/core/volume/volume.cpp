@@ -70,7 +70,8 @@ void check_geometry(const Geometry& g) {
     std::int64_t samples = 1;
     for (int axis = 0; axis < 3; ++axis) {
         if (g.dims[axis] < 0) throw InputError("volume: negative size along axis " + std::to_string(axis));
-        if (__builtin_mul_overflow(samples, g.dims[axis], &samples) || g.dims[axis] >= std::int64_t{1} << 30) {
+        if (__builtin_mul_overflow(samples, g.dims[axis], &samples) || g.dims[axis] >= std::int64_t{1}
+                                                                                           << 30) {
             throw InputError("volume: size along axis " + std::to_string(axis) + " is out of range");
         }
         if (!(g.spacing[axis] >= std::numeric_limits<float>::min()) || !std::isfinite(g.spacing[axis])) {
