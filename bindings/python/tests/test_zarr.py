@@ -387,6 +387,18 @@ def test_damaged_chunks_are_refused(tmp_path, compressor):
             pass
 
 
+@pytest.mark.parametrize("compressor", COMPRESSORS[1:], ids=str)
+def test_chunks_of_one_value_are_read_however_small(tmp_path, compressor):
+    # What a chunk may claim is limited by what its compressor can reach, which zeros do.
+    array = zarr.open_array(
+        str(tmp_path / "a"), mode="w", shape=(128, 256, 256), chunks=(128, 256, 256), dtype="u1", compressor=compressor,
+        fill_value=1, write_empty_chunks=True,
+    )
+    array[:] = 0
+    volume = marrow.read(tmp_path / "a", spacing=(1, 1, 1))
+    assert volume.shape == (128, 256, 256) and not volume.array.any()
+
+
 def test_damaged_shards_are_refused(tmp_path):
     samples = random_samples(np.random.default_rng(13), (4, 4, 4), np.dtype("i2"))
     write_version_3(tmp_path / "a", samples, (2, 2, 2), shards=(4, 4, 4), checksum=True)
