@@ -106,7 +106,9 @@ void SurfaceJob::draw(const Progress& progress) const {
     for (const Surface& surface : results.surfaces) innermost = std::max(innermost, surface.isovalue);
     std::vector<RenderedSurface> rendered;
     for (const Surface& surface : results.surfaces)
-        rendered.push_back({&surface.mesh, surface.colour.value_or(kNeutral), surface.isovalue < innermost});
+        rendered.push_back(
+            {&surface.mesh, surface.colour.value_or(kNeutral), surface.isovalue < innermost,
+             surface.trust ? std::span<const Rgb8>(surface.trust->colours) : std::span<const Rgb8>()});
     render(rendered, options_.output.picture, progress);
 }
 

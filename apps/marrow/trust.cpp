@@ -39,7 +39,7 @@ void add_trust_options(Arguments& arguments, TrustSteps& steps) {
     arguments.add_flag(
         "--trust", steps.report,
         "Say how far the surface moves if the isovalue changes by 100 HU (not in CT: by a tenth of the "
-        "contrast) and by noise; for each point in .ply and .vtp, and as colours in .glb.");
+        "contrast) and by noise; for each point in .ply and .vtp, and as colours in .glb and the picture.");
     arguments.add_flag(
         "--keep-thin", steps.keep_thin,
         "Restore walls that are too thin for the scan, at half of their own peak. A fold of soft tissue "
