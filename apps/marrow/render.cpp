@@ -80,6 +80,15 @@ vtkNew<vtkPolyData> to_vtk(const Mesh& mesh) {
     return result;
 }
 
+// The mapper draws colours of points as they are.
+void add_colours(std::span<const Rgb8> colours, vtkPolyData& polydata) {
+    vtkNew<vtkUnsignedCharArray> scalars;
+    scalars->SetNumberOfComponents(3);
+    scalars->SetNumberOfTuples(static_cast<vtkIdType>(colours.size()));
+    std::copy_n(colours.front().data(), 3 * colours.size(), scalars->GetPointer(0));
+    polydata.GetPointData()->SetScalars(scalars);
+}
+
 double along(const Vec3d& axis, const Vec3f& p) {
     return axis[0] * p[0] + axis[1] * p[1] + axis[2] * p[2];
 }
@@ -167,7 +176,9 @@ void make_translucent(vtkActor* actor) {
 
 vtkNew<vtkActor> to_actor(const RenderedSurface& surface) {
     vtkNew<vtkPolyDataMapper> mapper;
-    mapper->SetInputData(to_vtk(*surface.mesh));
+    const vtkNew<vtkPolyData> polydata = to_vtk(*surface.mesh);
+    if (!surface.point_colours.empty()) add_colours(surface.point_colours, *polydata);
+    mapper->SetInputData(polydata);
     vtkNew<vtkActor> actor;
     actor->SetMapper(mapper);
     vtkProperty* look = actor->GetProperty();

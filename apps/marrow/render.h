@@ -3,18 +3,21 @@
 
 #include <array>
 #include <filesystem>
+#include <span>
 #include <vector>
 
 #include <marrow/mesh.h>
+#include <marrow/mesh_io.h>
 #include <marrow/progress.h>
 
 namespace marrow::apps {
 
 /// A surface in a picture.
 struct RenderedSurface {
-    const Mesh* mesh;              ///< LPS millimetres, with normals
-    std::array<double, 3> colour;  ///< red, green, blue from 0 to 1
-    bool translucent;              ///< like glass, so that the surfaces inside are visible
+    const Mesh* mesh;                          ///< LPS millimetres, with normals
+    std::array<double, 3> colour;              ///< red, green, blue from 0 to 1
+    bool translucent;                          ///< like glass, so that the surfaces inside are visible
+    std::span<const Rgb8> point_colours = {};  ///< one per point or none; instead of `colour`
 };
 
 /// The direction of the camera, in degrees: turned from the front (-y) towards the left (x), and raised.

@@ -95,7 +95,9 @@ void SurfaceJob::draw(const Progress& progress) {
     std::vector<RenderedSurface> rendered;
     for (Surface& surface : results.surfaces) {
         turn_normals_outward(surface.mesh, threads());
-        rendered.push_back({&surface.mesh, surface.colour.value_or(kNeutral), surface.isovalue < innermost});
+        rendered.push_back(
+            {&surface.mesh, surface.colour.value_or(kNeutral), surface.isovalue < innermost,
+             surface.trust ? std::span<const Rgb8>(surface.trust->colours) : std::span<const Rgb8>()});
     }
     render(rendered, options_.output.picture, progress);
 }

@@ -39,7 +39,7 @@ void add_trust_options(Arguments& arguments, TrustSteps& steps) {
     arguments.add_flag(
         "--trust", steps.report,
         "Say how far the surface moves if the isovalue changes by 100 HU (not in CT: by a tenth of the "
-        "contrast) and by noise; for each point in .ply and .vtp, and as colours in .glb.");
+        "contrast) and by noise; for each point in .ply and .vtp, and as colours in .glb and the picture.");
     arguments.add_flag(
         "--keep-thin", steps.keep_thin,
         "Restore walls that are too thin for the scan, at half of their own peak. A fold of soft tissue "
@@ -56,10 +56,15 @@ void check_trust(const TrustSteps& steps) {
 
 void look_for_thin_walls(Surface& surface, const Volume& scan, const NoiseEstimate& noise, bool keep,
                          IsosurfaceOptions options) {
-    surface.thin_walls = VanishedWalls{find_thin_walls(scan, surface.isovalue, surface.mesh,
-                                                       {.noise = noise.sigma, .threads = options.threads})};
+    // Each half of the progress is one of the two steps.
+    const Progress progress = options.progress;
+    const auto half = [&](double begin) { return [&, begin](double f) { return progress(begin + f / 2); }; };
+    surface.thin_walls = VanishedWalls{
+        find_thin_walls(scan, surface.isovalue, surface.mesh,
+                        {.noise = noise.sigma, .threads = options.threads, .progress = half(0)})};
     if (!keep || surface.thin_walls->found.samples.empty()) return;
     const Volume restored = restore_thin_walls(scan, surface.isovalue, surface.thin_walls->found);
+    options.progress = half(0.5);
     surface.mesh = extract_isosurface(restored, surface.isovalue, options);
     surface.thin_walls->restored = true;
 }

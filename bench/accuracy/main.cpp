@@ -189,7 +189,8 @@ int main(int argc, char** argv) {
     fmt::print(
         "\n![The thickness that a plate shows, against its true thickness](images/accuracy/plates.svg)\n");
     print_thin_walls();
+    const std::string plot = marrow::apps::svg_of(thickness_plot());
     std::ofstream picture(argv[1]);
-    picture << marrow::apps::svg_of(thickness_plot());
+    picture << plot;
     return picture.good() ? 0 : 1;
 }

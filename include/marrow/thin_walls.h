@@ -22,7 +22,7 @@ struct ThinWallOptions {
     Progress progress = {};
 };
 
-/// A sample in the middle of a wall that is below the isovalue.
+/// A sample in the middle of a wall that does not clearly reach the isovalue.
 struct RidgeSample {
     std::array<std::int64_t, 3> index;  ///< in the view
     std::size_t axis = 0;               ///< the index axis that crosses the wall most steeply
@@ -42,14 +42,19 @@ struct ThinWalls {
     std::vector<RidgeSample> samples;  ///< ordered by (z, y, x)
 };
 
-/// Finds where walls beside an isosurface fall below the isovalue, because they are thinner than the scan can carry:
-/// blur lowers their peak. The surface has a hole there, or ends.
+/// Finds where walls beside an isosurface do not clearly reach the isovalue, because they are thinner than the scan can
+/// carry: blur lowers their peak. The surface has a hole there, or ends.
 ///
-/// A sample is in the middle of such a wall if it is below the isovalue T and a local maximum across the wall. Its
-/// contrast over the higher side, within three samples, must be at least five times the noise and 0.35 (T - that side),
-/// and the wall must be a ridge: its largest second derivative along itself is at most half of that across.
-/// Walls begin beside a sample inside the surface, and go on from sample to neighbouring sample. Those of fewer than
-/// five samples are left out. A fold of soft tissue between air looks the same as a thin wall of bone.
+/// A sample is in the middle of such a wall if it is a local maximum along the axis that crosses the wall most steeply.
+/// With T the isovalue and b the higher of the lowest samples within three samples on both sides, its contrast over b is
+/// at least five times the noise, at least 0.5 (T - b) and less than 1.1 (T - b): a wall that barely reaches T has holes
+/// between the samples. The wall is a sheet there: no second derivative is positive and more than half as large as the one
+/// across, as between two bodies that nearly touch. At the rim, where what the wall ends at raises its sides, 0.4 (T - b) is
+/// enough, and the sheet need not be flat; so is it for a sample that has three in the sheet around it.
+///
+/// Walls begin at samples beside the inside of the surface, and go on from sample to neighbouring sample. Those with
+/// fewer than five samples in their sheet are left out. A fold of soft tissue between air looks the same as a thin wall of
+/// bone, and sharp edges can look like one.
 ///
 /// `surface` is the surface that extract_isosurface gives at `isovalue`. The result is the same for any number of
 /// threads. \throw InputError a null view, bad geometry, or an isovalue that is not finite; LimitError not enough memory;

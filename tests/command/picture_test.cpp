@@ -6,10 +6,13 @@
 #include <vtkNew.h>
 #include <vtkPNGReader.h>
 
+#include <marrow/isosurface.h>
+
 #include "drawing.h"
 #include "render.h"
 #include "shared/display.h"
 #include "support/command_line.h"
+#include "support/fields.h"
 
 // OpenGL drivers keep memory until the process ends. AddressSanitizer must not report that as a leak.
 extern "C" const char* __asan_default_options() {
@@ -136,6 +139,32 @@ TEST(Drawing, BecomesAPngWithoutADisplay) {
     }
     EXPECT_GT(dark_before, 50);
     EXPECT_EQ(dark_after, 0);
+}
+
+// The colours of points take the place of the surface's.
+TEST(Picture, ShowsTheColoursOfPoints) {
+    if (!has_display()) GTEST_SKIP() << "no display";
+    const TemporaryFolder folder;
+    const Volume volume = sampled_in_space<float>(grid(24, 24, 24), sphere({11.5, 11.5, 11.5}, 8));
+    const Mesh mesh = extract_isosurface(volume, 0);
+    const std::vector<Rgb8> red(mesh.points.size(), Rgb8{200, 0, 0});
+    const auto red_pixels = [&](std::span<const Rgb8> colours) {
+        render({{&mesh, {0.8, 0.8, 0.8}, false, colours}}, folder / "ball.png", {});
+        vtkNew<vtkPNGReader> reader;
+        reader->SetFileName((folder / "ball.png").c_str());
+        reader->Update();
+        int count = 0;
+        for (int y = 0; y < 1200; ++y) {
+            for (int x = 0; x < 1600; ++x) {
+                const auto* rgb =
+                    static_cast<const unsigned char*>(reader->GetOutput()->GetScalarPointer(x, y, 0));
+                count += rgb[0] > 2 * rgb[1] && rgb[0] > 2 * rgb[2];
+            }
+        }
+        return count;
+    };
+    EXPECT_EQ(red_pixels({}), 0);
+    EXPECT_GT(red_pixels(red), 200'000);
 }
 
 }  // namespace

@@ -11,7 +11,6 @@
 
 #include "label_map.h"
 #include "outputs.h"
-#include "shared/report_progress.h"
 #include "warnings.h"
 
 namespace marrow::apps {
@@ -109,23 +108,22 @@ class Extraction {
         surface.name = request.name;
         surface.output = output;
         if (request.preset) surface.colour = request.preset->colour;
-        const IsosurfaceOptions extraction{.closed = !options_.open,
-                                           .snap = options_.snap,
-                                           .topology = options_.topology,
-                                           .threads = job_.threads()};
+        IsosurfaceOptions extraction{.closed = !options_.open,
+                                     .snap = options_.snap,
+                                     .topology = options_.topology,
+                                     .threads = job_.threads()};
         job_.results.seconds.extract += job_.stage("extract", [&](const Progress& progress) {
             IsosurfaceStats stats;
             surface.isovalue = choose_isovalue(request, scan_, job_.results.info);
-            IsosurfaceOptions with_progress = extraction;
-            with_progress.progress = progress;
-            surface.mesh = extract_isosurface(scan_, surface.isovalue, with_progress, &stats);
+            extraction.progress = progress;
+            surface.mesh = extract_isosurface(scan_, surface.isovalue, extraction, &stats);
             non_finite_samples_ = stats.non_finite_samples;
             if (surface.mesh.triangles.empty()) throw_empty(surface.isovalue, scan_);
         });
         const bool is_bone = request.preset && request.preset->name == "bone";
         if (options_.trust.look_for_walls(is_bone))
             job_.results.seconds.extract += job_.stage("thin walls", [&](const Progress& progress) {
-                report(progress, 0);
+                extraction.progress = progress;
                 look_for_thin_walls(surface, scan_, noise(), options_.trust.keep_thin, extraction);
             });
         if (options_.steps.any()) refine(surface);
