@@ -174,7 +174,8 @@ struct SharedSurfaceFile {
 class MARROW_EXPORT SharedSurfaceWriter {
   public:
     /// Creates the temporary file, with its header and its size. options.progress is not called.
-    /// \throw the errors of write_mesh; InputError the format cannot be written in parts
+    /// \throw the errors of write_mesh; InputError the format cannot be written in parts; LimitError more than 2^32 - 1
+    /// points
     SharedSurfaceWriter(const std::filesystem::path& output, const SurfaceSize& size, bool normals,
                         const MeshWriteOptions& options = {});
     ~SharedSurfaceWriter();

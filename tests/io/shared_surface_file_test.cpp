@@ -114,6 +114,7 @@ TEST(SharedSurfaceFile, RefusesWhatDoesNotFit) {
     EXPECT_THROW(SharedSurfaceWriter(folder / "surface.obj", size, true), InputError);
     EXPECT_THROW(SharedSurfaceWriter(folder / "surface.ply.gz", size, true), InputError);
     EXPECT_THROW(SharedSurfaceWriter(folder / "surface.stl", {1, std::uint64_t{1} << 32}, true), LimitError);
+    EXPECT_THROW(SharedSurfaceWriter(folder / "surface.ply", {std::uint64_t{1} << 32, 1}, true), LimitError);
     SharedSurfaceWriter smaller(folder / "surface.ply", {size.points - 1, size.triangles}, true);
     EXPECT_THROW(write_part(smaller.file(), parts.back()), InputError);
     SharedSurfaceWriter without_normals(folder / "surface.ply", size, false);

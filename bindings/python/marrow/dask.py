@@ -450,7 +450,7 @@ def _part(samples: Any, block: _Block, geometry: Geometry) -> _marrow.ArrayPart:
 def _parts(samples: Any, steps: list[_Block], geometry: Geometry) -> Iterator[_marrow.ArrayPart]:
     """Return the parts of a block one after the other. Each is valid until the next."""
     if isinstance(samples, np.ndarray):
-        samples = np.ascontiguousarray(as_samples(samples))
+        samples = np.require(as_samples(samples), requirements=["C", "ALIGNED"])  # after a message it may be neither
         z = steps[0].with_halo()[0][2]
         for step in steps:
             first, slices = step.with_halo()

@@ -44,8 +44,9 @@ class ArrayPart {
     ArrayPart(py::array array, const Index& array_first, const Index& first, const Index& dims,
               const Index& whole, const Vec3d& spacing, const Vec3d& origin, const Mat3d& direction)
         : array_(std::move(array)), whole_(whole) {
-        if (array_.ndim() != 3 || !(array_.flags() & py::array::c_style))
-            throw InputError("the samples of a part are not a C-contiguous array with three axes");
+        const bool aligned = (array_.flags() & py::detail::npy_api::NPY_ARRAY_ALIGNED_) != 0;
+        if (array_.ndim() != 3 || !(array_.flags() & py::array::c_style) || !aligned)
+            throw InputError("the samples of a part are not an aligned, C-contiguous array with three axes");
         const Index stored{array_.shape(2), array_.shape(1), array_.shape(0)};
         view_.type = sample_type_of(array_.dtype());
         view_.geometry = {dims, spacing, origin, direction};

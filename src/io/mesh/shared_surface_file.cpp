@@ -1,6 +1,7 @@
 // Writes surfaces from several processes to one file: one creates it at its size, and each writes its records.
 #include <algorithm>
 #include <cerrno>
+#include <limits>
 #include <string>
 #include <system_error>
 
@@ -119,6 +120,10 @@ struct SharedSurfaceWriter::State {
 SharedSurfaceWriter::SharedSurfaceWriter(const std::filesystem::path& output, const SurfaceSize& size,
                                          bool normals, const MeshWriteOptions& options) {
     check_writable_in_parts(output);
+    if (size.points > std::numeric_limits<std::uint32_t>::max())
+        throw LimitError(
+            "the surface has " + std::to_string(size.points) +
+            " points, more than the 2^32 - 1 that triangles can name; crop or coarsen the volume");
     const MeshFormat format = mesh_format(output);
     state_ = std::make_unique<State>(output);
     AtomicFile& target = state_->target;
