@@ -51,7 +51,7 @@ struct LabelSurface {
 /// After Gibson 1998 (constrained elastic surface nets), and Schaefer, Ju and Warren 2007 (manifold dual
 /// contouring).
 /// \throw InputError bad geometry, no samples, samples that are not integers, or more than 65535 different
-/// values; LimitError more points than triangles can name; Cancelled
+/// values; LimitError more points than triangles can name, or 2^32 triangles or more to relax; Cancelled
 MARROW_EXPORT std::vector<LabelSurface> extract_labels(const VolumeView& map,
                                                        const LabelOptions& options = {});
 

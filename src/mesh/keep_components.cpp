@@ -5,6 +5,7 @@
 #include <map>
 #include <vector>
 
+#include <marrow/buffer.h>
 #include <marrow/components.h>
 #include <marrow/error.h>
 
@@ -21,11 +22,20 @@ using namespace internal;
 namespace {
 
 Mesh copy_components(const MeshView& mesh, const Components& components, const std::vector<bool>& keep) {
+    const auto is_kept = [&](std::size_t p) {
+        return components.of_point[p] != Components::kNone && keep[components.of_point[p]];
+    };
+    std::size_t points = 0, triangles = 0;
+    for (std::size_t p = 0; p < mesh.points.size(); ++p) points += is_kept(p) ? 1 : 0;
+    for (std::size_t c = 0; c < keep.size(); ++c)
+        triangles += keep[c] ? static_cast<std::size_t>(components.all[c].triangles) : 0;
     Mesh result;
-    std::vector<std::uint32_t> new_index(mesh.points.size());
+    result.points.reserve(points);
+    result.triangles.reserve(triangles);
+    if (!mesh.normals.empty()) result.normals.reserve(points);
+    Buffer<std::uint32_t> new_index(mesh.points.size());
     for (std::size_t p = 0; p < mesh.points.size(); ++p) {
-        const std::uint32_t component = components.of_point[p];
-        if (component == Components::kNone || !keep[component]) continue;
+        if (!is_kept(p)) continue;
         new_index[p] = static_cast<std::uint32_t>(result.points.size());
         result.points.push_back(mesh.points[p]);
         if (!mesh.normals.empty()) result.normals.push_back(mesh.normals[p]);

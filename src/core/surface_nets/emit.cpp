@@ -9,6 +9,8 @@
 
 #include <tbb/parallel_for.h>
 
+#include <marrow/error.h>
+
 #include "base/parallel.h"
 #include "base/progress.h"
 #include "mesh/hold_back.h"
@@ -108,6 +110,8 @@ Mesh join(const LabelMeshes& labels, std::size_t points) {
     std::vector<std::uint32_t> last(points, kNone), before;
     std::size_t at_most = 0;
     for (const Mesh& mesh : labels.meshes) at_most += mesh.triangles.size();
+    if (at_most >> 32)
+        throw LimitError("labels: all surfaces together have 2^32 triangles or more; use fewer labels");
     net.triangles.reserve(at_most);
     for (std::size_t l = 0; l < labels.meshes.size(); ++l) {
         const Buffer<std::uint32_t>& of_net = labels.net_points[l];
