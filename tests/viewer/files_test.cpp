@@ -147,6 +147,12 @@ TEST_F(BallViewer, AsksBeforeItReplacesAFile) {
     EXPECT_NE(read_file(file), "old");
 }
 
+TEST_F(BallViewer, SaysThatSamplesLookLikeLabels) {
+    write_nrrd(folder / "labels.nrrd", 30, 30, 30, [](int x, int y, int) { return 1 + (x > 15) + (y > 10); });
+    ASSERT_TRUE(open(folder / "labels.nrrd"));
+    EXPECT_TRUE(window->banner().contains("--labels")) << window->banner().toStdString();
+}
+
 // The same warning as that of the command line.
 TEST_F(BallViewer, WarnsAtExport) {
     session().set_isovalue(session().scan()->histogram.lower);  // all samples are inside

@@ -9,8 +9,8 @@
 #include <marrow/histogram.h>
 #include <marrow/isosurface.h>
 
-#include "label_map.h"
 #include "outputs.h"
+#include "shared/label_map.h"
 #include "warnings.h"
 
 namespace marrow::apps {

@@ -15,9 +15,9 @@
 
 #include "info_report.h"
 #include "json_report.h"
-#include "label_map.h"
 #include "png.h"
 #include "progress_reporter.h"
+#include "shared/label_map.h"
 #include "shared/library_options.h"
 #include "shared/thumbnail.h"
 

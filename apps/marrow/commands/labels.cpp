@@ -16,8 +16,8 @@
 #include <marrow/scan_io.h>
 #include <marrow/vector.h>
 
-#include "label_map.h"
 #include "outputs.h"
+#include "shared/label_map.h"
 #include "shared/suggestions.h"
 #include "warnings.h"
 

@@ -60,6 +60,12 @@ QString description_text(const SeriesReport& series) {
     return lines.join('\n');
 }
 
+// A remark without the path that it begins with, which would take the room of the reason.
+QString without_path(const QString& remark) {
+    const int end = remark.indexOf("': ");
+    return remark.startsWith('\'') && end > 0 ? remark.mid(end + 3) : remark;
+}
+
 // The largest series that can be opened, images before segmentations; -1: none.
 int proposal(const ScanReport& report, const ScanOptions& options) {
     int best = -1;
@@ -184,11 +190,12 @@ void SeriesDialog::fill_row(int row) {
     texts[modality_column] = from(info.modality);
     texts[samples_column] = samples_text(info);
     texts[files_column] = QString::number(info.files);
-    texts[remarks_column] = from(apps::name_flags(remark));
+    const QString whole_remark = from(apps::name_flags(remark));
+    texts[remarks_column] = without_path(whole_remark);
     for (int column = 0; column < column_count; ++column) {
         auto* item = new QTableWidgetItem(texts[static_cast<std::size_t>(column)]);
         if (!opens) item->setFlags(Qt::NoItemFlags);
-        item->setToolTip(column == remarks_column || info.id.empty() ? item->text() : from(info.id));
+        item->setToolTip(column == remarks_column ? whole_remark : from(info.id));
         table_->setItem(row, column, item);
     }
 }
