@@ -217,7 +217,8 @@ void AmbiguousCells::emit_points(std::size_t row, std::vector<AmbiguousCell>& ce
     const GridRow at(bits_, row);
     list(row, cells);
     for (const AmbiguousCell& cell : cells) {
-        const std::array<std::int64_t, 3> index{cell.x - bits_.first_x, at.y - bits_.first_y, at.z - bits_.first_z};
+        const std::array<std::int64_t, 3> index{cell.x - bits_.first_x, at.y - bits_.first_y,
+                                                at.z - bits_.first_z};
         const auto& first = to_physical_.first;
         std::array<Vec3d, CellTopology::kTunnelPoints> inner;
         const int count = place_inner_points(cell.topology, cell.values, inner);

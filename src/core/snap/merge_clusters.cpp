@@ -86,7 +86,8 @@ void merge_members(const SliceMerge& merge) {
     Vec3f row_base{};
     for (std::size_t i = 0; i < list.word_count; ++i) {
         const ClusterWord& word = list.words[i];
-        if (word.y != y) row_base = merge.input.to_physical.row_base(word.y - bits.first_y, merge.z - bits.first_z);
+        if (word.y != y)
+            row_base = merge.input.to_physical.row_base(word.y - bits.first_y, merge.z - bits.first_z);
         y = word.y;
         const std::size_t end = i + 1 < list.word_count ? list.words[i + 1].first_cluster : list.count;
         for (std::size_t k = word.first_cluster; k < end; ++k) {
