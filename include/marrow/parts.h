@@ -1,19 +1,19 @@
 /// Isosurfaces of volumes that are larger than one machine, extracted in parts by any number of processes.
 ///
-/// A part is a box of the volume's cells. Its view has the samples at the corners of these cells, so that neighbouring
-/// parts share a layer of samples, and `VolumeView::first` says where it lies. Normals read one sample more on each
-/// side, where the whole volume has one: `below` and `above` say that it is there. The results have the bytes of
-/// extract_isosurface of the whole, for any way to cut it.
+/// A part is a box of the volume's cells. Its view has the samples at the corners of these cells, so that
+/// neighbouring parts share a layer of samples, and `VolumeView::first` says where it lies. Normals read one
+/// sample more on each side, where the whole volume has one: `below` and `above` say that it is there. The
+/// results have the bytes of extract_isosurface of the whole, for any way to cut it.
 ///
-/// There are two ways to put parts together. Small surfaces are merged in memory: extract_part() by each process,
-/// then merge_parts(). Surfaces of any size are numbered first and then written by all processes at the same time,
-/// to one file (see mesh_io.h): count_part() by each process, number_parts() by one, then extract_numbered_part() by
-/// each again. This continues the histogram pyramid above the processes.
+/// There are two ways to put parts together. Small surfaces are merged in memory: extract_part() by each
+/// process, then merge_parts(). Surfaces of any size are numbered first and then written by all processes at
+/// the same time, to one file (see mesh_io.h): count_part() by each process, number_parts() by one, then
+/// extract_numbered_part() by each again. This continues the histogram pyramid above the processes.
 ///
-/// In all functions `whole` are the dims of the whole volume. With `options.closed` the surface is closed at the
-/// border of the whole, not between parts. `options.snap` must be 0, and `options.topology` false. All throw InputError
-/// as extract_isosurface, for a view that leaves the whole, and for a missing sample for normals; LimitError not
-/// enough memory; Cancelled.
+/// In all functions `whole` are the dims of the whole volume. With `options.closed` the surface is closed at
+/// the border of the whole, not between parts. `options.snap` must be 0, and `options.topology` false. All
+/// throw InputError as extract_isosurface, for a view that leaves the whole, and for a missing sample for
+/// normals; LimitError not enough memory; Cancelled.
 #pragma once
 
 #include <array>
@@ -31,16 +31,16 @@
 
 namespace marrow {
 
-/// A box of samples in the grid of a whole volume. If the surface is closed, the grid has a layer of samples more
-/// than the volume on every side, as outside samples seem to surround it.
+/// A box of samples in the grid of a whole volume. If the surface is closed, the grid has a layer of samples
+/// more than the volume on every side, as outside samples seem to surround it.
 struct PartExtent {
     std::array<std::int64_t, 3> whole{};  ///< samples of the whole grid
     std::array<std::int64_t, 3> first{};  ///< index in the grid of the box's first sample
     std::array<std::int64_t, 3> dims{};   ///< samples of the box
 
     friend bool operator==(const PartExtent&, const PartExtent&) = default;
-    /// The samples along an axis whose points the part owns: all but the last, which begins the next part. Points
-    /// belong to the sample at which their edge starts.
+    /// The samples along an axis whose points the part owns: all but the last, which begins the next part.
+    /// Points belong to the sample at which their edge starts.
     std::int64_t owned(std::size_t axis) const {
         return dims[axis] - (first[axis] + dims[axis] < whole[axis] ? 1 : 0);
     }
@@ -50,7 +50,8 @@ struct PartExtent {
 struct PartSurface {
     PartExtent extent;
     Mesh mesh;
-    /// The edge of the whole grid on which each point lies, ((z * ny + y) * 3 + axis) * nx + x, in ascending order.
+    /// The edge of the whole grid on which each point lies, ((z * ny + y) * 3 + axis) * nx + x, in ascending
+    /// order.
     Buffer<std::uint64_t> keys;
 };
 
@@ -58,10 +59,10 @@ struct PartSurface {
 MARROW_EXPORT PartSurface extract_part(const VolumeView& part, const std::array<std::int64_t, 3>& whole,
                                        double isovalue, const IsosurfaceOptions& options = {});
 
-/// Merges the surfaces of parts, in any order, which together have all cells of a volume, each once: the bytes of
-/// extract_isosurface. Points are equal if their keys are; coordinates are not compared. \pre extract_part() made
-/// the parts. \throw InputError parts of different volumes, some with and some without normals, or with a common
-/// cell; LimitError more than 2^32 - 1 points, or not enough memory; Cancelled
+/// Merges the surfaces of parts, in any order, which together have all cells of a volume, each once: the
+/// bytes of extract_isosurface. Points are equal if their keys are; coordinates are not compared. \pre
+/// extract_part() made the parts. \throw InputError parts of different volumes, some with and some without
+/// normals, or with a common cell; LimitError more than 2^32 - 1 points, or not enough memory; Cancelled
 MARROW_EXPORT Mesh merge_parts(std::span<const PartSurface> parts, const Progress& progress = {});
 
 /// Numbers of points and triangles.
@@ -71,7 +72,8 @@ struct SurfaceSize {
     friend bool operator==(const SurfaceSize&, const SurfaceSize&) = default;
 };
 
-/// What a part adds to the surface. Its rows are the owned(1) * owned(2) rows of samples that it owns, y fastest.
+/// What a part adds to the surface. Its rows are the owned(1) * owned(2) rows of samples that it owns, y
+/// fastest.
 struct MARROW_EXPORT PartCounts {
     PartExtent extent;
     std::vector<std::uint32_t> points;     ///< for each row the points on its owned edges along x, y and z
@@ -87,20 +89,22 @@ MARROW_EXPORT PartCounts count_part(const VolumeView& part, const std::array<std
 /// The counts of a part's first slice, which is all that number_parts() needs of the parts that follow.
 MARROW_EXPORT PartCounts first_slice(const PartCounts& counts);
 
-/// Where the points and triangles of a part lie in those of the whole surface. Its rows are the dims[1] * dims[2] rows
-/// of samples of the part, y fastest.
+/// Where the points and triangles of a part lie in those of the whole surface. Its rows are the dims[1] *
+/// dims[2] rows of samples of the part, y fastest.
 struct PartNumbers {
     PartExtent extent;
     std::vector<std::uint32_t> points;     ///< for each row the number of the first point along x, y and z
     std::vector<std::uint64_t> triangles;  ///< for each row the number of the first triangle
 };
 
-/// Numbers the points and triangles of parts, in the order of `parts`, which are all between two cuts across z.
+/// Numbers the points and triangles of parts, in the order of `parts`, which are all between two cuts across
+/// z.
 ///
-/// The volume must be cut by planes: parts that begin at the same x have all rows between the two cuts. `next` are the
-/// counts of the parts that begin at the second cut, of which only the first slice is read; it is empty at the end of
-/// the volume. `before` is the size of the surface before the first cut. \throw InputError parts of different volumes,
-/// or parts that overlap or leave a gap; LimitError more than 2^32 - 1 points
+/// The volume must be cut by planes: parts that begin at the same x have all rows between the two cuts.
+/// `next` are the counts of the parts that begin at the second cut, of which only the first slice is read; it
+/// is empty at the end of the volume. `before` is the size of the surface before the first cut. \throw
+/// InputError parts of different volumes, or parts that overlap or leave a gap; LimitError more than 2^32 - 1
+/// points
 MARROW_EXPORT std::vector<PartNumbers> number_parts(std::span<const PartCounts> parts,
                                                     std::span<const PartCounts> next = {},
                                                     const SurfaceSize& before = {});

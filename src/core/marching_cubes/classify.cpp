@@ -227,12 +227,13 @@ HWY_EXPORT(reclassify_any);
 
 namespace {
 
-// Makes everything around the volume outside: rows of grid slice z beside it, and the words before and after its
-// samples.
+// Makes everything around the volume outside: rows of grid slice z beside it, and the words before and after
+// its samples.
 void clear_padding(const std::array<std::int64_t, 3>& dims, InsideBits& bits, std::int64_t grid_z) {
     const bool slice_outside = grid_z < bits.first_z || grid_z - bits.first_z >= dims[2];
     const auto before = static_cast<std::size_t>(bits.first_x / 64),
                end = before + static_cast<std::size_t>((dims[0] + 63) / 64);
+    if (!slice_outside && bits.ny == dims[1] && before == 0 && end == bits.words_per_row) return;
     for (std::int64_t y = 0; y < bits.ny; ++y) {
         const bool row_outside = slice_outside || y < bits.first_y || y - bits.first_y >= dims[1];
         std::uint64_t* const row = bits.row(bits.row_index(y, grid_z));

@@ -22,13 +22,12 @@ struct ClosedSides {
 
 /// The inside bits of a grid of rows along x, 64 per word. Bits after a row's end are 0.
 ///
-/// A surface that is closed at a side is extracted on a larger grid, with outside samples beyond that side: one
-/// more slice or row of them. Along x a whole word of zeros precedes the samples, so that samples and bits have
-/// the same alignment; zeros follow them.
+/// A surface that is closed at a side is extracted on a larger grid, with outside samples beyond that side:
+/// one more slice or row of them. Along x a whole word of zeros precedes the samples, so that samples and
+/// bits have the same alignment; zeros follow them.
 struct InsideBits {
-    std::int64_t first_x = 0;  ///< the bit of a row's first sample
-    std::int64_t first_y =
-        0;  ///< the row of the volume's first row; 1 if the surface is closed there, else 0
+    std::int64_t first_x = 0;     ///< the bit of a row's first sample
+    std::int64_t first_y = 0;     ///< the volume's first row: 1 if the surface is closed before it, else 0
     std::int64_t first_z = 0;     ///< the same for slices
     std::int64_t cells_x = 0;     ///< a cell starts at each bit of a row below this one
     std::int64_t ny = 0, nz = 0;  ///< rows and slices of the grid, including those beyond the volume
@@ -55,7 +54,8 @@ struct InsideBits {
           ny(volume_dims[1] + closed.below[1] + closed.above[1]),
           nz(volume_dims[2] + closed.below[2] + closed.above[2]),
           words(memory) {
-        // The zero after the last sample of a full row is in the word of zeros before the next row, if there is one.
+        // The zero after the last sample of a full row is in the word of zeros before the next row, if there
+        // is one.
         const bool needs_zero = closed.above[0] && !closed.below[0];
         words_per_row = static_cast<std::size_t>((first_x + volume_dims[0] + needs_zero + 63) / 64);
     }

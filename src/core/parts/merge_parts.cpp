@@ -21,9 +21,9 @@ using namespace internal;
 
 namespace {
 
-// The cell of a triangle, as (z * ny + y) * nx + x of its first corner. An edge of a cell starts at the cell's first
-// corner or one further, and never all edges of a triangle one further along the same axis: they would lie in a face,
-// and so would the triangle.
+// The cell of a triangle, as (z * ny + y) * nx + x of its first corner. An edge of a cell starts at the
+// cell's first corner or one further, and never all edges of a triangle one further along the same axis: they
+// would lie in a face, and so would the triangle.
 class Cells {
   public:
     explicit Cells(const std::array<std::int64_t, 3>& whole)
@@ -53,8 +53,8 @@ struct Range {
     std::size_t part, begin, end;
 };
 
-// Calls take(part, first, last) for the elements of all ranges in ascending order of their keys, in runs. Elements of
-// equal keys follow each other, in the order of the parts. `key(part, i)` is ascending in i.
+// Calls take(part, first, last) for the elements of all ranges in ascending order of their keys, in runs.
+// Elements of equal keys follow each other, in the order of the parts. `key(part, i)` is ascending in i.
 template <class Key, class Take>
 void merge(const std::vector<Range>& ranges, const Key& key, const Take& take) {
     struct Next {
@@ -98,8 +98,8 @@ std::size_t lower_bound(std::size_t count, std::uint64_t bound, const Key& key) 
     return begin;
 }
 
-// The ranges of all parts, divided into shares that threads merge independently. A share has the keys of some slices
-// of the whole grid, which have `per_slice` keys each.
+// The ranges of all parts, divided into shares that threads merge independently. A share has the keys of some
+// slices of the whole grid, which have `per_slice` keys each.
 template <class Size, class Key>
 std::vector<std::vector<Range>> divide(std::size_t parts, std::int64_t slices, std::uint64_t per_slice,
                                        const Size& size, const Key& key) {
@@ -170,7 +170,8 @@ class Merger {
         const auto shares = divide(
             parts_.size(), whole_[2], 3 * slice_samples(),
             [&](std::size_t p) { return parts_[p].keys.size(); }, key);
-        // Calls emit(part, point, number in the share) for each point, and returns how many different ones there are.
+        // Calls emit(part, point, number in the share) for each point, and returns how many different ones
+        // there are.
         const auto for_each_point = [&](const std::vector<Range>& share, const auto& emit) {
             std::uint64_t count = 0, last = ~std::uint64_t{0};
             merge(share, key, [&](std::size_t p, std::size_t begin, std::size_t end) {

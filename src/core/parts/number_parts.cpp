@@ -25,8 +25,8 @@ std::size_t size(std::int64_t n) {
     return static_cast<std::size_t>(n);
 }
 
-// Points of the row on edges along each axis that start at samples which the part owns. Those along y and z at the
-// row's last sample may belong to the next part.
+// Points of the row on edges along each axis that start at samples which the part owns. Those along y and z
+// at the row's last sample may belong to the next part.
 std::array<std::uint32_t, 3> owned_points(const PartPasses& passes, const PartExtent& extent, std::size_t r) {
     std::array<std::uint32_t, 3> points{passes.rows().along_x[r], passes.rows().along_y[r],
                                         passes.points_along_z(r)};
@@ -44,8 +44,8 @@ std::array<std::uint32_t, 3> owned_points(const PartPasses& passes, const PartEx
     return points;
 }
 
-// The numbers of the next point along each axis, and of the next triangle, of every row between two cuts across z,
-// and of the first slice after them.
+// The numbers of the next point along each axis, and of the next triangle, of every row between two cuts
+// across z, and of the first slice after them.
 class RowNumbers {
   public:
     RowNumbers(std::span<const PartCounts> parts, std::span<const PartCounts> next, const SurfaceSize& before)

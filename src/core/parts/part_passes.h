@@ -25,7 +25,8 @@ void check_key_range(const std::array<std::int64_t, 3>& dims);
 /// A part after it was classified and counted.
 class PartPasses {
   public:
-    /// Classifies and counts. Borrows all arguments. \pre the arguments passed extent_of(), and the part has cells
+    /// Classifies and counts. Borrows all arguments. \pre the arguments passed extent_of(), and the part has
+    /// cells
     PartPasses(const VolumeView& part, const PartExtent& extent, double isovalue,
                const IsosurfaceOptions& options);
 

@@ -1,4 +1,5 @@
-// Writes surfaces from several processes to one file: one creates it at its size, and each writes its records.
+// Writes surfaces from several processes to one file: one creates it at its size, and each writes its
+// records.
 #include <algorithm>
 #include <cerrno>
 #include <limits>
