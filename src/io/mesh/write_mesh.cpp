@@ -244,7 +244,8 @@ struct SurfaceWriter::State {
             for (const auto& [point, normal] : outward.add(p, kThreads))
                 write_points({.first_point = point,
                               .points = p.points.subspan(point - p.first_point, 1),
-                              .normals = {&normal, 1}});
+                              .normals = {&normal, 1},
+                              .triangles = {}});
         }
         file.seek(faces_begin + p.first_triangle * kPlyFaceBytes);
         write_ply_faces(to, p);
