@@ -4,11 +4,13 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include <marrow/error.h>
 #include <marrow/isosurface.h>
 #include <marrow/mesh_io.h>
+#include <marrow/normals.h>
 
 #include "support/fields.h"
 #include "support/temporary_folder.h"
@@ -47,10 +49,19 @@ Volume noise(Random& random) {
     return sampled<std::uint8_t>(grid(9, 11, 10), [&](auto, auto, auto) { return random() % 5; });
 }
 
+// A surface without thin walls, so that no normal points against its faces.
+Volume waves() {
+    return sampled<std::int16_t>(grid(9, 11, 10), [](auto x, auto y, auto z) {
+        return std::lround(40 * (std::sin(0.6 * x) + std::cos(0.5 * y) + std::sin(0.7 * z)));
+    });
+}
+
 // Two processes write, in any order, and some parts twice, as after a process that was killed.
 TEST(SharedSurfaceFile, HasTheBytesOfWriteMesh) {
     Random random(7);
-    const Volume volume = noise(random);
+    const Volume volume = waves();
+    Mesh mesh = extract_isosurface(volume, kIsovalue, {.closed = true});
+    ASSERT_EQ(turn_normals_outward(mesh), 0u);
     for (const char* name : {"surface.ply", "surface.stl"}) {
         for (const Space space : {Space::LPS, Space::RAS, Space::none}) {
             for (const bool normals : {true, false}) {

@@ -149,7 +149,8 @@ def extract_to_file(
     Returns
     -------
     SurfaceSize
-        The numbers of points and triangles. The file has the bytes of ``marrow.extract(...).write(path)``.
+        The numbers of points and triangles. The file has the bytes of ``marrow.extract(...).write(path)``, apart from
+        normals that point against their faces, in thin walls: only the latter turns them.
 
     Raises
     ------
