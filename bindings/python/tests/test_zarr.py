@@ -289,7 +289,7 @@ def test_slices_are_asked_for_in_whole_chunks(ball, tmp_path):
             asked.append((key.start, key.stop))
             return array[key]
 
-    marrow.extract_to_file(Recorder(), 300.5, tmp_path / "a.ply", max_memory="60K")
+    marrow.extract_to_file(Recorder(), 300.5, tmp_path / "a.stl", max_memory="60K")
     assert asked == [(0, 8), (8, 16), (16, 24), (24, 30)] * 2
 
 
