@@ -1,0 +1,322 @@
+// The passes of the extraction on a device, in order: classify, count, emit.
+#include <marrow/gpu.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <memory>
+#include <new>
+#include <optional>
+#include <string>
+#include <type_traits>
+#include <utility>
+
+#include "base/progress.h"
+#include "base/resize_discarding.h"
+#include "core/grid/index_to_physical.h"
+#include "core/grid/threshold.h"
+#include "core/marching_cubes/case_table.h"
+#include "core/volume/checks.h"
+#include "device_pyramid.h"
+#include "resident_volume.h"
+
+namespace marrow::gpu {
+
+using namespace internal;
+using namespace marrow::internal;
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+void check(const VolumeView& volume, const IsosurfaceOptions& options) {
+    check_volume(volume);
+    if (options.snap != 0 || options.topology)
+        throw DeviceError("GPUs extract without options.snap and options.topology; use the CPU");
+    if (volume.type == SampleType::int32 || volume.type == SampleType::float64)
+        throw DeviceError(std::string("GPUs take no samples of type ") + sample_type_name(volume.type) +
+                          "; use the CPU");
+}
+
+// The least sample that is inside, as an integer in the order of the samples (see ordered() in
+// shaders/samples.glsl). If no sample can be inside, no integer of a sample is as large.
+std::int32_t ordered_threshold(SampleType type, double isovalue) {
+    return visit_sample_type(type, [&](auto sample) {
+        using T = decltype(sample);
+        const std::optional<T> threshold = inside_threshold<T>(isovalue);
+        if (!threshold) return std::numeric_limits<std::int32_t>::max();
+        if constexpr (std::is_same_v<T, float>) {
+            const float lowest = *threshold == 0 ? -0.0f : *threshold;  // both zeros are inside then
+            const auto bits = std::bit_cast<std::int32_t>(lowest);
+            return bits ^ (bits >> 31 & 0x7fffffff);
+        } else {
+            return static_cast<std::int32_t>(*threshold);
+        }
+    });
+}
+
+// The case table as the kernels read it: 15 edges of 4 bits, then the number of triangles.
+std::array<std::uint64_t, 256> pack_cases(bool mirrored) {
+    const std::array<Case, 256>& cases = mirrored ? kMirroredCases : kCases;
+    std::array<std::uint64_t, 256> packed{};
+    for (std::size_t c = 0; c < 256; ++c) {
+        packed[c] = std::uint64_t{cases[c].triangles} << 60;
+        for (std::size_t k = 0; k < 3 * kMaxTriangles; ++k)
+            packed[c] |= std::uint64_t{cases[c].edges[k]} << 4 * k;
+    }
+    return packed;
+}
+
+// What the kernels report to the host.
+struct Report {
+    std::uint32_t non_finite, unsafe;  // as in Parameters::status
+    std::uint32_t points, triangles;
+};
+
+// The volume on a device, and all memory that its surfaces take.
+class DeviceExtraction {
+  public:
+    DeviceExtraction(std::shared_ptr<VulkanDevice> vulkan, const VolumeView& volume,
+                     const IsosurfaceOptions& extraction_options)
+        : device(std::move(vulkan)),
+          options(extraction_options),
+          type(volume.type),
+          staging(device),
+          samples(device, staging, volume, options.progress) {
+        samples.describe(parameters);
+        const IndexToPhysical to_physical(volume);
+        const int pad = options.closed ? 1 : 0;
+        parameters.grid_rows = {parameters.dims[1] + 2 * pad, parameters.dims[2] + 2 * pad};
+        parameters.leaf_words = (parameters.row_words + static_cast<std::uint32_t>(pad) + 3) / 4 * 4;
+        parameters.matrix = to_physical.matrix;
+        parameters.normal_matrix = to_physical.normal_matrix;
+        parameters.axis = to_physical.axis;
+
+        bits = DeviceBuffer(device, samples.bit_words() * sizeof(std::uint32_t));
+        points = DevicePyramid(device, 3 * leaves());
+        triangles = DevicePyramid(device, leaves());
+        row_bases = DeviceBuffer(device, rows() * sizeof(Vec3f));
+        const auto grid_ny = static_cast<std::uint64_t>(parameters.grid_rows[0]);
+        staging.upload(row_bases, sizeof(Vec3f), [&](std::uint64_t row, std::byte* to) {
+            const Vec3f base = to_physical.row_base(static_cast<std::int64_t>(row % grid_ny) - pad,
+                                                    static_cast<std::int64_t>(row / grid_ny) - pad);
+            std::memcpy(to, &base, sizeof(base));
+        });
+        const auto packed = pack_cases(to_physical.mirrored);
+        cases = DeviceBuffer(device, sizeof(packed));
+        staging.upload(cases, sizeof(packed),
+                       [&](std::uint64_t, std::byte* to) { std::memcpy(to, packed.data(), sizeof(packed)); });
+        status = DeviceBuffer(device, 2 * sizeof(std::uint32_t));
+        parameter_block = DeviceBuffer(device, sizeof(Parameters));
+        report_memory = DeviceBuffer(device, sizeof(Report), DeviceBuffer::Place::host);
+
+        parameters.bits = bits.address();
+        parameters.row_bases = row_bases.address();
+        parameters.cases = cases.address();
+        parameters.status = status.address();
+        parameters.pyramids = {points.parameters(), triangles.parameters()};
+
+        const Specialization constants{static_cast<std::int32_t>(type), options.closed, options.normals};
+        for (std::size_t k = 0; k < kKernels; ++k)
+            pipelines[k] = device->pipeline(static_cast<Kernel>(k), constants);
+    }
+
+    void extract(double isovalue, Mesh& mesh, IsosurfaceStats& stats) {
+        const auto start = Clock::now();
+        parameters.threshold = ordered_threshold(type, isovalue);
+        parameters.half_isovalue = 0.5f * static_cast<float>(isovalue);
+        classify();
+        report_progress(options.progress, 0.3);
+        const auto classified = Clock::now();
+        count();
+        const Report totals = read_report();
+        report_progress(options.progress, 0.4);
+        // An index in a shader has 31 bits. Sums that do not fit in 32 are the greatest number.
+        if (std::max(totals.points, totals.triangles) >
+            std::uint32_t{std::numeric_limits<std::int32_t>::max()})
+            throw DeviceError(device->name() +
+                              ": the surface has more than 2^31 points or triangles; use the CPU");
+        const auto counted = Clock::now();
+        if (totals.points > 0) {
+            emit(totals);
+            report_progress(options.progress, 0.8);
+            if (read_report().unsafe != 0)
+                throw DeviceError(
+                    device->name() +
+                    ": a point or normal depends on numbers nearer to zero than "
+                    "2^-100 or above 2^126, which devices may round in other ways; use the CPU");
+            download(positions, totals.points, mesh.points);
+            if (options.normals) download(normals, totals.points, mesh.normals);
+            download(indices, totals.triangles, mesh.triangles);
+        }
+        report_progress(options.progress, 1);
+        const auto seconds = [](Clock::time_point from, Clock::time_point to) {
+            return std::chrono::duration<double>(to - from).count();
+        };
+        stats = {totals.non_finite, static_cast<std::int64_t>(scratch_bytes()), seconds(start, classified),
+                 seconds(classified, counted), seconds(counted, Clock::now())};
+    }
+
+  private:
+    std::uint64_t rows() const {
+        return static_cast<std::uint64_t>(parameters.grid_rows[0]) *
+               static_cast<std::uint64_t>(parameters.grid_rows[1]);
+    }
+    std::uint64_t leaves() const { return rows() * parameters.leaf_words; }
+    std::uint64_t scratch_bytes() const {
+        return bits.bytes() + row_bases.bytes() + cases.bytes() + points.bytes() + triangles.bytes();
+    }
+
+    // Adds a kernel with one invocation for each of `count` elements to the commands. It sees what came before
+    // the last barrier.
+    void dispatch(VkCommandBuffer commands, Kernel kernel, std::uint64_t count, std::uint32_t which = 0,
+                  std::uint32_t level = 0) const {
+        vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE,
+                          pipelines[static_cast<std::size_t>(kernel)]);
+        const Push push{parameter_block.address(), which, level};
+        vkCmdPushConstants(commands, device->layout(), VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof(push), &push);
+        constexpr std::uint64_t kGroup = 256, kMostGroups = 65535;  // as in the shaders; along an axis
+        const std::uint64_t groups = (count + kGroup - 1) / kGroup, x = std::min(groups, kMostGroups);
+        vkCmdDispatch(commands, static_cast<std::uint32_t>(x),
+                      static_cast<std::uint32_t>((groups + x - 1) / x), 1);
+    }
+
+    void classify() {
+        device->run([&](VkCommandBuffer commands) {
+            vkCmdUpdateBuffer(commands, parameter_block.handle(), 0, sizeof(parameters), &parameters);
+            vkCmdFillBuffer(commands, status.handle(), 0, VK_WHOLE_SIZE, 0);
+            barrier(commands);
+            dispatch(commands, Kernel::classify, samples.bit_words());
+            barrier(commands);
+        });
+    }
+
+    // Counts, and builds the pyramids. The apex is read before the descent, which leaves it as it is.
+    void count() {
+        device->run([&](VkCommandBuffer commands) {
+            dispatch(commands, Kernel::count, leaves() / 4);
+            barrier(commands);
+            const auto& pyramids = parameters.pyramids;
+            const std::uint32_t top = std::max(pyramids[0].top, pyramids[1].top);
+            for (std::uint32_t level = 1; level <= top; ++level) {
+                for (std::uint32_t p = 0; p < 2; ++p) {
+                    if (level <= pyramids[p].top)
+                        dispatch(commands, Kernel::reduce, pyramids[p].size[level], p, level);
+                }
+                barrier(commands);
+            }
+            for (std::uint32_t level = top; level >= 2; --level) {
+                for (std::uint32_t p = 0; p < 2; ++p) {
+                    if (level <= pyramids[p].top)
+                        dispatch(commands, Kernel::descend, pyramids[p].size[level], p, level);
+                }
+                barrier(commands);
+            }
+        });
+    }
+
+    void emit(const Report& totals) {
+        grow(positions, totals.points * sizeof(Vec3f));
+        if (options.normals) grow(normals, totals.points * sizeof(Vec3f));
+        grow(indices, totals.triangles * sizeof(Triangle));
+        parameters.points = positions.address();
+        parameters.normals = normals.address();
+        parameters.triangles = indices.address();
+        device->run([&](VkCommandBuffer commands) {
+            vkCmdUpdateBuffer(commands, parameter_block.handle(), 0, sizeof(parameters), &parameters);
+            barrier(commands);
+            dispatch(commands, Kernel::points, totals.points);
+            if (totals.triangles > 0) dispatch(commands, Kernel::triangles, totals.triangles);
+            barrier(commands);
+        });
+    }
+
+    // Makes room for output, and for somewhat more, so that the next isovalue need not.
+    void grow(DeviceBuffer& buffer, std::uint64_t bytes) {
+        if (buffer.bytes() >= bytes) return;
+        buffer = {};
+        const std::uint64_t more = std::min(bytes + bytes / 4, device->most_allocated());
+        buffer = DeviceBuffer(device, std::max(bytes, more / 4 * 4));
+    }
+
+    Report read_report() {
+        device->run([&](VkCommandBuffer commands) {
+            const auto copy = [&](VkBuffer from, std::uint64_t begin, std::size_t to, std::uint64_t bytes) {
+                const VkBufferCopy region{begin, to, bytes};
+                vkCmdCopyBuffer(commands, from, report_memory.handle(), 1, &region);
+            };
+            copy(status.handle(), 0, offsetof(Report, non_finite), 2 * sizeof(std::uint32_t));
+            copy(points.nodes(), points.apex_offset(), offsetof(Report, points), sizeof(std::uint32_t));
+            copy(triangles.nodes(), triangles.apex_offset(), offsetof(Report, triangles),
+                 sizeof(std::uint32_t));
+            barrier(commands);
+        });
+        Report report;
+        std::memcpy(&report, report_memory.mapped(), sizeof(report));
+        return report;
+    }
+
+    template <class T>
+    void download(const DeviceBuffer& from, std::size_t count, Buffer<T>& to) {
+        try {
+            resize_discarding(to, count);
+        } catch (const std::bad_alloc&) {
+            throw LimitError("there is not enough memory for the surface; crop or coarsen the volume");
+        }
+        staging.download(from, count * sizeof(T), to.data());
+    }
+
+    const std::shared_ptr<VulkanDevice> device;
+    const IsosurfaceOptions options;
+    const SampleType type;
+    Staging staging;
+    const ResidentVolume samples;
+    Parameters parameters;
+    DeviceBuffer parameter_block, status, report_memory;
+    DeviceBuffer bits, row_bases, cases;
+    DevicePyramid points, triangles;
+    DeviceBuffer positions, normals, indices;  // the output
+    std::array<VkPipeline, kKernels> pipelines{};
+};
+
+}  // namespace
+
+// The extractor's state: the device's part is absent where the volume has no cells, and so never a surface.
+struct Extractor::Impl {
+    std::optional<DeviceExtraction> extraction;
+    Mesh mesh;  // of those who gave none
+};
+
+Extractor::Extractor(const VolumeView& volume, const IsosurfaceOptions& options, std::size_t device)
+    : impl_(std::make_unique<Impl>()) {
+    check(volume, options);
+    std::shared_ptr<VulkanDevice> vulkan = open_device(device);
+    if (has_cells(volume.geometry, options.closed))
+        impl_->extraction.emplace(std::move(vulkan), volume, options);
+}
+
+Extractor::~Extractor() = default;
+Extractor::Extractor(Extractor&&) noexcept = default;
+Extractor& Extractor::operator=(Extractor&&) noexcept = default;
+
+void Extractor::extract(double isovalue, Mesh& mesh, IsosurfaceStats* stats) {
+    check_isovalue(isovalue);
+    resize_discarding(mesh.points, 0);
+    resize_discarding(mesh.normals, 0);
+    resize_discarding(mesh.triangles, 0);
+    IsosurfaceStats measured;
+    if (impl_->extraction) impl_->extraction->extract(isovalue, mesh, measured);
+    if (stats != nullptr) *stats = measured;
+}
+
+const Mesh& Extractor::extract(double isovalue, IsosurfaceStats* stats) {
+    extract(isovalue, impl_->mesh, stats);
+    return impl_->mesh;
+}
+
+}  // namespace marrow::gpu
