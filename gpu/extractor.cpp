@@ -97,6 +97,7 @@ class DeviceExtraction {
         parameters.normal_matrix = to_physical.normal_matrix;
         parameters.axis = to_physical.axis;
 
+        ranges = DeviceBuffer(device, 2 * samples.blocks() * sizeof(std::uint32_t));
         bits = DeviceBuffer(device, samples.bit_words() * sizeof(std::uint32_t));
         points = DevicePyramid(device, 3 * leaves());
         triangles = DevicePyramid(device, leaves());
@@ -115,6 +116,7 @@ class DeviceExtraction {
         parameter_block = DeviceBuffer(device, sizeof(Parameters));
         report_memory = DeviceBuffer(device, sizeof(Report), DeviceBuffer::Place::host);
 
+        parameters.ranges = ranges.address();
         parameters.bits = bits.address();
         parameters.row_bases = row_bases.address();
         parameters.cases = cases.address();
@@ -124,13 +126,13 @@ class DeviceExtraction {
         const Specialization constants{static_cast<std::int32_t>(type), options.closed, options.normals};
         for (std::size_t k = 0; k < kKernels; ++k)
             pipelines[k] = device->pipeline(static_cast<Kernel>(k), constants);
+        find_ranges();
     }
 
     void extract(double isovalue, Mesh& mesh, IsosurfaceStats& stats) {
         const auto start = Clock::now();
-        parameters.threshold = ordered_threshold(type, isovalue);
         parameters.half_isovalue = 0.5f * static_cast<float>(isovalue);
-        classify();
+        classify(ordered_threshold(type, isovalue));
         report_progress(options.progress, 0.3);
         const auto classified = Clock::now();
         count();
@@ -169,7 +171,8 @@ class DeviceExtraction {
     }
     std::uint64_t leaves() const { return rows() * parameters.leaf_words; }
     std::uint64_t scratch_bytes() const {
-        return bits.bytes() + row_bases.bytes() + cases.bytes() + points.bytes() + triangles.bytes();
+        return ranges.bytes() + bits.bytes() + row_bases.bytes() + cases.bytes() + points.bytes() +
+               triangles.bytes();
     }
 
     // Adds a kernel with one invocation for each of `count` elements to the commands. It sees what came before
@@ -186,14 +189,29 @@ class DeviceExtraction {
                       static_cast<std::uint32_t>((groups + x - 1) / x), 1);
     }
 
-    void classify() {
+    // Finds what does not depend on the isovalue.
+    void find_ranges() {
         device->run([&](VkCommandBuffer commands) {
             vkCmdUpdateBuffer(commands, parameter_block.handle(), 0, sizeof(parameters), &parameters);
             vkCmdFillBuffer(commands, status.handle(), 0, VK_WHOLE_SIZE, 0);
             barrier(commands);
+            dispatch(commands, Kernel::ranges, samples.blocks());
+            barrier(commands);
+        });
+    }
+
+    // Changes the bits from the threshold before, if there was one, to `threshold`.
+    void classify(std::int32_t threshold) {
+        parameters.threshold = threshold;
+        device->run([&](VkCommandBuffer commands) {
+            vkCmdUpdateBuffer(commands, parameter_block.handle(), 0, sizeof(parameters), &parameters);
+            vkCmdFillBuffer(commands, status.handle(), offsetof(Report, unsafe), sizeof(std::uint32_t), 0);
+            barrier(commands);
             dispatch(commands, Kernel::classify, samples.bit_words());
             barrier(commands);
         });
+        parameters.previous_threshold = threshold;
+        parameters.has_previous = 1;
     }
 
     // Counts, and builds the pyramids. The apex is read before the descent, which leaves it as it is.
@@ -278,7 +296,7 @@ class DeviceExtraction {
     const ResidentVolume samples;
     Parameters parameters;
     DeviceBuffer parameter_block, status, report_memory;
-    DeviceBuffer bits, row_bases, cases;
+    DeviceBuffer ranges, bits, row_bases, cases;
     DevicePyramid points, triangles;
     DeviceBuffer positions, normals, indices;  // the output
     std::array<VkPipeline, kKernels> pipelines{};

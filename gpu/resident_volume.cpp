@@ -67,6 +67,12 @@ std::uint64_t ResidentVolume::bit_words() const {
            static_cast<std::uint64_t>(stored_[2]);
 }
 
+std::uint64_t ResidentVolume::blocks() const {
+    constexpr std::uint64_t kRows = 8;  // as in shaders/blocks.glsl
+    const std::uint64_t rows = (static_cast<std::uint64_t>(stored_[1]) + kRows - 1) / kRows;
+    return row_words_ * rows * static_cast<std::uint64_t>(stored_[2]);
+}
+
 void ResidentVolume::describe(Parameters& parameters) const {
     parameters.slabs = addresses_.address();
     parameters.dims = dims_;

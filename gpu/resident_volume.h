@@ -25,6 +25,8 @@ class ResidentVolume {
     void describe(Parameters& parameters) const;
     /// Words of inside bits, one bit a sample.
     std::uint64_t bit_words() const;
+    /// Blocks of samples, of which the kernels know the range.
+    std::uint64_t blocks() const;
 
   private:
     std::vector<DeviceBuffer> slabs_;

@@ -27,6 +27,15 @@ uint low_bits(int n) {
     return n <= 0 ? 0u : n >= 32 ? ~0u : (1u << n) - 1u;
 }
 
+// The samples of word w of a stored row that are in the view.
+uint samples_in_view(int y, int z, int w) {
+    y -= parameters.lead[1];
+    z -= parameters.lead[2];
+    if (y < 0 || z < 0 || y >= parameters.dims[1] || z >= parameters.dims[2]) return 0u;
+    const int x = 32 * w - parameters.lead[0];
+    return low_bits(parameters.dims[0] - x) & ~low_bits(-x);
+}
+
 // The index in the view of bit 0 of word w.
 int x_of_word(int w) {
     return 32 * (w - kPad) - parameters.lead[0];

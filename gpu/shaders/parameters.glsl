@@ -34,6 +34,7 @@ const uint kPoints = 0, kTriangles = 1;  // the two pyramids
 
 layout(buffer_reference, std430, buffer_reference_align = 8) readonly buffer Parameters {
     Slabs slabs;       // the samples, whole slices in each; rows are padded to words of bits
+    Words ranges;      // of the blocks of samples, two words each
     Words bits;        // an inside bit for each sample, 0 outside the view
     Floats row_bases;  // of the grid's rows, three each
     Words cases;       // two words a case: 15 edges of 4 bits, and the number of triangles
@@ -49,6 +50,8 @@ layout(buffer_reference, std430, buffer_reference_align = 8) readonly buffer Par
     uint leaf_words;  // words of bits in a row of the grid, rounded up to four
     uint slab_slices;
     int threshold;    // the least sample that is inside, as ordered() maps it
+    int previous_threshold;  // the one that the bits are of
+    uint has_previous;
     float half_isovalue;
     float matrix[9], normal_matrix[9], axis[9];  // as IndexToPhysical, by rows; row a of `axis` is index axis a
 };

@@ -87,6 +87,25 @@ TEST(GpuExtractor, GivesTheSameBytesForEveryType) {
     EXPECT_GT(compare(scan<float>(g, random), isovalues), 5000u);
 }
 
+TEST(GpuExtractor, GivesTheSameBytesForIsovaluesInAnyOrder) {
+    Random random(15);
+    const Volume integers = scan<std::int16_t>(oblique(70, 23, 11), random);
+    Volume floats = scan<float>(grid(70, 23, 11), random);
+    for (int i = 0; i < 10; ++i)
+        floats.samples<float>()[random() % 10000] = std::numeric_limits<float>::quiet_NaN();
+    for (const Volume* volume : std::initializer_list<const Volume*>{&integers, &floats}) {
+        const IsosurfaceOptions options{.closed = volume == &floats};
+        gpu::Extractor extractor(*volume, options);
+        double isovalue = 60;
+        for (int i = 0; i < 30; ++i) {
+            // Small steps as from a slider, jumps, and values beyond all samples.
+            isovalue = random() % 3 == 0 ? static_cast<double>(random() % 200) * 1.37 - 60 : isovalue * 1.03;
+            compare(extractor, *volume, isovalue, options);
+            ASSERT_FALSE(HasFailure()) << "at " << isovalue;
+        }
+    }
+}
+
 TEST(GpuExtractor, GivesTheSameBytesForRowsOfAnyLength) {
     Random random(2);
     for (const std::int64_t nx : {2, 31, 32, 33, 63, 64, 65, 127, 128, 129}) {
