@@ -35,7 +35,7 @@ void DeviceBuffer::allocate(Place place) {
     VkMemoryRequirements needs;
     vkGetBufferMemoryRequirements(device, buffer_, &needs);
     // A larger allocation may still succeed on some drivers, and fails with this error on the others.
-    if (needs.size > device_->most_allocated()) device_->check(VK_ERROR_OUT_OF_DEVICE_MEMORY);
+    if (needs.size > device_->limits().allocation) device_->check(VK_ERROR_OUT_OF_DEVICE_MEMORY);
 
     VkMemoryAllocateFlagsInfo flags{};
     flags.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO;

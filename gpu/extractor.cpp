@@ -123,9 +123,6 @@ class DeviceExtraction {
         parameters.status = status.address();
         parameters.pyramids = {points.parameters(), triangles.parameters()};
 
-        const Specialization constants{static_cast<std::int32_t>(type), options.closed, options.normals};
-        for (std::size_t k = 0; k < kKernels; ++k)
-            pipelines[k] = device->pipeline(static_cast<Kernel>(k), constants);
         find_ranges();
     }
 
@@ -179,12 +176,13 @@ class DeviceExtraction {
     // the last barrier.
     void dispatch(VkCommandBuffer commands, Kernel kernel, std::uint64_t count, std::uint32_t which = 0,
                   std::uint32_t level = 0) const {
-        vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE,
-                          pipelines[static_cast<std::size_t>(kernel)]);
+        const Specialization constants{static_cast<std::int32_t>(type), options.closed, options.normals};
+        vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, device->pipeline(kernel, constants));
         const Push push{parameter_block.address(), which, level};
         vkCmdPushConstants(commands, device->layout(), VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof(push), &push);
-        constexpr std::uint64_t kGroup = 256, kMostGroups = 65535;  // as in the shaders; along an axis
-        const std::uint64_t groups = (count + kGroup - 1) / kGroup, x = std::min(groups, kMostGroups);
+        constexpr std::uint64_t kGroup = 256;  // as in the shaders
+        const std::uint64_t groups = (count + kGroup - 1) / kGroup;
+        const std::uint64_t x = std::min<std::uint64_t>(groups, device->limits().groups);
         vkCmdDispatch(commands, static_cast<std::uint32_t>(x),
                       static_cast<std::uint32_t>((groups + x - 1) / x), 1);
     }
@@ -258,7 +256,7 @@ class DeviceExtraction {
     void grow(DeviceBuffer& buffer, std::uint64_t bytes) {
         if (buffer.bytes() >= bytes) return;
         buffer = {};
-        const std::uint64_t more = std::min(bytes + bytes / 4, device->most_allocated());
+        const std::uint64_t more = std::min(bytes + bytes / 4, device->limits().allocation);
         buffer = DeviceBuffer(device, std::max(bytes, more / 4 * 4));
     }
 
@@ -299,7 +297,6 @@ class DeviceExtraction {
     DeviceBuffer ranges, bits, row_bases, cases;
     DevicePyramid points, triangles;
     DeviceBuffer positions, normals, indices;  // the output
-    std::array<VkPipeline, kKernels> pipelines{};
 };
 
 }  // namespace

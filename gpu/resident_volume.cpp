@@ -35,7 +35,7 @@ ResidentVolume::ResidentVolume(const std::shared_ptr<VulkanDevice>& device, Stag
     const std::uint64_t sample = sample_size(volume.type), row = 32 * sample * row_words_;
     const std::uint64_t slice = row * static_cast<std::uint64_t>(stored_[1]);
     const auto slices = static_cast<std::uint32_t>(stored_[2]);
-    const std::uint64_t fit = std::min(device->most_allocated(), kMostSlabBytes) / slice;
+    const std::uint64_t fit = std::min(device->limits().allocation, kMostSlabBytes) / slice;
     slab_slices_ = static_cast<std::uint32_t>(std::clamp<std::uint64_t>(fit, 1, slices));
 
     const auto* view = static_cast<const std::byte*>(volume.data);

@@ -88,14 +88,22 @@ VulkanDevice::~VulkanDevice() {
 }
 
 void VulkanDevice::create(VkPhysicalDevice physical) {
-    VkPhysicalDeviceMaintenance3Properties limits{};
-    limits.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_MAINTENANCE_3_PROPERTIES;
+    VkPhysicalDeviceFloatControlsProperties floats{};
+    floats.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FLOAT_CONTROLS_PROPERTIES;
+    VkPhysicalDeviceMaintenance3Properties memory{};
+    memory.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_MAINTENANCE_3_PROPERTIES;
+    memory.pNext = &floats;
     VkPhysicalDeviceProperties2 properties{};
     properties.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2;
-    properties.pNext = &limits;
+    properties.pNext = &memory;
     vkGetPhysicalDeviceProperties2(physical, &properties);
     name_ = properties.properties.deviceName;
-    most_allocated_ = limits.maxMemoryAllocationSize;
+    limits_.allocation = memory.maxMemoryAllocationSize;
+    limits_.groups = properties.properties.limits.maxComputeWorkGroupCount[0];
+    // Unless modes are independent, those of all widths would have to be the same.
+    limits_.float_controls = floats.shaderRoundingModeRTEFloat32 == VK_TRUE &&
+                             floats.shaderSignedZeroInfNanPreserveFloat32 == VK_TRUE &&
+                             floats.roundingModeIndependence != VK_SHADER_FLOAT_CONTROLS_INDEPENDENCE_NONE;
     vkGetPhysicalDeviceMemoryProperties(physical, &memory_);
 
     const std::uint32_t family = compute_family(physical);
@@ -175,7 +183,8 @@ std::uint32_t VulkanDevice::memory_type(std::uint32_t allowed, VkMemoryPropertyF
 }
 
 VkPipeline VulkanDevice::pipeline(Kernel kernel, const Specialization& constants) {
-    const std::lock_guard lock(mutex_);
+    const std::lock_guard lock(pipelines_mutex_);
+    if (kernel == Kernel::points && limits_.float_controls) kernel = Kernel::points_controlled;
     VkPipeline& pipeline = pipelines_[{kernel, constants.sample_type, constants.closed == VK_TRUE,
                                        constants.normals == VK_TRUE}];
     if (pipeline == VK_NULL_HANDLE) pipeline = create_pipeline(kernel, constants);
@@ -211,7 +220,8 @@ VkPipeline VulkanDevice::create_pipeline(Kernel kernel, const Specialization& co
 }
 
 void VulkanDevice::run(const std::function<void(VkCommandBuffer)>& record) {
-    const std::lock_guard lock(mutex_);
+    const std::lock_guard lock(queue_mutex_);
+    if (lost_) check(VK_ERROR_DEVICE_LOST);
     check(vkResetCommandPool(device_, pool_, 0));
     VkCommandBufferBeginInfo begin{};
     begin.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO;

@@ -3,6 +3,7 @@
 
 #include <volk.h>
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -26,6 +27,13 @@ struct Specialization {
     VkBool32 closed, normals;
 };
 
+/// What a device can do. The defaults are the least that Vulkan promises.
+struct Limits {
+    std::uint64_t allocation = std::uint64_t{1} << 30;  ///< bytes of one allocation
+    std::uint32_t groups = 65535;                       ///< work groups of a dispatch along an axis
+    bool float_controls = false;                        ///< a shader can say how floats are rounded
+};
+
 class VulkanDevice {
   public:
     explicit VulkanDevice(VkPhysicalDevice physical);
@@ -37,10 +45,9 @@ class VulkanDevice {
     const std::string& name() const { return name_; }
     /// Whether the device has failed for good.
     bool is_lost() const { return lost_; }
-    /// The most bytes of one allocation.
-    std::uint64_t most_allocated() const { return most_allocated_; }
-    /// Makes the device appear to have smaller allocations, for tests.
-    void limit_allocations(std::uint64_t bytes) { most_allocated_ = bytes; }
+    const Limits& limits() const { return limits_; }
+    /// Makes the device appear smaller, for tests.
+    void set_limits(const Limits& limits) { limits_ = limits; }
     VkPipelineLayout layout() const { return layout_; }
 
     /// The pipeline of a kernel, made when it is first asked for.
@@ -50,7 +57,7 @@ class VulkanDevice {
                               VkMemoryPropertyFlags preferred) const;
     /// Records commands, runs them, and waits for their end.
     void run(const std::function<void(VkCommandBuffer)>& record);
-    /// \throw DeviceError unless `result` is success
+    /// \throw DeviceError unless `result` is success. After VK_ERROR_DEVICE_LOST the device is lost
     void check(VkResult result);
 
   private:
@@ -65,10 +72,10 @@ class VulkanDevice {
     VkFence fence_ = VK_NULL_HANDLE;
     VkPipelineLayout layout_ = VK_NULL_HANDLE;
     VkPhysicalDeviceMemoryProperties memory_{};
-    std::uint64_t most_allocated_ = 0;
+    Limits limits_{};
     std::string name_;
-    bool lost_ = false;
-    std::mutex mutex_;  // of the queue, its commands and the pipelines
+    std::atomic<bool> lost_ = false;
+    std::mutex queue_mutex_, pipelines_mutex_;  // commands may ask for pipelines while they are recorded
     std::map<std::tuple<Kernel, std::int32_t, bool, bool>, VkPipeline> pipelines_;
 };
 

@@ -218,18 +218,18 @@ TEST(GpuExtractor, ManySmallGridsHaveTheSameBytes) {
     EXPECT_GT(points, 10000u);
 }
 
-// The first device as if it had less memory, while it lives.
+// The first device as if it could do less, while this lives.
 class SmallDevice {
   public:
-    explicit SmallDevice(std::uint64_t bytes)
-        : device_(gpu::internal::open_device(0)), before_(device_->most_allocated()) {
-        device_->limit_allocations(bytes);
+    explicit SmallDevice(gpu::internal::Limits limits)
+        : device_(gpu::internal::open_device(0)), before_(device_->limits()) {
+        device_->set_limits(limits);
     }
-    ~SmallDevice() { device_->limit_allocations(before_); }
+    ~SmallDevice() { device_->set_limits(before_); }
 
   private:
     std::shared_ptr<gpu::internal::VulkanDevice> device_;
-    std::uint64_t before_;
+    gpu::internal::Limits before_;
 };
 
 TEST(GpuExtractor, VolumesBeyondOneAllocationAreSplitBetweenSlices) {
@@ -239,11 +239,25 @@ TEST(GpuExtractor, VolumesBeyondOneAllocationAreSplitBetweenSlices) {
         const IsosurfaceOptions options{.closed = closed};
         std::optional<gpu::Extractor> extractor;
         {
-            const SmallDevice small(4 * 64 * 64 * 2 + 1000);  // a slice takes 8192 bytes
+            const SmallDevice small({.allocation = 4 * 64 * 64 * 2 + 1000});  // a slice takes 8192 bytes
             extractor.emplace(volume, options);
         }
         EXPECT_GT(compare(*extractor, volume, 60.5, options), 1000u);
     }
+}
+
+TEST(GpuExtractor, DispatchesBeyondOneAxisHaveTheSameBytes) {
+    Random random(16);
+    const Volume volume = scan<std::int16_t>(grid(100, 40, 21), random);
+    const SmallDevice small({.groups = 3});  // 768 invocations along the first axis
+    EXPECT_GT(compare(volume, {60.5}), 2000u);
+}
+
+TEST(GpuExtractor, DevicesThatDoNotControlRoundingHaveTheSameBytes) {
+    Random random(18);
+    const Volume volume = scan<std::int16_t>(oblique(70, 20, 9), random);
+    const SmallDevice small({.float_controls = false});
+    EXPECT_GT(compare(volume, {60.5}), 1000u);
 }
 
 TEST(GpuExtractor, SaysWhenMemoryIsTooSmallAndWorksAfterwards) {
@@ -252,11 +266,22 @@ TEST(GpuExtractor, SaysWhenMemoryIsTooSmallAndWorksAfterwards) {
     const IsosurfaceOptions options;
     gpu::Extractor extractor(volume, options);
     {
-        const SmallDevice small(4096);
+        const SmallDevice small({.allocation = 4096});
         EXPECT_THROW(extractor.extract(60.5), gpu::DeviceError);  // the output
         EXPECT_THROW(gpu::Extractor(volume, options), gpu::DeviceError);
     }
     EXPECT_GT(compare(extractor, volume, 60.5, options), 1000u);
+}
+
+TEST(GpuExtractor, ALostDeviceIsReplaced) {
+    Random random(17);
+    const Volume volume = scan<std::int16_t>(grid(35, 12, 9), random);
+    const IsosurfaceOptions options;
+    gpu::Extractor before(volume, options);
+    EXPECT_THROW(gpu::internal::open_device(0)->check(VK_ERROR_DEVICE_LOST), gpu::DeviceError);
+    EXPECT_THROW(before.extract(60.5), gpu::DeviceError);
+    gpu::Extractor after(volume, options);
+    EXPECT_GT(compare(after, volume, 60.5, options), 100u);
 }
 
 TEST(GpuExtractor, RefusesWhatTheDeviceCannotDo) {
