@@ -82,78 +82,79 @@ struct Report {
 class DeviceExtraction {
   public:
     DeviceExtraction(std::shared_ptr<VulkanDevice> vulkan, const VolumeView& volume,
-                     const IsosurfaceOptions& extraction_options)
-        : device(std::move(vulkan)),
-          options(extraction_options),
-          type(volume.type),
-          staging(device),
-          samples(device, staging, volume, options.progress) {
-        samples.describe(parameters);
+                     const IsosurfaceOptions& options)
+        : device_(std::move(vulkan)),
+          options_(options),
+          type_(volume.type),
+          staging_(device_),
+          samples_(device_, staging_, volume, options_.progress) {
+        samples_.describe(parameters_);
         const IndexToPhysical to_physical(volume);
-        const int pad = options.closed ? 1 : 0;
-        parameters.grid_rows = {parameters.dims[1] + 2 * pad, parameters.dims[2] + 2 * pad};
-        parameters.leaf_words = (parameters.row_words + static_cast<std::uint32_t>(pad) + 3) / 4 * 4;
-        parameters.matrix = to_physical.matrix;
-        parameters.normal_matrix = to_physical.normal_matrix;
-        parameters.axis = to_physical.axis;
+        const int pad = options_.closed ? 1 : 0;
+        parameters_.grid_rows = {parameters_.dims[1] + 2 * pad, parameters_.dims[2] + 2 * pad};
+        parameters_.leaf_words = (parameters_.row_words + static_cast<std::uint32_t>(pad) + 3) / 4 * 4;
+        parameters_.matrix = to_physical.matrix;
+        parameters_.normal_matrix = to_physical.normal_matrix;
+        parameters_.axis = to_physical.axis;
 
-        ranges = DeviceBuffer(device, 2 * samples.blocks() * sizeof(std::uint32_t));
-        bits = DeviceBuffer(device, samples.bit_words() * sizeof(std::uint32_t));
-        points = DevicePyramid(device, 3 * leaves());
-        triangles = DevicePyramid(device, leaves());
-        row_bases = DeviceBuffer(device, rows() * sizeof(Vec3f));
-        const auto grid_ny = static_cast<std::uint64_t>(parameters.grid_rows[0]);
-        staging.upload(row_bases, sizeof(Vec3f), [&](std::uint64_t row, std::byte* to) {
+        ranges_ = DeviceBuffer(device_, 2 * samples_.blocks() * sizeof(std::uint32_t));
+        bits_ = DeviceBuffer(device_, samples_.bit_words() * sizeof(std::uint32_t));
+        points_ = DevicePyramid(device_, 3 * leaves());
+        triangles_ = DevicePyramid(device_, leaves());
+        row_bases_ = DeviceBuffer(device_, rows() * sizeof(Vec3f));
+        const auto grid_ny = static_cast<std::uint64_t>(parameters_.grid_rows[0]);
+        staging_.upload(row_bases_, sizeof(Vec3f), [&](std::uint64_t row, std::byte* to) {
             const Vec3f base = to_physical.row_base(static_cast<std::int64_t>(row % grid_ny) - pad,
                                                     static_cast<std::int64_t>(row / grid_ny) - pad);
             std::memcpy(to, &base, sizeof(base));
         });
         const auto packed = pack_cases(to_physical.mirrored);
-        cases = DeviceBuffer(device, sizeof(packed));
-        staging.upload(cases, sizeof(packed),
-                       [&](std::uint64_t, std::byte* to) { std::memcpy(to, packed.data(), sizeof(packed)); });
-        status = DeviceBuffer(device, 2 * sizeof(std::uint32_t));
-        parameter_block = DeviceBuffer(device, sizeof(Parameters));
-        report_memory = DeviceBuffer(device, sizeof(Report), DeviceBuffer::Place::host);
+        cases_ = DeviceBuffer(device_, sizeof(packed));
+        staging_.upload(cases_, sizeof(packed), [&](std::uint64_t, std::byte* to) {
+            std::memcpy(to, packed.data(), sizeof(packed));
+        });
+        status_ = DeviceBuffer(device_, 2 * sizeof(std::uint32_t));
+        parameter_block_ = DeviceBuffer(device_, sizeof(Parameters));
+        report_memory_ = DeviceBuffer(device_, sizeof(Report), DeviceBuffer::Place::host);
 
-        parameters.ranges = ranges.address();
-        parameters.bits = bits.address();
-        parameters.row_bases = row_bases.address();
-        parameters.cases = cases.address();
-        parameters.status = status.address();
-        parameters.pyramids = {points.parameters(), triangles.parameters()};
+        parameters_.ranges = ranges_.address();
+        parameters_.bits = bits_.address();
+        parameters_.row_bases = row_bases_.address();
+        parameters_.cases = cases_.address();
+        parameters_.status = status_.address();
+        parameters_.pyramids = {points_.parameters(), triangles_.parameters()};
 
         find_ranges();
     }
 
     void extract(double isovalue, Mesh& mesh, IsosurfaceStats& stats) {
         const auto start = Clock::now();
-        parameters.half_isovalue = 0.5f * static_cast<float>(isovalue);
-        classify(ordered_threshold(type, isovalue));
-        report_progress(options.progress, 0.3);
+        parameters_.half_isovalue = 0.5f * static_cast<float>(isovalue);
+        classify(ordered_threshold(type_, isovalue));
+        report_progress(options_.progress, 0.3);
         const auto classified = Clock::now();
         count();
         const Report totals = read_report();
-        report_progress(options.progress, 0.4);
+        report_progress(options_.progress, 0.4);
         // An index in a shader has 31 bits. Sums that do not fit in 32 are the greatest number.
         if (std::max(totals.points, totals.triangles) >
             std::uint32_t{std::numeric_limits<std::int32_t>::max()})
-            throw DeviceError(device->name() +
+            throw DeviceError(device_->name() +
                               ": the surface has more than 2^31 points or triangles; use the CPU");
         const auto counted = Clock::now();
         if (totals.points > 0) {
             emit(totals);
-            report_progress(options.progress, 0.8);
+            report_progress(options_.progress, 0.8);
             if (read_report().unsafe != 0)
                 throw DeviceError(
-                    device->name() +
+                    device_->name() +
                     ": a point or normal depends on numbers nearer to zero than "
                     "2^-100 or above 2^126, which devices may round in other ways; use the CPU");
-            download(positions, totals.points, mesh.points);
-            if (options.normals) download(normals, totals.points, mesh.normals);
-            download(indices, totals.triangles, mesh.triangles);
+            download(positions_, totals.points, mesh.points);
+            if (options_.normals) download(normals_, totals.points, mesh.normals);
+            download(indices_, totals.triangles, mesh.triangles);
         }
-        report_progress(options.progress, 1);
+        report_progress(options_.progress, 1);
         const auto seconds = [](Clock::time_point from, Clock::time_point to) {
             return std::chrono::duration<double>(to - from).count();
         };
@@ -163,61 +164,61 @@ class DeviceExtraction {
 
   private:
     std::uint64_t rows() const {
-        return static_cast<std::uint64_t>(parameters.grid_rows[0]) *
-               static_cast<std::uint64_t>(parameters.grid_rows[1]);
+        return static_cast<std::uint64_t>(parameters_.grid_rows[0]) *
+               static_cast<std::uint64_t>(parameters_.grid_rows[1]);
     }
-    std::uint64_t leaves() const { return rows() * parameters.leaf_words; }
+    std::uint64_t leaves() const { return rows() * parameters_.leaf_words; }
     std::uint64_t scratch_bytes() const {
-        return ranges.bytes() + bits.bytes() + row_bases.bytes() + cases.bytes() + points.bytes() +
-               triangles.bytes();
+        return ranges_.bytes() + bits_.bytes() + row_bases_.bytes() + cases_.bytes() + points_.bytes() +
+               triangles_.bytes();
     }
 
     // Adds a kernel with one invocation for each of `count` elements to the commands. It sees what came before
     // the last barrier.
     void dispatch(VkCommandBuffer commands, Kernel kernel, std::uint64_t count, std::uint32_t which = 0,
                   std::uint32_t level = 0) const {
-        const Specialization constants{static_cast<std::int32_t>(type), options.closed, options.normals};
-        vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, device->pipeline(kernel, constants));
-        const Push push{parameter_block.address(), which, level};
-        vkCmdPushConstants(commands, device->layout(), VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof(push), &push);
+        const Specialization constants{static_cast<std::int32_t>(type_), options_.closed, options_.normals};
+        vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, device_->pipeline(kernel, constants));
+        const Push push{parameter_block_.address(), which, level};
+        vkCmdPushConstants(commands, device_->layout(), VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof(push), &push);
         constexpr std::uint64_t kGroup = 256;  // as in the shaders
         const std::uint64_t groups = (count + kGroup - 1) / kGroup;
-        const std::uint64_t x = std::min<std::uint64_t>(groups, device->limits().groups);
+        const std::uint64_t x = std::min<std::uint64_t>(groups, device_->limits().groups);
         vkCmdDispatch(commands, static_cast<std::uint32_t>(x),
                       static_cast<std::uint32_t>((groups + x - 1) / x), 1);
     }
 
     // Finds what does not depend on the isovalue.
     void find_ranges() {
-        device->run([&](VkCommandBuffer commands) {
-            vkCmdUpdateBuffer(commands, parameter_block.handle(), 0, sizeof(parameters), &parameters);
-            vkCmdFillBuffer(commands, status.handle(), 0, VK_WHOLE_SIZE, 0);
+        device_->run([&](VkCommandBuffer commands) {
+            vkCmdUpdateBuffer(commands, parameter_block_.handle(), 0, sizeof(parameters_), &parameters_);
+            vkCmdFillBuffer(commands, status_.handle(), 0, VK_WHOLE_SIZE, 0);
             barrier(commands);
-            dispatch(commands, Kernel::ranges, samples.blocks());
+            dispatch(commands, Kernel::ranges, samples_.blocks());
             barrier(commands);
         });
     }
 
     // Changes the bits from the threshold before, if there was one, to `threshold`.
     void classify(std::int32_t threshold) {
-        parameters.threshold = threshold;
-        device->run([&](VkCommandBuffer commands) {
-            vkCmdUpdateBuffer(commands, parameter_block.handle(), 0, sizeof(parameters), &parameters);
-            vkCmdFillBuffer(commands, status.handle(), offsetof(Report, unsafe), sizeof(std::uint32_t), 0);
+        parameters_.threshold = threshold;
+        device_->run([&](VkCommandBuffer commands) {
+            vkCmdUpdateBuffer(commands, parameter_block_.handle(), 0, sizeof(parameters_), &parameters_);
+            vkCmdFillBuffer(commands, status_.handle(), offsetof(Report, unsafe), sizeof(std::uint32_t), 0);
             barrier(commands);
-            dispatch(commands, Kernel::classify, samples.bit_words());
+            dispatch(commands, Kernel::classify, samples_.bit_words());
             barrier(commands);
         });
-        parameters.previous_threshold = threshold;
-        parameters.has_previous = 1;
+        parameters_.previous_threshold = threshold;
+        parameters_.has_previous = 1;
     }
 
-    // Counts, and builds the pyramids. The apex is read before the descent, which leaves it as it is.
+    // Counts, and builds the pyramids from the leaves up and then from the apex down.
     void count() {
-        device->run([&](VkCommandBuffer commands) {
+        device_->run([&](VkCommandBuffer commands) {
             dispatch(commands, Kernel::count, leaves() / 4);
             barrier(commands);
-            const auto& pyramids = parameters.pyramids;
+            const auto& pyramids = parameters_.pyramids;
             const std::uint32_t top = std::max(pyramids[0].top, pyramids[1].top);
             for (std::uint32_t level = 1; level <= top; ++level) {
                 for (std::uint32_t p = 0; p < 2; ++p) {
@@ -237,14 +238,14 @@ class DeviceExtraction {
     }
 
     void emit(const Report& totals) {
-        grow(positions, totals.points * sizeof(Vec3f));
-        if (options.normals) grow(normals, totals.points * sizeof(Vec3f));
-        grow(indices, totals.triangles * sizeof(Triangle));
-        parameters.points = positions.address();
-        parameters.normals = normals.address();
-        parameters.triangles = indices.address();
-        device->run([&](VkCommandBuffer commands) {
-            vkCmdUpdateBuffer(commands, parameter_block.handle(), 0, sizeof(parameters), &parameters);
+        grow(positions_, totals.points * sizeof(Vec3f));
+        if (options_.normals) grow(normals_, totals.points * sizeof(Vec3f));
+        grow(indices_, totals.triangles * sizeof(Triangle));
+        parameters_.points = positions_.address();
+        parameters_.normals = normals_.address();
+        parameters_.triangles = indices_.address();
+        device_->run([&](VkCommandBuffer commands) {
+            vkCmdUpdateBuffer(commands, parameter_block_.handle(), 0, sizeof(parameters_), &parameters_);
             barrier(commands);
             dispatch(commands, Kernel::points, totals.points);
             if (totals.triangles > 0) dispatch(commands, Kernel::triangles, totals.triangles);
@@ -256,24 +257,24 @@ class DeviceExtraction {
     void grow(DeviceBuffer& buffer, std::uint64_t bytes) {
         if (buffer.bytes() >= bytes) return;
         buffer = {};
-        const std::uint64_t more = std::min(bytes + bytes / 4, device->limits().allocation);
-        buffer = DeviceBuffer(device, std::max(bytes, more / 4 * 4));
+        const std::uint64_t more = std::min(bytes + bytes / 4, device_->limits().allocation);
+        buffer = DeviceBuffer(device_, std::max(bytes, more / 4 * 4));
     }
 
     Report read_report() {
-        device->run([&](VkCommandBuffer commands) {
+        device_->run([&](VkCommandBuffer commands) {
             const auto copy = [&](VkBuffer from, std::uint64_t begin, std::size_t to, std::uint64_t bytes) {
                 const VkBufferCopy region{begin, to, bytes};
-                vkCmdCopyBuffer(commands, from, report_memory.handle(), 1, &region);
+                vkCmdCopyBuffer(commands, from, report_memory_.handle(), 1, &region);
             };
-            copy(status.handle(), 0, offsetof(Report, non_finite), 2 * sizeof(std::uint32_t));
-            copy(points.nodes(), points.apex_offset(), offsetof(Report, points), sizeof(std::uint32_t));
-            copy(triangles.nodes(), triangles.apex_offset(), offsetof(Report, triangles),
+            copy(status_.handle(), 0, offsetof(Report, non_finite), 2 * sizeof(std::uint32_t));
+            copy(points_.nodes(), points_.apex_offset(), offsetof(Report, points), sizeof(std::uint32_t));
+            copy(triangles_.nodes(), triangles_.apex_offset(), offsetof(Report, triangles),
                  sizeof(std::uint32_t));
             barrier(commands);
         });
         Report report;
-        std::memcpy(&report, report_memory.mapped(), sizeof(report));
+        std::memcpy(&report, report_memory_.mapped(), sizeof(report));
         return report;
     }
 
@@ -284,24 +285,24 @@ class DeviceExtraction {
         } catch (const std::bad_alloc&) {
             throw LimitError("there is not enough memory for the surface; crop or coarsen the volume");
         }
-        staging.download(from, count * sizeof(T), to.data());
+        staging_.download(from, count * sizeof(T), to.data());
     }
 
-    const std::shared_ptr<VulkanDevice> device;
-    const IsosurfaceOptions options;
-    const SampleType type;
-    Staging staging;
-    const ResidentVolume samples;
-    Parameters parameters;
-    DeviceBuffer parameter_block, status, report_memory;
-    DeviceBuffer ranges, bits, row_bases, cases;
-    DevicePyramid points, triangles;
-    DeviceBuffer positions, normals, indices;  // the output
+    const std::shared_ptr<VulkanDevice> device_;
+    const IsosurfaceOptions options_;
+    const SampleType type_;
+    Staging staging_;
+    const ResidentVolume samples_;
+    Parameters parameters_;
+    DeviceBuffer parameter_block_, status_, report_memory_;
+    DeviceBuffer ranges_, bits_, row_bases_, cases_;
+    DevicePyramid points_, triangles_;
+    DeviceBuffer positions_, normals_, indices_;  // the output
 };
 
 }  // namespace
 
-// The extractor's state: the device's part is absent where the volume has no cells, and so never a surface.
+// Where the volume has no cells there is never a surface, and nothing on the device.
 struct Extractor::Impl {
     std::optional<DeviceExtraction> extraction;
     Mesh mesh;  // of those who gave none

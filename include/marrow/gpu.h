@@ -15,8 +15,8 @@
 
 namespace marrow::gpu {
 
-/// What the device cannot do, or did not: there is none of this number, it is lost, its memory is too small, or the
-/// volume or options are not for it. The CPU can do it: use IsosurfaceExtractor instead.
+/// What the device cannot do: there is none of this number, it is lost, its memory is too small, or the volume or
+/// options are not for it. The CPU can do it: use IsosurfaceExtractor instead.
 struct MARROW_EXPORT DeviceError : Error {
     using Error::Error;
 };
@@ -38,9 +38,9 @@ MARROW_EXPORT std::vector<Device> devices();
 /// samples of 8 and 16 bits and float32, and the options `normals`, `closed` and `progress`; `threads` has no
 /// meaning. Two threads must not use one extractor at the same time, but may use different ones.
 ///
-/// A device need not compute with denormal numbers. Where a point or normal would depend on one, as with samples
-/// or isovalues nearer to zero than 2^-100, and where floats above 2^126 would overflow, extract() throws
-/// DeviceError instead of giving other bits.
+/// A device need not compute with denormal numbers or infinities. Where a point or normal depends on numbers so near
+/// to zero or so large that they might occur, extract() throws DeviceError instead of giving other bits
+/// (docs/gpu.md says which).
 class MARROW_EXPORT Extractor {
   public:
     /// Copies the volume to the device whose index in devices() is given. The view's samples are not needed
@@ -54,7 +54,7 @@ class MARROW_EXPORT Extractor {
     /// Replaces `mesh` by the surface at `isovalue`, and reuses its memory. After an exception the extractor can
     /// be used as before, unless the device is lost, and the content of the mesh has no meaning. `stats` may be
     /// null; its scratch_bytes are those on the device. \throw InputError the isovalue is NaN or infinite;
-    /// LimitError more than 2^32 - 1 points, or not enough memory for the mesh; DeviceError see there; Cancelled
+    /// LimitError not enough memory for the mesh; DeviceError see there; Cancelled
     void extract(double isovalue, Mesh& mesh, IsosurfaceStats* stats = nullptr);
 
     /// The same surface in a mesh that the extractor owns. It is valid until the next call.
