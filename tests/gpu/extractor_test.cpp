@@ -9,6 +9,8 @@
 #include <limits>
 #include <numbers>
 #include <optional>
+#include <thread>
+#include <vector>
 
 #include "gpu/vulkan_device.h"
 #include "support/fields.h"
@@ -258,6 +260,17 @@ TEST(GpuExtractor, DevicesThatDoNotControlRoundingHaveTheSameBytes) {
     const Volume volume = scan<std::int16_t>(oblique(70, 20, 9), random);
     const SmallDevice small({.float_controls = false});
     EXPECT_GT(compare(volume, {60.5}), 1000u);
+}
+
+TEST(GpuExtractor, ExtractorsOfSeveralThreadsDoNotDisturbEachOther) {
+    std::vector<std::thread> threads;
+    for (unsigned seed = 20; seed < 23; ++seed) {
+        threads.emplace_back([seed] {
+            Random random(seed);
+            for (int i = 0; i < 5; ++i) compare(scan<std::int16_t>(grid(40, 15, 9), random), {50.5, 70.0});
+        });
+    }
+    for (std::thread& thread : threads) thread.join();
 }
 
 TEST(GpuExtractor, SaysWhenMemoryIsTooSmallAndWorksAfterwards) {
