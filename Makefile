@@ -71,7 +71,7 @@ docs:
 	MARROW_VERSION=$$(sed -n 's/^#define MARROW_VERSION "\(.*\)"/\1/p' include/marrow/version.h) doxygen docs/Doxyfile
 
 everything:
-	$(install) program viewer terrain python tests
+	$(install) program viewer terrain python gpu tests
 	$(call configure,$(PRESET))
 	$(call build,$(PRESET))
 
@@ -82,19 +82,19 @@ test: everything
 
 # Everything by clang, where a warning is an error.
 clang:
-	$(install) program viewer terrain python tests clang
+	$(install) program viewer terrain python gpu tests clang
 	$(call configure,clang)
 	$(call build,clang)
 
 # The tests that use threads, under ThreadSanitizer. `make test PRESET=asan` runs all tests under AddressSanitizer and UBSan.
 tsan:
-	$(install) program viewer terrain python tests tsan
+	$(install) program viewer terrain python gpu tests tsan
 	scripts/tsan
 
 # Each fuzz target searches for SECONDS, starting from the seeds and from what was found before.
 SECONDS ?= 60
 fuzz:
-	$(install) program viewer terrain python tests clang
+	$(install) program viewer terrain python gpu tests clang
 	scripts/fuzz $(SECONDS)
 
 bench: everything

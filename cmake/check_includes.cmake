@@ -82,6 +82,7 @@ check_folder(src/io/dicom src "base;io/bytes;io/scan" "fmt/;tbb/;${image_librari
 check_folder(src/io/zarr src "base;io/bytes" "fmt/;tbb/;nlohmann/;blosc.h;lz4.h;zlib.h;zstd.h")
 check_folder(src/io/mesh src "base;io/bytes;io/dicom" "fmt/;nlohmann/;zlib.h")
 check_folder(src/io src "base;io/bytes;io/scan;io/dicom;io/zarr" "fmt/")
+check_folder(gpu src "base;core/volume;core/grid;core/marching_cubes" "volk.h")
 check_folder(src/terrain src "base" "fmt/;tbb/;gdal;ogr_;cpl_")
 
 # Only the main programs include commands.

@@ -1,0 +1,255 @@
+// Makes the instance, devices and pipelines of Vulkan.
+#include "vulkan_device.h"
+
+#include <marrow/gpu.h>
+
+#include "parameters.h"
+
+namespace marrow::gpu::internal {
+
+namespace {
+
+// Vulkan's instance. It is never destroyed, because a driver may already be unloaded when static objects end.
+VkInstance create_instance() {
+    if (volkInitialize() != VK_SUCCESS) return VK_NULL_HANDLE;  // no loader
+    VkApplicationInfo application{};
+    application.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO;
+    application.pApplicationName = "marrow";
+    application.apiVersion = VK_API_VERSION_1_2;
+    VkInstanceCreateInfo info{};
+    info.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO;
+    info.pApplicationInfo = &application;
+    VkInstance instance = VK_NULL_HANDLE;
+    if (vkCreateInstance(&info, nullptr, &instance) != VK_SUCCESS) return VK_NULL_HANDLE;  // no driver
+    volkLoadInstance(instance);
+    return instance;
+}
+
+VkInstance the_instance() {
+    static const VkInstance instance = create_instance();
+    return instance;
+}
+
+constexpr std::uint32_t kNoFamily = ~std::uint32_t{0};
+
+// The family of queues for the kernels; one that does not also draw is preferred, as it disturbs the desktop less.
+std::uint32_t compute_family(VkPhysicalDevice physical) {
+    std::uint32_t count = 0;
+    vkGetPhysicalDeviceQueueFamilyProperties(physical, &count, nullptr);
+    std::vector<VkQueueFamilyProperties> families(count);
+    vkGetPhysicalDeviceQueueFamilyProperties(physical, &count, families.data());
+    std::uint32_t found = kNoFamily;
+    for (std::uint32_t f = 0; f < count; ++f) {
+        if ((families[f].queueFlags & VK_QUEUE_COMPUTE_BIT) == 0) continue;
+        if ((families[f].queueFlags & VK_QUEUE_GRAPHICS_BIT) == 0) return f;
+        if (found == kNoFamily) found = f;
+    }
+    return found;
+}
+
+bool is_usable(VkPhysicalDevice physical) {
+    VkPhysicalDeviceProperties properties;
+    vkGetPhysicalDeviceProperties(physical, &properties);
+    if (properties.apiVersion < VK_API_VERSION_1_2) return false;
+    VkPhysicalDeviceVulkan12Features features{};
+    features.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES;
+    VkPhysicalDeviceFeatures2 all{};
+    all.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2;
+    all.pNext = &features;
+    vkGetPhysicalDeviceFeatures2(physical, &all);
+    return features.bufferDeviceAddress == VK_TRUE &&
+           properties.limits.maxComputeWorkGroupInvocations >= 256 && compute_family(physical) != kNoFamily;
+}
+
+}  // namespace
+
+std::vector<VkPhysicalDevice> usable_devices() {
+    const VkInstance instance = the_instance();
+    if (instance == VK_NULL_HANDLE) return {};
+    std::uint32_t count = 0;
+    if (vkEnumeratePhysicalDevices(instance, &count, nullptr) != VK_SUCCESS) return {};
+    std::vector<VkPhysicalDevice> found(count);
+    if (vkEnumeratePhysicalDevices(instance, &count, found.data()) != VK_SUCCESS) return {};
+    std::erase_if(found, [](VkPhysicalDevice physical) { return !is_usable(physical); });
+    return found;
+}
+
+VulkanDevice::VulkanDevice(VkPhysicalDevice physical) {
+    try {
+        create(physical);
+    } catch (...) {
+        destroy();
+        throw;
+    }
+}
+
+VulkanDevice::~VulkanDevice() {
+    destroy();
+}
+
+void VulkanDevice::create(VkPhysicalDevice physical) {
+    VkPhysicalDeviceFloatControlsProperties floats{};
+    floats.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FLOAT_CONTROLS_PROPERTIES;
+    VkPhysicalDeviceMaintenance3Properties memory{};
+    memory.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_MAINTENANCE_3_PROPERTIES;
+    memory.pNext = &floats;
+    VkPhysicalDeviceProperties2 properties{};
+    properties.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2;
+    properties.pNext = &memory;
+    vkGetPhysicalDeviceProperties2(physical, &properties);
+    name_ = properties.properties.deviceName;
+    limits_.allocation = memory.maxMemoryAllocationSize;
+    limits_.groups = properties.properties.limits.maxComputeWorkGroupCount[0];
+    // Unless modes are independent, those of all widths would have to be the same.
+    limits_.float_controls = floats.shaderRoundingModeRTEFloat32 == VK_TRUE &&
+                             floats.shaderSignedZeroInfNanPreserveFloat32 == VK_TRUE &&
+                             floats.roundingModeIndependence != VK_SHADER_FLOAT_CONTROLS_INDEPENDENCE_NONE;
+    vkGetPhysicalDeviceMemoryProperties(physical, &memory_);
+
+    const std::uint32_t family = compute_family(physical);
+    const float priority = 1;
+    VkDeviceQueueCreateInfo queue{};
+    queue.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO;
+    queue.queueFamilyIndex = family;
+    queue.queueCount = 1;
+    queue.pQueuePriorities = &priority;
+    VkPhysicalDeviceVulkan12Features features{};
+    features.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES;
+    features.bufferDeviceAddress = VK_TRUE;
+    VkDeviceCreateInfo device{};
+    device.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO;
+    device.pNext = &features;
+    device.queueCreateInfoCount = 1;
+    device.pQueueCreateInfos = &queue;
+    check(vkCreateDevice(physical, &device, nullptr, &device_));
+    vkGetDeviceQueue(device_, family, 0, &queue_);
+
+    VkCommandPoolCreateInfo pool{};
+    pool.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO;
+    pool.flags = VK_COMMAND_POOL_CREATE_TRANSIENT_BIT;
+    pool.queueFamilyIndex = family;
+    check(vkCreateCommandPool(device_, &pool, nullptr, &pool_));
+    VkCommandBufferAllocateInfo commands{};
+    commands.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO;
+    commands.commandPool = pool_;
+    commands.level = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
+    commands.commandBufferCount = 1;
+    check(vkAllocateCommandBuffers(device_, &commands, &commands_));
+    VkFenceCreateInfo fence{};
+    fence.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO;
+    check(vkCreateFence(device_, &fence, nullptr, &fence_));
+
+    VkPushConstantRange push{};
+    push.stageFlags = VK_SHADER_STAGE_COMPUTE_BIT;
+    push.size = sizeof(Push);
+    VkPipelineLayoutCreateInfo layout{};
+    layout.sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO;
+    layout.pushConstantRangeCount = 1;
+    layout.pPushConstantRanges = &push;
+    check(vkCreatePipelineLayout(device_, &layout, nullptr, &layout_));
+}
+
+void VulkanDevice::destroy() {
+    if (device_ == VK_NULL_HANDLE) return;
+    for (const auto& [key, pipeline] : pipelines_) vkDestroyPipeline(device_, pipeline, nullptr);
+    vkDestroyPipelineLayout(device_, layout_, nullptr);
+    vkDestroyFence(device_, fence_, nullptr);
+    vkDestroyCommandPool(device_, pool_, nullptr);
+    vkDestroyDevice(device_, nullptr);
+}
+
+void VulkanDevice::check(VkResult result) {
+    if (result == VK_SUCCESS) return;
+    const std::string device = name_ + ": ";
+    if (result == VK_ERROR_OUT_OF_DEVICE_MEMORY || result == VK_ERROR_OUT_OF_HOST_MEMORY)
+        throw DeviceError(device +
+                          "there is not enough memory on the device; crop the volume or use the CPU");
+    if (result == VK_ERROR_DEVICE_LOST) {
+        lost_ = true;
+        throw DeviceError(device + "the device was lost; try again or use the CPU");
+    }
+    throw DeviceError(device + "Vulkan reports error " + std::to_string(result) + "; use the CPU");
+}
+
+std::uint32_t VulkanDevice::memory_type(std::uint32_t allowed, VkMemoryPropertyFlags required,
+                                        VkMemoryPropertyFlags preferred) const {
+    for (const VkMemoryPropertyFlags wanted : {required | preferred, required}) {
+        for (std::uint32_t t = 0; t < memory_.memoryTypeCount; ++t) {
+            const bool has = (memory_.memoryTypes[t].propertyFlags & wanted) == wanted;
+            if ((allowed >> t & 1) != 0 && has) return t;
+        }
+    }
+    throw DeviceError(name_ + ": the device has no memory of the kind that is needed; use the CPU");
+}
+
+VkPipeline VulkanDevice::pipeline(Kernel kernel, const Specialization& constants) {
+    const std::lock_guard lock(pipelines_mutex_);
+    if (kernel == Kernel::points && limits_.float_controls) kernel = Kernel::points_controlled;
+    VkPipeline& pipeline = pipelines_[{kernel, constants.sample_type, constants.closed == VK_TRUE,
+                                       constants.normals == VK_TRUE}];
+    if (pipeline == VK_NULL_HANDLE) pipeline = create_pipeline(kernel, constants);
+    return pipeline;
+}
+
+VkPipeline VulkanDevice::create_pipeline(Kernel kernel, const Specialization& constants) {
+    const auto words = spirv(kernel);
+    VkShaderModuleCreateInfo module_info{};
+    module_info.sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO;
+    module_info.codeSize = words.size_bytes();
+    module_info.pCode = words.data();
+    VkShaderModule shader = VK_NULL_HANDLE;
+    check(vkCreateShaderModule(device_, &module_info, nullptr, &shader));
+
+    static_assert(sizeof(Specialization) == 3 * sizeof(std::uint32_t));
+    VkSpecializationMapEntry entries[3];
+    for (std::uint32_t id = 0; id < 3; ++id) entries[id] = {id, 4 * id, 4};
+    const VkSpecializationInfo specialization{3, entries, sizeof(constants), &constants};
+    VkComputePipelineCreateInfo info{};
+    info.sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO;
+    info.stage.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO;
+    info.stage.stage = VK_SHADER_STAGE_COMPUTE_BIT;
+    info.stage.module = shader;
+    info.stage.pName = "main";
+    info.stage.pSpecializationInfo = &specialization;
+    info.layout = layout_;
+    VkPipeline pipeline = VK_NULL_HANDLE;
+    const VkResult result = vkCreateComputePipelines(device_, VK_NULL_HANDLE, 1, &info, nullptr, &pipeline);
+    vkDestroyShaderModule(device_, shader, nullptr);
+    check(result);
+    return pipeline;
+}
+
+void VulkanDevice::run(const std::function<void(VkCommandBuffer)>& record) {
+    const std::lock_guard lock(queue_mutex_);
+    if (lost_) check(VK_ERROR_DEVICE_LOST);
+    check(vkResetCommandPool(device_, pool_, 0));
+    VkCommandBufferBeginInfo begin{};
+    begin.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO;
+    begin.flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
+    check(vkBeginCommandBuffer(commands_, &begin));
+    record(commands_);
+    check(vkEndCommandBuffer(commands_));
+    VkSubmitInfo submit{};
+    submit.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO;
+    submit.commandBufferCount = 1;
+    submit.pCommandBuffers = &commands_;
+    check(vkResetFences(device_, 1, &fence_));
+    check(vkQueueSubmit(queue_, 1, &submit, fence_));
+    check(vkWaitForFences(device_, 1, &fence_, VK_TRUE, ~std::uint64_t{0}));
+}
+
+std::shared_ptr<VulkanDevice> open_device(std::size_t index) {
+    static std::mutex mutex;
+    static auto& open =
+        *new std::map<std::size_t, std::shared_ptr<VulkanDevice>>;  // never destroyed, as the instance
+    const std::lock_guard lock(mutex);
+    const std::vector<VkPhysicalDevice> found = usable_devices();
+    if (index >= found.size())
+        throw DeviceError("there is no GPU number " + std::to_string(index) + " (" +
+                          std::to_string(found.size()) + " found); use the CPU");
+    std::shared_ptr<VulkanDevice>& device = open[index];
+    if (!device || device->is_lost()) device = std::make_shared<VulkanDevice>(found[index]);
+    return device;
+}
+
+}  // namespace marrow::gpu::internal

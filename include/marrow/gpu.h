@@ -1,0 +1,68 @@
+/// Isosurfaces on a GPU, by Vulkan compute.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <marrow/error.h>
+#include <marrow/export.h>
+#include <marrow/isosurface.h>
+#include <marrow/mesh.h>
+#include <marrow/volume.h>
+
+namespace marrow::gpu {
+
+/// What the device cannot do: there is none of this number, it is lost, its memory is too small, or the volume or
+/// options are not for it. The CPU can do it: use IsosurfaceExtractor instead.
+struct MARROW_EXPORT DeviceError : Error {
+    using Error::Error;
+};
+
+/// A device that extracts surfaces.
+struct Device {
+    std::string name;
+    bool software = false;     ///< it is emulated by the CPU, so it is good for tests only
+    std::uint64_t memory = 0;  ///< bytes of its largest memory
+};
+
+/// The devices that can be used, in the order of the driver. Empty where there is no Vulkan loader or driver.
+/// The first call loads them, which can take a second.
+MARROW_EXPORT std::vector<Device> devices();
+
+/// Extracts many surfaces from one volume, as IsosurfaceExtractor does, on a GPU.
+///
+/// The volume is copied to the device once. The mesh is byte for byte that of extract_isosurface. The device takes
+/// samples of 8 and 16 bits and float32, and the options `normals`, `closed` and `progress`; `threads` has no
+/// meaning. Two threads must not use one extractor at the same time, but may use different ones.
+///
+/// A device need not compute with denormal numbers or infinities. Where a point or normal depends on numbers so near
+/// to zero or so large that they might occur, extract() throws DeviceError instead of giving other bits
+/// (docs/gpu.md says which).
+class MARROW_EXPORT Extractor {
+  public:
+    /// Copies the volume to the device whose index in devices() is given. The view's samples are not needed
+    /// afterwards. \throw InputError as extract_isosurface; DeviceError see there; Cancelled
+    explicit Extractor(const VolumeView& volume, const IsosurfaceOptions& options = {},
+                       std::size_t device = 0);
+    ~Extractor();
+    Extractor(Extractor&&) noexcept;
+    Extractor& operator=(Extractor&&) noexcept;
+
+    /// Replaces `mesh` by the surface at `isovalue`, and reuses its memory. After an exception the extractor can
+    /// be used as before, unless the device is lost, and the content of the mesh has no meaning. `stats` may be
+    /// null; its scratch_bytes are those on the device. \throw InputError the isovalue is NaN or infinite;
+    /// LimitError not enough memory for the mesh; DeviceError see there; Cancelled
+    void extract(double isovalue, Mesh& mesh, IsosurfaceStats* stats = nullptr);
+
+    /// The same surface in a mesh that the extractor owns. It is valid until the next call.
+    const Mesh& extract(double isovalue, IsosurfaceStats* stats = nullptr);
+
+  private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace marrow::gpu

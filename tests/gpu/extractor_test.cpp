@@ -1,0 +1,352 @@
+// A device extracts the same meshes as the CPU, to the last bit. The tests run on whichever device comes first.
+#include <gtest/gtest.h>
+
+#include <marrow/gpu.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <numbers>
+#include <optional>
+#include <thread>
+#include <vector>
+
+#include "gpu/vulkan_device.h"
+#include "support/fields.h"
+
+namespace marrow::test {
+namespace {
+
+template <class T>
+bool same_bytes(const Buffer<T>& a, const Buffer<T>& b) {
+    return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
+}
+
+// Extracts on both. Fails unless the bytes are the same; returns the number of points.
+std::size_t compare(gpu::Extractor& extractor, const VolumeView& volume, double isovalue,
+                    const IsosurfaceOptions& options) {
+    IsosurfaceStats expected_stats, stats;
+    const Mesh expected = extract_isosurface(volume, isovalue, options, &expected_stats);
+    const Mesh& mesh = extractor.extract(isovalue, &stats);
+    EXPECT_TRUE(same_bytes(mesh.points, expected.points))
+        << mesh.points.size() << " points, and " << expected.points.size() << " on the CPU";
+    EXPECT_TRUE(same_bytes(mesh.normals, expected.normals));
+    EXPECT_TRUE(same_bytes(mesh.triangles, expected.triangles));
+    EXPECT_EQ(stats.non_finite_samples, expected_stats.non_finite_samples);
+    return mesh.points.size();
+}
+
+// The same at several isovalues, open and closed.
+std::size_t compare(const VolumeView& volume, std::initializer_list<double> isovalues) {
+    std::size_t points = 0;
+    for (const bool closed : {false, true}) {
+        const IsosurfaceOptions options{.closed = closed};
+        gpu::Extractor extractor(volume, options);
+        for (const double isovalue : isovalues) {
+            SCOPED_TRACE(testing::Message() << sample_type_name(volume.type) << " at " << isovalue
+                                            << (closed ? ", closed" : ", open"));
+            points += compare(extractor, volume, isovalue, options);
+        }
+    }
+    return points;
+}
+
+std::size_t compare(const Volume& volume, std::initializer_list<double> isovalues) {
+    return compare(VolumeView(volume), isovalues);
+}
+
+// Smooth samples with noise.
+template <class T>
+Volume scan(const Geometry& g, Random& random) {
+    std::normal_distribution<double> noise(0, 4);
+    const auto [nx, ny, nz] = g.dims;
+    return sampled<T>(g, [&, nx = nx, ny = ny, nz = nz](auto x, auto y, auto z) {
+        const double r = std::hypot(static_cast<double>(2 * x - nx) / static_cast<double>(nx),
+                                    static_cast<double>(2 * y - ny) / static_cast<double>(ny),
+                                    static_cast<double>(2 * z - nz) / static_cast<double>(nz));
+        return std::clamp(120 - 90 * r + noise(random), 0.0, 127.0);
+    });
+}
+
+Geometry oblique(std::int64_t nx, std::int64_t ny, std::int64_t nz) {
+    Geometry g = grid(nx, ny, nz);
+    g.spacing = {0.7, 1.1, 2.3};
+    g.origin = {-113.7, 41.3, 1207.9};
+    const double c = std::cos(0.3), s = std::sin(0.3);
+    g.direction = {{{c, -s, 0.1}, {s, c, 0}, {0, 0, std::sqrt(1 - 0.01)}}};  // the gantry is tilted
+    return g;
+}
+
+TEST(GpuExtractor, GivesTheSameBytesForEveryType) {
+    Random random(1);
+    const Geometry g = oblique(70, 23, 11);
+    const auto isovalues = {60.0, 60.4, 17.25, 101.0};
+    EXPECT_GT(compare(scan<std::int16_t>(g, random), isovalues), 5000u);
+    EXPECT_GT(compare(scan<std::uint16_t>(g, random), isovalues), 5000u);
+    EXPECT_GT(compare(scan<std::int8_t>(g, random), isovalues), 5000u);
+    EXPECT_GT(compare(scan<std::uint8_t>(g, random), isovalues), 5000u);
+    EXPECT_GT(compare(scan<float>(g, random), isovalues), 5000u);
+}
+
+TEST(GpuExtractor, GivesTheSameBytesForIsovaluesInAnyOrder) {
+    Random random(15);
+    const Volume integers = scan<std::int16_t>(oblique(70, 23, 11), random);
+    Volume floats = scan<float>(grid(70, 23, 11), random);
+    for (int i = 0; i < 10; ++i)
+        floats.samples<float>()[random() % 10000] = std::numeric_limits<float>::quiet_NaN();
+    for (const Volume* volume : std::initializer_list<const Volume*>{&integers, &floats}) {
+        const IsosurfaceOptions options{.closed = volume == &floats};
+        gpu::Extractor extractor(*volume, options);
+        double isovalue = 60;
+        for (int i = 0; i < 30; ++i) {
+            // Small steps as from a slider, jumps, and values beyond all samples.
+            isovalue = random() % 3 == 0 ? static_cast<double>(random() % 200) * 1.37 - 60 : isovalue * 1.03;
+            compare(extractor, *volume, isovalue, options);
+            ASSERT_FALSE(HasFailure()) << "at " << isovalue;
+        }
+    }
+}
+
+TEST(GpuExtractor, GivesTheSameBytesForRowsOfAnyLength) {
+    Random random(2);
+    for (const std::int64_t nx : {2, 31, 32, 33, 63, 64, 65, 127, 128, 129}) {
+        SCOPED_TRACE(nx);
+        EXPECT_GT(compare(scan<std::int16_t>(grid(nx, 5, 4), random), {70.0}), 0u);
+    }
+}
+
+TEST(GpuExtractor, GivesTheSameBytesInMirroredSpace) {
+    Random random(3);
+    Geometry g = oblique(40, 20, 9);
+    for (Vec3d& row : g.direction) row[1] = -row[1];
+    EXPECT_GT(compare(scan<std::int16_t>(g, random), {60.5}), 500u);
+}
+
+TEST(GpuExtractor, GivesTheSameBytesWhereCosinesAreNearlyZero) {
+    Random random(4);
+    Geometry g = grid(34, 20, 9);
+    const double half_pi = std::numbers::pi / 2, c = std::cos(half_pi), s = std::sin(half_pi);  // c is 6e-17
+    g.direction = {{{c, -s, 0}, {s * c, c * c, -s}, {s * s, c * s, c}}};
+    EXPECT_GT(compare(scan<std::int16_t>(g, random), {60.5}), 500u);
+}
+
+TEST(GpuExtractor, GivesTheSameBytesForTiesAndBoards) {
+    Random random(5);
+    EXPECT_GT(compare(ties_at_isovalue(grid(35, 9, 8), 40, random), {40.0}), 500u);
+    EXPECT_GT(compare(checkerboard(12), {0.5, 1.0}), 500u);
+    EXPECT_GT(compare(one_voxel_thick_wall(12), {500.0, 1000.0}), 100u);
+}
+
+TEST(GpuExtractor, GivesTheSameBytesAroundSamplesThatAreNotFinite) {
+    Random random(6);
+    constexpr float kInfinity = std::numeric_limits<float>::infinity();
+    const float special[] = {kInfinity, -kInfinity, std::numeric_limits<float>::quiet_NaN(), 0.0f, -0.0f};
+    const Volume volume = sampled<float>(grid(37, 21, 17), [&](auto, auto, auto) {
+        return random() % 8 == 0 ? special[random() % 5] : static_cast<float>(random() % 7) - 3;
+    });
+    EXPECT_GT(compare(volume, {0.0, 0.7, -2.0}), 10000u);
+}
+
+TEST(GpuExtractor, GivesTheSameBytesForSteepAndFlatGradients) {
+    Random random(7);
+    for (const double scale : {0x1p-70, 0x1p-60, 0x1p-30, 0x1p40, 0x1p55, 0x1p100}) {
+        SCOPED_TRACE(scale);
+        Volume volume = scan<float>(oblique(20, 9, 8), random);
+        float* samples = volume.samples<float>();
+        for (std::int64_t i = 0; i < volume.geometry().sample_count(); ++i)
+            samples[i] = static_cast<float>(samples[i] * scale);
+        EXPECT_GT(compare(volume, {60.3 * scale}), 100u);
+    }
+}
+
+TEST(GpuExtractor, EmptyAndFullVolumesHaveTheSameSurfacesAsOnTheCpu) {
+    const auto constant = [](auto value) {
+        return sampled<decltype(value)>(grid(33, 4, 3), [=](auto, auto, auto) { return value; });
+    };
+    EXPECT_GT(compare(constant(std::int16_t{100}), {-1e300, -32768.0, 100.0, 100.5, 32767.0, 32768.0, 1e300}),
+              0u);
+    EXPECT_GT(compare(constant(std::uint8_t{255}), {-1.0, 0.0, 255.0, 255.5}), 0u);
+    EXPECT_GT(compare(constant(1.5f), {-1e300, 1.5, 1.6, 1e300}), 0u);
+}
+
+TEST(GpuExtractor, OneSampleRowOrSliceHasASurfaceWhenClosed) {
+    Random random(8);
+    for (const Geometry& g : {grid(1, 1, 1), grid(40, 1, 1), grid(1, 40, 1), grid(33, 17, 1), grid(1, 9, 12)})
+        EXPECT_GT(compare(scan<std::uint8_t>(g, random), {0.0, 10.0}), 0u);
+    EXPECT_EQ(compare(Volume(grid(0, 5, 5), SampleType::int16), {1.0}), 0u);
+}
+
+TEST(GpuExtractor, NormalsCanBeLeftOut) {
+    Random random(9);
+    const Volume volume = scan<std::int16_t>(grid(35, 12, 9), random);
+    const IsosurfaceOptions options{.normals = false};
+    gpu::Extractor extractor(volume, options);
+    EXPECT_GT(compare(extractor, volume, 60.5, options), 100u);
+}
+
+TEST(GpuExtractor, APartHasTheBytesOfThePartOnTheCpu) {
+    Random random(10);
+    const Volume volume = scan<std::int16_t>(oblique(100, 20, 15), random);
+    EXPECT_GT(compare(part_of(volume, {33, 4, 3}, {41, 9, 7}), {60.5}), 100u);
+    EXPECT_GT(compare(part_of(volume, {0, 0, 8}, {64, 20, 7}), {60.5}), 100u);
+    EXPECT_GT(compare(part_of(volume, {36, 10, 0}, {64, 1, 15}), {60.5}), 10u);
+}
+
+// Whether samples are so small or large that a device may refuse them.
+bool has_extreme_samples(const Volume& volume) {
+    if (volume.type() != SampleType::float32) return false;
+    const float* samples = volume.samples<float>();
+    return std::any_of(samples, samples + volume.geometry().sample_count(), [](float sample) {
+        const float size = std::abs(sample);
+        return std::isfinite(size) && size != 0 && (size < 0x1p-100f || size > 0x1p125f);
+    });
+}
+
+TEST(GpuExtractor, ManySmallGridsHaveTheSameBytes) {
+    Random random(11);
+    std::size_t points = 0;
+    for (int i = 0; i < 500; ++i) {
+        const RandomGrid random_volume = random_grid(random);
+        const SampleType type = random_volume.volume.type();
+        if (type == SampleType::int32 || type == SampleType::float64) continue;
+        try {
+            points += compare(random_volume.volume, {random_volume.isovalue});
+        } catch (const gpu::DeviceError& error) {
+            EXPECT_TRUE(has_extreme_samples(random_volume.volume)) << error.what();
+        }
+        ASSERT_FALSE(HasFailure()) << "grid " << i;
+    }
+    EXPECT_GT(points, 10000u);
+}
+
+// The first device as if it could do less, while this lives.
+class SmallDevice {
+  public:
+    explicit SmallDevice(gpu::internal::Limits limits)
+        : device_(gpu::internal::open_device(0)), before_(device_->limits()) {
+        device_->set_limits(limits);
+    }
+    ~SmallDevice() { device_->set_limits(before_); }
+
+  private:
+    std::shared_ptr<gpu::internal::VulkanDevice> device_;
+    gpu::internal::Limits before_;
+};
+
+TEST(GpuExtractor, VolumesBeyondOneAllocationAreSplitBetweenSlices) {
+    Random random(12);
+    const Volume volume = scan<std::int16_t>(grid(64, 64, 21), random);
+    for (const bool closed : {false, true}) {
+        const IsosurfaceOptions options{.closed = closed};
+        std::optional<gpu::Extractor> extractor;
+        {
+            const SmallDevice small({.allocation = 4 * 64 * 64 * 2 + 1000});  // a slice takes 8192 bytes
+            extractor.emplace(volume, options);
+        }
+        EXPECT_GT(compare(*extractor, volume, 60.5, options), 1000u);
+    }
+}
+
+TEST(GpuExtractor, DispatchesBeyondOneAxisHaveTheSameBytes) {
+    Random random(16);
+    const Volume volume = scan<std::int16_t>(grid(100, 40, 21), random);
+    const SmallDevice small({.groups = 3});  // 768 invocations along the first axis
+    EXPECT_GT(compare(volume, {60.5}), 2000u);
+}
+
+TEST(GpuExtractor, DevicesThatDoNotControlRoundingHaveTheSameBytes) {
+    Random random(18);
+    const Volume volume = scan<std::int16_t>(oblique(70, 20, 9), random);
+    const SmallDevice small({.float_controls = false});
+    EXPECT_GT(compare(volume, {60.5}), 1000u);
+}
+
+TEST(GpuExtractor, ExtractorsOfSeveralThreadsDoNotDisturbEachOther) {
+    std::vector<std::thread> threads;
+    for (unsigned seed = 20; seed < 23; ++seed) {
+        threads.emplace_back([seed] {
+            Random random(seed);
+            for (int i = 0; i < 5; ++i) compare(scan<std::int16_t>(grid(40, 15, 9), random), {50.5, 70.0});
+        });
+    }
+    for (std::thread& thread : threads) thread.join();
+}
+
+TEST(GpuExtractor, SaysWhenMemoryIsTooSmallAndWorksAfterwards) {
+    Random random(13);
+    const Volume volume = scan<std::int16_t>(grid(64, 64, 21), random);
+    const IsosurfaceOptions options;
+    gpu::Extractor extractor(volume, options);
+    {
+        const SmallDevice small({.allocation = 4096});
+        EXPECT_THROW(extractor.extract(60.5), gpu::DeviceError);  // the output
+        EXPECT_THROW(gpu::Extractor(volume, options), gpu::DeviceError);
+    }
+    EXPECT_GT(compare(extractor, volume, 60.5, options), 1000u);
+}
+
+TEST(GpuExtractor, ALostDeviceIsReplaced) {
+    Random random(17);
+    const Volume volume = scan<std::int16_t>(grid(35, 12, 9), random);
+    const IsosurfaceOptions options;
+    gpu::Extractor before(volume, options);
+    EXPECT_THROW(gpu::internal::open_device(0)->check(VK_ERROR_DEVICE_LOST), gpu::DeviceError);
+    EXPECT_THROW(before.extract(60.5), gpu::DeviceError);
+    gpu::Extractor after(volume, options);
+    EXPECT_GT(compare(after, volume, 60.5, options), 100u);
+}
+
+TEST(GpuExtractor, RefusesWhatTheDeviceCannotDo) {
+    const Volume bytes(grid(4, 4, 4), SampleType::uint8);
+    const Volume integers(grid(4, 4, 4), SampleType::int32), doubles(grid(4, 4, 4), SampleType::float64);
+    EXPECT_THROW(gpu::Extractor{integers}, gpu::DeviceError);
+    EXPECT_THROW(gpu::Extractor{doubles}, gpu::DeviceError);
+    EXPECT_THROW(gpu::Extractor(bytes, {.snap = 0.2}), gpu::DeviceError);
+    EXPECT_THROW(gpu::Extractor(bytes, {.topology = true}), gpu::DeviceError);
+    EXPECT_THROW(gpu::Extractor(bytes, {}, 99), gpu::DeviceError);
+    EXPECT_THROW(gpu::Extractor(VolumeView(static_cast<const float*>(nullptr), grid(4, 4, 4))), InputError);
+    EXPECT_THROW(gpu::Extractor(bytes).extract(std::numeric_limits<double>::quiet_NaN()), InputError);
+}
+
+TEST(GpuExtractor, RefusesNumbersThatTheDeviceMayRoundInOtherWays) {
+    const auto slope = [](float scale) {
+        return sampled<float>(grid(4, 4, 4),
+                              [=](auto x, auto, auto) { return scale * static_cast<float>(x); });
+    };
+    // The differences are denormal, or overflow.
+    const Volume denormal = slope(1e-40f), huge = slope(1e38f);
+    EXPECT_THROW(gpu::Extractor(denormal).extract(1.5e-40), gpu::DeviceError);
+    EXPECT_THROW(gpu::Extractor(huge).extract(1.5e38), gpu::DeviceError);
+}
+
+TEST(GpuExtractor, CanBeCancelledAndUsedAgain) {
+    Random random(14);
+    const Volume volume = scan<std::int16_t>(grid(35, 12, 9), random);
+    double last = 0;
+    bool cancel = false;
+    const IsosurfaceOptions options{.progress = [&](double fraction) {
+        EXPECT_TRUE(cancel || fraction >= last || last == 1) << fraction << " after " << last;
+        last = fraction;
+        return !cancel;
+    }};
+    gpu::Extractor extractor(volume, options);
+    EXPECT_EQ(last, 1);
+    cancel = true;
+    EXPECT_THROW(extractor.extract(60.5), Cancelled);
+    EXPECT_THROW(gpu::Extractor(volume, options), Cancelled);
+    cancel = false;
+    last = 0;
+    EXPECT_GT(compare(extractor, volume, 60.5, {}), 100u);
+    EXPECT_EQ(last, 1);
+}
+
+TEST(GpuDevices, AreNamed) {
+    const std::vector<gpu::Device> devices = gpu::devices();
+    ASSERT_FALSE(devices.empty());
+    EXPECT_FALSE(devices[0].name.empty());
+    EXPECT_GT(devices[0].memory, std::uint64_t{1} << 28);
+}
+
+}  // namespace
+}  // namespace marrow::test
