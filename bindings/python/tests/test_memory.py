@@ -47,7 +47,8 @@ def test_an_extraction_does_not_copy_the_volume(large, view):
         return marrow.extract(view(large), 0.5, threads=1)
 
     extract()  # loads code and starts threads
-    mesh, growth = peak_growth(extract)
+    # The system may map other pages of the process meanwhile. A copy would be there each time.
+    mesh, growth = min((peak_growth(extract) for _ in range(3)), key=lambda run: run[1])
     result = mesh.points.nbytes + mesh.triangles.nbytes + mesh.normals.nbytes
     assert growth < result + large.nbytes / 4
 
