@@ -2,6 +2,7 @@
 #include "zip_reader.h"
 
 #include <algorithm>
+#include <functional>
 #include <new>
 
 #include <archive.h>
@@ -39,7 +40,8 @@ bool ZipReader::next() {
 std::string_view ZipReader::piece() {
     if (!fault_.empty()) refuse(fault_);
     piece_ = ahead_.valid() ? ahead_.get() : decompress();
-    if (!piece_.empty()) ahead_ = std::async(&ZipReader::decompress, this);
+    // A std::function, because the names of the types that std::async makes of a member's would be exported.
+    if (!piece_.empty()) ahead_ = std::async(std::function<std::string()>([this] { return decompress(); }));
     return piece_;
 }
 
