@@ -6,7 +6,8 @@
 >>> marrow.dask.extract_to_file("/shared/scan.ome.zarr", 1200, "/shared/surface.ply")
 
 The array is cut into blocks. Each task reads its own block from the store, and results have the same bytes as those of
-one machine, for any blocks and any number of workers. A task that is lost with its worker is done again and changes
+one machine, for any blocks and any number of workers; files only apart from normals that point against their faces, in
+thin walls, as writers of whole surfaces turn these. A task that is lost with its worker is done again and changes
 nothing. Tasks are named marrow-count, marrow-write and so on: Dask's dashboard and `distributed.progress` show them.
 """
 
@@ -14,12 +15,10 @@ from __future__ import annotations
 
 import itertools
 import json
-import math
 import operator
 import os
 import uuid
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
 from pathlib import Path as FilePath
 from typing import Any, NoReturn, Optional
 
@@ -29,7 +28,7 @@ from dask.base import is_dask_collection
 from numpy.typing import ArrayLike
 
 from . import _marrow
-from ._arrays import Array, as_array, as_samples, sample_dtype
+from ._blocks import Block, Source, part_of, parts_of
 from ._marrow import EmptySurface, InputError
 from ._mesh import FileSpace, Mesh
 from ._scan import Path
@@ -37,14 +36,6 @@ from ._streaming import SurfaceSize
 from ._volume import Geometry, Spacing
 
 __all__ = ["extract", "extract_to_file", "write_fragments"]
-
-# The samples of a block take at most about so many bytes, unless the caller chooses the blocks: for tasks that have all of
-# them in memory, and for tasks that read some slices at a time.
-BLOCK_BYTES = 2**27
-STREAMED_BLOCK_BYTES = 2**29
-# Tasks read at least so many slices at a time.
-LEAST_SLICES = 16
-
 
 def extract(
     array: Any,
@@ -93,7 +84,7 @@ def extract(
     LimitError
         More than 2^32 - 1 points, or not enough memory.
     """
-    source = _Source(array, spacing=spacing, origin=origin, direction=direction, affine=affine)
+    source = Source(array, spacing=spacing, origin=origin, direction=direction, affine=affine)
     with _Tasks(client) as tasks:
         parts = [
             tasks.submit(
@@ -159,7 +150,7 @@ def extract_to_file(
     IoError
         A worker cannot write the file. The old file stays.
     """
-    source = _Source(array, spacing=spacing, origin=origin, direction=direction, affine=affine)
+    source = Source(array, spacing=spacing, origin=origin, direction=direction, affine=affine)
     path = os.path.abspath(path)
     with _Tasks(client) as tasks:
         layers = list(source.layers(blocks, whole_rows=True))
@@ -186,10 +177,10 @@ def extract_to_file(
 
 def _write_blocks(
     tasks: _Tasks,
-    source: _Source,
+    source: Source,
     isovalue: float,
     closed: bool,
-    layers: list[list[_Block]],
+    layers: list[list[Block]],
     counts: list[list[distributed.Future]],
     sizes: list[list[SurfaceSize]],
     file: Any,
@@ -254,7 +245,7 @@ def write_fragments(
     OSError
         A worker cannot write to the folder.
     """
-    source = _Source(array, spacing=spacing, origin=origin, direction=direction, affine=affine)
+    source = Source(array, spacing=spacing, origin=origin, direction=direction, affine=affine)
     target = FilePath(folder).absolute()
     target.mkdir(parents=True, exist_ok=True)
     with _Tasks(client) as tasks:
@@ -284,130 +275,6 @@ def write_fragments(
     return size
 
 
-@dataclass(frozen=True)
-class _Block:
-    """A part of the array: indices along (x, y, z)."""
-
-    whole: tuple[int, ...]  #: samples of the whole array
-    first: tuple[int, ...]  #: the first sample of the block
-    dims: tuple[int, ...]  #: its samples; it shares the last ones with the next blocks
-    slices_at_once: int = 1  #: slices that are read together, because they are stored together
-
-    def with_halo(self) -> tuple[tuple[int, ...], tuple[slice, ...]]:
-        """Return the first sample to read, and the slices to read, with a sample more on each side for normals."""
-        begin = [max(first - 1, 0) for first in self.first]
-        end = [min(f + n + 1, whole) for f, n, whole in zip(self.first, self.dims, self.whole)]
-        return tuple(begin), tuple(slice(b, e) for b, e in zip(reversed(begin), reversed(end)))
-
-    def steps(self) -> list[_Block]:
-        """Cut the block across z, so that each step needs some slices more that are stored together.
-
-        A step ends two samples before these slices do, because it shares one with the next step and normals need one more.
-        """
-        begin, last = self.first[2], self.first[2] + self.dims[2] - 1
-        at_once = self.slices_at_once
-        end = min(last + 2, self.whole[2])  # of the slices to read
-        ends = range((begin // at_once + 1) * at_once, end, at_once)
-        cuts = [begin, *(z - 2 for z in ends if z - 2 > begin), last]
-        return [
-            replace(self, first=(*self.first[:2], z), dims=(*self.dims[:2], following - z + 1))
-            for z, following in zip(cuts, cuts[1:])
-        ]
-
-
-class _Image:
-    """A folder of Zarr, which Marrow reads by itself."""
-
-    def __init__(self, path: Path) -> None:
-        self.path = os.path.abspath(path)
-        reader = self.open()
-        self.shape, self.dtype, self.chunks = reader.shape, reader.dtype, reader.chunks
-
-    def open(self) -> _marrow.BoxReader:
-        return _marrow.BoxReader(self.path)
-
-
-class _Source:
-    """An array and how it is cut into blocks."""
-
-    def __init__(self, array: Any, **geometry: Any) -> None:
-        if isinstance(array, (str, os.PathLike)):
-            if any(value is not None for value in geometry.values()):
-                raise InputError("a folder states its own spacing, origin and direction: do not give others")
-            self.array: Any = _Image(array)
-            reader = self.array.open()
-            geometry = {"spacing": reader.spacing, "origin": reader.origin, "direction": reader.direction}
-        elif all(hasattr(array, name) for name in ("shape", "dtype", "__getitem__")):
-            self.array = array
-        else:
-            raise InputError(f"a {type(array).__qualname__} has no shape, dtype and slices: give a path or an array")
-        self.geometry = Geometry(self.array.shape, **geometry)
-        sample_dtype(np.dtype(self.array.dtype))
-
-    @property
-    def is_in_store(self) -> bool:
-        """Whether tasks read the array by themselves."""
-        return not isinstance(self.array, np.ndarray) and not is_dask_collection(self.array)
-
-    def layers(self, blocks: Optional[Sequence[int]], *, whole_rows: bool) -> Iterator[list[_Block]]:
-        """Return the blocks between two cuts across z, from the lowest z."""
-        shape = self.array.shape
-        chunks = [_chunk(self.array, axis) for axis in range(3)]
-        if blocks is None:
-            streamed = whole_rows and self.is_in_store
-            size = (STREAMED_BLOCK_BYTES if streamed else BLOCK_BYTES) // np.dtype(self.array.dtype).itemsize
-            blocks = _default_blocks(shape, chunks, size, whole_rows)
-        if len(blocks) != 3 or min(blocks) < 1:
-            raise InputError(f"blocks are three sizes of at least one sample, not {blocks!r}")
-        at_once = -(-LEAST_SLICES // chunks[0]) * chunks[0]
-        nz, ny, nx = (_ranges(n, block, chunk) for n, block, chunk in zip(shape, blocks, chunks))
-        for z in nz:
-            yield [
-                _Block(tuple(reversed(shape)), (x[0], y[0], z[0]), (x[1] - x[0], y[1] - y[0], z[1] - z[0]), at_once)
-                for y in ny
-                for x in nx
-            ]
-
-
-def _chunk(array: Any, axis: int) -> int:
-    """Return the samples that are stored together along an axis: Dask's chunks may differ in size."""
-    chunks = getattr(array, "chunks", None)
-    if not chunks:
-        return 1
-    return int(chunks[axis] if isinstance(chunks[axis], (int, np.integer)) else chunks[axis][0])
-
-
-def _default_blocks(shape: Sequence[int], chunks: Sequence[int], size: int, whole_rows: bool) -> list[int]:
-    """Return blocks of whole chunks with at most `size` samples, about as many along each axis that is cut."""
-    blocks = [min(n, chunk) for n, chunk in zip(shape, chunks)]
-    axes = [0, 1] if whole_rows else [0, 1, 2]
-    if whole_rows:
-        blocks[2] = shape[2]
-    while True:
-        axes = [axis for axis in axes if blocks[axis] < shape[axis]]
-        if not axes:
-            return blocks
-        axis = min(axes, key=lambda a: blocks[a])
-        larger = [*blocks]
-        larger[axis] = min(blocks[axis] + max(chunks[axis], LEAST_SLICES), shape[axis])
-        if math.prod(larger) > size:
-            return blocks
-        blocks = larger
-
-
-def _ranges(samples: int, block: int, chunk: int) -> list[tuple[int, int]]:
-    """Return the first sample of each block along an axis, and the one after its last; the blocks are about equal.
-
-    Blocks share a sample. Cuts are one sample after the begin of a chunk, so that the sample more that gradients need lies
-    in the same chunk, and only the few samples at the end of a block are in a chunk that the next block reads too.
-    """
-    chunks = -(-samples // chunk)
-    count = -(-chunks // -(-block // chunk))
-    cuts = [chunks * i // count * chunk + (chunk > 1) for i in range(1, count)]
-    cuts = [0, *(cut for cut in cuts if 0 < cut < samples - 1), samples - 1]
-    return [(begin, end + 1) for begin, end in zip(cuts, cuts[1:])]
-
-
 class _Tasks:
     """The tasks of one call. Those that are left when it ends are cancelled."""
 
@@ -431,7 +298,7 @@ class _Tasks:
         self.futures.append(future)
         return future
 
-    def samples(self, source: _Source, block: _Block) -> Any:
+    def samples(self, source: Source, block: Block) -> Any:
         """Return what a task takes to get the samples of a block: an array that it reads, or the samples themselves."""
         if source.is_in_store:
             return source.array
@@ -443,61 +310,17 @@ class _Tasks:
         return list(self.client.gather(futures))
 
 
-def _part(samples: Any, block: _Block, geometry: Geometry) -> _marrow.ArrayPart:
-    """Return the whole block."""
-    return next(_parts(samples, [block], geometry))
-
-
-def _parts(samples: Any, steps: list[_Block], geometry: Geometry) -> Iterator[_marrow.ArrayPart]:
-    """Return the parts of a block one after the other. Each is valid until the next."""
-    if isinstance(samples, np.ndarray):
-        samples = np.require(as_samples(samples), requirements=["C", "ALIGNED"])  # after a message it may be neither
-        z = steps[0].with_halo()[0][2]
-        for step in steps:
-            first, slices = step.with_halo()
-            yield _array_part(samples[slices[0].start - z : slices[0].stop - z], first, step, geometry)
-        return
-
-    reader = samples.open() if isinstance(samples, _Image) else None
-    regions = [step.with_halo() for step in steps]
-    most_slices = max(z.stop - z.start for _, (z, _, _) in regions)
-    _, y, x = regions[0][1]
-    shape = (most_slices, y.stop - y.start, x.stop - x.start)
-    buffer: Array = np.empty(shape, sample_dtype(np.dtype(samples.dtype)))
-    held = range(0)  # the slices in the buffer
-    for step, (first, (wanted, _, _)) in zip(steps, regions):
-        kept = max(held.stop - wanted.start, 0)
-        buffer[:kept] = buffer[len(held) - kept : len(held)]
-        held = range(wanted.start, wanted.stop)
-        missing = slice(wanted.start + kept, wanted.stop)
-        out = buffer[kept : len(held)]
-        if reader:
-            reader.read((*first[:2], missing.start), out)
-        else:
-            read = as_samples(as_array(samples[missing, y, x]))
-            if read.shape != out.shape:
-                raise InputError(f"a block of the array has the shape {read.shape} instead of {out.shape}")
-            np.copyto(out, read)
-        yield _array_part(buffer[: len(held)], first, step, geometry)
-
-
-def _array_part(array: Array, first: tuple[int, ...], block: _Block, geometry: Geometry) -> _marrow.ArrayPart:
-    return _marrow.ArrayPart(
-        array, first, block.first, block.dims, block.whole, geometry.spacing, geometry.origin, geometry.direction
-    )
-
-
 # The tasks. Each works on one thread: the workers of a cluster have as many at a time as they have threads.
 
 
-def _extract(samples: Any, block: _Block, geometry: Geometry, isovalue: float, closed: bool, normals: bool) -> Any:
-    part = _part(samples, block, geometry)
+def _extract(samples: Any, block: Block, geometry: Geometry, isovalue: float, closed: bool, normals: bool) -> Any:
+    part = part_of(samples, block, geometry)
     return _marrow.extract_part(part, isovalue, closed=closed, normals=normals, threads=1)
 
 
-def _count(samples: Any, block: _Block, geometry: Geometry, isovalue: float, closed: bool) -> list[Any]:
+def _count(samples: Any, block: Block, geometry: Geometry, isovalue: float, closed: bool) -> list[Any]:
     """Return the counts of the steps of a block."""
-    parts = _parts(samples, block.steps(), geometry)
+    parts = parts_of(samples, block.steps(), geometry)
     return [_marrow.count_part(part, isovalue, closed=closed, threads=1) for part in parts]
 
 
@@ -520,16 +343,16 @@ def _number(counts: list[list[Any]], following: list[Any], before: SurfaceSize) 
 
 
 def _write(
-    samples: Any, block: _Block, geometry: Geometry, isovalue: float, closed: bool, numbers: list[Any], file: Any
+    samples: Any, block: Block, geometry: Geometry, isovalue: float, closed: bool, numbers: list[Any], file: Any
 ) -> None:
-    for part, places in zip(_parts(samples, block.steps(), geometry), numbers):
+    for part, places in zip(parts_of(samples, block.steps(), geometry), numbers):
         _marrow.extract_to_shared_file(part, places, isovalue, file, closed=closed, threads=1)
 
 
 def _write_fragment(
-    samples: Any, block: _Block, geometry: Geometry, isovalue: float, closed: bool, path: FilePath
+    samples: Any, block: Block, geometry: Geometry, isovalue: float, closed: bool, path: FilePath
 ) -> SurfaceSize:
-    part = _part(samples, block, geometry)
+    part = part_of(samples, block, geometry)
     _, points, triangles, _, _ = _marrow.extract_part(part, isovalue, closed=closed, normals=False, threads=1)
     if len(triangles):
         nanometres = (points.astype(float) * 1e6).astype("<f4")

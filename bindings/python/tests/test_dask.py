@@ -16,6 +16,7 @@ zarr = pytest.importorskip("zarr")
 import dask.array  # noqa: E402
 import distributed  # noqa: E402
 import marrow.dask  # noqa: E402
+from marrow import _blocks  # noqa: E402
 
 
 @pytest.fixture(scope="module")
@@ -245,7 +246,7 @@ def test_an_error_in_the_middle_of_writing_leaves_the_old_file(client, tmp_path)
 def test_cuts_let_chunks_be_read_once():
     """Of the chunks of a block, only the last along each axis are those of the next block too."""
     for samples, block, chunk in ((2048, 512, 64), (100, 30, 7), (65, 64, 64), (9, 3, 1), (1, 5, 5), (2, 9, 4)):
-        ranges = marrow.dask._ranges(samples, block, chunk)
+        ranges = _blocks._ranges(samples, block, chunk)
         assert ranges[0][0] == 0 and ranges[-1][1] == samples
         for (begin, end), (following, _) in zip(ranges, ranges[1:]):
             assert end == following + 1 and end - begin > 1
@@ -256,7 +257,7 @@ def test_cuts_let_chunks_be_read_once():
 def test_steps_read_each_slice_once():
     """A step reads whole chunks, beside those that the step before has read."""
     for whole, first, dims, at_once in ((64, 0, 64, 16), (64, 17, 30, 16), (65, 1, 64, 16), (40, 33, 7, 16), (9, 0, 1, 4)):
-        block = marrow.dask._Block((5, 5, whole), (0, 0, first), (5, 5, dims), at_once)
+        block = _blocks.Block((5, 5, whole), (0, 0, first), (5, 5, dims), at_once)
         steps = block.steps()
         assert steps[0].first[2] == first and steps[-1].first[2] + steps[-1].dims[2] == first + dims
         ends = [step.with_halo()[1][0].stop for step in steps]
