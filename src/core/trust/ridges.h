@@ -10,17 +10,15 @@
 #include <marrow/thin_walls.h>
 
 #include "core/volume/rows.h"
+#include "peaks.h"
 #include "ridge_normal.h"
 
 namespace marrow::internal {
 
-/// The wall across which a sample is a local maximum is looked for within this many samples.
-inline constexpr int kReach = 3;
-
 /// One side of a ridge, along an axis.
 struct RidgeSide {
-    double lowest = 0;  ///< the lowest sample within reach
-    int steps = 0;      ///< how many samples away it is; 0: there is no sample
+    double lowest = 0;       ///< the lowest sample within reach
+    std::int64_t steps = 0;  ///< how many samples away it is; 0: there is no sample
 };
 
 /// A sample that may be in the middle of a wall.
@@ -47,7 +45,7 @@ class RidgeProfile {
         const std::int64_t room = sign < 0 ? index[axis] : dims_[axis] - 1 - index[axis];
         const T* const sample = at(index);
         RidgeSide side;
-        for (int step = 1; step <= std::min<std::int64_t>(kReach, room); ++step) {
+        for (std::int64_t step = 1; step <= std::min(kReach, room); ++step) {
             const auto value = static_cast<double>(sample[sign * step * pitches[axis]]);
             if (side.steps == 0 || value < side.lowest) side = {value, step};
         }
@@ -73,6 +71,9 @@ class RidgeTest {
           matrix_(volume.geometry.index_to_physical()),
           to_index_(inverse(matrix_)),
           cell_volume_(std::abs(determinant(matrix_))) {}
+
+    /// What every ridge keeps.
+    WallLimits limits() const { return {isovalue_, least_contrast_, kRimContrast, kMostContrast}; }
 
     bool is_inside(const std::array<std::int64_t, 3>& index) const {
         return static_cast<double>(*profile_.at(index)) >= isovalue_;

@@ -2,6 +2,7 @@
 #include <marrow/thin_walls.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -18,6 +19,7 @@
 #include "base/disjoint_sets.h"
 #include "base/parallel.h"
 #include "core/volume/checks.h"
+#include "peaks.h"
 #include "ridges.h"
 #include "sample_mask.h"
 
@@ -56,24 +58,33 @@ SampleMask beside_surface(const VolumeView& volume, std::span<const Vec3f> point
     const Mat3d to_index = inverse(geometry.index_to_physical());
     SampleMask mask(geometry.dims);
     for (const Vec3f& point : points)
-        mask.insert(samples_around(to_index * (to_double(point) - geometry.origin), geometry.dims));
+        mask.insert(samples_at(to_index * (to_double(point) - geometry.origin), geometry.dims));
+    mask.dilate();
     return mask;
 }
 
 // The ridges of a slice that have a neighbour inside the surface.
 template <class T>
-std::vector<Ridge> first_ridges(const RidgeTest<T>& ridge_at, const SampleMask& candidates, const Index& dims,
-                                std::int64_t z) {
+std::vector<Ridge> first_ridges(const VolumeView& volume, const RidgeTest<T>& ridge_at,
+                                const SampleMask& candidates, std::int64_t z) {
+    const Index& dims = volume.geometry.dims;
     std::vector<Ridge> found;
+    std::vector<std::uint64_t> peaks;
     for (std::int64_t y = 0; y < dims[1]; ++y) {
-        candidates.for_each_in_row(y, z, [&](std::int64_t x) {
-            const std::optional<Ridge> ridge = ridge_at({x, y, z});
-            if (!ridge) return;
-            bool inside = false;
-            for_each_neighbour({x, y, z}, dims,
-                               [&](const Index& i) { inside = inside || ridge_at.is_inside(i); });
-            if (inside) found.push_back(*ridge);
-        });
+        const std::span<const std::uint64_t> row = candidates.row(y, z);
+        peaks.assign(row.begin(), row.end());
+        keep_peaks(volume, ridge_at.limits(), y, z, peaks.data());
+        for (std::size_t w = 0; w < peaks.size(); ++w) {
+            for (std::uint64_t left = peaks[w]; left != 0; left &= left - 1) {
+                const Index index{static_cast<std::int64_t>(64 * w) + std::countr_zero(left), y, z};
+                const std::optional<Ridge> ridge = ridge_at(index);
+                if (!ridge) continue;
+                bool inside = false;
+                for_each_neighbour(index, dims,
+                                   [&](const Index& i) { inside = inside || ridge_at.is_inside(i); });
+                if (inside) found.push_back(*ridge);
+            }
+        }
     }
     return found;
 }
@@ -112,15 +123,19 @@ void follow_walls(const RidgeTest<T>& ridge_at, const Index& dims, std::vector<R
 std::vector<std::vector<Ridge>> connected_walls(const std::vector<Ridge>& ridges, const Index& dims) {
     const auto number = [&](const Index& i) { return (i[2] * dims[1] + i[1]) * dims[0] + i[0]; };
     std::unordered_map<std::int64_t, std::size_t> by_number;
-    for (std::size_t i = 0; i < ridges.size(); ++i) by_number[number(ridges[i].sample.index)] = i;
+    SampleMask earlier(dims);
     std::vector<std::size_t> parents(ridges.size());
     std::iota(parents.begin(), parents.end(), std::size_t{0});
     for (std::size_t i = 0; i < ridges.size(); ++i) {
-        for_each_neighbour(ridges[i].sample.index, dims, [&](const Index& neighbour) {
-            const auto other = by_number.find(number(neighbour));
-            if (other != by_number.end() && (ridges[i].is_sheet || ridges[other->second].is_sheet))
-                unite(parents, i, other->second);
+        const Index& index = ridges[i].sample.index;
+        for_each_neighbour(index, dims, [&](const Index& neighbour) {
+            // The mask, because a look into the map takes longer, and nearly all neighbours are in neither.
+            if (!earlier.has(neighbour)) return;
+            const std::size_t other = by_number.at(number(neighbour));
+            if (ridges[i].is_sheet || ridges[other].is_sheet) unite(parents, i, other);
         });
+        by_number.emplace(number(index), i);
+        earlier.insert(index);
     }
     std::map<std::size_t, std::vector<Ridge>> by_first;
     for (std::size_t i = 0; i < ridges.size(); ++i) by_first[representative(parents, i)].push_back(ridges[i]);
@@ -180,7 +195,7 @@ ThinWalls find(const VolumeView& volume, double isovalue, double noise, MeshView
     std::vector<std::vector<Ridge>> by_slice(static_cast<std::size_t>(dims[2]));
     Stage stage(options.progress, 0.5, 1, by_slice.size());
     tbb::parallel_for(std::size_t{0}, by_slice.size(), [&](std::size_t z) {
-        by_slice[z] = first_ridges(ridge_at, candidates, dims, static_cast<std::int64_t>(z));
+        by_slice[z] = first_ridges(volume, ridge_at, candidates, static_cast<std::int64_t>(z));
         stage.step();
     });
     std::vector<Ridge> ridges;
@@ -222,7 +237,8 @@ void restore(const VolumeView& volume, double isovalue, const RidgeSample& ridge
         const RidgeSide side = profile.side(ridge.index, ridge.axis, sign);
         const double shift = isovalue - (peak + side.lowest) / 2;
         least_shift = std::min(least_shift, shift);
-        for (int step = 1; step <= side.steps; ++step) raise(sign * step, value(sign * step) + shift);
+        for (std::int64_t step = 1; step <= side.steps; ++step)
+            raise(sign * step, value(sign * step) + shift);
     }
     raise(0, value(0) + least_shift);
 }
@@ -267,10 +283,11 @@ std::vector<bool> near_thin_walls(const VolumeView& volume, const ThinWalls& wal
     const Mat3d to_index = inverse(geometry.index_to_physical());
     SampleMask mask(geometry.dims);
     for (const RidgeSample& sample : walls.samples) mask.insert(sample.index);
+    mask.dilate();
     std::vector<bool> near(points.size());
     for (std::size_t i = 0; i < points.size(); ++i)
         near[i] =
-            mask.has_any(samples_around(to_index * (to_double(points[i]) - geometry.origin), geometry.dims));
+            mask.has_any(samples_at(to_index * (to_double(points[i]) - geometry.origin), geometry.dims));
     return near;
 }
 
