@@ -10,6 +10,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <span>
 
 #include "core/volume/rows.h"
 #include "inner_points.h"
@@ -105,6 +106,66 @@ unsigned case_of(const CellBits& cells, unsigned bit) {
     return cell_case;
 }
 
+// A cell in which the samples may decide something.
+struct Candidate {
+    std::size_t row = 0;
+    std::int64_t x = 0, y = 0, z = 0;  // of the first corner in the grid
+    unsigned cell_case = 0;
+};
+
+// Calls f for each candidate in the words of a row that are marked in its masks, in the order of x.
+template <class F>
+void for_each_candidate(const InsideBits& bits, const GridRow& row, std::span<const std::uint64_t> masks,
+                        const F& f) {
+    const RowBits row_bits(bits, row);
+    for_each_marked_word(masks.data(), masks.size(), [&](std::size_t w) {
+        const CellBits corners(row_bits, w);
+        for (std::uint64_t left = ambiguous_bits(row_bits, w, corners); left != 0; left &= left - 1) {
+            const auto bit = static_cast<unsigned>(std::countr_zero(left));
+            f(Candidate{row.index, 64 * static_cast<std::int64_t>(w) + bit, row.y, row.z,
+                        case_of(corners, bit)});
+        }
+    });
+}
+
+// Decides candidates in the order in which they are added, each a while after it has asked for its samples: those of a
+// large volume are not in the cache, and a miss takes longer than a decision.
+template <class T, class Found>
+class Decisions {
+  public:
+    // Calls found(candidate, cell) for each ambiguous cell.
+    Decisions(const VolumeView& volume, double isovalue, const InsideBits& bits, const Found& found)
+        : volume_(volume), isovalue_(isovalue), bits_(bits), found_(found) {}
+
+    void add(const Candidate& candidate) {
+        if (added_ - decided_ == waiting_.size()) decide_next();
+        waiting_[added_++ % waiting_.size()] = candidate;
+        samples_of(candidate).prefetch(candidate.x - bits_.first_x);
+    }
+    void finish() {
+        while (decided_ < added_) decide_next();
+    }
+
+  private:
+    CornerSamples<T> samples_of(const Candidate& candidate) const {
+        return {volume_, candidate.y - bits_.first_y, candidate.z - bits_.first_z};
+    }
+    void decide_next() {
+        const Candidate& candidate = waiting_[decided_++ % waiting_.size()];
+        const CellValues values = samples_of(candidate).minus(isovalue_, candidate.x - bits_.first_x);
+        const CellTopology topology = decide_topology(candidate.cell_case, values);
+        if (!topology.is_default(candidate.cell_case))
+            found_(candidate.row, AmbiguousCell{candidate.x, candidate.cell_case, values, topology});
+    }
+
+    const VolumeView& volume_;
+    const double isovalue_;
+    const InsideBits& bits_;
+    const Found& found_;
+    std::array<Candidate, 16> waiting_{};
+    std::size_t added_ = 0, decided_ = 0;
+};
+
 // The derivative of the samples at an index along an axis: central differences where the samples allow, else
 // one-sided ones, as for the normals of points on edges.
 template <class T>
@@ -163,53 +224,37 @@ Vec3f normal_of(const IndexToPhysical& to_physical, const Vec3d& gradient) {
 
 }  // namespace
 
-// Calls found(w, cell) for each ambiguous cell of a row, in the order of x.
-template <class Found>
-void AmbiguousCells::find(std::size_t row, const Found& found) const {
-    const GridRow at(bits_, row);
-    const RowBits row_bits(bits_, at);
-    visit_sample_type(volume_.type, [&](auto sample) {
-        const CornerSamples<decltype(sample)> samples(volume_, at.y - bits_.first_y, at.z - bits_.first_z);
-        for_each_active_word(words_, row, [&](std::size_t w) {
-            const CellBits corners(row_bits, w);
-            const std::int64_t first_x = 64 * static_cast<std::int64_t>(w);
-            const std::uint64_t which = ambiguous_bits(row_bits, w, corners);
-            // The rows of a large volume are not in the cache, and a miss takes longer than a decision.
-            for (std::uint64_t left = which; left != 0; left &= left - 1)
-                samples.prefetch(first_x + std::countr_zero(left) - bits_.first_x);
-            for (std::uint64_t left = which; left != 0; left &= left - 1) {
-                const auto bit = static_cast<unsigned>(std::countr_zero(left));
-                const unsigned cell_case = case_of(corners, bit);
-                const std::int64_t x = first_x + bit;
-                const CellValues values = samples.minus(isovalue_, x - bits_.first_x);
-                const CellTopology topology = decide_topology(cell_case, values);
-                if (!topology.is_default(cell_case)) found(w, AmbiguousCell{x, cell_case, values, topology});
-            }
-        });
-    });
-}
-
 void AmbiguousCells::count(std::size_t row_begin, std::size_t row_end, RowCounts& counts) const {
-    std::vector<std::uint64_t> marks(words_.masks_per_row);
-    for (std::size_t r = row_begin; r < row_end; ++r) {
-        int inner = 0, more_triangles = 0;
-        if (has_any(r)) {
-            std::fill(marks.begin(), marks.end(), std::uint64_t{0});
-            find(r, [&](std::size_t w, const AmbiguousCell& cell) {
-                inner += cell.topology.inner_points();
-                more_triangles += cell.topology.triangles() - kCases[cell.cell_case].triangles;
-                marks[w / 64] |= std::uint64_t{1} << w % 64;
-            });
-            std::copy(marks.begin(), marks.end(), words_.row(r));
+    visit_sample_type(volume_.type, [&](auto sample) {
+        const auto found = [&](std::size_t row, const AmbiguousCell& cell) {
+            const auto w = static_cast<std::size_t>(cell.x / 64);
+            words_.row(row)[w / 64] |= std::uint64_t{1} << w % 64;
+            counts.inner[row] += static_cast<std::uint32_t>(cell.topology.inner_points());
+            counts.more_triangles[row] +=
+                static_cast<std::uint32_t>(cell.topology.triangles() - kCases[cell.cell_case].triangles);
+        };
+        Decisions<decltype(sample), decltype(found)> decisions(volume_, isovalue_, bits_, found);
+        std::vector<std::uint64_t> masks(words_.masks_per_row);
+        for (GridRow row(bits_, row_begin); row.index < row_end; row.advance(bits_)) {
+            counts.inner[row.index] = counts.more_triangles[row.index] = 0;
+            if (!has_any(row.index)) continue;
+            std::copy_n(words_.row(row.index), masks.size(), masks.begin());
+            std::fill_n(words_.row(row.index), masks.size(), std::uint64_t{0});
+            for_each_candidate(bits_, row, masks, [&](const Candidate& c) { decisions.add(c); });
         }
-        counts.inner[r] = static_cast<std::uint32_t>(inner);
-        counts.more_triangles[r] = static_cast<std::uint32_t>(more_triangles);
-    }
+        decisions.finish();
+    });
 }
 
 void AmbiguousCells::list(std::size_t row, std::vector<AmbiguousCell>& cells) const {
     cells.clear();
-    find(row, [&](std::size_t, const AmbiguousCell& cell) { cells.push_back(cell); });
+    visit_sample_type(volume_.type, [&](auto sample) {
+        const auto found = [&](std::size_t, const AmbiguousCell& cell) { cells.push_back(cell); };
+        Decisions<decltype(sample), decltype(found)> decisions(volume_, isovalue_, bits_, found);
+        const std::span<const std::uint64_t> masks(words_.row(row), words_.masks_per_row);
+        for_each_candidate(bits_, GridRow(bits_, row), masks, [&](const Candidate& c) { decisions.add(c); });
+        decisions.finish();
+    });
 }
 
 void AmbiguousCells::emit_points(std::size_t row, std::vector<AmbiguousCell>& cells, Vec3f* points,

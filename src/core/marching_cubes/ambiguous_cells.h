@@ -56,9 +56,6 @@ class AmbiguousCells {
                                   std::uint32_t first_inner, std::uint32_t* out) const;
 
   private:
-    template <class Found>
-    void find(std::size_t row, const Found& found) const;
-
     const VolumeView& volume_;
     const double isovalue_;
     const IndexToPhysical& to_physical_;

@@ -73,14 +73,19 @@ struct RowBits {
     std::uint64_t crossed_z(std::size_t w) const { return rows[kRow][w] ^ rows[kNextZ][w]; }
 };
 
+// Calls f(w) for each word that is marked in the masks of a row, in ascending order.
+template <class F>
+HWY_INLINE void for_each_marked_word(const std::uint64_t* masks, std::size_t masks_per_row, const F& f) {
+    for (std::size_t m = 0; m < masks_per_row; ++m) {
+        for (std::uint64_t left = masks[m]; left != 0; left &= left - 1)
+            f(64 * m + static_cast<std::size_t>(std::countr_zero(left)));
+    }
+}
+
 // Calls f(w) for each active word of a row, in ascending order.
 template <class F>
 HWY_INLINE void for_each_active_word(const ActiveWords& active, std::size_t row, const F& f) {
-    const std::uint64_t* mask = active.row(row);
-    for (std::size_t m = 0; m < active.masks_per_row; ++m) {
-        for (std::uint64_t left = mask[m]; left != 0; left &= left - 1)
-            f(64 * m + static_cast<std::size_t>(std::countr_zero(left)));
-    }
+    for_each_marked_word(active.row(row), active.masks_per_row, f);
 }
 
 // Writes an element for each set bit of a word to `out`: put(left, element) gets the bits that are left, and
