@@ -465,6 +465,30 @@ TEST_F(Questions, CanBeLeftWhilePicturesAreMade) {
     EXPECT_EQ(session().scan(), before);
 }
 
+// Lines, dots and texts of a picture have the size that they have in the view, whatever the picture's size.
+TEST_F(BallViewer, ScreenshotsLookLikeTheView) {
+    session().change("measure", {}, [](viewer::Parameters& p) {
+        p.measurements = {{{{-40, 0, 0}, {40, 0, 0}}}};
+    });
+    key(Qt::Key_1);
+    ASSERT_TRUE(settle());
+    const auto marked = [](QRgb c) { return qBlue(c) > 150 && qGreen(c) > 120 && qRed(c) < 130; };
+    const auto written = [](QRgb c) { return qBlue(c) > 200 && qGreen(c) > 200 && qRed(c) > 200; };
+    const auto counted = [&](const QImage& image) {
+        const QImage rgb = image.convertToFormat(QImage::Format_RGB32);
+        const double all = image.width() * image.height();
+        return std::pair{count(rgb, marked) / all, count(rgb, written) / all};
+    };
+    const auto [line, text] = counted(picture());
+    ASSERT_GT(line, 0);
+    ASSERT_GT(text, 0);
+    for (const int scale : {1, 2}) {
+        const auto [other_line, other_text] = counted(view()->screenshot(scale * view()->size()));
+        EXPECT_NEAR(other_line / line, 1, 0.3) << scale;
+        EXPECT_NEAR(other_text / text, 1, 0.3) << scale;
+    }
+}
+
 TEST_F(BallViewer, ScreenshotsHaveTheRequestedSize) {
     const QImage image = view()->screenshot({640, 360});
     EXPECT_EQ(image.size(), QSize(640, 360));
