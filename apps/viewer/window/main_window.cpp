@@ -28,7 +28,7 @@ namespace marrow::viewer {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr int kRecent = 8;         // scans in the menu
+constexpr int kRecent = 8;       // scans in the menu
 constexpr QSize kFrame{16, 48};  // pixels that the window manager may need around the window
 
 QString from_path(const fs::path& path) {
@@ -320,8 +320,8 @@ bool MainWindow::choose_session_file() {
     const fs::path scan = input.has_filename() ? input : input.parent_path();
     const fs::path proposed =
         session_file_.empty() ? fs::path(scan).replace_extension(kSessionExtension) : session_file_;
-    const QString file = choose_file_to_save(this, tr("Save session"), from_path(proposed),
-                                             tr("Sessions"), kSessionExtension);
+    const QString file =
+        choose_file_to_save(this, tr("Save session"), from_path(proposed), tr("Sessions"), kSessionExtension);
     return !file.isEmpty() && save_session(file.toStdString());
 }
 
@@ -482,7 +482,8 @@ void MainWindow::write(const std::vector<ExportFile>& files, Space space) {
     }
     export_folder_ = from_path(all.front().path.parent_path());
     writer_.write(std::move(all), space,
-                  {session_.shared_scan(), session_.parameters().crop, session_.parameters().open});
+                  {session_.shared_scan(), session_.parameters().crop, session_.parameters().open,
+                   session_.parameters().refined()});
 }
 
 void MainWindow::save_screenshot() {
