@@ -141,21 +141,21 @@ Mesh reduced(const Mesh& mesh, const SurfaceSteps& steps, const Mat3d& index_to_
     return result;
 }
 
-}  // namespace
-
-void add_crop_option(Arguments& arguments, std::optional<CropBox>& crop) {
+void add_crop_option(Arguments& arguments, std::optional<CropBox>& crop, const std::string& axes) {
     arguments.add_option(
         "--crop",
         {"X0,X1,Y0,Y1,Z0,Z1",
          "X0,X1,Y0,Y1,Z0,Z1 in mm, or vox: and six whole numbers in samples, each X0 <= X1",
          [&crop](const std::string& text) { return store_crop(text, crop); }},
-        "Keep only the scan within a box, in mm along the axes of --space; or in samples, with "
-        "vox:X0,X1,Y0,Y1,Z0,Z1. Both ends are included. An oblique scan keeps the block of samples around "
-        "the box.");
+        "Keep only the scan within a box, in mm along " + axes +
+            "; or in samples, with vox:X0,X1,Y0,Y1,Z0,Z1. Both ends are included. An oblique scan keeps the "
+            "block of samples around the box.");
 }
 
-void add_filter_options(Arguments& arguments, FilterSteps& steps) {
-    add_crop_option(arguments, steps.crop);
+}  // namespace
+
+void add_filter_options(Arguments& arguments, FilterSteps& steps, const std::string& axes) {
+    add_crop_option(arguments, steps.crop, axes);
     arguments.add_option(
         "--median", integer_value("N", steps.median, 0, 16),
         "Remove noise: replace each sample by the median of its neighbours up to N samples away, 1 to 16.");

@@ -52,8 +52,8 @@ struct SurfaceSteps {
     bool any() const { return choose_components() || smooth > 0 || reduce(); }
 };
 
-void add_crop_option(Arguments& arguments, std::optional<CropBox>& crop);
-void add_filter_options(Arguments& arguments, FilterSteps& steps);
+/// `axes` says along which ones a box in mm lies: "the LPS axes".
+void add_filter_options(Arguments& arguments, FilterSteps& steps, const std::string& axes);
 void add_surface_options(Arguments& arguments, SurfaceSteps& steps);
 
 /// \throw UsageError steps that contradict each other

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "shared/console.h"
+#include "shared/surface_warnings.h"
 
 namespace marrow::apps {
 namespace {
@@ -99,8 +100,7 @@ std::vector<PointArray> point_arrays(const Surface& surface) {
 std::string trust_lines(const Surface& surface) {
     std::string lines;
     if (surface.thin_walls && surface.thin_walls->restored)
-        lines += fmt::format("  thin walls: {:.4g} mm2 restored in {} places\n",
-                             surface.thin_walls->found.area, surface.thin_walls->found.walls.size());
+        lines += fmt::format("  thin walls: {} restored\n", thin_walls_text(surface.thin_walls->found));
     if (!surface.trust) return lines;
     const SurfaceTrust& trust = *surface.trust;
     lines += fmt::format("  trust:      {:g}{} more or less move the surface by {}\n", trust.report.step,
@@ -112,19 +112,8 @@ std::string trust_lines(const Surface& surface) {
 }
 
 std::optional<std::string> thin_wall_warning(const Surface& surface, Space space) {
-    if (!surface.thin_walls || surface.thin_walls->restored || surface.thin_walls->found.walls.empty())
-        return {};
-    const ThinWalls& found = surface.thin_walls->found;
-    const double sign = space == Space::RAS ? -1 : 1;
-    const Vec3d& at = found.walls.front().position;
-    return fmt::format(
-        "{:.3g} mm2 of walls beside the surface are too thin for the scan and fall below isovalue {:g}, in "
-        "{} places; "
-        "the largest has {:.3g} mm2 at {:.4g}, {:.4g}, {:.4g} mm: --keep-thin restores them, --no-alarm does "
-        "not look for "
-        "them",
-        found.area, surface.isovalue, found.walls.size(), found.walls.front().area, sign * at[0],
-        sign * at[1], at[2]);
+    if (!surface.thin_walls || surface.thin_walls->restored) return {};
+    return thin_walls_warning(surface.thin_walls->found, surface.isovalue, space);
 }
 
 }  // namespace marrow::apps

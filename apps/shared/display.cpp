@@ -14,7 +14,7 @@ namespace marrow::apps {
 
 // Without a display, VTK and Qt would end the process. An X server resets itself when its last client leaves,
 // and refuses new clients meanwhile. So try for a second, and stay connected until they are.
-void require_display(std::string_view who) {
+void require_display(std::string_view who, std::string_view remedy) {
     static Display* display = nullptr;
     for (int attempt = 0; display == nullptr && attempt < 10; ++attempt) {
         if (attempt > 0) std::this_thread::sleep_for(std::chrono::milliseconds(100));
@@ -22,8 +22,7 @@ void require_display(std::string_view who) {
         if (std::getenv("DISPLAY") == nullptr) break;
     }
     if (display == nullptr)
-        throw IoError(
-            fmt::format("{} needs a display, but there is none: run 'xvfb-run -a marrow ...'", who));
+        throw IoError(fmt::format("{} needs a display, but there is none: {}", who, remedy));
 }
 
 }  // namespace marrow::apps

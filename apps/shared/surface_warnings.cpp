@@ -75,9 +75,24 @@ std::optional<std::string> border_warning(double isovalue, const Volume& scan) {
     if (samples.counts.empty() || samples.non_finite_samples > 0 || isovalue > samples.lower) return {};
     return fmt::format(
         "no sample is below isovalue {:g} (they range from {:g} to {:g}), so the surface is the border of "
-        "the "
-        "scan",
+        "the scan",
         isovalue, samples.lower, samples.upper);
+}
+
+std::optional<std::string> thin_walls_warning(const ThinWalls& found, double isovalue, Space space) {
+    if (found.walls.empty()) return {};
+    const double sign = space == Space::RAS ? -1 : 1;
+    const auto& [at, area] = found.walls.front();
+    return fmt::format(
+        "{} beside the surface are walls that are too thin for the scan and fall below isovalue {:g}; the "
+        "largest has {:.0f} mm2 at {:.1f}, {:.1f}, {:.1f} mm: --keep-thin restores them, --no-alarm does not "
+        "look for them",
+        thin_walls_text(found), isovalue, area, sign * at[0], sign * at[1], at[2]);
+}
+
+std::string thin_walls_text(const ThinWalls& found) {
+    return fmt::format("{:.0f} mm2 in {} place{}", found.area, found.walls.size(),
+                       found.walls.size() == 1 ? "" : "s");
 }
 
 }  // namespace marrow::apps

@@ -8,6 +8,8 @@
 #include <vector>
 
 #include <marrow/mesh.h>
+#include <marrow/mesh_io.h>
+#include <marrow/thin_walls.h>
 #include <marrow/volume.h>
 
 namespace marrow::apps {
@@ -34,5 +36,11 @@ std::optional<std::string> large_coordinates_warning(const std::vector<MeshFile>
 /// Warns of a closed surface of a scan that has no sample outside, so that the surface is the border of the
 /// scan.
 std::optional<std::string> border_warning(double isovalue, const Volume& scan);
+
+/// Warns of walls that are too thin for the scan, with the place of the largest in `space`.
+std::optional<std::string> thin_walls_warning(const ThinWalls& found, double isovalue, Space space);
+
+/// The area and number of thin walls: "123 mm2 in 4 places".
+std::string thin_walls_text(const ThinWalls& found);
 
 }  // namespace marrow::apps

@@ -44,7 +44,7 @@ void check(const ViewerOptions& options) {
         throw apps::UsageError("--measure needs an INPUT (see marrow view --help)");
     if (!input.empty() && !std::filesystem::exists(input))
         throw IoError("'" + input.string() + "': there is no such file or folder");
-    if (uses_x_display()) apps::require_display("the viewer");
+    if (uses_x_display()) apps::require_display("the viewer", "start it on a desktop, or set DISPLAY to one");
 }
 
 int run(int argc, char** argv, const ViewerOptions& options) {

@@ -53,7 +53,7 @@ TEST_F(ThinWallScan, KeepThinClosesTheOpening) {
     const Outcome outcome = bone({"--keep-thin", "--topology"});
     EXPECT_EQ(outcome.code, 0);
     EXPECT_EQ(outcome.err.find("--keep-thin"), std::string::npos) << outcome.err;
-    EXPECT_NE(outcome.out.find("mm2 restored in 1 places"), std::string::npos) << outcome.out;
+    EXPECT_NE(outcome.out.find("mm2 in 1 place restored\n"), std::string::npos) << outcome.out;
     const MeshCheck check = check_mesh(read_mesh(mesh));
     EXPECT_TRUE(check.is_sound());
     EXPECT_EQ(check.genus, 0);

@@ -168,6 +168,41 @@ TEST_F(BallViewer, WarnsAtExport) {
     EXPECT_TRUE(window->banner().contains("border of the scan"));
 }
 
+// A wall of bone that is too thin for the scan, in a box that is open on two sides. The command line looks for it
+// beside the surface as it was extracted, before the other component is removed.
+TEST_F(BallViewer, WarnsOfThinWallsAtExport) {
+    write_nrrd(folder / "thin.nrrd", 40, 40, 24, [](int x, int y, int z) {
+        const bool within = x > 6 && x < 33 && y > 6 && y < 33 && z > 6 && z < 17;
+        const bool frame = within && !(x > 11 && x < 28 && y > 11 && y < 28);
+        const bool speck = x == 3 && y == 3 && z == 20;
+        const int noise = (x * 7 + y * 13 + z * 5) % 11 - 5;
+        return (frame || speck ? 1200 : within && z == 12 ? -100 : -1000) + noise;
+    });
+    ASSERT_TRUE(open(folder / "thin.nrrd"));
+    window->findChild<QCheckBox*>("largest")->click();
+    session().apply_preset("bone");
+    ASSERT_TRUE(settle());
+    const std::filesystem::path file = folder / "thin.stl";
+    window->write({{session().parameters().current, file}}, Space::LPS);
+    ASSERT_TRUE(wait([&] { return !window->busy(); }));
+    const Outcome outcome =
+        marrow_with({folder / "thin.nrrd", "--type", "bone", "--largest", "-o", folder / "command.stl"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    const std::string mark = "warning: ", text = "too thin for the scan";
+    const std::size_t at = outcome.err.rfind(mark, outcome.err.find(text));
+    ASSERT_NE(at, std::string::npos) << outcome.err;
+    const std::string warning =
+        outcome.err.substr(at + mark.size(), outcome.err.find('\n', at) - at - mark.size());
+    EXPECT_TRUE(window->banner().contains(warning.c_str())) << window->banner().toStdString();
+    EXPECT_TRUE(read_file(file) == read_file(folder / "command.stl"));
+    // It is about bone, and not about any isovalue.
+    session().apply_preset("skin");
+    ASSERT_TRUE(settle());
+    window->write({{session().parameters().current, file}}, Space::LPS);
+    ASSERT_TRUE(wait([&] { return !window->busy(); }));
+    EXPECT_FALSE(window->banner().contains(text.c_str())) << window->banner().toStdString();
+}
+
 // Smoothing and reduction change the surface, and the light says whether it is still valid.
 TEST_F(BallViewer, RefinesAndChecksSurfaces) {
     const int id = session().parameters().current;
@@ -463,6 +498,30 @@ TEST_F(Questions, CanBeLeftWhilePicturesAreMade) {
         ASSERT_TRUE(wait([&] { return !window->findChild<viewer::SeriesDialog*>(); }));
     }
     EXPECT_EQ(session().scan(), before);
+}
+
+// Lines, dots and texts of a picture have the size that they have in the view, whatever the picture's size.
+TEST_F(BallViewer, ScreenshotsLookLikeTheView) {
+    session().change("measure", {}, [](viewer::Parameters& p) {
+        p.measurements = {{{position_of({4, 2, 12}), position_of({44, 2, 12})}}};  // in front of the ball
+    });
+    key(Qt::Key_1);
+    ASSERT_TRUE(settle());
+    const auto marked = [](QRgb c) { return qBlue(c) > 150 && qGreen(c) > 120 && qRed(c) < 130; };
+    const auto written = [](QRgb c) { return qBlue(c) > 200 && qGreen(c) > 200 && qRed(c) > 200; };
+    const auto counted = [&](const QImage& image) {
+        const QImage rgb = image.convertToFormat(QImage::Format_RGB32);
+        const double all = image.width() * image.height();
+        return std::pair{count(rgb, marked) / all, count(rgb, written) / all};
+    };
+    const auto [line, text] = counted(picture());
+    ASSERT_GT(line, 0);
+    ASSERT_GT(text, 0);
+    for (const int scale : {1, 2}) {
+        const auto [other_line, other_text] = counted(view()->screenshot(scale * view()->size()));
+        EXPECT_NEAR(other_line / line, 1, 0.3) << scale;
+        EXPECT_NEAR(other_text / text, 1, 0.3) << scale;
+    }
 }
 
 TEST_F(BallViewer, ScreenshotsHaveTheRequestedSize) {

@@ -1,14 +1,17 @@
 // Tests session files, the question before work is lost, and the table of measurements.
 #include <QClipboard>
 #include <QDropEvent>
+#include <QFileDialog>
 #include <QMessageBox>
 #include <QMimeData>
+#include <QTimer>
 
 #include <marrow/error.h>
 
 #include "model/measurement_table.h"
 #include "model/session_file.h"
 #include "support/viewer_ball.h"
+#include "window/dialogs.h"
 
 namespace marrow::test {
 namespace {
@@ -153,6 +156,38 @@ TEST_F(Sessions, MeasurementsAreATable) {
               "number,kind,value,unit,x1,y1,z1,x2,y2,z2,x3,y3,z3\n"
               "1,distance,4.854,mm,1.250,2.000,3.000,4.000,6.000,3.000,,,\n"
               "2,angle,90.000,degrees,0.000,0.000,0.000,1.000,0.000,0.000,1.000,1.000,0.000\n");
+}
+
+// Also if it was typed without its extension, the existing file is only replaced after a question.
+TEST_F(Sessions, FilesGetTheirExtensionAndAreNotReplacedSilently) {
+    write_file(folder / "old.marrow", "precious");
+    int questions = 0;
+    const auto choose = [&](const char* name, const char* answer) {
+        QTimer user;  // answers the dialogs, which wait for it
+        QObject::connect(&user, &QTimer::timeout, [&] {
+            QWidget* dialog = QApplication::activeModalWidget();
+            if (auto* files = qobject_cast<QFileDialog*>(dialog)) {
+                files->findChild<QLineEdit*>("fileNameEdit")->setText((folder / name).c_str());
+                QMetaObject::invokeMethod(files, "accept");
+            } else if (auto* box = qobject_cast<QMessageBox*>(dialog)) {
+                ++questions;
+                for (QAbstractButton* button : box->buttons()) {
+                    if (button->text().remove('&') == answer) button->click();
+                }
+            }
+        });
+        user.start(50);
+        return viewer::choose_file_to_save(window.get(), "Save session", (folder / "x").c_str(), "Sessions",
+                                           ".marrow")
+            .toStdString();
+    };
+    EXPECT_EQ(choose("new", ""), (folder / "new.marrow").string());
+    EXPECT_EQ(choose("new.marrow", ""), (folder / "new.marrow").string());
+    EXPECT_EQ(questions, 0);
+    EXPECT_EQ(choose("old", "Cancel"), "");
+    EXPECT_EQ(choose("old", "Replace"), (folder / "old.marrow").string());
+    EXPECT_EQ(choose("old.marrow", "Replace"), (folder / "old.marrow").string());
+    EXPECT_EQ(questions, 3);
 }
 
 TEST_F(Sessions, ThePictureIsOnTheClipboard) {

@@ -160,6 +160,7 @@ CheckedFile check_file(const fs::path& path, const CheckCommandOptions& wanted,
 void add_options(Arguments& arguments, CheckCommandOptions& options) {
     arguments.add_inputs("MESH", options.inputs,
                          ".stl, .ply, .obj (also .gz), .vtp, .3mf or .dcm, in mm; .glb, in metres");
+    arguments.start_group("Checks");
     arguments.add_option(
         "--min-wall",
         number_value("MM", "a thickness in mm, 0 or more", options.min_wall, [](double x) { return x >= 0; }),

@@ -213,7 +213,7 @@ void add_surface_options(Arguments& arguments, ExtractOptions& options) {
 
 void add_step_options(Arguments& arguments, ExtractOptions& options) {
     arguments.start_group("Before extraction");
-    add_filter_options(arguments, options.filters);
+    add_filter_options(arguments, options.filters, "the axes of --space");
     arguments.start_group("After extraction");
     add_surface_options(arguments, options.steps);
 }

@@ -110,7 +110,7 @@ void add_options(Arguments& arguments, SweepCommandOptions& options) {
     add_scan_input(arguments, options.scan);
     add_scan_options(arguments, options.scan.options);
     arguments.start_group("Before measuring");
-    add_filter_options(arguments, options.filters);
+    add_filter_options(arguments, options.filters, "the LPS axes");
     arguments.start_group("Isovalues");
     arguments.add_option("--from", number_value("A", "a finite number", options.from, any),
                          "First isovalue; default: the least sample.");

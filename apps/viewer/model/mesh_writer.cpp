@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <chrono>
 
+#include <marrow/isosurface.h>
+#include <marrow/thin_walls.h>
 #include <marrow/volume_filters.h>
 
 #include "shared/library_options.h"
@@ -12,8 +14,23 @@
 namespace marrow::viewer {
 namespace {
 
+// Walls of bone are looked for beside the surface as it was extracted.
+std::optional<std::string> bone_warning(const MeshWriter::File& file, const Volume& scan,
+                                        const MeshWriter::Source& source, Space space,
+                                        const Progress& progress) {
+    if (file.object.name != "bone") return {};
+    Mesh extracted;
+    if (source.refined)
+        extracted =
+            extract_isosurface(scan, file.shape->isovalue, {.closed = !source.open, .progress = progress});
+    const Mesh& mesh = source.refined ? extracted : *file.shape->mesh;
+    const ThinWalls found = find_thin_walls(scan, file.shape->isovalue, mesh, {.progress = progress});
+    return apps::thin_walls_warning(found, file.shape->isovalue, space);
+}
+
 // The warnings that the command line would give, one per line.
-QString warnings_of(const std::vector<MeshWriter::File>& files, const MeshWriter::Source& source) {
+QString warnings_of(const std::vector<MeshWriter::File>& files, const MeshWriter::Source& source, Space space,
+                    const Progress& progress) {
     const Volume& whole = source.scan->volume;
     Volume part;
     if (source.crop) part = crop(whole, source.crop->first, source.crop->last);
@@ -31,6 +48,7 @@ QString warnings_of(const std::vector<MeshWriter::File>& files, const MeshWriter
     add(apps::non_finite_warning(source.scan->histogram.non_finite_samples));
     add(apps::large_coordinates_warning(meshes, scan.geometry()));
     if (!source.open) add(apps::border_warning(lowest, scan));
+    for (const MeshWriter::File& file : files) add(bone_warning(file, scan, source, space, progress));
     return lines.join('\n');
 }
 
@@ -67,11 +85,13 @@ void MeshWriter::write(std::vector<File> files, Space space, Source source) {
             MeshFiles set;
             for (; done < files.size(); ++done)
                 set.write({&files[done].object, 1}, files[done].path, {space, progress});
+            const QString warnings =
+                warnings_of(files, source, space, [&](double) { return !cancelled_ && job_progress(1); });
             set.commit();
             const QString first = QString::fromStdString(files.front().path.string());
             end(files.size() > 1 ? tr("Wrote %1 and %2 more.").arg(first).arg(files.size() - 1)
                                  : tr("Wrote %1.").arg(first),
-                false, warnings_of(files, source));
+                false, warnings);
         } catch (const Cancelled&) {
             end(tr("Export cancelled. No file was changed."), false);
         } catch (const std::exception& error) {

@@ -30,6 +30,7 @@ class MeshWriter : public QObject {
         std::shared_ptr<const Scan> scan;
         std::optional<SampleBox> crop;
         bool open = false;
+        bool refined = false;  ///< the meshes were changed after their extraction
     };
 
     explicit MeshWriter(QObject* parent = nullptr) : QObject(parent) {}

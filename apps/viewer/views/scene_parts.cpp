@@ -17,6 +17,17 @@
 
 namespace marrow::viewer {
 
+namespace {
+
+constexpr double kThinLine = 1.5, kMarkLine = 2.5, kMarkDot = 8, kHandle = 11;
+
+void set_widths(vtkActor* actor, double line, double dot) {
+    actor->GetProperty()->SetLineWidth(static_cast<float>(line));
+    actor->GetProperty()->SetPointSize(static_cast<float>(dot));
+}
+
+}  // namespace
+
 QColor plane_colour(Plane plane) {
     switch (plane) {
         case Plane::axial:
@@ -118,7 +129,6 @@ Crosshair::Crosshair() {
         lines_[i].actor->SetMapper(mapper);
         const QColor colour = plane_colour(kNormalTo[i]);
         lines_[i].actor->GetProperty()->SetColor(colour.redF(), colour.greenF(), colour.blueF());
-        lines_[i].actor->GetProperty()->SetLineWidth(1.5F);
         lines_[i].actor->GetProperty()->LightingOff();
         lines_[i].actor->VisibilityOff();
     }
@@ -149,6 +159,10 @@ void Crosshair::set_visible(bool visible) {
     for (Line& line : lines_) line.actor->SetVisibility(visible_ && has_position_);
 }
 
+void Crosshair::set_pixel_ratio(double ratio) {
+    for (Line& line : lines_) set_widths(line.actor, kThinLine * ratio, 1);
+}
+
 CropBox::CropBox() {
     vtkNew<vtkPoints> corners, middles;
     for (vtkPoints* points : {corners.Get(), middles.Get()}) points->SetDataTypeToDouble();
@@ -174,8 +188,6 @@ CropBox::CropBox() {
         vtkProperty* look = actor->GetProperty();
         look->SetColor(kCropColour.redF(), kCropColour.greenF(), kCropColour.blueF());
         look->LightingOff();
-        look->SetLineWidth(1.5F);
-        look->SetPointSize(11);
         look->RenderPointsAsSpheresOn();
         actor->VisibilityOff();
     }
@@ -206,6 +218,11 @@ void CropBox::set_visible(bool visible) {
     handles_actor_->SetVisibility(visible);
 }
 
+void CropBox::set_pixel_ratio(double ratio) {
+    for (vtkActor* actor : {edges_actor_.Get(), handles_actor_.Get()})
+        set_widths(actor, kThinLine * ratio, kHandle * ratio);
+}
+
 Vec3d CropBox::handle(const SampleBox& box, const CropSide& side) {
     Vec3d index;
     for (std::size_t a = 0; a < 3; ++a) index[a] = static_cast<double>(box.first[a] + box.last[a]) / 2;
@@ -222,8 +239,10 @@ void Marks::set_light(bool light) {
 
 void Marks::show(const std::vector<Measurement>& measurements, const std::vector<Vec3d>& picked) {
     if (measurements == measurements_ && picked == picked_) return;
-    for (const auto& prop : shown_) renderer_->RemoveViewProp(prop);
-    shown_.clear();
+    for (const auto& line : lines_) renderer_->RemoveActor(line);
+    for (const auto& label : labels_) renderer_->RemoveActor(label);
+    lines_.clear();
+    labels_.clear();
     measurements_ = measurements;
     picked_ = picked;
     for (const Measurement& measurement : measurements_) add(measurement.points, measurement.text());
@@ -251,11 +270,9 @@ void Marks::add(const std::vector<Vec3d>& points, const QString& text) {
     actor->GetProperty()->SetColor(kColour[0] * (light_ ? 0.4 : 1), kColour[1] * (light_ ? 0.5 : 1),
                                    kColour[2] * (light_ ? 0.8 : 1));
     actor->GetProperty()->LightingOff();
-    actor->GetProperty()->SetLineWidth(2.5F);
-    actor->GetProperty()->SetPointSize(8);
     actor->GetProperty()->RenderPointsAsSpheresOn();
     renderer_->AddActor(actor);
-    shown_.emplace_back(actor);
+    lines_.emplace_back(actor);
     if (text.isEmpty()) return;
 
     vtkNew<vtkBillboardTextActor3D> label;
@@ -263,7 +280,6 @@ void Marks::add(const std::vector<Vec3d>& points, const QString& text) {
     const Vec3d& a = points[points.size() == 2 ? 0 : 1];
     const Vec3d& b = points[1];
     label->SetPosition((a[0] + b[0]) / 2, (a[1] + b[1]) / 2, (a[2] + b[2]) / 2);
-    label->SetDisplayOffset(10, 8);
     vtkTextProperty* style = label->GetTextProperty();
     style->SetFontSize(15);
     style->BoldOn();
@@ -271,7 +287,15 @@ void Marks::add(const std::vector<Vec3d>& points, const QString& text) {
     style->SetBackgroundColor(light_ ? 1 : 0.06, light_ ? 1 : 0.07, light_ ? 1 : 0.09);
     style->SetBackgroundOpacity(0.75);
     renderer_->AddActor(label);
-    shown_.emplace_back(label);
+    labels_.emplace_back(label);
+}
+
+void Marks::set_pixel_ratio(double ratio) {
+    for (const auto& line : lines_) set_widths(line, kMarkLine * ratio, kMarkDot * ratio);
+    // Their font follows the resolution of the window.
+    for (const auto& label : labels_)
+        label->SetDisplayOffset(static_cast<int>(std::lround(10 * ratio)),
+                                static_cast<int>(std::lround(8 * ratio)));
 }
 
 OrientationCube::OrientationCube() {

@@ -1,5 +1,6 @@
 /// The parts of the 3D scene other than the surfaces: cut face, crosshair, crop box, marks and orientation
-/// cube.
+/// cube. Lines, dots and texts have the same size on every screen and in pictures of every size: they are as
+/// many pixels wide as their part says, times the pixel ratio.
 #pragma once
 
 #include <array>
@@ -51,6 +52,7 @@ class Crosshair {
     void set_position(const Geometry& geometry, const Vec3d& index);
     void set_visible(bool visible);
     bool visible() const { return visible_; }
+    void set_pixel_ratio(double ratio);
 
   private:
     struct Line {
@@ -69,6 +71,7 @@ class CropBox {
     void add_to(vtkRenderer* renderer);
     void set_box(const Geometry& geometry, const SampleBox& box);
     void set_visible(bool visible);
+    void set_pixel_ratio(double ratio);
     /// The index of the centre of a side.
     static Vec3d handle(const SampleBox& box, const CropSide& side);
 
@@ -83,12 +86,14 @@ class Marks {
     void add_to(vtkRenderer* renderer) { renderer_ = renderer; }
     void show(const std::vector<Measurement>& measurements, const std::vector<Vec3d>& picked);
     void set_light(bool light);
+    void set_pixel_ratio(double ratio);
 
   private:
     void add(const std::vector<Vec3d>& points, const QString& text);
 
     vtkRenderer* renderer_ = nullptr;
-    std::vector<vtkSmartPointer<vtkProp>> shown_;
+    std::vector<vtkSmartPointer<vtkActor>> lines_;
+    std::vector<vtkSmartPointer<vtkBillboardTextActor3D>> labels_;
     std::vector<Measurement> measurements_;
     std::vector<Vec3d> picked_;
     bool light_ = false;

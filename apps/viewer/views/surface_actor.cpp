@@ -53,7 +53,6 @@ void SurfaceActor::set_look(const SurfaceParameters& surface, DrawMode mode) {
                                                         : VTK_SURFACE);
     look->SetEdgeVisibility(mode == DrawMode::edges);
     look->SetEdgeColor(0.10, 0.12, 0.15);
-    look->SetPointSize(2);
     look->SetSpecular(0.15);
     look->SetSpecularPower(25);
     look->SetOpacity(surface.opacity);
@@ -73,6 +72,11 @@ void SurfaceActor::set_look(const SurfaceParameters& surface, DrawMode mode) {
     glass_ = glass;
     edges_ = edges;
     actor_->SetVisibility(surface.visible && surface.opacity > 0);
+}
+
+void SurfaceActor::set_pixel_ratio(double ratio) {
+    actor_->GetProperty()->SetLineWidth(static_cast<float>(ratio));
+    actor_->GetProperty()->SetPointSize(static_cast<float>(2 * ratio));
 }
 
 void SurfaceActor::set_cut(vtkPlane* plane) {

@@ -22,6 +22,8 @@ class SurfaceActor {
     /// Sets the newest shape of the surface, and its preview or null.
     void set_shapes(std::shared_ptr<const Shape> newest, std::shared_ptr<const Shape> preview);
     void set_look(const SurfaceParameters& surface, DrawMode mode);
+    /// Makes lines and points as wide as on a screen with this ratio of pixels.
+    void set_pixel_ratio(double ratio);
     /// Hides everything behind the plane; null: shows everything.
     void set_cut(vtkPlane* plane);
     /// Draws the preview, if there is one and either `coarse` is true or there is no full shape.

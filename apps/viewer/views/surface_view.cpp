@@ -137,6 +137,7 @@ void SurfaceView::observe_frames() {
         frame_timer_.start();
         frame_began_ = thread_milliseconds();
         prepare_camera();
+        set_pixel_ratio();
     };
     scene_->on_frame_end = [this] { finish_frame(); };
     scene_->on_start = [this] { set_moving(true); };
@@ -401,8 +402,18 @@ void SurfaceView::prepare_camera() {
         }
         scene_->main->ResetCameraClippingRange(bounds);
     }
+}
+
+// A picture may be larger than the view, but shall look the same.
+void SurfaceView::set_pixel_ratio() {
     const int* size = scene_->window->GetSize();
-    scene_->cube.follow(camera, scene_->corner, size[0], size[1], devicePixelRatioF());
+    const double ratio = static_cast<double>(size[1]) / std::max(1, height());
+    scene_->window->SetDPI(static_cast<int>(std::lround(72 * ratio)));  // for the texts
+    scene_->crosshair.set_pixel_ratio(ratio);
+    scene_->crop_box.set_pixel_ratio(ratio);
+    scene_->marks.set_pixel_ratio(ratio);
+    for (auto& [id, surface] : scene_->surfaces) surface.set_pixel_ratio(ratio);
+    scene_->cube.follow(scene_->main->GetActiveCamera(), scene_->corner, size[0], size[1], ratio);
 }
 
 void SurfaceView::draw() {

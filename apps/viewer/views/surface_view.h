@@ -90,6 +90,7 @@ class SurfaceView : public QVTKOpenGLNativeWidget {
     void request_draw_after_slices();
     void draw();
     void prepare_camera();
+    void set_pixel_ratio();
     void finish_frame();
     void choose_detail();
     MarkView mark_view();

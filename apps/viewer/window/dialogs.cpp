@@ -18,6 +18,22 @@
 namespace marrow::viewer {
 namespace {
 
+// Asks whether to replace files; the button of that answer has the accepting role.
+QMessageBox* replace_box(const QString& title, const std::vector<std::filesystem::path>& existing,
+                         QWidget* parent) {
+    const QString first = QString::fromStdString(existing.front().string());
+    auto* box = new QMessageBox(
+        QMessageBox::NoIcon, title,
+        existing.size() == 1
+            ? QObject::tr("%1 exists already.").arg(first)
+            : QObject::tr("%1 and %2 more exist already.").arg(first).arg(existing.size() - 1),
+        QMessageBox::Cancel, parent);
+    box->setObjectName("replace_box");
+    box->setAttribute(Qt::WA_DeleteOnClose);
+    box->addButton(QObject::tr("Replace"), QMessageBox::AcceptRole)->setObjectName("replace");
+    return box;
+}
+
 // Accepts a dialog, but asks first if files exist that it would replace.
 void accept_unless_kept(QDialog* dialog, const std::vector<std::filesystem::path>& files) {
     std::vector<std::filesystem::path> existing;
@@ -25,18 +41,8 @@ void accept_unless_kept(QDialog* dialog, const std::vector<std::filesystem::path
     std::copy_if(files.begin(), files.end(), std::back_inserter(existing),
                  [&](const auto& file) { return std::filesystem::exists(file, unreadable); });
     if (existing.empty()) return dialog->done(QDialog::Accepted);
-    const QString first = QString::fromStdString(existing.front().string());
-    auto* box = new QMessageBox(
-        QMessageBox::NoIcon, dialog->windowTitle(),
-        existing.size() == 1
-            ? QObject::tr("%1 exists already.").arg(first)
-            : QObject::tr("%1 and %2 more exist already.").arg(first).arg(existing.size() - 1),
-        QMessageBox::Cancel, dialog);
-    box->setObjectName("replace_box");
-    box->setAttribute(Qt::WA_DeleteOnClose);
-    auto* replace = box->addButton(QObject::tr("Replace"), QMessageBox::AcceptRole);
-    replace->setObjectName("replace");
-    QObject::connect(replace, &QPushButton::clicked, dialog, [dialog] { dialog->done(QDialog::Accepted); });
+    QMessageBox* box = replace_box(dialog->windowTitle(), existing, dialog);
+    QObject::connect(box, &QDialog::accepted, dialog, [dialog] { dialog->done(QDialog::Accepted); });
     box->open();
 }
 
@@ -50,6 +56,21 @@ QDialogButtonBox* dialog_buttons(QDialog* dialog, const QString& accept, QPushBu
     QObject::connect(box, &QDialogButtonBox::accepted, dialog, &QDialog::accept);
     QObject::connect(box, &QDialogButtonBox::rejected, dialog, &QDialog::reject);
     return box;
+}
+
+QString choose_file_to_save(QWidget* parent, const QString& title, const QString& proposed,
+                            const QString& kind, const QString& extension) {
+    // Desktops may ask about the name before it has its extension, so ask afterwards.
+    QString file = QFileDialog::getSaveFileName(parent, title, proposed, kind + " (*" + extension + ")",
+                                                nullptr, QFileDialog::DontConfirmOverwrite);
+    if (file.isEmpty()) return file;
+    if (!file.endsWith(extension)) file += extension;
+    if (!QFileInfo::exists(file)) return file;
+    QMessageBox* box = replace_box(title, {file.toStdString()}, parent);
+    bool replaces = false;
+    QObject::connect(box, &QDialog::accepted, [&] { replaces = true; });
+    box->exec();
+    return replaces ? file : QString();
 }
 
 SpacingDialog::SpacingDialog(const Vec3d& known, QWidget* parent) : QDialog(parent) {
@@ -312,6 +333,7 @@ ScreenshotDialog::ScreenshotDialog(bool turntable, const QSize& size, const QStr
 }
 
 void ScreenshotDialog::accept() {
+    if (!turntable_ && !file().endsWith(".png")) file_->setText(file() + ".png");
     const std::filesystem::path path = file().toStdString();
     if (!turntable_) return accept_unless_kept(this, {path});
     std::vector<std::filesystem::path> images;

@@ -25,6 +25,11 @@ namespace marrow::viewer {
 /// Makes the buttons of a dialog: Cancel, and the default button `accept`, which is returned in `button`.
 QDialogButtonBox* dialog_buttons(QDialog* dialog, const QString& accept, QPushButton*& button);
 
+/// Asks for a file to write, and whether to replace it if it exists. A name without the extension gets it.
+/// Returns an empty text if the user cancels.
+QString choose_file_to_save(QWidget* parent, const QString& title, const QString& proposed,
+                            const QString& kind, const QString& extension);
+
 /// Asks for the spacing of a scan that does not state it.
 class SpacingDialog : public QDialog {
     Q_OBJECT

@@ -28,7 +28,8 @@ namespace marrow::viewer {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr int kRecent = 8;  // scans in the menu
+constexpr int kRecent = 8;       // scans in the menu
+constexpr QSize kFrame{16, 48};  // pixels that the window manager may need around the window
 
 QString from_path(const fs::path& path) {
     return QString::fromStdString(path.string());
@@ -45,7 +46,7 @@ QString sentence(QString message) {
 MainWindow::MainWindow(QWidget* parent) : QMainWindow(parent) {
     setWindowTitle("Marrow Viewer");
     setAcceptDrops(true);
-    resize(QSize(1440, 900).boundedTo(screen()->availableSize()));
+    resize(QSize(1440, 900).boundedTo(screen()->availableSize() - kFrame));
     actions_ = new Actions(this, session_);
     make_views();
     banner_ = new Banner(this, stack_);
@@ -319,11 +320,9 @@ bool MainWindow::choose_session_file() {
     const fs::path scan = input.has_filename() ? input : input.parent_path();
     const fs::path proposed =
         session_file_.empty() ? fs::path(scan).replace_extension(kSessionExtension) : session_file_;
-    const QString chosen = QFileDialog::getSaveFileName(this, tr("Save session"), from_path(proposed),
-                                                        tr("Sessions (*%1)").arg(kSessionExtension));
-    if (chosen.isEmpty()) return false;
-    const fs::path file = chosen.toStdString();
-    return save_session(is_session_file(file) ? file : fs::path(file.string() + kSessionExtension));
+    const QString file =
+        choose_file_to_save(this, tr("Save session"), from_path(proposed), tr("Sessions"), kSessionExtension);
+    return !file.isEmpty() && save_session(file.toStdString());
 }
 
 bool MainWindow::save_session(const fs::path& file) {
@@ -349,8 +348,8 @@ bool MainWindow::save_session(const fs::path& file) {
 
 void MainWindow::save_measurements() {
     const QString file =
-        QFileDialog::getSaveFileName(this, tr("Save measurements"),
-                                     QDir(export_folder_).filePath("measurements.csv"), tr("Tables (*.csv)"));
+        choose_file_to_save(this, tr("Save measurements"), QDir(export_folder_).filePath("measurements.csv"),
+                            tr("Tables"), ".csv");
     if (file.isEmpty()) return;
     try {
         write_measurements(session_.parameters().measurements, file.toStdString());
@@ -483,7 +482,8 @@ void MainWindow::write(const std::vector<ExportFile>& files, Space space) {
     }
     export_folder_ = from_path(all.front().path.parent_path());
     writer_.write(std::move(all), space,
-                  {session_.shared_scan(), session_.parameters().crop, session_.parameters().open});
+                  {session_.shared_scan(), session_.parameters().crop, session_.parameters().open,
+                   session_.parameters().refined()});
 }
 
 void MainWindow::save_screenshot() {

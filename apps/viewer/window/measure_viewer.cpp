@@ -82,13 +82,9 @@ class Watchdog : public QObject {
     Stall longest_;
 };
 
-// Times in milliseconds after a move of the isovalue.
+// How long after a move of the isovalue a surface reaches the renderer, ms.
 struct Times {
-    std::vector<double> without_drawing, with_drawing;
-};
-
-struct Arrival {
-    double with_drawing = 0, without_drawing = 0;
+    std::vector<double> previews, full;
 };
 
 class Measurer {
@@ -101,7 +97,9 @@ class Measurer {
 
     /// Returns whether the scan could be opened.
     bool load(const std::filesystem::path& input, const ScanOptions& options);
-    void move_isovalue();
+    /// Moves by a few values at a time, 16 ms apart, with a pause after every twelve moves.
+    Times move_isovalue(double start);
+    void move_undrawn_and_drawn();
     void export_mesh();
     void print_drawing() const;
 
@@ -118,9 +116,8 @@ class Measurer {
     SurfaceView& view_;
     Watchdog watchdog_{view_};
     QElapsedTimer clock_;
-    double drawn_before_ = 0;                   // the drawing time before the last move
-    std::optional<Arrival> arrived_, settled_;  // of the first shape and of full resolution
-    Times previews_, full_;
+    std::optional<double> arrived_, settled_;  // the first shape and full resolution, ms after the move
+    Times drawn_;
     std::vector<double> preview_frames_, full_frames_;
     Stall extracting_;
 };
@@ -145,8 +142,7 @@ bool Measurer::load(const std::filesystem::path& input, const ScanOptions& optio
 }
 
 void Measurer::note_shape() {
-    const double elapsed = static_cast<double>(clock_.nsecsElapsed()) / 1e6;
-    const Arrival now{elapsed, elapsed - (view_.drawing_milliseconds() - drawn_before_)};
+    const double now = static_cast<double>(clock_.nsecsElapsed()) / 1e6;
     if (!arrived_) arrived_ = now;
     if (surfaces_.exact(session_.parameters().current)) settled_ = now;
 }
@@ -154,45 +150,55 @@ void Measurer::note_shape() {
 void Measurer::move_to(double isovalue) {
     arrived_.reset();
     settled_.reset();
-    drawn_before_ = view_.drawing_milliseconds();
     clock_.restart();
     session_.set_isovalue(isovalue);
     run_until([&] { return arrived_.has_value(); });
-    previews_.without_drawing.push_back(arrived_->without_drawing);
-    previews_.with_drawing.push_back(arrived_->with_drawing);
 }
 
-// Moves by a few values at a time, 16 ms apart, with a pause after every twelve moves.
-void Measurer::move_isovalue() {
+Times Measurer::move_isovalue(double start) {
+    Times times;
     constexpr int kPauses = 5, kMoves = 12;
     const int id = session_.parameters().current;
     const auto connection =
         QObject::connect(&surfaces_, &Surfaces::shape_changed, &window_, [&](int changed) {
             if (changed == id) note_shape();
         });
-    watchdog_.longest();
-    const double start = session_.current()->isovalue;
     const double range = (session_.scan()->histogram.upper - session_.scan()->histogram.lower) / 20;
     for (int round = 0; round < kPauses; ++round) {
         for (int move = 0; move < kMoves; ++move) {
             move_to(start + range * ((round * kMoves + move) % 40 + 1) / 40);
+            times.previews.push_back(*arrived_);
             if (move == kMoves - 1) break;
             pause(16);
             preview_frames_.push_back(view_.frame_milliseconds());
         }
         run_until([&] { return settled_.has_value(); });  // the clock still runs from the last move
-        full_.without_drawing.push_back(settled_->without_drawing);
-        full_.with_drawing.push_back(settled_->with_drawing);
+        times.full.push_back(*settled_);
         wait_for_surfaces();
         full_frames_.push_back(view_.frame_milliseconds());
     }
     QObject::disconnect(connection);
+    return times;
+}
+
+// Without a graphics card, drawing takes most of the time. What remains is measured while the 3D view is hidden.
+void Measurer::move_undrawn_and_drawn() {
+    const double start = session_.current()->isovalue;
+    window_.views()->show_alone(window_.slice_view(Plane::axial));
+    const Times undrawn = move_isovalue(start);
+    window_.views()->show_alone(nullptr);
+    wait_for_surfaces();
+    preview_frames_.clear();
+    full_frames_.clear();
+    watchdog_.longest();
+    drawn_ = move_isovalue(start);
     extracting_ = watchdog_.longest();
-    std::printf("surface     %zu triangles\n", surfaces_.exact(id)->mesh->triangles.size());
+    std::printf("surface     %zu triangles\n",
+                surfaces_.exact(session_.parameters().current)->mesh->triangles.size());
     std::printf("preview     reaches the renderer %.0f ms after a move (median; 95 %%: %.0f ms)\n",
-                quantile(previews_.without_drawing, 0.5), quantile(previews_.without_drawing, 0.95));
+                quantile(undrawn.previews, 0.5), quantile(undrawn.previews, 0.95));
     std::printf("full        reaches the renderer %.0f ms after the last move (median; longest %.0f ms)\n",
-                quantile(full_.without_drawing, 0.5), quantile(full_.without_drawing, 1));
+                quantile(undrawn.full, 0.5), quantile(undrawn.full, 1));
     std::printf("extracting  longest stall %.0f ms, %.0f ms of it in the window\n", extracting_.milliseconds,
                 extracting_.processor);
 }
@@ -220,7 +226,7 @@ void Measurer::print_drawing() const {
                 quantile(full_frames_, 0.5));
     std::printf(
         "            with drawing: preview after %.0f ms, full after %.0f ms; longest stall %.0f ms\n",
-        quantile(previews_.with_drawing, 0.5), quantile(full_.with_drawing, 0.5), extracting_.with_drawing);
+        quantile(drawn_.previews, 0.5), quantile(drawn_.full, 0.5), extracting_.with_drawing);
 }
 
 }  // namespace
@@ -233,7 +239,7 @@ int measure_viewer(MainWindow& window, const std::filesystem::path& input, const
         std::cerr << "marrow-viewer: " << window.banner().toStdString() << '\n';
         return 3;
     }
-    measurer.move_isovalue();
+    measurer.move_undrawn_and_drawn();
     measurer.export_mesh();
     measurer.print_drawing();
     return 0;
