@@ -6,8 +6,7 @@
 >>> marrow.dask.extract_to_file("/shared/scan.ome.zarr", 1200, "/shared/surface.ply")
 
 The array is cut into blocks. Each task reads its own block from the store, and results have the same bytes as those of
-one machine, for any blocks and any number of workers; files only apart from normals that point against their faces, in
-thin walls, as writers of whole surfaces turn these. A task that is lost with its worker is done again and changes
+one machine, for any blocks and any number of workers. A task that is lost with its worker is done again and changes
 nothing. Tasks are named marrow-count, marrow-write and so on: Dask's dashboard and `distributed.progress` show them.
 """
 
@@ -140,8 +139,7 @@ def extract_to_file(
     Returns
     -------
     SurfaceSize
-        The numbers of points and triangles. The file has the bytes of ``marrow.extract(...).write(path)``, apart from
-        normals that point against their faces, in thin walls: only the latter turns them.
+        The numbers of points and triangles. The file has the bytes of ``marrow.extract(...).write(path)``.
 
     Raises
     ------
