@@ -1,6 +1,8 @@
 """Surfaces that the workers of a Dask cluster extract together have the bytes of the surface of the whole array."""
 
+import contextlib
 import json
+import multiprocessing
 import os
 import signal
 import threading
@@ -19,18 +21,28 @@ import marrow.dask  # noqa: E402
 from marrow import _blocks  # noqa: E402
 
 
+@contextlib.contextmanager
+def workers(count, folder):
+    """Worker processes, which their nannies start again after a crash."""
+    try:
+        with distributed.LocalCluster(
+            n_workers=count,
+            threads_per_worker=1,
+            processes=True,
+            host="127.0.0.1",
+            dashboard_address=None,
+            local_directory=str(folder),
+        ) as cluster, distributed.Client(cluster) as client:
+            yield client
+    finally:
+        # Python waits at its end for processes that were asked to end. A worker that just starts may not hear it.
+        for process in multiprocessing.active_children():
+            process.kill()
+
+
 @pytest.fixture(scope="module")
 def client(tmp_path_factory):
-    """Two worker processes, which their nannies start again after a crash."""
-    folder = tmp_path_factory.mktemp("workers")
-    with distributed.LocalCluster(
-        n_workers=2,
-        threads_per_worker=1,
-        processes=True,
-        host="127.0.0.1",
-        dashboard_address=None,
-        local_directory=str(folder),
-    ) as cluster, distributed.Client(cluster) as client:
+    with workers(2, tmp_path_factory.mktemp("workers")) as client:
         yield client
 
 
@@ -106,6 +118,20 @@ def test_files_have_the_bytes_of_the_whole(client, tmp_path, kind, name):
         whole.write(tmp_path / ("whole-" + name), space=space)
         assert size == (len(whole.points), len(whole.triangles))
         assert (tmp_path / name).read_bytes() == (tmp_path / ("whole-" + name)).read_bytes()
+
+
+@pytest.mark.parametrize("count", [1, 3, 4])
+def test_any_number_of_workers_gives_the_same_bytes(tmp_path, count):
+    rng = np.random.default_rng(8)
+    samples = noise(rng, (40, 30, 35), "u2")
+    source = stored(tmp_path, samples, (8, 8, 8))
+    whole = marrow.extract(samples, 2)
+    whole.write(tmp_path / "whole.ply")
+    with workers(count, tmp_path / "workers") as client:
+        assert len(client.scheduler_info()["workers"]) == count
+        marrow.dask.extract_to_file(source, 2, tmp_path / "surface.ply", blocks=(8, 16, 35), client=client)
+        assert same_bytes(marrow.dask.extract(source, 2, blocks=(16, 8, 16), client=client), whole)
+    assert (tmp_path / "surface.ply").read_bytes() == (tmp_path / "whole.ply").read_bytes()
 
 
 def test_a_killed_worker_changes_nothing(client, tmp_path):
