@@ -13,6 +13,7 @@
 #include "base/parallel.h"
 #include "base/progress.h"
 #include "core/volume/checks.h"
+#include "core/volume/enlarged.h"
 #include "part_passes.h"
 
 namespace marrow {
@@ -215,25 +216,10 @@ void append(std::vector<NumberedRun>& runs, const NumberedRun& run) {
     runs.push_back(run);
 }
 
-// The cells that an extraction has before those of its part, along each axis.
+// The cells that an extraction has before those of its part, along each axis. With them, all triangles around
+// the points that the part owns are known. The part has their samples already, for normals; only the normals of
+// the points that come with these cells are not right.
 using CellsBefore = std::array<std::int64_t, 3>;
-
-// Adds the cells before a part. With them, all triangles around the points that the part owns are known. The
-// part has the samples already, for normals; the normals of the points that come with the cells are not right.
-VolumeView with_cells_before(const VolumeView& part, const CellsBefore& before) {
-    VolumeView view = part;
-    std::int64_t offset = 0;
-    const std::array<std::int64_t, 3> pitch{1, part.row_pitch(), part.slice_pitch()};
-    for (std::size_t a = 0; a < 3; ++a) {
-        view.first[a] -= before[a];
-        view.below[a] -= before[a];
-        view.geometry.dims[a] += before[a];
-        offset += before[a] * pitch[a];
-    }
-    view.data =
-        static_cast<const std::byte*>(part.data) - offset * static_cast<std::int64_t>(sample_size(part.type));
-    return view;
-}
 
 PartExtent with_cells_before(const PartExtent& part, const CellsBefore& before) {
     PartExtent extent = part;
@@ -373,7 +359,7 @@ NumberedPart extract_numbered_part(const VolumeView& part, const PartNumbers& nu
         with_threads(options.threads, [&] {
             CellsBefore before{};
             for (std::size_t a = 0; options.normals && a < 3; ++a) before[a] = part.first[a] > 0 ? 1 : 0;
-            const VolumeView view = with_cells_before(part, before);
+            const VolumeView view = enlarged(part, before, {});
             const PartPasses passes(view, with_cells_before(extent, before), isovalue, options);
             result.mesh = passes.emit();
             number_points(passes, numbers, before, result);
