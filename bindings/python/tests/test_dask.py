@@ -199,6 +199,65 @@ def test_real_scans_have_the_bytes_of_the_whole(client, tmp_path):
     assert same_bytes(mesh, marrow.extract(placed, isovalue, closed=True))
 
 
+def label_map(rng, shape, dtype, values):
+    """Boxes of labels, with noise where they meet."""
+    centres = rng.uniform(0, 1, (3 * len(values), 3)) * shape
+    positions = np.moveaxis(np.indices(shape), 0, -1) + rng.normal(0, 0.6, (*shape, 3))
+    nearest = np.abs(positions[..., None, :] - centres).max(-1).argmin(-1)
+    return np.array(values, dtype)[nearest % len(values)]
+
+
+@pytest.mark.parametrize(
+    "dtype, values, background",
+    [
+        ("u1", (0, 1, 2, 7), 0),
+        ("i2", (-5, 0, 3), 3),
+        ("f4", (0, 2, 9), 0),
+        ("?", (0, 1), 0),
+        ("u8", (7, 2**60, 2**60 + 1, 2**63 + 5), 8),  # beyond float64 and int64, and the background is nowhere
+        (">i8", (0, 4, 2**40), 4),
+    ],
+)
+def test_labels_have_the_bytes_of_the_whole(client, tmp_path, dtype, values, background):
+    rng = np.random.default_rng(9)
+    for relax, kind in ((1, "numpy"), (3, "zarr"), (40, "dask")):
+        samples = label_map(rng, rng.integers(12, 34, 3), dtype, values)
+        source = {
+            "numpy": lambda: samples,
+            "zarr": lambda: stored(tmp_path / str(relax), samples, tuple(rng.integers(3, 9, 3))),
+            "dask": lambda: dask.array.from_array(samples, chunks=tuple(rng.integers(3, 9, 3))),
+        }[kind]()
+        settings = {"background": background, "relax": relax, "normals": relax != 1}
+        surfaces = marrow.dask.labels(source, blocks=rng.integers(4, 16, 3), **settings, **OBLIQUE)
+        whole = marrow.labels(marrow.Volume(samples, **OBLIQUE), **settings)
+        assert list(surfaces) == list(whole) and len(whole) > 0
+        for label, mesh in surfaces.items():
+            assert same_bytes(mesh, whole[label])
+            assert (mesh.name, mesh.colour) == (whole[label].name, whole[label].colour)
+
+
+def test_labels_of_a_folder(client, tmp_path):
+    samples = label_map(np.random.default_rng(10), (30, 20, 25), "u2", (0, 1, 5))
+    stored(tmp_path, samples, (8, 8, 8))
+    geometry = {"spacing": (0.7, 0.9, 1.3), "origin": (1, 2, 3)}
+    table = {5: marrow.LabelEntry("liver", (1, 0, 0))}
+    surfaces = marrow.dask.labels(image(tmp_path, **geometry), relax=2, table=table, blocks=(8, 8, 8))
+    whole = marrow.labels(marrow.Volume(samples, **geometry), relax=2)
+    assert surfaces.keys() == whole.keys() == {1, 5} and surfaces[5].name == "liver"
+    assert all(same_bytes(mesh, whole[label]) for label, mesh in surfaces.items())
+
+
+def test_atlases_have_the_bytes_of_the_whole(client):
+    atlas = Path("/usr/share/mricron/templates/aal.nii.gz")
+    if not atlas.exists():
+        pytest.skip("no atlas: mricron-data is not installed")
+    volume = marrow.read(atlas)
+    whole = marrow.labels(marrow.Volume(volume.array, affine=volume.affine), relax=10)
+    surfaces = marrow.dask.labels(volume.array, relax=10, blocks=(70, 90, 181), affine=volume.affine)
+    assert list(surfaces) == list(whole) and len(whole) > 100
+    assert all(same_bytes(mesh, whole[label]) for label, mesh in surfaces.items())
+
+
 def test_fragments_of_neuroglancer(client, tmp_path):
     rng = np.random.default_rng(5)
     samples = noise(rng, (20, 21, 22), "u1")
@@ -247,6 +306,12 @@ def test_errors(client, tmp_path):
         marrow.dask.extract(5, 2)
     with pytest.raises(OSError):
         marrow.dask.extract(tmp_path / "missing.zarr", 2)
+    with pytest.raises(marrow.InputError, match="not integers"):
+        marrow.dask.labels(samples + 0.5)
+    with pytest.raises(marrow.InputError, match="relaxation"):
+        marrow.dask.labels(samples, relax=-1)
+    with pytest.raises(marrow.InputError, match="background"):
+        marrow.dask.labels(samples.astype(np.uint64), background=-1)
     with pytest.raises(marrow.InputError, match="complex"):
         marrow.dask.extract(samples.astype(complex), 2)
     assert os.listdir(tmp_path) == ["mesh"]
