@@ -12,7 +12,7 @@ configure = cmake --preset $(1) -Wno-dev --log-level=WARNING > /dev/null
 build = cmake --build --preset $(1) -j $(JOBS)
 install = scripts/install-dependencies
 
-.PHONY: all program demo test install package docs viewer terrain python core everything bench scaling paper accuracy fuzz tsan clang
+.PHONY: all program demo test install package docs viewer terrain python core everything test-paraview bench scaling paper accuracy fuzz tsan clang
 all: program
 
 program:
@@ -79,6 +79,14 @@ test: everything
 	$(install) demo
 	scripts/install-gltf-validator $(BUILD)/gltf-validator
 	scripts/test $(BUILD)
+
+# The plugin of ParaView, which is unpacked in build/paraview and not installed.
+test-paraview:
+	$(install) core paraview
+	$(call configure,core)
+	$(call build,core)
+	scripts/install-paraview build/paraview/root
+	scripts/test-paraview build/paraview/root build/core build/paraview
 
 # Everything by clang, where a warning is an error.
 clang:

@@ -170,9 +170,7 @@ struct SharedSurfaceFile {
 };
 
 /// Creates and commits a surface file that other processes write: .stl and .ply, uncompressed. When all parts were
-/// written, the file has the same bytes as from write_mesh, with one exception: normals are written as the parts have
-/// them. It takes the faces of several parts to see which of them turn_normals_outward() would turn. The file appears
-/// with commit() or not at all.
+/// written, the file has the same bytes as from write_mesh. The file appears with commit() or not at all.
 class MARROW_EXPORT SharedSurfaceWriter {
   public:
     /// Creates the temporary file, with its header and its size. options.progress is not called.

@@ -118,9 +118,16 @@ struct NumberedRun {
 
 /// The surface of a part, and the places in the whole surface of what the part owns.
 struct NumberedPart {
-    Mesh mesh;  ///< with all points that its triangles name, also those that other parts own
-    Buffer<std::uint32_t> numbers;  ///< the number of each point in the whole surface
-    std::vector<NumberedRun> points, triangles;
+    static constexpr std::uint32_t kNoNumber = ~std::uint32_t{0};
+
+    /// With all points that its triangles name, also those that other parts own. If there are normals, it has
+    /// all triangles around the points that the part owns, so that turn_normals_outward() turns the same ones as
+    /// in the whole surface. Only those in the runs are the part's.
+    Mesh mesh;
+    /// The number of each point in the whole surface; kNoNumber if only triangles of other parts name it. Its
+    /// normal then has no meaning.
+    Buffer<std::uint32_t> numbers;
+    std::vector<NumberedRun> points, triangles;  ///< what the part owns
 };
 
 /// Extracts the surface of a part that was numbered. \throw InputError `numbers` belong to another part

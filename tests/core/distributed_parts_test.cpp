@@ -7,6 +7,7 @@
 #include <vector>
 
 #include <marrow/error.h>
+#include <marrow/normals.h>
 #include <marrow/parts.h>
 
 #include "support/fields.h"
@@ -110,9 +111,10 @@ Mesh merged(const VolumeView& whole, const std::vector<Box>& boxes, double isova
     return merge_parts(parts);
 }
 
-// Counts the parts, numbers those between two cuts across z at a time, and writes each to its place.
+// Counts the parts, numbers those between two cuts across z at a time, and writes each to its place. If
+// `outward`, each part turns its normals outward.
 Mesh assembled(const VolumeView& whole, const std::vector<Box>& boxes, double isovalue,
-               const IsosurfaceOptions& options) {
+               const IsosurfaceOptions& options, bool outward = false) {
     const Index& dims = whole.geometry.dims;
     std::vector<std::vector<PartCounts>> layers;
     std::int64_t z = -1;
@@ -138,8 +140,9 @@ Mesh assembled(const VolumeView& whole, const std::vector<Box>& boxes, double is
     mesh.triangles.resize(size.triangles);
     std::size_t written = 0;
     for (std::size_t p = 0; p < boxes.size(); ++p) {
-        const NumberedPart part = extract_numbered_part(OwnSamples(whole, boxes[p], options.normals).view,
-                                                        numbers[p], isovalue, options);
+        NumberedPart part = extract_numbered_part(OwnSamples(whole, boxes[p], options.normals).view,
+                                                  numbers[p], isovalue, options);
+        if (outward) turn_normals_outward(part.mesh);
         for (const NumberedRun& run : part.points) {
             for (std::size_t i = 0; i < run.count; ++i, ++written) {
                 EXPECT_EQ(part.numbers[run.begin + i], run.number + i);
@@ -207,6 +210,22 @@ TEST(DistributedPartsTest, DifficultCellsHaveTheBytesOfTheWhole) {
         ASSERT_TRUE(same_bytes(assembled(volume, boxes, isovalue, options), whole)) << i;
         ASSERT_TRUE(same_bytes(merged(volume, boxes, isovalue, options), whole)) << i;
     }
+}
+
+// Thin walls at the borders of parts, where the triangles around a point are in several parts.
+TEST(DistributedPartsTest, TurnTheNormalsOutwardThatTheWholeTurns) {
+    Random random(8);
+    std::size_t turned = 0;
+    for (int i = 0; i < 100; ++i) {
+        const Volume volume =
+            sampled<std::uint8_t>(random_geometry(random), [&](auto, auto, auto) { return random() % 5; });
+        const IsosurfaceOptions options{.closed = i % 2 == 0, .threads = 1};
+        Mesh whole = extract_isosurface(volume, 2, options);
+        turned += turn_normals_outward(whole);
+        const std::vector<Box> boxes = cut_by_planes(volume.geometry().dims, random, 1 + i % 7);
+        ASSERT_TRUE(same_bytes(assembled(volume, boxes, 2, options, true), whole)) << i;
+    }
+    EXPECT_GT(turned, 1000u);
 }
 
 // A single slice has a closed surface, and no open one.

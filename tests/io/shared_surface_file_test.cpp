@@ -4,7 +4,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cmath>
 #include <vector>
 
 #include <marrow/error.h>
@@ -49,19 +48,12 @@ Volume noise(Random& random) {
     return sampled<std::uint8_t>(grid(9, 11, 10), [&](auto, auto, auto) { return random() % 5; });
 }
 
-// A surface without thin walls, so that no normal points against its faces.
-Volume waves() {
-    return sampled<std::int16_t>(grid(9, 11, 10), [](auto x, auto y, auto z) {
-        return std::lround(40 * (std::sin(0.6 * x) + std::cos(0.5 * y) + std::sin(0.7 * z)));
-    });
-}
-
 // Two processes write, in any order, and some parts twice, as after a process that was killed.
 TEST(SharedSurfaceFile, HasTheBytesOfWriteMesh) {
     Random random(7);
-    const Volume volume = waves();
+    const Volume volume = noise(random);
     Mesh mesh = extract_isosurface(volume, kIsovalue, {.closed = true});
-    ASSERT_EQ(turn_normals_outward(mesh), 0u);
+    ASSERT_GT(turn_normals_outward(mesh), 5u);  // by writers
     for (const char* name : {"surface.ply", "surface.stl"}) {
         for (const Space space : {Space::LPS, Space::RAS, Space::none}) {
             for (const bool normals : {true, false}) {

@@ -33,12 +33,18 @@ class Block:
     first: tuple[int, ...]  #: the first sample of the block
     dims: tuple[int, ...]  #: its samples; it shares the last ones with the next blocks
     slices_at_once: int = 1  #: slices that are read together, because they are stored together
+    halo: int = 1  #: samples around the block that a task reads too; one for normals
 
     def with_halo(self) -> tuple[tuple[int, ...], tuple[slice, ...]]:
-        """Return the first sample to read, and the slices to read, with a sample more on each side for normals."""
-        begin = [max(first - 1, 0) for first in self.first]
-        end = [min(f + n + 1, whole) for f, n, whole in zip(self.first, self.dims, self.whole)]
+        """Return the first sample to read, and the slices to read."""
+        begin = [max(first - self.halo, 0) for first in self.first]
+        end = [min(f + n + self.halo, whole) for f, n, whole in zip(self.first, self.dims, self.whole)]
         return tuple(begin), tuple(slice(b, e) for b, e in zip(reversed(begin), reversed(end)))
+
+    def without_shared_samples(self, halo: int) -> Block:
+        """Return the block without the samples that the next blocks have too, and with another halo."""
+        own = [n if first + n == whole else n - 1 for first, n, whole in zip(self.first, self.dims, self.whole)]
+        return replace(self, dims=tuple(own), halo=halo)
 
     def steps(self) -> list[Block]:
         """Cut the block across z, so that each step needs some slices more that are stored together.
@@ -90,13 +96,17 @@ class Source:
         """Whether tasks read the array by themselves."""
         return not isinstance(self.array, np.ndarray) and not is_dask_collection(self.array)
 
-    def layers(self, blocks: Optional[Sequence[int]], *, whole_rows: bool) -> Iterator[list[Block]]:
-        """Return the blocks between two cuts across z, from the lowest z."""
+    def layers(
+        self, blocks: Optional[Sequence[int]], *, whole_rows: bool, streamed: bool = False
+    ) -> Iterator[list[Block]]:
+        """Return the blocks between two cuts across z, from the lowest z.
+
+        If they are `streamed`, a task has some of a block's slices at a time.
+        """
         shape = self.array.shape
         chunks = [_chunk(self.array, axis) for axis in range(3)]
         if blocks is None:
-            streamed = whole_rows and self.is_in_store
-            size = (STREAMED_BLOCK_BYTES if streamed else BLOCK_BYTES) // np.dtype(self.array.dtype).itemsize
+            size = (STREAMED_BLOCK_BYTES if streamed and self.is_in_store else BLOCK_BYTES) // np.dtype(self.array.dtype).itemsize
             blocks = _default_blocks(shape, chunks, size, whole_rows)
         if len(blocks) != 3 or min(blocks) < 1:
             raise InputError(f"blocks are three sizes of at least one sample, not {blocks!r}")
@@ -152,6 +162,25 @@ def _ranges(samples: int, block: int, chunk: int) -> list[tuple[int, int]]:
 def part_of(samples: Any, block: Block, geometry: Geometry) -> _marrow.ArrayPart:
     """Return the whole block."""
     return next(parts_of(samples, [block], geometry))
+
+
+def read_labels(samples: Any, block: Block) -> Array:
+    """Return the samples of a block and of its halo, in their own type."""
+    first, slices = block.with_halo()
+    if isinstance(samples, np.ndarray):
+        return samples
+    if isinstance(samples, _Image):
+        reader = samples.open()
+        read: Array = np.empty([s.stop - s.start for s in slices], reader.dtype)
+        reader.read(first, read)
+        return read
+    return as_array(samples[slices])
+
+
+def label_part_of(numbers: Array, block: Block, geometry: Geometry) -> _marrow.ArrayPart:
+    """Return a part of the map whose samples, with the halo, are given in a type that the core takes."""
+    numbers = np.require(as_samples(numbers), requirements=["C", "ALIGNED"])
+    return _array_part(numbers, block.with_halo()[0], block, geometry)
 
 
 def parts_of(samples: Any, steps: list[Block], geometry: Geometry) -> Iterator[_marrow.ArrayPart]:

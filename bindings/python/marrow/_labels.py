@@ -83,22 +83,23 @@ def labels(
         `progress` returned False.
     """
     volume = as_volume(volume)
-    entries = table if isinstance(table, Mapping) else read_label_table(table) if table is not None else {}
-    values, numbers = _renumbered(volume.array)
-    if values is not None:
-        found = np.flatnonzero(values == background)
-        background = int(found[0]) if found.size else -1
+    values, numbers, number = renumbered(volume.array, background)
     surfaces = _marrow.labels(
         volume._native(numbers),
-        background=background,
+        background=number,
         relax=relax,
         normals=normals,
         threads=threads,
         progress=progress,
     )
+    return named({n if values is None else int(values[n]): arrays for n, arrays in surfaces.items()}, table)
+
+
+def named(surfaces: Mapping[int, Any], table: Union[Path, Mapping[int, LabelEntry], None]) -> dict[int, Mesh]:
+    """Return the meshes of labels, with names and colours of a table or else the default ones."""
+    entries = table if isinstance(table, Mapping) else read_label_table(table) if table is not None else {}
     meshes = {}
-    for number, arrays in surfaces.items():
-        label = number if values is None else int(values[number])
+    for label, arrays in surfaces.items():
         entry = entries.get(label, LabelEntry(""))
         mesh = meshes[label] = Mesh._of(arrays)
         mesh.name = entry.name or f"label-{label}"
@@ -117,24 +118,29 @@ def count_labels(volume: Any, *, threads: int = 0, progress: Optional[Progress] 
         `progress` returned False.
     """
     volume = as_volume(volume)
-    values, numbers = _renumbered(volume.array)
+    values, numbers, _ = renumbered(volume.array)
     counts = _marrow.count_labels(volume._native(numbers), threads=threads, progress=progress)
     return counts if values is None else {int(values[number]): count for number, count in counts.items()}
 
 
-def _renumbered(array: Array) -> tuple[Optional[Array], Array]:
+def renumbered(array: Array, background: int = 0) -> tuple[Optional[Array], Array, int]:
     """Return the labels of a map, ascending, and the map of their indices, of a type that the core takes.
 
-    Maps of types that it takes anyway are returned as they are, with None.
+    The background is one of these labels, and its index comes last. Maps of types that the core takes anyway are returned as
+    they are, with None and the background itself.
     """
     if array.dtype.kind not in "ui" or array.dtype.itemsize < 4 or array.dtype.kind == "i" and array.dtype.itemsize == 4:
-        return None, array
+        return None, array, background
     if array.size == 0:
-        return None, array.astype(np.int32)
-    values = np.unique(np.concatenate([np.unique(part) for part in array]))
+        return None, array.astype(np.int32), background
+    limits = np.iinfo(array.dtype)
+    if not limits.min <= background <= limits.max:
+        raise InputError(f"the background label {background} does not fit the type {array.dtype} of the label map")
+    outside = np.array([background], array.dtype)
+    values = np.unique(np.concatenate([outside, *(np.unique(part) for part in array)]))
     if len(values) > 65535:
         raise InputError(f"the map has {len(values)} labels, more than 65535; extract a part of it")
     numbers = np.empty(array.shape, np.int32)
     for part, to in zip(array, numbers):
         to[...] = np.searchsorted(values, part)
-    return values, numbers
+    return values, numbers, int(np.searchsorted(values, outside[0]))

@@ -6,8 +6,7 @@
 >>> marrow.dask.extract_to_file("/shared/scan.ome.zarr", 1200, "/shared/surface.ply")
 
 The array is cut into blocks. Each task reads its own block from the store, and results have the same bytes as those of
-one machine, for any blocks and any number of workers; files only apart from normals that point against their faces, in
-thin walls, as writers of whole surfaces turn these. A task that is lost with its worker is done again and changes
+one machine, for any blocks and any number of workers. A task that is lost with its worker is done again and changes
 nothing. Tasks are named marrow-count, marrow-write and so on: Dask's dashboard and `distributed.progress` show them.
 """
 
@@ -18,9 +17,9 @@ import json
 import operator
 import os
 import uuid
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path as FilePath
-from typing import Any, NoReturn, Optional
+from typing import Any, NoReturn, Optional, Union
 
 import distributed
 import numpy as np
@@ -28,14 +27,16 @@ from dask.base import is_dask_collection
 from numpy.typing import ArrayLike
 
 from . import _marrow
-from ._blocks import Block, Source, part_of, parts_of
+from ._blocks import Block, Source, label_part_of, part_of, parts_of, read_labels
+from ._labels import LabelEntry, named, renumbered
 from ._marrow import EmptySurface, InputError
 from ._mesh import FileSpace, Mesh
 from ._scan import Path
 from ._streaming import SurfaceSize
 from ._volume import Geometry, Spacing
 
-__all__ = ["extract", "extract_to_file", "write_fragments"]
+__all__ = ["extract", "extract_to_file", "labels", "write_fragments"]
+
 
 def extract(
     array: Any,
@@ -140,8 +141,7 @@ def extract_to_file(
     Returns
     -------
     SurfaceSize
-        The numbers of points and triangles. The file has the bytes of ``marrow.extract(...).write(path)``, apart from
-        normals that point against their faces, in thin walls: only the latter turns them.
+        The numbers of points and triangles. The file has the bytes of ``marrow.extract(...).write(path)``.
 
     Raises
     ------
@@ -153,7 +153,7 @@ def extract_to_file(
     source = Source(array, spacing=spacing, origin=origin, direction=direction, affine=affine)
     path = os.path.abspath(path)
     with _Tasks(client) as tasks:
-        layers = list(source.layers(blocks, whole_rows=True))
+        layers = list(source.layers(blocks, whole_rows=True, streamed=True))
         counts = [
             [
                 tasks.submit("count", _count, tasks.samples(source, block), block, source.geometry, isovalue, closed)
@@ -275,6 +275,75 @@ def write_fragments(
     return size
 
 
+def labels(
+    array: Any,
+    *,
+    background: int = 0,
+    relax: int = 40,
+    normals: bool = True,
+    table: Union[Path, Mapping[int, LabelEntry], None] = None,
+    spacing: Optional[Spacing] = None,
+    origin: Optional[ArrayLike] = None,
+    direction: Optional[ArrayLike] = None,
+    affine: Optional[ArrayLike] = None,
+    blocks: Optional[Sequence[int]] = None,
+    client: Optional[distributed.Client] = None,
+) -> dict[int, Mesh]:
+    """Extract one closed surface for each label of a label map.
+
+    Tasks extract and relax the surfaces of their blocks. This process merges them in its memory, keeps them from passing
+    through each other, and computes normals.
+
+    Parameters
+    ----------
+    array, spacing, origin, direction, affine, client
+        As for `extract`. Labels beyond 2^53 are taken from arrays, but not from folders.
+    background, relax, normals, table
+        As for `marrow.labels`.
+    blocks : sequence of 3 ints, optional
+        As for `extract`, but blocks always have whole rows along the last axis. Tasks read `relax` + 2 samples more on all other
+        sides, so that small blocks cost much.
+
+    Returns
+    -------
+    dict of int to Mesh
+        The surfaces by label, with the bytes of `marrow.labels` of the whole array.
+
+    Raises
+    ------
+    InputError
+        As `extract`; samples are not integers, or a block has more than 65535 labels.
+    LimitError
+        As `extract`.
+    """
+    source = Source(array, spacing=spacing, origin=origin, direction=direction, affine=affine)
+    halo = _marrow.label_part_halo(relax)
+    if blocks is not None:
+        blocks = (*blocks[:2], source.array.shape[2])
+    with _Tasks(client) as tasks:
+        all_blocks = [
+            block.without_shared_samples(halo)
+            for layer in source.layers(blocks, whole_rows=True)
+            for block in layer
+        ]
+        parts = tasks.gather(
+            [
+                tasks.submit(
+                    "labels", _labels, tasks.samples(source, block), block, source.geometry, background, relax
+                )
+                for block in all_blocks
+            ]
+        )
+    # C++ merges them by the indices of labels, which may be too large for it.
+    values = sorted({label for _, surfaces in parts for label, *_ in surfaces})
+    number_of = {label: number for number, label in enumerate(values)}
+    numbered = [
+        (*part, [(number_of[label], *arrays) for label, *arrays in surfaces]) for part, surfaces in parts
+    ]
+    merged = _marrow.merge_label_parts(numbered, normals=normals)
+    return named({values[number]: arrays for number, arrays in merged.items()}, table)
+
+
 class _Tasks:
     """The tasks of one call. Those that are left when it ends are cancelled."""
 
@@ -359,6 +428,14 @@ def _write_fragment(
         count = np.array([len(points)], "<u4")
         _replace(path, count.tobytes() + nanometres.tobytes() + triangles.astype("<u4").tobytes())
     return SurfaceSize(len(points), len(triangles))
+
+
+def _labels(samples: Any, block: Block, geometry: Geometry, background: int, relax: int) -> Any:
+    """Return what a block is merged by, and its surfaces, of which each begins with the label."""
+    values, numbers, number = renumbered(read_labels(samples, block), background)
+    part = label_part_of(numbers, block, geometry)
+    *rest, surfaces = _marrow.extract_label_part(part, background=number, relax=relax, threads=1)
+    return rest, [(n if values is None else int(values[n]), *arrays) for n, *arrays in surfaces]
 
 
 def _replace(path: FilePath, content: bytes) -> None:

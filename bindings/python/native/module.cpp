@@ -17,6 +17,7 @@ PYBIND11_MODULE(_marrow, module) {
     add_filters(module);
     add_histogram(module);
     add_labels(module);
+    add_label_parts(module);
     add_measure(module);
     add_mesh_files(module);
     add_parts(module);

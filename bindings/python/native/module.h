@@ -12,6 +12,7 @@ void add_labels(pybind11::module_& module);
 void add_measure(pybind11::module_& module);
 void add_mesh(pybind11::module_& module);
 void add_mesh_files(pybind11::module_& module);
+void add_label_parts(pybind11::module_& module);
 void add_parts(pybind11::module_& module);
 void add_refine(pybind11::module_& module);
 void add_scan(pybind11::module_& module);

@@ -1,6 +1,8 @@
 """Surfaces that the workers of a Dask cluster extract together have the bytes of the surface of the whole array."""
 
+import contextlib
 import json
+import multiprocessing
 import os
 import signal
 import threading
@@ -19,31 +21,34 @@ import marrow.dask  # noqa: E402
 from marrow import _blocks  # noqa: E402
 
 
+@contextlib.contextmanager
+def workers(count, folder):
+    """Worker processes, which their nannies start again after a crash."""
+    try:
+        with distributed.LocalCluster(
+            n_workers=count,
+            threads_per_worker=1,
+            processes=True,
+            host="127.0.0.1",
+            dashboard_address=None,
+            local_directory=str(folder),
+        ) as cluster, distributed.Client(cluster) as client:
+            yield client
+    finally:
+        # Python waits at its end for processes that were asked to end. A worker that just starts may not hear it.
+        for process in multiprocessing.active_children():
+            process.kill()
+
+
 @pytest.fixture(scope="module")
 def client(tmp_path_factory):
-    """Two worker processes, which their nannies start again after a crash."""
-    folder = tmp_path_factory.mktemp("workers")
-    with distributed.LocalCluster(
-        n_workers=2,
-        threads_per_worker=1,
-        processes=True,
-        host="127.0.0.1",
-        dashboard_address=None,
-        local_directory=str(folder),
-    ) as cluster, distributed.Client(cluster) as client:
+    with workers(2, tmp_path_factory.mktemp("workers")) as client:
         yield client
 
 
 def noise(rng, shape, dtype):
     """Few values, so that many samples equal the isovalue 2."""
     return rng.integers(0, 5, shape).astype(dtype)
-
-
-def waves(rng, shape, dtype):
-    """Without thin walls, where writers of whole surfaces turn normals."""
-    k, j, i = np.indices(shape)
-    a, b, c = rng.uniform(0, 6, 3)
-    return (100 + 60 * np.sin(k / 5 + a) * np.cos(j / 7 + b) * np.sin(i / 6 + c)).astype(dtype)
 
 
 def same_bytes(a, b):
@@ -93,7 +98,8 @@ def test_extract_has_the_bytes_of_the_whole(client, tmp_path, dtype):
 def test_files_have_the_bytes_of_the_whole(client, tmp_path, kind, name):
     rng = np.random.default_rng(4)
     for round in range(2):
-        samples = waves(rng, rng.integers(9, 60, 3), ["i2", "u4"][round])
+        # Noise has thin walls, where writers turn normals outward.
+        samples = noise(rng, rng.integers(9, 50, 3), ["i2", "u4"][round])
         sources = {
             "numpy": lambda: samples,
             "dask": lambda: dask.array.from_array(samples, chunks=tuple(rng.integers(3, 9, 3))),
@@ -107,11 +113,25 @@ def test_files_have_the_bytes_of_the_whole(client, tmp_path, kind, name):
             geometry = {"spacing": (0.7, 0.9, 1.3), "origin": (1, 2, 3)}
             source = image(tmp_path / str(round), **geometry)
         given = {} if kind == "path" else geometry
-        size = marrow.dask.extract_to_file(source, 100, tmp_path / name, closed=True, space=space, blocks=blocks, **given)
-        whole = marrow.extract(marrow.Volume(samples, **geometry), 100, closed=True)
+        size = marrow.dask.extract_to_file(source, 2, tmp_path / name, closed=True, space=space, blocks=blocks, **given)
+        whole = marrow.extract(marrow.Volume(samples, **geometry), 2, closed=True)
         whole.write(tmp_path / ("whole-" + name), space=space)
         assert size == (len(whole.points), len(whole.triangles))
         assert (tmp_path / name).read_bytes() == (tmp_path / ("whole-" + name)).read_bytes()
+
+
+@pytest.mark.parametrize("count", [1, 3, 4])
+def test_any_number_of_workers_gives_the_same_bytes(tmp_path, count):
+    rng = np.random.default_rng(8)
+    samples = noise(rng, (40, 30, 35), "u2")
+    source = stored(tmp_path, samples, (8, 8, 8))
+    whole = marrow.extract(samples, 2)
+    whole.write(tmp_path / "whole.ply")
+    with workers(count, tmp_path / "workers") as client:
+        assert len(client.scheduler_info()["workers"]) == count
+        marrow.dask.extract_to_file(source, 2, tmp_path / "surface.ply", blocks=(8, 16, 35), client=client)
+        assert same_bytes(marrow.dask.extract(source, 2, blocks=(16, 8, 16), client=client), whole)
+    assert (tmp_path / "surface.ply").read_bytes() == (tmp_path / "whole.ply").read_bytes()
 
 
 def test_a_killed_worker_changes_nothing(client, tmp_path):
@@ -179,6 +199,65 @@ def test_real_scans_have_the_bytes_of_the_whole(client, tmp_path):
     assert same_bytes(mesh, marrow.extract(placed, isovalue, closed=True))
 
 
+def label_map(rng, shape, dtype, values):
+    """Boxes of labels, with noise where they meet."""
+    centres = rng.uniform(0, 1, (3 * len(values), 3)) * shape
+    positions = np.moveaxis(np.indices(shape), 0, -1) + rng.normal(0, 0.6, (*shape, 3))
+    nearest = np.abs(positions[..., None, :] - centres).max(-1).argmin(-1)
+    return np.array(values, dtype)[nearest % len(values)]
+
+
+@pytest.mark.parametrize(
+    "dtype, values, background",
+    [
+        ("u1", (0, 1, 2, 7), 0),
+        ("i2", (-5, 0, 3), 3),
+        ("f4", (0, 2, 9), 0),
+        ("?", (0, 1), 0),
+        ("u8", (7, 2**60, 2**60 + 1, 2**63 + 5), 8),  # beyond float64 and int64, and the background is nowhere
+        (">i8", (0, 4, 2**40), 4),
+    ],
+)
+def test_labels_have_the_bytes_of_the_whole(client, tmp_path, dtype, values, background):
+    rng = np.random.default_rng(9)
+    for relax, kind in ((1, "numpy"), (3, "zarr"), (40, "dask")):
+        samples = label_map(rng, rng.integers(12, 34, 3), dtype, values)
+        source = {
+            "numpy": lambda: samples,
+            "zarr": lambda: stored(tmp_path / str(relax), samples, tuple(rng.integers(3, 9, 3))),
+            "dask": lambda: dask.array.from_array(samples, chunks=tuple(rng.integers(3, 9, 3))),
+        }[kind]()
+        settings = {"background": background, "relax": relax, "normals": relax != 1}
+        surfaces = marrow.dask.labels(source, blocks=rng.integers(4, 16, 3), **settings, **OBLIQUE)
+        whole = marrow.labels(marrow.Volume(samples, **OBLIQUE), **settings)
+        assert list(surfaces) == list(whole) and len(whole) > 0
+        for label, mesh in surfaces.items():
+            assert same_bytes(mesh, whole[label])
+            assert (mesh.name, mesh.colour) == (whole[label].name, whole[label].colour)
+
+
+def test_labels_of_a_folder(client, tmp_path):
+    samples = label_map(np.random.default_rng(10), (30, 20, 25), "u2", (0, 1, 5))
+    stored(tmp_path, samples, (8, 8, 8))
+    geometry = {"spacing": (0.7, 0.9, 1.3), "origin": (1, 2, 3)}
+    table = {5: marrow.LabelEntry("liver", (1, 0, 0))}
+    surfaces = marrow.dask.labels(image(tmp_path, **geometry), relax=2, table=table, blocks=(8, 8, 8))
+    whole = marrow.labels(marrow.Volume(samples, **geometry), relax=2)
+    assert surfaces.keys() == whole.keys() == {1, 5} and surfaces[5].name == "liver"
+    assert all(same_bytes(mesh, whole[label]) for label, mesh in surfaces.items())
+
+
+def test_atlases_have_the_bytes_of_the_whole(client):
+    atlas = Path("/usr/share/mricron/templates/aal.nii.gz")
+    if not atlas.exists():
+        pytest.skip("no atlas: mricron-data is not installed")
+    volume = marrow.read(atlas)
+    whole = marrow.labels(marrow.Volume(volume.array, affine=volume.affine), relax=10)
+    surfaces = marrow.dask.labels(volume.array, relax=10, blocks=(70, 90, 181), affine=volume.affine)
+    assert list(surfaces) == list(whole) and len(whole) > 100
+    assert all(same_bytes(mesh, whole[label]) for label, mesh in surfaces.items())
+
+
 def test_fragments_of_neuroglancer(client, tmp_path):
     rng = np.random.default_rng(5)
     samples = noise(rng, (20, 21, 22), "u1")
@@ -227,6 +306,12 @@ def test_errors(client, tmp_path):
         marrow.dask.extract(5, 2)
     with pytest.raises(OSError):
         marrow.dask.extract(tmp_path / "missing.zarr", 2)
+    with pytest.raises(marrow.InputError, match="not integers"):
+        marrow.dask.labels(samples + 0.5)
+    with pytest.raises(marrow.InputError, match="relaxation"):
+        marrow.dask.labels(samples, relax=-1)
+    with pytest.raises(marrow.InputError, match="background"):
+        marrow.dask.labels(samples.astype(np.uint64), background=-1)
     with pytest.raises(marrow.InputError, match="complex"):
         marrow.dask.extract(samples.astype(complex), 2)
     assert os.listdir(tmp_path) == ["mesh"]

@@ -4,8 +4,8 @@
 #include <vtkCellArray.h>
 #include <vtkContourValues.h>
 #include <vtkDataArray.h>
-#include <vtkExtentTranslator.h>
 #include <vtkFloatArray.h>
+#include <vtkIdTypeArray.h>
 #include <vtkImageData.h>
 #include <vtkInformation.h>
 #include <vtkInformationVector.h>
@@ -16,6 +16,7 @@
 #include <vtkPolyData.h>
 #include <vtkStreamingDemandDrivenPipeline.h>
 #include <vtkTypeInt32Array.h>
+#include <vtkUnsignedCharArray.h>
 
 #include <algorithm>
 #include <array>
@@ -32,22 +33,24 @@
 
 #include <marrow/error.h>
 #include <marrow/isosurface.h>
+#include <marrow/parts.h>
 
 vtkStandardNewMacro(vtkMarrowContour);
 
 namespace {
 
 using Extent = std::array<int, 6>;
+constexpr Extent kNoSamples = {0, -1, 0, -1, 0, -1};
 
-// An array of VTK's over memory that a mesh owns.
+// An array of VTK's over memory that a surface owns.
 template <class Array>
-class MeshArray : public Array {
+class SurfaceArray : public Array {
   public:
-    static vtkSmartPointer<Array> make(std::shared_ptr<marrow::Mesh> mesh, void* data, std::size_t values,
-                                       int components) {
-        auto* array = new MeshArray;
+    static vtkSmartPointer<Array> make(std::shared_ptr<marrow::PartSurface> surface, void* data,
+                                       std::size_t values, int components) {
+        auto* array = new SurfaceArray;
         array->InitializeObjectBase();
-        array->mesh_ = std::move(mesh);
+        array->surface_ = std::move(surface);
         constexpr int kNotVtks = 1;  // VTK does not free the memory
         array->SetNumberOfComponents(components);
         array->SetArray(static_cast<typename Array::ValueType*>(data), static_cast<vtkIdType>(values),
@@ -56,7 +59,7 @@ class MeshArray : public Array {
     }
 
   private:
-    std::shared_ptr<marrow::Mesh> mesh_;
+    std::shared_ptr<marrow::PartSurface> surface_;
 };
 
 std::optional<marrow::SampleType> sample_type(int type) {
@@ -104,23 +107,35 @@ bool is_empty(const Extent& extent) {
     return extent[0] > extent[1] || extent[2] > extent[3] || extent[4] > extent[5];
 }
 
-// The samples of the piece that is asked for, without those that are there for its gradients alone.
-Extent piece_of(vtkInformation& request, const Extent& whole, const Extent& present) {
-    Extent piece = whole;
-    const int pieces = request.Get(vtkStreamingDemandDrivenPipeline::UPDATE_NUMBER_OF_PIECES());
-    if (pieces > 1) {
-        const vtkNew<vtkExtentTranslator> translator;
-        translator->SetWholeExtent(piece.data());
-        translator->SetNumberOfPieces(pieces);
-        translator->SetPiece(request.Get(vtkStreamingDemandDrivenPipeline::UPDATE_PIECE_NUMBER()));
-        translator->SetGhostLevel(0);
-        if (translator->PieceToExtent() == 0) return {0, -1, 0, -1, 0, -1};
-        translator->GetExtent(piece.data());
+std::array<std::int64_t, 3> dims_of(const Extent& extent) {
+    std::array<std::int64_t, 3> dims;
+    for (std::size_t m = 0; m < 3; ++m) dims[m] = std::int64_t{extent[2 * m + 1]} - extent[2 * m] + 1;
+    return dims;
+}
+
+// The samples at the cells that this piece owns. Other pieces own ghost cells, which lie around these.
+Extent owned_by_piece(vtkImageData& image, const Extent& present) {
+    vtkUnsignedCharArray* const ghosts = image.GetCellGhostArray();
+    if (!ghosts) return present;
+    const auto is_owned = [&](std::int64_t cell) {
+        return (ghosts->GetValue(cell) & vtkDataSetAttributes::DUPLICATECELL) == 0;
+    };
+    std::int64_t first = 0;
+    while (first < ghosts->GetNumberOfValues() && !is_owned(first)) ++first;
+    if (first == ghosts->GetNumberOfValues()) return kNoSamples;
+    Extent owned{};
+    const std::array<std::int64_t, 3> samples = dims_of(present);
+    std::int64_t step = 1, left = first;
+    for (std::size_t m = 0; m < 3; ++m) {
+        const std::int64_t cells = std::max<std::int64_t>(samples[m] - 1, 1), begin = left % cells;
+        std::int64_t end = begin + 1;
+        while (end < cells && is_owned(first + (end - begin) * step)) ++end;
+        owned[2 * m] = present[2 * m] + static_cast<int>(begin);
+        owned[2 * m + 1] = present[2 * m] + static_cast<int>(std::min(end, samples[m] - 1));
+        left /= cells;
+        step *= cells;
     }
-    for (std::size_t side = 0; side < 6; ++side)
-        piece[side] =
-            side % 2 == 0 ? std::max(piece[side], present[side]) : std::min(piece[side], present[side]);
-    return piece;
+    return owned;
 }
 
 // The piece of an image as a part of the whole volume. Indices count from the whole's first sample.
@@ -131,11 +146,10 @@ marrow::VolumeView view_of(vtkImageData& image, const void* samples, marrow::Sam
     const double* const spacing = image.GetSpacing();
     const vtkMatrix3x3* const direction = image.GetDirectionMatrix();
     marrow::Geometry& g = view.geometry;
-    std::array<std::int64_t, 3> size{};
+    g.dims = dims_of(piece);
+    const std::array<std::int64_t, 3> size = dims_of(present);
     std::int64_t offset = 0, pitch = 1;
     for (std::size_t m = 0; m < 3; ++m) {
-        size[m] = std::int64_t{present[2 * m + 1]} - present[2 * m] + 1;
-        g.dims[m] = std::int64_t{piece[2 * m + 1]} - piece[2 * m] + 1;
         g.spacing[m] = spacing[m];
         for (std::size_t row = 0; row < 3; ++row)
             g.direction[row][m] = direction->GetElement(static_cast<int>(row), static_cast<int>(m));
@@ -164,8 +178,11 @@ void fill(const std::vector<double>& isovalues, const std::vector<std::size_t>& 
     }
 }
 
-// Adds a surface to another.
-void append(const marrow::Mesh& from, marrow::Mesh& to) {
+// Adds a surface to another, and `first_id` to its keys.
+void append(const marrow::PartSurface& surface, std::uint64_t first_id, marrow::PartSurface& all) {
+    for (const std::uint64_t key : surface.keys) all.keys.push_back(first_id + key);
+    const marrow::Mesh& from = surface.mesh;
+    marrow::Mesh& to = all.mesh;
     const std::size_t first = to.points.size();
     if (first + from.points.size() > std::numeric_limits<std::uint32_t>::max())
         throw marrow::LimitError(
@@ -177,6 +194,17 @@ void append(const marrow::Mesh& from, marrow::Mesh& to) {
         for (std::uint32_t& point : triangle) point += static_cast<std::uint32_t>(first);
         to.triangles.push_back(triangle);
     }
+}
+
+// The first id of the next isovalue's points, whose keys are those of the same edges. \throw marrow::LimitError
+std::uint64_t next_first_id(std::uint64_t first_id, const marrow::PartExtent& extent) {
+    std::uint64_t next = 3;
+    for (const std::int64_t n : extent.whole)
+        next *= static_cast<std::uint64_t>(n);  // extract_part() checked this
+    if (__builtin_add_overflow(first_id, next, &next) || next > std::uint64_t{VTK_ID_MAX})
+        throw marrow::LimitError(
+            "the global ids of all isovalues do not fit in vtkIdType; extract fewer values at once");
+    return next;
 }
 
 }  // namespace
@@ -246,15 +274,15 @@ int vtkMarrowContour::RequestData(vtkInformation*, vtkInformationVector** inputs
         whole = present;
     // Ranks without data are normal.
     if (!scalars || is_empty(present) || this->GetNumberOfContours() == 0) return 1;
-    const Extent piece = piece_of(request, whole, present);
+    const Extent piece = owned_by_piece(*image, present);
     if (is_empty(piece)) return 1;
 
     try {
-        const bool is_whole = piece == whole;
-        if (this->Closed && !is_whole) throw std::runtime_error("pieces cannot be closed; turn Closed off");
         marrow::SampleType type{};
         const void* const samples = samples_of(*scalars, type);
         const marrow::VolumeView view = view_of(*image, samples, type, whole, present, piece);
+        const bool keys = this->ComputeGlobalIds != 0;
+        const bool in_parts = keys || piece != whole;
 
         // The work has a thread of its own: observers of progress belong to this one.
         std::atomic<double> done = 0;
@@ -263,7 +291,7 @@ int vtkMarrowContour::RequestData(vtkInformation*, vtkInformationVector** inputs
         const std::vector<double> isovalues(this->GetValues(), this->GetValues() + values);
         std::vector<std::size_t> points_until;
         auto work = std::async(std::launch::async, [&] {
-            auto mesh = std::make_shared<marrow::Mesh>();
+            auto all = std::make_shared<marrow::PartSurface>();
             double before = 0;
             const marrow::IsosurfaceOptions options{.normals = this->ComputeNormals != 0,
                                                     .closed = this->Closed != 0,
@@ -272,43 +300,61 @@ int vtkMarrowContour::RequestData(vtkInformation*, vtkInformationVector** inputs
                                                         done = (before + fraction) / values;
                                                         return !stop;
                                                     }};
-            if (values == 1) {
-                *mesh = marrow::extract_isosurface(view, isovalues[0], options);
-                points_until.push_back(mesh->points.size());
-                return mesh;
+            if (values == 1 && !in_parts) {
+                all->mesh = marrow::extract_isosurface(view, isovalues[0], options);
+                points_until.push_back(all->mesh.points.size());
+                return all;
             }
-            marrow::IsosurfaceExtractor extractor(view, options);
-            marrow::Mesh one;
+            std::optional<marrow::IsosurfaceExtractor> extractor;
+            if (!in_parts) extractor.emplace(view, options);
+            marrow::PartSurface one;
+            std::uint64_t first_id = 0;
             for (const double isovalue : isovalues) {
-                extractor.extract(isovalue, one);
-                append(one, *mesh);
-                points_until.push_back(mesh->points.size());
+                if (extractor)
+                    extractor->extract(isovalue, one.mesh);
+                else
+                    one = marrow::extract_part(view, dims_of(whole), isovalue, options);
+                if (!keys) one.keys.clear();
+                if (values == 1) {
+                    *all = std::move(one);
+                } else {
+                    append(one, first_id, *all);
+                    if (keys) first_id = next_first_id(first_id, one.extent);
+                }
+                points_until.push_back(all->mesh.points.size());
                 ++before;
             }
-            return mesh;
+            return all;
         });
         constexpr std::chrono::milliseconds kInterval(20);
         while (work.wait_for(kInterval) != std::future_status::ready) {
             this->UpdateProgress(done);
             if (this->GetAbortExecute()) stop = true;
         }
-        const std::shared_ptr<marrow::Mesh> mesh = work.get();
+        const std::shared_ptr<marrow::PartSurface> surface = work.get();
+        marrow::Mesh* const mesh = &surface->mesh;
         if (mesh->points.size() > static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max()))
             throw marrow::LimitError("the surface has 2^31 points or more; extract it in pieces");
 
         const vtkNew<vtkPoints> points;
         points->SetData(
-            MeshArray<vtkFloatArray>::make(mesh, mesh->points.data(), 3 * mesh->points.size(), 3));
+            SurfaceArray<vtkFloatArray>::make(surface, mesh->points.data(), 3 * mesh->points.size(), 3));
         output->SetPoints(points);
         const vtkNew<vtkCellArray> cells;
-        cells->SetData(3, MeshArray<vtkTypeInt32Array>::make(mesh, mesh->triangles.data(),
-                                                             3 * mesh->triangles.size(), 1));
+        cells->SetData(3, SurfaceArray<vtkTypeInt32Array>::make(surface, mesh->triangles.data(),
+                                                                3 * mesh->triangles.size(), 1));
         output->SetPolys(cells);
         if (this->ComputeNormals) {
             const auto normals =
-                MeshArray<vtkFloatArray>::make(mesh, mesh->normals.data(), 3 * mesh->normals.size(), 3);
+                SurfaceArray<vtkFloatArray>::make(surface, mesh->normals.data(), 3 * mesh->normals.size(), 3);
             normals->SetName("Normals");
             output->GetPointData()->SetNormals(normals);
+        }
+        if (keys) {
+            const auto ids =
+                SurfaceArray<vtkIdTypeArray>::make(surface, surface->keys.data(), surface->keys.size(), 1);
+            ids->SetName("GlobalPointIds");
+            output->GetPointData()->SetGlobalIds(ids);
         }
         if (this->ComputeScalars) {
             const auto levels = vtkSmartPointer<vtkDataArray>::Take(scalars->NewInstance());
@@ -334,6 +380,7 @@ void vtkMarrowContour::PrintSelf(ostream& os, vtkIndent indent) {
     this->ContourValues->PrintSelf(os, indent.GetNextIndent());
     os << indent << "ComputeNormals: " << this->ComputeNormals << '\n'
        << indent << "ComputeScalars: " << this->ComputeScalars << '\n'
+       << indent << "ComputeGlobalIds: " << this->ComputeGlobalIds << '\n'
        << indent << "Closed: " << this->Closed << '\n'
        << indent << "NumberOfThreads: " << this->NumberOfThreads << '\n';
 }

@@ -15,9 +15,9 @@ class vtkContourValues;
 /// double, of one component, in VTK's standard memory layout. Any spacing, origin, extent and direction will do. The arrays of
 /// the output are Marrow's own, also without a copy, if there is one value.
 ///
-/// In a pipeline of pieces, as with MPI, each piece has the cells that VTK assigns to it, and each of its points and normals
-/// has the bits of the whole surface's. Normals at a piece's border need one ghost level, for which the filter asks. The output
-/// has no ghost cells.
+/// In a pipeline of pieces, as with MPI, each piece has the cells of its input that are not ghost cells, and each of its points
+/// and normals has the bits of the whole surface's. Normals at a piece's border need one ghost level, for which the filter asks.
+/// The output has no ghost cells.
 ///
 /// Abort requests and progress are handled during the work, on the thread that called Update().
 class VTKMARROW_EXPORT vtkMarrowContour : public vtkPolyDataAlgorithm {
@@ -47,8 +47,15 @@ class VTKMARROW_EXPORT vtkMarrowContour : public vtkPolyDataAlgorithm {
     vtkGetMacro(ComputeScalars, vtkTypeBool);
     vtkBooleanMacro(ComputeScalars, vtkTypeBool);
 
+    /// Global ids of points, which tell equal points of different pieces: numbers of the grid edges of the whole volume on which
+    /// they lie, and the same for any pieces. With several isovalues, the ids of the second follow those of the first, and so
+    /// on. Off by default.
+    vtkSetMacro(ComputeGlobalIds, vtkTypeBool);
+    vtkGetMacro(ComputeGlobalIds, vtkTypeBool);
+    vtkBooleanMacro(ComputeGlobalIds, vtkTypeBool);
+
     /// Whether the surface is closed at the border of the whole volume, as if outside samples surrounded it; off by
-    /// default. It is refused for pieces.
+    /// default.
     vtkSetMacro(Closed, vtkTypeBool);
     vtkGetMacro(Closed, vtkTypeBool);
     vtkBooleanMacro(Closed, vtkTypeBool);
@@ -72,6 +79,7 @@ class VTKMARROW_EXPORT vtkMarrowContour : public vtkPolyDataAlgorithm {
     vtkNew<vtkContourValues> ContourValues;
     vtkTypeBool ComputeNormals = true;
     vtkTypeBool ComputeScalars = true;
+    vtkTypeBool ComputeGlobalIds = false;
     vtkTypeBool Closed = false;
     int NumberOfThreads = 0;
 };

@@ -46,8 +46,15 @@ def arrays(surface):
     return points, triangles, None if normals is None else vtk_to_numpy(normals)
 
 
-def sorted_rows(rows):
-    return rows[np.lexsort(np.asarray(rows, float).T)]
+def by_id(surface):
+    """Return the bytes of each point, its normal and its scalar by global id, and the triangles as global ids."""
+    points, triangles, normals = arrays(surface)
+    ids = vtk_to_numpy(surface.GetPointData().GetGlobalIds())
+    scalars = vtk_to_numpy(surface.GetPointData().GetScalars())
+    rows = [part for part in (points, normals, scalars[:, None]) if part is not None]
+    return {key: b"".join(part.tobytes() for part in row) for key, *row in zip(ids, *rows)}, [
+        tuple(corners) for corners in ids[triangles]
+    ]
 
 
 def extract(source, *values, filter_class=vtkMarrowContour, **settings):
@@ -136,24 +143,42 @@ def test_the_border_can_be_closed():
 
 
 @pytest.mark.parametrize("pieces", [2, 3, 4, 7, 30])
-def test_pieces_have_the_bits_of_the_whole(pieces):
+@pytest.mark.parametrize("settings", [{}, {"Closed": True}, {"ComputeNormals": False}])
+def test_pieces_have_the_bits_of_the_whole(pieces, settings):
+    """Merged by their global ids, the pieces are the whole: all points, and each triangle once."""
     source = wavelet()
-    whole = arrays(extract(source, 150.3))
+    levels = (150.3, 190.1)
+    expected = by_id(extract(source, *levels, ComputeGlobalIds=True, **settings))
     contour = vtkMarrowContour()
     contour.SetInputConnection(source.GetOutputPort())
-    contour.SetValue(0, 150.3)
-    corners, normals, counts = [], [], []
+    contour.SetComputeGlobalIds(True)
+    for number, level in enumerate(levels):
+        contour.SetValue(number, level)
+    for name, value in settings.items():
+        getattr(contour, f"Set{name}")(value)
+    points, triangles = {}, []
     for piece in range(pieces):
         contour.UpdatePiece(piece, pieces, 0)
         if contour.GetOutput().GetNumberOfPoints() == 0:
             continue
-        p, t, n = arrays(contour.GetOutput())
-        corners.append(p[t].reshape(-1, 9).copy())
-        normals.append(np.hstack([p, n]))
-        counts.append(len(t))
-    assert sum(counts) == len(whole[1])  # no cell is in two pieces
-    assert np.array_equal(sorted_rows(np.concatenate(corners)), sorted_rows(whole[0][whole[1]].reshape(-1, 9)))
-    assert np.array_equal(np.unique(np.concatenate(normals), axis=0), np.unique(np.hstack([whole[0], whole[2]]), axis=0))
+        more_points, more_triangles = by_id(contour.GetOutput())
+        assert all(points.get(key, bits) == bits for key, bits in more_points.items())
+        points.update(more_points)
+        triangles += more_triangles
+    assert points == expected[0]
+    assert sorted(triangles) == sorted(expected[1])
+
+
+def test_global_ids_ascend_and_change_nothing_else():
+    volume = image(ball())
+    plain, with_ids = extract(volume, 40.5), extract(volume, 40.5, ComputeGlobalIds=True)
+    ids = vtk_to_numpy(with_ids.GetPointData().GetGlobalIds())
+    assert plain.GetPointData().GetGlobalIds() is None and (np.diff(ids) > 0).all()
+    for a, b in zip(arrays(plain), arrays(with_ids)):
+        assert np.array_equal(a, b)
+    two = extract(volume, 40.5, 40.5, ComputeGlobalIds=True)
+    edges = 3 * 20 * 24 * 28
+    assert np.array_equal(vtk_to_numpy(two.GetPointData().GetGlobalIds()), np.concatenate([ids, ids + edges]))
 
 
 def test_ranks_without_data_have_no_surface_and_no_error():
@@ -193,18 +218,6 @@ def test_what_cannot_be_read_is_refused_in_one_line():
     array.SetNumberOfValues(long.GetNumberOfPoints())
     long.GetPointData().SetScalars(array)
     assert "vtkImageCast" in message_of(long)
-
-
-def test_pieces_are_not_closed():
-    errors = []
-    source = wavelet()
-    contour = vtkMarrowContour()
-    contour.AddObserver(vtkCommand.ErrorEvent, lambda *_: errors.append(1))
-    contour.SetInputConnection(source.GetOutputPort())
-    contour.SetValue(0, 150.3)
-    contour.SetClosed(True)
-    contour.UpdatePiece(0, 2, 0)
-    assert errors and contour.GetOutput().GetNumberOfPoints() == 0
 
 
 def test_arrays_outlive_the_filter_and_the_input():

@@ -13,6 +13,7 @@
 #include "base/parallel.h"
 #include "base/progress.h"
 #include "core/volume/checks.h"
+#include "core/volume/enlarged.h"
 #include "part_passes.h"
 
 namespace marrow {
@@ -25,22 +26,32 @@ std::size_t size(std::int64_t n) {
     return static_cast<std::size_t>(n);
 }
 
-// Points of the row on edges along each axis that start at samples which the part owns. Those along y and z
-// at the row's last sample may belong to the next part.
-std::array<std::uint32_t, 3> owned_points(const PartPasses& passes, const PartExtent& extent, std::size_t r) {
-    std::array<std::uint32_t, 3> points{passes.rows().along_x[r], passes.rows().along_y[r],
-                                        passes.points_along_z(r)};
-    if (extent.owned(0) == extent.dims[0]) return points;
-    const InsideBits& bits = passes.bits();
-    const auto last = size(bits.cells_x);
-    const auto differs = [&](std::size_t other) {
-        if (other >= bits.rows()) return std::uint32_t{0};
-        return static_cast<std::uint32_t>(
-            (bits.row(r)[last / 64] ^ bits.row(other)[last / 64]) >> (last % 64) & 1);
+using AxisCounts = std::array<std::uint32_t, 3>;
+
+AxisCounts points_of_row(const PartPasses& passes, std::size_t r) {
+    return {passes.rows().along_x[r], passes.rows().along_y[r], passes.points_along_z(r)};
+}
+
+// The points on the edges that start at sample x of a row.
+AxisCounts points_at(const InsideBits& bits, std::size_t r, std::size_t x) {
+    const auto inside = [&](std::size_t row, std::size_t at) {
+        return bits.row(row)[at / 64] >> (at % 64) & 1;
+    };
+    const auto differs = [&](std::size_t row, std::size_t at) {
+        return static_cast<std::uint32_t>(inside(r, x) ^ inside(row, at));
     };
     const auto ny = size(bits.ny);
-    if (r % ny + 1 < ny) points[1] -= differs(r + 1);
-    points[2] -= differs(r + ny);
+    return {x < size(bits.cells_x) ? differs(r, x + 1) : 0, r % ny + 1 < ny ? differs(r + 1, x) : 0,
+            r + ny < bits.rows() ? differs(r + ny, x) : 0};
+}
+
+// Points of the row on edges along each axis that start at samples which the part owns. Those along y and z
+// at the row's last sample may belong to the next part.
+AxisCounts owned_points(const PartPasses& passes, const PartExtent& extent, std::size_t r) {
+    AxisCounts points = points_of_row(passes, r);
+    if (extent.owned(0) == extent.dims[0]) return points;
+    const AxisCounts last = points_at(passes.bits(), r, size(passes.bits().cells_x));
+    for (std::size_t axis = 0; axis < 3; ++axis) points[axis] -= last[axis];
     return points;
 }
 
@@ -205,28 +216,73 @@ void append(std::vector<NumberedRun>& runs, const NumberedRun& run) {
     runs.push_back(run);
 }
 
-void number(const PartPasses& passes, const PartNumbers& numbers, NumberedPart& part) {
-    const PartExtent& extent = numbers.extent;
-    const InsideBits& bits = passes.bits();
-    const RowCounts& rows = passes.rows();
-    part.numbers.resize(part.mesh.points.size());
-    std::size_t point = 0, triangle = 0;
-    for (std::size_t r = 0; r < bits.rows(); ++r) {
-        const auto y = static_cast<std::int64_t>(r) % bits.ny, z = static_cast<std::int64_t>(r) / bits.ny;
-        append(part.triangles, {numbers.triangles[r], triangle, rows.triangles[r]});
-        triangle += rows.triangles[r];
-        if (rows.points[r] == 0) continue;
-        const bool owns_row = y < extent.owned(1) && z < extent.owned(2);
-        const std::array<std::uint32_t, 3> counts{rows.along_x[r], rows.along_y[r], passes.points_along_z(r)};
-        const std::array<std::uint32_t, 3> owned = owned_points(passes, extent, r);
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-            const std::uint32_t first = numbers.points[3 * r + axis];
-            std::iota(part.numbers.begin() + static_cast<std::ptrdiff_t>(point),
-                      part.numbers.begin() + static_cast<std::ptrdiff_t>(point + counts[axis]), first);
-            if (owns_row) append(part.points, {first, point, owned[axis]});
-            point += counts[axis];
-        }
+// The cells that an extraction has before those of its part, along each axis. With them, all triangles around
+// the points that the part owns are known. The part has their samples already, for normals; only the normals of
+// the points that come with these cells are not right.
+using CellsBefore = std::array<std::int64_t, 3>;
+
+PartExtent with_cells_before(const PartExtent& part, const CellsBefore& before) {
+    PartExtent extent = part;
+    for (std::size_t a = 0; a < 3; ++a) {
+        extent.first[a] -= before[a];
+        extent.dims[a] += before[a];
     }
+    return extent;
+}
+
+// Calls f(row of the passes, row of the part, y, z) for each row; y and z count in the part.
+template <class F>
+void for_each_row(const InsideBits& bits, const PartExtent& extent, const CellsBefore& before, const F& f) {
+    for (std::size_t r = 0; r < bits.rows(); ++r) {
+        const std::int64_t y = static_cast<std::int64_t>(r) % bits.ny - before[1];
+        const std::int64_t z = static_cast<std::int64_t>(r) / bits.ny - before[2];
+        f(r, size(z * extent.dims[1] + y), y, z);
+    }
+}
+
+void number_points(const PartPasses& passes, const PartNumbers& numbers, const CellsBefore& before,
+                   NumberedPart& part) {
+    const PartExtent& extent = numbers.extent;
+    part.numbers.assign(part.mesh.points.size(), NumberedPart::kNoNumber);
+    std::size_t point = 0;
+    for_each_row(
+        passes.bits(), extent, before, [&](std::size_t r, std::size_t row, std::int64_t y, std::int64_t z) {
+            if (passes.rows().points[r] == 0) return;
+            if (y < 0 || z < 0) {
+                point += passes.rows().points[r];
+                return;
+            }
+            const bool owns_row = y < extent.owned(1) && z < extent.owned(2);
+            const AxisCounts counts = points_of_row(passes, r), owned = owned_points(passes, extent, r);
+            const AxisCounts skipped = before[0] > 0 ? points_at(passes.bits(), r, 0) : AxisCounts{};
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                const std::uint32_t first = numbers.points[3 * row + axis];
+                const std::size_t begin = point + skipped[axis];
+                point += counts[axis];
+                std::iota(part.numbers.begin() + static_cast<std::ptrdiff_t>(begin),
+                          part.numbers.begin() + static_cast<std::ptrdiff_t>(point), first);
+                if (owns_row) append(part.points, {first, begin, owned[axis] - skipped[axis]});
+            }
+        });
+}
+
+void number_triangles(const PartPasses& passes, const PartNumbers& numbers, const CellsBefore& before,
+                      NumberedPart& part) {
+    // The triangles of a cell before the part have a point that begins before it, and so has no number.
+    const auto is_before = [&](const Triangle& t) {
+        return std::any_of(t.begin(), t.end(),
+                           [&](std::uint32_t p) { return part.numbers[p] == NumberedPart::kNoNumber; });
+    };
+    std::size_t triangle = 0;
+    for_each_row(passes.bits(), numbers.extent, before,
+                 [&](std::size_t r, std::size_t row, std::int64_t y, std::int64_t z) {
+                     std::size_t begin = triangle;
+                     triangle += passes.rows().triangles[r];
+                     if (y < 0 || z < 0) return;
+                     while (before[0] > 0 && begin < triangle && is_before(part.mesh.triangles[begin]))
+                         ++begin;
+                     append(part.triangles, {numbers.triangles[row], begin, triangle - begin});
+                 });
 }
 
 }  // namespace
@@ -254,7 +310,7 @@ PartCounts count_part(const VolumeView& part, const std::array<std::int64_t, 3>&
             for (std::int64_t z = 0; z < extent.owned(2); ++z) {
                 for (std::int64_t y = 0; y < extent.owned(1); ++y, ++to) {
                     const std::size_t r = passes.bits().row_index(y, z);
-                    const auto points = owned_points(passes, extent, r);
+                    const AxisCounts points = owned_points(passes, extent, r);
                     std::copy(points.begin(), points.end(),
                               counts.points.begin() + static_cast<std::ptrdiff_t>(3 * to));
                     counts.triangles[to] = passes.rows().triangles[r];
@@ -301,9 +357,13 @@ NumberedPart extract_numbered_part(const VolumeView& part, const PartNumbers& nu
     if (!has_cells(extent)) return result;
     try {
         with_threads(options.threads, [&] {
-            const PartPasses passes(part, extent, isovalue, options);
+            CellsBefore before{};
+            for (std::size_t a = 0; options.normals && a < 3; ++a) before[a] = part.first[a] > 0 ? 1 : 0;
+            const VolumeView view = enlarged(part, before, {});
+            const PartPasses passes(view, with_cells_before(extent, before), isovalue, options);
             result.mesh = passes.emit();
-            number(passes, numbers, result);
+            number_points(passes, numbers, before, result);
+            number_triangles(passes, numbers, before, result);
         });
     } catch (const std::bad_alloc&) {
         throw_out_of_memory(part.geometry);

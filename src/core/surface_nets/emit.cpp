@@ -3,18 +3,14 @@
 
 #include <algorithm>
 #include <array>
-#include <span>
 #include <utility>
 #include <vector>
 
 #include <tbb/parallel_for.h>
 
-#include <marrow/error.h>
-
 #include "base/parallel.h"
 #include "base/progress.h"
-#include "mesh/hold_back.h"
-#include "mesh/one_rings.h"
+#include "hold_back_labels.h"
 #include "writers.h"
 
 namespace marrow::internal {
@@ -90,47 +86,6 @@ class MeshMaker {
     std::vector<Buffer<std::uint32_t>> net_points_;
 };
 
-// Calls f(label, point of the label's mesh, point of the net).
-template <class F>
-void for_each_point(const LabelMeshes& labels, F f) {
-    for (std::size_t l = 0; l < labels.meshes.size(); ++l) {
-        for (std::size_t p = 0; p < labels.net_points[l].size(); ++p) f(l, p, labels.net_points[l][p]);
-    }
-}
-
-// The whole net as one mesh. It has each triangle once, although the labels on both of its sides have it.
-Mesh join(const LabelMeshes& labels, std::size_t points) {
-    constexpr std::uint32_t kNone = ~std::uint32_t{0};
-    Mesh net;
-    net.points.resize(points);
-    for_each_point(labels, [&](std::size_t l, std::size_t p, std::uint32_t net_point) {
-        net.points[net_point] = labels.meshes[l].points[p];
-    });
-    // Of each point, the last triangle that has it as its lowest corner; of each triangle, the one before it.
-    std::vector<std::uint32_t> last(points, kNone), before;
-    std::size_t at_most = 0;
-    for (const Mesh& mesh : labels.meshes) at_most += mesh.triangles.size();
-    if (at_most >> 32)
-        throw LimitError("labels: all surfaces together have 2^32 triangles or more; use fewer labels");
-    net.triangles.reserve(at_most);
-    for (std::size_t l = 0; l < labels.meshes.size(); ++l) {
-        const Buffer<std::uint32_t>& of_net = labels.net_points[l];
-        for (const Triangle& corners : labels.meshes[l].triangles) {
-            Triangle t{of_net[corners[0]], of_net[corners[1]], of_net[corners[2]]};
-            std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
-            const auto is_flipped = [&](const Triangle& other) {
-                return other[1] == t[2] && other[2] == t[1];
-            };
-            std::uint32_t at = last[t[0]];
-            while (at != kNone && !is_flipped(net.triangles[at])) at = before[at];
-            if (at != kNone) continue;
-            before.push_back(std::exchange(last[t[0]], static_cast<std::uint32_t>(net.triangles.size())));
-            net.triangles.push_back(t);
-        }
-    }
-    return net;
-}
-
 }  // namespace
 
 LabelMeshes make_label_meshes(SurfaceNet& net, const IndexToPhysical& to_physical, LabelIndex background,
@@ -152,28 +107,28 @@ LabelMeshes make_label_meshes(SurfaceNet& net, const IndexToPhysical& to_physica
     return maker.take();
 }
 
-std::vector<Mesh> make_relaxed_meshes(SurfaceNet& net, const IndexToPhysical& to_physical,
-                                      LabelIndex background, const Progress& progress) {
+std::vector<std::vector<SurfaceCounts>> counts_of(const SurfaceNet& net) {
     std::vector<std::vector<SurfaceCounts>> counts;
     for (const SlabOfCells& slab : net.slabs) counts.push_back(slab.counts);
+    return counts;
+}
+
+Buffer<Vec3f> positions_before_relaxation(SurfaceNet& net, std::vector<std::vector<SurfaceCounts>> counts,
+                                          const IndexToPhysical& to_physical, LabelIndex background) {
+    net.points = {};
+    for (std::size_t s = 0; s < counts.size(); ++s) net.slabs[s].counts = std::move(counts[s]);
+    return net_positions(make_label_meshes(net, to_physical, background, {}), net.point_count());
+}
+
+std::vector<Mesh> make_relaxed_meshes(SurfaceNet& net, const IndexToPhysical& to_physical,
+                                      LabelIndex background, const Progress& progress) {
+    std::vector<std::vector<SurfaceCounts>> counts = counts_of(net);
     LabelMeshes relaxed = make_label_meshes(net, to_physical, background, sub_progress(progress, 0, 0.5));
     if (net.points.empty()) return std::move(relaxed.meshes);
-    Mesh joined = join(relaxed, net.point_count());
-    Buffer<Vec3f> stepped(joined.points.size());
-    const auto before_relaxation = [&] {
-        net.points = {};
-        for (std::size_t s = 0; s < counts.size(); ++s) net.slabs[s].counts = std::move(counts[s]);
-        const LabelMeshes meshes = make_label_meshes(net, to_physical, background, {});
-        for_each_point(meshes, [&](std::size_t l, std::size_t p, std::uint32_t net_point) {
-            stepped[net_point] = meshes.meshes[l].points[p];
-        });
-        return std::span<const Vec3f>(stepped);
-    };
-    if (hold_back(joined, OneRings(joined), before_relaxation, progress, 0.5, 1) > 0) {
-        for_each_point(relaxed, [&](std::size_t l, std::size_t p, std::uint32_t net_point) {
-            relaxed.meshes[l].points[p] = joined.points[net_point];
-        });
-    }
+    hold_back_labels(
+        relaxed, net.point_count(),
+        [&] { return positions_before_relaxation(net, std::move(counts), to_physical, background); },
+        sub_progress(progress, 0.5, 1));
     return std::move(relaxed.meshes);
 }
 

@@ -9,22 +9,24 @@
 #include <marrow/progress.h>
 
 #include "core/grid/index_to_physical.h"
+#include "label_meshes.h"
 #include "surface_net.h"
 
 namespace marrow::internal {
-
-/// The meshes of labels, and for each of their points its index in the net.
-struct LabelMeshes {
-    std::vector<Mesh> meshes;
-    std::vector<Buffer<std::uint32_t>> net_points;
-};
 
 /// Makes a mesh for each label of the net, without normals; the background's is empty. Fills in net.corners.
 /// Uses up the counts of the net's slabs.
 LabelMeshes make_label_meshes(SurfaceNet& net, const IndexToPhysical& to_physical, LabelIndex background,
                               const Progress& progress);
 
-/// The same for a net after relax(). Where the net would pass through itself, points go back towards where they
+/// The counts of the net's slabs, to be kept before they are used up.
+std::vector<std::vector<SurfaceCounts>> counts_of(const SurfaceNet& net);
+
+/// Where the points of a net would be without relax(). `counts` are those of counts_of(). Drops net.points.
+Buffer<Vec3f> positions_before_relaxation(SurfaceNet& net, std::vector<std::vector<SurfaceCounts>> counts,
+                                          const IndexToPhysical& to_physical, LabelIndex background);
+
+/// The meshes of make_label_meshes() for a net after relax(). Where the net would pass through itself, points go back towards where they
 /// were before, in the meshes of all labels that share them.
 std::vector<Mesh> make_relaxed_meshes(SurfaceNet& net, const IndexToPhysical& to_physical,
                                       LabelIndex background, const Progress& progress);

@@ -17,10 +17,10 @@ namespace hn = hwy::HWY_NAMESPACE;
 // are no fused operations, so the result is the same on every processor.
 class CellToPhysical {
   public:
-    explicit CellToPhysical(const IndexToPhysical& to_physical) {
+    explicit CellToPhysical(const IndexToPhysical& to_physical) : first_(to_physical.first) {
         for (std::size_t r = 0; r < 3; ++r) {
             // The centre of cell (i, j, k) has index (i, j, k) - 1/2 in the volume, without the layer around
-            // it.
+            // it. All indices count in the whole volume.
             origin_[r] = to_physical.origin[r] - 0.5 * to_physical.exact[r][0];
             for (std::size_t a = 0; a < 3; ++a) {
                 exact_columns_[a][r] = to_physical.exact[r][a];
@@ -30,8 +30,8 @@ class CellToPhysical {
     }
 
     HWY_INLINE void set_row(std::int64_t j, std::int64_t k) {
-        const auto y = hn::Set(kDouble, static_cast<double>(j) - 0.5),
-                   z = hn::Set(kDouble, static_cast<double>(k) - 0.5);
+        const auto y = hn::Set(kDouble, static_cast<double>(first_[1] + j) - 0.5),
+                   z = hn::Set(kDouble, static_cast<double>(first_[2] + k) - 0.5);
         for (std::size_t r = 0; r < 4; r += hn::Lanes(kDouble)) {
             const auto along_y = hn::Mul(hn::Load(kDouble, exact_columns_[1] + r), y),
                        along_z = hn::Mul(hn::Load(kDouble, exact_columns_[2] + r), z);
@@ -53,7 +53,7 @@ class CellToPhysical {
 
     // The position that is `vector` away from the centre of cell i of the row.
     HWY_INLINE void add_centre(std::int64_t i, const NetPoint& vector, NetPoint& position) const {
-        const auto x = hn::Set(kDouble, static_cast<double>(i));
+        const auto x = hn::Set(kDouble, static_cast<double>(first_[0] + i));
         for (std::size_t r = 0; r < 4; r += hn::Lanes(kFloat)) {
             const auto centre =
                 hn::Add(hn::Load(kDouble, row_ + r), hn::Mul(hn::Load(kDouble, exact_columns_[0] + r), x));
@@ -65,6 +65,7 @@ class CellToPhysical {
   private:
     static constexpr hn::CappedTag<double, 4> kDouble{};
     static constexpr hn::Rebind<float, hn::CappedTag<double, 4>> kFloat{};
+    const Index3 first_;
     alignas(32) double origin_[4] = {}, exact_columns_[3][4] = {}, row_[4] = {};
     alignas(16) float columns_[3][4] = {};
 };

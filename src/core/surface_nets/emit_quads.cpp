@@ -16,8 +16,9 @@ namespace marrow::internal::HWY_NAMESPACE {
 // Emits the quads of edges. This is not vector code, but it needs each target's population count, which finds
 // the cells around an edge: without it, writing the meshes takes a fifth longer.
 //
-// Quads wait until some hundreds are together. Their number varies from word to word of the edges' bits, so a
-// loop over the quads of one word would end in a mispredicted branch.
+// Quads wait until a row is complete, or some hundreds are together. Their number varies from word to word of
+// the edges' bits, so a loop over the quads of one word would end in a mispredicted branch. The order within a
+// row depends on this row alone: parts of whole rows write it as the whole does.
 class QuadEmitter {
   public:
     QuadEmitter(const SurfaceNet& net, bool mirrored, TriangleWriter* writers)
@@ -60,7 +61,13 @@ class QuadEmitter {
             carry_y = at_y >> 63;
             carry_z = at_z >> 63;
         }
+        flush();
     }
+
+  private:
+    static constexpr std::size_t kCapacity = 256;
+    // Quads whose corners are known, and quads with a multi-label cell whose corner must be found.
+    static constexpr std::size_t kResolved = 0, kUnresolved = 1;
 
     // Writes the quads that wait.
     void flush() {
@@ -68,11 +75,6 @@ class QuadEmitter {
         for (std::size_t n = 0; n < count_[kResolved]; ++n) write(waiting_[kResolved][n]);
         count_ = {};
     }
-
-  private:
-    static constexpr std::size_t kCapacity = 256;
-    // Quads whose corners are known, and quads with a multi-label cell whose corner must be found.
-    static constexpr std::size_t kResolved = 0, kUnresolved = 1;
 
     // `cells` returns the four cells around an edge, given the bits below that of the edge.
     template <std::uint32_t kAxis, class Cells>
@@ -171,7 +173,6 @@ void emit_quads_of_slices(const SurfaceNet& net, bool mirrored, std::int64_t beg
     for (std::int64_t k = begin; k < end; ++k) {
         for (std::int64_t j = 0; j < net.bits.cell_rows(); ++j) emitter.add_row(j, k);
     }
-    emitter.flush();
 }
 
 }  // namespace marrow::internal::HWY_NAMESPACE

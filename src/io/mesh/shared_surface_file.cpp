@@ -12,6 +12,7 @@
 #include <marrow/atomic_file.h>
 #include <marrow/error.h>
 #include <marrow/mesh_io.h>
+#include <marrow/normals.h>
 
 #include "io/bytes/text.h"
 #include "writer.h"
@@ -91,11 +92,20 @@ void write_facets(MeshOutput& to, const NumberedPart& part, const NumberedRun& r
     write_stl_facets(to, {.points = part.mesh.points, .normals = {}, .triangles = triangles});
 }
 
-void write_points(MeshOutput& to, const NumberedPart& part, const NumberedRun& run) {
+// The normals of a part's own points, turned outward as in write_mesh.
+std::vector<Vec3f> outward_normals(const Mesh& mesh) {
+    std::vector<Vec3f> normals(mesh.normals.begin(), mesh.normals.end());
+    if (normals.empty()) return normals;
+    const SurfacePart all{0, mesh.points, mesh.normals, 0, mesh.triangles, mesh.points.size()};
+    constexpr int kThreads = 1;  // other parts are written at the same time
+    for (const auto& [point, normal] : OutwardNormals().add(all, kThreads)) normals[point] = normal;
+    return normals;
+}
+
+void write_points(MeshOutput& to, const Mesh& mesh, std::span<const Vec3f> normals, const NumberedRun& run) {
     SurfacePart records{
-        .points = std::span(part.mesh.points).subspan(run.begin, run.count), .normals = {}, .triangles = {}};
-    if (!part.mesh.normals.empty())
-        records.normals = std::span(part.mesh.normals).subspan(run.begin, run.count);
+        .points = std::span(mesh.points).subspan(run.begin, run.count), .normals = {}, .triangles = {}};
+    if (!normals.empty()) records.normals = normals.subspan(run.begin, run.count);
     write_ply_points(to, records);
 }
 
@@ -162,9 +172,10 @@ void write_part(const SharedSurfaceFile& file, const NumberedPart& part) {
         stl ? write_facets(to, part, run) : write_faces(to, part, run);
     }
     if (stl) return;
+    const std::vector<Vec3f> normals = outward_normals(part.mesh);
     for (const NumberedRun& run : part.points) {
         existing.seek(layout.points + run.number * ply_point_bytes(file.normals));
-        write_points(to, part, run);
+        write_points(to, part.mesh, normals, run);
     }
 }
 

@@ -1,0 +1,64 @@
+// Joins the meshes of labels to their net, and holds the net's points back.
+#include "hold_back_labels.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include <marrow/error.h>
+
+#include "mesh/hold_back.h"
+#include "mesh/one_rings.h"
+
+namespace marrow::internal {
+namespace {
+
+// The whole net as one mesh. It has each triangle once, although the labels on both of its sides have it.
+Mesh join(const LabelMeshes& labels, std::size_t points) {
+    constexpr std::uint32_t kNone = ~std::uint32_t{0};
+    Mesh net;
+    net.points = net_positions(labels, points);
+    // Of each point, the last triangle that has it as its lowest corner; of each triangle, the one before it.
+    std::vector<std::uint32_t> last(points, kNone), before;
+    std::size_t at_most = 0;
+    for (const Mesh& mesh : labels.meshes) at_most += mesh.triangles.size();
+    if (at_most >> 32)
+        throw LimitError("labels: all surfaces together have 2^32 triangles or more; use fewer labels");
+    net.triangles.reserve(at_most);
+    for (std::size_t l = 0; l < labels.meshes.size(); ++l) {
+        const Buffer<std::uint32_t>& of_net = labels.net_points[l];
+        for (const Triangle& corners : labels.meshes[l].triangles) {
+            Triangle t{of_net[corners[0]], of_net[corners[1]], of_net[corners[2]]};
+            std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
+            const auto is_flipped = [&](const Triangle& other) {
+                return other[1] == t[2] && other[2] == t[1];
+            };
+            std::uint32_t at = last[t[0]];
+            while (at != kNone && !is_flipped(net.triangles[at])) at = before[at];
+            if (at != kNone) continue;
+            before.push_back(std::exchange(last[t[0]], static_cast<std::uint32_t>(net.triangles.size())));
+            net.triangles.push_back(t);
+        }
+    }
+    return net;
+}
+
+}  // namespace
+
+void hold_back_labels(LabelMeshes& labels, std::size_t points,
+                      const std::function<Buffer<Vec3f>()>& before_relaxation, const Progress& progress) {
+    Mesh joined = join(labels, points);
+    Buffer<Vec3f> start;
+    const auto keep_start = [&] {
+        start = before_relaxation();
+        return std::span<const Vec3f>(start);
+    };
+    if (hold_back(joined, OneRings(joined), keep_start, progress) == 0) return;
+    for_each_point(labels, [&](std::size_t l, std::size_t p, std::uint32_t net_point) {
+        labels.meshes[l].points[p] = joined.points[net_point];
+    });
+}
+
+}  // namespace marrow::internal

@@ -1,0 +1,36 @@
+/// The meshes of labels, and how their points are those of one net.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include <marrow/buffer.h>
+#include <marrow/mesh.h>
+
+namespace marrow::internal {
+
+/// The meshes of labels, and for each of their points its index in the net.
+struct LabelMeshes {
+    std::vector<Mesh> meshes;
+    std::vector<Buffer<std::uint32_t>> net_points;
+};
+
+/// Calls f(label, point of the label's mesh, point of the net).
+template <class F>
+void for_each_point(const LabelMeshes& labels, F f) {
+    for (std::size_t l = 0; l < labels.meshes.size(); ++l) {
+        for (std::size_t p = 0; p < labels.net_points[l].size(); ++p) f(l, p, labels.net_points[l][p]);
+    }
+}
+
+/// The positions of the points of a net, of which all are in some mesh.
+inline Buffer<Vec3f> net_positions(const LabelMeshes& labels, std::size_t points) {
+    Buffer<Vec3f> positions(points);
+    for_each_point(labels, [&](std::size_t l, std::size_t p, std::uint32_t net_point) {
+        positions[net_point] = labels.meshes[l].points[p];
+    });
+    return positions;
+}
+
+}  // namespace marrow::internal
