@@ -29,6 +29,7 @@ from ._mesh import Mesh, read_mesh, write_meshes
 from ._scan import ScanInfo, ScanReport, SeriesInfo, SeriesReport, inspect, read
 from ._skimage import MarchingCubes, marching_cubes
 from ._streaming import SurfaceSize, extract_to_file
+from ._thin_walls import ThinWalls, find_thin_walls
 from ._trust import Noise, Trust, TrustPercentiles
 from ._volume import Volume
 
@@ -57,6 +58,7 @@ __all__ = [
     "SeriesReport",
     "SurfaceSize",
     "Sweep",
+    "ThinWalls",
     "TissuePreset",
     "TriangleQuality",
     "Trust",
@@ -68,6 +70,7 @@ __all__ = [
     "extract",
     "extract_to_file",
     "find_plateaus",
+    "find_thin_walls",
     "gaussian_filter",
     "histogram",
     "inspect",

@@ -25,5 +25,6 @@ PYBIND11_MODULE(_marrow, module) {
     add_scan(module);
     add_scikit_image(module);
     add_streaming(module);
+    add_thin_walls(module);
     add_trust(module);
 }

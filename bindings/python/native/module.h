@@ -18,6 +18,7 @@ void add_refine(pybind11::module_& module);
 void add_scan(pybind11::module_& module);
 void add_scikit_image(pybind11::module_& module);
 void add_streaming(pybind11::module_& module);
+void add_thin_walls(pybind11::module_& module);
 void add_trust(pybind11::module_& module);
 void add_volume(pybind11::module_& module);
 

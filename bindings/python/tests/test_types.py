@@ -26,6 +26,6 @@ def test_the_package_and_the_examples_have_consistent_types(tmp_path):
 
 def test_the_stub_of_the_native_module_names_what_it_holds(tmp_path):
     metaclasses = tmp_path / "allowed"  # of pybind11, which stubs do not state
-    metaclasses.write_text("marrow._marrow.(Array(Extractor|Mesh|Part|Volume)|BoxReader|FileOfParts)\n")
+    metaclasses.write_text("marrow._marrow.(Array(Extractor|Mesh|Part|Volume)|BoxReader|FileOfParts|FoundWalls)\n")
     options = ["--allowlist", metaclasses, "--mypy-config-file", "pyproject.toml"]
     mypy("mypy.stubtest", *options, "marrow._marrow", cache=tmp_path)
