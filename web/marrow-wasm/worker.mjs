@@ -269,7 +269,7 @@ const requests = {
 // --------------------------------------------------------------------------------------------------------- the queue
 
 const waiting = [];
-let busy = false;
+let busy = false, startFailure;
 
 // What is quick and drawn at once comes first, then previews, then the rest in order.
 function priority({ name, parameters }) {
@@ -296,10 +296,12 @@ async function work() {
     const { id, name, parameters, progress } = waiting.splice(next, 1)[0];
     const transfer = [];
     try {
+      if (startFailure) throw startFailure;
       if (module) module.onProgress = reporter(id, progress);
       const result = await requests[name](parameters, transfer);
       if (id !== undefined) post({ id, result }, transfer);
     } catch (error) {
+      if (name === 'start') startFailure = error;
       const message = error instanceof WebAssembly.RuntimeError || error instanceof RangeError
         ? `not enough memory for this input (${error.message})` : error.message ?? String(error);
       if (id !== undefined) post({ id, error: { message, code: error.code > 0 ? error.code : 3 } });
