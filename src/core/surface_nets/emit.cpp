@@ -6,8 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include <tbb/parallel_for.h>
-
+#include "base/checked_size.h"
 #include "base/parallel.h"
 #include "base/progress.h"
 #include "hold_back_labels.h"
@@ -73,9 +72,10 @@ class MeshMaker {
         }
         for (std::size_t l = 0; l < meshes_.size(); ++l) {
             if (l == background_) continue;
-            meshes_[l].points.resize(totals[l].points);
-            net_points_[l].resize(totals[l].points);
-            meshes_[l].triangles.resize(totals[l].half_triangles / 2);
+            const std::size_t points = checked_size(totals[l].points, sizeof(Vec3f));
+            meshes_[l].points.resize(points);
+            net_points_[l].resize(points);
+            meshes_[l].triangles.resize(checked_size(totals[l].half_triangles / 2, sizeof(Triangle)));
         }
     }
 
@@ -95,12 +95,12 @@ LabelMeshes make_label_meshes(SurfaceNet& net, const IndexToPhysical& to_physica
     Stage stage(progress, 0, 1, 2 * slabs);
     // Quads are written while their corners are in the cache. But those of the first slice also need corners
     // of the slab below, so they wait until all points are written.
-    tbb::parallel_for(std::size_t{0}, slabs, [&](std::size_t slab) {
+    parallel_for(std::size_t{0}, slabs, [&](std::size_t slab) {
         maker.write_points(slab);
         maker.write_quads(slab, SurfaceNet::first_slice(slab) + 1, net.end_slice(slab));
         stage.step();
     });
-    tbb::parallel_for(std::size_t{0}, slabs, [&](std::size_t slab) {
+    parallel_for(std::size_t{0}, slabs, [&](std::size_t slab) {
         maker.write_quads(slab, SurfaceNet::first_slice(slab), SurfaceNet::first_slice(slab) + 1);
         stage.step();
     });

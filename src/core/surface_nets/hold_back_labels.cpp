@@ -9,6 +9,7 @@
 
 #include <marrow/error.h>
 
+#include "base/checked_size.h"
 #include "mesh/hold_back.h"
 #include "mesh/one_rings.h"
 
@@ -22,11 +23,11 @@ Mesh join(const LabelMeshes& labels, std::size_t points) {
     net.points = net_positions(labels, points);
     // Of each point, the last triangle that has it as its lowest corner; of each triangle, the one before it.
     std::vector<std::uint32_t> last(points, kNone), before;
-    std::size_t at_most = 0;
+    std::uint64_t at_most = 0;
     for (const Mesh& mesh : labels.meshes) at_most += mesh.triangles.size();
     if (at_most >> 32)
         throw LimitError("labels: all surfaces together have 2^32 triangles or more; use fewer labels");
-    net.triangles.reserve(at_most);
+    net.triangles.reserve(checked_size(at_most, sizeof(Triangle)));
     for (std::size_t l = 0; l < labels.meshes.size(); ++l) {
         const Buffer<std::uint32_t>& of_net = labels.net_points[l];
         for (const Triangle& corners : labels.meshes[l].triangles) {

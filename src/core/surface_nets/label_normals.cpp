@@ -4,8 +4,6 @@
 #include <cmath>
 #include <cstddef>
 
-#include <tbb/parallel_for.h>
-
 #include <marrow/buffer.h>
 
 #include "base/parallel.h"
@@ -54,7 +52,7 @@ void add_normals(Mesh& mesh) {
 
 void add_label_normals(std::vector<LabelSurface>& surfaces, const Progress& progress) {
     Stage stage(progress, 0, 1, surfaces.size());
-    tbb::parallel_for(std::size_t{0}, surfaces.size(), [&](std::size_t i) {
+    parallel_for(std::size_t{0}, surfaces.size(), [&](std::size_t i) {
         add_normals(surfaces[i].mesh);
         stage.step();
     });

@@ -5,11 +5,10 @@
 #include <cstdint>
 #include <type_traits>
 
-#include <tbb/parallel_for.h>
-
 #include <marrow/error.h>
 #include <marrow/volume.h>
 
+#include "base/parallel.h"
 #include "core/volume/rows.h"
 
 namespace marrow::internal {
@@ -21,7 +20,7 @@ void check_label_samples(const VolumeView& map) {
         constexpr T kLargest =
             sizeof(T) == 4 ? T(1 << 24) : T(std::int64_t{1} << 53);  // beyond it, not every integer exists
         const auto [nx, ny, nz] = map.geometry.dims;
-        tbb::parallel_for(std::int64_t{0}, ny * nz, [&, nx = nx, ny = ny](std::int64_t row) {
+        parallel_for(std::int64_t{0}, ny * nz, [&, nx = nx, ny = ny](std::int64_t row) {
             const T* const samples = row_of<T>(map, row % ny, row / ny);
             for (std::int64_t x = 0; x < nx; ++x) {
                 if (!(std::abs(samples[x]) <= kLargest) || std::trunc(samples[x]) != samples[x])

@@ -6,9 +6,6 @@
 #include <unordered_map>
 #include <utility>
 
-#include <tbb/enumerable_thread_specific.h>
-#include <tbb/parallel_for.h>
-
 #include "base/parallel.h"
 #include "base/progress.h"
 #include "core/grid/index_to_physical.h"
@@ -69,12 +66,12 @@ std::map<std::int64_t, std::int64_t> count_labels(const VolumeView& map, const L
     check_volume(map);
     const std::int64_t rows = map.geometry.dims[1], slices = map.geometry.dims[2];
     Stage stage(options.progress, 0, 1, static_cast<std::size_t>(slices));
-    tbb::enumerable_thread_specific<LabelCounts> counts_of_thread;
+    PerThread<LabelCounts> counts_of_thread;
     with_threads(options.threads, [&] {
         visit_sample_type(map.type, [&](auto sample) {
             using T = decltype(sample);
             check_label_samples<T>(map);
-            tbb::parallel_for(std::int64_t{0}, slices, [&](std::int64_t k) {
+            parallel_for(std::int64_t{0}, slices, [&](std::int64_t k) {
                 for (std::int64_t y = 0; y < rows; ++y) {
                     const T* const row = row_of<T>(map, y, k);
                     count_runs(row, row + map.geometry.dims[0], counts_of_thread.local());

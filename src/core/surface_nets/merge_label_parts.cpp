@@ -5,9 +5,6 @@
 #include <map>
 #include <utility>
 
-#include <tbb/parallel_for.h>
-#include <tbb/parallel_sort.h>
-
 #include "base/parallel.h"
 #include "base/progress.h"
 #include "core/volume/checks.h"
@@ -48,7 +45,7 @@ Buffer<std::uint64_t> merged_keys(const Sequences& sequences) {
     Buffer<std::uint64_t> keys;
     for (const Buffer<std::uint64_t>* sequence : sequences)
         keys.insert(keys.end(), sequence->begin(), sequence->end());
-    tbb::parallel_sort(keys.begin(), keys.end());
+    std::sort(keys.begin(), keys.end());
     keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
     if (keys.size() >= ~std::uint32_t{0}) throw_too_many_label_points(keys.size());
     return keys;
@@ -57,7 +54,7 @@ Buffer<std::uint64_t> merged_keys(const Sequences& sequences) {
 // For each key of a sequence, its index among the merged ones.
 Buffer<std::uint32_t> indices_of(const Buffer<std::uint64_t>& keys, const Buffer<std::uint64_t>& merged) {
     Buffer<std::uint32_t> indices(keys.size());
-    tbb::parallel_for(std::size_t{0}, keys.size(), [&](std::size_t i) {
+    parallel_for(std::size_t{0}, keys.size(), [&](std::size_t i) {
         indices[i] = static_cast<std::uint32_t>(std::lower_bound(merged.begin(), merged.end(), keys[i]) -
                                                 merged.begin());
     });
@@ -154,7 +151,7 @@ std::vector<LabelSurface> merge(std::span<const LabelPart> parts, const LabelOpt
     for (const auto& [label, unused] : pieces) labels.push_back(label);
     LabelMeshes meshes{std::vector<Mesh>(labels.size()), std::vector<Buffer<std::uint32_t>>(labels.size())};
     Stage stage(options.progress, 0, 0.3, labels.size());
-    tbb::parallel_for(std::size_t{0}, labels.size(), [&](std::size_t l) {
+    parallel_for(std::size_t{0}, labels.size(), [&](std::size_t l) {
         merge_label(keys, pieces.at(labels[l]), net, meshes.meshes[l], meshes.net_points[l]);
         stage.step();
     });
