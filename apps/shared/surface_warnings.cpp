@@ -79,6 +79,13 @@ std::optional<std::string> border_warning(double isovalue, const Volume& scan) {
         isovalue, samples.lower, samples.upper);
 }
 
+std::string assumed_hounsfield_warning(ScanFormat format, double lowest_sample) {
+    return fmt::format(
+        "{} does not say whether this is CT; the samples are assumed to be Hounsfield units because the "
+        "lowest, {:g}, looks like air",
+        scan_format_name(format), lowest_sample);
+}
+
 std::optional<std::string> thin_walls_warning(const ThinWalls& found, double isovalue, Space space) {
     if (found.walls.empty()) return {};
     const double sign = space == Space::RAS ? -1 : 1;

@@ -9,6 +9,7 @@
 
 #include <marrow/mesh.h>
 #include <marrow/mesh_io.h>
+#include <marrow/scan_io.h>
 #include <marrow/thin_walls.h>
 #include <marrow/volume.h>
 
@@ -36,6 +37,9 @@ std::optional<std::string> large_coordinates_warning(const std::vector<MeshFile>
 /// Warns of a closed surface of a scan that has no sample outside, so that the surface is the border of the
 /// scan.
 std::optional<std::string> border_warning(double isovalue, const Volume& scan);
+
+/// Says that a format does not tell whether the samples are Hounsfield units, and that they are taken for such.
+std::string assumed_hounsfield_warning(ScanFormat format, double lowest_sample);
 
 /// Warns of walls that are too thin for the scan, with the place of the largest in `space`.
 std::optional<std::string> thin_walls_warning(const ThinWalls& found, double isovalue, Space space);

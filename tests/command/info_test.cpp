@@ -255,6 +255,21 @@ TEST(Info, FindsGapsTiltAndMissingRescale) {
     EXPECT_EQ(json["series"][0]["hounsfield_units"], false);
 }
 
+TEST(Info, ASeriesOfSeveralVolumesCanBeRead) {
+    TemporaryFolder folder;
+    const auto write = [&](const char* prefix, const char* series, const char* echo) {
+        write_series(folder, 3, prefix, [&](DicomWriter& s, int) {
+            s.text(0x0020000e, "UI", series);
+            s.text(0x00180081, "DS", echo);
+        });
+    };
+    write("a", "1.2.3", "10");
+    write("b", "1.2.3", "20");
+    write("c", "1.2.4", "10");
+    contains(info({folder.path()})["refused"],
+             "2 of 2 series can be read: choose one with --series, and one of its volumes with --volume");
+}
+
 TEST(Info, SeveralSeriesAreListedAndNoneIsChosen) {
     TemporaryFolder folder;
     write_series(folder, 3, "a");

@@ -125,6 +125,8 @@ TEST_F(Mistake, NamesTheOptionThatDoesNotGoWithTheMode) {
         {{"--isovalue", "0", "--max-memory", "1G", "--blur", "1"}, "--blur does not go with --max-memory"},
         {{"--isovalue", "0", "--relax", "3"}, "--relax goes only with --labels"},
         {{"--isovalue", "otsu", "--max-memory", "1G"}, "--max-memory needs one --isovalue N"},
+        {{"--type", "bone", "--max-memory", "1G"}, "such as --isovalue 225.5 for bone"},
+        {{"--type", "bone", "--isovalue", "0", "--type", "bone"}, "the surface bone is given twice"},
         {{"--isovalue", "0", "--keep", "2"},
          "--keep takes a fraction above 0, at most 1, such as 0.5 for half, not '2'"},
         {{"--isovalue", "0", "--largest", "--components", "3"}, "--largest and --components both say"},

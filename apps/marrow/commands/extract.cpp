@@ -11,6 +11,7 @@
 
 #include "outputs.h"
 #include "shared/label_map.h"
+#include "shared/surface_warnings.h"
 #include "warnings.h"
 
 namespace marrow::apps {
@@ -63,10 +64,7 @@ std::string check_presets(const std::vector<SurfaceRequest>& surfaces, const Sca
         refuse(fmt::format("{} does not say whether this is CT, and its lowest sample, {:g}, is not air",
                            scan_format_name(info.format), lowest));
     }
-    return fmt::format(
-        "{} does not say whether this is CT; the samples are assumed to be Hounsfield units because the "
-        "lowest, {:g}, looks like air",
-        scan_format_name(info.format), lowest);
+    return assumed_hounsfield_warning(info.format, lowest);
 }
 
 // The scan is read first, to tell which options suit it.
@@ -74,11 +72,19 @@ std::string check_presets(const std::vector<SurfaceRequest>& surfaces, const Sca
     if (info.series.modality.empty() && looks_like_label_map(scan))
         throw UsageError(
             "no surface is given, and this looks like a label map: make a surface of each label with "
-            "--labels, "
-            "or one of all with --isovalue 0.5");
+            "--labels, or one of all with --isovalue 0.5");
     const bool is_ct = presets_apply(info.series.modality, info.format, histogram(scan).lower);
     throw UsageError(fmt::format("no surface is given: add --isovalue N, --isovalue otsu{}",
                                  is_ct ? ", or for CT --type bone" : ""));
+}
+
+void check_surfaces(const std::vector<SurfaceRequest>& surfaces) {
+    for (auto surface = surfaces.begin(); surface != surfaces.end(); ++surface) {
+        const bool again = std::any_of(surfaces.begin(), surface, [&](const SurfaceRequest& other) {
+            return other.name == surface->name;
+        });
+        if (again) throw UsageError(fmt::format("the surface {} is given twice", surface->name));
+    }
 }
 
 double choose_isovalue(const SurfaceRequest& request, const Volume& scan, const ScanInfo& info) {
@@ -219,6 +225,7 @@ void add_step_options(Arguments& arguments, ExtractOptions& options) {
 }
 
 void check(const ExtractOptions& options) {
+    check_surfaces(options.surfaces());
     check_steps(options.steps);
     check_trust(options.trust);
     if (options.topology && options.snap > 0)

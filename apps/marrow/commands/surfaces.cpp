@@ -79,6 +79,9 @@ std::string why_not(Mode mode, std::string_view option) {
                 "faces",
                 option);
         case kStream:
+            if (option == "--type")
+                return "--type does not go with --max-memory: give the isovalue, such as --isovalue 225.5 "
+                       "for bone";
             return fmt::format(
                 "{} does not go with --max-memory, which never has the complete scan or surface", option);
         case kExtract:

@@ -6,6 +6,7 @@
 
 #include <marrow/isosurface.h>
 #include <marrow/thin_walls.h>
+#include <marrow/tissue_presets.h>
 #include <marrow/volume_filters.h>
 
 #include "shared/library_options.h"
@@ -45,6 +46,12 @@ QString warnings_of(const std::vector<MeshWriter::File>& files, const MeshWriter
     const auto add = [&](const std::optional<std::string>& warning) {
         if (warning) lines << QString::fromStdString(apps::name_flags(*warning));
     };
+    const ScanInfo& info = source.scan->info;
+    const bool presets = std::any_of(files.begin(), files.end(), [](const MeshWriter::File& file) {
+        return find_preset(file.object.name) != nullptr;
+    });
+    if (presets && info.series.modality.empty())
+        add(apps::assumed_hounsfield_warning(info.format, source.scan->histogram.lower));
     add(apps::non_finite_warning(source.scan->histogram.non_finite_samples));
     add(apps::large_coordinates_warning(meshes, scan.geometry()));
     if (!source.open) add(apps::border_warning(lowest, scan));

@@ -342,6 +342,26 @@ SeriesReport report_on(DicomSeries& series, const ScanOptions& options) {
     return out;
 }
 
+// A series of several volumes lacks nothing but the choice of one: then its headers give a geometry.
+bool lacks_volume(const SeriesReport& series, const ScanOptions& options) {
+    return series.refusal && series.volume_count > 1 && series.geometry && !options.volume;
+}
+
+// Why none of several series is chosen.
+std::string reason_for_none(const std::vector<SeriesReport>& reports, const DicomHeaders& headers,
+                            const SeriesChoice& choice, const ScanOptions& options) {
+    std::size_t readable = 0, of_volumes = 0;
+    for (const DicomSeries* series : choice.candidates) {
+        const SeriesReport& report = reports[static_cast<std::size_t>(series - headers.series.data())];
+        of_volumes += lacks_volume(report, options);
+        readable += !report.refusal || lacks_volume(report, options);
+    }
+    if (readable == 0) return fmt::format("all {} series are refused", choice.candidates.size());
+    return fmt::format("{} of {} series can be read: choose one with options.series{}", readable,
+                       choice.candidates.size(),
+                       of_volumes > 0 ? ", and one of its volumes with options.volume" : "");
+}
+
 }  // namespace
 
 ScanReport inspect_dicom(const DicomInput& input, const ScanOptions& options) {
@@ -371,14 +391,7 @@ ScanReport inspect_dicom(const DicomInput& input, const ScanOptions& options) {
         else
             out.chosen = at;
     } else {
-        const auto readable = static_cast<std::size_t>(
-            std::count_if(choice.candidates.begin(), choice.candidates.end(), [&](const DicomSeries* s) {
-                return !out.series[static_cast<std::size_t>(s - headers.series.data())].refusal;
-            }));
-        out.reason = readable == 0
-                         ? fmt::format("all {} series are refused", choice.candidates.size())
-                         : fmt::format("{} of {} series can be read: choose one with options.series",
-                                       readable, choice.candidates.size());
+        out.reason = reason_for_none(out.series, headers, choice, options);
     }
     return out;
 }
