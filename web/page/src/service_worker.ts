@@ -1,0 +1,34 @@
+// Keeps all files of the page, and adds the two headers that isolate it, so that threads work on any server.
+/// <reference lib="webworker" />
+declare const self: ServiceWorkerGlobalScope;
+
+// The build puts the names of the files here, and a version that changes with them.
+declare const FILES: string[];
+declare const VERSION: string;
+const CACHE = `marrow-${VERSION}`;
+
+self.addEventListener('install', (event) => {
+  event.waitUntil(caches.open(CACHE).then((cache) => cache.addAll(FILES)).then(() => self.skipWaiting()));
+});
+
+self.addEventListener('activate', (event) => {
+  const forgetOlder = caches.keys().then((names) => Promise.all(names.filter((n) => n.startsWith('marrow-') && n !== CACHE).map((n) => caches.delete(n))));
+  event.waitUntil(forgetOlder.then(() => self.clients.claim()));
+});
+
+self.addEventListener('fetch', (event) => {
+  const { request } = event;
+  if (request.method !== 'GET' || new URL(request.url).origin !== location.origin) return;
+  event.respondWith(answer(request));
+});
+
+async function answer(request: Request): Promise<Response> {
+  const cache = await caches.open(CACHE);
+  const response = (await cache.match(request, { ignoreSearch: true })) ?? (await fetch(request));
+  if (response.status === 0) return response; // opaque
+  const headers = new Headers(response.headers);
+  headers.set('Cross-Origin-Opener-Policy', 'same-origin');
+  headers.set('Cross-Origin-Embedder-Policy', 'require-corp');
+  headers.set('Cross-Origin-Resource-Policy', 'same-origin');
+  return new Response(response.body, { status: response.status, statusText: response.statusText, headers });
+}
