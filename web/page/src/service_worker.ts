@@ -1,22 +1,23 @@
 // Keeps all files of the page, and adds the two headers that isolate it, so that threads work on any server.
-/// <reference lib="webworker" />
-declare const self: ServiceWorkerGlobalScope;
+export {}; // a module, so that its names are its own
+
+const worker = self as unknown as ServiceWorkerGlobalScope;
 
 // The build puts the names of the files here, and a version that changes with them.
 declare const FILES: string[];
 declare const VERSION: string;
 const CACHE = `marrow-${VERSION}`;
 
-self.addEventListener('install', (event) => {
-  event.waitUntil(caches.open(CACHE).then((cache) => cache.addAll(FILES)).then(() => self.skipWaiting()));
+worker.addEventListener('install', (event) => {
+  event.waitUntil(caches.open(CACHE).then((cache) => cache.addAll(FILES)).then(() => worker.skipWaiting()));
 });
 
-self.addEventListener('activate', (event) => {
+worker.addEventListener('activate', (event) => {
   const forgetOlder = caches.keys().then((names) => Promise.all(names.filter((n) => n.startsWith('marrow-') && n !== CACHE).map((n) => caches.delete(n))));
-  event.waitUntil(forgetOlder.then(() => self.clients.claim()));
+  event.waitUntil(forgetOlder.then(() => worker.clients.claim()));
 });
 
-self.addEventListener('fetch', (event) => {
+worker.addEventListener('fetch', (event) => {
   const { request } = event;
   if (request.method !== 'GET' || new URL(request.url).origin !== location.origin) return;
   event.respondWith(answer(request));

@@ -10,7 +10,7 @@ type Keys = readonly (keyof State)[];
 
 export function makePanel(store: Store): void {
   byId('panel').append(
-    modeSection(store), surfaceSection(store), labelSection(store), measureSection(store), cropSection(store), distanceSection(store));
+    modeSection(store), surfaceSection(store), labelSection(store), measureSection(store), cropSection(store), windowSection(store), distanceSection(store));
 }
 
 /** Calls now and whenever one of the members changes. */
@@ -174,6 +174,37 @@ function cropSection(store: Store): HTMLElement {
   return made;
 }
 
+/** The usual windows of CT, as in the desktop viewer. */
+const WINDOWS: readonly { name: string; width: number; level: number }[] = [
+  { name: 'Bone', width: 1500, level: 300 }, { name: 'Soft tissue', width: 400, level: 40 },
+  { name: 'Brain', width: 80, level: 40 }, { name: 'Lung', width: 1500, level: -600 },
+];
+
+// The greys of the slices: their width and level, by number or by name.
+function windowSection(store: Store): HTMLElement {
+  const usual = elementOf('select', { 'aria-label': 'Usual windows' }, ...WINDOWS.map((w, i) => elementOf('option', { value: i }, w.name)), elementOf('option', { value: '' }, 'Other'));
+  const made = section('Window', usual);
+  const set = (width: number, level: number) => {
+    if (width > 0 && Number.isFinite(level)) store.set({ window: { lower: level - width / 2, upper: level + width / 2 } });
+    show(store.state);
+  };
+  const [width, level] = ['Width', 'Level'].map((name) => elementOf('input', { type: 'number', step: 'any', 'aria-label': `${name} of the window`, title: name })) as [HTMLInputElement, HTMLInputElement];
+  for (const input of [width, level]) input.addEventListener('change', () => set(width.valueAsNumber, level.valueAsNumber));
+  usual.addEventListener('change', () => { const w = WINDOWS[Number(usual.value)]; if (usual.value && w) set(w.width, w.level); });
+  made.append(elementOf('div', { class: 'crop-row' }, elementOf('span', {}, 'W  L'), width, level));
+  const show = (s: Readonly<State>) => {
+    const { lower, upper } = s.window, rounded = (v: number) => Number(upper - lower >= 20 ? v.toFixed(0) : v.toPrecision(4));
+    width.value = String(rounded(upper - lower));
+    level.value = String(rounded((lower + upper) / 2));
+    const known = WINDOWS.findIndex((w) => w.width === upper - lower && w.level === (lower + upper) / 2);
+    usual.value = known >= 0 ? String(known) : '';
+    usual.hidden = s.scan?.unit !== 'HU';
+    made.hidden = s.asLabels;
+  };
+  follow(store, ['window', 'scan', 'asLabels'], show);
+  return made;
+}
+
 // From where to where an index axis runs in the patient, such as "R–L".
 function axisName(direction: readonly Vec3[], axis: number): string {
   const along = direction.map((row) => row[axis]!), p = along.reduce((best, v, i) => (Math.abs(v) > Math.abs(along[best]!) ? i : best), 0);
@@ -186,8 +217,9 @@ function distanceSection(store: Store): HTMLElement {
   const made = section('Distances');
   made.append(list);
   follow(store, ['distances', 'tool'], ({ distances, tool }) => {
+    made.hidden = distances.length === 0 && tool !== 'distance';
     if (distances.length === 0) {
-      list.replaceChildren(elementOf('li', { class: 'faint' }, tool === 'distance' ? 'Click two points on the surface or a slice.' : 'None. Press D to measure.'));
+      list.replaceChildren(elementOf('li', { class: 'faint' }, 'Click two points on the surface or a slice.'));
       return;
     }
     list.replaceChildren(...distances.map((distance, i) => {

@@ -89,11 +89,11 @@ function skin(x: number, y: number, z: number, skull: number, bones: number): nu
   let d = skull - 5.5;
   if (z > 45) return d;
   if (y < 12) {
-    d = join(d, join(bones - 4.5, ellipsoid(x, y + 28, z + 44, 54, 54, 52), 16), 16);
+    d = join(d, join(bones - 4.5, ellipsoid(x, y + 26, z + 40, 59, 55, 54), 18), 18);
     d = join(d, capsule(x, y, z, 0, -86, 8, 0, -107, -30, 6, 9), 13);
     d = join(d, capsule(x, y, z, 6, -101, -32, 12, -92, -33, 6, 5), 9);
-    d = join(d, capsule(x, y, z, 0, -92, -56, 18, -84, -58, 4.5, 3), 9);
-    d = join(d, capsule(x, y, z, 0, -91, -67, 16, -84, -66, 4.5, 3), 9);
+    d = join(d, capsule(x, y, z, 0, -92, -56, 18, -83, -58, 3.2, 2.4), 9);
+    d = join(d, capsule(x, y, z, 0, -91, -67, 16, -83, -66, 3.2, 2.4), 9);
     d = carve(d, capsule(x, y, z, 0, -99, -61.5, 21, -84, -62, 0.5, 0.5), 5);
     d = join(d, ellipsoid(x - 30, y + 69, z + 2, 14, 13.5, 13), 5); // eyelids
     d = carve(d, capsule(x, y, z, 19, -84, -3, 41, -79, -3, 0.5, 0.5), 3);

@@ -20,6 +20,8 @@ export class SliceZoom {
   }
 }
 
+const CONTOUR = '#ffb02e'; // as the line in the histogram: a surface of the colour of bone would not show on bone
+
 interface Outline { lines: Float32Array; colour: string; inData: boolean }
 
 export class SliceView {
@@ -51,7 +53,7 @@ export class SliceView {
     store.on(['scan'], () => this.start());
     store.on(['crosshair'], () => void this.load());
     store.on(['window'], () => { this.imageIsStale = true; this.draw(); });
-    store.on(['isovalue', 'surface', 'labelSurfaces', 'hidden', 'crop', 'closed', 'colour', 'asLabels'], () => { this.outlinesAreStale = true; this.draw(); });
+    store.on(['isovalue', 'surface', 'labelSurfaces', 'hidden', 'crop', 'closed', 'asLabels'], () => { this.outlinesAreStale = true; this.draw(); });
     store.on(['distances', 'picked', 'tool'], () => this.draw());
     zoom.listeners.push(() => { if (zoom.factor === 1) this.pan = [0, 0]; this.draw(); });
     new ResizeObserver(() => this.draw()).observe(element);
@@ -210,7 +212,7 @@ export class SliceView {
 
   // Where the surfaces meet the slice. The sample contours have full resolution even while the surface is a preview.
   private trace(): void {
-    const { surface, asLabels, labelSurfaces, hidden, isovalue, colour, geometry, crop, closed } = this.store.state;
+    const { surface, asLabels, labelSurfaces, hidden, isovalue, geometry, crop, closed } = this.store.state;
     const s = this.slice!, through = s.index;
     this.outlinesAreStale = false;
     if (asLabels) {
@@ -218,10 +220,10 @@ export class SliceView {
         lines: meshContour(l.points, l.triangles, geometry!, this.geometry!, through), inData: false,
         colour: `rgb(${l.colour.map((c) => Math.round(90 + c * 165)).join(',')})` }));
     } else if (surface?.refined && surface.exact) {
-      this.outlines = [{ lines: meshContour(surface.mesh.points, surface.mesh.triangles, geometry!, this.geometry!, through), colour, inData: false }];
+      this.outlines = [{ lines: meshContour(surface.mesh.points, surface.mesh.triangles, geometry!, this.geometry!, through), colour: CONTOUR, inData: false }];
     } else {
       const lines = crop || closed ? croppedContour(s, isovalue, closed, crop && this.range(crop)) : contour(s, isovalue);
-      this.outlines = [{ lines, colour, inData: true }];
+      this.outlines = [{ lines, colour: CONTOUR, inData: true }];
     }
   }
 
@@ -312,6 +314,7 @@ export class SliceView {
       context.stroke();
       end(a);
       end(b);
+      if (context.globalAlpha < 1) continue;
       context.font = '600 12px system-ui, sans-serif';
       context.lineWidth = 3;
       context.strokeStyle = '#000';

@@ -95,7 +95,7 @@ export class SurfaceView {
     };
     add(0xfff3e2, 2.5, -1.2, 1.5, 1);
     add(0xd6e4ff, 0.6, 1.8, -0.2, 0.6);
-    add(0xe8f0ff, 0.9, 0.3, 1, -2.4);
+    add(0xe8f0ff, 0.45, 0.3, 1, -2.4);
     const sky = new THREE.HemisphereLight(0xf4f7ff, 0x4a4540, 0.3);
     sky.position.set(0, 0, 1);
     this.scene.add(sky);

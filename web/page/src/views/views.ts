@@ -54,7 +54,10 @@ function makeView(store: Store, name: ViewName): HTMLElement {
   const view = elementOf('div', { class: 'view', 'data-view': name, tabindex: 0, role: 'group', 'aria-label': TITLES[name] }, enlarge);
   const toggle = () => store.set({ layout: store.state.layout === 'all' ? name : 'all' });
   enlarge.addEventListener('click', toggle);
-  view.addEventListener('dblclick', (e) => { if (!enlarge.contains(e.target as Node) && innerWidth > 700) toggle(); });
+  view.addEventListener('dblclick', (e) => {
+    // While measuring, two quick clicks are the two ends.
+    if (!enlarge.contains(e.target as Node) && innerWidth > 700 && store.state.tool !== 'distance') toggle();
+  });
   return view;
 }
 
