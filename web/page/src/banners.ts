@@ -21,14 +21,15 @@ export function clearBanners(): void {
   byId('banners').replaceChildren();
 }
 
-/** The progress of work that can be cancelled. */
+/** The progress of work, which may be cancelled. */
 export class ProgressBanner {
   private readonly bar = elementOf('progress', { max: 1, value: 0 });
   private readonly element: HTMLElement;
 
-  constructor(text: string, cancel: () => void) {
+  constructor(text: string, cancel?: () => void) {
     this.bar.setAttribute('aria-label', text);
-    this.element = elementOf('div', { class: 'banner note' }, elementOf('p', {}, text), this.bar, close('Cancel', cancel));
+    this.element = elementOf('div', { class: 'banner note' }, elementOf('p', {}, text), this.bar);
+    if (cancel) this.element.append(close('Cancel', cancel));
     byId('banners').append(this.element);
   }
   set(fraction: number): void { this.bar.value = fraction; }

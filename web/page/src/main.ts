@@ -1,7 +1,7 @@
 // Puts the page together.
 import './style.css';
 import { prepare, threads } from 'marrow-wasm';
-import { messageOf, showBanner } from './banners';
+import { ProgressBanner, messageOf, showBanner } from './banners';
 import { Histogram, makeIsovalueRow } from './controls/histogram';
 import { makePanel } from './controls/panel';
 import { makeStatus } from './controls/status';
@@ -68,11 +68,21 @@ for (const input of [folderInput, fileInput]) {
     void openScan(store, files);
   });
 }
-byId('welcome-demo').addEventListener('click', () => {
+byId('welcome-demo').addEventListener('click', () => void openDemo().catch(fail));
+
+async function openDemo(): Promise<void> {
   const button = byId<HTMLButtonElement>('welcome-demo');
   button.disabled = true;
-  void import('./demo/demo').then(async ({ demoScan }) => openScan(store, await demoScan())).catch(fail).finally(() => { button.disabled = false; });
-});
+  const progress = new ProgressBanner('Computing the demo scan…');
+  try {
+    const { demoScan } = await import('./demo/demo');
+    const files = await demoScan((f) => progress.set(f));
+    await openScan(store, files);
+  } finally {
+    progress.remove();
+    button.disabled = false;
+  }
+}
 
 const veil = byId('drop-veil');
 addEventListener('dragenter', (e) => { if (e.dataTransfer?.types.includes('Files')) veil.hidden = false; });

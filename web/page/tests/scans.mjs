@@ -19,11 +19,9 @@ async function demoModules() {
 
 /** Writes the demo's head as a folder of DICOM files; returns the folder. */
 export async function writeHead(folder) {
-  const { dicomSlice, makeHead, DIMS, ORIGIN, SPACING } = await demoModules();
-  const ct = { samples: makeHead(), dims: DIMS, spacing: [SPACING, SPACING, SPACING], origin: ORIGIN, description: 'Head, computed', uid: '2.25.246813579' };
-  const to = join(folder, 'head');
+  const { DIMS, headFile } = await demoModules(), to = join(folder, 'head');
   mkdirSync(to);
-  for (let k = 0; k < DIMS[2]; ++k) writeFileSync(join(to, `${String(k + 1).padStart(3, '0')}.dcm`), dicomSlice(ct, k));
+  for (let k = 0; k < DIMS[2]; ++k) writeFileSync(join(to, `${String(k + 1).padStart(3, '0')}.dcm`), headFile(k));
   return to;
 }
 

@@ -1,10 +1,11 @@
 // Writes DICOM files of a CT, one a slice: uncompressed, little-endian, with explicit value representations.
 
-export interface CtSlices {
-  samples: Int16Array; // x fastest
-  dims: readonly [number, number, number];
-  spacing: readonly [number, number, number]; // mm
-  origin: readonly [number, number, number]; // LPS
+export interface CtSlice {
+  samples: Int16Array; // row by row
+  size: readonly [number, number]; // columns and rows
+  spacing: readonly [number, number, number]; // mm: between columns, rows and slices
+  position: readonly [number, number, number]; // of the first sample, LPS
+  number: number; // in the series, from 1
   description: string;
   uid: string; // of the series; those of its slices begin with it
 }
@@ -48,10 +49,9 @@ function joined(parts: Uint8Array[]): Uint8Array {
 
 const decimal = (value: number): string => String(Number(value.toFixed(6)));
 
-/** The file of slice k. */
-export function dicomSlice(ct: CtSlices, k: number): Uint8Array<ArrayBuffer> {
-  const [nx, ny] = ct.dims, [sx, sy, sz] = ct.spacing, [ox, oy, oz] = ct.origin;
-  const instance = `${ct.uid}.${k + 1}`;
+/** The file of a slice. */
+export function dicomSlice(ct: CtSlice): Uint8Array<ArrayBuffer> {
+  const [nx, ny] = ct.size, [sx, sy, sz] = ct.spacing, instance = `${ct.uid}.${ct.number}`;
   const meta = [
     element(0x00020001, 'OB', new Uint8Array([0, 1])),
     element(0x00020002, 'UI', CT_IMAGE),
@@ -59,7 +59,6 @@ export function dicomSlice(ct: CtSlices, k: number): Uint8Array<ArrayBuffer> {
     element(0x00020010, 'UI', EXPLICIT_LITTLE_ENDIAN),
     element(0x00020012, 'UI', '2.25.118718181'),
   ];
-  const pixels = ct.samples.subarray(k * nx * ny, (k + 1) * nx * ny);
   const data = [
     element(0x00080008, 'CS', 'DERIVED\\SECONDARY\\AXIAL'),
     element(0x00080016, 'UI', CT_IMAGE),
@@ -71,8 +70,8 @@ export function dicomSlice(ct: CtSlices, k: number): Uint8Array<ArrayBuffer> {
     element(0x0020000d, 'UI', `${ct.uid}.0.1`),
     element(0x0020000e, 'UI', ct.uid),
     element(0x00200011, 'IS', '1'),
-    element(0x00200013, 'IS', String(k + 1)),
-    element(0x00200032, 'DS', [ox, oy, oz + k * sz].map(decimal).join('\\')),
+    element(0x00200013, 'IS', String(ct.number)),
+    element(0x00200032, 'DS', ct.position.map(decimal).join('\\')),
     element(0x00200037, 'DS', '1\\0\\0\\0\\1\\0'),
     element(0x00200052, 'UI', `${ct.uid}.0.2`),
     element(0x00280002, 'US', number16(1)),
@@ -86,7 +85,7 @@ export function dicomSlice(ct: CtSlices, k: number): Uint8Array<ArrayBuffer> {
     element(0x00280103, 'US', number16(1)),
     element(0x00281052, 'DS', '0'),
     element(0x00281053, 'DS', '1'),
-    element(0x7fe00010, 'OW', new Uint8Array(pixels.buffer, pixels.byteOffset, pixels.byteLength)),
+    element(0x7fe00010, 'OW', new Uint8Array(ct.samples.buffer, ct.samples.byteOffset, ct.samples.byteLength)),
   ];
   const length = meta.reduce((sum, p) => sum + p.length, 0);
   const preamble = new Uint8Array(132);

@@ -2,6 +2,8 @@
 // The shapes are signed distances in mm (negative inside), after Inigo Quilez' articles on distance functions.
 // x runs to the patient's left, y to posterior, z to superior; the head is symmetrical, so x >= 0 suffices.
 
+import { dicomSlice } from './dicom';
+
 export const SPACING = 1.2; // mm
 export const DIMS = [144, 196, 170] as const;
 /** The position of the first sample. */
@@ -170,24 +172,27 @@ function value(x: number, y: number, z: number): number {
   return mix(-1000, hu, part(body));
 }
 
-/** The samples in Hounsfield units, x fastest. The noise is the same each time. */
-export function makeHead(onProgress: (fraction: number) => void = () => {}): Int16Array {
-  const [nx, ny, nz] = DIMS, samples = new Int16Array(nx * ny * nz);
-  let seed = 1;
+/** The samples of slice k in Hounsfield units, x fastest. The noise is the same each time. */
+export function headSlice(k: number): Int16Array {
+  const [nx, ny] = DIMS, samples = new Int16Array(nx * ny), z = ORIGIN[2] + k * SPACING;
+  let seed = k + 1;
   const noise = () => {
     seed = (Math.imul(seed, 1664525) + 1013904223) >>> 0;
     return seed / 4294967296 - 0.5;
   };
-  for (let k = 0; k < nz; ++k) {
-    for (let j = 0; j < ny; ++j) {
-      const row = (k * ny + j) * nx, y = ORIGIN[1] + j * SPACING, z = ORIGIN[2] + k * SPACING;
-      for (let i = nx / 2; i < nx; ++i) {
-        const hu = value(ORIGIN[0] + i * SPACING, y, z), rough = hu > -990 ? 26 : 12;
-        samples[row + i] = Math.max(-1024, Math.round(hu + rough * (noise() + noise())));
-        samples[row + nx - 1 - i] = Math.max(-1024, Math.round(hu + rough * (noise() + noise())));
-      }
+  for (let j = 0; j < ny; ++j) {
+    const y = ORIGIN[1] + j * SPACING;
+    for (let i = nx / 2; i < nx; ++i) {
+      const hu = value(ORIGIN[0] + i * SPACING, y, z), rough = hu > -990 ? 26 : 12;
+      samples[j * nx + i] = Math.max(-1024, Math.round(hu + rough * (noise() + noise())));
+      samples[j * nx + nx - 1 - i] = Math.max(-1024, Math.round(hu + rough * (noise() + noise())));
     }
-    onProgress((k + 1) / nz);
   }
   return samples;
+}
+
+/** Slice k as a DICOM file. */
+export function headFile(k: number): Uint8Array<ArrayBuffer> {
+  return dicomSlice({ samples: headSlice(k), size: [DIMS[0], DIMS[1]], spacing: [SPACING, SPACING, SPACING],
+    position: [ORIGIN[0], ORIGIN[1], ORIGIN[2] + k * SPACING], number: k + 1, description: 'Head, computed', uid: '2.25.246813579' });
 }

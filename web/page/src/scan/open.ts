@@ -5,6 +5,7 @@ import { ProgressBanner, clearBanners, messageOf, showBanner } from '../banners'
 import { chooseSeries } from '../dialogs/series';
 import type { State, Store } from '../state';
 import { initialState, toHex } from '../state';
+import { mark } from '../timing';
 import type { Geometry, Mat3, Vec3 } from './geometry';
 
 const COLOUR = '#8cbfe0'; // of surfaces that are not a tissue of a preset
@@ -15,6 +16,7 @@ export type Choice = Pick<ReadOptions, 'series' | 'volume' | 'spacing' | 'resamp
 /** Opens what the user chose. If it cannot be read, a message says why, and the scan before stays open. */
 export async function openScan(store: Store, files: ScanFile[]): Promise<void> {
   if (files.length === 0) return showBanner('error', 'There is no file: choose a folder or file that holds a scan.');
+  mark('open');
   await attempt(async (signal) => {
     const progress = new ProgressBanner('Reading the headers…', () => opening.abort());
     let report: ScanReport;

@@ -5,6 +5,7 @@ import type { Vec3 } from '../scan/geometry';
 import { length, sub, toPhysical, toIndexSpace, clampIndex } from '../scan/geometry';
 import type { Store } from '../state';
 import { distanceText, midpoint } from '../distances';
+import { mark } from '../timing';
 import { pickTriangle } from './ray_pick';
 import { OrientationCube } from './orientation_cube';
 
@@ -13,6 +14,11 @@ const DIRECTIONS: Readonly<Record<string, Vec3>> =
   { A: [0, -1, 0], P: [0, 1, 0], L: [1, 0, 0], R: [-1, 0, 0], S: [0, 0, 1], I: [0, 0, -1] };
 const FIRST_DIRECTION: Vec3 = [0.62, -1, 0.28];
 const FIELD_OF_VIEW = 28;
+
+// As in glass, parts that face the camera are more transparent than the outline.
+const GLASS = `
+  if (opacity < 1.0) diffuseColor.a = mix(min(1.0, 3.0 * opacity), opacity, pow(abs(normalize(normal).z), 0.8));
+  #include <opaque_fragment>`;
 
 interface Shown { object: THREE.Mesh<THREE.BufferGeometry, THREE.MeshStandardMaterial>; points: Float32Array; triangles: Uint32Array }
 
@@ -35,12 +41,10 @@ export class SurfaceView {
   private lastFrame = 0;
   private frames: number[] = [];
   private orbiting = false;
+  private isNew = false; // the surface was not drawn yet
 
   /** Whether a processor draws in place of a graphics card. */
   readonly software: boolean;
-  /** Called after a frame is drawn. */
-  onDrawn: () => void = () => {};
-
   /** @throws where the browser has no WebGL 2. */
   constructor(private readonly element: HTMLElement, private readonly store: Store) {
     this.renderer = new THREE.WebGLRenderer({ antialias: true, alpha: true, powerPreference: 'high-performance' });
@@ -102,7 +106,9 @@ export class SurfaceView {
   }
 
   private material(colour: string): THREE.MeshStandardMaterial {
-    return new THREE.MeshStandardMaterial({ color: colour, roughness: 0.55, metalness: 0, side: THREE.DoubleSide });
+    const material = new THREE.MeshStandardMaterial({ color: colour, roughness: 0.55, metalness: 0, side: THREE.DoubleSide });
+    material.onBeforeCompile = (shader) => { shader.fragmentShader = shader.fragmentShader.replace('#include <opaque_fragment>', GLASS); };
+    return material;
   }
 
   private shownOf(points: Float32Array, normals: Float32Array, triangles: Uint32Array, colour: string): Shown {
@@ -128,6 +134,7 @@ export class SurfaceView {
     for (const old of this.shown) if (old !== this.preview) this.remove(old);
     if ((!surface || surface.level > 0) && this.preview) { this.remove(this.preview); this.preview = undefined; }
     this.shown = made ? [made] : [];
+    this.isNew = true;
     if (made && surface && surface.level > 0 && this.slow) this.preview = made;
     if (made) this.scene.add(made.object);
     this.updateLook();
@@ -235,7 +242,8 @@ export class SurfaceView {
     this.renderer.clearDepth();
     this.cube.draw(this.renderer, this.camera, w, h);
     this.placeTags(w, h);
-    this.onDrawn();
+    if (this.isNew && this.shown.length > 0) mark('surface drawn');
+    this.isNew = false;
   }
 
   private drawScene(): void {
