@@ -1,9 +1,10 @@
-// Keeps all files of the page, and adds the two headers that isolate it, so that threads work on any server.
+// Keeps the files of the page, and adds the two headers that isolate it, so that threads work on any server.
 export {}; // a module, so that its names are its own
 
 const worker = self as unknown as ServiceWorkerGlobalScope;
 
-// The build puts the names of the files here, and a version that changes with them.
+// The build puts the names of the files here, and a version that changes with them. The codecs of compressed DICOM are
+// not among them: they are kept once they are used.
 declare const FILES: string[];
 declare const VERSION: string;
 const CACHE = `marrow-${VERSION}`;
@@ -25,8 +26,11 @@ worker.addEventListener('fetch', (event) => {
 
 async function answer(request: Request): Promise<Response> {
   const cache = await caches.open(CACHE);
-  const response = (await cache.match(request, { ignoreSearch: true })) ?? (await fetch(request));
-  if (response.status === 0) return response; // opaque
+  let response = await cache.match(request, { ignoreSearch: true });
+  if (!response) {
+    response = await fetch(request);
+    if (response.status === 200) await cache.put(request, response.clone());
+  }
   const headers = new Headers(response.headers);
   headers.set('Cross-Origin-Opener-Policy', 'same-origin');
   headers.set('Cross-Origin-Embedder-Policy', 'require-corp');

@@ -23,7 +23,7 @@ export class Surfaces {
   private fullMs = Infinity; // of the last extraction in full resolution
   private wanted: Request | undefined;
   private running = false;
-  private steps = new AbortController(); // cancels smoothing and reduction, which may take long
+  private steps = new AbortController(); // cancels smoothing, reduction and checks, which may take long
   private labelWork = new AbortController();
 
   /** `slow()` says whether the screen cannot draw full resolution while the isovalue moves. */
@@ -94,7 +94,7 @@ export class Surfaces {
       mesh = result.mesh;
       if (result.note) notes.push(result.note);
     };
-    if (request.largest) await step('components', keepComponents(mesh, { largest: true, signal }));
+    if (request.largest) await step('components', keepComponents(mesh, { largest: true }));
     if (long) this.show({ mesh, isovalue, level: 0, exact: false, refined: true });
     if (request.smooth > 0) await step('smoothing', smooth(mesh, { iterations: request.smooth, signal }));
     if (request.keep < 100)
@@ -107,7 +107,7 @@ export class Surfaces {
   }
 
   private async measure(mesh: Mesh, mayIntersect: boolean, signal: AbortSignal): Promise<void> {
-    const measures = await measure(mesh, { signal });
+    const measures = await measure(mesh);
     const current = () => this.store.state.surface?.mesh === mesh && this.store.state.surface.exact && !this.wanted;
     if (!current()) return;
     const open = measures.boundaryEdges > 0, manifold = measures.nonmanifoldEdges === 0;
