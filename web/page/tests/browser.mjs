@@ -28,9 +28,10 @@ export async function served(t, options) {
 }
 
 /**
- * Opens the page. When the test ends, it fails if the page reported an error, or asked for anything but its own files.
+ * Opens the page. When the test ends, it fails if the page reported an error other than `expected`, or asked for anything
+ * but its own files.
  */
-export async function openPage(t, browser, url, options = {}) {
+export async function openPage(t, browser, url, { expected, ...options } = {}) {
   const context = await browser.newContext({ viewport: { width: 1200, height: 800 }, serviceWorkers: 'block', acceptDownloads: true, ...options });
   const faults = [], foreign = [];
   context.on('request', (request) => {
@@ -42,8 +43,9 @@ export async function openPage(t, browser, url, options = {}) {
   page.on('console', (message) => { if (message.type() === 'error') faults.push(message.text()); });
   t.after(async () => {
     await context.close();
-    assert.deepEqual(foreign, [], 'the page asked for something beyond its own files');
-    assert.deepEqual(faults, [], 'the page reported errors');
+    const unexpected = (text) => !expected?.test(text);
+    assert.deepEqual(foreign.filter(unexpected), [], 'the page asked for something beyond its own files');
+    assert.deepEqual(faults.filter(unexpected), [], 'the page reported errors');
   });
   await page.goto(url);
   await page.waitForSelector('body[data-threads]', { state: 'attached' });

@@ -167,6 +167,23 @@ describe('other input', () => {
     }
   });
 
+  test('a zip of a folder, and a file that is dropped', async (t) => {
+    const page = await openPage(t, browser, await served(t));
+    const folder = temporaryFolder(t);
+    execFileSync('python3', ['-m', 'zipfile', '-c', join(folder, 'head.zip'), 'head'], { cwd: shared });
+    await openFiles(page, [join(folder, 'head.zip')]);
+    await settled(page);
+    assert.match(await text(page, '#status'), /DICOM.*144 × 196 × 170/);
+
+    await page.evaluate((bytes) => {
+      const transfer = new DataTransfer();
+      transfer.items.add(new File([Uint8Array.from(atob(bytes), (c) => c.charCodeAt(0))], 'dropped.nii'));
+      dispatchEvent(new DragEvent('drop', { dataTransfer: transfer, bubbles: true, cancelable: true }));
+    }, niftiBall().toString('base64'));
+    await page.waitForFunction(() => document.title.startsWith('dropped.nii'));
+    await settled(page);
+  });
+
   test('a truncated file is refused with the reason of the command line, and the scan before stays open', async (t) => {
     const page = await openPage(t, browser, await served(t));
     await openFolder(page, head);
@@ -301,7 +318,7 @@ describe('the page', () => {
   });
 
   test('may not connect to any other site', async (t) => {
-    const page = await openPage(t, browser, await served(t));
+    const page = await openPage(t, browser, await served(t), { expected: /example\.org|Content Security Policy/ });
     const blocked = await page.evaluate(() => fetch('https://example.org/').then(() => false, () => true));
     assert.ok(blocked);
     const policy = await page.getAttribute('meta[http-equiv="Content-Security-Policy"]', 'content');
