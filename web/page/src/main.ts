@@ -1,0 +1,125 @@
+// Puts the page together.
+import './style.css';
+import { prepare, threads } from 'marrow-wasm';
+import { ProgressBanner, messageOf, showBanner } from './banners';
+import { Histogram, makeIsovalueRow } from './controls/histogram';
+import { makePanel } from './controls/panel';
+import { makeStatus } from './controls/status';
+import { exportSurface } from './dialogs/export';
+import { showHelp } from './dialogs/help';
+import { byId, elementOf, save } from './dom';
+import icons from './icons.svg?raw';
+import { startOffline } from './offline';
+import { commandOf, surfaceName } from './recipe';
+import { filesOfDrop, filesOfInput } from './scan/collect_files';
+import { openScan } from './scan/open';
+import { listenToKeys } from './keys';
+import { Store } from './state';
+import { Surfaces } from './surfaces';
+import { startTheme, toggleTheme } from './theme';
+import { makeViews } from './views/views';
+
+document.body.prepend(new DOMParser().parseFromString(icons, 'image/svg+xml').documentElement);
+document.body.firstElementChild!.setAttribute('hidden', '');
+
+const store = new Store();
+const fail = (error: unknown) => showBanner('error', messageOf(error));
+const views = makeViews(store, fail);
+const histogram = new Histogram(elementOf('div'), store, () => surfaces.update());
+const surfaces = new Surfaces(store, () => views.surface?.slow ?? false, () => histogram.dragging, fail);
+makePanel(store);
+makeIsovalue();
+makeStatus(store);
+startTheme(() => histogram.draw());
+
+store.on(['scan'], () => {
+  byId('welcome').hidden = store.state.scan !== undefined;
+  byId('workspace').hidden = store.state.scan === undefined;
+  document.title = store.state.scan ? `${store.state.scan.name} – Marrow` : 'Marrow';
+});
+
+function makeIsovalue(): void {
+  const row = elementOf('div', { class: 'isovalue-row' });
+  makeIsovalueRow(row, store);
+  const line = elementOf('code', { tabindex: 0, 'aria-label': 'The command line that writes the same bytes' });
+  const copy = elementOf('button', { class: 'text', type: 'button' }, 'Copy');
+  copy.addEventListener('click', () => void navigator.clipboard.writeText(line.textContent ?? '').then(() => {
+    copy.textContent = 'Copied';
+    setTimeout(() => { copy.textContent = 'Copy'; }, 1500);
+  }, fail));
+  byId('isovalue').append(row, histogram.element, elementOf('div', { class: 'command', title: 'This command line writes the same bytes' }, line, copy));
+  store.on(['scan', 'isovalue', 'closed', 'largest', 'smooth', 'keep', 'crop', 'relax', 'hidden', 'labelSurfaces', 'asLabels'], () => {
+    const s = store.state;
+    row.hidden = histogram.element.hidden = s.asLabels;
+    if (s.scan) line.textContent = commandOf(s, `${surfaceName(s)}.${s.asLabels ? '3mf' : 'stl'}`);
+  });
+}
+
+// ------------------------------------------------------------------------------------------------ opening
+
+const folderInput = byId<HTMLInputElement>('folder-input'), fileInput = byId<HTMLInputElement>('file-input');
+const openFolder = () => folderInput.click(), openFile = () => fileInput.click();
+for (const id of ['open-folder', 'welcome-folder']) byId(id).addEventListener('click', openFolder);
+for (const id of ['open-file', 'welcome-file']) byId(id).addEventListener('click', openFile);
+for (const input of [folderInput, fileInput]) {
+  input.addEventListener('change', () => {
+    const files = filesOfInput(input);
+    input.value = ''; // so that the same choice is noticed again
+    void openScan(store, files);
+  });
+}
+byId('welcome-demo').addEventListener('click', () => void openDemo().catch(fail));
+
+async function openDemo(): Promise<void> {
+  const button = byId<HTMLButtonElement>('welcome-demo');
+  button.disabled = true;
+  const progress = new ProgressBanner('Computing the demo scan…');
+  try {
+    const { demoScan } = await import('./demo/demo');
+    const files = await demoScan((f) => progress.set(f));
+    await openScan(store, files);
+  } finally {
+    progress.remove();
+    button.disabled = false;
+  }
+}
+
+const veil = byId('drop-veil');
+addEventListener('dragenter', (e) => { if (e.dataTransfer?.types.includes('Files')) veil.hidden = false; });
+addEventListener('dragover', (e) => e.preventDefault());
+addEventListener('dragleave', (e) => { if (e.relatedTarget === null) veil.hidden = true; });
+addEventListener('drop', (e) => {
+  e.preventDefault();
+  veil.hidden = true;
+  if (e.dataTransfer) void filesOfDrop(e.dataTransfer).then((files) => openScan(store, files), fail);
+});
+
+// ------------------------------------------------------------------------------------------------ buttons and keys
+
+const savePicture = () => {
+  if (!views.surface) return showBanner('note', 'There is no picture without WebGL.');
+  views.surface.picture().then((blob) => save(blob, `${surfaceName(store.state)}.png`), fail);
+};
+const actions = {
+  openFolder, openFile, savePicture,
+  export: () => void exportSurface(store),
+  help: () => void showHelp(),
+  theme: toggleTheme,
+  reset: () => views.reset(),
+  lookFrom: (direction: string) => views.surface?.lookFrom(direction),
+};
+byId('picture').addEventListener('click', savePicture);
+byId('export').addEventListener('click', actions.export);
+byId('help').addEventListener('click', actions.help);
+byId('theme').addEventListener('click', actions.theme);
+byId('reset').addEventListener('click', actions.reset);
+for (const button of document.querySelectorAll<HTMLElement>('[data-from]')) button.addEventListener('click', () => actions.lookFrom(button.dataset['from']!));
+for (const button of document.querySelectorAll<HTMLElement>('[data-tool]')) {
+  button.addEventListener('click', () => store.set({ tool: button.dataset['tool'] as 'navigate', picked: undefined }));
+  store.on(['tool'], () => button.setAttribute('aria-pressed', String(store.state.tool === button.dataset['tool'])));
+}
+listenToKeys(store, actions);
+
+void startOffline();
+if (typeof WebAssembly === 'undefined') showBanner('error', 'This browser has no WebAssembly, which reads and meshes the scan: use a newer browser, or allow it in the settings.');
+else prepare().then(() => document.body.setAttribute('data-threads', String(threads())), fail);

@@ -1,0 +1,39 @@
+// Keeps the files of the page, and adds the two headers that isolate it, so that threads work on any server.
+export {}; // a module, so that its names are its own
+
+const worker = self as unknown as ServiceWorkerGlobalScope;
+
+// The build puts the names of the files here, and a version that changes with them. The codecs of compressed DICOM are
+// not among them: they are kept once they are used.
+declare const FILES: string[];
+declare const VERSION: string;
+const CACHE = `marrow-${VERSION}`;
+
+worker.addEventListener('install', (event) => {
+  event.waitUntil(caches.open(CACHE).then((cache) => cache.addAll(FILES)).then(() => worker.skipWaiting()));
+});
+
+worker.addEventListener('activate', (event) => {
+  const forgetOlder = caches.keys().then((names) => Promise.all(names.filter((n) => n.startsWith('marrow-') && n !== CACHE).map((n) => caches.delete(n))));
+  event.waitUntil(forgetOlder.then(() => worker.clients.claim()));
+});
+
+worker.addEventListener('fetch', (event) => {
+  const { request } = event;
+  if (request.method !== 'GET' || new URL(request.url).origin !== location.origin) return;
+  event.respondWith(answer(request));
+});
+
+async function answer(request: Request): Promise<Response> {
+  const cache = await caches.open(CACHE);
+  let response = await cache.match(request, { ignoreSearch: true });
+  if (!response) {
+    response = await fetch(request);
+    if (response.status === 200) await cache.put(request, response.clone());
+  }
+  const headers = new Headers(response.headers);
+  headers.set('Cross-Origin-Opener-Policy', 'same-origin');
+  headers.set('Cross-Origin-Embedder-Policy', 'require-corp');
+  headers.set('Cross-Origin-Resource-Policy', 'same-origin');
+  return new Response(response.body, { status: response.status, statusText: response.statusText, headers });
+}

@@ -1,0 +1,165 @@
+// Keeps the surface up to date with the controls: a preview first, then full resolution, then what is done to it.
+import type { Crop, Mesh, StepResult } from 'marrow-wasm';
+import { Extractor, MarrowError, check, keepComponents, labels, measure, simplify, smooth } from 'marrow-wasm';
+import type { State, Store, Surface } from './state';
+
+/** Previews have at most this many samples, so that they are ready within a frame or two. */
+const PREVIEW_SAMPLES = 1.5e6;
+/** A full extraction that takes less, ms, needs no preview. */
+const SHORT = 50;
+
+interface Request {
+  isovalue: number; closed: boolean; largest: boolean; smooth: number; keep: number; crop: Crop | undefined;
+}
+
+const requestOf = (s: Readonly<State>): Request =>
+  ({ isovalue: s.isovalue, closed: s.closed, largest: s.largest, smooth: s.smooth, keep: s.keep, crop: s.crop });
+
+const isCancelled = (error: unknown): boolean => error instanceof MarrowError && error.code === 130;
+
+export class Surfaces {
+  private extractor: Extractor | undefined;
+  private previewLevel = 0;
+  private fullMs = Infinity; // of the last extraction in full resolution
+  private wanted: Request | undefined;
+  private running = false;
+  private steps = new AbortController(); // cancels smoothing, reduction and checks, which may take long
+  private labelWork = new AbortController();
+
+  /** `slow()` says whether the screen cannot draw full resolution while the isovalue moves. */
+  constructor(private readonly store: Store, private readonly slow: () => boolean, private readonly moving: () => boolean,
+              private readonly fail: (error: unknown) => void) {
+    store.on(['scan', 'asLabels', 'isovalue', 'closed', 'largest', 'smooth', 'keep', 'crop'], () => this.update());
+    store.on(['scan', 'asLabels', 'relax', 'crop'], () => void this.updateLabels());
+    store.on(['scan'], () => this.forget());
+  }
+
+  /** Requests what is missing, for instance full resolution at the end of a drag. */
+  update(): void {
+    const s = this.store.state;
+    if (!s.scan || s.asLabels) return;
+    this.steps.abort();
+    this.wanted = requestOf(s);
+    this.store.set({ light: { state: 'busy', text: '' } });
+    if (!this.running) void this.run();
+  }
+
+  private forget(): void {
+    this.extractor?.dispose();
+    this.extractor = undefined;
+    this.fullMs = Infinity;
+    this.store.set({ surface: undefined, measures: undefined, labelSurfaces: [], note: '' });
+  }
+
+  // One request after another; of those that came meanwhile, only the newest.
+  private async run(): Promise<void> {
+    this.running = true;
+    while (this.wanted) {
+      const request = this.wanted;
+      this.wanted = undefined;
+      try {
+        await this.answer(request);
+      } catch (error) {
+        if (!isCancelled(error)) this.fail(error);
+      }
+    }
+    this.running = false;
+  }
+
+  private async answer(request: Request): Promise<void> {
+    const extractor = await this.extractorFor(request);
+    const preview = this.previewLevel > 0 && (this.fullMs > SHORT || (this.slow() && this.moving()));
+    if (preview) {
+      const level = this.previewLevel;
+      const coarse = await extractor.extract(request.isovalue, { level });
+      const mesh = request.largest ? (await keepComponents(coarse, { largest: true })).mesh : coarse;
+      this.show({ mesh, isovalue: request.isovalue, level, exact: false, refined: request.largest });
+      if (this.wanted || (this.slow() && this.moving())) return;
+    }
+    const started = performance.now();
+    const full = await extractor.extract(request.isovalue);
+    this.fullMs = performance.now() - started;
+    this.store.set({ extractMs: full.stats.extractMs });
+    await this.refine(full, request);
+  }
+
+  private async refine(full: Mesh, request: Request): Promise<void> {
+    const { isovalue } = request, long = request.smooth > 0 || request.keep < 100;
+    const { signal } = (this.steps = new AbortController());
+    const notes: string[] = [];
+    let mesh = full;
+    const step = async (text: string, work: Promise<StepResult>) => {
+      if (long) this.store.set({ light: { state: 'busy', text } });
+      const result = await work;
+      mesh = result.mesh;
+      if (result.note) notes.push(result.note);
+    };
+    if (request.largest) await step('components', keepComponents(mesh, { largest: true }));
+    if (long) this.show({ mesh, isovalue, level: 0, exact: false, refined: true });
+    if (request.smooth > 0) await step('smoothing', smooth(mesh, { iterations: request.smooth, signal }));
+    if (request.keep < 100)
+      await step('reducing', simplify(mesh, { keep: request.keep / 100, scan: this.extractor!.scan, signal }));
+    if (this.wanted && long) return;
+    const refined = request.largest || long;
+    this.show({ mesh, isovalue, level: 0, exact: !this.wanted, refined });
+    this.store.set({ note: notes.join('; ') });
+    if (!this.wanted) await this.measure(mesh, long, signal);
+  }
+
+  private async measure(mesh: Mesh, mayIntersect: boolean, signal: AbortSignal): Promise<void> {
+    const measures = await measure(mesh);
+    const current = () => this.store.state.surface?.mesh === mesh && this.store.state.surface.exact && !this.wanted;
+    if (!current()) return;
+    const open = measures.boundaryEdges > 0, manifold = measures.nonmanifoldEdges === 0;
+    const none = measures.triangles === 0;
+    this.store.set({ measures });
+    if (none || open || !manifold || !mayIntersect) {
+      const text = none ? 'no surface' : open ? 'open at the border' : manifold ? 'watertight' : 'not manifold';
+      this.store.set({ light: { state: none || open || !manifold ? 'bad' : 'good', text } });
+      return;
+    }
+    this.store.set({ light: { state: 'busy', text: 'checking' } });
+    const result = await check(mesh, { signal });
+    if (!current()) return;
+    this.store.set({ light: result.sound ? { state: 'good', text: 'watertight' } :
+      { state: 'bad', text: result.selfIntersections > 0 ? 'intersects itself' : 'not sound' } });
+  }
+
+  private show(surface: Surface): void {
+    if (this.store.state.asLabels || this.extractor?.scan !== this.store.state.scan) return;
+    const old = this.store.state.surface?.mesh;
+    this.store.set({ surface });
+    if (old && old !== surface.mesh && old.points.length > 0) this.extractor?.recycle(old);
+  }
+
+  private async extractorFor(request: Request): Promise<Extractor> {
+    const scan = this.store.state.scan!;
+    const e = this.extractor;
+    const { closed, crop } = request;
+    if (e && e.scan === scan && e.options.closed === closed && e.options.crop === crop) return e;
+    e?.dispose();
+    this.extractor = undefined;
+    const made = await Extractor.create(scan, { closed, ...(crop && { crop }) });
+    this.extractor = made;
+    this.previewLevel = 0;
+    const samples = (level: number) => made.dims(level).reduce((a, b) => a * b, 1);
+    while (samples(this.previewLevel) > PREVIEW_SAMPLES && Math.min(...made.dims(this.previewLevel + 1)) >= 8) ++this.previewLevel;
+    return made;
+  }
+
+  private async updateLabels(): Promise<void> {
+    const s = this.store.state;
+    this.labelWork.abort();
+    if (!s.scan || !s.asLabels) return;
+    const { signal } = (this.labelWork = new AbortController());
+    this.store.set({ light: { state: 'busy', text: 'extracting' }, measures: undefined, surface: undefined });
+    try {
+      const found = await labels(s.scan, { relax: s.relax, ...(s.crop && { crop: s.crop }), signal,
+        onProgress: (f) => { if (!signal.aborted) this.store.set({ light: { state: 'busy', text: `extracting ${Math.round(f * 100)} %` } }); } });
+      if (signal.aborted || this.store.state.scan !== s.scan) return;
+      this.store.set({ labelSurfaces: found, light: { state: 'good', text: 'closed' } });
+    } catch (error) {
+      if (!isCancelled(error)) this.fail(error);
+    }
+  }
+}

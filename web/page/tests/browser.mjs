@@ -1,0 +1,100 @@
+// What the tests share: Debian's Chromium, the built page, and actions on it.
+import assert from 'node:assert/strict';
+import { execFileSync } from 'node:child_process';
+import { existsSync, mkdtempSync, readFileSync, rmSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { join, resolve } from 'node:path';
+import { fileURLToPath } from 'node:url';
+import { chromium } from 'playwright-core';
+import { built, serve } from '../serve.mjs';
+
+const CHROMIUM = process.env.CHROMIUM ?? '/usr/bin/chromium';
+const SOFTWARE_GL = ['--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist'];
+
+/** The command line, to compare with. */
+export const marrow = resolve(process.env.MARROW ?? fileURLToPath(new URL('../../../build/release/bin/marrow', import.meta.url)));
+
+export function launch(flags = SOFTWARE_GL) {
+  assert.ok(existsSync(CHROMIUM), `${CHROMIUM} is missing: install Debian's package chromium`);
+  assert.ok(existsSync(join(built, 'index.html')), `${built} is missing: run 'make web'`);
+  return chromium.launch({ executablePath: CHROMIUM, args: ['--no-sandbox', ...flags] });
+}
+
+/** Serves the page for the time of a test. */
+export async function served(t, options) {
+  const server = await serve(built, options);
+  t.after(() => server.close());
+  return server.url;
+}
+
+/**
+ * Opens the page. When the test ends, it fails if the page reported an error other than `expected`, or asked for anything
+ * but its own files.
+ */
+export async function openPage(t, browser, url, { expected, ...options } = {}) {
+  const context = await browser.newContext({ viewport: { width: 1200, height: 800 }, serviceWorkers: 'block', acceptDownloads: true, ...options });
+  const faults = [], foreign = [];
+  context.on('request', (request) => {
+    const { protocol, origin } = new URL(request.url());
+    if (origin !== new URL(url).origin && protocol !== 'blob:' && protocol !== 'data:') foreign.push(request.url());
+  });
+  const page = await context.newPage();
+  page.on('pageerror', (error) => faults.push(error.stack ?? error.message));
+  page.on('console', (message) => { if (message.type() === 'error') faults.push(message.text()); });
+  t.after(async () => {
+    await context.close();
+    const unexpected = (text) => !expected?.test(text);
+    assert.deepEqual(foreign.filter(unexpected), [], 'the page asked for something beyond its own files');
+    assert.deepEqual(faults.filter(unexpected), [], 'the page reported errors');
+  });
+  await page.goto(url);
+  await page.waitForSelector('body[data-threads]', { state: 'attached' });
+  return page;
+}
+
+/** A folder for files, until the end of the test. */
+export function temporaryFolder(t) {
+  const folder = mkdtempSync(join(tmpdir(), 'marrow-page-'));
+  t.after(() => rmSync(folder, { recursive: true, force: true }));
+  return folder;
+}
+
+/** Waits until the surface matches the controls in full resolution and is measured. */
+export async function settled(page) {
+  await page.waitForSelector('#light[data-state="good"], #light[data-state="bad"]', { timeout: 120_000 });
+}
+
+export async function openFolder(page, folder) {
+  await page.setInputFiles('#folder-input', folder);
+  await settled(page);
+}
+
+export async function openFiles(page, files) {
+  await page.setInputFiles('#file-input', files);
+}
+
+/** The error that the page shows. */
+export async function errorText(page) {
+  return (await page.waitForSelector('.banner.error p', { timeout: 60_000 })).textContent();
+}
+
+/** Exports, runs the command line that the dialog shows, and returns the bytes of both. */
+export async function exportBoth(page, folder, format, { space = 'LPS' } = {}) {
+  await page.click('#export');
+  await page.check(`input[name="format"][value="${format}"]`, { force: true });
+  if (space !== 'LPS') await page.selectOption('#export-space', space);
+  const command = await page.textContent('dialog code');
+  const [download] = await Promise.all([page.waitForEvent('download'), page.click('dialog button[value="save"]')]);
+  const fromPage = readFileSync(await download.path());
+  const name = download.suggestedFilename();
+  execFileSync('sh', ['-c', `"$MARROW" ${command.replace(/^marrow /, '')} -q`], { cwd: folder, env: { ...process.env, MARROW: marrow }, stdio: 'pipe' });
+  return { command, name, fromPage, fromCommand: readFileSync(join(folder, name)) };
+}
+
+/** Fails unless the page and the command line wrote the same bytes. */
+export async function assertSameBytes(page, folder, format, options) {
+  const { command, fromPage, fromCommand } = await exportBoth(page, folder, format, options);
+  assert.ok(fromPage.length > 500, `${format}: ${fromPage.length} bytes`);
+  assert.ok(fromPage.equals(fromCommand), `${command}: the bytes differ (${fromPage.length} and ${fromCommand.length})`);
+  return command;
+}

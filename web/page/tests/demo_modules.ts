@@ -1,0 +1,2 @@
+// What the tests make DICOM files with.
+export { DIMS, headFile, headSlice } from '../src/demo/head';

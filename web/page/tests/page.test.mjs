@@ -1,0 +1,354 @@
+// The page in a real browser: what a user does with it, compared with the command line.
+import assert from 'node:assert/strict';
+import { execFileSync, spawnSync } from 'node:child_process';
+import { mkdirSync, readFileSync, writeFileSync } from 'node:fs';
+import { join } from 'node:path';
+import { after, before, describe, test } from 'node:test';
+import { createRequire } from 'node:module';
+import { assertSameBytes, errorText, launch, marrow, openFiles, openFolder, openPage, served, settled, temporaryFolder } from './browser.mjs';
+import { labelNrrd, niftiBall, niftiBallGz, writeHead } from './scans.mjs';
+
+let browser, shared, head;
+before(async () => {
+  browser = await launch();
+  shared = temporaryFolder({ after: (remove) => { cleanUp = remove; } });
+  head = await writeHead(shared);
+});
+let cleanUp = () => {};
+after(async () => {
+  await browser?.close();
+  cleanUp();
+});
+
+const text = (page, selector) => page.locator(selector).textContent();
+const numberOf = (page) => page.inputValue('#isovalue-number').then(Number);
+
+async function measuresOf(page) {
+  const names = await page.locator('#measures dt').allTextContents(), values = await page.locator('#measures dd').allTextContents();
+  return Object.fromEntries(names.map((name, i) => [name, values[i]]));
+}
+
+async function setIsovalue(page, value) {
+  await page.fill('#isovalue-number', String(value));
+  await page.press('#isovalue-number', 'Enter');
+  await settled(page);
+}
+
+/** Opens one file of a scan that the test made. */
+async function openBytes(t, page, name, bytes) {
+  const folder = temporaryFolder(t);
+  writeFileSync(join(folder, name), bytes);
+  await openFiles(page, [join(folder, name)]);
+  return folder;
+}
+
+describe('a DICOM folder', () => {
+  test('has the numbers of the command line', async (t) => {
+    const page = await openPage(t, browser, await served(t));
+    await openFolder(page, head);
+    const json = JSON.parse(execFileSync(marrow, ['head', '-o', 'numbers.stl', '--type', 'bone', '--json', '-q'], { cwd: shared, encoding: 'utf8' }));
+    const measures = await measuresOf(page);
+    assert.equal(measures.Volume, `${(json.volume_mm3 / 1000).toFixed(1)} mL`);
+    assert.equal(measures.Area, `${(json.area_mm2 / 100).toFixed(1)} cm²`);
+    assert.equal(measures.Triangles.replace(/\D/g, ''), String(json.triangles));
+    assert.equal(measures.Components, String(json.components));
+    assert.equal(await text(page, '#light'), 'watertight');
+    assert.match(await text(page, '#status'), /head.*DICOM.*144 × 196 × 170.*1\.2 × 1\.2 × 1\.2 mm.*int16.*CT/);
+  });
+
+  test('is exported with the bytes of the command line that is shown', async (t) => {
+    const page = await openPage(t, browser, await served(t));
+    await openFolder(page, head);
+    for (const format of ['stl', '3mf', 'glb', 'ply']) await assertSameBytes(page, shared, format);
+    await assertSameBytes(page, shared, 'stl', { space: 'RAS' });
+
+    await page.getByLabel('Largest component only').check();
+    await settled(page);
+    assert.equal((await measuresOf(page)).Components, '1');
+    assert.match(await assertSameBytes(page, shared, '3mf'), /--largest/);
+
+    await page.getByLabel('Open at the border of the scan').check();
+    await settled(page);
+    assert.equal(await text(page, '#light'), 'open at the border');
+    assert.match(await assertSameBytes(page, shared, 'ply'), /--open/);
+    await page.getByLabel('Open at the border of the scan').uncheck();
+
+    await page.getByLabel('Last sample along z').fill('90');
+    await page.press('[aria-label="Last sample along z"]', 'Enter');
+    await settled(page);
+    assert.match(await assertSameBytes(page, shared, 'stl'), /--crop vox:0,143,0,195,0,90/);
+
+    await page.fill('#field-smooth', '10');
+    await page.press('#field-smooth', 'Enter');
+    await page.fill('#field-keep', '40');
+    await page.press('#field-keep', 'Enter');
+    await settled(page);
+    assert.equal(await text(page, '#light'), 'watertight');
+    assert.match(await assertSameBytes(page, shared, 'glb'), /--smooth 10 --keep 0\.4/);
+  });
+
+  test('gives the same bytes with one thread, where the server does not isolate the page', async (t) => {
+    const page = await openPage(t, browser, await served(t, { isolated: false }));
+    assert.equal(await page.getAttribute('body', 'data-threads'), '1');
+    assert.equal(await page.evaluate(() => crossOriginIsolated), false);
+    await openFolder(page, head);
+    await setIsovalue(page, 400.5);
+    await assertSameBytes(page, shared, 'stl');
+  });
+
+  test('uses the threads that there are, where the server isolates the page', async (t) => {
+    const page = await openPage(t, browser, await served(t));
+    const threads = await page.evaluate(() => Math.min(navigator.hardwareConcurrency, 8));
+    assert.equal(await page.getAttribute('body', 'data-threads'), String(threads));
+  });
+});
+
+describe('the isovalue', () => {
+  test('follows a drag on the histogram, whose last surface is that of the command line', async (t) => {
+    const page = await openPage(t, browser, await served(t));
+    await openFolder(page, head);
+    const box = await page.locator('.histogram').boundingBox(), y = box.y + box.height / 2;
+    await page.mouse.move(box.x + box.width * 0.4, y);
+    await page.mouse.down();
+    for (let i = 0; i <= 20; ++i) await page.mouse.move(box.x + box.width * (0.4 + 0.01 * i), y);
+    await page.mouse.up();
+    await settled(page);
+    const value = await numberOf(page);
+    assert.ok(value > 600 && value % 1 !== 0, `${value} lies between two whole numbers`);
+    assert.match(await assertSameBytes(page, shared, 'stl'), new RegExp(`--isovalue ${value}\\b`));
+  });
+
+  test('follows presets, keys and the number', async (t) => {
+    const page = await openPage(t, browser, await served(t));
+    await openFolder(page, head);
+    await page.click('[data-preset="skin"]');
+    await settled(page);
+    assert.equal(await numberOf(page), -300.5);
+    assert.equal(await page.getAttribute('[data-preset="skin"]', 'aria-pressed'), 'true');
+    await page.focus('.histogram');
+    await page.keyboard.press('ArrowRight');
+    await page.keyboard.press('PageUp');
+    assert.equal(await numberOf(page), -289.5);
+    assert.equal(await page.getAttribute('.histogram', 'aria-valuetext'), '-289.5 HU');
+    await setIsovalue(page, 1e6);
+    assert.equal(await text(page, '#light'), 'no surface');
+  });
+
+  test('can change a hundred times without memory growing', async (t) => {
+    const page = await openPage(t, browser, await served(t));
+    await openFolder(page, head);
+    const system = await browser.newBrowserCDPSession(), here = await page.context().newCDPSession(page);
+    const change = async (times) => {
+      for (let i = 0; i < times; ++i) await setIsovalue(page, i % 2 ? 225.5 : 300.5);
+      await here.send('HeapProfiler.collectGarbage');
+    };
+    const pages = async () => (await system.send('SystemInfo.getProcessInfo')).processInfo.filter((p) => p.type === 'renderer')
+      .reduce((sum, p) => sum + Number(readFileSync(`/proc/${p.id}/statm`, 'utf8').split(' ')[1]), 0);
+    await change(20);
+    const earlier = await pages();
+    await change(100);
+    const grown = ((await pages()) - earlier) * 4096;
+    t.diagnostic(`the page holds ${((earlier * 4096) / 1e6).toFixed(0)} MB, and ${(grown / 1e6).toFixed(0)} MB more after 100 changes`);
+    // One surface has 14 MB; if each stayed, there would be more than a gigabyte.
+    assert.ok(grown < 100e6, `${grown} bytes more`);
+  });
+});
+
+describe('other input', () => {
+  test('an oblique NIfTI, plain or compressed', async (t) => {
+    const page = await openPage(t, browser, await served(t));
+    for (const [name, bytes] of [['ball.nii', niftiBall()], ['ball.nii.gz', niftiBallGz()]]) {
+      const folder = await openBytes(t, page, name, bytes);
+      await page.waitForFunction((n) => document.title.startsWith(n), name);
+      await settled(page);
+      await page.click('[data-preset="otsu"]');
+      await settled(page);
+      await assertSameBytes(page, folder, 'ply');
+    }
+  });
+
+  test('a zip of a folder, and a file that is dropped', async (t) => {
+    const page = await openPage(t, browser, await served(t));
+    const folder = temporaryFolder(t);
+    execFileSync('python3', ['-m', 'zipfile', '-c', join(folder, 'head.zip'), 'head'], { cwd: shared });
+    await openFiles(page, [join(folder, 'head.zip')]);
+    await settled(page);
+    assert.match(await text(page, '#status'), /DICOM.*144 × 196 × 170/);
+
+    await page.evaluate((bytes) => {
+      const transfer = new DataTransfer();
+      transfer.items.add(new File([Uint8Array.from(atob(bytes), (c) => c.charCodeAt(0))], 'dropped.nii'));
+      dispatchEvent(new DragEvent('drop', { dataTransfer: transfer, bubbles: true, cancelable: true }));
+    }, niftiBall().toString('base64'));
+    await page.waitForFunction(() => document.title.startsWith('dropped.nii'));
+    await settled(page);
+  });
+
+  test('a truncated file is refused with the reason of the command line, and the scan before stays open', async (t) => {
+    const page = await openPage(t, browser, await served(t));
+    await openFolder(page, head);
+    const folder = await openBytes(t, page, 'cut.nii', niftiBall().subarray(0, 90_000));
+    const shown = await errorText(page);
+    const printed = spawnSync(marrow, ['cut.nii', '-o', 'cut.stl', '-q'], { cwd: folder, encoding: 'utf8' }).stderr;
+    assert.ok(printed.includes(shown.replace(/^.*?cut\.nii/, 'cut.nii').trim()), `page: ${shown}\ncommand line: ${printed}`);
+    assert.match(await text(page, '#status'), /^head/);
+    await assertSameBytes(page, shared, 'stl');
+  });
+
+  test('a folder that holds no scan', async (t) => {
+    const page = await openPage(t, browser, await served(t));
+    const folder = temporaryFolder(t);
+    mkdirSync(join(folder, 'notes'));
+    writeFileSync(join(folder, 'notes', 'readme.txt'), 'nothing here');
+    await page.setInputFiles('#folder-input', join(folder, 'notes'));
+    assert.match(await errorText(page), /notes/);
+  });
+
+  test('several series are listed, and those that cannot be read have the reason of marrow info', async (t) => {
+    const folder = temporaryFolder(t), both = join(folder, 'both');
+    mkdirSync(both);
+    for (let k = 1; k <= 40; ++k) {
+      const bytes = readFileSync(join(head, `${String(k).padStart(3, '0')}.dcm`));
+      writeFileSync(join(both, `a${k}.dcm`), bytes);
+      if (k === 20 || k === 21) continue; // the second series lacks two slices
+      const other = Buffer.from(bytes.toString('latin1').replaceAll('2.25.246813579', '2.25.246813570').replace('Head, computed', 'With a gap    '), 'latin1');
+      writeFileSync(join(both, `b${k}.dcm`), other);
+    }
+    const page = await openPage(t, browser, await served(t));
+    await page.setInputFiles('#folder-input', both);
+    await page.waitForSelector('dialog .series');
+    assert.equal(await page.locator('dialog .series').count(), 2);
+    const info = JSON.parse(execFileSync(marrow, ['info', 'both', '--json'], { cwd: folder, encoding: 'utf8' }));
+    const refusal = JSON.stringify(info).match(/"refusal":\s*"((?:[^"\\]|\\.)*)"/)[1];
+    assert.equal(await text(page, 'dialog .reason'), JSON.parse(`"${refusal}"`));
+    await page.getByText('Head, computed').click();
+    await page.click('dialog button[value="open"]');
+    await settled(page);
+    assert.match(await assertSameBytes(page, folder, 'stl'), /--series/);
+  });
+
+  test('a label map has a surface for each label, with its name and colour', async (t) => {
+    const page = await openPage(t, browser, await served(t));
+    const folder = await openBytes(t, page, 'halves.nrrd', labelNrrd());
+    await settled(page);
+    assert.deepEqual(await page.locator('.label-list .name').allTextContents(), ['right half', 'left half']);
+    assert.match(await assertSameBytes(page, folder, '3mf'), /--labels/);
+    await page.getByLabel('Show left half').click();
+    assert.match(await assertSameBytes(page, folder, 'stl'), /--only 1/);
+  });
+});
+
+describe('the views', () => {
+  test('a distance between two clicks on a slice is that in the patient', async (t) => {
+    const page = await openPage(t, browser, await served(t), { viewport: { width: 1400, height: 900 } });
+    await openFolder(page, head);
+    await page.dblclick('[data-view="axial"]', { position: { x: 30, y: 30 } });
+    await page.keyboard.press('d');
+    const box = await page.locator('[data-view="axial"] canvas').boundingBox();
+    // The slice fits the view, so the scale is known: 196 samples of 1.2 mm fill its height but for 4 pixels.
+    const scale = (196 * 1.2) / (box.height - 4);
+    await page.mouse.click(box.x + box.width / 2 - 100, box.y + box.height / 2);
+    await page.mouse.click(box.x + box.width / 2 + 60, box.y + box.height / 2 + 40);
+    const shown = parseFloat(await text(page, '[aria-label="Distances"] .value'));
+    assert.ok(Math.abs(shown - Math.hypot(160, 40) * scale) < 0.2, `${shown} mm, not ${Math.hypot(160, 40) * scale}`);
+  });
+
+  test('keys move slices and the camera, and choose tools', async (t) => {
+    const page = await openPage(t, browser, await served(t));
+    await openFolder(page, head);
+    assert.equal(await text(page, '[data-view="axial"] .br'), '85 / 170');
+    await page.focus('[data-view="axial"]');
+    await page.keyboard.press('ArrowUp');
+    await page.keyboard.press('PageUp');
+    await page.waitForFunction(() => document.querySelector('[data-view="axial"] .br').textContent === '96 / 170');
+    await page.keyboard.press('k');
+    assert.equal(await page.getAttribute('[data-tool="crop"]', 'aria-pressed'), 'true');
+    const before = await page.locator('[data-view="surface"] canvas').screenshot();
+    await page.keyboard.press('4');
+    await page.waitForTimeout(3000);
+    assert.ok(!before.equals(await page.locator('[data-view="surface"] canvas').screenshot()), 'the surface is seen from elsewhere');
+  });
+
+  test('a picture is saved as PNG', async (t) => {
+    const page = await openPage(t, browser, await served(t));
+    await openFolder(page, head);
+    const [download] = await Promise.all([page.waitForEvent('download'), page.click('#picture')]);
+    const png = readFileSync(await download.path());
+    assert.equal(png.subarray(1, 4).toString(), 'PNG');
+    assert.ok(png.length > 50_000, `${png.length} bytes show a surface`);
+  });
+
+  test('fit a screen of 360 pixels, and touch moves the isovalue', async (t) => {
+    const page = await openPage(t, browser, await served(t), { viewport: { width: 360, height: 740 }, hasTouch: true, isMobile: true });
+    await openFolder(page, head);
+    assert.equal(await page.evaluate(() => document.documentElement.scrollWidth), 360);
+    assert.equal(await page.locator('.view:visible').count(), 1);
+    await page.tap('.tabs button:nth-child(2)');
+    assert.ok(await page.isVisible('[data-view="axial"]'));
+    const box = await page.locator('.histogram').boundingBox();
+    await page.touchscreen.tap(box.x + box.width * 0.6, box.y + 40);
+    await settled(page);
+    assert.ok((await numberOf(page)) > 500);
+  });
+
+  test('without WebGL the page says so, and everything else works', async (t) => {
+    const plain = await launch(['--disable-3d-apis']);
+    t.after(() => plain.close());
+    const page = await openPage(t, plain, await served(t));
+    await openFolder(page, head);
+    assert.match(await text(page, '.missing'), /no WebGL 2.*Slices, numbers and export work/);
+    await assertSameBytes(page, shared, 'stl');
+  });
+});
+
+describe('the page', () => {
+  test('works without a network after the first visit', async (t) => {
+    const page = await openPage(t, browser, await served(t), { serviceWorkers: 'allow' });
+    await page.evaluate(() => navigator.serviceWorker.ready);
+    await page.context().setOffline(true);
+    await page.reload();
+    await page.waitForSelector('body[data-threads]', { state: 'attached' });
+    await openFolder(page, head);
+    await assertSameBytes(page, shared, 'stl');
+  });
+
+  test('isolates itself on a server that does not, to use threads', async (t) => {
+    const page = await openPage(t, browser, await served(t, { isolated: false }), { serviceWorkers: 'allow' });
+    await page.waitForFunction(() => crossOriginIsolated, null, { timeout: 30_000 });
+  });
+
+  test('may not connect to any other site', async (t) => {
+    const page = await openPage(t, browser, await served(t), { expected: /example\.org|Content Security Policy/ });
+    const blocked = await page.evaluate(() => fetch('https://example.org/').then(() => false, () => true));
+    assert.ok(blocked);
+    const policy = await page.getAttribute('meta[http-equiv="Content-Security-Policy"]', 'content');
+    assert.doesNotMatch(policy, /https?:|\*|unsafe-inline|'unsafe-eval'/);
+  });
+
+  test('shows the demo scan at one click', async (t) => {
+    const page = await openPage(t, browser, await served(t));
+    await page.click('#welcome-demo');
+    await settled(page);
+    assert.equal(await text(page, '#light'), 'watertight');
+  });
+
+  for (const colorScheme of ['dark', 'light']) {
+    test(`has no serious accessibility fault (${colorScheme})`, async (t) => {
+      const page = await openPage(t, browser, await served(t), { colorScheme, bypassCSP: true });
+      const axe = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
+      const faults = async () => (await page.evaluate(async (source) => {
+        if (!window.axe) (0, eval)(source);
+        return (await window.axe.run()).violations.filter((v) => ['serious', 'critical'].includes(v.impact))
+          .map((v) => `${v.id}: ${v.nodes.map((n) => n.target.join(' ')).join(', ')}`);
+      }, axe));
+      assert.deepEqual(await faults(), [], 'start');
+      await openFolder(page, head);
+      assert.deepEqual(await faults(), [], 'with a scan');
+      await page.click('#export');
+      assert.deepEqual(await faults(), [], 'export');
+      await page.keyboard.press('Escape');
+      await page.keyboard.press('?');
+      assert.deepEqual(await faults(), [], 'help');
+    });
+  }
+});

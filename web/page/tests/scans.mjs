@@ -1,0 +1,67 @@
+// Scans for the tests: the demo's head as DICOM, and small files in other formats.
+import { mkdirSync, writeFileSync } from 'node:fs';
+import { join } from 'node:path';
+import { fileURLToPath } from 'node:url';
+import { gzipSync } from 'node:zlib';
+import { build } from 'vite';
+
+const root = fileURLToPath(new URL('..', import.meta.url));
+
+/** Compiles modules of src/demo for node. */
+async function demoModules() {
+  const result = await build({
+    configFile: false, root, logLevel: 'error',
+    build: { write: false, minify: false, lib: { entry: { all: join(root, 'tests/demo_modules.ts') }, formats: ['es'] } },
+  });
+  const { code } = result[0].output[0];
+  return import(`data:text/javascript;base64,${Buffer.from(code).toString('base64')}`);
+}
+
+/** Writes the demo's head as a folder of DICOM files; returns the folder. */
+export async function writeHead(folder) {
+  const { DIMS, headFile } = await demoModules(), to = join(folder, 'head');
+  mkdirSync(to);
+  for (let k = 0; k < DIMS[2]; ++k) writeFileSync(join(to, `${String(k + 1).padStart(3, '0')}.dcm`), headFile(k));
+  return to;
+}
+
+/** A ball of bone in air, 48 samples along each axis, as samples in Hounsfield units. */
+function ball() {
+  const n = 48, samples = new Int16Array(n ** 3);
+  for (let k = 0; k < n; ++k)
+    for (let j = 0; j < n; ++j)
+      for (let i = 0; i < n; ++i)
+        samples[(k * n + j) * n + i] = Math.max(-1000, Math.min(1500, 225.5 + 500 * (18 - Math.hypot(i - 23.5, j - 22, k - 24))));
+  return { n, samples };
+}
+
+/** NIfTI-1 of a ball whose axes are oblique in the patient. */
+export function niftiBall() {
+  const { n, samples } = ball(), header = Buffer.alloc(352);
+  header.writeInt32LE(348, 0);
+  [3, n, n, n, 1, 1, 1, 1].forEach((d, i) => header.writeInt16LE(d, 40 + 2 * i));
+  header.writeInt16LE(4, 70); // int16
+  header.writeInt16LE(16, 72);
+  [1, 0.8, 0.9, 1.5].forEach((d, i) => header.writeFloatLE(d, 76 + 4 * i));
+  header.writeFloatLE(352, 108);
+  header.writeFloatLE(1, 112);
+  header.writeUInt8(2, 123); // mm
+  header.writeInt16LE(1, 254); // sform
+  const c = Math.cos(0.3), s = Math.sin(0.3);
+  [[0.8 * c, -0.9 * s, 0, -10], [0.8 * s, 0.9 * c, 0, 20], [0, 0, 1.5, -30]].flat().forEach((v, i) => header.writeFloatLE(v, 280 + 4 * i));
+  header.write('n+1\0', 344, 'latin1');
+  return Buffer.concat([header, Buffer.from(samples.buffer)]);
+}
+
+export const niftiBallGz = () => gzipSync(niftiBall());
+
+/** NRRD of a label map with the halves of a ball, named as 3D Slicer names them. */
+export function labelNrrd() {
+  const { n, samples } = ball();
+  const labels = Uint8Array.from(samples, (v, at) => (v < 225.5 ? 0 : at % n < 24 ? 1 : 2));
+  const header = `NRRD0005\ntype: uint8\ndimension: 3\nsizes: ${n} ${n} ${n}\nspace: left-posterior-superior\n` +
+    'space directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (0,0,0)\nencoding: raw\n' +
+    'Segment0_LabelValue:=1\nSegment0_Name:=right half\nSegment0_Color:=0.8 0.3 0.2\nSegment0_ID:=Segment_1\nSegment0_Layer:=0\n' +
+    'Segment1_LabelValue:=2\nSegment1_Name:=left half\nSegment1_Color:=0.2 0.5 0.8\nSegment1_ID:=Segment_2\nSegment1_Layer:=0\n\n';
+  return Buffer.concat([Buffer.from(header), Buffer.from(labels.buffer)]);
+}

@@ -1,0 +1,51 @@
+// Builds the page as static files: with a Content-Security-Policy, and with a service worker that knows all of them.
+import { createHash } from 'node:crypto';
+import type { Plugin } from 'vite';
+import { defineConfig } from 'vite';
+
+const POLICY = [
+  "default-src 'none'", "script-src 'self' 'wasm-unsafe-eval'", "worker-src 'self'", "connect-src 'self'", "style-src 'self'", "img-src 'self' data: blob:",
+  "base-uri 'none'", "form-action 'none'",
+].join('; ');
+
+function securityPolicy(): Plugin {
+  return {
+    name: 'security-policy', apply: 'build',
+    transformIndexHtml: () => [{ tag: 'meta', attrs: { 'http-equiv': 'Content-Security-Policy', content: POLICY }, injectTo: 'head-prepend' }],
+  };
+}
+
+// Tells the service worker the names of all files but the codecs, and a version that changes when one of them does.
+function fileList(): Plugin {
+  return {
+    name: 'file-list', apply: 'build', enforce: 'post',
+    generateBundle(_options, bundle) {
+      const worker = bundle['sw.js'];
+      if (worker?.type !== 'chunk') return;
+      const names = Object.keys(bundle).filter((name) => name !== 'sw.js').sort(), hash = createHash('sha256');
+      for (const name of names) {
+        const file = bundle[name]!;
+        hash.update(name).update(file.type === 'chunk' ? file.code : file.source);
+      }
+      worker.code = worker.code.replaceAll(/\bFILES\b/g, JSON.stringify(['./', ...names.filter((name) => !/codecs/.test(name))])).replaceAll(/\bVERSION\b/g, JSON.stringify(hash.digest('hex').slice(0, 12)));
+    },
+  };
+}
+
+export default defineConfig({
+  base: './',
+  plugins: [securityPolicy(), fileList()],
+  worker: { format: 'es' },
+  build: {
+    outDir: '../../build/web/page',
+    emptyOutDir: true,
+    target: 'es2022',
+    assetsInlineLimit: 0,
+    chunkSizeWarningLimit: 1000,
+    rolldownOptions: {
+      input: { page: 'index.html', sw: 'src/service_worker.ts' },
+      output: { entryFileNames: (chunk) => (chunk.name === 'sw' ? 'sw.js' : 'assets/[name]-[hash].js') },
+    },
+  },
+  server: { headers: { 'Cross-Origin-Opener-Policy': 'same-origin', 'Cross-Origin-Embedder-Policy': 'require-corp' }, fs: { allow: ['../..'] } },
+});
