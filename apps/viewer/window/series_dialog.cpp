@@ -60,8 +60,10 @@ QString description_text(const SeriesReport& series) {
     return lines.join('\n');
 }
 
-// A remark without the path that it begins with, which would take the room of the reason.
-QString without_path(const QString& remark) {
+// A remark without the path or series that it begins with, which would take the room of the reason.
+QString without_place(const QString& remark, const std::string& series) {
+    const QString named = "series " + from(series) + ": ";
+    if (remark.startsWith(named)) return remark.mid(named.size());
     const int end = remark.indexOf("': ");
     return remark.startsWith('\'') && end > 0 ? remark.mid(end + 3) : remark;
 }
@@ -191,7 +193,7 @@ void SeriesDialog::fill_row(int row) {
     texts[samples_column] = samples_text(info);
     texts[files_column] = QString::number(info.files);
     const QString whole_remark = from(apps::name_flags(remark));
-    texts[remarks_column] = without_path(whole_remark);
+    texts[remarks_column] = without_place(whole_remark, info.id);
     for (int column = 0; column < column_count; ++column) {
         auto* item = new QTableWidgetItem(texts[static_cast<std::size_t>(column)]);
         if (!opens) item->setFlags(Qt::NoItemFlags);
