@@ -66,7 +66,7 @@ install: program
 
 # Debian packages of the libraries and of all programs, in build/package/packages.
 package:
-	$(install) program viewer terrain python package
+	$(install) program viewer terrain python vtk package
 	$(call configure,package)
 	$(call build,package)
 	cd build/package && cpack > /dev/null

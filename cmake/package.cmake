@@ -1,6 +1,6 @@
 # Debian packages, by CPack: `make package`.
 #
-# libmarrowX.Y, libmarrow-dev and marrow; marrow-viewer, marrow-terrain and python3-marrow where they are built. GDAL is large, so
+# libmarrowX.Y, libmarrow-dev and marrow; marrow-viewer, marrow-terrain, python3-marrow and marrow-vtk where they are built. GDAL is large, so
 # marrow::terrain, library and all, stays in marrow-terrain.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_VENDOR "Marrow")
@@ -23,6 +23,9 @@ if(MARROW_TERRAIN)
 endif()
 if(MARROW_PYTHON)
   list(APPEND CPACK_COMPONENTS_ALL python)
+endif()
+if(MARROW_VTK)
+  list(APPEND CPACK_COMPONENTS_ALL vtk)
 endif()
 
 # debian_package(COMPONENT NAME SECTION CONTENTS [DEPENDS...]): one package; the dependencies beside the shared libraries'.
@@ -52,6 +55,8 @@ debian_package(terrain marrow-terrain science "the command 'marrow terrain' and 
 math(EXPR next_python "${Python_VERSION_MINOR} + 1")
 debian_package(python python3-marrow python "the Python package marrow" "${library} ${exactly}"
   "python3 (>= 3.${Python_VERSION_MINOR})" "python3 (<< 3.${next_python})" python3-numpy)
+debian_package(vtk marrow-vtk science "vtkMarrowContour, a filter of VTK, for C++ and Python" "${library} ${exactly}"
+  "python3 (>= 3.${Python_VERSION_MINOR})" "python3 (<< 3.${next_python})" python3-vtk9)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS marrow)  # python3 -m marrow runs the program
 set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA
   ${PROJECT_SOURCE_DIR}/packaging/debian/postinst ${PROJECT_SOURCE_DIR}/packaging/debian/prerm)
