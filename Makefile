@@ -12,7 +12,7 @@ configure = cmake --preset $(1) -Wno-dev --log-level=WARNING > /dev/null
 build = cmake --build --preset $(1) -j $(JOBS)
 install = scripts/install-dependencies
 
-.PHONY: all program demo test install package docs viewer terrain python core everything bench scaling paper accuracy fuzz tsan clang
+.PHONY: all program demo test install package docs viewer terrain python core web test-web web-serve everything bench scaling paper accuracy fuzz tsan clang
 all: program
 
 program:
@@ -45,6 +45,14 @@ python:
 	$(PYTHON) -m pip wheel . --quiet --no-index --no-build-isolation --no-deps --wheel-dir build/wheels \
 	  --config-settings build-dir=build/release
 	ls build/wheels/*.whl
+
+# For browsers: the npm package, in build/web/marrow-wasm.
+web:
+	$(install) web
+	JOBS=$(JOBS) web/build build/web
+
+test-web: web
+	node --test web/marrow-wasm/test/
 
 # marrow::core alone, with Highway and oneTBB.
 core:

@@ -59,7 +59,7 @@ endfunction()
 check_folder(include/marrow include "" "")
 
 # What the libraries share.
-check_folder(src/base src "" "tbb/")
+check_folder(src/base src "" "tbb/")  # and nothing else may
 
 # The core: each folder may include those before it.
 set(rooms volume grid marching_cubes snap surface_nets trust isosurface parts)
@@ -70,20 +70,20 @@ foreach(room IN LISTS rooms)
   if(room STREQUAL snap OR room STREQUAL surface_nets)
     set(also ";mesh")
   endif()
-  check_folder(src/core/${room} src "${before}${also}" "hwy/;tbb/")
+  check_folder(src/core/${room} src "${before}${also}" "hwy/")
   list(APPEND before core/${room})
 endforeach()
-check_folder(src/mesh src "base" "hwy/;tbb/")
+check_folder(src/mesh src "base" "hwy/")
 
 set(image_libraries "png.h;tiffio.h;turbojpeg.h;zlib.h;charls/;dcmtk/;openjpeg-2.5/;openjpeg.h")
 check_folder(src/io/bytes src "base" "fmt/;zlib.h;archive;expat.h")
-check_folder(src/io/scan src "base;io/bytes" "fmt/;tbb/;${image_libraries}")
-check_folder(src/io/dicom src "base;io/bytes;io/scan" "fmt/;tbb/;${image_libraries}")
-check_folder(src/io/zarr src "base;io/bytes" "fmt/;tbb/;nlohmann/;blosc.h;lz4.h;zlib.h;zstd.h")
+check_folder(src/io/scan src "base;io/bytes" "fmt/;${image_libraries}")
+check_folder(src/io/dicom src "base;io/bytes;io/scan" "fmt/;${image_libraries}")
+check_folder(src/io/zarr src "base;io/bytes" "fmt/;nlohmann/;blosc.h;lz4.h;zlib.h;zstd.h")
 check_folder(src/io/mesh src "base;io/bytes;io/dicom" "fmt/;nlohmann/;zlib.h")
 check_folder(src/io src "base;io/bytes;io/scan;io/dicom;io/zarr" "fmt/")
 check_folder(gpu src "base;core/volume;core/grid;core/marching_cubes" "volk.h")
-check_folder(src/terrain src "base" "fmt/;tbb/;gdal;ogr_;cpl_")
+check_folder(src/terrain src "base" "fmt/;gdal;ogr_;cpl_")
 
 # Only the main programs include commands.
 check_folder(apps/shared apps "" "CLI/;fmt/;X11/")

@@ -1,4 +1,8 @@
 # The packages that each option needs.
+if(EMSCRIPTEN)
+  include(${PROJECT_SOURCE_DIR}/web/wasm/dependencies.cmake)
+  return()
+endif()
 if((MARROW_APPS OR MARROW_VIEWER OR MARROW_PYTHON OR MARROW_TESTS OR MARROW_BENCH) AND NOT MARROW_IO)
   message(FATAL_ERROR "MARROW_APPS, MARROW_VIEWER, MARROW_PYTHON, MARROW_TESTS and MARROW_BENCH need MARROW_IO=ON")
 endif()

@@ -10,6 +10,7 @@
 #include "info_report.h"
 #include "shared/library_options.h"
 #include "shared/orientation.h"
+#include "shared/series_summary.h"
 #include "steps.h"
 
 namespace marrow::apps {

@@ -1,5 +1,4 @@
 // Computes the mean curvature at points, and roughness from its variation within windows.
-#include <tbb/enumerable_thread_specific.h>
 
 #include <algorithm>
 #include <cmath>
@@ -160,8 +159,7 @@ Roughness roughness(MeshView mesh, double window, const CurvatureOptions& option
     std::vector<double> deviation(mesh.points.size(), 0);
     with_threads(options.threads, [&] {
         points = curvatures(mesh, vertex_triangles, options.progress, 0, 0.2);
-        tbb::enumerable_thread_specific<WindowMean> means(
-            [&] { return WindowMean(mesh, vertex_triangles, points, window); });
+        PerThread<WindowMean> means([&] { return WindowMean(mesh, vertex_triangles, points, window); });
         for_each_range(points.size(), kPointsPerRange, options.progress, 0.2, 1,
                        [&](std::size_t first, std::size_t last) {
                            WindowMean& mean = means.local();

@@ -7,11 +7,10 @@
 #include <optional>
 #include <vector>
 
-#include <tbb/parallel_invoke.h>
-
 #include <marrow/error.h>
 #include <marrow/measure.h>
 
+#include "base/checked_size.h"
 #include "base/parallel.h"
 #include "check_indices.h"
 #include "distance.h"
@@ -41,12 +40,12 @@ namespace internal {
 
 SampledMesh::SampledMesh(const MeshView& mesh, std::int64_t samples)
     : mesh_(mesh), triangle_of_(mesh.points.size(), kNone) {
-    tbb::parallel_invoke([&] { tree_.emplace(mesh); }, [&] { spread_samples(samples); },
-                         [&] {
-                             for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-                                 for (const std::uint32_t p : mesh.triangles[t]) triangle_of_[p] = t;
-                             }
-                         });
+    parallel_invoke([&] { tree_.emplace(mesh); }, [&] { spread_samples(samples); },
+                    [&] {
+                        for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+                            for (const std::uint32_t p : mesh.triangles[t]) triangle_of_[p] = t;
+                        }
+                    });
 }
 
 // Equal steps along the summed areas of the triangles choose the triangle of each sample.
@@ -56,7 +55,7 @@ void SampledMesh::spread_samples(std::int64_t count) {
     summed_area.reserve(triangles);
     double sum = 0;
     for (const Triangle& t : mesh_.triangles) summed_area.push_back(sum += area(corners_of(mesh_, t)));
-    samples_.resize(static_cast<std::size_t>(count));
+    samples_.resize(checked_size(static_cast<std::uint64_t>(count), sizeof samples_[0]));
     first_sample_.reserve(triangles + 1);
     std::size_t k = 0;
     for (std::size_t t = 0; t < triangles; ++t) {
@@ -131,8 +130,8 @@ MeshDistance mesh_distance(MeshView a, MeshView b, const DistanceOptions& option
     MeshDistance result;
     with_threads(options.threads, [&] {
         std::optional<SampledMesh> from_a, from_b;
-        tbb::parallel_invoke([&] { from_a.emplace(a, options.samples); },
-                             [&] { from_b.emplace(b, options.samples); });
+        parallel_invoke([&] { from_a.emplace(a, options.samples); },
+                        [&] { from_b.emplace(b, options.samples); });
         constexpr double kExactly = std::numeric_limits<double>::infinity();
         const Distances there = distances(*from_a, from_b->tree(), kExactly, options.progress, 0, 0.5);
         const Distances back = distances(*from_b, from_a->tree(), kExactly, options.progress, 0.5, 1);

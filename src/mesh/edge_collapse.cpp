@@ -1,8 +1,6 @@
 // Half-edge collapse with a bucket queue.
 #include "edge_collapse.h"
 
-#include <tbb/parallel_for.h>
-
 #include <hwy/cache_control.h>
 
 #include <algorithm>
@@ -10,6 +8,7 @@
 #include <limits>
 #include <numeric>
 
+#include "base/parallel.h"
 #include "base/progress.h"
 
 namespace marrow::internal {
@@ -163,18 +162,17 @@ void EdgeCollapse::queue(Half h, float cost) {
 void EdgeCollapse::queue_all() {
     constexpr float kSkip = -1;
     Buffer<std::array<float, 3>> costs(faces_.size());
-    tbb::parallel_for(
-        tbb::blocked_range<Half>(0, static_cast<Half>(faces_.size()), 4096), [&](const auto& range) {
-            for (Half t = range.begin(); t < range.end(); ++t) {
-                for (Half h = 4 * t; h < 4 * t + 3; ++h) {
-                    const bool wanted = is_alive(h) && twin(h) != kNone && h < twin(h) && !is_fixed(h) &&
-                                        (points_[from(h)].changed || points_[to(h)].changed);
-                    costs[t][h % 4] = kSkip;
-                    if (!wanted) continue;
-                    if (const Target there = target(h); is_allowed(there)) costs[t][h % 4] = there.cost;
-                }
+    parallel_for_ranges(Half{0}, static_cast<Half>(faces_.size()), 4096, [&](const auto& range) {
+        for (Half t = range.begin(); t < range.end(); ++t) {
+            for (Half h = 4 * t; h < 4 * t + 3; ++h) {
+                const bool wanted = is_alive(h) && twin(h) != kNone && h < twin(h) && !is_fixed(h) &&
+                                    (points_[from(h)].changed || points_[to(h)].changed);
+                costs[t][h % 4] = kSkip;
+                if (!wanted) continue;
+                if (const Target there = target(h); is_allowed(there)) costs[t][h % 4] = there.cost;
             }
-        });
+        }
+    });
     for (Half t = 0; t < faces_.size(); ++t) {
         for (Half k = 0; k < 3; ++k) {
             if (costs[t][k] != kSkip) queue(4 * t + k, costs[t][k]);

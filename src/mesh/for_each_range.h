@@ -1,8 +1,6 @@
 /// Runs a loop in ranges of fixed size on all threads, with progress and cancellation.
 #pragma once
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cstddef>
 
@@ -17,7 +15,7 @@ void for_each_range(std::size_t count, std::size_t size, const Progress& progres
                     const F& f) {
     const std::size_t ranges = (count + size - 1) / size;
     Stage stage(progress, begin, end, ranges);
-    tbb::parallel_for(std::size_t{0}, ranges, [&](std::size_t i) {
+    parallel_for(std::size_t{0}, ranges, [&](std::size_t i) {
         f(i * size, std::min((i + 1) * size, count));
         stage.step();
     });

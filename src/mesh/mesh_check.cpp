@@ -7,8 +7,6 @@
 #include <numeric>
 #include <vector>
 
-#include <tbb/parallel_invoke.h>
-
 #include <marrow/error.h>
 #include <marrow/mesh_check.h>
 
@@ -38,7 +36,8 @@ void check_input(const MeshView& mesh, const CheckOptions& options) {
     if (options.min_wall && !(*options.min_wall >= 0))
         throw InputError("check: the smallest wall must be a number of mm from 0 upwards");
     check_indices(mesh);
-    if (mesh.triangles.size() >> 32) throw LimitError("check: the mesh has 2^32 triangles or more");
+    if (std::uint64_t{mesh.triangles.size()} >> 32)
+        throw LimitError("check: the mesh has 2^32 triangles or more");
     for (const Vec3f& p : mesh.points) {
         if (!std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2]))
             throw InputError("check: a coordinate of the mesh is not finite");
@@ -134,7 +133,7 @@ void check_surface(const MeshView& mesh, const CheckOptions& options, MeshCheck&
         check.unused_points += rings.of(p).empty();
         all_fans &= rings.of(p).empty() || rings.is_fan(p);
     }
-    tbb::parallel_invoke(
+    parallel_invoke(
         [&] {
             check.self_intersections = static_cast<std::int64_t>(
                 SelfIntersections(mesh, rings).find_all(options.progress, 0, walls_begin).size());
@@ -180,7 +179,7 @@ std::vector<MeshCrossing> find_crossings(std::span<const MeshView> meshes, const
     std::vector<std::size_t> mesh_of;  // of each triangle
     for (std::size_t m = 0; m < meshes.size(); ++m) {
         check_input(meshes[m], options);
-        if ((points.size() + meshes[m].points.size()) >> 32)
+        if ((std::uint64_t{points.size()} + meshes[m].points.size()) >> 32)
             throw LimitError("check: the meshes have 2^32 points or more");
         const auto first = static_cast<std::uint32_t>(points.size());
         points.insert(points.end(), meshes[m].points.begin(), meshes[m].points.end());
@@ -190,7 +189,8 @@ std::vector<MeshCrossing> find_crossings(std::span<const MeshView> meshes, const
             mesh_of.push_back(m);
         }
     }
-    if (triangles.size() >> 32) throw LimitError("check: the meshes have 2^32 triangles or more");
+    if (std::uint64_t{triangles.size()} >> 32)
+        throw LimitError("check: the meshes have 2^32 triangles or more");
     std::map<std::pair<std::size_t, std::size_t>, std::int64_t> pairs;
     with_threads(options.threads, [&] {
         const MeshView all(points, triangles);

@@ -1,15 +1,12 @@
 // Computes the Morton keys of triangles and sorts by them.
 #include "morton_curve.h"
 
-#include <tbb/parallel_for.h>
-#include <tbb/parallel_reduce.h>
-#include <tbb/task_arena.h>
-
 #include <algorithm>
 #include <array>
 #include <numeric>
 #include <utility>
 
+#include "base/parallel.h"
 #include "bounds.h"
 
 namespace marrow::internal {
@@ -38,11 +35,11 @@ class CellSort {
         while (axis_cells_ < kMostAxisCells && cells() < mesh.triangles.size()) axis_cells_ *= 2;
         set_keys(mesh);
         // Each thread counts and lists the triangles of some of the cells.
-        const auto parts = static_cast<std::size_t>(tbb::this_task_arena::max_concurrency());
+        const auto parts = static_cast<std::size_t>(thread_count());
         std::vector<std::uint32_t> count(parts + 1, 0);
         Buffer<std::uint32_t> ends(cells());
         const auto for_each_part = [&](const auto& f) {
-            tbb::parallel_for(std::size_t{0}, parts, [&](std::size_t part) {
+            parallel_for(std::size_t{0}, parts, [&](std::size_t part) {
                 f(part, static_cast<std::uint32_t>(cells() * part / parts),
                   static_cast<std::uint32_t>(cells() * (part + 1) / parts));
             });
@@ -76,8 +73,8 @@ class CellSort {
     std::size_t cells() const { return std::size_t{axis_cells_} * axis_cells_ * axis_cells_; }
 
     void set_keys(const MeshView& mesh) {
-        const Bounds bounds = tbb::parallel_reduce(
-            tbb::blocked_range<std::size_t>(0, mesh.points.size(), 4096), Bounds{},
+        const Bounds bounds = parallel_reduce(
+            std::size_t{0}, mesh.points.size(), 4096, Bounds{},
             [&](const auto& range, Bounds sum) {
                 for (std::size_t p = range.begin(); p < range.end(); ++p) sum.include(mesh.points[p]);
                 return sum;
@@ -92,7 +89,7 @@ class CellSort {
             longest = std::max(longest, bounds.upper[axis] - bounds.lower[axis]);
         const auto cells = static_cast<float>(axis_cells_);
         const float scale = longest > 0 ? cells / longest : 0;
-        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, keys_.size(), 4096), [&](const auto& range) {
+        parallel_for_ranges(std::size_t{0}, keys_.size(), 4096, [&](const auto& range) {
             for (std::size_t t = range.begin(); t < range.end(); ++t) {
                 const Vec3f& p = mesh.points[mesh.triangles[t][0]];
                 keys_[t] = 0;
@@ -119,7 +116,7 @@ std::vector<MortonKey> along_morton_curve(const MeshView& mesh) {
         longest = std::max(longest, bounds.upper[axis] - bounds.lower[axis]);
     const float scale = longest > 0 ? 1023 / (3 * longest) : 0;
     std::vector<MortonKey> keys(mesh.triangles.size());
-    tbb::parallel_for(std::size_t{0}, keys.size(), [&](std::size_t i) {
+    parallel_for(std::size_t{0}, keys.size(), [&](std::size_t i) {
         const Triangle& t = mesh.triangles[i];
         std::uint32_t key = 0;
         for (std::size_t axis = 0; axis < 3; ++axis) {

@@ -3,10 +3,9 @@
 
 #include <vector>
 
-#include <tbb/task_arena.h>
-
 #include <marrow/normals.h>
 
+#include "base/parallel.h"
 #include "triangle_corners.h"
 
 namespace marrow::internal {
@@ -42,7 +41,7 @@ Buffer<Vec3f> point_normals(const MeshView& mesh) {
 
 void set_normals(Mesh& mesh) {
     mesh.normals = point_normals(mesh);
-    turn_normals_outward(mesh, tbb::this_task_arena::max_concurrency());
+    turn_normals_outward(mesh, thread_count());
 }
 
 }  // namespace marrow::internal

@@ -9,10 +9,9 @@
 #include <numeric>
 #include <vector>
 
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
-
 #include "one_rings.h"
+
+#include "base/parallel.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace marrow::internal::HWY_NAMESPACE {
@@ -77,7 +76,7 @@ constexpr std::size_t kSection = 8192;  // triangles
 // The lowest and the highest point of each section of successive triangles.
 std::vector<std::array<std::uint32_t, 2>> reaches_of_sections(std::span<const Triangle> triangles) {
     std::vector<std::array<std::uint32_t, 2>> reaches((triangles.size() + kSection - 1) / kSection);
-    tbb::parallel_for(std::size_t{0}, reaches.size(), [&](std::size_t s) {
+    parallel_for(std::size_t{0}, reaches.size(), [&](std::size_t s) {
         std::uint32_t lowest = ~std::uint32_t{0}, highest = 0;
         for (std::size_t t = s * kSection; t < std::min((s + 1) * kSection, triangles.size()); ++t) {
             for (const std::uint32_t p : triangles[t]) {
@@ -134,10 +133,10 @@ OneRings::OneRings(const MeshView& mesh)
     const std::span<const Triangle> triangles = mesh.triangles;
     const std::vector<std::array<std::uint32_t, 2>> reaches = reaches_of_sections(triangles);
     const std::size_t points = mesh.points.size();
-    const auto parts = static_cast<std::size_t>(tbb::this_task_arena::max_concurrency());
+    const auto parts = static_cast<std::size_t>(thread_count());
     const auto for_each_part = [&](const auto& f) {
-        tbb::parallel_for(std::size_t{0}, parts,
-                          [&](std::size_t i) { f(i, points * i / parts, points * (i + 1) / parts); });
+        parallel_for(std::size_t{0}, parts,
+                     [&](std::size_t i) { f(i, points * i / parts, points * (i + 1) / parts); });
     };
     Buffer<std::size_t> first(points + 1);  // the first corner at each point
     std::vector<std::size_t> before(parts + 1, 0);
@@ -158,8 +157,8 @@ OneRings::OneRings(const MeshView& mesh)
         });
     });
     first[points] = neighbours_.size();
-    tbb::parallel_for(std::size_t{0}, chunks_.size(),
-                      [&](std::size_t chunk) { list_chunk(corners.data(), first.data(), chunk); });
+    parallel_for(std::size_t{0}, chunks_.size(),
+                 [&](std::size_t chunk) { list_chunk(corners.data(), first.data(), chunk); });
 }
 
 void OneRings::list_chunk(const Corner* corners, const std::size_t* first, std::size_t chunk) {

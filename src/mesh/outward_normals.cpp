@@ -4,8 +4,6 @@
 #include <atomic>
 #include <cstddef>
 
-#include <tbb/parallel_for.h>
-
 #include <marrow/normals.h>
 
 #include "base/parallel.h"
@@ -24,24 +22,24 @@ Vec3d normal_of(const SurfacePart& part, const std::array<std::size_t, 3>& t) {
 }
 
 std::array<std::size_t, 3> in_part(const SurfacePart& part, const Triangle& t) {
-    return {t[0] - part.first_point, t[1] - part.first_point, t[2] - part.first_point};
+    const auto in = [&](std::uint32_t point) { return static_cast<std::size_t>(point - part.first_point); };
+    return {in(t[0]), in(t[1]), in(t[2])};
 }
 
 // Marks the points with a face that their normal does not agree with.
 std::vector<std::uint8_t> points_against_a_face(const SurfacePart& part, int threads) {
     std::vector<std::uint8_t> marks(part.points.size(), 0);
     with_threads(threads, [&] {
-        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, part.triangles.size(), 4096),
-                          [&](const auto& range) {
-                              for (std::size_t i = range.begin(); i < range.end(); ++i) {
-                                  const std::array<std::size_t, 3> t = in_part(part, part.triangles[i]);
-                                  const Vec3d normal = normal_of(part, t);
-                                  for (const std::size_t p : t) {
-                                      if (!(dot(normal, to_double(part.normals[p])) > 0))
-                                          std::atomic_ref(marks[p]).store(1, std::memory_order_relaxed);
-                                  }
-                              }
-                          });
+        parallel_for_ranges(std::size_t{0}, part.triangles.size(), 4096, [&](const auto& range) {
+            for (std::size_t i = range.begin(); i < range.end(); ++i) {
+                const std::array<std::size_t, 3> t = in_part(part, part.triangles[i]);
+                const Vec3d normal = normal_of(part, t);
+                for (const std::size_t p : t) {
+                    if (!(dot(normal, to_double(part.normals[p])) > 0))
+                        std::atomic_ref(marks[p]).store(1, std::memory_order_relaxed);
+                }
+            }
+        });
     });
     return marks;
 }
@@ -99,7 +97,7 @@ std::size_t turn_normals_outward(Mesh& mesh, int threads) {
     if (mesh.normals.empty()) return 0;
     const SurfacePart whole{0, mesh.points, mesh.normals, 0, mesh.triangles, mesh.points.size()};
     const std::vector<OutwardNormals::Replacement> replaced = OutwardNormals().add(whole, threads);
-    for (const auto& [point, normal] : replaced) mesh.normals[point] = normal;
+    for (const auto& [point, normal] : replaced) mesh.normals[static_cast<std::size_t>(point)] = normal;
     return replaced.size();
 }
 

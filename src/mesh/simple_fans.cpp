@@ -14,9 +14,9 @@
 #include <span>
 #include <utility>
 
-#include <tbb/parallel_for.h>
-
 #include "simple_fans.h"
+
+#include "base/parallel.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace marrow::internal::HWY_NAMESPACE {
@@ -134,7 +134,7 @@ HWY_EXPORT(test_chunk);
 
 Buffer<std::uint8_t> find_simple_fans(const MeshView& mesh, const OneRings& rings) {
     Buffer<std::uint8_t> simple(rings.size());
-    tbb::parallel_for(std::size_t{0}, rings.chunks(), [&](std::size_t chunk) {
+    parallel_for(std::size_t{0}, rings.chunks(), [&](std::size_t chunk) {
         const std::size_t begin = chunk * OneRings::kChunk;
         std::fill_n(simple.data() + begin, std::min(OneRings::kChunk, rings.size() - begin), std::uint8_t{0});
         HWY_DYNAMIC_DISPATCH(test_chunk)(mesh, rings, chunk, simple.data());

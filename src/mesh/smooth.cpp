@@ -7,10 +7,6 @@
 #include <span>
 #include <vector>
 
-#include <tbb/parallel_for.h>
-#include <tbb/parallel_invoke.h>
-#include <tbb/parallel_reduce.h>
-
 #include <marrow/error.h>
 #include <marrow/smooth.h>
 
@@ -62,7 +58,7 @@ std::vector<Volumes> volumes(const Mesh& before, const Mesh& after,
                              const std::vector<std::uint32_t>& lowest) {
     constexpr std::size_t kSection = 8192;  // triangles; the sums do not depend on the threads
     std::vector<std::vector<Volumes>> sections((before.triangles.size() + kSection - 1) / kSection);
-    tbb::parallel_for(std::size_t{0}, sections.size(), [&](std::size_t s) {
+    parallel_for(std::size_t{0}, sections.size(), [&](std::size_t s) {
         const std::size_t end = std::min((s + 1) * kSection, before.triangles.size());
         for (std::size_t i = s * kSection; i < end; ++i) {
             const Triangle& t = before.triangles[i];
@@ -117,8 +113,8 @@ void measure_moves(const Mesh& before, const Mesh& after, SmoothStats& stats) {
         double sum = 0, max = 0;
     };
     // Deterministic: the sums do not depend on the threads.
-    const Moves moves = tbb::parallel_deterministic_reduce(
-        tbb::blocked_range<std::size_t>(0, before.points.size(), 8192), Moves{},
+    const Moves moves = parallel_reduce(
+        std::size_t{0}, before.points.size(), 8192, Moves{},
         [&](const auto& range, Moves m) {
             for (std::size_t p = range.begin(); p < range.end(); ++p) {
                 const double moved = length(to_double(after.points[p]) - to_double(before.points[p]));
@@ -139,19 +135,18 @@ Mesh smoothed(const Mesh& mesh, const SmoothOptions& options, SmoothStats& stats
     Buffer<Displacement> displacements;
     std::vector<std::uint32_t> lowest;
     const Progress filtering = sub_progress(options.progress, 0, 0.5);
-    tbb::parallel_invoke(
+    parallel_invoke(
         [&] { displacements = low_pass(mesh, rings, options.iterations, options.pass_band, filtering); },
         [&] { lowest = lowest_connected_points(mesh); });
     const double longest = options.max_move.value_or(std::numeric_limits<double>::infinity());
     Mesh result;
     result.triangles.resize(mesh.triangles.size());
-    tbb::parallel_for(
-        tbb::blocked_range<std::size_t>(0, mesh.triangles.size(), 65536), [&](const auto& range) {
-            std::copy(mesh.triangles.data() + range.begin(), mesh.triangles.data() + range.end(),
-                      result.triangles.data() + range.begin());
-        });
+    parallel_for_ranges(std::size_t{0}, mesh.triangles.size(), 65536, [&](const auto& range) {
+        std::copy(mesh.triangles.data() + range.begin(), mesh.triangles.data() + range.end(),
+                  result.triangles.data() + range.begin());
+    });
     result.points.resize(mesh.points.size());
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, rings.size(), 4096), [&](const auto& range) {
+    parallel_for_ranges(std::size_t{0}, rings.size(), 4096, [&](const auto& range) {
         for (std::size_t p = range.begin(); p < range.end(); ++p) {
             result.points[p] = mesh.points[p];
             if (!rings.is_regular(p)) continue;
@@ -181,7 +176,8 @@ Mesh smooth(const Mesh& mesh, const SmoothOptions& options, SmoothStats* stats) 
     if (options.max_move && !(*options.max_move >= 0))
         throw InputError("smooth: the largest move must be a number of mm from 0 upwards");
     check_indices(mesh);
-    if (mesh.triangles.size() >> 32) throw LimitError("smooth: the mesh has 2^32 triangles or more");
+    if (std::uint64_t{mesh.triangles.size()} >> 32)
+        throw LimitError("smooth: the mesh has 2^32 triangles or more");
     if (stats) *stats = {};
     if (options.iterations == 0) return mesh;
     Mesh result;

@@ -27,9 +27,6 @@
 #include <utility>
 #include <vector>
 
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
-
 #include "base/parallel.h"
 #include "smooth_filter.h"
 
@@ -180,12 +177,12 @@ class PassScheduler {
     template <class Pass>
     void run(int passes, const Pass& pass) {
         for (Chunk& chunk : chunks_) chunk.done = 0;
-        const auto bands = static_cast<std::size_t>(tbb::this_task_arena::max_concurrency());
-        tbb::parallel_for(std::size_t{0}, bands, [&](std::size_t band) {
+        const auto bands = static_cast<std::size_t>(thread_count());
+        parallel_for(std::size_t{0}, bands, [&](std::size_t band) {
             run_band(chunks_.size() * band / bands, chunks_.size() * (band + 1) / bands, passes, pass);
         });
         for (int n = 0; n < passes; ++n) {
-            tbb::parallel_for(std::size_t{0}, chunks_.size(), [&](std::size_t c) {
+            parallel_for(std::size_t{0}, chunks_.size(), [&](std::size_t c) {
                 if (chunks_[c].done == n) run_chunk(c, pass);
             });
         }
@@ -263,7 +260,7 @@ Buffer<Displacement> low_pass(const MeshView& mesh, const OneRings& rings, int d
     Buffer<Displacement> step(rings.size()),
         b[2] = {Buffer<Displacement>(rings.size()), Buffer<Displacement>(rings.size())};
     const Start start{mesh, rings, e.back(), step.data(), b[0].data(), b[1].data()};
-    tbb::parallel_for(std::size_t{0}, rings.chunks(), [&](std::size_t chunk) {
+    parallel_for(std::size_t{0}, rings.chunks(), [&](std::size_t chunk) {
         for (std::size_t n = 0; n <= OneRings::kMostInFan; ++n) start(rings.listed(chunk, n));
     });
     PassScheduler scheduler(rings);

@@ -7,8 +7,7 @@
 #include <algorithm>
 #include <bit>
 
-#include <tbb/parallel_for.h>
-
+#include "base/parallel.h"
 #include "morton_curve.h"
 #include "triangle_pyramid.h"
 #include "triangle_tree.h"
@@ -275,7 +274,7 @@ TrianglePyramid::TrianglePyramid(MeshView mesh, std::span<const std::uint8_t> si
       leaves_(std::max<std::size_t>(1, (mesh.triangles.size() + kWidth - 1) / kWidth)),
       simple_(leaves_.size()) {
     const Buffer<std::uint32_t> row = by_morton_cells(mesh);
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves_.size(), 512), [&](const auto& range) {
+    parallel_for_ranges(std::size_t{0}, leaves_.size(), 512, [&](const auto& range) {
         for (std::size_t g = range.begin(); g < range.end(); ++g) {
             Leaf& leaf = leaves_[g];
             std::uint32_t all_simple = 0;
@@ -295,7 +294,7 @@ TrianglePyramid::TrianglePyramid(MeshView mesh, std::span<const std::uint8_t> si
     });
     const auto add_level = [&](std::size_t count, const auto& box) {
         Buffer<Group> level((count + kWidth - 1) / kWidth);
-        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, level.size(), 512), [&](const auto& range) {
+        parallel_for_ranges(std::size_t{0}, level.size(), 512, [&](const auto& range) {
             for (std::size_t g = range.begin(); g < range.end(); ++g) {
                 for (std::size_t i = 0; i < kWidth; ++i)
                     level[g].set(i, kWidth * g + i < count ? box(kWidth * g + i) : Bounds{});
@@ -325,7 +324,7 @@ std::vector<std::uint32_t> TrianglePyramid::overlapping(const Bounds& box) const
 void TrianglePyramid::set_box(std::uint32_t triangle, const Bounds& box) {
     if (places_.empty()) {
         places_.resize(mesh_.triangles.size());
-        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, places_.size(), 8192), [&](const auto& range) {
+        parallel_for_ranges(std::size_t{0}, places_.size(), 8192, [&](const auto& range) {
             for (std::size_t i = range.begin(); i < range.end(); ++i)
                 places_[leaves_[i / kWidth].triangles[i % kWidth]] = static_cast<std::uint32_t>(i);
         });

@@ -1,11 +1,10 @@
 // Builds a tree of boxes over triangles.
 #include "triangle_tree.h"
 
-#include <tbb/parallel_for.h>
-
 #include <bit>
 #include <vector>
 
+#include "base/parallel.h"
 #include "triangle_corners.h"
 
 namespace marrow::internal {
@@ -41,7 +40,7 @@ TriangleTree::TriangleTree(const MeshView& mesh) : order_(along_morton_curve(mes
     tree_.nodes.emplace_back();
     split(0, {0, static_cast<std::uint32_t>(order_.size())}, ranges);
     tree_.leaves.resize(ranges.size());
-    tbb::parallel_for(std::size_t{0}, tree_.nodes.size(), [&](std::size_t n) {
+    parallel_for(std::size_t{0}, tree_.nodes.size(), [&](std::size_t n) {
         BoxTree::Node& node = tree_.nodes[n];
         for (std::size_t i = 0; i < node.count; ++i) {
             if ((node.child[i] & BoxTree::kLeaf) == 0) continue;

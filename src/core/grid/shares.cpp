@@ -1,12 +1,12 @@
 // Finds where the shares of the output begin.
 #include "shares.h"
 
-#include <tbb/task_arena.h>
+#include "base/parallel.h"
 
 namespace marrow::internal {
 
 std::size_t share_count() {
-    return kSharesPerThread * static_cast<std::size_t>(tbb::this_task_arena::max_concurrency());
+    return kSharesPerThread * static_cast<std::size_t>(thread_count());
 }
 
 std::size_t row_at(const HistoPyramid& pyramid, std::uint64_t key) {

@@ -4,9 +4,9 @@
 #include <cstddef>
 #include <cstdint>
 
-#include <tbb/parallel_for.h>
-
 #include <marrow/histo_pyramid.h>
+
+#include "base/parallel.h"
 
 namespace marrow::internal {
 
@@ -27,7 +27,7 @@ void for_each_share(const HistoPyramid& pyramid, std::size_t row_begin, std::siz
                         total = pyramid.first_output(row_end) - first;
     if (total == 0) return;
     const std::size_t shares = share_count();
-    tbb::parallel_for(std::size_t{0}, shares, [&](std::size_t share) {
+    parallel_for(std::size_t{0}, shares, [&](std::size_t share) {
         const std::size_t begin = row_at(pyramid, first + total * share / shares);
         const std::size_t end =
             share + 1 == shares ? row_end : row_at(pyramid, first + total * (share + 1) / shares);

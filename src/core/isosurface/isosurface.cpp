@@ -1,8 +1,6 @@
 // The three passes of the extraction in order: classify, count, emit.
 #include <marrow/isosurface.h>
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -74,13 +72,13 @@ void classify(Extraction& e, double isovalue) {
     Stage stage(e.options.progress, 0, 0.3, e.slices());
     BlockRanges* ranges = e.ranges ? &*e.ranges : nullptr;
     if (const auto from = std::exchange(e.classified_for, std::nullopt)) {
-        tbb::parallel_for(std::int64_t{0}, e.bits.nz, [&](std::int64_t z) {
+        parallel_for(std::int64_t{0}, e.bits.nz, [&](std::int64_t z) {
             reclassify_slice(e.volume, *from, isovalue, z, e.bits, *ranges);
             stage.step();
         });
     } else {
         std::atomic<std::int64_t> non_finite = 0;
-        tbb::parallel_for(std::int64_t{0}, e.bits.nz, [&](std::int64_t z) {
+        parallel_for(std::int64_t{0}, e.bits.nz, [&](std::int64_t z) {
             non_finite += classify_slice(e.volume, isovalue, z, e.bits, ranges);
             stage.step();
         });
@@ -110,8 +108,8 @@ Pyramids count(Extraction& e, const AmbiguousCells* ambiguous) {
     }
     Stage stage(e.options.progress, 0.3, 0.4, e.slices());
     const auto for_each_slice = [&](const auto& f) {
-        tbb::parallel_for(std::int64_t{0}, e.bits.nz,
-                          [&](std::int64_t z) { f(e.bits.row_index(0, z), e.bits.row_index(0, z + 1)); });
+        parallel_for(std::int64_t{0}, e.bits.nz,
+                     [&](std::int64_t z) { f(e.bits.row_index(0, z), e.bits.row_index(0, z + 1)); });
     };
     for_each_slice([&](std::size_t row_begin, std::size_t row_end) {
         count_rows(e.bits, row_begin, row_end, e.rows, e.active, e.ambiguous ? &*e.ambiguous : nullptr);
@@ -205,7 +203,7 @@ Volume subsampled(const VolumeView& volume, std::int64_t step) {
     visit_sample_type(volume.type, [&](auto sample) {
         using T = decltype(sample);
         const auto [nx, ny, nz] = geometry.dims;
-        tbb::parallel_for(std::int64_t{0}, nz, [&, nx = nx, ny = ny](std::int64_t z) {
+        parallel_for(std::int64_t{0}, nz, [&, nx = nx, ny = ny](std::int64_t z) {
             for (std::int64_t y = 0; y < ny; ++y) {
                 const T* from = row_of<T>(volume, y * step, z * step);
                 T* to = result.samples<T>() + (z * ny + y) * nx;

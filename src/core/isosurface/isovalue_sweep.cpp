@@ -6,9 +6,6 @@
 #include <limits>
 #include <optional>
 
-#include <tbb/enumerable_thread_specific.h>
-#include <tbb/parallel_for.h>
-
 #include <marrow/isosurface.h>
 #include <marrow/measure.h>
 
@@ -46,7 +43,7 @@ void find_levels(const VolumeView& volume, std::span<const double> isovalues, Le
     visit_sample_type(volume.type, [&, nx = nx, ny = ny, nz = nz](auto sample) {
         using T = decltype(sample);
         const auto fill = [&](const auto& level) {
-            tbb::parallel_for(std::int64_t{0}, nz, [&](std::int64_t z) {
+            parallel_for(std::int64_t{0}, nz, [&](std::int64_t z) {
                 for (std::int64_t y = 0; y < ny; ++y) {
                     const T* from = row_of<T>(volume, y, z);
                     std::uint8_t* to = levels.bytes.data() + (z * ny + y) * levels.stride + 1;
@@ -75,7 +72,7 @@ void measure_cells(const VolumeView& volume, std::span<const double> isovalues,
     const std::int64_t nz = volume.geometry.dims[2];
     // The sums of slices are added in order, so that the result does not depend on the threads.
     std::vector<CellMeasures> slices(static_cast<std::size_t>(nz + 1), CellMeasures(isovalues.size()));
-    tbb::parallel_for(std::int64_t{-1}, nz, [&](std::int64_t z) {
+    parallel_for(std::int64_t{-1}, nz, [&](std::int64_t z) {
         add_cells(volume, to_physical, levels, isovalues, z, slices[static_cast<std::size_t>(z + 1)]);
         stage.step();
     });
@@ -94,8 +91,8 @@ void count_components(const VolumeView& volume, std::span<SweepSample> samples, 
         InsideBits bits;
         SurfaceCounter counter;
     };
-    tbb::enumerable_thread_specific<std::optional<Counting>> counting_of_threads;
-    tbb::parallel_for(std::size_t{0}, samples.size(), [&](std::size_t k) {
+    PerThread<std::optional<Counting>> counting_of_threads;
+    parallel_for(std::size_t{0}, samples.size(), [&](std::size_t k) {
         std::optional<Counting>& own = counting_of_threads.local();
         if (!own) own.emplace(volume.geometry.dims);
         for (std::int64_t z = 0; z < own->bits.nz; ++z)

@@ -2,8 +2,6 @@
 // once more to make points and triangles.
 #include <marrow/streaming.h>
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <atomic>
 #include <new>
@@ -71,7 +69,7 @@ class Window {
         }
         const std::int64_t bits_end = std::min(end, bits_.nz);
         std::atomic<std::int64_t> non_finite = 0;
-        tbb::parallel_for(classified_, std::max(classified_, bits_end), [&](std::int64_t z) {
+        parallel_for(classified_, std::max(classified_, bits_end), [&](std::int64_t z) {
             non_finite += classify_slice(volume_, isovalue_, z, bits_, nullptr);
         });
         non_finite_ += non_finite;
@@ -181,7 +179,7 @@ Pyramids count(Slabs& s) {
     for (std::int64_t z = 0; z < bits.nz; z += slices) {
         const std::int64_t end = std::min(z + slices, bits.nz);
         window.advance(end + 1, 0);
-        tbb::parallel_for(z, end, [&](std::int64_t slice) {
+        parallel_for(z, end, [&](std::int64_t slice) {
             const std::size_t row_begin = bits.row_index(0, slice), row_end = bits.row_index(0, slice + 1);
             count_rows(bits, row_begin, row_end, s.rows, s.active,
                        s.ambiguous_words ? &*s.ambiguous_words : nullptr);
@@ -192,7 +190,7 @@ Pyramids count(Slabs& s) {
         window.release(end, s.ambiguous ? 0 : -1);
         report_progress(s.options.progress, 0.4 * static_cast<double>(end) / static_cast<double>(bits.nz));
     }
-    tbb::parallel_for(std::int64_t{0}, bits.nz, [&](std::int64_t slice) {
+    parallel_for(std::int64_t{0}, bits.nz, [&](std::int64_t slice) {
         count_triangles(bits, bits.row_index(0, slice), bits.row_index(0, slice + 1), s.rows);
     });
     if (s.ambiguous) add_topology(0, bits.rows(), s.rows);

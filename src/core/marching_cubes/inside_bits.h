@@ -8,6 +8,8 @@
 
 #include <marrow/buffer.h>
 
+#include "base/checked_size.h"
+
 namespace marrow::internal {
 
 /// The sides of a volume at which its surface is closed: by axis, before the first sample and after the last.
@@ -44,6 +46,7 @@ struct InsideBits {
         std::fill_n(owned.end() - kSlack, kSlack, std::uint64_t{0});
         words = owned.data();
     }
+    /// \throw LimitError more rows than memory can hold
     /// Uses `memory` of word_count() + kSlack words, which must outlive this object.
     InsideBits(const std::array<std::int64_t, 3>& volume_dims, const ClosedSides& closed,
                std::uint64_t* memory)
@@ -58,6 +61,8 @@ struct InsideBits {
         // is one.
         const bool needs_zero = closed.above[0] && !closed.below[0];
         words_per_row = static_cast<std::size_t>((first_x + volume_dims[0] + needs_zero + 63) / 64);
+        // So that no number of rows or words is cut off.
+        checked_size(words_per_row * static_cast<std::uint64_t>(ny * nz) + kSlack, sizeof(std::uint64_t));
     }
     InsideBits(const InsideBits&) = delete;
     InsideBits& operator=(const InsideBits&) = delete;

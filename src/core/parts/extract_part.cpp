@@ -1,6 +1,5 @@
 // Extracts the surface of a part, and reads the key of each point off the inside bits.
 #include <hwy/highway.h>
-#include <tbb/parallel_for.h>
 
 #include <array>
 #include <bit>
@@ -48,7 +47,7 @@ Buffer<std::uint64_t> keys_of(const PartPasses& passes, const PartExtent& extent
     Buffer<std::uint64_t> keys(count);
     const HistoPyramid points(passes.rows().points);
     const InsideBits& bits = passes.bits();
-    tbb::parallel_for(std::int64_t{0}, bits.nz, [&](std::int64_t z) {
+    parallel_for(std::int64_t{0}, bits.nz, [&](std::int64_t z) {
         std::uint64_t first = points.first_output(bits.row_index(0, z));
         for (std::size_t r = bits.row_index(0, z); r < bits.row_index(0, z + 1); ++r) {
             if (points.leaves()[r] != 0) write_keys(passes, extent, r, keys.data() + first);

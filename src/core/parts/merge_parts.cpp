@@ -1,5 +1,4 @@
 // Merges the surfaces of parts: points by their keys, and triangles by the cells that these keys tell.
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <array>
@@ -12,6 +11,7 @@
 
 #include <marrow/parts.h>
 
+#include "base/checked_size.h"
 #include "base/parallel.h"
 #include "core/volume/checks.h"
 
@@ -121,7 +121,7 @@ std::vector<std::vector<Range>> divide(std::size_t parts, std::int64_t slices, s
 
 template <class F>
 void for_each_index(std::size_t count, const F& f) {
-    tbb::parallel_for(std::size_t{0}, count, f);
+    parallel_for(std::size_t{0}, count, f);
 }
 
 // Replaces counts by the sums of those before, and returns the sum of all.
@@ -193,14 +193,15 @@ class Merger {
         check_point_count(points);
         bool normals = false;
         for (const PartSurface& part : parts_) normals |= !part.mesh.normals.empty();
-        mesh_.points.resize(points);
-        mesh_.normals.resize(normals ? points : 0);
+        mesh_.points.resize(checked_size(points, sizeof(Vec3f)));
+        mesh_.normals.resize(normals ? mesh_.points.size() : 0);
         for_each_index(shares.size(), [&](std::size_t s) {
             for_each_point(shares[s], [&](std::size_t p, std::size_t i, std::uint64_t number) {
                 number += first[s];
                 numbers_[p][i] = static_cast<std::uint32_t>(number);
-                mesh_.points[number] = parts_[p].mesh.points[i];
-                if (normals) mesh_.normals[number] = parts_[p].mesh.normals[i];
+                const std::size_t point = numbers_[p][i];
+                mesh_.points[point] = parts_[p].mesh.points[i];
+                if (normals) mesh_.normals[point] = parts_[p].mesh.normals[i];
             });
             writing.step();
         });
@@ -215,7 +216,7 @@ class Merger {
         for (std::size_t s = 0; s < shares.size(); ++s) {
             for (const Range& range : shares[s]) first[s] += range.end - range.begin;
         }
-        mesh_.triangles.resize(sum_before(first));
+        mesh_.triangles.resize(checked_size(sum_before(first), sizeof(Triangle)));
         Stage stage(progress_, 0.6, 1, shares.size());
         for_each_index(shares.size(), [&](std::size_t s) {
             Triangle* out = mesh_.triangles.data() + first[s];

@@ -1,12 +1,11 @@
 // Classifies, counts and emits a part, which is closed where the whole volume ends.
 #include "part_passes.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <string>
 #include <utility>
 
+#include "base/checked_size.h"
 #include "base/parallel.h"
 #include "core/grid/shares.h"
 #include "core/marching_cubes/classify.h"
@@ -80,11 +79,11 @@ PartPasses::PartPasses(const VolumeView& part, const PartExtent& extent, double 
       active_(bits_),
       rows_(bits_.rows()) {
     Stage stage(options.progress, 0, 0.4, 2 * static_cast<std::size_t>(bits_.nz));
-    tbb::parallel_for(std::int64_t{0}, bits_.nz, [&](std::int64_t z) {
+    parallel_for(std::int64_t{0}, bits_.nz, [&](std::int64_t z) {
         classify_slice(part_, isovalue_, z, bits_, nullptr);
         stage.step();
     });
-    tbb::parallel_for(std::int64_t{0}, bits_.nz, [&](std::int64_t z) {
+    parallel_for(std::int64_t{0}, bits_.nz, [&](std::int64_t z) {
         count_rows(bits_, bits_.row_index(0, z), bits_.row_index(0, z + 1), rows_, active_);
         stage.step();
     });
@@ -95,9 +94,9 @@ Mesh PartPasses::emit() const {
     const HistoPyramid points(rows_.points), triangles(rows_.triangles);
     check_point_count(points.total());
     Mesh mesh;
-    mesh.points.resize(points.total());
-    mesh.normals.resize(options_.normals ? points.total() : 0);
-    mesh.triangles.resize(triangles.total());
+    mesh.points.resize(checked_size(points.total(), sizeof(Vec3f)));
+    mesh.normals.resize(options_.normals ? mesh.points.size() : 0);
+    mesh.triangles.resize(checked_size(triangles.total(), sizeof(Triangle)));
     const IndexToPhysical to_physical(part_);
     const EmitInput input{part_,  isovalue_, to_physical,   bits_,         active_,
                           points, triangles, rows_.along_x, rows_.along_y, rows_.inner};

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <numeric>
 
+#include "base/checked_size.h"
 #include "base/resize_discarding.h"
 #include "measure_slice.h"
 
@@ -51,7 +52,7 @@ void SnapSlab::run(Stage& stage) {
     }
     points.resize(point_count_);
     normals.resize(normals_wanted_ ? point_count_ : 0);
-    triangles.resize(triangle_count_);
+    triangles.resize(checked_size(triangle_count_, sizeof(Triangle)));
 }
 
 std::size_t SnapSlab::bytes() const {
@@ -129,8 +130,8 @@ void SnapSlab::make_triangles(std::int64_t z) {
     const std::uint64_t first = first_output(input_.triangles, z),
                         count = first_output(input_.triangles, z + 1) - first;
     if (count == 0) return;
-    layer_.resize(count);
-    layer_indices_.resize(count);
+    layer_.resize(checked_size(count, sizeof(Triangle)));
+    layer_indices_.resize(layer_.size());
     emit_triangles(input_, input_.bits.row_index(0, z), input_.bits.row_index(0, z + 1),
                    layer_.data() - first);
     Triangle* const made = triangles.data() + triangle_count_;

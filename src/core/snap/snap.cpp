@@ -15,11 +15,10 @@
 // outputs, so that neighbouring slabs decide alike.
 #include "snap.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <vector>
 
+#include "base/checked_size.h"
 #include "base/parallel.h"
 #include "base/progress.h"
 #include "core/grid/shares.h"
@@ -57,10 +56,10 @@ std::vector<CapTriangle> gather(const std::vector<SnapSlab>& slabs, bool normals
         first_point.push_back(first_point.back() + slab.points.size());
         first_triangle.push_back(first_triangle.back() + slab.triangles.size());
     }
-    mesh.points.resize(first_point.back());
-    mesh.normals.resize(normals ? first_point.back() : 0);
-    mesh.triangles.resize(first_triangle.back());
-    tbb::parallel_for(std::size_t{0}, slabs.size(), [&](std::size_t s) {
+    mesh.points.resize(checked_size(first_point.back(), sizeof(Vec3f)));
+    mesh.normals.resize(normals ? mesh.points.size() : 0);
+    mesh.triangles.resize(checked_size(first_triangle.back(), sizeof(Triangle)));
+    parallel_for(std::size_t{0}, slabs.size(), [&](std::size_t s) {
         const SnapSlab& slab = slabs[s];
         const auto point = static_cast<std::ptrdiff_t>(first_point[s]),
                    triangle = static_cast<std::ptrdiff_t>(first_triangle[s]);
@@ -83,7 +82,7 @@ std::size_t snap_once(const EmitInput& input, const SnapExceptions& exceptions, 
     // A single slab writes directly to the memory of the mesh.
     if (slabs.size() == 1) swap_with_mesh(slabs[0]);
     Stage stage(progress, 0, 1, static_cast<std::size_t>(input.bits.nz));
-    tbb::parallel_for(std::size_t{0}, slabs.size(), [&](std::size_t s) { slabs[s].run(stage); });
+    parallel_for(std::size_t{0}, slabs.size(), [&](std::size_t s) { slabs[s].run(stage); });
     std::vector<CapTriangle> caps;
     if (slabs.size() == 1) {
         swap_with_mesh(slabs[0]);

@@ -9,10 +9,9 @@
 #include <limits>
 #include <string>
 
-#include <tbb/parallel_for.h>
-
 #include <marrow/error.h>
 
+#include "base/checked_size.h"
 #include "base/parallel.h"
 #include "borders.h"
 
@@ -180,6 +179,10 @@ void count_cells(std::int64_t k, BorderBits& bits) {
 
 BorderBits::BorderBits(const Index3& volume_dims)
     : dims(volume_dims), words(static_cast<std::size_t>((volume_dims[0] + 2 + 63) / 64)) {
+    // So that no number of words or rows is cut off.
+    const std::uint64_t slices = static_cast<std::uint64_t>(dims[2]) + 3,
+                        rows = static_cast<std::uint64_t>(dims[1]) + 2;
+    checked_size(slices * rows * words, sizeof(std::uint64_t));
     const std::size_t size = first_word(0, dims[2] + 2);
     for (auto& bits : crossed) bits.resize(size);
     active.resize(size);
@@ -191,11 +194,11 @@ BorderBits::BorderBits(const Index3& volume_dims)
 BorderBits find_borders(const LabelMap& map, const Progress& progress) {
     BorderBits bits(map.dims);
     Stage stage(progress, 0, 1, static_cast<std::size_t>(bits.cell_slices()));
-    tbb::parallel_for(std::int64_t{0}, bits.cell_slices() + 1, [&](std::int64_t k) {
+    parallel_for(std::int64_t{0}, bits.cell_slices() + 1, [&](std::int64_t k) {
         HWY_DYNAMIC_DISPATCH(mark_edges)(map, k, bits);
         if (k < bits.cell_slices()) stage.step();
     });
-    tbb::parallel_for(std::int64_t{0}, bits.cell_slices() + 1, [&](std::int64_t k) {
+    parallel_for(std::int64_t{0}, bits.cell_slices() + 1, [&](std::int64_t k) {
         HWY_DYNAMIC_DISPATCH(mark_cells)(k, bits);
         count_cells(k, bits);
     });

@@ -5,9 +5,8 @@
 #include <bit>
 #include <numeric>
 
-#include <tbb/concurrent_unordered_map.h>
-
 #include "base/disjoint_sets.h"
+#include "base/parallel.h"
 
 namespace marrow::internal {
 namespace {
@@ -302,7 +301,7 @@ const CellPattern& CellPatternCache::find(const CellCorners& corners) {
     // Patterns depend on the corners' key alone, so all maps share them. This map needs no
     // bound: there are 4961 keys (the 4140 ways to divide eight corners among labels, some with several
     // orders of two labels on a face), and a pattern has about a kilobyte.
-    static tbb::concurrent_unordered_map<std::uint32_t, CellPattern, KeyHash> patterns;
+    static ConcurrentMap<std::uint32_t, CellPattern, KeyHash> patterns;
     const std::uint32_t key = corners.key();
     Entry& entry = entries_[hash_of(key) % entries_.size()];
     if (entry.pattern == nullptr || entry.key != key) {

@@ -7,10 +7,9 @@
 #include <utility>
 #include <vector>
 
-#include <tbb/parallel_for.h>
-
 #include <marrow/error.h>
 
+#include "base/checked_size.h"
 #include "base/parallel.h"
 #include "base/progress.h"
 #include "mesh/hold_back.h"
@@ -77,9 +76,10 @@ class MeshMaker {
         }
         for (std::size_t l = 0; l < meshes_.size(); ++l) {
             if (l == background_) continue;
-            meshes_[l].points.resize(totals[l].points);
-            net_points_[l].resize(totals[l].points);
-            meshes_[l].triangles.resize(totals[l].half_triangles / 2);
+            const std::size_t points = checked_size(totals[l].points, sizeof(Vec3f));
+            meshes_[l].points.resize(points);
+            net_points_[l].resize(points);
+            meshes_[l].triangles.resize(checked_size(totals[l].half_triangles / 2, sizeof(Triangle)));
         }
     }
 
@@ -108,11 +108,11 @@ Mesh join(const LabelMeshes& labels, std::size_t points) {
     });
     // Of each point, the last triangle that has it as its lowest corner; of each triangle, the one before it.
     std::vector<std::uint32_t> last(points, kNone), before;
-    std::size_t at_most = 0;
+    std::uint64_t at_most = 0;
     for (const Mesh& mesh : labels.meshes) at_most += mesh.triangles.size();
     if (at_most >> 32)
         throw LimitError("labels: all surfaces together have 2^32 triangles or more; use fewer labels");
-    net.triangles.reserve(at_most);
+    net.triangles.reserve(checked_size(at_most, sizeof(Triangle)));
     for (std::size_t l = 0; l < labels.meshes.size(); ++l) {
         const Buffer<std::uint32_t>& of_net = labels.net_points[l];
         for (const Triangle& corners : labels.meshes[l].triangles) {
@@ -140,12 +140,12 @@ LabelMeshes make_label_meshes(SurfaceNet& net, const IndexToPhysical& to_physica
     Stage stage(progress, 0, 1, 2 * slabs);
     // Quads are written while their corners are in the cache. But those of the first slice also need corners
     // of the slab below, so they wait until all points are written.
-    tbb::parallel_for(std::size_t{0}, slabs, [&](std::size_t slab) {
+    parallel_for(std::size_t{0}, slabs, [&](std::size_t slab) {
         maker.write_points(slab);
         maker.write_quads(slab, SurfaceNet::first_slice(slab) + 1, net.end_slice(slab));
         stage.step();
     });
-    tbb::parallel_for(std::size_t{0}, slabs, [&](std::size_t slab) {
+    parallel_for(std::size_t{0}, slabs, [&](std::size_t slab) {
         maker.write_quads(slab, SurfaceNet::first_slice(slab), SurfaceNet::first_slice(slab) + 1);
         stage.step();
     });

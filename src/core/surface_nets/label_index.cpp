@@ -4,10 +4,9 @@
 #include <bit>
 #include <utility>
 
-#include <tbb/enumerable_thread_specific.h>
-#include <tbb/parallel_for.h>
-
 #include <marrow/error.h>
+
+#include "base/parallel.h"
 
 namespace marrow::internal {
 namespace {
@@ -57,8 +56,8 @@ class EdgesBefore {
 
 template <class T>
 std::vector<std::int64_t> find_values_of_type(const LabelReader<T>& labels, const BorderBits& bits) {
-    tbb::enumerable_thread_specific<LabelSet<T>> set_of_thread(labels.background);
-    tbb::parallel_for(std::int64_t{1}, bits.dims[2] + 1, [&](std::int64_t k) {
+    PerThread<LabelSet<T>> set_of_thread(labels.background);
+    parallel_for(std::int64_t{1}, bits.dims[2] + 1, [&](std::int64_t k) {
         LabelSet<T>& set = set_of_thread.local();
         for (std::int64_t j = 1; j <= bits.dims[1]; ++j) {
             // The first sample of a label, in memory order, differs from the samples before it along every

@@ -9,10 +9,6 @@
 #include <unordered_map>
 #include <utility>
 
-#include <tbb/blocked_range.h>
-#include <tbb/enumerable_thread_specific.h>
-#include <tbb/parallel_for.h>
-
 #include <marrow/buffer.h>
 
 #include "base/parallel.h"
@@ -74,7 +70,7 @@ void check_samples(const VolumeView& map) {
         constexpr T kLargest =
             sizeof(T) == 4 ? T(1 << 24) : T(std::int64_t{1} << 53);  // beyond it, not every integer exists
         const auto [nx, ny, nz] = map.geometry.dims;
-        tbb::parallel_for(std::int64_t{0}, ny * nz, [&, nx = nx, ny = ny](std::int64_t row) {
+        parallel_for(std::int64_t{0}, ny * nz, [&, nx = nx, ny = ny](std::int64_t row) {
             const T* const samples = row_of<T>(map, row % ny, row / ny);
             for (std::int64_t x = 0; x < nx; ++x) {
                 if (!(std::abs(samples[x]) <= kLargest) || std::trunc(samples[x]) != samples[x])
@@ -125,7 +121,7 @@ std::vector<LabelSurface> extract(const VolumeView& view, const LabelOptions& op
         if (l != background) surfaces.push_back({net.labels[l], std::move(meshes[l])});
     }
     Stage stage(progress, 0.9, 1, surfaces.size());
-    tbb::parallel_for(std::size_t{0}, surfaces.size(), [&](std::size_t i) {
+    parallel_for(std::size_t{0}, surfaces.size(), [&](std::size_t i) {
         if (options.normals) add_normals(surfaces[i].mesh);
         stage.step();
     });
@@ -160,12 +156,12 @@ std::map<std::int64_t, std::int64_t> count_labels(const VolumeView& map, const L
     check_volume(map);
     const std::int64_t rows = map.geometry.dims[1], slices = map.geometry.dims[2];
     Stage stage(options.progress, 0, 1, static_cast<std::size_t>(slices));
-    tbb::enumerable_thread_specific<LabelCounts> counts_of_thread;
+    PerThread<LabelCounts> counts_of_thread;
     with_threads(options.threads, [&] {
         visit_sample_type(map.type, [&](auto sample) {
             using T = decltype(sample);
             check_samples<T>(map);
-            tbb::parallel_for(std::int64_t{0}, slices, [&](std::int64_t k) {
+            parallel_for(std::int64_t{0}, slices, [&](std::int64_t k) {
                 for (std::int64_t y = 0; y < rows; ++y) {
                     const T* const row = row_of<T>(map, y, k);
                     count_runs(row, row + map.geometry.dims[0], counts_of_thread.local());

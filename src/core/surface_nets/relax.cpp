@@ -9,9 +9,6 @@
 #include <span>
 #include <utility>
 
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
-
 #include "base/parallel.h"
 #include "relax.h"
 #include "stencils.h"
@@ -93,7 +90,7 @@ PointBuffers make_point_buffers(const SurfaceNet& net) {
     set(count, NetPoint{});
     const std::array<TwoLabelCase, 128>& cases = two_label_cases();
     const BorderBits& bits = net.bits;
-    tbb::parallel_for(std::size_t{0}, net.slabs.size(), [&](std::size_t s) {
+    parallel_for(std::size_t{0}, net.slabs.size(), [&](std::size_t s) {
         const SlabOfCells& slab = net.slabs[s];
         const std::size_t end = bits.first_cell[bits.row(0, net.end_slice(s))];
         for (std::size_t id = bits.first_cell[bits.row(0, SurfaceNet::first_slice(s))]; id < end; ++id)
@@ -126,15 +123,15 @@ class PassScheduler {
     // Bands are wide enough that the gaps at their borders do not meet.
     explicit PassScheduler(std::int64_t slices)
         : slices_(slices),
-          bands_(std::max<std::int64_t>(1, std::min<std::int64_t>(tbb::this_task_arena::max_concurrency(),
-                                                                  slices / (2 * kPassesTogether)))) {}
+          bands_(std::max<std::int64_t>(
+              1, std::min<std::int64_t>(thread_count(), slices / (2 * kPassesTogether)))) {}
 
     // Calls relax(k, p) for each slice k and for p from 0 to passes - 1. \pre passes <= kPassesTogether
     template <class Relax>
     void run(int passes, const Relax& relax) const {
-        tbb::parallel_for(std::int64_t{0}, bands_, [&](std::int64_t band) { run_band(band, passes, relax); });
-        tbb::parallel_for(std::int64_t{1}, bands_,
-                          [&](std::int64_t band) { fill_gap(begin_of(band), passes, relax); });
+        parallel_for(std::int64_t{0}, bands_, [&](std::int64_t band) { run_band(band, passes, relax); });
+        parallel_for(std::int64_t{1}, bands_,
+                     [&](std::int64_t band) { fill_gap(begin_of(band), passes, relax); });
     }
 
   private:

@@ -10,9 +10,9 @@
 #include <algorithm>
 #include <bit>
 
-#include <tbb/parallel_for.h>
-
 #include "stencils.h"
+
+#include "base/parallel.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace marrow::internal::HWY_NAMESPACE {
@@ -122,7 +122,7 @@ HWY_EXPORT(list_stencils);
 std::vector<SliceStencils> make_stencils(const SurfaceNet& net) {
     const BorderBits& bits = net.bits;
     std::vector<SliceStencils> stencils(static_cast<std::size_t>(bits.cell_slices()));
-    tbb::parallel_for(std::int64_t{0}, bits.cell_slices(), [&](std::int64_t k) {
+    parallel_for(std::int64_t{0}, bits.cell_slices(), [&](std::int64_t k) {
         SliceStencils& slice = stencils[static_cast<std::size_t>(k)];
         slice.up_to_four.resize(bits.first_cell[bits.row(0, k + 1)] - bits.first_cell[bits.row(0, k)]);
         HWY_DYNAMIC_DISPATCH(list_stencils)(net, k, slice);

@@ -8,9 +8,6 @@
 #include <limits>
 #include <utility>
 
-#include <tbb/enumerable_thread_specific.h>
-#include <tbb/parallel_for.h>
-
 #include "base/parallel.h"
 #include "surface_net.h"
 
@@ -215,8 +212,8 @@ SurfaceNet make_surface_net(const LabelMap& map, BorderBits bits, const Progress
     const std::int64_t slices = net.bits.cell_slices();
     net.slabs.resize(static_cast<std::size_t>((slices + SlabOfCells::kSlices - 1) / SlabOfCells::kSlices));
     Stage stage(progress, 0, 1, net.slabs.size());
-    tbb::enumerable_thread_specific<CellPatternCache> patterns;
-    tbb::parallel_for(std::size_t{0}, net.slabs.size(), [&](std::size_t slab) {
+    PerThread<CellPatternCache> patterns;
+    parallel_for(std::size_t{0}, net.slabs.size(), [&](std::size_t slab) {
         HWY_DYNAMIC_DISPATCH(make_slab)(map, net, slab, patterns.local());
         stage.step();
     });

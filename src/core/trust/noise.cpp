@@ -5,8 +5,6 @@
 #include <cmath>
 #include <vector>
 
-#include <tbb/parallel_for.h>
-
 #include <marrow/histogram.h>
 
 #include "base/parallel.h"
@@ -154,7 +152,7 @@ NoiseEstimate estimate_noise(const VolumeView& volume, const NoiseOptions& optio
     with_threads(options.threads, [&] {
         Stage stage(options.progress, 0, 1, by_slice.size());
         visit_sample_type(volume.type, [&]<class T>(T) {
-            tbb::parallel_for(std::size_t{0}, by_slice.size(), [&](std::size_t slice) {
+            parallel_for(std::size_t{0}, by_slice.size(), [&](std::size_t slice) {
                 const std::int64_t z = static_cast<std::int64_t>(slice) * stride;
                 for (std::int64_t y = 0; y + kWindow <= dims[1]; y += kWindow)
                     by_slice[slice].append(read_windows<T>(volume, lowest, y, z));

@@ -9,8 +9,6 @@
 #include <numeric>
 #include <unordered_map>
 
-#include <tbb/parallel_for.h>
-
 #include <marrow/error.h>
 #include <marrow/trust.h>
 #include <marrow/volume_filters.h>
@@ -179,7 +177,7 @@ ThinWalls find(const VolumeView& volume, double isovalue, double noise, MeshView
     const SampleMask candidates = beside_surface(volume, surface.points);
     std::vector<std::vector<Ridge>> by_slice(static_cast<std::size_t>(dims[2]));
     Stage stage(options.progress, 0.5, 1, by_slice.size());
-    tbb::parallel_for(std::size_t{0}, by_slice.size(), [&](std::size_t z) {
+    parallel_for(std::size_t{0}, by_slice.size(), [&](std::size_t z) {
         by_slice[z] = first_ridges(ridge_at, candidates, dims, static_cast<std::int64_t>(z));
         stage.step();
     });

@@ -6,9 +6,6 @@
 #include <string>
 #include <vector>
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include <marrow/error.h>
 #include <marrow/histogram.h>
 
@@ -145,7 +142,7 @@ TrustReport report_trust(const VolumeView& volume, std::span<const Vec3f> points
         Stage stage(options.progress, 0.3, 1, (points.size() + kBlock - 1) / kBlock);
         visit_sample_type(volume.type, [&]<class T>(T) {
             const Interpolant<T> interpolant(volume);
-            tbb::parallel_for(std::size_t{0}, (points.size() + kBlock - 1) / kBlock, [&](std::size_t block) {
+            parallel_for(std::size_t{0}, (points.size() + kBlock - 1) / kBlock, [&](std::size_t block) {
                 for (std::size_t i = block * kBlock; i < std::min((block + 1) * kBlock, points.size()); ++i) {
                     Vec3d index = to_index * (to_double(points[i]) - geometry.origin);
                     within[i] = is_within(index, geometry.dims);

@@ -7,10 +7,9 @@
 #include <string>
 #include <vector>
 
-#include <tbb/parallel_for.h>
-
 #include <marrow/error.h>
 
+#include "base/checked_size.h"
 #include "base/parallel.h"
 #include "checks.h"
 #include "rows.h"
@@ -72,9 +71,9 @@ Buffer<A> convolve_axis(const Buffer<A>& in, Dims& dims, std::size_t axis, const
                         const Progress& progress) {
     const Dims old = dims;
     dims[axis] = static_cast<std::int64_t>(taps.size());
-    Buffer<A> out(static_cast<std::size_t>(dims[0] * dims[1] * dims[2]));
+    Buffer<A> out(checked_size(static_cast<std::uint64_t>(dims[0] * dims[1] * dims[2]), sizeof(A)));
     Stage stage(progress, 0, 1, static_cast<std::size_t>(dims[2]));
-    tbb::parallel_for(std::int64_t{0}, dims[2], [&](std::int64_t z) {
+    parallel_for(std::int64_t{0}, dims[2], [&](std::int64_t z) {
         for (std::int64_t y = 0; y < dims[1]; ++y) {
             A* const row = out.data() + sample_index(dims, 0, y, z);
             if (axis == 0) {
@@ -152,10 +151,11 @@ Volume in_floating_point(const VolumeView& volume, int threads, Filter filter) {
         constexpr bool kWide = sizeof(T) > 4 || std::is_same_v<T, std::int32_t>;
         using A = std::conditional_t<kWide, double, float>;
         with_threads(threads, [&] {
-            const auto count = static_cast<std::size_t>(volume.geometry.sample_count());
+            const std::size_t count =
+                checked_size(static_cast<std::uint64_t>(volume.geometry.sample_count()), sizeof(A));
             const Dims& dims = volume.geometry.dims;
             Buffer<A> samples(count);
-            tbb::parallel_for(std::int64_t{0}, dims[1] * dims[2], [&](std::int64_t row) {
+            parallel_for(std::int64_t{0}, dims[1] * dims[2], [&](std::int64_t row) {
                 const T* const in = row_of<T>(volume, row % dims[1], row / dims[1]);
                 for (std::int64_t x = 0; x < dims[0]; ++x)
                     samples[static_cast<std::size_t>(row * dims[0] + x)] = static_cast<A>(in[x]);
@@ -271,7 +271,7 @@ Volume median_filter(const VolumeView& volume, int radius, const FilterOptions& 
             // sooner.
             const std::int64_t rows = dims[1] * dims[2];
             Stage stage(options.progress, 0, 1, static_cast<std::size_t>(rows));
-            tbb::parallel_for(std::int64_t{0}, rows, [&](std::int64_t row) {
+            parallel_for(std::int64_t{0}, rows, [&](std::int64_t row) {
                 median_of_row(volume, radius, row % dims[1], row / dims[1], result.samples<T>());
                 stage.step();
             });

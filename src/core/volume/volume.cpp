@@ -8,6 +8,7 @@
 
 #include <marrow/error.h>
 
+#include "base/checked_size.h"
 #include "checks.h"
 
 namespace marrow {
@@ -135,7 +136,7 @@ Volume::Volume(const Geometry& geometry, SampleType type) : geometry_(geometry),
         throw LimitError("volume: more samples than memory can hold");
     }
     try {
-        samples_.resize(static_cast<std::size_t>(bytes));
+        samples_.resize(internal::checked_size(static_cast<std::uint64_t>(bytes)));
     } catch (const std::exception&) {
         throw LimitError("volume: " + std::to_string(bytes >> 20) + " MiB of memory are not available");
     }

@@ -127,7 +127,7 @@ void ByteStream::read(void* to, std::size_t size) {
 void ByteStream::skip(std::uint64_t size) {
     std::array<char, 4096> bin;
     while (size > 0) {
-        const std::size_t part = std::min<std::uint64_t>(size, bin.size());
+        const auto part = static_cast<std::size_t>(std::min<std::uint64_t>(size, bin.size()));
         read(bin.data(), part);
         size -= part;
     }
@@ -150,7 +150,7 @@ void ByteStream::verify_end() {
 }
 
 std::string read_head(const std::filesystem::path& path, std::size_t size) {
-    std::string head(std::min<std::uint64_t>(size, regular_file_size(path)), '\0');
+    std::string head(static_cast<std::size_t>(std::min<std::uint64_t>(size, regular_file_size(path))), '\0');
     ByteStream stream(path, Compression::none);
     head.resize(stream.read_some(head.data(), head.size()));
     return head;

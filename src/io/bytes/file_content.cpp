@@ -3,6 +3,7 @@
 
 #include <marrow/error.h>
 
+#include "base/checked_size.h"
 #include "text.h"
 
 namespace marrow::internal::io {
@@ -16,7 +17,7 @@ FileContent read_content(const std::filesystem::path& path, Compression compress
     std::string& bytes = content.bytes;
     ByteStream stream(path, compression);
     if (compression == Compression::none) {
-        bytes.resize(regular_file_size(path));
+        bytes.resize(checked_size(regular_file_size(path)));
         stream.read(bytes.data(), bytes.size());
         return content;
     }

@@ -10,6 +10,7 @@
 
 #include <marrow/error.h>
 
+#include "base/checked_size.h"
 #include "io/bytes/byte_stream.h"
 #include "io/bytes/text.h"
 #include "tags.h"
@@ -314,7 +315,7 @@ ParsedDicom parse_head(const std::filesystem::path& path, std::uint64_t most, Bu
     ParsedDicom file;
     file.file_size = regular_file_size(path);
     file.bytes = std::move(memory);
-    file.bytes.resize(std::min(most, file.file_size));
+    file.bytes.resize(checked_size(std::min(most, file.file_size)));
     ByteStream(path, Compression::none).read(file.bytes.data(), file.bytes.size());
     try {
         parse(file, path);

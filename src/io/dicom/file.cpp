@@ -11,6 +11,7 @@
 #include <marrow/error.h>
 #include <marrow/vector.h>
 
+#include "base/checked_size.h"
 #include "character_set.h"
 #include "codec.h"
 #include "data_set.h"
@@ -407,8 +408,9 @@ const std::int32_t* decode_dicom(const DicomFile& file, DicomWorkspace& workspac
     if (file.refusal) fail<InputError>(file.path, "{}", *file.refusal);
     ParsedDicom parsed = parse_dicom(file.path, std::move(workspace.bytes));
     try {
-        workspace.stored.resize(static_cast<std::size_t>(file.tiles * file.columns * file.tiles * file.rows) *
-                                stored_frames(file));
+        const std::int64_t area = file.tiles * file.columns * file.tiles * file.rows;
+        workspace.stored.resize(
+            checked_size(static_cast<std::uint64_t>(area) * stored_frames(file), sizeof(std::int32_t)));
         if (parsed.pixels_size.has_value() == !is_plain_syntax(file.transfer_syntax))
             throw InputError("its pixel data do not have the form of its transfer syntax");
         if (parsed.pixels_size) {

@@ -4,8 +4,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <tbb/enumerable_thread_specific.h>
-
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -14,6 +12,7 @@
 
 #include <marrow/error.h>
 
+#include "base/parallel.h"
 #include "file.h"
 #include "io/bytes/text.h"
 #include "io/scan/parallel_slices.h"
@@ -119,7 +118,7 @@ std::optional<double> load_slices(const DicomStack& stack, const ScanOptions& op
         reached = fraction;
         return !options.progress || options.progress(fraction);
     };
-    oneapi::tbb::enumerable_thread_specific<DicomWorkspace> workspaces;
+    PerThread<DicomWorkspace> workspaces;
     for_each_slice(files.size(), options.threads, progress, begin, 1, [&](std::size_t i, const Step& step) {
         if (!fits) return;
         const std::int32_t* stored = decode_dicom(*files[i].first, workspaces.local(), step);

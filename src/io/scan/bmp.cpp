@@ -3,6 +3,8 @@
 
 #include <array>
 
+#include "base/checked_size.h"
+
 namespace marrow::internal::io {
 
 ImageHeader read_bmp(const std::filesystem::path& path, const ImageTarget& target) {
@@ -30,7 +32,7 @@ ImageHeader read_bmp(const std::filesystem::path& path, const ImageTarget& targe
         palette[i] = grey_of(at(14 + header + 4 * i, 4));
     const std::size_t height = static_cast<std::size_t>(rows > 0 ? rows : -static_cast<std::int64_t>(rows));
     const std::size_t width = static_cast<std::size_t>(columns), pixel = bits / 8;
-    const std::size_t line = (width * pixel + 3) / 4 * 4;
+    const std::size_t line = checked_size((std::uint64_t{width} * pixel + 3) / 4 * 4);
     if (data > bytes.size() || (bytes.size() - data) / line < height) throw kDamaged;
     const ImageHeader out{columns, static_cast<std::int64_t>(height), 1, SampleType::uint8};
     if (!target.takes(out)) return out;

@@ -1,9 +1,6 @@
 /// Processes slices in parallel, with progress.
 #pragma once
 
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
-
 #include <cstddef>
 #include <functional>
 
@@ -25,15 +22,14 @@ void for_each_slice(std::size_t count, int threads, const Progress& progress, do
     Stage stage(progress, begin, end, count);
     const Step step = [&](double part) { stage.step(part); };
     with_threads(threads,
-                 [&] { tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) { work(i, step); }); });
+                 [&] { parallel_for(std::size_t{0}, count, [&](std::size_t i) { work(i, step); }); });
 }
 
 /// Calls work(i) for i from 0 to count - 1, on the threads of the surrounding for_each_slice.
 template <class Work>
 void for_each_part(std::size_t count, Work&& work) {
     // Isolated: a waiting thread must not start another slice, which would use the same workspace.
-    tbb::this_task_arena::isolate(
-        [&] { tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) { work(i); }); });
+    isolate([&] { parallel_for(std::size_t{0}, count, [&](std::size_t i) { work(i); }); });
 }
 
 }  // namespace marrow::internal::io

@@ -7,6 +7,7 @@
 
 #include <marrow/error.h>
 
+#include "base/checked_size.h"
 #include "base/progress.h"
 #include "io/bytes/byte_stream.h"
 #include "io/bytes/text.h"
@@ -121,7 +122,7 @@ Volume load_raw(const RawImage& image, const Progress& progress) {
     Volume volume(image.geometry, loaded_type(image));
     const std::size_t kept = sample_size(volume.type());
     const std::size_t total = volume.bytes() / kept;
-    const std::size_t in_file = file_bytes / stored_size(image.type);
+    const std::size_t in_file = checked_size(file_bytes / stored_size(image.type));
     auto* out = static_cast<std::byte*>(volume.data());
     std::size_t done = 0;
     internal::report_progress(progress, 0);
@@ -147,13 +148,14 @@ SliceSource raw_slices(const RawImage& image) {
     const std::uint64_t file_bytes = checked_file_bytes(image);
     const auto read = [image, file_bytes](std::int64_t z_begin, std::int64_t z_end, void* to) {
         const std::size_t stored = stored_size(image.type), kept = sample_size(loaded_type(image));
-        const auto area = static_cast<std::size_t>(image.geometry.dims[0] * image.geometry.dims[1]);
-        const std::size_t in_file = file_bytes / stored;
+        const auto area = static_cast<std::uint64_t>(image.geometry.dims[0] * image.geometry.dims[1]);
+        const std::uint64_t in_file = file_bytes / stored;
         auto* out = static_cast<std::byte*>(to);
-        std::size_t at = static_cast<std::size_t>(z_begin) * area;
-        for (const std::size_t end = static_cast<std::size_t>(z_end) * area; at < end;) {
-            const auto& path = image.files[at / in_file];
-            const std::size_t first = at % in_file, count = std::min(end - at, in_file - first);
+        std::uint64_t at = static_cast<std::uint64_t>(z_begin) * area;
+        for (const std::uint64_t end = static_cast<std::uint64_t>(z_end) * area; at < end;) {
+            const auto& path = image.files[static_cast<std::size_t>(at / in_file)];
+            const std::uint64_t first = at % in_file;
+            const std::size_t count = checked_size(std::min(end - at, in_file - first), kept);
             ByteStream stream(path, Compression::none,
                               data_begin(image, path, file_bytes) +
                                   static_cast<std::uint64_t>(image.data_offset) + first * stored);

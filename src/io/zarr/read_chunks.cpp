@@ -1,6 +1,5 @@
 // Reads the samples of Zarr arrays, chunk by chunk.
 #include <fmt/format.h>
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cstring>
@@ -8,6 +7,7 @@
 #include <marrow/error.h>
 
 #include "array.h"
+#include "base/parallel.h"
 #include "io/bytes/byte_stream.h"
 #include "io/bytes/text.h"
 
@@ -86,7 +86,7 @@ class BoxReader {
 
     void read() const {
         const Box files = overlapping(box_, file_);
-        tbb::parallel_for(std::size_t{0}, files.count(), [&](std::size_t i) { read_file(files.at(i)); });
+        parallel_for(std::size_t{0}, files.count(), [&](std::size_t i) { read_file(files.at(i)); });
     }
 
   private:
@@ -106,7 +106,7 @@ class BoxReader {
     void read_shard(const fs::path& path, bool exists, const Index& file, const Box& samples) const {
         const std::vector<std::uint64_t> index = exists ? read_index(path) : std::vector<std::uint64_t>();
         const Box chunks = overlapping(samples, array_.chunk);
-        tbb::parallel_for(std::size_t{0}, chunks.count(), [&](std::size_t i) {
+        parallel_for(std::size_t{0}, chunks.count(), [&](std::size_t i) {
             const Index chunk = chunks.at(i);
             std::size_t within = 0;
             for (std::size_t a = 0; a < chunk.size(); ++a)

@@ -1,0 +1,37 @@
+// The outline of the isosurface in a slice, by marching squares: on the faces of cells, marching cubes does the same.
+
+// Edges of a square, counter-clockwise: 0 below, 1 right, 2 above, 3 left. Corners 0 to 3 are the bits 1, 2, 4, 8, in the
+// order (0, 0), (1, 0), (1, 1), (0, 1). Where two opposite corners are inside, each is cut off by itself.
+const kPieces = [
+  [], [3, 0], [0, 1], [3, 1], [1, 2], [3, 0, 1, 2], [0, 2], [3, 2],
+  [2, 3], [2, 0], [0, 1, 2, 3], [2, 1], [1, 3], [1, 0], [0, 3], [],
+];
+
+export function contour({ width, height, samples }, isovalue) {
+  let out = new Float32Array(4096), size = 0;
+  const corners = new Float64Array(4);
+  const put = (edge, x, y) => {
+    const a = corners[edge], b = corners[(edge + 1) & 3];
+    const t = (isovalue - a) / (b - a);
+    // Where a sample is not finite, the surface is in the middle.
+    const part = t >= 0 && t <= 1 ? t : 0.5;
+    out[size++] = edge === 0 ? x + part : edge === 1 ? x + 1 : edge === 2 ? x + 1 - part : x;
+    out[size++] = edge === 0 ? y : edge === 1 ? y + part : edge === 2 ? y + 1 : y + 1 - part;
+  };
+  for (let y = 0; y + 1 < height; ++y) {
+    for (let x = 0, at = y * width; x + 1 < width; ++x, ++at) {
+      const a = samples[at], b = samples[at + 1], c = samples[at + 1 + width], d = samples[at + width];
+      const pieces = kPieces[(a >= isovalue && a < Infinity ? 1 : 0) | (b >= isovalue && b < Infinity ? 2 : 0) |
+                             (c >= isovalue && c < Infinity ? 4 : 0) | (d >= isovalue && d < Infinity ? 8 : 0)];
+      if (pieces.length === 0) continue;
+      if (size + 8 > out.length) {
+        const larger = new Float32Array(2 * out.length);
+        larger.set(out);
+        out = larger;
+      }
+      corners[0] = a, corners[1] = b, corners[2] = c, corners[3] = d;
+      for (const edge of pieces) put(edge, x, y);
+    }
+  }
+  return out.slice(0, size);
+}

@@ -1,0 +1,146 @@
+// Talks to a worker that runs the WebAssembly.
+import { MarrowError, cancelled } from './errors.mjs';
+
+const inNode = typeof process === 'object' && process.versions?.node !== undefined && typeof window === 'undefined' &&
+  typeof importScripts === 'undefined';
+
+let setup = {};
+let idle;  // a worker that waits for work, if there is one
+
+/** Options of prepare(). */
+export function configure(given) {
+  setup = { ...setup, ...given };
+}
+
+export function canUseThreads() {
+  return inNode || globalThis.crossOriginIsolated === true;
+}
+
+export function chosenThreads() {
+  if (!canUseThreads()) return 1;
+  return Math.max(1, setup.threads ?? Math.min(8, globalThis.navigator?.hardwareConcurrency ?? processors ?? 1));
+}
+
+const processors = inNode ? (await import('node:os')).availableParallelism?.() ?? 1 : undefined;
+const NodeWorker = inNode ? (await import('node:worker_threads')).Worker : undefined;
+
+function startWorker() {
+  if (inNode) {
+    const worker = new NodeWorker(new URL('./worker.mjs', import.meta.url));
+    return {
+      post: (message, transfer) => worker.postMessage(message, transfer),
+      listen: (onMessage, onFailure) => worker.on('message', onMessage).on('error', onFailure),
+      end: () => worker.terminate(),
+      // Only work under way keeps the process alive.
+      keepAlive: (wanted) => (wanted ? worker.ref() : worker.unref()),
+    };
+  }
+  const worker = new Worker(new URL('./worker.mjs', import.meta.url), { type: 'module' });
+  return {
+    post: (message, transfer) => worker.postMessage(message, transfer),
+    listen: (onMessage, onFailure) => {
+      worker.onmessage = (event) => onMessage(event.data);
+      worker.onerror = (event) => onFailure(new Error(event.message));
+    },
+    end: () => worker.terminate(),
+    keepAlive: () => {},
+  };
+}
+
+/** A worker, and the calls that it has not answered yet. */
+export class Engine {
+  /** A worker that waits for work, or a new one. */
+  static take() {
+    const engine = idle ?? new Engine();
+    idle = undefined;
+    return engine;
+  }
+
+  #worker = startWorker();
+  #calls = new Map();
+  #last = 0;
+  #ended = false;
+
+  constructor() {
+    this.#worker.listen((message) => this.#receive(message), (error) => this.#fail(error));
+    this.#worker.keepAlive(false);
+    this.ready = this.call('start', {
+      threads: chosenThreads(),
+      baseUrl: setup.baseUrl === undefined ? undefined : new URL(setup.baseUrl, globalThis.location?.href).href,
+    });
+    this.ready.catch(() => {});  // calls that wait for it reject too
+  }
+
+  /**
+   * Asks the worker for something. `latest` names a kind of requests of which only the newest waits: it takes the place
+   * of an older one, which rejects. With `abandon`, a signal only rejects the promise, and the worker goes on.
+   */
+  call(name, parameters = {}, { transfer = [], onProgress, signal, latest, abandon } = {}) {
+    if (this.#ended || signal?.aborted) return Promise.reject(cancelled());
+    return new Promise((resolve, reject) => {
+      const id = ++this.#last;
+      const abort = () => (abandon ? this.#receive({ id, error: { message: 'cancelled', code: 130 } }) : this.cancel());
+      signal?.addEventListener('abort', abort, { once: true });
+      this.#calls.set(id, { resolve, reject, onProgress, unlisten: () => signal?.removeEventListener('abort', abort) });
+      if (this.#calls.size === 1) this.#worker.keepAlive(true);
+      this.#worker.post({ id, name, parameters, latest, progress: onProgress !== undefined }, transfer);
+    });
+  }
+
+  /** Tells the worker something that needs no answer. */
+  tell(name, parameters, transfer = []) {
+    if (!this.#ended) this.#worker.post({ name, parameters }, transfer);
+  }
+
+  /** Ends the worker at once. What it did not answer rejects with code 130. */
+  cancel() {
+    this.#finish(cancelled());
+  }
+
+  /** Keeps the worker for the next task, if no other one waits already. */
+  giveBack() {
+    if (this.#ended || this.#calls.size > 0 || idle) this.cancel();
+    else idle = this;
+  }
+
+  get ended() {
+    return this.#ended;
+  }
+
+  #receive({ id, result, error, progress }) {
+    const call = this.#calls.get(id);
+    if (!call) return;
+    if (progress !== undefined) {
+      call.onProgress?.(progress);
+      return;
+    }
+    this.#calls.delete(id);
+    if (this.#calls.size === 0) this.#worker.keepAlive(false);
+    call.unlisten();
+    if (error) call.reject(new MarrowError(error.message, error.code));
+    else call.resolve(result);
+  }
+
+  // The worker itself failed, as by running out of memory.
+  #fail(error) {
+    this.#finish(new MarrowError(`the worker stopped: ${error.message}`, 3));
+  }
+
+  #finish(error) {
+    if (this.#ended) return;
+    this.#ended = true;
+    if (idle === this) idle = undefined;
+    this.#worker.end();
+    for (const call of this.#calls.values()) {
+      call.unlisten();
+      call.reject(error);
+    }
+    this.#calls.clear();
+  }
+}
+
+/** Starts a worker ahead of its first use. */
+export async function prepareEngine() {
+  idle ??= new Engine();
+  await idle.ready;
+}

@@ -1,0 +1,222 @@
+// The package's interface; index.d.ts documents it.
+import { commandLine } from './command_line.mjs';
+import { contour } from './contour.mjs';
+import { Engine, canUseThreads, chosenThreads, configure, prepareEngine } from './engine.mjs';
+import { MarrowError } from './errors.mjs';
+
+export { MarrowError, commandLine, contour };
+
+export const version = '0.2.0';
+
+export const presets = Object.freeze([
+  { name: 'bone', lowest: 226, colour: [0.95, 0.91, 0.83] },
+  { name: 'skin', lowest: -300, colour: [0.93, 0.72, 0.6] },
+  { name: 'soft', lowest: -100, colour: [0.86, 0.6, 0.52] },
+  { name: 'fat', lowest: -150, colour: [0.94, 0.83, 0.58] },
+  { name: 'muscle', lowest: 10, colour: [0.72, 0.32, 0.28] },
+].map((preset) => Object.freeze({ ...preset, isovalue: preset.lowest - 0.5 })));
+
+export async function prepare(setup = {}) {
+  if (setup.threads > 1 && !canUseThreads())
+    throw new MarrowError('threads need SharedArrayBuffer, which this page does not have: send the headers ' +
+      'Cross-Origin-Opener-Policy: same-origin and Cross-Origin-Embedder-Policy: require-corp', 2);
+  configure(setup);
+  await prepareEngine();
+}
+
+export const threads = () => chosenThreads();
+
+// ------------------------------------------------------------------------------------------------------------- scans
+
+function listOf(files) {
+  if (typeof files === 'string') return files;
+  const one = (file) => {
+    if (file?.path !== undefined && file.data !== undefined) return { path: file.path, data: file.data };
+    return { path: file.webkitRelativePath || file.name, data: file };
+  };
+  return typeof files[Symbol.iterator] === 'function' ? [...files].map(one) : [one(files)];
+}
+
+function request(files, { series, spacing, resample, volume } = {}) {
+  return { files: listOf(files), series: series === undefined ? undefined : String(series), spacing, resample, volume };
+}
+
+// Does work in a worker that waits for the next task afterwards.
+async function inWorker(f) {
+  const engine = Engine.take();
+  try {
+    return await f(engine);
+  } finally {
+    engine.giveBack();
+  }
+}
+
+export const inspectScan = (files, options = {}) =>
+  inWorker((engine) => engine.call('inspect', request(files, options), options));
+
+export async function readScan(files, options = {}) {
+  const engine = Engine.take();
+  try {
+    const description = await engine.call('read', request(files, options), options);
+    const { series, spacing, resample, volume } = options;
+    return new Scan(engine, description, { series, spacing, resample, volume });
+  } catch (error) {
+    engine.giveBack();
+    throw error;
+  }
+}
+
+const typeNames = {
+  Uint8Array: 'uint8', Uint8ClampedArray: 'uint8', Int8Array: 'int8', Uint16Array: 'uint16', Int16Array: 'int16',
+  Int32Array: 'int32', Float32Array: 'float32', Float64Array: 'float64',
+};
+
+export async function scanOf(samples, { dims, spacing, origin, direction }) {
+  const type = typeNames[samples.constructor.name];
+  if (!type) throw new MarrowError(`samples of ${samples.constructor.name} are not supported: convert them to Float64Array`, 2);
+  const engine = Engine.take();
+  try {
+    const description = await engine.call('adopt', { type, dims, spacing, origin, direction, samples });
+    return new Scan(engine, { ...description, name: 'scan' }, {});
+  } catch (error) {
+    engine.giveBack();
+    throw error;
+  }
+}
+
+class Scan {
+  #engine;
+
+  constructor(engine, description, options) {
+    this.#engine = engine;
+    const { histogram, ...rest } = description;
+    Object.assign(this, rest, { options, histogram: { ...histogram, counts: Float64Array.from(histogram.counts) } });
+  }
+
+  slice(axis, index) {
+    return this.#engine.call('slice', { axis, index, type: this.sampleType });
+  }
+
+  dispose() {
+    this.#engine.cancel();
+  }
+
+  static engineOf(scan) {
+    return scan.#engine;
+  }
+}
+
+// ---------------------------------------------------------------------------------------------------------- surfaces
+
+export class Extractor {
+  #engine;
+  #number;
+
+  constructor(engine, number, scan, options) {
+    this.#engine = engine;
+    this.#number = number;
+    this.scan = scan;
+    this.options = options;
+  }
+
+  static async create(scan, { closed = true, snap = 0, topology = false, normals = true, crop } = {}) {
+    const options = { closed, snap, topology, normals, crop };
+    const engine = Scan.engineOf(scan);
+    const { extractor } = await engine.call('createExtractor', options);
+    return new Extractor(engine, extractor, scan, options);
+  }
+
+  async extract(isovalue, { level = 0 } = {}) {
+    if (!Number.isFinite(isovalue)) throw new MarrowError(`the isovalue must be a finite number, not ${isovalue}`, 2);
+    const latest = `${this.#number}:${level}`;
+    const mesh = await this.#engine.call('extract', { extractor: this.#number, isovalue, level }, { latest });
+    return { ...mesh, name: String(isovalue) };
+  }
+
+  recycle(mesh) {
+    const buffers = [mesh.points, mesh.normals, mesh.triangles].map((array) => array.buffer).filter((b) => b.byteLength > 0);
+    mesh.points = new Float32Array();
+    mesh.normals = new Float32Array();
+    mesh.triangles = new Uint32Array();
+    this.#engine.tell('recycle', { buffers }, buffers);
+  }
+
+  dims(level) {
+    const { crop } = this.options;
+    return this.scan.dims.map((n, a) => Math.ceil((crop ? crop.last[a] - crop.first[a] + 1 : n) / 2 ** level));
+  }
+
+  dispose() {
+    this.#engine.tell('dropExtractor', { extractor: this.#number });
+  }
+}
+
+export async function labels(scan, { relax = 40, only, crop, onProgress, signal } = {}) {
+  // The scan's worker goes on to the end, because ending it would lose the scan.
+  const surfaces = await Scan.engineOf(scan).call('labels', { relax, only, crop }, { onProgress, signal, abandon: true });
+  const known = new Map(scan.labels.map((label) => [label.label, label]));
+  const sample = scan.spacing[0] * scan.spacing[1] * scan.spacing[2] * Math.abs(determinant(scan.direction));
+  return surfaces.map((surface) => {
+    const { name, colour } = known.get(surface.label);
+    return { ...surface, name, colour, samplesVolume: surface.samples * sample };
+  });
+}
+
+function determinant([a, b, c, d, e, f, g, h, i]) {
+  return a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g);
+}
+
+// ------------------------------------------------------------------------------------------------------------ meshes
+
+const plain = ({ points, normals = new Float32Array(), triangles, name, colour }) => ({ points, normals, triangles, name, colour });
+const named = (mesh, { name, colour }) => ({ ...mesh, ...(name !== undefined && { name }), ...(colour && { colour }) });
+
+export async function keepComponents(mesh, { largest, count, minVolume, cavities, ...work }) {
+  const parameters = { mesh: plain(mesh), largest, count, minVolume, cavities };
+  const answer = await inWorker((engine) => engine.call('keepComponents', parameters, work));
+  return { mesh: named(answer.mesh, mesh), note: '' };
+}
+
+export async function smooth(mesh, { iterations = 20, bound, ...work } = {}) {
+  const matrix = typeof bound === 'object' ? rowsOf(bound.indexToPhysical) : undefined;
+  const parameters = { mesh: plain(mesh), iterations, bound: matrix, maxMove: matrix ? undefined : bound };
+  const { restored, ...answer } = await inWorker((engine) => engine.call('smooth', parameters, work));
+  const note = restored === 0 ? '' : restored === 1 ? '1 component is too small to smooth and keeps its shape'
+    : `${restored} components are too small to smooth and keep their shape`;
+  return { ...answer, mesh: named(answer.mesh, mesh), note };
+}
+
+// The linear part of a matrix in columns of four, row by row.
+const rowsOf = (m) => [m[0], m[4], m[8], m[1], m[5], m[9], m[2], m[6], m[10]];
+
+export async function simplify(mesh, { keep, triangles, maxError, scan, ...work }) {
+  const parameters = { mesh: plain(mesh), keep, triangles, maxError };
+  const { wanted, ...answer } = await inWorker((engine) => engine.call('simplify', parameters, work));
+  const notes = [];
+  if (maxError === undefined && wanted !== undefined && answer.mesh.triangles.length / 3 > wanted)
+    notes.push(`${wanted} triangles were requested, but the step stopped where the surface would change its topology or pass ` +
+      'through itself');
+  const coarsest = scan ? Math.max(...scan.spacing) : Infinity;
+  if (maxError === undefined && answer.deviationMax > coarsest)
+    notes.push(`the surface moved by up to ${answer.deviationMax.toPrecision(3)} mm, more than the ${coarsest.toPrecision(3)} mm ` +
+      'between samples: a largest error keeps it closer');
+  return { ...answer, mesh: named(answer.mesh, mesh), note: notes.join('; ') };
+}
+
+export const measure = (mesh, work = {}) => inWorker((engine) => engine.call('measure', { mesh: plain(mesh) }, work));
+
+export const check = (mesh, { minWall, ...work } = {}) =>
+  inWorker((engine) => engine.call('check', { mesh: plain(mesh), minWall }, work));
+
+export async function writeMesh(mesh, name, { space = 'LPS', ...work } = {}) {
+  const meshes = (Array.isArray(mesh) ? mesh : [mesh]).map(plain);
+  if (/[/\\]/.test(name)) throw new MarrowError(`'${name}' is a path: give the name of a file`, 2);
+  if (space === 'RAS' && /\.glb$/i.test(name)) throw new MarrowError('glTF has its own axes and cannot be in RAS', 2);
+  const bytes = await inWorker((engine) => engine.call('write', { meshes, file: name, space }, work));
+  return new Blob([bytes], { type: mediaTypeOf(name) });
+}
+
+function mediaTypeOf(name) {
+  const types = { stl: 'model/stl', glb: 'model/gltf-binary', '3mf': 'model/3mf', obj: 'model/obj', ply: 'application/ply' };
+  return types[name.split('.').pop().toLowerCase()] ?? 'application/octet-stream';
+}

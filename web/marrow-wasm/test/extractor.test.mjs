@@ -1,0 +1,84 @@
+// The extractor as a slider uses it.
+import assert from 'node:assert/strict';
+import test from 'node:test';
+
+import { geometry, lumps, marrow } from './support.mjs';
+
+const { Extractor, scanOf } = marrow;
+const large = { ...geometry, dims: [120, 110, 100] };
+
+async function outcome(promise) {
+  try {
+    return (await promise).stats.isovalue;
+  } catch (error) {
+    return error.code;
+  }
+}
+
+test('the newest request wins', async (t) => {
+  const scan = await scanOf(lumps('int16', large.dims), large);
+  t.after(() => scan.dispose());
+  const extractor = await Extractor.create(scan);
+  const outcomes = await Promise.all([50, 51, 52, 53, 54].map((isovalue) => outcome(extractor.extract(isovalue))));
+  assert.equal(outcomes[4], 54);
+  assert.deepEqual(outcomes.slice(1, 4), [130, 130, 130]);
+});
+
+test('previews come before the full resolution', async (t) => {
+  const scan = await scanOf(lumps('int16', large.dims), large);
+  t.after(() => scan.dispose());
+  const extractor = await Extractor.create(scan);
+  await extractor.extract(50, { level: 1 });
+  const order = [];
+  const running = extractor.extract(49);  // so that the others wait
+  const [, full, preview] = await Promise.all([
+    running,
+    extractor.extract(51).finally(() => order.push('full')),
+    extractor.extract(51, { level: 1 }).finally(() => order.push('preview')),
+  ]);
+  assert.deepEqual(order, ['preview', 'full']);
+  assert.ok(preview.triangles.length < full.triangles.length);
+  assert.deepEqual(extractor.dims(1), [60, 55, 50]);
+});
+
+test('memory does not grow over 100 extractions', async (t) => {
+  const scan = await scanOf(lumps('int16', large.dims), large);
+  t.after(() => scan.dispose());
+  const extractor = await Extractor.create(scan);
+  const extract = async (count) => {
+    for (let i = 0; i < count; ++i) extractor.recycle(await extractor.extract(45 + (i % 20)));
+    return process.memoryUsage().rss;
+  };
+  const mesh = await extractor.extract(45);
+  const size = mesh.points.byteLength + mesh.normals.byteLength + mesh.triangles.byteLength;
+  const before = await extract(40), after = await extract(100);
+  assert.ok(size > 4e6);
+  assert.ok(after - before < 20 * size, `${(after - before) >> 20} MiB more; a mesh has ${size >> 20}`);
+});
+
+test('a disposed scan rejects what waits', async () => {
+  const scan = await scanOf(lumps('int16', large.dims), large);
+  const extractor = await Extractor.create(scan);
+  const waiting = outcome(extractor.extract(50));
+  scan.dispose();
+  assert.equal(await waiting, 130);
+  assert.equal(await outcome(extractor.extract(50)), 130);
+});
+
+test('long work can be cancelled', async () => {
+  const scan = await scanOf(lumps('int16', large.dims), large);
+  const mesh = await (await Extractor.create(scan)).extract(50);
+  const controller = new AbortController();
+  let progress = 0;
+  const work = marrow.simplify(mesh, {
+    keep: 0.1, signal: controller.signal,
+    onProgress: (fraction) => {
+      progress = fraction;
+      controller.abort();
+    },
+  });
+  await assert.rejects(work, { code: 130 });
+  assert.ok(progress < 1);
+  assert.ok((await marrow.measure(mesh)).triangles > 0);  // the package goes on
+  scan.dispose();
+});

@@ -1,0 +1,34 @@
+// The package itself.
+import assert from 'node:assert/strict';
+import { execFileSync } from 'node:child_process';
+import { readFileSync } from 'node:fs';
+import { join } from 'node:path';
+import test from 'node:test';
+
+import { marrow, packageFolder, repository } from './support.mjs';
+
+const description = JSON.parse(readFileSync(join(packageFolder, 'package.json')));
+
+test('the version is the library\'s', () => {
+  const [, version] = /MARROW_VERSION "(.*)"/.exec(readFileSync(join(repository, 'include/marrow/version.h'), 'utf8'));
+  assert.equal(marrow.version, version);
+  assert.equal(description.version, version);
+});
+
+test('the archive holds all that is imported, and nothing else is needed', () => {
+  const [{ files }] = JSON.parse(execFileSync('npm', ['pack', '--dry-run', '--json', '--offline'], { cwd: packageFolder }));
+  const packed = new Set(files.map(({ path }) => path));
+  for (const file of ['index.mjs', 'index.d.ts', 'README.md', 'LICENSE', 'marrow.wasm', 'marrow-mt.wasm']) assert.ok(packed.has(file), file);
+  assert.equal(description.dependencies, undefined);
+  for (const file of packed) {
+    if (!file.endsWith('.mjs')) continue;
+    const text = readFileSync(join(packageFolder, file), 'utf8');
+    for (const [, name] of text.matchAll(/(?:from|new URL\() ?'(\.\/[^']+\.(?:mjs|wasm|js))'/g))
+      assert.ok(packed.has(name.slice(2)), `${file} needs ${name}`);
+  }
+});
+
+test('all that index.d.ts declares is there', () => {
+  const text = readFileSync(join(packageFolder, 'index.d.ts'), 'utf8');
+  for (const [, name] of text.matchAll(/^export (?:function|class|const) (\w+)/gm)) assert.ok(name in marrow, name);
+});

@@ -1,0 +1,170 @@
+// Reading scans, and what goes wrong with them.
+import assert from 'node:assert/strict';
+import { mkdirSync, readFileSync, writeFileSync } from 'node:fs';
+import { dirname, join } from 'node:path';
+import test from 'node:test';
+import { deflateRawSync } from 'node:zlib';
+
+import { bytesOf, dicomSeries, folder, geometry, lumps, marrow, runNative, withNative, writeVolume } from './support.mjs';
+
+const { Extractor, MarrowError, contour, inspectScan, readScan, scanOf, writeMesh } = marrow;
+
+async function rejection(promise) {
+  try {
+    await promise;
+  } catch (error) {
+    assert.ok(error instanceof MarrowError, String(error));
+    return error;
+  }
+  assert.fail('it did not reject');
+}
+
+test('DICOM in memory and on the disk has native\'s surface', withNative, async (t) => {
+  const path = folder(t);
+  const files = dicomSeries(lumps('int16'));
+  for (const file of files) {
+    mkdirSync(dirname(join(path, file.path)), { recursive: true });
+    writeFileSync(join(path, file.path), file.data);
+  }
+  await runNative(['-q', 'series', '--isovalue', '55.5', '-o', 'native.stl'], path);
+  for (const input of [files, join(path, 'series')]) {
+    const scan = await readScan(input);
+    assert.equal(scan.name, 'series');
+    assert.equal(scan.modality, 'CT');
+    assert.equal(scan.unit, 'HU');
+    const mesh = await (await Extractor.create(scan)).extract(55.5);
+    assert.ok((await bytesOf(await writeMesh(mesh, 'a.stl'))).equals(readFileSync(join(path, 'native.stl'))));
+    scan.dispose();
+  }
+});
+
+// A ZIP archive of compressed files.
+function zip(files) {
+  const parts = [], entries = [];
+  let offset = 0;
+  for (const { path, data } of files) {
+    const name = Buffer.from(path), packed = deflateRawSync(data);
+    const common = Buffer.alloc(26);
+    common.writeUInt16LE(20, 0);
+    common.writeUInt16LE(8, 4);
+    common.writeUInt32LE(packed.length, 14);
+    common.writeUInt32LE(data.length, 18);
+    common.writeUInt16LE(name.length, 22);
+    parts.push(Buffer.from('PK\x03\x04'), common, name, packed);
+    const rest = Buffer.alloc(14);
+    rest.writeUInt32LE(offset, 10);
+    entries.push(Buffer.from('PK\x01\x02\x14\x00'), common, rest, name);
+    offset += 30 + name.length + packed.length;
+  }
+  const list = Buffer.concat(entries), end = Buffer.alloc(22);
+  end.write('PK\x05\x06', 'latin1');
+  end.writeUInt16LE(files.length, 8);
+  end.writeUInt16LE(files.length, 10);
+  end.writeUInt32LE(list.length, 12);
+  end.writeUInt32LE(offset, 16);
+  return Buffer.concat([...parts, list, end]);
+}
+
+test('a ZIP archive is its files', async () => {
+  const files = dicomSeries(lumps('int16'));
+  const report = await inspectScan({ path: 'study.zip', data: zip(files) });
+  assert.equal(report.format, 'DICOM');
+  assert.equal(report.series.length, 1);
+  assert.equal(report.series[0].files, 23);
+  assert.equal(report.chosen, 0);
+  assert.equal((await rejection(inspectScan({ path: 'study.zip', data: zip(files).subarray(100) }))).code, 3);
+});
+
+test('several series are listed, and one is chosen by its number', async () => {
+  const files = [
+    ...dicomSeries(lumps('int16')),
+    ...dicomSeries(lumps('int16'), geometry, { uid: 2, description: 'Sch\xe4del' })
+      .map((file) => ({ ...file, path: file.path.replace('/', '/b') })),
+  ];
+  const report = await inspectScan(files);
+  assert.deepEqual(report.series.map(({ description }) => description), ['lumps', 'Sch\u00e4del']);
+  assert.equal(report.chosen, undefined);
+  const error = await rejection(readScan(files));
+  assert.equal(error.code, 4);
+  assert.match(error.message, /2 series/);
+  const scan = await readScan(files, { series: 2 });
+  assert.equal(scan.description, 'Sch\u00e4del');
+  scan.dispose();
+});
+
+test('a slice that is missing is refused with the reason', async () => {
+  const files = dicomSeries(lumps('int16')).filter((_, k) => k !== 11);
+  const error = await rejection(readScan(files));
+  assert.equal(error.code, 4);
+  assert.match(error.message, /uneven/);
+  const { series, chosen, reason } = await inspectScan(files);
+  assert.equal(chosen, undefined);
+  assert.equal(series[0].refusal, reason);
+});
+
+test('errors have native\'s code and message', withNative, async (t) => {
+  const path = folder(t);
+  const whole = readFileSync(writeVolume(join(path, 'whole.mha'), 'int16', lumps('int16')));
+  const inputs = {
+    'truncated.mha': whole.subarray(0, whole.length / 2), 'empty.nii': Buffer.alloc(0), 'text.nrrd': Buffer.from('NRRD0004\nfoo'),
+    'cut.dcm': dicomSeries(lumps('int16'))[0].data.subarray(0, 2000), 'unknown.txt': Buffer.from('hello'),
+  };
+  for (const [name, data] of Object.entries(inputs)) {
+    const alone = join(path, `folder of ${name}`);  // the other files of a folder may belong to a series
+    mkdirSync(alone);
+    writeFileSync(join(alone, name), data);
+    const expected = await runNative([name, '--isovalue', '1', '-o', 'a.stl'], alone);
+    for (const input of [{ path: name, data }, join(alone, name)]) {
+      const error = await rejection(readScan(input));
+      assert.deepEqual({ code: error.code, message: error.message }, expected);
+    }
+  }
+  const missing = await rejection(readScan(join(path, 'missing.nii')));
+  assert.equal(missing.code, 3);
+  assert.match(missing.message, /missing\.nii.*no such file/);
+});
+
+test('a surface without triangles cannot be written', async () => {
+  const scan = await scanOf(lumps('int16'), geometry);
+  const mesh = await (await Extractor.create(scan)).extract(30000);
+  assert.equal(mesh.triangles.length, 0);
+  assert.equal((await rejection(writeMesh(mesh, 'a.stl'))).code, 5);
+  assert.equal((await rejection((await Extractor.create(scan)).extract(NaN))).code, 2);
+  scan.dispose();
+});
+
+test('what does not fit is refused before memory is taken', async () => {
+  const error = await rejection(scanOf(new Uint8Array(8), { dims: [100000, 100000, 100] }));
+  assert.equal(error.code, 3);
+  assert.match(error.message, /memory/);
+  const few = await rejection(scanOf(new Uint8Array(8), { dims: [10, 10, 10] }));
+  assert.equal(few.code, 2);
+});
+
+test('slices are the samples, and contours lie on the surface', async () => {
+  const samples = lumps('int16'), [nx, ny, nz] = geometry.dims;
+  const scan = await scanOf(samples, geometry);
+  const at = (i, j, k) => samples[(k * ny + j) * nx + i];
+  const across = [await scan.slice(0, 5), await scan.slice(1, 6), await scan.slice(2, 7)];
+  assert.deepEqual(across.map(({ width, height }) => [width, height]), [[ny, nz], [nx, nz], [nx, ny]]);
+  assert.equal(across[0].samples[3 * ny + 4], at(5, 4, 3));
+  assert.equal(across[1].samples[3 * nx + 4], at(4, 6, 3));
+  assert.equal(across[2].samples[3 * nx + 4], at(4, 3, 7));
+  // Points of the surface in a slice are those of the contour.
+  const mesh = await (await Extractor.create(scan, { closed: false })).extract(55.5);
+  const key = (x, y) => `${x.toFixed(2)} ${y.toFixed(2)}`;
+  const z = Math.fround(geometry.origin[2] + 7 * geometry.spacing[2]);
+  const onSurface = new Set();
+  for (let p = 0; p < mesh.points.length; p += 3) {
+    if (Math.abs(mesh.points[p + 2] - z) < 1e-4)
+      onSurface.add(key((mesh.points[p] - geometry.origin[0]) / 0.7, (mesh.points[p + 1] - geometry.origin[1]) / 0.8));
+  }
+  const lines = contour(across[2], 55.5);
+  const inContour = new Set();
+  for (let i = 0; i < lines.length; i += 2) inContour.add(key(lines[i], lines[i + 1]));
+  assert.ok(onSurface.size > 100);
+  const differing = [...inContour].filter((point) => !onSurface.has(point));
+  assert.ok(differing.length <= inContour.size / 50, `${differing.length} of ${inContour.size}`);  // rounding
+  assert.ok(Math.abs(onSurface.size - inContour.size) <= inContour.size / 50);
+  scan.dispose();
+});

@@ -1,0 +1,46 @@
+// Unpacks ZIP archives entry by entry, by the browser's own decompression.
+
+const kEnd = 0x06054b50, kEntry = 0x02014b50, kLocal = 0x04034b50;
+const kDamaged = 'is a damaged or unsupported ZIP archive; unpack it first';
+
+async function view(blob, begin, end) {
+  return new DataView(await blob.slice(begin, end).arrayBuffer());
+}
+
+async function content(archive, method, offset, packed) {
+  const local = await view(archive, offset, offset + 30);
+  if (local.byteLength < 30 || local.getUint32(0, true) !== kLocal) throw new Error(kDamaged);
+  const begin = offset + 30 + local.getUint16(26, true) + local.getUint16(28, true);
+  const data = archive.slice(begin, begin + packed);
+  if (method === 0) return data;
+  if (method !== 8) throw new Error(kDamaged);
+  return new Response(data.stream().pipeThrough(new DecompressionStream('deflate-raw'))).blob();
+}
+
+/** The files of an archive, as { path, data: Blob }. Throws an Error whose message continues the archive's name. */
+export async function unzip(archive) {
+  // The end record has a comment of up to 64 KiB after it.
+  const tailBegin = Math.max(0, archive.size - 22 - 65535);
+  const tail = await view(archive, tailBegin, archive.size);
+  let end = tail.byteLength - 22;
+  while (end >= 0 && tail.getUint32(end, true) !== kEnd) --end;
+  if (end < 0) throw new Error(kDamaged);
+  const count = tail.getUint16(end + 10, true), size = tail.getUint32(end + 12, true), begin = tail.getUint32(end + 16, true);
+  if (count === 0xffff || begin === 0xffffffff) throw new Error('is a ZIP archive beyond 4 GiB or 65535 files; unpack it first');
+  const list = await view(archive, begin, begin + size);
+  const files = [];
+  for (let i = 0, at = 0; i < count; ++i) {
+    if (at + 46 > list.byteLength || list.getUint32(at, true) !== kEntry) throw new Error(kDamaged);
+    const [name, extra, comment] = [28, 30, 32].map((offset) => list.getUint16(at + offset, true));
+    const encrypted = list.getUint16(at + 8, true) & 1;
+    const path = new TextDecoder().decode(new Uint8Array(list.buffer, at + 46, name));
+    if (encrypted) throw new Error('is an encrypted ZIP archive; unpack it first');
+    if (!path.endsWith('/') && !path.startsWith('__MACOSX/'))
+      files.push({
+        path,
+        data: await content(archive, list.getUint16(at + 10, true), list.getUint32(at + 42, true), list.getUint32(at + 20, true)),
+      });
+    at += 46 + name + extra + comment;
+  }
+  return files;
+}
