@@ -46,13 +46,20 @@ python:
 	  --config-settings build-dir=build/release
 	ls build/wheels/*.whl
 
-# For browsers: the npm package, in build/web/marrow-wasm.
+# For browsers: the npm package, in build/web/marrow-wasm, and the page, in build/web/page.
 web:
 	$(install) web
 	JOBS=$(JOBS) web/build build/web
+	npm --prefix web/page ci --silent --no-audit --no-fund
+	npm --prefix web/page run --silent build
 
-test-web: web
+test-web: web program
 	node --test web/marrow-wasm/test/
+	npm --prefix web/page test --silent
+
+# Serves the page on this computer.
+web-serve: web
+	npm --prefix web/page run --silent serve
 
 # marrow::core alone, with Highway and oneTBB.
 core:

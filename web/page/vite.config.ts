@@ -1,5 +1,6 @@
 // Builds the page as static files: with a Content-Security-Policy, and with a service worker that knows all of them.
 import { createHash } from 'node:crypto';
+import { fileURLToPath } from 'node:url';
 import type { Plugin } from 'vite';
 import { defineConfig } from 'vite';
 
@@ -34,6 +35,8 @@ function fileList(): Plugin {
 
 export default defineConfig({
   base: './',
+  // The package as `make web` builds it, with the WebAssembly; its sources have only the types.
+  resolve: { alias: { 'marrow-wasm': fileURLToPath(new URL('../../build/web/marrow-wasm/index.mjs', import.meta.url)) } },
   plugins: [securityPolicy(), fileList()],
   worker: { format: 'es' },
   build: {

@@ -9,8 +9,8 @@ export type ViewName = 'surface' | 'axial' | 'coronal' | 'sagittal';
 /** A distance between two positions in the patient, LPS mm. */
 export interface Distance { from: Vec3; to: Vec3 }
 
-/** The files of a scan and what their headers tell. */
-export interface Input { files: ScanFile[]; report: ScanReport }
+/** The files of a scan, and what their headers tell, as soon as that is known. */
+export interface Input { files: ScanFile[]; report: ScanReport | undefined }
 
 /** The surface on the screen. */
 export interface Surface {

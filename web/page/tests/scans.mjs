@@ -55,13 +55,11 @@ export function niftiBall() {
 
 export const niftiBallGz = () => gzipSync(niftiBall());
 
-/** NRRD of a label map with the halves of a ball, named as 3D Slicer names them. */
+/** NRRD of a label map with the halves of a ball. */
 export function labelNrrd() {
   const { n, samples } = ball();
   const labels = Uint8Array.from(samples, (v, at) => (v < 225.5 ? 0 : at % n < 24 ? 1 : 2));
   const header = `NRRD0005\ntype: uint8\ndimension: 3\nsizes: ${n} ${n} ${n}\nspace: left-posterior-superior\n` +
-    'space directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (0,0,0)\nencoding: raw\n' +
-    'Segment0_LabelValue:=1\nSegment0_Name:=right half\nSegment0_Color:=0.8 0.3 0.2\nSegment0_ID:=Segment_1\nSegment0_Layer:=0\n' +
-    'Segment1_LabelValue:=2\nSegment1_Name:=left half\nSegment1_Color:=0.2 0.5 0.8\nSegment1_ID:=Segment_2\nSegment1_Layer:=0\n\n';
+    'space directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (0,0,0)\nencoding: raw\n\n';
   return Buffer.concat([Buffer.from(header), Buffer.from(labels.buffer)]);
 }

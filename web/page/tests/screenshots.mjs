@@ -17,6 +17,7 @@ const browser = await launch(), url = await served(t);
 async function picture(name, [width, height], colorScheme, act = async () => {}) {
   const page = await openPage(t, browser, url, { viewport: { width, height }, colorScheme, ...(width < 700 && { hasTouch: true, isMobile: true, deviceScaleFactor: 2 }) });
   await act(page);
+  await page.evaluate(() => scrollTo(0, 0));
   await page.waitForTimeout(3000); // drawn by a processor
   await page.screenshot({ path: join(folder, `${name}.png`) });
   await page.context().close();
@@ -36,7 +37,7 @@ const measured = async (page) => {
   await page.waitForTimeout(2500);
   await page.keyboard.press('d');
   const { x, y, width, height } = await page.locator('[data-view="surface"] canvas').boundingBox();
-  for (const [u, v] of [[0.42, 0.52], [0.58, 0.52], [0.5, 0.16], [0.5, 0.9]]) await page.mouse.click(x + u * width, y + v * height);
+  for (const [u, v] of [[0.405, 0.56], [0.6, 0.56], [0.5, 0.2], [0.5, 0.88]]) await page.mouse.click(x + u * width, y + v * height);
 };
 const cropped = async (page) => {
   await demo(page);

@@ -6,11 +6,11 @@ import type { Vec3 } from '../scan/geometry';
 import type { Choice } from '../scan/open';
 import { cancelButton, makeDialog, show } from './dialog';
 
-/** The user's choice, or undefined. Series that cannot be read are listed with the reason. */
-export async function chooseSeries(files: ScanFile[], report: ScanReport): Promise<Choice | undefined> {
+/** The user's choice, or undefined. `reason` says why there is a choice. Series that cannot be read are listed with the reason. */
+export async function chooseSeries(files: ScanFile[], report: ScanReport, reason: string): Promise<Choice | undefined> {
   const several = report.series.length > 1;
   const dialog = makeDialog(several ? 'Choose a series' : 'About this scan');
-  dialog.body.append(elementOf('p', { class: 'faint' }, report.reason));
+  dialog.body.append(elementOf('p', { class: 'faint' }, reason));
 
   // With even slices interpolated, some that are refused can be read.
   const refused = report.series.some((s) => s.refusal);

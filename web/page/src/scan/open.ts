@@ -1,5 +1,5 @@
 // Opens a scan: looks at the headers, asks for what they leave open, and reads the samples.
-import type { ReadOptions, Scan, ScanFile, ScanReport } from 'marrow-wasm';
+import type { ReadOptions, Scan, ScanFile } from 'marrow-wasm';
 import { MarrowError, inspectScan, presets, readScan } from 'marrow-wasm';
 import { ProgressBanner, clearBanners, messageOf, showBanner } from '../banners';
 import { chooseSeries } from '../dialogs/series';
@@ -18,25 +18,25 @@ export async function openScan(store: Store, files: ScanFile[]): Promise<void> {
   if (files.length === 0) return showBanner('error', 'There is no file: choose a folder or file that holds a scan.');
   mark('open');
   await attempt(async (signal) => {
-    const progress = new ProgressBanner('Reading the headers…', () => opening.abort());
-    let report: ScanReport;
     try {
-      report = await inspectScan(files, { signal, onProgress: (f) => progress.set(f) });
-    } finally {
-      progress.remove();
+      await read(store, files, {}, signal);
+    } catch (error) {
+      // The scan is ambiguous, or its geometry is incomplete or uneven: ask.
+      if (!(error instanceof MarrowError && error.code === 4)) throw error;
+      const choice = await chooseSeries(files, await inspectScan(files, { signal }), error.message);
+      if (choice) await read(store, files, choice, signal);
     }
-    const choice = plainChoice(report) ?? (await chooseSeries(files, report));
-    if (choice) await read(store, files, report, choice, signal);
   });
 }
 
 /** Lets the user choose another series of the files that are open. */
 export async function openOtherSeries(store: Store): Promise<void> {
   const { input } = store.state;
-  if (!input) return;
+  if (!input?.report) return;
+  const { files, report } = input;
   await attempt(async (signal) => {
-    const choice = await chooseSeries(input.files, input.report);
-    if (choice) await read(store, input.files, input.report, choice, signal);
+    const choice = await chooseSeries(files, report, report.reason);
+    if (choice) await read(store, files, choice, signal);
   });
 }
 
@@ -51,13 +51,7 @@ async function attempt(work: (signal: AbortSignal) => Promise<void>): Promise<vo
   }
 }
 
-// What to read where there is nothing to ask: no options, if a series without open questions would be read.
-function plainChoice(report: ScanReport): Choice | undefined {
-  const series = report.chosen === undefined ? undefined : report.series[report.chosen];
-  return series && !series.refusal && series.volumeCount <= 1 && !series.unknown.includes('spacing') ? {} : undefined;
-}
-
-async function read(store: Store, files: ScanFile[], report: ScanReport, choice: Choice, signal: AbortSignal): Promise<void> {
+async function read(store: Store, files: ScanFile[], choice: Choice, signal: AbortSignal): Promise<void> {
   const progress = new ProgressBanner('Reading the scan…', () => opening.abort());
   let scan: Scan;
   try {
@@ -66,13 +60,22 @@ async function read(store: Store, files: ScanFile[], report: ScanReport, choice:
     progress.remove();
   }
   if (signal.aborted) return scan.dispose();
-  const before = store.state.scan;
+  const { scan: before, input } = store.state, report = input?.files === files ? input.report : undefined;
   store.set({ ...startOf(scan), input: { files, report } });
   before?.dispose();
   document.body.classList.add('open');
-  const warnings = [...new Set([...report.warnings, ...scan.warnings])];
+  const warnings = [...scan.warnings];
   if (scan.unit === 'HU' && scan.unitAssumed) warnings.push('The file does not say that its values are Hounsfield units; the presets assume it.');
   if (warnings.length > 0) showBanner('note', warnings.join('\n'));
+}
+
+/** Looks whether the files hold other series, or other volumes of the series. */
+export async function inspectInput(store: Store): Promise<void> {
+  const { input } = store.state;
+  if (!input || input.report) return;
+  // Headers that could be read to open the scan can be read again.
+  const report = await inspectScan(input.files).catch(() => undefined);
+  if (report && store.state.input === input) store.set({ input: { ...input, report } });
 }
 
 /** The state of a scan that was just opened: bone, or the isovalue of Otsu's method, or all labels. */

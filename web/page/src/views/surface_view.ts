@@ -45,10 +45,12 @@ export class SurfaceView {
 
   /** Whether a processor draws in place of a graphics card. */
   readonly software: boolean;
-  /** @throws where the browser has no WebGL 2. */
+  /** @throws Error the browser has no WebGL 2 */
   constructor(private readonly element: HTMLElement, private readonly store: Store) {
-    this.renderer = new THREE.WebGLRenderer({ antialias: true, alpha: true, powerPreference: 'high-performance' });
-    const gl = this.renderer.getContext();
+    const canvas = document.createElement('canvas');
+    const gl = canvas.getContext('webgl2', { antialias: true, alpha: true, powerPreference: 'high-performance' });
+    if (!gl) throw new Error('WebGL 2 is missing');
+    this.renderer = new THREE.WebGLRenderer({ canvas, context: gl });
     const info = gl.getExtension('WEBGL_debug_renderer_info');
     const name = String(gl.getParameter(info ? info.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
     this.software = /swiftshader|llvmpipe|software|basic render/i.test(name);

@@ -1,5 +1,4 @@
 // The surface and the three slices, all together or one alone.
-import { messageOf } from '../banners';
 import { byId, elementOf, icon } from '../dom';
 import type { Store, ViewName } from '../state';
 import { PLANES } from './slice_geometry';
@@ -23,9 +22,9 @@ export function makeViews(store: Store, fail: (error: unknown) => void): Views {
   let surface: SurfaceView | undefined;
   try {
     surface = new SurfaceView(elements.surface, store);
-  } catch (error) {
+  } catch {
     elements.surface.append(elementOf('div', { class: 'missing' }, elementOf('h2', {}, 'The surface cannot be drawn'),
-      elementOf('p', {}, `This browser has no WebGL 2, or it is switched off (${messageOf(error)}). Slices, numbers and export work without it.`)));
+      elementOf('p', {}, 'This browser has no WebGL 2, or it is switched off. Slices, numbers and export work without it.')));
   }
   const slices = PLANES.map((plane) => new SliceView(elements[plane], plane, store, zoom, fail));
 
