@@ -97,7 +97,8 @@ TEST(Streaming, LittleMemoryMakesManySlabsAndTooLittleIsRefused) {
         }
         return "none";
     };
-    EXPECT_EQ(refusal(60'000), "limits.memory must be at least 1 MiB for this volume");
+    EXPECT_EQ(refusal(60'000),
+              "limits.memory must be at least 1 MiB for this volume, and more for its surface");
     EXPECT_EQ(refusal(150'000), "limits.memory must be at least 1 MiB for this surface")
         << "a slice of the surface counts too";
     EXPECT_THROW(in_slabs(source_of(volume), 63, {.slices = 0}, {}), InputError);

@@ -385,7 +385,6 @@ void SurfaceView::request_draw_after_slices() {
 }
 
 void SurfaceView::prepare_camera() {
-    vtkCamera* camera = scene_->main->GetActiveCamera();
     if (const Scan* scan = session_.scan()) {
         // Include the entire scan, so that the crosshair and the cut are never clipped.
         const Geometry& g = scan->volume.geometry();

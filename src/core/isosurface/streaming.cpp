@@ -150,7 +150,8 @@ struct Slabs {
         const std::size_t least = static_cast<std::size_t>(halo + 1) * window.bytes_per_slice() + output;
         if (memory < least)
             throw LimitError("limits.memory must be at least " + std::to_string(((fixed + least) >> 20) + 1) +
-                             " MiB for this " + (output > 0 ? "surface" : "volume"));
+                             " MiB for this " +
+                             (output > 0 ? "surface" : "volume, and more for its surface"));
     }
 
   private:
