@@ -216,7 +216,8 @@ const requests = {
   },
   slice({ axis, index, type }, transfer) {
     const { samples, ...rest } = run('slice', { axis, index });
-    const buffer = memory().slice(samples.address, samples.address + samples.count);
+    // The copy of a view is never shared memory, which could not be transferred.
+    const { buffer } = new Uint8Array(memory(), samples.address, samples.count).slice();
     transfer.push(buffer);
     return { axis, index, ...rest, samples: new arrayTypes[type](buffer) };
   },

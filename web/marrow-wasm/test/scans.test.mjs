@@ -114,6 +114,7 @@ test('errors have native\'s code and message', withNative, async (t) => {
     mkdirSync(alone);
     writeFileSync(join(alone, name), data);
     const expected = await runNative([name, '--isovalue', '1', '-o', 'a.stl'], alone);
+    expected.message = expected.message.replaceAll('./', '');
     for (const input of [{ path: name, data }, join(alone, name)]) {
       const error = await rejection(readScan(input));
       assert.deepEqual({ code: error.code, message: error.message }, expected);
@@ -152,19 +153,16 @@ test('slices are the samples, and contours lie on the surface', async () => {
   assert.equal(across[2].samples[3 * nx + 4], at(4, 3, 7));
   // Points of the surface in a slice are those of the contour.
   const mesh = await (await Extractor.create(scan, { closed: false })).extract(55.5);
-  const key = (x, y) => `${x.toFixed(2)} ${y.toFixed(2)}`;
-  const z = Math.fround(geometry.origin[2] + 7 * geometry.spacing[2]);
-  const onSurface = new Set();
+  const z = Math.fround(geometry.origin[2] + 7 * geometry.spacing[2]), onSurface = [];
   for (let p = 0; p < mesh.points.length; p += 3) {
     if (Math.abs(mesh.points[p + 2] - z) < 1e-4)
-      onSurface.add(key((mesh.points[p] - geometry.origin[0]) / 0.7, (mesh.points[p + 1] - geometry.origin[1]) / 0.8));
+      onSurface.push([(mesh.points[p] - geometry.origin[0]) / 0.7, (mesh.points[p + 1] - geometry.origin[1]) / 0.8]);
   }
-  const lines = contour(across[2], 55.5);
-  const inContour = new Set();
-  for (let i = 0; i < lines.length; i += 2) inContour.add(key(lines[i], lines[i + 1]));
-  assert.ok(onSurface.size > 100);
-  const differing = [...inContour].filter((point) => !onSurface.has(point));
-  assert.ok(differing.length <= inContour.size / 50, `${differing.length} of ${inContour.size}`);  // rounding
-  assert.ok(Math.abs(onSurface.size - inContour.size) <= inContour.size / 50);
+  const lines = contour(across[2], 55.5), inContour = [];
+  for (let i = 0; i < lines.length; i += 2) inContour.push([lines[i], lines[i + 1]]);
+  const isNear = ([x, y], points) => points.some(([u, v]) => Math.hypot(u - x, v - y) < 1e-3);
+  assert.ok(onSurface.length > 100);
+  assert.ok(inContour.every((point) => isNear(point, onSurface)));
+  assert.ok(onSurface.every((point) => isNear(point, inContour)));
   scan.dispose();
 });

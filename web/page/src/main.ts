@@ -24,8 +24,8 @@ document.body.firstElementChild!.setAttribute('hidden', '');
 
 const store = new Store();
 const fail = (error: unknown) => showBanner('error', messageOf(error));
-const views = makeViews(store, fail);
-const histogram = new Histogram(elementOf('div'), store, () => surfaces.update());
+const views = makeViews(store, () => histogram.dragging, fail);
+const histogram = new Histogram(elementOf('div'), store, () => { surfaces.update(); views.surface?.draw(); });
 const surfaces = new Surfaces(store, () => views.surface?.slow ?? false, () => histogram.dragging, fail);
 makePanel(store);
 makeIsovalue();

@@ -206,7 +206,6 @@ export class SliceView {
     context.setTransform((right[0] - origin[0]) * ratio, (right[1] - origin[1]) * ratio, (down[0] - origin[0]) * ratio, (down[1] - origin[1]) * ratio,
       origin[0] * ratio, origin[1] * ratio);
     context.imageSmoothingEnabled = !this.store.state.asLabels;
-    context.imageSmoothingQuality = 'high';
     context.drawImage(this.image, 0, 0);
   }
 

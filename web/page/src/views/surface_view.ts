@@ -20,7 +20,9 @@ const GLASS = `
   if (opacity < 1.0) diffuseColor.a = mix(min(1.0, 3.0 * opacity), opacity, pow(abs(normalize(normal).z), 0.8));
   #include <opaque_fragment>`;
 
-interface Shown { object: THREE.Mesh<THREE.BufferGeometry, THREE.MeshStandardMaterial>; points: Float32Array; triangles: Uint32Array }
+type Material = THREE.MeshStandardMaterial | THREE.MeshLambertMaterial; // the second is cheaper to draw by a processor
+
+interface Shown { object: THREE.Mesh<THREE.BufferGeometry, Material>; points: Float32Array; triangles: Uint32Array }
 
 export class SurfaceView {
   private readonly renderer: THREE.WebGLRenderer;
@@ -46,15 +48,10 @@ export class SurfaceView {
   /** Whether a processor draws in place of a graphics card. */
   readonly software: boolean;
   /** @throws Error the browser has no WebGL 2 */
-  constructor(private readonly element: HTMLElement, private readonly store: Store) {
-    const canvas = document.createElement('canvas');
-    const gl = canvas.getContext('webgl2', { antialias: true, alpha: true, powerPreference: 'high-performance' });
-    if (!gl) throw new Error('WebGL 2 is missing');
-    this.renderer = new THREE.WebGLRenderer({ canvas, context: gl });
-    const info = gl.getExtension('WEBGL_debug_renderer_info');
-    const name = String(gl.getParameter(info ? info.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
-    this.software = /swiftshader|llvmpipe|software|basic render/i.test(name);
-    this.renderer.setPixelRatio(this.software ? 1 : Math.min(devicePixelRatio, 2));
+  constructor(private readonly element: HTMLElement, private readonly store: Store, private readonly moving: () => boolean) {
+    this.software = drawsInSoftware();
+    this.renderer = new THREE.WebGLRenderer({ antialias: !this.software, alpha: true, powerPreference: 'high-performance' });
+    this.renderer.setPixelRatio(this.ratio);
     this.renderer.autoClear = false;
     this.renderer.setClearColor(0, 0);
     element.prepend(this.renderer.domElement);
@@ -91,6 +88,8 @@ export class SurfaceView {
   /** Whether frames take so long that previews are drawn while something moves. */
   get slow(): boolean { return this.software || (this.frames.length >= 4 && median(this.frames) > 70); }
 
+  private get ratio(): number { return this.software ? 1 : Math.min(devicePixelRatio, 2); }
+
   // A key light at the upper left, a weak one from the other side, one from behind, all moving with the camera.
   private addLights(): void {
     const add = (colour: number, intensity: number, x: number, y: number, z: number) => {
@@ -107,8 +106,9 @@ export class SurfaceView {
     this.scene.add(sky);
   }
 
-  private material(colour: string): THREE.MeshStandardMaterial {
-    const material = new THREE.MeshStandardMaterial({ color: colour, roughness: 0.55, metalness: 0, side: THREE.DoubleSide });
+  private material(colour: string): Material {
+    const look = { color: colour, side: THREE.DoubleSide };
+    const material = this.software ? new THREE.MeshLambertMaterial(look) : new THREE.MeshStandardMaterial({ ...look, roughness: 0.55 });
     material.onBeforeCompile = (shader) => { shader.fragmentShader = shader.fragmentShader.replace('#include <opaque_fragment>', GLASS); };
     return material;
   }
@@ -236,13 +236,19 @@ export class SurfaceView {
     if (w === 0 || h === 0) return;
     if (this.orbiting && time - this.lastFrame < 500) this.frames = [...this.frames.slice(-7), time - this.lastFrame];
     this.lastFrame = time;
+    // A processor draws fewer pixels while something moves.
+    const ratio = this.software && (this.orbiting || this.moving()) ? 0.5 : this.ratio;
+    if (ratio !== this.renderer.getPixelRatio()) this.renderer.setPixelRatio(ratio);
     const coarse = this.orbiting && this.slow && this.preview !== undefined && this.shown[0] !== this.preview;
     for (const { object } of this.shown) object.visible = !coarse;
     if (this.preview && coarse) { this.scene.add(this.preview.object); this.preview.object.visible = true; }
     else if (this.preview && this.shown[0] !== this.preview) this.preview.object.visible = false;
+    const start = performance.now();
     this.drawScene();
     this.renderer.clearDepth();
     this.cube.draw(this.renderer, this.camera, w, h);
+    performance.measure('draw', { start });
+    performance.clearMeasures('draw');
     this.placeTags(w, h);
     if (this.isNew && this.shown.length > 0) mark('surface drawn');
     this.isNew = false;
@@ -335,7 +341,6 @@ export class SurfaceView {
   /** A picture of the view without the cube, twice as large as on the screen, as PNG. */
   async picture(): Promise<Blob> {
     const { clientWidth: w, clientHeight: h } = this.element;
-    const ratio = this.renderer.getPixelRatio();
     this.renderer.setPixelRatio(2);
     this.renderer.setSize(w, h, false);
     this.drawScene();
@@ -351,7 +356,7 @@ export class SurfaceView {
     context.fillRect(0, 0, 2 * w, 2 * h);
     context.drawImage(this.renderer.domElement, 0, 0);
     this.drawTags(context);
-    this.renderer.setPixelRatio(ratio);
+    this.renderer.setPixelRatio(this.ratio);
     this.renderer.setSize(w, h, false);
     this.draw();
     return new Promise((resolve, reject) =>
@@ -372,6 +377,16 @@ export class SurfaceView {
       context.fillText(tag.textContent ?? '', x, y);
     }
   }
+}
+
+// Whether a processor draws in place of a graphics card.
+function drawsInSoftware(): boolean {
+  const gl = document.createElement('canvas').getContext('webgl2');
+  if (!gl) throw new Error('WebGL 2 is missing');
+  const info = gl.getExtension('WEBGL_debug_renderer_info');
+  const name = String(gl.getParameter(info ? info.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
+  gl.getExtension('WEBGL_lose_context')?.loseContext();
+  return /swiftshader|llvmpipe|software|basic render/i.test(name);
 }
 
 function setPositions(geometry: THREE.BufferGeometry, positions: number[]): void {

@@ -13,7 +13,8 @@ export interface Views {
   reset(): void;
 }
 
-export function makeViews(store: Store, fail: (error: unknown) => void): Views {
+/** `moving()` says whether the isovalue is being dragged. */
+export function makeViews(store: Store, moving: () => boolean, fail: (error: unknown) => void): Views {
   const parent = byId('views'), zoom = new SliceZoom();
   const elements = Object.fromEntries(NAMES.map((name) => [name, makeView(store, name)])) as Record<ViewName, HTMLElement>;
   parent.append(...Object.values(elements));
@@ -21,7 +22,7 @@ export function makeViews(store: Store, fail: (error: unknown) => void): Views {
 
   let surface: SurfaceView | undefined;
   try {
-    surface = new SurfaceView(elements.surface, store);
+    surface = new SurfaceView(elements.surface, store, moving);
   } catch {
     elements.surface.append(elementOf('div', { class: 'missing' }, elementOf('h2', {}, 'The surface cannot be drawn'),
       elementOf('p', {}, 'This browser has no WebGL 2, or it is switched off. Slices, numbers and export work without it.')));
