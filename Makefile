@@ -51,7 +51,7 @@ web:
 	$(install) web
 	JOBS=$(JOBS) web/build build/web
 
-test-web: web
+test-web: web program
 	node --test web/marrow-wasm/test/
 
 # marrow::core alone, with Highway and oneTBB.
