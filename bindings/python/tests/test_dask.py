@@ -141,16 +141,17 @@ def test_a_killed_worker_changes_nothing(client, tmp_path):
     source = SlowArray(stored(tmp_path, samples, (8, 8, 100)), tmp_path / "reads")
     path = tmp_path / "surface.ply"
     killed = []
+    # Asked beforehand: a call to all workers while one of them ends may wait for ever.
+    first, second = client.run(os.getpid).values()
 
-    def kill(after):
+    def kill(after, process):
         while source.reads() < after:
             time.sleep(0.01)
-        address, process = next(iter(client.run(os.getpid).items()))
         os.kill(process, signal.SIGKILL)
-        killed.append(address)
+        killed.append(process)
 
     blocks = (16, 16, 100)
-    kills = [threading.Thread(target=kill, args=(after,), daemon=True) for after in (10, 60)]
+    kills = [threading.Thread(target=kill, args=of, daemon=True) for of in ((10, first), (60, second))]
     for thread in kills:
         thread.start()
     marrow.dask.extract_to_file(source, 100, path, blocks=blocks)
