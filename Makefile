@@ -12,7 +12,7 @@ configure = cmake --preset $(1) -Wno-dev --log-level=WARNING > /dev/null
 build = cmake --build --preset $(1) -j $(JOBS)
 install = scripts/install-dependencies
 
-.PHONY: all program demo test install package docs viewer terrain python core web test-web web-serve everything bench scaling paper accuracy fuzz tsan clang
+.PHONY: all program demo test install package docs viewer terrain python core web test-web everything bench scaling paper accuracy fuzz tsan clang
 all: program
 
 program:
