@@ -1,8 +1,11 @@
 // The pool of threads behind parallel_pool.h.
 #include "parallel_pool.h"
 
+#include "pool_limit.h"
+
 #include <algorithm>
 #include <exception>
+#include <limits>
 
 #ifdef MARROW_POOL_THREADS
 #include <condition_variable>
@@ -16,6 +19,7 @@ namespace marrow::internal {
 
 namespace {
 
+int most_threads = std::numeric_limits<int>::max();
 thread_local int this_thread = 0;
 thread_local bool within_loop = false;
 
@@ -23,7 +27,7 @@ thread_local bool within_loop = false;
 class Pool {
   public:
     Pool() {
-        const int count = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+        const int count = std::min(most_threads, static_cast<int>(std::thread::hardware_concurrency()));
         for (int i = 1; i < count; ++i) threads_.emplace_back([this, i] { serve(i); });
     }
     ~Pool() {
@@ -98,6 +102,10 @@ Pool& pool() {
 
 }  // namespace
 
+void limit_pool(int threads) {
+    most_threads = threads;
+}
+
 int pool_size() {
     return pool().size();
 }
@@ -114,6 +122,8 @@ void run_on_pool(int threads, const std::function<void()>& f) {
 }
 
 #else
+
+void limit_pool(int) {}
 
 int pool_size() {
     return 1;

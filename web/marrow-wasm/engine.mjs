@@ -13,15 +13,14 @@ export function configure(given) {
 }
 
 export function canUseThreads() {
-  return inNode || globalThis.crossOriginIsolated === true;
+  return globalThis.crossOriginIsolated === true;  // node does not state it, and gets one thread
 }
 
 export function chosenThreads() {
   if (!canUseThreads()) return 1;
-  return Math.max(1, setup.threads ?? Math.min(8, globalThis.navigator?.hardwareConcurrency ?? processors ?? 1));
+  return Math.max(1, setup.threads ?? Math.min(8, globalThis.navigator?.hardwareConcurrency ?? 1));
 }
 
-const processors = inNode ? (await import('node:os')).availableParallelism?.() ?? 1 : undefined;
 const NodeWorker = inNode ? (await import('node:worker_threads')).Worker : undefined;
 
 function startWorker() {

@@ -73,7 +73,6 @@ function remove(FS, path) {
 }
 
 export function unmount({ FS }, { root }) {
-  if (!FS.analyzePath(root).exists) return;  // the module is another one by now
   if (FS.lookupPath(root).node.mount.mountpoint === root) {
     FS.unmount(root);
     FS.rmdir(root);

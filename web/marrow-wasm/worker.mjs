@@ -11,19 +11,10 @@ const files = {
     script: new URL('./marrow.mjs', import.meta.url),
     wasm: new URL('./marrow.wasm', import.meta.url),
   },
-  'marrow-codecs': {
-    script: new URL('./marrow-codecs.mjs', import.meta.url),
-    wasm: new URL('./marrow-codecs.wasm', import.meta.url),
-  },
   'marrow-mt': {
     script: new URL('./marrow-mt.mjs', import.meta.url),
     wasm: new URL('./marrow-mt.wasm', import.meta.url),
     thread: new URL('./marrow-mt.worker.js', import.meta.url),
-  },
-  'marrow-codecs-mt': {
-    script: new URL('./marrow-codecs-mt.mjs', import.meta.url),
-    wasm: new URL('./marrow-codecs-mt.wasm', import.meta.url),
-    thread: new URL('./marrow-codecs-mt.worker.js', import.meta.url),
   },
 };
 
@@ -33,7 +24,7 @@ function filesOf(name, baseUrl) {
   return { script: at('.mjs'), wasm: at('.wasm'), thread: at('.worker.js') };
 }
 
-let module, options, withCodecs = false;
+let module, options;
 const recycled = [];  // ArrayBuffers of meshes that the page gave back
 
 // -------------------------------------------------------------------------------------------------------- the module
@@ -45,8 +36,8 @@ async function bytesOf(url) {
   return response.arrayBuffer();
 }
 
-async function load(codecs) {
-  const { script, wasm, thread } = filesOf(`marrow${codecs ? '-codecs' : ''}${options.threads > 1 ? '-mt' : ''}`, options.baseUrl);
+async function load() {
+  const { script, wasm, thread } = filesOf(`marrow${options.threads > 1 ? '-mt' : ''}`, options.baseUrl);
   if (inNode) {
     // The script of emscripten 3.1.6 expects CommonJS there.
     const { createRequire } = await import('node:module');
@@ -71,7 +62,6 @@ async function load(codecs) {
     print: () => {},
     printErr: () => {},
   })]);
-  withCodecs = codecs;
 }
 
 /** An error with the code of the command line. */
@@ -81,8 +71,6 @@ class Failure extends Error {
     this.code = code;
   }
 }
-
-const kNeedsCodecs = -1;
 
 // Calls the face.
 function run(operation, parameters = {}) {
@@ -172,18 +160,14 @@ function changeMesh(operation, { mesh, ...parameters }, transfer) {
   });
 }
 
-// Reads files, with codecs if they turn out to be needed.
 async function withFiles(files, operation, parameters) {
-  for (;;) {
-    const mounted = await mount(module, files, inNode);
-    try {
-      return { ...run(operation, { ...parameters, path: mounted.path }), name: mounted.name };
-    } catch (error) {
-      if (error.code !== kNeedsCodecs || withCodecs) throw readable(error, mounted);
-      await load(true);
-    } finally {
-      unmount(module, mounted);
-    }
+  const mounted = await mount(module, files, inNode);
+  try {
+    return { ...run(operation, { ...parameters, path: mounted.path }), name: mounted.name };
+  } catch (error) {
+    throw readable(error, mounted);
+  } finally {
+    unmount(module, mounted);
   }
 }
 
@@ -196,14 +180,15 @@ function readable(error, mounted) {
 const requests = {
   async start(given) {
     options = given;
-    await load(false);
+    await load();
+    const { threads } = run('threads', { threads: options.threads });
     // Compiles what extractions need.
     const samples = new Uint8Array(512).map((_, i) => (i % 7) * 30);
     requests.adopt({ type: 'uint8', dims: [8, 8, 8], samples });
     const { extractor } = run('createExtractor', { normals: true, closed: true, snap: 0, topology: false });
     for (let i = 0; i < 30; ++i) run('extract', { extractor, isovalue: 50 + i, level: 0 });
     run('dropExtractor', { extractor });
-    return { threads: run('threads').threads };
+    return { threads };
   },
   inspect: ({ files, ...parameters }) => withFiles(files, 'inspect', parameters),
   read: ({ files, ...parameters }) => withFiles(files, 'read', parameters),

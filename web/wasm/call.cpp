@@ -6,14 +6,16 @@
 #include <string>
 
 #include "base/parallel.h"
+#include "base/pool_limit.h"
 #include "json.h"
-#include "needs_codecs.h"
 #include "shared/console.h"
 
 namespace marrow::web {
 namespace {
 
-Json threads(const Json&) {
+// The first request: how many threads JavaScript has started.
+Json threads(const Json& request) {
+    internal::limit_pool(request.at("threads").get<int>());
     return {{"threads", internal::thread_count()}};
 }
 
@@ -58,8 +60,8 @@ Progress progress() {
 
 extern "C" {
 
-/// Does the work of a request, JSON with the member `operation`. Returns 0, the exit code of the command line,
-/// or kNeedsCodecs.
+/// Does the work of a request, JSON with the member `operation`. Returns 0 or the exit code of the command
+/// line.
 EMSCRIPTEN_KEEPALIVE int marrow_call(const char* request) {
     using namespace marrow;
     using web::Json;
@@ -70,8 +72,6 @@ EMSCRIPTEN_KEEPALIVE int marrow_call(const char* request) {
         return 0;
     } catch (const Error& error) {
         return web::fail(error.what(), apps::exit_code_of(error));
-    } catch (const web::NeedsCodecs&) {
-        return web::fail("the scan is compressed", web::kNeedsCodecs);
     } catch (const std::bad_alloc&) {
         return web::fail("not enough memory for this input", apps::kUnreadable);
     } catch (const std::exception& error) {

@@ -30,7 +30,7 @@ test('previews come before the full resolution', async (t) => {
   const extractor = await Extractor.create(scan);
   await extractor.extract(50, { level: 1 });
   const order = [];
-  const running = extractor.extract(49);  // so that the others wait
+  const running = outcome(extractor.extract(49));  // so that the others wait
   const [, full, preview] = await Promise.all([
     running,
     extractor.extract(51).finally(() => order.push('full')),

@@ -9,7 +9,6 @@ import { promisify } from 'node:util';
 const root = new URL('../../../', import.meta.url);
 const built = process.env.MARROW_WASM ?? fileURLToPath(new URL('build/web/marrow-wasm/', root));
 export const marrow = await import(new URL('index.mjs', `file://${built}/`));
-if (process.env.MARROW_THREADS) await marrow.prepare({ threads: Number(process.env.MARROW_THREADS) });
 export const packageFolder = built;
 export const repository = fileURLToPath(root);
 
