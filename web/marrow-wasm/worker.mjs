@@ -163,7 +163,9 @@ function changeMesh(operation, { mesh, ...parameters }, transfer) {
 async function withFiles(files, operation, parameters) {
   const mounted = await mount(module, files, inNode);
   try {
-    return { ...run(operation, { ...parameters, path: mounted.path }), name: mounted.name };
+    const answer = run(operation, { ...parameters, path: mounted.path });
+    // Warnings and gaps name files as the user knows them, too.
+    return { ...JSON.parse(JSON.stringify(answer).replaceAll(`${mounted.root}/`, '')), name: mounted.name };
   } catch (error) {
     throw readable(error, mounted);
   } finally {

@@ -16,7 +16,7 @@ function securityPolicy(): Plugin {
   };
 }
 
-// Tells the service worker the names of all files but the codecs, and a version that changes when one of them does.
+// Tells the service worker the names of all files, and a version that changes when one of them does.
 function fileList(): Plugin {
   return {
     name: 'file-list', apply: 'build', enforce: 'post',
@@ -28,7 +28,7 @@ function fileList(): Plugin {
         const file = bundle[name]!;
         hash.update(name).update(file.type === 'chunk' ? file.code : file.source);
       }
-      worker.code = worker.code.replaceAll(/\bFILES\b/g, JSON.stringify(['./', ...names.filter((name) => !/codecs/.test(name))])).replaceAll(/\bVERSION\b/g, JSON.stringify(hash.digest('hex').slice(0, 12)));
+      worker.code = worker.code.replaceAll(/\bFILES\b/g, JSON.stringify(['./', ...names])).replaceAll(/\bVERSION\b/g, JSON.stringify(hash.digest('hex').slice(0, 12)));
     },
   };
 }

@@ -37,4 +37,7 @@ export class ProgressBanner {
 }
 
 /** The one line that says what went wrong. */
-export const messageOf = (error: unknown): string => (error instanceof Error ? error.message : String(error));
+export const messageOf = (error: unknown): string => withoutOptions(error instanceof Error ? error.message : String(error));
+
+/** A message of the package without what it says about its options, which users of the page do not see. */
+export const withoutOptions = (text: string): string => text.replace(/[;:] [^;:]*\boptions\.\w+[^;:]*/g, '');

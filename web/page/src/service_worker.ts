@@ -3,8 +3,7 @@ export {}; // a module, so that its names are its own
 
 const worker = self as unknown as ServiceWorkerGlobalScope;
 
-// The build puts the names of the files here, and a version that changes with them. The codecs of compressed DICOM are
-// not among them: they are kept once they are used.
+// The build puts the names of the files here, and a version that changes with them.
 declare const FILES: string[];
 declare const VERSION: string;
 const CACHE = `marrow-${VERSION}`;
@@ -26,11 +25,7 @@ worker.addEventListener('fetch', (event) => {
 
 async function answer(request: Request): Promise<Response> {
   const cache = await caches.open(CACHE);
-  let response = await cache.match(request, { ignoreSearch: true });
-  if (!response) {
-    response = await fetch(request);
-    if (response.status === 200) await cache.put(request, response.clone());
-  }
+  const response = (await cache.match(request, { ignoreSearch: true })) ?? (await fetch(request));
   const headers = new Headers(response.headers);
   headers.set('Cross-Origin-Opener-Policy', 'same-origin');
   headers.set('Cross-Origin-Embedder-Policy', 'require-corp');

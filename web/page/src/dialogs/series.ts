@@ -1,6 +1,7 @@
 // Asks which series of an input to read, and for what its headers leave open.
 import type { ScanFile, ScanReport, SeriesReport } from 'marrow-wasm';
 import { inspectScan } from 'marrow-wasm';
+import { withoutOptions } from '../banners';
 import { elementOf, sizeText } from '../dom';
 import type { Vec3 } from '../scan/geometry';
 import type { Choice } from '../scan/open';
@@ -10,7 +11,7 @@ import { cancelButton, makeDialog, show } from './dialog';
 export async function chooseSeries(files: ScanFile[], report: ScanReport, reason: string): Promise<Choice | undefined> {
   const several = report.series.length > 1;
   const dialog = makeDialog(several ? 'Choose a series' : 'About this scan');
-  dialog.body.append(elementOf('p', { class: 'faint' }, reason));
+  dialog.body.append(elementOf('p', { class: 'faint' }, withoutOptions(reason)));
 
   // With even slices interpolated, some that are refused can be read.
   const refused = report.series.some((s) => s.refusal);
@@ -38,7 +39,7 @@ function row(series: SeriesReport, resampled: SeriesReport | undefined): Row {
   const about = [series.modality, series.dims.join(' × '), spacingText(series.spacing), series.plane, series.date,
     `${series.files} ${series.files === 1 ? 'file' : 'files'}`, sizeText(series.memory)].filter(Boolean).join(' · ');
   const details = [elementOf('span', { class: 'about' }, about)];
-  if (series.refusal) details.push(elementOf('span', { class: 'reason' }, series.refusal));
+  if (series.refusal) details.push(elementOf('span', { class: 'reason' }, withoutOptions(series.refusal)));
   for (const text of [...series.warnings, ...series.gaps]) details.push(elementOf('span', { class: 'about' }, text));
   if (!readable) {
     return { series, options: () => ({}), element: elementOf('div', { class: 'series refused' }, elementOf('span', {}, '✕'), title, ...details) };
