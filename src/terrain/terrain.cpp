@@ -184,7 +184,7 @@ Mesh extract(const Raster& raster, const Raster& reference, const TerrainOptions
         const Strip strip = heights.rows(grid, south, north);
         std::vector<BlockSurface> blocks(
             static_cast<std::size_t>((last_column - first_column + kBlock - 1) / kBlock));
-        parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) {
+        internal::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) {
             const std::int64_t west = first_column + static_cast<std::int64_t>(b) * kBlock;
             blocks[b] = extract_block(strip, {west, std::min(west + kBlock, last_column), south, north});
         });
