@@ -141,6 +141,7 @@ def test_a_killed_worker_changes_nothing(client, tmp_path):
     source = SlowArray(stored(tmp_path, samples, (8, 8, 100)), tmp_path / "reads")
     path = tmp_path / "surface.ply"
     killed = []
+    client.wait_for_workers(2, timeout=60)  # those of the tests before may have ended, and start again
     # Asked beforehand: a call to all workers while one of them ends may wait for ever.
     first, second = client.run(os.getpid).values()
 
