@@ -82,7 +82,7 @@ void turn_normals_outward(MeshView& mesh, std::vector<Vec3f>& normals) {
     const std::vector<OutwardNormals::Replacement> replaced = OutwardNormals().add(surface, kThreads);
     if (replaced.empty()) return;
     normals.assign(mesh.normals.begin(), mesh.normals.end());
-    for (const auto& [point, normal] : replaced) normals[point] = normal;
+    for (const auto& [point, normal] : replaced) normals[static_cast<std::size_t>(point)] = normal;
     mesh.normals = normals;
 }
 
@@ -243,7 +243,7 @@ struct SurfaceWriter::State {
         if (normals) {
             for (const auto& [point, normal] : outward.add(p, kThreads))
                 write_points({.first_point = point,
-                              .points = p.points.subspan(point - p.first_point, 1),
+                              .points = p.points.subspan(static_cast<std::size_t>(point - p.first_point), 1),
                               .normals = {&normal, 1},
                               .triangles = {}});
         }

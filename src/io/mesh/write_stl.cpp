@@ -33,9 +33,10 @@ void write_stl_header(MeshOutput& output, std::uint64_t triangles) {
 void write_stl_facets(MeshOutput& output, const SurfacePart& part) {
     output.items<kStlFacetBytes>(part.triangles.size(), 0, 1, [&](std::size_t i, char* to) {
         const Triangle& t = part.triangles[i];
-        const Vec3f a = output.oriented(part.points[t[0] - part.first_point]);
-        const Vec3f b = output.oriented(part.points[t[1] - part.first_point]);
-        const Vec3f c = output.oriented(part.points[t[2] - part.first_point]);
+        const auto corner = [&](std::uint32_t point) {
+            return output.oriented(part.points[static_cast<std::size_t>(point - part.first_point)]);
+        };
+        const Vec3f a = corner(t[0]), b = corner(t[1]), c = corner(t[2]);
         to = put(to, facet_normal(a, b, c));
         to = put(put(put(to, a), b), c);
         return put(to, std::uint16_t{0});

@@ -5,6 +5,7 @@
 
 #include <marrow/error.h>
 
+#include "base/checked_size.h"
 #include "image_decoders.h"
 #include "io/bytes/byte_stream.h"
 #include "io/bytes/text.h"
@@ -45,7 +46,7 @@ void keep_grey(const Bytes& from, std::size_t count, int channels, SampleType ty
 }
 
 Bytes file_bytes(const std::filesystem::path& path) {
-    Bytes out(regular_file_size(path));
+    Bytes out(checked_size(regular_file_size(path)));
     ByteStream(path, Compression::none).read(out.data(), out.size());
     return out;
 }
