@@ -26,14 +26,15 @@ namespace {
 // in the grid, which for a closed surface has one more at both ends than the volume.
 class Window {
   public:
-    Window(const SliceSource& source, double isovalue, bool closed)
+    Window(const SliceSource& source, double isovalue, bool closed, bool huge_pages)
         : source_(source),
           isovalue_(isovalue),
           slice_samples_(static_cast<std::size_t>(source.geometry.dims[0] * source.geometry.dims[1])),
           slice_bytes_(slice_samples_ * sample_size(source.type)),
-          samples_(slice_bytes_ * static_cast<std::size_t>(source.geometry.dims[2])),
+          samples_(slice_bytes_ * static_cast<std::size_t>(source.geometry.dims[2]), huge_pages),
           bit_memory_(InsideBits(source.geometry.dims, ClosedSides::all(closed), nullptr).word_count() +
-                      InsideBits::kSlack),
+                          InsideBits::kSlack,
+                      huge_pages),
           bits_(source.geometry.dims, ClosedSides::all(closed), bit_memory_.data()) {
         volume_.geometry = source.geometry;
         volume_.type = source.type;
@@ -112,7 +113,8 @@ struct Slabs {
         : geometry(source.geometry),
           isovalue(level),
           options(slab_options),
-          window(source, level, slab_options.closed),
+          huge_pages(limits.memory >= kLeastForHugePages),
+          window(source, level, slab_options.closed, huge_pages),
           rows(window.bits().rows()),
           active(window.bits()),
           halo(kHalo + source.slices_at_once - 1),
@@ -132,6 +134,7 @@ struct Slabs {
     const Geometry& geometry;
     const double isovalue;
     const IsosurfaceOptions& options;
+    const bool huge_pages;
     Window window;
     RowCounts rows;
     ActiveWords active;
@@ -157,12 +160,16 @@ struct Slabs {
   private:
     // Stencils reach one slice back and two ahead, and the last slice of points is made with the slab before it.
     static constexpr std::int64_t kHalo = 5;
+    // Five arrays are rounded up to huge pages of 2 MiB at both ends, which should be a small part of the memory.
+    static constexpr std::size_t kRounding = std::size_t{5} * 2 * 2 << 20;
+    static constexpr std::size_t kLeastForHugePages = 16 * kRounding;
 
     std::size_t fixed_memory(std::size_t reserved) const {
         // RowCounts has four numbers per row, and six with exact topology. Above its rows, the levels of the
         // two pyramids add up to less than two bytes per row.
         const std::size_t bytes_per_row = (options.topology ? 6 : 4) * sizeof(std::uint32_t) + 2;
-        return reserved + bytes_per_row * window.bits().rows() + (options.topology ? 2 : 1) * active.bytes();
+        return reserved + (huge_pages ? kRounding : 0) + bytes_per_row * window.bits().rows() +
+               (options.topology ? 2 : 1) * active.bytes();
     }
 };
 
@@ -248,10 +255,10 @@ std::int64_t slab_end(const Slabs& s, const Pyramids& pyramids, std::int64_t z) 
 
 // The whole surface's arrays, of which only the current slab's part takes memory.
 struct SurfaceMemory {
-    SurfaceMemory(const Pyramids& pyramids, bool with_normals)
-        : points(pyramids.points.total()),
-          normals(with_normals ? pyramids.points.total() : 0),
-          triangles(pyramids.triangles.total()) {}
+    SurfaceMemory(const Pyramids& pyramids, bool with_normals, bool huge_pages)
+        : points(pyramids.points.total(), huge_pages),
+          normals(with_normals ? pyramids.points.total() : 0, huge_pages),
+          triangles(pyramids.triangles.total(), huge_pages) {}
 
     SparseArray<Vec3f> points, normals;
     SparseArray<Triangle> triangles;
@@ -288,7 +295,7 @@ void emit(Slabs& s, const Pyramids& pyramids, const SurfaceSink& sink) {
     Window& window = s.window;
     const InsideBits& bits = window.bits();
     const bool normals = s.options.normals;
-    SurfaceMemory memory(pyramids, normals);
+    SurfaceMemory memory(pyramids, normals, s.huge_pages);
     const EmitInput input{window.volume(),
                           s.isovalue,
                           s.to_physical,

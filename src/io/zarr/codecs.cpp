@@ -92,37 +92,34 @@ std::optional<Compressor> find_compressor(std::string_view name) {
     return {};
 }
 
-std::optional<std::vector<std::byte>> decode(std::span<const std::byte> bytes, const ByteCodecs& codecs,
-                                             std::size_t size) {
+bool decode(std::span<const std::byte> bytes, const ByteCodecs& codecs, std::size_t size,
+            std::vector<std::byte>& out) {
     if (codecs.checksum) {
         std::uint32_t stated = 0;
-        if (bytes.size() < sizeof stated) return {};
+        if (bytes.size() < sizeof stated) return false;
         const auto content = bytes.first(bytes.size() - sizeof stated);
         std::memcpy(&stated, content.data() + content.size(), sizeof stated);
-        if (crc32c(content) != stated) return {};
+        if (crc32c(content) != stated) return false;
         bytes = content;
     }
     if (!codecs.compressor) {
-        if (bytes.size() != size) return {};
-        return std::vector<std::byte>(bytes.begin(), bytes.end());
+        if (bytes.size() != size) return false;
+        out.assign(bytes.begin(), bytes.end());
+        return true;
     }
-    if (size / most_inflation(*codecs.compressor) > bytes.size()) return {};
-    std::vector<std::byte> out(size);
-    const auto decompress = [&] {
-        switch (*codecs.compressor) {
-            case Compressor::blosc:
-                return decompress_blosc(bytes, out);
-            case Compressor::gzip:
-                return decompress_gzip(bytes, out);
-            case Compressor::zstd:
-                return decompress_zstd(bytes, out);
-            case Compressor::lz4:
-                return decompress_lz4(bytes, out);
-        }
-        return false;
-    };
-    if (!decompress()) return {};
-    return out;
+    if (size / most_inflation(*codecs.compressor) > bytes.size()) return false;
+    out.resize(size);
+    switch (*codecs.compressor) {
+        case Compressor::blosc:
+            return decompress_blosc(bytes, out);
+        case Compressor::gzip:
+            return decompress_gzip(bytes, out);
+        case Compressor::zstd:
+            return decompress_zstd(bytes, out);
+        case Compressor::lz4:
+            return decompress_lz4(bytes, out);
+    }
+    return false;
 }
 
 }  // namespace marrow::internal::io

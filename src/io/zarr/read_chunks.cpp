@@ -90,6 +90,12 @@ class BoxReader {
     }
 
   private:
+    // The bytes of one chunk. Each thread keeps its memory from chunk to chunk: to get it anew from the system would take
+    // as long as to decompress the chunk.
+    struct Buffers {
+        std::vector<std::byte> stored, decoded;
+    };
+
     void read_file(const Index& file) const {
         const fs::path path =
             array_.folder / (array_.prefix + fmt::format("{}", fmt::join(file, array_.separator)));
@@ -98,9 +104,9 @@ class BoxReader {
         const bool exists = fs::exists(path, error);
         if (error) throw IoError(fmt::format("{}: cannot be opened: {}", quoted(path), error.message()));
         if (array_.index) return read_shard(path, exists, file, samples);
-        std::vector<std::byte> bytes;
-        if (exists) bytes = read_bytes(path, 0, regular_file_size(path));
-        place(path, exists, bytes, file, samples);
+        Buffers& buffers = buffers_.local();
+        if (exists) read_bytes(path, 0, regular_file_size(path), buffers.stored);
+        place(path, exists, buffers, file, samples);
     }
 
     void read_shard(const fs::path& path, bool exists, const Index& file, const Box& samples) const {
@@ -114,9 +120,9 @@ class BoxReader {
                          static_cast<std::size_t>(chunk[a] - file[a] * array_.index->chunks[a]);
             constexpr std::uint64_t kMissing = ~std::uint64_t{0};
             const bool is_there = exists && index[2 * within] != kMissing;
-            std::vector<std::byte> bytes;
-            if (is_there) bytes = read_bytes(path, index[2 * within], index[2 * within + 1]);
-            place(path, is_there, bytes, chunk, part_in(samples, chunk, array_.chunk));
+            Buffers& buffers = buffers_.local();
+            if (is_there) read_bytes(path, index[2 * within], index[2 * within + 1], buffers.stored);
+            place(path, is_there, buffers, chunk, part_in(samples, chunk, array_.chunk));
         });
     }
 
@@ -127,24 +133,24 @@ class BoxReader {
         const ByteCodecs codecs{.compressor = {}, .checksum = array_.index->checksum};
         const std::uint64_t stored = 16 * chunks + (codecs.checksum ? 4 : 0), held = regular_file_size(path);
         if (held < stored) refuse(path);
-        const auto bytes =
-            decode(read_bytes(path, array_.index->at_start ? 0 : held - stored, stored), codecs, 16 * chunks);
-        if (!bytes) refuse(path);
+        Buffers& buffers = buffers_.local();
+        read_bytes(path, array_.index->at_start ? 0 : held - stored, stored, buffers.stored);
+        if (!decode(buffers.stored, codecs, 16 * chunks, buffers.decoded)) refuse(path);
         std::vector<std::uint64_t> index(2 * chunks);
-        std::memcpy(index.data(), bytes->data(), bytes->size());
+        std::memcpy(index.data(), buffers.decoded.data(), buffers.decoded.size());
         to_native_order(index.data(), index.size(), StoredType::uint64, false);
         return index;
     }
 
-    std::vector<std::byte> read_bytes(const fs::path& path, std::uint64_t offset, std::uint64_t size) const {
+    void read_bytes(const fs::path& path, std::uint64_t offset, std::uint64_t size,
+                    std::vector<std::byte>& bytes) const {
         // No compressor makes its input much larger.
         const std::uint64_t held = regular_file_size(path);
         if (offset > held || size > held - offset ||
             size > 2 * chunk_samples_ * size_ + (1 << 20) + index_bytes())
             refuse(path);
-        std::vector<std::byte> bytes(size);
+        bytes.resize(size);
         ByteStream(path, Compression::none, offset).read(bytes.data(), bytes.size());
-        return bytes;
     }
 
     std::uint64_t index_bytes() const {
@@ -155,7 +161,7 @@ class BoxReader {
     }
 
     // Puts the samples of a chunk that lie in the box at their place.
-    void place(const fs::path& path, bool exists, const std::vector<std::byte>& bytes, const Index& chunk,
+    void place(const fs::path& path, bool exists, Buffers& buffers, const Index& chunk,
                const Box& samples) const {
         std::size_t from = 0, to = 0;
         for (std::size_t a = 0; a < chunk.size(); ++a) {
@@ -163,10 +169,9 @@ class BoxReader {
             to += static_cast<std::size_t>(samples.begin[a] - box_.begin[a]) * to_step_[a];
         }
         if (exists) {
-            auto decoded = decode(bytes, array_.codecs, chunk_samples_ * size_);
-            if (!decoded) refuse(path);
-            to_native_order(decoded->data(), chunk_samples_, array_.type, array_.big_endian);
-            copy(samples, 0, decoded->data() + from, samples_ + to);
+            if (!decode(buffers.stored, array_.codecs, chunk_samples_ * size_, buffers.decoded)) refuse(path);
+            to_native_order(buffers.decoded.data(), chunk_samples_, array_.type, array_.big_endian);
+            copy(samples, 0, buffers.decoded.data() + from, samples_ + to);
         } else {
             copy(samples, 0, nullptr, samples_ + to);
         }
@@ -204,6 +209,7 @@ class BoxReader {
     std::vector<std::size_t> from_step_,
         to_step_;  // bytes from one sample to the next, in a chunk and in the box
     std::size_t chunk_samples_ = 1;
+    mutable PerThread<Buffers> buffers_;
 };
 
 }  // namespace
