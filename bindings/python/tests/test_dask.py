@@ -25,7 +25,9 @@ from marrow import _blocks  # noqa: E402
 def workers(count, folder):
     """Worker processes, which their nannies start again after a crash."""
     try:
-        with distributed.LocalCluster(
+        # A cluster gives a worker up that is not back after a quarter of a minute, which may be too little when all
+        # processors are busy; then tasks would wait for ever.
+        with dask.config.set({"distributed.deploy.lost-worker-timeout": "10 minutes"}), distributed.LocalCluster(
             n_workers=count,
             threads_per_worker=1,
             processes=True,
