@@ -207,6 +207,15 @@ Json describe_scan(const Json&) {
     return out;
 }
 
+Json read_labels(const Json& request) {
+    const LabelTable table = read_label_table(request.at("path").get<std::string>());
+    const Json labels = labels_of(scan(), table);
+    const bool any = std::any_of(labels.begin(), labels.end(), [&](const Json& label) {
+        return table.contains(label.at("label").get<std::int64_t>());
+    });
+    return {{"labels", labels}, {"matches", any}};
+}
+
 Json slice(const Json& request) {
     const Geometry& g = scan().geometry();
     const auto axis = request.at("axis").get<std::size_t>();
