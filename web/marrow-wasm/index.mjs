@@ -224,10 +224,13 @@ export async function simplify(mesh, { keep, triangles, maxError, scan, ...work 
   return { ...answer, mesh: named(answer.mesh, mesh), note: notes.join('; ') };
 }
 
-export const measure = (mesh, work = {}) => inWorker((engine) => engine.call('measure', { mesh: plain(mesh) }, work));
+// Normals play no part in these, so they are not copied to the worker.
+const bare = ({ points, triangles }) => ({ points, normals: new Float32Array(), triangles });
+
+export const measure = (mesh, work = {}) => inWorker((engine) => engine.call('measure', { mesh: bare(mesh) }, work));
 
 export const check = (mesh, { minWall, ...work } = {}) =>
-  inWorker((engine) => engine.call('check', { mesh: plain(mesh), minWall }, work));
+  inWorker((engine) => engine.call('check', { mesh: bare(mesh), minWall }, work));
 
 export async function writeMesh(mesh, name, { space = 'LPS', ...work } = {}) {
   const meshes = (Array.isArray(mesh) ? mesh : [mesh]).map(plain);

@@ -175,7 +175,9 @@ function changeMesh(operation, { mesh, ...parameters }, transfer) {
 async function withFiles(files, operation, parameters) {
   const mounted = await mount(module, files, inNode);
   try {
-    const answer = run(operation, { ...parameters, path: mounted.path });
+    // Other threads have no files of their own: they ask this one, which takes longer. Only decoding is worth it.
+    const threads = options.codecs ? 0 : 1;
+    const answer = run(operation, { ...parameters, threads, path: mounted.path });
     // Warnings and gaps name files as the user knows them, too.
     return { ...JSON.parse(JSON.stringify(answer).replaceAll(`${mounted.root}/`, '')), name: mounted.name };
   } catch (error) {

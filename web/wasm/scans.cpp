@@ -28,6 +28,7 @@ ScanOptions options_of(const Json& request) {
     if (const auto spacing = member<Json>(request, "spacing")) options.spacing = vec3_of(*spacing);
     options.resample = request.value("resample", false);
     options.volume = member<std::int64_t>(request, "volume");
+    options.threads = request.value("threads", 0);
     options.progress = progress();
     return options;
 }

@@ -6,7 +6,7 @@ import { join } from 'node:path';
 import { after, before, describe, test } from 'node:test';
 import { createRequire } from 'node:module';
 import { assertSameBytes, errorText, launch, marrow, openFiles, openFolder, openPage, served, settled, temporaryFolder } from './browser.mjs';
-import { labelNrrd, niftiBall, niftiBallGz, writeHead } from './scans.mjs';
+import { labelNrrd, niftiBall, niftiBallGz, niftiVolumes, writeHead } from './scans.mjs';
 
 let browser, shared, head;
 before(async () => {
@@ -227,6 +227,15 @@ describe('other input', () => {
     await page.click('dialog button[value="open"]');
     await settled(page);
     assert.match(await assertSameBytes(page, folder, 'stl'), /--series/);
+  });
+
+  test('a scan of several volumes asks for one of them', async (t) => {
+    const page = await openPage(t, browser, await served(t));
+    const folder = await openBytes(t, page, 'two.nii', niftiVolumes());
+    await page.selectOption('dialog [aria-label="Volume"]', '1');
+    await page.click('dialog button[value="open"]');
+    await settled(page);
+    assert.match(await assertSameBytes(page, folder, 'ply'), /--volume 1/);
   });
 
   test('compressed DICOM, whose codecs are loaded only then, without a network too', { skip: lacksDcmtk() }, async (t) => {
