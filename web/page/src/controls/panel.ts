@@ -95,8 +95,8 @@ function labelSection(store: Store): HTMLElement {
   const names = elementOf('button', { class: 'text', type: 'button', title: 'Names and colours from a text file: of 3D Slicer, FreeSurfer or ITK-SNAP, or one LABEL NAME a line' }, 'Names…');
   names.addEventListener('click', () => file.click());
   const list = elementOf('ul', { class: 'plain label-list', tabindex: 0, 'aria-label': 'Labels' });
-  const made = section('Labels', names, all, none);
-  made.append(file, list, numberField(store, { label: 'Smoothing', unit: '', title: 'Passes in which neighbouring labels are smoothed together; 40 is usual: --relax', min: 0, max: 500, step: 10, key: 'relax' }));
+  const made = section('Labels', all, none);
+  made.append(file, list, elementOf('div', { class: 'row' }, names), numberField(store, { label: 'Smoothing', unit: '', title: 'Passes in which neighbouring labels are smoothed together; 40 is usual: --relax', min: 0, max: 500, step: 10, key: 'relax' }));
   follow(store, ['scan', 'table', 'hidden', 'labelSurfaces', 'asLabels'], (s) => {
     made.hidden = !s.asLabels;
     if (!s.asLabels || !s.scan) return;
