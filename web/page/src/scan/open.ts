@@ -21,8 +21,8 @@ export async function openScan(store: Store, files: ScanFile[]): Promise<void> {
   if (images.length === 0 && store.state.asLabels) return attempt(() => openTable(store, tables[0]!));
   mark('open');
   await attempt(async (signal) => {
-    // One table beside a map belongs to it.
-    const [input, table] = images.length > 0 && tables.length === 1 ? [images, tables[0]] : [files, undefined];
+    // One table beside a map belongs to it, while the texts beside many slices are about something else.
+    const [input, table] = images.length > 0 && images.length <= 2 && tables.length === 1 ? [images, tables[0]] : [files, undefined];
     try {
       await read(store, input, {}, signal);
     } catch (error) {
