@@ -75,8 +75,7 @@ export class Engine {
 
   /**
    * Asks the worker for something. `latest` names a kind of requests of which only the newest waits: it takes the place
-   * of an older one, which rejects. With `abandon`, a signal rejects the promise, and a
-   * worker that has begun goes on.
+   * of an older one, which rejects. With `abandon`, a signal rejects the promise, and a worker that has begun goes on.
    */
   call(name, parameters = {}, { transfer = [], onProgress, signal, latest, abandon } = {}) {
     if (this.#ended || signal?.aborted) return Promise.reject(cancelled());
