@@ -14,6 +14,7 @@ export function commandLine({ scan, surfaces = [], extractor = {}, labels, compo
   if (crop) add('--crop', `vox:${[0, 1, 2].flatMap((a) => [crop.first[a], crop.last[a]]).join(',')}`);
   if (labels) {
     add('--labels');
+    if (labels.table) add(quoted(labels.table.name.startsWith('-') ? `./${labels.table.name}` : labels.table.name));
     if (labels.relax !== undefined && labels.relax !== 40) add('--relax', labels.relax);
     if (labels.only) add('--only', labels.only.join(','));
   }

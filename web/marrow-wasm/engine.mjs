@@ -48,9 +48,10 @@ function startWorker() {
 
 /** A worker, and the calls that it has not answered yet. */
 export class Engine {
-  /** A worker that waits for work, or a new one. */
-  static take() {
-    const engine = idle ?? new Engine();
+  /** A worker that waits for work, or a new one. With `codecs`, one that decodes images. */
+  static take({ codecs = false } = {}) {
+    if (!idle || (codecs && !idle.codecs)) return new Engine({ codecs });
+    const engine = idle;
     idle = undefined;
     return engine;
   }
@@ -60,11 +61,13 @@ export class Engine {
   #last = 0;
   #ended = false;
 
-  constructor() {
+  constructor({ codecs = false } = {}) {
+    this.codecs = codecs;
     this.#worker.listen((message) => this.#receive(message), (error) => this.#fail(error));
     this.#worker.keepAlive(false);
     this.ready = this.call('start', {
       threads: chosenThreads(),
+      codecs,
       baseUrl: setup.baseUrl === undefined ? undefined : new URL(setup.baseUrl, globalThis.location?.href).href,
     });
     this.ready.catch(() => {});  // calls that wait for it reject too
@@ -72,13 +75,17 @@ export class Engine {
 
   /**
    * Asks the worker for something. `latest` names a kind of requests of which only the newest waits: it takes the place
-   * of an older one, which rejects. With `abandon`, a signal only rejects the promise, and the worker goes on.
+   * of an older one, which rejects. With `abandon`, a signal rejects the promise, and a worker that has begun goes on.
    */
   call(name, parameters = {}, { transfer = [], onProgress, signal, latest, abandon } = {}) {
     if (this.#ended || signal?.aborted) return Promise.reject(cancelled());
     return new Promise((resolve, reject) => {
       const id = ++this.#last;
-      const abort = () => (abandon ? this.#receive({ id, error: { message: 'cancelled', code: 130 } }) : this.cancel());
+      const abort = () => {
+        if (!abandon) return this.cancel();
+        this.tell('forget', { call: id });
+        this.#receive({ id, error: { message: 'cancelled', code: 130 } });
+      };
       signal?.addEventListener('abort', abort, { once: true });
       this.#calls.set(id, { resolve, reject, onProgress, unlisten: () => signal?.removeEventListener('abort', abort) });
       if (this.#calls.size === 1) this.#worker.keepAlive(true);
@@ -116,7 +123,7 @@ export class Engine {
     this.#calls.delete(id);
     if (this.#calls.size === 0) this.#worker.keepAlive(false);
     call.unlisten();
-    if (error) call.reject(new MarrowError(error.message, error.code));
+    if (error) call.reject(Object.assign(new MarrowError(error.message, error.code), error.needsCodecs && { needsCodecs: true }));
     else call.resolve(result);
   }
 

@@ -34,6 +34,32 @@ function chosen(paths) {
   return oneFolder ? { path: top, name: top } : { path: '', name: 'scan' };
 }
 
+const kAhead = 1 << 18, kMostKept = 1 << 27;  // bytes
+
+// Reads files of browsers in pieces of at least 256 KiB, and keeps the last piece of each file. A piece takes a browser
+// about a millisecond, and there may be thousands of files, each of which is looked at several times.
+function readerAhead() {
+  const reader = new FileReaderSync(), kept = new Map();
+  let size = 0;
+  return ({ node }, buffer, offset, length, position) => {
+    const end = Math.min(position + length, node.size);
+    if (position >= end) return 0;
+    let piece = kept.get(node);
+    if (!piece || position < piece.begin || end > piece.begin + piece.bytes.length) {
+      const last = Math.max(end, Math.min(position + kAhead, node.size));
+      piece = { begin: position, bytes: new Uint8Array(reader.readAsArrayBuffer(node.contents.slice(position, last))) };
+      if (size > kMostKept) {
+        kept.clear();
+        size = 0;
+      }
+      kept.set(node, piece);
+      size += piece.bytes.length;
+    }
+    buffer.set(piece.bytes.subarray(position - piece.begin, end - piece.begin), offset);
+    return end - position;
+  };
+}
+
 /** Mounts files: a path in node, or [{ path, data: Blob | Uint8Array }]. Returns where they are; end it by unmount(). */
 export async function mount(module, files, inNode) {
   const { FS, NODEFS, WORKERFS } = module;
@@ -56,6 +82,7 @@ export async function mount(module, files, inNode) {
       FS.writeFile(`${root}/${path}`, new Uint8Array(await blob.arrayBuffer()));
     }
   } else {
+    WORKERFS.stream_ops.read = readerAhead();
     FS.mount(WORKERFS, { blobs: expanded.map(({ path, blob }) => ({ name: path, data: blob })) }, root);
   }
   const { path, name } = chosen(expanded.map((file) => file.path));
@@ -72,7 +99,8 @@ function remove(FS, path) {
   FS.rmdir(path);
 }
 
-export function unmount({ FS }, { root }) {
+export function unmount({ FS, WORKERFS }, { root }) {
+  delete WORKERFS.stream_ops.read;  // with what it kept
   if (FS.lookupPath(root).node.mount.mountpoint === root) {
     FS.unmount(root);
     FS.rmdir(root);

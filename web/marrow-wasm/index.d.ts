@@ -151,7 +151,8 @@ export interface ScanReport {
 export function inspectScan(files: ScanFiles, options?: ReadOptions): Promise<ScanReport>;
 
 /**
- * Reads a scan: DICOM, NIfTI, NRRD, MetaImage. It rejects, with the reason, what would give a wrong surface.
+ * Reads a scan: DICOM, NIfTI, NRRD, MetaImage, TIFF, or slices as PNG, TIFF, JPEG or BMP images. It rejects, with the
+ * reason, what would give a wrong surface.
  *
  * Each scan lives in a worker of its own: dispose() ends the worker and frees the memory.
  */
@@ -300,6 +301,11 @@ export interface ExtractorOptions {
 export interface ExtractOptions {
   /** 0: the full resolution; n: a preview from every 2^n-th sample along each axis. Default: 0. */
   level?: number;
+  /**
+   * Cancels the extraction, which then rejects with code 130. Where the page is `crossOriginIsolated`, the worker stops at
+   * once; elsewhere it ends the extraction first.
+   */
+  signal?: AbortSignal;
 }
 
 export interface ExtractStats {
@@ -335,12 +341,28 @@ export class Extractor {
   dispose(): void;
 }
 
+/** Names and colours for the labels of a map. */
+export interface LabelTable {
+  /** The name of the file, for commandLine(). */
+  readonly name: string;
+  /** All labels of the map. Those that the table lacks have names such as "label-7" and colours of their own. */
+  readonly labels: Label[];
+}
+
+/**
+ * Reads a table of the labels of a map, in the forms that the command line's --labels takes: text of 3D Slicer, FreeSurfer
+ * or ITK-SNAP, or one `LABEL NAME` a line. Rejects with code 2 if it has none of the map's labels.
+ */
+export function readLabelTable(scan: Scan, file: ScanFile): Promise<LabelTable>;
+
 export interface LabelOptions extends WorkOptions {
   /** Smoothing passes; 0: none. Default: 40. */
   relax?: number;
   /** The labels to return; all are extracted, so that a surface does not depend on the choice. Default: all. */
   only?: number[];
   crop?: Crop;
+  /** Names and colours instead of those of the file. */
+  table?: LabelTable;
 }
 
 export interface LabelSurface extends Mesh {

@@ -51,19 +51,31 @@ async function inWorker(f) {
   }
 }
 
-export const inspectScan = (files, options = {}) =>
-  inWorker((engine) => engine.call('inspect', request(files, options), options));
+let codecs = false;  // whether a file needed codecs: the next ones probably do, too
 
-export async function readScan(files, options = {}) {
-  const engine = Engine.take();
+// Lets a worker look at files. If they need codecs, a worker that has them does it again.
+async function askAboutFiles(operation, parameters, options) {
+  const engine = Engine.take({ codecs });
   try {
-    const description = await engine.call('read', request(files, options), options);
-    const { series, spacing, resample, volume } = options;
-    return new Scan(engine, description, { series, spacing, resample, volume });
+    return { engine, answer: await engine.call(operation, parameters, options) };
   } catch (error) {
     engine.giveBack();
-    throw error;
+    if (!error.needsCodecs) throw error;
+    codecs = true;
+    return askAboutFiles(operation, parameters, options);
   }
+}
+
+export async function inspectScan(files, options = {}) {
+  const { engine, answer } = await askAboutFiles('inspect', request(files, options), options);
+  engine.giveBack();
+  return answer;
+}
+
+export async function readScan(files, options = {}) {
+  const { engine, answer } = await askAboutFiles('read', request(files, options), options);
+  const { series, spacing, resample, volume } = options;
+  return new Scan(engine, answer, { series, spacing, resample, volume });
 }
 
 const typeNames = {
@@ -126,10 +138,13 @@ export class Extractor {
     return new Extractor(engine, extractor, scan, options);
   }
 
-  async extract(isovalue, { level = 0 } = {}) {
+  async extract(isovalue, { level = 0, signal } = {}) {
     if (!Number.isFinite(isovalue)) throw new MarrowError(`the isovalue must be a finite number, not ${isovalue}`, 2);
     const latest = `${this.#number}:${level}`;
-    const mesh = await this.#engine.call('extract', { extractor: this.#number, isovalue, level }, { latest });
+    // A busy worker hears of nothing, but it can look at memory that it shares with the page, where there is such memory.
+    const stop = signal && canUseThreads() ? new Int32Array(new SharedArrayBuffer(4)) : undefined;
+    signal?.addEventListener('abort', () => stop && Atomics.store(stop, 0, 1), { once: true });
+    const mesh = await this.#engine.call('extract', { extractor: this.#number, isovalue, level, stop }, { latest, signal, abandon: true });
     return { ...mesh, name: String(isovalue) };
   }
 
@@ -151,10 +166,16 @@ export class Extractor {
   }
 }
 
-export async function labels(scan, { relax = 40, only, crop, onProgress, signal } = {}) {
+export async function readLabelTable(scan, file) {
+  const { labels, matches, name } = await Scan.engineOf(scan).call('labelTable', { files: listOf(file) });
+  if (!matches) throw new MarrowError(`'${name}' has none of the map's labels`, 2);
+  return { name, labels };
+}
+
+export async function labels(scan, { relax = 40, only, crop, table = scan, onProgress, signal } = {}) {
   // The scan's worker goes on to the end, because ending it would lose the scan.
   const surfaces = await Scan.engineOf(scan).call('labels', { relax, only, crop }, { onProgress, signal, abandon: true });
-  const known = new Map(scan.labels.map((label) => [label.label, label]));
+  const known = new Map(table.labels.map((label) => [label.label, label]));
   const sample = scan.spacing[0] * scan.spacing[1] * scan.spacing[2] * Math.abs(determinant(scan.direction));
   return surfaces.map((surface) => {
     const { name, colour } = known.get(surface.label);
@@ -203,10 +224,13 @@ export async function simplify(mesh, { keep, triangles, maxError, scan, ...work 
   return { ...answer, mesh: named(answer.mesh, mesh), note: notes.join('; ') };
 }
 
-export const measure = (mesh, work = {}) => inWorker((engine) => engine.call('measure', { mesh: plain(mesh) }, work));
+// Normals play no part in these, so they are not copied to the worker.
+const bare = ({ points, triangles }) => ({ points, normals: new Float32Array(), triangles });
+
+export const measure = (mesh, work = {}) => inWorker((engine) => engine.call('measure', { mesh: bare(mesh) }, work));
 
 export const check = (mesh, { minWall, ...work } = {}) =>
-  inWorker((engine) => engine.call('check', { mesh: plain(mesh), minWall }, work));
+  inWorker((engine) => engine.call('check', { mesh: bare(mesh), minWall }, work));
 
 export async function writeMesh(mesh, name, { space = 'LPS', ...work } = {}) {
   const meshes = (Array.isArray(mesh) ? mesh : [mesh]).map(plain);

@@ -11,10 +11,19 @@ const files = {
     script: new URL('./marrow.mjs', import.meta.url),
     wasm: new URL('./marrow.wasm', import.meta.url),
   },
+  'marrow-codecs': {
+    script: new URL('./marrow-codecs.mjs', import.meta.url),
+    wasm: new URL('./marrow-codecs.wasm', import.meta.url),
+  },
   'marrow-mt': {
     script: new URL('./marrow-mt.mjs', import.meta.url),
     wasm: new URL('./marrow-mt.wasm', import.meta.url),
     thread: new URL('./marrow-mt.worker.js', import.meta.url),
+  },
+  'marrow-mt-codecs': {
+    script: new URL('./marrow-mt-codecs.mjs', import.meta.url),
+    wasm: new URL('./marrow-mt-codecs.wasm', import.meta.url),
+    thread: new URL('./marrow-mt-codecs.worker.js', import.meta.url),
   },
 };
 
@@ -23,6 +32,8 @@ function filesOf(name, baseUrl) {
   const at = (ending) => new URL(`${name}${ending}`, baseUrl);
   return { script: at('.mjs'), wasm: at('.wasm'), thread: at('.worker.js') };
 }
+
+const kNeedsCodecs = -1;  // call.cpp: only the module with codecs can do it
 
 let module, options;
 const recycled = [];  // ArrayBuffers of meshes that the page gave back
@@ -37,7 +48,8 @@ async function bytesOf(url) {
 }
 
 async function load() {
-  const { script, wasm, thread } = filesOf(`marrow${options.threads > 1 ? '-mt' : ''}`, options.baseUrl);
+  const name = `marrow${options.threads > 1 ? '-mt' : ''}${options.codecs ? '-codecs' : ''}`;
+  const { script, wasm, thread } = filesOf(name, options.baseUrl);
   if (inNode) {
     // The script of emscripten 3.1.6 expects CommonJS there.
     const { createRequire } = await import('node:module');
@@ -64,7 +76,7 @@ async function load() {
   })]);
 }
 
-/** An error with the code of the command line. */
+/** An error with the code of the command line, or kNeedsCodecs. */
 class Failure extends Error {
   constructor(message, code) {
     super(message);
@@ -163,7 +175,9 @@ function changeMesh(operation, { mesh, ...parameters }, transfer) {
 async function withFiles(files, operation, parameters) {
   const mounted = await mount(module, files, inNode);
   try {
-    const answer = run(operation, { ...parameters, path: mounted.path });
+    // Other threads have no files of their own: they ask this one, which takes longer. Only decoding is worth it.
+    const threads = options.codecs ? 0 : 1;
+    const answer = run(operation, { ...parameters, threads, path: mounted.path });
     // Warnings and gaps name files as the user knows them, too.
     return { ...JSON.parse(JSON.stringify(answer).replaceAll(`${mounted.root}/`, '')), name: mounted.name };
   } catch (error) {
@@ -208,8 +222,9 @@ const requests = {
     transfer.push(buffer);
     return { axis, index, ...rest, samples: new arrayTypes[type](buffer) };
   },
+  labelTable: ({ files }) => withFiles(files, 'labelTable', {}),
   createExtractor: (parameters) => run('createExtractor', parameters),
-  extract(parameters, transfer) {
+  extract({ stop, ...parameters }, transfer) {
     const start = performance.now();
     const answer = run('extract', parameters);
     const extracted = performance.now();
@@ -266,6 +281,11 @@ function priority({ name, parameters }) {
 }
 
 function receive(message) {
+  if (message.name === 'forget') {
+    const at = waiting.findIndex((other) => other.id === message.parameters.call);
+    if (at >= 0) waiting.splice(at, 1);
+    return;
+  }
   if (message.latest !== undefined) {
     const older = waiting.findIndex((other) => other.latest === message.latest);
     if (older >= 0) post({ id: waiting.splice(older, 1)[0].id, error: { message: 'cancelled', code: 130 } });
@@ -285,14 +305,15 @@ async function work() {
     const transfer = [];
     try {
       if (startFailure) throw startFailure;
-      if (module) module.onProgress = reporter(id, progress);
+      if (module) module.onProgress = reporter(id, progress, parameters.stop);
       const result = await requests[name](parameters, transfer);
       if (id !== undefined) post({ id, result }, transfer);
     } catch (error) {
       if (name === 'start') startFailure = error;
       const message = error instanceof WebAssembly.RuntimeError || error instanceof RangeError
         ? `not enough memory for this input (${error.message})` : error.message ?? String(error);
-      if (id !== undefined) post({ id, error: { message, code: error.code > 0 ? error.code : 3 } });
+      const needsCodecs = error.code === kNeedsCodecs;
+      if (id !== undefined) post({ id, error: { message, code: error.code > 0 ? error.code : 3, needsCodecs } });
     }
     // Messages that came meanwhile are received before the next request is chosen.
     await new Promise((resolve) => nextTurn(resolve));
@@ -310,9 +331,11 @@ function nextTurn(f) {
   else channel.port2.postMessage(0);
 }
 
-function reporter(id, wanted) {
+// `stop`, if given, is shared with the page, which may set it while this worker is busy.
+function reporter(id, wanted, stop) {
   let last = 0;
   return (fraction) => {
+    if (stop && Atomics.load(stop, 0) !== 0) return false;
     const now = performance.now();
     if (wanted && (now - last > 50 || fraction === 1)) {
       last = now;

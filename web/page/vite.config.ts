@@ -16,7 +16,10 @@ function securityPolicy(): Plugin {
   };
 }
 
-// Tells the service worker the names of all files, and a version that changes when one of them does.
+// The modules for one thread. Where the service worker works, pages are isolated and load the others.
+const ONE_THREAD = /\/marrow(-codecs)?-[\w-]{8}\.(mjs|wasm)$/;
+
+// Tells the service worker the names of the files to keep, and a version that changes when one of them does.
 function fileList(): Plugin {
   return {
     name: 'file-list', apply: 'build', enforce: 'post',
@@ -28,7 +31,8 @@ function fileList(): Plugin {
         const file = bundle[name]!;
         hash.update(name).update(file.type === 'chunk' ? file.code : file.source);
       }
-      worker.code = worker.code.replaceAll(/\bFILES\b/g, JSON.stringify(['./', ...names])).replaceAll(/\bVERSION\b/g, JSON.stringify(hash.digest('hex').slice(0, 12)));
+      const kept = names.filter((name) => !ONE_THREAD.test(name));
+      worker.code = worker.code.replaceAll(/\bFILES\b/g, JSON.stringify(['./', ...kept])).replaceAll(/\bVERSION\b/g, JSON.stringify(hash.digest('hex').slice(0, 12)));
     },
   };
 }

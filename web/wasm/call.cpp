@@ -7,6 +7,7 @@
 
 #include "base/parallel.h"
 #include "base/pool_limit.h"
+#include "codecs/needed.h"
 #include "json.h"
 #include "shared/console.h"
 
@@ -25,6 +26,7 @@ const std::map<std::string, Operation> kOperations{
     {"read", read},
     {"adopt", adopt},
     {"describe", describe_scan},
+    {"labelTable", read_labels},
     {"slice", slice},
     {"createExtractor", create_extractor},
     {"extract", extract},
@@ -40,11 +42,17 @@ const std::map<std::string, Operation> kOperations{
     {"write", write},
 };
 
+constexpr int kNeedsCodecs = -1;
+
 std::string answer;
 
-int fail(const std::string& message, int code) {
-    answer = Json{{"message", message}}.dump(-1, ' ', false, Json::error_handler_t::replace);
+int give(const Json& json, int code) {
+    answer = json.dump(-1, ' ', false, Json::error_handler_t::replace);
     return code;
+}
+
+int fail(const std::string& message, int code) {
+    return give({{"message", message}}, code);
 }
 
 }  // namespace
@@ -60,17 +68,20 @@ Progress progress() {
 
 extern "C" {
 
-/// Does the work of a request, JSON with the member `operation`. Returns 0 or the exit code of the command
-/// line.
+/// Does the work of a request, JSON with the member `operation`. Returns 0, or the exit code of the command line, or -1:
+/// the module with codecs can do it.
 EMSCRIPTEN_KEEPALIVE int marrow_call(const char* request) {
     using namespace marrow;
     using web::Json;
+    web::take_need_of_codecs();
     try {
         const Json parsed = Json::parse(request);
-        web::answer = web::kOperations.at(parsed.at("operation").get<std::string>())(parsed).dump(
-            -1, ' ', false, Json::error_handler_t::replace);
-        return 0;
+        const Json result = web::kOperations.at(parsed.at("operation").get<std::string>())(parsed);
+        // A report may tell of files that could not be decoded.
+        if (web::take_need_of_codecs()) return web::fail("needs codecs", web::kNeedsCodecs);
+        return web::give(result, 0);
     } catch (const Error& error) {
+        if (web::take_need_of_codecs()) return web::fail("needs codecs", web::kNeedsCodecs);
         return web::fail(error.what(), apps::exit_code_of(error));
     } catch (const std::bad_alloc&) {
         return web::fail("not enough memory for this input", apps::kUnreadable);

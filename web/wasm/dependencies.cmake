@@ -7,7 +7,7 @@ target_compile_definitions(hwy::hwy INTERFACE HWY_COMPILE_ONLY_STATIC)
 add_library(TBB::tbb INTERFACE IMPORTED GLOBAL)  # src/base/parallel_pool.h takes its place
 add_library(nlohmann_json::nlohmann_json INTERFACE IMPORTED GLOBAL)
 
-# imported(NAME ARCHIVES...)
+# imported(NAME ARCHIVES...): archives of the prefix.
 function(imported name)
   add_library(${name} INTERFACE IMPORTED GLOBAL)
   list(TRANSFORM ARGN PREPEND ${prefix}/lib/lib)
@@ -17,3 +17,8 @@ endfunction()
 imported(fmt::fmt fmt)
 imported(ZLIB::ZLIB z)
 imported(LibArchive::LibArchive archive z)
+
+# The decoders of images are the same for one thread and for several.
+set(prefix ${MARROW_WEB_LIBRARIES}/../codecs)
+imported(codecs ijg dcmtkcharls openjp2 tiff png turbojpeg)
+target_link_libraries(codecs INTERFACE ZLIB::ZLIB)

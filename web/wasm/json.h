@@ -65,6 +65,7 @@ Json inspect(const Json& request);
 Json read(const Json& request);
 Json adopt(const Json& request);
 Json describe_scan(const Json& request);
+Json read_labels(const Json& request);
 Json slice(const Json& request);
 
 Json create_extractor(const Json& request);

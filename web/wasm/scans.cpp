@@ -28,6 +28,7 @@ ScanOptions options_of(const Json& request) {
     if (const auto spacing = member<Json>(request, "spacing")) options.spacing = vec3_of(*spacing);
     options.resample = request.value("resample", false);
     options.volume = member<std::int64_t>(request, "volume");
+    options.threads = request.value("threads", 0);
     options.progress = progress();
     return options;
 }
@@ -205,6 +206,15 @@ Json describe_scan(const Json&) {
         // All samples are equal, so there is no best isovalue.
     }
     return out;
+}
+
+Json read_labels(const Json& request) {
+    const LabelTable table = read_label_table(request.at("path").get<std::string>());
+    const Json labels = labels_of(scan(), table);
+    const bool any = std::any_of(labels.begin(), labels.end(), [&](const Json& label) {
+        return table.contains(label.at("label").get<std::int64_t>());
+    });
+    return {{"labels", labels}, {"matches", any}};
 }
 
 Json slice(const Json& request) {

@@ -21,7 +21,8 @@ Json create_extractor(const Json& request) {
     const IsosurfaceOptions options{.normals = request.at("normals").get<bool>(),
                                     .closed = request.at("closed").get<bool>(),
                                     .snap = request.at("snap").get<double>(),
-                                    .topology = request.at("topology").get<bool>()};
+                                    .topology = request.at("topology").get<bool>(),
+                                    .progress = progress()};
     extractors[++last_extractor] = std::make_unique<IsosurfaceExtractor>(cropped_scan(request), options);
     return {{"extractor", last_extractor}};
 }

@@ -1,15 +1,9 @@
-// Decodes the JPEG streams of medical images by DCMTK.
+// Checks what the JPEG streams of medical images claim, and has them decoded.
 #include "grey_jpeg.h"
 
-#define HAVE_CONFIG_H  // required by DCMTK's headers
-#include <dcmtk/config/osconfig.h>
-
-#include <dcmtk/dcmjpeg/djcparam.h>
-#include <dcmtk/dcmjpeg/djdijg12.h>
-#include <dcmtk/dcmjpeg/djdijg16.h>
-#include <dcmtk/dcmjpeg/djdijg8.h>
-
 #include <marrow/error.h>
+
+#include "ijg.h"
 
 namespace marrow::internal::io {
 
@@ -52,28 +46,6 @@ FrameHeader frame_header(std::string_view stream) {
     }
 }
 
-// DCMTK completes damaged images and warns. Here a warning is an error.
-template <class Base>
-struct Strict : Base {
-    using Base::Base;
-    void emitMessage(int level) const override {
-        if (level < 0) warned = true;
-    }
-    mutable bool warned = false;
-};
-
-template <class Base>
-void decode(std::string_view stream, std::vector<char>& to) {
-    static const DJCodecParameter parameters(ECC_lossyYCbCr, EDC_never, EUC_never, EPC_default);
-    Strict<Base> decoder(parameters, false);
-    if (decoder.init().bad()) throw LimitError("not enough memory for DCMTK");
-    auto* from = reinterpret_cast<Uint8*>(const_cast<char*>(stream.data()));  // DCMTK only reads it
-    const OFCondition result =
-        decoder.decode(from, static_cast<Uint32>(stream.size()), reinterpret_cast<Uint8*>(to.data()),
-                       static_cast<Uint32>(to.size()), false);
-    if (result.bad() || decoder.warned) throw kDamaged;
-}
-
 }  // namespace
 
 DecodedFrame decode_grey_jpeg(std::string_view stream, std::int64_t columns, std::int64_t rows) {
@@ -82,12 +54,7 @@ DecodedFrame decode_grey_jpeg(std::string_view stream, std::int64_t columns, std
     check_scans(stream);
     DecodedFrame out{{}, frame.bits > 8 ? 2 : 1, frame.bits};
     out.cells.resize(static_cast<std::size_t>(columns * rows * out.cell_size));
-    if (frame.bits > 12)
-        decode<DJDecompressIJG16Bit>(stream, out.cells);
-    else if (frame.bits > 8)
-        decode<DJDecompressIJG12Bit>(stream, out.cells);
-    else
-        decode<DJDecompressIJG8Bit>(stream, out.cells);
+    if (!decode_ijg(stream, frame.bits, out.cells)) throw kDamaged;
     return out;
 }
 

@@ -6,6 +6,8 @@
 
 #include <turbojpeg.h>
 
+#include "base/checked_size.h"
+
 namespace marrow::internal::io {
 
 ImageHeader read_jpeg(const std::filesystem::path& path, const ImageTarget& target) {
@@ -22,7 +24,7 @@ ImageHeader read_jpeg(const std::filesystem::path& path, const ImageTarget& targ
     if (!target.takes(out)) return out;
     const bool grey = colours == TJCS_GRAY;
     const auto area = static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows);
-    Bytes pixels(grey ? 0 : 3 * area);
+    Bytes pixels(grey ? 0 : checked_size(area, 3) * 3);
     // It completes truncated images and only warns. An image of many scans takes long.
     constexpr int kStrict = TJFLAG_STOPONWARNING | TJFLAG_LIMITSCANS;
     if (tjDecompress2(jpeg.get(), bytes.data(), bytes.size(), grey ? target.bytes() : pixels.data(), columns,

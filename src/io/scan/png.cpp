@@ -8,6 +8,8 @@
 
 #include <marrow/error.h>
 
+#include "base/checked_size.h"
+
 namespace marrow::internal::io {
 
 namespace {
@@ -73,10 +75,11 @@ ImageHeader read_png(const std::filesystem::path& path, const ImageTarget& targe
     const ImageHeader out{header.columns, header.rows, 1,
                           header.depth == 8 ? SampleType::uint8 : SampleType::uint16};
     if (!target.takes(out)) return out;
-    const std::size_t line = header.columns * static_cast<std::size_t>(header.channels) *
-                             static_cast<std::size_t>(header.depth / 8);
-    Bytes pixels(header.channels > 1 ? line * header.rows : 0);
-    if (!png_samples(reader.png, reader.info, &header, pixels.empty() ? target.bytes() : pixels.data(), line))
+    const std::uint64_t line = std::uint64_t{header.columns} * static_cast<std::uint64_t>(header.channels) *
+                               static_cast<std::uint64_t>(header.depth / 8);
+    Bytes pixels(header.channels > 1 ? checked_size(header.rows * line) : 0);
+    if (!png_samples(reader.png, reader.info, &header, pixels.empty() ? target.bytes() : pixels.data(),
+                     checked_size(line)))
         throw kDamaged;
     if (!pixels.empty())
         keep_grey(pixels, std::size_t{header.columns} * header.rows, header.channels, out.type,

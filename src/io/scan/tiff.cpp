@@ -10,6 +10,7 @@
 
 #include <marrow/error.h>
 
+#include "base/checked_size.h"
 #include "io/bytes/byte_stream.h"
 
 namespace marrow::internal::io {
@@ -106,7 +107,7 @@ void read_tiles(TIFF* tiff, std::uint32_t columns, std::uint32_t rows, std::size
     constexpr std::uint64_t largest = std::uint64_t{1} << 28;
     if (width == 0 || height == 0 || size > largest || size != std::uint64_t{width} * height * pixel)
         throw kDamaged;
-    Bytes tile(size);
+    Bytes tile(checked_size(size));
     for (std::uint32_t top = 0; top < rows; top += std::min(height, rows - top)) {
         for (std::uint32_t left = 0; left < columns; left += std::min(width, columns - left)) {
             const auto got = TIFFReadEncodedTile(tiff, TIFFComputeTile(tiff, left, top, 0, 0), tile.data(),
@@ -162,7 +163,7 @@ ImageHeader read_tiff_pages(TiffFile& file, const ImageTarget& target) {
             const std::size_t area = std::size_t{columns} * rows, sample = sample_size(type);
             unsigned char* page = target.bytes() + static_cast<std::size_t>(out.pages) * area * sample;
             const std::size_t pixel = sample * static_cast<std::size_t>(channels);
-            Bytes pixels(channels > 1 ? area * pixel : 0);
+            Bytes pixels(channels > 1 ? checked_size(area, pixel) * pixel : 0);
             (TIFFIsTiled(tiff.get()) ? read_tiles : read_strips)(tiff.get(), columns, rows, pixel,
                                                                  pixels.empty() ? page : pixels.data());
             if (!pixels.empty()) keep_grey(pixels, area, channels, type, page);

@@ -41,6 +41,18 @@ test('previews come before the full resolution', async (t) => {
   assert.deepEqual(extractor.dims(1), [60, 55, 50]);
 });
 
+test('an extraction that a signal cancels rejects at once, and the extractor goes on', async (t) => {
+  const scan = await scanOf(lumps('int16', large.dims), large);
+  t.after(() => scan.dispose());
+  const extractor = await Extractor.create(scan), controller = new AbortController();
+  const running = outcome(extractor.extract(50)), cancelled = outcome(extractor.extract(51, { level: 1, signal: controller.signal }));
+  controller.abort();
+  assert.equal(await cancelled, 130);
+  assert.equal(await running, 50);
+  assert.equal(await outcome(extractor.extract(52, { signal: controller.signal })), 130);
+  assert.equal(await outcome(extractor.extract(53)), 53);
+});
+
 test('memory does not grow over 100 extractions', async (t) => {
   const scan = await scanOf(lumps('int16', large.dims), large);
   t.after(() => scan.dispose());

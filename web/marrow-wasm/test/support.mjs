@@ -91,15 +91,30 @@ function element(group, number, vr, value) {
 
 const short = (value) => Buffer.from(Uint16Array.of(value).buffer);
 
-/** The slices of a CT series as DICOM files: [{ path, data }]. */
-export function dicomSeries(samples, { dims: [nx, ny, nz], spacing, origin } = geometry, { description = 'lumps', uid = 1 } = {}) {
+// The pixels of one frame: as they are, or a compressed stream as the only fragment of a sequence.
+function pixelData(frame, stream) {
+  if (!stream) return element(0x7fe0, 0x10, 'OW', frame);
+  const item = (tag, data) => Buffer.concat([Buffer.from([0xfe, 0xff, tag, 0xe0]), Buffer.from(Uint32Array.of(data.length).buffer), data]);
+  const head = element(0x7fe0, 0x10, 'OB', Buffer.alloc(0));
+  head.writeUInt32LE(0xffffffff, 8);
+  const even = stream.length % 2 ? Buffer.concat([stream, Buffer.alloc(1)]) : stream;
+  return Buffer.concat([head, item(0x00, Buffer.alloc(0)), item(0x00, even), item(0xdd, Buffer.alloc(0))]);
+}
+
+/**
+ * The slices of a CT series as DICOM files: [{ path, data }]. Samples of up to `bits` bits are stored, signed if they have 16.
+ * `streams` are compressed slices of the transfer syntax `syntax`.
+ */
+export function dicomSeries(samples, { dims: [nx, ny, nz], spacing, origin } = geometry,
+  { description = 'lumps', uid = 1, bits = 16, syntax = '1.2.840.10008.1.2.1', streams = [] } = {}) {
+  const Stored = bits > 8 ? Int16Array : Uint8Array;
   return Array.from({ length: nz }, (_, k) => {
-    const pixels = Buffer.from(Int16Array.from(samples.subarray(k * nx * ny, (k + 1) * nx * ny)).buffer);
+    const pixels = Buffer.from(Stored.from(samples.subarray(k * nx * ny, (k + 1) * nx * ny)).buffer);
     const meta = Buffer.concat([
       element(2, 1, 'OB', Buffer.from([0, 1])),
       element(2, 2, 'UI', '1.2.840.10008.5.1.4.1.1.2'),
       element(2, 3, 'UI', `1.2.3.${uid}.${k + 1}`),
-      element(2, 0x10, 'UI', '1.2.840.10008.1.2.1'),
+      element(2, 0x10, 'UI', syntax),
     ]);
     const data = Buffer.concat([
       Buffer.alloc(128), Buffer.from('DICM'), element(2, 0, 'UL', Buffer.from(Uint32Array.of(meta.length).buffer)), meta,
@@ -119,13 +134,13 @@ export function dicomSeries(samples, { dims: [nx, ny, nz], spacing, origin } = g
       element(0x28, 0x10, 'US', short(ny)),
       element(0x28, 0x11, 'US', short(nx)),
       element(0x28, 0x30, 'DS', `${spacing[1]}\\${spacing[0]}`),
-      element(0x28, 0x100, 'US', short(16)),
-      element(0x28, 0x101, 'US', short(16)),
-      element(0x28, 0x102, 'US', short(15)),
-      element(0x28, 0x103, 'US', short(1)),
+      element(0x28, 0x100, 'US', short(bits > 8 ? 16 : 8)),
+      element(0x28, 0x101, 'US', short(bits)),
+      element(0x28, 0x102, 'US', short(bits - 1)),
+      element(0x28, 0x103, 'US', short(bits === 16 ? 1 : 0)),
       element(0x28, 0x1052, 'DS', '0'),
       element(0x28, 0x1053, 'DS', '1'),
-      element(0x7fe0, 0x10, 'OW', pixels),
+      pixelData(pixels, streams[k]),
     ]);
     return { path: `series/${String(k).padStart(3, '0')}.dcm`, data };
   });

@@ -1,12 +1,12 @@
 // Surfaces have the bytes of the native program's.
 import assert from 'node:assert/strict';
-import { readFileSync } from 'node:fs';
+import { readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import test from 'node:test';
 
 import { bytesOf, folder, geometry, lumps, marrow, runNative, sampleTypes, withNative, writeVolume } from './support.mjs';
 
-const { Extractor, commandLine, labels, readScan, scanOf, writeMesh } = marrow;
+const { Extractor, commandLine, labels, readLabelTable, readScan, scanOf, writeMesh } = marrow;
 
 const kinds = {
   closed: {}, open: { closed: false }, snapped: { snap: 0.3 }, exact: { topology: true },
@@ -67,7 +67,7 @@ test('steps after extraction are native\'s', withNative, async (t) => {
   ({ mesh } = await marrow.simplify(mesh, recipe.simplify));
   assert.equal((await marrow.measure(mesh)).components, 1);
   const checked = await marrow.check(mesh);
-  console.error(checked);
+  assert.equal(checked.closed, true);
   assert.ok((await bytesOf(await writeMesh(mesh, 'steps.ply'))).equals(readFileSync(join(path, 'steps.ply'))));
 });
 
@@ -84,4 +84,16 @@ test('surfaces of labels are native\'s', withNative, async (t) => {
   const surfaces = await labels(scan);
   assert.deepEqual(surfaces.map(({ name }) => name), ['label-1', 'label-2', 'label-7']);
   assert.ok((await bytesOf(await writeMesh(surfaces, 'map.3mf'))).equals(readFileSync(join(path, 'map.3mf'))));
+
+  const data = Buffer.from('# names\n1 liver 255 0 10\n2 "left kidney"\n9 none\n');
+  writeFileSync(join(path, 'my names.txt'), data);
+  const table = await readLabelTable(scan, { path: 'my names.txt', data });
+  const command = commandLine({ scan, labels: { table }, output: 'named.glb' });
+  assert.match(command, /--labels 'my names\.txt' -o/);
+  assert.deepEqual(await runNative(['-q', 'map.mha', '--labels', 'my names.txt', '-o', 'named.glb'], path), { code: 0, message: '' });
+  const named = await labels(scan, { table });
+  assert.deepEqual(named.map(({ name }) => name), ['liver', 'left kidney', 'label-7']);
+  assert.ok((await bytesOf(await writeMesh(named, 'named.glb'))).equals(readFileSync(join(path, 'named.glb'))));
+  await assert.rejects(readLabelTable(scan, { path: 'a.txt', data: Buffer.from('8 spleen\n') }), { code: 2 });
+  await assert.rejects(readLabelTable(scan, { path: 'a.txt', data: Buffer.from('spleen\n') }), { code: 3, message: /'a\.txt', line 1/ });
 });

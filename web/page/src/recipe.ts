@@ -32,7 +32,7 @@ export function recipeOf(s: Readonly<State>, output: string, space: Space): Reci
   const scan = s.scan!, crop = s.crop && { crop: s.crop };
   if (s.asLabels) {
     const only = s.hidden.size > 0 ? { only: shownLabels(s).map((l) => l.label) } : {};
-    return { scan, labels: { relax: s.relax, ...only, ...crop }, output, space };
+    return { scan, labels: { relax: s.relax, ...(s.table && { table: s.table }), ...only, ...crop }, output, space };
   }
   return {
     scan, output, space,

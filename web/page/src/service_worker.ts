@@ -3,7 +3,8 @@ export {}; // a module, so that its names are its own
 
 const worker = self as unknown as ServiceWorkerGlobalScope;
 
-// The build puts the names of the files here, and a version that changes with them.
+// The build puts the names of the files to keep here, and a version that changes with them. The modules for one thread are
+// not among them: pages that this worker answers are isolated, and use those for several.
 declare const FILES: string[];
 declare const VERSION: string;
 const CACHE = `marrow-${VERSION}`;

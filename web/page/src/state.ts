@@ -1,5 +1,5 @@
 // The state of the page, and who is told when it changes.
-import type { Crop, LabelSurface, Measures, Mesh, Preset, Scan, ScanFile, ScanReport } from 'marrow-wasm';
+import type { Crop, LabelSurface, LabelTable, Measures, Mesh, Preset, Scan, ScanFile, ScanReport } from 'marrow-wasm';
 import { presets } from 'marrow-wasm';
 import type { Geometry, Vec3 } from './scan/geometry';
 
@@ -39,6 +39,7 @@ export interface State {
   keep: number; // % of the triangles
   relax: number; // smoothing passes of label maps
   hidden: ReadonlySet<number>; // labels
+  table?: LabelTable; // names and colours of labels, if the user gave them
   crop?: Crop;
 
   window: { lower: number; upper: number };

@@ -1,6 +1,7 @@
 // Keeps the surface up to date with the controls: a preview first, then full resolution, then what is done to it.
 import type { Crop, Mesh, StepResult } from 'marrow-wasm';
 import { Extractor, MarrowError, check, keepComponents, labels, measure, simplify, smooth } from 'marrow-wasm';
+import { named } from './scan/label_table';
 import type { State, Store, Surface } from './state';
 
 /** Previews have at most this many samples, so that they are ready within a frame or two. */
@@ -23,6 +24,7 @@ export class Surfaces {
   private fullMs = Infinity; // of the last extraction in full resolution
   private wanted: Request | undefined;
   private running = false;
+  private full = new AbortController(); // cancels an extraction in full resolution of which there is a preview
   private steps = new AbortController(); // cancels smoothing, reduction and checks, which may take long
   private labelWork = new AbortController();
 
@@ -38,6 +40,7 @@ export class Surfaces {
   update(): void {
     const s = this.store.state;
     if (!s.scan || s.asLabels) return;
+    this.full.abort();
     this.steps.abort();
     this.wanted = requestOf(s);
     this.store.set({ light: { state: 'busy', text: '' } });
@@ -77,7 +80,9 @@ export class Surfaces {
       if (this.wanted || (this.slow() && this.moving())) return;
     }
     const started = performance.now();
-    const full = await extractor.extract(request.isovalue);
+    // What is short is drawn in any case; else a steady drag would show nothing.
+    this.full = new AbortController();
+    const full = await extractor.extract(request.isovalue, preview ? { signal: this.full.signal } : {});
     this.fullMs = performance.now() - started;
     this.store.set({ extractMs: full.stats.extractMs });
     await this.refine(full, request);
@@ -157,7 +162,7 @@ export class Surfaces {
       const found = await labels(s.scan, { relax: s.relax, ...(s.crop && { crop: s.crop }), signal,
         onProgress: (f) => { if (!signal.aborted) this.store.set({ light: { state: 'busy', text: `extracting ${Math.round(f * 100)} %` } }); } });
       if (signal.aborted || this.store.state.scan !== s.scan) return;
-      this.store.set({ labelSurfaces: found, light: { state: 'good', text: 'closed' } });
+      this.store.set({ labelSurfaces: named(found, this.store.state.table), light: { state: 'good', text: 'closed' } });
     } catch (error) {
       if (!isCancelled(error)) this.fail(error);
     }

@@ -22,6 +22,9 @@ function printSizes() {
   console.log(`${(sum / 1e6).toFixed(3)} MB gzipped in all`);
 }
 
+// The longest of the tasks, and how many keep the page from answering.
+const tasksText = (tasks) => (tasks.length === 0 ? 'none' : `${tasks.length}, the longest ${Math.round(Math.max(...tasks))} ms, ${tasks.filter((ms) => ms > 100).length} above 100 ms`);
+
 async function measure(browser, url, scan) {
   const page = await openPage(t, browser, url, { viewport: { width: 1440, height: 900 } });
   const system = await browser.newBrowserCDPSession();
@@ -65,8 +68,8 @@ async function measure(browser, url, scan) {
   const { drawn, longTasks } = await page.evaluate(() => ({ drawn: window.drawn, longTasks: window.longTasks }));
   for (let i = 1; i < drawn.length; ++i) surfaces.push(drawn[i] - drawn[i - 1]);
   const extraction = await page.locator('#measures dd').last().textContent();
-  console.log(`${scan}, ${await page.getAttribute('body', 'data-threads')} threads: first surface ${first.toFixed(0)} ms after opening; tasks above 50 ms, without drawing, while opening: ${longWhileOpening.map(Math.round).join(' ') || 'none'}; ` +
-    `drag of ${seconds.toFixed(1)} s: ${drawn.length} surfaces drawn, ${median(surfaces)?.toFixed(0)} ms apart (median), tasks above 50 ms, without drawing: ${longTasks.map(Math.round).join(' ') || 'none'}; ` +
+  console.log(`${scan}, ${await page.getAttribute('body', 'data-threads')} threads: first surface ${first.toFixed(0)} ms after opening; tasks above 50 ms, without drawing, while opening: ${tasksText(longWhileOpening)}; ` +
+    `drag of ${seconds.toFixed(1)} s: ${drawn.length} surfaces drawn, ${median(surfaces)?.toFixed(0)} ms apart (median), tasks above 50 ms, without drawing: ${tasksText(longTasks)}; ` +
     `full extraction ${extraction}; ${((await memory()) / 1e6).toFixed(0)} MB in the page's process`);
   await page.context().close();
 }

@@ -6,7 +6,7 @@ import { join } from 'node:path';
 import { after, before, describe, test } from 'node:test';
 import { createRequire } from 'node:module';
 import { assertSameBytes, errorText, launch, marrow, openFiles, openFolder, openPage, served, settled, temporaryFolder } from './browser.mjs';
-import { labelNrrd, niftiBall, niftiBallGz, writeHead } from './scans.mjs';
+import { labelNrrd, niftiBall, niftiBallGz, niftiVolumes, writeHead } from './scans.mjs';
 
 let browser, shared, head;
 before(async () => {
@@ -20,6 +20,8 @@ after(async () => {
   cleanUp();
 });
 
+/** The reason to skip a test that compresses DICOM. */
+const lacksDcmtk = () => (spawnSync('dcmcjpeg', ['--version']).status === 0 ? false : "dcmcjpeg is missing: install Debian's package dcmtk");
 const text = (page, selector) => page.locator(selector).textContent();
 const numberOf = (page) => page.inputValue('#isovalue-number').then(Number);
 
@@ -225,6 +227,61 @@ describe('other input', () => {
     await page.click('dialog button[value="open"]');
     await settled(page);
     assert.match(await assertSameBytes(page, folder, 'stl'), /--series/);
+  });
+
+  test('a scan of several volumes asks for one of them', async (t) => {
+    const page = await openPage(t, browser, await served(t));
+    const folder = await openBytes(t, page, 'two.nii', niftiVolumes());
+    await page.selectOption('dialog [aria-label="Volume"]', '1');
+    await page.click('dialog button[value="open"]');
+    await settled(page);
+    assert.match(await assertSameBytes(page, folder, 'ply'), /--volume 1/);
+  });
+
+  test('compressed DICOM, whose codecs are loaded only then, without a network too', { skip: lacksDcmtk() }, async (t) => {
+    const folder = temporaryFolder(t), packed = join(folder, 'packed');
+    mkdirSync(packed);
+    for (let k = 1; k <= 40; ++k) {
+      const name = `${String(k).padStart(3, '0')}.dcm`;
+      execFileSync(k % 2 ? 'dcmcjpeg' : 'dcmcjpls', [k % 2 ? '+e1' : '+el', join(head, name), join(packed, name)]);
+    }
+    for (const isolated of [true, false]) {
+      const page = await openPage(t, browser, await served(t, { isolated }), isolated ? {} : { serviceWorkers: 'allow' });
+      const loaded = [];
+      page.context().on('request', (request) => { if (/marrow-.*codecs.*wasm/.test(request.url())) loaded.push(request.url()); });
+      if (!isolated) { // the service worker has the codecs
+        await page.waitForFunction(() => crossOriginIsolated, null, { timeout: 30_000 });
+        await page.waitForSelector('body[data-threads]', { state: 'attached' });
+        await page.context().setOffline(true);
+      }
+      await openFolder(page, head);
+      assert.deepEqual(loaded, []);
+      await page.setInputFiles('#folder-input', packed);
+      await page.waitForFunction(() => document.title.startsWith('packed'));
+      await settled(page);
+      await assertSameBytes(page, folder, 'stl');
+      if (isolated) assert.ok(loaded.length > 0);
+    }
+  });
+
+  test('a label map takes names and colours from a table', async (t) => {
+    const page = await openPage(t, browser, await served(t));
+    const folder = temporaryFolder(t);
+    writeFileSync(join(folder, 'halves.nrrd'), labelNrrd());
+    writeFileSync(join(folder, 'names.txt'), '1 left half 255 0 0\n2 right 0 255 0\n');
+    await openFiles(page, [join(folder, 'halves.nrrd'), join(folder, 'names.txt')]);
+    await page.waitForFunction(() => document.querySelector('.label-list .name')?.textContent === 'left half');
+    await settled(page);
+    assert.match(await assertSameBytes(page, folder, '3mf'), /--labels names\.txt/);
+
+    writeFileSync(join(folder, 'others.ctbl'), '1 liver 10 20 30 255\n');
+    await page.setInputFiles('#table-input', join(folder, 'others.ctbl'));
+    await page.waitForFunction(() => document.querySelector('.label-list .name').textContent === 'liver');
+    assert.deepEqual(await page.locator('.label-list .name').allTextContents(), ['liver', 'label-2']);
+    assert.match(await assertSameBytes(page, folder, 'glb'), /--labels others\.ctbl/);
+    writeFileSync(join(folder, 'wrong.txt'), '7 spleen\n');
+    await openFiles(page, [join(folder, 'wrong.txt')]);
+    assert.match(await errorText(page), /wrong\.txt.*none of the map's labels/);
   });
 
   test('a label map has a surface for each label', async (t) => {

@@ -53,6 +53,14 @@ export function niftiBall() {
   return Buffer.concat([header, Buffer.from(samples.buffer)]);
 }
 
+/** The same with a second volume, in which the ball is air in bone. */
+export function niftiVolumes() {
+  const one = niftiBall(), second = Int16Array.from(ball().samples, (v) => 451 - v);
+  one.writeInt16LE(4, 40);
+  one.writeInt16LE(2, 48);
+  return Buffer.concat([one, Buffer.from(second.buffer)]);
+}
+
 export const niftiBallGz = () => gzipSync(niftiBall());
 
 /** NRRD of a label map with the halves of a ball. */

@@ -1,7 +1,9 @@
 // The panel beside the views: the surface, its measures, the crop box and the distances, or the labels.
+import { messageOf, showBanner } from '../banners';
 import { distanceText } from '../distances';
 import { byId, elementOf, grouped, icon } from '../dom';
 import type { Vec3 } from '../scan/geometry';
+import { labelsOf, openTable } from '../scan/label_table';
 import type { State, Store } from '../state';
 import { currentPreset, toHex } from '../state';
 import { cropOf, movedCrop } from '../views/slice_input';
@@ -84,14 +86,21 @@ function labelSection(store: Store): HTMLElement {
   const all = elementOf('button', { class: 'text', type: 'button' }, 'Show all');
   all.addEventListener('click', () => store.set({ hidden: new Set() }));
   const none = elementOf('button', { class: 'text', type: 'button' }, 'Hide all');
-  none.addEventListener('click', () => store.set({ hidden: new Set(store.state.scan!.labels.map((l) => l.label)) }));
+  none.addEventListener('click', () => store.set({ hidden: new Set(labelsOf(store.state).map((l) => l.label)) }));
+  const file = elementOf('input', { type: 'file', id: 'table-input', hidden: true, 'aria-label': 'Table of labels' });
+  file.addEventListener('change', () => {
+    if (file.files?.[0]) openTable(store, file.files[0]).catch((error) => showBanner('error', messageOf(error)));
+    file.value = ''; // so that the same choice is noticed again
+  });
+  const names = elementOf('button', { class: 'text', type: 'button', title: 'Names and colours from a text file: of 3D Slicer, FreeSurfer or ITK-SNAP, or one LABEL NAME a line' }, 'Names…');
+  names.addEventListener('click', () => file.click());
   const list = elementOf('ul', { class: 'plain label-list', tabindex: 0, 'aria-label': 'Labels' });
   const made = section('Labels', all, none);
-  made.append(list, numberField(store, { label: 'Smoothing', unit: '', title: 'Passes in which neighbouring labels are smoothed together; 40 is usual: --relax', min: 0, max: 500, step: 10, key: 'relax' }));
-  follow(store, ['scan', 'hidden', 'labelSurfaces', 'asLabels'], (s) => {
+  made.append(file, list, elementOf('div', { class: 'row' }, names), numberField(store, { label: 'Smoothing', unit: '', title: 'Passes in which neighbouring labels are smoothed together; 40 is usual: --relax', min: 0, max: 500, step: 10, key: 'relax' }));
+  follow(store, ['scan', 'table', 'hidden', 'labelSurfaces', 'asLabels'], (s) => {
     made.hidden = !s.asLabels;
     if (!s.asLabels || !s.scan) return;
-    list.replaceChildren(...s.scan.labels.map((label) => {
+    list.replaceChildren(...labelsOf(s).map((label) => {
       const visible = !s.hidden.has(label.label), surface = s.labelSurfaces.find((l) => l.label === label.label);
       const eye = elementOf('button', { class: 'icon', type: 'button', 'aria-pressed': String(visible), 'aria-label': `Show ${label.name}` }, icon(visible ? 'eye' : 'eye-off'));
       eye.addEventListener('click', () => {

@@ -13,10 +13,8 @@ export async function chooseSeries(files: ScanFile[], report: ScanReport, reason
   const dialog = makeDialog(several ? 'Choose a series' : 'About this scan');
   dialog.body.append(elementOf('p', { class: 'faint' }, withoutOptions(reason)));
 
-  // With even slices interpolated, some that are refused can be read.
-  const refused = report.series.some((s) => s.refusal);
-  const resampled = refused ? await inspectScan(files, { resample: true }).catch(() => undefined) : undefined;
-  const rows = report.series.map((series, i) => row(series, resampled?.series[i]));
+  const mends = await mendsOf(files, report);
+  const rows = report.series.map((series, i) => row(series, mends.find((mend) => mend.series[i] && !mend.series[i].refusal)?.choice));
   const first = rows.find((r) => r.input && r.series.index - 1 === report.chosen) ?? rows.find((r) => r.input);
   if (first?.input) first.input.checked = true;
   dialog.body.append(...rows.map((r) => r.element));
@@ -29,17 +27,32 @@ export async function chooseSeries(files: ScanFile[], report: ScanReport, reason
   return chosen && { ...(several && { series: chosen.series.id || chosen.series.index }), ...chosen.options() };
 }
 
+/** What is known of the series if the user chooses something for them. */
+interface Mend { choice: Choice; series: readonly SeriesReport[] }
+
+// Some of the series that are refused can be read with even slices interpolated, or if a volume is chosen.
+async function mendsOf(files: ScanFile[], report: ScanReport): Promise<Mend[]> {
+  const mends: Mend[] = [{ choice: {}, series: report.series }];
+  if (!report.series.some((s) => s.refusal)) return mends;
+  const volumes: Choice[] = report.series.some((s) => s.volumeCount > 1) ? [{ volume: 0 }] : [];
+  for (const choice of [...volumes, ...[{}, ...volumes].map((c) => ({ ...c, resample: true }))]) {
+    const mended = await inspectScan(files, choice).catch(() => undefined);
+    if (mended) mends.push({ choice, series: mended.series });
+  }
+  return mends;
+}
+
 interface Row { series: SeriesReport; element: HTMLElement; input?: HTMLInputElement; options(): Choice }
 
-function row(series: SeriesReport, resampled: SeriesReport | undefined): Row {
-  const mendedByResampling = series.refusal !== undefined && resampled !== undefined && !resampled.refusal;
+/** `mend` is the choice with which a series can be read. */
+function row(series: SeriesReport, mend: Choice | undefined): Row {
   const asksSpacing = series.unknown.includes('spacing');
-  const readable = !series.refusal || mendedByResampling || asksSpacing;
+  const readable = mend !== undefined || asksSpacing;
   const title = elementOf('b', {}, series.description || (series.number === undefined ? `Series ${series.index}` : `Series ${series.number}`));
   const about = [series.modality, series.dims.join(' × '), spacingText(series.spacing), series.plane, series.date,
     `${series.files} ${series.files === 1 ? 'file' : 'files'}`, sizeText(series.memory)].filter(Boolean).join(' · ');
   const details = [elementOf('span', { class: 'about' }, about)];
-  if (series.refusal) details.push(elementOf('span', { class: 'reason' }, withoutOptions(series.refusal)));
+  if (series.refusal && (!mend || mend.resample)) details.push(elementOf('span', { class: 'reason' }, withoutOptions(series.refusal)));
   for (const text of [...series.warnings, ...series.gaps]) details.push(elementOf('span', { class: 'about' }, text));
   if (!readable) {
     return { series, options: () => ({}), element: elementOf('div', { class: 'series refused' }, elementOf('span', {}, '✕'), title, ...details) };
@@ -48,7 +61,7 @@ function row(series: SeriesReport, resampled: SeriesReport | undefined): Row {
   const input = elementOf('input', { type: 'radio', name: 'series', value: series.index });
   const element = elementOf('label', { class: 'series' }, input, title, ...details);
   const parts: (() => Choice)[] = [];
-  if (mendedByResampling) {
+  if (mend?.resample) {
     details.push(elementOf('span', { class: 'about' }, 'Open interpolates the slices linearly to even spacing.'));
     element.append(details.at(-1)!);
     parts.push(() => ({ resample: true }));

@@ -7,6 +7,7 @@ import type { State, Store } from '../state';
 import { initialState, toHex } from '../state';
 import { mark } from '../timing';
 import type { Geometry, Mat3, Vec3 } from './geometry';
+import { isTable, openTable } from './label_table';
 
 const COLOUR = '#8cbfe0'; // of surfaces that are not a tissue of a preset
 let opening = new AbortController(); // the newest attempt; an earlier one is cancelled
@@ -16,16 +17,21 @@ export type Choice = Pick<ReadOptions, 'series' | 'volume' | 'spacing' | 'resamp
 /** Opens what the user chose. If it cannot be read, a message says why, and the scan before stays open. */
 export async function openScan(store: Store, files: ScanFile[]): Promise<void> {
   if (files.length === 0) return showBanner('error', 'There is no file: choose a folder or file that holds a scan.');
+  const tables = files.filter(isTable), images = files.filter((file) => !isTable(file));
+  if (images.length === 0 && store.state.asLabels) return attempt(() => openTable(store, tables[0]!));
   mark('open');
   await attempt(async (signal) => {
+    // One table beside a map belongs to it, while the texts beside many slices are about something else.
+    const [input, table] = images.length > 0 && images.length <= 2 && tables.length === 1 ? [images, tables[0]] : [files, undefined];
     try {
-      await read(store, files, {}, signal);
+      await read(store, input, {}, signal);
     } catch (error) {
       // The scan is ambiguous, or its geometry is incomplete or uneven: ask.
       if (!(error instanceof MarrowError && error.code === 4)) throw error;
-      const choice = await chooseSeries(files, await inspectScan(files, { signal }), error.message);
-      if (choice) await read(store, files, choice, signal);
+      const choice = await chooseSeries(input, await inspectScan(input, { signal }), error.message);
+      if (choice) await read(store, input, choice, signal);
     }
+    if (table && store.state.input?.files === input && store.state.asLabels) await openTable(store, table);
   });
 }
 
@@ -91,7 +97,7 @@ function startOf(scan: Scan): Partial<State> {
     asLabels: scan.unit === 'labels',
     isovalue: hounsfield ? bone.isovalue : scan.otsu ?? (lower + upper) / 2,
     colour: hounsfield ? toHex(bone.colour) : COLOUR,
-    hidden: new Set(), crop: undefined, picked: undefined, distances: [], labelSurfaces: [],
+    hidden: new Set(), table: undefined, crop: undefined, picked: undefined, distances: [], labelSurfaces: [],
     window: hounsfield ? { lower: -450, upper: 1050 } : { ...scan.window },
     crosshair: scan.dims.map((n) => Math.floor((n - 1) / 2)) as Vec3,
   };

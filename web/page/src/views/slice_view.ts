@@ -4,6 +4,7 @@ import { MarrowError, contour } from 'marrow-wasm';
 import { distanceText } from '../distances';
 import type { Vec3 } from '../scan/geometry';
 import { clampIndex, toIndexSpace, toPhysical } from '../scan/geometry';
+import { labelsOf } from '../scan/label_table';
 import type { Store } from '../state';
 import { croppedContour, meshContour } from './contours';
 import type { Plane, Point, SliceGeometry } from './slice_geometry';
@@ -52,7 +53,7 @@ export class SliceView {
     this.corners['tl']!.textContent = plane[0]!.toUpperCase() + plane.slice(1);
     store.on(['scan'], () => this.start());
     store.on(['crosshair'], () => void this.load());
-    store.on(['window'], () => { this.imageIsStale = true; this.draw(); });
+    store.on(['window', 'asLabels', 'table'], () => { this.imageIsStale = true; this.draw(); });
     store.on(['isovalue', 'surface', 'labelSurfaces', 'hidden', 'crop', 'closed', 'asLabels'], () => { this.outlinesAreStale = true; this.draw(); });
     store.on(['distances', 'picked', 'tool'], () => this.draw());
     zoom.listeners.push(() => { if (zoom.factor === 1) this.pan = [0, 0]; this.draw(); });
@@ -143,7 +144,7 @@ export class SliceView {
     const [c, r] = this.dataAxes(), at = this.pointer ?? crosshair;
     const column = Math.round(at[c]!), row = Math.round(at[r]!);
     const value = column >= 0 && row >= 0 && column < s.width && row < s.height ? s.samples[row * s.width + column] : undefined;
-    const label = scan.unit === 'labels' ? scan.labels.find((l) => l.label === value)?.name : undefined;
+    const label = scan.unit === 'labels' ? labelsOf(this.store.state).find((l) => l.label === value)?.name : undefined;
     this.corners['bl']!.textContent = value === undefined ? '' : label ?? `${Number(value.toPrecision(6))}${scan.unit === 'HU' ? ' HU' : ''}`;
   }
 
@@ -172,14 +173,14 @@ export class SliceView {
 
   // Greys, or the labels in their colours.
   private paintImage(): void {
-    const s = this.slice!, { window: { lower, upper }, scan, asLabels } = this.store.state;
+    const s = this.slice!, { window: { lower, upper }, asLabels } = this.store.state;
     this.imageIsStale = false;
     this.image.width = s.width;
     this.image.height = s.height;
     const image = new ImageData(s.width, s.height), pixels = new Uint32Array(image.data.buffer);
     const factor = upper > lower ? 255 / (upper - lower) : 255;
-    if (asLabels && scan) {
-      const colours = new Map(scan.labels.map((l) => {
+    if (asLabels) {
+      const colours = new Map(labelsOf(this.store.state).map((l) => {
         const [r, g, b] = l.colour.map((c) => Math.round(c * 150)) as Vec3;
         return [l.label, 0xff000000 | b << 16 | g << 8 | r];
       }));

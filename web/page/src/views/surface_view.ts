@@ -1,4 +1,5 @@
 // Draws the surface with three.js: only when something changed, and not while nothing can be seen.
+import type { Mesh } from 'marrow-wasm';
 import * as THREE from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import type { Vec3 } from '../scan/geometry';
@@ -35,6 +36,7 @@ export class SurfaceView {
   private readonly ends = new THREE.Points(new THREE.BufferGeometry(),
     new THREE.PointsMaterial({ color: 0x4fc3f7, size: 9, sizeAttenuation: false, depthTest: false }));
   private readonly tags = document.createElement('div');
+  private readonly materials: Material[] = []; // kept for the next surfaces, because each new one is compiled
   private shown: Shown[] = [];
   private preview: Shown | undefined; // drawn instead while the camera moves, where drawing is slow
   private centre = new THREE.Vector3();
@@ -106,20 +108,24 @@ export class SurfaceView {
     this.scene.add(sky);
   }
 
-  private material(colour: string): Material {
-    const look = { color: colour, side: THREE.DoubleSide };
+  private material(): Material {
+    const look = { side: THREE.DoubleSide };
     const material = this.software ? new THREE.MeshLambertMaterial(look) : new THREE.MeshStandardMaterial({ ...look, roughness: 0.55 });
     material.onBeforeCompile = (shader) => { shader.fragmentShader = shader.fragmentShader.replace('#include <opaque_fragment>', GLASS); };
     return material;
   }
 
-  private shownOf(points: Float32Array, normals: Float32Array, triangles: Uint32Array, colour: string): Shown {
+  /** `i` is the number of the surface among those that are shown together. */
+  private shownOf(i: number, { points, normals, triangles }: Mesh, colour: string): Shown {
     const geometry = new THREE.BufferGeometry();
     geometry.setAttribute('position', new THREE.BufferAttribute(points, 3));
     if (normals.length > 0) geometry.setAttribute('normal', new THREE.BufferAttribute(normals, 3));
     geometry.setIndex(new THREE.BufferAttribute(triangles, 1));
-    const object = new THREE.Mesh(geometry, this.material(colour));
-    if (normals.length === 0) object.material.flatShading = true;
+    const material = (this.materials[i] ??= this.material());
+    material.color.set(colour);
+    if (material.flatShading !== (normals.length === 0)) material.needsUpdate = true;
+    material.flatShading = normals.length === 0;
+    const object = new THREE.Mesh(geometry, material);
     object.frustumCulled = false; // saves the bounding sphere, which would visit each point
     return { object, points, triangles };
   }
@@ -127,12 +133,11 @@ export class SurfaceView {
   private remove(shown: Shown): void {
     this.scene.remove(shown.object);
     shown.object.geometry.dispose();
-    shown.object.material.dispose();
   }
 
   private updateSurface(): void {
     const { surface, colour } = this.store.state;
-    const made = surface && this.shownOf(surface.mesh.points, surface.mesh.normals, surface.mesh.triangles, colour);
+    const made = surface && this.shownOf(0, surface.mesh, colour);
     for (const old of this.shown) if (old !== this.preview) this.remove(old);
     if ((!surface || surface.level > 0) && this.preview) { this.remove(this.preview); this.preview = undefined; }
     this.shown = made ? [made] : [];
@@ -147,8 +152,8 @@ export class SurfaceView {
     if (!asLabels) return;
     this.shown.forEach((old) => this.remove(old));
     if (this.preview) { this.remove(this.preview); this.preview = undefined; }
-    this.shown = labelSurfaces.filter((s) => !hidden.has(s.label)).map((s) =>
-      this.shownOf(s.points, s.normals, s.triangles, `rgb(${s.colour.map((c) => Math.round(c * 255)).join(',')})`));
+    this.shown = labelSurfaces.filter((s) => !hidden.has(s.label)).map((s, i) =>
+      this.shownOf(i, s, `rgb(${s.colour.map((c) => Math.round(c * 255)).join(',')})`));
     this.shown.forEach((s) => this.scene.add(s.object));
     this.updateLook();
   }
@@ -236,6 +241,7 @@ export class SurfaceView {
     if (w === 0 || h === 0) return;
     if (this.orbiting && time - this.lastFrame < 500) this.frames = [...this.frames.slice(-7), time - this.lastFrame];
     this.lastFrame = time;
+    const start = performance.now();
     // A processor draws fewer pixels while something moves.
     const ratio = this.software && (this.orbiting || this.moving()) ? 0.5 : this.ratio;
     if (ratio !== this.renderer.getPixelRatio()) this.renderer.setPixelRatio(ratio);
@@ -243,7 +249,6 @@ export class SurfaceView {
     for (const { object } of this.shown) object.visible = !coarse;
     if (this.preview && coarse) { this.scene.add(this.preview.object); this.preview.object.visible = true; }
     else if (this.preview && this.shown[0] !== this.preview) this.preview.object.visible = false;
-    const start = performance.now();
     this.drawScene();
     this.renderer.clearDepth();
     this.cube.draw(this.renderer, this.camera, w, h);

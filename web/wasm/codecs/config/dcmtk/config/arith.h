@@ -1,0 +1,1 @@
+/* DCMTK has the limits of numbers from the standard library. */
