@@ -9,9 +9,15 @@ namespace marrow::gpu::internal {
 
 namespace {
 
-// Vulkan's instance. It is never destroyed, because a driver may already be unloaded when static objects end.
-VkInstance create_instance() {
-    if (volkInitialize() != VK_SUCCESS) return VK_NULL_HANDLE;  // no loader
+// Vulkan's instance, or what is missing.
+struct Instance {
+    VkInstance handle = VK_NULL_HANDLE;
+    const char* missing = nullptr;
+};
+
+Instance create_instance() {
+    if (volkInitialize() != VK_SUCCESS)
+        return {.missing = "the Vulkan loader, libvulkan.so.1, is not installed"};
     VkApplicationInfo application{};
     application.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO;
     application.pApplicationName = "marrow";
@@ -20,13 +26,15 @@ VkInstance create_instance() {
     info.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO;
     info.pApplicationInfo = &application;
     VkInstance instance = VK_NULL_HANDLE;
-    if (vkCreateInstance(&info, nullptr, &instance) != VK_SUCCESS) return VK_NULL_HANDLE;  // no driver
+    if (vkCreateInstance(&info, nullptr, &instance) != VK_SUCCESS)
+        return {.missing = "no Vulkan driver is installed"};
     volkLoadInstance(instance);
-    return instance;
+    return {.handle = instance};
 }
 
-VkInstance the_instance() {
-    static const VkInstance instance = create_instance();
+// It is never destroyed, because a driver may already be unloaded when static objects end.
+const Instance& the_instance() {
+    static const Instance instance = create_instance();
     return instance;
 }
 
@@ -47,31 +55,43 @@ std::uint32_t compute_family(VkPhysicalDevice physical) {
     return found;
 }
 
-bool is_usable(VkPhysicalDevice physical) {
+}  // namespace
+
+std::vector<VkPhysicalDevice> physical_devices() {
+    const VkInstance instance = the_instance().handle;
+    if (instance == VK_NULL_HANDLE) return {};
+    std::uint32_t count = 0;
+    if (vkEnumeratePhysicalDevices(instance, &count, nullptr) != VK_SUCCESS) return {};
+    std::vector<VkPhysicalDevice> found(count);
+    if (vkEnumeratePhysicalDevices(instance, &count, found.data()) != VK_SUCCESS) return {};
+    return found;
+}
+
+std::vector<VkPhysicalDevice> usable_devices() {
+    std::vector<VkPhysicalDevice> found = physical_devices();
+    std::erase_if(found, [](VkPhysicalDevice physical) { return why_unusable(physical) != nullptr; });
+    return found;
+}
+
+const char* why_unusable(VkPhysicalDevice physical) {
     VkPhysicalDeviceProperties properties;
     vkGetPhysicalDeviceProperties(physical, &properties);
-    if (properties.apiVersion < VK_API_VERSION_1_2) return false;
+    if (properties.apiVersion < VK_API_VERSION_1_2) return "it has no Vulkan 1.2";
     VkPhysicalDeviceVulkan12Features features{};
     features.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES;
     VkPhysicalDeviceFeatures2 all{};
     all.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2;
     all.pNext = &features;
     vkGetPhysicalDeviceFeatures2(physical, &all);
-    return features.bufferDeviceAddress == VK_TRUE &&
-           properties.limits.maxComputeWorkGroupInvocations >= 256 && compute_family(physical) != kNoFamily;
+    if (features.bufferDeviceAddress != VK_TRUE) return "it has no addresses of buffers";
+    if (properties.limits.maxComputeWorkGroupInvocations < 256)
+        return "its work groups have fewer than 256 invocations";
+    if (compute_family(physical) == kNoFamily) return "it has no queue for compute";
+    return nullptr;
 }
 
-}  // namespace
-
-std::vector<VkPhysicalDevice> usable_devices() {
-    const VkInstance instance = the_instance();
-    if (instance == VK_NULL_HANDLE) return {};
-    std::uint32_t count = 0;
-    if (vkEnumeratePhysicalDevices(instance, &count, nullptr) != VK_SUCCESS) return {};
-    std::vector<VkPhysicalDevice> found(count);
-    if (vkEnumeratePhysicalDevices(instance, &count, found.data()) != VK_SUCCESS) return {};
-    std::erase_if(found, [](VkPhysicalDevice physical) { return !is_usable(physical); });
-    return found;
+const char* what_is_missing() {
+    return the_instance().missing;
 }
 
 VulkanDevice::VulkanDevice(VkPhysicalDevice physical) {

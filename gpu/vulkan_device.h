@@ -18,8 +18,17 @@
 
 namespace marrow::gpu::internal {
 
-/// The devices that can run the kernels. \throw DeviceError Vulkan failed; none where there is no loader
+/// All devices; none where Vulkan is not installed or fails.
+std::vector<VkPhysicalDevice> physical_devices();
+
+/// Those that can run the kernels.
 std::vector<VkPhysicalDevice> usable_devices();
+
+/// Why a device cannot run the kernels; null if it can.
+const char* why_unusable(VkPhysicalDevice physical);
+
+/// What of Vulkan is not installed; null if it is.
+const char* what_is_missing();
 
 /// What pipelines are made for: the specialization constants of shaders/parameters.glsl.
 struct Specialization {

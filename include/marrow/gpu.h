@@ -4,7 +4,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <marrow/error.h>
@@ -21,16 +23,47 @@ struct MARROW_EXPORT DeviceError : Error {
     using Error::Error;
 };
 
-/// A device that extracts surfaces.
+/// What a device is, from the most to the least likely to be fast.
+enum class DeviceKind {
+    discrete,     ///< a graphics card with its own memory
+    integrated,   ///< a part of the processor, whose memory it shares
+    virtual_gpu,  ///< of a virtual machine
+    other,
+    software  ///< emulated by the CPU, so it is good for tests only
+};
+
+/// "discrete", "integrated", "virtual", "other" or "software".
+MARROW_EXPORT const char* device_kind_name(DeviceKind kind);
+
+/// A device of Vulkan.
 struct Device {
     std::string name;
-    bool software = false;     ///< it is emulated by the CPU, so it is good for tests only
+    DeviceKind kind = DeviceKind::other;
+    std::string driver = {};   ///< its name and version; empty: unknown
     std::uint64_t memory = 0;  ///< bytes of its largest memory
 };
 
-/// The devices that can be used, in the order of the driver. Empty where there is no Vulkan loader or driver.
-/// The first call loads them, which can take a second.
+/// The devices that can be used, in the order of the driver. Empty where there is no Vulkan loader or driver, or where
+/// Marrow was built without Vulkan (MARROW_GPU). The first call loads them, which can take a second.
 MARROW_EXPORT std::vector<Device> devices();
+
+/// A device that cannot be used, and why.
+struct UnusableDevice {
+    Device device;
+    std::string reason;
+};
+MARROW_EXPORT std::vector<UnusableDevice> unusable_devices();
+
+/// Where there is neither kind of device: what is missing, such as "no Vulkan driver is installed".
+MARROW_EXPORT std::string why_no_devices();
+
+/// The number in devices() of the device that a user wants, or none for the CPU. `choice` is
+/// - "cpu";
+/// - "auto": the first GPU of the first DeviceKind that there is, or else the CPU, but never a software device;
+/// - "gpu": the same GPU, which must be there;
+/// - the number of a device, or a part of its name in any case: also a software device.
+/// \throw DeviceError there is none, or several have this in their names
+MARROW_EXPORT std::optional<std::size_t> choose_device(std::string_view choice);
 
 /// Extracts many surfaces from one volume, as IsosurfaceExtractor does, on a GPU.
 ///
@@ -59,6 +92,36 @@ class MARROW_EXPORT Extractor {
 
     /// The same surface in a mesh that the extractor owns. It is valid until the next call.
     const Mesh& extract(double isovalue, IsosurfaceStats* stats = nullptr);
+
+  private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+/// Extracts many surfaces from one volume on a device, and on the CPU after a DeviceError: it has the interface of
+/// IsosurfaceExtractor, gives the same bytes, and throws no DeviceError.
+class MARROW_EXPORT FallbackExtractor {
+  public:
+    /// Without a device, or where the device cannot take the volume or the options, the CPU extracts. Borrows the
+    /// volume's samples, which must outlive the extractor and not change. \throw as Extractor and
+    /// IsosurfaceExtractor, but not DeviceError
+    FallbackExtractor(const VolumeView& volume, const IsosurfaceOptions& options,
+                      std::optional<std::size_t> device);
+    ~FallbackExtractor();
+    FallbackExtractor(FallbackExtractor&&) noexcept;
+    FallbackExtractor& operator=(FallbackExtractor&&) noexcept;
+
+    /// As IsosurfaceExtractor::extract. Previews, with `level` > 0, are always extracted on the CPU.
+    void extract(double isovalue, Mesh& mesh, int level = 0, IsosurfaceStats* stats = nullptr);
+
+    /// The same surface in a mesh that the extractor owns. It is valid until the next call with this level.
+    const Mesh& extract(double isovalue, int level = 0, IsosurfaceStats* stats = nullptr);
+
+    /// Whether the device extracts. Once it has failed, it is not tried again.
+    bool on_device() const;
+
+    /// Why the CPU took over from the device, in a clause; empty if it did not.
+    const std::string& failure() const;
 
   private:
     struct Impl;
