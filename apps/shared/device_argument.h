@@ -7,7 +7,8 @@
 
 namespace marrow::apps {
 
-/// Adds --device, whose value gpu::choose_device() takes. What `device` holds is the default, which the help names.
+/// Adds --device, whose value gpu::choose_device() takes. What `device` holds is the default, which the help
+/// names.
 void add_device_option(Arguments& arguments, std::string& device);
 
 }  // namespace marrow::apps

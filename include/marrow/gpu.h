@@ -43,8 +43,8 @@ struct Device {
     std::uint64_t memory = 0;  ///< bytes of its largest memory
 };
 
-/// The devices that can be used, in the order of the driver. Empty where there is no Vulkan loader or driver, or where
-/// Marrow was built without Vulkan (MARROW_GPU). The first call loads them, which can take a second.
+/// The devices that can be used, in the order of the driver. Empty where there is no Vulkan loader or driver, or
+/// where Marrow was built without Vulkan (MARROW_GPU). The first call loads them, which can take a second.
 MARROW_EXPORT std::vector<Device> devices();
 
 /// A device that cannot be used, and why.
@@ -98,8 +98,8 @@ class MARROW_EXPORT Extractor {
     std::unique_ptr<Impl> impl_;
 };
 
-/// Extracts many surfaces from one volume on a device, and on the CPU after a DeviceError: it has the interface of
-/// IsosurfaceExtractor, gives the same bytes, and throws no DeviceError.
+/// Extracts many surfaces from one volume on a device, and on the CPU after a DeviceError: it has the interface
+/// of IsosurfaceExtractor, gives the same bytes, and throws no DeviceError.
 class MARROW_EXPORT FallbackExtractor {
   public:
     /// Without a device, or where the device cannot take the volume or the options, the CPU extracts. Borrows the

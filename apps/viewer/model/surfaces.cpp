@@ -129,7 +129,8 @@ void Surfaces::give_up_device(const std::shared_ptr<Source>& source, const QStri
     emit device_changed(reason);
 }
 
-// On a device the surface follows the isovalue in full resolution, unless smoothing or reduction take longer than that.
+// On a device the surface follows the isovalue in full resolution, unless smoothing or reduction take longer
+// than that.
 int Surfaces::needed_preview_level() const {
     if (uses_device() && refinement_.smooth == 0 && refinement_.keep == 100) return 0;
     const SampleBox box = session_.crop();

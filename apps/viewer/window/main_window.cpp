@@ -116,6 +116,7 @@ void MainWindow::make_status_bar() {
     statusBar()->addWidget(facts_, 1);
     device_ = new QLabel;
     device_->setObjectName("device");
+    device_->setContentsMargins(0, 0, 8, 0);
     device_->setToolTip(tr("What extracts the surfaces (marrow view --device)"));
     progress_ = new QProgressBar;
     progress_->setRange(0, 1000);

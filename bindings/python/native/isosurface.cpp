@@ -38,8 +38,8 @@ py::tuple extract(const ArrayVolume& volume, double isovalue, bool closed, bool 
     }));
 }
 
-// An extractor that several Python threads may use, one after the other. It keeps the array alive. `device` is as
-// gpu::choose_device() takes it.
+// An extractor that several Python threads may use, one after the other. It keeps the array alive. `device` is
+// as gpu::choose_device() takes it.
 class ArrayExtractor {
   public:
     ArrayExtractor(const ArrayVolume& volume, bool closed, bool normals, double snap, bool topology,
