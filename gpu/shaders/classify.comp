@@ -12,7 +12,7 @@ const uint kBlocks = kGroup / (kBlockRows * kLoads);  // blocks of a work group
 shared uint parts[kGroup];  // the bits of each load
 
 uint classify(int y, int z, uint w, uint load) {
-    const uvec4 samples = Quads(slab_of(z)).at[load_in_slab(y, z, w) + load];
+    const uvec4 samples = slab_of(z).at[load_in_slab(y, z, w) + load];
     uint inside = 0u;
     [[unroll]] for (uint i = 0u; i < kPerLoad; ++i) {
         const int raw = extract_sample(samples[i / kPerWord], i % kPerWord);

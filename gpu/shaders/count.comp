@@ -11,6 +11,11 @@ uint count_triangles(CellBits cells, int w) {
     return triangles;
 }
 
+// Writes four leaves, the first of which is `leaf`.
+void write_leaves(uint pyramid, uint leaf, uint word) {
+    parameters.pyramids[pyramid].leaves.at[leaf / 16u][leaf / 4u % 4u] = word;
+}
+
 void count(uint row, uint quad) {
     const int y = int(row % uint(parameters.grid_rows[0])), z = int(row / uint(parameters.grid_rows[0]));
     // At the end of the grid the row itself takes the place of the next one, so that no edge towards it is crossed.
@@ -31,8 +36,8 @@ void count(uint row, uint quad) {
         here = after;
     }
     [[unroll]] for (uint axis = 0u; axis < 3u; ++axis)
-        parameters.pyramids[kPoints].leaves.at[point_leaf(row, axis, 4u * quad) / 4u] = points[axis];
-    parameters.pyramids[kTriangles].leaves.at[triangle_leaf(row, 4u * quad) / 4u] = triangles;
+        write_leaves(kPoints, point_leaf(row, axis, 4u * quad), points[axis]);
+    write_leaves(kTriangles, triangle_leaf(row, 4u * quad), triangles);
 }
 
 void main() {

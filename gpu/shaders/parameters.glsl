@@ -14,9 +14,9 @@ const uint kGroup = 256u;
 layout(local_size_x = 256) in;
 
 layout(buffer_reference, std430, buffer_reference_align = 4) buffer Words { uint at[]; };
-layout(buffer_reference, std430, buffer_reference_align = 16) readonly buffer Quads { uvec4 at[]; };  // four words
+layout(buffer_reference, std430, buffer_reference_align = 16) buffer Quads { uvec4 at[]; };  // four words
 layout(buffer_reference, std430, buffer_reference_align = 4) readonly buffer Floats { float at[]; };
-layout(buffer_reference, std430, buffer_reference_align = 8) readonly buffer Slabs { Words at[]; };
+layout(buffer_reference, std430, buffer_reference_align = 8) readonly buffer Slabs { Quads at[]; };
 struct Triple {
     uint x, y, z;
 };
@@ -26,7 +26,7 @@ layout(buffer_reference, std430, buffer_reference_align = 4) writeonly buffer Tr
 // After reduction a node is the sum of its children, after descent the first output below it; the apex stays the
 // number of outputs.
 struct Pyramid {
-    Words leaves;   // level 0: a byte each
+    Quads leaves;   // level 0: a byte each
     Words nodes;    // the levels above, one after the other
     uint size[9];   // of each level
     uint begin[9];  // of each level in `nodes`

@@ -6,7 +6,7 @@
 
 // The 16 leaves of a node of level 1, a byte each.
 uvec4 leaves_of(uint pyramid, uint node) {
-    return Quads(parameters.pyramids[pyramid].leaves).at[node];
+    return parameters.pyramids[pyramid].leaves.at[node];
 }
 
 // The sum of the first n of 16 leaves.

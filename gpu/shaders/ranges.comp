@@ -13,7 +13,7 @@ void find_range(uint block) {
     const int z = int(at.z), end = min(int(at.y + kBlockRows), parameters.stored[1]);
     int least = kGreatest, greatest = kLeast;
     uint not_finite = 0u;
-    Quads slab = Quads(slab_of(z));
+    Quads slab = slab_of(z);
     for (int y = int(at.y); y < end; ++y) {
         const uint in_view = samples_in_view(y, z, int(at.x));
         for (uint load = 0u; load < kLoads; ++load) {

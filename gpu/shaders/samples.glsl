@@ -27,14 +27,14 @@ uint load_in_slab(int y, int z, uint w) {
     return (row_in_slab(y, z) * parameters.row_words + w) * kLoads;
 }
 
-Words slab_of(int z) {
+Quads slab_of(int z) {
     return parameters.slabs.at[uint(z) / parameters.slab_slices];
 }
 
 // The stored sample at an index.
 int sample_at(ivec3 at) {
     const uint word = row_in_slab(at.y, at.z) * parameters.row_words * kSampleBits + uint(at.x) / kPerWord;
-    return extract_sample(slab_of(at.z).at[word], uint(at.x) % kPerWord);
+    return extract_sample(slab_of(at.z).at[word / 4u][word % 4u], uint(at.x) % kPerWord);
 }
 
 bool is_finite(int raw) {
