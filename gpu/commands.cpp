@@ -72,6 +72,7 @@ void Commands::destroy() noexcept {
 }
 
 void Commands::start(const std::function<void(VkCommandBuffer)>& record) {
+    wait();
     device_->check(vkResetCommandPool(device_->handle(), pool_, 0));
     VkCommandBufferBeginInfo begin{};
     begin.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO;
@@ -86,12 +87,13 @@ void Commands::start(const std::function<void(VkCommandBuffer)>& record) {
 
 void Commands::wait() {
     if (!running_) return;
-    device_->check(vkWaitForFences(device_->handle(), 1, &fence_, VK_TRUE, kForever));
-    running_ = false;
+    const VkResult result = vkWaitForFences(device_->handle(), 1, &fence_, VK_TRUE, kForever);
+    // A device that is lost ends everything. After other errors the batch still runs.
+    running_ = result != VK_SUCCESS && result != VK_ERROR_DEVICE_LOST;
+    device_->check(result);
 }
 
 void Commands::wait_until_idle() noexcept {
-    // A device that is lost ends everything too.
     if (running_) vkWaitForFences(device_->handle(), 1, &fence_, VK_TRUE, kForever);
     running_ = false;
 }

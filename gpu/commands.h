@@ -25,7 +25,7 @@ class Commands {
     Commands(const Commands&) = delete;
     Commands& operator=(const Commands&) = delete;
 
-    /// Records a batch and starts it. The one before must have ended. \throw DeviceError
+    /// Records a batch and starts it, after the one before has ended. \throw DeviceError
     void start(const std::function<void(VkCommandBuffer)>& record);
     /// Waits for the end of the batch, if one was started. \throw DeviceError
     void wait();
