@@ -21,7 +21,7 @@ Volume slices(unsigned seed) {
 TEST(GpuLimits, VolumesBeyondOneAllocationAreSplitBetweenSlices) {
     const Volume volume = slices(12);
     for (const std::uint64_t allocation :
-         {2 * kSlice, 4 * kSlice - 1, 4 * kSlice, 4 * kSlice + 1, 21 * kSlice}) {
+         {3 * kSlice, 4 * kSlice - 1, 4 * kSlice, 4 * kSlice + 1, 21 * kSlice}) {
         for (const bool closed : {false, true}) {
             SCOPED_TRACE(allocation);
             const IsosurfaceOptions options{.closed = closed};
@@ -48,7 +48,10 @@ TEST(GpuLimits, AResultMayFillAnAllocationButNotExceedIt) {
         EXPECT_THROW(extractor.extract(60.5), gpu::DeviceError);
         EXPECT_THROW(extractor.extract_on_device(60.5), gpu::DeviceError);
     }
-    const SmallDevice small([&](auto& limits) { limits.allocation = bytes; });
+    const SmallDevice small([&](auto& limits) {
+        limits.allocation = bytes;
+        limits.staging = bytes / 2;
+    });
     EXPECT_GT(compare(extractor, volume, 60.5, options), 1000u);
 }
 
