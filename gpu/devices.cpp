@@ -24,17 +24,21 @@ DeviceKind kind_of(VkPhysicalDeviceType type) {
     }
 }
 
-// Devices of Vulkan 1.1 need not say it.
-std::string driver_of(VkPhysicalDevice physical, std::uint32_t version) {
-    if (version < VK_API_VERSION_1_2) return {};
+// What devices of Vulkan 1.1 need not say.
+void add_identity(VkPhysicalDevice physical, Device& device) {
+    VkPhysicalDeviceIDProperties ids{};
+    ids.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ID_PROPERTIES;
     VkPhysicalDeviceDriverProperties driver{};
     driver.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DRIVER_PROPERTIES;
+    driver.pNext = &ids;
     VkPhysicalDeviceProperties2 properties{};
     properties.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2;
     properties.pNext = &driver;
     vkGetPhysicalDeviceProperties2(physical, &properties);
     const std::string name = driver.driverName, info = driver.driverInfo;
-    return info.empty() ? name : name + ' ' + info;
+    device.driver = info.empty() ? name : name + ' ' + info;
+    std::copy_n(ids.deviceUUID, VK_UUID_SIZE, device.uuid.begin());
+    std::copy_n(ids.driverUUID, VK_UUID_SIZE, device.driver_uuid.begin());
 }
 
 Device describe(VkPhysicalDevice physical) {
@@ -42,8 +46,8 @@ Device describe(VkPhysicalDevice physical) {
     vkGetPhysicalDeviceProperties(physical, &properties);
     VkPhysicalDeviceMemoryProperties memory;
     vkGetPhysicalDeviceMemoryProperties(physical, &memory);
-    Device device{properties.deviceName, kind_of(properties.deviceType),
-                  driver_of(physical, properties.apiVersion)};
+    Device device{.name = properties.deviceName, .kind = kind_of(properties.deviceType)};
+    if (properties.apiVersion >= VK_API_VERSION_1_2) add_identity(physical, device);
     for (std::uint32_t h = 0; h < memory.memoryHeapCount; ++h)
         device.memory = std::max<std::uint64_t>(device.memory, memory.memoryHeaps[h].size);
     return device;

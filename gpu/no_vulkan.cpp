@@ -15,6 +15,18 @@ std::string why_no_devices() {
     return "Marrow was built without Vulkan (MARROW_GPU)";
 }
 
+std::uint64_t DeviceArray::allocation() const {
+    return 0;
+}
+
+std::uint64_t DeviceArray::id() const {
+    return 0;
+}
+
+int DeviceArray::export_fd() const {
+    throw InputError("the array is empty, so it has no memory to export");
+}
+
 struct Extractor::Impl {};
 
 Extractor::Extractor(const VolumeView&, const IsosurfaceOptions&, std::size_t) {
@@ -31,6 +43,10 @@ void Extractor::extract(double, Mesh&, IsosurfaceStats*) {
 }
 
 const Mesh& Extractor::extract(double, IsosurfaceStats*) {
+    throw DeviceError(why_no_devices() + "; use the CPU");
+}
+
+const DeviceMesh& Extractor::extract_on_device(double, IsosurfaceStats*) {
     throw DeviceError(why_no_devices() + "; use the CPU");
 }
 

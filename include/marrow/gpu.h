@@ -1,6 +1,7 @@
 /// Isosurfaces on a GPU, by Vulkan compute.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -16,6 +17,10 @@
 #include <marrow/volume.h>
 
 namespace marrow::gpu {
+
+namespace internal {
+class DeviceBuffer;
+}
 
 /// What the device cannot do: there is none of this number, it is lost, its memory is too small, or the volume or
 /// options are not for it. The CPU can do it: use IsosurfaceExtractor instead.
@@ -41,6 +46,9 @@ struct Device {
     DeviceKind kind = DeviceKind::other;
     std::string driver = {};   ///< its name and version; empty: unknown
     std::uint64_t memory = 0;  ///< bytes of its largest memory
+    /// The numbers by which CUDA, OpenGL and other instances of Vulkan know the device and its driver. Those that
+    /// import memory of the device must have the same.
+    std::array<std::uint8_t, 16> uuid{}, driver_uuid{};
 };
 
 /// The devices that can be used, in the order of the driver. Empty where there is no Vulkan loader or driver, or
@@ -64,6 +72,37 @@ MARROW_EXPORT std::string why_no_devices();
 /// - the number of a device, or a part of its name in any case: also a software device.
 /// \throw DeviceError there is none, or several have this in their names
 MARROW_EXPORT std::optional<std::size_t> choose_device(std::string_view choice);
+
+/// An array that was left in the memory of a device. It begins where the memory begins.
+///
+/// Copies refer to the same memory, which lives as long as one of them, or anything that imported it.
+class MARROW_EXPORT DeviceArray {
+  public:
+    std::uint64_t bytes() const { return bytes_; }  ///< of the array; 0 where there is none
+    /// Bytes of the whole memory, which is what imports ask for.
+    std::uint64_t allocation() const;
+    /// A number that no other memory of this process has had. Memory that was imported once need not be imported
+    /// again while it stays the same.
+    std::uint64_t id() const;
+    /// A new file descriptor of the memory, for imports as VK_EXTERNAL_MEMORY_HANDLE_TYPE_OPAQUE_FD_BIT,
+    /// GL_HANDLE_TYPE_OPAQUE_FD_EXT or CU_EXTERNAL_MEMORY_HANDLE_TYPE_OPAQUE_FD; the allocation is not dedicated.
+    /// It belongs to the caller, until an import takes it over. \throw InputError there is no array; DeviceError
+    /// the device cannot export memory
+    int export_fd() const;
+
+  private:
+    friend class Extractor;
+    std::uint64_t bytes_ = 0;
+    std::shared_ptr<const internal::DeviceBuffer> memory_;
+};
+
+/// A surface on a device: the arrays of a Mesh, with the same bytes.
+struct DeviceMesh {
+    std::uint64_t points = 0, triangles = 0;  ///< how many
+    DeviceArray positions;                    ///< three float32 a point
+    DeviceArray normals;                      ///< three float32 a point, or none
+    DeviceArray indices;                      ///< three uint32 a triangle
+};
 
 /// Extracts many surfaces from one volume, as IsosurfaceExtractor does, on a GPU.
 ///
@@ -92,6 +131,10 @@ class MARROW_EXPORT Extractor {
 
     /// The same surface in a mesh that the extractor owns. It is valid until the next call.
     const Mesh& extract(double isovalue, IsosurfaceStats* stats = nullptr);
+
+    /// The same surface, left on the device, where it is complete when this returns. The next call of any extract
+    /// function overwrites the arrays. They move to other memory only if they have to grow. \throw as extract
+    const DeviceMesh& extract_on_device(double isovalue, IsosurfaceStats* stats = nullptr);
 
   private:
     struct Impl;
