@@ -12,7 +12,7 @@ configure = cmake --preset $(1) -Wno-dev --log-level=WARNING > /dev/null
 build = cmake --build --preset $(1) -j $(JOBS)
 install = scripts/install-dependencies
 
-.PHONY: all program demo test install package docs viewer terrain python core everything test-paraview web test-web web-serve bench scaling paper accuracy fuzz tsan clang
+.PHONY: all program demo test install package docs viewer terrain python core everything test-paraview web test-web web-serve bench bench-gpu scaling paper accuracy fuzz tsan clang
 all: program
 
 program:
@@ -124,6 +124,11 @@ bench: everything
 	$(install) bench
 	. scripts/test-data; $(BIN)/marrow-bench
 	. scripts/test-data; scripts/bench-scikit-image $(BIN)/marrow-bench
+
+# On device number DEVICE of `marrow::gpu::devices()`, as JSON.
+DEVICE ?= 0
+bench-gpu: everything
+	$(BIN)/marrow-bench-gpu --device $(DEVICE)
 
 scaling: everything
 	scripts/scaling $(BIN)
