@@ -149,14 +149,15 @@ int run(const Settings& settings) {
         throw InputError("there is no device " + std::to_string(settings.device) + "; there are " +
                          std::to_string(devices.size()));
     const gpu::Device& device = devices[settings.device];
+    const bool software = device.kind == gpu::DeviceKind::software;
     std::vector<std::string> names = settings.volumes;
     if (names.empty())
-        names = device.software
+        names = software
                     ? std::vector<std::string>{"phantom-96"}
                     : std::vector<std::string>{"phantom-512", "waves-512-32", "gyroid-512", "gyroid-1024"};
-    const double copy = copy_bandwidth(gpu::internal::open_device(settings.device), device.software);
+    const double copy = copy_bandwidth(gpu::internal::open_device(settings.device), software);
     nlohmann::json json{{"device", device.name},
-                        {"software", device.software},
+                        {"software", software},
                         {"copy_gb_per_s", 1e-9 * copy},
                         {"volumes", nlohmann::json::array()}};
     for (const std::string& name : names) {
