@@ -76,8 +76,7 @@ Mode mode_of(const std::vector<std::string>& given, const std::filesystem::path&
 std::string why_not(Mode mode, std::string_view option) {
     if (option == "--device")
         return "--device is for isosurfaces of a scan in memory: leave it out with --labels, a DICOM "
-               "segmentation "
-               "or --max-memory";
+               "segmentation or --max-memory";
     switch (mode) {
         case kLabels:
             return fmt::format(
