@@ -12,34 +12,34 @@ configure = cmake --preset $(1) -Wno-dev --log-level=WARNING > /dev/null
 build = cmake --build --preset $(1) -j $(JOBS)
 install = scripts/install-dependencies
 
-.PHONY: all program demo test install package docs viewer terrain python core everything test-paraview web test-web web-serve bench scaling paper accuracy fuzz tsan clang
+.PHONY: all program demo test install package docs viewer terrain python core everything test-paraview web test-web web-serve bench bench-gpu scaling paper accuracy fuzz tsan clang
 all: program
 
 program:
-	$(install) program
+	$(install) program gpu
 	$(call configure,release)
 	$(call build,release) --target marrow
 
 demo:
-	$(install) program demo
+	$(install) program gpu demo
 	$(call configure,release)
 	$(call build,release) --target marrow
 	scripts/demo $(BIN)/marrow
 
 viewer:
-	$(install) program viewer
+	$(install) program gpu viewer
 	$(call configure,release) -D MARROW_VIEWER=ON
 	$(call build,release) --target marrow marrow_viewer_program
 	$(BIN)/marrow-viewer
 
 terrain:
-	$(install) program terrain
+	$(install) program gpu terrain
 	$(call configure,release) -D MARROW_TERRAIN=ON
 	$(call build,release) --target marrow marrow_terrain_program
 
 # The Python package, as a wheel in build/wheels: build/release/python holds it too.
 python:
-	$(install) program python
+	$(install) program gpu python
 	$(call configure,release) -D MARROW_PYTHON=ON -D Python_EXECUTABLE=$(PYTHON)
 	$(call build,release) --target marrow marrow_python_package
 	$(PYTHON) -m pip wheel . --quiet --no-index --no-build-isolation --no-deps --wheel-dir build/wheels \
@@ -73,7 +73,7 @@ install: program
 
 # Debian packages of the libraries and of all programs, in build/package/packages.
 package:
-	$(install) program viewer terrain python vtk package
+	$(install) program gpu viewer terrain python vtk package
 	$(call configure,package)
 	$(call build,package)
 	cd build/package && cpack > /dev/null
@@ -124,6 +124,11 @@ bench: everything
 	$(install) bench
 	. scripts/test-data; $(BIN)/marrow-bench
 	. scripts/test-data; scripts/bench-scikit-image $(BIN)/marrow-bench
+
+# On device number DEVICE of `marrow::gpu::devices()`, as JSON.
+DEVICE ?= 0
+bench-gpu: everything
+	$(BIN)/marrow-bench-gpu --device $(DEVICE)
 
 scaling: everything
 	scripts/scaling $(BIN)

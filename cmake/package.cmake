@@ -61,4 +61,5 @@ set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS marrow)  # python3 -m marrow runs the
 set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA
   ${PROJECT_SOURCE_DIR}/packaging/debian/postinst ${PROJECT_SOURCE_DIR}/packaging/debian/prerm)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "marrow-viewer, marrow-terrain")
+set(CPACK_DEBIAN_LIBRARY_PACKAGE_SUGGESTS vulkan-icd)  # a driver, which marrow::gpu loads where there is one
 include(CPack)

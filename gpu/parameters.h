@@ -23,7 +23,7 @@ struct PyramidParameters {
 };
 
 struct Parameters {
-    Address slabs = 0, ranges = 0, bits = 0, row_bases = 0, cases = 0, status = 0;
+    Address slabs = 0, ranges = 0, list = 0, bits = 0, row_bases = 0, status = 0;
     Address points = 0, normals = 0, triangles = 0;
     std::array<PyramidParameters, 2> pyramids;
     std::array<std::int32_t, 3> dims{}, stored{}, lead{};
@@ -32,11 +32,18 @@ struct Parameters {
     std::uint32_t row_words = 0, leaf_words = 0, slab_slices = 0;
     std::int32_t threshold = 0, previous_threshold = 0;
     std::uint32_t has_previous = 0;
+    std::array<std::uint32_t, 2> room{};
     float half_isovalue = 0;
     std::array<Vec3f, 3> matrix{}, normal_matrix{}, axis{};
+    std::array<std::array<std::uint32_t, 2>, 256> cases{};
 };
 static_assert(sizeof(PyramidParameters) == 96 && offsetof(Parameters, dims) == 264 &&
-              offsetof(Parameters, threshold) == 324);
+              offsetof(Parameters, threshold) == 324 && offsetof(Parameters, cases) == 456);
+
+/// The words of `status`.
+struct Status {
+    std::uint32_t not_finite = 0, unsafe = 0, listed = 0, mixed = 0;
+};
 
 /// What is pushed for each dispatch.
 struct Push {

@@ -15,6 +15,7 @@ namespace {
 
 // A shader's index in an allocation has 32 bits, signed, and counts words.
 constexpr std::uint64_t kMostSlabBytes = std::uint64_t{1} << 32;
+constexpr std::uint64_t kBlockRows = 8;  // as in shaders/blocks.glsl
 
 }  // namespace
 
@@ -29,10 +30,11 @@ ResidentVolume::ResidentVolume(const std::shared_ptr<VulkanDevice>& device, Stag
     }
     first_x_ = static_cast<std::int32_t>(volume.first[0]);
     row_words_ = (static_cast<std::uint32_t>(stored_[0]) + 31) / 32;
-    if (bit_words() >= std::uint64_t{1} << 31)
+    if (bit_words() >= device->limits().elements)
         throw DeviceError(device->name() + ": the volume has too many samples for the device; use the CPU");
 
     const std::uint64_t sample = sample_size(volume.type), row = 32 * sample * row_words_;
+    row_loads_ = static_cast<std::uint32_t>(row / 16);
     const std::uint64_t slice = row * static_cast<std::uint64_t>(stored_[1]);
     const auto slices = static_cast<std::uint32_t>(stored_[2]);
     const std::uint64_t fit = std::min(device->limits().allocation, kMostSlabBytes) / slice;
@@ -68,9 +70,18 @@ std::uint64_t ResidentVolume::bit_words() const {
 }
 
 std::uint64_t ResidentVolume::blocks() const {
-    constexpr std::uint64_t kRows = 8;  // as in shaders/blocks.glsl
-    const std::uint64_t rows = (static_cast<std::uint64_t>(stored_[1]) + kRows - 1) / kRows;
+    const std::uint64_t rows = (static_cast<std::uint64_t>(stored_[1]) + kBlockRows - 1) / kBlockRows;
     return row_words_ * rows * static_cast<std::uint64_t>(stored_[2]);
+}
+
+std::uint64_t ResidentVolume::loads() const {
+    return blocks() / row_words_ * kBlockRows * row_loads_;
+}
+
+std::uint64_t ResidentVolume::bytes() const {
+    std::uint64_t bytes = 0;
+    for (const DeviceBuffer& slab : slabs_) bytes += slab.bytes();
+    return bytes;
 }
 
 void ResidentVolume::describe(Parameters& parameters) const {

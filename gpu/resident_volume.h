@@ -10,6 +10,7 @@
 
 #include "device_buffer.h"
 #include "parameters.h"
+#include "staging.h"
 
 namespace marrow::gpu::internal {
 
@@ -23,16 +24,20 @@ class ResidentVolume {
 
     /// Sets the parameters that say where the samples are.
     void describe(Parameters& parameters) const;
+    /// Bytes of the samples on the device.
+    std::uint64_t bytes() const;
     /// Words of inside bits, one bit a sample.
     std::uint64_t bit_words() const;
     /// Blocks of samples, of which the kernels know the range.
     std::uint64_t blocks() const;
+    /// Pieces of 16 bytes in all blocks, of which an invocation loads one.
+    std::uint64_t loads() const;
 
   private:
     std::vector<DeviceBuffer> slabs_;
     DeviceBuffer addresses_;  // of the slabs
     std::array<std::int32_t, 3> dims_, stored_, lead_;
-    std::uint32_t row_words_, slab_slices_;
+    std::uint32_t row_words_, slab_slices_, row_loads_;
     std::int32_t first_x_;
 };
 

@@ -1,6 +1,9 @@
 // Makes the instance, devices and pipelines of Vulkan.
 #include "vulkan_device.h"
 
+#include <algorithm>
+#include <cstring>
+
 #include <marrow/gpu.h>
 
 #include "parameters.h"
@@ -9,9 +12,15 @@ namespace marrow::gpu::internal {
 
 namespace {
 
-// Vulkan's instance. It is never destroyed, because a driver may already be unloaded when static objects end.
-VkInstance create_instance() {
-    if (volkInitialize() != VK_SUCCESS) return VK_NULL_HANDLE;  // no loader
+// Vulkan's instance, or what is missing.
+struct Instance {
+    VkInstance handle = VK_NULL_HANDLE;
+    const char* missing = nullptr;
+};
+
+Instance create_instance() {
+    if (volkInitialize() != VK_SUCCESS)
+        return {.missing = "the Vulkan loader, libvulkan.so.1, is not installed"};
     VkApplicationInfo application{};
     application.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO;
     application.pApplicationName = "marrow";
@@ -20,13 +29,15 @@ VkInstance create_instance() {
     info.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO;
     info.pApplicationInfo = &application;
     VkInstance instance = VK_NULL_HANDLE;
-    if (vkCreateInstance(&info, nullptr, &instance) != VK_SUCCESS) return VK_NULL_HANDLE;  // no driver
+    if (vkCreateInstance(&info, nullptr, &instance) != VK_SUCCESS)
+        return {.missing = "no Vulkan driver is installed"};
     volkLoadInstance(instance);
-    return instance;
+    return {.handle = instance};
 }
 
-VkInstance the_instance() {
-    static const VkInstance instance = create_instance();
+// It is never destroyed, because a driver may already be unloaded when static objects end.
+const Instance& the_instance() {
+    static const Instance instance = create_instance();
     return instance;
 }
 
@@ -47,31 +58,74 @@ std::uint32_t compute_family(VkPhysicalDevice physical) {
     return found;
 }
 
-bool is_usable(VkPhysicalDevice physical) {
+bool can_timestamp(VkPhysicalDevice physical, std::uint32_t family) {
+    std::uint32_t count = 0;
+    vkGetPhysicalDeviceQueueFamilyProperties(physical, &count, nullptr);
+    std::vector<VkQueueFamilyProperties> families(count);
+    vkGetPhysicalDeviceQueueFamilyProperties(physical, &count, families.data());
+    return families[family].timestampValidBits == 64;
+}
+
+// Whether buffers of the kernels can be exported as file descriptors, without an allocation that is dedicated to them.
+bool can_export_memory(VkPhysicalDevice physical) {
+    std::uint32_t count = 0;
+    if (vkEnumerateDeviceExtensionProperties(physical, nullptr, &count, nullptr) != VK_SUCCESS) return false;
+    std::vector<VkExtensionProperties> extensions(count);
+    if (vkEnumerateDeviceExtensionProperties(physical, nullptr, &count, extensions.data()) != VK_SUCCESS)
+        return false;
+    const bool offered = std::any_of(extensions.begin(), extensions.end(), [](const auto& extension) {
+        return std::strcmp(extension.extensionName, VK_KHR_EXTERNAL_MEMORY_FD_EXTENSION_NAME) == 0;
+    });
+    if (!offered) return false;
+    VkPhysicalDeviceExternalBufferInfo info{};
+    info.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_EXTERNAL_BUFFER_INFO;
+    info.usage = VulkanDevice::kDeviceUsage;
+    info.handleType = VK_EXTERNAL_MEMORY_HANDLE_TYPE_OPAQUE_FD_BIT;
+    VkExternalBufferProperties properties{};
+    properties.sType = VK_STRUCTURE_TYPE_EXTERNAL_BUFFER_PROPERTIES;
+    vkGetPhysicalDeviceExternalBufferProperties(physical, &info, &properties);
+    const auto features = properties.externalMemoryProperties.externalMemoryFeatures;
+    return (features & VK_EXTERNAL_MEMORY_FEATURE_EXPORTABLE_BIT) != 0 &&
+           (features & VK_EXTERNAL_MEMORY_FEATURE_DEDICATED_ONLY_BIT) == 0;
+}
+
+}  // namespace
+
+std::vector<VkPhysicalDevice> physical_devices() {
+    const VkInstance instance = the_instance().handle;
+    if (instance == VK_NULL_HANDLE) return {};
+    std::uint32_t count = 0;
+    if (vkEnumeratePhysicalDevices(instance, &count, nullptr) != VK_SUCCESS) return {};
+    std::vector<VkPhysicalDevice> found(count);
+    if (vkEnumeratePhysicalDevices(instance, &count, found.data()) != VK_SUCCESS) return {};
+    return found;
+}
+
+std::vector<VkPhysicalDevice> usable_devices() {
+    std::vector<VkPhysicalDevice> found = physical_devices();
+    std::erase_if(found, [](VkPhysicalDevice physical) { return why_unusable(physical) != nullptr; });
+    return found;
+}
+
+const char* why_unusable(VkPhysicalDevice physical) {
     VkPhysicalDeviceProperties properties;
     vkGetPhysicalDeviceProperties(physical, &properties);
-    if (properties.apiVersion < VK_API_VERSION_1_2) return false;
+    if (properties.apiVersion < VK_API_VERSION_1_2) return "it has no Vulkan 1.2";
     VkPhysicalDeviceVulkan12Features features{};
     features.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES;
     VkPhysicalDeviceFeatures2 all{};
     all.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2;
     all.pNext = &features;
     vkGetPhysicalDeviceFeatures2(physical, &all);
-    return features.bufferDeviceAddress == VK_TRUE &&
-           properties.limits.maxComputeWorkGroupInvocations >= 256 && compute_family(physical) != kNoFamily;
+    if (features.bufferDeviceAddress != VK_TRUE) return "it has no addresses of buffers";
+    if (properties.limits.maxComputeWorkGroupInvocations < 256)
+        return "its work groups have fewer than 256 invocations";
+    if (compute_family(physical) == kNoFamily) return "it has no queue for compute";
+    return nullptr;
 }
 
-}  // namespace
-
-std::vector<VkPhysicalDevice> usable_devices() {
-    const VkInstance instance = the_instance();
-    if (instance == VK_NULL_HANDLE) return {};
-    std::uint32_t count = 0;
-    if (vkEnumeratePhysicalDevices(instance, &count, nullptr) != VK_SUCCESS) return {};
-    std::vector<VkPhysicalDevice> found(count);
-    if (vkEnumeratePhysicalDevices(instance, &count, found.data()) != VK_SUCCESS) return {};
-    std::erase_if(found, [](VkPhysicalDevice physical) { return !is_usable(physical); });
-    return found;
+const char* what_is_missing() {
+    return the_instance().missing;
 }
 
 VulkanDevice::VulkanDevice(VkPhysicalDevice physical) {
@@ -87,7 +141,7 @@ VulkanDevice::~VulkanDevice() {
     destroy();
 }
 
-void VulkanDevice::create(VkPhysicalDevice physical) {
+void VulkanDevice::look_up(VkPhysicalDevice physical) {
     VkPhysicalDeviceFloatControlsProperties floats{};
     floats.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FLOAT_CONTROLS_PROPERTIES;
     VkPhysicalDeviceMaintenance3Properties memory{};
@@ -98,46 +152,41 @@ void VulkanDevice::create(VkPhysicalDevice physical) {
     properties.pNext = &memory;
     vkGetPhysicalDeviceProperties2(physical, &properties);
     name_ = properties.properties.deviceName;
-    limits_.allocation = memory.maxMemoryAllocationSize;
-    limits_.groups = properties.properties.limits.maxComputeWorkGroupCount[0];
+    // What an allocation is rounded up to must fit as well.
+    constexpr std::uint64_t kPage = 65536;
+    limits_.allocation = memory.maxMemoryAllocationSize / kPage * kPage;
     // Unless modes are independent, those of all widths would have to be the same.
     limits_.float_controls = floats.shaderRoundingModeRTEFloat32 == VK_TRUE &&
                              floats.shaderSignedZeroInfNanPreserveFloat32 == VK_TRUE &&
                              floats.roundingModeIndependence != VK_SHADER_FLOAT_CONTROLS_INDEPENDENCE_NONE;
+    limits_.exports_memory = can_export_memory(physical);
     vkGetPhysicalDeviceMemoryProperties(physical, &memory_);
+    family_ = compute_family(physical);
+    if (can_timestamp(physical, family_))
+        timestamp_period_ = static_cast<double>(properties.properties.limits.timestampPeriod);
+}
 
-    const std::uint32_t family = compute_family(physical);
+void VulkanDevice::create(VkPhysicalDevice physical) {
+    look_up(physical);
     const float priority = 1;
     VkDeviceQueueCreateInfo queue{};
     queue.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO;
-    queue.queueFamilyIndex = family;
+    queue.queueFamilyIndex = family_;
     queue.queueCount = 1;
     queue.pQueuePriorities = &priority;
     VkPhysicalDeviceVulkan12Features features{};
     features.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES;
     features.bufferDeviceAddress = VK_TRUE;
+    const char* const extensions[] = {VK_KHR_EXTERNAL_MEMORY_FD_EXTENSION_NAME};
     VkDeviceCreateInfo device{};
     device.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO;
     device.pNext = &features;
     device.queueCreateInfoCount = 1;
     device.pQueueCreateInfos = &queue;
+    device.enabledExtensionCount = limits_.exports_memory ? 1 : 0;
+    device.ppEnabledExtensionNames = extensions;
     check(vkCreateDevice(physical, &device, nullptr, &device_));
-    vkGetDeviceQueue(device_, family, 0, &queue_);
-
-    VkCommandPoolCreateInfo pool{};
-    pool.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO;
-    pool.flags = VK_COMMAND_POOL_CREATE_TRANSIENT_BIT;
-    pool.queueFamilyIndex = family;
-    check(vkCreateCommandPool(device_, &pool, nullptr, &pool_));
-    VkCommandBufferAllocateInfo commands{};
-    commands.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO;
-    commands.commandPool = pool_;
-    commands.level = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
-    commands.commandBufferCount = 1;
-    check(vkAllocateCommandBuffers(device_, &commands, &commands_));
-    VkFenceCreateInfo fence{};
-    fence.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO;
-    check(vkCreateFence(device_, &fence, nullptr, &fence_));
+    vkGetDeviceQueue(device_, family_, 0, &queue_);
 
     VkPushConstantRange push{};
     push.stageFlags = VK_SHADER_STAGE_COMPUTE_BIT;
@@ -153,8 +202,6 @@ void VulkanDevice::destroy() {
     if (device_ == VK_NULL_HANDLE) return;
     for (const auto& [key, pipeline] : pipelines_) vkDestroyPipeline(device_, pipeline, nullptr);
     vkDestroyPipelineLayout(device_, layout_, nullptr);
-    vkDestroyFence(device_, fence_, nullptr);
-    vkDestroyCommandPool(device_, pool_, nullptr);
     vkDestroyDevice(device_, nullptr);
 }
 
@@ -182,9 +229,14 @@ std::uint32_t VulkanDevice::memory_type(std::uint32_t allowed, VkMemoryPropertyF
     throw DeviceError(name_ + ": the device has no memory of the kind that is needed; use the CPU");
 }
 
-VkPipeline VulkanDevice::pipeline(Kernel kernel, const Specialization& constants) {
-    const std::lock_guard lock(pipelines_mutex_);
+VkPipeline VulkanDevice::pipeline(Kernel kernel, Specialization constants) {
     if (kernel == Kernel::points && limits_.float_controls) kernel = Kernel::points_controlled;
+    // Kernels that do not read a constant share a pipeline for all of its values.
+    const bool points = kernel == Kernel::points || kernel == Kernel::points_controlled;
+    if (!points && kernel != Kernel::ranges && kernel != Kernel::classify) constants.sample_type = 0;
+    if (!points && kernel != Kernel::count && kernel != Kernel::triangles) constants.closed = VK_FALSE;
+    if (!points) constants.normals = VK_FALSE;
+    const std::lock_guard lock(pipelines_mutex_);
     VkPipeline& pipeline = pipelines_[{kernel, constants.sample_type, constants.closed == VK_TRUE,
                                        constants.normals == VK_TRUE}];
     if (pipeline == VK_NULL_HANDLE) pipeline = create_pipeline(kernel, constants);
@@ -219,23 +271,14 @@ VkPipeline VulkanDevice::create_pipeline(Kernel kernel, const Specialization& co
     return pipeline;
 }
 
-void VulkanDevice::run(const std::function<void(VkCommandBuffer)>& record) {
+void VulkanDevice::submit(VkCommandBuffer commands, VkFence fence) {
     const std::lock_guard lock(queue_mutex_);
     if (lost_) check(VK_ERROR_DEVICE_LOST);
-    check(vkResetCommandPool(device_, pool_, 0));
-    VkCommandBufferBeginInfo begin{};
-    begin.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO;
-    begin.flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
-    check(vkBeginCommandBuffer(commands_, &begin));
-    record(commands_);
-    check(vkEndCommandBuffer(commands_));
-    VkSubmitInfo submit{};
-    submit.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO;
-    submit.commandBufferCount = 1;
-    submit.pCommandBuffers = &commands_;
-    check(vkResetFences(device_, 1, &fence_));
-    check(vkQueueSubmit(queue_, 1, &submit, fence_));
-    check(vkWaitForFences(device_, 1, &fence_, VK_TRUE, ~std::uint64_t{0}));
+    VkSubmitInfo info{};
+    info.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO;
+    info.commandBufferCount = 1;
+    info.pCommandBuffers = &commands;
+    check(vkQueueSubmit(queue_, 1, &info, fence));
 }
 
 std::shared_ptr<VulkanDevice> open_device(std::size_t index) {

@@ -106,7 +106,7 @@ Json surface_numbers(const Surface& surface, Space space) {
                         {"samples_mm3", surface.label_volume.samples_mm3}});
     else
         numbers["isovalue"] = surface.isovalue;
-    numbers.update({{"points", points}, {"triangles", triangles}});
+    numbers.update({{"points", points}, {"triangles", triangles}, {"device", surface.device}});
     if (!surface.measures) {  // a surface that was written slab by slab
         for (const char* name :
              {"components", "pieces", "cavities", "boundary_edges", "nonmanifold_edges",
@@ -402,6 +402,29 @@ std::string terrain_json(const TerrainResults& results) {
     json["seconds"] = {{"extract", results.extract_seconds},
                        {"write", results.write_seconds},
                        {"total", results.total_seconds}};
+    return to_text(json);
+}
+
+std::string devices_json(const DeviceList& list) {
+    const auto numbers = [](const gpu::Device& device) {
+        return Json{{"device", Json()},
+                    {"name", device.name},
+                    {"kind", gpu::device_kind_name(device.kind)},
+                    {"driver", text_or_null(device.driver)},
+                    {"memory_bytes", device.memory},
+                    {"unusable", Json()}};
+    };
+    Json json{{"devices", Json::array()},
+              {"auto", list.automatic ? Json(*list.automatic) : Json(kCpu)},
+              {"why_none", text_or_null(list.why_none)}};
+    for (const gpu::Device& device : list.usable) {
+        json["devices"].push_back(numbers(device));
+        json["devices"].back()["device"] = json["devices"].size() - 1;
+    }
+    for (const auto& [device, reason] : list.unusable) {
+        json["devices"].push_back(numbers(device));
+        json["devices"].back()["unusable"] = reason;
+    }
     return to_text(json);
 }
 

@@ -28,6 +28,9 @@ std::string checks_json(const std::vector<CheckedFile>& files, double min_wall);
 /// One object with the arrays `sweep` and `plateaus`.
 std::string sweep_json(const std::vector<SweepSample>& sweep, const std::vector<Plateau>& plateaus);
 
+/// One object with an array `devices`.
+std::string devices_json(const DeviceList& list);
+
 /// One object with an array `levels`, which must be measured.
 std::string terrain_json(const TerrainResults& results);
 

@@ -12,9 +12,9 @@ namespace fs = std::filesystem;
 
 const char* const kExitCodesHelp =
     "Exit codes: 0 success; 2 the command line is wrong, or does not fit the input; 3 a file cannot be read\n"
-    "(missing, damaged, not supported, too large) or written, or there is no display; 4 the scan is\n"
-    "ambiguous, or its geometry would distort the result; 5 there is no surface; 6 a check failed;\n"
-    "130 cancelled.\n"
+    "(missing, damaged, not supported, too large) or written, or there is no display or no such device;\n"
+    "4 the scan is ambiguous, or its geometry would distort the result; 5 there is no surface;\n"
+    "6 a check failed; 130 cancelled.\n"
     "For research use only; not a medical device.";
 
 void require_input(const fs::path& input, std::string_view command) {

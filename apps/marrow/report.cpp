@@ -23,9 +23,10 @@ std::string source_of(const Surface& surface) {
 
 void print_text(std::ostream& out, const SurfaceResults& results) {
     for (const Surface& surface : results.surfaces) {
-        out << fmt::format("{}: {} points, {} triangles {}\n",
+        out << fmt::format("{}: {} points, {} triangles {}{}\n",
                            surface.output.empty() ? surface.name : surface.output.string(),
-                           surface.size().points, surface.size().triangles, source_of(surface));
+                           surface.size().points, surface.size().triangles, source_of(surface),
+                           surface.device == kCpu ? "" : ", on " + surface.device);
         out << trust_lines(surface);
         for (const StepReport& step : surface.steps) {
             const auto change = [](double before, double after) { return 100 * (after / before - 1); };

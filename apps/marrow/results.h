@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include <marrow/gpu.h>
 #include <marrow/measure.h>
 #include <marrow/mesh.h>
 #include <marrow/mesh_check.h>
@@ -56,6 +57,9 @@ struct VanishedWalls {
     bool restored = false;
 };
 
+/// The name of the device that is none.
+inline constexpr const char* kCpu = "cpu";
+
 /// One extracted surface.
 struct Surface {
     std::string name;
@@ -74,6 +78,7 @@ struct Surface {
     std::optional<SurfaceTrust> trust = {};            ///< if it was asked for
     std::optional<VanishedWalls> thin_walls = {};      ///< if they were looked for
     std::optional<MeshMeasures> measures = {};         ///< of the mesh, if it was measured
+    std::string device = kCpu;                         ///< where it was extracted: the name of a GPU, or kCpu
 
     Size size() const { return in_slabs.value_or(Size{mesh.points.size(), mesh.triangles.size()}); }
 };
@@ -113,6 +118,14 @@ struct Finding {
     ScanReport report;
     std::string refusal;                  ///< why there is no report; empty: there is
     std::optional<SampleReport> samples;  ///< of the series that would be read
+};
+
+/// What `marrow devices` found.
+struct DeviceList {
+    std::vector<gpu::Device> usable;
+    std::vector<gpu::UnusableDevice> unusable;
+    std::optional<std::size_t> automatic;  ///< the number of the one that --device auto uses; none: the CPU
+    std::string why_none;                  ///< of either kind; empty: there are some
 };
 
 /// What `marrow check` found in one object of a file.

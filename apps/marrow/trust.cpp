@@ -67,6 +67,7 @@ void look_for_thin_walls(Surface& surface, const Volume& scan, const NoiseEstima
     const Volume restored = restore_thin_walls(scan, surface.isovalue, surface.thin_walls->found);
     options.progress = half(0.5);
     surface.mesh = extract_isosurface(restored, surface.isovalue, options);
+    surface.device = kCpu;
     surface.thin_walls->restored = true;
 }
 

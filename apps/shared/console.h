@@ -14,10 +14,11 @@ namespace marrow::apps {
 /// Exit codes. The same fault has the same code in every command and format; the footer of --help lists them.
 enum ExitCode {
     kOk = 0,
-    kUsage = 2,       ///< the command line is wrong, by itself or for this input: UsageError, OptionError
-    kUnreadable = 3,  ///< an input is missing, damaged, not supported or too large, or an output fails
-    kGeometry = 4,    ///< the input is ambiguous, or its geometry would distort the result: GeometryError
-    kEmpty = 5,       ///< there is no surface: EmptySurface
+    kUsage = 2,  ///< the command line is wrong, by itself or for this input: UsageError, OptionError
+    /// an input is missing, damaged, not supported or too large, an output fails, or there is no such device
+    kUnreadable = 3,
+    kGeometry = 4,  ///< the input is ambiguous, or its geometry would distort the result: GeometryError
+    kEmpty = 5,     ///< there is no surface: EmptySurface
     kCheckFailed = 6,
     kCancelled = 130
 };

@@ -1,5 +1,7 @@
 // marrow-viewer: shows scans and the surfaces in them.
+#include <cstddef>
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include <QVTKOpenGLNativeWidget.h>
@@ -8,9 +10,11 @@
 #include <QSurfaceFormat>
 
 #include <marrow/error.h>
+#include <marrow/gpu.h>
 #include <marrow/version.h>
 
 #include "shared/console.h"
+#include "shared/device_argument.h"
 #include "shared/display.h"
 #include "shared/scan_arguments.h"
 #include "window/main_window.h"
@@ -23,12 +27,14 @@ namespace {
 struct ViewerOptions {
     apps::ScanInput scan;
     bool measure = false;
+    std::string device = "auto";
 };
 
 void add_options(apps::Arguments& arguments, ViewerOptions& options) {
     apps::add_scan_input(arguments, options.scan);
     arguments.add_flag("--measure", options.measure,
                        "Measure how fast the viewer opens INPUT, moves the isovalue and exports; then quit.");
+    apps::add_device_option(arguments, options.device);
     apps::add_scan_options(arguments, options.scan.options);
 }
 
@@ -44,10 +50,13 @@ void check(const ViewerOptions& options) {
         throw apps::UsageError("--measure needs an INPUT (see marrow view --help)");
     if (!input.empty() && !std::filesystem::exists(input))
         throw IoError("'" + input.string() + "': there is no such file or folder");
+}
+
+void check_display() {
     if (uses_x_display()) apps::require_display("the viewer", "start it on a desktop, or set DISPLAY to one");
 }
 
-int run(int argc, char** argv, const ViewerOptions& options) {
+int run(int argc, char** argv, const ViewerOptions& options, std::optional<std::size_t> device) {
     QSurfaceFormat format = QVTKOpenGLNativeWidget::defaultFormat();
     format.setSamples(0);  // VTK smooths edges itself
     QSurfaceFormat::setDefaultFormat(format);
@@ -61,7 +70,7 @@ int run(int argc, char** argv, const ViewerOptions& options) {
     QGuiApplication::setDesktopFileName("marrow-viewer");
     apply_theme(application);
 
-    MainWindow window;
+    MainWindow window(device);
     window.show();
     const auto& [input, scan_options] = options.scan;
     if (options.measure) return measure_viewer(window, input.string(), scan_options);
@@ -76,6 +85,7 @@ int main(int argc, char** argv) {
     using namespace marrow;
     const apps::Console console = apps::standard_console();
     viewer::ViewerOptions options;
+    std::optional<std::size_t> device;
     bool open = false;
     const int code = apps::exit_code_of(console, [&] {
         apps::Arguments arguments(
@@ -83,8 +93,12 @@ int main(int argc, char** argv) {
                             "marrow view [INPUT] [OPTIONS]", "For research use only; not a medical device."});
         viewer::add_options(arguments, options);
         open = arguments.parse(argc, argv, console.out);
-        if (open) viewer::check(options);
+        if (open) {
+            viewer::check(options);
+            device = gpu::choose_device(options.device);
+            viewer::check_display();
+        }
         return apps::kOk;
     });
-    return open && code == apps::kOk ? viewer::run(argc, argv, options) : code;
+    return open && code == apps::kOk ? viewer::run(argc, argv, options, device) : code;
 }

@@ -4,9 +4,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "parameters.glsl"
 
-void main() {
-    const uint node = invocation();
-    if (node >= parameters.pyramids[which].size[level]) return;
+void turn_children(uint node) {
     Words nodes = parameters.pyramids[which].nodes;
     const uint begin = parameters.pyramids[which].begin[level - 1u];
     const uint end = min(16u * node + 16u, parameters.pyramids[which].size[level - 1u]);
@@ -18,4 +16,9 @@ void main() {
         nodes.at[begin + child] = first;
         first += outputs;
     }
+}
+
+void main() {
+    for (uint node = invocation(); node < parameters.pyramids[which].size[level]; node += invocations())
+        turn_children(node);
 }

@@ -3,6 +3,7 @@
 // not in the view reads as zeros.
 #ifndef MARROW_GRID_GLSL
 #define MARROW_GRID_GLSL
+#include "bits.glsl"
 #include "parameters.glsl"
 
 const int kPad = kClosed ? 1 : 0;
@@ -20,11 +21,6 @@ uint bits_at(int y, int z, int w) {
 // For each sample of word w, the next sample along x.
 uint next_bits_at(int y, int z, int w) {
     return bits_at(y, z, w) >> 1 | bits_at(y, z, w + 1) << 31;
-}
-
-// The lowest n bits, for any n.
-uint low_bits(int n) {
-    return n <= 0 ? 0u : n >= 32 ? ~0u : (1u << n) - 1u;
 }
 
 // The samples of word w of a stored row that are in the view.
@@ -65,12 +61,12 @@ struct CellBits {
     uint corners[8];
 };
 
-CellBits cell_bits(int y, int z, int w) {
+// Row r is at y + (r & 1), z + (r >> 1): its word w, and the word after it.
+CellBits cell_bits(uint here[4], uint after[4]) {
     CellBits cells;
     [[unroll]] for (int r = 0; r < 4; ++r) {
-        const uint here = bits_at(y + (r & 1), z + (r >> 1), w);
-        cells.corners[2 * r] = here;
-        cells.corners[2 * r + 1] = here >> 1 | bits_at(y + (r & 1), z + (r >> 1), w + 1) << 31;
+        cells.corners[2 * r] = here[r];
+        cells.corners[2 * r + 1] = here[r] >> 1 | after[r] << 31;
     }
     return cells;
 }
@@ -92,7 +88,7 @@ uint case_of(CellBits cells, int bit) {
 }
 
 uint triangles_of_case(uint cell_case) {
-    return parameters.cases.at[2u * cell_case + 1u] >> 28;
+    return parameters.cases[2u * cell_case + 1u] >> 28;
 }
 
 // Points are ordered by row, then by the axis of their edge, then by x. So the leaves of their pyramid are the words

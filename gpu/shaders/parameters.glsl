@@ -10,11 +10,13 @@ layout(constant_id = 0) const int kSampleType = kInt16;
 layout(constant_id = 1) const bool kClosed = false;
 layout(constant_id = 2) const bool kNormals = true;
 
+const uint kGroup = 256u;
 layout(local_size_x = 256) in;
 
 layout(buffer_reference, std430, buffer_reference_align = 4) buffer Words { uint at[]; };
-layout(buffer_reference, std430, buffer_reference_align = 4) buffer Floats { float at[]; };
-layout(buffer_reference, std430, buffer_reference_align = 8) readonly buffer Slabs { Words at[]; };
+layout(buffer_reference, std430, buffer_reference_align = 16) buffer Quads { uvec4 at[]; };  // four words
+layout(buffer_reference, std430, buffer_reference_align = 4) readonly buffer Floats { float at[]; };
+layout(buffer_reference, std430, buffer_reference_align = 8) readonly buffer Slabs { Quads at[]; };
 struct Triple {
     uint x, y, z;
 };
@@ -24,7 +26,7 @@ layout(buffer_reference, std430, buffer_reference_align = 4) writeonly buffer Tr
 // After reduction a node is the sum of its children, after descent the first output below it; the apex stays the
 // number of outputs.
 struct Pyramid {
-    Words leaves;   // level 0: a byte each
+    Quads leaves;   // level 0: a byte each
     Words nodes;    // the levels above, one after the other
     uint size[9];   // of each level
     uint begin[9];  // of each level in `nodes`
@@ -32,14 +34,20 @@ struct Pyramid {
 };
 const uint kPoints = 0, kTriangles = 1;  // the two pyramids
 
+// Words of `status`.
+const uint kNotFinite = 0u;  // samples that are not finite
+const uint kUnsafe = 1u;     // whether a result may have other bits than the CPU's
+const uint kListed = 2u;     // blocks in the list
+const uint kMixed = 3u;      // blocks in it whose samples are read
+
 layout(buffer_reference, std430, buffer_reference_align = 8) readonly buffer Parameters {
     Slabs slabs;       // the samples, whole slices in each; rows are padded to words of bits
     Words ranges;      // of the blocks of samples, two words each
+    Words list;        // of the blocks whose bits may change
     Words bits;        // an inside bit for each sample, 0 outside the view
     Floats row_bases;  // of the grid's rows, three each
-    Words cases;       // two words a case: 15 edges of 4 bits, and the number of triangles
-    Words status;      // [0] samples that are not finite, [1] whether a result may have other bits than the CPU's
-    Triples points, normals, triangles;
+    Words status;
+    Triples points, normals, triangles;  // the output
     Pyramid pyramids[2];
     int dims[3];    // samples of the view
     int stored[3];  // samples on the device: the view, and those beyond it that normals need
@@ -52,8 +60,10 @@ layout(buffer_reference, std430, buffer_reference_align = 8) readonly buffer Par
     int threshold;    // the least sample that is inside, as ordered() maps it
     int previous_threshold;  // the one that the bits are of
     uint has_previous;
+    uint room[2];  // outputs of each pyramid that there is memory for; nothing is written if there are more
     float half_isovalue;
     float matrix[9], normal_matrix[9], axis[9];  // as IndexToPhysical, by rows; row a of `axis` is index axis a
+    uint cases[512];  // two words a case: 15 edges of 4 bits, and the number of triangles
 };
 
 layout(push_constant) uniform Push {
@@ -62,9 +72,12 @@ layout(push_constant) uniform Push {
     uint level;
 };
 
-// The number of this invocation in the whole dispatch, which is two-dimensional because an axis has 65535 groups.
+// Elements are shared out among all invocations: each takes number invocation(), and then every invocations()-th.
 uint invocation() {
-    return gl_GlobalInvocationID.y * (gl_NumWorkGroups.x * gl_WorkGroupSize.x) + gl_GlobalInvocationID.x;
+    return gl_GlobalInvocationID.x;
+}
+uint invocations() {
+    return gl_NumWorkGroups.x * kGroup;
 }
 
 #endif

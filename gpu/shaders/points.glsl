@@ -29,19 +29,6 @@ int sample_of_view(ivec3 at) {
     return sample_at(at + ivec3(parameters.lead[0], parameters.lead[1], parameters.lead[2]));
 }
 
-// The position of bit number k, counted from 0, among the bits that are set.
-int find_bit(uint bits, uint k) {
-    int position = 0;
-    [[unroll]] for (int width = 16; width >= 1; width >>= 1) {
-        const uint below = uint(bitCount(bits >> position & low_bits(width)));
-        if (k >= below) {
-            k -= below;
-            position += width;
-        }
-    }
-    return position;
-}
-
 float fraction_of(int first_raw, int second_raw) {
     if (!is_finite(first_raw) || !is_finite(second_raw)) return 0.5;
     // The CPU halves only floats; nothing of the result depends on it.
@@ -154,11 +141,7 @@ Triple bits_of(vec3 v) {
     return Triple(floatBitsToUint(v.x), floatBitsToUint(v.y), floatBitsToUint(v.z));
 }
 
-void main() {
-    const uint point = invocation();
-    if (point >= parameters.pyramids[kPoints].nodes.at
-                     [parameters.pyramids[kPoints].begin[parameters.pyramids[kPoints].top]])
-        return;
+void write_point(uint point) {
     uint key = point;
     const uint leaf = descend(kPoints, key);
     const uint w = leaf % parameters.leaf_words, axis = leaf / parameters.leaf_words % 3u;
@@ -176,5 +159,10 @@ void main() {
     if (kNormals)
         parameters.normals.at[point] =
             bits_of(leaves ? direction_of(edge, first_in_view) : normal_of(edge, t, first, second));
-    if (unsafe) parameters.status.at[1] = 1u;
+}
+
+void main() {
+    const uint points = outputs_with_room(kPoints);
+    for (uint point = invocation(); point < points; point += invocations()) write_point(point);
+    if (unsafe) parameters.status.at[kUnsafe] = 1u;
 }

@@ -8,31 +8,33 @@
 
 const int kLeast = -0x7fffffff - 1, kGreatest = 0x7fffffff;
 
-void main() {
-    const uint block = invocation();
-    const uint w = block % parameters.row_words, row = block / parameters.row_words;
-    const int z = int(row / block_rows());
-    if (z >= parameters.stored[2]) return;
-    const int first = int(row % block_rows() * kBlockRows);
-    const int end = min(first + int(kBlockRows), parameters.stored[1]);
+void find_range(uint block) {
+    const uvec3 at = block_at(block);
+    const int z = int(at.z), end = min(int(at.y + kBlockRows), parameters.stored[1]);
     int least = kGreatest, greatest = kLeast;
     uint not_finite = 0u;
-    Words slab = slab_of(z);
-    for (int y = first; y < end; ++y) {
-        const uint in_view = samples_in_view(y, z, int(w));
-        const uint begin = row_in_slab(y, z) + w * kSampleBits;
-        for (uint i = 0u; i < 32u; ++i) {
-            if ((in_view >> i & 1u) == 0u) continue;
-            const int raw = extract_sample(slab.at[begin + i / kPerWord], i % kPerWord);
-            if (is_finite(raw)) {
-                least = min(least, ordered(raw));
-                greatest = max(greatest, ordered(raw));
-            } else {
-                ++not_finite;
+    Quads slab = slab_of(z);
+    for (int y = int(at.y); y < end; ++y) {
+        const uint in_view = samples_in_view(y, z, int(at.x));
+        for (uint load = 0u; load < kLoads; ++load) {
+            const uvec4 samples = slab.at[load_in_slab(y, z, at.x) + load];
+            [[unroll]] for (uint i = 0u; i < kPerLoad; ++i) {
+                if ((in_view >> load * kPerLoad + i & 1u) == 0u) continue;
+                const int raw = extract_sample(samples[i / kPerWord], i % kPerWord);
+                if (is_finite(raw)) {
+                    least = min(least, ordered(raw));
+                    greatest = max(greatest, ordered(raw));
+                } else {
+                    ++not_finite;
+                }
             }
         }
     }
-    if (not_finite != 0u) atomicAdd(parameters.status.at[0], not_finite);
+    if (not_finite != 0u) atomicAdd(parameters.status.at[kNotFinite], not_finite);
     parameters.ranges.at[2u * block] = uint(not_finite != 0u ? kLeast : least);
     parameters.ranges.at[2u * block + 1u] = uint(greatest);
+}
+
+void main() {
+    for (uint block = invocation(); block < block_count(); block += invocations()) find_range(block);
 }

@@ -4,16 +4,19 @@
 #extension GL_GOOGLE_include_directive : require
 #include "pyramid.glsl"
 
-void main() {
-    const uint node = invocation();
-    if (node >= parameters.pyramids[which].size[level]) return;
-    const uint end = min(16u * node + 16u, parameters.pyramids[which].size[level - 1u]);
+uint sum_of_children(uint node) {
+    const uint children = min(16u, parameters.pyramids[which].size[level - 1u] - 16u * node);
+    if (level == 1u) return sum_of_leaves(leaves_of(which, node), children);
+    const uint first = parameters.pyramids[which].begin[level - 1u] + 16u * node;
     uint sum = 0u;
-    for (uint child = 16u * node; child < end; ++child) {
-        const uint outputs = level == 1u ? leaf_at(which, child)
-                                         : parameters.pyramids[which].nodes.at
-                                               [parameters.pyramids[which].begin[level - 1u] + child];
+    for (uint child = first; child < first + children; ++child) {
+        const uint outputs = parameters.pyramids[which].nodes.at[child];
         sum = sum > ~0u - outputs ? ~0u : sum + outputs;
     }
-    parameters.pyramids[which].nodes.at[parameters.pyramids[which].begin[level] + node] = sum;
+    return sum;
+}
+
+void main() {
+    for (uint node = invocation(); node < parameters.pyramids[which].size[level]; node += invocations())
+        parameters.pyramids[which].nodes.at[parameters.pyramids[which].begin[level] + node] = sum_of_children(node);
 }

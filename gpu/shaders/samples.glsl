@@ -5,6 +5,9 @@
 
 const uint kSampleBits = kSampleType == kFloat32 ? 32u : kSampleType == kInt16 || kSampleType == kUint16 ? 16u : 8u;
 const uint kPerWord = 32u / kSampleBits;
+// Invocations load 16 bytes at once.
+const uint kPerLoad = 128u / kSampleBits;    // samples of a load
+const uint kLoads = kSampleBits / 4u;        // loads of the 32 samples of a word of bits
 
 // Sample k of a word, or the bits of a float.
 int extract_sample(uint word, uint k) {
@@ -14,20 +17,24 @@ int extract_sample(uint word, uint k) {
     return int(bitfieldExtract(word, offset, int(kSampleBits)));
 }
 
-// The index in its slab of the first word of a stored row.
+// The index in its slab of a stored row, in rows.
 uint row_in_slab(int y, int z) {
-    return (uint(z) % parameters.slab_slices * uint(parameters.stored[1]) + uint(y)) * parameters.row_words *
-           kSampleBits;
+    return uint(z) % parameters.slab_slices * uint(parameters.stored[1]) + uint(y);
 }
 
-Words slab_of(int z) {
+// The index in its slab of the first 16 bytes of word w of a stored row.
+uint load_in_slab(int y, int z, uint w) {
+    return (row_in_slab(y, z) * parameters.row_words + w) * kLoads;
+}
+
+Quads slab_of(int z) {
     return parameters.slabs.at[uint(z) / parameters.slab_slices];
 }
 
 // The stored sample at an index.
 int sample_at(ivec3 at) {
-    const uint word = row_in_slab(at.y, at.z) + uint(at.x) / kPerWord;
-    return extract_sample(slab_of(at.z).at[word], uint(at.x) % kPerWord);
+    const uint word = row_in_slab(at.y, at.z) * parameters.row_words * kSampleBits + uint(at.x) / kPerWord;
+    return extract_sample(slab_of(at.z).at[word / 4u][word % 4u], uint(at.x) % kPerWord);
 }
 
 bool is_finite(int raw) {

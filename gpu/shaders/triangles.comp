@@ -22,17 +22,18 @@ uint point_on_edge(uint edge, int y, int z, int w, int bit) {
            uint(bitCount(crossed_edges(axis, y, z, w) & low_bits(bit)));
 }
 
-void main() {
-    const uint triangle = invocation();
-    if (triangle >= parameters.pyramids[kTriangles].nodes.at
-                        [parameters.pyramids[kTriangles].begin[parameters.pyramids[kTriangles].top]])
-        return;
+void write_triangle(uint triangle) {
     uint key = triangle;
     const uint leaf = descend(kTriangles, key);
     const uint row = leaf / parameters.leaf_words;
     const int w = int(leaf % parameters.leaf_words);
     const int y = int(row % uint(parameters.grid_rows[0])), z = int(row / uint(parameters.grid_rows[0]));
-    const CellBits cells = cell_bits(y, z, w);
+    uint here[4], after[4];
+    [[unroll]] for (int r = 0; r < 4; ++r) {
+        here[r] = bits_at(y + (r & 1), z + (r >> 1), w);
+        after[r] = bits_at(y + (r & 1), z + (r >> 1), w + 1);
+    }
+    const CellBits cells = cell_bits(here, after);
     // The leaf has more than `key` triangles, so the loop ends at one of its active cells.
     uint left = active_cells(cells, w), cell_case = case_of(cells, findLSB(left));
     while (key >= triangles_of_case(cell_case)) {
@@ -42,10 +43,15 @@ void main() {
     }
     const int bit = findLSB(left);
     uint points[3];
-    for (uint k = 0u; k < 3u; ++k) {
+    [[unroll]] for (uint k = 0u; k < 3u; ++k) {
         const uint corner = 3u * key + k;
-        const uint edge = parameters.cases.at[2u * cell_case + corner / 8u] >> 4u * (corner % 8u) & 15u;
+        const uint edge = parameters.cases[2u * cell_case + corner / 8u] >> 4u * (corner % 8u) & 15u;
         points[k] = point_on_edge(edge, y, z, w, bit);
     }
     parameters.triangles.at[triangle] = Triple(points[0], points[1], points[2]);
+}
+
+void main() {
+    const uint triangles = outputs_with_room(kTriangles);
+    for (uint triangle = invocation(); triangle < triangles; triangle += invocations()) write_triangle(triangle);
 }

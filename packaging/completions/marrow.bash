@@ -5,6 +5,7 @@ _marrow_options() {
   local scan="--series --spacing --resample --volume --level"
   case $1 in
     info) echo "-h --help $scan --picture --headers --show-patient --json" ;;
+    devices) echo "-h --help --json" ;;
     check) echo "-h --help --min-wall --strict --threads --json -q --quiet" ;;
     sweep)
       echo "-h --help --crop --median --blur --isotropic --from --to -n --samples --topology -o --output --plot --threads $scan" \
@@ -14,12 +15,12 @@ _marrow_options() {
       echo "-h --help --version -o --output --base --size --exaggerate --cell --levels --picture --threads" \
         "--json -q --quiet -v --verbose"
       ;;
-    view) echo "-h --help --version $scan --measure" ;;
+    view) echo "-h --help --version --device $scan --measure" ;;
     *)
       echo "-h --help --version -o --output --picture --space --keep-patient --verify --json -q --quiet -v --verbose" \
         "--isovalue --type --open --snap --topology --trust --keep-thin --no-alarm --crop --median --blur --isotropic --largest --components" \
         "--clean-small --no-cavities --smooth --smooth-bound --keep --triangles --max-error" \
-        "--labels --relax --only $scan --max-memory --threads"
+        "--labels --relax --only $scan --max-memory --device --threads"
       ;;
   esac
 }
@@ -31,7 +32,7 @@ _marrow_command() {
     marrow-viewer) echo view ;;
     *)
       if [ "$COMP_CWORD" -gt 1 ]; then
-        case ${COMP_WORDS[1]} in info | check | sweep | terrain | view) echo "${COMP_WORDS[1]}" ;; esac
+        case ${COMP_WORDS[1]} in info | check | sweep | devices | terrain | view) echo "${COMP_WORDS[1]}" ;; esac
       fi
       ;;
   esac
@@ -48,8 +49,9 @@ _marrow() {
   command=$(_marrow_command)
   COMPREPLY=()
   case $previous in
-    help) mapfile -t COMPREPLY < <(compgen -W "info check sweep terrain view" -- "$current") ;;
+    help) mapfile -t COMPREPLY < <(compgen -W "info check sweep devices terrain view" -- "$current") ;;
     --type) mapfile -t COMPREPLY < <(compgen -W "bone skin soft fat muscle" -- "$current") ;;
+    --device) mapfile -t COMPREPLY < <(compgen -W "cpu auto gpu" -- "$current") ;;
     --space) mapfile -t COMPREPLY < <(compgen -W "LPS RAS" -- "$current") ;;
     --isovalue) mapfile -t COMPREPLY < <(compgen -W "otsu" -- "$current") ;;
     --series | --spacing | --volume | --level | --threads | --max-memory | --snap | --crop | --median | --blur) ;;
@@ -63,7 +65,7 @@ _marrow() {
       mapfile -t COMPREPLY < <(compgen -f -- "$current")
       if [ "$COMP_CWORD" -eq 1 ] && [ "${COMP_WORDS[0]##*/}" = marrow ]; then
         local commands
-        mapfile -t commands < <(compgen -W "info check sweep terrain view help" -- "$current")
+        mapfile -t commands < <(compgen -W "info check sweep devices terrain view help" -- "$current")
         COMPREPLY+=("${commands[@]}")
       fi
       ;;

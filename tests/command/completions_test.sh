@@ -72,6 +72,7 @@ check_command _marrow_extract marrow.1 OPTIONS marrow
 check_command _marrow_info marrow.1 "MARROW INFO" marrow info
 check_command _marrow_check marrow.1 "MARROW CHECK" marrow check
 check_command _marrow_sweep marrow.1 "MARROW SWEEP" marrow sweep
+check_command _marrow_devices marrow.1 "MARROW DEVICES" marrow devices
 [ ! -x "$bin/marrow-terrain" ] || check_command _marrow_terrain marrow-terrain.1 OPTIONS marrow-terrain
 [ ! -x "$bin/marrow-viewer" ] || check_command _marrow_view marrow-viewer.1 OPTIONS marrow-viewer
 
@@ -84,6 +85,7 @@ check_words "skin soft" marrow scan.nii --type s
 check_words "bone" marrow scan.nii --type = b
 check_words "LPS RAS" marrow scan.nii --space =
 check_words "otsu" marrow scan.nii --isovalue o
+check_words "cpu" marrow scan.nii --device c
 check_words "" marrow scan.nii --snap ""
 check_words "scan.nrrd scan.nii" marrow sc
 check_words "scan.nii" marrow -o scan.ni

@@ -6,6 +6,7 @@
 #include <marrow/tissue_presets.h>
 
 #include "check.h"
+#include "devices.h"
 #include "info.h"
 #include "report.h"
 #include "surfaces.h"
@@ -48,6 +49,7 @@ struct AllOptions {
     InfoCommandOptions info;
     CheckCommandOptions check;
     SweepCommandOptions sweep;
+    DevicesCommandOptions devices;
 };
 
 ExitCode read_and_run(int argc, const char* const* argv, const Console& console,
@@ -71,6 +73,10 @@ ExitCode read_and_run(int argc, const char* const* argv, const Console& console,
         "sweep", {"Measure the closed surfaces at many isovalues: volume, area, components and triangles.",
                   "marrow sweep [OPTIONS] INPUT", std::string(kSweepHelp) + kExitCodesHelp});
     add_options(sweep, options.sweep);
+    Arguments& devices =
+        arguments.add_command("devices", {"List the GPUs and other devices of Vulkan that --device can name.",
+                                          "marrow devices [OPTIONS]", kExitCodesHelp});
+    add_options(devices, options.devices);
     arguments.add_program("terrain", "Turn an elevation raster into a surface: marrow terrain DEM -o OUT.");
     arguments.add_program("view",
                           "Look at a scan, find its isovalue, measure and export: marrow view INPUT.");
@@ -80,6 +86,8 @@ ExitCode read_and_run(int argc, const char* const* argv, const Console& console,
     if (check.is_chosen()) return run(options.check, console, stop);
     if (sweep.is_chosen())
         run(options.sweep, console, stop);
+    else if (devices.is_chosen())
+        run(options.devices, console);
     else
         run(arguments, options.surfaces, console, stop);
     return kOk;

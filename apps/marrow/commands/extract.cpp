@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include <marrow/gpu.h>
 #include <marrow/histogram.h>
 #include <marrow/isosurface.h>
 
@@ -109,20 +110,34 @@ class Extraction {
     Extraction(const ExtractOptions& options, SurfaceJob& job, const Volume& scan, bool hounsfield)
         : options_(options), job_(job), scan_(scan), hounsfield_(hounsfield) {}
 
+    // Copies the scan to a device, which then extracts. What it cannot do, the CPU does.
+    void use_device(std::size_t device) {
+        device_name_ = gpu::devices().at(device).name;
+        job_.results.seconds.extract += job_.stage("upload", [&](const Progress& progress) {
+            progress_ = progress;
+            IsosurfaceOptions options = isosurface_options();
+            options.progress = [this](double fraction) { return progress_(fraction); };
+            extractor_.emplace(scan_, options, device);
+        });
+    }
+
     void extract(const SurfaceRequest& request, const std::filesystem::path& output) {
         Surface& surface = job_.results.surfaces.emplace_back();
         surface.name = request.name;
         surface.output = output;
         if (request.preset) surface.colour = request.preset->colour;
-        IsosurfaceOptions extraction{.closed = !options_.open,
-                                     .snap = options_.snap,
-                                     .topology = options_.topology,
-                                     .threads = job_.threads()};
+        IsosurfaceOptions extraction = isosurface_options();
         job_.results.seconds.extract += job_.stage("extract", [&](const Progress& progress) {
             IsosurfaceStats stats;
             surface.isovalue = choose_isovalue(request, scan_, job_.results.info);
             extraction.progress = progress;
-            surface.mesh = extract_isosurface(scan_, surface.isovalue, extraction, &stats);
+            if (extractor_) {
+                progress_ = progress;
+                extractor_->extract(surface.isovalue, surface.mesh, 0, &stats);
+                if (extractor_->on_device()) surface.device = device_name_;
+            } else {
+                surface.mesh = extract_isosurface(scan_, surface.isovalue, extraction, &stats);
+            }
             non_finite_samples_ = stats.non_finite_samples;
             if (surface.mesh.triangles.empty()) throw_empty(surface.isovalue, scan_);
         });
@@ -141,6 +156,9 @@ class Extraction {
 
     void add_warnings() {
         SurfaceResults& results = job_.results;
+        if (extractor_ && !extractor_->failure().empty())
+            results.warnings.push_back(
+                fmt::format("the CPU extracted instead of {}: {}", device_name_, extractor_->failure()));
         warn_of_non_finite(non_finite_samples_, results.warnings);
         warn_of_large_coordinates(results.surfaces, scan_.geometry(), results.warnings);
         if (!options_.open) warn_of_box(results.surfaces, scan_, results.warnings);
@@ -151,6 +169,13 @@ class Extraction {
     }
 
   private:
+    IsosurfaceOptions isosurface_options() const {
+        return {.closed = !options_.open,
+                .snap = options_.snap,
+                .topology = options_.topology,
+                .threads = job_.threads()};
+    }
+
     void refine(Surface& surface) {
         job_.results.seconds.refine += job_.stage("refine", [&](const Progress& progress) {
             surface.steps = refine_surface(surface.mesh, options_.steps, scan_.geometry().index_to_physical(),
@@ -178,6 +203,9 @@ class Extraction {
     const bool hounsfield_;
     std::optional<NoiseEstimate> noise_;
     std::int64_t non_finite_samples_ = 0;
+    std::string device_name_;
+    Progress progress_;                                // of the stage in which the extractor works
+    std::optional<gpu::FallbackExtractor> extractor_;  // none: the CPU was asked for
 };
 
 std::vector<std::filesystem::path> files_of(const ExtractOptions& options) {
@@ -237,6 +265,7 @@ void run(const ExtractOptions& options, const Console& console, const std::atomi
     SurfaceJob job(options.job, console, stop);
     const std::vector<std::filesystem::path> files = files_of(options);
     job.check_outputs(files);
+    const std::optional<std::size_t> device = gpu::choose_device(options.device);
     const std::vector<SurfaceRequest> surfaces = options.surfaces();
 
     // Presets are checked against the samples as they are in the scan, before any filter.
@@ -252,6 +281,7 @@ void run(const ExtractOptions& options, const Console& console, const std::atomi
     if (!assumption.empty()) job.results.warnings.push_back(assumption);
     job.results.surfaces.reserve(surfaces.size());
     Extraction extraction(options, job, scan, hounsfield);
+    if (device) extraction.use_device(*device);
     for (std::size_t i = 0; i < surfaces.size(); ++i) extraction.extract(surfaces[i], files[i]);
     extraction.add_warnings();
     job.deliver();

@@ -29,6 +29,7 @@ struct ExtractOptions {
     TrustSteps trust;
     FilterSteps filters;
     SurfaceSteps steps;
+    std::string device = kCpu;  ///< as gpu::choose_device() takes it
 
     /// All surfaces, in the order in which they are written.
     std::vector<SurfaceRequest> surfaces() const;

@@ -10,6 +10,7 @@
 #include <marrow/scan_io.h>
 
 #include "outputs.h"
+#include "shared/device_argument.h"
 
 namespace marrow::apps {
 namespace {
@@ -51,6 +52,7 @@ constexpr std::array kOptionModes{
     OptionModes{"--max-error", kExtract},
     OptionModes{"--picture", kExtract | kLabels},
     OptionModes{"--verify", kExtract | kLabels},
+    OptionModes{"--device", kExtract},
     OptionModes{"--keep-patient", kExtract | kLabels},
 };
 
@@ -72,6 +74,9 @@ Mode mode_of(const std::vector<std::string>& given, const std::filesystem::path&
 }
 
 std::string why_not(Mode mode, std::string_view option) {
+    if (option == "--device")
+        return "--device is for isosurfaces of a scan in memory: leave it out with --labels, a DICOM "
+               "segmentation or --max-memory";
     switch (mode) {
         case kLabels:
             return fmt::format(
@@ -164,6 +169,7 @@ void add_options(Arguments& arguments, SurfacesOptions& options) {
     arguments.add_flag("--keep-patient", job.output.keep_patient,
                        "State patient and study of the scan in a .dcm file.");
     arguments.add_flag("--verify", job.output.verify, "Read the written file and compare every triangle.");
+    add_device_option(arguments, options.extract.device);
     add_general_options(arguments, job.scan.options.threads, job.reporting);
 }
 

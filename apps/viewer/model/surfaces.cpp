@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <new>
+#include <utility>
 
 #include <vtkCellArray.h>
 #include <vtkFloatArray.h>
@@ -14,7 +15,7 @@
 #include <vtkTypeInt32Array.h>
 
 #include <marrow/components.h>
-#include <marrow/isosurface.h>
+#include <marrow/gpu.h>
 #include <marrow/mesh_check.h>
 #include <marrow/simplify.h>
 #include <marrow/smooth.h>
@@ -34,22 +35,25 @@ struct Surfaces::Source {
     const std::shared_ptr<const Scan> scan;
     const std::optional<SampleBox> box;  // none: the entire scan
     const bool open;
+    const std::optional<std::size_t> device;  // none: the CPU
 
-    Source(std::shared_ptr<const Scan> the_scan, const std::optional<SampleBox>& crop_box, bool is_open)
-        : scan(std::move(the_scan)), box(crop_box), open(is_open) {}
+    Source(std::shared_ptr<const Scan> the_scan, const std::optional<SampleBox>& crop_box, bool is_open,
+           std::optional<std::size_t> the_device)
+        : scan(std::move(the_scan)), box(crop_box), open(is_open), device(the_device) {}
 
     Volume cropped;  // empty without a box
-    std::optional<IsosurfaceExtractor> extractor;
+    std::optional<gpu::FallbackExtractor> extractor;
     Progress progress;  // of the running job
 
     const Mesh& extract(double isovalue, int level, const Progress& job_progress) {
         progress = job_progress;
         if (!extractor) {
             if (box) cropped = crop(scan->volume, box->first, box->last);
-            extractor.emplace(box ? cropped : scan->volume,
-                              IsosurfaceOptions{.closed = !open, .progress = [this](double fraction) {
-                                                    return progress(fraction);
-                                                }});
+            extractor.emplace(
+                box ? cropped : scan->volume,
+                IsosurfaceOptions{.closed = !open,
+                                  .progress = [this](double fraction) { return progress(fraction); }},
+                device);
         }
         return extractor->extract(isovalue, level);
     }
@@ -82,7 +86,8 @@ vtkSmartPointer<vtkPolyData> to_polydata(const Mesh& mesh) {
     return result;
 }
 
-Surfaces::Surfaces(Session& session, QObject* parent) : QObject(parent), session_(session) {
+Surfaces::Surfaces(Session& session, std::optional<std::size_t> device, QObject* parent)
+    : QObject(parent), session_(session), device_(device) {
     pause_.setSingleShot(true);
     connect(&pause_, &QTimer::timeout, this, &Surfaces::settle);
     connect(&session_, &Session::parameters_changed, this, &Surfaces::follow);
@@ -112,6 +117,30 @@ bool Surfaces::settled() const {
     return !states_.empty();
 }
 
+QString Surfaces::device_name() const {
+    return uses_device() ? QString::fromStdString(gpu::devices().at(*device_).name) : "CPU";
+}
+
+// The source goes on with the CPU by itself. Others of this scan start with it.
+void Surfaces::give_up_device(const std::shared_ptr<Source>& source, const QString& reason) {
+    if (device_failed_ || source->scan != session_.shared_scan()) return;
+    device_failed_ = true;
+    preview_level_ = needed_preview_level();
+    emit device_changed(reason);
+}
+
+// On a device the surface follows the isovalue in full resolution, unless smoothing or reduction take longer
+// than that.
+int Surfaces::needed_preview_level() const {
+    if (uses_device() && refinement_.smooth == 0 && refinement_.keep == 100) return 0;
+    const SampleBox box = session_.crop();
+    std::int64_t samples = 1;
+    for (std::size_t a = 0; a < 3; ++a) samples *= box.last[a] - box.first[a] + 1;
+    int level = 0;
+    for (; samples > kPreviewSamples; samples /= 8) ++level;
+    return level;
+}
+
 // Requests the surfaces whose parameters have changed.
 void Surfaces::follow() {
     const Parameters& p = session_.parameters();
@@ -123,15 +152,12 @@ void Surfaces::follow() {
     if (new_scan) {
         extracting_.forget_all();
         measuring_.forget_all();
+        if (std::exchange(device_failed_, false)) emit device_changed({});
     }
-    if (new_source) {
-        source_ = std::make_shared<Source>(scan, p.crop, p.open);
-        const SampleBox box = session_.crop();
-        std::int64_t samples = 1;
-        for (std::size_t a = 0; a < 3; ++a) samples *= box.last[a] - box.first[a] + 1;
-        for (preview_level_ = 0; samples > kPreviewSamples; samples /= 8) ++preview_level_;
-    }
+    if (new_source)
+        source_ = std::make_shared<Source>(scan, p.crop, p.open, uses_device() ? device_ : std::nullopt);
     refinement_ = refinement;
+    preview_level_ = needed_preview_level();
 
     for (auto it = states_.begin(); it != states_.end();) {
         const int id = it->first;
@@ -204,6 +230,13 @@ void Surfaces::post(int id, int level) {
             const Mesh& extracted = source->extract(isovalue, level, job_progress);
             shape->milliseconds =
                 std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+            if (const std::string& failure = source->extractor->failure(); !failure.empty())
+                QMetaObject::invokeMethod(
+                    this,
+                    [this, source, reason = QString::fromStdString(failure)] {
+                        give_up_device(source, reason);
+                    },
+                    Qt::QueuedConnection);
             apps::report(job_progress, 1);
             shape->isovalue = isovalue;
             shape->level = level;

@@ -1,6 +1,7 @@
 /// Extracts and measures the surfaces in the background, previews first.
 #pragma once
 
+#include <cstddef>
 #include <map>
 #include <memory>
 #include <optional>
@@ -31,11 +32,12 @@ struct Shape {
 };
 
 /// Keeps the shapes up to date with the session. While parameters change, each surface gets previews; after a
-/// short pause, it is extracted in full resolution.
+/// short pause, it is extracted in full resolution. A device extracts in full resolution all the time.
 class Surfaces : public QObject {
     Q_OBJECT
   public:
-    explicit Surfaces(Session& session, QObject* parent = nullptr);
+    /// Extracts on the device of this number in gpu::devices(), or without one on the CPU.
+    explicit Surfaces(Session& session, std::optional<std::size_t> device = {}, QObject* parent = nullptr);
     ~Surfaces() override;
 
     /// The newest shape of a surface; null before the first.
@@ -50,12 +52,16 @@ class Surfaces : public QObject {
     void settle();
     /// Previews take every 2^level-th sample.
     int preview_level() const { return preview_level_; }
+    /// What extracts: the name of the device, or "CPU".
+    QString device_name() const;
 
   signals:
     void shape_changed(int id);
     void measured(int id);
     void removed(int id);
     void failed(const QString& message);
+    /// The CPU takes over until the next scan, or with an empty reason, the device is used again.
+    void device_changed(const QString& reason);
 
   private:
     struct Source;
@@ -76,6 +82,9 @@ class Surfaces : public QObject {
     };
 
     void follow();
+    bool uses_device() const { return device_ && !device_failed_; }
+    void give_up_device(const std::shared_ptr<Source>& source, const QString& reason);
+    int needed_preview_level() const;
     void request(int id, double isovalue);
     void post(int id, int level);
     void accept(int id, int request, const std::shared_ptr<Source>& source, std::shared_ptr<Shape> shape);
@@ -83,6 +92,8 @@ class Surfaces : public QObject {
     void post_check(int id, const std::shared_ptr<Shape>& shape);
 
     Session& session_;
+    const std::optional<std::size_t> device_;
+    bool device_failed_ = false;  // with this scan
     Refinement refinement_;
     std::shared_ptr<Source> source_;
     std::map<int, State> states_;

@@ -43,7 +43,8 @@ QString sentence(QString message) {
 
 }  // namespace
 
-MainWindow::MainWindow(QWidget* parent) : QMainWindow(parent) {
+MainWindow::MainWindow(std::optional<std::size_t> device, QWidget* parent)
+    : QMainWindow(parent), surfaces_(session_, device) {
     setWindowTitle("Marrow Viewer");
     setAcceptDrops(true);
     resize(QSize(1440, 900).boundedTo(screen()->availableSize() - kFrame));
@@ -113,6 +114,10 @@ void MainWindow::make_status_bar() {
     facts_->setObjectName("facts");
     facts_->setContentsMargins(8, 0, 0, 0);
     statusBar()->addWidget(facts_, 1);
+    device_ = new QLabel;
+    device_->setObjectName("device");
+    device_->setContentsMargins(0, 0, 8, 0);
+    device_->setToolTip(tr("What extracts the surfaces (marrow view --device)"));
     progress_ = new QProgressBar;
     progress_->setRange(0, 1000);
     progress_->setTextVisible(false);
@@ -128,12 +133,14 @@ void MainWindow::make_status_bar() {
     connect(remarks_, &QToolButton::clicked, this,
             [this] { banner_->show_message(remarks_text_, Severity::information); });
     remarks_->hide();
+    statusBar()->addPermanentWidget(device_);
     statusBar()->addPermanentWidget(remarks_);
     statusBar()->addPermanentWidget(progress_);
     statusBar()->addPermanentWidget(cancel_);
     statusBar()->setSizeGripEnabled(false);
     progress_->hide();
     cancel_->hide();
+    show_device({});
 }
 
 void MainWindow::restore_settings() {
@@ -215,6 +222,7 @@ void MainWindow::connect_views() {
     });
     connect(&surfaces_, &Surfaces::failed, this,
             [this](const QString& message) { banner_->show_message(message, Severity::error); });
+    connect(&surfaces_, &Surfaces::device_changed, this, &MainWindow::show_device);
     connect(cancel_, &QToolButton::clicked, this, [this] {
         loader_.cancel();
         writer_.cancel();
@@ -275,6 +283,14 @@ void MainWindow::inform(const QString& message) {
     remarks_text_ = message;
     remarks_->show();
     banner_->show_message(message, Severity::information);
+}
+
+// A failure joins the remarks about the scan.
+void MainWindow::show_device(const QString& failure) {
+    device_->setText(surfaces_.device_name());
+    if (failure.isEmpty()) return;
+    const QString remark = tr("The CPU extracts the surfaces of this scan: %1.").arg(failure);
+    inform(remarks_->isHidden() ? remark : remarks_text_ + "\n" + remark);
 }
 
 void MainWindow::show_progress(const QString& message) {

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include <QLabel>
@@ -32,8 +34,9 @@ namespace marrow::viewer {
 class MainWindow : public QMainWindow {
     Q_OBJECT
   public:
-    /// Remembers its settings under the name of the application.
-    explicit MainWindow(QWidget* parent = nullptr);
+    /// Remembers its settings under the name of the application. Surfaces are extracted on the device of this
+    /// number in gpu::devices(), or without one on the CPU.
+    explicit MainWindow(std::optional<std::size_t> device = {}, QWidget* parent = nullptr);
     ~MainWindow() override;
 
     void open(const std::filesystem::path& input, const ScanOptions& options = {});
@@ -81,6 +84,7 @@ class MainWindow : public QMainWindow {
     bool choose_session_file();
     void save_measurements();
     void inform(const QString& message);
+    void show_device(const QString& failure);
     void show_progress(const QString& message);
     void hide_progress();
     void choose_scan(bool folder);
@@ -92,7 +96,7 @@ class MainWindow : public QMainWindow {
     void save_turntable();
 
     Session session_;
-    Surfaces surfaces_{session_};
+    Surfaces surfaces_;
     Loader loader_;
     MeshWriter writer_;
     QString export_folder_;
@@ -107,7 +111,7 @@ class MainWindow : public QMainWindow {
     SurfaceView* view_;
     ControlBar* controls_;
     Banner* banner_;
-    QLabel* facts_;
+    QLabel *facts_, *device_;
     QProgressBar* progress_;
     QToolButton *cancel_, *remarks_;
     QString remarks_text_;

@@ -136,6 +136,7 @@ bool Measurer::load(const std::filesystem::path& input, const ScanOptions& optio
                 static_cast<long long>(g.dims[0]), static_cast<long long>(g.dims[1]),
                 static_cast<long long>(g.dims[2]), sample_type_name(session_.scan()->volume.type()),
                 1 << surfaces_.preview_level());
+    std::printf("device      %s extracts\n", surfaces_.device_name().toUtf8().constData());
     std::printf("loading     %.0f ms; longest stall %.0f ms, %.0f ms of it in the window\n", loading,
                 stall.milliseconds, stall.processor);
     return true;

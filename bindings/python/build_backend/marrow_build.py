@@ -6,6 +6,7 @@ the module finds from there, and `bin/` with the program that `python -m marrow`
 Settings (pip's --config-settings NAME=VALUE):
 
 program    "off" leaves the program out, which needs VTK to build. `python -m marrow` then runs the one in PATH.
+gpu        "off" leaves the extraction on GPUs out, which needs Vulkan's tools to build.
 build-dir  a folder that CMake has configured with MARROW_PYTHON=ON, to be used instead of build/wheel
 """
 
@@ -27,15 +28,15 @@ VERSION = re.search(r'MARROW_VERSION "(.*)"', (ROOT / "include/marrow/version.h"
 NAME = f"{PROJECT['name']}-{VERSION}"
 # What a build needs, and what a reader of the sources would look for first.
 SOURCES = """CHANGELOG.md CMakeLists.txt CMakePresets.json LICENSE Makefile README.md pyproject.toml
-    apps bindings cmake include packaging scripts src""".split()
+    apps bindings cmake gpu include packaging scripts src""".split()
 EPOCH = (1980, 1, 1, 0, 0, 0)  # the same sources give the same bytes
 
 
 def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
-    build, with_program = _settings(config_settings)
+    build, with_program, with_gpu = _settings(config_settings)
     if build is None:
         build = ROOT / "build/wheel"
-        _configure(build, with_program)
+        _configure(build, with_program, with_gpu)
     with tempfile.TemporaryDirectory() as staging:
         package = _install(Path(build), Path(staging), with_program)
         files = {f"marrow/{path.relative_to(package)}": path for path in package.rglob("*") if path.is_file()}
@@ -43,7 +44,7 @@ def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
 
 
 def prepare_metadata_for_build_wheel(metadata_directory, config_settings=None):
-    _, with_program = _settings(config_settings)
+    _, with_program, _ = _settings(config_settings)
     for name, text in _metadata(with_program).items():
         path = Path(metadata_directory) / name
         path.parent.mkdir(exist_ok=True)
@@ -70,16 +71,17 @@ def build_sdist(sdist_directory, config_settings=None):
 def _settings(config_settings):
     settings = dict(config_settings or {})
     program = settings.pop("program", "on")
+    gpu = settings.pop("gpu", "on")
     build = settings.pop("build-dir", None)
-    if settings or program not in ("on", "off"):
-        sys.exit("marrow: the settings are program=on or program=off, and build-dir=FOLDER")
-    return build, program == "on"
+    if settings or not {program, gpu} <= {"on", "off"}:
+        sys.exit("marrow: the settings are program=on or program=off, gpu=on or gpu=off, and build-dir=FOLDER")
+    return build, program == "on", gpu == "on"
 
 
-def _configure(build, with_program):
+def _configure(build, with_program, with_gpu):
     _run("cmake", "-S", ROOT, "-B", build, "-G", "Ninja", "-Wno-dev", "-D", "CMAKE_BUILD_TYPE=Release",
          "-D", "CMAKE_INSTALL_LIBDIR=lib", "-D", "MARROW_PYTHON=ON", "-D", f"Python_EXECUTABLE={sys.executable}",
-         "-D", f"MARROW_APPS={'ON' if with_program else 'OFF'}")
+         "-D", f"MARROW_APPS={'ON' if with_program else 'OFF'}", "-D", f"MARROW_GPU={'ON' if with_gpu else 'OFF'}")
 
 
 def _install(build, staging, with_program):
@@ -155,6 +157,6 @@ def _run(*command):
     try:
         subprocess.run([str(argument) for argument in command], check=True)
     except FileNotFoundError:
-        sys.exit(f"marrow: {command[0]} is missing; run scripts/install-dependencies program python")
+        sys.exit(f"marrow: {command[0]} is missing; run scripts/install-dependencies program gpu python")
     except subprocess.CalledProcessError as error:
-        sys.exit(f"marrow: {' '.join(error.cmd)} failed; run scripts/install-dependencies program python")
+        sys.exit(f"marrow: {' '.join(error.cmd)} failed; run scripts/install-dependencies program gpu python")

@@ -10,12 +10,14 @@ left, y to posterior, z to superior.
 """
 
 from ._as_volume import as_volume
+from ._devices import Device, devices
 from ._filters import crop, gaussian_filter, median_filter, resample_isotropic
 from ._histogram import Histogram, Sweep, find_plateaus, histogram, otsu, sweep
 from ._isosurface import TISSUE_PRESETS, IsosurfaceExtractor, TissuePreset, extract
 from ._labels import LabelEntry, count_labels, labels, read_label_table
 from ._marrow import (
     Cancelled,
+    DeviceError,
     EmptySurface,
     Error,
     GeometryError,
@@ -36,6 +38,8 @@ from ._volume import Volume
 __all__ = [
     "TISSUE_PRESETS",
     "Cancelled",
+    "Device",
+    "DeviceError",
     "Distance",
     "EmptySurface",
     "Error",
@@ -67,6 +71,7 @@ __all__ = [
     "as_volume",
     "count_labels",
     "crop",
+    "devices",
     "extract",
     "extract_to_file",
     "find_plateaus",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 from typing import Any, NoReturn, Optional, Union
 
@@ -125,6 +126,11 @@ class IsosurfaceExtractor:
         The volume. Its samples stay alive with the extractor, and must not change.
     closed, normals, snap, topology, threads
         As for `extract`.
+    device : str or int
+        What extracts: 'cpu'; 'auto', a GPU if there is one; 'gpu', which must be there; or a device by its number in
+        `devices` or a part of its name, also a software device. It keeps a copy of the samples, and gives the same
+        bits. The CPU takes over, with a RuntimeWarning, for what the device cannot do: samples of more than 16 bits
+        other than float32, `snap`, `topology`, and where it fails.
 
     Raises
     ------
@@ -132,6 +138,8 @@ class IsosurfaceExtractor:
         `snap` is out of range or goes with `topology`.
     LimitError
         Not enough memory.
+    DeviceError
+        There is no such device.
     """
 
     def __init__(
@@ -143,6 +151,7 @@ class IsosurfaceExtractor:
         snap: float = 0.0,
         topology: bool = False,
         threads: int = 0,
+        device: Union[str, int] = "cpu",
     ) -> None:
         self._native = _marrow.ArrayExtractor(
             as_volume(volume)._native(),
@@ -151,7 +160,15 @@ class IsosurfaceExtractor:
             snap=snap,
             topology=topology,
             threads=threads,
+            device=str(device),
         )
+        self._warned = False
+        self._warn_of_failure()
+
+    @property
+    def device(self) -> str:
+        """The name of the device that extracts, or 'cpu'."""
+        return self._native.device or "cpu"
 
     def extract(self, isovalue: float, *, level: int = 0, progress: Optional[Progress] = None) -> Mesh:
         """Extract a surface: the mesh that `extract` gives, or an empty one.
@@ -161,7 +178,8 @@ class IsosurfaceExtractor:
         isovalue : float
             In the unit of the samples.
         level : int
-            0 to 30. From 1, a preview from every 2^level-th sample along each axis, at their positions.
+            0 to 30. From 1, a preview from every 2^level-th sample along each axis, at their positions, which the CPU
+            extracts.
         progress : callable, optional
             As for `read`.
 
@@ -180,7 +198,14 @@ class IsosurfaceExtractor:
         Cancelled
             `progress` returned False. The extractor can be used as before.
         """
-        return Mesh._of(self._native.extract(isovalue, level=level, progress=progress))
+        mesh = Mesh._of(self._native.extract(isovalue, level=level, progress=progress))
+        self._warn_of_failure()
+        return mesh
+
+    def _warn_of_failure(self) -> None:
+        if self._native.failure and not self._warned:
+            self._warned = True
+            warnings.warn(self._native.failure, RuntimeWarning, stacklevel=3)
 
 
 def _choose_isovalue(

@@ -2,6 +2,8 @@
 
 #include <string>
 
+#include <marrow/gpu.h>
+
 namespace py = pybind11;
 
 namespace marrow::python {
@@ -16,6 +18,7 @@ PyObject* io_error = nullptr;
 PyObject* limit_error = nullptr;
 PyObject* cancelled = nullptr;
 PyObject* empty_surface = nullptr;
+PyObject* device_error = nullptr;
 
 PyObject* add(py::module_& module, const char* name, const char* doc, const py::tuple& bases) {
     const std::string full_name = std::string("marrow.") + name;
@@ -40,6 +43,8 @@ void translate(std::exception_ptr exception) {
         PyErr_SetString(limit_error, e.what());
     } catch (const Cancelled& e) {
         PyErr_SetString(cancelled, e.what());
+    } catch (const gpu::DeviceError& e) {
+        PyErr_SetString(device_error, e.what());
     } catch (const Error& e) {
         PyErr_SetString(error_type, e.what());
     }
@@ -69,6 +74,8 @@ void add_errors(py::module_& module) {
     empty_surface =
         add(module, "EmptySurface", "There is no surface: all samples are on one side of the isovalue.",
             bases(input_error, PyExc_RuntimeError));
+    device_error = add(module, "DeviceError", "There is no such device to extract on.",
+                       bases(error_type, PyExc_RuntimeError));
     py::register_exception_translator(translate);
 }
 

@@ -7,9 +7,11 @@
 #include <chrono>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <utility>
 
+#include <marrow/gpu.h>
 #include <marrow/tissue_presets.h>
 
 #include "long_work.h"
@@ -36,20 +38,28 @@ py::tuple extract(const ArrayVolume& volume, double isovalue, bool closed, bool 
     }));
 }
 
-// An extractor that several Python threads may use, one after the other. It keeps the array alive.
+// An extractor that several Python threads may use, one after the other. It keeps the array alive. `device` is
+// as gpu::choose_device() takes it.
 class ArrayExtractor {
   public:
     ArrayExtractor(const ArrayVolume& volume, bool closed, bool normals, double snap, bool topology,
-                   int threads)
-        : volume_(volume), extractor_(compute(py::none(), [&](const Progress&) {
-              const auto report = [this](double fraction) { return report_(fraction); };
-              return IsosurfaceExtractor(volume_.view(), {.normals = normals,
-                                                          .closed = closed,
-                                                          .snap = snap,
-                                                          .topology = topology,
-                                                          .threads = threads,
-                                                          .progress = report});
-          })) {}
+                   int threads, const std::string& device)
+        : volume_(volume), extractor_(compute(py::none(), [&](const Progress& progress) {
+              const std::optional<std::size_t> number = gpu::choose_device(device);
+              if (number) device_name_ = gpu::devices().at(*number).name;
+              report_ = progress;
+              return gpu::FallbackExtractor(
+                  volume_.view(),
+                  {.normals = normals,
+                   .closed = closed,
+                   .snap = snap,
+                   .topology = topology,
+                   .threads = threads,
+                   .progress = [this](double fraction) { return report_(fraction); }},
+                  number);
+          })) {
+        note_failure();
+    }
 
     py::tuple extract(double isovalue, int level, const py::object& progress) {
         return to_python(compute(progress, [&](const Progress& report) {
@@ -57,11 +67,29 @@ class ArrayExtractor {
             report_ = report;
             const std::shared_ptr<Mesh> mesh = unused_mesh();
             extractor_.extract(isovalue, *mesh, level);
+            note_failure();
             return mesh;
         }));
     }
 
+    // The name of the device, or none where the CPU extracts.
+    std::optional<std::string> device() const {
+        const std::lock_guard lock(failure_mutex_);
+        return device_name_ && failure_.empty() ? device_name_ : std::nullopt;
+    }
+
+    // Why the CPU took over from the device; empty if it did not.
+    std::string failure() const {
+        const std::lock_guard lock(failure_mutex_);
+        return failure_.empty() ? failure_ : "the CPU extracts instead of " + *device_name_ + ": " + failure_;
+    }
+
   private:
+    void note_failure() {
+        const std::lock_guard lock(failure_mutex_);
+        failure_ = extractor_.failure();
+    }
+
     std::unique_lock<std::timed_mutex> wait_for_turn(const Progress& report) {
         std::unique_lock turn(mutex_, std::defer_lock);
         while (!turn.try_lock_for(std::chrono::milliseconds(50))) {
@@ -83,7 +111,10 @@ class ArrayExtractor {
     std::timed_mutex mutex_;
     Progress report_;  // of the call whose turn it is
     std::shared_ptr<Mesh> last_;
-    IsosurfaceExtractor extractor_;
+    std::optional<std::string> device_name_;
+    std::string failure_;               // of the extractor
+    mutable std::mutex failure_mutex_;  // never held for long
+    gpu::FallbackExtractor extractor_;
 };
 
 }  // namespace
@@ -106,9 +137,12 @@ void add_isosurface(py::module_& module) {
                py::arg("closed") = false, py::arg("normals") = true, py::arg("snap") = 0.0,
                py::arg("topology") = false, py::arg("threads") = 0, py::arg("progress") = py::none());
     py::class_<ArrayExtractor>(module, "ArrayExtractor")
-        .def(py::init<const ArrayVolume&, bool, bool, double, bool, int>(), py::arg("volume"), py::kw_only(),
-             py::arg("closed") = false, py::arg("normals") = true, py::arg("snap") = 0.0,
-             py::arg("topology") = false, py::arg("threads") = 0)
+        .def(py::init<const ArrayVolume&, bool, bool, double, bool, int, const std::string&>(),
+             py::arg("volume"), py::kw_only(), py::arg("closed") = false, py::arg("normals") = true,
+             py::arg("snap") = 0.0, py::arg("topology") = false, py::arg("threads") = 0,
+             py::arg("device") = "cpu")
+        .def_property_readonly("device", &ArrayExtractor::device)
+        .def_property_readonly("failure", &ArrayExtractor::failure)
         .def("extract", &ArrayExtractor::extract, py::arg("isovalue"), py::kw_only(), py::arg("level") = 0,
              py::arg("progress") = py::none());
 }

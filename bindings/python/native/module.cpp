@@ -13,6 +13,7 @@ PYBIND11_MODULE(_marrow, module) {
     stop_long_work_at_exit();
     add_volume(module);
     add_mesh(module);
+    add_devices(module);
     add_isosurface(module);
     add_filters(module);
     add_histogram(module);

@@ -5,6 +5,7 @@
 
 namespace marrow::python {
 
+void add_devices(pybind11::module_& module);
 void add_filters(pybind11::module_& module);
 void add_histogram(pybind11::module_& module);
 void add_isosurface(pybind11::module_& module);

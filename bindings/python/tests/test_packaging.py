@@ -53,7 +53,7 @@ def check_installed(environment, folder):
     """The package works from any folder, with no library from outside the environment."""
     output = run(environment / "bin/python", "-c", SCRIPT, cwd=folder).splitlines()
     assert output[0] == version()
-    assert len(output) == 4  # the native module and two shared libraries
+    assert len(output) == 5  # the native module and three shared libraries
     assert all(path.startswith(str(environment)) for path in output[1:])
     expected = f"marrow {version()}\n"
     assert run(environment / "bin/python", "-m", "marrow", "--version", cwd=folder) == expected
@@ -92,7 +92,7 @@ def test_an_unknown_setting_is_an_error(tmp_path):
         [sys.executable, "-m", "pip", "wheel", ROOT, "--no-index", "--no-build-isolation", "--no-deps",
          "--config-settings", "programs=off", "--wheel-dir", tmp_path], text=True, capture_output=True)
     assert result.returncode != 0
-    assert "the settings are program=on or program=off, and build-dir=FOLDER" in result.stdout + result.stderr
+    assert "the settings are program=on or program=off, gpu=on or gpu=off, and build-dir=FOLDER" in result.stdout + result.stderr
 
 
 def test_the_source_archive_holds_what_a_build_needs(tmp_path):

@@ -1,0 +1,15 @@
+// Declares the option that chooses a device.
+#include "device_argument.h"
+
+namespace marrow::apps {
+
+void add_device_option(Arguments& arguments, std::string& device) {
+    arguments.start_group("General");
+    arguments.add_option(
+        "--device", text_value("DEVICE", device),
+        "Extract on DEVICE: cpu; auto, a GPU if there is one; gpu; or the number or name of a "
+        "device in 'marrow devices'. Default: " +
+            device + ". The surface is the same.");
+}
+
+}  // namespace marrow::apps

@@ -1,0 +1,110 @@
+// Finds the device of a number, of a name, or for any work.
+#include "choose_device.h"
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+
+namespace marrow::gpu {
+
+namespace internal {
+
+namespace {
+
+std::string lower_case(std::string_view text) {
+    std::string result(text);
+    for (char& c : result) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return result;
+}
+
+// "0 (NVIDIA A2), 1 (llvmpipe)".
+std::string list(const Choices& choices, const std::vector<std::size_t>& numbers) {
+    std::string text;
+    for (const std::size_t n : numbers)
+        text += (text.empty() ? "" : ", ") + std::to_string(n) + " (" + choices.usable[n].name + ')';
+    return text;
+}
+
+// What there is instead of what was asked for.
+std::string what_there_is(const Choices& choices) {
+    std::vector<std::size_t> all(choices.usable.size());
+    for (std::size_t n = 0; n < all.size(); ++n) all[n] = n;
+    if (!all.empty()) return "there is " + list(choices, all);
+    if (choices.unusable.empty()) return choices.why_none;
+    return choices.unusable.front().device.name + " cannot be used, as " + choices.unusable.front().reason;
+}
+
+std::optional<std::size_t> best_gpu(const Choices& choices) {
+    const auto& usable = choices.usable;
+    const auto best = std::min_element(usable.begin(), usable.end(),
+                                       [](const Device& a, const Device& b) { return a.kind < b.kind; });
+    if (best == usable.end() || best->kind == DeviceKind::software) return {};
+    return static_cast<std::size_t>(best - usable.begin());
+}
+
+std::size_t demanded_gpu(const Choices& choices) {
+    if (const auto gpu = best_gpu(choices)) return *gpu;
+    if (choices.usable.empty()) throw DeviceError("there is no GPU: " + what_there_is(choices));
+    throw DeviceError("there is no GPU: device 0 (" + choices.usable.front().name +
+                      ") is emulated by the CPU, so it is used only if its number or name is given");
+}
+
+// The number of a device, if `choice` is one; digits are never part of a name.
+std::vector<std::size_t> find(const Choices& choices, std::string_view choice) {
+    std::vector<std::size_t> found;
+    std::size_t number = 0;
+    const char* const end = choice.data() + choice.size();
+    const auto [rest, error] = std::from_chars(choice.data(), end, number);
+    const bool is_number = !choice.empty() && rest == end;
+    for (std::size_t n = 0; n < choices.usable.size() && !choice.empty(); ++n) {
+        const bool in_name = lower_case(choices.usable[n].name).find(lower_case(choice)) != std::string::npos;
+        if (is_number ? error == std::errc() && number == n : in_name) found.push_back(n);
+    }
+    return found;
+}
+
+std::size_t named_device(const Choices& choices, std::string_view choice) {
+    const std::vector<std::size_t> found = find(choices, choice);
+    const std::string quoted = '\'' + std::string(choice) + '\'';
+    if (found.empty()) throw DeviceError("there is no device " + quoted + ": " + what_there_is(choices));
+    if (found.size() > 1)
+        throw DeviceError("several devices have " + quoted + " in their names: give the number of one, " +
+                          list(choices, found));
+    return found.front();
+}
+
+}  // namespace
+
+std::optional<std::size_t> choose_among(const Choices& choices, std::string_view choice) {
+    if (choice == "cpu") return {};
+    if (choice == "auto") return best_gpu(choices);
+    if (choice == "gpu") return demanded_gpu(choices);
+    return named_device(choices, choice);
+}
+
+}  // namespace internal
+
+const char* device_kind_name(DeviceKind kind) {
+    switch (kind) {
+        case DeviceKind::discrete:
+            return "discrete";
+        case DeviceKind::integrated:
+            return "integrated";
+        case DeviceKind::virtual_gpu:
+            return "virtual";
+        case DeviceKind::software:
+            return "software";
+        case DeviceKind::other:
+            break;
+    }
+    return "other";
+}
+
+std::optional<std::size_t> choose_device(std::string_view choice) {
+    if (choice == "cpu") return {};  // without loading Vulkan
+    internal::Choices choices{devices(), unusable_devices(), {}};
+    if (choices.usable.empty() && choices.unusable.empty()) choices.why_none = why_no_devices();
+    return internal::choose_among(choices, choice);
+}
+
+}  // namespace marrow::gpu

@@ -1,0 +1,77 @@
+// Extracts on a device until it fails, and then on the CPU.
+#include <marrow/gpu.h>
+
+#include <map>
+#include <utility>
+
+namespace marrow::gpu {
+
+namespace {
+
+// What went wrong, without the advice to use the CPU, which is followed.
+std::string without_advice(const std::string& message) {
+    const std::size_t end = message.ends_with("use the CPU") ? message.rfind("; ") : std::string::npos;
+    return message.substr(0, end);
+}
+
+}  // namespace
+
+struct FallbackExtractor::Impl {
+    VolumeView volume;
+    IsosurfaceOptions options;
+    std::optional<Extractor> device;
+    std::optional<IsosurfaceExtractor> cpu;  // made when it is first needed
+    std::string failure;
+    std::map<int, Mesh> meshes;  // of the levels that were extracted without a mesh of the caller
+
+    // Calls `work`, which uses the device. Returns whether it succeeded; if not, the device is given up.
+    template <class Work>
+    bool try_device(const Work& work) {
+        try {
+            work();
+            return true;
+        } catch (const DeviceError& error) {
+            failure = without_advice(error.what());
+            device.reset();
+            return false;
+        }
+    }
+
+    IsosurfaceExtractor& on_cpu() {
+        if (!cpu) cpu.emplace(volume, options);
+        return *cpu;
+    }
+};
+
+FallbackExtractor::FallbackExtractor(const VolumeView& volume, const IsosurfaceOptions& options,
+                                     std::optional<std::size_t> device)
+    : impl_(new Impl{volume, options, {}, {}, {}, {}}) {
+    if (device) impl_->try_device([&] { impl_->device.emplace(volume, options, *device); });
+    if (!impl_->device) impl_->on_cpu();
+}
+
+FallbackExtractor::~FallbackExtractor() = default;
+FallbackExtractor::FallbackExtractor(FallbackExtractor&&) noexcept = default;
+FallbackExtractor& FallbackExtractor::operator=(FallbackExtractor&&) noexcept = default;
+
+void FallbackExtractor::extract(double isovalue, Mesh& mesh, int level, IsosurfaceStats* stats) {
+    const bool done = level == 0 && impl_->device &&
+                      impl_->try_device([&] { impl_->device->extract(isovalue, mesh, stats); });
+    if (!done) impl_->on_cpu().extract(isovalue, mesh, level, stats);
+}
+
+const Mesh& FallbackExtractor::extract(double isovalue, int level, IsosurfaceStats* stats) {
+    Mesh& mesh = impl_->meshes[level];
+    extract(isovalue, mesh, level, stats);
+    return mesh;
+}
+
+bool FallbackExtractor::on_device() const {
+    return impl_->device.has_value();
+}
+
+const std::string& FallbackExtractor::failure() const {
+    return impl_->failure;
+}
+
+}  // namespace marrow::gpu

@@ -1,0 +1,115 @@
+// The extractor gives the CPU's mesh on the device, and after the device has failed. The tests use the first device.
+#include <gtest/gtest.h>
+
+#include <marrow/gpu.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "gpu/vulkan_device.h"
+#include "support/fields.h"
+#include "support/mesh_checks.h"
+
+namespace marrow::test {
+namespace {
+
+template <class T>
+Volume ball(T scale = 1) {
+    return sampled<T>(grid(24, 20, 16), [=](auto x, auto y, auto z) {
+        const double value = 100 - 10 * std::hypot(x - 12, y - 10, z - 8);
+        return scale * static_cast<T>(std::max(0.0, value));
+    });
+}
+
+const IsosurfaceOptions kClosed{.closed = true};
+
+void expect_mesh_of_cpu(gpu::FallbackExtractor& extractor, const Volume& volume, double isovalue,
+                        const IsosurfaceOptions& options = kClosed, int level = 0) {
+    Mesh expected;
+    IsosurfaceExtractor(volume, options).extract(isovalue, expected, level);
+    EXPECT_GT(expected.triangles.size(), 100u);
+    EXPECT_EQ(mesh_hash(extractor.extract(isovalue, level)), mesh_hash(expected));
+}
+
+TEST(FallbackExtractor, ExtractsOnTheDevice) {
+    const Volume volume = ball<std::int16_t>();
+    gpu::FallbackExtractor extractor(volume, kClosed, 0);
+    expect_mesh_of_cpu(extractor, volume, 30.5);
+    expect_mesh_of_cpu(extractor, volume, 40.5);
+    expect_mesh_of_cpu(extractor, volume, 30.5, kClosed, 1);  // a preview
+    EXPECT_TRUE(extractor.on_device());
+    EXPECT_EQ(extractor.failure(), "");
+}
+
+TEST(FallbackExtractor, ExtractsOnTheCpuWithoutADevice) {
+    const Volume volume = ball<std::int16_t>();
+    gpu::FallbackExtractor extractor(volume, kClosed, {});
+    expect_mesh_of_cpu(extractor, volume, 30.5);
+    EXPECT_FALSE(extractor.on_device());
+    EXPECT_EQ(extractor.failure(), "");
+}
+
+TEST(FallbackExtractor, TheCpuTakesWhatTheDeviceCannot) {
+    const Volume integers = ball<std::int32_t>(), bytes = ball<std::uint8_t>();
+    gpu::FallbackExtractor of_integers(integers, kClosed, 0);
+    expect_mesh_of_cpu(of_integers, integers, 30.5);
+    EXPECT_FALSE(of_integers.on_device());
+    EXPECT_EQ(of_integers.failure(), "GPUs take no samples of type int32");
+
+    const IsosurfaceOptions snapping{.closed = true, .snap = 0.3};
+    gpu::FallbackExtractor snapped(bytes, snapping, 0);
+    expect_mesh_of_cpu(snapped, bytes, 30.5, snapping);
+    EXPECT_FALSE(snapped.on_device());
+
+    gpu::FallbackExtractor elsewhere(bytes, kClosed, 99);
+    expect_mesh_of_cpu(elsewhere, bytes, 30.5);
+    EXPECT_FALSE(elsewhere.on_device());
+}
+
+TEST(FallbackExtractor, TheCpuTakesOverWhenTheDeviceIsLost) {
+    const Volume volume = ball<std::int16_t>();
+    gpu::FallbackExtractor extractor(volume, kClosed, 0);
+    expect_mesh_of_cpu(extractor, volume, 30.5);
+    EXPECT_THROW(gpu::internal::open_device(0)->check(VK_ERROR_DEVICE_LOST), gpu::DeviceError);
+    expect_mesh_of_cpu(extractor, volume, 40.5);
+    EXPECT_FALSE(extractor.on_device());
+    EXPECT_TRUE(extractor.failure().ends_with(": the device was lost")) << extractor.failure();
+    expect_mesh_of_cpu(extractor, volume, 30.5);
+}
+
+TEST(FallbackExtractor, TheCpuTakesOverWhereTheDeviceMayRoundInOtherWays) {
+    const Volume denormal = ball<float>(1e-42f);
+    gpu::FallbackExtractor extractor(denormal, kClosed, 0);
+    EXPECT_TRUE(extractor.on_device());
+    expect_mesh_of_cpu(extractor, denormal, 30.5e-42);
+    EXPECT_FALSE(extractor.on_device());
+}
+
+TEST(FallbackExtractor, OtherErrorsAreNotTheDevices) {
+    const Volume volume = ball<std::int16_t>();
+    bool cancel = false;
+    const IsosurfaceOptions options{.closed = true, .progress = [&](double) { return !cancel; }};
+    gpu::FallbackExtractor extractor(volume, options, 0);
+    EXPECT_THROW(extractor.extract(std::numeric_limits<double>::quiet_NaN()), InputError);
+    EXPECT_THROW(extractor.extract(30.5, 31), InputError);
+    cancel = true;
+    EXPECT_THROW(extractor.extract(30.5), Cancelled);
+    cancel = false;
+    expect_mesh_of_cpu(extractor, volume, 30.5);
+    EXPECT_TRUE(extractor.on_device());
+    EXPECT_THROW(gpu::FallbackExtractor(VolumeView(static_cast<const float*>(nullptr), grid(4, 4, 4)), {}, 0),
+                 InputError);
+}
+
+TEST(Devices, AreDescribed) {
+    const gpu::Device device = gpu::devices().at(0);
+    EXPECT_EQ(device.kind, gpu::DeviceKind::software);
+    EXPECT_TRUE(device.driver.starts_with("llvmpipe Mesa ")) << device.driver;
+    EXPECT_TRUE(gpu::unusable_devices().empty());
+    EXPECT_EQ(gpu::choose_device("auto"), std::nullopt);
+    EXPECT_EQ(gpu::choose_device("LLVMpipe"), 0u);
+}
+
+}  // namespace
+}  // namespace marrow::test
