@@ -7,7 +7,7 @@ namespace marrow::gpu::internal {
 
 DeviceClock::DeviceClock(std::shared_ptr<VulkanDevice> device, std::uint32_t stamps)
     : device_(std::move(device)), stamps_(stamps) {
-    if (device_->timestamp_period() == 0) return;
+    if (device_->timestamp_bits() == 0) return;
     VkQueryPoolCreateInfo info{};
     info.sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO;
     info.queryType = VK_QUERY_TYPE_TIMESTAMP;
@@ -30,7 +30,8 @@ void DeviceClock::stamp(VkCommandBuffer commands, std::uint32_t number) const {
 
 double DeviceClock::seconds(std::uint32_t from, std::uint32_t to) const {
     if (pool_ == VK_NULL_HANDLE) return 0;
-    return 1e-9 * device_->timestamp_period() * static_cast<double>(read(to) - read(from));
+    return 1e-9 * device_->timestamp_period() *
+           static_cast<double>((read(to) - read(from)) & device_->timestamp_bits());
 }
 
 std::uint64_t DeviceClock::read(std::uint32_t number) const {

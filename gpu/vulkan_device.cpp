@@ -58,12 +58,13 @@ std::uint32_t compute_family(VkPhysicalDevice physical) {
     return found;
 }
 
-bool can_timestamp(VkPhysicalDevice physical, std::uint32_t family) {
+std::uint64_t valid_timestamp_bits(VkPhysicalDevice physical, std::uint32_t family) {
     std::uint32_t count = 0;
     vkGetPhysicalDeviceQueueFamilyProperties(physical, &count, nullptr);
     std::vector<VkQueueFamilyProperties> families(count);
     vkGetPhysicalDeviceQueueFamilyProperties(physical, &count, families.data());
-    return families[family].timestampValidBits == 64;
+    const std::uint32_t bits = families[family].timestampValidBits;
+    return bits == 0 ? 0 : ~std::uint64_t{0} >> (64 - bits);
 }
 
 // Whether buffers of the kernels can be exported as file descriptors, without an allocation that is dedicated to them.
@@ -162,8 +163,8 @@ void VulkanDevice::look_up(VkPhysicalDevice physical) {
     limits_.exports_memory = can_export_memory(physical);
     vkGetPhysicalDeviceMemoryProperties(physical, &memory_);
     family_ = compute_family(physical);
-    if (can_timestamp(physical, family_))
-        timestamp_period_ = static_cast<double>(properties.properties.limits.timestampPeriod);
+    timestamp_period_ = static_cast<double>(properties.properties.limits.timestampPeriod);
+    timestamp_bits_ = valid_timestamp_bits(physical, family_);
 }
 
 void VulkanDevice::create(VkPhysicalDevice physical) {

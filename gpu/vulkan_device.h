@@ -69,8 +69,9 @@ class VulkanDevice {
     void set_limits(const Limits& limits) { limits_ = limits; }
     VkPipelineLayout layout() const { return layout_; }
     std::uint32_t queue_family() const { return family_; }
-    /// Nanoseconds of a timestamp's unit. 0: the queue has none.
+    /// Nanoseconds of a timestamp's unit, and the bits that timestamps have. No bits: the queue has none.
     double timestamp_period() const { return timestamp_period_; }
+    std::uint64_t timestamp_bits() const { return timestamp_bits_; }
 
     /// The pipeline of a kernel, made when it is first asked for.
     VkPipeline pipeline(Kernel kernel, Specialization constants);
@@ -93,6 +94,7 @@ class VulkanDevice {
     std::uint32_t family_ = 0;
     VkPipelineLayout layout_ = VK_NULL_HANDLE;
     double timestamp_period_ = 0;
+    std::uint64_t timestamp_bits_ = 0;
     VkPhysicalDeviceMemoryProperties memory_{};
     Limits limits_{};
     std::string name_;

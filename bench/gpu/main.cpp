@@ -82,7 +82,6 @@ nlohmann::json measure(const Case& c, const Settings& settings, double copy_byte
     Report full_report, next_report;
     Times times;
     bool same = true;
-    // Where all samples are outside before, the bits of every block are written.
     for (int round = -1; round < settings.rounds; ++round) {
         extraction.extract(far, true);
         const double full = milliseconds([&] { full_report = extraction.extract(c.isovalue, true); });

@@ -125,7 +125,8 @@ class MARROW_EXPORT Extractor {
 
     /// Replaces `mesh` by the surface at `isovalue`, and reuses its memory. After an exception the extractor can
     /// be used as before, unless the device is lost, and the content of the mesh has no meaning. `stats` may be
-    /// null; its scratch_bytes are those on the device. \throw InputError the isovalue is NaN or infinite;
+    /// null; its scratch_bytes are those on the device, and the times to classify and count are measured there (0 on
+    /// devices that have no clock). \throw InputError the isovalue is NaN or infinite;
     /// LimitError not enough memory for the mesh; DeviceError see there; Cancelled
     void extract(double isovalue, Mesh& mesh, IsosurfaceStats* stats = nullptr);
 

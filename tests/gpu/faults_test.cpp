@@ -124,6 +124,7 @@ TEST(GpuFaults, AfterOutOfMemoryTheExtractorWorks) {
     fail_every_call<&vkEndCommandBuffer>(VK_ERROR_OUT_OF_DEVICE_MEMORY);
     fail_every_call<&vkQueueSubmit>(VK_ERROR_OUT_OF_DEVICE_MEMORY);
     fail_every_call<&vkWaitForFences>(VK_ERROR_OUT_OF_HOST_MEMORY);
+    fail_every_call<&vkGetMemoryFdKHR>(VK_ERROR_TOO_MANY_OBJECTS);
 }
 
 TEST(GpuFaults, AfterTheDeviceIsLostANewExtractorWorks) {
