@@ -72,9 +72,9 @@ void grow(const Mesh& mesh, const SelfIntersections& search, Numbers& points) {
 
 std::size_t hold_back(Mesh& mesh, const OneRings& rings, const std::function<std::span<const Vec3f>()>& start,
                       const Progress& progress, double begin, double end) {
-    SelfIntersections search(mesh, rings);
-    std::vector<TrianglePair> pairs = search.find_all(progress, begin, end);
+    std::vector<TrianglePair> pairs = find_self_intersections(mesh, rings, progress, begin, end);
     if (pairs.empty()) return 0;
+    SelfIntersections search(mesh);
     const std::span<const Vec3f> from = start();
     std::vector<Steps> steps(mesh.points.size(), 0);
     std::unordered_map<std::uint32_t, Vec3f> ends;  // of the paths of points that have moved back

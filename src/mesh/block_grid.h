@@ -1,0 +1,71 @@
+/// Blocks of space, and which of them the triangles of a mesh are in.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include <marrow/buffer.h>
+#include <marrow/vector.h>
+
+namespace marrow::internal {
+
+/// A grid of equal blocks over the points of a mesh. It numbers half blocks along each axis by float operations that
+/// never decrease with the coordinate. So all points between two others are in the half blocks between theirs.
+struct BlockGrid {
+    /// A block's index takes as many bits. The rest of a span says how many blocks follow the first.
+    static constexpr int kIndexBits = 28;
+
+    Vec3f lower, upper;       ///< the bounds of the points, mm
+    float halves_per_mm;      ///< half blocks
+    std::uint32_t blocks[3];  ///< along each axis; fewer than 2^kIndexBits in all
+    Vec3d line_error;         ///< the most by which line() is off, mm
+
+    std::uint32_t half_block(std::size_t axis, float x) const {
+        return static_cast<std::uint32_t>((x - lower[axis]) * halves_per_mm);
+    }
+    /// Where the first half of a block ends. No coordinate of type float is there: what begins in the first half and
+    /// ends in the second crosses this line.
+    double line(std::size_t axis, std::uint32_t block) const {
+        return double{lower[axis]} + (2.0 * block + 1) / double{halves_per_mm};
+    }
+    std::size_t size() const { return std::size_t{blocks[0]} * blocks[1] * blocks[2]; }
+    std::uint32_t index(const std::array<std::uint32_t, 3>& block) const {
+        return (block[2] * blocks[1] + block[1]) * blocks[0] + block[0];
+    }
+};
+
+/// What is known of the triangles in a block: for each of these, three bits, one per axis.
+using BlockBits = std::uint16_t;
+inline constexpr BlockBits kFront = 1 << 0;   ///< some triangle may face along the axis
+inline constexpr BlockBits kBack = 1 << 3;    ///< some triangle may face against the axis
+inline constexpr BlockBits kOnLine = 1 << 6;  ///< the line through the middle of the block meets a triangle
+inline constexpr BlockBits kMoreOnLine = 1 << 9;  ///< it may meet more than one
+inline constexpr BlockBits kAllAxes = 0b111;
+
+/// What is known of two sets of triangles together.
+constexpr BlockBits merged(BlockBits a, BlockBits b) {
+    const unsigned twice = a & b & kAllAxes * kOnLine;
+    return static_cast<BlockBits>(a | b | twice * (kMoreOnLine / kOnLine));
+}
+
+/// Where triangles are, and which sides they show.
+struct PlacedTriangles {
+    /// Adds to what is known of a block.
+    struct Mark {
+        std::uint32_t block;
+        BlockBits bits;
+    };
+    static constexpr std::uint32_t kLarge = ~std::uint32_t{0};
+
+    explicit PlacedTriangles(std::size_t triangles) : spans(triangles), sides(triangles) {}
+
+    /// The index of the first block of each, and for each axis a bit: whether it is in the next block, too. kLarge if
+    /// it is in more blocks.
+    Buffer<std::uint32_t> spans;
+    Buffer<std::uint8_t> sides;  ///< kFront and kBack
+    std::vector<Mark> marks;  ///< where lines meet triangles, and the sides of large triangles, in any order
+};
+
+}  // namespace marrow::internal
