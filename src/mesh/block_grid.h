@@ -17,10 +17,12 @@ struct BlockGrid {
     /// A block's index takes as many bits. The rest of a span says how many blocks follow the first.
     static constexpr int kIndexBits = 28;
 
-    Vec3f lower, upper;       ///< the bounds of the points, mm
-    float halves_per_mm;      ///< half blocks
-    std::uint32_t blocks[3];  ///< along each axis; fewer than 2^kIndexBits in all
-    Vec3d line_error;         ///< the most by which line() is off, mm
+    Vec3f lower, upper;            ///< the bounds of the points, mm
+    float half_side = 0;           ///< of a block, mm
+    float halves_per_mm = 0;       ///< half blocks
+    std::uint32_t blocks[3] = {};  ///< along each axis; fewer than 2^kIndexBits in all
+    Vec3d line_error = {};         ///< the most by which line() is off, mm
+    Vec3f turn_error = {};  ///< by axis: that of twice the area between a line along it and a short edge, mm2
 
     std::uint32_t half_block(std::size_t axis, float x) const {
         return static_cast<std::uint32_t>((x - lower[axis]) * halves_per_mm);
@@ -62,7 +64,7 @@ struct PlacedTriangles {
     explicit PlacedTriangles(std::size_t triangles) : spans(triangles), sides(triangles) {}
 
     /// The index of the first block of each, and for each axis a bit: whether it is in the next block, too. kLarge if
-    /// it is in more blocks.
+    /// it is in more blocks, or crosses two lines on an axis.
     Buffer<std::uint32_t> spans;
     Buffer<std::uint8_t> sides;  ///< kFront and kBack
     std::vector<Mark> marks;  ///< where lines meet triangles, and the sides of large triangles, in any order

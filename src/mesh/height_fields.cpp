@@ -80,54 +80,88 @@ HWY_INLINE VI sides_of(const V (&a)[3], const V (&b)[3], const V (&c)[3]) {
     return sides;
 }
 
-// Places the triangles [begin, end). Lists those that may meet lines through the middle of blocks. Returns whether all
+// What the line through the middle of a block along an axis is to triangles, of which both have the position on the
+// other two axes. `from_line` is the way from the line to the corners.
+struct Meeting {
+    hn::Mask<D> possible, certain;
+};
+HWY_INLINE Meeting meet_line(const V (&from_line)[3][3], std::size_t j, std::size_t k, V error) {
+    V least, most;
+    for (std::size_t c = 0; c < 3; ++c) {
+        const auto &p = from_line[c], &q = from_line[(c + 1) % 3];
+        const V turn = hn::Sub(hn::Mul(p[j], q[k]), hn::Mul(p[k], q[j]));
+        least = c == 0 ? turn : hn::Min(least, turn);
+        most = c == 0 ? turn : hn::Max(most, turn);
+    }
+    const auto left = hn::Gt(least, error), right = hn::Lt(most, hn::Neg(error));
+    const auto misses = hn::And(hn::Lt(least, hn::Neg(error)), hn::Gt(most, error));
+    return {hn::Not(misses), hn::Or(left, right)};
+}
+
+// Places the triangles [begin, end), and marks the lines that they meet, except for large ones. Returns whether all
 // triangles are within the bounds of the grid, as they are if all coordinates are finite.
 bool place_triangles(const MeshView& mesh, const BlockGrid& grid, std::size_t begin, std::size_t end,
-                     PlacedTriangles& placed, std::vector<std::uint32_t>& on_lines) {
+                     PlacedTriangles& placed, std::vector<PlacedTriangles::Mark>& marks) {
     const D d;
     const DI di;
     const std::size_t lanes = hn::Lanes(d);
     const VI one = hn::Set(di, 1);
-    const auto none = hn::Lt(one, hn::Zero(di));
-    auto outside = hn::RebindMask(d, none);
+    const VI strides[3] = {one, hn::Set(di, static_cast<std::int32_t>(grid.blocks[0])),
+                           hn::Set(di, static_cast<std::int32_t>(grid.blocks[0] * grid.blocks[1]))};
+    auto outside = hn::Lt(hn::Zero(d), hn::Zero(d));
     for (std::size_t first = begin; first < end; first += lanes) {
         const std::size_t count = std::min(lanes, end - first);
-        V a[3], b[3], c[3];
-        load_corners(mesh, first, count, 0, a);
-        load_corners(mesh, first, count, 1, b);
-        load_corners(mesh, first, count, 2, c);
-        VI block = hn::Zero(di), span = hn::Zero(di);
-        auto is_large = none, straddles_any = none, straddles_two = none;
-        for (std::size_t axis = 3; axis-- > 0;) {
-            const V lower = hn::Min(hn::Min(a[axis], b[axis]), c[axis]),
-                    upper = hn::Max(hn::Max(a[axis], b[axis]), c[axis]);
+        V corners[3][3], from_line[3][3];
+        for (std::size_t c = 0; c < 3; ++c) load_corners(mesh, first, count, c, corners[c]);
+        VI block = hn::Zero(di), span = hn::Zero(di), to_line[3];
+        auto is_large = hn::Lt(one, hn::Zero(di));
+        decltype(is_large) has_line[3];
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const V a = corners[0][axis], b = corners[1][axis], c = corners[2][axis];
+            const V lower = hn::Min(hn::Min(a, b), c), upper = hn::Max(hn::Max(a, b), c);
             const V origin = hn::Set(d, grid.lower[axis]), scale = hn::Set(d, grid.halves_per_mm);
-            outside =
-                hn::Or(outside,
-                       hn::Not(hn::And(hn::Ge(lower, origin), hn::Le(upper, hn::Set(d, grid.upper[axis])))));
+            const auto inside = hn::And(hn::Ge(lower, origin), hn::Le(upper, hn::Set(d, grid.upper[axis])));
+            outside = hn::Or(outside, hn::Not(inside));
             const VI low = hn::ConvertTo(di, hn::Mul(hn::Sub(lower, origin), scale)),
                      high = hn::ConvertTo(di, hn::Mul(hn::Sub(upper, origin), scale));
-            const VI low_block = hn::ShiftRight<1>(low), more = hn::Sub(hn::ShiftRight<1>(high), low_block);
-            block =
-                hn::Add(hn::Mul(block, hn::Set(di, static_cast<std::int32_t>(grid.blocks[axis]))), low_block);
-            span = hn::Add(hn::Add(span, span), more);
-            is_large = hn::Or(is_large, hn::Gt(more, one));
-            const auto straddles =
-                hn::Lt(hn::ShiftRight<1>(hn::Add(low, one)), hn::ShiftRight<1>(hn::Add(high, one)));
-            straddles_two = hn::Or(straddles_two, hn::And(straddles_any, straddles));
-            straddles_any = hn::Or(straddles_any, straddles);
+            const VI more = hn::Sub(hn::ShiftRight<1>(high), hn::ShiftRight<1>(low));
+            block = hn::Add(block, hn::Mul(strides[axis], hn::ShiftRight<1>(low)));
+            span = hn::Or(span, hn::Mul(more, hn::Set(di, 1 << axis)));
+            // The first line is in this block if the triangle begins in its first half.
+            const VI is_in_next = hn::And(low, one);
+            const VI lines =
+                hn::Sub(hn::ShiftRight<1>(hn::Add(high, one)), hn::ShiftRight<1>(hn::Add(low, one)));
+            has_line[axis] = hn::Gt(lines, hn::Zero(di));
+            to_line[axis] = hn::Mul(strides[axis], is_in_next);
+            const V halves = hn::ConvertTo(d, hn::Add(hn::Add(low, is_in_next), one));
+            const V line = hn::Add(origin, hn::Mul(halves, hn::Set(d, grid.half_side)));
+            for (std::size_t k = 0; k < 3; ++k) from_line[k][axis] = hn::Sub(corners[k][axis], line);
+            is_large = hn::Or(is_large, hn::Or(hn::Gt(more, one), hn::Gt(lines, one)));
         }
         HWY_ALIGN std::int32_t spans[kMostLanes], sides[kMostLanes];
         hn::Store(hn::IfThenElse(is_large, hn::Set(di, -1),
                                  hn::Or(block, hn::ShiftLeft<BlockGrid::kIndexBits>(span))),
                   di, spans);
-        hn::Store(sides_of(a, b, c), di, sides);
-        std::uint8_t listed[8] = {};
-        hn::StoreMaskBits(di, hn::Or(straddles_two, is_large), listed);
+        hn::Store(sides_of(corners[0], corners[1], corners[2]), di, sides);
         for (std::size_t lane = 0; lane < count; ++lane) {
             placed.spans[first + lane] = static_cast<std::uint32_t>(spans[lane]);
             placed.sides[first + lane] = static_cast<std::uint8_t>(sides[lane]);
-            if ((listed[0] >> lane & 1) != 0) on_lines.push_back(static_cast<std::uint32_t>(first + lane));
+        }
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const std::size_t j = (axis + 1) % 3, k = (axis + 2) % 3;
+            const Meeting meeting = meet_line(from_line, j, k, hn::Set(d, grid.turn_error[axis]));
+            const auto has_both = hn::AndNot(is_large, hn::And(has_line[j], has_line[k]));
+            std::uint8_t possible[8] = {}, certain[8] = {};
+            hn::StoreMaskBits(di, hn::And(has_both, hn::RebindMask(di, meeting.possible)), possible);
+            hn::StoreMaskBits(d, meeting.certain, certain);
+            HWY_ALIGN std::int32_t blocks[kMostLanes];
+            hn::Store(hn::Add(block, hn::Add(to_line[j], to_line[k])), di, blocks);
+            for (std::size_t lane = 0; lane < count; ++lane) {
+                if ((possible[0] >> lane & 1) == 0) continue;
+                const int bits = (certain[0] >> lane & 1) != 0 ? kOnLine : kOnLine | kMoreOnLine;
+                marks.push_back(
+                    {static_cast<std::uint32_t>(blocks[lane]), static_cast<BlockBits>(bits << axis)});
+            }
         }
     }
     return hn::AllFalse(d, outside);
@@ -217,29 +251,31 @@ double mean_edge(const MeshView& mesh) {
 std::optional<BlockGrid> make_grid(const MeshView& mesh) {
     constexpr double kBlockEdges = 1.5;     // the side of a block, in edges of triangles
     constexpr double kMostPerTriangle = 8;  // blocks
-    constexpr double kMostHalves = 1 << 22;
+    constexpr float kMostHalves = 1 << 22;
     const Bounds bounds = bounds_of(mesh.points);
-    BlockGrid grid{bounds.lower, bounds.upper, 0, {}, {}};
+    BlockGrid grid{.lower = bounds.lower, .upper = bounds.upper};
     double side = kBlockEdges * mean_edge(mesh);
     const double most = std::min(kMostPerTriangle * static_cast<double>(mesh.triangles.size()),
                                  std::ldexp(1, BlockGrid::kIndexBits) - 1);
-    for (;;) {
+    for (double size = 2 * most; size > most; side *= std::max(1.01, std::cbrt(size / most))) {
         grid.halves_per_mm = static_cast<float>(2 / side);
-        double size = 1;
+        grid.half_side = static_cast<float>(side / 2);
+        size = 1;
         for (std::size_t axis = 0; axis < 3; ++axis) {
             const float extent = bounds.upper[axis] - bounds.lower[axis];
-            const float halves = extent * grid.halves_per_mm;
-            if (!(halves < kMostHalves)) return {};
+            if (!(extent * grid.halves_per_mm < kMostHalves)) return {};
             grid.blocks[axis] = grid.half_block(axis, bounds.upper[axis]) / 2 + 1;
             size *= grid.blocks[axis];
-            // A line is between two successive floats. The differences and products round, too.
-            const double furthest =
-                std::max(std::abs(double{bounds.lower[axis]}), std::abs(double{bounds.upper[axis]}));
-            grid.line_error[axis] = 2.5e-7 * (double{extent} + furthest);
+            // Differences and products round, and a line is between two successive floats.
+            const float furthest = std::max(std::abs(bounds.lower[axis]), std::abs(bounds.upper[axis]));
+            grid.line_error[axis] = 3e-7 * (double{extent} + double{furthest});
         }
-        if (size <= most) return grid;
-        side *= std::max(1.01, std::cbrt(size / most));
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const double error = grid.line_error[(axis + 1) % 3] + grid.line_error[(axis + 2) % 3];
+            grid.turn_error[axis] = static_cast<float>(4 * side * error + 1e-5 * side * side);
+        }
     }
+    return grid;
 }
 
 // The first and the last half block of a triangle along each axis.
@@ -328,6 +364,13 @@ class SpanBlocks {
 
 constexpr std::size_t kSection = 4096;  // triangles
 
+bool has_only_fans(const OneRings& rings) {
+    for (std::size_t chunk = 0; chunk < rings.chunks(); ++chunk) {
+        if (!rings.listed(chunk, 0).empty()) return false;
+    }
+    return true;
+}
+
 // Returns nothing if the triangles are not in the grid, or if large ones are in too many blocks.
 std::optional<PlacedTriangles> place(const MeshView& mesh, const OneRings& rings, const BlockGrid& grid) {
     constexpr std::size_t kMostPerTriangle = 4;  // blocks of large triangles
@@ -336,26 +379,21 @@ std::optional<PlacedTriangles> place(const MeshView& mesh, const OneRings& rings
     std::mutex mutex;
     std::atomic<std::size_t> marked = 0;
     std::atomic<bool> failed = false;
+    const bool all_fans = has_only_fans(rings);
     parallel_for(std::size_t{0}, (triangles + kSection - 1) / kSection, [&](std::size_t section) {
         if (failed) return;
         const std::size_t begin = section * kSection, end = std::min(begin + kSection, triangles);
-        std::vector<std::uint32_t> on_lines;
-        if (!HWY_DYNAMIC_DISPATCH(place_triangles)(mesh, grid, begin, end, placed, on_lines)) failed = true;
-        for (std::size_t t = begin; t < end; ++t) {
-            const auto& [a, b, c] = mesh.triangles[t];
-            if (!rings.is_fan(a) || !rings.is_fan(b) || !rings.is_fan(c))
-                placed.sides[t] = kAllAxes * (kFront | kBack);
-        }
         std::vector<PlacedTriangles::Mark> marks;
-        for (const std::uint32_t t : on_lines) {
-            if (failed) return;
+        if (!HWY_DYNAMIC_DISPATCH(place_triangles)(mesh, grid, begin, end, placed, marks)) failed = true;
+        for (std::size_t t = begin; t < end && !failed; ++t) {
+            const auto& [a, b, c] = mesh.triangles[t];
+            if (!all_fans && (!rings.is_fan(a) || !rings.is_fan(b) || !rings.is_fan(c)))
+                placed.sides[t] = kAllAxes * (kFront | kBack);
+            if (placed.spans[t] != PlacedTriangles::kLarge) continue;
             const Reach reach(mesh, grid, mesh.triangles[t]);
-            if (placed.spans[t] == PlacedTriangles::kLarge) {
-                if ((marked += reach.blocks()) > kMostPerTriangle * triangles)
-                    failed = true;
-                else
-                    mark_blocks(grid, reach, placed.sides[t], marks);
-            }
+            if ((marked += reach.blocks()) > kMostPerTriangle * triangles) failed = true;
+            if (failed) return;
+            mark_blocks(grid, reach, placed.sides[t], marks);
             mark_lines(mesh, grid, mesh.triangles[t], reach, marks);
         }
         const std::lock_guard lock(mutex);
