@@ -9,6 +9,7 @@
 #include <array>
 #include <cmath>
 #include <mutex>
+#include <numeric>
 #include <optional>
 #include <span>
 
@@ -127,8 +128,15 @@ class Decider {
 }  // namespace
 
 std::vector<TrianglePair> find_self_intersections(const MeshView& mesh, const OneRings& rings,
+                                                  const std::optional<TriangleBlocks>& blocks,
                                                   const Progress& progress, double begin, double end) {
-    const Buffer<std::uint32_t> numbers = triangles_outside_height_fields(mesh, rings);
+    Buffer<std::uint32_t> numbers;
+    if (blocks) {
+        numbers = triangles_outside_height_fields(*blocks);
+    } else {
+        numbers.resize(mesh.triangles.size());
+        std::iota(numbers.begin(), numbers.end(), std::uint32_t{0});
+    }
     Buffer<Triangle> triangles(numbers.size());
     std::transform(numbers.begin(), numbers.end(), triangles.begin(),
                    [&](std::uint32_t t) { return mesh.triangles[t]; });
@@ -148,6 +156,11 @@ std::vector<TrianglePair> find_self_intersections(const MeshView& mesh, const On
     });
     std::sort(all.begin(), all.end());
     return all;
+}
+
+std::vector<TrianglePair> find_self_intersections(const MeshView& mesh, const OneRings& rings,
+                                                  const Progress& progress, double begin, double end) {
+    return find_self_intersections(mesh, rings, find_triangle_blocks(mesh, rings), progress, begin, end);
 }
 
 struct SelfIntersections::Search {

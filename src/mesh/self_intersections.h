@@ -3,12 +3,14 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include <marrow/mesh.h>
 #include <marrow/progress.h>
 
 #include "one_rings.h"
+#include "triangle_blocks.h"
 #include "triangle_pyramid.h"
 
 namespace marrow::internal {
@@ -17,6 +19,12 @@ namespace marrow::internal {
 /// They are sorted and do not depend on the number of threads. `rings` are those of the mesh.
 /// \pre fewer than 2^32 triangles, none with equal indices \throw Cancelled
 std::vector<TrianglePair> find_self_intersections(const MeshView& mesh, const OneRings& rings,
+                                                  const Progress& progress = {}, double begin = 0,
+                                                  double end = 1);
+
+/// The same, with the blocks of the mesh.
+std::vector<TrianglePair> find_self_intersections(const MeshView& mesh, const OneRings& rings,
+                                                  const std::optional<TriangleBlocks>& blocks,
                                                   const Progress& progress = {}, double begin = 0,
                                                   double end = 1);
 

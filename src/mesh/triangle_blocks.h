@@ -4,10 +4,14 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include <marrow/buffer.h>
+#include <marrow/mesh.h>
 #include <marrow/vector.h>
+
+#include "one_rings.h"
 
 namespace marrow::internal {
 
@@ -52,22 +56,51 @@ constexpr BlockBits merged(BlockBits a, BlockBits b) {
     return static_cast<BlockBits>(a | b | twice * (kMoreOnLine / kOnLine));
 }
 
-/// Where triangles are, and which sides they show.
-struct PlacedTriangles {
+/// Which blocks the triangles of a mesh are in: those that their bounding boxes overlap. Also which sides they show
+/// along the axes.
+struct TriangleBlocks {
+    static constexpr std::uint32_t kLarge = ~std::uint32_t{0};
     /// Adds to what is known of a block.
     struct Mark {
         std::uint32_t block;
         BlockBits bits;
     };
-    static constexpr std::uint32_t kLarge = ~std::uint32_t{0};
 
-    explicit PlacedTriangles(std::size_t triangles) : spans(triangles), sides(triangles) {}
-
-    /// The index of the first block of each, and for each axis a bit: whether it is in the next block, too. kLarge if
-    /// it is in more blocks, or crosses two lines on an axis.
+    BlockGrid grid;
+    /// The index of the first block of each triangle, and for each axis a bit: whether it is in the next block, too.
+    /// kLarge if it is in more blocks, or crosses two lines on an axis.
     Buffer<std::uint32_t> spans;
-    Buffer<std::uint8_t> sides;  ///< kFront and kBack
+    /// kFront and kBack; both at points that are no fans, and if rounding could be wrong.
+    Buffer<std::uint8_t> sides;
     std::vector<Mark> marks;  ///< where lines meet triangles, and the sides of large triangles, in any order
 };
+
+/// The blocks of spans, relative to the first one. Some are listed more than once.
+class SpanBlocks {
+  public:
+    explicit SpanBlocks(const BlockGrid& grid) {
+        for (std::uint32_t span = 0; span < 8; ++span) {
+            for (std::uint32_t i = 0; i < 8; ++i) {
+                const std::uint32_t next = span & i;
+                blocks_[span][i] = grid.index({next & 1, next >> 1 & 1, next >> 2});
+            }
+        }
+    }
+    static std::uint32_t first(std::uint32_t span) { return span % (1u << BlockGrid::kIndexBits); }
+    const std::array<std::uint32_t, 8>& after_first(std::uint32_t span) const {
+        return blocks_[span >> BlockGrid::kIndexBits];
+    }
+
+  private:
+    std::array<std::array<std::uint32_t, 8>, 8> blocks_;
+};
+
+/// Finds the blocks of a mesh. Returns nothing if coordinates are not finite, or if the triangles are of too different
+/// sizes. Runs on all threads. `rings` are those of the mesh. \pre fewer than 2^32 triangles
+std::optional<TriangleBlocks> find_triangle_blocks(const MeshView& mesh, const OneRings& rings);
+
+/// Returns the triangles with a block whose entry in `wanted` is 1 instead of 0, and large ones, in ascending order.
+/// Runs on all threads.
+Buffer<std::uint32_t> triangles_in(const TriangleBlocks& blocks, const Buffer<std::uint8_t>& wanted);
 
 }  // namespace marrow::internal
