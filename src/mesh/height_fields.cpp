@@ -9,6 +9,8 @@
 // another one, and they only meet in the edges and corners that they share.
 //
 // A triangle intersects no other one if each of its blocks is in such a column, along any axis.
+//
+// The loops over blocks are plain ones, which compilers turn into vectors.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "mesh/height_fields.cpp"
 #include <hwy/foreach_target.h>

@@ -68,8 +68,8 @@ HWY_INLINE VI sides_of(const V (&a)[3], const V (&b)[3], const V (&c)[3]) {
     return sides;
 }
 
-// What the line through the middle of a block along an axis is to triangles, of which both have the position on the
-// other two axes. `from_line` is the way from the line to the corners.
+// Whether triangles may and whether they certainly do meet a line. The line is perpendicular to the axes j and k;
+// `from_line` is the way from it to the corners.
 struct Meeting {
     hn::Mask<D> possible, certain;
 };
@@ -225,7 +225,8 @@ struct Reach {
     }
 };
 
-// What a line along an axis is to a triangle. `at` is where the line is on the two other axes.
+// What is known of the block whose line along an axis may meet a triangle. `at` is where the line is on the two other
+// axes.
 BlockBits meet(const TriangleCorners& corners, const BlockGrid& grid, std::size_t axis,
                const std::array<double, 2>& at) {
     const std::size_t j = (axis + 1) % 3, k = (axis + 2) % 3;
@@ -283,7 +284,7 @@ constexpr std::size_t kSection = 4096;  // triangles
 }  // namespace
 
 std::optional<TriangleBlocks> find_triangle_blocks(const MeshView& mesh, const OneRings& rings) {
-    constexpr std::size_t kMostPerTriangle = 4;  // blocks of large triangles
+    constexpr std::size_t kMostInLarge = 4;  // blocks of large triangles, for each triangle of the mesh
     const std::optional<BlockGrid> grid = make_grid(mesh);
     if (!grid) return {};
     const std::size_t triangles = mesh.triangles.size();
@@ -303,7 +304,7 @@ std::optional<TriangleBlocks> find_triangle_blocks(const MeshView& mesh, const O
                 found.sides[t] = kAllAxes * (kFront | kBack);
             if (found.spans[t] != TriangleBlocks::kLarge) continue;
             const Reach reach(mesh, found.grid, mesh.triangles[t]);
-            if ((marked += reach.blocks()) > kMostPerTriangle * triangles) failed = true;
+            if ((marked += reach.blocks()) > kMostInLarge * triangles) failed = true;
             if (failed) return;
             mark_blocks(found.grid, reach, found.sides[t], marks);
             mark_lines(mesh, found.grid, mesh.triangles[t], reach, marks);

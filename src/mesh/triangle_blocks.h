@@ -26,13 +26,15 @@ struct BlockGrid {
     float halves_per_mm = 0;       ///< half blocks
     std::uint32_t blocks[3] = {};  ///< along each axis; fewer than 2^kIndexBits in all
     Vec3d line_error = {};         ///< the most by which line() is off, mm
-    Vec3f turn_error = {};  ///< by axis: that of twice the area between a line along it and a short edge, mm2
+    /// By axis: the most by which twice the area of a triangle between an edge and a line along the axis is off, mm2.
+    /// It holds for edges that are in two successive blocks at most along the other axes.
+    Vec3f turn_error = {};
 
     std::uint32_t half_block(std::size_t axis, float x) const {
         return static_cast<std::uint32_t>((x - lower[axis]) * halves_per_mm);
     }
-    /// Where the first half of a block ends. No coordinate of type float is there: what begins in the first half and
-    /// ends in the second crosses this line.
+    /// The line of a block, which is where its first half ends. No point of type float is there: what begins in the
+    /// first half and ends in the second crosses the line.
     double line(std::size_t axis, std::uint32_t block) const {
         return double{lower[axis]} + (2.0 * block + 1) / double{halves_per_mm};
     }
