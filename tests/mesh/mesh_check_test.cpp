@@ -375,6 +375,7 @@ TEST(Check, FindsWhereSheetsPassThroughEachOther) {
     const auto dented = [&](double x, double y) {  // a single point reaches down through the sheet below
         return wavy(x, y) + Vec3d{0, 0, x == 13 && y == 17 ? -0.01 : 4};
     };
+    const auto coarse = [](double x, double y) { return Vec3d{10 * x, 10 * y, 0.1}; };
     const auto rough = [&](double x, double y) {
         return wavy(x, y) + Vec3d{noise(0.45), noise(0.45), noise(0.3)};
     };
@@ -383,7 +384,7 @@ TEST(Check, FindsWhereSheetsPassThroughEachOther) {
     };
     // Two turns of a ramp, which come through each other.
     const auto ramp = [](double x, double y) {
-        const double angle = x * 4 * M_PI / 30, radius = 4 + y / 2;
+        const double angle = x * 4 * M_PI / 20, radius = 4 + y / 2;
         return Vec3d{radius * std::cos(angle), radius * std::sin(angle), angle / 2 + 2 * std::sin(angle / 2)};
     };
     const auto steep_ramp = [&](double x, double y) { return ramp(x, y) + Vec3d{0, 0, x / 2}; };
@@ -392,18 +393,13 @@ TEST(Check, FindsWhereSheetsPassThroughEachOther) {
         Mesh mesh;
         bool intersects;
     };
-    const std::uint32_t size = 30;
+    const std::uint32_t size = 20;
     const Case cases[] = {
         {"flat sheets above each other", joined(sheet(size, flat), sheet(size, above(flat, 1))), false},
         {"wavy sheets above each other", joined(sheet(size, wavy), sheet(size, above(wavy, 0.3))), false},
         {"a wavy sheet through a flat one", joined(sheet(size, flat), sheet(size, wavy)), true},
         {"a dent", joined(sheet(size, wavy), sheet(size, dented)), true},
-        {"a coarse sheet through a fine one",
-         joined(sheet(size, wavy), sheet(3,
-                                         [&](double x, double y) {
-                                             return Vec3d{10 * x, 10 * y, 0.1};
-                                         })),
-         true},
+        {"a coarse sheet through a fine one", joined(sheet(size, wavy), sheet(2, coarse)), true},
         {"a rough sheet", sheet(size, rough), true},
         {"a folded sheet", sheet(size, folded), true},
         {"a ramp", sheet(size, steep_ramp), false},
@@ -411,7 +407,7 @@ TEST(Check, FindsWhereSheetsPassThroughEachOther) {
     };
     for (const auto& [name, mesh, intersects] : cases) {
         EXPECT_EQ(count_by_pairs(mesh) > 0, intersects) << name;
-        for (const float away : {0.0f, 1e3f, 1e5f}) {
+        for (const float away : {0.0f, 1e5f}) {
             for (std::size_t by = 0; by < 3; ++by) {
                 Mesh other = turned(mesh, by, away);
                 const std::int64_t pairs = count_by_pairs(other);
