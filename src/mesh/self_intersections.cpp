@@ -1,8 +1,9 @@
 // Finds the pairs of triangles whose bounding boxes overlap, and decides them with exact predicates.
 //
-// Where the surface is a height field, no pairs need to be looked at. Elsewhere, most pairs are neighbours that share a point. At nearly all points, one look at all triangles around the
-// point proves that they do not intersect. At the others, pairs only need a plane through the point, and the
-// plane between the directions to the two triangles nearly always does.
+// Where the surface is a height field, no pairs need to be looked at. Elsewhere, most pairs are neighbours that share a
+// point. At nearly all points, one look at all triangles around the point proves that they do not intersect. At the
+// others, pairs only need a plane through the point, and the plane between the directions to the two triangles nearly
+// always does.
 #include "self_intersections.h"
 
 #include <algorithm>
