@@ -377,10 +377,10 @@ TEST(Check, FindsWhereSheetsPassThroughEachOther) {
     };
     const auto coarse = [](double x, double y) { return Vec3d{10 * x, 10 * y, 0.1}; };
     const auto rough = [&](double x, double y) {
-        return wavy(x, y) + Vec3d{noise(0.45), noise(0.45), noise(0.3)};
+        return wavy(x, y) + Vec3d{noise(0.6), noise(0.6), noise(0.3)};
     };
     const auto folded = [&](double x, double y) {
-        return wavy(x, y) + Vec3d{noise(0.7), noise(0.7), noise(0.3)};
+        return wavy(x, y) + Vec3d{noise(0.9), noise(0.9), noise(0.3)};
     };
     // Two turns of a ramp, which come through each other.
     const auto ramp = [](double x, double y) {
