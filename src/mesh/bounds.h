@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <limits>
+#include <span>
 
 #include <marrow/vector.h>
 
@@ -22,5 +23,8 @@ struct Bounds {
         }
     }
 };
+
+/// The bounds of points. Runs on all threads.
+Bounds bounds_of(std::span<const Vec3f> points);
 
 }  // namespace marrow::internal

@@ -136,7 +136,7 @@ void check_surface(const MeshView& mesh, const CheckOptions& options, MeshCheck&
     parallel_invoke(
         [&] {
             check.self_intersections = static_cast<std::int64_t>(
-                SelfIntersections(mesh, rings).find_all(options.progress, 0, walls_begin).size());
+                find_self_intersections(mesh, rings, options.progress, 0, walls_begin).size());
         },
         [&] { check.measures = measure_components(mesh, find_components(mesh, all_fans)); },
         [&] {
@@ -194,7 +194,7 @@ std::vector<MeshCrossing> find_crossings(std::span<const MeshView> meshes, const
     std::map<std::pair<std::size_t, std::size_t>, std::int64_t> pairs;
     with_threads(options.threads, [&] {
         const MeshView all(points, triangles);
-        for (const auto& [i, j] : SelfIntersections(all).find_all(options.progress)) {
+        for (const auto& [i, j] : find_self_intersections(all, OneRings(all), options.progress)) {
             if (mesh_of[i] != mesh_of[j]) ++pairs[{mesh_of[i], mesh_of[j]}];
         }
     });

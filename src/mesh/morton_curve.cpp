@@ -73,17 +73,7 @@ class CellSort {
     std::size_t cells() const { return std::size_t{axis_cells_} * axis_cells_ * axis_cells_; }
 
     void set_keys(const MeshView& mesh) {
-        const Bounds bounds = parallel_reduce(
-            std::size_t{0}, mesh.points.size(), 4096, Bounds{},
-            [&](const auto& range, Bounds sum) {
-                for (std::size_t p = range.begin(); p < range.end(); ++p) sum.include(mesh.points[p]);
-                return sum;
-            },
-            [](Bounds a, const Bounds& b) {
-                a.include(b.lower);
-                a.include(b.upper);
-                return a;
-            });
+        const Bounds bounds = bounds_of(mesh.points);
         float longest = 0;
         for (std::size_t axis = 0; axis < 3; ++axis)
             longest = std::max(longest, bounds.upper[axis] - bounds.lower[axis]);
@@ -109,8 +99,7 @@ class CellSort {
 }  // namespace
 
 std::vector<MortonKey> along_morton_curve(const MeshView& mesh) {
-    Bounds bounds;
-    for (const Vec3f& p : mesh.points) bounds.include(p);
+    const Bounds bounds = bounds_of(mesh.points);
     float longest = 0;
     for (std::size_t axis = 0; axis < 3; ++axis)
         longest = std::max(longest, bounds.upper[axis] - bounds.lower[axis]);

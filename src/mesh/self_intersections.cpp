@@ -1,16 +1,21 @@
 // Finds the pairs of triangles whose bounding boxes overlap, and decides them with exact predicates.
 //
-// Most pairs are neighbours that share a point. At nearly all points, one look at all triangles around the
-// point proves that they do not intersect. At the others, pairs only need a plane through the point, and the
-// plane between the directions to the two triangles nearly always does.
+// Where the surface is a height field, no pairs need to be looked at. Elsewhere, most pairs are neighbours that share a
+// point. At nearly all points, one look at all triangles around the point proves that they do not intersect. At the
+// others, pairs only need a plane through the point, and the plane between the directions to the two triangles nearly
+// always does.
 #include "self_intersections.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <mutex>
+#include <numeric>
 #include <optional>
+#include <span>
 
 #include "for_each_range.h"
+#include "height_fields.h"
 #include "simple_fans.h"
 #include "triangle_intersection.h"
 #include "triangle_tree.h"
@@ -38,7 +43,10 @@ bool are_separate_at(const Vec3d& p, const Vec3d& a, const Vec3d& b, const Vec3d
 // Decides for pairs of triangles of a mesh whether the surface passes through itself there.
 class Decider {
   public:
-    Decider(const MeshView& mesh, const TrianglePyramid& pyramid) : mesh_(mesh), pyramid_(pyramid) {}
+    // `rings` may be those of a mesh with more triangles. Then all triangles at points that are no fans belong to
+    // `mesh`. If it is null, then no triangles are missing.
+    Decider(const MeshView& mesh, const TrianglePyramid& pyramid, const OneRings* rings)
+        : mesh_(mesh), pyramid_(pyramid), rings_(rings) {}
 
     bool pass_through(std::uint32_t i, std::uint32_t j) const {
         const Triangle &s = mesh_.triangles[i], &t = mesh_.triangles[j];
@@ -82,6 +90,9 @@ class Decider {
     // does not have exactly two triangles.
     std::optional<Vec3d> across_edge(const Triangle& triangle, std::size_t corner) const {
         const std::uint32_t a = triangle[(corner + 1) % 3], b = triangle[(corner + 2) % 3];
+        for (const auto& [from, to] : {std::array{a, b}, std::array{b, a}}) {
+            if (rings_ && rings_->is_fan(from)) return across_spoke(from, to, triangle[corner]);
+        }
         Bounds edge;
         edge.include(mesh_.points[a]);
         edge.include(mesh_.points[b]);
@@ -101,45 +112,69 @@ class Decider {
         return to_double(mesh_.points[far]);
     }
 
+    // The same for an edge from the centre of a fan.
+    Vec3d across_spoke(std::uint32_t centre, std::uint32_t end, std::uint32_t corner) const {
+        const std::span<const std::uint32_t> ring = rings_->of(centre);
+        const auto at = static_cast<std::size_t>(std::find(ring.begin(), ring.end(), end) - ring.begin());
+        const std::uint32_t next = ring[(at + 1) % ring.size()],
+                            before = ring[(at + ring.size() - 1) % ring.size()];
+        return point(next == corner ? before : next);
+    }
+
     const MeshView mesh_;
     const TrianglePyramid& pyramid_;
+    const OneRings* const rings_;
 };
 
 }  // namespace
+
+std::vector<TrianglePair> find_self_intersections(const MeshView& mesh, const OneRings& rings,
+                                                  const std::optional<TriangleBlocks>& blocks,
+                                                  const Progress& progress, double begin, double end) {
+    Buffer<std::uint32_t> numbers;
+    if (blocks) {
+        numbers = triangles_outside_height_fields(*blocks);
+    } else {
+        numbers.resize(mesh.triangles.size());
+        std::iota(numbers.begin(), numbers.end(), std::uint32_t{0});
+    }
+    Buffer<Triangle> triangles(numbers.size());
+    std::transform(numbers.begin(), numbers.end(), triangles.begin(),
+                   [&](std::uint32_t t) { return mesh.triangles[t]; });
+    const MeshView rest(mesh.points, triangles);
+    const TrianglePyramid pyramid(rest, find_simple_fans(rest, rings));
+    const Decider decider(rest, pyramid, &rings);
+    std::mutex mutex;
+    std::vector<TrianglePair> all;
+    for_each_range(pyramid.units(), 64, progress, begin, end, [&](std::size_t first, std::size_t last) {
+        std::vector<TrianglePair> pairs;
+        pyramid.pairs_from(first, last, pairs);
+        std::erase_if(pairs,
+                      [&](const TrianglePair& pair) { return !decider.pass_through(pair[0], pair[1]); });
+        if (pairs.empty()) return;
+        const std::lock_guard lock(mutex);
+        for (const auto& [s, t] : pairs) all.push_back({numbers[s], numbers[t]});
+    });
+    std::sort(all.begin(), all.end());
+    return all;
+}
+
+std::vector<TrianglePair> find_self_intersections(const MeshView& mesh, const OneRings& rings,
+                                                  const Progress& progress, double begin, double end) {
+    return find_self_intersections(mesh, rings, find_triangle_blocks(mesh, rings), progress, begin, end);
+}
 
 struct SelfIntersections::Search {
     const MeshView mesh;
     TrianglePyramid pyramid;
     Decider decider;
 
-    Search(const MeshView& wanted, const OneRings& rings)
-        : mesh(wanted), pyramid(mesh, find_simple_fans(mesh, rings)), decider(mesh, pyramid) {}
+    explicit Search(const MeshView& wanted) : mesh(wanted), pyramid(mesh), decider(mesh, pyramid, nullptr) {}
 };
 
-SelfIntersections::SelfIntersections(MeshView mesh) : SelfIntersections(mesh, OneRings(mesh)) {}
-SelfIntersections::SelfIntersections(MeshView mesh, const OneRings& rings)
-    : search_(std::make_unique<Search>(mesh, rings)) {}
+SelfIntersections::SelfIntersections(MeshView mesh) : search_(std::make_unique<Search>(mesh)) {}
 SelfIntersections::SelfIntersections(SelfIntersections&&) noexcept = default;
 SelfIntersections::~SelfIntersections() = default;
-
-std::vector<TrianglePair> SelfIntersections::find_all(const Progress& progress, double begin,
-                                                      double end) const {
-    std::mutex mutex;
-    std::vector<TrianglePair> all;
-    const TrianglePyramid& pyramid = search_->pyramid;
-    for_each_range(pyramid.units(), 64, progress, begin, end, [&](std::size_t first, std::size_t last) {
-        std::vector<TrianglePair> pairs;
-        pyramid.pairs_from(first, last, pairs);
-        std::erase_if(pairs, [&](const TrianglePair& pair) {
-            return !search_->decider.pass_through(pair[0], pair[1]);
-        });
-        if (pairs.empty()) return;
-        const std::lock_guard lock(mutex);
-        all.insert(all.end(), pairs.begin(), pairs.end());
-    });
-    std::sort(all.begin(), all.end());
-    return all;
-}
 
 std::vector<TrianglePair> SelfIntersections::find_changed(const std::vector<std::uint32_t>& changed) {
     Search& s = *search_;

@@ -3,32 +3,41 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include <marrow/mesh.h>
 #include <marrow/progress.h>
 
 #include "one_rings.h"
+#include "triangle_blocks.h"
 #include "triangle_pyramid.h"
 
 namespace marrow::internal {
 
-/// Finds the pairs of triangles that MeshCheck::self_intersections counts, and finds them again after points
-/// have moved. The results are sorted and do not depend on the number of threads.
+/// Finds the pairs of triangles that MeshCheck::self_intersections counts, with progress from `begin` to `end`.
+/// They are sorted and do not depend on the number of threads. `rings` are those of the mesh.
+/// \pre fewer than 2^32 triangles, none with equal indices \throw Cancelled
+std::vector<TrianglePair> find_self_intersections(const MeshView& mesh, const OneRings& rings,
+                                                  const Progress& progress = {}, double begin = 0,
+                                                  double end = 1);
+
+/// The same, with the blocks of the mesh.
+std::vector<TrianglePair> find_self_intersections(const MeshView& mesh, const OneRings& rings,
+                                                  const std::optional<TriangleBlocks>& blocks,
+                                                  const Progress& progress = {}, double begin = 0,
+                                                  double end = 1);
+
+/// Finds such pairs again where a mesh has changed.
 class SelfIntersections {
   public:
-    /// \pre fewer than 2^32 triangles, none with equal indices
+    /// \pre as for find_self_intersections()
     explicit SelfIntersections(MeshView mesh);
-    /// The same, with the rings of the mesh.
-    SelfIntersections(MeshView mesh, const OneRings& rings);
     SelfIntersections(SelfIntersections&& other) noexcept;
     ~SelfIntersections();
 
-    /// Finds all pairs, with progress from `begin` to `end`. \throw Cancelled
-    std::vector<TrianglePair> find_all(const Progress& progress = {}, double begin = 0, double end = 1) const;
-
     /// Finds the pairs that have at least one of the triangles `changed`. These must include all triangles
-    /// that have changed since the last search.
+    /// that have changed since the last search. The pairs are sorted.
     std::vector<TrianglePair> find_changed(const std::vector<std::uint32_t>& changed);
 
     /// Takes note of triangles that have changed, without a search.

@@ -114,10 +114,27 @@ HWY_INLINE void test_fans(const MeshView& mesh, const OneRings& rings, std::span
     }
 }
 
+// Tests the points of a list whose entry in `simple` is 1.
+template <std::size_t kTriangles>
+HWY_INLINE void test_wanted(const MeshView& mesh, const OneRings& rings, std::size_t chunk,
+                            std::uint8_t* simple) {
+    std::uint32_t wanted[OneRings::kChunk];
+    std::size_t count = 0;
+    for (const std::uint32_t p : rings.listed(chunk, kTriangles)) {
+        wanted[count] = p;
+        count += simple[p];
+    }
+    test_fans<kTriangles>(mesh, rings, {wanted, count}, simple);
+}
+
 template <std::size_t... kTriangles>
 HWY_INLINE void test_all(const MeshView& mesh, const OneRings& rings, std::size_t chunk, std::uint8_t* simple,
                          std::index_sequence<kTriangles...>) {
-    (test_fans<kTriangles + 3>(mesh, rings, rings.listed(chunk, kTriangles + 3), simple), ...);
+    (test_wanted<kTriangles + 3>(mesh, rings, chunk, simple), ...);
+    // Others are not simple.
+    for (std::size_t n = 0; n < 3; ++n) {
+        for (const std::uint32_t p : rings.listed(chunk, n)) simple[p] = 0;
+    }
 }
 
 void test_chunk(const MeshView& mesh, const OneRings& rings, std::size_t chunk, std::uint8_t* simple) {
@@ -134,9 +151,11 @@ HWY_EXPORT(test_chunk);
 
 Buffer<std::uint8_t> find_simple_fans(const MeshView& mesh, const OneRings& rings) {
     Buffer<std::uint8_t> simple(rings.size());
+    std::fill(simple.begin(), simple.end(), std::uint8_t{0});
+    for (const Triangle& t : mesh.triangles) {
+        for (const std::uint32_t p : t) simple[p] = 1;
+    }
     parallel_for(std::size_t{0}, rings.chunks(), [&](std::size_t chunk) {
-        const std::size_t begin = chunk * OneRings::kChunk;
-        std::fill_n(simple.data() + begin, std::min(OneRings::kChunk, rings.size() - begin), std::uint8_t{0});
         HWY_DYNAMIC_DISPATCH(test_chunk)(mesh, rings, chunk, simple.data());
     });
     return simple;

@@ -38,9 +38,9 @@ std::size_t undo(EdgeCollapse& collapse, const std::vector<Place>& places, std::
 std::vector<Place> find_intersections(const EdgeCollapse::Result& result) {
     // Searching from single triangles takes longer for each of them.
     const bool few = result.changed.size() < result.mesh.triangles.size() / 4;
-    SelfIntersections search(result.mesh);
     std::vector<Place> places;
-    for (const auto& [s, t] : few ? search.find_changed(result.changed) : search.find_all()) {
+    for (const auto& [s, t] : few ? SelfIntersections(result.mesh).find_changed(result.changed)
+                                  : find_self_intersections(result.mesh, OneRings(result.mesh))) {
         Place& place = places.emplace_back();
         for (std::size_t c = 0; c < 3; ++c) {
             place[c] = result.old_points[result.mesh.triangles[s][c]];

@@ -284,7 +284,7 @@ TrianglePyramid::TrianglePyramid(MeshView mesh, std::span<const std::uint8_t> si
                 const Triangle corners = place < row.size() ? mesh.triangles[t] : Triangle{};
                 leaf.boxes.set(i, place < row.size() ? bounds_of(mesh, corners) : Bounds{});
                 for (std::size_t c = 0; c < 3; ++c) leaf.corners[c][i] = corners[c];
-                if (place < row.size())
+                if (place < row.size() && !simple.empty())
                     all_simple |= static_cast<std::uint32_t>(simple[corners[0]] & simple[corners[1]] &
                                                              simple[corners[2]])
                                   << i;

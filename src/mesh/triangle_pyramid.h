@@ -23,9 +23,9 @@ class TrianglePyramid {
   public:
     static constexpr std::size_t kWidth = 8;
 
-    /// `simple` is 1 for points at which no two triangles need to be looked at, and 0 for the others.
-    /// \pre fewer than 2^32 triangles
-    TrianglePyramid(MeshView mesh, std::span<const std::uint8_t> simple);
+    /// `simple` is 1 for points at which no two triangles need to be looked at, and 0 for the others; if it is
+    /// empty, no point is simple. \pre fewer than 2^32 triangles
+    explicit TrianglePyramid(MeshView mesh, std::span<const std::uint8_t> simple = {});
 
     /// The number of parts of the work of pairs_from().
     std::size_t units() const { return levels_[0].size(); }

@@ -12,6 +12,7 @@
 #include <marrow/isovalue_sweep.h>
 #include <marrow/labels.h>
 #include <marrow/measure.h>
+#include <marrow/mesh_check.h>
 #include <marrow/simplify.h>
 #include <marrow/smooth.h>
 
@@ -145,6 +146,25 @@ TEST(SimdTargets, ReductionsAndDistancesAgreeExactly) {
     const auto best = reduce_on(targets.front());
     EXPECT_GT(std::get<2>(best), 0);
     for (const std::int64_t target : targets) EXPECT_EQ(reduce_on(target), best) << hwy::TargetName(target);
+}
+
+TEST(SimdTargets, SmoothedSurfacesAndTheirIntersectionsAgreeExactly) {
+    Random random(4);
+    const Volume volume = sampled_in_space<float>(grid(40, 40, 40), torus({20, 20, 20}, 11, 5));
+    Mesh mesh = extract_isosurface(volume, 0);
+    for (Vec3f& p : mesh.points) {
+        for (float& x : p) x += static_cast<float>(std::normal_distribution<double>(0, 0.1)(random));
+    }
+    const auto smooth_on = [&](std::int64_t target) {
+        const Forced forced(target);
+        SmoothStats stats;
+        const Mesh smoothed = smooth(mesh, {}, &stats);
+        return std::tuple(check_mesh(mesh).self_intersections, mesh_hash(smoothed), stats.held_back_points);
+    };
+    const auto targets = available_targets();
+    const auto best = smooth_on(targets.front());
+    EXPECT_GT(std::get<0>(best), 0);
+    for (const std::int64_t target : targets) EXPECT_EQ(smooth_on(target), best) << hwy::TargetName(target);
 }
 
 TEST(SimdTargets, RandomGridsAreClosedAndClassicOnEach) {

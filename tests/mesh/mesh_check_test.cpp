@@ -275,11 +275,26 @@ bool is_self_intersection(const Mesh& mesh, const Triangle& s, const Triangle& t
     return check_mesh(pair, {.threads = 1}).self_intersections > 0;
 }
 
+bool boxes_overlap(const Mesh& mesh, const Triangle& s, const Triangle& t) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        const auto range = [&](const Triangle& triangle) {
+            return std::minmax({mesh.points[triangle[0]][axis], mesh.points[triangle[1]][axis],
+                                mesh.points[triangle[2]][axis]});
+        };
+        const auto [s_least, s_most] = range(s);
+        const auto [t_least, t_most] = range(t);
+        if (s_most < t_least || t_most < s_least) return false;
+    }
+    return true;
+}
+
 std::int64_t count_by_pairs(const Mesh& mesh) {
     std::int64_t pairs = 0;
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-        for (std::size_t j = 0; j < i; ++j)
-            pairs += is_self_intersection(mesh, mesh.triangles[i], mesh.triangles[j]);
+        for (std::size_t j = 0; j < i; ++j) {
+            const Triangle &s = mesh.triangles[i], &t = mesh.triangles[j];
+            pairs += boxes_overlap(mesh, s, t) && is_self_intersection(mesh, s, t);
+        }
     }
     return pairs;
 }
@@ -319,6 +334,108 @@ TEST(Check, FindsAFanThatGoesAroundTwice) {
     const std::int64_t pairs = count_by_pairs(mesh);
     EXPECT_GT(pairs, 0);
     EXPECT_EQ(check_mesh(mesh).self_intersections, pairs);
+}
+
+// A sheet of 2 * size^2 triangles that shows its front along z, if it is not too steep.
+Mesh sheet(std::uint32_t size, const std::function<Vec3d(double x, double y)>& position) {
+    Mesh mesh;
+    for (std::uint32_t y = 0; y <= size; ++y) {
+        for (std::uint32_t x = 0; x <= size; ++x) mesh.points.push_back(to_float(position(x, y)));
+    }
+    for (std::uint32_t y = 0; y < size; ++y) {
+        for (std::uint32_t x = 0; x < size; ++x) {
+            const std::uint32_t p = y * (size + 1) + x, above = p + size + 1;
+            mesh.triangles.push_back({p, p + 1, above + 1});
+            mesh.triangles.push_back({p, above + 1, above});
+        }
+    }
+    return mesh;
+}
+
+// Turns axes into each other, and moves everything away from the origin.
+Mesh turned(Mesh mesh, std::size_t by, float away) {
+    for (Vec3f& p : mesh.points) {
+        const Vec3f from = p;
+        for (std::size_t axis = 0; axis < 3; ++axis) p[(axis + by) % 3] = from[axis] + away;
+    }
+    return mesh;
+}
+
+// All triangles of these face the same way, and most are far from intersections.
+TEST(Check, FindsWhereSheetsPassThroughEachOther) {
+    Random random(3);
+    const auto noise = [&](double most) { return std::uniform_real_distribution<>(-most, most)(random); };
+    const auto flat = [](double x, double y) { return Vec3d{x, y, 0}; };
+    const auto wavy = [](double x, double y) {
+        return Vec3d{x, y, 3 * std::sin(0.3 * x) * std::sin(0.2 * y)};
+    };
+    const auto above = [](const auto& position, double by) {
+        return [=](double x, double y) { return position(x, y) + Vec3d{0, 0, by}; };
+    };
+    const auto dented = [&](double x, double y) {  // a single point reaches down through the sheet below
+        return wavy(x, y) + Vec3d{0, 0, x == 13 && y == 17 ? -0.01 : 4};
+    };
+    const auto coarse = [](double x, double y) { return Vec3d{10 * x, 10 * y, 0.1}; };
+    const auto rough = [&](double x, double y) {
+        return wavy(x, y) + Vec3d{noise(0.6), noise(0.6), noise(0.3)};
+    };
+    const auto folded = [&](double x, double y) {
+        return wavy(x, y) + Vec3d{noise(0.9), noise(0.9), noise(0.3)};
+    };
+    // Two turns of a ramp, which come through each other.
+    const auto ramp = [](double x, double y) {
+        const double angle = x * 4 * M_PI / 20, radius = 4 + y / 2;
+        return Vec3d{radius * std::cos(angle), radius * std::sin(angle), angle / 2 + 2 * std::sin(angle / 2)};
+    };
+    const auto steep_ramp = [&](double x, double y) { return ramp(x, y) + Vec3d{0, 0, x / 2}; };
+    struct Case {
+        const char* name;
+        Mesh mesh;
+        bool intersects;
+    };
+    const std::uint32_t size = 20;
+    const Case cases[] = {
+        {"flat sheets above each other", joined(sheet(size, flat), sheet(size, above(flat, 1))), false},
+        {"wavy sheets above each other", joined(sheet(size, wavy), sheet(size, above(wavy, 0.3))), false},
+        {"a wavy sheet through a flat one", joined(sheet(size, flat), sheet(size, wavy)), true},
+        {"a dent", joined(sheet(size, wavy), sheet(size, dented)), true},
+        {"a coarse sheet through a fine one", joined(sheet(size, wavy), sheet(2, coarse)), true},
+        {"a rough sheet", sheet(size, rough), true},
+        {"a folded sheet", sheet(size, folded), true},
+        {"a ramp", sheet(size, steep_ramp), false},
+        {"a ramp through itself", sheet(size, ramp), true},
+    };
+    for (const auto& [name, mesh, intersects] : cases) {
+        for (const float away : {0.0f, 1e5f}) {
+            const std::int64_t pairs = count_by_pairs(turned(mesh, 0, away));
+            EXPECT_EQ(pairs > 0, intersects) << name << ", " << away;
+            for (std::size_t by = 0; by < 3; ++by) {
+                Mesh other = turned(mesh, by, away);
+                EXPECT_EQ(check_mesh(other).self_intersections, pairs) << name << ", " << by << ", " << away;
+                for (Triangle& t : other.triangles) std::swap(t[0], t[1]);
+                EXPECT_EQ(check_mesh(other).self_intersections, pairs) << name << ", turned over";
+            }
+        }
+    }
+}
+
+TEST(Check, FindsSelfIntersectionsBesideDistantPoints) {
+    Mesh mesh = joined(sheet(20,
+                             [](double x, double y) {
+                                 return Vec3d{x, y, 0};
+                             }),
+                       sheet(20, [](double x, double y) {
+                           return Vec3d{x, y, x - 10.3};
+                       }));
+    const std::int64_t pairs = count_by_pairs(mesh);
+    EXPECT_GT(pairs, 0);
+    // A point without triangles makes the bounds huge, and others a thousand times as large as the rest.
+    mesh.points.push_back({1e30f, -1e30f, 1e30f});
+    EXPECT_EQ(check_mesh(mesh).self_intersections, pairs);
+    mesh.points.back() = {1e5f, 0, 1e4f};
+    mesh.points.push_back({1e5f, 1, 1e4f});
+    mesh.triangles.push_back({0, 882, 883});
+    EXPECT_EQ(check_mesh(mesh).self_intersections, count_by_pairs(mesh));
 }
 
 TEST(Check, FindsNoSelfIntersectionsInExtractedSurfaces) {

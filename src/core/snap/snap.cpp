@@ -112,7 +112,8 @@ std::size_t snap(const EmitInput& input, double limit, bool normals, const Progr
     for (std::int64_t round = 0;; ++round) {
         const std::size_t bytes = snap_once(input, exceptions, limit, normals, making, mesh);
         const std::size_t before = exceptions.size();
-        for (const auto& [s, t] : SelfIntersections(mesh).find_all(progress, round == 0 ? 0.5 : 1, 1)) {
+        for (const auto& [s, t] :
+             find_self_intersections(mesh, OneRings(mesh), progress, round == 0 ? 0.5 : 1, 1)) {
             exceptions.add(mesh, mesh.triangles[s], round / 2);
             // Less snapping on one side is often enough.
             if (round > 0) exceptions.add(mesh, mesh.triangles[t], round / 2);
