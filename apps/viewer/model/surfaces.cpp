@@ -18,6 +18,7 @@
 #include <marrow/mesh_check.h>
 #include <marrow/simplify.h>
 #include <marrow/smooth.h>
+#include <marrow/trust.h>
 #include <marrow/volume_filters.h>
 
 namespace marrow::viewer {
@@ -33,27 +34,56 @@ constexpr std::int64_t kPreviewSamples = 1500000;  // few enough for an extracti
 struct Surfaces::Source {
     const std::shared_ptr<const Scan> scan;
     const std::optional<SampleBox> box;  // none: the entire scan
-    const bool open;
+    const bool open, topology;
 
-    Source(std::shared_ptr<const Scan> the_scan, const std::optional<SampleBox>& crop_box, bool is_open)
-        : scan(std::move(the_scan)), box(crop_box), open(is_open) {}
+    Source(std::shared_ptr<const Scan> the_scan, const std::optional<SampleBox>& crop_box, bool is_open,
+           bool has_topology)
+        : scan(std::move(the_scan)), box(crop_box), open(is_open), topology(has_topology) {}
 
     Volume cropped;  // empty without a box
     std::optional<IsosurfaceExtractor> extractor;
     Progress progress;  // of the running job
+    TrustOptions trust_options;
+
+    const Volume& samples() const { return box ? cropped : scan->volume; }
 
     const Mesh& extract(double isovalue, int level, const Progress& job_progress) {
         progress = job_progress;
         if (!extractor) {
             if (box) cropped = crop(scan->volume, box->first, box->last);
-            extractor.emplace(box ? cropped : scan->volume,
-                              IsosurfaceOptions{.closed = !open, .progress = [this](double fraction) {
-                                                    return progress(fraction);
-                                                }});
+            extractor.emplace(samples(),
+                              IsosurfaceOptions{.closed = !open,
+                                                .topology = topology,
+                                                .progress = [this](double f) { return progress(f); }});
         }
         return extractor->extract(isovalue, level);
     }
+
+    // After extract(). Noise and step are those of the samples, so that they are found only once.
+    TrustReport report_trust(const Mesh& mesh, const Progress& job_progress) {
+        trust_options.progress = job_progress;
+        if (scan->hounsfield) trust_options.step = 100;
+        TrustReport report = marrow::report_trust(samples(), mesh.points, trust_options);
+        trust_options.noise = report.noise;
+        trust_options.step = report.step;
+        return report;
+    }
 };
+
+namespace {
+
+// Borrows the memory of the report.
+void add_trust(const TrustReport& report, vtkPolyData* to) {
+    for (const auto& [name, values] :
+         {std::pair{kShiftArray, &report.shift}, {kNoiseArray, &report.noise_shift}}) {
+        vtkNew<vtkFloatArray> array;
+        array->SetName(name);
+        array->SetArray(const_cast<float*>(values->data()), static_cast<vtkIdType>(values->size()), 1);
+        to->GetPointData()->AddArray(array);
+    }
+}
+
+}  // namespace
 
 vtkSmartPointer<vtkPolyData> to_polydata(const Mesh& mesh) {
     constexpr int kBorrowed = 1;
@@ -117,21 +147,24 @@ void Surfaces::follow() {
     const Parameters& p = session_.parameters();
     const std::shared_ptr<const Scan> scan = session_.shared_scan();
     const bool new_scan = !source_ || source_->scan != scan;
-    const bool new_source = new_scan || source_->open != p.open || source_->box != p.crop;
+    const bool new_source =
+        new_scan || source_->open != p.open || source_->topology != p.topology || source_->box != p.crop;
     const Refinement refinement{p.largest, p.components, p.smooth, p.keep};
-    const bool everything = new_source || refinement != refinement_;
+    const bool with_trust = p.colouring != Colouring::own;
+    const bool everything = new_source || refinement != refinement_ || (with_trust && !with_trust_);
     if (new_scan) {
         extracting_.forget_all();
         measuring_.forget_all();
     }
     if (new_source) {
-        source_ = std::make_shared<Source>(scan, p.crop, p.open);
+        source_ = std::make_shared<Source>(scan, p.crop, p.open, p.topology);
         const SampleBox box = session_.crop();
         std::int64_t samples = 1;
         for (std::size_t a = 0; a < 3; ++a) samples *= box.last[a] - box.first[a] + 1;
         for (preview_level_ = 0; samples > kPreviewSamples; samples /= 8) ++preview_level_;
     }
     refinement_ = refinement;
+    with_trust_ = with_trust;
 
     for (auto it = states_.begin(); it != states_.end();) {
         const int id = it->first;
@@ -197,7 +230,8 @@ void Surfaces::settle() {
 void Surfaces::post(int id, int level) {
     const State& state = states_[id];
     const auto job = [this, id, level, request = state.request, isovalue = state.isovalue,
-                      refinement = refinement_, source = source_](const Progress& job_progress) {
+                      refinement = refinement_, with_trust = with_trust_,
+                      source = source_](const Progress& job_progress) {
         try {
             auto shape = std::make_shared<Shape>();
             const auto start = std::chrono::steady_clock::now();
@@ -209,6 +243,10 @@ void Surfaces::post(int id, int level) {
             shape->level = level;
             shape->mesh = std::make_shared<Mesh>(refine(extracted, refinement, level > 0, job_progress));
             shape->polydata = to_polydata(*shape->mesh);
+            if (with_trust) {
+                shape->trust = source->report_trust(*shape->mesh, job_progress);
+                add_trust(*shape->trust, shape->polydata);
+            }
             QMetaObject::invokeMethod(
                 this, [=, this] { accept(id, request, source, shape); }, Qt::QueuedConnection);
         } catch (const Cancelled&) {

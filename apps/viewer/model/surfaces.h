@@ -12,6 +12,7 @@
 
 #include <marrow/measure.h>
 #include <marrow/mesh.h>
+#include <marrow/trust.h>
 
 #include "session.h"
 #include "worker.h"
@@ -25,6 +26,7 @@ struct Shape {
     std::shared_ptr<const Mesh> mesh;       ///< this is exported
     vtkSmartPointer<vtkPolyData> polydata;  ///< shares the mesh's memory
     double milliseconds = 0;                ///< duration of the extraction alone
+    std::optional<TrustReport> trust;       ///< if colours show it; `polydata` shares its memory
     std::optional<MeshMeasures> measures;   ///< set later
     /// Set later, in full resolution, if the mesh was smoothed or reduced. Isosurfaces have none.
     std::optional<std::int64_t> self_intersections;
@@ -84,6 +86,7 @@ class Surfaces : public QObject {
 
     Session& session_;
     Refinement refinement_;
+    bool with_trust_ = false;
     std::shared_ptr<Source> source_;
     std::map<int, State> states_;
     int preview_level_ = 0;
@@ -91,6 +94,9 @@ class Surfaces : public QObject {
     QTimer pause_;
     Worker measuring_, extracting_;  // last, so that they end first
 };
+
+/// The names of the point arrays of `Shape::polydata` that have trust.
+inline constexpr const char *kShiftArray = "shift_mm", *kNoiseArray = "noise_mm";
 
 /// The mesh as VTK data that borrows its memory. The mesh must outlive the result.
 vtkSmartPointer<vtkPolyData> to_polydata(const Mesh& mesh);
