@@ -27,11 +27,19 @@ class Trust : public BallViewer {
         EXPECT_TRUE(settle());
         return window->surfaces().exact(session().parameters().current);
     }
-    // The colours of the ball's middle, and whether the lower left corner has the legend's light end.
+    // Of a point of the ball.
+    static int hue_of(Colouring colouring, const TrustReport& report) {
+        const double distance =
+            colouring == Colouring::shift ? report.shifts.median : report.noise_shifts.median;
+        const auto [red, green, blue] = trust_colour(distance / viewer::largest_shown(colouring, report));
+        return QColor(red, green, blue).hue();
+    }
+    // The colour near the middle of the ball.
     QColor middle() {
         const QImage image = picture();
         return image.pixelColor(image.rect().center() + QPoint(12, 12));
     }
+    // Whether the lower left corner has the dark end of the scale.
     bool has_legend() {
         const QImage image = picture();
         const QRect corner(0, image.height() - 60, 250, 60);
@@ -53,13 +61,12 @@ TEST_F(Trust, TheColourIsThatOfTheDistance) {
     const TrustReport expected = report_trust(session().scan()->volume, shape()->mesh->points, {.step = 100});
     EXPECT_EQ(shape()->trust->shift, expected.shift);
     EXPECT_EQ(shape()->trust->noise_shift, expected.noise_shift);
-    const QColor red = middle();
-    EXPECT_GT(red.red(), 2 * red.green());
+    EXPECT_NEAR(middle().hue(), hue_of(Colouring::shift, *shape()->trust), 8);
     EXPECT_TRUE(has_legend());
 
     colour_by(Colouring::noise);
-    const QColor grey = middle();  // the ball has hardly any noise
-    EXPECT_LT(grey.saturation(), 30) << grey.name().toStdString();
+    EXPECT_NEAR(middle().hue(), hue_of(Colouring::noise, *shape()->trust), 8);
+    EXPECT_GT(std::abs(hue_of(Colouring::noise, expected) - hue_of(Colouring::shift, expected)), 16);
     EXPECT_TRUE(has_legend());
 
     for (int i = 0; i < 2; ++i) key(Qt::Key_Z, Qt::ControlModifier);

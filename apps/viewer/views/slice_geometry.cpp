@@ -36,8 +36,8 @@ constexpr float kOutside = std::numeric_limits<float>::quiet_NaN();
 // finite.
 double crossing(float a, float b, double isovalue) {
     constexpr double kLeast = 1.0 / 1024;
-    const double t = (isovalue - a) / (static_cast<double>(b) - a);
-    return std::isfinite(t) ? std::clamp(t, kLeast, 1 - kLeast) : 0.5;
+    if (!std::isfinite(a) || !std::isfinite(b)) return 0.5;
+    return std::clamp((isovalue - a) / (static_cast<double>(b) - a), kLeast, 1 - kLeast);
 }
 
 // A square of four samples: a b

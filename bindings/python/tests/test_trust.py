@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import marrow
+from marrow._isosurface import _stages
 
 BUILD = os.environ.get("MARROW_BUILD")
 
@@ -70,14 +71,14 @@ def test_colours_are_blue_beside_restored_walls_and_otherwise_as_far_as_the_surf
     assert trust.colours[~near][moves_least].sum() > trust.colours[~near][moves_most].sum()
 
 
-def test_progress_rises_through_all_stages_and_stops_the_work(scan):
-    volume = marrow.read(scan)
+def test_progress_rises_through_all_stages():
     seen = []
-    marrow.extract(volume, "bone", keep_thin=True, trust=True, progress=seen.append)
-    assert seen == sorted(seen)
-    assert all(0 <= fraction <= 1 for fraction in seen)
-    with pytest.raises(marrow.Cancelled):
-        marrow.extract(volume, "bone", keep_thin=True, trust=True, progress=lambda fraction: False)
+    for stage in _stages(seen.append, 4):
+        stage(0.0)
+        stage(0.5)
+    assert seen == [0, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875]
+    assert next(_stages(lambda fraction: fraction < 0.1, 2))(0.5) is False
+    assert list(_stages(None, 2)) == [None, None]
 
 
 def test_meshes_with_and_without_trust_do_not_share_a_file(scan, kept, tmp_path):
