@@ -434,7 +434,7 @@ void SurfaceView::set_pixel_ratio() {
     scene_->crop_box.set_pixel_ratio(ratio);
     scene_->marks.set_pixel_ratio(ratio);
     for (auto& [id, surface] : scene_->surfaces) surface.set_pixel_ratio(ratio);
-    scene_->trust_legend.follow(size[0], size[1], ratio);
+    scene_->trust_legend.set_pixel_ratio(ratio);
     scene_->cube.follow(scene_->main->GetActiveCamera(), scene_->corner, size[0], size[1], ratio);
 }
 

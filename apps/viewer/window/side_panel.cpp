@@ -280,6 +280,7 @@ void SidePanel::add_colouring(QVBoxLayout* layout) {
     row->addWidget(label);
     colouring_ = new QComboBox;
     colouring_->setObjectName("colouring");
+    colouring_->setProperty("section", QString("panel"));
     colouring_->addItems({tr("Surface"), tr("Shift with isovalue"), tr("Shift by noise")});
     const QString tip =
         tr("Colour all surfaces by how far they can be trusted: how far they move if the isovalue "
