@@ -7,13 +7,14 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <utility>
 
 #include <marrow/error.h>
 
 namespace marrow::internal {
 
-/// An array of n uninitialised elements. A page takes memory from its first write until it is released. So a
-/// pass over a part of a volume can use the indices of the whole volume.
+/// An array of n elements, all of whose bits are 0. A page takes memory from its first write until it is released. So
+/// a pass over a part of a volume can use the indices of the whole volume.
 template <class T>
 class SparseArray {
   public:
@@ -28,10 +29,13 @@ class SparseArray {
     ~SparseArray() {
         if (data_ != nullptr) munmap(data_, bytes_);
     }
+    SparseArray(SparseArray&& other) noexcept
+        : bytes_(other.bytes_), data_(std::exchange(other.data_, nullptr)) {}
     SparseArray(const SparseArray&) = delete;
     SparseArray& operator=(const SparseArray&) = delete;
 
     T* data() { return data_; }
+    const T* data() const { return data_; }
 
     /// Releases the whole pages within elements [begin, end). The values of these elements are lost.
     void release(std::size_t begin, std::size_t end) {
