@@ -17,7 +17,7 @@
 namespace marrow::viewer {
 
 enum class DrawMode { surface, edges, wireframe, points };
-/// What the colour of a surface shows: nothing, how far it moves with the isovalue, or how far noise moves it.
+/// What colours show: which surface it is, how far it moves with the isovalue, or how far noise moves it.
 enum class Colouring { own, shift, noise };
 enum class Plane { axial, coronal, sagittal };
 enum class Tool { navigate, distance, angle, crop };

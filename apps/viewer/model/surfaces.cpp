@@ -26,6 +26,19 @@ namespace {
 
 constexpr int kPause = 60;                         // ms without a change before full resolution is extracted
 constexpr std::int64_t kPreviewSamples = 1500000;  // few enough for an extraction in a few ms
+constexpr int kBorrowed = 1;                       // memory that VTK does not free
+
+// Borrows the memory of the report.
+void add_trust(const TrustReport& report, vtkPolyData* to) {
+    for (const auto& [name, values] :
+         {std::pair{kShiftArray, &report.shift}, {kNoiseArray, &report.noise_shift}}) {
+        vtkNew<vtkFloatArray> array;
+        array->SetName(name);
+        array->SetArray(const_cast<float*>(values->data()), static_cast<vtkIdType>(values->size()),
+                        kBorrowed);
+        to->GetPointData()->AddArray(array);
+    }
+}
 
 }  // namespace
 
@@ -70,23 +83,7 @@ struct Surfaces::Source {
     }
 };
 
-namespace {
-
-// Borrows the memory of the report.
-void add_trust(const TrustReport& report, vtkPolyData* to) {
-    for (const auto& [name, values] :
-         {std::pair{kShiftArray, &report.shift}, {kNoiseArray, &report.noise_shift}}) {
-        vtkNew<vtkFloatArray> array;
-        array->SetName(name);
-        array->SetArray(const_cast<float*>(values->data()), static_cast<vtkIdType>(values->size()), 1);
-        to->GetPointData()->AddArray(array);
-    }
-}
-
-}  // namespace
-
 vtkSmartPointer<vtkPolyData> to_polydata(const Mesh& mesh) {
-    constexpr int kBorrowed = 1;
     const auto vectors = [](const Buffer<Vec3f>& from, vtkFloatArray* to) {
         to->SetNumberOfComponents(3);
         to->SetArray(const_cast<float*>(reinterpret_cast<const float*>(from.data())),
