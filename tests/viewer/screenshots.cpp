@@ -142,8 +142,7 @@ void take_skin_and_cut(Photographer& camera) {
 // The bone of the face, where walls are thin.
 void take_trust(Photographer& camera) {
     viewer::Session& session = camera.window().session();
-    session.change("colouring", {},
-                   [](viewer::Parameters& p) { p.colouring = viewer::Colouring::shift; });
+    session.change("colouring", {}, [](viewer::Parameters& p) { p.colouring = viewer::Colouring::shift; });
     camera.key(Qt::Key_1);
     camera.turn_wheel(4);
     camera.take("trust");
