@@ -46,7 +46,7 @@ struct StepReport {
 /// How far a surface can be trusted, as written with it.
 struct SurfaceTrust {
     TrustReport report;
-    std::string unit;                    ///< of the samples: " HU", or empty
+    bool hounsfield = false;             ///< the samples are in HU
     std::vector<float> near_thin_walls;  ///< for each point 1 or 0
     std::vector<Rgb8> colours;           ///< for each point
 };

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <marrow/trust_arrays.h>
+
 #include "shared/console.h"
 #include "shared/surface_warnings.h"
 
@@ -14,23 +16,27 @@ std::string percentile_text(const TrustPercentiles& p) {
                        p.percentile_90, p.percentile_99);
 }
 
+// Of the samples.
+const char* unit_of(const SurfaceTrust& trust) {
+    return trust.hounsfield ? " HU" : "";
+}
+
 std::string noise_text(const SurfaceTrust& trust) {
     const NoiseEstimate& noise = trust.report.noise;
     if (noise.windows == 0) return "  noise:      unknown: the scan has too little even tissue\n";
     std::string text = fmt::format(
         "  noise:      {:.3g}{}, the lower of local deviations in tissue ({:.3g}){}; by the Laplacian "
         "{:.3g}\n",
-        noise.sigma, trust.unit, noise.local_deviation,
+        noise.sigma, unit_of(trust), noise.local_deviation,
         noise.slices ? fmt::format(" and differences of slices ({:.3g})", *noise.slices) : "",
         noise.laplacian);
     return text + fmt::format("              it moves the surface by {}\n",
                               percentile_text(trust.report.noise_shifts));
 }
 
-std::string thin_wall_meaning(const Surface& surface) {
-    if (!surface.thin_walls) return "0, as no walls were looked for that are too thin for the scan";
-    return surface.thin_walls->restored ? "1 on walls that were restored, and beside them"
-                                        : "1 on the rims of walls that are too thin for the scan";
+ThinWallState thin_wall_state(const Surface& surface) {
+    if (!surface.thin_walls) return ThinWallState::unknown;
+    return surface.thin_walls->restored ? ThinWallState::restored : ThinWallState::found;
 }
 
 }  // namespace
@@ -77,7 +83,7 @@ void add_trust(Surface& surface, const Volume& scan, const NoiseEstimate& noise,
     if (hounsfield) options.step = 100;
     SurfaceTrust& trust = surface.trust.emplace();
     trust.report = report_trust(scan, surface.mesh.points, options);
-    trust.unit = hounsfield ? " HU" : "";
+    trust.hounsfield = hounsfield;
     std::vector<bool> near(surface.mesh.points.size());
     if (surface.thin_walls) near = near_thin_walls(scan, surface.thin_walls->found, surface.mesh.points);
     trust.near_thin_walls.assign(near.begin(), near.end());
@@ -87,15 +93,7 @@ void add_trust(Surface& surface, const Volume& scan, const NoiseEstimate& noise,
 std::vector<PointArray> point_arrays(const Surface& surface) {
     if (!surface.trust) return {};
     const SurfaceTrust& trust = *surface.trust;
-    const TrustReport& report = trust.report;
-    return {
-        {"shift_mm",
-         fmt::format("mm that the surface moves if the isovalue changes by {:g}{}", report.step, trust.unit),
-         report.shift},
-        {"noise_mm",
-         fmt::format("mm, standard deviation by noise of {:.3g}{}", report.noise.sigma, trust.unit),
-         report.noise_shift},
-        {"thin_wall", thin_wall_meaning(surface), trust.near_thin_walls}};
+    return trust_arrays(trust.report, trust.near_thin_walls, thin_wall_state(surface), trust.hounsfield);
 }
 
 std::string trust_lines(const Surface& surface) {
@@ -105,7 +103,7 @@ std::string trust_lines(const Surface& surface) {
     if (!surface.trust) return lines;
     const SurfaceTrust& trust = *surface.trust;
     lines += fmt::format("  trust:      {:g}{} more or less move the surface by {}\n", trust.report.step,
-                         trust.unit, percentile_text(trust.report.shifts));
+                         unit_of(trust), percentile_text(trust.report.shifts));
     if (trust.report.shifts.capped > 0)
         lines += fmt::format("              {} points move by more than a sample, {:.3g} mm\n",
                              trust.report.shifts.capped, trust.report.cap);

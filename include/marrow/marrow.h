@@ -25,6 +25,7 @@
 #include <marrow/thin_walls.h>
 #include <marrow/tissue_presets.h>
 #include <marrow/trust.h>
+#include <marrow/trust_arrays.h>
 #include <marrow/vector.h>
 #include <marrow/version.h>
 #include <marrow/volume.h>

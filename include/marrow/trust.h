@@ -82,8 +82,12 @@ struct TrustReport {
 MARROW_EXPORT TrustReport report_trust(const VolumeView& volume, std::span<const Vec3f> points,
                                        const TrustOptions& options = {});
 
-/// A colour for each point, sRGB: light grey where the surface does not move with the isovalue, over yellow and red
-/// to dark red where it moves by `report.cap`. Points of `near_walls` (near_thin_walls), if given, are blue.
+/// The colour, sRGB, for a distance that is this fraction of the largest: light grey for 0, over yellow and red to
+/// dark red for 1 and more.
+MARROW_EXPORT std::array<std::uint8_t, 3> trust_colour(double fraction);
+
+/// A colour for each point: trust_colour() of its shift, with `report.cap` as the largest. Points of `near_walls`
+/// (near_thin_walls), if given, are blue.
 MARROW_EXPORT std::vector<std::array<std::uint8_t, 3>> trust_colours(
     const TrustReport& report, const std::vector<bool>& near_walls = {});
 

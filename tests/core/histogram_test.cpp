@@ -57,6 +57,30 @@ TEST(Histogram, LeavesOutPadding) {
     EXPECT_EQ(histogram_of(row<float>({3, NAN, NAN}), 2, 3.0).non_finite_samples, 2);
 }
 
+// Small integers are counted by value before they are put in bins, if there are enough of them.
+TEST(Histogram, OfSmallIntegersIsThatOfLargeOnes) {
+    Random random(5);
+    for (const int range : {2, 3, 100, 255, 4000, 65536}) {
+        for (const std::int64_t side : {3, 20, 50}) {
+            const auto value = [&](auto, auto, auto) {
+                return static_cast<std::int16_t>(static_cast<int>(random() % range) - range / 2);
+            };
+            const Volume small = sampled<std::int16_t>(grid(side, side, side), value);
+            const std::int16_t* samples = small.samples<std::int16_t>();
+            const Volume large = sampled<std::int32_t>(grid(side, side, side), [&](auto x, auto y, auto z) {
+                return samples[(z * side + y) * side + x];
+            });
+            for (const std::optional<double> padding : {std::optional<double>{}, {-range / 2}, {0}}) {
+                const Histogram found = histogram(small, 256, padding),
+                                expected = histogram(large, 256, padding);
+                EXPECT_EQ(found.counts, expected.counts) << range << " " << side;
+                EXPECT_EQ(found.lower, expected.lower);
+                EXPECT_EQ(found.upper, expected.upper);
+            }
+        }
+    }
+}
+
 TEST(Histogram, TakesConstantAndEmptyVolumes) {
     EXPECT_EQ(histogram_of(row<std::uint8_t>({7, 7, 7}), 2).counts, (std::vector<std::int64_t>{3, 0}));
     EXPECT_TRUE(histogram_of(row<float>({NAN, NAN})).counts.empty());

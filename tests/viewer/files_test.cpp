@@ -79,6 +79,9 @@ TEST_F(BallViewer, ExportsTheSameFilesAsTheShownCommandLine) {
     QTest::mouseClick(window->findChildren<QPushButton*>("chip").front(), Qt::LeftButton);
     window->findChild<QCheckBox*>("open")->click();
     compare(".ply", "cropped, bone, closed");
+    window->findChild<QCheckBox*>("topology")->click();
+    EXPECT_TRUE(window->command().contains("--topology"));
+    compare(".ply", "cropped, bone, closed, exact topology");
 }
 
 TEST_F(BallViewer, ExportsAllVisibleSurfaces) {

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <limits>
 #include <random>
 #include <thread>
 
@@ -48,9 +49,9 @@ TEST(SliceContour, MeetsTheSurface) {
                 const auto through = static_cast<std::size_t>(slice.through);
                 constexpr std::int64_t kSlice = 4;
                 std::vector<Vec3d> ends;
-                for (const QLineF& line :
-                     slice_contour(slice_samples(scan->volume, slice, kSlice), slice.size,
-                                   slice_range(slice, {{0, 0, 0}, {6, 7, 8}}, kSlice), isovalue, false)) {
+                for (const QLineF& line : slice_contour(
+                         slice_samples(scan->volume, slice, kSlice), slice.size,
+                         slice_range(slice, {{0, 0, 0}, {6, 7, 8}}, kSlice), isovalue, false, false)) {
                     for (const QPointF& end : {line.p1(), line.p2()}) {
                         Vec3d other{};
                         other[through] = kSlice;
@@ -81,52 +82,75 @@ TEST(SliceContour, MeetsTheSurface) {
     }
 }
 
-// Lines from the samples and from the mesh agree on all slices, inside and at the border of a box, closed or
-// open.
-TEST(SliceContour, IsWhereTheMeshMeetsTheSlice) {
-    for (const Mat3d& direction : {kStraight, kSagittal}) {
-        const auto scan = noise({9, 8, 7}, direction, 6);
-        const Geometry& geometry = scan->volume.geometry();
-        for (const SampleBox& box : {SampleBox{{0, 0, 0}, {8, 7, 6}}, SampleBox{{2, 1, 3}, {6, 7, 4}}}) {
-            for (const bool closed : {false, true}) {
-                const Volume cropped = crop(scan->volume, box.first, box.last);
-                const Mesh mesh = extract_isosurface(cropped, 0.5, {.closed = closed});
-                double all = 0;
-                for (const Plane plane : {Plane::axial, Plane::coronal, Plane::sagittal}) {
-                    const SliceGeometry slice = slice_geometry(geometry, plane);
-                    const auto through = static_cast<std::size_t>(slice.through);
-                    for (std::int64_t number = 0; number < geometry.dims[through]; ++number) {
-                        const auto trace = ::testing::Message()
-                                           << static_cast<int>(plane) << " slice " << number << " closed "
-                                           << closed << " from " << box.first[through];
-                        const QVector<QLineF> cut = slice_mesh(mesh, geometry, box, slice, number);
-                        const QVector<QLineF> contour =
-                            slice_contour(slice_samples(scan->volume, slice, number), slice.size,
-                                          slice_range(slice, box, number), 0.5, closed);
-                        const auto length = [](const QVector<QLineF>& lines) {
-                            double sum = 0;
-                            for (const QLineF& line : lines) sum += line.length();
-                            return sum;
-                        };
-                        const bool in_box = number >= box.first[through] && number <= box.last[through];
-                        ASSERT_TRUE(in_box || contour.empty()) << trace;
-                        all += length(contour);
-                        ASSERT_NEAR(length(cut), length(contour), 1e-3 * length(contour)) << trace;
-                        for (const QLineF& line : cut) {
-                            ASSERT_TRUE(std::any_of(contour.begin(), contour.end(), [&](const QLineF& other) {
-                                const auto near = [](const QPointF& a, const QPointF& b) {
-                                    return std::hypot(a.x() - b.x(), a.y() - b.y()) < 1e-3;
-                                };
-                                return (near(line.p1(), other.p1()) && near(line.p2(), other.p2())) ||
-                                       (near(line.p1(), other.p2()) && near(line.p2(), other.p1()));
-                            })) << trace;
-                        }
-                    }
-                }
-                EXPECT_GT(all, 50) << closed;
+// Lines from the samples and from the mesh agree on all slices, inside and at the border of a box.
+void expect_outlines_of_surface(const Scan& scan, const SampleBox& box, double isovalue, bool closed,
+                                bool topology) {
+    const Geometry& geometry = scan.volume.geometry();
+    const Volume cropped = crop(scan.volume, box.first, box.last);
+    const Mesh mesh = extract_isosurface(cropped, isovalue, {.closed = closed, .topology = topology});
+    double all = 0;
+    for (const Plane plane : {Plane::axial, Plane::coronal, Plane::sagittal}) {
+        const SliceGeometry slice = slice_geometry(geometry, plane);
+        const auto through = static_cast<std::size_t>(slice.through);
+        for (std::int64_t number = 0; number < geometry.dims[through]; ++number) {
+            const auto trace = ::testing::Message()
+                               << static_cast<int>(plane) << " slice " << number << " closed " << closed
+                               << " topology " << topology << " from " << box.first[through];
+            const QVector<QLineF> cut = slice_mesh(mesh, geometry, box, slice, number);
+            const QVector<QLineF> contour =
+                slice_contour(slice_samples(scan.volume, slice, number), slice.size,
+                              slice_range(slice, box, number), isovalue, closed, topology);
+            const auto length = [](const QVector<QLineF>& lines) {
+                double sum = 0;
+                for (const QLineF& line : lines) sum += line.length();
+                return sum;
+            };
+            const bool in_box = number >= box.first[through] && number <= box.last[through];
+            ASSERT_TRUE(in_box || contour.empty()) << trace;
+            all += length(contour);
+            ASSERT_NEAR(length(cut), length(contour), 1e-3 * length(contour)) << trace;
+            for (const QLineF& line : cut) {
+                ASSERT_TRUE(std::any_of(contour.begin(), contour.end(), [&](const QLineF& other) {
+                    const auto near = [](const QPointF& a, const QPointF& b) {
+                        return std::hypot(a.x() - b.x(), a.y() - b.y()) < 1e-3;
+                    };
+                    return (near(line.p1(), other.p1()) && near(line.p2(), other.p2())) ||
+                           (near(line.p1(), other.p2()) && near(line.p2(), other.p1()));
+                })) << trace;
             }
         }
     }
+    EXPECT_GT(all, 50) << closed << topology;
+}
+
+TEST(SliceContour, IsWhereTheMeshMeetsTheSlice) {
+    for (const Mat3d& direction : {kStraight, kSagittal}) {
+        const auto scan = noise({9, 8, 7}, direction, 6);
+        for (const SampleBox& box : {SampleBox{{0, 0, 0}, {8, 7, 6}}, SampleBox{{2, 1, 3}, {6, 7, 4}}}) {
+            for (const bool closed : {false, true}) {
+                expect_outlines_of_surface(*scan, box, 0.5, closed, false);
+                // Without ties, in which points within a cell can be on its faces.
+                expect_outlines_of_surface(*scan, box, 0.45, closed, true);
+            }
+        }
+    }
+}
+
+// Ties join corners, and samples that are not finite leave them separated, on the surface and on the outline. All
+// slices are equal, so that there are no points within cells.
+TEST(SliceContour, DecidesAsTheSurfaceDoes) {
+    const auto scan = noise({20, 20, 4}, kStraight, 8);
+    Volume samples(scan->volume.geometry(), SampleType::float32);
+    std::mt19937 random(9);
+    constexpr float kInfinity = std::numeric_limits<float>::infinity();
+    constexpr std::array<float, 6> kValues{-1.5F, -1.5F, 1.5F, 1.5F, kInfinity, -kInfinity};
+    constexpr std::int64_t kSlice = 20 * 20;
+    for (std::int64_t i = 0; i < samples.geometry().sample_count(); ++i)
+        samples.samples<float>()[i] =
+            i < kSlice ? kValues[random() % (i % 5 == 0 ? 6 : 4)] : samples.samples<float>()[i - kSlice];
+    scan->volume = std::move(samples);
+    for (const bool closed : {false, true})
+        expect_outlines_of_surface(*scan, {{0, 0, 0}, {19, 19, 3}}, 0, closed, true);
 }
 
 // The patient's right is on the left of an axial slice and superior is up, however the scan was acquired.

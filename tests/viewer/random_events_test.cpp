@@ -189,7 +189,8 @@ class RandomEvents : public BallViewer {
                 return QTest::mouseClick(chips[any(static_cast<int>(chips.size()))], Qt::LeftButton);
             }
             case 10:
-                return window->findChild<QCheckBox*>(one_of<QString>({"largest", "open"}))->click();
+                return window->findChild<QCheckBox*>(one_of<QString>({"largest", "open", "topology"}))
+                    ->click();
             case 11:
             case 12:
                 return drag_a_side_of_the_crop_box();
@@ -254,7 +255,8 @@ TEST_F(RandomEvents, SurvivesTwoThousand) {
     for (const viewer::SurfaceParameters& surface : p.surfaces) {
         const auto shape = window->surfaces().exact(surface.id);
         ASSERT_TRUE(shape);
-        Mesh expected = extract_isosurface(cropped, surface.isovalue, {.closed = !p.open});
+        Mesh expected =
+            extract_isosurface(cropped, surface.isovalue, {.closed = !p.open, .topology = p.topology});
         if (p.largest) expected = keep_components(expected, {.count = 1, .cavities = false});
         EXPECT_EQ(shape->mesh->points, expected.points);
         EXPECT_EQ(shape->mesh->triangles, expected.triangles);

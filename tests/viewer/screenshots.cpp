@@ -139,6 +139,16 @@ void take_skin_and_cut(Photographer& camera) {
     session.remove_surface(session.parameters().surfaces[1].id);
 }
 
+// The bone of the face, where walls are thin.
+void take_trust(Photographer& camera) {
+    viewer::Session& session = camera.window().session();
+    session.change("colouring", {}, [](viewer::Parameters& p) { p.colouring = viewer::Colouring::shift; });
+    camera.key(Qt::Key_1);
+    camera.turn_wheel(4);
+    camera.take("trust");
+    session.change("colouring", {}, [](viewer::Parameters& p) { p.colouring = viewer::Colouring::own; });
+}
+
 void take_measurements(Photographer& camera) {
     viewer::SurfaceView* view = camera.window().surface_view();
     camera.key(Qt::Key_1);
@@ -249,6 +259,7 @@ int main(int argc, char** argv) {
         open_scan(camera, argv[1]);
         take_window(camera);
         take_skin_and_cut(camera);
+        take_trust(camera);
         take_measurements(camera);
         take_crop(camera);
         take_edges(camera);

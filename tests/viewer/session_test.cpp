@@ -31,6 +31,8 @@ class Sessions : public BallViewer {
             p.mode = viewer::DrawMode::wireframe;
             p.window = {12, 345};
             p.largest = true;
+            p.topology = true;
+            p.colouring = viewer::Colouring::noise;
         });
         session().add_surface({}, 600.5, QColor(20, 40, 60), 0.25);
         session().set_crosshair({5, 6, 7});
@@ -71,6 +73,24 @@ TEST_F(Sessions, OpenAsTheyWereSaved) {
     EXPECT_FALSE(session().undo_stack().canUndo());
 }
 
+// Those that were saved before these settings existed.
+TEST_F(Sessions, OlderOnesHaveTheirOwnColoursAndNoTopology) {
+    work();
+    ASSERT_TRUE(settle());
+    const std::filesystem::path file = folder / "mine.marrow";
+    ASSERT_TRUE(window->save_session(file));
+    std::string content = read_file(file);
+    for (const std::string line : {"  \"topology\": true,\n", "  \"colour_by\": \"noise\",\n"}) {
+        ASSERT_NE(content.find(line), std::string::npos) << content;
+        content.erase(content.find(line), line.size());
+    }
+    write_file(file, content);
+    ASSERT_TRUE(open(file)) << window->banner().toStdString();
+    EXPECT_FALSE(session().parameters().topology);
+    EXPECT_EQ(session().parameters().colouring, viewer::Colouring::own);
+    EXPECT_TRUE(session().parameters().largest);
+}
+
 TEST_F(Sessions, DamagedOnesSayWhyInOneLine) {
     work();
     ASSERT_TRUE(settle());
@@ -95,6 +115,8 @@ TEST_F(Sessions, DamagedOnesSayWhyInOneLine) {
         {changed("\"isovalue\": 0.0", "\"isovalue\": 1e999"), ""},
         {changed("\"opacity\": 0.5", "\"opacity\": 7"), "opacity"},
         {changed("\"wireframe\"", "\"fog\""), "draw"},
+        {changed("\"topology\": true", "\"topology\": 3"), "topology"},
+        {changed("\"noise\"", "\"fog\""), "colour_by"},
         {changed("\"coronal\"", "3"), "cut.plane"},
         {changed("\"width\": 345", "\"width\": -1"), "window.width"},
         {changed("1.25", "\"x\""), "measurements"},

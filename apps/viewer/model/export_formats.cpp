@@ -93,6 +93,7 @@ std::vector<std::string> command_arguments(const Scan& scan, const Parameters& p
     if (parameters.smooth > 0) add("--smooth", std::to_string(parameters.smooth));
     if (parameters.keep < 100) add("--keep", number_text(parameters.keep / 100.0));
     if (parameters.open) result.emplace_back("--open");
+    if (parameters.topology) result.emplace_back("--topology");
     if (space == Space::RAS) add("--space", "RAS");
 
     const ScanOptions& options = scan.options;

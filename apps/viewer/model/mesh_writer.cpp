@@ -23,7 +23,8 @@ std::optional<std::string> bone_warning(const MeshWriter::File& file, const Volu
     Mesh extracted;
     if (source.refined)
         extracted =
-            extract_isosurface(scan, file.shape->isovalue, {.closed = !source.open, .progress = progress});
+            extract_isosurface(scan, file.shape->isovalue,
+                               {.closed = !source.open, .topology = source.topology, .progress = progress});
     const Mesh& mesh = source.refined ? extracted : *file.shape->mesh;
     const ThinWalls found = find_thin_walls(scan, file.shape->isovalue, mesh, {.progress = progress});
     return apps::thin_walls_warning(found, file.shape->isovalue, space);

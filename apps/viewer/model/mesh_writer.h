@@ -29,7 +29,7 @@ class MeshWriter : public QObject {
     struct Source {
         std::shared_ptr<const Scan> scan;
         std::optional<SampleBox> crop;
-        bool open = false;
+        bool open = false, topology = false;
         bool refined = false;  ///< the meshes were changed after their extraction
     };
 

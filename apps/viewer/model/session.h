@@ -17,6 +17,8 @@
 namespace marrow::viewer {
 
 enum class DrawMode { surface, edges, wireframe, points };
+/// What colours show: which surface it is, how far it moves with the isovalue, or how far noise moves it.
+enum class Colouring { own, shift, noise };
 enum class Plane { axial, coronal, sagittal };
 enum class Tool { navigate, distance, angle, crop };
 
@@ -86,9 +88,11 @@ struct Parameters {
     int smooth = 0;                 ///< iterations of smoothing; 0: none
     int keep = 100;                 ///< reduce surfaces to this part of their triangles, %
     bool open = false;              ///< leave surfaces open at the border of the scan
+    bool topology = false;          ///< as IsosurfaceOptions::topology
     std::optional<SampleBox> crop;  ///< surfaces use only these samples; none: the entire scan
     Cut cut;
     DrawMode mode = DrawMode::surface;
+    Colouring colouring = Colouring::own;
     Window window;
     std::vector<Measurement> measurements;
     bool operator==(const Parameters&) const = default;

@@ -21,6 +21,7 @@ constexpr int kVersion = 1;
 constexpr std::uintmax_t kMostBytes = 1 << 20;  // thousands of measurements
 constexpr std::array kPlanes{"axial", "coronal", "sagittal"};
 constexpr std::array kModes{"surface", "edges", "wireframe", "points"};
+constexpr std::array kColourings{"surface", "shift", "noise"};
 
 // Reads one value of the file. What is wrong with it is said by InputError, with its place.
 [[noreturn]] void refuse(const std::string& place, const char* expected) {
@@ -160,8 +161,10 @@ json parameters_to_json(const Parameters& p) {
                 {"smooth", p.smooth},
                 {"keep", p.keep},
                 {"open", p.open},
+                {"topology", p.topology},
                 {"cut", {{"flipped", p.cut.flipped}}},
                 {"draw", kModes[static_cast<std::size_t>(p.mode)]},
+                {"colour_by", kColourings[static_cast<std::size_t>(p.colouring)]},
                 {"window", {{"level", p.window.centre}, {"width", p.window.width}}},
                 {"measurements", measurements}};
     if (p.cut.plane) result["cut"]["plane"] = kPlanes[static_cast<std::size_t>(*p.cut.plane)];
@@ -184,10 +187,14 @@ Parameters read_parameters(const json& root) {
     p.smooth = within(member(root, "", "smooth"), "smooth", 0, Parameters::kMostSmoothing);
     p.keep = within(member(root, "", "keep"), "keep", 1, 100);
     p.open = flag(member(root, "", "open"), "open");
+    read_if_present(root, "topology", p.topology, flag);  // older sessions do not have it
     const json& cut = member(root, "", "cut");
     p.cut.flipped = flag(member(cut, "cut", "flipped"), "cut.flipped");
     if (cut.contains("plane")) p.cut.plane = Plane(choice(cut["plane"], "cut.plane", kPlanes));
     p.mode = DrawMode(choice(member(root, "", "draw"), "draw", kModes));
+    read_if_present(root, "colour_by", p.colouring, [](const json& value, const std::string& place) {
+        return Colouring(choice(value, place, kColourings));
+    });
     const json& window = member(root, "", "window");
     p.window = {number(member(window, "window", "level"), "window.level"),
                 number(member(window, "window", "width"), "window.width")};

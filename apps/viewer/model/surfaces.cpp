@@ -19,6 +19,7 @@
 #include <marrow/mesh_check.h>
 #include <marrow/simplify.h>
 #include <marrow/smooth.h>
+#include <marrow/trust.h>
 #include <marrow/volume_filters.h>
 
 namespace marrow::viewer {
@@ -26,6 +27,19 @@ namespace {
 
 constexpr int kPause = 60;                         // ms without a change before full resolution is extracted
 constexpr std::int64_t kPreviewSamples = 1500000;  // few enough for an extraction in a few ms
+constexpr int kBorrowed = 1;                       // memory that VTK does not free
+
+// Borrows the memory of the report.
+void add_trust(const TrustReport& report, vtkPolyData* to) {
+    for (const auto& [name, values] :
+         {std::pair{kShiftArray, &report.shift}, {kNoiseArray, &report.noise_shift}}) {
+        vtkNew<vtkFloatArray> array;
+        array->SetName(name);
+        array->SetArray(const_cast<float*>(values->data()), static_cast<vtkIdType>(values->size()),
+                        kBorrowed);
+        to->GetPointData()->AddArray(array);
+    }
+}
 
 }  // namespace
 
@@ -34,33 +48,49 @@ constexpr std::int64_t kPreviewSamples = 1500000;  // few enough for an extracti
 struct Surfaces::Source {
     const std::shared_ptr<const Scan> scan;
     const std::optional<SampleBox> box;  // none: the entire scan
-    const bool open;
+    const bool open, topology;
     const std::optional<std::size_t> device;  // none: the CPU
 
     Source(std::shared_ptr<const Scan> the_scan, const std::optional<SampleBox>& crop_box, bool is_open,
-           std::optional<std::size_t> the_device)
-        : scan(std::move(the_scan)), box(crop_box), open(is_open), device(the_device) {}
+           bool has_topology, std::optional<std::size_t> the_device)
+        : scan(std::move(the_scan)),
+          box(crop_box),
+          open(is_open),
+          topology(has_topology),
+          device(the_device) {}
 
     Volume cropped;  // empty without a box
     std::optional<gpu::FallbackExtractor> extractor;
     Progress progress;  // of the running job
+    TrustOptions trust_options;
+
+    const Volume& samples() const { return box ? cropped : scan->volume; }
 
     const Mesh& extract(double isovalue, int level, const Progress& job_progress) {
         progress = job_progress;
         if (!extractor) {
             if (box) cropped = crop(scan->volume, box->first, box->last);
-            extractor.emplace(
-                box ? cropped : scan->volume,
-                IsosurfaceOptions{.closed = !open,
-                                  .progress = [this](double fraction) { return progress(fraction); }},
-                device);
+            extractor.emplace(samples(),
+                              IsosurfaceOptions{.closed = !open,
+                                                .topology = topology,
+                                                .progress = [this](double f) { return progress(f); }},
+                              device);
         }
         return extractor->extract(isovalue, level);
+    }
+
+    // After extract(). Noise and step are those of the samples, so that they are found only once.
+    TrustReport report_trust(const Mesh& mesh, const Progress& job_progress) {
+        trust_options.progress = job_progress;
+        if (scan->hounsfield) trust_options.step = 100;
+        TrustReport report = marrow::report_trust(samples(), mesh.points, trust_options);
+        trust_options.noise = report.noise;
+        trust_options.step = report.step;
+        return report;
     }
 };
 
 vtkSmartPointer<vtkPolyData> to_polydata(const Mesh& mesh) {
-    constexpr int kBorrowed = 1;
     const auto vectors = [](const Buffer<Vec3f>& from, vtkFloatArray* to) {
         to->SetNumberOfComponents(3);
         to->SetArray(const_cast<float*>(reinterpret_cast<const float*>(from.data())),
@@ -141,23 +171,34 @@ int Surfaces::needed_preview_level() const {
     return level;
 }
 
+// Devices have no exact topology.
+bool Surfaces::uses_device() const {
+    return device_ && !device_failed_ && !session_.parameters().topology;
+}
+
 // Requests the surfaces whose parameters have changed.
 void Surfaces::follow() {
     const Parameters& p = session_.parameters();
     const std::shared_ptr<const Scan> scan = session_.shared_scan();
     const bool new_scan = !source_ || source_->scan != scan;
-    const bool new_source = new_scan || source_->open != p.open || source_->box != p.crop;
+    const bool used_device = source_ && source_->device && !device_failed_;
+    const bool new_source =
+        new_scan || source_->open != p.open || source_->topology != p.topology || source_->box != p.crop;
     const Refinement refinement{p.largest, p.components, p.smooth, p.keep};
-    const bool everything = new_source || refinement != refinement_;
+    const bool with_trust = p.colouring != Colouring::own;
+    const bool everything = new_source || refinement != refinement_ || (with_trust && !with_trust_);
     if (new_scan) {
         extracting_.forget_all();
         measuring_.forget_all();
-        if (std::exchange(device_failed_, false)) emit device_changed({});
+        device_failed_ = false;
     }
     if (new_source)
-        source_ = std::make_shared<Source>(scan, p.crop, p.open, uses_device() ? device_ : std::nullopt);
+        source_ = std::make_shared<Source>(scan, p.crop, p.open, p.topology,
+                                           uses_device() ? device_ : std::nullopt);
     refinement_ = refinement;
+    with_trust_ = with_trust;
     preview_level_ = needed_preview_level();
+    if (uses_device() != used_device) emit device_changed({});
 
     for (auto it = states_.begin(); it != states_.end();) {
         const int id = it->first;
@@ -223,7 +264,8 @@ void Surfaces::settle() {
 void Surfaces::post(int id, int level) {
     const State& state = states_[id];
     const auto job = [this, id, level, request = state.request, isovalue = state.isovalue,
-                      refinement = refinement_, source = source_](const Progress& job_progress) {
+                      refinement = refinement_, with_trust = with_trust_,
+                      source = source_](const Progress& job_progress) {
         try {
             auto shape = std::make_shared<Shape>();
             const auto start = std::chrono::steady_clock::now();
@@ -242,6 +284,10 @@ void Surfaces::post(int id, int level) {
             shape->level = level;
             shape->mesh = std::make_shared<Mesh>(refine(extracted, refinement, level > 0, job_progress));
             shape->polydata = to_polydata(*shape->mesh);
+            if (with_trust) {
+                shape->trust = source->report_trust(*shape->mesh, job_progress);
+                add_trust(*shape->trust, shape->polydata);
+            }
             QMetaObject::invokeMethod(
                 this, [=, this] { accept(id, request, source, shape); }, Qt::QueuedConnection);
         } catch (const Cancelled&) {

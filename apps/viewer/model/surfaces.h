@@ -13,6 +13,7 @@
 
 #include <marrow/measure.h>
 #include <marrow/mesh.h>
+#include <marrow/trust.h>
 
 #include "session.h"
 #include "worker.h"
@@ -26,6 +27,7 @@ struct Shape {
     std::shared_ptr<const Mesh> mesh;       ///< this is exported
     vtkSmartPointer<vtkPolyData> polydata;  ///< shares the mesh's memory
     double milliseconds = 0;                ///< duration of the extraction alone
+    std::optional<TrustReport> trust;       ///< if colours show it; `polydata` shares its memory
     std::optional<MeshMeasures> measures;   ///< set later
     /// Set later, in full resolution, if the mesh was smoothed or reduced. Isosurfaces have none.
     std::optional<std::int64_t> self_intersections;
@@ -82,7 +84,7 @@ class Surfaces : public QObject {
     };
 
     void follow();
-    bool uses_device() const { return device_ && !device_failed_; }
+    bool uses_device() const;
     void give_up_device(const std::shared_ptr<Source>& source, const QString& reason);
     int needed_preview_level() const;
     void request(int id, double isovalue);
@@ -95,6 +97,7 @@ class Surfaces : public QObject {
     const std::optional<std::size_t> device_;
     bool device_failed_ = false;  // with this scan
     Refinement refinement_;
+    bool with_trust_ = false;
     std::shared_ptr<Source> source_;
     std::map<int, State> states_;
     int preview_level_ = 0;
@@ -102,6 +105,9 @@ class Surfaces : public QObject {
     QTimer pause_;
     Worker measuring_, extracting_;  // last, so that they end first
 };
+
+/// The names of the point arrays of `Shape::polydata` that have trust.
+inline constexpr const char *kShiftArray = "shift_mm", *kNoiseArray = "noise_mm";
 
 /// The mesh as VTK data that borrows its memory. The mesh must outlive the result.
 vtkSmartPointer<vtkPolyData> to_polydata(const Mesh& mesh);

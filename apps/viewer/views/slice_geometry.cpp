@@ -36,8 +36,8 @@ constexpr float kOutside = std::numeric_limits<float>::quiet_NaN();
 // finite.
 double crossing(float a, float b, double isovalue) {
     constexpr double kLeast = 1.0 / 1024;
-    const double t = (isovalue - a) / (static_cast<double>(b) - a);
-    return std::isfinite(t) ? std::clamp(t, kLeast, 1 - kLeast) : 0.5;
+    if (!std::isfinite(a) || !std::isfinite(b)) return 0.5;
+    return std::clamp((isovalue - a) / (static_cast<double>(b) - a), kLeast, 1 - kLeast);
 }
 
 // A square of four samples: a b
@@ -47,8 +47,20 @@ struct Face {
     float a, b, c, d;
 };
 
-// Marching squares. Ambiguous faces separate their inside corners.
-void add_face_lines(const Face& face, double isovalue, QVector<QLineF>& lines) {
+// Whether two inside corners at the ends of a diagonal are joined, by the asymptotic decider: whether the bilinear
+// interpolant at its saddle is at least the isovalue. As on the surface, the decision is not rounded, ties join,
+// and beside a sample that is not finite corners stay separated.
+bool joins(float inside_a, float inside_b, float outside_a, float outside_b, double isovalue) {
+    const double a = inside_a - isovalue, b = inside_b - isovalue, c = outside_a - isovalue,
+                 d = outside_b - isovalue;
+    const double inside = a * b, outside = c * d;
+    if (!std::isfinite(outside)) return false;
+    if (inside != outside) return inside > outside;
+    return std::fma(a, b, -inside) >= std::fma(c, d, -outside);  // by what the products have lost
+}
+
+// Marching squares.
+void add_face_lines(const Face& face, double isovalue, bool topology, QVector<QLineF>& lines) {
     const auto inside = [&](float value) { return std::isfinite(value) && value >= isovalue; };
     const auto [left, top, a, b, c, d] = face;
     const int code = inside(a) | inside(b) << 1 | inside(c) << 2 | inside(d) << 3;
@@ -75,12 +87,16 @@ void add_face_lines(const Face& face, double isovalue, QVector<QLineF>& lines) {
         case 6:
         case 9:
             return add(ab, dc);
-        case 5:
-            add(ab, ad);
-            return add(bc, dc);
-        default:  // 10
+        default: {  // 5 and 10: the corners alternate
+            const bool joined =
+                topology && (code == 5 ? joins(a, c, b, d, isovalue) : joins(b, d, a, c, isovalue));
+            if ((code == 5) != joined) {
+                add(ab, ad);
+                return add(bc, dc);
+            }
             add(ab, bc);
             return add(dc, ad);
+        }
     }
 }
 
@@ -241,7 +257,7 @@ SliceRange slice_range(const SliceGeometry& slice, const SampleBox& box, std::in
 }
 
 QVector<QLineF> slice_contour(const std::vector<float>& samples, std::array<std::int64_t, 2> size,
-                              const SliceRange& range, double isovalue, bool closed) {
+                              const SliceRange& range, double isovalue, bool closed, bool topology) {
     QVector<QLineF> lines;
     if (range.empty()) return lines;
     // Two rows of the range, with a sample outside at either end.
@@ -261,7 +277,7 @@ QVector<QLineF> slice_contour(const std::vector<float>& samples, std::array<std:
         for (auto x = static_cast<std::size_t>(1 - pad); x < width + static_cast<std::size_t>(pad); ++x) {
             const double left = static_cast<double>(range.first[0] + static_cast<std::int64_t>(x) - 1);
             add_face_lines({left, static_cast<double>(y), upper[x], upper[x + 1], lower[x + 1], lower[x]},
-                           isovalue, lines);
+                           isovalue, topology, lines);
         }
     }
     return lines;

@@ -71,10 +71,11 @@ std::vector<float> slab_samples(const Volume& volume, const SliceGeometry& slice
                                 const Slab& slab);
 
 /// The lines in which the isosurface of the samples in a range meets a slice, in samples from the top left
-/// sample. As on the surface itself, ends are on the edges between samples, and an ambiguous face separates
-/// its inside corners. A closed surface is also closed half a sample beyond the range.
+/// sample. As on the surface itself, ends are on the edges between samples. An ambiguous face separates its
+/// inside corners; with `topology`, the samples decide whether it joins them. A closed surface is also closed
+/// half a sample beyond the range.
 QVector<QLineF> slice_contour(const std::vector<float>& samples, std::array<std::int64_t, 2> size,
-                              const SliceRange& range, double isovalue, bool closed);
+                              const SliceRange& range, double isovalue, bool closed, bool topology);
 
 /// The lines in which a mesh meets a slice, in samples from the top left sample. `box` holds the samples of
 /// the mesh; its outer slices show the border of the mesh. Tests every triangle: a few ms for a million.

@@ -87,7 +87,7 @@ void SliceView::follow_parameters() {
     const SampleBox box = session_.crop();
     for (const SurfaceParameters& surface : p.surfaces) {
         if (!surface.visible) continue;
-        Contour contour{surface.id, surface.isovalue, p.crop, !p.open, {}, {}};
+        Contour contour{surface.id, surface.isovalue, p.crop, !p.open, p.topology, {}, {}};
         if (p.refined()) contour.shape = surfaces_.shape(surface.id);
         const auto known = std::find_if(contours_.begin(), contours_.end(),
                                         [&](const Contour& c) { return c.same_source(contour); });
@@ -95,7 +95,7 @@ void SliceView::follow_parameters() {
             contour.lines = known->lines;
         else if (!p.refined())
             contour.lines = slice_contour(samples_, slice_.size, slice_range(slice_, box, number_),
-                                          surface.isovalue, contour.closed);
+                                          surface.isovalue, contour.closed, contour.topology);
         else if (contour.shape)
             contour.lines =
                 slice_mesh(*contour.shape->mesh, session_.scan()->volume.geometry(), box, slice_, number_);

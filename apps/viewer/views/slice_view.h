@@ -89,12 +89,13 @@ class SliceView : public QWidget {
         int id;
         double isovalue;
         std::optional<SampleBox> crop;
-        bool closed;
+        bool closed, topology;
         std::shared_ptr<const Shape> shape;  // null if the lines come from the samples
         QVector<QLineF> lines;
 
         bool same_source(const Contour& o) const {
-            return isovalue == o.isovalue && crop == o.crop && closed == o.closed && shape == o.shape;
+            return isovalue == o.isovalue && crop == o.crop && closed == o.closed && topology == o.topology &&
+                   shape == o.shape;
         }
     };
 

@@ -33,8 +33,11 @@ constexpr char kFadingEdges[] =
 }  // namespace
 
 SurfaceActor::SurfaceActor() {
-    for (vtkPolyDataMapper* mapper : {full_mapper_.Get(), preview_mapper_.Get()})
+    for (vtkPolyDataMapper* mapper : {full_mapper_.Get(), preview_mapper_.Get()}) {
         mapper->ScalarVisibilityOff();
+        mapper->SetScalarModeToUsePointFieldData();
+        mapper->UseLookupTableScalarRangeOn();
+    }
 }
 
 void SurfaceActor::set_shapes(std::shared_ptr<const Shape> newest, std::shared_ptr<const Shape> preview) {
@@ -42,6 +45,24 @@ void SurfaceActor::set_shapes(std::shared_ptr<const Shape> newest, std::shared_p
     preview_ = std::move(preview);
     full_mapper_->SetInputData(full_ ? full_->polydata.Get() : nullptr);
     preview_mapper_->SetInputData(preview_ ? preview_->polydata.Get() : nullptr);
+    follow_colouring();
+}
+
+void SurfaceActor::set_colouring(Colouring colouring, vtkScalarsToColors* colours) {
+    colouring_ = colouring;
+    colours_ = colours;
+    follow_colouring();
+}
+
+void SurfaceActor::follow_colouring() {
+    for (const auto& [mapper, shape] :
+         {std::pair{full_mapper_.Get(), full_.get()}, {preview_mapper_.Get(), preview_.get()}}) {
+        const bool coloured = colouring_ != Colouring::own && shape && shape->trust;
+        mapper->SetScalarVisibility(coloured);
+        if (!coloured) continue;
+        mapper->SetLookupTable(colours_);
+        mapper->SelectColorArray(colouring_ == Colouring::shift ? kShiftArray : kNoiseArray);
+    }
 }
 
 void SurfaceActor::set_look(const SurfaceParameters& surface, DrawMode mode) {

@@ -8,6 +8,8 @@
 #include <vtkPlane.h>
 #include <vtkPolyDataMapper.h>
 #include <vtkRenderer.h>
+#include <vtkScalarsToColors.h>
+#include <vtkSmartPointer.h>
 
 #include "model/surfaces.h"
 
@@ -22,6 +24,8 @@ class SurfaceActor {
     /// Sets the newest shape of the surface, and its preview or null.
     void set_shapes(std::shared_ptr<const Shape> newest, std::shared_ptr<const Shape> preview);
     void set_look(const SurfaceParameters& surface, DrawMode mode);
+    /// Colours the shapes that have trust by it; `colours` maps mm to colours.
+    void set_colouring(Colouring colouring, vtkScalarsToColors* colours);
     /// Makes lines and points as wide as on a screen with this ratio of pixels.
     void set_pixel_ratio(double ratio);
     /// Hides everything behind the plane; null: shows everything.
@@ -36,9 +40,13 @@ class SurfaceActor {
     bool drawn_full() const { return full_ && actor_->GetMapper() == full_mapper_; }
 
   private:
+    void follow_colouring();
+
     vtkNew<vtkActor> actor_;
     vtkNew<vtkPolyDataMapper> full_mapper_, preview_mapper_;
     std::shared_ptr<const Shape> full_, preview_;  // they own the memory that the mappers use
+    Colouring colouring_ = Colouring::own;
+    vtkSmartPointer<vtkScalarsToColors> colours_;
     bool glass_ = false, edges_ = false;
 };
 

@@ -29,6 +29,7 @@
 #include "scene_parts.h"
 #include "slice_geometry.h"
 #include "surface_actor.h"
+#include "trust_legend.h"
 
 namespace marrow::viewer {
 namespace {
@@ -76,6 +77,7 @@ struct SurfaceView::Scene {
     Crosshair crosshair;
     CropBox crop_box;
     Marks marks;
+    TrustLegend trust_legend;
     OrientationCube cube;
     std::function<void()> on_frame_start, on_frame_end, on_start, on_end;
 };
@@ -126,6 +128,7 @@ void SurfaceView::make_scene() {
     scene_->crosshair.add_to(scene_->overlay);
     scene_->crop_box.add_to(scene_->overlay);
     scene_->marks.add_to(scene_->overlay);
+    scene_->trust_legend.add_to(scene_->overlay);
     scene_->cube.add_to(scene_->corner);
     set_light_background(false);
 }
@@ -202,6 +205,7 @@ void SurfaceView::follow_shapes(int id) {
             surface.set_look(*parameters, session_.parameters().mode);
         update_cut();
     }
+    follow_colouring();
     choose_detail();
     if (!fitted_ && !shape->mesh->points.empty()) {
         fitted_ = true;
@@ -220,6 +224,7 @@ Parameters SurfaceView::drawn_parameters() const {
     p.smooth = plain.smooth;
     p.keep = plain.keep;
     p.open = plain.open;
+    p.topology = plain.topology;
     for (SurfaceParameters& surface : p.surfaces) surface.name.clear();
     if (p.cut.plane) return p;
     // Only the cut shows samples.
@@ -246,6 +251,7 @@ void SurfaceView::follow_parameters() {
     update_cut();
     follow_measurements();
     follow_crop();
+    follow_colouring();
     by_slices ? request_draw_after_slices() : request_draw();
 }
 
@@ -254,6 +260,21 @@ void SurfaceView::follow_crop() {
     if (!scan) return;
     scene_->crop_box.set_box(scan->volume.geometry(), session_.crop());
     scene_->crop_box.set_visible(session_.tool() == Tool::crop);
+}
+
+// The legend is that of the visible surfaces, which are all of the same samples.
+void SurfaceView::follow_colouring() {
+    const Parameters& p = session_.parameters();
+    const TrustReport* shown = nullptr;
+    for (auto& [id, surface] : scene_->surfaces) {
+        surface.set_colouring(p.colouring, scene_->trust_legend.colours());
+        const Shape* shape = surface.shape();
+        if (surface.visible() && shape && shape->trust) shown = &*shape->trust;
+    }
+    if (shown && p.colouring != Colouring::own)
+        scene_->trust_legend.show(p.colouring, *shown, session_.scan()->hounsfield);
+    else
+        scene_->trust_legend.hide();
 }
 
 void SurfaceView::follow_crosshair() {
@@ -315,6 +336,7 @@ void SurfaceView::set_light_background(bool light) {
         scene_->main->SetBackground2(0.16, 0.185, 0.22);
     }
     scene_->marks.set_light(light);
+    scene_->trust_legend.set_light(light);
     request_draw();
 }
 
@@ -412,6 +434,7 @@ void SurfaceView::set_pixel_ratio() {
     scene_->crop_box.set_pixel_ratio(ratio);
     scene_->marks.set_pixel_ratio(ratio);
     for (auto& [id, surface] : scene_->surfaces) surface.set_pixel_ratio(ratio);
+    scene_->trust_legend.set_pixel_ratio(ratio);
     scene_->cube.follow(scene_->main->GetActiveCamera(), scene_->corner, size[0], size[1], ratio);
 }
 

@@ -82,6 +82,7 @@ class SurfaceView : public QVTKOpenGLNativeWidget {
     void follow_crosshair();
     void follow_measurements();
     void follow_crop();
+    void follow_colouring();
     /// The parameters as far as the view shows them.
     Parameters drawn_parameters() const;
     void update_cut();

@@ -182,6 +182,7 @@ SidePanel::SidePanel(Session& session, Surfaces& surfaces, QAction* whole_scan)
     layout->setSpacing(8);
     add_surfaces(layout);
     add_opacity(layout);
+    add_colouring(layout);
     add_options(layout);
     layout->addSpacing(10);
     add_measures(layout);
@@ -272,6 +273,27 @@ void SidePanel::add_opacity(QVBoxLayout* layout) {
     connect(opacity_, &QSlider::sliderReleased, this, [this] { session_.end_step(); });
 }
 
+void SidePanel::add_colouring(QVBoxLayout* layout) {
+    auto* row = new QHBoxLayout;
+    auto* label = new QLabel(tr("Colour by"));
+    label->setProperty("role", "faint");
+    row->addWidget(label);
+    colouring_ = new QComboBox;
+    colouring_->setObjectName("colouring");
+    colouring_->setProperty("section", QString("panel"));
+    colouring_->addItems({tr("Surface"), tr("Shift with isovalue"), tr("Shift by noise")});
+    const QString tip =
+        tr("Colour all surfaces by how far they can be trusted: how far they move if the isovalue "
+           "changes, or by the noise of the scan");
+    label->setToolTip(tip);
+    colouring_->setToolTip(tip);
+    row->addWidget(colouring_, 1);
+    layout->addLayout(row);
+    connect(colouring_, qOverload<int>(&QComboBox::activated), this, [this](int chosen) {
+        session_.change(tr("colouring"), {}, [&](Parameters& p) { p.colouring = Colouring(chosen); });
+    });
+}
+
 void SidePanel::add_options(QVBoxLayout* layout) {
     largest_ = new QCheckBox(tr("Largest component only"));
     largest_->setObjectName("largest");
@@ -279,14 +301,22 @@ void SidePanel::add_options(QVBoxLayout* layout) {
     open_ = new QCheckBox(tr("Open at the border of the scan"));
     open_->setObjectName("open");
     open_->setToolTip(tr("Leave surfaces open where the scan ends. Closed surfaces can be printed."));
+    topology_ = new QCheckBox(tr("Exact topology"));
+    topology_->setObjectName("topology");
+    topology_->setToolTip(
+        tr("Give surfaces exactly the pieces and holes of the interpolated samples: thin walls stay whole"));
     layout->addWidget(largest_);
     layout->addWidget(open_);
+    layout->addWidget(topology_);
     add_refinement(layout);
     connect(largest_, &QCheckBox::clicked, this, [this](bool on) {
         session_.change(tr("largest component"), {}, [&](Parameters& p) { p.largest = on; });
     });
     connect(open_, &QCheckBox::clicked, this,
             [this](bool on) { session_.change(tr("open border"), {}, [&](Parameters& p) { p.open = on; }); });
+    connect(topology_, &QCheckBox::clicked, this, [this](bool on) {
+        session_.change(tr("exact topology"), {}, [&](Parameters& p) { p.topology = on; });
+    });
 }
 
 void SidePanel::add_refinement(QVBoxLayout* layout) {
@@ -405,6 +435,8 @@ void SidePanel::follow_parameters() {
     }
     largest_->setChecked(p.largest);
     open_->setChecked(p.open);
+    topology_->setChecked(p.topology);
+    colouring_->setCurrentIndex(static_cast<int>(p.colouring));
     for (const auto& [box, value] :
          {std::pair{components_, p.components}, {smooth_, p.smooth}, {keep_, p.keep}}) {
         const QSignalBlocker quiet(box);

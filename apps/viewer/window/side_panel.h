@@ -5,6 +5,7 @@
 #include <vector>
 
 #include <QCheckBox>
+#include <QComboBox>
 #include <QFrame>
 #include <QLabel>
 #include <QLineEdit>
@@ -59,6 +60,7 @@ class SidePanel : public QWidget {
   private:
     void add_surfaces(QVBoxLayout* layout);
     void add_opacity(QVBoxLayout* layout);
+    void add_colouring(QVBoxLayout* layout);
     void add_options(QVBoxLayout* layout);
     void add_refinement(QVBoxLayout* layout);
     void show_validity(const Shape& shape);
@@ -77,9 +79,10 @@ class SidePanel : public QWidget {
     std::vector<SurfaceRow*> row_list_;
     QMenu* add_menu_;
     QSlider* opacity_;
+    QComboBox* colouring_;
     QCheckBox* largest_;
     QSpinBox *components_, *smooth_, *keep_;
-    QCheckBox* open_;
+    QCheckBox *open_, *topology_;
     QLabel* closedness_;
     std::array<QLabel*, 6> numbers_{};
     QListWidget* measurements_;

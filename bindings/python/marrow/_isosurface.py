@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, NoReturn, Optional, Union
 
 from . import _marrow
 from ._as_volume import as_volume
 from ._marrow import EmptySurface, InputError
 from ._mesh import Colour, Mesh
-from ._scan import Progress
+from ._scan import Progress, volume_of
 from ._trust import Trust
 from ._volume import Volume
 
@@ -38,6 +40,7 @@ def extract(
     snap: float = 0.0,
     topology: bool = False,
     trust: bool = False,
+    keep_thin: bool = False,
     threads: int = 0,
     progress: Optional[Progress] = None,
 ) -> Mesh:
@@ -66,6 +69,9 @@ def extract(
         every ambiguous face of a cell: thin walls stay whole. Not with `snap`.
     trust : bool
         Report in `Mesh.trust` how far isovalue and noise move each point.
+    keep_thin : bool
+        Restore walls that are too thin for the scan, at half of their own peak; `find_thin_walls` finds them. A fold
+        of soft tissue between air looks the same as a thin wall of bone.
     threads : int
         Threads to use; 0: all.
     progress : callable, optional
@@ -95,22 +101,42 @@ def extract(
     volume = as_volume(volume)
     samples = volume._native()
     value, tissue = _choose_isovalue(volume, samples, isovalue)
-    arrays = _marrow.extract(
-        samples,
-        value,
-        closed=closed,
-        normals=normals,
-        snap=snap,
-        topology=topology,
-        threads=threads,
-        progress=progress,
-    )
-    mesh = Mesh._of(arrays, tissue.name, tissue.colour) if tissue else Mesh._of(arrays)
+
+    def surface_of(from_samples: _marrow.ArrayVolume, stage: Optional[Progress]) -> Mesh:
+        arrays = _marrow.extract(
+            from_samples,
+            value,
+            closed=closed,
+            normals=normals,
+            snap=snap,
+            topology=topology,
+            threads=threads,
+            progress=stage,
+        )
+        return Mesh._of(arrays, tissue.name, tissue.colour) if tissue else Mesh._of(arrays)
+
+    stages = _stages(progress, 1 + 2 * keep_thin + trust)
+    mesh = surface_of(samples, next(stages))
     if len(mesh.triangles) == 0:
         _raise_empty(samples, value)
+    walls = None
+    if keep_thin:
+        walls = _marrow.FoundWalls(
+            samples, value, mesh._native(), noise=None, threads=threads, progress=next(stages)
+        )
+        if walls.area > 0:
+            mesh = surface_of(volume_of(walls.restore(), volume.info)._native(), next(stages))
     if trust:
-        step = 100.0 if _is_hounsfield(volume, samples) else None
-        mesh.trust = Trust._of(_marrow.trust(samples, mesh._native(), step=step, threads=threads))
+        report = _marrow.trust(
+            samples,
+            mesh._native(),
+            hounsfield=_is_hounsfield(volume, samples),
+            near_walls=walls.near(mesh._native()) if walls else None,
+            walls_restored=walls.area > 0 if walls else None,
+            threads=threads,
+            progress=next(stages),
+        )
+        mesh.trust = Trust._of(report)
     return mesh
 
 
@@ -206,6 +232,16 @@ class IsosurfaceExtractor:
         if self._native.failure and not self._warned:
             self._warned = True
             warnings.warn(self._native.failure, RuntimeWarning, stacklevel=3)
+
+
+def _stages(progress: Optional[Progress], count: int) -> Iterator[Optional[Progress]]:
+    """Yield the progress functions of `count` stages that follow each other."""
+    for stage in range(count):
+        yield None if progress is None else partial(_report_stage, progress, stage, count)
+
+
+def _report_stage(progress: Progress, stage: int, count: int, fraction: float) -> Any:
+    return progress((stage + fraction) / count)
 
 
 def _choose_isovalue(

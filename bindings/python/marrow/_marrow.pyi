@@ -139,7 +139,9 @@ def trust(
     volume: ArrayVolume,
     mesh: ArrayMesh,
     *,
-    step: Optional[float] = None,
+    hounsfield: bool,
+    near_walls: Optional[NDArray[np.bool_]] = None,
+    walls_restored: Optional[bool] = None,
     threads: int = 0,
     progress: _Progress = None,
 ) -> dict[str, Any]: ...

@@ -47,7 +47,8 @@ class Mesh:
     points, triangles, normals, name, colour
         As given. `normals` and `colour` may be None.
     trust : Trust or None
-        How far each point can be trusted, if `extract` was asked for it. New meshes do not have it.
+        How far each point can be trusted, if `extract` was asked for it. New meshes do not have it. Files that can
+        hold it do: .ply and .vtp its numbers, .glb its colours.
 
     Raises
     ------
@@ -95,6 +96,11 @@ class Mesh:
         mesh.name = name
         mesh.colour = colour
         return mesh
+
+    def _surface(self) -> tuple[Any, ...]:
+        """Return what files hold of the mesh."""
+        arrays, colours = (self.trust._arrays(), self.trust.colours) if self.trust else ([], None)
+        return self._native(), self.name, self.colour, arrays, colours
 
     def _native(self) -> _marrow.ArrayMesh:
         return _marrow.ArrayMesh(self.points, self.triangles, self.normals)
@@ -301,7 +307,8 @@ class Mesh:
     ) -> None:
         """Write the mesh to a file: .stl, .ply, .obj, each also with .gz, .vtp, .3mf, .glb or .dcm.
 
-        The file appears complete or not at all.
+        The file appears complete or not at all, with the bytes that the command line writes. If the mesh has `trust`,
+        .ply and .vtp hold `shift_mm`, `noise_mm` and `thin_wall` of each point, and .glb its colours.
 
         Parameters
         ----------
@@ -387,7 +394,7 @@ def write_meshes(
     verify: bool = False,
     progress: Optional[Progress] = None,
 ) -> None:
-    """Write several meshes to one file, with their names and colours: .obj, .vtp, .3mf or .glb.
+    """Write several meshes to one file, with their names, colours and trust: .obj, .vtp, .3mf or .glb.
 
     Parameters
     ----------
@@ -399,10 +406,10 @@ def write_meshes(
     Raises
     ------
     InputError, IoError, LimitError, Cancelled
-        As `Mesh.write`; InputError also for no mesh, and for a format that holds only one.
+        As `Mesh.write`; InputError also for no mesh, for a format that holds only one, and if only some of the
+        meshes have trust.
     """
-    surfaces = [(mesh._native(), mesh.name, mesh.colour) for mesh in meshes]
-    _marrow.write_meshes(surfaces, path, space=space, progress=progress)
+    _marrow.write_meshes([mesh._surface() for mesh in meshes], path, space=space, progress=progress)
     if verify:
         _verify(meshes, path, space)
 

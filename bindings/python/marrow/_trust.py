@@ -44,6 +44,9 @@ class Trust:
     shifts: TrustPercentiles  #: of `shift`
     noise_shifts: TrustPercentiles  #: of `noise_shift`
     border_points: int  #: points that close the surface at the border; they have 0, and no share in the percentiles
+    near_thin_walls: NDArray[np.bool_]  #: for each point: whether it is on or beside a wall that `keep_thin` restored
+    colours: NDArray[np.uint8]  #: sRGB for each point, from light grey to dark red; blue beside restored walls; (n, 3)
+    _meanings: tuple[tuple[str, str], ...]  # the names and meanings of the arrays in files
 
     @classmethod
     def _of(cls, found: dict[str, Any]) -> Trust:
@@ -57,4 +60,12 @@ class Trust:
             shifts=TrustPercentiles(**found["shifts"]),
             noise_shifts=TrustPercentiles(**found["noise_shifts"]),
             border_points=found["border_points"],
+            near_thin_walls=found["near_thin_walls"],
+            colours=found["colours"],
+            _meanings=tuple(found["meanings"]),
         )
+
+    def _arrays(self) -> list[tuple[str, str, NDArray[np.float32]]]:
+        """Return what files hold of each point, as names, meanings and numbers."""
+        numbers = (self.shift, self.noise_shift, self.near_thin_walls.astype(np.float32))
+        return [(name, meaning, values) for (name, meaning), values in zip(self._meanings, numbers)]

@@ -13,7 +13,9 @@ using Colour = std::array<std::uint8_t, 3>;
 constexpr std::array<Colour, 4> kScale{{{224, 224, 224}, {253, 216, 110}, {230, 85, 50}, {120, 0, 30}}};
 constexpr Colour kNearWall{30, 90, 200};
 
-Colour colour_of(double fraction) {
+}  // namespace
+
+Colour trust_colour(double fraction) {
     const double at = std::clamp(fraction, 0.0, 1.0) * (kScale.size() - 1);
     const auto below = std::min(static_cast<std::size_t>(at), kScale.size() - 2);
     Colour colour{};
@@ -24,13 +26,11 @@ Colour colour_of(double fraction) {
     return colour;
 }
 
-}  // namespace
-
 std::vector<Colour> trust_colours(const TrustReport& report, const std::vector<bool>& near_walls) {
     std::vector<Colour> colours(report.shift.size());
     for (std::size_t i = 0; i < colours.size(); ++i)
         colours[i] =
-            i < near_walls.size() && near_walls[i] ? kNearWall : colour_of(report.shift[i] / report.cap);
+            i < near_walls.size() && near_walls[i] ? kNearWall : trust_colour(report.shift[i] / report.cap);
     return colours;
 }
 

@@ -4,6 +4,7 @@
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "core/trust/peaks.cpp"
+#include <hwy/cache_control.h>
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
@@ -99,6 +100,9 @@ class PeakRow {
             along_y_.after[i] = row_of<T>(volume, std::min(y + step, ny - 1), z);
             along_z_.before[i] = row_of<T>(volume, y, std::max<std::int64_t>(z - step, 0));
             along_z_.after[i] = row_of<T>(volume, y, std::min(z + step, nz - 1));
+            const std::int64_t next_y = std::min(y + 1, ny - 1);
+            next_rows_[2 * i] = row_of<T>(volume, next_y, std::max<std::int64_t>(z - step, 0));
+            next_rows_[2 * i + 1] = row_of<T>(volume, next_y, std::min(z + step, nz - 1));
         }
     }
 
@@ -111,7 +115,17 @@ class PeakRow {
         return find(line + kReach, x, std::min(kBlock, size_ - x));
     }
 
+    // Asks for the samples of the next row, which are seldom in the cache yet: most rows have their peaks beside those of
+    // the row before.
+    HWY_INLINE void prefetch_next_row(std::int64_t x) const {
+        for (const T* row : next_rows_) {
+            for (std::int64_t i = 0; i < kBlock; i += kLine) hwy::Prefetch(row + x + i);
+        }
+    }
+
   private:
+    static constexpr std::int64_t kLine = 64 / sizeof(T);  // samples in a cache line
+
     HWY_INLINE std::uint64_t find(const T* block, std::int64_t x, std::int64_t count) const {
         const Sides<T> along_x{{block - 1, block - 2, block - 3}, {block + 1, block + 2, block + 3}};
         std::uint8_t peaks[kBlock] = {};
@@ -130,6 +144,7 @@ class PeakRow {
     const std::int64_t size_;
     const RoundedLimits<T> limits_;
     Sides<T> along_y_{}, along_z_{};
+    std::array<const T*, 2 * kReach> next_rows_{};
 };
 
 void keep_peaks_any(const VolumeView& volume, const WallLimits& limits, std::int64_t y, std::int64_t z,
@@ -138,7 +153,9 @@ void keep_peaks_any(const VolumeView& volume, const WallLimits& limits, std::int
         const PeakRow<decltype(sample)> row(volume, limits, y, z);
         for (std::int64_t x = 0; x < volume.geometry.dims[0]; x += kBlock) {
             std::uint64_t& word = words[x / kBlock];
-            if (word != 0) word &= row.find(x);
+            if (word == 0) continue;
+            row.prefetch_next_row(x);
+            word &= row.find(x);
         }
     });
 }

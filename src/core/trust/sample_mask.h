@@ -10,6 +10,8 @@
 
 #include <marrow/volume.h>
 
+#include "core/volume/sparse_array.h"
+
 namespace marrow::internal {
 
 /// The samples from `lower` to `upper`, both included.
@@ -32,19 +34,21 @@ inline SampleBox samples_at(const Vec3d& index, const std::array<std::int64_t, 3
     return box;
 }
 
-/// A set of samples.
+/// A set of samples. Only the parts of a volume that have any take memory.
 class SampleMask {
   public:
     explicit SampleMask(const std::array<std::int64_t, 3>& dims)
         : dims_(dims),
           words_per_row_((dims[0] + 63) / 64),
-          words_(static_cast<std::size_t>(words_per_row_ * dims[1] * dims[2])) {}
+          filled_(static_cast<std::size_t>(dims[1] * dims[2])),
+          words_(filled_.size() * static_cast<std::size_t>(words_per_row_)) {}
 
     bool has(const std::array<std::int64_t, 3>& index) const {
-        return (words_[word(index[0], index[1], index[2])] >> (index[0] % 64) & 1) != 0;
+        return (word(index[0], index[1], index[2]) >> (index[0] % 64) & 1) != 0;
     }
     void insert(const std::array<std::int64_t, 3>& index) {
-        words_[word(index[0], index[1], index[2])] |= std::uint64_t{1} << (index[0] % 64);
+        words_.data()[place(index[0], index[1], index[2])] |= std::uint64_t{1} << (index[0] % 64);
+        filled_[row_number(index[1], index[2])] = 1;
     }
     /// Inserts a box. \pre it is at most 64 samples wide
     void insert(const SampleBox& box) {
@@ -53,20 +57,21 @@ class SampleMask {
         const bool crosses = box.lower[0] / 64 != box.upper[0] / 64;
         for (std::int64_t z = box.lower[2]; z <= box.upper[2]; ++z) {
             for (std::int64_t y = box.lower[1]; y <= box.upper[1]; ++y) {
-                std::uint64_t* const first = &words_[word(box.lower[0], y, z)];
+                std::uint64_t* const first = words_.data() + place(box.lower[0], y, z);
                 first[0] |= bits << shift;
                 if (crosses) first[1] |= bits >> (64 - shift);
+                filled_[row_number(y, z)] = 1;
             }
         }
     }
     /// Inserts the neighbours of all samples, up to 26 each.
     void dilate() {
-        const auto row = static_cast<std::size_t>(words_per_row_),
-                   slice = row * static_cast<std::size_t>(dims_[1]);
-        for (std::size_t begin = 0; begin < words_.size(); begin += row) dilate_row(&words_[begin]);
-        for (std::size_t begin = 0; begin < words_.size(); begin += slice)
-            dilate_pieces(&words_[begin], row, slice);
-        dilate_pieces(words_.data(), slice, words_.size());
+        const auto rows = static_cast<std::size_t>(dims_[1]);
+        for (std::size_t row = 0; row < filled_.size(); ++row) {
+            if (filled_[row] != 0) dilate_row(words_.data() + row * static_cast<std::size_t>(words_per_row_));
+        }
+        for (std::size_t slice = 0; slice < filled_.size(); slice += rows) dilate_pieces(slice, 1, rows);
+        dilate_pieces(0, rows, filled_.size());
     }
     /// Whether a sample of the box is in the set.
     bool has_any(const SampleBox& box) const {
@@ -79,14 +84,23 @@ class SampleMask {
         }
         return false;
     }
+    /// Whether a row may have samples.
+    bool has_row(std::int64_t y, std::int64_t z) const { return filled_[row_number(y, z)] != 0; }
     /// The words of a row: bit i % 64 of word i / 64 belongs to sample i.
-    std::span<const std::uint64_t> row(std::int64_t y, std::int64_t z) const {
-        return {&words_[word(0, y, z)], static_cast<std::size_t>(words_per_row_)};
+    std::span<std::uint64_t> row(std::int64_t y, std::int64_t z) {
+        return {words_.data() + place(0, y, z), static_cast<std::size_t>(words_per_row_)};
+    }
+    /// The word of a sample, which has it at bit x % 64.
+    std::uint64_t word(std::int64_t x, std::int64_t y, std::int64_t z) const {
+        return words_.data()[place(x, y, z)];
     }
 
   private:
-    std::size_t word(std::int64_t x, std::int64_t y, std::int64_t z) const {
-        return static_cast<std::size_t>((z * dims_[1] + y) * words_per_row_ + x / 64);
+    std::size_t place(std::int64_t x, std::int64_t y, std::int64_t z) const {
+        return row_number(y, z) * static_cast<std::size_t>(words_per_row_) + static_cast<std::size_t>(x / 64);
+    }
+    std::size_t row_number(std::int64_t y, std::int64_t z) const {
+        return static_cast<std::size_t>(z * dims_[1] + y);
     }
 
     void dilate_row(std::uint64_t* row) {
@@ -99,20 +113,35 @@ class SampleMask {
         if (dims_[0] % 64 != 0) row[words_per_row_ - 1] &= ~(~std::uint64_t{0} << dims_[0] % 64);
     }
 
-    // Joins each of the pieces of `step` words with those before and after it.
-    static void dilate_pieces(std::uint64_t* words, std::size_t step, std::size_t size) {
-        std::vector<std::uint64_t> before(step), own(step);
-        for (std::size_t begin = 0; begin < size; begin += step, before.swap(own)) {
-            std::uint64_t* const piece = words + begin;
-            std::copy_n(piece, step, own.begin());
-            const bool is_last = begin + step == size;
-            for (std::size_t i = 0; i < step; ++i) piece[i] |= before[i] | (is_last ? 0 : piece[step + i]);
+    // Of `count` rows from `first` on, joins each piece of `step` rows with those before and after it. Rows that stay
+    // empty are not touched, so that they take no memory.
+    void dilate_pieces(std::size_t first, std::size_t step, std::size_t count) {
+        const auto width = static_cast<std::size_t>(words_per_row_);
+        std::vector<std::uint64_t> before(step * width), own(step * width);
+        std::vector<std::uint8_t> before_filled(step), own_filled(step);
+        for (std::size_t begin = first; begin < first + count; begin += step) {
+            const bool is_last = begin + step == first + count;
+            for (std::size_t k = 0; k < step; ++k) {
+                const bool after_filled = !is_last && filled_[begin + k + step] != 0;
+                own_filled[k] = filled_[begin + k];
+                if (before_filled[k] == 0 && own_filled[k] == 0 && !after_filled) continue;
+                filled_[begin + k] = 1;
+                std::uint64_t* const row = words_.data() + (begin + k) * width;
+                std::copy_n(row, width, &own[k * width]);
+                for (std::size_t w = 0; w < width; ++w) {
+                    row[w] |= (before_filled[k] != 0 ? before[k * width + w] : 0) |
+                              (after_filled ? row[step * width + w] : 0);
+                }
+            }
+            before.swap(own);
+            before_filled.swap(own_filled);
         }
     }
 
     std::array<std::int64_t, 3> dims_;
     std::int64_t words_per_row_;
-    std::vector<std::uint64_t> words_;
+    std::vector<std::uint8_t> filled_;  // for each row whether it may have samples
+    SparseArray<std::uint64_t> words_;
 };
 
 }  // namespace marrow::internal

@@ -8,7 +8,7 @@
 #include <map>
 #include <new>
 #include <numeric>
-#include <unordered_map>
+#include <tuple>
 
 #include <marrow/error.h>
 #include <marrow/trust.h>
@@ -31,8 +31,9 @@ using Index = std::array<std::int64_t, 3>;
 
 constexpr std::ptrdiff_t kFewestSamples = 5;  // of a wall
 
+// By (z, y, x).
 bool is_before(const Index& a, const Index& b) {
-    return std::lexicographical_compare(a.rbegin(), a.rend(), b.rbegin(), b.rend());
+    return std::tie(a[2], a[1], a[0]) < std::tie(b[2], b[1], b[0]);
 }
 
 // Calls f with the neighbours of a sample that are in the volume: up to 26.
@@ -61,19 +62,25 @@ SampleMask beside_surface(const VolumeView& volume, std::span<const Vec3f> point
     return mask;
 }
 
-// The ridges of a slice that have a neighbour inside the surface.
+// The ridges among the candidates of a slice that have a neighbour inside the surface. The words of candidates then hold
+// the peaks of all their samples instead.
 template <class T>
 std::vector<Ridge> first_ridges(const VolumeView& volume, const RidgeTest<T>& ridge_at,
-                                const SampleMask& candidates, std::int64_t z) {
+                                SampleMask& candidates, std::int64_t z) {
     const Index& dims = volume.geometry.dims;
     std::vector<Ridge> found;
     std::vector<std::uint64_t> peaks;
     for (std::int64_t y = 0; y < dims[1]; ++y) {
-        const std::span<const std::uint64_t> row = candidates.row(y, z);
-        peaks.assign(row.begin(), row.end());
+        if (!candidates.has_row(y, z)) continue;
+        const std::span<std::uint64_t> row = candidates.row(y, z);
+        peaks.resize(row.size());
+        std::transform(row.begin(), row.end(), peaks.begin(),
+                       [](std::uint64_t word) { return word != 0 ? ~std::uint64_t{0} : 0; });
         keep_peaks(volume, ridge_at.limits(), y, z, peaks.data());
         for (std::size_t w = 0; w < peaks.size(); ++w) {
-            for (std::uint64_t left = peaks[w]; left != 0; left &= left - 1) {
+            const std::uint64_t candidate_peaks = peaks[w] & row[w];
+            if (row[w] != 0) row[w] = peaks[w];
+            for (std::uint64_t left = candidate_peaks; left != 0; left &= left - 1) {
                 const Index index{static_cast<std::int64_t>(64 * w) + std::countr_zero(left), y, z};
                 const std::optional<Ridge> ridge = ridge_at(index);
                 if (!ridge) continue;
@@ -88,9 +95,14 @@ std::vector<Ridge> first_ridges(const VolumeView& volume, const RidgeTest<T>& ri
 }
 
 // Follows walls from the first ridges to neighbouring sheets, adds the ridges among at least three sheets, and orders
-// all.
+// all. Where a word of `peaks` has any, it has all: other samples of the word are no ridges.
 template <class T>
-void follow_walls(const RidgeTest<T>& ridge_at, const Index& dims, std::vector<Ridge>& ridges) {
+void follow_walls(const RidgeTest<T>& ridge_at, const SampleMask& peaks, const Index& dims,
+                  std::vector<Ridge>& ridges) {
+    const auto may_be_ridge = [&](const Index& index) {
+        const std::uint64_t word = peaks.word(index[0], index[1], index[2]);
+        return word == 0 || (word >> (index[0] % 64) & 1) != 0;
+    };
     SampleMask seen(dims), sheets(dims);
     for (const Ridge& ridge : ridges) seen.insert(ridge.sample.index);
     std::vector<Ridge> others;
@@ -98,7 +110,7 @@ void follow_walls(const RidgeTest<T>& ridge_at, const Index& dims, std::vector<R
         const Index index = ridges[i].sample.index;  // a copy, because ridges grows
         if (ridges[i].is_sheet) sheets.insert(index);
         for_each_neighbour(index, dims, [&](const Index& neighbour) {
-            if (seen.has(neighbour)) return;
+            if (!may_be_ridge(neighbour) || seen.has(neighbour)) return;
             seen.insert(neighbour);
             const std::optional<Ridge> ridge = ridge_at(neighbour);
             if (ridge) (ridge->is_sheet ? ridges : others).push_back(*ridge);
@@ -117,24 +129,33 @@ void follow_walls(const RidgeTest<T>& ridge_at, const Index& dims, std::vector<R
               [](const Ridge& a, const Ridge& b) { return is_before(a.sample.index, b.sample.index); });
 }
 
+// Calls f(i, k) for all neighbouring ridges with k < i. They are ordered, so those before a ridge are the last one and those
+// in four earlier rows, whose places in the list only grow.
+template <class F>
+void for_each_pair(const std::vector<Ridge>& ridges, const F& f) {
+    constexpr std::array<std::array<std::int64_t, 2>, 4> kEarlierRows{{{-1, 0}, {-1, -1}, {0, -1}, {1, -1}}};
+    std::array<std::size_t, 4> first{};
+    const auto index_of = [&](std::size_t i) -> const Index& { return ridges[i].sample.index; };
+    for (std::size_t i = 0; i < ridges.size(); ++i) {
+        const auto [x, y, z] = index_of(i);
+        if (i > 0 && index_of(i - 1) == Index{x - 1, y, z}) f(i, i - 1);
+        for (std::size_t row = 0; row < kEarlierRows.size(); ++row) {
+            const auto [dy, dz] = kEarlierRows[row];
+            const Index begin{x - 1, y + dy, z + dz}, last{x + 1, y + dy, z + dz};
+            std::size_t& k = first[row];
+            while (is_before(index_of(k), begin)) ++k;
+            for (std::size_t other = k; !is_before(last, index_of(other)); ++other) f(i, other);
+        }
+    }
+}
+
 // The ridges of each wall: those that are connected, where the rim of a wall is connected only to its sheet.
-std::vector<std::vector<Ridge>> connected_walls(const std::vector<Ridge>& ridges, const Index& dims) {
-    const auto number = [&](const Index& i) { return (i[2] * dims[1] + i[1]) * dims[0] + i[0]; };
-    std::unordered_map<std::int64_t, std::size_t> by_number;
-    SampleMask earlier(dims);
+std::vector<std::vector<Ridge>> connected_walls(const std::vector<Ridge>& ridges) {
     std::vector<std::size_t> parents(ridges.size());
     std::iota(parents.begin(), parents.end(), std::size_t{0});
-    for (std::size_t i = 0; i < ridges.size(); ++i) {
-        const Index& index = ridges[i].sample.index;
-        for_each_neighbour(index, dims, [&](const Index& neighbour) {
-            // The mask, because a look into the map takes longer, and nearly all neighbours are in neither.
-            if (!earlier.has(neighbour)) return;
-            const std::size_t other = by_number.at(number(neighbour));
-            if (ridges[i].is_sheet || ridges[other].is_sheet) unite(parents, i, other);
-        });
-        by_number.emplace(number(index), i);
-        earlier.insert(index);
-    }
+    for_each_pair(ridges, [&](std::size_t i, std::size_t other) {
+        if (ridges[i].is_sheet || ridges[other].is_sheet) unite(parents, i, other);
+    });
     std::map<std::size_t, std::vector<Ridge>> by_first;
     for (std::size_t i = 0; i < ridges.size(); ++i) by_first[representative(parents, i)].push_back(ridges[i]);
     std::vector<std::vector<Ridge>> walls;
@@ -169,7 +190,7 @@ ThinWall summary(const std::vector<Ridge>& wall, const Geometry& geometry) {
 ThinWalls summary(const std::vector<Ridge>& ridges, const VolumeView& volume) {
     const Geometry geometry = volume.own_geometry();
     ThinWalls found;
-    for (const std::vector<Ridge>& wall : connected_walls(ridges, geometry.dims)) {
+    for (const std::vector<Ridge>& wall : connected_walls(ridges)) {
         const auto sheets =
             std::count_if(wall.begin(), wall.end(), [](const Ridge& r) { return r.is_sheet; });
         if (sheets < kFewestSamples) continue;
@@ -189,7 +210,7 @@ ThinWalls find(const VolumeView& volume, double isovalue, double noise, MeshView
                const ThinWallOptions& options) {
     const Index dims = volume.geometry.dims;
     const RidgeTest<T> ridge_at(volume, isovalue, noise);
-    const SampleMask candidates = beside_surface(volume, surface.points);
+    SampleMask candidates = beside_surface(volume, surface.points);
     std::vector<std::vector<Ridge>> by_slice(static_cast<std::size_t>(dims[2]));
     Stage stage(options.progress, 0.5, 1, by_slice.size());
     parallel_for(std::size_t{0}, by_slice.size(), [&](std::size_t z) {
@@ -198,7 +219,7 @@ ThinWalls find(const VolumeView& volume, double isovalue, double noise, MeshView
     });
     std::vector<Ridge> ridges;
     for (const std::vector<Ridge>& slice : by_slice) ridges.insert(ridges.end(), slice.begin(), slice.end());
-    follow_walls(ridge_at, dims, ridges);
+    follow_walls(ridge_at, candidates, dims, ridges);
     return summary(ridges, volume);
 }
 

@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <type_traits>
+#include <vector>
 
 #include <marrow/error.h>
 #include <marrow/histogram.h>
@@ -50,11 +52,26 @@ Histogram count_samples(const VolumeView& volume, int bins, std::optional<double
 
     // Halved, because the range from the lowest to the largest double does not fit in a double.
     const double half_range = result.upper / 2 - result.lower / 2;
-    for_each_sample([&](T sample) {
-        const double value = static_cast<double>(sample);
-        if (!std::isfinite(value) || is_padding(sample)) return;
+    const auto count_of_bin = [&](double value) -> std::int64_t& {
         const double fraction = half_range > 0 ? (value / 2 - result.lower / 2) / half_range : 0;
-        ++result.counts[static_cast<std::size_t>(std::min(static_cast<int>(fraction * bins), bins - 1))];
+        return result.counts[static_cast<std::size_t>(std::min(static_cast<int>(fraction * bins), bins - 1))];
+    };
+    if constexpr (std::is_integral_v<T> && sizeof(T) <= 2) {
+        // Of few values, each has its bin computed once.
+        const int first = lower, values = upper - first + 1;
+        if (values <= volume.geometry.sample_count()) {
+            std::vector<std::int64_t> count_of_value(static_cast<std::size_t>(values));
+            for_each_sample([&](T sample) {
+                if (!is_padding(sample)) ++count_of_value[static_cast<std::size_t>(sample - first)];
+            });
+            for (int i = 0; i < values; ++i)
+                count_of_bin(first + i) += count_of_value[static_cast<std::size_t>(i)];
+            return result;
+        }
+    }
+    for_each_sample([&](T sample) {
+        const auto value = static_cast<double>(sample);
+        if (std::isfinite(value) && !is_padding(sample)) ++count_of_bin(value);
     });
     return result;
 }

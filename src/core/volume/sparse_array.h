@@ -7,18 +7,19 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <utility>
 
 #include <marrow/error.h>
 
 namespace marrow::internal {
 
-/// An array of n uninitialised elements. A page takes memory from its first write until it is released. So a
-/// pass over a part of a volume can use the indices of the whole volume. Huge pages are a few times faster to get
-/// and to release, but round up what is in use at both ends.
+/// An array of n elements, all of whose bits are 0. A page takes memory from its first write until it is released. So
+/// a pass over a part of a volume can use the indices of the whole volume. Huge pages are a few times faster to get and
+/// to release, but round up what is in use at both ends.
 template <class T>
 class SparseArray {
   public:
-    SparseArray(std::size_t n, bool huge_pages) : bytes_(n * sizeof(T)) {
+    explicit SparseArray(std::size_t n, bool huge_pages = false) : bytes_(n * sizeof(T)) {
         if (bytes_ == 0) return;
         void* memory =
             mmap(nullptr, bytes_, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
@@ -30,10 +31,13 @@ class SparseArray {
     ~SparseArray() {
         if (data_ != nullptr) munmap(data_, bytes_);
     }
+    SparseArray(SparseArray&& other) noexcept
+        : bytes_(other.bytes_), data_(std::exchange(other.data_, nullptr)) {}
     SparseArray(const SparseArray&) = delete;
     SparseArray& operator=(const SparseArray&) = delete;
 
     T* data() { return data_; }
+    const T* data() const { return data_; }
 
     /// Releases the whole pages within elements [begin, end). The values of these elements are lost.
     void release(std::size_t begin, std::size_t end) {
