@@ -1,5 +1,4 @@
-// Finds ambiguous cells from the inside bits, and asks their samples. It is compiled once, not for each SIMD
-// target, as it decides and computes with doubles.
+// Finds ambiguous cells from the inside bits, and asks their samples.
 #include "ambiguous_cells.h"
 
 #include <hwy/cache_control.h>
@@ -10,7 +9,6 @@
 #include <bit>
 #include <cmath>
 #include <limits>
-#include <span>
 
 #include "core/volume/rows.h"
 #include "inner_points.h"
@@ -100,25 +98,25 @@ std::uint64_t ambiguous_bits(const RowBits& row, std::size_t w, const CellBits& 
     return (hn::GetLane(have_ambiguous_faces(vecs)) | have_antipodes(cells)) & row.valid(w);
 }
 
-unsigned case_of(const CellBits& cells, unsigned bit) {
+std::uint8_t case_of(const CellBits& cells, unsigned bit) {
     unsigned cell_case = 0;
     for (unsigned v = 0; v < 8; ++v) cell_case |= static_cast<unsigned>(cells.corners[v] >> bit & 1) << v;
-    return cell_case;
+    return static_cast<std::uint8_t>(cell_case);
 }
 
 // A cell in which the samples may decide something.
 struct Candidate {
     std::size_t row = 0;
     std::int64_t x = 0, y = 0, z = 0;  // of the first corner in the grid
-    unsigned cell_case = 0;
+    std::uint8_t cell_case = 0;
 };
 
 // Calls f for each candidate in the words of a row that are marked in its masks, in the order of x.
 template <class F>
-void for_each_candidate(const InsideBits& bits, const GridRow& row, std::span<const std::uint64_t> masks,
+void for_each_candidate(const InsideBits& bits, const GridRow& row, const std::uint64_t* masks, std::size_t count,
                         const F& f) {
     const RowBits row_bits(bits, row);
-    for_each_marked_word(masks.data(), masks.size(), [&](std::size_t w) {
+    for_each_marked_word(masks, count, [&](std::size_t w) {
         const CellBits corners(row_bits, w);
         for (std::uint64_t left = ambiguous_bits(row_bits, w, corners); left != 0; left &= left - 1) {
             const auto bit = static_cast<unsigned>(std::countr_zero(left));
@@ -133,36 +131,51 @@ void for_each_candidate(const InsideBits& bits, const GridRow& row, std::span<co
 template <class T, class Found>
 class Decisions {
   public:
-    // Calls found(candidate, cell) for each ambiguous cell.
+    // Calls found(row, cell, topology) for each ambiguous cell.
     Decisions(const VolumeView& volume, double isovalue, const InsideBits& bits, const Found& found)
         : volume_(volume), isovalue_(isovalue), bits_(bits), found_(found) {}
 
     void add(const Candidate& candidate) {
-        if (added_ - decided_ == waiting_.size()) decide_next();
+        if (added_ - decided_ == waiting_.size()) decide(CellBatch::kCells);
         waiting_[added_++ % waiting_.size()] = candidate;
         samples_of(candidate).prefetch(candidate.x - bits_.first_x);
     }
     void finish() {
-        while (decided_ < added_) decide_next();
+        while (decided_ < added_) decide(std::min(CellBatch::kCells, added_ - decided_));
     }
 
   private:
     CornerSamples<T> samples_of(const Candidate& candidate) const {
         return {volume_, candidate.y - bits_.first_y, candidate.z - bits_.first_z};
     }
-    void decide_next() {
-        const Candidate& candidate = waiting_[decided_++ % waiting_.size()];
-        const CellValues values = samples_of(candidate).minus(isovalue_, candidate.x - bits_.first_x);
-        const CellTopology topology = decide_topology(candidate.cell_case, values);
-        if (!topology.is_default(candidate.cell_case))
-            found_(candidate.row, AmbiguousCell{candidate.x, candidate.cell_case, values, topology});
+    void decide(std::size_t count) {
+        const Candidate* const candidates = &waiting_[decided_ % waiting_.size()];
+        std::uint8_t cases[CellBatch::kCells] = {};
+        for (std::size_t i = 0; i < count; ++i) {
+            const Candidate& c = candidates[i];
+            cases[i] = c.cell_case;
+            batch_.set(i, samples_of(c).minus(isovalue_, c.x - bits_.first_x));
+        }
+        CellTopology topologies[CellBatch::kCells];
+        decide_topologies(batch_, cases, count, topologies);
+        for (std::size_t i = 0; i < count; ++i) {
+            const Candidate& c = candidates[i];
+            const CellTopology& topology = topologies[i];
+            if (topology.is_default(c.cell_case)) continue;
+            const auto shape = static_cast<std::uint16_t>(topology.shape - kShapes.data());
+            found_(c.row,
+                   AmbiguousCell{static_cast<std::uint32_t>(c.x), shape, c.cell_case, topology.inner_points() > 0},
+                   topology);
+        }
+        decided_ += count;
     }
 
     const VolumeView& volume_;
     const double isovalue_;
     const InsideBits& bits_;
     const Found& found_;
-    std::array<Candidate, 16> waiting_{};
+    std::array<Candidate, 3 * CellBatch::kCells> waiting_{};
+    CellBatch batch_;
     std::size_t added_ = 0, decided_ = 0;
 };
 
@@ -224,14 +237,31 @@ Vec3f normal_of(const IndexToPhysical& to_physical, const Vec3d& gradient) {
 
 }  // namespace
 
-void AmbiguousCells::count(std::size_t row_begin, std::size_t row_end, RowCounts& counts) const {
+std::size_t KeptCells::bytes() const {
+    std::size_t bytes = row_begin.size() * sizeof(std::uint32_t);
+    for (const auto& cells : of_slice) bytes += cells.capacity() * sizeof(AmbiguousCell);
+    return bytes;
+}
+
+void AmbiguousCells::count(std::int64_t slice, RowCounts& counts) const {
+    const std::size_t row_begin = bits_.row_index(0, slice), row_end = bits_.row_index(0, slice + 1);
+    std::vector<AmbiguousCell>* const kept = kept_ ? &kept_->of_slice[static_cast<std::size_t>(slice)] : nullptr;
+    if (kept != nullptr) kept->clear();
     visit_sample_type(volume_.type, [&](auto sample) {
-        const auto found = [&](std::size_t row, const AmbiguousCell& cell) {
-            const auto w = static_cast<std::size_t>(cell.x / 64);
+        std::size_t next_row = row_begin;  // the first whose cells were not kept yet
+        const auto keep_until = [&](std::size_t row) {
+            for (; next_row < row; ++next_row)
+                kept_->row_begin[next_row] = static_cast<std::uint32_t>(kept->size());
+        };
+        const auto found = [&](std::size_t row, const AmbiguousCell& cell, const CellTopology& topology) {
+            const std::size_t w = cell.x / 64;
             words_.row(row)[w / 64] |= std::uint64_t{1} << w % 64;
-            counts.inner[row] += static_cast<std::uint32_t>(cell.topology.inner_points());
+            counts.inner[row] += static_cast<std::uint32_t>(topology.inner_points());
             counts.more_triangles[row] +=
-                static_cast<std::uint32_t>(cell.topology.triangles() - kCases[cell.cell_case].triangles);
+                static_cast<std::uint32_t>(topology.triangles() - kCases[cell.cell_case].triangles);
+            if (kept == nullptr) return;
+            keep_until(row + 1);
+            kept->push_back(cell);
         };
         Decisions<decltype(sample), decltype(found)> decisions(volume_, isovalue_, bits_, found);
         std::vector<std::uint64_t> masks(words_.masks_per_row);
@@ -240,30 +270,52 @@ void AmbiguousCells::count(std::size_t row_begin, std::size_t row_end, RowCounts
             if (!has_any(row.index)) continue;
             std::copy_n(words_.row(row.index), masks.size(), masks.begin());
             std::fill_n(words_.row(row.index), masks.size(), std::uint64_t{0});
-            for_each_candidate(bits_, row, masks, [&](const Candidate& c) { decisions.add(c); });
+            for_each_candidate(bits_, row, masks.data(), masks.size(),
+                               [&](const Candidate& c) { decisions.add(c); });
         }
         decisions.finish();
+        if (kept != nullptr) keep_until(row_end);
     });
 }
 
-void AmbiguousCells::list(std::size_t row, std::vector<AmbiguousCell>& cells) const {
-    cells.clear();
+std::span<const AmbiguousCell> AmbiguousCells::of_row(std::size_t row, std::vector<AmbiguousCell>& memory) const {
+    const GridRow at(bits_, row);
+    if (kept_ != nullptr) {
+        const auto& cells = kept_->of_slice[static_cast<std::size_t>(at.z)];
+        const std::size_t begin = kept_->row_begin[row];
+        const std::size_t end = at.y + 1 < bits_.ny ? kept_->row_begin[row + 1] : cells.size();
+        return {cells.data() + begin, end - begin};
+    }
+    memory.clear();
     visit_sample_type(volume_.type, [&](auto sample) {
-        const auto found = [&](std::size_t, const AmbiguousCell& cell) { cells.push_back(cell); };
+        const auto found = [&](std::size_t, const AmbiguousCell& cell, const CellTopology&) {
+            memory.push_back(cell);
+        };
         Decisions<decltype(sample), decltype(found)> decisions(volume_, isovalue_, bits_, found);
-        const std::span<const std::uint64_t> masks(words_.row(row), words_.masks_per_row);
-        for_each_candidate(bits_, GridRow(bits_, row), masks, [&](const Candidate& c) { decisions.add(c); });
+        for_each_candidate(bits_, at, words_.row(row), words_.masks_per_row,
+                           [&](const Candidate& c) { decisions.add(c); });
         decisions.finish();
     });
+    return memory;
 }
 
-void AmbiguousCells::emit_points(std::size_t row, std::vector<AmbiguousCell>& cells, Vec3f* points,
-                                 Vec3f* normals) const {
+AmbiguousCells::InnerCell AmbiguousCells::inner_cell(std::size_t row, const AmbiguousCell& cell) const {
     const GridRow at(bits_, row);
-    list(row, cells);
-    for (const AmbiguousCell& cell : cells) {
-        const std::array<std::int64_t, 3> index{cell.x - bits_.first_x, at.y - bits_.first_y,
-                                                at.z - bits_.first_z};
+    InnerCell result;
+    result.index = {cell.x - bits_.first_x, at.y - bits_.first_y, at.z - bits_.first_z};
+    visit_sample_type(volume_.type, [&](auto sample) {
+        const CornerSamples<decltype(sample)> samples(volume_, result.index[1], result.index[2]);
+        result.values = samples.minus(isovalue_, result.index[0]);
+    });
+    result.topology = decide_topology(cell.cell_case, result.values);
+    return result;
+}
+
+void AmbiguousCells::emit_points(std::size_t row, std::vector<AmbiguousCell>& memory, Vec3f* points,
+                                 Vec3f* normals) const {
+    for (const AmbiguousCell& ambiguous : of_row(row, memory)) {
+        if (!ambiguous.has_inner_points) continue;
+        const InnerCell cell = inner_cell(row, ambiguous);
         const auto& first = to_physical_.first;
         std::array<Vec3d, CellTopology::kTunnelPoints> inner;
         const int count = place_inner_points(cell.topology, cell.values, inner);
@@ -271,19 +323,22 @@ void AmbiguousCells::emit_points(std::size_t row, std::vector<AmbiguousCell>& ce
             const Vec3d& in_cell = inner[static_cast<std::size_t>(k)];
             Vec3d in_whole;
             for (std::size_t a = 0; a < 3; ++a)
-                in_whole[a] = static_cast<double>(first[a] + index[a]) + in_cell[a];
+                in_whole[a] = static_cast<double>(first[a] + cell.index[a]) + in_cell[a];
             *points++ = to_float(to_physical_.origin + to_physical_.exact * in_whole);
             if (normals != nullptr)
-                *normals++ = normal_of(to_physical_, gradient_in_cell(volume_, index, cell.values, in_cell));
+                *normals++ =
+                    normal_of(to_physical_, gradient_in_cell(volume_, cell.index, cell.values, in_cell));
         }
     }
 }
 
-std::uint32_t* AmbiguousCells::emit_triangles(const AmbiguousCell& cell, const std::uint32_t* edge_ids,
-                                              std::uint32_t first_inner, std::uint32_t* out) const {
+std::uint32_t* AmbiguousCells::emit_triangles(std::size_t row, const AmbiguousCell& ambiguous,
+                                              const std::uint32_t* edge_ids, std::uint32_t& inner_id,
+                                              std::uint32_t* out) const {
+    const InnerCell cell = inner_cell(row, ambiguous);
     const std::size_t second = to_physical_.mirrored ? 2 : 1, third = 3 - second;
     const auto id = [&](std::uint8_t corner) {
-        return corner < kCellEdges ? edge_ids[corner] : first_inner + (corner - kCellEdges);
+        return corner < kCellEdges ? edge_ids[corner] : inner_id + (corner - kCellEdges);
     };
     const auto emit = [&](const std::uint8_t* corners, int triangles) {
         for (const std::uint8_t* const end = corners + 3 * triangles; corners != end; corners += 3) {
@@ -298,6 +353,7 @@ std::uint32_t* AmbiguousCells::emit_triangles(const AmbiguousCell& cell, const s
     } else {
         emit(cell.topology.shape->corners.data(), cell.topology.shape->triangles);
     }
+    inner_id += static_cast<std::uint32_t>(cell.topology.inner_points());
     return out;
 }
 

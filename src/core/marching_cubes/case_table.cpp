@@ -220,20 +220,44 @@ constexpr std::array<Case, 256> turn_over(std::array<Case, 256> cases) {
     return cases;
 }
 
+// Fills `ids` and `advance` of a RunningCase or a RunningShape.
+template <class Running>
+constexpr void run(unsigned crossed, const std::uint8_t* edges, std::size_t count, Running& running) {
+    for (int e = 0; e < 16; ++e) running.advance[e] = crossed >> e % 8 & 1;
+    for (std::size_t k = 0; k < count; ++k) {
+        const std::uint8_t edge = edges[k];
+        const int next = edge < 8 ? 0 : running.advance[edge - 4];
+        running.ids[k] = static_cast<std::uint8_t>((edge < 8 ? edge : edge - 4) + 8 * next);
+    }
+}
+
 constexpr std::array<RunningCase, 256> run(const std::array<Case, 256>& cases) {
     std::array<RunningCase, 256> result{};
     for (std::size_t i = 0; i < 256; ++i) {
         const Case& c = cases[i];
         std::size_t by_rows = 0;
         for (std::size_t v = 0; v < 8; ++v) by_rows |= (i >> v & 1) << (v / 2 + 4 * (v % 2));
-        RunningCase& running = result[by_rows];
-        running.triangles = c.triangles;
-        for (int e = 0; e < 16; ++e) running.advance[e] = c.crossed >> e % 8 & 1;
-        for (std::size_t k = 0; k < 3 * kMaxTriangles; ++k) {
-            const std::uint8_t edge = c.edges[k];
-            const int next = edge < 8 ? 0 : running.advance[edge - 4];
-            running.ids[k] = static_cast<std::uint8_t>((edge < 8 ? edge : edge - 4) + 8 * next);
+        result[by_rows].triangles = c.triangles;
+        run(c.crossed, c.edges.data(), 3 * kMaxTriangles, result[by_rows]);
+    }
+    return result;
+}
+
+constexpr std::array<RunningShape, kShapeCount> run(const std::array<CellShape, kShapeCount>& shapes,
+                                                    bool mirrored) {
+    std::array<RunningShape, kShapeCount> result{};
+    for (std::size_t i = 0; i < shapes.size(); ++i) {
+        const CellShape& shape = shapes[i];
+        if (shape.has_fan) continue;
+        std::array<std::uint8_t, RunningShape::kIds> corners{};
+        const std::size_t second = mirrored ? 2 : 1;
+        for (std::size_t t = 0; t < 3u * shape.triangles; t += 3) {
+            corners[t] = shape.corners[t];
+            corners[t + 1] = shape.corners[t + second];
+            corners[t + 2] = shape.corners[t + 3 - second];
         }
+        result[i].triangles = shape.triangles;
+        run(shape.crossed, corners.data(), 3u * shape.triangles, result[i]);
     }
     return result;
 }
@@ -248,5 +272,7 @@ constexpr std::array<Case, 256> kCases = derive_cases(kShapes, kFirstShape);
 constexpr std::array<Case, 256> kMirroredCases = turn_over(kCases);
 constexpr std::array<RunningCase, 256> kRunningCases = run(kCases);
 constexpr std::array<RunningCase, 256> kMirroredRunningCases = run(kMirroredCases);
+constexpr std::array<RunningShape, kShapeCount> kRunningShapes = run(kShapes, false);
+constexpr std::array<RunningShape, kShapeCount> kMirroredRunningShapes = run(kShapes, true);
 
 }  // namespace marrow::internal

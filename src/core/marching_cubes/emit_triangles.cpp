@@ -39,27 +39,14 @@ class RunningIds {
     // Writes kIds ids, of which the first are those of the cell's triangles, and moves on to the next active
     // cell.
     HWY_INLINE void write(const RunningCase& c, std::uint32_t* HWY_RESTRICT out) {
-#if HWY_CAP_GE512
-        const hn::FixedTag<std::uint32_t, 16> d;
-        const hn::FixedTag<std::uint8_t, 16> d8;
-        const auto counters = hn::Load(d, counters_);
-        const auto ids = hn::PromoteTo(d, hn::Load(d8, c.ids));
-        hn::StoreU(hn::TableLookupLanes(counters, hn::IndicesFromVec(d, ids)), d, out);
-        hn::Store(hn::Add(counters, hn::PromoteTo(d, hn::Load(d8, c.advance))), d, counters_);
-#elif HWY_CAP_GE256
-        const hn::FixedTag<std::uint32_t, 8> d;
-        const hn::FixedTag<std::uint8_t, 8> d8;
-        const auto counters = hn::Load(d, counters_);
-        for (std::size_t k = 0; k < kIds; k += 8) {
-            const auto id = hn::PromoteTo(d, hn::Load(d8, c.ids + k));
-            const auto counter = hn::IndicesFromVec(d, hn::And(id, hn::Set(d, 7)));
-            hn::StoreU(hn::Add(hn::TableLookupLanes(counters, counter), hn::ShiftRight<3>(id)), d, out + k);
-        }
-        hn::Store(hn::Add(counters, hn::PromoteTo(d, hn::Load(d8, c.advance))), d, counters_);
-#else
-        for (std::size_t k = 0; k < std::size(c.ids); ++k) out[k] = counters_[c.ids[k] & 7] + (c.ids[k] >> 3);
-        for (std::size_t e = 0; e < 8; ++e) counters_[e] += c.advance[e];
-#endif
+        write_ids<3 * kMaxTriangles>(c.ids, out);
+        advance(c.advance);
+    }
+    // The same for a shape, and RunningShape::kIds ids.
+    HWY_INLINE void write(const RunningShape& s, std::uint32_t* HWY_RESTRICT out) {
+        write_ids<kIds>(s.ids, out);
+        write_ids<kIds>(s.ids + kIds, out + kIds);
+        advance(s.advance);
     }
 
     // Writes the ids of a cell's edges, of which only those of crossed edges have a meaning, and moves on to
@@ -71,6 +58,37 @@ class RunningIds {
     }
 
   private:
+    // At least kCount ids, and at most kIds.
+    template <std::size_t kCount>
+    HWY_INLINE void write_ids(const std::uint8_t* HWY_RESTRICT from, std::uint32_t* HWY_RESTRICT out) const {
+#if HWY_CAP_GE512
+        const hn::FixedTag<std::uint32_t, 16> d;
+        const auto ids = hn::PromoteTo(d, hn::Load(hn::FixedTag<std::uint8_t, 16>(), from));
+        hn::StoreU(hn::TableLookupLanes(hn::Load(d, counters_), hn::IndicesFromVec(d, ids)), d, out);
+#elif HWY_CAP_GE256
+        const hn::FixedTag<std::uint32_t, 8> d;
+        const hn::FixedTag<std::uint8_t, 8> d8;
+        const auto counters = hn::Load(d, counters_);
+        for (std::size_t k = 0; k < kIds; k += 8) {
+            const auto id = hn::PromoteTo(d, hn::Load(d8, from + k));
+            const auto counter = hn::IndicesFromVec(d, hn::And(id, hn::Set(d, 7)));
+            hn::StoreU(hn::Add(hn::TableLookupLanes(counters, counter), hn::ShiftRight<3>(id)), d, out + k);
+        }
+#else
+        for (std::size_t k = 0; k < kCount; ++k) out[k] = counters_[from[k] & 7] + (from[k] >> 3);
+#endif
+    }
+    // Moves on to the next active cell.
+    HWY_INLINE void advance(const std::uint8_t* HWY_RESTRICT by) {
+#if HWY_CAP_GE256
+        const hn::FixedTag<std::uint32_t, kCounters> d;
+        const hn::FixedTag<std::uint8_t, kCounters> d8;
+        hn::Store(hn::Add(hn::Load(d, counters_), hn::PromoteTo(d, hn::Load(d8, by))), d, counters_);
+#else
+        for (std::size_t e = 0; e < 8; ++e) counters_[e] += by[e];
+#endif
+    }
+
     // If vectors hold sixteen, each counter plus one follows the eight counters.
     static constexpr std::size_t kCounters = HWY_CAP_GE512 ? 16 : 8;
     alignas(64) std::uint32_t counters_[kCounters];
@@ -238,49 +256,60 @@ HWY_INLINE std::uint32_t* emit_cells(const std::uint8_t* first, const std::uint8
 // Writes the triangles of rows that have ambiguous cells. These interrupt the list of cases.
 class AmbiguousRows {
   public:
-    explicit AmbiguousRows(const EmitInput& input) : input_(input) {}
+    explicit AmbiguousRows(const EmitInput& input)
+        : input_(input),
+          shapes_(input.to_physical.mirrored ? kMirroredRunningShapes.data() : kRunningShapes.data()) {}
 
     // Whether a row has ambiguous cells, and so emit() is for it.
     bool has_any(std::size_t row) const {
         return input_.ambiguous != nullptr && input_.ambiguous->has_any(row);
     }
 
-    // `first_inner` is the id of the row's first inner point, and `list` has room for the row's cases.
-    std::uint32_t* emit(std::size_t r, const RowBits& row, RunningIds& ids, std::uint32_t first_inner,
+    // `inner_id` is the id of the row's first inner point, and `list` has room for the row's cases.
+    std::uint32_t* emit(std::size_t r, const RowBits& row, RunningIds& ids, std::uint32_t inner_id,
                         const RunningCase* cases, std::uint8_t* list, std::uint32_t* out,
                         const std::uint32_t* end) {
-        input_.ambiguous->list(r, cells_);
+        const auto cells = input_.ambiguous->of_row(r, memory_);
+        // Their indices in the list of cases.
         indices_.clear();
         const std::uint8_t* const list_end = list_cases(
             input_.active, r, row, list, [&](std::size_t w, std::uint64_t active, const std::uint8_t* next) {
-                find(w, active, next - list);
+                for (std::size_t k = indices_.size(); k < cells.size() && cells[k].x / 64 == w; ++k) {
+                    const std::uint64_t before = active & ((std::uint64_t{1} << cells[k].x % 64) - 1);
+                    indices_.push_back(next - list + popcount(before));
+                }
             });
         const std::uint8_t* from = list;
-        for (std::size_t k = 0; k < cells_.size(); ++k) {
-            const AmbiguousCell& cell = cells_[k];
+        for (std::size_t k = 0; k < cells.size(); ++k) {
             out = emit_cells(from, list + indices_[k], ids, cases, out, end);
-            std::uint32_t edge_ids[kCellEdges];
-            ids.write_edges(cell.topology.shape->crossed, edge_ids);
-            out = input_.ambiguous->emit_triangles(cell, edge_ids, first_inner, out);
-            first_inner += static_cast<std::uint32_t>(cell.topology.inner_points());
+            out = emit_cell(r, cells[k], ids, inner_id, out, end);
             from = list + indices_[k] + 1;
         }
         return emit_cells(from, list_end, ids, cases, out, end);
     }
 
   private:
-    // Finds the indices in the list of the ambiguous cells of word w, whose first active cell has index `first`.
-    void find(std::size_t w, std::uint64_t active, std::ptrdiff_t first) {
-        for (std::size_t k = indices_.size(); k < cells_.size(); ++k) {
-            const auto x = static_cast<std::uint64_t>(cells_[k].x);
-            if (x / 64 != w) return;
-            const std::uint64_t before = active & ((std::uint64_t{1} << x % 64) - 1);
-            indices_.push_back(first + popcount(before));
+    HWY_INLINE std::uint32_t* emit_cell(std::size_t r, const AmbiguousCell& cell, RunningIds& ids,
+                                        std::uint32_t& inner_id, std::uint32_t* HWY_RESTRICT out,
+                                        const std::uint32_t* end) const {
+        if (HWY_UNLIKELY(cell.has_inner_points)) {
+            std::uint32_t edge_ids[kCellEdges];
+            ids.write_edges(kShapes[cell.shape].crossed, edge_ids);
+            return input_.ambiguous->emit_triangles(r, cell, edge_ids, inner_id, out);
         }
+        const RunningShape& shape = shapes_[cell.shape];
+        if (HWY_LIKELY(end - out >= static_cast<std::ptrdiff_t>(RunningShape::kIds))) {
+            ids.write(shape, out);
+            return out + 3 * shape.triangles;
+        }
+        std::uint32_t triangles[RunningShape::kIds];
+        ids.write(shape, triangles);
+        return std::copy_n(triangles, 3 * shape.triangles, out);
     }
 
     const EmitInput& input_;
-    std::vector<AmbiguousCell> cells_;
+    const RunningShape* const shapes_;
+    std::vector<AmbiguousCell> memory_;
     std::vector<std::ptrdiff_t> indices_;
 };
 
