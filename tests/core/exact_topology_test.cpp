@@ -114,9 +114,9 @@ int chi_of_face(const Cube& cube, int x, int y, int z, std::size_t axis) {
         const Number s = f00 - f01, t = f00 - f10;
         int rises = 0;
         for (const int side : {-1, 1}) {
-            const Number beside = Number(value(0, 0, side)) * (al - s) * (al - t) +
-                                  Number(value(1, 0, side)) * s * (al - t) +
-                                  Number(value(0, 1, side)) * (al - s) * t + Number(value(1, 1, side)) * s * t;
+            const Number beside =
+                Number(value(0, 0, side)) * (al - s) * (al - t) + Number(value(1, 0, side)) * s * (al - t) +
+                Number(value(0, 1, side)) * (al - s) * t + Number(value(1, 1, side)) * s * t;
             rises += sign_of<Number>(beside - d * al);
         }
         return rises == 2 ? 1 : rises == -2 ? -1 : 0;
@@ -140,7 +140,8 @@ int chi_of_saddles(const std::array<std::int64_t, 8>& corners) {
         return sign_p * s >= 0 ? s : sign_p * difference();
     };
     // Whether 0 < x < 1, where h x + k = sD/A: whether sD/A - k and sD/A - k - h have the signs of h and -h.
-    const auto is_within = [&](int s, int sign_of_a, const Number& k, const Number& of_a, const Number& others) {
+    const auto is_within = [&](int s, int sign_of_a, const Number& k, const Number& of_a,
+                               const Number& others) {
         const auto sign_after = [&](const Number& shift) {
             return sign_of_a * sign_of_sum(-sign_of_a * shift.sign(), s, [&] {
                        return sign_of_a * sign_of<Number>(of_a * shift * shift - others);
@@ -155,7 +156,8 @@ int chi_of_saddles(const std::array<std::int64_t, 8>& corners) {
         if (!is_within(s, sign_a, kyz, a, bc) || !is_within(s, sign_b, kxz, b, ac) ||
             !is_within(s, sign_c, kxy, c, ab))
             continue;
-        if (sign_of_sum(e.sign(), -s, [&] { return sign_of<Number>(e * e - Number(4) * a * bc); }) > 0) chi -= s;
+        if (sign_of_sum(e.sign(), -s, [&] { return sign_of<Number>(e * e - Number(4) * a * bc); }) > 0)
+            chi -= s;
     }
     return chi;
 }

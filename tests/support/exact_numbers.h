@@ -17,7 +17,8 @@ struct Undecided {};
 class Rounded {
   public:
     explicit Rounded(std::int64_t x) : value_(static_cast<long double>(x)) {
-        static_assert(std::numeric_limits<long double>::digits > 63, "long double must hold all 64-bit integers");
+        static_assert(std::numeric_limits<long double>::digits > 63,
+                      "long double must hold all 64-bit integers");
     }
 
     friend Rounded operator+(const Rounded& a, const Rounded& b) {
@@ -40,7 +41,8 @@ class Rounded {
   private:
     // `error` is that of the operands; it grows by twice the rounding of the value, and by its own.
     Rounded(long double value, long double error)
-        : value_(value), error_(1.001L * error + std::numeric_limits<long double>::epsilon() * std::abs(value)) {}
+        : value_(value),
+          error_(1.001L * error + std::numeric_limits<long double>::epsilon() * std::abs(value)) {}
 
     long double value_, error_ = 0;
 };

@@ -180,10 +180,11 @@ void extract(Extraction& e, double isovalue, Mesh& mesh, IsosurfaceStats* stats)
                          std::to_string(triangles) + " triangles; crop or coarsen the volume");
     }
     const auto emitted = Clock::now();
-    const std::size_t scratch =
-        e.bits.bytes() + e.active.bytes() + pyramids.points.bytes() + pyramids.triangles.bytes() +
-        (cells ? 4 : 2) * e.bits.rows() * sizeof(std::uint32_t) + (e.ambiguous ? e.ambiguous->bytes() + e.kept->bytes() : 0) +
-        (e.ranges ? e.ranges->bytes() : 0) + snapping;
+    const std::size_t scratch = e.bits.bytes() + e.active.bytes() + pyramids.points.bytes() +
+                                pyramids.triangles.bytes() +
+                                (cells ? 4 : 2) * e.bits.rows() * sizeof(std::uint32_t) +
+                                (e.ambiguous ? e.ambiguous->bytes() + e.kept->bytes() : 0) +
+                                (e.ranges ? e.ranges->bytes() : 0) + snapping;
     e.rows.points = pyramids.points.release_leaves();
     e.rows.triangles = pyramids.triangles.release_leaves();
     if (stats == nullptr) return;

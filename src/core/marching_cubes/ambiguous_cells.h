@@ -28,7 +28,7 @@ struct AmbiguousCell {
     std::uint32_t x;      ///< the bit of its first corner in the row
     std::uint16_t shape;  ///< the number of its shape in kShapes
     std::uint8_t cell_case;
-    bool has_inner_points;  ///< a fan or a tunnel
+    std::uint8_t inner_points;  ///< 1 of a fan, or those of a tunnel
 };
 
 /// The ambiguous cells of a grid, as AmbiguousCells::count() found them.
@@ -37,7 +37,7 @@ struct KeptCells {
         : of_slice(static_cast<std::size_t>(bits.nz)), row_begin(bits.rows()) {}
 
     std::vector<std::vector<AmbiguousCell>> of_slice;  ///< in the order of (y, x)
-    Buffer<std::uint32_t> row_begin;                   ///< where those of each row of cells begin in their slice
+    Buffer<std::uint32_t> row_begin;  ///< where those of each row of cells begin in their slice
 
     std::size_t bytes() const;
 };
@@ -70,11 +70,12 @@ class AmbiguousCells {
     std::span<const AmbiguousCell> of_row(std::size_t row, std::vector<AmbiguousCell>& memory) const;
     /// Writes the inner points of a row's cells, in the order of x, and their normals unless these are null.
     /// `memory` is that of of_row().
-    void emit_points(std::size_t row, std::vector<AmbiguousCell>& memory, Vec3f* points, Vec3f* normals) const;
-    /// Writes the triangles of a cell with inner points, whose other points have the ids `edge_ids`, by edge. Its inner
-    /// points have ids from `inner_id` on, which becomes that of the next cell. Returns the end of what it wrote.
+    void emit_points(std::size_t row, std::vector<AmbiguousCell>& memory, Vec3f* points,
+                     Vec3f* normals) const;
+    /// Writes the triangles of a cell with inner points, which have ids from `first_inner` on. The others have the ids
+    /// `edge_ids`, by edge. Returns the end of what it wrote.
     std::uint32_t* emit_triangles(std::size_t row, const AmbiguousCell& cell, const std::uint32_t* edge_ids,
-                                  std::uint32_t& inner_id, std::uint32_t* out) const;
+                                  std::uint32_t first_inner, std::uint32_t* out) const;
 
   private:
     // A cell with inner points.

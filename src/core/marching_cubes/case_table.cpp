@@ -213,6 +213,17 @@ constexpr std::array<Case, 256> derive_cases(const std::array<CellShape, kShapeC
     return cases;
 }
 
+constexpr std::array<std::int8_t, kShapeCount> count_more_triangles(
+    const std::array<CellShape, kShapeCount>& shapes, const std::array<std::uint16_t, 256>& first) {
+    std::array<std::int8_t, kShapeCount> more{};
+    for (std::size_t c = 0; c < 256; ++c) {
+        const std::size_t end = c + 1 < 256 ? first[c + 1] : shapes.size();
+        for (std::size_t i = first[c]; i < end; ++i)
+            more[i] = static_cast<std::int8_t>(shapes[i].triangles - shapes[first[c]].triangles);
+    }
+    return more;
+}
+
 constexpr std::array<Case, 256> turn_over(std::array<Case, 256> cases) {
     for (Case& c : cases) {
         for (std::size_t t = 0; t < c.triangles; ++t) std::swap(c.edges[3 * t + 1], c.edges[3 * t + 2]);
@@ -274,5 +285,6 @@ constexpr std::array<RunningCase, 256> kRunningCases = run(kCases);
 constexpr std::array<RunningCase, 256> kMirroredRunningCases = run(kMirroredCases);
 constexpr std::array<RunningShape, kShapeCount> kRunningShapes = run(kShapes, false);
 constexpr std::array<RunningShape, kShapeCount> kMirroredRunningShapes = run(kShapes, true);
+constexpr std::array<std::int8_t, kShapeCount> kMoreTriangles = count_more_triangles(kShapes, kFirstShape);
 
 }  // namespace marrow::internal

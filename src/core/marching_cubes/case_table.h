@@ -90,5 +90,7 @@ inline constexpr int kShapeCount = 656;
 extern const std::array<std::uint16_t, 256> kFirstShape;
 extern const std::array<CellShape, kShapeCount> kShapes;
 extern const std::array<RunningShape, kShapeCount> kRunningShapes, kMirroredRunningShapes;
+/// How many triangles a shape has more than its case.
+extern const std::array<std::int8_t, kShapeCount> kMoreTriangles;
 
 }  // namespace marrow::internal

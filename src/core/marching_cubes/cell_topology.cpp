@@ -299,8 +299,8 @@ int CellTopology::triangles() const {
     return std::popcount(shape->crossed) - 2 * shape->loops + 4 + 2 * kTunnelPoints;
 }
 
-void decide_topologies(const CellBatch& batch, const std::uint8_t (&cases)[CellBatch::kCells], std::size_t count,
-                       CellTopology* topologies) {
+void decide_topologies(const CellBatch& batch, const std::uint8_t (&cases)[CellBatch::kCells],
+                       std::size_t count, CellTopology* topologies) {
     FaceSigns signs[CellBatch::kCells];
     find_signs(batch, signs);
     for (std::size_t i = 0; i < count; ++i) {

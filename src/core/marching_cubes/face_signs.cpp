@@ -32,8 +32,7 @@ HWY_INLINE Signs mixed_signs(const DoubleVec (&f)[8], unsigned across, unsigned 
     const auto a = hn::Mul(f[0], f[across | u | v]), b = hn::Mul(f[u | v], f[across]);
     const auto c = hn::Mul(f[v], f[across | u]), e = hn::Mul(f[u], f[across | v]);
     const auto value = hn::Sub(hn::Add(a, b), hn::Add(c, e));
-    const auto magnitude =
-        hn::Add(hn::Add(hn::Abs(a), hn::Abs(b)), hn::Add(hn::Abs(c), hn::Abs(e)));
+    const auto magnitude = hn::Add(hn::Add(hn::Abs(a), hn::Abs(b)), hn::Add(hn::Abs(c), hn::Abs(e)));
     // Rounding errors are less than this, also those of products that are nearly too small for doubles.
     const auto doubt = hn::Add(hn::Mul(magnitude, hn::Set(d, 16 * 0x1p-53)), hn::Set(d, 0x1p-1000));
     return {hn::Gt(value, doubt), hn::Lt(value, hn::Neg(doubt))};
