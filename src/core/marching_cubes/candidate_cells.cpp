@@ -16,7 +16,8 @@ namespace marrow::internal::HWY_NAMESPACE {
 
 // Returns how many cells were listed.
 std::size_t list_candidates(const InsideBits& bits, std::size_t row, const std::uint64_t* masks,
-                            std::size_t mask_count, std::uint32_t* HWY_RESTRICT x, std::uint8_t* HWY_RESTRICT cases) {
+                            std::size_t mask_count, std::uint32_t* HWY_RESTRICT x,
+                            std::uint8_t* HWY_RESTRICT cases) {
     const RowBits row_bits(bits, GridRow(bits, row));
     const std::uint32_t* const begin = x;
     for_each_marked_word(masks, mask_count, [&](std::size_t w) HWY_ATTR {
