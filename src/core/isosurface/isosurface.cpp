@@ -51,7 +51,7 @@ struct Extraction {
           active(bits),
           rows(bits.rows()) {
         if (keep_ranges) ranges.emplace(view.geometry.dims);
-        if (options.topology) ambiguous.emplace(bits);
+        if (options.topology) ambiguous.emplace(bits), kept.emplace(bits);
     }
 
     const VolumeView volume;
@@ -59,7 +59,9 @@ struct Extraction {
     const IndexToPhysical to_physical;
     InsideBits bits;
     ActiveWords active;
-    std::optional<ActiveWords> ambiguous;  // with exact topology: the words that may have ambiguous cells
+    // With exact topology: the words that may have ambiguous cells, and these.
+    std::optional<ActiveWords> ambiguous;
+    std::optional<KeptCells> kept;
     RowCounts rows;
     std::optional<BlockRanges> ranges;
     std::optional<double> classified_for;  // the isovalue that bits and ranges belong to
@@ -95,7 +97,7 @@ struct Pyramids {
 // With exact topology, the cells whose topology the samples decide at an isovalue.
 std::optional<AmbiguousCells> ambiguous_cells(Extraction& e, double isovalue) {
     if (!e.ambiguous) return {};
-    return AmbiguousCells(e.volume, isovalue, e.to_physical, e.bits, *e.ambiguous);
+    return AmbiguousCells(e.volume, isovalue, e.to_physical, e.bits, *e.ambiguous, &*e.kept);
 }
 
 Pyramids count(Extraction& e, const AmbiguousCells* ambiguous) {
@@ -109,19 +111,20 @@ Pyramids count(Extraction& e, const AmbiguousCells* ambiguous) {
     Stage stage(e.options.progress, 0.3, 0.4, e.slices());
     const auto for_each_slice = [&](const auto& f) {
         parallel_for(std::int64_t{0}, e.bits.nz,
-                     [&](std::int64_t z) { f(e.bits.row_index(0, z), e.bits.row_index(0, z + 1)); });
+                     [&](std::int64_t z) { f(z, e.bits.row_index(0, z), e.bits.row_index(0, z + 1)); });
     };
-    for_each_slice([&](std::size_t row_begin, std::size_t row_end) {
+    for_each_slice([&](std::int64_t z, std::size_t row_begin, std::size_t row_end) {
         count_rows(e.bits, row_begin, row_end, e.rows, e.active, e.ambiguous ? &*e.ambiguous : nullptr);
-        if (ambiguous != nullptr) ambiguous->count(row_begin, row_end, e.rows);
+        if (ambiguous != nullptr) ambiguous->count(z, e.rows);
         stage.step();
     });
-    for_each_slice([&](std::size_t row_begin, std::size_t row_end) {
+    for_each_slice([&](std::int64_t, std::size_t row_begin, std::size_t row_end) {
         count_triangles(e.bits, row_begin, row_end, e.rows);
     });
     if (ambiguous != nullptr) {
-        for_each_slice(
-            [&](std::size_t row_begin, std::size_t row_end) { add_topology(row_begin, row_end, e.rows); });
+        for_each_slice([&](std::int64_t, std::size_t row_begin, std::size_t row_end) {
+            add_topology(row_begin, row_end, e.rows);
+        });
     }
     return {HistoPyramid(std::move(e.rows.points)), HistoPyramid(std::move(e.rows.triangles))};
 }
@@ -177,10 +180,11 @@ void extract(Extraction& e, double isovalue, Mesh& mesh, IsosurfaceStats* stats)
                          std::to_string(triangles) + " triangles; crop or coarsen the volume");
     }
     const auto emitted = Clock::now();
-    const std::size_t scratch =
-        e.bits.bytes() + e.active.bytes() + pyramids.points.bytes() + pyramids.triangles.bytes() +
-        (cells ? 4 : 2) * e.bits.rows() * sizeof(std::uint32_t) + (e.ambiguous ? e.ambiguous->bytes() : 0) +
-        (e.ranges ? e.ranges->bytes() : 0) + snapping;
+    const std::size_t scratch = e.bits.bytes() + e.active.bytes() + pyramids.points.bytes() +
+                                pyramids.triangles.bytes() +
+                                (cells ? 4 : 2) * e.bits.rows() * sizeof(std::uint32_t) +
+                                (e.ambiguous ? e.ambiguous->bytes() + e.kept->bytes() : 0) +
+                                (e.ranges ? e.ranges->bytes() : 0) + snapping;
     e.rows.points = pyramids.points.release_leaves();
     e.rows.triangles = pyramids.triangles.release_leaves();
     if (stats == nullptr) return;

@@ -126,7 +126,8 @@ struct Slabs {
         check_memory(0);
         if (!options.topology) return;
         ambiguous_words.emplace(window.bits());
-        ambiguous.emplace(window.volume(), isovalue, to_physical, window.bits(), *ambiguous_words);
+        // Nothing is kept for the second reading, so that the memory does not depend on the surface.
+        ambiguous.emplace(window.volume(), isovalue, to_physical, window.bits(), *ambiguous_words, nullptr);
         rows.inner.resize(window.bits().rows());
         rows.more_triangles.resize(window.bits().rows());
     }
@@ -191,7 +192,7 @@ Pyramids count(Slabs& s) {
             const std::size_t row_begin = bits.row_index(0, slice), row_end = bits.row_index(0, slice + 1);
             count_rows(bits, row_begin, row_end, s.rows, s.active,
                        s.ambiguous_words ? &*s.ambiguous_words : nullptr);
-            if (s.ambiguous) s.ambiguous->count(row_begin, row_end, s.rows);
+            if (s.ambiguous) s.ambiguous->count(slice, s.rows);
         });
         // The bits that the next slab begins with are there already, so none of the samples is needed again,
         // except those that ambiguous cells ask.

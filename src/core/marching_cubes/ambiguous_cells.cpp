@@ -1,26 +1,22 @@
-// Finds ambiguous cells from the inside bits, and asks their samples. It is compiled once, not for each SIMD
-// target, as it decides and computes with doubles.
+// Finds ambiguous cells from the inside bits, and asks their samples.
 #include "ambiguous_cells.h"
 
+#include <hwy/base.h>
 #include <hwy/cache_control.h>
-#include <hwy/highway.h>
 
 #include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
 #include <limits>
-#include <span>
 
+#include "candidate_cells.h"
 #include "core/volume/rows.h"
 #include "inner_points.h"
-#include "row_bits-inl.h"
 
 namespace marrow::internal {
 
 namespace {
-
-using namespace HWY_NAMESPACE;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
@@ -28,6 +24,7 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 template <class T>
 class CornerSamples {
   public:
+    CornerSamples() = default;
     CornerSamples(const VolumeView& volume, std::int64_t y, std::int64_t z) : nx_(volume.geometry.dims[0]) {
         const auto [nx, ny, nz] = volume.geometry.dims;
         for (std::size_t r = 0; r < 4; ++r) {
@@ -73,118 +70,131 @@ class CornerSamples {
         return result;
     }
 
-    const std::int64_t nx_;
-    const T* rows_[4];
+    std::int64_t nx_ = 0;
+    const T* rows_[4] = {};
     bool all_rows_ = true;
 };
 
-// The cells with two antipodal corners that differ from the other six.
-std::uint64_t have_antipodes(const CellBits& cells) {
-    const auto& c = cells.corners;
-    std::uint64_t result = 0;
-    for (unsigned v = 0; v < 4; ++v) {
-        std::uint64_t all = ~std::uint64_t{0}, some = 0;
-        for (unsigned other = 0; other < 8; ++other) {
-            if (other == v || other == 7 - v) continue;
-            all &= c[other];
-            some |= c[other];
-        }
-        result |= (c[v] & c[7 - v] & ~some) | (~(c[v] | c[7 - v]) & all);
+// The candidates of consecutive rows.
+struct Candidates {
+    const InsideBits& bits;
+    std::size_t row_begin;
+    CandidateCells cells;
+    std::vector<std::size_t> row_ends;  // in `cells`
+
+    Candidates(const InsideBits& inside_bits, std::size_t first_row)
+        : bits(inside_bits), row_begin(first_row) {}
+
+    void add_row(const std::uint64_t* masks, std::size_t mask_count) {
+        cells.add_row(bits, row_begin + row_ends.size(), masks, mask_count);
+        row_ends.push_back(cells.size());
     }
-    return result;
-}
-
-// Of the cells that start in word w, those in which the samples may decide something.
-std::uint64_t ambiguous_bits(const RowBits& row, std::size_t w, const CellBits& cells) {
-    const CellVecs vecs(row, w);
-    return (hn::GetLane(have_ambiguous_faces(vecs)) | have_antipodes(cells)) & row.valid(w);
-}
-
-unsigned case_of(const CellBits& cells, unsigned bit) {
-    unsigned cell_case = 0;
-    for (unsigned v = 0; v < 8; ++v) cell_case |= static_cast<unsigned>(cells.corners[v] >> bit & 1) << v;
-    return cell_case;
-}
-
-// A cell in which the samples may decide something.
-struct Candidate {
-    std::size_t row = 0;
-    std::int64_t x = 0, y = 0, z = 0;  // of the first corner in the grid
-    unsigned cell_case = 0;
+    void add_empty_row() { row_ends.push_back(cells.size()); }
 };
 
-// Calls f for each candidate in the words of a row that are marked in its masks, in the order of x.
-template <class F>
-void for_each_candidate(const InsideBits& bits, const GridRow& row, std::span<const std::uint64_t> masks,
-                        const F& f) {
-    const RowBits row_bits(bits, row);
-    for_each_marked_word(masks.data(), masks.size(), [&](std::size_t w) {
-        const CellBits corners(row_bits, w);
-        for (std::uint64_t left = ambiguous_bits(row_bits, w, corners); left != 0; left &= left - 1) {
-            const auto bit = static_cast<unsigned>(std::countr_zero(left));
-            f(Candidate{row.index, 64 * static_cast<std::int64_t>(w) + bit, row.y, row.z,
-                        case_of(corners, bit)});
-        }
-    });
-}
-
-// Decides candidates in the order in which they are added, each a while after it has asked for its samples: those of a
-// large volume are not in the cache, and a miss takes longer than a decision.
-template <class T, class Found>
-class Decisions {
+// The samples of candidates, in the order of these.
+template <class T>
+class CandidateSamples {
   public:
-    // Calls found(candidate, cell) for each ambiguous cell.
-    Decisions(const VolumeView& volume, double isovalue, const InsideBits& bits, const Found& found)
-        : volume_(volume), isovalue_(isovalue), bits_(bits), found_(found) {}
+    CandidateSamples(const VolumeView& volume, const Candidates& candidates)
+        : volume_(volume), candidates_(candidates), row_(candidates.row_begin - 1) {}
 
-    void add(const Candidate& candidate) {
-        if (added_ - decided_ == waiting_.size()) decide_next();
-        waiting_[added_++ % waiting_.size()] = candidate;
-        samples_of(candidate).prefetch(candidate.x - bits_.first_x);
+    // The row of a candidate. \pre not before that of the last call
+    std::size_t row_of(std::size_t cell) {
+        const auto& ends = candidates_.row_ends;
+        if (cell < end_) return row_;
+        do {
+            end_ = ends[++row_ - candidates_.row_begin];
+        } while (cell >= end_);
+        const InsideBits& bits = candidates_.bits;
+        const GridRow at(bits, row_);
+        samples_ = {volume_, at.y - bits.first_y, at.z - bits.first_z};
+        return row_;
     }
-    void finish() {
-        while (decided_ < added_) decide_next();
+    void prefetch(std::size_t cell) {
+        row_of(cell);
+        samples_.prefetch(x_of(cell));
     }
+    CellValues minus(double isovalue, std::size_t cell) const { return samples_.minus(isovalue, x_of(cell)); }
 
   private:
-    CornerSamples<T> samples_of(const Candidate& candidate) const {
-        return {volume_, candidate.y - bits_.first_y, candidate.z - bits_.first_z};
-    }
-    void decide_next() {
-        const Candidate& candidate = waiting_[decided_++ % waiting_.size()];
-        const CellValues values = samples_of(candidate).minus(isovalue_, candidate.x - bits_.first_x);
-        const CellTopology topology = decide_topology(candidate.cell_case, values);
-        if (!topology.is_default(candidate.cell_case))
-            found_(candidate.row, AmbiguousCell{candidate.x, candidate.cell_case, values, topology});
-    }
+    std::int64_t x_of(std::size_t cell) const { return candidates_.cells.x(cell) - candidates_.bits.first_x; }
 
     const VolumeView& volume_;
-    const double isovalue_;
-    const InsideBits& bits_;
-    const Found& found_;
-    std::array<Candidate, 16> waiting_{};
-    std::size_t added_ = 0, decided_ = 0;
+    const Candidates& candidates_;
+    std::size_t row_, end_ = 0;
+    CornerSamples<T> samples_;
 };
 
-// The derivative of the samples at an index along an axis: central differences where the samples allow, else
-// one-sided ones, as for the normals of points on edges.
+// Calls found(row, cell, topology) for each ambiguous cell. Each candidate asks for its samples a while before it is
+// decided: those of a large volume are not in the cache, and a miss takes longer than a decision.
+template <class T, class Found>
+void decide(const VolumeView& volume, double isovalue, const Candidates& candidates, const Found& found) {
+    constexpr std::size_t kAtOnce = CellBatch::kCells, kAhead = 2 * kAtOnce;
+    const CandidateCells& cells = candidates.cells;
+    CandidateSamples<T> ahead(volume, candidates), samples(volume, candidates);
+    CellBatch batch;
+    std::size_t asked = 0;
+    for (std::size_t begin = 0; begin < cells.size(); begin += kAtOnce) {
+        for (const std::size_t end = std::min(begin + kAtOnce + kAhead, cells.size()); asked < end; ++asked)
+            ahead.prefetch(asked);
+        const std::size_t count = std::min(kAtOnce, cells.size() - begin);
+        std::size_t rows[kAtOnce];
+        std::uint8_t cases[kAtOnce] = {};
+        for (std::size_t i = 0; i < count; ++i) {
+            rows[i] = samples.row_of(begin + i);
+            cases[i] = cells.cell_case(begin + i);
+            batch.set(i, samples.minus(isovalue, begin + i));
+        }
+        CellTopology topologies[kAtOnce];
+        decide_topologies(batch, cases, count, topologies);
+        for (std::size_t i = 0; i < count; ++i) {
+            const CellTopology& topology = topologies[i];
+            if (topology.is_default(cases[i])) continue;
+            const AmbiguousCell cell{cells.x(begin + i),
+                                     static_cast<std::uint16_t>(topology.shape - kShapes.data()), cases[i],
+                                     static_cast<std::uint8_t>(topology.inner_points())};
+            found(rows[i], cell, topology);
+        }
+    }
+}
+
+// The derivative of the samples at *p along an axis: central differences where the samples allow, else one-sided ones,
+// as for the normals of points on edges. `before` and `after` are the steps to the samples beside it, or 0.
 template <class T>
-double slope(const VolumeView& volume, const std::array<std::int64_t, 3>& index, std::size_t axis) {
-    const std::array<std::int64_t, 3> stride{1, volume.row_pitch(), volume.slice_pitch()};
-    const T* const p = row_of<T>(volume, index[1], index[2]) + index[0];
-    const std::int64_t i = index[axis];
-    const std::int64_t before = i > -volume.below[axis] ? stride[axis] : 0;
-    const std::int64_t after = i + 1 < volume.geometry.dims[axis] + volume.above[axis] ? stride[axis] : 0;
+double slope(const T* p, std::int64_t before, std::int64_t after) {
     // Halved before the difference, so that it does not overflow.
     const double rise = static_cast<double>(p[after]) / 2 - static_cast<double>(p[-before]) / 2;
     return before != 0 && after != 0 ? rise : 2 * rise;
 }
 
-Vec3d gradient_at(const VolumeView& volume, const std::array<std::int64_t, 3>& index) {
-    return visit_sample_type(volume.type, [&](auto sample) -> Vec3d {
-        using T = decltype(sample);
-        return {slope<T>(volume, index, 0), slope<T>(volume, index, 1), slope<T>(volume, index, 2)};
-    });
+// The gradient at a point of a cell, interpolated between those of its corners.
+template <class T>
+Vec3d smooth_gradient(const VolumeView& volume, const std::array<std::int64_t, 3>& cell, const Vec3d& at) {
+    const std::array<std::int64_t, 3> stride{1, volume.row_pitch(), volume.slice_pitch()};
+    std::array<std::array<std::int64_t, 2>, 3> before, after;  // by axis and side of the cell
+    for (std::size_t a = 0; a < 3; ++a) {
+        for (std::size_t side = 0; side < 2; ++side) {
+            const std::int64_t i = cell[a] + static_cast<std::int64_t>(side);
+            before[a][side] = i > -volume.below[a] ? stride[a] : 0;
+            after[a][side] = i + 1 < volume.geometry.dims[a] + volume.above[a] ? stride[a] : 0;
+        }
+    }
+    const T* const first = row_of<T>(volume, cell[1], cell[2]) + cell[0];
+    Vec3d gradient{};
+    for (std::size_t v = 0; v < 8; ++v) {
+        const T* p = first;
+        double weight = 1;
+        Vec3d slopes;
+        for (std::size_t a = 0; a < 3; ++a) {
+            const bool far = (v >> a & 1) != 0;
+            p += far ? stride[a] : 0;
+            weight *= far ? at[a] : 1 - at[a];
+        }
+        for (std::size_t a = 0; a < 3; ++a) slopes[a] = slope(p, before[a][v >> a & 1], after[a][v >> a & 1]);
+        gradient = gradient + weight * slopes;
+    }
+    return gradient;
 }
 
 // The gradient at a point of a cell: that of the samples around it, which is smooth across cells. Where it would
@@ -196,17 +206,8 @@ Vec3d gradient_in_cell(const VolumeView& volume, const std::array<std::int64_t, 
         for (std::size_t v = 0; v < 8; ++v) sides[v] = values[v] >= 0 ? 1 : -1;
         return Interpolant(sides, at).gradient;
     }
-    Vec3d smooth{};
-    for (std::size_t v = 0; v < 8; ++v) {
-        std::array<std::int64_t, 3> index;
-        double weight = 1;
-        for (std::size_t a = 0; a < 3; ++a) {
-            const bool far = (v >> a & 1) != 0;
-            index[a] = cell[a] + (far ? 1 : 0);
-            weight *= far ? at[a] : 1 - at[a];
-        }
-        smooth = smooth + weight * gradient_at(volume, index);
-    }
+    const Vec3d smooth = visit_sample_type(
+        volume.type, [&](auto sample) { return smooth_gradient<decltype(sample)>(volume, cell, at); });
     const Vec3d own = Interpolant(well_scaled(values), at).gradient;
     return dot(smooth, own) > 0 ? smooth : own;
 }
@@ -224,46 +225,87 @@ Vec3f normal_of(const IndexToPhysical& to_physical, const Vec3d& gradient) {
 
 }  // namespace
 
-void AmbiguousCells::count(std::size_t row_begin, std::size_t row_end, RowCounts& counts) const {
-    visit_sample_type(volume_.type, [&](auto sample) {
-        const auto found = [&](std::size_t row, const AmbiguousCell& cell) {
-            const auto w = static_cast<std::size_t>(cell.x / 64);
-            words_.row(row)[w / 64] |= std::uint64_t{1} << w % 64;
-            counts.inner[row] += static_cast<std::uint32_t>(cell.topology.inner_points());
-            counts.more_triangles[row] +=
-                static_cast<std::uint32_t>(cell.topology.triangles() - kCases[cell.cell_case].triangles);
-        };
-        Decisions<decltype(sample), decltype(found)> decisions(volume_, isovalue_, bits_, found);
-        std::vector<std::uint64_t> masks(words_.masks_per_row);
-        for (GridRow row(bits_, row_begin); row.index < row_end; row.advance(bits_)) {
-            counts.inner[row.index] = counts.more_triangles[row.index] = 0;
-            if (!has_any(row.index)) continue;
-            std::copy_n(words_.row(row.index), masks.size(), masks.begin());
-            std::fill_n(words_.row(row.index), masks.size(), std::uint64_t{0});
-            for_each_candidate(bits_, row, masks, [&](const Candidate& c) { decisions.add(c); });
+std::size_t KeptCells::bytes() const {
+    std::size_t bytes = row_begin.size() * sizeof(std::uint32_t);
+    for (const auto& cells : of_slice) bytes += cells.capacity() * sizeof(AmbiguousCell);
+    return bytes;
+}
+
+void AmbiguousCells::count(std::int64_t slice, RowCounts& counts) const {
+    const std::size_t row_begin = bits_.row_index(0, slice), row_end = bits_.row_index(0, slice + 1);
+    std::vector<AmbiguousCell>* const kept =
+        kept_ ? &kept_->of_slice[static_cast<std::size_t>(slice)] : nullptr;
+    if (kept != nullptr) kept->clear();
+    Candidates candidates(bits_, row_begin);
+    for (std::size_t row = row_begin; row < row_end; ++row) {
+        counts.inner[row] = counts.more_triangles[row] = 0;
+        if (!has_any(row)) {
+            candidates.add_empty_row();
+            continue;
         }
-        decisions.finish();
-    });
+        candidates.add_row(words_.row(row), words_.masks_per_row);
+        std::fill_n(words_.row(row), words_.masks_per_row, std::uint64_t{0});
+    }
+    std::size_t next_row = row_begin;  // the first whose cells were not kept yet
+    const auto keep_until = [&](std::size_t row) {
+        for (; next_row < row; ++next_row)
+            kept_->row_begin[next_row] = static_cast<std::uint32_t>(kept->size());
+    };
+    const auto found = [&](std::size_t row, const AmbiguousCell& cell, const CellTopology& topology) {
+        const std::size_t w = cell.x / 64;
+        words_.row(row)[w / 64] |= std::uint64_t{1} << w % 64;
+        counts.inner[row] += cell.inner_points;
+        const int more = topology.has_tunnel ? topology.triangles() - kCases[cell.cell_case].triangles
+                                             : kMoreTriangles[cell.shape];
+        counts.more_triangles[row] += static_cast<std::uint32_t>(more);
+        if (kept == nullptr) return;
+        keep_until(row + 1);
+        kept->push_back(cell);
+    };
+    visit_sample_type(volume_.type,
+                      [&](auto sample) { decide<decltype(sample)>(volume_, isovalue_, candidates, found); });
+    if (kept != nullptr) keep_until(row_end);
 }
 
-void AmbiguousCells::list(std::size_t row, std::vector<AmbiguousCell>& cells) const {
-    cells.clear();
-    visit_sample_type(volume_.type, [&](auto sample) {
-        const auto found = [&](std::size_t, const AmbiguousCell& cell) { cells.push_back(cell); };
-        Decisions<decltype(sample), decltype(found)> decisions(volume_, isovalue_, bits_, found);
-        const std::span<const std::uint64_t> masks(words_.row(row), words_.masks_per_row);
-        for_each_candidate(bits_, GridRow(bits_, row), masks, [&](const Candidate& c) { decisions.add(c); });
-        decisions.finish();
-    });
-}
-
-void AmbiguousCells::emit_points(std::size_t row, std::vector<AmbiguousCell>& cells, Vec3f* points,
-                                 Vec3f* normals) const {
+std::span<const AmbiguousCell> AmbiguousCells::of_row(std::size_t row,
+                                                      std::vector<AmbiguousCell>& memory) const {
     const GridRow at(bits_, row);
-    list(row, cells);
-    for (const AmbiguousCell& cell : cells) {
-        const std::array<std::int64_t, 3> index{cell.x - bits_.first_x, at.y - bits_.first_y,
-                                                at.z - bits_.first_z};
+    if (kept_ != nullptr) {
+        const auto& cells = kept_->of_slice[static_cast<std::size_t>(at.z)];
+        const std::size_t begin = kept_->row_begin[row];
+        const std::size_t end = at.y + 1 < bits_.ny ? kept_->row_begin[row + 1] : cells.size();
+        return {cells.data() + begin, end - begin};
+    }
+    memory.clear();
+    Candidates candidates(bits_, row);
+    candidates.add_row(words_.row(row), words_.masks_per_row);
+    const auto found = [&](std::size_t, const AmbiguousCell& cell, const CellTopology&) {
+        memory.push_back(cell);
+    };
+    visit_sample_type(volume_.type,
+                      [&](auto sample) { decide<decltype(sample)>(volume_, isovalue_, candidates, found); });
+    return memory;
+}
+
+AmbiguousCells::InnerCell AmbiguousCells::inner_cell(std::size_t row, const AmbiguousCell& cell) const {
+    const GridRow at(bits_, row);
+    InnerCell result;
+    result.index = {cell.x - bits_.first_x, at.y - bits_.first_y, at.z - bits_.first_z};
+    visit_sample_type(volume_.type, [&](auto sample) {
+        const CornerSamples<decltype(sample)> samples(volume_, result.index[1], result.index[2]);
+        result.values = samples.minus(isovalue_, result.index[0]);
+    });
+    result.topology = {&kShapes[cell.shape]};
+    if (cell.inner_points == CellTopology::kTunnelPoints)
+        result.topology = decide_topology(cell.cell_case, result.values);
+    return result;
+}
+
+void AmbiguousCells::emit_points(std::size_t row, std::vector<AmbiguousCell>& memory, Vec3f* points,
+                                 Vec3f* normals) const {
+    for (const AmbiguousCell& ambiguous : of_row(row, memory)) {
+        if (ambiguous.inner_points == 0) continue;
+        const InnerCell cell = inner_cell(row, ambiguous);
         const auto& first = to_physical_.first;
         std::array<Vec3d, CellTopology::kTunnelPoints> inner;
         const int count = place_inner_points(cell.topology, cell.values, inner);
@@ -271,16 +313,18 @@ void AmbiguousCells::emit_points(std::size_t row, std::vector<AmbiguousCell>& ce
             const Vec3d& in_cell = inner[static_cast<std::size_t>(k)];
             Vec3d in_whole;
             for (std::size_t a = 0; a < 3; ++a)
-                in_whole[a] = static_cast<double>(first[a] + index[a]) + in_cell[a];
+                in_whole[a] = static_cast<double>(first[a] + cell.index[a]) + in_cell[a];
             *points++ = to_float(to_physical_.origin + to_physical_.exact * in_whole);
             if (normals != nullptr)
-                *normals++ = normal_of(to_physical_, gradient_in_cell(volume_, index, cell.values, in_cell));
+                *normals++ =
+                    normal_of(to_physical_, gradient_in_cell(volume_, cell.index, cell.values, in_cell));
         }
     }
 }
 
-std::uint32_t* AmbiguousCells::emit_triangles(const AmbiguousCell& cell, const std::uint32_t* edge_ids,
-                                              std::uint32_t first_inner, std::uint32_t* out) const {
+std::uint32_t* AmbiguousCells::emit_triangles(std::size_t row, const AmbiguousCell& cell,
+                                              const std::uint32_t* edge_ids, std::uint32_t first_inner,
+                                              std::uint32_t* out) const {
     const std::size_t second = to_physical_.mirrored ? 2 : 1, third = 3 - second;
     const auto id = [&](std::uint8_t corner) {
         return corner < kCellEdges ? edge_ids[corner] : first_inner + (corner - kCellEdges);
@@ -292,11 +336,12 @@ std::uint32_t* AmbiguousCells::emit_triangles(const AmbiguousCell& cell, const s
             *out++ = id(corners[third]);
         }
     };
-    if (cell.topology.has_tunnel) {
-        const TunnelTriangles triangles = triangulate_tunnel(cell.topology, cell.values);
+    if (cell.inner_points == CellTopology::kTunnelPoints) {
+        const InnerCell inner = inner_cell(row, cell);
+        const TunnelTriangles triangles = triangulate_tunnel(inner.topology, inner.values);
         emit(triangles.corners.data(), triangles.count);
     } else {
-        emit(cell.topology.shape->corners.data(), cell.topology.shape->triangles);
+        emit(kShapes[cell.shape].corners.data(), kShapes[cell.shape].triangles);
     }
     return out;
 }

@@ -213,11 +213,33 @@ constexpr std::array<Case, 256> derive_cases(const std::array<CellShape, kShapeC
     return cases;
 }
 
+constexpr std::array<std::int8_t, kShapeCount> count_more_triangles(
+    const std::array<CellShape, kShapeCount>& shapes, const std::array<std::uint16_t, 256>& first) {
+    std::array<std::int8_t, kShapeCount> more{};
+    for (std::size_t c = 0; c < 256; ++c) {
+        const std::size_t end = c + 1 < 256 ? first[c + 1] : shapes.size();
+        for (std::size_t i = first[c]; i < end; ++i)
+            more[i] = static_cast<std::int8_t>(shapes[i].triangles - shapes[first[c]].triangles);
+    }
+    return more;
+}
+
 constexpr std::array<Case, 256> turn_over(std::array<Case, 256> cases) {
     for (Case& c : cases) {
         for (std::size_t t = 0; t < c.triangles; ++t) std::swap(c.edges[3 * t + 1], c.edges[3 * t + 2]);
     }
     return cases;
+}
+
+// Fills `ids` and `advance` of a RunningCase or a RunningShape.
+template <class Running>
+constexpr void run(unsigned crossed, const std::uint8_t* edges, std::size_t count, Running& running) {
+    for (int e = 0; e < 16; ++e) running.advance[e] = crossed >> e % 8 & 1;
+    for (std::size_t k = 0; k < count; ++k) {
+        const std::uint8_t edge = edges[k];
+        const int next = edge < 8 ? 0 : running.advance[edge - 4];
+        running.ids[k] = static_cast<std::uint8_t>((edge < 8 ? edge : edge - 4) + 8 * next);
+    }
 }
 
 constexpr std::array<RunningCase, 256> run(const std::array<Case, 256>& cases) {
@@ -226,14 +248,27 @@ constexpr std::array<RunningCase, 256> run(const std::array<Case, 256>& cases) {
         const Case& c = cases[i];
         std::size_t by_rows = 0;
         for (std::size_t v = 0; v < 8; ++v) by_rows |= (i >> v & 1) << (v / 2 + 4 * (v % 2));
-        RunningCase& running = result[by_rows];
-        running.triangles = c.triangles;
-        for (int e = 0; e < 16; ++e) running.advance[e] = c.crossed >> e % 8 & 1;
-        for (std::size_t k = 0; k < 3 * kMaxTriangles; ++k) {
-            const std::uint8_t edge = c.edges[k];
-            const int next = edge < 8 ? 0 : running.advance[edge - 4];
-            running.ids[k] = static_cast<std::uint8_t>((edge < 8 ? edge : edge - 4) + 8 * next);
+        result[by_rows].triangles = c.triangles;
+        run(c.crossed, c.edges.data(), 3 * kMaxTriangles, result[by_rows]);
+    }
+    return result;
+}
+
+constexpr std::array<RunningShape, kShapeCount> run(const std::array<CellShape, kShapeCount>& shapes,
+                                                    bool mirrored) {
+    std::array<RunningShape, kShapeCount> result{};
+    for (std::size_t i = 0; i < shapes.size(); ++i) {
+        const CellShape& shape = shapes[i];
+        if (shape.has_fan) continue;
+        std::array<std::uint8_t, RunningShape::kIds> corners{};
+        const std::size_t second = mirrored ? 2 : 1;
+        for (std::size_t t = 0; t < 3u * shape.triangles; t += 3) {
+            corners[t] = shape.corners[t];
+            corners[t + 1] = shape.corners[t + second];
+            corners[t + 2] = shape.corners[t + 3 - second];
         }
+        result[i].triangles = shape.triangles;
+        run(shape.crossed, corners.data(), 3u * shape.triangles, result[i]);
     }
     return result;
 }
@@ -248,5 +283,8 @@ constexpr std::array<Case, 256> kCases = derive_cases(kShapes, kFirstShape);
 constexpr std::array<Case, 256> kMirroredCases = turn_over(kCases);
 constexpr std::array<RunningCase, 256> kRunningCases = run(kCases);
 constexpr std::array<RunningCase, 256> kMirroredRunningCases = run(kMirroredCases);
+constexpr std::array<RunningShape, kShapeCount> kRunningShapes = run(kShapes, false);
+constexpr std::array<RunningShape, kShapeCount> kMirroredRunningShapes = run(kShapes, true);
+constexpr std::array<std::int8_t, kShapeCount> kMoreTriangles = count_more_triangles(kShapes, kFirstShape);
 
 }  // namespace marrow::internal

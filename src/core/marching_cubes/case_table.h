@@ -17,6 +17,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 
 #include "core/grid/cell.h"
@@ -45,6 +46,15 @@ struct alignas(32) RunningCase {
     /// What each counter gains before the next active cell, twice: a vector may hold the counters and, after
     /// them, what follows each.
     std::uint8_t advance[16] = {};
+};
+
+/// A shape without inner points in the same form.
+struct alignas(64) RunningShape {
+    static constexpr std::size_t kIds = 32;
+
+    std::uint8_t ids[kIds] = {};
+    std::uint8_t advance[16] = {};
+    std::uint8_t triangles = 0;
 };
 
 /// How the surface passes through a cell in which some ambiguous faces join their inside corners.
@@ -79,5 +89,8 @@ extern const std::array<std::uint8_t, 256> kAmbiguousFaces;
 inline constexpr int kShapeCount = 656;
 extern const std::array<std::uint16_t, 256> kFirstShape;
 extern const std::array<CellShape, kShapeCount> kShapes;
+extern const std::array<RunningShape, kShapeCount> kRunningShapes, kMirroredRunningShapes;
+/// How many triangles a shape has more than its case.
+extern const std::array<std::int8_t, kShapeCount> kMoreTriangles;
 
 }  // namespace marrow::internal

@@ -42,26 +42,6 @@ int determinant_sign(double a, double b, double c, double d) {
     return sign_of(lost_ad - lost_bc);
 }
 
-// The signs of the determinants of the faces, as far as rounded products show them. Bit f belongs to face f. The
-// determinant of a face is that of kFaceCorners[f]: the product of its corners 0 and 2 minus that of the others.
-struct FaceSigns {
-    unsigned positive = 0, negative = 0;
-
-    explicit FaceSigns(const CellValues& f) {
-        for (unsigned face = 0; face < 6; ++face) {
-            const auto& ring = kFaceCorners[face];
-            const double first = f[ring[0]] * f[ring[2]], second = f[ring[1]] * f[ring[3]];
-            positive |= (first > second ? 1u : 0u) << face;
-            negative |= (first < second ? 1u : 0u) << face;
-        }
-    }
-    // In a waist, the determinants of opposite faces have the same sign. Those without a sign here are ties.
-    bool allow_waist() const {
-        constexpr unsigned kFirstOfAxes = 0b010101;
-        return (((positive & negative >> 1) | (negative & positive >> 1)) & kFirstOfAxes) == 0;
-    }
-};
-
 // Whether the two inside corners of an ambiguous face are joined, if rounded products do not show it: whether the
 // bilinear interpolant at its saddle, (inside product - outside product) / (a positive number), is at least the
 // isovalue. In a tie it is.
@@ -74,16 +54,38 @@ bool joins_in_doubt(const CellValues& values, unsigned face) {
     return f[0] >= 0 ? sign >= 0 : sign <= 0;
 }
 
+// Bit f of a case: corner 0 of face f is inside.
+constexpr std::array<std::uint8_t, 256> kFirstInside = [] {
+    std::array<std::uint8_t, 256> faces{};
+    for (std::size_t c = 0; c < 256; ++c) {
+        for (unsigned face = 0; face < 6; ++face)
+            faces[c] |= static_cast<std::uint8_t>((c >> kFaceCorners[face][0] & 1) << face);
+    }
+    return faces;
+}();
+
+// The place of a shape among those of its case, by the ambiguous faces and the joined ones: bit k is set if the k-th
+// ambiguous face is joined.
+constexpr std::array<std::array<std::uint8_t, 64>, 64> kShapePlace = [] {
+    std::array<std::array<std::uint8_t, 64>, 64> places{};
+    for (unsigned ambiguous = 0; ambiguous < 64; ++ambiguous) {
+        for (unsigned joined = 0; joined < 64; ++joined) {
+            unsigned place = 0, bit = 1;
+            for (unsigned left = ambiguous; left != 0; left &= left - 1, bit <<= 1)
+                place += bit * (joined >> std::countr_zero(left) & 1);
+            places[ambiguous][joined] = static_cast<std::uint8_t>(place);
+        }
+    }
+    return places;
+}();
+
 // The ambiguous faces whose inside corners are joined.
-unsigned joined_faces(const FaceSigns& signs, unsigned cell_case, const CellValues& values) {
-    const unsigned ambiguous = kAmbiguousFaces[cell_case];
-    unsigned first_inside = 0;  // the faces whose corner 0 is inside
-    for (unsigned face = 0; face < 6; ++face)
-        first_inside |= (cell_case >> kFaceCorners[face][0] & 1) << face;
-    unsigned joined = (first_inside & signs.positive) | (~first_inside & signs.negative);
-    for (unsigned left = ambiguous & ~(signs.positive | signs.negative); left != 0; left &= left - 1) {
+unsigned joined_faces(const CellBatch& batch, std::size_t cell, unsigned cell_case, FaceSigns signs) {
+    const unsigned ambiguous = kAmbiguousFaces[cell_case], first_inside = kFirstInside[cell_case];
+    unsigned joined = (first_inside & signs.positive()) | (~first_inside & signs.negative());
+    for (unsigned left = ambiguous & ~(signs.positive() | signs.negative()); left != 0; left &= left - 1) {
         const auto face = static_cast<unsigned>(std::countr_zero(left));
-        if (joins_in_doubt(values, face)) joined |= 1u << face;
+        if (joins_in_doubt(batch.values(cell), face)) joined |= 1u << face;
     }
     return joined & ambiguous;
 }
@@ -297,14 +299,23 @@ int CellTopology::triangles() const {
     return std::popcount(shape->crossed) - 2 * shape->loops + 4 + 2 * kTunnelPoints;
 }
 
+void decide_topologies(const CellBatch& batch, const std::uint8_t (&cases)[CellBatch::kCells],
+                       std::size_t count, CellTopology* topologies) {
+    FaceSigns signs[CellBatch::kCells];
+    find_signs(batch, signs);
+    for (std::size_t i = 0; i < count; ++i) {
+        const unsigned joined = joined_faces(batch, i, cases[i], signs[i]);
+        const std::size_t place = kShapePlace[kAmbiguousFaces[cases[i]]][joined];
+        topologies[i] = {&kShapes[kFirstShape[cases[i]] + place]};
+        if (signs[i].may_have_waist()) find_tunnel(cases[i], batch.values(i), topologies[i]);
+    }
+}
+
 CellTopology decide_topology(unsigned cell_case, const CellValues& values) {
-    const FaceSigns signs(values);
-    const unsigned ambiguous = kAmbiguousFaces[cell_case], joined = joined_faces(signs, cell_case, values);
-    unsigned shape = kFirstShape[cell_case], bit = 1;
-    for (unsigned left = ambiguous; left != 0; left &= left - 1, bit <<= 1)
-        shape += bit * (joined >> std::countr_zero(left) & 1);
-    CellTopology topology{&kShapes[shape]};
-    if (signs.allow_waist()) find_tunnel(cell_case, values, topology);
+    CellBatch batch;
+    batch.set(0, values);
+    CellTopology topology;
+    decide_topologies(batch, {static_cast<std::uint8_t>(cell_case)}, 1, &topology);
     return topology;
 }
 

@@ -11,11 +11,9 @@
 #include <cstdint>
 
 #include "case_table.h"
+#include "face_signs.h"
 
 namespace marrow::internal {
-
-/// The eight samples of a cell minus the isovalue. NaN where there is no finite sample.
-using CellValues = std::array<double, 8>;
 
 /// The topology of the surface in a cell.
 struct CellTopology {
@@ -26,7 +24,7 @@ struct CellTopology {
         std::array<std::int8_t, 3> face_signs;
     };
 
-    const CellShape* shape;
+    const CellShape* shape = nullptr;
     bool has_tunnel = false;
     Tunnel tunnel{};
 
@@ -42,7 +40,11 @@ struct CellTopology {
     }
 };
 
-/// \pre a corner is inside exactly if its value is >= 0
+/// Decides the first `count` cells of a batch. \pre a corner is inside exactly if its value is >= 0
+void decide_topologies(const CellBatch& batch, const std::uint8_t (&cases)[CellBatch::kCells],
+                       std::size_t count, CellTopology* topologies);
+
+/// The same for one cell.
 CellTopology decide_topology(unsigned cell_case, const CellValues& values);
 
 /// Scales values by a power of two if they are very large or small, so that no product of four overflows or

@@ -94,7 +94,7 @@ struct RowCounter {
     }
 
     // Counts in a vector of words, of which w is the first. Returns a bit for each word that is active. With
-    // kAmbiguous, `ambiguous` gets a bit for each word with cells that may have more than one loop.
+    // kAmbiguous, `ambiguous` gets a bit for each word with cells whose topology the samples may decide.
     template <bool kAmbiguous>
     HWY_INLINE std::uint64_t count(const RowBits& row, const RowMasks& masks, std::size_t w,
                                    std::uint64_t& ambiguous) {
@@ -116,7 +116,10 @@ struct RowCounter {
         const auto several = hn::And(may_have_loops(cells), active);
         one_loop = hn::Add(one_loop, hn::PopulationCount(hn::AndNot(several, active)));
         if (HWY_UNLIKELY(!hn::AllFalse(d, hn::Ne(several, hn::Zero(d))))) {
-            if constexpr (kAmbiguous) ambiguous = bits_of(hn::Ne(several, hn::Zero(d)));
+            if constexpr (kAmbiguous) {
+                const auto undecided = hn::Or(have_ambiguous_faces(cells), have_antipodes(cells));
+                ambiguous = bits_of(hn::Ne(hn::And(undecided, valid), hn::Zero(d)));
+            }
             HWY_ALIGN std::uint64_t of_word[hn::MaxLanes(Words())];
             hn::Store(several, d, of_word);
             for (std::size_t k = 0; k < hn::Lanes(d); ++k) {

@@ -473,12 +473,21 @@ void emit_points_of(const EmitInput& input, std::size_t row_begin, std::size_t r
     RowEdges edges(bits);
     PointBatch<T> batch(input, points, points + count, normals, fractions);
 
+    std::vector<AmbiguousCell> cells;
+    std::size_t end = 0;  // of the row's points
+
     for (GridRow at(bits, row_begin); at.index < row_end; at.advance(bits)) {
-        if (input.points.leaves()[at.index] == 0) continue;
+        const std::size_t row_points = input.points.leaves()[at.index];
+        if (row_points == 0) continue;
+        end += row_points;
         edges.list(input.active, RowBits(bits, at), at.index);
         batch.set_row(at.y - bits.first_y, at.z - bits.first_z);
         batch.add(edges.codes(), edges.count());
-        if (!input.inner.empty() && input.inner[at.index] > 0) batch.skip(input.inner[at.index]);
+        const std::size_t inner = input.inner.empty() ? 0 : input.inner[at.index];
+        if (HWY_LIKELY(inner == 0)) continue;
+        batch.skip(inner);
+        Vec3f* const inner_normals = normals == nullptr ? nullptr : normals + end - inner;
+        input.ambiguous->emit_points(at.index, cells, points + end - inner, inner_normals);
     }
     batch.flush();
 }
@@ -498,31 +507,12 @@ namespace marrow::internal {
 
 HWY_EXPORT(emit_points_any);
 
-namespace {
-
-// Writes the last points of each row, those inside cells.
-void emit_inner_points(const EmitInput& input, std::size_t row_begin, std::size_t row_end, Vec3f* points,
-                       Vec3f* normals) {
-    std::vector<AmbiguousCell> cells;
-    std::size_t end = 0;
-    for (std::size_t r = row_begin; r < row_end; ++r) {
-        end += input.points.leaves()[r];
-        if (input.inner[r] == 0) continue;
-        const std::size_t first = end - input.inner[r];
-        input.ambiguous->emit_points(r, cells, points + first, normals ? normals + first : nullptr);
-    }
-}
-
-}  // namespace
-
 void emit_points(const EmitInput& input, std::size_t row_begin, std::size_t row_end, Vec3f* points,
                  Vec3f* normals, float* fractions) {
     const std::uint64_t first = input.points.first_output(row_begin);
     HWY_DYNAMIC_DISPATCH(emit_points_any)
     (input, row_begin, row_end, points + first, normals ? normals + first : nullptr,
      fractions ? fractions + first : nullptr);
-    if (input.ambiguous != nullptr)
-        emit_inner_points(input, row_begin, row_end, points + first, normals ? normals + first : nullptr);
 }
 
 }  // namespace marrow::internal

@@ -84,6 +84,7 @@ std::array<Vec3d, CellTopology::kTunnelPoints> tunnel_points(const CellTopology:
 }
 
 constexpr std::size_t kRing = CellTopology::kTunnelPoints;
+constexpr double kUnreachable = 1e300;
 
 // A band of triangles between a loop and the ring of a tunnel's points. From each point of the loop it takes up
 // to two steps along the ring, and then the one along the loop. So no point of either is linked to all points
@@ -97,34 +98,55 @@ struct Band {
     std::size_t ring_point(std::size_t step) const { return (start + direction * step) % kRing; }
 };
 
-// Finds the shortest band for a start and direction, by dynamic programming over the points of the loop.
-void shorten(Band& band, const double (&squared)[kCellEdges][kRing], std::size_t size) {
-    constexpr double kUnreachable = 1e300;
-    double cost[kCellEdges + 1][kRing + 1];
-    std::uint8_t last_steps[kCellEdges + 1][kRing + 1] = {};
-    for (auto& row : cost) std::fill(std::begin(row), std::end(row), kUnreachable);
-    cost[0][0] = 0;
-    for (std::size_t i = 0; i < size; ++i) {
-        for (std::size_t j = 0; j <= kRing; ++j) {
-            double sum = cost[i][j];
-            if (sum == kUnreachable) continue;
-            for (std::uint8_t steps = 0; steps <= 2 && j + steps <= kRing; ++steps) {
-                const std::size_t at = j + steps;
-                if (steps > 0) sum += squared[i][band.ring_point(at)];
-                const double total = sum + squared[(i + 1) % size][band.ring_point(at)];
-                if (total < cost[i + 1][at]) {
-                    cost[i + 1][at] = total;
-                    last_steps[i + 1][at] = steps;
-                }
-            }
+// Finds the shortest band for a start and direction, by dynamic programming over the points of the loop. Returns false
+// as soon as it costs at least `limit`.
+bool shorten(Band& band, const double (&squared)[kCellEdges][kRing], std::size_t size, double limit) {
+    // The cost of the links until a point of the loop is linked with the ring's point after so many steps. Two
+    // places before the first step are never reached.
+    constexpr std::size_t kSteps = kRing + 1, kBefore = 2;
+    double cost[kCellEdges + 1][kBefore + kSteps];
+    std::uint8_t last_steps[kCellEdges + 1][kSteps];
+    double links[2][kBefore + kSteps];  // of this point of the loop, and of the next one
+    const auto find_links = [&](std::size_t i, double(&of_point)[kBefore + kSteps]) {
+        std::size_t at = band.start;
+        for (std::size_t j = 0; j < kSteps; ++j) {
+            of_point[kBefore + j] = squared[i][at];
+            at += band.direction;
+            at -= at >= kRing ? kRing : 0;
         }
+        std::fill_n(of_point, kBefore, 0.0);
+    };
+    std::fill(std::begin(cost[0]), std::end(cost[0]), kUnreachable);
+    cost[0][kBefore] = 0;
+    find_links(0, links[0]);
+    for (std::size_t i = 0; i < size; ++i) {
+        const auto &from = cost[i], &here = links[i % 2];
+        auto &to = cost[i + 1], &next = links[(i + 1) % 2];
+        find_links(i + 1 < size ? i + 1 : 0, next);
+        std::fill_n(to, kBefore, kUnreachable);
+        double least = kUnreachable;
+        for (std::size_t j = 0; j < kSteps; ++j) {
+            const std::size_t k = kBefore + j;
+            const double after_two = from[k - 2] + here[k - 1] + here[k] + next[k];
+            const double after_one = from[k - 1] + here[k] + next[k], after_none = from[k] + next[k];
+            double best = after_two;
+            std::uint8_t steps = 2;
+            if (after_one < best) best = after_one, steps = 1;
+            if (after_none < best) best = after_none, steps = 0;
+            to[k] = best;
+            last_steps[i + 1][j] = steps;
+            least = std::min(least, best);
+        }
+        if (least >= limit) return false;
     }
-    band.cost = cost[size][kRing];
+    if (cost[size][kBefore + kRing] >= limit) return false;
+    band.cost = cost[size][kBefore + kRing];
     std::size_t j = kRing;
     for (std::size_t i = size; i > 0; --i) {
         band.steps[i - 1] = last_steps[i][j];
         j -= last_steps[i][j];
     }
+    return true;
 }
 
 // The shortest band in each of the two directions around the ring.
@@ -141,8 +163,8 @@ std::array<Band, 2> shortest_bands(const LoopEdges& loop, const CellValues& f,
             Band band;
             band.start = start;
             band.direction = backwards == 0 ? 1 : kRing - 1;
-            shorten(band, squared, loop.size);
-            if (start == 0 || band.cost < best[backwards].cost) best[backwards] = band;
+            const double limit = start == 0 ? kUnreachable : best[backwards].cost;
+            if (shorten(band, squared, loop.size, limit)) best[backwards] = band;
         }
     }
     return best;

@@ -83,6 +83,21 @@ struct InsideBits {
     std::size_t bytes() const { return word_count() * sizeof(std::uint64_t); }
 };
 
+/// The position of a row in the grid, for loops over rows.
+struct GridRow {
+    std::size_t index;
+    std::int64_t y, z;
+
+    GridRow(const InsideBits& bits, std::size_t row)
+        : index(row),
+          y(static_cast<std::int64_t>(row) % bits.ny),
+          z(static_cast<std::int64_t>(row) / bits.ny) {}
+    void advance(const InsideBits& bits) {
+        ++index;
+        if (++y == bits.ny) y = 0, ++z;
+    }
+};
+
 /// The level above the inside bits: one bit for each word of a row. It is set if the surface may cross an
 /// edge or a cell that starts at one of the word's samples. After counting, only these words are visited.
 struct ActiveWords {

@@ -27,21 +27,6 @@ HWY_INLINE std::uint32_t popcount(std::uint64_t bits) {
 // A row of the grid, and its neighbours at (y + 1, z), (y, z + 1) and (y + 1, z + 1).
 enum Row { kRow = 0, kNextY = 1, kNextZ = 2, kNextYZ = 3 };
 
-// The position of a row in the grid, for loops over rows.
-struct GridRow {
-    std::size_t index;
-    std::int64_t y, z;
-
-    GridRow(const InsideBits& bits, std::size_t row)
-        : index(row),
-          y(static_cast<std::int64_t>(row) % bits.ny),
-          z(static_cast<std::int64_t>(row) / bits.ny) {}
-    void advance(const InsideBits& bits) {
-        ++index;
-        if (++y == bits.ny) y = 0, ++z;
-    }
-};
-
 // The four rows of samples around a row of cells. At the end of the grid, an existing row replaces a missing
 // one, so that no edge towards it is crossed.
 struct RowBits {
@@ -194,6 +179,23 @@ HWY_INLINE WordVec may_have_antipodes(const CellVecs& cells) {
     const WordVec x[4] = {hn::Xor(c[0], c[1]), hn::Xor(c[2], c[3]), hn::Xor(c[4], c[5]), hn::Xor(c[6], c[7])};
     return hn::Or(hn::AndNot(hn::Or(x[1], x[2]), hn::And(x[0], x[3])),
                   hn::AndNot(hn::Or(x[0], x[3]), hn::And(x[1], x[2])));
+}
+
+// The cells with two antipodal corners that differ from the other six: of the edges along y and z, too, only those
+// that end at one of the two are crossed.
+HWY_INLINE WordVec have_antipodes(const CellVecs& cells) {
+    const auto& c = cells.corners;
+    const WordVec x[4] = {hn::Xor(c[0], c[1]), hn::Xor(c[2], c[3]), hn::Xor(c[4], c[5]), hn::Xor(c[6], c[7])};
+    const auto on_0_and_3 = hn::AndNot(hn::Or(x[1], x[2]), hn::And(x[0], x[3]));
+    const auto on_1_and_2 = hn::AndNot(hn::Or(x[0], x[3]), hn::And(x[1], x[2]));
+    // For a corner at y = 0 and the one at y = 1: the edge along y between them, and their edges along z.
+    const auto alone = [&](int near, int far) HWY_ATTR {
+        const auto y = hn::Xor(c[near], c[far]);
+        const auto z_near = hn::Xor(c[near], c[near + 4]), z_far = hn::Xor(c[far], c[far + 4]);
+        const auto only_near = hn::AndNot(z_far, z_near), only_far = hn::AndNot(z_near, z_far);
+        return hn::And(y, hn::Or(hn::And(on_0_and_3, only_near), hn::And(on_1_and_2, only_far)));
+    };
+    return hn::Or(alone(0, 2), alone(1, 3));
 }
 
 // The cells that may have more than one loop.

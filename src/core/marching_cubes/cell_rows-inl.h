@@ -1,0 +1,140 @@
+// Lists the cases of cells, 64 cells at a time. Each SIMD target includes this file once.
+#if defined(MARROW_CELL_ROWS_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef MARROW_CELL_ROWS_INL_H
+#undef MARROW_CELL_ROWS_INL_H
+#else
+#define MARROW_CELL_ROWS_INL_H
+#endif
+
+#include <cstddef>
+#include <cstdint>
+
+#include "row_bits-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace marrow::internal::HWY_NAMESPACE {
+
+#if HWY_TARGET == HWY_AVX3_DL
+
+// The samples around the 64 cells of a word: bit i of here_[r] is the sample at x = i in row r of RowBits, and of next_[r]
+// the sample at x = i + 1.
+class CellRows {
+  public:
+    CellRows(const RowBits& row, std::size_t w) {
+        for (std::size_t r = 0; r < 4; ++r) {
+            here_[r] = row.rows[r][w];
+            next_[r] = row.next_x(static_cast<Row>(r), w);
+        }
+    }
+
+    // The cells that the surface crosses: their corners are neither all outside nor all inside.
+    HWY_INLINE std::uint64_t active() const {
+        const std::uint64_t some =
+            here_[0] | here_[1] | here_[2] | here_[3] | next_[0] | next_[1] | next_[2] | next_[3];
+        const std::uint64_t all =
+            here_[0] & here_[1] & here_[2] & here_[3] & next_[0] & next_[1] & next_[2] & next_[3];
+        return some & ~all;
+    }
+
+    // Writes the indices into kRunningCases of those of the cells that `active` selects. Returns their end; 64 bytes
+    // more may be overwritten.
+    HWY_INLINE std::uint8_t* list(std::uint64_t active, std::uint8_t* HWY_RESTRICT out) const {
+        auto cases = hn::Zero(D());
+        for (std::size_t r = 0; r < 4; ++r) {
+            cases = hn::Or(cases, hn::IfThenElseZero(cells(here_[r]), hn::Set(D(), 1 << r)));
+            cases = hn::Or(cases, hn::IfThenElseZero(cells(next_[r]), hn::Set(D(), 16 << r)));
+        }
+        hn::StoreU(hn::Compress(cases, cells(active)), D(), out);
+        return out + popcount(active);
+    }
+
+  private:
+    using D = hn::FixedTag<std::uint8_t, 64>;
+
+    static HWY_INLINE hn::Mask<D> cells(const std::uint64_t& bits) {
+        return hn::LoadMaskBits(D(), reinterpret_cast<const std::uint8_t*>(&bits));
+    }
+
+    std::uint64_t here_[4], next_[4];
+};
+
+#else
+
+// The samples around the 64 cells of a word. Lane r belongs to row r of RowBits: bit i of that lane of here_
+// is the sample at x = i, and of next_ the sample at x = i + 1. Narrow targets have two rows in each of two
+// vectors, or one in each of four.
+class CellRows {
+  public:
+    CellRows(const RowBits& row, std::size_t w) {
+        const bool last = w + 1 == row.words;
+        for (std::size_t k = 0; k < kVectors; ++k) {
+            here_[k] = samples(row, k, w);
+            const Vec ahead = last ? hn::Zero(D()) : samples(row, k, w + 1);
+            next_[k] = hn::Or(hn::ShiftRight<1>(here_[k]), hn::ShiftLeft<63>(ahead));
+        }
+    }
+
+    // The cells that the surface crosses: their corners are neither all outside nor all inside.
+    HWY_INLINE std::uint64_t active() const {
+        Vec some = hn::Or(here_[0], next_[0]), all = hn::And(here_[0], next_[0]);
+        for (std::size_t k = 1; k < kVectors; ++k) {
+            some = hn::Or(some, hn::Or(here_[k], next_[k]));
+            all = hn::And(all, hn::And(here_[k], next_[k]));
+        }
+        if constexpr (kLanes >= 2) {
+            some = hn::Or(some, hn::Reverse2(D(), some));
+            all = hn::And(all, hn::Reverse2(D(), all));
+        }
+#if HWY_CAP_GE256
+        some = hn::Or(some, hn::SwapAdjacentBlocks(some));
+        all = hn::And(all, hn::SwapAdjacentBlocks(all));
+#endif
+        return hn::GetLane(hn::AndNot(all, some));
+    }
+    // Writes the indices into kRunningCases of those of the cells that `active` selects. Returns their end; four bytes
+    // more may be overwritten.
+    HWY_INLINE std::uint8_t* list(std::uint64_t active, std::uint8_t* HWY_RESTRICT out) const {
+        return list_bits(active, out, [&](std::uint64_t left, std::uint8_t& cell_case) HWY_ATTR {
+            cell_case = running_case(left & (~left + 1));
+        });
+    }
+
+  private:
+    using D = hn::CappedTag<std::uint64_t, 4>;
+    using Vec = hn::Vec<D>;
+    static constexpr std::size_t kLanes = hn::MaxLanes(D()), kVectors = 4 / kLanes;
+
+    // The index into kRunningCases of the cell whose bit is set in `bit`.
+    HWY_INLINE std::uint8_t running_case(std::uint64_t bit) const {
+        const Vec cell = hn::Set(D(), bit);
+        unsigned c = 0;
+        for (std::size_t k = 0; k < kVectors; ++k) {
+            std::uint8_t here = 0, next = 0;
+            hn::StoreMaskBits(D(), hn::TestBit(here_[k], cell), &here);
+            hn::StoreMaskBits(D(), hn::TestBit(next_[k], cell), &next);
+            c |= static_cast<unsigned>(here | next << 4) << kLanes * k;
+        }
+        return static_cast<std::uint8_t>(c);
+    }
+
+    // Word w of each row of vector k.
+    static HWY_INLINE Vec samples(const RowBits& row, std::size_t k, std::size_t w) {
+        const D d;
+        const auto of_row = [&](std::size_t r) HWY_ATTR { return hn::Set(d, row.rows[kLanes * k + r][w]); };
+#if HWY_CAP_GE256
+        return hn::ConcatUpperLower(d, hn::OddEven(of_row(3), of_row(2)), hn::OddEven(of_row(1), of_row(0)));
+#else
+        if constexpr (kLanes == 2) return hn::OddEven(of_row(1), of_row(0));
+        return of_row(0);
+#endif
+    }
+
+    Vec here_[kVectors], next_[kVectors];
+};
+
+#endif
+
+}  // namespace marrow::internal::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif
