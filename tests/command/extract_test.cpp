@@ -52,17 +52,33 @@ TEST_F(CommandLine, WritesTheMeshAndSaysWhatItIs) {
 
 TEST_F(CommandLine, JsonHoldsTheNumbersOfTheMesh) {
     const Json json = extract_json({"-o", mesh, "--isovalue", "0"});
-    EXPECT_EQ(Json(keys(json)), Json({"area_mm2",   "boundary_edges",    "bounds_mm",
-                                      "cavities",   "components",        "euler_characteristic",
-                                      "input",      "isovalue",          "nonmanifold_edges",
-                                      "output",     "peak_memory_bytes", "pieces",
-                                      "points",     "seconds",           "steps",
-                                      "thin_walls", "triangles",         "trust",
-                                      "verified",   "volume_mm3",        "warnings"}));
+    EXPECT_EQ(Json(keys(json)), Json({"area_mm2",
+                                      "boundary_edges",
+                                      "bounds_mm",
+                                      "cavities",
+                                      "components",
+                                      "device",
+                                      "euler_characteristic",
+                                      "input",
+                                      "isovalue",
+                                      "nonmanifold_edges",
+                                      "output",
+                                      "peak_memory_bytes",
+                                      "pieces",
+                                      "points",
+                                      "seconds",
+                                      "steps",
+                                      "thin_walls",
+                                      "triangles",
+                                      "trust",
+                                      "verified",
+                                      "volume_mm3",
+                                      "warnings"}));
     EXPECT_EQ(json["input"]["format"], "NRRD");
     EXPECT_EQ(json["input"]["dims"], Json({24, 25, 13}));
     EXPECT_EQ(json["input"]["spacing_mm"], Json({1.0, 1.0, 2.0}));
     EXPECT_TRUE(json["input"]["modality"].is_null());
+    EXPECT_EQ(json["device"], "cpu");
     EXPECT_EQ(json["components"], 1);
     EXPECT_EQ(json["pieces"], 1);
     EXPECT_EQ(json["cavities"], 0);
