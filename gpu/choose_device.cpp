@@ -25,13 +25,18 @@ std::string list(const Choices& choices, const std::vector<std::size_t>& numbers
     return text;
 }
 
+// Why the first of the devices that cannot be used cannot.
+std::string first_unusable(const Choices& choices) {
+    return choices.unusable.front().device.name + " cannot be used, as " + choices.unusable.front().reason;
+}
+
 // What there is instead of what was asked for.
 std::string what_there_is(const Choices& choices) {
     std::vector<std::size_t> all(choices.usable.size());
     for (std::size_t n = 0; n < all.size(); ++n) all[n] = n;
     if (!all.empty()) return "there is " + list(choices, all);
     if (choices.unusable.empty()) return choices.why_none;
-    return choices.unusable.front().device.name + " cannot be used, as " + choices.unusable.front().reason;
+    return first_unusable(choices);
 }
 
 std::optional<std::size_t> best_gpu(const Choices& choices) {
@@ -45,8 +50,9 @@ std::optional<std::size_t> best_gpu(const Choices& choices) {
 std::size_t demanded_gpu(const Choices& choices) {
     if (const auto gpu = best_gpu(choices)) return *gpu;
     if (choices.usable.empty()) throw DeviceError("there is no GPU: " + what_there_is(choices));
+    const std::string why = choices.unusable.empty() ? "" : "; " + first_unusable(choices);
     throw DeviceError("there is no GPU: device 0 (" + choices.usable.front().name +
-                      ") is emulated by the CPU, so it is used only if its number or name is given");
+                      ") is emulated by the CPU, so it is used only if its number or name is given" + why);
 }
 
 // The number of a device, if `choice` is one; digits are never part of a name.

@@ -15,7 +15,6 @@
 
 #include <marrow/gpu.h>
 
-#include "base/parallel.h"
 #include "base/progress.h"
 #include "base/resize_discarding.h"
 #include "core/grid/index_to_physical.h"
@@ -92,10 +91,10 @@ DeviceExtraction::DeviceExtraction(std::shared_ptr<VulkanDevice> device, const V
     : device_(std::move(device)),
       options_(options),
       type_(volume.type),
-      commands_(device_),
       clock_(device_, 3),
       staging_(device_),
-      samples_(device_, staging_, volume, options_.progress) {
+      samples_(device_, staging_, volume, options_.progress),
+      commands_(device_) {
     samples_.describe(parameters_);
     const IndexToPhysical to_physical(volume);
     const int pad = options_.closed ? 1 : 0;

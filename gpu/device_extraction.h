@@ -67,7 +67,6 @@ class DeviceExtraction {
     const std::shared_ptr<VulkanDevice> device_;
     const IsosurfaceOptions options_;
     const SampleType type_;
-    Commands commands_;
     DeviceClock clock_;  // start, classified, counted
     Staging staging_;
     const ResidentVolume samples_;
@@ -76,6 +75,7 @@ class DeviceExtraction {
     DeviceBuffer ranges_, list_, bits_, row_bases_;
     DevicePyramid points_, triangles_;
     Output positions_, normals_, indices_;
+    Commands commands_;  // last, so that a batch that still runs ends before its memory does
 };
 
 }  // namespace marrow::gpu::internal

@@ -8,10 +8,11 @@ namespace marrow::gpu {
 
 namespace {
 
-// What went wrong, without the advice to use the CPU, which is followed.
-std::string without_advice(const std::string& message) {
-    const std::size_t end = message.ends_with("use the CPU") ? message.rfind("; ") : std::string::npos;
-    return message.substr(0, end);
+// What went wrong, without the name of the device, and without the advice to use the CPU, which is followed.
+std::string reason_in(const std::string& message, const std::string& device) {
+    const std::size_t begin = message.starts_with(device + ": ") ? device.size() + 2 : 0;
+    const std::size_t end = message.ends_with("use the CPU") ? message.rfind("; ") : message.size();
+    return message.substr(begin, end - begin);
 }
 
 }  // namespace
@@ -19,6 +20,7 @@ std::string without_advice(const std::string& message) {
 struct FallbackExtractor::Impl {
     VolumeView volume;
     IsosurfaceOptions options;
+    std::string device_name;
     std::optional<Extractor> device;
     std::optional<IsosurfaceExtractor> cpu;  // made when it is first needed
     std::string failure;
@@ -31,7 +33,7 @@ struct FallbackExtractor::Impl {
             work();
             return true;
         } catch (const DeviceError& error) {
-            failure = without_advice(error.what());
+            failure = reason_in(error.what(), device_name);
             device.reset();
             return false;
         }
@@ -45,7 +47,9 @@ struct FallbackExtractor::Impl {
 
 FallbackExtractor::FallbackExtractor(const VolumeView& volume, const IsosurfaceOptions& options,
                                      std::optional<std::size_t> device)
-    : impl_(new Impl{volume, options, {}, {}, {}, {}}) {
+    : impl_(new Impl{volume, options, {}, {}, {}, {}, {}}) {
+    if (const auto known = devices(); device && *device < known.size())
+        impl_->device_name = known[*device].name;
     if (device) impl_->try_device([&] { impl_->device.emplace(volume, options, *device); });
     if (!impl_->device) impl_->on_cpu();
 }

@@ -407,7 +407,7 @@ std::string terrain_json(const TerrainResults& results) {
 
 std::string devices_json(const DeviceList& list) {
     const auto numbers = [](const gpu::Device& device) {
-        return Json{{"device", Json()},
+        return Json{{"number", Json()},
                     {"name", device.name},
                     {"kind", gpu::device_kind_name(device.kind)},
                     {"driver", text_or_null(device.driver)},
@@ -419,7 +419,7 @@ std::string devices_json(const DeviceList& list) {
               {"why_none", text_or_null(list.why_none)}};
     for (const gpu::Device& device : list.usable) {
         json["devices"].push_back(numbers(device));
-        json["devices"].back()["device"] = json["devices"].size() - 1;
+        json["devices"].back()["number"] = json["devices"].size() - 1;
     }
     for (const auto& [device, reason] : list.unusable) {
         json["devices"].push_back(numbers(device));

@@ -49,6 +49,10 @@ TEST(ChooseDevice, SoftwareDevicesAreUsedOnlyIfTheyAreNamed) {
         refusal(kServer, "gpu"),
         "there is no GPU: device 0 (llvmpipe (LLVM 15.0.6, 256 bits)) is emulated by the CPU, so it is used "
         "only if its number or name is given");
+    Choices with_old_card = kServer;
+    with_old_card.unusable = {{{"GeForce GTX 480", DeviceKind::discrete}, "it has no Vulkan 1.2"}};
+    EXPECT_TRUE(
+        refusal(with_old_card, "gpu").ends_with("; GeForce GTX 480 cannot be used, as it has no Vulkan 1.2"));
     EXPECT_EQ(choose_among(kServer, "0"), 0u);
     EXPECT_EQ(choose_among(kServer, "llvmpipe"), 0u);
     EXPECT_EQ(choose_among(kLaptop, "1"), 1u);

@@ -74,7 +74,7 @@ TEST(FallbackExtractor, TheCpuTakesOverWhenTheDeviceIsLost) {
     EXPECT_THROW(gpu::internal::open_device(0)->check(VK_ERROR_DEVICE_LOST), gpu::DeviceError);
     expect_mesh_of_cpu(extractor, volume, 40.5);
     EXPECT_FALSE(extractor.on_device());
-    EXPECT_TRUE(extractor.failure().ends_with(": the device was lost")) << extractor.failure();
+    EXPECT_EQ(extractor.failure(), "the device was lost");
     expect_mesh_of_cpu(extractor, volume, 30.5);
 }
 

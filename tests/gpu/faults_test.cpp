@@ -35,11 +35,7 @@ class FailingCall<Function> {
 
   private:
     static VkResult VKAPI_CALL call(Arguments... arguments) {
-        if (left_-- != 0) return original_(arguments...);
-        if constexpr (std::is_same_v<decltype(original_), PFN_vkWaitForFences>) {
-            original_(arguments...);  // what was started ends in any case
-        }
-        return error_;
+        return left_-- != 0 ? original_(arguments...) : error_;
     }
 
     static inline VkResult (*original_)(Arguments...);

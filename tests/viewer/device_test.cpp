@@ -66,6 +66,20 @@ TEST_F(ViewerOnDevice, LargeScansNeedNoPreviewsUnlessSurfacesAreSmoothed) {
     expect_mesh_of_cpu();
 }
 
+TEST_F(ViewerOnDevice, TheCpuExtractsWithExactTopology) {
+    write_nrrd(folder / "ball.nrrd", 24, 25, 13, ball(12, 12, 6, 8));
+    ASSERT_TRUE(open(folder / "ball.nrrd"));
+    session().change("exact topology", "", [](Parameters& p) { p.topology = true; });
+    ASSERT_TRUE(settle());
+    EXPECT_EQ(device(), "CPU");
+    EXPECT_EQ(window->banner(), "");
+    expect_mesh_of_cpu();  // a ball has no ambiguous cells
+    session().change("no exact topology", "", [](Parameters& p) { p.topology = false; });
+    ASSERT_TRUE(settle());
+    EXPECT_TRUE(device().startsWith("llvmpipe"));
+    expect_mesh_of_cpu();
+}
+
 TEST_F(ViewerOnDevice, TheCpuTakesOverAndTheWindowSaysSo) {
     std::string text =
         "NRRD0005\ntype: int32\ndimension: 3\nsizes: 12 12 12\nspace: left-posterior-superior\n"

@@ -67,6 +67,7 @@ export class Engine {
     this.#worker.keepAlive(false);
     this.ready = this.call('start', {
       threads: chosenThreads(),
+      shared: canUseThreads(),
       codecs,
       baseUrl: setup.baseUrl === undefined ? undefined : new URL(setup.baseUrl, globalThis.location?.href).href,
     });

@@ -143,9 +143,14 @@ export class Extractor {
     const latest = `${this.#number}:${level}`;
     // A busy worker hears of nothing, but it can look at memory that it shares with the page, where there is such memory.
     const stop = signal && canUseThreads() ? new Int32Array(new SharedArrayBuffer(4)) : undefined;
-    signal?.addEventListener('abort', () => stop && Atomics.store(stop, 0, 1), { once: true });
-    const mesh = await this.#engine.call('extract', { extractor: this.#number, isovalue, level, stop }, { latest, signal, abandon: true });
-    return { ...mesh, name: String(isovalue) };
+    const onAbort = () => stop && Atomics.store(stop, 0, 1);
+    signal?.addEventListener('abort', onAbort, { once: true });
+    try {
+      const mesh = await this.#engine.call('extract', { extractor: this.#number, isovalue, level, stop }, { latest, signal, abandon: true });
+      return { ...mesh, name: String(isovalue) };
+    } finally {
+      signal?.removeEventListener('abort', onAbort);
+    }
   }
 
   recycle(mesh) {

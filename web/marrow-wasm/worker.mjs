@@ -48,7 +48,7 @@ async function bytesOf(url) {
 }
 
 async function load() {
-  const name = `marrow${options.threads > 1 ? '-mt' : ''}${options.codecs ? '-codecs' : ''}`;
+  const name = `marrow${options.shared ? '-mt' : ''}${options.codecs ? '-codecs' : ''}`;
   const { script, wasm, thread } = filesOf(name, options.baseUrl);
   if (inNode) {
     // The script of emscripten 3.1.6 expects CommonJS there.

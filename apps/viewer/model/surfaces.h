@@ -34,7 +34,8 @@ struct Shape {
 };
 
 /// Keeps the shapes up to date with the session. While parameters change, each surface gets previews; after a
-/// short pause, it is extracted in full resolution. A device extracts in full resolution all the time.
+/// short pause, it is extracted in full resolution. A device extracts in full resolution all the
+/// time, unless surfaces are smoothed or reduced.
 class Surfaces : public QObject {
     Q_OBJECT
   public:
@@ -62,7 +63,8 @@ class Surfaces : public QObject {
     void measured(int id);
     void removed(int id);
     void failed(const QString& message);
-    /// The CPU takes over until the next scan, or with an empty reason, the device is used again.
+    /// What extracts has changed. `reason`, if it is not empty, is why the device failed; the CPU takes over until the
+    /// next scan.
     void device_changed(const QString& reason);
 
   private:

@@ -124,15 +124,16 @@ def extract(
         walls = _marrow.FoundWalls(
             samples, value, mesh._native(), noise=None, threads=threads, progress=next(stages)
         )
+        again = next(stages)
         if walls.area > 0:
-            mesh = surface_of(volume_of(walls.restore(), volume.info)._native(), next(stages))
+            mesh = surface_of(volume_of(walls.restore(), volume.info)._native(), again)
     if trust:
         report = _marrow.trust(
             samples,
             mesh._native(),
             hounsfield=_is_hounsfield(volume, samples),
-            near_walls=walls.near(mesh._native()) if walls else None,
-            walls_restored=walls.area > 0 if walls else None,
+            near_walls=walls.near(mesh._native()) if walls is not None else None,
+            walls_restored=walls.area > 0 if walls is not None else None,
             threads=threads,
             progress=next(stages),
         )

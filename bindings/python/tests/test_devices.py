@@ -105,4 +105,5 @@ def test_there_are_no_devices_without_a_driver():
         [sys.executable, "-c", code], env={**os.environ, **none}, capture_output=True, text=True
     )
     assert result.stdout == "[]\n"
-    assert "marrow.DeviceError: there is no GPU: no Vulkan driver is installed\n" in result.stderr
+    reasons = "no Vulkan driver is installed", "Marrow was built without Vulkan"
+    assert any(f"marrow.DeviceError: there is no GPU: {reason}" in result.stderr for reason in reasons)
