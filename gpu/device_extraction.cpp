@@ -15,6 +15,7 @@
 
 #include <marrow/gpu.h>
 
+#include "base/parallel.h"
 #include "base/progress.h"
 #include "base/resize_discarding.h"
 #include "core/grid/index_to_physical.h"
