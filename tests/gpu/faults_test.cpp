@@ -35,7 +35,11 @@ class FailingCall<Function> {
 
   private:
     static VkResult VKAPI_CALL call(Arguments... arguments) {
-        return left_-- != 0 ? original_(arguments...) : error_;
+        if (left_-- != 0) return original_(arguments...);
+        if constexpr (std::is_same_v<decltype(original_), PFN_vkWaitForFences>) {
+            if (error_ == VK_ERROR_DEVICE_LOST) original_(arguments...);  // a lost device runs nothing any more
+        }
+        return error_;
     }
 
     static inline VkResult (*original_)(Arguments...);
