@@ -23,7 +23,8 @@ class DeviceBuffer;
 }
 
 /// What the device cannot do: there is none of this number, it is lost, its memory is too small, or the volume or
-/// options are not for it. The CPU can do it: use IsosurfaceExtractor instead.
+/// options are not for it. The CPU can do it: FallbackExtractor lets it. Also: a
+/// name is that of several devices.
 struct MARROW_EXPORT DeviceError : Error {
     using Error::Error;
 };

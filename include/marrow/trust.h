@@ -83,7 +83,7 @@ MARROW_EXPORT TrustReport report_trust(const VolumeView& volume, std::span<const
                                        const TrustOptions& options = {});
 
 /// The colour, sRGB, for a distance that is this fraction of the largest: light grey for 0, over yellow and red to
-/// dark red for 1 and more.
+/// dark red for 1 and more. \pre not NaN
 MARROW_EXPORT std::array<std::uint8_t, 3> trust_colour(double fraction);
 
 /// A colour for each point: trust_colour() of its shift, with `report.cap` as the largest. Points of `near_walls`

@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <numeric>
 #include <set>
+#include <stdexcept>
 #include <vector>
 
 #include <marrow/error.h>
@@ -202,12 +203,13 @@ Cube without_ties(const Cube& cube, Random& random) {
 
 // The Euler characteristic where there may be ties.
 int chi_with_ties(const Cube& cube, Random& random) {
-    for (;;) {
+    for (int draw = 0; draw < 100; ++draw) {
         try {
             return chi_by_morse_theory(without_ties(cube, random));
         } catch (const Degenerate&) {  // by accident
         }
     }
+    throw std::runtime_error("a hundred draws were degenerate");
 }
 
 // The pieces of the inside and of the outside of a cube, and the Euler characteristic of the inside, counted cell

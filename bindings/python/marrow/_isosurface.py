@@ -127,6 +127,8 @@ def extract(
         again = next(stages)
         if walls.area > 0:
             mesh = surface_of(volume_of(walls.restore(), volume.info)._native(), again)
+        elif again is not None:
+            again(1.0)
     if trust:
         report = _marrow.trust(
             samples,

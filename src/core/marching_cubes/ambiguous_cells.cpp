@@ -97,7 +97,9 @@ template <class T>
 class CandidateSamples {
   public:
     CandidateSamples(const VolumeView& volume, const Candidates& candidates)
-        : volume_(volume), candidates_(candidates), row_(candidates.row_begin - 1) {}
+        : volume_(volume),
+          candidates_(candidates),
+          row_(candidates.row_begin - 1) {}  // the row before the first, which may wrap
 
     // The row of a candidate. \pre not before that of the last call
     std::size_t row_of(std::size_t cell) {
