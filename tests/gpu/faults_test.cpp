@@ -37,7 +37,8 @@ class FailingCall<Function> {
     static VkResult VKAPI_CALL call(Arguments... arguments) {
         if (left_-- != 0) return original_(arguments...);
         if constexpr (std::is_same_v<decltype(original_), PFN_vkWaitForFences>) {
-            if (error_ == VK_ERROR_DEVICE_LOST) original_(arguments...);  // a lost device runs nothing any more
+            // A lost device runs nothing any more.
+            if (error_ == VK_ERROR_DEVICE_LOST) original_(arguments...);
         }
         return error_;
     }
