@@ -285,10 +285,6 @@ constexpr std::size_t kSection = 4096;  // triangles
 
 std::optional<TriangleBlocks> find_triangle_blocks(const MeshView& mesh, const OneRings& rings) {
     constexpr std::size_t kMostInLarge = 4;  // blocks of large triangles, for each triangle of the mesh
-#ifdef __EMSCRIPTEN__
-    // In WebAssembly, intersections would be missed, for a reason that is not known yet: so all triangles are searched.
-    return {};
-#endif
     const std::optional<BlockGrid> grid = make_grid(mesh);
     if (!grid) return {};
     const std::size_t triangles = mesh.triangles.size();
