@@ -35,64 +35,100 @@ namespace marrow::internal::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// What a pass reads and writes: b_n+1, and b_n+2, which b_n replaces.
-struct Pass {
-    const OneRings& rings;
+using Displacements = Displacement* HWY_RESTRICT;
+
+// Computes s at a point from the positions `from`, and the first value of the recurrence.
+struct Start {
+    Displacements step;
+    const Displacement* from;
+    Displacements to;
+    float coefficient;
+
+    template <class D>
+    HWY_INLINE void operator()(D d, std::uint32_t p, const std::uint32_t* ring, std::size_t count) const {
+        const auto share = hn::Set(d, 0.5f / static_cast<float>(count));
+        for (std::size_t i = 0; i < 4; i += hn::Lanes(d)) {
+            const auto at = hn::Load(d, from[p].xyz + i);
+            auto sum = hn::Zero(d);
+            for (std::size_t n = 0; n < count; ++n)
+                sum = hn::Add(sum, hn::Sub(hn::Load(d, from[ring[n]].xyz + i), at));
+            const auto move = hn::Mul(share, sum);
+            hn::Store(move, d, step[p].xyz + i);
+            hn::Store(hn::Mul(hn::Set(d, coefficient), move), d, to[p].xyz + i);
+        }
+    }
+};
+
+// Computes b_n at a point from b_n+1, and from b_n+2, which it replaces. In the first pass, the latter is zero.
+template <bool kFirst>
+struct Step {
     const Displacement *step, *from;
     Displacement* to;
     float coefficient;
+
+    template <class D>
+    HWY_INLINE void operator()(D d, std::uint32_t p, const std::uint32_t* ring, std::size_t count) const {
+        const auto share = hn::Set(d, 1 / static_cast<float>(count));
+        for (std::size_t i = 0; i < 4; i += hn::Lanes(d)) {
+            // Two sums, because an addition takes longer than a load.
+            auto even = hn::Zero(d), odd = hn::Zero(d);
+            for (std::size_t n = 0; n + 1 < count; n += 2) {
+                even = hn::Add(even, hn::Load(d, from[ring[n]].xyz + i));
+                odd = hn::Add(odd, hn::Load(d, from[ring[n + 1]].xyz + i));
+            }
+            if (count % 2 == 1) even = hn::Add(even, hn::Load(d, from[ring[count - 1]].xyz + i));
+            const auto twice_average =
+                hn::Add(hn::Load(d, from[p].xyz + i), hn::Mul(share, hn::Add(even, odd)));
+            auto part = hn::Mul(hn::Set(d, coefficient), hn::Load(d, step[p].xyz + i));
+            if (!kFirst) part = hn::Sub(part, hn::Load(d, to[p].xyz + i));
+            hn::Store(hn::Add(part, twice_average), d, to[p].xyz + i);
+        }
+    }
 };
 
-// Applies a pass to a point.
-template <class D>
-HWY_INLINE void pass_at(D d, std::uint32_t p, const std::uint32_t* ring, std::size_t count, float coefficient,
-                        const Displacement* step, const Displacement* from, Displacement* to) {
-    const auto share = hn::Set(d, 1 / static_cast<float>(count));
-    for (std::size_t i = 0; i < 4; i += hn::Lanes(d)) {
-        // Two sums, because an addition takes longer than a load.
-        auto even = hn::Zero(d), odd = hn::Zero(d);
-        for (std::size_t n = 0; n + 1 < count; n += 2) {
-            even = hn::Add(even, hn::Load(d, from[ring[n]].xyz + i));
-            odd = hn::Add(odd, hn::Load(d, from[ring[n + 1]].xyz + i));
-        }
-        if (count % 2 == 1) even = hn::Add(even, hn::Load(d, from[ring[count - 1]].xyz + i));
-        const auto twice_average = hn::Add(hn::Load(d, from[p].xyz + i), hn::Mul(share, hn::Add(even, odd)));
-        const auto part = hn::Sub(hn::Mul(hn::Set(d, coefficient), hn::Load(d, step[p].xyz + i)),
-                                  hn::Load(d, to[p].xyz + i));
-        hn::Store(hn::Add(part, twice_average), d, to[p].xyz + i);
-    }
-}
-
-// Applies a pass to the fans of a chunk with this number of neighbours.
-template <std::size_t kNeighbours>
-HWY_INLINE void pass_over_fans(const Pass& pass, std::size_t chunk) {
-    const hn::CappedTag<float, 4> d;
-    const std::span<const std::uint32_t> points = pass.rings.listed(chunk, kNeighbours);
+// Applies a step to the fans of a chunk with this number of neighbours.
+template <std::size_t kNeighbours, class Step>
+HWY_INLINE void apply_to_fans(const OneRings& rings, std::size_t chunk, const Step& wanted) {
+    const std::span<const std::uint32_t> points = rings.listed(chunk, kNeighbours);
     if (points.empty()) return;
-    const std::uint32_t* ring = pass.rings.of(points[0]).data();
-    const Displacement *const step = pass.step, *const from = pass.from;
-    Displacement* const to = pass.to;
-    const float coefficient = pass.coefficient;
+    const std::uint32_t* ring = rings.of(points[0]).data();
+    const Step step = wanted;  // so that it is in registers
     for (const std::uint32_t p : points) {
-        pass_at(d, p, ring, kNeighbours, coefficient, step, from, to);
+        step(hn::CappedTag<float, 4>(), p, ring, kNeighbours);
         ring += kNeighbours;
     }
 }
 
-template <std::size_t... kNeighbours>
-HWY_INLINE void pass_over_all_fans(const Pass& pass, std::size_t chunk, std::index_sequence<kNeighbours...>) {
-    (pass_over_fans<kNeighbours + 1>(pass, chunk), ...);
+template <class Step, std::size_t... kNeighbours>
+HWY_INLINE void apply_to_all_fans(const OneRings& rings, std::size_t chunk, const Step& step,
+                                  std::index_sequence<kNeighbours...>) {
+    (apply_to_fans<kNeighbours + 1>(rings, chunk, step), ...);
 }
 
-void run_pass(const OneRings& rings, const Displacement* step, const Displacement* from, Displacement* to,
-              float coefficient, std::size_t chunk) {
-    const Pass pass{rings, step, from, to, coefficient};
+// Applies a step to the points of a chunk that move, and `stay` to the others.
+template <class Step, class Stay>
+HWY_INLINE void apply(const OneRings& rings, std::size_t chunk, const Step& step, const Stay& stay) {
     for (const std::uint32_t p : rings.listed(chunk, 0)) {
         const std::span<const std::uint32_t> ring = rings.of(p);
         if (rings.is_regular(p) && !ring.empty())
-            pass_at(hn::CappedTag<float, 4>(), p, ring.data(), ring.size(), coefficient, step, from, to);
+            step(hn::CappedTag<float, 4>(), p, ring.data(), ring.size());
+        else
+            stay(p);
     }
-    pass_over_all_fans(pass, chunk, std::make_index_sequence<OneRings::kMostInFan>());
+    apply_to_all_fans(rings, chunk, step, std::make_index_sequence<OneRings::kMostInFan>());
+}
+
+// Runs pass n of a filter over a chunk. Pass 0 starts it, from the positions in b[1].
+void run_pass(const OneRings& rings, std::size_t chunk, std::size_t n, float coefficient, Displacement* step,
+              Displacement* const (&b)[2]) {
+    Displacement *const from = b[(n + 1) % 2], *const to = b[n % 2];
+    if (n == 0)
+        apply(rings, chunk, Start{step, from, to, coefficient},
+              [&](std::uint32_t p) { step[p] = to[p] = {}; });
+    else if (n == 1)
+        apply(rings, chunk, Step<true>{step, from, to, coefficient}, [&](std::uint32_t p) { to[p] = {}; });
+    else
+        apply(rings, chunk, Step<false>{step, from, to, coefficient}, [](std::uint32_t) {});
 }
 
 }  // namespace marrow::internal::HWY_NAMESPACE
@@ -158,7 +194,7 @@ std::vector<float> step_coefficients(int degree, double pass_band) {
 // afterwards, pass by pass. If neighbours are far apart in the order of the points, that is nearly everything.
 class PassScheduler {
   public:
-    static constexpr int kPassesTogether = 5;
+    static constexpr int kPassesTogether = 10;
 
     explicit PassScheduler(const OneRings& rings) {
         for (std::size_t c = 0; c < rings.chunks(); ++c) {
@@ -225,56 +261,27 @@ class PassScheduler {
     std::vector<Chunk> chunks_;
 };
 
-// Computes s, and the first values of the recurrence, at some points of a mesh.
-struct Start {
-    const MeshView& mesh;
-    const OneRings& rings;
-    float coefficient;
-    Displacement *step, *b, *before;
-
-    void operator()(std::span<const std::uint32_t> points) const {
-        for (const std::uint32_t p : points) {
-            const std::span<const std::uint32_t> ring = rings.of(p);
-            Displacement sum{};
-            if (rings.is_regular(p)) {
-                for (const std::uint32_t q : ring) {
-                    for (std::size_t axis = 0; axis < 3; ++axis)
-                        sum.xyz[axis] += mesh.points[q][axis] - mesh.points[p][axis];
-                }
-            }
-            const float share = ring.empty() ? 0 : 0.5f / static_cast<float>(ring.size());
-            for (std::size_t axis = 0; axis < 4; ++axis) {
-                step[p].xyz[axis] = share * sum.xyz[axis];
-                b[p].xyz[axis] = coefficient * step[p].xyz[axis];
-                before[p].xyz[axis] = 0;
-            }
-        }
-    }
-};
-
 }  // namespace
 
 Buffer<Displacement> low_pass(const MeshView& mesh, const OneRings& rings, int degree, double pass_band,
                               const Progress& progress) {
     const std::vector<float> e = step_coefficients(degree, pass_band);
-    Buffer<Displacement> step(rings.size()),
-        b[2] = {Buffer<Displacement>(rings.size()), Buffer<Displacement>(rings.size())};
-    const Start start{mesh, rings, e.back(), step.data(), b[0].data(), b[1].data()};
-    parallel_for(std::size_t{0}, rings.chunks(), [&](std::size_t chunk) {
-        for (std::size_t n = 0; n <= OneRings::kMostInFan; ++n) start(rings.listed(chunk, n));
+    Buffer<Displacement> step(rings.size()), even(rings.size()), odd(rings.size());
+    Displacement* const b[2] = {even.data(), odd.data()};
+    parallel_for_ranges(std::size_t{0}, rings.size(), 4096, [&](const auto& range) {
+        for (std::size_t p = range.begin(); p < range.end(); ++p)
+            odd[p] = {{mesh.points[p][0], mesh.points[p][1], mesh.points[p][2], 0}};
     });
     PassScheduler scheduler(rings);
-    const int passes = degree - 1;
     constexpr int kTogether = PassScheduler::kPassesTogether;
-    for (int first = 0; first < passes; first += kTogether) {
-        report_progress(progress, static_cast<double>(first) / passes);
-        scheduler.run(std::min(kTogether, passes - first), [&](int n, std::size_t chunk) {
+    for (int first = 0; first < degree; first += kTogether) {
+        report_progress(progress, static_cast<double>(first) / degree);
+        scheduler.run(std::min(kTogether, degree - first), [&](int n, std::size_t chunk) {
             const auto pass = static_cast<std::size_t>(first + n);
-            HWY_DYNAMIC_DISPATCH(run_pass)
-            (rings, step.data(), b[pass % 2].data(), b[1 - pass % 2].data(), e[e.size() - 2 - pass], chunk);
+            HWY_DYNAMIC_DISPATCH(run_pass)(rings, chunk, pass, e[e.size() - 1 - pass], step.data(), b);
         });
     }
-    return std::move(b[passes % 2]);
+    return degree % 2 == 1 ? std::move(even) : std::move(odd);
 }
 
 }  // namespace marrow::internal
