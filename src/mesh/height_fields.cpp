@@ -19,6 +19,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <cstring>
 
 #include "height_fields.h"
 
@@ -100,7 +101,7 @@ namespace {
 Buffer<BlockBits> fill_blocks(const TriangleBlocks& placed) {
     const BlockGrid& grid = placed.grid;
     Buffer<BlockBits> blocks(grid.size());
-    const SpanBlocks span_blocks(grid);
+    const SpanRows rows(grid);
     const auto parts = static_cast<std::size_t>(thread_count());
     parallel_for(std::size_t{0}, parts, [&](std::size_t part) {
         const auto first_block = [&](std::size_t i) {
@@ -111,18 +112,23 @@ Buffer<BlockBits> fill_blocks(const TriangleBlocks& placed) {
         for (std::size_t t = 0; t < placed.spans.size(); ++t) {
             const std::uint32_t span = placed.spans[t];
             if (span == TriangleBlocks::kLarge) continue;
-            const std::uint32_t first = SpanBlocks::first(span);
-            const std::array<std::uint32_t, 8>& after = span_blocks.after_first(span);
-            if (first - begin < size && first + after[7] - begin < size) {
+            const std::uint32_t first = SpanRows::first(span);
+            const std::array<std::uint32_t, 4>& after = rows.after_first(span);
+            const std::uint32_t sides = placed.sides[t];
+            const std::uint32_t pair = sides | SpanRows::has_next(span) * sides << 16;
+            if (first - begin < size && first + after[3] + 1 - begin < size) {
                 // All are read before the first one is written, as this need not wait.
-                BlockBits bits[8];
-                for (std::size_t i = 0; i < 8; ++i) bits[i] = blocks[first + after[i]];
-                for (std::size_t i = 0; i < 8; ++i)
-                    blocks[first + after[i]] = static_cast<BlockBits>(bits[i] | placed.sides[t]);
+                std::uint32_t pairs[4];
+                for (std::size_t i = 0; i < 4; ++i) std::memcpy(&pairs[i], &blocks[first + after[i]], 4);
+                for (std::size_t i = 0; i < 4; ++i) {
+                    pairs[i] |= pair;
+                    std::memcpy(&blocks[first + after[i]], &pairs[i], 4);
+                }
                 continue;
             }
             for (const std::uint32_t i : after) {
-                if (first + i - begin < size) blocks[first + i] |= placed.sides[t];
+                if (first + i - begin < size) blocks[first + i] |= static_cast<BlockBits>(sides);
+                if (first + i + 1 - begin < size) blocks[first + i + 1] |= static_cast<BlockBits>(pair >> 16);
             }
         }
         for (const TriangleBlocks::Mark& mark : placed.marks) {
@@ -134,7 +140,8 @@ Buffer<BlockBits> fill_blocks(const TriangleBlocks& placed) {
 
 // Returns 0 for blocks in columns that are height fields, and 1 for the others.
 Buffer<std::uint8_t> find_unproven(const BlockGrid& grid, const Buffer<BlockBits>& blocks) {
-    Buffer<std::uint8_t> unproven(blocks.size());
+    Buffer<std::uint8_t> unproven(grid.padded_size());
+    unproven.back() = 0;
     const auto for_each_layer = [&](std::size_t layers, const auto& prove) {
         parallel_for_ranges(std::size_t{0}, layers, 8, [&](const auto& range) {
             Buffer<BlockBits> scratch(grid.size() / layers);

@@ -45,7 +45,7 @@ void sort_out(Numbers& set) {
 // Blocks around intersecting triangles. Those at the border of the grid go on beyond it.
 class Region {
   public:
-    explicit Region(const BlockGrid& grid) : grid_(grid), wanted_(grid.size()) {
+    explicit Region(const BlockGrid& grid) : grid_(grid), wanted_(grid.padded_size()) {
         std::fill(wanted_.begin(), wanted_.end(), std::uint8_t{0});
     }
 

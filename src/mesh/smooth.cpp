@@ -52,25 +52,30 @@ struct Volumes {
     double before = 0, after = 0;
 };
 
-// Returns the volumes of the components with triangles, ordered by their lowest points. Relative to those
-// points, because distant coordinates would cancel.
+// The volume between a triangle and the plane at this height, if the z axis points up.
+double volume_above(const Mesh& mesh, const Triangle& triangle, double height) {
+    const auto [a, b, c] = corners_of(mesh, triangle);
+    const double twice_area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+    return twice_area * ((a[2] - height) + (b[2] - height) + (c[2] - height)) / 6;
+}
+
+// Returns the volumes of the components with triangles, ordered by their lowest points. Above those points, because
+// distant coordinates would cancel.
 std::vector<Volumes> volumes(const Mesh& before, const Mesh& after,
                              const std::vector<std::uint32_t>& lowest) {
     constexpr std::size_t kSection = 8192;  // triangles; the sums do not depend on the threads
     std::vector<std::vector<Volumes>> sections((before.triangles.size() + kSection - 1) / kSection);
     parallel_for(std::size_t{0}, sections.size(), [&](std::size_t s) {
         const std::size_t end = std::min((s + 1) * kSection, before.triangles.size());
-        for (std::size_t i = s * kSection; i < end; ++i) {
-            const Triangle& t = before.triangles[i];
-            if (sections[s].empty() || sections[s].back().lowest != lowest[t[0]])
-                sections[s].push_back({lowest[t[0]]});
-            const auto volume = [&](const Mesh& mesh) {
-                const Vec3d origin = to_double(mesh.points[lowest[t[0]]]);
-                const auto [a, b, c] = corners_of(mesh, t);
-                return dot(a - origin, cross(b - origin, c - origin)) / 6;
-            };
-            sections[s].back().before += volume(before);
-            sections[s].back().after += volume(after);
+        for (std::size_t i = s * kSection; i < end;) {
+            // The triangles of a component that follow each other.
+            Volumes sum{lowest[before.triangles[i][0]]};
+            const double from = before.points[sum.lowest][2], to = after.points[sum.lowest][2];
+            for (; i < end && lowest[before.triangles[i][0]] == sum.lowest; ++i) {
+                sum.before += volume_above(before, before.triangles[i], from);
+                sum.after += volume_above(after, before.triangles[i], to);
+            }
+            sections[s].push_back(sum);
         }
     });
     std::vector<Volumes> parts, sums;

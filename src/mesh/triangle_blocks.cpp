@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstring>
@@ -26,7 +27,7 @@ namespace marrow::internal::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-constexpr std::size_t kMostLanes = 8;
+constexpr std::size_t kMostLanes = 16;
 using D = hn::CappedTag<float, kMostLanes>;
 using DI = hn::RebindToSigned<D>;
 using V = hn::Vec<D>;
@@ -66,6 +67,14 @@ HWY_INLINE VI sides_of(const V (&a)[3], const V (&b)[3], const V (&c)[3]) {
         add_unless(hn::Gt(normal, error), kBack << axis);
     }
     return sides;
+}
+
+// Returns a bit for each lane.
+template <class Tag, class Mask>
+HWY_INLINE unsigned bits_of(Tag tag, const Mask& mask) {
+    std::uint8_t bits[8] = {};
+    hn::StoreMaskBits(tag, mask, bits);
+    return bits[0] | static_cast<unsigned>(bits[1]) << 8;
 }
 
 // Whether triangles may and whether they certainly do meet a line. The line is perpendicular to the axes j and k;
@@ -140,14 +149,14 @@ bool place_triangles(const MeshView& mesh, std::size_t begin, std::size_t end, T
             const std::size_t j = (axis + 1) % 3, k = (axis + 2) % 3;
             const Meeting meeting = meet_line(from_line, j, k, hn::Set(d, grid.turn_error[axis]));
             const auto has_both = hn::AndNot(is_large, hn::And(has_line[j], has_line[k]));
-            std::uint8_t possible[8] = {}, certain[8] = {};
-            hn::StoreMaskBits(di, hn::And(has_both, hn::RebindMask(di, meeting.possible)), possible);
-            hn::StoreMaskBits(d, meeting.certain, certain);
+            const unsigned possible =
+                bits_of(di, hn::And(has_both, hn::RebindMask(di, meeting.possible))) & ((1u << count) - 1);
+            const unsigned certain = bits_of(d, meeting.certain);
             HWY_ALIGN std::int32_t blocks[kMostLanes];
             hn::Store(hn::Add(block, hn::Add(to_line[j], to_line[k])), di, blocks);
-            for (std::size_t lane = 0; lane < count; ++lane) {
-                if ((possible[0] >> lane & 1) == 0) continue;
-                const int bits = (certain[0] >> lane & 1) != 0 ? kOnLine : kOnLine | kMoreOnLine;
+            for (unsigned left = possible; left != 0; left &= left - 1) {
+                const int lane = std::countr_zero(left);
+                const int bits = (certain >> lane & 1) != 0 ? kOnLine : kOnLine | kMoreOnLine;
                 marks.push_back(
                     {static_cast<std::uint32_t>(blocks[lane]), static_cast<BlockBits>(bits << axis)});
             }
@@ -317,7 +326,7 @@ std::optional<TriangleBlocks> find_triangle_blocks(const MeshView& mesh, const O
 }
 
 Buffer<std::uint32_t> triangles_in(const TriangleBlocks& blocks, const Buffer<std::uint8_t>& wanted) {
-    const SpanBlocks span_blocks(blocks.grid);
+    const SpanRows rows(blocks.grid);
     const std::size_t triangles = blocks.spans.size();
     Buffer<std::uint32_t> listed(triangles);
     std::vector<std::size_t> counts((triangles + kSection - 1) / kSection);
@@ -328,9 +337,12 @@ Buffer<std::uint32_t> triangles_in(const TriangleBlocks& blocks, const Buffer<st
             const std::uint32_t span = blocks.spans[t];
             unsigned is_wanted = 1;
             if (span != TriangleBlocks::kLarge) {
-                is_wanted = 0;
-                for (const std::uint32_t i : span_blocks.after_first(span))
-                    is_wanted |= wanted[SpanBlocks::first(span) + i];
+                unsigned in_first = 0, in_next = 0;
+                for (const std::uint32_t i : rows.after_first(span)) {
+                    in_first |= wanted[SpanRows::first(span) + i];
+                    in_next |= wanted[SpanRows::first(span) + i + 1];
+                }
+                is_wanted = in_first | (in_next & SpanRows::has_next(span));
             }
             listed[begin + count] = static_cast<std::uint32_t>(t);
             count += is_wanted;

@@ -39,6 +39,8 @@ struct BlockGrid {
         return double{lower[axis]} + (2.0 * block + 1) / double{halves_per_mm};
     }
     std::size_t size() const { return std::size_t{blocks[0]} * blocks[1] * blocks[2]; }
+    /// The size of an array with an entry for each block, and one more: so that the next one can be read, too.
+    std::size_t padded_size() const { return size() + 1; }
     std::uint32_t index(const std::array<std::uint32_t, 3>& block) const {
         return (block[2] * blocks[1] + block[1]) * blocks[0] + block[0];
     }
@@ -77,24 +79,25 @@ struct TriangleBlocks {
     std::vector<Mark> marks;  ///< where lines meet triangles, and the sides of large triangles, in any order
 };
 
-/// The blocks of spans, relative to the first one. Some are listed more than once.
-class SpanBlocks {
+/// The blocks of spans. They are in rows along x: each is a first block, and maybe the next one.
+class SpanRows {
   public:
-    explicit SpanBlocks(const BlockGrid& grid) {
+    explicit SpanRows(const BlockGrid& grid) {
         for (std::uint32_t span = 0; span < 8; ++span) {
-            for (std::uint32_t i = 0; i < 8; ++i) {
-                const std::uint32_t next = span & i;
-                blocks_[span][i] = grid.index({next & 1, next >> 1 & 1, next >> 2});
-            }
+            const std::uint32_t y = grid.index({0, span >> 1 & 1, 0}), z = grid.index({0, 0, span >> 2});
+            rows_[span] = {0, y, z, y + z};
         }
     }
     static std::uint32_t first(std::uint32_t span) { return span % (1u << BlockGrid::kIndexBits); }
-    const std::array<std::uint32_t, 8>& after_first(std::uint32_t span) const {
-        return blocks_[span >> BlockGrid::kIndexBits];
+    /// 1 if the rows have two blocks, otherwise 0.
+    static std::uint32_t has_next(std::uint32_t span) { return span >> BlockGrid::kIndexBits & 1; }
+    /// The first blocks of the rows, relative to the first one of all. Some rows are listed more than once.
+    const std::array<std::uint32_t, 4>& after_first(std::uint32_t span) const {
+        return rows_[span >> BlockGrid::kIndexBits];
     }
 
   private:
-    std::array<std::array<std::uint32_t, 8>, 8> blocks_;
+    std::array<std::array<std::uint32_t, 4>, 8> rows_;
 };
 
 /// Finds the blocks of a mesh. Returns nothing if coordinates are not finite, or if the triangles are of too different
@@ -102,7 +105,7 @@ class SpanBlocks {
 std::optional<TriangleBlocks> find_triangle_blocks(const MeshView& mesh, const OneRings& rings);
 
 /// Returns the triangles with a block whose entry in `wanted` is 1 instead of 0, and large ones, in ascending order.
-/// Runs on all threads.
+/// Runs on all threads. `wanted` has padded_size() entries.
 Buffer<std::uint32_t> triangles_in(const TriangleBlocks& blocks, const Buffer<std::uint8_t>& wanted);
 
 }  // namespace marrow::internal
