@@ -1,12 +1,13 @@
 // Divides space into blocks, and looks for columns of them in which the surface is a height field. Highway compiles
 // this file once for each SIMD target.
 //
-// A column is a row of successive blocks along an axis, as long as these have triangles. Triangles are in all blocks
-// that their bounding boxes overlap, so the surface only leaves a column sideways. Suppose that all triangles of a
-// column show the same side along the axis, and that each of their edges has two triangles. Then where a triangle ends
-// within the column, another one continues on the far side of the edge. So all lines along the axis within the column
-// meet the same number of its triangles. If that is one, then the surface is a height field there: no triangle is above
-// another one, and they only meet in the edges and corners that they share.
+// A column is a row of successive blocks along an axis, as long as some triangle is in each two of them. Triangles are
+// in all blocks that their bounding boxes overlap, so the surface only leaves a column sideways. Suppose that all
+// triangles of a column show the same side along the axis, and that each of their edges has two triangles. Then where a
+// triangle ends within the column, another one continues on the far side of the edge. So all lines along the axis within
+// the column meet the same number of its triangles. If that is one, then the surface is a height field there: no triangle
+// is above another one, and they only meet in the edges and corners that they share. If it is none, then they are
+// beside the column, although their bounding boxes are not.
 //
 // A triangle intersects no other one if each of its blocks is in such a column, along any axis.
 //
@@ -31,7 +32,12 @@ namespace marrow::internal::HWY_NAMESPACE {
 // Whether a column is a height field along an axis.
 HWY_INLINE std::uint8_t is_height_field(BlockBits column, int axis) {
     const int bits = column >> axis;
-    return static_cast<std::uint8_t>((bits ^ bits / kBack) & (bits / kOnLine & ~(bits / kMoreOnLine)) & 1);
+    return static_cast<std::uint8_t>((bits ^ bits / kBack) & ~(bits / kMoreOnLine) & 1);
+}
+
+// Returns all bits if a block is linked to the next one along an axis, otherwise none.
+HWY_INLINE BlockBits all_if_linked(BlockBits block, int axis) {
+    return static_cast<BlockBits>(-(block / kLinked >> axis & 1));
 }
 
 // Sets `unproven` to 0 for the blocks of a layer in columns that are height fields. The columns go along `axis`, side
@@ -41,18 +47,21 @@ HWY_INLINE void prove_side_by_side(const BlockBits* blocks, std::size_t columns,
     // What is known of each block and those before it in its column.
     for (std::size_t i = 0; i < columns; ++i) scratch[i] = blocks[i];
     for (std::size_t k = 1; k < length; ++k) {
-        const BlockBits *const now = blocks + k * stride, *const before = scratch + (k - 1) * columns;
+        const BlockBits *const now = blocks + k * stride, *const previous = now - stride;
+        const BlockBits* const before = scratch + (k - 1) * columns;
         BlockBits* const to = scratch + k * columns;
         for (std::size_t i = 0; i < columns; ++i)
-            to[i] = now[i] != 0 ? merged(before[i], now[i]) : BlockBits{0};
+            to[i] = merged(before[i] & all_if_linked(previous[i], axis), now[i]);
     }
     // The last block of a column knows it all.
     for (std::size_t k = length; k-- > 0;) {
+        const BlockBits* const block = blocks + k * stride;
         BlockBits* const now = scratch + k * columns;
         const BlockBits* const after = k + 1 < length ? now + columns : now;
         std::uint8_t* const to = unproven + k * stride;
         for (std::size_t i = 0; i < columns; ++i) {
-            const BlockBits column = now[i] != 0 && after[i] != 0 ? after[i] : now[i];
+            const BlockBits linked = all_if_linked(block[i], axis);
+            const auto column = static_cast<BlockBits>((after[i] & linked) | (now[i] & ~linked));
             now[i] = column;
             to[i] = static_cast<std::uint8_t>(to[i] & ~is_height_field(column, axis));
         }
@@ -64,9 +73,9 @@ HWY_INLINE void prove_row(const BlockBits* blocks, std::size_t length, std::uint
     for (std::size_t i = 0; i < length; ++i) {
         if (blocks[i] == 0) continue;
         const std::size_t begin = i;
-        BlockBits column = 0;
-        for (; i < length && blocks[i] != 0; ++i) column = merged(column, blocks[i]);
-        if (is_height_field(column, 0) != 0) std::fill(unproven + begin, unproven + i, std::uint8_t{0});
+        BlockBits column = blocks[i];
+        while ((blocks[i] & kLinked) != 0) column = merged(column, blocks[++i]);
+        if (is_height_field(column, 0) != 0) std::fill(unproven + begin, unproven + i + 1, std::uint8_t{0});
     }
 }
 
@@ -101,7 +110,7 @@ namespace {
 Buffer<BlockBits> fill_blocks(const TriangleBlocks& placed) {
     const BlockGrid& grid = placed.grid;
     Buffer<BlockBits> blocks(grid.size());
-    const SpanRows rows(grid);
+    const SpanRows span_rows(grid);
     const auto parts = static_cast<std::size_t>(thread_count());
     parallel_for(std::size_t{0}, parts, [&](std::size_t part) {
         const auto first_block = [&](std::size_t i) {
@@ -113,22 +122,26 @@ Buffer<BlockBits> fill_blocks(const TriangleBlocks& placed) {
             const std::uint32_t span = placed.spans[t];
             if (span == TriangleBlocks::kLarge) continue;
             const std::uint32_t first = SpanRows::first(span);
-            const std::array<std::uint32_t, 4>& after = rows.after_first(span);
-            const std::uint32_t sides = placed.sides[t];
-            const std::uint32_t pair = sides | SpanRows::has_next(span) * sides << 16;
-            if (first - begin < size && first + after[3] + 1 - begin < size) {
+            const std::array<SpanRows::Row, 4>& rows = span_rows.rows(span);
+            const std::uint32_t has_next = SpanRows::has_next(span), sides = placed.sides[t];
+            const auto bits_of = [&](const SpanRows::Row& row) {
+                return sides | row.links | (sides | (row.links & ~kLinked)) * has_next << 16;
+            };
+            if (first - begin < size && first + rows[3].first + 1 - begin < size) {
                 // All are read before the first one is written, as this need not wait.
                 std::uint32_t pairs[4];
-                for (std::size_t i = 0; i < 4; ++i) std::memcpy(&pairs[i], &blocks[first + after[i]], 4);
+                for (std::size_t i = 0; i < 4; ++i)
+                    std::memcpy(&pairs[i], &blocks[first + rows[i].first], sizeof pairs[i]);
                 for (std::size_t i = 0; i < 4; ++i) {
-                    pairs[i] |= pair;
-                    std::memcpy(&blocks[first + after[i]], &pairs[i], 4);
+                    pairs[i] |= bits_of(rows[i]);
+                    std::memcpy(&blocks[first + rows[i].first], &pairs[i], sizeof pairs[i]);
                 }
                 continue;
             }
-            for (const std::uint32_t i : after) {
-                if (first + i - begin < size) blocks[first + i] |= static_cast<BlockBits>(sides);
-                if (first + i + 1 - begin < size) blocks[first + i + 1] |= static_cast<BlockBits>(pair >> 16);
+            for (const SpanRows::Row& row : rows) {
+                const std::uint32_t block = first + row.first, bits = bits_of(row);
+                if (block - begin < size) blocks[block] |= static_cast<BlockBits>(bits);
+                if (block + 1 - begin < size) blocks[block + 1] |= static_cast<BlockBits>(bits >> 16);
             }
         }
         for (const TriangleBlocks::Mark& mark : placed.marks) {

@@ -270,13 +270,17 @@ void mark_lines(const MeshView& mesh, const BlockGrid& grid, const Triangle& tri
     }
 }
 
-void mark_blocks(const BlockGrid& grid, const Reach& reach, BlockBits bits,
+void mark_blocks(const BlockGrid& grid, const Reach& reach, BlockBits sides,
                  std::vector<TriangleBlocks::Mark>& marks) {
     std::array<std::uint32_t, 3> block;
     for (block[2] = reach.low[2] / 2; block[2] <= reach.high[2] / 2; ++block[2]) {
         for (block[1] = reach.low[1] / 2; block[1] <= reach.high[1] / 2; ++block[1]) {
-            for (block[0] = reach.low[0] / 2; block[0] <= reach.high[0] / 2; ++block[0])
-                marks.push_back({grid.index(block), bits});
+            for (block[0] = reach.low[0] / 2; block[0] <= reach.high[0] / 2; ++block[0]) {
+                int bits = sides;
+                for (std::size_t axis = 0; axis < 3; ++axis)
+                    bits |= block[axis] < reach.high[axis] / 2 ? kLinked << axis : 0;
+                marks.push_back({grid.index(block), static_cast<BlockBits>(bits)});
+            }
         }
     }
 }
@@ -326,7 +330,7 @@ std::optional<TriangleBlocks> find_triangle_blocks(const MeshView& mesh, const O
 }
 
 Buffer<std::uint32_t> triangles_in(const TriangleBlocks& blocks, const Buffer<std::uint8_t>& wanted) {
-    const SpanRows rows(blocks.grid);
+    const SpanRows span_rows(blocks.grid);
     const std::size_t triangles = blocks.spans.size();
     Buffer<std::uint32_t> listed(triangles);
     std::vector<std::size_t> counts((triangles + kSection - 1) / kSection);
@@ -338,9 +342,9 @@ Buffer<std::uint32_t> triangles_in(const TriangleBlocks& blocks, const Buffer<st
             unsigned is_wanted = 1;
             if (span != TriangleBlocks::kLarge) {
                 unsigned in_first = 0, in_next = 0;
-                for (const std::uint32_t i : rows.after_first(span)) {
-                    in_first |= wanted[SpanRows::first(span) + i];
-                    in_next |= wanted[SpanRows::first(span) + i + 1];
+                for (const SpanRows::Row& row : span_rows.rows(span)) {
+                    in_first |= wanted[SpanRows::first(span) + row.first];
+                    in_next |= wanted[SpanRows::first(span) + row.first + 1];
                 }
                 is_wanted = in_first | (in_next & SpanRows::has_next(span));
             }

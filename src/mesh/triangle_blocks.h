@@ -52,6 +52,7 @@ inline constexpr BlockBits kFront = 1 << 0;   ///< some triangle may face along 
 inline constexpr BlockBits kBack = 1 << 3;    ///< some triangle may face against the axis
 inline constexpr BlockBits kOnLine = 1 << 6;  ///< the line through the middle of the block meets a triangle
 inline constexpr BlockBits kMoreOnLine = 1 << 9;  ///< it may meet more than one
+inline constexpr BlockBits kLinked = 1 << 12;  ///< some triangle may also be in the next block along the axis
 inline constexpr BlockBits kAllAxes = 0b111;
 
 /// What is known of two sets of triangles together.
@@ -82,22 +83,28 @@ struct TriangleBlocks {
 /// The blocks of spans. They are in rows along x: each is a first block, and maybe the next one.
 class SpanRows {
   public:
+    /// A row, relative to the first block of all, and kLinked for its first block. Some rows are listed more than once.
+    struct Row {
+        std::uint32_t first;
+        BlockBits links;
+    };
+
     explicit SpanRows(const BlockGrid& grid) {
         for (std::uint32_t span = 0; span < 8; ++span) {
-            const std::uint32_t y = grid.index({0, span >> 1 & 1, 0}), z = grid.index({0, 0, span >> 2});
-            rows_[span] = {0, y, z, y + z};
+            for (std::uint32_t row = 0; row < 4; ++row) {
+                const std::uint32_t at = span & 2 * row, linked = span & ~at;
+                rows_[span][row] = {grid.index({0, at >> 1 & 1, at >> 2}),
+                                    static_cast<BlockBits>(linked * kLinked)};
+            }
         }
     }
     static std::uint32_t first(std::uint32_t span) { return span % (1u << BlockGrid::kIndexBits); }
     /// 1 if the rows have two blocks, otherwise 0.
     static std::uint32_t has_next(std::uint32_t span) { return span >> BlockGrid::kIndexBits & 1; }
-    /// The first blocks of the rows, relative to the first one of all. Some rows are listed more than once.
-    const std::array<std::uint32_t, 4>& after_first(std::uint32_t span) const {
-        return rows_[span >> BlockGrid::kIndexBits];
-    }
+    const std::array<Row, 4>& rows(std::uint32_t span) const { return rows_[span >> BlockGrid::kIndexBits]; }
 
   private:
-    std::array<std::array<std::uint32_t, 4>, 8> rows_;
+    std::array<std::array<Row, 4>, 8> rows_;
 };
 
 /// Finds the blocks of a mesh. Returns nothing if coordinates are not finite, or if the triangles are of too different
