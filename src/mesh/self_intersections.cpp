@@ -14,6 +14,7 @@
 #include <optional>
 #include <span>
 
+#include "changed_triangles.h"
 #include "for_each_range.h"
 #include "height_fields.h"
 #include "simple_fans.h"
@@ -44,7 +45,7 @@ bool are_separate_at(const Vec3d& p, const Vec3d& a, const Vec3d& b, const Vec3d
 class Decider {
   public:
     // `rings` may be those of a mesh with more triangles. Then all triangles at points that are no fans belong to
-    // `mesh`. If it is null, then no triangles are missing.
+    // `mesh`. If it is null, then none are missing that meet a point where triangles of `mesh` could intersect.
     Decider(const MeshView& mesh, const TrianglePyramid& pyramid, const OneRings* rings)
         : mesh_(mesh), pyramid_(pyramid), rings_(rings) {}
 
@@ -126,24 +127,18 @@ class Decider {
     const OneRings* const rings_;
 };
 
-}  // namespace
-
-std::vector<TrianglePair> find_self_intersections(const MeshView& mesh, const OneRings& rings,
-                                                  const std::optional<TriangleBlocks>& blocks,
-                                                  const Progress& progress, double begin, double end) {
-    Buffer<std::uint32_t> numbers;
-    if (blocks) {
-        numbers = triangles_outside_height_fields(*blocks);
-    } else {
-        numbers.resize(mesh.triangles.size());
-        std::iota(numbers.begin(), numbers.end(), std::uint32_t{0});
-    }
+Buffer<Triangle> triangles_of(const MeshView& mesh, const Buffer<std::uint32_t>& numbers) {
     Buffer<Triangle> triangles(numbers.size());
     std::transform(numbers.begin(), numbers.end(), triangles.begin(),
                    [&](std::uint32_t t) { return mesh.triangles[t]; });
-    const MeshView rest(mesh.points, triangles);
-    const TrianglePyramid pyramid(rest, find_simple_fans(rest, rings));
-    const Decider decider(rest, pyramid, &rings);
+    return triangles;
+}
+
+// Finds the pairs of a mesh of some triangles of another. `numbers` are those in the other one, in ascending order.
+std::vector<TrianglePair> find_pairs(const MeshView& mesh, const TrianglePyramid& pyramid,
+                                     const OneRings* rings, const Buffer<std::uint32_t>& numbers,
+                                     const Progress& progress, double begin, double end) {
+    const Decider decider(mesh, pyramid, rings);
     std::mutex mutex;
     std::vector<TrianglePair> all;
     for_each_range(pyramid.units(), 64, progress, begin, end, [&](std::size_t first, std::size_t last) {
@@ -159,9 +154,35 @@ std::vector<TrianglePair> find_self_intersections(const MeshView& mesh, const On
     return all;
 }
 
+}  // namespace
+
+std::vector<TrianglePair> find_self_intersections(const MeshView& mesh, const OneRings& rings,
+                                                  const std::optional<TriangleBlocks>& blocks,
+                                                  const Progress& progress, double begin, double end) {
+    Buffer<std::uint32_t> numbers;
+    if (blocks) {
+        numbers = triangles_outside_height_fields(*blocks);
+    } else {
+        numbers.resize(mesh.triangles.size());
+        std::iota(numbers.begin(), numbers.end(), std::uint32_t{0});
+    }
+    const Buffer<Triangle> triangles = triangles_of(mesh, numbers);
+    const MeshView rest(mesh.points, triangles);
+    const TrianglePyramid pyramid(rest, find_simple_fans(rest, rings));
+    return find_pairs(rest, pyramid, &rings, numbers, progress, begin, end);
+}
+
 std::vector<TrianglePair> find_self_intersections(const MeshView& mesh, const OneRings& rings,
                                                   const Progress& progress, double begin, double end) {
     return find_self_intersections(mesh, rings, find_triangle_blocks(mesh, rings), progress, begin, end);
+}
+
+std::vector<TrianglePair> find_self_intersections_again(const MeshView& mesh, const MeshView& before,
+                                                        const std::vector<TrianglePair>& pairs_before) {
+    const Buffer<std::uint32_t> numbers = triangles_around_changes(mesh, before, pairs_before);
+    const Buffer<Triangle> triangles = triangles_of(mesh, numbers);
+    const MeshView near(mesh.points, triangles);
+    return find_pairs(near, TrianglePyramid(near), nullptr, numbers, {}, 0, 1);
 }
 
 struct SelfIntersections::Search {

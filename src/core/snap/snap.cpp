@@ -16,6 +16,7 @@
 #include "snap.h"
 
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 #include "base/checked_size.h"
@@ -108,21 +109,23 @@ std::size_t snap_once(const EmitInput& input, const SnapExceptions& exceptions, 
 // around the places where it does.
 std::size_t snap(const EmitInput& input, double limit, bool normals, const Progress& progress, Mesh& mesh) {
     SnapExceptions exceptions(input);
-    Progress making = sub_progress(progress, 0, 0.5);
+    std::size_t bytes = snap_once(input, exceptions, limit, normals, sub_progress(progress, 0, 0.5), mesh);
+    std::vector<TrianglePair> pairs = find_self_intersections(mesh, OneRings(mesh), progress, 0.5, 1);
+    Mesh before;
     for (std::int64_t round = 0;; ++round) {
-        const std::size_t bytes = snap_once(input, exceptions, limit, normals, making, mesh);
-        const std::size_t before = exceptions.size();
-        for (const auto& [s, t] :
-             find_self_intersections(mesh, OneRings(mesh), progress, round == 0 ? 0.5 : 1, 1)) {
+        const std::size_t known = exceptions.size();
+        for (const auto& [s, t] : pairs) {
             exceptions.add(mesh, mesh.triangles[s], round / 2);
             // Less snapping on one side is often enough.
             if (round > 0) exceptions.add(mesh, mesh.triangles[t], round / 2);
         }
-        if (exceptions.size() == before) {
+        if (exceptions.size() == known) {
             report_progress(progress, 1);
             return bytes;
         }
-        making = sub_progress(progress, 1, 1);
+        std::swap(before, mesh);
+        bytes = snap_once(input, exceptions, limit, normals, sub_progress(progress, 1, 1), mesh);
+        pairs = find_self_intersections_again(mesh, before, pairs);
     }
 }
 
