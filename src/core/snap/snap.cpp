@@ -121,7 +121,8 @@ std::size_t snap(const EmitInput& input, double limit, bool normals, const Progr
         }
         if (exceptions.size() == known) {
             report_progress(progress, 1);
-            return bytes;
+            return bytes + before.points.capacity() * sizeof(Vec3f) +
+                   before.normals.capacity() * sizeof(Vec3f) + before.triangles.capacity() * sizeof(Triangle);
         }
         std::swap(before, mesh);
         bytes = snap_once(input, exceptions, limit, normals, sub_progress(progress, 1, 1), mesh);
