@@ -35,13 +35,11 @@ namespace marrow::internal::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-using Displacements = Displacement* HWY_RESTRICT;
-
 // Computes s at a point from the positions `from`, and the first value of the recurrence.
 struct Start {
-    Displacements step;
+    Displacement* step;
     const Displacement* from;
-    Displacements to;
+    Displacement* to;
     float coefficient;
 
     template <class D>
