@@ -131,6 +131,7 @@ void EdgeCollapse::fix_points() {
             std::uint32_t in_fan = 0;
             for_each_outgoing(p, [&](Half) { ++in_fan; });
             point.open = in_fan != triangles_at[p];
+            point.degree = static_cast<std::uint8_t>(std::min<std::uint32_t>(in_fan, kHighDegree));
         }
         point.fixed = point.open;
     }
@@ -362,15 +363,21 @@ bool EdgeCollapse::meets_link_condition(Half h, const Region& region) const {
     if (shared != 2) return false;
     for (const Half towards : {next(h), next(twin(h))}) {
         const std::uint32_t opposite = to(towards);
-        if (points_[opposite].open) continue;
-        const Half first = points_[opposite].outgoing;
-        Half out = first;
-        for (int triangles = 1; triangles <= 3; ++triangles) {
-            out = twin(prev(out));
-            if (out == first) return false;
-        }
+        if (!points_[opposite].open && has_few_triangles(opposite)) return false;
     }
     return true;
+}
+
+// Whether a point has three triangles or fewer. \pre the point is not open
+bool EdgeCollapse::has_few_triangles(std::uint32_t point) const {
+    if (points_[point].degree != kHighDegree) return points_[point].degree <= 3;
+    const Half first = points_[point].outgoing;
+    Half out = first;
+    for (int triangles = 1; triangles <= 3; ++triangles) {
+        out = twin(prev(out));
+        if (out == first) return true;
+    }
+    return false;
 }
 
 // Whether the triangles at `point`, except those at `other`, keep their shape if `point` moves `there`:
@@ -453,7 +460,11 @@ bool EdgeCollapse::collapse(Half h, Region& region) {
     };
     close(next(h), prev(h));
     close(next(g), prev(g));
-    for (const Half removed : {h, g}) faces_[removed / 4].alive = false;
+    for (const Half removed : {h, g}) {
+        faces_[removed / 4].alive = false;
+        std::uint8_t& degree = points_[from(prev(removed))].degree;
+        if (degree != kHighDegree) --degree;
+    }
 
     Point& kept = points_[a];
     region.log.push_back({h, b, ++region.time, kept});
@@ -461,6 +472,7 @@ bool EdgeCollapse::collapse(Half h, Region& region) {
     kept.position = there.position;
     kept.latest = region.first_collapse + static_cast<std::uint32_t>(region.log.size() - 1);
     kept.is_new = true;
+    kept.degree = static_cast<std::uint8_t>(from_ring.size + to_ring.size - 4);
     if (points_[b].region != kept.region) kept.region = 0;
     points_[b].outgoing = kNone;
     return true;
@@ -532,7 +544,11 @@ void EdgeCollapse::undo_one(Collapse& collapse) {
     const Half h = collapse.half, g = twin(h);
     const std::uint32_t a = from(h), b = collapse.removed;
     for (const Half side : {next(h), prev(h), next(g), prev(g)}) pair(side, twin(side));
-    for (const Half revived : {h, g}) faces_[revived / 4].alive = true;
+    for (const Half revived : {h, g}) {
+        faces_[revived / 4].alive = true;
+        std::uint8_t& degree = points_[from(prev(revived))].degree;
+        if (degree != kHighDegree) ++degree;
+    }
     alive_ += 2;
     Half out = g;
     do {

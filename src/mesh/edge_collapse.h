@@ -89,12 +89,14 @@ class EdgeCollapse {
         std::uint32_t queued = 0;           // bit k: half-edge k has an entry in the queue
         bool alive = true;                  // false: a collapse has removed it; its corners and twins stay
     };
+    static constexpr std::uint8_t kHighDegree = 255;  // or more
     // A point. It takes one cache line.
     struct Point {
         Vec3f position;
         std::uint32_t latest = 0;  // the last collapse that merged a point into this one; 0: none
         Half outgoing = kNone;     // one of its half-edges; kNone: it has no triangle
         std::uint16_t region = 0;
+        std::uint8_t degree = 0;   // the number of its triangles, unless kHighDegree
         bool open : 1 = false;     // its triangles do not form one closed fan
         bool fixed : 1 = false;    // takes part in no collapse, as all open points
         bool changed : 1 = true;   // the point or a neighbour has moved since its edges were queued
@@ -187,6 +189,7 @@ class EdgeCollapse {
     void find_normals(std::uint32_t point, Ring& ring) const;
     bool is_inside(const Region& region) const;
     bool meets_link_condition(Half h, const Region& region) const;
+    bool has_few_triangles(std::uint32_t point) const;
     bool keeps_shape(const Ring& ring, std::uint32_t point, std::uint32_t other, const Vec3d& position) const;
     bool guard_accepts(Half h, const Vec3d& position, std::vector<PatchTriangle>& patch);
     bool collapse(Half h, Region& region);
