@@ -36,6 +36,12 @@ bool DeviationGuard::accept(std::span<const std::uint32_t> removed, std::span<co
         for (std::uint32_t p = first_point_[triangle]; p != kNone; p = next_point_[p])
             assignments.push_back({to_double(mesh_.points[p]), p, kNone, guess});
     };
+    for (const PatchTriangle& t : patch) {
+        const std::uint32_t p = first_point_[t.index];
+        if (p == kNone) continue;
+        hwy::Prefetch(&mesh_.points[p]);
+        hwy::Prefetch(&next_point_[p]);
+    }
     for (const std::uint32_t t : removed) list(t, 0);
     for (std::uint32_t i = 0; i < patch.size(); ++i) list(patch[i].index, i);
     if (!points_stay_near(assignments, patch) || !patch_is_near(scratch.positions, assignments, patch))

@@ -113,15 +113,12 @@ Reduced reduce_within(const Mesh& mesh, std::size_t triangles, double max_error,
     for (std::size_t count = 1;; count *= 2) {
         EdgeCollapse::Result result = make_valid(collapse, reduced.undone);
         const SampledMesh now(result.mesh);
-        // Most of what is too far shows from the reduced mesh, so the other direction often can wait.
-        std::size_t found =
-            undo(collapse, find_far(now, original.tree(), result.old_points, max_error, progress, 0.7, 0.75),
-                 count);
-        if (found == 0)
-            found =
-                undo(collapse,
-                     find_far(original, now.tree(), collapse.merged_into(), max_error, progress, 0.75, 0.8),
-                     count);
+        // Most of what is too far shows from the original, so the other direction often can wait.
+        std::vector<Place> places =
+            find_far(original, now.tree(), collapse.merged_into(), max_error, progress, 0.7, 0.75);
+        if (places.empty())
+            places = find_far(now, original.tree(), result.old_points, max_error, progress, 0.75, 0.8);
+        const std::size_t found = undo(collapse, places, count);
         reduced.undone += static_cast<std::int64_t>(found);
         if (found > 0) continue;
         if (measured)
