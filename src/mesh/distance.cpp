@@ -118,8 +118,8 @@ std::vector<Triangle> find_further(const SampledMesh& from, const TriangleTree& 
                                    const Progress& progress, double begin, double end) {
     const MeshView& mesh = from.mesh();
     constexpr std::size_t kRange = 256;
-    std::vector<std::vector<Triangle>> found(mesh.triangles.size() / kRange +
-                                             2);  // by range; the rest comes last
+    // A list for each range, and one for points without triangles.
+    std::vector<std::vector<Triangle>> found(mesh.triangles.size() / kRange + 2);
     const auto look_at_point = [&](std::uint32_t p, std::uint32_t& guess, std::vector<Triangle>& list) {
         if (!to.is_within(to_double(mesh.points[p]), max_distance, guess)) list.push_back({p, p, p});
     };

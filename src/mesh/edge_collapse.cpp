@@ -620,7 +620,10 @@ void EdgeCollapse::collapse_regions(std::size_t triangles, Stage& stage) {
         std::size_t lowest = buckets;
         for (const Region& region : regions_) lowest = std::min(lowest, region.lowest);
         const std::size_t end = std::min(lowest + kBucketsAtOnce, buckets);
-        for (std::size_t r = 0; r < regions_.size(); ++r) queued[r] = regions_[r].count(lowest, end);
+        for (std::size_t r = 0; r < regions_.size(); ++r) {
+            queued[r] = regions_[r].count(lowest, end);
+            regions_[r].time = regions_[0].time;
+        }
         // Each region gets a share of half of the collapses that are left, so that all stop at about the same cost.
         const std::size_t all = std::accumulate(queued.begin(), queued.end(), std::size_t{1}),
                           wanted = (alive_ - triangles) / 4;
@@ -635,7 +638,6 @@ void EdgeCollapse::collapse_regions(std::size_t triangles, Stage& stage) {
             between.time = std::max(between.time, regions_[r].time);
         }
         alive_ -= 2 * collapse_up_to(wanted, end, between, stage);
-        for (Region& region : regions_) region.time = between.time;
     }
     for (std::size_t r = 1; r < regions_.size(); ++r) regions_[0].take(regions_[r]);
 }

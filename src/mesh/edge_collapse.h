@@ -89,18 +89,18 @@ class EdgeCollapse {
         std::uint32_t queued = 0;           // bit k: half-edge k has an entry in the queue
         bool alive = true;                  // false: a collapse has removed it; its corners and twins stay
     };
-    static constexpr std::uint8_t kHighDegree = 255;  // or more
+    static constexpr std::uint8_t kHighDegree = 255;  // or more triangles
     // A point. It takes one cache line.
     struct Point {
         Vec3f position;
         std::uint32_t latest = 0;  // the last collapse that merged a point into this one; 0: none
         Half outgoing = kNone;     // one of its half-edges; kNone: it has no triangle
         std::uint16_t region = 0;
-        std::uint8_t degree = 0;   // the number of its triangles, unless kHighDegree
-        bool open : 1 = false;     // its triangles do not form one closed fan
-        bool fixed : 1 = false;    // takes part in no collapse, as all open points
-        bool changed : 1 = true;   // the point or a neighbour has moved since its edges were queued
-        bool is_new : 1 = false;   // a collapse or its undoing has changed it since the last result
+        std::uint8_t degree = kHighDegree;  // the number of its triangles, if it is not open
+        bool open : 1 = false;              // its triangles do not form one closed fan
+        bool fixed : 1 = false;             // takes part in no collapse, as all open points
+        bool changed : 1 = true;            // the point or a neighbour has moved since its edges were queued
+        bool is_new : 1 = false;            // a collapse or its undoing has changed it since the last result
         Quadric<float> quadric{};  // of the planes of the points that it replaces, relative to its position
     };
     static constexpr std::size_t kMaxNeighbours = 32;
@@ -137,12 +137,13 @@ class EdgeCollapse {
         std::size_t first = 0;
     };
     // The edges between the points of a region, and what the thread that collapses them needs. Region 0 has the other
-    // edges, and its points are those that edges between regions were collapsed to.
+    // edges. Its points are those that edges between regions were collapsed to.
     //
-    // A thread collapses an edge of its region if all neighbours of both ends are points of the region too. It changes
-    // only triangles around these ends, and twins and queue entries of edges between points of the region. What others
-    // read of that, they read only if they find a point of their own region where it is. As the regions of points
-    // become only 0 meanwhile, an edge that was queued for a region never becomes another region's.
+    // A thread collapses an edge of its region if all neighbours of both ends are points of the region too. So it
+    // changes only triangles with three corners in the region, and of others the twins and queue entries of edges in
+    // the region. Other threads do not look at these, because they stay at the triangles around points of their region
+    // and of region 0. Points change only to region 0, and not meanwhile, so no edge moves from one queue into another
+    // region.
     struct Region {
         explicit Region(std::uint16_t n);
         std::size_t count(std::size_t begin, std::size_t end) const;
