@@ -33,8 +33,6 @@ constexpr std::size_t kRegionPoints = 32768;
 constexpr std::size_t kMostRegions = 1024;
 // While regions have this many triangles on average, they are worth a thread.
 constexpr std::size_t kFewTriangles = 1024;
-// The costs of collapses in different regions differ by no more than this many buckets.
-constexpr std::size_t kBucketsAtOnce = 2;
 
 std::uint32_t bucket_of(float cost) {
     return std::bit_cast<std::uint32_t>(cost) >> 20;  // eight buckets per octave
@@ -187,13 +185,6 @@ HWY_INLINE EdgeCollapse::Target EdgeCollapse::target(Half h) const {
 EdgeCollapse::Region& EdgeCollapse::region_of(Half h) {
     const std::uint16_t at_begin = points_[from(h)].region, at_end = points_[to(h)].region;
     return regions_[parallel_ && at_begin == at_end ? at_begin : 0];
-}
-
-// The number of entries in the buckets from `begin` to before `end`.
-std::size_t EdgeCollapse::Region::count(std::size_t begin, std::size_t end) const {
-    std::size_t count = 0;
-    for (std::size_t b = begin; b < end; ++b) count += buckets[b].entries.size() - buckets[b].first;
-    return count;
 }
 
 // Moves the entries of another region to this one.
@@ -611,24 +602,24 @@ void EdgeCollapse::reduce_to(std::size_t triangles, const Progress& progress) {
     }
 }
 
-// Collapses the inner edges of all regions at the same time, cheapest first, and those between regions in turn, until
-// few are left to collapse.
+// Collapses the inner edges of all regions at the same time, cheapest first, and those between regions in turn, bucket
+// by bucket, until few are left to collapse.
 void EdgeCollapse::collapse_regions(std::size_t triangles, Stage& stage) {
-    const std::size_t few = faces_.size() / 64, buckets = regions_[0].buckets.size();
+    const std::size_t few = std::max(faces_.size() / 64, 16 * regions_.size());
     std::vector<std::size_t> queued(regions_.size()), collapsed(regions_.size());
     while (has_queued() && alive_ > std::max(triangles + few, kFewTriangles * regions_.size())) {
-        std::size_t lowest = buckets;
+        std::size_t lowest = regions_[0].lowest;
         for (const Region& region : regions_) lowest = std::min(lowest, region.lowest);
-        const std::size_t end = std::min(lowest + kBucketsAtOnce, buckets);
         for (std::size_t r = 0; r < regions_.size(); ++r) {
-            queued[r] = regions_[r].count(lowest, end);
+            queued[r] = regions_[r].buckets[lowest].left();
             regions_[r].time = regions_[0].time;
         }
-        // Each region gets a share of half of the collapses that are left, so that all stop at about the same cost.
+        // Each region gets a share of half of the collapses that are left, so that all stop at about the same cost. A
+        // few more, as each may do at least one, are still fewer than all.
         const std::size_t all = std::accumulate(queued.begin(), queued.end(), std::size_t{1}),
                           wanted = (alive_ - triangles) / 4;
         parallel_for(std::size_t{1}, regions_.size(), [&](std::size_t r) {
-            collapsed[r] = collapse_up_to(1 + wanted * queued[r] / all, end, regions_[r], stage);
+            collapsed[r] = collapse_up_to(1 + wanted * queued[r] / all, lowest + 1, regions_[r], stage);
         });
         Region& between = regions_[0];
         for (std::size_t r = 1; r < regions_.size(); ++r) {
@@ -637,7 +628,7 @@ void EdgeCollapse::collapse_regions(std::size_t triangles, Stage& stage) {
             regions_[r].outside.clear();
             between.time = std::max(between.time, regions_[r].time);
         }
-        alive_ -= 2 * collapse_up_to(wanted, end, between, stage);
+        alive_ -= 2 * collapse_up_to((alive_ - triangles) / 4, lowest + 1, between, stage);
     }
     for (std::size_t r = 1; r < regions_.size(); ++r) regions_[0].take(regions_[r]);
 }

@@ -135,6 +135,8 @@ class EdgeCollapse {
     struct Bucket {
         std::vector<Entry> entries;
         std::size_t first = 0;
+
+        std::size_t left() const { return entries.size() - first; }
     };
     // The edges between the points of a region, and what the thread that collapses them needs. Region 0 has the other
     // edges. Its points are those that edges between regions were collapsed to.
@@ -146,7 +148,6 @@ class EdgeCollapse {
     // region.
     struct Region {
         explicit Region(std::uint16_t n);
-        std::size_t count(std::size_t begin, std::size_t end) const;
         void take(Region& other);
 
         const std::uint16_t number;
