@@ -27,8 +27,8 @@ constexpr double kMinCosine = 0.2;  // between the normals of a triangle before 
 // The sum of squared distances at an end of an edge may be this many times the least sum.
 constexpr double kMostIncrease = 30;
 
-// A region has about this many points. The larger it is, the fewer of its edges are at its border, which are collapsed by
-// one thread.
+// A region has about this many points. The larger it is, the fewer of its edges are at its border, which one thread
+// collapses.
 constexpr std::size_t kRegionPoints = 32768;
 constexpr std::size_t kMostRegions = 1024;
 // While regions have this many triangles on average, they are worth a thread.
