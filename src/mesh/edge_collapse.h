@@ -209,8 +209,8 @@ class EdgeCollapse {
     Buffer<Face> faces_;
     std::size_t alive_;  // the number of faces that are left
     std::vector<Region> regions_;
-    bool parallel_ =
-        false;  // until one is undone, or a guard looks at them in turn, regions collapse on their own
+    // Whether regions are collapsed on their own: not after an undo, nor with a guard that only one thread may ask.
+    bool parallel_ = false;
 };
 
 }  // namespace marrow::internal
