@@ -1,6 +1,8 @@
 // Assigns the original points to triangles, and measures distances around each change.
 #include "deviation_guard.h"
 
+#include <hwy/cache_control.h>
+
 #include <algorithm>
 #include <limits>
 
@@ -27,17 +29,26 @@ DeviationGuard::DeviationGuard(const Mesh& mesh, const TriangleTree& tree, doubl
 }
 
 bool DeviationGuard::accept(std::span<const std::uint32_t> removed, std::span<const PatchTriangle> patch) {
-    assignments_.clear();
+    Scratch& scratch = scratch_.local();
+    std::vector<Assignment>& assignments = scratch.assignments;
+    assignments.clear();
     const auto list = [&](std::uint32_t triangle, std::uint32_t guess) {
         for (std::uint32_t p = first_point_[triangle]; p != kNone; p = next_point_[p])
-            assignments_.push_back({to_double(mesh_.points[p]), p, kNone, guess});
+            assignments.push_back({to_double(mesh_.points[p]), p, kNone, guess});
     };
+    for (const PatchTriangle& t : patch) {
+        const std::uint32_t p = first_point_[t.index];
+        if (p == kNone) continue;
+        hwy::Prefetch(&mesh_.points[p]);
+        hwy::Prefetch(&next_point_[p]);
+    }
     for (const std::uint32_t t : removed) list(t, 0);
     for (std::uint32_t i = 0; i < patch.size(); ++i) list(patch[i].index, i);
-    if (!points_stay_near(patch) || !patch_is_near(patch)) return false;
+    if (!points_stay_near(assignments, patch) || !patch_is_near(scratch.positions, assignments, patch))
+        return false;
     for (const std::uint32_t t : removed) first_point_[t] = kNone;
     for (const PatchTriangle& t : patch) first_point_[t.index] = kNone;
-    for (const Assignment& a : assignments_) {
+    for (const Assignment& a : assignments) {
         next_point_[a.point] = first_point_[a.triangle];
         first_point_[a.triangle] = a.point;
     }
@@ -46,9 +57,10 @@ bool DeviationGuard::accept(std::span<const std::uint32_t> removed, std::span<co
 
 // Assigns each point to a triangle of the patch that it is above or below and near, or else to the nearest one. False
 // if one is too far from all of them.
-bool DeviationGuard::points_stay_near(std::span<const PatchTriangle> patch) {
+bool DeviationGuard::points_stay_near(std::span<Assignment> assignments,
+                                      std::span<const PatchTriangle> patch) const {
     const double most = max_distance_ * max_distance_;
-    for (Assignment& a : assignments_) {
+    for (Assignment& a : assignments) {
         const auto is_across_from = [&](const PatchTriangle& t) {
             const auto& [p, q, r] = t.corners;
             return is_across(a.position, p, q, r, most);
@@ -75,29 +87,47 @@ bool DeviationGuard::points_stay_near(std::span<const PatchTriangle> patch) {
 
 // Looks at the common corner and at the middle of each new edge. Within a triangle the patch is flat, so it is
 // furthest from the original at the original points, or where it bends itself.
-bool DeviationGuard::patch_is_near(std::span<const PatchTriangle> patch) const {
-    if (patch.empty() || !is_near(patch.front().corners[0])) return false;
-    return std::all_of(patch.begin(), patch.end(),
-                       [&](const PatchTriangle& t) { return is_near(0.5 * (t.corners[0] + t.corners[1])); });
-}
-
-// Whether a position is near the original surface. It mostly is near the triangles at the nearest of the
-// patch's points, so these come first.
-bool DeviationGuard::is_near(const Vec3d& position) const {
-    const double most = max_distance_ * max_distance_;
-    double least = std::numeric_limits<double>::infinity();
-    std::uint32_t nearest = kNone;
-    for (const Assignment& a : assignments_) {
-        const Vec3d difference = a.position - position;
-        if (const double d = dot(difference, difference); d < least) least = d, nearest = a.point;
-    }
-    if (nearest != kNone) {
-        for (const Triangle* t = fans_.begin(nearest); t != fans_.end(nearest); ++t) {
-            const auto& [p, q, r] = corners_of(mesh_, *t);
-            if (is_across(position, p, q, r, most)) return true;
+//
+// Such a position mostly is above or below one of the triangles at the nearest of the patch's points. These triangles
+// may be anywhere in memory, so they are fetched in stages, for all positions at once.
+bool DeviationGuard::patch_is_near(std::vector<Position>& positions, std::span<const Assignment> assignments,
+                                   std::span<const PatchTriangle> patch) const {
+    if (patch.empty()) return false;
+    positions.clear();
+    positions.push_back({patch.front().corners[0]});
+    for (const PatchTriangle& t : patch) positions.push_back({0.5 * (t.corners[0] + t.corners[1])});
+    for (Position& position : positions) {
+        double least = std::numeric_limits<double>::infinity();
+        for (const Assignment& a : assignments) {
+            const Vec3d difference = a.position - position.at;
+            if (const double d = dot(difference, difference); d < least)
+                least = d, position.nearest = a.point;
         }
     }
-    return tree_.is_within(position, max_distance_);
+    for (const Position& position : positions) {
+        if (position.nearest == kNone) continue;
+        hwy::Prefetch(fans_.begin(position.nearest));
+        hwy::Prefetch(fans_.end(position.nearest) - 1);
+    }
+    for (const Position& position : positions) {
+        if (position.nearest == kNone) continue;
+        for (const Triangle* t = fans_.begin(position.nearest); t != fans_.end(position.nearest); ++t)
+            hwy::Prefetch(&mesh_.points[(*t)[1]]);
+    }
+    return std::all_of(positions.begin(), positions.end(),
+                       [&](const Position& position) { return is_near(position); });
+}
+
+// Whether a position is near the original surface.
+bool DeviationGuard::is_near(const Position& position) const {
+    const double most = max_distance_ * max_distance_;
+    if (position.nearest != kNone) {
+        for (const Triangle* t = fans_.begin(position.nearest); t != fans_.end(position.nearest); ++t) {
+            const auto& [p, q, r] = corners_of(mesh_, *t);
+            if (is_across(position.at, p, q, r, most)) return true;
+        }
+    }
+    return tree_.is_within(position.at, max_distance_);
 }
 
 }  // namespace marrow::internal

@@ -7,6 +7,7 @@
 
 #include <marrow/mesh.h>
 
+#include "base/parallel.h"
 #include "collapse_guard.h"
 #include "triangle_tree.h"
 #include "vertex_triangles.h"
@@ -22,14 +23,25 @@ class DeviationGuard : public CollapseGuard {
     /// `tree` is the tree of `mesh`. Both must outlive the guard. \pre fewer than 2^32 triangles
     DeviationGuard(const Mesh& mesh, const TriangleTree& tree, double max_distance);
 
-    /// If it accepts a collapse, assigns the points of the triangles to the patch.
+    /// If it accepts a collapse, assigns the points of the triangles to the patch. Threads may call it at the same time.
     bool accept(std::span<const std::uint32_t> removed, std::span<const PatchTriangle> patch) override;
 
   private:
     static constexpr std::uint32_t kNone = ~std::uint32_t{0};
-    bool points_stay_near(std::span<const PatchTriangle> patch);
-    bool patch_is_near(std::span<const PatchTriangle> patch) const;
-    bool is_near(const Vec3d& position) const;
+    struct Assignment {
+        Vec3d position;
+        std::uint32_t point, triangle;
+        std::uint32_t guess;  // the number in the patch of the triangle that it was assigned to
+    };
+    // A position of the patch, and the original point nearest to it.
+    struct Position {
+        Vec3d at;
+        std::uint32_t nearest = kNone;
+    };
+    bool points_stay_near(std::span<Assignment> assignments, std::span<const PatchTriangle> patch) const;
+    bool patch_is_near(std::vector<Position>& positions, std::span<const Assignment> assignments,
+                       std::span<const PatchTriangle> patch) const;
+    bool is_near(const Position& position) const;
 
     const Mesh& mesh_;
     const TriangleTree& tree_;
@@ -37,12 +49,11 @@ class DeviationGuard : public CollapseGuard {
     std::vector<std::uint32_t> first_point_;  // of each triangle: the first point of its list
     std::vector<std::uint32_t> next_point_;   // of each point: the next one in the list of its triangle
     const VertexTriangles fans_;              // of the original mesh
-    struct Assignment {
-        Vec3d position;
-        std::uint32_t point, triangle;
-        std::uint32_t guess;  // the number in the patch of the triangle that it was assigned to
+    struct Scratch {
+        std::vector<Assignment> assignments;
+        std::vector<Position> positions;
     };
-    std::vector<Assignment> assignments_;  // kept for its memory
+    PerThread<Scratch> scratch_;  // kept for its memory
 };
 
 }  // namespace marrow::internal

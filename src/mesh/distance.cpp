@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <optional>
 #include <vector>
@@ -79,8 +78,8 @@ double Distances::mean() const {
     return std::accumulate(samples.begin(), samples.end(), 0.0) / static_cast<double>(samples.size());
 }
 
-Distances distances(const SampledMesh& from, const TriangleTree& to, double enough, const Progress& progress,
-                    double begin, double end) {
+Distances distances(const SampledMesh& from, const TriangleTree& to, const Progress& progress, double begin,
+                    double end) {
     const MeshView& mesh = from.mesh();
     Distances d;
     d.samples.resize(from.sample_count());
@@ -89,7 +88,7 @@ Distances distances(const SampledMesh& from, const TriangleTree& to, double enou
     std::atomic<double> furthest = 0;
     const auto measure_point = [&](std::uint32_t p, std::uint32_t& guess) {
         double known = furthest.load(std::memory_order_relaxed);
-        const double distance = to.distance(to_double(mesh.points[p]), std::min(known, enough), guess);
+        const double distance = to.distance(to_double(mesh.points[p]), known, guess);
         while (distance > known &&
                !furthest.compare_exchange_weak(known, distance, std::memory_order_relaxed)) {
         }
@@ -115,6 +114,39 @@ Distances distances(const SampledMesh& from, const TriangleTree& to, double enou
     return d;
 }
 
+std::vector<Triangle> find_further(const SampledMesh& from, const TriangleTree& to, double max_distance,
+                                   const Progress& progress, double begin, double end) {
+    const MeshView& mesh = from.mesh();
+    constexpr std::size_t kRange = 256;
+    // A list for each range, and one for points without triangles.
+    std::vector<std::vector<Triangle>> found(mesh.triangles.size() / kRange + 2);
+    const auto look_at_point = [&](std::uint32_t p, std::uint32_t& guess, std::vector<Triangle>& list) {
+        if (!to.is_within(to_double(mesh.points[p]), max_distance, guess)) list.push_back({p, p, p});
+    };
+    for_each_range(
+        mesh.triangles.size(), kRange, progress, begin, end, [&](std::size_t first, std::size_t last) {
+            std::uint32_t guess = TriangleTree::kAnywhere;
+            std::vector<Triangle>& list = found[first / kRange];
+            for (std::size_t i = first; i < last; ++i) {
+                const std::uint32_t t = from.tree().along_curve(i);
+                const Triangle& corners = mesh.triangles[t];
+                for (std::size_t k = from.first_sample(t); k < from.first_sample(t + std::size_t{1}); ++k) {
+                    if (!to.is_within(from.sample(k), max_distance, guess)) list.push_back(corners);
+                }
+                for (const std::uint32_t p : corners) {
+                    if (from.belongs_to(p, t)) look_at_point(p, guess, list);
+                }
+            }
+        });
+    for (std::uint32_t p = 0; p < mesh.points.size(); ++p) {
+        std::uint32_t guess = TriangleTree::kAnywhere;
+        if (from.is_unused(p)) look_at_point(p, guess, found.back());
+    }
+    std::vector<Triangle> all;
+    for (const std::vector<Triangle>& list : found) all.insert(all.end(), list.begin(), list.end());
+    return all;
+}
+
 MeshDistance symmetric(const Distances& there, const Distances& back) {
     return {(there.mean() + back.mean()) / 2, std::max(there.max(), back.max())};
 }
@@ -132,9 +164,8 @@ MeshDistance mesh_distance(MeshView a, MeshView b, const DistanceOptions& option
         std::optional<SampledMesh> from_a, from_b;
         parallel_invoke([&] { from_a.emplace(a, options.samples); },
                         [&] { from_b.emplace(b, options.samples); });
-        constexpr double kExactly = std::numeric_limits<double>::infinity();
-        const Distances there = distances(*from_a, from_b->tree(), kExactly, options.progress, 0, 0.5);
-        const Distances back = distances(*from_b, from_a->tree(), kExactly, options.progress, 0.5, 1);
+        const Distances there = distances(*from_a, from_b->tree(), options.progress, 0, 0.5);
+        const Distances back = distances(*from_b, from_a->tree(), options.progress, 0.5, 1);
         result = symmetric(there, back);
     });
     return result;

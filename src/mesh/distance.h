@@ -52,11 +52,16 @@ struct Distances {
 
 /// Measures from `from` to the mesh of the tree `to`. Reports progress from `begin` to `end`.
 ///
-/// The distances of points are bounds: a point that is not further than `enough`, or than another point, may get
-/// a larger distance than it has. That distance exceeds neither of the two. So the maximum is right, and so is
-/// which points are further than `enough`. \throw Cancelled
-Distances distances(const SampledMesh& from, const TriangleTree& to, double enough, const Progress& progress,
-                    double begin, double end);
+/// The distances of points are bounds: a point that is not further than another one may get a larger distance than it
+/// has, but not a larger one than the other point's. So the maximum is right. \throw Cancelled
+Distances distances(const SampledMesh& from, const TriangleTree& to, const Progress& progress, double begin,
+                    double end);
+
+/// Finds the samples and points of `from` that are further than `max_distance` from the mesh of the tree `to`. Returns
+/// the triangle of each such sample, and each such point three times. Takes much less time than distances().
+/// \throw Cancelled
+std::vector<Triangle> find_further(const SampledMesh& from, const TriangleTree& to, double max_distance,
+                                   const Progress& progress, double begin, double end);
 
 /// Combines the two directions.
 MeshDistance symmetric(const Distances& there, const Distances& back);

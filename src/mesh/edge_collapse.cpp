@@ -7,9 +7,9 @@
 #include <bit>
 #include <limits>
 #include <numeric>
+#include <utility>
 
-#include "base/parallel.h"
-#include "base/progress.h"
+#include "point_regions.h"
 
 namespace marrow::internal {
 
@@ -27,27 +27,56 @@ constexpr double kMinCosine = 0.2;  // between the normals of a triangle before 
 // The sum of squared distances at an end of an edge may be this many times the least sum.
 constexpr double kMostIncrease = 30;
 
-std::size_t bucket_of(float cost) {
-    return std::bit_cast<std::uint32_t>(cost) >> 21;  // four buckets per octave
+// A region has about this many points. The larger it is, the fewer of its edges are at its border, which one thread
+// collapses.
+constexpr std::size_t kRegionPoints = 32768;
+constexpr std::size_t kMostRegions = 1024;
+// While regions have this many triangles on average, they are worth a thread.
+constexpr std::size_t kFewTriangles = 1024;
+
+std::uint32_t bucket_of(float cost) {
+    return std::bit_cast<std::uint32_t>(cost) >> 20;  // eight buckets per octave
 }
 
 }  // namespace
 
+EdgeCollapse::Region::Region(std::uint16_t n)
+    : number(n), buckets(bucket_of(std::numeric_limits<float>::infinity()) + 1), lowest(buckets.size()) {}
+
 EdgeCollapse::EdgeCollapse(const Mesh& mesh, double max_error, CollapseGuard* guard)
-    : max_squared_error_(max_error * max_error),
-      guard_(guard),
-      alive_(mesh.triangles.size()),
-      log_(1),
-      buckets_(bucket_of(std::numeric_limits<float>::infinity()) + 1),
-      lowest_(buckets_.size()) {
+    : max_squared_error_(max_error * max_error), guard_(guard), alive_(mesh.triangles.size()) {
     points_.reserve(mesh.points.size());
     for (const Vec3f& p : mesh.points) points_.push_back({.position = p});
     faces_.reserve(mesh.triangles.size());
     for (const Triangle& t : mesh.triangles) faces_.push_back({t, {kNone, kNone, kNone}});
-    log_.reserve(mesh.triangles.size() / 2 + 1);
     pair_half_edges();
     fix_points();
     sum_quadrics();
+    divide(mesh);
+}
+
+// Assigns the points to regions. Small meshes have region 0 only.
+void EdgeCollapse::divide(const Mesh& mesh) {
+    std::size_t count = std::min(points_.size() / kRegionPoints, kMostRegions);
+    if (count == 1) count = 0;
+    std::vector<std::uint32_t> size(count + 1, 0);
+    if (count > 0) {
+        const Buffer<std::uint16_t> region = divide_points(mesh.points, count);
+        for (std::size_t p = 0; p < points_.size(); ++p) {
+            points_[p].region = region[p];
+            if (points_[p].outgoing != kNone) ++size[region[p]];
+        }
+    }
+    regions_.reserve(count + 1);
+    for (std::size_t r = 0; r <= count; ++r) regions_.emplace_back(static_cast<std::uint16_t>(r));
+    // Each collapse removes a point, so that a region has no more of them than points. Number 0 means none.
+    std::uint32_t first_collapse = 1;
+    for (std::size_t r = 1; r <= count; ++r) {
+        regions_[r].first_collapse = first_collapse;
+        first_collapse += size[r];
+    }
+    regions_[0].first_collapse = first_collapse;
+    parallel_ = count > 0;
 }
 
 // Finds the twin of each half-edge in the neighbouring triangle. Half-edges along open and non-manifold edges
@@ -100,6 +129,7 @@ void EdgeCollapse::fix_points() {
             std::uint32_t in_fan = 0;
             for_each_outgoing(p, [&](Half) { ++in_fan; });
             point.open = in_fan != triangles_at[p];
+            point.degree = static_cast<std::uint8_t>(std::min<std::uint32_t>(in_fan, kHighDegree));
         }
         point.fixed = point.open;
     }
@@ -152,32 +182,67 @@ HWY_INLINE EdgeCollapse::Target EdgeCollapse::target(Half h) const {
     return {there, static_cast<float>(std::max(0.0, sum - before) + hold), sum, merged.weight()};
 }
 
-void EdgeCollapse::queue(Half h, float cost) {
-    const std::size_t bucket = bucket_of(cost);
-    buckets_[bucket].entries.push_back({h, version(h)});
+EdgeCollapse::Region& EdgeCollapse::region_of(Half h) {
+    const std::uint16_t at_begin = points_[from(h)].region, at_end = points_[to(h)].region;
+    return regions_[parallel_ && at_begin == at_end ? at_begin : 0];
+}
+
+// Moves the entries of another region to this one.
+void EdgeCollapse::Region::take(Region& other) {
+    lowest = std::min(lowest, other.lowest);
+    for (; other.lowest < buckets.size(); ++other.lowest) {
+        Bucket& bucket = other.buckets[other.lowest];
+        std::vector<Entry>& entries = buckets[other.lowest].entries;
+        entries.insert(entries.end(), bucket.entries.begin() + static_cast<std::ptrdiff_t>(bucket.first),
+                       bucket.entries.end());
+        bucket = {};
+    }
+}
+
+bool EdgeCollapse::has_queued() const {
+    return std::any_of(regions_.begin(), regions_.end(),
+                       [](const Region& region) { return region.lowest < region.buckets.size(); });
+}
+
+void EdgeCollapse::queue(Region& region, Half h, std::size_t bucket) {
+    append(region, h, bucket);
     faces_[h / 4].queued |= 1u << h % 4;
-    lowest_ = std::min(lowest_, bucket);
+}
+
+void EdgeCollapse::append(Region& region, Half h, std::size_t bucket) const {
+    region.buckets[bucket].entries.push_back({h, version(h)});
+    region.lowest = std::min(region.lowest, bucket);
 }
 
 void EdgeCollapse::queue_all() {
-    constexpr float kSkip = -1;
-    Buffer<std::array<float, 3>> costs(faces_.size());
-    parallel_for_ranges(Half{0}, static_cast<Half>(faces_.size()), 4096, [&](const auto& range) {
-        for (Half t = range.begin(); t < range.end(); ++t) {
+    struct Cost {
+        Half half;
+        std::uint32_t bucket;
+    };
+    // Each range of triangles lists the edges of each region.
+    constexpr std::size_t kRange = 16384;
+    const std::size_t ranges = (faces_.size() + kRange - 1) / kRange;
+    std::vector<std::vector<std::vector<Cost>>> costs(ranges);
+    parallel_for(std::size_t{0}, ranges, [&](std::size_t range) {
+        costs[range].resize(regions_.size());
+        const std::size_t end = std::min((range + 1) * kRange, faces_.size());
+        for (auto t = static_cast<Half>(range * kRange); t < end; ++t) {
             for (Half h = 4 * t; h < 4 * t + 3; ++h) {
                 const bool wanted = is_alive(h) && twin(h) != kNone && h < twin(h) && !is_fixed(h) &&
                                     (points_[from(h)].changed || points_[to(h)].changed);
-                costs[t][h % 4] = kSkip;
                 if (!wanted) continue;
-                if (const Target there = target(h); is_allowed(there)) costs[t][h % 4] = there.cost;
+                const Target there = target(h);
+                if (!is_allowed(there)) continue;
+                costs[range][region_of(h).number].push_back({h, bucket_of(there.cost)});
+                faces_[t].queued |= 1u << h % 4;
             }
         }
     });
-    for (Half t = 0; t < faces_.size(); ++t) {
-        for (Half k = 0; k < 3; ++k) {
-            if (costs[t][k] != kSkip) queue(4 * t + k, costs[t][k]);
+    parallel_for(std::size_t{0}, regions_.size(), [&](std::size_t r) {
+        for (const auto& range : costs) {
+            for (const Cost& edge : range[r]) append(regions_[r], edge.half, edge.bucket);
         }
-    }
+    });
     for (Point& point : points_) point.changed = false;
 }
 
@@ -221,12 +286,12 @@ HWY_INLINE void EdgeCollapse::prefetch(const Bucket& bucket) const {
     }
 }
 
-// Returns a half-edge of the edge with the least cost, or kNone. If an end has changed since the edge was
-// queued, its cost is computed again, and the edge is mostly queued again with a larger cost.
-EdgeCollapse::Half EdgeCollapse::pop() {
-    for (; lowest_ < buckets_.size(); ++lowest_) {
-        Bucket& bucket = buckets_[lowest_];
-        if (bucket.first == 0) sort_by_position(bucket.entries);
+// Returns a half-edge of the region's edge with the least cost, or kNone if no bucket before `end` has one. If an end
+// has changed since the edge was queued, its cost is computed again, and the edge is mostly queued again with a larger
+// cost.
+EdgeCollapse::Half EdgeCollapse::pop(Region& region, std::size_t end) {
+    for (; region.lowest < end; ++region.lowest) {
+        Bucket& bucket = region.buckets[region.lowest];
         while (bucket.first < bucket.entries.size()) {
             prefetch(bucket);
             const auto [h, version_then] = bucket.entries[bucket.first++];
@@ -235,25 +300,13 @@ EdgeCollapse::Half EdgeCollapse::pop() {
             if (version(h) == version_then) return h;
             const Target there = target(h);
             if (!is_allowed(there)) continue;
-            if (bucket_of(there.cost) <= lowest_) return h;
-            queue(h, there.cost);
+            const std::size_t new_bucket = bucket_of(there.cost);
+            if (new_bucket <= region.lowest) return h;
+            queue(region, h, new_bucket);
         }
         bucket = {};
     }
     return kNone;
-}
-
-// Sorts roughly in the order of the triangles, so that successive entries read nearby memory.
-void EdgeCollapse::sort_by_position(std::vector<Entry>& entries) {
-    constexpr std::size_t kRanges = 4096;
-    if (entries.size() < kRanges) return;
-    const std::size_t range = 4 * faces_.size() / kRanges + 1;
-    std::array<std::size_t, kRanges + 1> start{};
-    for (const Entry& e : entries) ++start[e.half / range + 1];
-    std::partial_sum(start.begin(), start.end(), start.begin());
-    sorted_.resize(entries.size());
-    for (const Entry& e : entries) sorted_[start[e.half / range]++] = e;
-    std::copy(sorted_.begin(), sorted_.end(), entries.begin());
 }
 
 // Finds the neighbours of a point. False if there are too many.
@@ -279,11 +332,21 @@ void EdgeCollapse::find_normals(std::uint32_t point, Ring& ring) const {
     }
 }
 
+// Whether no other thread changes triangles around the ends of the edge, nor their other neighbours.
+bool EdgeCollapse::is_inside(const Region& region) const {
+    if (region.number == 0) return true;
+    const auto is_of_region = [&](std::uint32_t p) { return points_[p].region == region.number; };
+    const auto is_inside = [&](const Ring& ring) {
+        return std::all_of(ring.points.begin(), ring.points.begin() + static_cast<std::ptrdiff_t>(ring.size),
+                           is_of_region);
+    };
+    return is_inside(region.from_ring) && is_inside(region.to_ring);
+}
+
 // The link condition: the one-rings of the ends of h share exactly the two points opposite to h. These points
 // must also keep at least three triangles each.
-bool EdgeCollapse::meets_link_condition(Half h) {
-    Ring &a = from_ring_, &b = to_ring_;
-    if (!find_ring(from(h), a) || !find_ring(to(h), b) || a.size + b.size > kMaxNeighbours) return false;
+bool EdgeCollapse::meets_link_condition(Half h, const Region& region) const {
+    const Ring &a = region.from_ring, &b = region.to_ring;
     int shared = 0;  // counted without branches, which would often be mispredicted
     for (std::size_t k = 0; k < b.size; ++k) {
         for (std::size_t i = 0; i < a.size; ++i) shared += a.points[i] == b.points[k] ? 1 : 0;
@@ -291,15 +354,21 @@ bool EdgeCollapse::meets_link_condition(Half h) {
     if (shared != 2) return false;
     for (const Half towards : {next(h), next(twin(h))}) {
         const std::uint32_t opposite = to(towards);
-        if (points_[opposite].open) continue;
-        const Half first = points_[opposite].outgoing;
-        Half out = first;
-        for (int triangles = 1; triangles <= 3; ++triangles) {
-            out = twin(prev(out));
-            if (out == first) return false;
-        }
+        if (!points_[opposite].open && has_few_triangles(opposite)) return false;
     }
     return true;
+}
+
+// Whether a point has three triangles or fewer. \pre the point is not open
+bool EdgeCollapse::has_few_triangles(std::uint32_t point) const {
+    if (points_[point].degree != kHighDegree) return points_[point].degree <= 3;
+    const Half first = points_[point].outgoing;
+    Half out = first;
+    for (int triangles = 1; triangles <= 3; ++triangles) {
+        out = twin(prev(out));
+        if (out == first) return true;
+    }
+    return false;
 }
 
 // Whether the triangles at `point`, except those at `other`, keep their shape if `point` moves `there`:
@@ -332,28 +401,35 @@ bool EdgeCollapse::keeps_shape(const Ring& ring, std::uint32_t point, std::uint3
     return true;
 }
 
-bool EdgeCollapse::guard_accepts(Half h, const Vec3d& there) {
-    patch_.clear();
+bool EdgeCollapse::guard_accepts(Half h, const Vec3d& there, std::vector<PatchTriangle>& patch) {
+    patch.clear();
     const std::uint32_t removed[2] = {h / 4, twin(h) / 4};
     for (const std::uint32_t end : {from(h), to(h)}) {
         for_each_outgoing(end, [&](Half out) {
             if (out / 4 == removed[0] || out / 4 == removed[1]) return;
             const std::uint32_t i = to(out), j = from(prev(out));
-            patch_.push_back({out / 4, {from(h), i, j}, {there, position(i), position(j)}});
+            patch.push_back({out / 4, {from(h), i, j}, {there, position(i), position(j)}});
         });
     }
-    return guard_->accept(removed, patch_);
+    return guard_->accept(removed, patch);
 }
 
 // Merges the end of h into its beginning, at the position with the least cost or at the better end. False if
-// no position is acceptable.
-bool EdgeCollapse::collapse(Half h) {
+// no position is acceptable, or if the edge is left for later because it is at the border of the region.
+bool EdgeCollapse::collapse(Half h, Region& region) {
+    Ring &from_ring = region.from_ring, &to_ring = region.to_ring;
     const std::uint32_t a = from(h), b = to(h);
-    if (!meets_link_condition(h)) return false;
-    find_normals(a, from_ring_);
-    find_normals(b, to_ring_);
+    if (!find_ring(a, from_ring) || !find_ring(b, to_ring) || from_ring.size + to_ring.size > kMaxNeighbours)
+        return false;
+    if (!is_inside(region)) {
+        region.outside.push_back({region.lowest, h});
+        return false;
+    }
+    if (!meets_link_condition(h, region)) return false;
+    find_normals(a, from_ring);
+    find_normals(b, to_ring);
     const auto keeps = [&](const Vec3f& p) {
-        return keeps_shape(from_ring_, a, b, to_double(p)) && keeps_shape(to_ring_, b, a, to_double(p));
+        return keeps_shape(from_ring, a, b, to_double(p)) && keeps_shape(to_ring, b, a, to_double(p));
     };
     const Quadric<double> merged = merged_quadric(a, b);
     Target there = target(h);
@@ -363,7 +439,7 @@ bool EdgeCollapse::collapse(Half h) {
         there.sum = std::min(at_a, at_b);
         if (there.sum > kMostIncrease * least || !is_allowed(there) || !keeps(there.position)) return false;
     }
-    if (guard_ && !guard_accepts(h, to_double(there.position))) return false;
+    if (guard_ && !guard_accepts(h, to_double(there.position), region.patch)) return false;
     const Half g = twin(h);
     for_each_outgoing(b, [&](Half out) { faces_[out / 4].from[out % 4] = a; });
     // Removes the two triangles along h. Each had an edge to a and an edge to b, which become one edge.
@@ -375,21 +451,27 @@ bool EdgeCollapse::collapse(Half h) {
     };
     close(next(h), prev(h));
     close(next(g), prev(g));
-    for (const Half removed : {h, g}) faces_[removed / 4].alive = false;
-    alive_ -= 2;
+    for (const Half removed : {h, g}) {
+        faces_[removed / 4].alive = false;
+        std::uint8_t& degree = points_[from(prev(removed))].degree;
+        if (degree != kHighDegree) --degree;
+    }
 
     Point& kept = points_[a];
-    log_.push_back({h, b, kept});
+    region.log.push_back({h, b, ++region.time, kept});
     kept.quadric = Quadric<float>(merged.relative_to(to_double(there.position) - position(a)));
     kept.position = there.position;
-    kept.latest = static_cast<std::uint32_t>(log_.size() - 1);
+    kept.latest = region.first_collapse + static_cast<std::uint32_t>(region.log.size() - 1);
     kept.is_new = true;
+    kept.degree = static_cast<std::uint8_t>(from_ring.size + to_ring.size - 4);
+    if (points_[b].region != kept.region) kept.region = 0;
     points_[b].outgoing = kNone;
     return true;
 }
 
 void EdgeCollapse::set_guard(CollapseGuard* guard) {
     guard_ = guard;
+    parallel_ = false;
     for (Point& point : points_) {
         if (!point.fixed || point.open) continue;
         point.fixed = false;
@@ -397,11 +479,27 @@ void EdgeCollapse::set_guard(CollapseGuard* guard) {
     }
 }
 
+// The record of a collapse, which is in the log of its region.
+EdgeCollapse::Collapse& EdgeCollapse::logged(std::uint32_t collapse) {
+    const auto after =
+        std::upper_bound(regions_.begin() + 1, regions_.end(), collapse,
+                         [](std::uint32_t c, const Region& r) { return c < r.first_collapse; });
+    Region& region = collapse < regions_[0].first_collapse ? after[-1] : regions_[0];
+    return region.log[collapse - region.first_collapse];
+}
+
+// The later one of two collapses, or the first if they are independent. 0: none.
+std::uint32_t EdgeCollapse::later_of(std::uint32_t a, std::uint32_t b) {
+    if (a == 0 || b == 0) return std::max(a, b);
+    return logged(b).time > logged(a).time ? b : a;
+}
+
 std::size_t EdgeCollapse::undo(std::span<const std::uint32_t> corners, std::size_t count) {
     std::size_t undone = 0;
+    parallel_ = false;
     for (; count > 0; --count) {
         std::uint32_t latest = 0;
-        for (const std::uint32_t p : corners) latest = std::max(latest, points_[p].latest);
+        for (const std::uint32_t p : corners) latest = later_of(latest, points_[p].latest);
         if (latest == 0) break;
         undone += undo(latest);
     }
@@ -415,17 +513,17 @@ std::size_t EdgeCollapse::undo(std::uint32_t collapse) {
     std::vector<std::uint32_t> pending{collapse};
     while (!pending.empty()) {
         const std::uint32_t i = pending.back();
-        const std::uint32_t kept = from(log_[i].half);
-        std::uint32_t later = 0;
+        const std::uint32_t kept = from(logged(i).half);
+        std::uint32_t latest = i;
         if (points_[kept].latest == i)
-            for_each_outgoing(kept, [&](Half out) { later = std::max(later, points_[to(out)].latest); });
-        if (later > i) {
-            pending.push_back(later);
+            for_each_outgoing(kept, [&](Half out) { latest = later_of(latest, points_[to(out)].latest); });
+        if (latest != i) {
+            pending.push_back(latest);
             continue;
         }
         if (points_[kept].latest == i) {
-            if (i == collapse) points_[kept].fixed = points_[log_[i].removed].fixed = true;
-            undo_one(log_[i]), ++undone;
+            if (i == collapse) points_[kept].fixed = points_[logged(i).removed].fixed = true;
+            undo_one(logged(i)), ++undone;
         }
         pending.pop_back();
     }
@@ -437,7 +535,11 @@ void EdgeCollapse::undo_one(Collapse& collapse) {
     const Half h = collapse.half, g = twin(h);
     const std::uint32_t a = from(h), b = collapse.removed;
     for (const Half side : {next(h), prev(h), next(g), prev(g)}) pair(side, twin(side));
-    for (const Half revived : {h, g}) faces_[revived / 4].alive = true;
+    for (const Half revived : {h, g}) {
+        faces_[revived / 4].alive = true;
+        std::uint8_t& degree = points_[from(prev(revived))].degree;
+        if (degree != kHighDegree) ++degree;
+    }
     alive_ += 2;
     Half out = g;
     do {
@@ -454,29 +556,81 @@ void EdgeCollapse::undo_one(Collapse& collapse) {
     collapse.removed = kNone;
 }
 
+// Queues the edges around a point that has moved.
+void EdgeCollapse::queue_around(std::uint32_t point, Region& region) {
+    points_[point].changed = true;
+    for_each_outgoing(point, [&](Half out) {
+        points_[to(out)].changed = true;
+        const Half edge = std::min(out, twin(out));
+        if (is_queued(edge) || is_fixed(edge)) return;
+        const Target there = target(edge);
+        if (is_allowed(there))
+            queue(region.number == 0 ? region_of(edge) : region, edge, bucket_of(there.cost));
+    });
+}
+
+// Collapses up to `most` of the region's edges, cheapest first, from the buckets before `end`. Returns how many it
+// collapsed.
+std::size_t EdgeCollapse::collapse_up_to(std::size_t most, std::size_t end, Region& region, Stage& stage) {
+    std::size_t collapsed = 0, reported = 0;
+    Half h = kNone;
+    for (std::size_t tried = 1; collapsed < most && (h = pop(region, end)) != kNone; ++tried) {
+        const std::uint32_t kept = from(h);
+        if (collapse(h, region)) {
+            ++collapsed;
+            queue_around(kept, region);
+        }
+        if (tried % 8192 == 0)
+            stage.step(static_cast<double>(collapsed - std::exchange(reported, collapsed)));
+    }
+    stage.step(static_cast<double>(collapsed - reported));
+    return collapsed;
+}
+
 void EdgeCollapse::reduce_to(std::size_t triangles, const Progress& progress) {
-    const std::size_t from_count = alive_;
+    if (alive_ <= triangles) return;
+    Stage stage(progress, 0, 1, (alive_ - triangles + 1) / 2);
     // Queues all edges again while this helps: a rejected collapse may become acceptable after its
     // neighbourhood changed. What is left in the queue after the last call comes first.
     for (std::size_t before = 2 * alive_; alive_ > triangles && alive_ < 0.99 * before;) {
         before = alive_;
-        if (lowest_ == buckets_.size()) queue_all();
-        Half h = kNone;
-        for (std::size_t tried = 0; alive_ > triangles && (h = pop()) != kNone; ++tried) {
-            if (tried % 8192 == 0)
-                report_progress(progress, static_cast<double>(from_count - alive_) /
-                                              static_cast<double>(from_count - triangles));
-            const std::uint32_t kept = from(h);
-            if (!collapse(h)) continue;
-            points_[kept].changed = true;
-            for_each_outgoing(kept, [&](Half out) {
-                points_[to(out)].changed = true;
-                const Half edge = std::min(out, twin(out));
-                if (is_queued(edge) || is_fixed(edge)) return;
-                if (const Target there = target(edge); is_allowed(there)) queue(edge, there.cost);
-            });
-        }
+        if (!has_queued()) queue_all();
+        if (parallel_) collapse_regions(triangles, stage);
+        if (alive_ > triangles)
+            alive_ -= 2 * collapse_up_to((alive_ - triangles + 1) / 2, regions_[0].buckets.size(),
+                                         regions_[0], stage);
     }
+}
+
+// Collapses the inner edges of all regions at the same time, cheapest first, and those between regions in turn, bucket
+// by bucket, until few are left to collapse.
+void EdgeCollapse::collapse_regions(std::size_t triangles, Stage& stage) {
+    const std::size_t few = std::max(faces_.size() / 64, 16 * regions_.size());
+    std::vector<std::size_t> queued(regions_.size()), collapsed(regions_.size());
+    while (has_queued() && alive_ > std::max(triangles + few, kFewTriangles * regions_.size())) {
+        std::size_t lowest = regions_[0].lowest;
+        for (const Region& region : regions_) lowest = std::min(lowest, region.lowest);
+        for (std::size_t r = 0; r < regions_.size(); ++r) {
+            queued[r] = regions_[r].buckets[lowest].left();
+            regions_[r].time = regions_[0].time;
+        }
+        // Each region gets a share of half of the collapses that are left, so that all stop at about the same cost. A
+        // few more, as each may do at least one, are still fewer than all.
+        const std::size_t all = std::accumulate(queued.begin(), queued.end(), std::size_t{1}),
+                          wanted = (alive_ - triangles) / 4;
+        parallel_for(std::size_t{1}, regions_.size(), [&](std::size_t r) {
+            collapsed[r] = collapse_up_to(1 + wanted * queued[r] / all, lowest + 1, regions_[r], stage);
+        });
+        Region& between = regions_[0];
+        for (std::size_t r = 1; r < regions_.size(); ++r) {
+            alive_ -= 2 * collapsed[r];
+            for (const auto& [bucket, h] : regions_[r].outside) queue(between, h, bucket);
+            regions_[r].outside.clear();
+            between.time = std::max(between.time, regions_[r].time);
+        }
+        alive_ -= 2 * collapse_up_to((alive_ - triangles) / 4, lowest + 1, between, stage);
+    }
+    for (std::size_t r = 1; r < regions_.size(); ++r) regions_[0].take(regions_[r]);
 }
 
 EdgeCollapse::Result EdgeCollapse::result() {
@@ -507,8 +661,16 @@ EdgeCollapse::Result EdgeCollapse::result() {
 Buffer<std::uint32_t> EdgeCollapse::merged_into() const {
     Buffer<std::uint32_t> result(points_.size());
     std::iota(result.begin(), result.end(), 0u);
-    for (std::size_t i = log_.size() - 1; i > 0; --i) {
-        if (const Collapse& c = log_[i]; c.removed != kNone) result[c.removed] = result[from(c.half)];
+    for (const Region& region : regions_) {
+        for (const Collapse& c : region.log) {
+            if (c.removed != kNone) result[c.removed] = from(c.half);
+        }
+    }
+    // Follows each chain of points to its end, and shortens it.
+    for (std::uint32_t p = 0; p < points_.size(); ++p) {
+        std::uint32_t end = p;
+        while (result[end] != end) end = result[end];
+        for (std::uint32_t at = p; at != end;) at = std::exchange(result[at], end);
     }
     return result;
 }

@@ -6,11 +6,13 @@
 #include <cstdint>
 #include <limits>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include <marrow/mesh.h>
 #include <marrow/progress.h>
 
+#include "base/parallel.h"
 #include "collapse_guard.h"
 #include "quadric.h"
 
@@ -24,6 +26,9 @@ namespace marrow::internal {
 /// flip or become much thinner, and neither end may be on an open or non-manifold edge. The result has the
 /// same bits every time.
 ///
+/// Large meshes are divided into regions, which threads collapse at the same time. The regions, and what happens in
+/// them, do not depend on the threads.
+///
 /// A log of the collapses allows to undo some of them later, where the result turns out to be bad. A collapse
 /// can be undone once all later ones around its point are (Hoppe 1996, Xia and Varshney 1996). Or else a guard looks at
 /// each collapse before it is done.
@@ -33,15 +38,16 @@ class EdgeCollapse {
     explicit EdgeCollapse(const Mesh& mesh)
         : EdgeCollapse(mesh, std::numeric_limits<double>::infinity(), nullptr) {}
     /// Collapses no edge that would leave a root mean square distance above `max_error` mm to the merged
-    /// planes, and no edge that the guard rejects, if there is one. \pre while there is a guard, no edge is collapsed
-    /// after one was undone
+    /// planes, and no edge that the guard rejects, if there is one. Several threads ask this guard. \pre while there is
+    /// a guard, no edge is collapsed after one was undone
     EdgeCollapse(const Mesh& mesh, double max_error, CollapseGuard* guard);
 
     /// Collapses until `triangles` are left, or until no edge can be collapsed. It may be called again with
     /// the same number after undo(). \throw Cancelled
     void reduce_to(std::size_t triangles, const Progress& progress);
 
-    /// From now on, collapses no edge that the guard rejects. Points of undone collapses take part again.
+    /// From now on, collapses no edge that the guard rejects, which only one thread asks. Points of undone collapses
+    /// take part again.
     void set_guard(CollapseGuard* guard);
 
     /// Undoes up to `count` collapses that made the triangles that have these corners, the latest first, and
@@ -83,15 +89,18 @@ class EdgeCollapse {
         std::uint32_t queued = 0;           // bit k: half-edge k has an entry in the queue
         bool alive = true;                  // false: a collapse has removed it; its corners and twins stay
     };
+    static constexpr std::uint8_t kHighDegree = 255;  // or more triangles
     // A point. It takes one cache line.
     struct Point {
         Vec3f position;
         std::uint32_t latest = 0;  // the last collapse that merged a point into this one; 0: none
         Half outgoing = kNone;     // one of its half-edges; kNone: it has no triangle
-        bool open = false;         // its triangles do not form one closed fan
-        bool fixed = false;        // takes part in no collapse, as all open points
-        bool changed = true;       // the point or a neighbour has moved since its edges were queued
-        bool is_new = false;       // a collapse or its undoing has changed it since the last result
+        std::uint16_t region = 0;
+        std::uint8_t degree = kHighDegree;  // the number of its triangles, if it is not open
+        bool open : 1 = false;              // its triangles do not form one closed fan
+        bool fixed : 1 = false;             // takes part in no collapse, as all open points
+        bool changed : 1 = true;            // the point or a neighbour has moved since its edges were queued
+        bool is_new : 1 = false;            // a collapse or its undoing has changed it since the last result
         Quadric<float> quadric{};  // of the planes of the points that it replaces, relative to its position
     };
     static constexpr std::size_t kMaxNeighbours = 32;
@@ -119,12 +128,39 @@ class EdgeCollapse {
     struct Collapse {
         Half half;
         std::uint32_t removed;  // the point at the end; kNone: the collapse was undone
+        std::uint32_t time;     // larger than that of all collapses around it before
         Point kept;             // the point at the beginning, before the collapse
     };
-    // The entries of a bucket are sorted by position when its turn comes. Later entries are appended.
+    // Entries of similar costs, in the order in which they were queued.
     struct Bucket {
         std::vector<Entry> entries;
         std::size_t first = 0;
+
+        std::size_t left() const { return entries.size() - first; }
+    };
+    // The edges between the points of a region, and what the thread that collapses them needs. Region 0 has the other
+    // edges. Its points are those that edges between regions were collapsed to.
+    //
+    // A thread collapses an edge of its region if all neighbours of both ends are points of the region too. So it
+    // changes only triangles with three corners in the region, and of others the twins and queue entries of edges in
+    // the region. Other threads do not look at these, because they stay at the triangles around points of their region
+    // and of region 0. Points change only to region 0, and not meanwhile, so no edge moves from one queue into another
+    // region.
+    struct Region {
+        explicit Region(std::uint16_t n);
+        void take(Region& other);
+
+        const std::uint16_t number;
+        std::vector<Bucket> buckets;  // by the logarithm of the cost
+        std::size_t lowest;           // all buckets below are empty
+        std::vector<std::pair<std::size_t, Half>>
+            outside;                       // for region 0: edges of the region's border, and buckets
+        Buffer<Collapse> log;              // of the collapses in this region
+        std::uint32_t first_collapse = 0;  // the number of the first one
+        std::uint32_t time = 0;            // of the last one
+        // For the edge that is tried.
+        Ring from_ring, to_ring;
+        std::vector<PatchTriangle> patch;
     };
 
     void pair_half_edges();
@@ -134,23 +170,34 @@ class EdgeCollapse {
     }
     void fix_points();
     void sum_quadrics();
+    void divide(const Mesh& mesh);
     Vec3d position(std::uint32_t point) const { return to_double(points_[point].position); }
     Quadric<double> merged_quadric(std::uint32_t a, std::uint32_t b) const;
     Target target(Half h) const;
     bool is_allowed(const Target& target) const { return target.sum <= max_squared_error_ * target.weight; }
     std::uint32_t version(Half h) const { return points_[from(h)].latest + points_[to(h)].latest; }
     bool is_fixed(Half h) const { return points_[from(h)].fixed || points_[to(h)].fixed; }
-    void queue(Half h, float cost);
+    Region& region_of(Half h);
+    Collapse& logged(std::uint32_t collapse);
+    std::uint32_t later_of(std::uint32_t a, std::uint32_t b);
+
+    bool has_queued() const;
+    void queue(Region& region, Half h, std::size_t bucket);
+    void append(Region& region, Half h, std::size_t bucket) const;
     void queue_all();
-    Half pop();
-    void sort_by_position(std::vector<Entry>& entries);
+    Half pop(Region& region, std::size_t end);
     void prefetch(const Bucket& bucket) const;
     bool find_ring(std::uint32_t point, Ring& ring) const;
     void find_normals(std::uint32_t point, Ring& ring) const;
-    bool meets_link_condition(Half h);
+    bool is_inside(const Region& region) const;
+    bool meets_link_condition(Half h, const Region& region) const;
+    bool has_few_triangles(std::uint32_t point) const;
     bool keeps_shape(const Ring& ring, std::uint32_t point, std::uint32_t other, const Vec3d& position) const;
-    bool guard_accepts(Half h, const Vec3d& position);
-    bool collapse(Half h);
+    bool guard_accepts(Half h, const Vec3d& position, std::vector<PatchTriangle>& patch);
+    bool collapse(Half h, Region& region);
+    void queue_around(std::uint32_t point, Region& region);
+    std::size_t collapse_up_to(std::size_t most, std::size_t end, Region& region, Stage& stage);
+    void collapse_regions(std::size_t triangles, Stage& stage);
     std::size_t undo(std::uint32_t collapse);
     void undo_one(Collapse& collapse);
     template <class F>
@@ -158,17 +205,12 @@ class EdgeCollapse {
 
     const double max_squared_error_;
     CollapseGuard* guard_;
-    std::vector<PatchTriangle> patch_;  // kept for its memory
     Buffer<Point> points_;
     Buffer<Face> faces_;
-    std::size_t alive_;         // the number of faces that are left
-    Ring from_ring_, to_ring_;  // of the edge that collapse() tries
-
-    Buffer<Collapse> log_;  // collapse i is log_[i]; entry 0 is not used
-
-    std::vector<Bucket> buckets_;  // by the logarithm of the cost
-    std::size_t lowest_ = 0;       // all buckets below are empty
-    std::vector<Entry> sorted_;    // kept for its memory
+    std::size_t alive_;  // the number of faces that are left
+    std::vector<Region> regions_;
+    // Whether regions are collapsed on their own: not after an undo, nor with a guard that only one thread may ask.
+    bool parallel_ = false;
 };
 
 }  // namespace marrow::internal

@@ -92,26 +92,18 @@ Reduced reduce_to(const Mesh& mesh, std::size_t triangles, const Progress& progr
 // Finds where a mesh is further than `max_error` from the other one. `now` has the point of the reduced mesh for each
 // of its points, as an index in the original mesh.
 template <class Indices>
-std::vector<Place> find_far(const SampledMesh& from, const Distances& distances, const Indices& now,
-                            double max_error) {
-    const MeshView& mesh = from.mesh();
+std::vector<Place> find_far(const SampledMesh& from, const TriangleTree& to, const Indices& now,
+                            double max_error, const Progress& progress, double begin, double end) {
     std::vector<Place> places;
-    for (std::uint32_t p = 0; p < mesh.points.size(); ++p) {
-        if (distances.points[p] > max_error) places.emplace_back().fill(now[p]);
-    }
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-        const auto& [a, b, c] = mesh.triangles[t];
-        for (std::size_t k = from.first_sample(t); k < from.first_sample(t + 1); ++k) {
-            if (distances.samples[k] > max_error)
-                places.push_back({now[a], now[b], now[c], now[a], now[b], now[c]});
-        }
-    }
+    for (const auto& [a, b, c] : find_further(from, to, max_error, progress, begin, end))
+        places.push_back({now[a], now[b], now[c], now[a], now[b], now[c]});
     return places;
 }
 
 // Collapses until `triangles` are left, or until the guard allows no more. Then undoes collapses where the surface
-// passes through itself or the measured distance is too large, since the guard only looks at some positions.
-Reduced reduce_within(const Mesh& mesh, std::size_t triangles, double max_error, const Progress& progress) {
+// passes through itself or is too far from the original, since the guard only looks at some positions.
+Reduced reduce_within(const Mesh& mesh, std::size_t triangles, double max_error, bool measured,
+                      const Progress& progress) {
     constexpr double kGuarded = 0.7;  // of the error: then few collapses must be undone
     const SampledMesh original(mesh);
     DeviationGuard guard(mesh, original.tree(), kGuarded * max_error);
@@ -121,16 +113,17 @@ Reduced reduce_within(const Mesh& mesh, std::size_t triangles, double max_error,
     for (std::size_t count = 1;; count *= 2) {
         EdgeCollapse::Result result = make_valid(collapse, reduced.undone);
         const SampledMesh now(result.mesh);
-        // Most of what is too far shows from the reduced mesh, so the other direction often can wait.
-        const Distances back = distances(now, original.tree(), max_error, progress, 0.7, 0.9);
-        std::size_t found = undo(collapse, find_far(now, back, result.old_points, max_error), count);
-        if (found == 0) {
-            const Distances there = distances(original, now.tree(), max_error, progress, 0.9, 1);
-            reduced.deviation = symmetric(there, back);
-            found = undo(collapse, find_far(original, there, collapse.merged_into(), max_error), count);
-        }
+        // Most of what is too far shows from the original, so the other direction often can wait.
+        std::vector<Place> places =
+            find_far(original, now.tree(), collapse.merged_into(), max_error, progress, 0.7, 0.75);
+        if (places.empty())
+            places = find_far(now, original.tree(), result.old_points, max_error, progress, 0.75, 0.8);
+        const std::size_t found = undo(collapse, places, count);
         reduced.undone += static_cast<std::int64_t>(found);
         if (found > 0) continue;
+        if (measured)
+            reduced.deviation = symmetric(distances(original, now.tree(), progress, 0.8, 0.9),
+                                          distances(now, original.tree(), progress, 0.9, 1));
         reduced.mesh = std::move(result.mesh);
         return reduced;
     }
@@ -145,8 +138,9 @@ Mesh simplified(const Mesh& mesh, const SimplifyOptions& options, SimplifyStats*
         furthest = std::max(furthest, fraction);
         return !options.progress || options.progress(furthest);
     };
-    Reduced reduced = options.max_error ? reduce_within(mesh, triangles, *options.max_error, progress)
-                                        : reduce_to(mesh, triangles, progress);
+    Reduced reduced = options.max_error
+                          ? reduce_within(mesh, triangles, *options.max_error, stats != nullptr, progress)
+                          : reduce_to(mesh, triangles, progress);
     if (stats) {
         if (!options.max_error)
             reduced.deviation =

@@ -69,6 +69,12 @@ class TriangleTree {
                distance * distance;
     }
 
+    /// The same, but searches the leaf `guess` first and sets it to the leaf of the found triangle.
+    bool is_within(const Vec3d& position, double distance, std::uint32_t& guess) const {
+        return find_nearest(tree_, position, distance, distance, &guess).squared_distance <=
+               distance * distance;
+    }
+
     /// Calls f(t, triangle) for each triangle that the ray from `origin` hits at origin + t * direction with
     /// 0 <= t <= t_max, in no particular order. A triangle that is parallel to the ray is not hit.
     template <class F>

@@ -8,6 +8,7 @@
 
 #include <marrow/isosurface.h>
 
+#include "base/parallel.h"
 #include "mesh/edge_collapse.h"
 #include "support/fields.h"
 #include "support/mesh_checks.h"
@@ -21,6 +22,16 @@ Mesh bumpy_torus() {
     const auto field = torus({20, 20, 20}, 11, 5);
     const Volume volume = sampled_in_space<float>(
         grid(41, 41, 41), [&](const Vec3d& p) { return field(p) + 0.3 * std::sin(2 * p[0] + p[1]); });
+    Mesh mesh = extract_isosurface(volume, 0);
+    mesh.normals.clear();
+    return mesh;
+}
+
+// Large enough for several regions.
+Mesh large_bumpy_torus() {
+    const auto field = torus({90, 90, 40}, 60, 28);
+    const Volume volume = sampled_in_space<float>(
+        grid(181, 181, 81), [&](const Vec3d& p) { return field(p) + 0.3 * std::sin(2 * p[0] + p[1]); });
     Mesh mesh = extract_isosurface(volume, 0);
     mesh.normals.clear();
     return mesh;
@@ -62,6 +73,44 @@ TEST(EdgeCollapse, HoldsThePointsOfUndoneCollapses) {
     const EdgeCollapse::Result result = collapse.result();
     EXPECT_GT(result.mesh.triangles.size(), mesh.triangles.size() / 10);
     EXPECT_LT(result.mesh.triangles.size(), mesh.triangles.size());
+}
+
+TEST(EdgeCollapse, CollapsesRegionsTheSameWayOnAnyNumberOfThreads) {
+    const Mesh mesh = large_bumpy_torus();
+    ASSERT_GT(mesh.points.size(), 100'000u);
+    const auto reduced = [&](int threads, std::size_t triangles) {
+        EdgeCollapse::Result result;
+        internal::with_threads(threads, [&] {
+            EdgeCollapse collapse(mesh);
+            collapse.reduce_to(triangles, {});
+            result = collapse.result();
+        });
+        return result;
+    };
+    for (const std::size_t triangles :
+         {mesh.triangles.size() / 2, mesh.triangles.size() / 10, std::size_t{500}}) {
+        const EdgeCollapse::Result one = reduced(1, triangles);
+        EXPECT_EQ(manifold_fault(one.mesh), "");
+        EXPECT_EQ(one.mesh.triangles.size(), triangles / 2 * 2);
+        for (const int threads : {0, 3}) {
+            const EdgeCollapse::Result more = reduced(threads, triangles);
+            EXPECT_EQ(more.mesh.points, one.mesh.points);
+            EXPECT_EQ(more.mesh.triangles, one.mesh.triangles);
+            EXPECT_EQ(more.old_points, one.old_points);
+        }
+    }
+}
+
+TEST(EdgeCollapse, UndoesCollapsesOfRegionsToTheBit) {
+    const Mesh mesh = large_bumpy_torus();
+    EdgeCollapse collapse(mesh);
+    collapse.reduce_to(mesh.triangles.size() / 10, {});
+    const auto merged_into = collapse.merged_into();
+    for (const std::uint32_t p : collapse.result().old_points) EXPECT_EQ(merged_into[p], p);
+    undo_all(collapse);
+    const EdgeCollapse::Result all = collapse.result();
+    EXPECT_EQ(all.mesh.points, mesh.points);
+    EXPECT_EQ(all.mesh.triangles, mesh.triangles);
 }
 
 TEST(EdgeCollapse, ListsTheTrianglesThatChanged) {

@@ -93,6 +93,24 @@ TEST(Simplify, KeepsTheAllowedError) {
     EXPECT_LT(before, mesh.triangles.size() / 5);
 }
 
+TEST(Simplify, KeepsTheAllowedErrorInRegionsOnAnyNumberOfThreads) {
+    const auto field = torus({80, 80, 35}, 50, 24);
+    const Volume wavy = sampled_in_space<float>(
+        grid(161, 161, 71), [&](const Vec3d& p) { return field(p) + 0.3 * std::sin(p[0] + 2 * p[1]); });
+    const Mesh mesh = extract_isosurface(wavy, 0);
+    ASSERT_GT(mesh.points.size(), 70'000u);  // enough for several regions
+    SimplifyStats one, more;
+    const Mesh reduced = simplify(mesh, {.max_error = 0.1, .threads = 1}, &one);
+    EXPECT_EQ(mesh_hash(simplify(mesh, {.max_error = 0.1, .threads = 3}, &more)), mesh_hash(reduced));
+    EXPECT_EQ(more.deviation.mean, one.deviation.mean);
+    EXPECT_EQ(more.undone_collapses, one.undone_collapses);
+    EXPECT_LE(mesh_distance(mesh, reduced).max, 0.1);
+    EXPECT_EQ(manifold_fault(reduced), "");
+    EXPECT_EQ(check_mesh(reduced).self_intersections, 0);
+    expect_same_topology(mesh, reduced);
+    EXPECT_LT(reduced.triangles.size(), mesh.triangles.size() / 2);
+}
+
 TEST(Simplify, StopsAtTheCountWithinTheError) {
     const Mesh mesh = ball(15);
     const Mesh both = simplify(mesh, {.triangles = 5000, .max_error = 0.5});
