@@ -62,6 +62,40 @@ class Block:
         ]
 
 
+class KnownChunks:
+    """The chunks of a block, and those of them that need not be read again, because any sample can stand for all."""
+
+    def __init__(self, block: Block, chunk: Sequence[int], dtype: Any) -> None:
+        self.chunk = tuple(chunk)
+        _, slices = block.with_halo()
+        self.first = [s.start // n for s, n in zip(slices, self.chunk)]
+        shape = [-(-s.stop // n) - first for s, n, first in zip(slices, self.chunk, self.first)]
+        self.are_known = np.ones(shape, np.uint8)
+        self.samples: Array = np.zeros(shape, dtype)
+
+    def add(self, part: _marrow.ArrayPart, step: Block, isovalue: float, closed: bool) -> None:
+        """Take a step into account. A chunk is known if it is for all steps, which agree on the side of its samples."""
+        flags = _marrow.chunks_without_surface(part, self.chunk[::-1], isovalue, closed=closed, threads=1)
+        _, slices = step.with_halo()
+        at = self._overlapping(slices)
+        self.are_known[at] &= flags.reshape(self.are_known[at].shape)
+        begins = [
+            np.maximum(np.arange(s.start // n, -(-s.stop // n)) * n - s.start, 0) for s, n in zip(slices, self.chunk)
+        ]
+        self.samples[at] = part.array[np.ix_(*begins)]
+
+    def within(self, slices: Sequence[slice]) -> tuple[Array, Array]:
+        """Return what BoxReader takes for a box of samples."""
+        at = self._overlapping(slices)
+        return np.ascontiguousarray(self.are_known[at]), np.ascontiguousarray(self.samples[at])
+
+    def _overlapping(self, slices: Sequence[slice]) -> tuple[slice, ...]:
+        return tuple(
+            slice(s.start // n - first, -(-s.stop // n) - first)
+            for s, n, first in zip(slices, self.chunk, self.first)
+        )
+
+
 class _Image:
     """A folder of Zarr, which Marrow reads by itself."""
 
@@ -183,8 +217,15 @@ def label_part_of(numbers: Array, block: Block, geometry: Geometry) -> _marrow.A
     return _array_part(numbers, block.with_halo()[0], block, geometry)
 
 
-def parts_of(samples: Any, steps: list[Block], geometry: Geometry) -> Iterator[_marrow.ArrayPart]:
-    """Return the parts of a block one after the other. Each is valid until the next."""
+def chunks_of(samples: Any, block: Block) -> Optional[KnownChunks]:
+    """Return the chunks of a block, if they are read one by one."""
+    return KnownChunks(block, samples.chunks, samples.dtype) if isinstance(samples, _Image) else None
+
+
+def parts_of(
+    samples: Any, steps: list[Block], geometry: Geometry, known: Optional[KnownChunks] = None
+) -> Iterator[_marrow.ArrayPart]:
+    """Return the parts of a block one after the other. Each is valid until the next. Chunks that are known are not read."""
     if isinstance(samples, np.ndarray):
         samples = np.require(as_samples(samples), requirements=["C", "ALIGNED"])  # after a message it may be neither
         z = steps[0].with_halo()[0][2]
@@ -207,7 +248,7 @@ def parts_of(samples: Any, steps: list[Block], geometry: Geometry) -> Iterator[_
         missing = slice(wanted.start + kept, wanted.stop)
         out = buffer[kept : len(held)]
         if reader:
-            reader.read((*first[:2], missing.start), out)
+            reader.read((*first[:2], missing.start), out, known and known.within((missing, y, x)))
         else:
             read = as_samples(as_array(samples[missing, y, x]))
             if read.shape != out.shape:
