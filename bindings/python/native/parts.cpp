@@ -63,7 +63,8 @@ class BoxReader {
 
   private:
     // Refers to the arrays.
-    BoxSource::KnownChunks to_known_chunks(const KnownChunks& known, const Index& first, const Index& dims) const {
+    BoxSource::KnownChunks to_known_chunks(const KnownChunks& known, const Index& first,
+                                           const Index& dims) const {
         if (!known) return {};
         const auto& [are_known, samples] = *known;
         Index begin, count;
@@ -72,11 +73,12 @@ class BoxReader {
             count[a] = (first[a] + dims[a] - 1) / chunk()[a] + 1 - begin[a];
         }
         const auto fits = [&](const py::array& array, SampleType type) {
-            return (array.flags() & py::array::c_style) && sample_type_of(array.dtype()) == type && array.ndim() == 3 &&
-                   Index{array.shape(2), array.shape(1), array.shape(0)} == count;
+            return (array.flags() & py::array::c_style) && sample_type_of(array.dtype()) == type &&
+                   array.ndim() == 3 && Index{array.shape(2), array.shape(1), array.shape(0)} == count;
         };
         if (!fits(are_known, SampleType::uint8) || !fits(samples, source_.type))
-            throw InputError("known chunks are two arrays, of uint8 and of samples, with an element for each chunk");
+            throw InputError(
+                "known chunks are two arrays, of uint8 and of samples, with an element for each chunk");
         return [begin, count, flags = static_cast<const std::uint8_t*>(are_known.data()),
                 values = static_cast<const char*>(samples.data()),
                 size = sample_size(source_.type)](const Index& at) -> const void* {
@@ -166,8 +168,8 @@ py::tuple python_count_part(const ArrayPart& part, double isovalue, bool closed,
     }));
 }
 
-py::array_t<std::uint8_t> python_chunks_without_surface(const ArrayPart& part, const Index& chunk, double isovalue,
-                                                        bool closed, int threads) {
+py::array_t<std::uint8_t> python_chunks_without_surface(const ArrayPart& part, const Index& chunk,
+                                                        double isovalue, bool closed, int threads) {
     const auto flags = compute(py::none(), [&](const Progress& report) {
         return chunks_without_surface(part.view(), part.whole(), chunk, isovalue,
                                       options_of(closed, false, threads, report));

@@ -18,7 +18,7 @@ zarr = pytest.importorskip("zarr")
 import dask.array  # noqa: E402
 import distributed  # noqa: E402
 import marrow.dask  # noqa: E402
-from marrow import _blocks  # noqa: E402
+from marrow import _blocks, _marrow  # noqa: E402
 
 
 @contextlib.contextmanager
@@ -330,6 +330,47 @@ def test_an_error_in_the_middle_of_writing_leaves_the_old_file(client, tmp_path)
         marrow.dask.extract_to_file(source, 2, path, blocks=(8, 20, 20))
     assert error.traceback and path.read_text() == "old"
     assert sorted(os.listdir(tmp_path)) == ["reads", "samples.zarr", "surface.ply"]
+
+
+@pytest.mark.parametrize("dtype", ["u1", ">u2", "f4"])
+def test_chunks_without_surface_are_read_once(tmp_path, dtype):
+    """They are damaged after the samples were counted."""
+    z, y, x = np.ogrid[:40, :36, :50]
+    samples = (250 - 5 * np.sqrt((z - 18) ** 2 + (y - 16) ** 2 + (x - 30.0) ** 2)).clip(0).astype(dtype)
+    isovalue = 180
+    stored(tmp_path, samples, (6, 5, 7))
+    source = _blocks.Source(image(tmp_path, (1, 1, 1), (0, 0, 0)))
+    layers = list(source.layers((18, 15, 50), whole_rows=True, streamed=True))
+    counted = [
+        [marrow.dask._count(source.array, block, source.geometry, isovalue, False) for block in layer]
+        for layer in layers
+    ]
+    chunks = {True: set(), False: set()}
+    for known in (block.chunks for layer in counted for block in layer):
+        for index, is_known in np.ndenumerate(known.are_known):
+            chunks[bool(is_known)].add(tuple(int(first + i) for first, i in zip(known.first, index)))
+    damaged = chunks[True] - chunks[False]
+    assert len(damaged) > len(chunks[False])
+    for index in damaged:
+        (tmp_path / "samples.zarr" / ".".join(map(str, index))).write_bytes(b"damaged")
+
+    size = marrow.dask._total(marrow.dask._size(block) for layer in counted for block in layer)
+    file = _marrow.FileOfParts(tmp_path / "surface.ply", size.points, size.triangles, normals=True, space="LPS")
+    before = marrow.SurfaceSize(0, 0)
+    for layer, blocks, following in zip(layers, counted, [*counted[1:], []]):
+        numbered = marrow.dask._number(blocks, [marrow.dask._first_slice(block) for block in following], before)
+        for block, numbers in zip(layer, numbered):
+            marrow.dask._write(source.array, block, source.geometry, isovalue, False, numbers, file.description)
+        before = marrow.dask._total([before, *map(marrow.dask._size, blocks)])
+    file.commit()
+    marrow.extract(samples.astype(samples.dtype.newbyteorder("=")), isovalue).write(tmp_path / "whole.ply")
+    assert (tmp_path / "surface.ply").read_bytes() == (tmp_path / "whole.ply").read_bytes()
+
+    with pytest.raises(marrow.InputError, match="damaged"):
+        marrow.dask._count(source.array, layers[0][0], source.geometry, isovalue, False)
+    out = np.empty((6, 5, 7), source.array.dtype)
+    with pytest.raises(marrow.InputError, match="an element for each chunk"):
+        source.array.open().read((0, 0, 0), out, (np.ones((1, 1, 2), "u1"), np.ones((1, 1, 1), out.dtype)))
 
 
 def test_cuts_let_chunks_be_read_once():

@@ -50,8 +50,8 @@ class Chunks {
 
 // Whether all bits from `begin` to `end` have the same value in all rows of a box, in which `any` and `all` are the
 // disjunction and the conjunction of the rows' words. Gives the value.
-bool is_uniform(const std::vector<std::uint64_t>& any, const std::vector<std::uint64_t>& all, std::int64_t begin,
-                std::int64_t end, bool& inside) {
+bool is_uniform(const std::vector<std::uint64_t>& any, const std::vector<std::uint64_t>& all,
+                std::int64_t begin, std::int64_t end, bool& inside) {
     bool some = false, every = true;
     for (std::int64_t bit = begin; bit < end;) {
         const std::int64_t stop = std::min((bit / 64 + 1) * 64, end);
@@ -67,7 +67,8 @@ bool is_uniform(const std::vector<std::uint64_t>& any, const std::vector<std::ui
 
 }  // namespace
 
-std::vector<std::uint8_t> chunks_without_surface(const VolumeView& part, const std::array<std::int64_t, 3>& whole,
+std::vector<std::uint8_t> chunks_without_surface(const VolumeView& part,
+                                                 const std::array<std::int64_t, 3>& whole,
                                                  const std::array<std::int64_t, 3>& chunk, double isovalue,
                                                  const IsosurfaceOptions& given_options) {
     IsosurfaceOptions options = given_options;
@@ -94,11 +95,13 @@ std::vector<std::uint8_t> chunks_without_surface(const VolumeView& part, const s
                          [&](std::int64_t z) { classify_slice(view, isovalue, z, bits, nullptr); });
             parallel_for(std::int64_t{0}, ny * along_z.count(), [&](std::int64_t column) {
                 const std::int64_t cy = column % ny, cz = column / ny;
-                std::vector<std::uint64_t> any(bits.words_per_row, 0), all(bits.words_per_row, ~std::uint64_t{0});
+                std::vector<std::uint64_t> any(bits.words_per_row, 0),
+                    all(bits.words_per_row, ~std::uint64_t{0});
                 for (std::int64_t z = along_z.begin(cz); z < along_z.end(cz); ++z) {
                     for (std::int64_t y = along_y.begin(cy); y < along_y.end(cy); ++y) {
                         const std::uint64_t* const row = bits.row(bits.row_index(y, z));
-                        for (std::size_t w = 0; w < bits.words_per_row; ++w) any[w] |= row[w], all[w] &= row[w];
+                        for (std::size_t w = 0; w < bits.words_per_row; ++w)
+                            any[w] |= row[w], all[w] &= row[w];
                     }
                 }
                 for (std::int64_t cx = 0; cx < nx; ++cx) {

@@ -373,7 +373,8 @@ BoxSource zarr_boxes(ZarrImage image) {
             if (first[a] < 0 || dims[a] < 1 || first[a] > image.geometry.dims[a] - dims[a])
                 throw InputError(fmt::format("{}: a box leaves the volume", quoted(image.array.folder)));
         }
-        read_box(image, first, dims, samples, [] {}, known);
+        read_box(
+            image, first, dims, samples, [] {}, known);
     };
     return {geometry, type, chunk, read};
 }

@@ -98,7 +98,7 @@ class BoxReader {
     // The bytes of one chunk. Each thread keeps its memory from chunk to chunk: to get it anew from the system would take
     // as long as to decompress the chunk.
     struct Buffers {
-        std::vector<std::byte> stored, decoded;
+        std::vector<std::byte> stored, decoded, row;
     };
 
     void read_file(const Index& file) const {
@@ -189,7 +189,7 @@ class BoxReader {
     }
 
     void fill(Buffers& buffers, const Box& samples, const std::byte* value) const {
-        std::vector<std::byte>& row = buffers.decoded;
+        std::vector<std::byte>& row = buffers.row;
         row.resize(static_cast<std::size_t>(samples.end.back() - samples.begin.back()) * size_);
         for (std::size_t i = 0; i < row.size(); i += size_) std::memcpy(row.data() + i, value, size_);
         copy(samples, 0, row.data(), in_one_row_, place_of(samples));
@@ -204,8 +204,8 @@ class BoxReader {
     }
 
     // Copies the samples from `axis` on, which are `from_step` bytes from each other.
-    void copy(const Box& samples, std::size_t axis, const std::byte* from, const std::vector<std::size_t>& from_step,
-              std::byte* to) const {
+    void copy(const Box& samples, std::size_t axis, const std::byte* from,
+              const std::vector<std::size_t>& from_step, std::byte* to) const {
         const auto count = static_cast<std::size_t>(samples.end[axis] - samples.begin[axis]);
         const bool is_last = axis + 1 == samples.begin.size();
         if (is_last && from_step[axis] == size_) {
@@ -233,7 +233,7 @@ class BoxReader {
     std::size_t size_;  // of a sample
     Index file_;        // samples of a file along each axis
     std::vector<std::size_t> from_step_,
-        to_step_;  // bytes from one sample to the next, in a chunk and in the box
+        to_step_;                          // bytes from one sample to the next, in a chunk and in the box
     std::vector<std::size_t> in_one_row_;  // the same, if one row stands for all of a chunk
     std::size_t chunk_samples_ = 1;
     mutable PerThread<Buffers> buffers_;
