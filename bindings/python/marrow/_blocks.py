@@ -17,10 +17,14 @@ from ._marrow import InputError
 from ._scan import Path
 from ._volume import Geometry
 
-# The samples of a block take at most about so many bytes, unless the caller chooses the blocks: for tasks that have all of
-# them in memory, and for tasks that read some slices at a time.
+# The samples of a block take at most about so many bytes, unless the caller chooses the blocks.
 BLOCK_BYTES = 2**27
-STREAMED_BLOCK_BYTES = 2**29
+# Blocks of which a task has only some slices in memory at a time may be larger. These slices take at most about STEP_BYTES,
+# so blocks are long along z. Larger blocks read fewer chunks twice, but each thread should have some of them.
+LEAST_STREAMED_BYTES = 2**29
+MOST_STREAMED_BYTES = 2**32
+BLOCKS_PER_THREAD = 4
+STEP_BYTES = 2**26
 # Tasks read at least so many slices at a time.
 LEAST_SLICES = 16
 
@@ -131,20 +135,23 @@ class Source:
         return not isinstance(self.array, np.ndarray) and not is_dask_collection(self.array)
 
     def layers(
-        self, blocks: Optional[Sequence[int]], *, whole_rows: bool, streamed: bool = False
+        self, blocks: Optional[Sequence[int]], *, whole_rows: bool, threads: Optional[int] = None
     ) -> Iterator[list[Block]]:
         """Return the blocks between two cuts across z, from the lowest z.
 
-        If they are `streamed`, a task has some of a block's slices at a time.
+        With `threads`, of all workers together, a task has some of a block's slices at a time.
         """
         shape = self.array.shape
         chunks = [_chunk(self.array, axis) for axis in range(3)]
+        at_once = -(-LEAST_SLICES // chunks[0]) * chunks[0]
         if blocks is None:
-            size = (STREAMED_BLOCK_BYTES if streamed and self.is_in_store else BLOCK_BYTES) // np.dtype(self.array.dtype).itemsize
-            blocks = _default_blocks(shape, chunks, size, whole_rows)
+            itemsize = np.dtype(self.array.dtype).itemsize
+            if threads and self.is_in_store:
+                blocks = _streamed_blocks(shape, chunks, itemsize, at_once, threads)
+            else:
+                blocks = _default_blocks(shape, chunks, BLOCK_BYTES // itemsize, whole_rows)
         if len(blocks) != 3 or min(blocks) < 1:
             raise InputError(f"blocks are three sizes of at least one sample, not {blocks!r}")
-        at_once = -(-LEAST_SLICES // chunks[0]) * chunks[0]
         nz, ny, nx = (_ranges(n, block, chunk) for n, block, chunk in zip(shape, blocks, chunks))
         for z in nz:
             yield [
@@ -162,22 +169,37 @@ def _chunk(array: Any, axis: int) -> int:
     return int(chunks[axis] if isinstance(chunks[axis], (int, np.integer)) else chunks[axis][0])
 
 
-def _default_blocks(shape: Sequence[int], chunks: Sequence[int], size: int, whole_rows: bool) -> list[int]:
-    """Return blocks of whole chunks with at most `size` samples, about as many along each axis that is cut."""
+def _default_blocks(
+    shape: Sequence[int], chunks: Sequence[int], size: int, whole_rows: bool, most_rows: Optional[int] = None
+) -> list[int]:
+    """Return blocks of whole chunks with at most `size` samples, about as many along each axis that is cut.
+
+    Beyond one chunk, they have at most `most_rows` along y.
+    """
     blocks = [min(n, chunk) for n, chunk in zip(shape, chunks)]
+    most = [shape[0], min(shape[1], most_rows or shape[1]), shape[2]]
     axes = [0, 1] if whole_rows else [0, 1, 2]
     if whole_rows:
         blocks[2] = shape[2]
     while True:
-        axes = [axis for axis in axes if blocks[axis] < shape[axis]]
+        larger = {axis: min(blocks[axis] + max(chunks[axis], LEAST_SLICES), shape[axis]) for axis in axes}
+        axes = [axis for axis in axes if blocks[axis] < larger[axis] <= most[axis]]
         if not axes:
             return blocks
         axis = min(axes, key=lambda a: blocks[a])
-        larger = [*blocks]
-        larger[axis] = min(blocks[axis] + max(chunks[axis], LEAST_SLICES), shape[axis])
-        if math.prod(larger) > size:
+        if math.prod(blocks) // blocks[axis] * larger[axis] > size:
             return blocks
-        blocks = larger
+        blocks[axis] = larger[axis]
+
+
+def _streamed_blocks(
+    shape: Sequence[int], chunks: Sequence[int], itemsize: int, at_once: int, threads: int
+) -> list[int]:
+    """Return blocks of whole rows, of which a task has `at_once` slices in memory."""
+    share = math.prod(shape) * itemsize // (BLOCKS_PER_THREAD * threads)
+    size = min(max(share, LEAST_STREAMED_BYTES), MOST_STREAMED_BYTES)
+    most_rows = max(STEP_BYTES // (at_once * shape[2] * itemsize), 1)
+    return _default_blocks(shape, chunks, size // itemsize, True, most_rows)
 
 
 def _ranges(samples: int, block: int, chunk: int) -> list[tuple[int, int]]:
@@ -248,7 +270,7 @@ def parts_of(
         missing = slice(wanted.start + kept, wanted.stop)
         out = buffer[kept : len(held)]
         if reader:
-            reader.read((*first[:2], missing.start), out, known and known.within((missing, y, x)))
+            reader.read((*first[:2], missing.start), out, known.within((missing, y, x)) if known else None)
         else:
             read = as_samples(as_array(samples[missing, y, x]))
             if read.shape != out.shape:

@@ -124,7 +124,8 @@ def extract_to_file(
     """Extract a surface of any size to a file, which all workers write at the same time.
 
     The array is read twice: tasks first count the points and triangles of their blocks, so that each block knows its
-    place in the file, and then write them. Neither this process nor any worker holds more than a few blocks.
+    place in the file, and then write them. Of a folder, the second reading leaves out the chunks that the surface does not
+    depend on. Neither this process nor any worker holds more than a few blocks.
 
     Parameters
     ----------
@@ -136,7 +137,8 @@ def extract_to_file(
         The space of the file's coordinates, as for `marrow.Mesh.write`.
     blocks : sequence of 3 ints, optional
         As for `extract`. By default they have whole rows, because blocks that are cut along the last axis are written in
-        many small pieces, and at most about 512 MiB, of which a task has some slices in memory at a time.
+        many small pieces. A task has some slices of its block in memory at a time, about 64 MiB; there are some blocks
+        for each thread of the workers, of at most about 4 GiB.
 
     Returns
     -------
@@ -153,7 +155,7 @@ def extract_to_file(
     source = Source(array, spacing=spacing, origin=origin, direction=direction, affine=affine)
     path = os.path.abspath(path)
     with _Tasks(client) as tasks:
-        layers = list(source.layers(blocks, whole_rows=True, streamed=True))
+        layers = list(source.layers(blocks, whole_rows=True, threads=tasks.threads()))
         counts = [
             [
                 tasks.submit("count", _count, tasks.samples(source, block), block, source.geometry, isovalue, closed)
@@ -360,6 +362,10 @@ class _Tasks:
 
     def __exit__(self, *error: object) -> None:
         self.client.cancel([future for future in self.futures if not future.done()])
+
+    def threads(self) -> int:
+        """Return the threads of all workers, of which more may come."""
+        return max(sum(self.client.nthreads().values()), 1)
 
     def submit(self, name: str, function: Any, *arguments: Any) -> distributed.Future:
         key = f"marrow-{name}-{self.call}-{len(self.futures)}"

@@ -340,7 +340,7 @@ def test_chunks_without_surface_are_read_once(tmp_path, dtype):
     isovalue = 180
     stored(tmp_path, samples, (6, 5, 7))
     source = _blocks.Source(image(tmp_path, (1, 1, 1), (0, 0, 0)))
-    layers = list(source.layers((18, 15, 50), whole_rows=True, streamed=True))
+    layers = list(source.layers((18, 15, 50), whole_rows=True, threads=2))
     counted = [
         [marrow.dask._count(source.array, block, source.geometry, isovalue, False) for block in layer]
         for layer in layers
@@ -382,6 +382,18 @@ def test_cuts_let_chunks_be_read_once():
             assert end == following + 1 and end - begin > 1
             if chunk > 1:
                 assert (following - 1) % chunk == 0  # gradients begin with a chunk
+
+
+def test_blocks_of_a_store_fit_in_memory_and_occupy_all_workers():
+    assert _blocks._streamed_blocks((2048, 2048, 2048), (64, 64, 64), 1, 64, 2) == [1024, 512, 2048]
+    for shape in ((5000, 3000, 2000), (300, 300, 300), (46000, 46000, 46000), (7, 20000, 30000)):
+        for threads in (1, 8, 1000):
+            slices, rows, row = _blocks._streamed_blocks(shape, (32, 32, 32), 2, 32, threads)
+            assert row == shape[2] and slices <= shape[0] and rows <= shape[1]
+            assert rows == 32 or 32 * rows * row * 2 <= _blocks.STEP_BYTES
+            share = 2 * np.prod(shape, dtype=np.int64) // (_blocks.BLOCKS_PER_THREAD * threads)
+            size = slices * rows * row * 2
+            assert size <= min(max(share, _blocks.LEAST_STREAMED_BYTES), _blocks.MOST_STREAMED_BYTES)
 
 
 def test_steps_read_each_slice_once():

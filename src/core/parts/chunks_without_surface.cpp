@@ -1,9 +1,8 @@
 // Finds the chunks of samples whose values the surface of a part does not depend on.
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <new>
-#include <string>
+#include <optional>
 
 #include <marrow/error.h>
 #include <marrow/parts.h>
@@ -48,10 +47,10 @@ class Chunks {
     const std::int64_t first_, samples_, chunk_, begin_;
 };
 
-// Whether all bits from `begin` to `end` have the same value in all rows of a box, in which `any` and `all` are the
-// disjunction and the conjunction of the rows' words. Gives the value.
-bool is_uniform(const std::vector<std::uint64_t>& any, const std::vector<std::uint64_t>& all,
-                std::int64_t begin, std::int64_t end, bool& inside) {
+// The value that all bits from `begin` to `end` have in all rows of a box, if they are equal. `any` and `all` are the
+// disjunction and the conjunction of the rows' words.
+std::optional<bool> common_value(const std::vector<std::uint64_t>& any, const std::vector<std::uint64_t>& all,
+                                 std::int64_t begin, std::int64_t end) {
     bool some = false, every = true;
     for (std::int64_t bit = begin; bit < end;) {
         const std::int64_t stop = std::min((bit / 64 + 1) * 64, end);
@@ -61,8 +60,7 @@ bool is_uniform(const std::vector<std::uint64_t>& any, const std::vector<std::ui
         every &= (all[word] & mask) == mask;
         bit = stop;
     }
-    inside = some;
-    return some == every;
+    return some == every ? std::optional(some) : std::nullopt;
 }
 
 }  // namespace
@@ -105,13 +103,12 @@ std::vector<std::uint8_t> chunks_without_surface(const VolumeView& part,
                     }
                 }
                 for (std::int64_t cx = 0; cx < nx; ++cx) {
-                    bool inside = false;
-                    const bool uniform = is_uniform(any, all, along_x.begin(cx), along_x.end(cx), inside);
-                    const bool at_closed_border =
-                        options.closed && inside &&
-                        (along_x.touches_border(cx, whole[0]) || along_y.touches_border(cy, whole[1]) ||
-                         along_z.touches_border(cz, whole[2]));
-                    result[static_cast<std::size_t>(column * nx + cx)] = uniform && !at_closed_border;
+                    const std::optional<bool> inside =
+                        common_value(any, all, along_x.begin(cx), along_x.end(cx));
+                    const bool is_closed = options.closed && (along_x.touches_border(cx, whole[0]) ||
+                                                              along_y.touches_border(cy, whole[1]) ||
+                                                              along_z.touches_border(cz, whole[2]));
+                    result[static_cast<std::size_t>(column * nx + cx)] = inside && !(*inside && is_closed);
                 }
             });
         });
