@@ -56,7 +56,8 @@ struct OwnSamples {
     VolumeView view;
 };
 
-// Gives each chunk that does not matter to a part's surface one value, and returns the number of samples that change.
+// Gives each chunk that does not matter to a part's surface one value, and returns the number of samples that
+// change.
 std::size_t fill_chunks_without_surface(OwnSamples& own, const Index& whole, const Index& chunk,
                                         double isovalue, const IsosurfaceOptions& options) {
     const std::vector<std::uint8_t> flags = chunks_without_surface(own.view, whole, chunk, isovalue, options);

@@ -44,7 +44,8 @@ class BoxReader {
     py::dtype dtype() const { return dtype_of(source_.type); }
     const Index& chunk() const { return source_.chunk; }
 
-    // For each chunk [k, j, i] that a box overlaps, whether it is known, and a sample that then stands for all of it.
+    // For each chunk [k, j, i] that a box overlaps, whether it is known, and a sample that then stands for
+    // all of it.
     using KnownChunks = std::optional<std::pair<py::array, py::array>>;
 
     // Fills `out` [k, j, i] with the samples from `first` on.

@@ -20,8 +20,8 @@ using namespace internal;
 
 namespace {
 
-// An edge that the surface crosses reads the samples at its ends, and gradients one more around these. So a sample is
-// read only if there is another one on the other side of the surface within this distance.
+// An edge that the surface crosses reads the samples at its ends, and gradients one more around these. So a
+// sample is read only if there is another one on the other side of the surface within this distance.
 constexpr std::int64_t kReach = 2;
 
 // The chunks along an axis that a view overlaps.
@@ -47,8 +47,8 @@ class Chunks {
     const std::int64_t first_, samples_, chunk_, begin_;
 };
 
-// The value that all bits from `begin` to `end` have in all rows of a box, if they are equal. `any` and `all` are the
-// disjunction and the conjunction of the rows' words.
+// The value that all bits from `begin` to `end` have in all rows of a box, if they are equal. `any` and `all`
+// are the disjunction and the conjunction of the rows' words.
 std::optional<bool> common_value(const std::vector<std::uint64_t>& any, const std::vector<std::uint64_t>& all,
                                  std::int64_t begin, std::int64_t end) {
     bool some = false, every = true;
