@@ -67,7 +67,10 @@ class Block:
 
 
 class KnownChunks:
-    """The chunks of a block, and those of them that need not be read again, because any sample can stand for all."""
+    """The chunks of a block, and those of them that need not be read again.
+
+    The surface does not depend on the values in these, so that one of their samples can stand for all.
+    """
 
     def __init__(self, block: Block, chunk: Sequence[int], dtype: Any) -> None:
         self.chunk = tuple(chunk)
@@ -78,7 +81,7 @@ class KnownChunks:
         self.samples: Array = np.zeros(shape, dtype)
 
     def add(self, part: _marrow.ArrayPart, step: Block, isovalue: float, closed: bool) -> None:
-        """Take a step into account. A chunk is known if it is for all steps, which agree on the side of its samples."""
+        """Take a step into account. A chunk is known if all steps that have some of it know it."""
         flags = _marrow.chunks_without_surface(part, self.chunk[::-1], isovalue, closed=closed, threads=1)
         _, slices = step.with_halo()
         at = self._overlapping(slices)
@@ -247,7 +250,10 @@ def chunks_of(samples: Any, block: Block) -> Optional[KnownChunks]:
 def parts_of(
     samples: Any, steps: list[Block], geometry: Geometry, known: Optional[KnownChunks] = None
 ) -> Iterator[_marrow.ArrayPart]:
-    """Return the parts of a block one after the other. Each is valid until the next. Chunks that are known are not read."""
+    """Return the parts of a block one after the other. Each is valid until the next.
+
+    Chunks that are known are not read.
+    """
     if isinstance(samples, np.ndarray):
         samples = np.require(as_samples(samples), requirements=["C", "ALIGNED"])  # after a message it may be neither
         z = steps[0].with_halo()[0][2]

@@ -365,7 +365,8 @@ class _Tasks:
 
     def threads(self) -> int:
         """Return the threads of all workers, of which more may come."""
-        return max(sum(self.client.nthreads().values()), 1)
+        threads: int = sum(self.client.nthreads().values())
+        return max(threads, 1)
 
     def submit(self, name: str, function: Any, *arguments: Any) -> distributed.Future:
         key = f"marrow-{name}-{self.call}-{len(self.futures)}"
