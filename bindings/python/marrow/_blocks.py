@@ -20,9 +20,10 @@ from ._volume import Geometry
 # The samples of a block take at most about so many bytes, unless the caller chooses the blocks.
 BLOCK_BYTES = 2**27
 # Blocks of which a task has only some slices in memory at a time may be larger. These slices take at most about STEP_BYTES,
-# so blocks are long along z. Larger blocks read fewer chunks twice, but each thread should have some of them.
+# so blocks are long along z. Larger blocks read fewer chunks twice, but each thread should have some of them, and a block
+# is lost with its worker.
 LEAST_STREAMED_BYTES = 2**29
-MOST_STREAMED_BYTES = 2**32
+MOST_STREAMED_BYTES = 2**30
 BLOCKS_PER_THREAD = 4
 STEP_BYTES = 2**26
 # Tasks read at least so many slices at a time.

@@ -138,7 +138,7 @@ def extract_to_file(
     blocks : sequence of 3 ints, optional
         As for `extract`. By default they have whole rows, because blocks that are cut along the last axis are written in
         many small pieces. A task has some slices of its block in memory at a time, about 64 MiB; there are some blocks
-        for each thread of the workers, of at most about 4 GiB.
+        for each thread of the workers, of at most about 1 GiB.
 
     Returns
     -------
