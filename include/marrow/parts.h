@@ -8,7 +8,8 @@
 /// There are two ways to put parts together. Small surfaces are merged in memory: extract_part() by each
 /// process, then merge_parts(). Surfaces of any size are numbered first and then written by all processes at
 /// the same time, to one file (see mesh_io.h): count_part() by each process, number_parts() by one, then
-/// extract_numbered_part() by each again. This continues the histogram pyramid above the processes.
+/// extract_numbered_part() by each again. This continues the histogram pyramid above the processes. A part
+/// that is read from a store twice can leave out chunks_without_surface() the second time.
 ///
 /// In all functions `whole` are the dims of the whole volume. With `options.closed` the surface is closed at
 /// the border of the whole, not between parts. `options.snap` must be 0, and `options.topology` false. All
@@ -133,5 +134,16 @@ struct NumberedPart {
 /// Extracts the surface of a part that was numbered. \throw InputError `numbers` belong to another part
 MARROW_EXPORT NumberedPart extract_numbered_part(const VolumeView& part, const PartNumbers& numbers,
                                                  double isovalue, const IsosurfaceOptions& options = {});
+
+/// Which chunks of the samples need not be read again to extract a numbered part, if they are stored in
+/// chunks of `chunk` samples, the first at index 0. One number for each chunk that `part`, or the sample
+/// around it, overlaps, x fastest: 1 if the surface does not depend on the values in it, else 0. Any sample
+/// of the chunk within the part, or beside it, can then stand for all of them. \throw InputError also a chunk
+/// without samples
+MARROW_EXPORT std::vector<std::uint8_t> chunks_without_surface(const VolumeView& part,
+                                                               const std::array<std::int64_t, 3>& whole,
+                                                               const std::array<std::int64_t, 3>& chunk,
+                                                               double isovalue,
+                                                               const IsosurfaceOptions& options = {});
 
 }  // namespace marrow

@@ -177,11 +177,14 @@ struct BoxSource {
     Geometry geometry;
     SampleType type = SampleType::uint8;
     std::array<std::int64_t, 3> chunk{1, 1, 1};  ///< the samples that are stored together, along x, y and z
+    /// Returns a sample that may stand for all samples of the chunk with this index, which is then not read,
+    /// or null. Any thread calls it.
+    using KnownChunks = std::function<const void*(const std::array<std::int64_t, 3>& chunk)>;
     /// Writes the samples of the box that begins at `first` and has `dims` samples to `samples`, in the order of a
-    /// VolumeView, on the threads of the current oneTBB arena. Any thread may call it. \throw InputError the box leaves
-    /// the volume, or a chunk is damaged; IoError
+    /// VolumeView, on the threads of the current oneTBB arena. `known` may be empty. Any thread may call it.
+    /// \throw InputError the box leaves the volume, or a chunk is damaged; IoError
     std::function<void(const std::array<std::int64_t, 3>& first, const std::array<std::int64_t, 3>& dims,
-                       void* samples)>
+                       void* samples, const KnownChunks& known)>
         read;
 };
 

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <functional>
 #include <vector>
@@ -54,6 +55,41 @@ struct OwnSamples {
     std::vector<std::byte> samples;
     VolumeView view;
 };
+
+// Gives each chunk that does not matter to a part's surface one value, and returns the number of samples that
+// change.
+std::size_t fill_chunks_without_surface(OwnSamples& own, const Index& whole, const Index& chunk,
+                                        double isovalue, const IsosurfaceOptions& options) {
+    const std::vector<std::uint8_t> flags = chunks_without_surface(own.view, whole, chunk, isovalue, options);
+    const VolumeView& view = own.view;
+    const std::size_t bytes = sample_size(view.type);
+    Index begin, end, first_chunk, chunks;
+    for (std::size_t a = 0; a < 3; ++a) {
+        begin[a] = view.first[a] - view.below[a];
+        end[a] = view.first[a] + view.geometry.dims[a] + view.above[a];
+        first_chunk[a] = begin[a] / chunk[a];
+        chunks[a] = (end[a] - 1) / chunk[a] + 1 - first_chunk[a];
+    }
+    EXPECT_EQ(flags.size(), static_cast<std::size_t>(chunks[0] * chunks[1] * chunks[2]));
+    std::vector<const std::byte*> values(flags.size());  // of each chunk
+    std::size_t changed = 0;
+    std::byte* sample = own.samples.data();
+    for (std::int64_t z = begin[2]; z < end[2]; ++z) {
+        for (std::int64_t y = begin[1]; y < end[1]; ++y) {
+            for (std::int64_t x = begin[0]; x < end[0]; ++x, sample += bytes) {
+                const auto c = static_cast<std::size_t>(
+                    ((z / chunk[2] - first_chunk[2]) * chunks[1] + y / chunk[1] - first_chunk[1]) *
+                        chunks[0] +
+                    x / chunk[0] - first_chunk[0]);
+                if (flags[c] == 0) continue;
+                if (values[c] == nullptr) values[c] = sample;
+                if (std::memcmp(sample, values[c], bytes) != 0) ++changed;
+                std::memcpy(sample, values[c], bytes);
+            }
+        }
+    }
+    return changed;
+}
 
 // The cuts across an axis of n samples: where parts begin, and the last sample.
 std::vector<std::int64_t> random_cuts(std::int64_t n, Random& random) {
@@ -111,10 +147,13 @@ Mesh merged(const VolumeView& whole, const std::vector<Box>& boxes, double isova
     return merge_parts(parts);
 }
 
+// Returns the samples that a part is extracted from.
+using Reread = std::function<OwnSamples(const Box&)>;
+
 // Counts the parts, numbers those between two cuts across z at a time, and writes each to its place. If
 // `outward`, each part turns its normals outward.
 Mesh assembled(const VolumeView& whole, const std::vector<Box>& boxes, double isovalue,
-               const IsosurfaceOptions& options, bool outward = false) {
+               const IsosurfaceOptions& options, bool outward = false, const Reread& reread = {}) {
     const Index& dims = whole.geometry.dims;
     std::vector<std::vector<PartCounts>> layers;
     std::int64_t z = -1;
@@ -140,8 +179,8 @@ Mesh assembled(const VolumeView& whole, const std::vector<Box>& boxes, double is
     mesh.triangles.resize(size.triangles);
     std::size_t written = 0;
     for (std::size_t p = 0; p < boxes.size(); ++p) {
-        NumberedPart part = extract_numbered_part(OwnSamples(whole, boxes[p], options.normals).view,
-                                                  numbers[p], isovalue, options);
+        const OwnSamples own = reread ? reread(boxes[p]) : OwnSamples(whole, boxes[p], options.normals);
+        NumberedPart part = extract_numbered_part(own.view, numbers[p], isovalue, options);
         if (outward) turn_normals_outward(part.mesh);
         for (const NumberedRun& run : part.points) {
             for (std::size_t i = 0; i < run.count; ++i, ++written) {
@@ -226,6 +265,39 @@ TEST(DistributedPartsTest, TurnTheNormalsOutwardThatTheWholeTurns) {
         ASSERT_TRUE(same_bytes(assembled(volume, boxes, 2, options, true), whole)) << i;
     }
     EXPECT_GT(turned, 1000u);
+}
+
+// Blobs, whose samples matter near the surface alone.
+TYPED_TEST(DistributedParts, ChunksWithoutSurfaceNeedNotBeReadAgain) {
+    Random random(9);
+    std::size_t changed = 0, all = 0;
+    for (int i = 0; i < 60; ++i) {
+        Geometry geometry = random_geometry(random);
+        for (std::int64_t& n : geometry.dims)
+            n = 4 + static_cast<std::int64_t>(random() % (n > 60 ? 120 : 16));
+        const double scale = 2 + static_cast<double>(random() % 5);
+        const Volume volume = sampled<TypeParam>(geometry, [&](double x, double y, double z) {
+            // Some of the samples equal the isovalue.
+            return std::round(50 + 20 * (std::sin(x / scale) + std::sin(y / scale) + std::sin(z / scale)));
+        });
+        const double isovalue = 20 + static_cast<double>(random() % 60);
+        const IsosurfaceOptions options{.normals = i % 4 != 0, .closed = i % 2 == 0, .threads = 1};
+        const Index& dims = volume.geometry().dims;
+        Index chunk;
+        for (std::int64_t& n : chunk) n = 1 + static_cast<std::int64_t>(random() % 8);
+        const auto reread = [&](const Box& box) {
+            OwnSamples own(volume, box, options.normals);
+            changed += fill_chunks_without_surface(own, dims, chunk, isovalue, options);
+            all += own.samples.size() / sizeof(TypeParam);
+            return own;
+        };
+        const bool outward = options.normals && i % 3 == 0;
+        Mesh whole = extract_isosurface(volume, isovalue, options);
+        if (outward) turn_normals_outward(whole);
+        const std::vector<Box> boxes = cut_by_planes(dims, random, 1 + i % 7);
+        ASSERT_TRUE(same_bytes(assembled(volume, boxes, isovalue, options, outward, reread), whole)) << i;
+    }
+    EXPECT_GT(changed, all / 10);
 }
 
 // A single slice has a closed surface, and no open one.

@@ -17,10 +17,15 @@ from ._marrow import InputError
 from ._scan import Path
 from ._volume import Geometry
 
-# The samples of a block take at most about so many bytes, unless the caller chooses the blocks: for tasks that have all of
-# them in memory, and for tasks that read some slices at a time.
+# The samples of a block take at most about so many bytes, unless the caller chooses the blocks.
 BLOCK_BYTES = 2**27
-STREAMED_BLOCK_BYTES = 2**29
+# Blocks of which a task has only some slices in memory at a time may be larger. These slices take at most about STEP_BYTES,
+# so blocks are long along z. Larger blocks read fewer chunks twice, but each thread should have some of them, and a block
+# is lost with its worker.
+LEAST_STREAMED_BYTES = 2**29
+MOST_STREAMED_BYTES = 2**30
+BLOCKS_PER_THREAD = 4
+STEP_BYTES = 2**26
 # Tasks read at least so many slices at a time.
 LEAST_SLICES = 16
 
@@ -62,6 +67,43 @@ class Block:
         ]
 
 
+class KnownChunks:
+    """The chunks of a block, and those of them that need not be read again.
+
+    The surface does not depend on the values in these, so that one of their samples can stand for all.
+    """
+
+    def __init__(self, block: Block, chunk: Sequence[int], dtype: Any) -> None:
+        self.chunk = tuple(chunk)
+        _, slices = block.with_halo()
+        self.first = [s.start // n for s, n in zip(slices, self.chunk)]
+        shape = [-(-s.stop // n) - first for s, n, first in zip(slices, self.chunk, self.first)]
+        self.are_known = np.ones(shape, np.uint8)
+        self.samples: Array = np.zeros(shape, dtype)
+
+    def add(self, part: _marrow.ArrayPart, step: Block, isovalue: float, closed: bool) -> None:
+        """Take a step into account. A chunk is known if all steps that have some of it know it."""
+        flags = _marrow.chunks_without_surface(part, self.chunk[::-1], isovalue, closed=closed, threads=1)
+        _, slices = step.with_halo()
+        at = self._overlapping(slices)
+        self.are_known[at] &= flags.reshape(self.are_known[at].shape)
+        begins = [
+            np.maximum(np.arange(s.start // n, -(-s.stop // n)) * n - s.start, 0) for s, n in zip(slices, self.chunk)
+        ]
+        self.samples[at] = part.array[np.ix_(*begins)]
+
+    def within(self, slices: Sequence[slice]) -> tuple[Array, Array]:
+        """Return what BoxReader takes for a box of samples."""
+        at = self._overlapping(slices)
+        return np.ascontiguousarray(self.are_known[at]), np.ascontiguousarray(self.samples[at])
+
+    def _overlapping(self, slices: Sequence[slice]) -> tuple[slice, ...]:
+        return tuple(
+            slice(s.start // n - first, -(-s.stop // n) - first)
+            for s, n, first in zip(slices, self.chunk, self.first)
+        )
+
+
 class _Image:
     """A folder of Zarr, which Marrow reads by itself."""
 
@@ -97,20 +139,23 @@ class Source:
         return not isinstance(self.array, np.ndarray) and not is_dask_collection(self.array)
 
     def layers(
-        self, blocks: Optional[Sequence[int]], *, whole_rows: bool, streamed: bool = False
+        self, blocks: Optional[Sequence[int]], *, whole_rows: bool, threads: Optional[int] = None
     ) -> Iterator[list[Block]]:
         """Return the blocks between two cuts across z, from the lowest z.
 
-        If they are `streamed`, a task has some of a block's slices at a time.
+        With `threads`, of all workers together, a task has some of a block's slices at a time.
         """
         shape = self.array.shape
         chunks = [_chunk(self.array, axis) for axis in range(3)]
+        at_once = -(-LEAST_SLICES // chunks[0]) * chunks[0]
         if blocks is None:
-            size = (STREAMED_BLOCK_BYTES if streamed and self.is_in_store else BLOCK_BYTES) // np.dtype(self.array.dtype).itemsize
-            blocks = _default_blocks(shape, chunks, size, whole_rows)
+            itemsize = np.dtype(self.array.dtype).itemsize
+            if threads and self.is_in_store:
+                blocks = _streamed_blocks(shape, chunks, itemsize, at_once, threads)
+            else:
+                blocks = _default_blocks(shape, chunks, BLOCK_BYTES // itemsize, whole_rows)
         if len(blocks) != 3 or min(blocks) < 1:
             raise InputError(f"blocks are three sizes of at least one sample, not {blocks!r}")
-        at_once = -(-LEAST_SLICES // chunks[0]) * chunks[0]
         nz, ny, nx = (_ranges(n, block, chunk) for n, block, chunk in zip(shape, blocks, chunks))
         for z in nz:
             yield [
@@ -128,22 +173,37 @@ def _chunk(array: Any, axis: int) -> int:
     return int(chunks[axis] if isinstance(chunks[axis], (int, np.integer)) else chunks[axis][0])
 
 
-def _default_blocks(shape: Sequence[int], chunks: Sequence[int], size: int, whole_rows: bool) -> list[int]:
-    """Return blocks of whole chunks with at most `size` samples, about as many along each axis that is cut."""
+def _default_blocks(
+    shape: Sequence[int], chunks: Sequence[int], size: int, whole_rows: bool, most_rows: Optional[int] = None
+) -> list[int]:
+    """Return blocks of whole chunks with at most `size` samples, about as many along each axis that is cut.
+
+    Beyond one chunk, they have at most `most_rows` along y.
+    """
     blocks = [min(n, chunk) for n, chunk in zip(shape, chunks)]
+    most = [shape[0], min(shape[1], most_rows or shape[1]), shape[2]]
     axes = [0, 1] if whole_rows else [0, 1, 2]
     if whole_rows:
         blocks[2] = shape[2]
     while True:
-        axes = [axis for axis in axes if blocks[axis] < shape[axis]]
+        larger = {axis: min(blocks[axis] + max(chunks[axis], LEAST_SLICES), shape[axis]) for axis in axes}
+        axes = [axis for axis in axes if blocks[axis] < larger[axis] <= most[axis]]
         if not axes:
             return blocks
         axis = min(axes, key=lambda a: blocks[a])
-        larger = [*blocks]
-        larger[axis] = min(blocks[axis] + max(chunks[axis], LEAST_SLICES), shape[axis])
-        if math.prod(larger) > size:
+        if math.prod(blocks) // blocks[axis] * larger[axis] > size:
             return blocks
-        blocks = larger
+        blocks[axis] = larger[axis]
+
+
+def _streamed_blocks(
+    shape: Sequence[int], chunks: Sequence[int], itemsize: int, at_once: int, threads: int
+) -> list[int]:
+    """Return blocks of whole rows, of which a task has `at_once` slices in memory."""
+    share = math.prod(shape) * itemsize // (BLOCKS_PER_THREAD * threads)
+    size = min(max(share, LEAST_STREAMED_BYTES), MOST_STREAMED_BYTES)
+    most_rows = max(STEP_BYTES // (at_once * shape[2] * itemsize), 1)
+    return _default_blocks(shape, chunks, size // itemsize, True, most_rows)
 
 
 def _ranges(samples: int, block: int, chunk: int) -> list[tuple[int, int]]:
@@ -183,8 +243,18 @@ def label_part_of(numbers: Array, block: Block, geometry: Geometry) -> _marrow.A
     return _array_part(numbers, block.with_halo()[0], block, geometry)
 
 
-def parts_of(samples: Any, steps: list[Block], geometry: Geometry) -> Iterator[_marrow.ArrayPart]:
-    """Return the parts of a block one after the other. Each is valid until the next."""
+def chunks_of(samples: Any, block: Block) -> Optional[KnownChunks]:
+    """Return the chunks of a block, if they are read one by one."""
+    return KnownChunks(block, samples.chunks, samples.dtype) if isinstance(samples, _Image) else None
+
+
+def parts_of(
+    samples: Any, steps: list[Block], geometry: Geometry, known: Optional[KnownChunks] = None
+) -> Iterator[_marrow.ArrayPart]:
+    """Return the parts of a block one after the other. Each is valid until the next.
+
+    Chunks that are known are not read.
+    """
     if isinstance(samples, np.ndarray):
         samples = np.require(as_samples(samples), requirements=["C", "ALIGNED"])  # after a message it may be neither
         z = steps[0].with_halo()[0][2]
@@ -207,7 +277,7 @@ def parts_of(samples: Any, steps: list[Block], geometry: Geometry) -> Iterator[_
         missing = slice(wanted.start + kept, wanted.stop)
         out = buffer[kept : len(held)]
         if reader:
-            reader.read((*first[:2], missing.start), out)
+            reader.read((*first[:2], missing.start), out, known.within((missing, y, x)) if known else None)
         else:
             read = as_samples(as_array(samples[missing, y, x]))
             if read.shape != out.shape:

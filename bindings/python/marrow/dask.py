@@ -19,7 +19,7 @@ import os
 import uuid
 from collections.abc import Mapping, Sequence
 from pathlib import Path as FilePath
-from typing import Any, NoReturn, Optional, Union
+from typing import Any, NamedTuple, NoReturn, Optional, Union
 
 import distributed
 import numpy as np
@@ -27,7 +27,7 @@ from dask.base import is_dask_collection
 from numpy.typing import ArrayLike
 
 from . import _marrow
-from ._blocks import Block, Source, label_part_of, part_of, parts_of, read_labels
+from ._blocks import Block, KnownChunks, Source, chunks_of, label_part_of, part_of, parts_of, read_labels
 from ._labels import LabelEntry, named, renumbered
 from ._marrow import EmptySurface, InputError
 from ._mesh import FileSpace, Mesh
@@ -124,7 +124,8 @@ def extract_to_file(
     """Extract a surface of any size to a file, which all workers write at the same time.
 
     The array is read twice: tasks first count the points and triangles of their blocks, so that each block knows its
-    place in the file, and then write them. Neither this process nor any worker holds more than a few blocks.
+    place in the file, and then write them. Of a folder, the second reading leaves out the chunks that the surface does not
+    depend on. Neither this process nor any worker holds more than a few blocks.
 
     Parameters
     ----------
@@ -136,7 +137,8 @@ def extract_to_file(
         The space of the file's coordinates, as for `marrow.Mesh.write`.
     blocks : sequence of 3 ints, optional
         As for `extract`. By default they have whole rows, because blocks that are cut along the last axis are written in
-        many small pieces, and at most about 512 MiB, of which a task has some slices in memory at a time.
+        many small pieces. A task has some slices of its block in memory at a time, about 64 MiB; there are some blocks
+        for each thread of the workers, of at most about 1 GiB.
 
     Returns
     -------
@@ -153,7 +155,7 @@ def extract_to_file(
     source = Source(array, spacing=spacing, origin=origin, direction=direction, affine=affine)
     path = os.path.abspath(path)
     with _Tasks(client) as tasks:
-        layers = list(source.layers(blocks, whole_rows=True, streamed=True))
+        layers = list(source.layers(blocks, whole_rows=True, threads=tasks.threads()))
         counts = [
             [
                 tasks.submit("count", _count, tasks.samples(source, block), block, source.geometry, isovalue, closed)
@@ -361,6 +363,11 @@ class _Tasks:
     def __exit__(self, *error: object) -> None:
         self.client.cancel([future for future in self.futures if not future.done()])
 
+    def threads(self) -> int:
+        """Return the threads of all workers, of which more may come."""
+        threads: int = sum(self.client.nthreads().values())
+        return max(threads, 1)
+
     def submit(self, name: str, function: Any, *arguments: Any) -> distributed.Future:
         key = f"marrow-{name}-{self.call}-{len(self.futures)}"
         future: distributed.Future = self.client.submit(function, *arguments, key=key)
@@ -387,34 +394,49 @@ def _extract(samples: Any, block: Block, geometry: Geometry, isovalue: float, cl
     return _marrow.extract_part(part, isovalue, closed=closed, normals=normals, threads=1)
 
 
-def _count(samples: Any, block: Block, geometry: Geometry, isovalue: float, closed: bool) -> list[Any]:
-    """Return the counts of the steps of a block."""
-    parts = parts_of(samples, block.steps(), geometry)
-    return [_marrow.count_part(part, isovalue, closed=closed, threads=1) for part in parts]
+class _Counted(NamedTuple):
+    counts: list[Any]  #: of the steps of a block
+    chunks: Optional[KnownChunks]  #: that writing need not read again
 
 
-def _size(counts: list[Any]) -> SurfaceSize:
+class _Numbered(NamedTuple):
+    numbers: list[Any]  #: of the steps of a block
+    chunks: Optional[KnownChunks]
+
+
+def _count(samples: Any, block: Block, geometry: Geometry, isovalue: float, closed: bool) -> _Counted:
+    steps = block.steps()
+    counted = _Counted([], chunks_of(samples, block))
+    for step, part in zip(steps, parts_of(samples, steps, geometry)):
+        counted.counts.append(_marrow.count_part(part, isovalue, closed=closed, threads=1))
+        if counted.chunks:
+            counted.chunks.add(part, step, isovalue, closed)
+    return counted
+
+
+def _size(block: _Counted) -> SurfaceSize:
     return _total(
         SurfaceSize(int(points.sum(dtype=np.uint64)), int(triangles.sum(dtype=np.uint64)))
-        for _, points, triangles in counts
+        for _, points, triangles in block.counts
     )
 
 
-def _first_slice(counts: list[Any]) -> Any:
-    return _marrow.first_slice(counts[0])
+def _first_slice(block: _Counted) -> Any:
+    return _marrow.first_slice(block.counts[0])
 
 
-def _number(counts: list[list[Any]], following: list[Any], before: SurfaceSize) -> list[list[Any]]:
-    """Return the numbers of the steps of all blocks between two cuts."""
-    steps = list(itertools.chain.from_iterable(counts))
+def _number(blocks: list[_Counted], following: list[Any], before: SurfaceSize) -> list[_Numbered]:
+    """Number all blocks between two cuts."""
+    steps = list(itertools.chain.from_iterable(block.counts for block in blocks))
     numbers = iter(_marrow.number_parts(steps, following, before.points, before.triangles))
-    return [list(itertools.islice(numbers, len(block))) for block in counts]
+    return [_Numbered(list(itertools.islice(numbers, len(block.counts))), block.chunks) for block in blocks]
 
 
 def _write(
-    samples: Any, block: Block, geometry: Geometry, isovalue: float, closed: bool, numbers: list[Any], file: Any
+    samples: Any, block: Block, geometry: Geometry, isovalue: float, closed: bool, numbered: _Numbered, file: Any
 ) -> None:
-    for part, places in zip(parts_of(samples, block.steps(), geometry), numbers):
+    parts = parts_of(samples, block.steps(), geometry, numbered.chunks)
+    for part, places in zip(parts, numbered.numbers):
         _marrow.extract_to_shared_file(part, places, isovalue, file, closed=closed, threads=1)
 
 

@@ -11,6 +11,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -43,20 +44,51 @@ class BoxReader {
     py::dtype dtype() const { return dtype_of(source_.type); }
     const Index& chunk() const { return source_.chunk; }
 
+    // For each chunk [k, j, i] that a box overlaps, whether it is known, and a sample that then stands for
+    // all of it.
+    using KnownChunks = std::optional<std::pair<py::array, py::array>>;
+
     // Fills `out` [k, j, i] with the samples from `first` on.
-    void read(const Index& first, py::array& out) const {
+    void read(const Index& first, py::array& out, const KnownChunks& known) const {
         if (!out.writeable() || !(out.flags() & py::array::c_style) || out.ndim() != 3 ||
             sample_type_of(out.dtype()) != source_.type)
             throw InputError("the samples of a box go to a C-contiguous array of their type with three axes");
         const Index dims{out.shape(2), out.shape(1), out.shape(0)};
         void* const samples = out.mutable_data();
+        const BoxSource::KnownChunks known_chunks = to_known_chunks(known, first, dims);
         compute(py::none(), [&](const Progress&) {
-            tbb::task_arena(1).execute([&] { source_.read(first, dims, samples); });
+            tbb::task_arena(1).execute([&] { source_.read(first, dims, samples, known_chunks); });
             return true;
         });
     }
 
   private:
+    // Refers to the arrays.
+    BoxSource::KnownChunks to_known_chunks(const KnownChunks& known, const Index& first,
+                                           const Index& dims) const {
+        if (!known) return {};
+        const auto& [are_known, samples] = *known;
+        Index begin, count;
+        for (std::size_t a = 0; a < 3; ++a) {
+            begin[a] = first[a] / chunk()[a];
+            count[a] = (first[a] + dims[a] - 1) / chunk()[a] + 1 - begin[a];
+        }
+        const auto fits = [&](const py::array& array, SampleType type) {
+            return (array.flags() & py::array::c_style) && sample_type_of(array.dtype()) == type &&
+                   array.ndim() == 3 && Index{array.shape(2), array.shape(1), array.shape(0)} == count;
+        };
+        if (!fits(are_known, SampleType::uint8) || !fits(samples, source_.type))
+            throw InputError(
+                "known chunks are two arrays, of uint8 and of samples, with an element for each chunk");
+        return [begin, count, flags = static_cast<const std::uint8_t*>(are_known.data()),
+                values = static_cast<const char*>(samples.data()),
+                size = sample_size(source_.type)](const Index& at) -> const void* {
+            const auto i = static_cast<std::size_t>(
+                ((at[2] - begin[2]) * count[1] + at[1] - begin[1]) * count[0] + at[0] - begin[0]);
+            return flags[i] != 0 ? values + i * size : nullptr;
+        };
+    }
+
     const BoxSource source_;
 };
 
@@ -137,6 +169,15 @@ py::tuple python_count_part(const ArrayPart& part, double isovalue, bool closed,
     }));
 }
 
+py::array_t<std::uint8_t> python_chunks_without_surface(const ArrayPart& part, const Index& chunk,
+                                                        double isovalue, bool closed, int threads) {
+    const auto flags = compute(py::none(), [&](const Progress& report) {
+        return chunks_without_surface(part.view(), part.whole(), chunk, isovalue,
+                                      options_of(closed, false, threads, report));
+    });
+    return py::array_t<std::uint8_t>(static_cast<py::ssize_t>(flags.size()), flags.data());
+}
+
 py::list python_number_parts(const py::list& parts, const py::list& next, std::uint64_t points_before,
                              std::uint64_t triangles_before) {
     py::list result;
@@ -206,7 +247,8 @@ void add_parts(py::module_& module) {
         .def(py::init<py::array, const Index&, const Index&, const Index&, const Index&, const Vec3d&,
                       const Vec3d&, const Mat3d&>(),
              py::arg("array").noconvert(), py::arg("array_first"), py::arg("first"), py::arg("dims"),
-             py::arg("whole"), py::arg("spacing"), py::arg("origin"), py::arg("direction"));
+             py::arg("whole"), py::arg("spacing"), py::arg("origin"), py::arg("direction"))
+        .def_property_readonly("array", &ArrayPart::array);
     py::class_<BoxReader>(module, "BoxReader")
         .def(py::init<const std::filesystem::path&>(), py::arg("path"))
         .def_property_readonly("shape",
@@ -224,12 +266,15 @@ void add_parts(py::module_& module) {
         .def_property_readonly("origin", [](const BoxReader& reader) { return reader.geometry().origin; })
         .def_property_readonly("direction",
                                [](const BoxReader& reader) { return reader.geometry().direction; })
-        .def("read", &BoxReader::read, py::arg("first"), py::arg("out").noconvert());
+        .def("read", &BoxReader::read, py::arg("first"), py::arg("out").noconvert(),
+             py::arg("known") = py::none());
     module.def("extract_part", &python_extract_part, py::arg("part"), py::arg("isovalue"), py::kw_only(),
                py::arg("closed"), py::arg("normals"), py::arg("threads"), py::arg("progress") = py::none());
     module.def("merge_parts", &python_merge_parts, py::arg("parts"), py::arg("progress") = py::none());
     module.def("count_part", &python_count_part, py::arg("part"), py::arg("isovalue"), py::kw_only(),
                py::arg("closed"), py::arg("threads"), py::arg("progress") = py::none());
+    module.def("chunks_without_surface", &python_chunks_without_surface, py::arg("part"), py::arg("chunk"),
+               py::arg("isovalue"), py::kw_only(), py::arg("closed"), py::arg("threads"));
     module.def(
         "first_slice", [](const py::tuple& counts) { return as_tuple(first_slice(to_counts(counts))); },
         py::arg("counts"));

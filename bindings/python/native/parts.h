@@ -50,6 +50,7 @@ class ArrayPart {
 
     const VolumeView& view() const { return view_; }
     const Index& whole() const { return whole_; }
+    const pybind11::array& array() const { return array_; }
 
   private:
     pybind11::array array_;

@@ -18,7 +18,7 @@ zarr = pytest.importorskip("zarr")
 import dask.array  # noqa: E402
 import distributed  # noqa: E402
 import marrow.dask  # noqa: E402
-from marrow import _blocks  # noqa: E402
+from marrow import _blocks, _marrow  # noqa: E402
 
 
 @contextlib.contextmanager
@@ -332,6 +332,47 @@ def test_an_error_in_the_middle_of_writing_leaves_the_old_file(client, tmp_path)
     assert sorted(os.listdir(tmp_path)) == ["reads", "samples.zarr", "surface.ply"]
 
 
+@pytest.mark.parametrize("dtype", ["u1", ">u2", "f4"])
+def test_chunks_without_surface_are_read_once(tmp_path, dtype):
+    """They are damaged after the samples were counted."""
+    z, y, x = np.ogrid[:40, :36, :50]
+    samples = (250 - 5 * np.sqrt((z - 18) ** 2 + (y - 16) ** 2 + (x - 30.0) ** 2)).clip(0).astype(dtype)
+    isovalue = 180
+    stored(tmp_path, samples, (6, 5, 7))
+    source = _blocks.Source(image(tmp_path, (1, 1, 1), (0, 0, 0)))
+    layers = list(source.layers((18, 15, 50), whole_rows=True, threads=2))
+    counted = [
+        [marrow.dask._count(source.array, block, source.geometry, isovalue, False) for block in layer]
+        for layer in layers
+    ]
+    chunks = {True: set(), False: set()}
+    for known in (block.chunks for layer in counted for block in layer):
+        for index, is_known in np.ndenumerate(known.are_known):
+            chunks[bool(is_known)].add(tuple(int(first + i) for first, i in zip(known.first, index)))
+    damaged = chunks[True] - chunks[False]
+    assert len(damaged) > len(chunks[False])
+    for index in damaged:
+        (tmp_path / "samples.zarr" / ".".join(map(str, index))).write_bytes(b"damaged")
+
+    size = marrow.dask._total(marrow.dask._size(block) for layer in counted for block in layer)
+    file = _marrow.FileOfParts(tmp_path / "surface.ply", size.points, size.triangles, normals=True, space="LPS")
+    before = marrow.SurfaceSize(0, 0)
+    for layer, blocks, following in zip(layers, counted, [*counted[1:], []]):
+        numbered = marrow.dask._number(blocks, [marrow.dask._first_slice(block) for block in following], before)
+        for block, numbers in zip(layer, numbered):
+            marrow.dask._write(source.array, block, source.geometry, isovalue, False, numbers, file.description)
+        before = marrow.dask._total([before, *map(marrow.dask._size, blocks)])
+    file.commit()
+    marrow.extract(samples.astype(samples.dtype.newbyteorder("=")), isovalue).write(tmp_path / "whole.ply")
+    assert (tmp_path / "surface.ply").read_bytes() == (tmp_path / "whole.ply").read_bytes()
+
+    with pytest.raises(marrow.InputError, match="damaged"):
+        marrow.dask._count(source.array, layers[0][0], source.geometry, isovalue, False)
+    out = np.empty((6, 5, 7), source.array.dtype)
+    with pytest.raises(marrow.InputError, match="an element for each chunk"):
+        source.array.open().read((0, 0, 0), out, (np.ones((1, 1, 2), "u1"), np.ones((1, 1, 1), out.dtype)))
+
+
 def test_cuts_let_chunks_be_read_once():
     """Of the chunks of a block, only the last along each axis are those of the next block too."""
     for samples, block, chunk in ((2048, 512, 64), (100, 30, 7), (65, 64, 64), (9, 3, 1), (1, 5, 5), (2, 9, 4)):
@@ -341,6 +382,18 @@ def test_cuts_let_chunks_be_read_once():
             assert end == following + 1 and end - begin > 1
             if chunk > 1:
                 assert (following - 1) % chunk == 0  # gradients begin with a chunk
+
+
+def test_blocks_of_a_store_fit_in_memory_and_occupy_all_workers():
+    assert _blocks._streamed_blocks((2048, 2048, 2048), (64, 64, 64), 1, 64, 2) == [1024, 512, 2048]
+    for shape in ((5000, 3000, 2000), (300, 300, 300), (46000, 46000, 46000), (7, 20000, 30000)):
+        for threads in (1, 8, 1000):
+            slices, rows, row = _blocks._streamed_blocks(shape, (32, 32, 32), 2, 32, threads)
+            assert row == shape[2] and slices <= shape[0] and rows <= shape[1]
+            assert rows == 32 or 32 * rows * row * 2 <= _blocks.STEP_BYTES
+            share = 2 * np.prod(shape, dtype=np.int64) // (_blocks.BLOCKS_PER_THREAD * threads)
+            size = slices * rows * row * 2
+            assert size <= min(max(share, _blocks.LEAST_STREAMED_BYTES), _blocks.MOST_STREAMED_BYTES)
 
 
 def test_steps_read_each_slice_once():

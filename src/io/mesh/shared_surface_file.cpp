@@ -87,36 +87,23 @@ void check(const SharedSurfaceFile& file, const NumberedPart& part) {
         throw InputError("a part and the file " + quoted(file.temporary) + " do not both have normals");
 }
 
-void write_facets(MeshOutput& to, const NumberedPart& part, const NumberedRun& run) {
-    const std::span<const Triangle> triangles = std::span(part.mesh.triangles).subspan(run.begin, run.count);
-    write_stl_facets(to, {.points = part.mesh.points, .normals = {}, .triangles = triangles});
+template <class T>
+std::span<const T> elements(const Buffer<T>& all, const NumberedRun& run) {
+    return std::span(all).subspan(run.begin, run.count);
 }
 
-// The normals of a part's own points, turned outward as in write_mesh.
-std::vector<Vec3f> outward_normals(const Mesh& mesh) {
-    std::vector<Vec3f> normals(mesh.normals.begin(), mesh.normals.end());
-    if (normals.empty()) return normals;
-    const SurfacePart all{0, mesh.points, mesh.normals, 0, mesh.triangles, mesh.points.size()};
-    constexpr int kThreads = 1;  // other parts are written at the same time
-    for (const auto& [point, normal] : OutwardNormals().add(all, kThreads)) normals[point] = normal;
-    return normals;
+void write_facets(MeshOutput& to, const Mesh& mesh, const NumberedRun& run) {
+    write_stl_facets(to, {.points = mesh.points, .normals = {}, .triangles = elements(mesh.triangles, run)});
 }
 
-void write_points(MeshOutput& to, const Mesh& mesh, std::span<const Vec3f> normals, const NumberedRun& run) {
-    SurfacePart records{
-        .points = std::span(mesh.points).subspan(run.begin, run.count), .normals = {}, .triangles = {}};
-    if (!normals.empty()) records.normals = normals.subspan(run.begin, run.count);
+void write_points(MeshOutput& to, const Mesh& mesh, const NumberedRun& run) {
+    SurfacePart records{.points = elements(mesh.points, run), .normals = {}, .triangles = {}};
+    if (!mesh.normals.empty()) records.normals = elements(mesh.normals, run);
     write_ply_points(to, records);
 }
 
-void write_faces(MeshOutput& to, const NumberedPart& part, const NumberedRun& run) {
-    std::vector<Triangle> triangles(run.count);
-    std::transform(part.mesh.triangles.begin() + static_cast<std::ptrdiff_t>(run.begin),
-                   part.mesh.triangles.begin() + static_cast<std::ptrdiff_t>(run.begin + run.count),
-                   triangles.begin(), [&](const Triangle& t) {
-                       return Triangle{part.numbers[t[0]], part.numbers[t[1]], part.numbers[t[2]]};
-                   });
-    write_ply_faces(to, {.points = {}, .normals = {}, .triangles = triangles});
+void write_faces(MeshOutput& to, const Mesh& mesh, const NumberedRun& run) {
+    write_ply_faces(to, {.points = {}, .normals = {}, .triangles = elements(mesh.triangles, run)});
 }
 
 }  // namespace
@@ -159,23 +146,33 @@ void SharedSurfaceWriter::commit() {
     state_->target.commit();
 }
 
-void write_part(const SharedSurfaceFile& file, const NumberedPart& part) {
+void write_part(const SharedSurfaceFile& file, NumberedPart part) {
     check(file, part);
     const Layout layout(file);
     ExistingFile existing(file.temporary);
     MeshWriteOptions options;
     options.space = file.space;
     MeshOutput to([&](const void* data, std::size_t bytes) { existing.write(data, bytes); }, options);
-    const bool stl = file.format == MeshFormat::stl;
-    for (const NumberedRun& run : part.triangles) {
-        existing.seek(layout.triangles + run.number * (stl ? kStlFacetBytes : kPlyFaceBytes));
-        stl ? write_facets(to, part, run) : write_faces(to, part, run);
+    Mesh& mesh = part.mesh;
+    if (file.format == MeshFormat::stl) {
+        for (const NumberedRun& run : part.triangles) {
+            existing.seek(layout.triangles + run.number * kStlFacetBytes);
+            write_facets(to, mesh, run);
+        }
+        return;
     }
-    if (stl) return;
-    const std::vector<Vec3f> normals = outward_normals(part.mesh);
+    constexpr int kThreads = 1;  // other parts are written at the same time
+    turn_normals_outward(mesh, kThreads);
     for (const NumberedRun& run : part.points) {
         existing.seek(layout.points + run.number * ply_point_bytes(file.normals));
-        write_points(to, part.mesh, normals, run);
+        write_points(to, mesh, run);
+    }
+    for (Triangle& triangle : mesh.triangles) {
+        for (std::uint32_t& point : triangle) point = part.numbers[point];
+    }
+    for (const NumberedRun& run : part.triangles) {
+        existing.seek(layout.triangles + run.number * kPlyFaceBytes);
+        write_faces(to, mesh, run);
     }
 }
 

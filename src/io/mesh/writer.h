@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include <marrow/buffer.h>
 #include <marrow/mesh.h>
 #include <marrow/mesh_io.h>
 #include <marrow/streaming.h>
@@ -63,7 +64,7 @@ class MeshOutput {
     template <std::size_t MaxBytes, class Encode>
     void items(std::size_t count, double from, double until, Encode encode) {
         constexpr std::size_t kBlock = (std::size_t{1} << 20) / MaxBytes;
-        block_.resize(kBlock * MaxBytes);
+        block_.resize(std::min(kBlock, count) * MaxBytes);
         for (std::size_t first = 0; first < count; first += kBlock) {
             const std::size_t last = std::min(first + kBlock, count);
             char* end = block_.data();
@@ -79,7 +80,7 @@ class MeshOutput {
     const Write write_;
     const Progress progress_;  // a copy, because a SurfaceWriter outlives its options
     double share_begin_ = 0, share_end_ = 1;
-    std::vector<char> block_;
+    Buffer<char> block_;
 };
 
 /// A mesh as the only part of its surface.

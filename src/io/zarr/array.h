@@ -46,10 +46,13 @@ bool is_zarr(const std::filesystem::path& folder);
 ZarrArray read_zarr_array(const std::filesystem::path& folder);
 
 /// Reads the samples from `begin` to `end` in C order, as stored but in native byte order, on the threads around.
-/// Chunks that are missing have the fill value. Calls done() after each chunk, from any thread.
+/// Chunks that are missing have the fill value. Calls done() after each chunk, from any thread. Unless
+/// `known` is empty, known(index) returns null, or a sample, as stored but in native byte order, that stands
+/// for all of a chunk, which is then not read.
 /// \throw IoError; InputError a chunk is damaged; what done() throws
 void read_zarr(const ZarrArray& array, const ZarrArray::Index& begin, const ZarrArray::Index& end,
-               void* samples, const std::function<void()>& done);
+               void* samples, const std::function<void()>& done,
+               const std::function<const void*(const ZarrArray::Index& chunk)>& known = {});
 
 /// The number of calls of done() in read_zarr.
 std::size_t count_chunks(const ZarrArray& array, const ZarrArray::Index& begin, const ZarrArray::Index& end);

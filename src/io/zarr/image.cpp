@@ -278,9 +278,10 @@ SampleType loaded_type(const ZarrImage& image) {
 
 namespace {
 
-// Reads a box of samples; x, y, z.
+// Reads a box of samples; x, y, z. Samples that are stored in another type are all read.
 void read_box(const ZarrImage& image, const std::array<std::int64_t, 3>& first,
-              const std::array<std::int64_t, 3>& dims, void* to, const std::function<void()>& done) {
+              const std::array<std::int64_t, 3>& dims, void* to, const std::function<void()>& done,
+              const BoxSource::KnownChunks& known = {}) {
     const ZarrArray& array = image.array;
     const std::size_t axes = array.shape.size();
     ZarrArray::Index begin = image.first, end = begin;
@@ -289,7 +290,12 @@ void read_box(const ZarrImage& image, const std::array<std::int64_t, 3>& first,
         begin[axes - 1 - a] += first[a];
         end[axes - 1 - a] = begin[axes - 1 - a] + dims[a];
     }
-    if (is_loaded_as_stored(array.type, {})) return read_zarr(array, begin, end, to, done);
+    if (is_loaded_as_stored(array.type, {})) {
+        if (!known) return read_zarr(array, begin, end, to, done);
+        return read_zarr(array, begin, end, to, done, [&](const ZarrArray::Index& chunk) {
+            return known({chunk[axes - 1], chunk[axes - 2], chunk[axes - 3]});
+        });
+    }
     const auto count = static_cast<std::size_t>(dims[0] * dims[1] * dims[2]);
     std::vector<std::byte> stored(count * stored_size(array.type));
     read_zarr(array, begin, end, stored.data(), done);
@@ -361,12 +367,14 @@ BoxSource zarr_boxes(ZarrImage image) {
     const std::array<std::int64_t, 3> chunk{image.array.chunk[axes - 1], image.array.chunk[axes - 2],
                                             image.array.chunk[axes - 3]};
     const auto read = [image = std::move(image)](const std::array<std::int64_t, 3>& first,
-                                                 const std::array<std::int64_t, 3>& dims, void* samples) {
+                                                 const std::array<std::int64_t, 3>& dims, void* samples,
+                                                 const BoxSource::KnownChunks& known) {
         for (std::size_t a = 0; a < 3; ++a) {
             if (first[a] < 0 || dims[a] < 1 || first[a] > image.geometry.dims[a] - dims[a])
                 throw InputError(fmt::format("{}: a box leaves the volume", quoted(image.array.folder)));
         }
-        read_box(image, first, dims, samples, [] {});
+        read_box(
+            image, first, dims, samples, [] {}, known);
     };
     return {geometry, type, chunk, read};
 }

@@ -18,6 +18,7 @@ namespace fs = std::filesystem;
 namespace {
 
 using Index = ZarrArray::Index;
+using KnownChunks = std::function<const void*(const Index& chunk)>;
 
 // A box of samples or chunks of an array.
 struct Box {
@@ -62,16 +63,20 @@ Box part_in(const Box& samples, const Index& index, const Index& size) {
 
 class BoxReader {
   public:
-    BoxReader(const ZarrArray& array, const Box& box, void* samples, const std::function<void()>& done)
+    BoxReader(const ZarrArray& array, const Box& box, void* samples, const std::function<void()>& done,
+              const KnownChunks& known)
         : array_(array),
           box_(box),
           samples_(static_cast<std::byte*>(samples)),
           done_(done),
+          known_(known),
           size_(stored_size(array.type)) {
         const std::size_t axes = array.shape.size();
         file_ = array.chunk;
         to_step_.assign(axes, size_);
         from_step_.assign(axes, size_);
+        in_one_row_.assign(axes, 0);
+        in_one_row_.back() = size_;
         for (std::size_t a = axes - 1; a > 0; --a)
             to_step_[a - 1] = to_step_[a] * static_cast<std::size_t>(box.end[a] - box.begin[a]);
         for (std::size_t k = axes - 1; k > 0; --k)
@@ -93,13 +98,14 @@ class BoxReader {
     // The bytes of one chunk. Each thread keeps its memory from chunk to chunk: to get it anew from the system would take
     // as long as to decompress the chunk.
     struct Buffers {
-        std::vector<std::byte> stored, decoded;
+        std::vector<std::byte> stored, decoded, row;
     };
 
     void read_file(const Index& file) const {
         const fs::path path =
             array_.folder / (array_.prefix + fmt::format("{}", fmt::join(file, array_.separator)));
         const Box samples = part_in(box_, file, file_);
+        if (!array_.index && fill_known(file, samples)) return;
         std::error_code error;
         const bool exists = fs::exists(path, error);
         if (error) throw IoError(fmt::format("{}: cannot be opened: {}", quoted(path), error.message()));
@@ -114,6 +120,8 @@ class BoxReader {
         const Box chunks = overlapping(samples, array_.chunk);
         parallel_for(std::size_t{0}, chunks.count(), [&](std::size_t i) {
             const Index chunk = chunks.at(i);
+            const Box samples_in_chunk = part_in(samples, chunk, array_.chunk);
+            if (fill_known(chunk, samples_in_chunk)) return;
             std::size_t within = 0;
             for (std::size_t a = 0; a < chunk.size(); ++a)
                 within = within * static_cast<std::size_t>(array_.index->chunks[a]) +
@@ -122,7 +130,7 @@ class BoxReader {
             const bool is_there = exists && index[2 * within] != kMissing;
             Buffers& buffers = buffers_.local();
             if (is_there) read_bytes(path, index[2 * within], index[2 * within + 1], buffers.stored);
-            place(path, is_there, buffers, chunk, part_in(samples, chunk, array_.chunk));
+            place(path, is_there, buffers, chunk, samples_in_chunk);
         });
     }
 
@@ -163,35 +171,52 @@ class BoxReader {
     // Puts the samples of a chunk that lie in the box at their place.
     void place(const fs::path& path, bool exists, Buffers& buffers, const Index& chunk,
                const Box& samples) const {
-        std::size_t from = 0, to = 0;
-        for (std::size_t a = 0; a < chunk.size(); ++a) {
+        if (!exists) return fill(buffers, samples, array_.fill.data());
+        if (!decode(buffers.stored, array_.codecs, chunk_samples_ * size_, buffers.decoded)) refuse(path);
+        to_native_order(buffers.decoded.data(), chunk_samples_, array_.type, array_.big_endian);
+        std::size_t from = 0;
+        for (std::size_t a = 0; a < chunk.size(); ++a)
             from += static_cast<std::size_t>(samples.begin[a] - chunk[a] * array_.chunk[a]) * from_step_[a];
-            to += static_cast<std::size_t>(samples.begin[a] - box_.begin[a]) * to_step_[a];
-        }
-        if (exists) {
-            if (!decode(buffers.stored, array_.codecs, chunk_samples_ * size_, buffers.decoded)) refuse(path);
-            to_native_order(buffers.decoded.data(), chunk_samples_, array_.type, array_.big_endian);
-            copy(samples, 0, buffers.decoded.data() + from, samples_ + to);
-        } else {
-            copy(samples, 0, nullptr, samples_ + to);
-        }
+        copy(samples, 0, buffers.decoded.data() + from, from_step_, place_of(samples));
         done_();
     }
 
-    // Copies the samples from `axis` on; from the fill value if `from` is null.
-    void copy(const Box& samples, std::size_t axis, const std::byte* from, std::byte* to) const {
+    // Gives the samples of a chunk the value that it is known by, if there is one.
+    bool fill_known(const Index& chunk, const Box& samples) const {
+        const void* const value = known_ ? known_(chunk) : nullptr;
+        if (value != nullptr) fill(buffers_.local(), samples, static_cast<const std::byte*>(value));
+        return value != nullptr;
+    }
+
+    void fill(Buffers& buffers, const Box& samples, const std::byte* value) const {
+        std::vector<std::byte>& row = buffers.row;
+        row.resize(static_cast<std::size_t>(samples.end.back() - samples.begin.back()) * size_);
+        for (std::size_t i = 0; i < row.size(); i += size_) std::memcpy(row.data() + i, value, size_);
+        copy(samples, 0, row.data(), in_one_row_, place_of(samples));
+        done_();
+    }
+
+    std::byte* place_of(const Box& samples) const {
+        std::size_t to = 0;
+        for (std::size_t a = 0; a < samples.begin.size(); ++a)
+            to += static_cast<std::size_t>(samples.begin[a] - box_.begin[a]) * to_step_[a];
+        return samples_ + to;
+    }
+
+    // Copies the samples from `axis` on, which are `from_step` bytes from each other.
+    void copy(const Box& samples, std::size_t axis, const std::byte* from,
+              const std::vector<std::size_t>& from_step, std::byte* to) const {
         const auto count = static_cast<std::size_t>(samples.end[axis] - samples.begin[axis]);
         const bool is_last = axis + 1 == samples.begin.size();
-        if (is_last && from != nullptr && from_step_[axis] == size_) {
+        if (is_last && from_step[axis] == size_) {
             std::memcpy(to, from, count * size_);
             return;
         }
-        for (std::size_t i = 0; i < count; ++i) {
-            const std::byte* const source = from == nullptr ? nullptr : from + i * from_step_[axis];
+        for (std::size_t i = 0; i < count; ++i, from += from_step[axis], to += to_step_[axis]) {
             if (is_last)
-                std::memcpy(to + i * to_step_[axis], source == nullptr ? array_.fill.data() : source, size_);
+                std::memcpy(to, from, size_);
             else
-                copy(samples, axis + 1, source, to + i * to_step_[axis]);
+                copy(samples, axis + 1, from, from_step, to);
         }
     }
 
@@ -204,10 +229,12 @@ class BoxReader {
     const Box& box_;
     std::byte* samples_;
     const std::function<void()>& done_;
+    const KnownChunks& known_;
     std::size_t size_;  // of a sample
     Index file_;        // samples of a file along each axis
     std::vector<std::size_t> from_step_,
-        to_step_;  // bytes from one sample to the next, in a chunk and in the box
+        to_step_;                          // bytes from one sample to the next, in a chunk and in the box
+    std::vector<std::size_t> in_one_row_;  // the same, if one row stands for all of a chunk
     std::size_t chunk_samples_ = 1;
     mutable PerThread<Buffers> buffers_;
 };
@@ -215,9 +242,9 @@ class BoxReader {
 }  // namespace
 
 void read_zarr(const ZarrArray& array, const Index& begin, const Index& end, void* samples,
-               const std::function<void()>& done) {
+               const std::function<void()>& done, const KnownChunks& known) {
     const Box box{begin, end};
-    BoxReader(array, box, samples, done).read();
+    BoxReader(array, box, samples, done, known).read();
 }
 
 std::size_t count_chunks(const ZarrArray& array, const Index& begin, const Index& end) {
