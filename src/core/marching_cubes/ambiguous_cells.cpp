@@ -39,9 +39,13 @@ class CornerSamples {
     CellValues minus(double isovalue, std::int64_t x) const {
         CellValues values;
         if (HWY_LIKELY(all_rows_ && x >= 0 && x + 1 < nx_)) {
-            for (std::size_t v = 0; v < 8; ++v)
-                values[v] = difference(rows_[v >> 1][x + static_cast<std::int64_t>(v & 1)], isovalue);
-            return values;
+            double check = 0;  // becomes NaN if a value is not finite
+            for (std::size_t v = 0; v < 8; ++v) {
+                values[v] =
+                    static_cast<double>(rows_[v >> 1][x + static_cast<std::int64_t>(v & 1)]) - isovalue;
+                if constexpr (std::is_floating_point_v<T>) check += 0 * values[v];
+            }
+            if (HWY_LIKELY(check == 0)) return values;
         }
         for (std::size_t v = 0; v < 8; ++v) {
             const std::int64_t at = x + static_cast<std::int64_t>(v & 1);
@@ -168,49 +172,72 @@ double slope(const T* p, std::int64_t before, std::int64_t after) {
     return before != 0 && after != 0 ? rise : 2 * rise;
 }
 
-// The gradient at a point of a cell, interpolated between those of its corners.
+// The gradients at points of the cells of a row.
 template <class T>
-Vec3d smooth_gradient(const VolumeView& volume, const std::array<std::int64_t, 3>& cell, const Vec3d& at) {
-    const std::array<std::int64_t, 3> stride{1, volume.row_pitch(), volume.slice_pitch()};
-    std::array<std::array<std::int64_t, 2>, 3> before, after;  // by axis and side of the cell
-    for (std::size_t a = 0; a < 3; ++a) {
-        for (std::size_t side = 0; side < 2; ++side) {
-            const std::int64_t i = cell[a] + static_cast<std::int64_t>(side);
-            before[a][side] = i > -volume.below[a] ? stride[a] : 0;
-            after[a][side] = i + 1 < volume.geometry.dims[a] + volume.above[a] ? stride[a] : 0;
-        }
+class CellGradients {
+  public:
+    CellGradients(const VolumeView& volume, std::int64_t y, std::int64_t z)
+        : volume_(volume), y_(y), z_(z), stride_{1, volume.row_pitch(), volume.slice_pitch()} {
+        find_neighbours(1, y);
+        find_neighbours(2, z);
     }
-    const T* const first = row_of<T>(volume, cell[1], cell[2]) + cell[0];
-    Vec3d gradient{};
-    for (std::size_t v = 0; v < 8; ++v) {
-        const T* p = first;
-        double weight = 1;
-        Vec3d slopes;
-        for (std::size_t a = 0; a < 3; ++a) {
-            const bool far = (v >> a & 1) != 0;
-            p += far ? stride[a] : 0;
-            weight *= far ? at[a] : 1 - at[a];
-        }
-        for (std::size_t a = 0; a < 3; ++a) slopes[a] = slope(p, before[a][v >> a & 1], after[a][v >> a & 1]);
-        gradient = gradient + weight * slopes;
-    }
-    return gradient;
-}
 
-// The gradient at a point of a cell: that of the samples around it, which is smooth across cells. Where it would
-// turn the surface over, or a sample is not finite, it is that of the interpolant or of the inside bits.
-Vec3d gradient_in_cell(const VolumeView& volume, const std::array<std::int64_t, 3>& cell,
-                       const CellValues& values, const Vec3d& at) {
-    if (std::any_of(values.begin(), values.end(), [](double v) { return std::isnan(v); })) {
-        CellValues sides;
-        for (std::size_t v = 0; v < 8; ++v) sides[v] = values[v] >= 0 ? 1 : -1;
-        return Interpolant(sides, at).gradient;
+    // The following gradients are those in the cell at x.
+    void set_cell(std::int64_t x) {
+        find_neighbours(0, x);
+        x_ = x;
     }
-    const Vec3d smooth = visit_sample_type(
-        volume.type, [&](auto sample) { return smooth_gradient<decltype(sample)>(volume, cell, at); });
-    const Vec3d own = Interpolant(well_scaled(values), at).gradient;
-    return dot(smooth, own) > 0 ? smooth : own;
-}
+
+    // That of the samples around the point, which is smooth across cells. Where it would turn the surface over, or a
+    // sample is not finite, it is that of the interpolant or of the inside bits.
+    Vec3d gradient(const CellValues& values, const Vec3d& at) const {
+        if (std::any_of(values.begin(), values.end(), [](double v) { return std::isnan(v); })) {
+            CellValues sides;
+            for (std::size_t v = 0; v < 8; ++v) sides[v] = values[v] >= 0 ? 1 : -1;
+            return Interpolant(sides, at).gradient;
+        }
+        const Vec3d smooth = interpolated(at);
+        const Vec3d own = Interpolant(well_scaled(values), at).gradient;
+        return dot(smooth, own) > 0 ? smooth : own;
+    }
+
+  private:
+    void find_neighbours(std::size_t axis, std::int64_t place) {
+        for (std::size_t side = 0; side < 2; ++side) {
+            const std::int64_t i = place + static_cast<std::int64_t>(side);
+            before_[axis][side] = i > -volume_.below[axis] ? stride_[axis] : 0;
+            after_[axis][side] =
+                i + 1 < volume_.geometry.dims[axis] + volume_.above[axis] ? stride_[axis] : 0;
+        }
+    }
+
+    // Between those of the cell's corners.
+    Vec3d interpolated(const Vec3d& at) const {
+        const T* const first = row_of<T>(volume_, y_, z_) + x_;
+        Vec3d gradient{};
+        for (std::size_t v = 0; v < 8; ++v) {
+            const T* p = first;
+            double weight = 1;
+            Vec3d slopes;
+            for (std::size_t a = 0; a < 3; ++a) {
+                const bool far = (v >> a & 1) != 0;
+                p += far ? stride_[a] : 0;
+                weight *= far ? at[a] : 1 - at[a];
+            }
+            for (std::size_t a = 0; a < 3; ++a)
+                slopes[a] = slope(p, before_[a][v >> a & 1], after_[a][v >> a & 1]);
+            gradient = gradient + weight * slopes;
+        }
+        return gradient;
+    }
+
+    const VolumeView& volume_;
+    const std::int64_t y_, z_;
+    std::int64_t x_ = 0;
+    const std::array<std::int64_t, 3> stride_;
+    // The steps from the samples at the two sides of the cell, by axis, or 0.
+    std::array<std::array<std::int64_t, 2>, 3> before_, after_;
+};
 
 Vec3f normal_of(const IndexToPhysical& to_physical, const Vec3d& gradient) {
     double steepest = 0;
@@ -291,34 +318,33 @@ std::size_t AmbiguousCells::bytes() const {
     return bytes;
 }
 
-AmbiguousCells::InnerCell AmbiguousCells::inner_cell(std::size_t row, const AmbiguousCell& cell) const {
-    const GridRow at(bits_, row);
-    InnerCell result;
-    result.index = {cell.x - bits_.first_x, at.y - bits_.first_y, at.z - bits_.first_z};
-    visit_sample_type(volume_.type, [&](auto sample) {
-        const CornerSamples<decltype(sample)> samples(volume_, result.index[1], result.index[2]);
-        result.values = samples.minus(isovalue_, result.index[0]);
-    });
-    return result;
-}
-
 void AmbiguousCells::emit_points(std::size_t row, std::span<const AmbiguousCell> cells, Vec3f* points,
                                  Vec3f* normals) const {
-    for (const AmbiguousCell& ambiguous : cells) {
-        if (ambiguous.inner_points == 0) continue;
-        const InnerCell cell = inner_cell(row, ambiguous);
-        const auto& first = to_physical_.first;
+    visit_sample_type(volume_.type,
+                      [&](auto sample) { emit_points_of<decltype(sample)>(row, cells, points, normals); });
+}
+
+template <class T>
+void AmbiguousCells::emit_points_of(std::size_t row, std::span<const AmbiguousCell> cells, Vec3f* points,
+                                    Vec3f* normals) const {
+    const GridRow at(bits_, row);
+    const std::int64_t y = at.y - bits_.first_y, z = at.z - bits_.first_z;
+    const auto& first = to_physical_.first;
+    const CornerSamples<T> samples(volume_, y, z);
+    CellGradients<T> gradients(volume_, y, z);
+    for (const AmbiguousCell& cell : cells) {
+        if (cell.inner_points == 0) continue;
+        const std::int64_t x = cell.x - bits_.first_x;
+        const CellValues values = samples.minus(isovalue_, x);
+        const Vec3d corner{static_cast<double>(first[0] + x), static_cast<double>(first[1] + y),
+                           static_cast<double>(first[2] + z)};
         std::array<Vec3d, CellTopology::kTunnelPoints> inner;
-        const int count = place_inner_points(ambiguous.topology(), cell.values, inner);
+        const int count = place_inner_points(cell.topology(), values, inner);
+        gradients.set_cell(x);
         for (int k = 0; k < count; ++k) {
             const Vec3d& in_cell = inner[static_cast<std::size_t>(k)];
-            Vec3d in_whole;
-            for (std::size_t a = 0; a < 3; ++a)
-                in_whole[a] = static_cast<double>(first[a] + cell.index[a]) + in_cell[a];
-            *points++ = to_float(to_physical_.origin + to_physical_.exact * in_whole);
-            if (normals != nullptr)
-                *normals++ =
-                    normal_of(to_physical_, gradient_in_cell(volume_, cell.index, cell.values, in_cell));
+            *points++ = to_float(to_physical_.origin + to_physical_.exact * (corner + in_cell));
+            if (normals != nullptr) *normals++ = normal_of(to_physical_, gradients.gradient(values, in_cell));
         }
     }
 }
@@ -339,7 +365,14 @@ std::uint32_t* AmbiguousCells::emit_triangles(std::size_t row, const AmbiguousCe
     };
     const CellTopology topology = cell.topology();
     if (topology.has_tunnel) {
-        const TunnelTriangles triangles = triangulate_tunnel(topology, inner_cell(row, cell).values);
+        const GridRow at(bits_, row);
+        CellValues values;
+        visit_sample_type(volume_.type, [&](auto sample) {
+            const CornerSamples<decltype(sample)> samples(volume_, at.y - bits_.first_y,
+                                                          at.z - bits_.first_z);
+            values = samples.minus(isovalue_, cell.x - bits_.first_x);
+        });
+        const TunnelTriangles triangles = triangulate_tunnel(topology, values);
         emit(triangles.corners.data(), triangles.count);
     } else {
         emit(topology.shape->corners.data(), topology.shape->triangles);
@@ -368,6 +401,11 @@ void AmbiguousRows::find(std::size_t from) {
         place_ = static_cast<std::size_t>(first - rows.begin());
     }
     settle();
+}
+
+bool AmbiguousRows::catch_up(std::size_t row) {
+    while (row > row_) advance();
+    return row == row_;
 }
 
 void AmbiguousRows::settle() {

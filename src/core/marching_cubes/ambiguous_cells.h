@@ -5,7 +5,6 @@
 /// threads and parts of a volume. It is decided when cells are counted, and kept for emission.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -83,14 +82,10 @@ class AmbiguousCells {
         std::vector<AmbiguousRow> rows;  // in the order of y
         Buffer<AmbiguousCell> cells;     // in the order of (y, x)
     };
-    // A cell with inner points.
-    struct InnerCell {
-        std::array<std::int64_t, 3> index;
-        CellValues values;
-    };
-
     void find(std::int64_t slice, const std::uint64_t* masks);
-    InnerCell inner_cell(std::size_t row, const AmbiguousCell& cell) const;
+    template <class T>
+    void emit_points_of(std::size_t row, std::span<const AmbiguousCell> cells, Vec3f* points,
+                        Vec3f* normals) const;
 
     const VolumeView& volume_;
     const double isovalue_;
@@ -108,10 +103,7 @@ class AmbiguousRows {
     }
 
     /// Goes on to `row` or after it. Returns whether it has ambiguous cells. \pre `row` is not before that of the last call
-    bool reach(std::size_t row) {
-        while (row > row_) advance();
-        return row == row_;
-    }
+    bool reach(std::size_t row) { return row >= row_ && catch_up(row); }
     void advance();
 
     /// The index of the row in the grid; after the last one, more than that of any row.
@@ -123,6 +115,7 @@ class AmbiguousRows {
   private:
     const AmbiguousCells::Slice& slice() const { return cells_->slices_[slice_]; }
     void find(std::size_t from);
+    bool catch_up(std::size_t row);
     // Goes to the next slice that has rows, if those of this one end here.
     void settle();
 
