@@ -82,6 +82,11 @@ TEST_F(BallViewer, ExportsTheSameFilesAsTheShownCommandLine) {
     window->findChild<QCheckBox*>("topology")->click();
     EXPECT_TRUE(window->command().contains("--topology"));
     compare(".ply", "cropped, bone, closed, exact topology");
+    session().change("colour by shift", {}, [](Parameters& p) { p.colouring = viewer::Colouring::shift; });
+    EXPECT_TRUE(window->command().contains("--trust"));
+    for (const char* extension : {".ply", ".vtp", ".glb", ".stl"}) compare(extension, "with trust");
+    window->findChild<QSpinBox*>("smooth")->setValue(5);
+    compare(".ply", "smoothed, with trust");
 }
 
 TEST_F(BallViewer, ExportsAllVisibleSurfaces) {

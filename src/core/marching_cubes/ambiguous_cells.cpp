@@ -269,7 +269,8 @@ void AmbiguousCells::forget(std::int64_t slice) {
 }
 
 void AmbiguousCells::find(std::int64_t slice, const std::uint64_t* masks) {
-    auto& [rows, cells] = slices_[static_cast<std::size_t>(slice)];
+    std::vector<AmbiguousRow>& rows = slices_[static_cast<std::size_t>(slice)].rows;
+    Buffer<AmbiguousCell>& cells = slices_[static_cast<std::size_t>(slice)].cells;
     rows.clear();
     const Candidates candidates(bits_, slice, masks);
     // Branches on what the samples decide would often be mispredicted. So each cell is written, and the next one
