@@ -12,7 +12,7 @@
 
 #include "shared/console.h"
 #include "shared/report_progress.h"
-#include "trust.h"
+#include "trust_steps.h"
 
 namespace marrow::apps {
 namespace fs = std::filesystem;
@@ -32,10 +32,10 @@ bool is_of_scan(const fs::path& file, const fs::path& input) {
 std::map<fs::path, std::vector<MeshObject>> objects_by_file(const std::vector<Surface>& surfaces) {
     std::map<fs::path, std::vector<MeshObject>> objects;
     for (const Surface& surface : surfaces) {
-        if (!surface.output.empty())
-            objects[surface.output].push_back(
-                {surface.mesh, surface.name, surface.colour, point_arrays(surface),
-                 surface.trust ? std::span<const Rgb8>(surface.trust->colours) : std::span<const Rgb8>()});
+        if (surface.output.empty()) continue;
+        auto& of_file = objects[surface.output];
+        of_file.push_back({surface.mesh, surface.name, surface.colour});
+        add_point_data(surface, of_file.back());
     }
     return objects;
 }

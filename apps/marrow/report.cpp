@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 
 #include "json_report.h"
-#include "trust.h"
+#include "trust_steps.h"
 
 namespace marrow::apps {
 namespace {

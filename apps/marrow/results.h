@@ -18,7 +18,8 @@
 #include <marrow/scan_io.h>
 #include <marrow/terrain.h>
 #include <marrow/thin_walls.h>
-#include <marrow/trust.h>
+
+#include "shared/surface_trust.h"
 
 namespace marrow::apps {
 
@@ -41,14 +42,6 @@ struct StepReport {
     /// passed through itself.
     std::int64_t held_back = 0;
     std::string note;  ///< what the user must know; empty: nothing
-};
-
-/// How far a surface can be trusted, as written with it.
-struct SurfaceTrust {
-    TrustReport report;
-    bool hounsfield = false;             ///< the samples are in HU
-    std::vector<float> near_thin_walls;  ///< for each point 1 or 0
-    std::vector<Rgb8> colours;           ///< for each point
 };
 
 /// Walls that the scan is too coarse for.

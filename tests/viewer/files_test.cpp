@@ -82,6 +82,11 @@ TEST_F(BallViewer, ExportsTheSameFilesAsTheShownCommandLine) {
     window->findChild<QCheckBox*>("topology")->click();
     EXPECT_TRUE(window->command().contains("--topology"));
     compare(".ply", "cropped, bone, closed, exact topology");
+    session().change("colour by shift", {}, [](Parameters& p) { p.colouring = viewer::Colouring::shift; });
+    EXPECT_TRUE(window->command().contains("--trust"));
+    for (const char* extension : {".ply", ".vtp", ".glb", ".stl"}) compare(extension, "with trust");
+    window->findChild<QSpinBox*>("smooth")->setValue(5);
+    compare(".ply", "smoothed, with trust");
 }
 
 TEST_F(BallViewer, ExportsAllVisibleSurfaces) {
@@ -198,6 +203,15 @@ TEST_F(BallViewer, WarnsOfThinWallsAtExport) {
         outcome.err.substr(at + mark.size(), outcome.err.find('\n', at) - at - mark.size());
     EXPECT_TRUE(window->banner().contains(warning.c_str())) << window->banner().toStdString();
     EXPECT_TRUE(read_file(file) == read_file(folder / "command.stl"));
+    // With colours, the numbers of points say which are beside these walls.
+    session().change("colours", {}, [](Parameters& p) { p.colouring = viewer::Colouring::shift; });
+    ASSERT_TRUE(settle());
+    window->write({{session().parameters().current, folder / "thin.ply"}}, Space::LPS);
+    ASSERT_TRUE(wait([&] { return !window->busy(); }));
+    const Outcome trusted = marrow_with(
+        {folder / "thin.nrrd", "--type", "bone", "--largest", "--trust", "-o", folder / "command.ply"});
+    ASSERT_EQ(trusted.code, 0) << trusted.err;
+    EXPECT_TRUE(read_file(folder / "thin.ply") == read_file(folder / "command.ply"));
     // It is about bone, and not about any isovalue.
     session().apply_preset("skin");
     ASSERT_TRUE(settle());

@@ -9,7 +9,7 @@
 
 #include "steps.h"
 #include "surface_job.h"
-#include "trust.h"
+#include "trust_steps.h"
 
 namespace marrow::apps {
 

@@ -40,13 +40,14 @@ double digits(std::size_t n) {
 
 }  // namespace
 
-std::optional<double> estimated_bytes(const std::string& extension, std::size_t points,
-                                      std::size_t triangles) {
+std::optional<double> estimated_bytes(const std::string& extension, std::size_t points, std::size_t triangles,
+                                      bool trust) {
     const auto p = static_cast<double>(points), t = static_cast<double>(triangles);
+    const double numbers = trust ? 12 * p : 0, colours = trust ? 4 * p : 0;
     if (extension == ".stl") return 84 + 50 * t;
-    if (extension == ".ply") return 300 + 24 * p + 13 * t;
-    if (extension == ".vtp") return 1000 + 24 * p + 16 * t;
-    if (extension == ".glb") return 1000 + 24 * p + 12 * t;
+    if (extension == ".ply") return 300 + 24 * p + 13 * t + numbers;
+    if (extension == ".vtp") return 1000 + 24 * p + 16 * t + numbers;
+    if (extension == ".glb") return 1000 + 24 * p + 12 * t + colours;
     if (extension == ".obj")
         return 60 + 62 * p + t * (2 + 3 * (2 * digits(points) + 3));  // text, with indices of varying length
     return {};
@@ -94,6 +95,7 @@ std::vector<std::string> command_arguments(const Scan& scan, const Parameters& p
     if (parameters.keep < 100) add("--keep", number_text(parameters.keep / 100.0));
     if (parameters.open) result.emplace_back("--open");
     if (parameters.topology) result.emplace_back("--topology");
+    if (parameters.colouring != Colouring::own) result.emplace_back("--trust");
     if (space == Space::RAS) add("--space", "RAS");
 
     const ScanOptions& options = scan.options;

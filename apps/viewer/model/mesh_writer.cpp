@@ -10,15 +10,15 @@
 #include <marrow/volume_filters.h>
 
 #include "shared/library_options.h"
+#include "shared/surface_trust.h"
 #include "shared/surface_warnings.h"
 
 namespace marrow::viewer {
 namespace {
 
 // Walls of bone are looked for beside the surface as it was extracted.
-std::optional<std::string> bone_warning(const MeshWriter::File& file, const Volume& scan,
-                                        const MeshWriter::Source& source, Space space,
-                                        const Progress& progress) {
+std::optional<ThinWalls> thin_walls_of(const MeshWriter::File& file, const Volume& scan,
+                                       const MeshWriter::Source& source, const Progress& progress) {
     if (file.object.name != "bone") return {};
     Mesh extracted;
     if (source.refined)
@@ -26,17 +26,13 @@ std::optional<std::string> bone_warning(const MeshWriter::File& file, const Volu
             extract_isosurface(scan, file.shape->isovalue,
                                {.closed = !source.open, .topology = source.topology, .progress = progress});
     const Mesh& mesh = source.refined ? extracted : *file.shape->mesh;
-    const ThinWalls found = find_thin_walls(scan, file.shape->isovalue, mesh, {.progress = progress});
-    return apps::thin_walls_warning(found, file.shape->isovalue, space);
+    return find_thin_walls(scan, file.shape->isovalue, mesh, {.progress = progress});
 }
 
-// The warnings that the command line would give, one per line.
-QString warnings_of(const std::vector<MeshWriter::File>& files, const MeshWriter::Source& source, Space space,
-                    const Progress& progress) {
-    const Volume& whole = source.scan->volume;
-    Volume part;
-    if (source.crop) part = crop(whole, source.crop->first, source.crop->last);
-    const Volume& scan = source.crop ? part : whole;
+// The warnings that the command line would give, one per line. `walls` has those beside each file's surface.
+QString warnings_of(const std::vector<MeshWriter::File>& files,
+                    const std::vector<std::optional<ThinWalls>>& walls, const Volume& scan,
+                    const MeshWriter::Source& source, Space space) {
     std::vector<apps::MeshFile> meshes;
     double lowest = files.front().shape->isovalue;
     for (const MeshWriter::File& file : files) {
@@ -56,7 +52,8 @@ QString warnings_of(const std::vector<MeshWriter::File>& files, const MeshWriter
     add(apps::non_finite_warning(source.scan->histogram.non_finite_samples));
     add(apps::large_coordinates_warning(meshes, scan.geometry()));
     if (!source.open) add(apps::border_warning(lowest, scan));
-    for (const MeshWriter::File& file : files) add(bone_warning(file, scan, source, space, progress));
+    for (std::size_t i = 0; i < files.size(); ++i)
+        if (walls[i]) add(apps::thin_walls_warning(*walls[i], files[i].shape->isovalue, space));
     return lines.join('\n');
 }
 
@@ -90,11 +87,27 @@ void MeshWriter::write(std::vector<File> files, Space space, Source source) {
             return !cancelled_ && job_progress(fraction);
         };
         try {
+            const Volume& whole = source.scan->volume;
+            Volume part;
+            if (source.crop) part = crop(whole, source.crop->first, source.crop->last);
+            const Volume& scan = source.crop ? part : whole;
+            std::vector<std::optional<ThinWalls>> walls;
             MeshFiles set;
-            for (; done < files.size(); ++done)
-                set.write({&files[done].object, 1}, files[done].path, {space, progress});
-            const QString warnings =
-                warnings_of(files, source, space, [&](double) { return !cancelled_ && job_progress(1); });
+            for (; done < files.size(); ++done) {
+                const File& file = files[done];
+                walls.push_back(thin_walls_of(file, scan, source,
+                                              [&](double) { return !cancelled_ && job_progress(0); }));
+                const ThinWalls* const found = walls.back() ? &*walls.back() : nullptr;
+                MeshObject object = file.object;
+                apps::SurfaceTrust trust;
+                if (source.trust) {
+                    trust = apps::surface_trust(file.shape->trust.value(), source.scan->hounsfield, scan,
+                                                file.shape->mesh->points, found);
+                    apps::add_trust(trust, found ? ThinWallState::found : ThinWallState::unknown, object);
+                }
+                set.write({&object, 1}, file.path, {space, progress});
+            }
+            const QString warnings = warnings_of(files, walls, scan, source, space);
             set.commit();
             const QString first = QString::fromStdString(files.front().path.string());
             end(files.size() > 1 ? tr("Wrote %1 and %2 more.").arg(first).arg(files.size() - 1)

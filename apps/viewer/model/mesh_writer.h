@@ -31,6 +31,7 @@ class MeshWriter : public QObject {
         std::optional<SampleBox> crop;
         bool open = false, topology = false;
         bool refined = false;  ///< the meshes were changed after their extraction
+        bool trust = false;    ///< how far they can be trusted is written too: all shapes have it
     };
 
     explicit MeshWriter(QObject* parent = nullptr) : QObject(parent) {}

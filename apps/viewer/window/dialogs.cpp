@@ -270,8 +270,9 @@ void ExportDialog::follow() {
             obstacle = tr("“%1” is empty. There is no surface at isovalue %2.")
                            .arg(surface_name(*scan, *surface))
                            .arg(surface->isovalue, 0, 'g', 6);
-        const auto size = estimated_bytes(file.file.extension().string(), shape->mesh->points.size(),
-                                          shape->mesh->triangles.size());
+        const auto size =
+            estimated_bytes(file.file.extension().string(), shape->mesh->points.size(),
+                            shape->mesh->triangles.size(), session_.parameters().colouring != Colouring::own);
         bytes = bytes && size ? std::optional(*bytes + *size) : std::nullopt;
         try {
             if (mesh_format(file.file) == MeshFormat::glb && space() == Space::RAS)

@@ -499,7 +499,8 @@ void MainWindow::write(const std::vector<ExportFile>& files, Space space) {
     export_folder_ = from_path(all.front().path.parent_path());
     writer_.write(std::move(all), space,
                   {session_.shared_scan(), session_.parameters().crop, session_.parameters().open,
-                   session_.parameters().topology, session_.parameters().refined()});
+                   session_.parameters().topology, session_.parameters().refined(),
+                   session_.parameters().colouring != Colouring::own});
 }
 
 void MainWindow::save_screenshot() {

@@ -90,6 +90,8 @@ def surfaces(tmp_path_factory):
         ]
         if ranks == 1:
             jobs.append(["wavelet", "Contour", JOBS[0][2], str(folder / "contour-1.npz")])
+            exact = {"Isosurfaces": [2], "Closed": 1, "ExactTopology": 1, "ComputeGlobalIds": 0}
+            jobs.append([f"{folder}/noise.vti", "MarrowContour", exact, str(folder / "exact-1.npz")])
         assert "ERR" not in pvbatch(ranks, jobs)
         for path in folder.glob(f"*-{ranks}.npz"):
             results[path.stem] = dict(np.load(path))
@@ -132,6 +134,11 @@ def test_a_closed_surface_has_no_seams(surfaces):
         # Each edge has one triangle on each side, which runs along it the other way.
         assert len(np.unique(edges, axis=0)) == len(edges)
         assert {tuple(edge) for edge in edges} == {tuple(edge) for edge in edges[:, ::-1]}
+
+
+def test_exact_topology_can_be_chosen_on_one_rank(surfaces):
+    exact, separated = (set(map(tuple, surfaces[name]["points"])) for name in ("exact-1", "noise-1"))
+    assert separated < exact  # it has points inside cells too
 
 
 def test_properties_choose_what_points_have(surfaces):

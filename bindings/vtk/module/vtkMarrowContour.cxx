@@ -283,6 +283,11 @@ int vtkMarrowContour::RequestData(vtkInformation*, vtkInformationVector** inputs
         const marrow::VolumeView view = view_of(*image, samples, type, whole, present, piece);
         const bool keys = this->ComputeGlobalIds != 0;
         const bool in_parts = keys || piece != whole;
+        if (this->ExactTopology && keys)
+            throw std::runtime_error("ExactTopology has no global ids; turn ComputeGlobalIds off");
+        if (this->ExactTopology && in_parts)
+            throw std::runtime_error(
+                "ExactTopology needs the whole image in one piece; turn it off, or run on one rank");
 
         // The work has a thread of its own: observers of progress belong to this one.
         std::atomic<double> done = 0;
@@ -295,6 +300,7 @@ int vtkMarrowContour::RequestData(vtkInformation*, vtkInformationVector** inputs
             double before = 0;
             const marrow::IsosurfaceOptions options{.normals = this->ComputeNormals != 0,
                                                     .closed = this->Closed != 0,
+                                                    .topology = this->ExactTopology != 0,
                                                     .threads = this->NumberOfThreads,
                                                     .progress = [&](double fraction) {
                                                         done = (before + fraction) / values;
@@ -382,5 +388,6 @@ void vtkMarrowContour::PrintSelf(ostream& os, vtkIndent indent) {
        << indent << "ComputeScalars: " << this->ComputeScalars << '\n'
        << indent << "ComputeGlobalIds: " << this->ComputeGlobalIds << '\n'
        << indent << "Closed: " << this->Closed << '\n'
+       << indent << "ExactTopology: " << this->ExactTopology << '\n'
        << indent << "NumberOfThreads: " << this->NumberOfThreads << '\n';
 }

@@ -60,6 +60,12 @@ class VTKMARROW_EXPORT vtkMarrowContour : public vtkPolyDataAlgorithm {
     vtkGetMacro(Closed, vtkTypeBool);
     vtkBooleanMacro(Closed, vtkTypeBool);
 
+    /// Whether the surface has exactly the topology of the trilinear interpolant, as docs/algorithm.md describes; off by
+    /// default. It needs the whole volume in one piece, and has no global ids.
+    vtkSetMacro(ExactTopology, vtkTypeBool);
+    vtkGetMacro(ExactTopology, vtkTypeBool);
+    vtkBooleanMacro(ExactTopology, vtkTypeBool);
+
     /// The threads to use; 0, the default, stands for all.
     vtkSetClampMacro(NumberOfThreads, int, 0, VTK_INT_MAX);
     vtkGetMacro(NumberOfThreads, int);
@@ -81,5 +87,6 @@ class VTKMARROW_EXPORT vtkMarrowContour : public vtkPolyDataAlgorithm {
     vtkTypeBool ComputeScalars = true;
     vtkTypeBool ComputeGlobalIds = false;
     vtkTypeBool Closed = false;
+    vtkTypeBool ExactTopology = false;
     int NumberOfThreads = 0;
 };

@@ -6,7 +6,7 @@ from marrow_vtk.vtkMarrow import vtkMarrowContour
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkCommand, vtkTypeInt64Array
 from vtkmodules.vtkCommonDataModel import vtkDataObject, vtkImageData
-from vtkmodules.vtkFiltersCore import vtkAppendPolyData, vtkFeatureEdges, vtkFlyingEdges3D
+from vtkmodules.vtkFiltersCore import vtkAppendPolyData, vtkConnectivityFilter, vtkFeatureEdges, vtkFlyingEdges3D
 from vtkmodules.vtkImagingCore import vtkRTAnalyticSource
 
 DIRECTION = (0, 0.6, 0.8, 1, 0, 0, 0, 0.8, -0.6)
@@ -142,6 +142,22 @@ def test_the_border_can_be_closed():
     assert open_edges() > 0 and open_edges(Closed=True) == 0
 
 
+def test_exact_topology_joins_samples_across_a_diagonal():
+    # At its saddle, the interpolant between the four samples is (50 * 50 - 20 * 20) / 140 > 0.
+    wall = image(np.array([[[50, -20], [-20, 50]]] * 3, np.int16))
+
+    def components(**settings):
+        connected = vtkConnectivityFilter()
+        connected.SetInputData(extract(wall, 0, Closed=True, **settings))
+        connected.SetExtractionModeToAllRegions()
+        connected.Update()
+        return connected.GetNumberOfExtractedRegions()
+
+    assert components() == 2 and components(ExactTopology=True) == 1
+    several = extract(wall, 0, 10, Closed=True, ExactTopology=True)
+    assert several.GetNumberOfPoints() > extract(wall, 0, Closed=True, ExactTopology=True).GetNumberOfPoints()
+
+
 @pytest.mark.parametrize("pieces", [2, 3, 4, 7, 30])
 @pytest.mark.parametrize("settings", [{}, {"Closed": True}, {"ComputeNormals": False}])
 def test_pieces_have_the_bits_of_the_whole(pieces, settings):
@@ -218,6 +234,15 @@ def test_what_cannot_be_read_is_refused_in_one_line():
     array.SetNumberOfValues(long.GetNumberOfPoints())
     long.GetPointData().SetScalars(array)
     assert "vtkImageCast" in message_of(long)
+    assert "turn ComputeGlobalIds off" in message_of(image(ball()), ExactTopology=True, ComputeGlobalIds=True)
+    contour = vtkMarrowContour()
+    contour.AddObserver(vtkCommand.ErrorEvent, lambda *_: messages.append("pieces"))
+    source = wavelet()
+    contour.SetInputConnection(source.GetOutputPort())
+    contour.SetValue(0, 150)
+    contour.SetExactTopology(True)
+    contour.UpdatePiece(0, 2, 0)
+    assert messages[-1] == "pieces" and contour.GetOutput().GetNumberOfPoints() == 0
 
 
 def test_arrays_outlive_the_filter_and_the_input():

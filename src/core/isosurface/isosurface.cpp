@@ -51,7 +51,6 @@ struct Extraction {
           active(bits),
           rows(bits.rows()) {
         if (keep_ranges) ranges.emplace(view.geometry.dims);
-        if (options.topology) ambiguous.emplace(bits), kept.emplace(bits);
     }
 
     const VolumeView volume;
@@ -59,9 +58,6 @@ struct Extraction {
     const IndexToPhysical to_physical;
     InsideBits bits;
     ActiveWords active;
-    // With exact topology: the words that may have ambiguous cells, and these.
-    std::optional<ActiveWords> ambiguous;
-    std::optional<KeptCells> kept;
     RowCounts rows;
     std::optional<BlockRanges> ranges;
     std::optional<double> classified_for;  // the isovalue that bits and ranges belong to
@@ -94,37 +90,28 @@ struct Pyramids {
     HistoPyramid points, triangles;
 };
 
-// With exact topology, the cells whose topology the samples decide at an isovalue.
-std::optional<AmbiguousCells> ambiguous_cells(Extraction& e, double isovalue) {
-    if (!e.ambiguous) return {};
-    return AmbiguousCells(e.volume, isovalue, e.to_physical, e.bits, *e.ambiguous, &*e.kept);
-}
-
-Pyramids count(Extraction& e, const AmbiguousCells* ambiguous) {
+// `ambiguous` is null without exact topology.
+Pyramids count(Extraction& e, AmbiguousCells* ambiguous) {
     // If the previous extraction was cancelled, its pyramids took these arrays with them.
     e.rows.points.resize(e.bits.rows());
     e.rows.triangles.resize(e.bits.rows());
-    if (ambiguous != nullptr) {
-        e.rows.inner.resize(e.bits.rows());
-        e.rows.more_triangles.resize(e.bits.rows());
-    }
     Stage stage(e.options.progress, 0.3, 0.4, e.slices());
     const auto for_each_slice = [&](const auto& f) {
         parallel_for(std::int64_t{0}, e.bits.nz,
                      [&](std::int64_t z) { f(z, e.bits.row_index(0, z), e.bits.row_index(0, z + 1)); });
     };
     for_each_slice([&](std::int64_t z, std::size_t row_begin, std::size_t row_end) {
-        count_rows(e.bits, row_begin, row_end, e.rows, e.active, e.ambiguous ? &*e.ambiguous : nullptr);
-        if (ambiguous != nullptr) ambiguous->count(z, e.rows);
+        if (ambiguous != nullptr)
+            ambiguous->count(z, e.rows, e.active);
+        else
+            count_rows(e.bits, row_begin, row_end, e.rows, e.active);
         stage.step();
     });
     for_each_slice([&](std::int64_t, std::size_t row_begin, std::size_t row_end) {
         count_triangles(e.bits, row_begin, row_end, e.rows);
     });
     if (ambiguous != nullptr) {
-        for_each_slice([&](std::int64_t, std::size_t row_begin, std::size_t row_end) {
-            add_topology(row_begin, row_end, e.rows);
-        });
+        for (std::int64_t z = 0; z < e.bits.nz; ++z) ambiguous->add_to(e.rows, z);
     }
     return {HistoPyramid(std::move(e.rows.points)), HistoPyramid(std::move(e.rows.triangles))};
 }
@@ -139,9 +126,8 @@ void allocate(const Pyramids& pyramids, bool normals, Mesh& mesh) {
 // Makes the mesh. Returns the bytes of memory that this took in addition to the mesh.
 std::size_t emit(const Extraction& e, const Pyramids& pyramids, double isovalue,
                  const AmbiguousCells* ambiguous, Mesh& mesh) {
-    const EmitInput input{e.volume,       isovalue,        e.to_physical,      e.bits,
-                          e.active,       pyramids.points, pyramids.triangles, e.rows.along_x,
-                          e.rows.along_y, e.rows.inner,    ambiguous};
+    const EmitInput input{e.volume,        isovalue,           e.to_physical,  e.bits,         e.active,
+                          pyramids.points, pyramids.triangles, e.rows.along_x, e.rows.along_y, ambiguous};
     if (e.options.snap > 0) {
         const Progress progress = sub_progress(e.options.progress, 0.4, 1);
         return snap(input, e.options.snap, e.options.normals, progress, mesh);
@@ -166,8 +152,9 @@ void extract(Extraction& e, double isovalue, Mesh& mesh, IsosurfaceStats* stats)
     const auto start = Clock::now();
     classify(e, isovalue);
     const auto classified = Clock::now();
-    const std::optional<AmbiguousCells> ambiguous = ambiguous_cells(e, isovalue);
-    const AmbiguousCells* const cells = ambiguous ? &*ambiguous : nullptr;
+    std::optional<AmbiguousCells> ambiguous;
+    if (e.options.topology) ambiguous.emplace(e.volume, isovalue, e.to_physical, e.bits);
+    AmbiguousCells* const cells = ambiguous ? &*ambiguous : nullptr;
     Pyramids pyramids = count(e, cells);
     const auto counted = Clock::now();
     const std::uint64_t points = pyramids.points.total(), triangles = pyramids.triangles.total();
@@ -181,10 +168,8 @@ void extract(Extraction& e, double isovalue, Mesh& mesh, IsosurfaceStats* stats)
     }
     const auto emitted = Clock::now();
     const std::size_t scratch = e.bits.bytes() + e.active.bytes() + pyramids.points.bytes() +
-                                pyramids.triangles.bytes() +
-                                (cells ? 4 : 2) * e.bits.rows() * sizeof(std::uint32_t) +
-                                (e.ambiguous ? e.ambiguous->bytes() + e.kept->bytes() : 0) +
-                                (e.ranges ? e.ranges->bytes() : 0) + snapping;
+                                pyramids.triangles.bytes() + 2 * e.bits.rows() * sizeof(std::uint32_t) +
+                                (cells ? cells->bytes() : 0) + (e.ranges ? e.ranges->bytes() : 0) + snapping;
     e.rows.points = pyramids.points.release_leaves();
     e.rows.triangles = pyramids.triangles.release_leaves();
     if (stats == nullptr) return;

@@ -124,12 +124,7 @@ struct Slabs {
           fixed(fixed_memory(limits.reserved)),
           memory(limits.memory - std::min(limits.memory, fixed)) {
         check_memory(0);
-        if (!options.topology) return;
-        ambiguous_words.emplace(window.bits());
-        // Nothing is kept for the second reading, so that the memory does not depend on the surface.
-        ambiguous.emplace(window.volume(), isovalue, to_physical, window.bits(), *ambiguous_words, nullptr);
-        rows.inner.resize(window.bits().rows());
-        rows.more_triangles.resize(window.bits().rows());
+        if (options.topology) ambiguous.emplace(window.volume(), isovalue, to_physical, window.bits());
     }
 
     const Geometry& geometry;
@@ -141,8 +136,8 @@ struct Slabs {
     ActiveWords active;
     const std::int64_t halo;  // slices in memory beside those of a slab
     const IndexToPhysical to_physical;
-    // With exact topology.
-    std::optional<ActiveWords> ambiguous_words;
+    // With exact topology. Between the two readings only the rows that have such cells are kept, so that the memory does
+    // not depend on the surface.
     std::optional<AmbiguousCells> ambiguous;
     const std::int64_t most_slices;  // in a slab
     const std::size_t sink_bytes_per_point;
@@ -166,11 +161,12 @@ struct Slabs {
     static constexpr std::size_t kLeastForHugePages = 16 * kRounding;
 
     std::size_t fixed_memory(std::size_t reserved) const {
-        // RowCounts has four numbers per row, and six with exact topology. Above its rows, the levels of the
-        // two pyramids add up to less than two bytes per row.
-        const std::size_t bytes_per_row = (options.topology ? 6 : 4) * sizeof(std::uint32_t) + 2;
+        // RowCounts has four numbers per row, and the levels of the two pyramids above its rows add up to less than
+        // two bytes per row. Any row may have ambiguous cells.
+        const std::size_t bytes_per_row =
+            4 * sizeof(std::uint32_t) + 2 + (options.topology ? sizeof(AmbiguousRow) : 0);
         return reserved + (huge_pages ? kRounding : 0) + bytes_per_row * window.bits().rows() +
-               (options.topology ? 2 : 1) * active.bytes();
+               active.bytes();
     }
 };
 
@@ -190,9 +186,9 @@ Pyramids count(Slabs& s) {
         window.advance(end + 1, 0);
         parallel_for(z, end, [&](std::int64_t slice) {
             const std::size_t row_begin = bits.row_index(0, slice), row_end = bits.row_index(0, slice + 1);
-            count_rows(bits, row_begin, row_end, s.rows, s.active,
-                       s.ambiguous_words ? &*s.ambiguous_words : nullptr);
-            if (s.ambiguous) s.ambiguous->count(slice, s.rows);
+            if (!s.ambiguous) return count_rows(bits, row_begin, row_end, s.rows, s.active);
+            s.ambiguous->count(slice, s.rows, s.active);
+            s.ambiguous->forget(slice);
         });
         // The bits that the next slab begins with are there already, so none of the samples is needed again,
         // except those that ambiguous cells ask.
@@ -202,7 +198,7 @@ Pyramids count(Slabs& s) {
     parallel_for(std::int64_t{0}, bits.nz, [&](std::int64_t slice) {
         count_triangles(bits, bits.row_index(0, slice), bits.row_index(0, slice + 1), s.rows);
     });
-    if (s.ambiguous) add_topology(0, bits.rows(), s.rows);
+    for (std::int64_t slice = 0; s.ambiguous && slice < bits.nz; ++slice) s.ambiguous->add_to(s.rows, slice);
     return {HistoPyramid(std::move(s.rows.points)), HistoPyramid(std::move(s.rows.triangles))};
 }
 
@@ -211,6 +207,7 @@ Pyramids count(Slabs& s) {
 struct SlabOutput {
     std::size_t row_begin, row_end, points_row_end;
     std::uint64_t point_begin, next_point_begin, point_end, triangle_begin, triangle_end;
+    std::uint64_t point_triangle_end;  // of the rows that have these points
 
     SlabOutput(const InsideBits& bits, const Pyramids& pyramids, std::int64_t z_begin, std::int64_t z_end)
         : row_begin(bits.row_index(0, z_begin)),
@@ -221,15 +218,20 @@ struct SlabOutput {
                                            : pyramids.points.first_output(points_row_end)),
           point_end(pyramids.points.first_output(points_row_end)),
           triangle_begin(pyramids.triangles.first_output(row_begin)),
-          triangle_end(pyramids.triangles.first_output(row_end)) {}
+          triangle_end(pyramids.triangles.first_output(row_end)),
+          point_triangle_end(pyramids.triangles.first_output(points_row_end)) {}
 
     std::uint64_t points() const { return point_end - point_begin; }
     std::uint64_t triangles() const { return triangle_end - triangle_begin; }
+    // Each has at least two triangles.
+    std::uint64_t most_ambiguous_cells() const { return (point_triangle_end - triangle_begin) / 2; }
 };
 
-// The bytes that a slab's output takes here and in the sink.
+// The bytes that a slab's output takes here and in the sink, with its ambiguous cells and as much for finding them.
 std::size_t output_bytes(const Slabs& s, const SlabOutput& slab) {
-    return slab.points() * (sizeof(Vec3f) * (s.options.normals ? 2 : 1) + s.sink_bytes_per_point) +
+    const std::uint64_t cells = s.options.topology ? 2 * slab.most_ambiguous_cells() : 0;
+    return cells * sizeof(AmbiguousCell) +
+           slab.points() * (sizeof(Vec3f) * (s.options.normals ? 2 : 1) + s.sink_bytes_per_point) +
            slab.triangles() * sizeof(Triangle);
 }
 
@@ -297,23 +299,22 @@ void emit(Slabs& s, const Pyramids& pyramids, const SurfaceSink& sink) {
     const InsideBits& bits = window.bits();
     const bool normals = s.options.normals;
     SurfaceMemory memory(pyramids, normals, s.huge_pages);
-    const EmitInput input{window.volume(),
-                          s.isovalue,
-                          s.to_physical,
-                          bits,
-                          s.active,
-                          pyramids.points,
-                          pyramids.triangles,
-                          s.rows.along_x,
-                          s.rows.along_y,
-                          s.rows.inner,
-                          s.ambiguous ? &*s.ambiguous : nullptr};
+    const EmitInput input{window.volume(),    s.isovalue,
+                          s.to_physical,      bits,
+                          s.active,           pyramids.points,
+                          pyramids.triangles, s.rows.along_x,
+                          s.rows.along_y,     s.ambiguous ? &*s.ambiguous : nullptr};
     window.rewind();
     for (std::int64_t z = 0; z < bits.nz;) {
         const std::int64_t end = slab_end(s, pyramids, z);
         const SlabOutput slab(bits, pyramids, z, end);
         window.advance(end + 2, 2);
+        const auto for_slices_with_points = [&](const auto& f) {
+            if (s.ambiguous) parallel_for(z, std::min(end + 1, bits.nz), f);
+        };
+        for_slices_with_points([&](std::int64_t slice) { s.ambiguous->find_again(slice, s.active); });
         emit(input, slab, normals, memory);
+        for_slices_with_points([&](std::int64_t slice) { s.ambiguous->forget(slice); });
         hand_over(slab, normals, memory, sink);
         window.release(end, 1);
         z = end;

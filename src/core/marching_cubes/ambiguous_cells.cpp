@@ -39,9 +39,13 @@ class CornerSamples {
     CellValues minus(double isovalue, std::int64_t x) const {
         CellValues values;
         if (HWY_LIKELY(all_rows_ && x >= 0 && x + 1 < nx_)) {
-            for (std::size_t v = 0; v < 8; ++v)
-                values[v] = difference(rows_[v >> 1][x + static_cast<std::int64_t>(v & 1)], isovalue);
-            return values;
+            double check = 0;  // becomes NaN if a value is not finite
+            for (std::size_t v = 0; v < 8; ++v) {
+                values[v] =
+                    static_cast<double>(rows_[v >> 1][x + static_cast<std::int64_t>(v & 1)]) - isovalue;
+                if constexpr (std::is_floating_point_v<T>) check += 0 * values[v];
+            }
+            if (HWY_LIKELY(check == 0)) return values;
         }
         for (std::size_t v = 0; v < 8; ++v) {
             const std::int64_t at = x + static_cast<std::int64_t>(v & 1);
@@ -75,60 +79,67 @@ class CornerSamples {
     bool all_rows_ = true;
 };
 
-// The candidates of consecutive rows.
-struct Candidates {
-    const InsideBits& bits;
-    std::size_t row_begin;
-    CandidateCells cells;
-    std::vector<std::size_t> row_ends;  // in `cells`
-
-    Candidates(const InsideBits& inside_bits, std::size_t first_row)
-        : bits(inside_bits), row_begin(first_row) {}
-
-    void add_row(const std::uint64_t* masks, std::size_t mask_count) {
-        cells.add_row(bits, row_begin + row_ends.size(), masks, mask_count);
-        row_ends.push_back(cells.size());
-    }
-    void add_empty_row() { row_ends.push_back(cells.size()); }
+// A row with candidates, and where these end.
+struct CandidateRow {
+    std::int64_t y;
+    std::size_t end;
 };
 
-// The samples of candidates, in the order of these.
+// The candidates of a slice.
+struct Candidates {
+    const InsideBits& bits;
+    std::int64_t slice;
+    CandidateCells cells;
+    std::vector<CandidateRow> rows;
+
+    // Those in the words that are marked in the masks of the slice's rows.
+    Candidates(const InsideBits& inside_bits, std::int64_t z, const std::uint64_t* masks)
+        : bits(inside_bits), slice(z) {
+        const std::size_t per_row = ActiveWords::masks_per_row_of(bits);
+        const std::size_t first = bits.row_index(0, z);
+        if (z + 1 == bits.nz) return;  // no cells begin there
+        for (std::int64_t y = 0; y + 1 < bits.ny; ++y, masks += per_row) {
+            if (std::all_of(masks, masks + per_row, [](std::uint64_t m) { return m == 0; })) continue;
+            const std::size_t before = cells.size();
+            cells.add_row(bits, first + static_cast<std::size_t>(y), masks, per_row);
+            if (cells.size() > before) rows.push_back({y, cells.size()});
+        }
+    }
+};
+
+// The samples of the candidates of a slice, which are asked for in their order.
 template <class T>
 class CandidateSamples {
   public:
     CandidateSamples(const VolumeView& volume, const Candidates& candidates)
-        : volume_(volume),
-          candidates_(candidates),
-          row_(candidates.row_begin - 1) {}  // the row before the first, which may wrap
+        : volume_(volume), candidates_(candidates), next_row_(candidates.rows.begin()) {}
 
-    // The row of a candidate. \pre not before that of the last call
-    std::size_t row_of(std::size_t cell) {
-        const auto& ends = candidates_.row_ends;
-        if (cell < end_) return row_;
-        do {
-            end_ = ends[++row_ - candidates_.row_begin];
-        } while (cell >= end_);
-        const InsideBits& bits = candidates_.bits;
-        const GridRow at(bits, row_);
-        samples_ = {volume_, at.y - bits.first_y, at.z - bits.first_z};
-        return row_;
-    }
     void prefetch(std::size_t cell) {
-        row_of(cell);
+        reach(cell);
         samples_.prefetch(x_of(cell));
     }
-    CellValues minus(double isovalue, std::size_t cell) const { return samples_.minus(isovalue, x_of(cell)); }
+    CellValues minus(double isovalue, std::size_t cell) {
+        reach(cell);
+        return samples_.minus(isovalue, x_of(cell));
+    }
 
   private:
+    void reach(std::size_t cell) {
+        if (HWY_LIKELY(cell < end_)) return;
+        const InsideBits& bits = candidates_.bits;
+        samples_ = {volume_, next_row_->y - bits.first_y, candidates_.slice - bits.first_z};
+        end_ = next_row_++->end;
+    }
     std::int64_t x_of(std::size_t cell) const { return candidates_.cells.x(cell) - candidates_.bits.first_x; }
 
     const VolumeView& volume_;
     const Candidates& candidates_;
-    std::size_t row_, end_ = 0;
+    std::vector<CandidateRow>::const_iterator next_row_;
+    std::size_t end_ = 0;  // of the row's candidates
     CornerSamples<T> samples_;
 };
 
-// Calls found(row, cell, topology) for each ambiguous cell. Each candidate asks for its samples a while before it is
+// Calls found(cell, topology) for each candidate, in their order. Each asks for its samples a while before it is
 // decided: those of a large volume are not in the cache, and a miss takes longer than a decision.
 template <class T, class Found>
 void decide(const VolumeView& volume, double isovalue, const Candidates& candidates, const Found& found) {
@@ -141,23 +152,14 @@ void decide(const VolumeView& volume, double isovalue, const Candidates& candida
         for (const std::size_t end = std::min(begin + kAtOnce + kAhead, cells.size()); asked < end; ++asked)
             ahead.prefetch(asked);
         const std::size_t count = std::min(kAtOnce, cells.size() - begin);
-        std::size_t rows[kAtOnce];
         std::uint8_t cases[kAtOnce] = {};
         for (std::size_t i = 0; i < count; ++i) {
-            rows[i] = samples.row_of(begin + i);
             cases[i] = cells.cell_case(begin + i);
             batch.set(i, samples.minus(isovalue, begin + i));
         }
         CellTopology topologies[kAtOnce];
         decide_topologies(batch, cases, count, topologies);
-        for (std::size_t i = 0; i < count; ++i) {
-            const CellTopology& topology = topologies[i];
-            if (topology.is_default(cases[i])) continue;
-            const AmbiguousCell cell{cells.x(begin + i),
-                                     static_cast<std::uint16_t>(topology.shape - kShapes.data()), cases[i],
-                                     static_cast<std::uint8_t>(topology.inner_points())};
-            found(rows[i], cell, topology);
-        }
+        for (std::size_t i = 0; i < count; ++i) found(begin + i, cases[i], topologies[i]);
     }
 }
 
@@ -170,49 +172,72 @@ double slope(const T* p, std::int64_t before, std::int64_t after) {
     return before != 0 && after != 0 ? rise : 2 * rise;
 }
 
-// The gradient at a point of a cell, interpolated between those of its corners.
+// The gradients at points of the cells of a row.
 template <class T>
-Vec3d smooth_gradient(const VolumeView& volume, const std::array<std::int64_t, 3>& cell, const Vec3d& at) {
-    const std::array<std::int64_t, 3> stride{1, volume.row_pitch(), volume.slice_pitch()};
-    std::array<std::array<std::int64_t, 2>, 3> before, after;  // by axis and side of the cell
-    for (std::size_t a = 0; a < 3; ++a) {
-        for (std::size_t side = 0; side < 2; ++side) {
-            const std::int64_t i = cell[a] + static_cast<std::int64_t>(side);
-            before[a][side] = i > -volume.below[a] ? stride[a] : 0;
-            after[a][side] = i + 1 < volume.geometry.dims[a] + volume.above[a] ? stride[a] : 0;
-        }
+class CellGradients {
+  public:
+    CellGradients(const VolumeView& volume, std::int64_t y, std::int64_t z)
+        : volume_(volume), y_(y), z_(z), stride_{1, volume.row_pitch(), volume.slice_pitch()} {
+        find_neighbours(1, y);
+        find_neighbours(2, z);
     }
-    const T* const first = row_of<T>(volume, cell[1], cell[2]) + cell[0];
-    Vec3d gradient{};
-    for (std::size_t v = 0; v < 8; ++v) {
-        const T* p = first;
-        double weight = 1;
-        Vec3d slopes;
-        for (std::size_t a = 0; a < 3; ++a) {
-            const bool far = (v >> a & 1) != 0;
-            p += far ? stride[a] : 0;
-            weight *= far ? at[a] : 1 - at[a];
-        }
-        for (std::size_t a = 0; a < 3; ++a) slopes[a] = slope(p, before[a][v >> a & 1], after[a][v >> a & 1]);
-        gradient = gradient + weight * slopes;
-    }
-    return gradient;
-}
 
-// The gradient at a point of a cell: that of the samples around it, which is smooth across cells. Where it would
-// turn the surface over, or a sample is not finite, it is that of the interpolant or of the inside bits.
-Vec3d gradient_in_cell(const VolumeView& volume, const std::array<std::int64_t, 3>& cell,
-                       const CellValues& values, const Vec3d& at) {
-    if (std::any_of(values.begin(), values.end(), [](double v) { return std::isnan(v); })) {
-        CellValues sides;
-        for (std::size_t v = 0; v < 8; ++v) sides[v] = values[v] >= 0 ? 1 : -1;
-        return Interpolant(sides, at).gradient;
+    // The following gradients are those in the cell at x.
+    void set_cell(std::int64_t x) {
+        find_neighbours(0, x);
+        x_ = x;
     }
-    const Vec3d smooth = visit_sample_type(
-        volume.type, [&](auto sample) { return smooth_gradient<decltype(sample)>(volume, cell, at); });
-    const Vec3d own = Interpolant(well_scaled(values), at).gradient;
-    return dot(smooth, own) > 0 ? smooth : own;
-}
+
+    // That of the samples around the point, which is smooth across cells. Where it would turn the surface over, or a
+    // sample is not finite, it is that of the interpolant or of the inside bits.
+    Vec3d gradient(const CellValues& values, const Vec3d& at) const {
+        if (std::any_of(values.begin(), values.end(), [](double v) { return std::isnan(v); })) {
+            CellValues sides;
+            for (std::size_t v = 0; v < 8; ++v) sides[v] = values[v] >= 0 ? 1 : -1;
+            return Interpolant(sides, at).gradient;
+        }
+        const Vec3d smooth = interpolated(at);
+        const Vec3d own = Interpolant(well_scaled(values), at).gradient;
+        return dot(smooth, own) > 0 ? smooth : own;
+    }
+
+  private:
+    void find_neighbours(std::size_t axis, std::int64_t place) {
+        for (std::size_t side = 0; side < 2; ++side) {
+            const std::int64_t i = place + static_cast<std::int64_t>(side);
+            before_[axis][side] = i > -volume_.below[axis] ? stride_[axis] : 0;
+            after_[axis][side] =
+                i + 1 < volume_.geometry.dims[axis] + volume_.above[axis] ? stride_[axis] : 0;
+        }
+    }
+
+    // Between those of the cell's corners.
+    Vec3d interpolated(const Vec3d& at) const {
+        const T* const first = row_of<T>(volume_, y_, z_) + x_;
+        Vec3d gradient{};
+        for (std::size_t v = 0; v < 8; ++v) {
+            const T* p = first;
+            double weight = 1;
+            Vec3d slopes;
+            for (std::size_t a = 0; a < 3; ++a) {
+                const bool far = (v >> a & 1) != 0;
+                p += far ? stride_[a] : 0;
+                weight *= far ? at[a] : 1 - at[a];
+            }
+            for (std::size_t a = 0; a < 3; ++a)
+                slopes[a] = slope(p, before_[a][v >> a & 1], after_[a][v >> a & 1]);
+            gradient = gradient + weight * slopes;
+        }
+        return gradient;
+    }
+
+    const VolumeView& volume_;
+    const std::int64_t y_, z_;
+    std::int64_t x_ = 0;
+    const std::array<std::int64_t, 3> stride_;
+    // The steps from the samples at the two sides of the cell, by axis, or 0.
+    std::array<std::array<std::int64_t, 2>, 3> before_, after_;
+};
 
 Vec3f normal_of(const IndexToPhysical& to_physical, const Vec3d& gradient) {
     double steepest = 0;
@@ -227,99 +252,100 @@ Vec3f normal_of(const IndexToPhysical& to_physical, const Vec3d& gradient) {
 
 }  // namespace
 
-std::size_t KeptCells::bytes() const {
-    std::size_t bytes = row_begin.size() * sizeof(std::uint32_t);
-    for (const auto& cells : of_slice) bytes += cells.capacity() * sizeof(AmbiguousCell);
+void AmbiguousCells::count(std::int64_t slice, RowCounts& counts, ActiveWords& active) {
+    std::vector<std::uint64_t> masks(active.masks_per_row * static_cast<std::size_t>(bits_.ny));
+    count_rows(bits_, bits_.row_index(0, slice), bits_.row_index(0, slice + 1), counts, active, masks.data());
+    find(slice, masks.data());
+}
+
+void AmbiguousCells::find_again(std::int64_t slice, const ActiveWords& active) {
+    find(slice, active.row(bits_.row_index(0, slice)));
+}
+
+void AmbiguousCells::forget(std::int64_t slice) {
+    Slice& kept = slices_[static_cast<std::size_t>(slice)];
+    kept.cells = {};
+    kept.rows.shrink_to_fit();
+}
+
+void AmbiguousCells::find(std::int64_t slice, const std::uint64_t* masks) {
+    std::vector<AmbiguousRow>& rows = slices_[static_cast<std::size_t>(slice)].rows;
+    Buffer<AmbiguousCell>& cells = slices_[static_cast<std::size_t>(slice)].cells;
+    rows.clear();
+    const Candidates candidates(bits_, slice, masks);
+    // Branches on what the samples decide would often be mispredicted. So each cell is written, and the next one
+    // overwrites it if it is not ambiguous.
+    cells.resize(candidates.cells.size() + 1);
+    std::size_t found = 0;
+    auto candidate_row = candidates.rows.begin();
+    AmbiguousRow row{};
+    visit_sample_type(volume_.type, [&](auto sample) {
+        decide<decltype(sample)>(
+            volume_, isovalue_, candidates,
+            [&](std::size_t candidate, std::uint8_t cell_case, const CellTopology& topology) {
+                const std::size_t shape = static_cast<std::size_t>(topology.shape - kShapes.data());
+                AmbiguousCell& cell = cells[found];
+                ShapeChange change = kShapeChanges[shape];
+                if (HWY_UNLIKELY(topology.has_tunnel)) change = topology.change(cell_case);
+                cell = {candidates.cells.x(candidate), static_cast<std::uint16_t>(shape), topology.tunnel,
+                        change.inner_points};
+                row.inner_points += change.inner_points;
+                row.more_triangles += static_cast<std::uint32_t>(change.more_triangles);
+                found += topology.is_default(cell_case) ? 0 : 1;
+                if (HWY_LIKELY(candidate + 1 < candidate_row->end)) return;
+                row.y = static_cast<std::uint32_t>(candidate_row++->y);
+                row.cells_end = static_cast<std::uint32_t>(found);
+                if (found > (rows.empty() ? 0 : rows.back().cells_end)) rows.push_back(row);
+                row = {};
+            });
+    });
+    cells.resize(found);
+}
+
+void AmbiguousCells::add_to(RowCounts& counts, std::int64_t slice) const {
+    const std::size_t first = bits_.row_index(0, slice);
+    for (const AmbiguousRow& row : slices_[static_cast<std::size_t>(slice)].rows) {
+        counts.points[first + row.y] += row.inner_points;
+        counts.triangles[first + row.y] += row.more_triangles;
+    }
+}
+
+std::size_t AmbiguousCells::bytes() const {
+    std::size_t bytes = slices_.size() * sizeof(Slice);
+    for (const Slice& slice : slices_) {
+        bytes +=
+            slice.rows.capacity() * sizeof(AmbiguousRow) + slice.cells.capacity() * sizeof(AmbiguousCell);
+    }
     return bytes;
 }
 
-void AmbiguousCells::count(std::int64_t slice, RowCounts& counts) const {
-    const std::size_t row_begin = bits_.row_index(0, slice), row_end = bits_.row_index(0, slice + 1);
-    std::vector<AmbiguousCell>* const kept =
-        kept_ ? &kept_->of_slice[static_cast<std::size_t>(slice)] : nullptr;
-    if (kept != nullptr) kept->clear();
-    Candidates candidates(bits_, row_begin);
-    for (std::size_t row = row_begin; row < row_end; ++row) {
-        counts.inner[row] = counts.more_triangles[row] = 0;
-        if (!has_any(row)) {
-            candidates.add_empty_row();
-            continue;
-        }
-        candidates.add_row(words_.row(row), words_.masks_per_row);
-        std::fill_n(words_.row(row), words_.masks_per_row, std::uint64_t{0});
-    }
-    std::size_t next_row = row_begin;  // the first whose cells were not kept yet
-    const auto keep_until = [&](std::size_t row) {
-        for (; next_row < row; ++next_row)
-            kept_->row_begin[next_row] = static_cast<std::uint32_t>(kept->size());
-    };
-    const auto found = [&](std::size_t row, const AmbiguousCell& cell, const CellTopology& topology) {
-        const std::size_t w = cell.x / 64;
-        words_.row(row)[w / 64] |= std::uint64_t{1} << w % 64;
-        counts.inner[row] += cell.inner_points;
-        const int more = topology.has_tunnel ? topology.triangles() - kCases[cell.cell_case].triangles
-                                             : kMoreTriangles[cell.shape];
-        counts.more_triangles[row] += static_cast<std::uint32_t>(more);
-        if (kept == nullptr) return;
-        keep_until(row + 1);
-        kept->push_back(cell);
-    };
-    visit_sample_type(volume_.type,
-                      [&](auto sample) { decide<decltype(sample)>(volume_, isovalue_, candidates, found); });
-    if (kept != nullptr) keep_until(row_end);
-}
-
-std::span<const AmbiguousCell> AmbiguousCells::of_row(std::size_t row,
-                                                      std::vector<AmbiguousCell>& memory) const {
-    const GridRow at(bits_, row);
-    if (kept_ != nullptr) {
-        const auto& cells = kept_->of_slice[static_cast<std::size_t>(at.z)];
-        const std::size_t begin = kept_->row_begin[row];
-        const std::size_t end = at.y + 1 < bits_.ny ? kept_->row_begin[row + 1] : cells.size();
-        return {cells.data() + begin, end - begin};
-    }
-    memory.clear();
-    Candidates candidates(bits_, row);
-    candidates.add_row(words_.row(row), words_.masks_per_row);
-    const auto found = [&](std::size_t, const AmbiguousCell& cell, const CellTopology&) {
-        memory.push_back(cell);
-    };
-    visit_sample_type(volume_.type,
-                      [&](auto sample) { decide<decltype(sample)>(volume_, isovalue_, candidates, found); });
-    return memory;
-}
-
-AmbiguousCells::InnerCell AmbiguousCells::inner_cell(std::size_t row, const AmbiguousCell& cell) const {
-    const GridRow at(bits_, row);
-    InnerCell result;
-    result.index = {cell.x - bits_.first_x, at.y - bits_.first_y, at.z - bits_.first_z};
-    visit_sample_type(volume_.type, [&](auto sample) {
-        const CornerSamples<decltype(sample)> samples(volume_, result.index[1], result.index[2]);
-        result.values = samples.minus(isovalue_, result.index[0]);
-    });
-    result.topology = {&kShapes[cell.shape]};
-    if (cell.inner_points == CellTopology::kTunnelPoints)
-        result.topology = decide_topology(cell.cell_case, result.values);
-    return result;
-}
-
-void AmbiguousCells::emit_points(std::size_t row, std::vector<AmbiguousCell>& memory, Vec3f* points,
+void AmbiguousCells::emit_points(std::size_t row, std::span<const AmbiguousCell> cells, Vec3f* points,
                                  Vec3f* normals) const {
-    for (const AmbiguousCell& ambiguous : of_row(row, memory)) {
-        if (ambiguous.inner_points == 0) continue;
-        const InnerCell cell = inner_cell(row, ambiguous);
-        const auto& first = to_physical_.first;
+    visit_sample_type(volume_.type,
+                      [&](auto sample) { emit_points_of<decltype(sample)>(row, cells, points, normals); });
+}
+
+template <class T>
+void AmbiguousCells::emit_points_of(std::size_t row, std::span<const AmbiguousCell> cells, Vec3f* points,
+                                    Vec3f* normals) const {
+    const GridRow at(bits_, row);
+    const std::int64_t y = at.y - bits_.first_y, z = at.z - bits_.first_z;
+    const auto& first = to_physical_.first;
+    const CornerSamples<T> samples(volume_, y, z);
+    CellGradients<T> gradients(volume_, y, z);
+    for (const AmbiguousCell& cell : cells) {
+        if (cell.inner_points == 0) continue;
+        const std::int64_t x = cell.x - bits_.first_x;
+        const CellValues values = samples.minus(isovalue_, x);
+        const Vec3d corner{static_cast<double>(first[0] + x), static_cast<double>(first[1] + y),
+                           static_cast<double>(first[2] + z)};
         std::array<Vec3d, CellTopology::kTunnelPoints> inner;
-        const int count = place_inner_points(cell.topology, cell.values, inner);
+        const int count = place_inner_points(cell.topology(), values, inner);
+        gradients.set_cell(x);
         for (int k = 0; k < count; ++k) {
             const Vec3d& in_cell = inner[static_cast<std::size_t>(k)];
-            Vec3d in_whole;
-            for (std::size_t a = 0; a < 3; ++a)
-                in_whole[a] = static_cast<double>(first[a] + cell.index[a]) + in_cell[a];
-            *points++ = to_float(to_physical_.origin + to_physical_.exact * in_whole);
-            if (normals != nullptr)
-                *normals++ =
-                    normal_of(to_physical_, gradient_in_cell(volume_, cell.index, cell.values, in_cell));
+            *points++ = to_float(to_physical_.origin + to_physical_.exact * (corner + in_cell));
+            if (normals != nullptr) *normals++ = normal_of(to_physical_, gradients.gradient(values, in_cell));
         }
     }
 }
@@ -338,14 +364,57 @@ std::uint32_t* AmbiguousCells::emit_triangles(std::size_t row, const AmbiguousCe
             *out++ = id(corners[third]);
         }
     };
-    if (cell.inner_points == CellTopology::kTunnelPoints) {
-        const InnerCell inner = inner_cell(row, cell);
-        const TunnelTriangles triangles = triangulate_tunnel(inner.topology, inner.values);
+    const CellTopology topology = cell.topology();
+    if (topology.has_tunnel) {
+        const GridRow at(bits_, row);
+        CellValues values;
+        visit_sample_type(volume_.type, [&](auto sample) {
+            const CornerSamples<decltype(sample)> samples(volume_, at.y - bits_.first_y,
+                                                          at.z - bits_.first_z);
+            values = samples.minus(isovalue_, cell.x - bits_.first_x);
+        });
+        const TunnelTriangles triangles = triangulate_tunnel(topology, values);
         emit(triangles.corners.data(), triangles.count);
     } else {
-        emit(kShapes[cell.shape].corners.data(), kShapes[cell.shape].triangles);
+        emit(topology.shape->corners.data(), topology.shape->triangles);
     }
     return out;
+}
+
+std::span<const AmbiguousCell> AmbiguousRows::cells() const {
+    const std::size_t begin = place_ == 0 ? 0 : slice().rows[place_ - 1].cells_end;
+    return std::span(slice().cells).subspan(begin, slice().rows[place_].cells_end - begin);
+}
+
+void AmbiguousRows::advance() {
+    ++place_;
+    settle();
+}
+
+void AmbiguousRows::find(std::size_t from) {
+    const GridRow at(cells_->bits_, from);
+    slice_ = static_cast<std::size_t>(at.z);
+    if (slice_ < cells_->slices_.size()) {
+        const auto& rows = slice().rows;
+        const auto first =
+            std::lower_bound(rows.begin(), rows.end(), at.y,
+                             [](const AmbiguousRow& row, std::int64_t y) { return row.y < y; });
+        place_ = static_cast<std::size_t>(first - rows.begin());
+    }
+    settle();
+}
+
+bool AmbiguousRows::catch_up(std::size_t row) {
+    while (row > row_) advance();
+    return row == row_;
+}
+
+void AmbiguousRows::settle() {
+    const auto& slices = cells_->slices_;
+    for (; slice_ < slices.size() && place_ == slices[slice_].rows.size(); ++slice_) place_ = 0;
+    row_ = slice_ < slices.size()
+               ? cells_->bits_.row_index(slice().rows[place_].y, static_cast<std::int64_t>(slice_))
+               : std::numeric_limits<std::size_t>::max();
 }
 
 }  // namespace marrow::internal

@@ -2,13 +2,12 @@
 ///
 /// The inside bits find the few words that may have such cells, and everything else runs as without exact
 /// topology. What the samples decide is a function of the eight samples of a cell alone, and so the same for all
-/// threads and parts of a volume. It is decided when cells are counted. Emission uses what was kept then, or decides
-/// again where memory is limited.
+/// threads and parts of a volume. It is decided when cells are counted, and kept for emission.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -27,72 +26,102 @@ namespace marrow::internal {
 struct AmbiguousCell {
     std::uint32_t x;      ///< the bit of its first corner in the row
     std::uint16_t shape;  ///< the number of its shape in kShapes
-    std::uint8_t cell_case;
+    CellTopology::Tunnel tunnel;
     std::uint8_t inner_points;  ///< 1 of a fan, or those of a tunnel
+
+    CellTopology topology() const {
+        return {&kShapes[shape], inner_points == CellTopology::kTunnelPoints, tunnel};
+    }
 };
+static_assert(sizeof(AmbiguousCell) == 8);
 
-/// The ambiguous cells of a grid, as AmbiguousCells::count() found them.
-struct KeptCells {
-    explicit KeptCells(const InsideBits& bits)
-        : of_slice(static_cast<std::size_t>(bits.nz)), row_begin(bits.rows()) {}
-
-    std::vector<std::vector<AmbiguousCell>> of_slice;  ///< in the order of (y, x)
-    Buffer<std::uint32_t> row_begin;  ///< where those of each row of cells begin in their slice
-
-    std::size_t bytes() const;
+/// A row of cells that has ambiguous ones, and what they change.
+struct AmbiguousRow {
+    std::uint32_t y;             ///< of the row, in its slice
+    std::uint32_t cells_end;     ///< in its slice's cells; they begin where those of the row before end
+    std::uint32_t inner_points;  ///< of the row's cells
+    /// How many triangles the samples add to those that the bits alone give (modulo 2^32, as there may be fewer).
+    std::uint32_t more_triangles;
 };
 
 class AmbiguousCells {
   public:
-    /// Borrows all arguments. count_rows() marks in `words` where the samples may decide something. Unless `kept` is
-    /// null, the cells are kept there.
+    /// Borrows all arguments.
     AmbiguousCells(const VolumeView& volume, double isovalue, const IndexToPhysical& to_physical,
-                   const InsideBits& bits, ActiveWords& words, KeptCells* kept)
+                   const InsideBits& bits)
         : volume_(volume),
           isovalue_(isovalue),
           to_physical_(to_physical),
           bits_(bits),
-          words_(words),
-          kept_(kept) {}
+          slices_(static_cast<std::size_t>(bits.nz)) {}
 
-    /// Counts the inner points and additional triangles of the rows of a slice. Only words with ambiguous cells stay
-    /// marked.
-    void count(std::int64_t slice, RowCounts& counts) const;
+    /// Counts the rows of a slice as count_rows() does, and finds its ambiguous cells.
+    void count(std::int64_t slice, RowCounts& counts, ActiveWords& active);
+    /// Adds what the ambiguous cells of a slice change. \pre count_triangles() of all rows
+    void add_to(RowCounts& counts, std::int64_t slice) const;
 
-    /// Whether a row of cells has any. \pre count()
-    bool has_any(std::size_t row) const {
-        const std::uint64_t* masks = words_.row(row);
-        std::uint64_t any = 0;
-        for (std::size_t m = 0; m < words_.masks_per_row; ++m) any |= masks[m];
-        return any != 0;
-    }
-    /// The cells of a row, in the order of x. They are in `memory` unless they were kept. \pre count()
-    std::span<const AmbiguousCell> of_row(std::size_t row, std::vector<AmbiguousCell>& memory) const;
+    /// Frees the memory of a slice's cells until find_again(). Its rows stay.
+    void forget(std::int64_t slice);
+    /// Finds the cells of a slice that were forgotten. `active` is that of count().
+    void find_again(std::int64_t slice, const ActiveWords& active);
+
     /// Writes the inner points of a row's cells, in the order of x, and their normals unless these are null.
-    /// `memory` is that of of_row().
-    void emit_points(std::size_t row, std::vector<AmbiguousCell>& memory, Vec3f* points,
+    void emit_points(std::size_t row, std::span<const AmbiguousCell> cells, Vec3f* points,
                      Vec3f* normals) const;
     /// Writes the triangles of a cell with inner points, which have ids from `first_inner` on. The others have the ids
     /// `edge_ids`, by edge. Returns the end of what it wrote.
     std::uint32_t* emit_triangles(std::size_t row, const AmbiguousCell& cell, const std::uint32_t* edge_ids,
                                   std::uint32_t first_inner, std::uint32_t* out) const;
 
-  private:
-    // A cell with inner points.
-    struct InnerCell {
-        std::array<std::int64_t, 3> index;
-        CellValues values;
-        CellTopology topology;
-    };
+    std::size_t bytes() const;
 
-    InnerCell inner_cell(std::size_t row, const AmbiguousCell& cell) const;
+  private:
+    friend class AmbiguousRows;
+
+    struct Slice {
+        std::vector<AmbiguousRow> rows;  // in the order of y
+        Buffer<AmbiguousCell> cells;     // in the order of (y, x)
+    };
+    void find(std::int64_t slice, const std::uint64_t* masks);
+    template <class T>
+    void emit_points_of(std::size_t row, std::span<const AmbiguousCell> cells, Vec3f* points,
+                        Vec3f* normals) const;
 
     const VolumeView& volume_;
     const double isovalue_;
     const IndexToPhysical& to_physical_;
     const InsideBits& bits_;
-    ActiveWords& words_;
-    KeptCells* const kept_;
+    std::vector<Slice> slices_;
+};
+
+/// Visits the rows that have ambiguous cells, in ascending order.
+class AmbiguousRows {
+  public:
+    /// Begins at the row `from` or after it. There are none if `cells` is null.
+    AmbiguousRows(const AmbiguousCells* cells, std::size_t from) : cells_(cells) {
+        if (cells != nullptr) find(from);
+    }
+
+    /// Goes on to `row` or after it. Returns whether it has ambiguous cells. \pre `row` is not before that of the last call
+    bool reach(std::size_t row) { return row >= row_ && catch_up(row); }
+    void advance();
+
+    /// The index of the row in the grid; after the last one, more than that of any row.
+    std::size_t row() const { return row_; }
+    const AmbiguousRow* operator->() const { return &slice().rows[place_]; }
+    /// In the order of x.
+    std::span<const AmbiguousCell> cells() const;
+
+  private:
+    const AmbiguousCells::Slice& slice() const { return cells_->slices_[slice_]; }
+    void find(std::size_t from);
+    bool catch_up(std::size_t row);
+    // Goes to the next slice that has rows, if those of this one end here.
+    void settle();
+
+    const AmbiguousCells* const cells_;
+    std::size_t slice_ = 0, place_ = 0;  // the row is rows[place_] of this slice
+    std::size_t row_ = std::numeric_limits<std::size_t>::max();
 };
 
 }  // namespace marrow::internal

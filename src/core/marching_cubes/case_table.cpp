@@ -213,15 +213,17 @@ constexpr std::array<Case, 256> derive_cases(const std::array<CellShape, kShapeC
     return cases;
 }
 
-constexpr std::array<std::int8_t, kShapeCount> count_more_triangles(
-    const std::array<CellShape, kShapeCount>& shapes, const std::array<std::uint16_t, 256>& first) {
-    std::array<std::int8_t, kShapeCount> more{};
+constexpr std::array<ShapeChange, kShapeCount> find_changes(const std::array<CellShape, kShapeCount>& shapes,
+                                                            const std::array<std::uint16_t, 256>& first) {
+    std::array<ShapeChange, kShapeCount> changes{};
     for (std::size_t c = 0; c < 256; ++c) {
         const std::size_t end = c + 1 < 256 ? first[c + 1] : shapes.size();
-        for (std::size_t i = first[c]; i < end; ++i)
-            more[i] = static_cast<std::int8_t>(shapes[i].triangles - shapes[first[c]].triangles);
+        for (std::size_t i = first[c]; i < end; ++i) {
+            changes[i] = {static_cast<std::int8_t>(shapes[i].triangles - shapes[first[c]].triangles),
+                          static_cast<std::uint8_t>(shapes[i].has_fan ? 1 : 0)};
+        }
     }
-    return more;
+    return changes;
 }
 
 constexpr std::array<Case, 256> turn_over(std::array<Case, 256> cases) {
@@ -285,6 +287,6 @@ constexpr std::array<RunningCase, 256> kRunningCases = run(kCases);
 constexpr std::array<RunningCase, 256> kMirroredRunningCases = run(kMirroredCases);
 constexpr std::array<RunningShape, kShapeCount> kRunningShapes = run(kShapes, false);
 constexpr std::array<RunningShape, kShapeCount> kMirroredRunningShapes = run(kShapes, true);
-constexpr std::array<std::int8_t, kShapeCount> kMoreTriangles = count_more_triangles(kShapes, kFirstShape);
+constexpr std::array<ShapeChange, kShapeCount> kShapeChanges = find_changes(kShapes, kFirstShape);
 
 }  // namespace marrow::internal

@@ -90,7 +90,11 @@ inline constexpr int kShapeCount = 656;
 extern const std::array<std::uint16_t, 256> kFirstShape;
 extern const std::array<CellShape, kShapeCount> kShapes;
 extern const std::array<RunningShape, kShapeCount> kRunningShapes, kMirroredRunningShapes;
-/// How many triangles a shape has more than its case.
-extern const std::array<std::int8_t, kShapeCount> kMoreTriangles;
+/// What a shape has more than its case.
+struct ShapeChange {
+    std::int8_t more_triangles = 0;
+    std::uint8_t inner_points = 0;
+};
+extern const std::array<ShapeChange, kShapeCount> kShapeChanges;
 
 }  // namespace marrow::internal

@@ -232,16 +232,18 @@ bool has_two_crosses(const OppositeFaces& s) {
     return exact_sign(difference) != 0;
 }
 
-// Whether the surface has a waist in the cell: on each axis both crosses lie in it. Then `face_signs` gets the
-// signs of the determinants of the faces across each axis.
-bool has_waist(const CellValues& f, std::array<std::int8_t, 3>& face_signs) {
+// Whether the surface has a waist in the cell: on each axis both crosses lie in it. Then `tunnel` gets the signs of the
+// determinants of the faces across each axis.
+bool has_waist(const CellValues& f, CellTopology::Tunnel& tunnel) {
+    unsigned positive = 0;
     for (unsigned axis = 0; axis < 3; ++axis) {
         const OppositeFaces s(f, axis);
         const int sign = sign_with_ties(s.p00, s.p01, s.p10, s.p11);
         if (sign == 0 || sign_with_ties(s.q00, s.q01, s.q10, s.q11) != sign || mixed_sign(s) != -sign)
             return false;
-        face_signs[axis] = static_cast<std::int8_t>(sign);
+        positive |= (sign > 0 ? 1u : 0u) << axis;
     }
+    tunnel.positive_faces = positive & 7;
     return has_two_crosses(OppositeFaces(f, 0));
 }
 
@@ -288,8 +290,7 @@ void find_tunnel(unsigned cell_case, const CellValues& values, CellTopology& top
     if (shape.loops != 2 && shape.loops != 3) return;
     if (std::any_of(values.begin(), values.end(), [](double v) { return std::isnan(v); })) return;
     const CellValues f = well_scaled(values);
-    topology.has_tunnel =
-        has_waist(f, topology.tunnel.face_signs) && choose_loops(cell_case, f, shape, topology.tunnel);
+    topology.has_tunnel = has_waist(f, topology.tunnel) && choose_loops(cell_case, f, shape, topology.tunnel);
 }
 
 }  // namespace

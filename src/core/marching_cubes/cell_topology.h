@@ -17,11 +17,10 @@ namespace marrow::internal {
 
 /// The topology of the surface in a cell.
 struct CellTopology {
-    /// The loops of `shape` that the tunnel joins, and on each axis the sign of the determinants of the cell's
-    /// two faces across it, which is the same for both.
+    /// The loops of `shape` that a tunnel joins. Bit a of `positive_faces` is set if the determinants of the cell's
+    /// two faces across axis a, which have the same sign, are positive.
     struct Tunnel {
-        std::uint8_t first_loop, second_loop;
-        std::array<std::int8_t, 3> face_signs;
+        std::uint8_t first_loop : 2 = 0, second_loop : 2 = 0, positive_faces : 3 = 0;
     };
 
     const CellShape* shape = nullptr;
@@ -34,6 +33,11 @@ struct CellTopology {
     int inner_points() const { return has_tunnel ? kTunnelPoints : shape->has_fan ? 1 : 0; }
     /// A loop of k points has k - 2 triangles; an inner point adds two, and a tunnel four.
     int triangles() const;
+    /// What the cell has more than its case.
+    ShapeChange change(unsigned cell_case) const {
+        return {static_cast<std::int8_t>(triangles() - kCases[cell_case].triangles),
+                static_cast<std::uint8_t>(inner_points())};
+    }
     /// Whether the inside bits alone give the same.
     bool is_default(unsigned cell_case) const {
         return shape == &kShapes[kFirstShape[cell_case]] && !has_tunnel;

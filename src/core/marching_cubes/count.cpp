@@ -141,7 +141,7 @@ struct RowCounter {
 
 template <bool kAmbiguous>
 void count_rows_of(const InsideBits& bits, std::size_t row_begin, std::size_t row_end, RowCounts& counts,
-                   ActiveWords& active, ActiveWords* ambiguous_words) {
+                   ActiveWords& active, std::uint64_t* ambiguous_words) {
     constexpr std::size_t kLanes = hn::MaxLanes(Words());
     static_assert(kLanes < InsideBits::kSlack);
     const RowMasks masks(bits);
@@ -158,8 +158,7 @@ void count_rows_of(const InsideBits& bits, std::size_t row_begin, std::size_t ro
                 if constexpr (kAmbiguous) ambiguous_marks |= ambiguous << (w - begin);
             }
             active.row(r)[begin / 64] = marks;
-            if constexpr (kAmbiguous)
-                ambiguous_words->row(r)[begin / 64] = row.has_cells ? ambiguous_marks : 0;
+            if constexpr (kAmbiguous) *ambiguous_words++ = ambiguous_marks;
             any |= marks;
         }
         std::uint32_t along_x = 0, along_y = 0, along_z = 0, to_subtract = 0;
@@ -178,7 +177,7 @@ void count_rows_of(const InsideBits& bits, std::size_t row_begin, std::size_t ro
 }
 
 void count_rows_target(const InsideBits& bits, std::size_t row_begin, std::size_t row_end, RowCounts& counts,
-                       ActiveWords& active, ActiveWords* ambiguous) {
+                       ActiveWords& active, std::uint64_t* ambiguous) {
     if (ambiguous != nullptr)
         count_rows_of<true>(bits, row_begin, row_end, counts, active, ambiguous);
     else
@@ -194,7 +193,7 @@ namespace marrow::internal {
 HWY_EXPORT(count_rows_target);
 
 void count_rows(const InsideBits& bits, std::size_t row_begin, std::size_t row_end, RowCounts& counts,
-                ActiveWords& active, ActiveWords* ambiguous) {
+                ActiveWords& active, std::uint64_t* ambiguous) {
     HWY_DYNAMIC_DISPATCH(count_rows_target)(bits, row_begin, row_end, counts, active, ambiguous);
 }
 
@@ -210,13 +209,6 @@ void count_triangles(const InsideBits& bits, std::size_t row_begin, std::size_t 
         const std::uint32_t crossed = x[r] + x[r + 1] + x[r + ny] + x[r + ny + 1] + 2 * (y[r] + y[r + ny]) +
                                       2 * (along_z(r) + along_z(r + 1));
         counts.triangles[r] = crossed - to_subtract;
-    }
-}
-
-void add_topology(std::size_t row_begin, std::size_t row_end, RowCounts& counts) noexcept {
-    for (std::size_t r = row_begin; r < row_end; ++r) {
-        counts.points[r] += counts.inner[r];
-        counts.triangles[r] += counts.more_triangles[r];
     }
 }
 

@@ -20,25 +20,18 @@ struct RowCounts {
     std::vector<std::uint32_t> along_x;    ///< those of them on edges along x
     std::vector<std::uint32_t> along_y;    ///< those of them on edges along y
     std::vector<std::uint32_t> triangles;  ///< triangles of the row of cells
-    /// With exact topology, the points inside the row's cells, and how many triangles the samples add to those
-    /// that the bits alone give (modulo 2^32, as there may be fewer). Else empty. See ambiguous_cells.h
-    std::vector<std::uint32_t> inner, more_triangles;
 };
 
 /// Counts the points of the rows [row_begin, row_end) and marks their active words. Does not count triangles
 /// yet, because that takes the next rows: `counts.triangles` gets the number that count_triangles()
-/// subtracts. Unless `ambiguous` is null, it gets the words with cells in which the samples may decide the
-/// topology.
+/// subtracts. Unless `ambiguous` is null, it gets a mask like that of ActiveWords for each of these rows: the words with
+/// cells in which the samples may decide the topology.
 void count_rows(const InsideBits& bits, std::size_t row_begin, std::size_t row_end, RowCounts& counts,
-                ActiveWords& active, ActiveWords* ambiguous = nullptr);
+                ActiveWords& active, std::uint64_t* ambiguous = nullptr);
 
 /// Counts the triangles of the rows [row_begin, row_end). \pre count_rows() of these rows, the next row and
 /// the next slice
 void count_triangles(const InsideBits& bits, std::size_t row_begin, std::size_t row_end,
                      RowCounts& counts) noexcept;
-
-/// Adds `counts.inner` to the points of the rows [row_begin, row_end), and `counts.more_triangles` to their
-/// triangles. \pre count_triangles() of all rows
-void add_topology(std::size_t row_begin, std::size_t row_end, RowCounts& counts) noexcept;
 
 }  // namespace marrow::internal

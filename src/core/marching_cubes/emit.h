@@ -25,7 +25,6 @@ struct EmitInput {
     const HistoPyramid& triangles;              ///< its leaves are RowCounts::triangles
     const std::vector<std::uint32_t>& along_x;  ///< RowCounts::along_x
     const std::vector<std::uint32_t>& along_y;  ///< RowCounts::along_y
-    const std::vector<std::uint32_t>& inner;    ///< RowCounts::inner; empty without exact topology
     const AmbiguousCells* ambiguous = nullptr;  ///< null without exact topology
 };
 

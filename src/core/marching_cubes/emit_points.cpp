@@ -67,13 +67,6 @@ class PointBatch {
         }
     }
 
-    // Leaves room for points that are written later.
-    void skip(std::size_t count) {
-        flush();
-        points_ += count;
-        if (normals_ != nullptr) normals_ += count;
-    }
-
     HWY_NOINLINE void flush() {
         if (size_ == 0) return;
         if (normals_ != nullptr) {
@@ -473,21 +466,19 @@ void emit_points_of(const EmitInput& input, std::size_t row_begin, std::size_t r
     RowEdges edges(bits);
     PointBatch<T> batch(input, points, points + count, normals, fractions);
 
-    std::vector<AmbiguousCell> cells;
-    std::size_t end = 0;  // of the row's points
-
+    AmbiguousRows ambiguous(input.ambiguous, row_begin);
     for (GridRow at(bits, row_begin); at.index < row_end; at.advance(bits)) {
-        const std::size_t row_points = input.points.leaves()[at.index];
-        if (row_points == 0) continue;
-        end += row_points;
+        if (input.points.leaves()[at.index] == 0) continue;
         edges.list(input.active, RowBits(bits, at), at.index);
         batch.set_row(at.y - bits.first_y, at.z - bits.first_z);
         batch.add(edges.codes(), edges.count());
-        const std::size_t inner = input.inner.empty() ? 0 : input.inner[at.index];
-        if (HWY_LIKELY(inner == 0)) continue;
-        batch.skip(inner);
-        Vec3f* const inner_normals = normals == nullptr ? nullptr : normals + end - inner;
-        input.ambiguous->emit_points(at.index, cells, points + end - inner, inner_normals);
+        if (HWY_LIKELY(!ambiguous.reach(at.index))) continue;
+        // Other points are in the places of the inner ones until these are written.
+        for (std::size_t left = ambiguous->inner_points; left > 0;) {
+            const std::size_t fit = std::min(left, edges.count());
+            batch.add(edges.codes(), fit);
+            left -= fit;
+        }
     }
     batch.flush();
 }
@@ -513,6 +504,12 @@ void emit_points(const EmitInput& input, std::size_t row_begin, std::size_t row_
     HWY_DYNAMIC_DISPATCH(emit_points_any)
     (input, row_begin, row_end, points + first, normals ? normals + first : nullptr,
      fractions ? fractions + first : nullptr);
+    if (input.ambiguous == nullptr) return;
+    for (AmbiguousRows rows(input.ambiguous, row_begin); rows.row() < row_end; rows.advance()) {
+        if (rows->inner_points == 0) continue;
+        const std::uint64_t at = input.points.first_output(rows.row() + 1) - rows->inner_points;
+        input.ambiguous->emit_points(rows.row(), rows.cells(), points + at, normals ? normals + at : nullptr);
+    }
 }
 
 }  // namespace marrow::internal

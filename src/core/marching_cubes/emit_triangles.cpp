@@ -135,26 +135,22 @@ HWY_INLINE std::uint32_t* emit_cells(const std::uint8_t* first, const std::uint8
 }
 
 // Writes the triangles of rows that have ambiguous cells. These interrupt the list of cases.
-class AmbiguousRows {
+class AmbiguousRowWriter {
   public:
-    explicit AmbiguousRows(const EmitInput& input)
+    explicit AmbiguousRowWriter(const EmitInput& input)
         : input_(input),
           shapes_(input.to_physical.mirrored ? kMirroredRunningShapes.data() : kRunningShapes.data()) {}
 
-    // Whether a row has ambiguous cells, and so emit() is for it.
-    bool has_any(std::size_t row) const {
-        return input_.ambiguous != nullptr && input_.ambiguous->has_any(row);
-    }
-
     // `inner_id` is the id of the row's first inner point, and `list` has room for the row's cases.
-    std::uint32_t* emit(std::size_t r, const RowBits& row, RunningIds& ids, std::uint32_t inner_id,
+    std::uint32_t* emit(const AmbiguousRows& at, const RowBits& row, RunningIds& ids, std::uint32_t inner_id,
                         const RunningCase* cases, std::uint8_t* list, std::uint32_t* out,
                         const std::uint32_t* end) {
-        const auto cells = input_.ambiguous->of_row(r, memory_);
+        const auto cells = at.cells();
         // Their indices in the list of cases.
         indices_.clear();
         const std::uint8_t* const list_end = list_cases(
-            input_.active, r, row, list, [&](std::size_t w, std::uint64_t active, const std::uint8_t* next) {
+            input_.active, at.row(), row, list,
+            [&](std::size_t w, std::uint64_t active, const std::uint8_t* next) {
                 for (std::size_t k = indices_.size(); k < cells.size() && cells[k].x / 64 == w; ++k) {
                     const std::uint64_t before = active & ((std::uint64_t{1} << cells[k].x % 64) - 1);
                     indices_.push_back(next - list + popcount(before));
@@ -163,7 +159,7 @@ class AmbiguousRows {
         const std::uint8_t* from = list;
         for (std::size_t k = 0; k < cells.size(); ++k) {
             out = emit_cells(from, list + indices_[k], ids, cases, out, end);
-            out = emit_cell(r, cells[k], ids, inner_id, out, end);
+            out = emit_cell(at.row(), cells[k], ids, inner_id, out, end);
             from = list + indices_[k] + 1;
         }
         return emit_cells(from, list_end, ids, cases, out, end);
@@ -192,7 +188,6 @@ class AmbiguousRows {
 
     const EmitInput& input_;
     const RunningShape* const shapes_;
-    std::vector<AmbiguousCell> memory_;
     std::vector<std::ptrdiff_t> indices_;
 };
 
@@ -207,7 +202,8 @@ void emit_triangles_target(const EmitInput& input, std::size_t row_begin, std::s
     const std::uint32_t* end =
         out + 3 * (input.triangles.first_output(row_end) - input.triangles.first_output(row_begin));
     Buffer<std::uint8_t> list(64 * (bits.words_per_row + 1));
-    AmbiguousRows ambiguous(input);
+    AmbiguousRows ambiguous(input.ambiguous, row_begin);
+    AmbiguousRowWriter ambiguous_writer(input);
     const auto ids_of_row = [&](std::size_t r, std::uint64_t first_point) {
         const auto first = static_cast<std::uint32_t>(first_point);
         return RowIds{first, first + input.along_x[r], first + input.along_x[r] + input.along_y[r]};
@@ -224,9 +220,9 @@ void emit_triangles_target(const EmitInput& input, std::size_t row_begin, std::s
             RunningIds ids(ids_of_row(r, first), ids_of_row(r + 1, first_next_y),
                            ids_of_row(r + ny, first_next_z), ids_of_row(r + ny + 1, first_next_yz));
             const RowBits row(bits, at);
-            if (HWY_UNLIKELY(ambiguous.has_any(r))) {
-                const auto first_inner = static_cast<std::uint32_t>(first_next_y - input.inner[r]);
-                out = ambiguous.emit(r, row, ids, first_inner, cases, list.data(), out, end);
+            if (HWY_UNLIKELY(ambiguous.reach(r))) {
+                const auto first_inner = static_cast<std::uint32_t>(first_next_y - ambiguous->inner_points);
+                out = ambiguous_writer.emit(ambiguous, row, ids, first_inner, cases, list.data(), out, end);
             } else {
                 const std::uint8_t* list_end =
                     list_cases(input.active, r, row, list.data(), [](auto...) HWY_ATTR {});

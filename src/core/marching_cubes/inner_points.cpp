@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/grid/index_to_physical.h"
+#include "tunnel_bands.h"
 
 namespace marrow::internal {
 
@@ -72,7 +73,7 @@ std::array<Vec3d, CellTopology::kTunnelPoints> tunnel_points(const CellTopology:
     std::array<std::array<double, 2>, 3> t;
     for (unsigned axis = 0; axis < 3; ++axis) {
         t[axis] = cross_slices(OppositeFaces(f, axis));
-        if (tunnel.face_signs[axis] < 0) std::swap(t[axis][0], t[axis][1]);
+        if ((tunnel.positive_faces >> axis & 1) == 0) std::swap(t[axis][0], t[axis][1]);
     }
     const auto& [u, v, w] = t;
     return {{{u[1], v[0], w[0]},
@@ -83,91 +84,15 @@ std::array<Vec3d, CellTopology::kTunnelPoints> tunnel_points(const CellTopology:
              {u[1], v[1], w[0]}}};
 }
 
-constexpr std::size_t kRing = CellTopology::kTunnelPoints;
-constexpr double kUnreachable = 1e300;
-
-// A band of triangles between a loop and the ring of a tunnel's points. From each point of the loop it takes up
-// to two steps along the ring, and then the one along the loop. So no point of either is linked to all points
-// of the other, and the band is a manifold whatever the positions are.
-struct Band {
-    std::size_t start = 0;      // the ring's point with which the first of the loop is linked
-    std::size_t direction = 1;  // from one point of the ring to the next: 1, or kRing - 1 for backwards
-    std::array<std::uint8_t, kCellEdges> steps{};  // along the ring at each point of the loop
-    double cost = 0;                               // the sum of the squared lengths of the links
-
-    std::size_t ring_point(std::size_t step) const { return (start + direction * step) % kRing; }
-};
-
-// Finds the shortest band for a start and direction, by dynamic programming over the points of the loop. Returns false
-// as soon as it costs at least `limit`.
-bool shorten(Band& band, const double (&squared)[kCellEdges][kRing], std::size_t size, double limit) {
-    // The cost of the links until a point of the loop is linked with the ring's point after so many steps. Two
-    // places before the first step are never reached.
-    constexpr std::size_t kSteps = kRing + 1, kBefore = 2;
-    double cost[kCellEdges + 1][kBefore + kSteps];
-    std::uint8_t last_steps[kCellEdges + 1][kSteps];
-    double links[2][kBefore + kSteps];  // of this point of the loop, and of the next one
-    const auto find_links = [&](std::size_t i, double(&of_point)[kBefore + kSteps]) {
-        std::size_t at = band.start;
-        for (std::size_t j = 0; j < kSteps; ++j) {
-            of_point[kBefore + j] = squared[i][at];
-            at += band.direction;
-            at -= at >= kRing ? kRing : 0;
-        }
-        std::fill_n(of_point, kBefore, 0.0);
-    };
-    std::fill(std::begin(cost[0]), std::end(cost[0]), kUnreachable);
-    cost[0][kBefore] = 0;
-    find_links(0, links[0]);
-    for (std::size_t i = 0; i < size; ++i) {
-        const auto &from = cost[i], &here = links[i % 2];
-        auto &to = cost[i + 1], &next = links[(i + 1) % 2];
-        find_links(i + 1 < size ? i + 1 : 0, next);
-        std::fill_n(to, kBefore, kUnreachable);
-        double least = kUnreachable;
-        for (std::size_t j = 0; j < kSteps; ++j) {
-            const std::size_t k = kBefore + j;
-            const double after_two = from[k - 2] + here[k - 1] + here[k] + next[k];
-            const double after_one = from[k - 1] + here[k] + next[k], after_none = from[k] + next[k];
-            double best = after_two;
-            std::uint8_t steps = 2;
-            if (after_one < best) best = after_one, steps = 1;
-            if (after_none < best) best = after_none, steps = 0;
-            to[k] = best;
-            last_steps[i + 1][j] = steps;
-            least = std::min(least, best);
-        }
-        if (least >= limit) return false;
-    }
-    if (cost[size][kBefore + kRing] >= limit) return false;
-    band.cost = cost[size][kBefore + kRing];
-    std::size_t j = kRing;
-    for (std::size_t i = size; i > 0; --i) {
-        band.steps[i - 1] = last_steps[i][j];
-        j -= last_steps[i][j];
-    }
-    return true;
-}
-
-// The shortest band in each of the two directions around the ring.
-std::array<Band, 2> shortest_bands(const LoopEdges& loop, const CellValues& f,
-                                   const std::array<Vec3d, kRing>& ring) {
-    double squared[kCellEdges][kRing];
+// The shortest bands between a loop and the ring of a tunnel's points, in the two directions around it.
+std::array<Band, 2> bands_of(const LoopEdges& loop, const CellValues& f,
+                             const std::array<Vec3d, Band::kRing>& ring) {
+    Band::Distances squared;
     for (std::size_t i = 0; i < loop.size; ++i) {
         const Vec3d from = edge_point(f, loop.edges[i]);
-        for (std::size_t j = 0; j < kRing; ++j) squared[i][j] = dot(ring[j] - from, ring[j] - from);
+        for (std::size_t j = 0; j < Band::kRing; ++j) squared[i][j] = dot(ring[j] - from, ring[j] - from);
     }
-    std::array<Band, 2> best;
-    for (std::size_t backwards = 0; backwards < 2; ++backwards) {
-        for (std::size_t start = 0; start < kRing; ++start) {
-            Band band;
-            band.start = start;
-            band.direction = backwards == 0 ? 1 : kRing - 1;
-            const double limit = start == 0 ? kUnreachable : best[backwards].cost;
-            if (shorten(band, squared, loop.size, limit)) best[backwards] = band;
-        }
-    }
-    return best;
+    return shortest_bands(squared, loop.size);
 }
 
 void add_band(const LoopEdges& loop, const Band& band, TunnelTriangles& triangles) {
@@ -186,7 +111,7 @@ void add_tunnel(const CellTopology& topology, const CellValues& f, TunnelTriangl
     const auto ring = tunnel_points(topology.tunnel, f);
     const LoopEdges first(*topology.shape, topology.tunnel.first_loop),
         second(*topology.shape, topology.tunnel.second_loop);
-    const auto firsts = shortest_bands(first, f, ring), seconds = shortest_bands(second, f, ring);
+    const auto firsts = bands_of(first, f, ring), seconds = bands_of(second, f, ring);
     const std::size_t backwards =
         firsts[0].cost + seconds[1].cost <= firsts[1].cost + seconds[0].cost ? 0 : 1;
     add_band(first, firsts[backwards], triangles);

@@ -102,7 +102,9 @@ struct GridRow {
 /// edge or a cell that starts at one of the word's samples. After counting, only these words are visited.
 struct ActiveWords {
     explicit ActiveWords(const InsideBits& bits)
-        : masks_per_row((bits.words_per_row + 63) / 64), masks(masks_per_row * bits.rows()) {}
+        : masks_per_row(masks_per_row_of(bits)), masks(masks_per_row * bits.rows()) {}
+
+    static std::size_t masks_per_row_of(const InsideBits& bits) { return (bits.words_per_row + 63) / 64; }
 
     std::size_t masks_per_row;
     Buffer<std::uint64_t> masks;

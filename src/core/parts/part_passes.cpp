@@ -98,8 +98,8 @@ Mesh PartPasses::emit() const {
     mesh.normals.resize(options_.normals ? mesh.points.size() : 0);
     mesh.triangles.resize(checked_size(triangles.total(), sizeof(Triangle)));
     const IndexToPhysical to_physical(part_);
-    const EmitInput input{part_,  isovalue_, to_physical,   bits_,         active_,
-                          points, triangles, rows_.along_x, rows_.along_y, rows_.inner};
+    const EmitInput input{part_,  isovalue_, to_physical,   bits_,        active_,
+                          points, triangles, rows_.along_x, rows_.along_y};
     Stage stage(options_.progress, 0.4, 1, 2 * share_count());
     Vec3f* const normals = options_.normals ? mesh.normals.data() : nullptr;
     for_each_share(points, 0, bits_.rows(), [&](std::size_t row_begin, std::size_t row_end) {

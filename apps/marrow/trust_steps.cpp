@@ -1,9 +1,7 @@
 // Reports how far a surface can be trusted.
-#include "trust.h"
+#include "trust_steps.h"
 
 #include <fmt/format.h>
-
-#include <marrow/trust_arrays.h>
 
 #include "shared/console.h"
 #include "shared/surface_warnings.h"
@@ -81,19 +79,13 @@ void add_trust(Surface& surface, const Volume& scan, const NoiseEstimate& noise,
                const Progress& progress) {
     TrustOptions options{.noise = noise, .threads = threads, .progress = progress};
     if (hounsfield) options.step = 100;
-    SurfaceTrust& trust = surface.trust.emplace();
-    trust.report = report_trust(scan, surface.mesh.points, options);
-    trust.hounsfield = hounsfield;
-    std::vector<bool> near(surface.mesh.points.size());
-    if (surface.thin_walls) near = near_thin_walls(scan, surface.thin_walls->found, surface.mesh.points);
-    trust.near_thin_walls.assign(near.begin(), near.end());
-    trust.colours = trust_colours(trust.report, near);
+    surface.trust =
+        surface_trust(report_trust(scan, surface.mesh.points, options), hounsfield, scan, surface.mesh.points,
+                      surface.thin_walls ? &surface.thin_walls->found : nullptr);
 }
 
-std::vector<PointArray> point_arrays(const Surface& surface) {
-    if (!surface.trust) return {};
-    const SurfaceTrust& trust = *surface.trust;
-    return trust_arrays(trust.report, trust.near_thin_walls, thin_wall_state(surface), trust.hounsfield);
+void add_point_data(const Surface& surface, MeshObject& object) {
+    if (surface.trust) add_trust(*surface.trust, thin_wall_state(surface), object);
 }
 
 std::string trust_lines(const Surface& surface) {

@@ -35,8 +35,8 @@ void look_for_thin_walls(Surface& surface, const Volume& scan, const NoiseEstima
 void add_trust(Surface& surface, const Volume& scan, const NoiseEstimate& noise, bool hounsfield, int threads,
                const Progress& progress);
 
-/// What is written with the points of a surface.
-std::vector<PointArray> point_arrays(const Surface& surface);
+/// Gives an object what is written with the points of its surface. It borrows the surface.
+void add_point_data(const Surface& surface, MeshObject& object);
 
 /// The lines of the summary; empty without results.
 std::string trust_lines(const Surface& surface);
