@@ -64,6 +64,7 @@ std::vector<Row> measure_case(const Case& c, const Settings& settings, int threa
         for (int round = -1; round < settings.rounds; ++round) {  // the first round is not counted
             for (std::size_t turn = 0; turn < contenders.size(); ++turn) {
                 const std::size_t a = (turn + static_cast<std::size_t>(round + 1)) % contenders.size();
+                set_memory(memory);  // again, because the heap may have kept pages of the contender before
                 results[a] = contenders[a].run();
                 if (round >= 0) times[a].push_back(results[a].milliseconds);
             }

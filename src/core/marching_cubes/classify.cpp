@@ -127,8 +127,8 @@ HWY_INLINE void prefetch(const T* samples) {
 
 template <class T>
 std::int64_t classify(const Slice<T>& slice, T threshold) {
-    // The processor's own prefetching stops at each page's end. This covers the start of the next page.
-    constexpr std::int64_t kAhead = 2048 / sizeof(T);
+    // The processor's own prefetching stops at each page's end. This is one page ahead.
+    constexpr std::int64_t kAhead = 4096 / sizeof(T);
     std::int64_t non_finite = 0;
     for (std::int64_t y = 0; y < slice.ny; ++y) {
         const T* samples = slice.row(y);

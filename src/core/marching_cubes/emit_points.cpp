@@ -60,7 +60,7 @@ class PointBatch {
         while (count > 0) {
             if (HWY_UNLIKELY(size_ == kCapacity)) flush();
             const std::size_t fit = std::min(count, kCapacity - size_);
-            if (HWY_UNLIKELY(note(codes, fit))) note_borders(codes, fit);
+            note(codes, fit);
             size_ += fit;
             codes += fit;
             count -= fit;
@@ -95,8 +95,8 @@ class PointBatch {
 
     static S staged(T sample) { return static_cast<S>(sample); }
 
-    // Stores edges at the end of the batch. Returns whether the stencil of one of them leaves the volume.
-    HWY_INLINE bool note(const std::uint32_t* codes, std::size_t count) {
+    // Stores edges at the end of the batch.
+    HWY_INLINE void note(const std::uint32_t* codes, std::size_t count) {
         const hn::CappedTag<std::uint32_t, kAtOnce> du;
         const hn::RebindToFloat<decltype(du)> df;
         const hn::RebindToSigned<decltype(du)> di;
@@ -106,15 +106,16 @@ class PointBatch {
                                 HWY_ATTR { return hn::And(codes, hn::Set(d, EdgeCode::kPlaceMask)); };
         const auto first_inner = hn::Set(di, static_cast<std::int32_t>(inner_[0] + 1));
         const auto last_inner = hn::Set(di, static_cast<std::int32_t>(inner_[1]));
-        auto leave = hn::Zero(di);
         for (std::size_t i = 0; i < count; i += hn::Lanes(du)) {
             const std::size_t k = size_ + i;
             const auto code = hn::LoadU(du, codes + i);
             hn::StoreU(code, du, codes_ + k);
             for (std::size_t r = 0; r < 3; ++r) hn::StoreU(hn::Set(df, base_[r]), df, row_base_[r] + k);
             const auto place = hn::BitCast(di, places(du, code));
-            const auto outer = hn::Or(hn::Lt(place, first_inner), hn::Gt(place, last_inner));
-            leave = hn::Or(leave, hn::VecFromMask(di, hn::And(outer, hn::FirstN(di, count - i))));
+            const auto outer = hn::And(hn::Or(hn::Lt(place, first_inner), hn::Gt(place, last_inner)),
+                                       hn::FirstN(di, count - i));
+            if (HWY_UNLIKELY(!hn::AllFalse(di, outer)))
+                note_borders(codes + i, k, std::min(count - i, hn::Lanes(du)));
         }
         for (std::size_t i = 0; i < count; i += hn::Lanes(dl)) {
             const auto place = places(dh, hn::LoadU(dh, codes + i));
@@ -123,13 +124,13 @@ class PointBatch {
                         hn::BitCast(dl, hn::PromoteTo(hn::RebindToUnsigned<decltype(dl)>(), place)));
             hn::StoreU(index, dl, first_ + size_ + i);
         }
-        return !hn::AllTrue(di, hn::Eq(leave, hn::Zero(di)));
     }
 
-    HWY_NOINLINE void note_borders(const std::uint32_t* codes, std::size_t count) {
+    // Notes which of `count` edges, from index `first` of the batch on, have stencils that leave the volume.
+    HWY_NOINLINE void note_borders(const std::uint32_t* codes, std::size_t first, std::size_t count) {
         for (std::size_t i = 0; i < count; ++i) {
             const std::int64_t x = EdgeCode::x(codes[i]);
-            if (x < inner_[0] || x >= inner_[1]) borders_[border_count_++] = {size_ + i, {x, y_, z_}};
+            if (x < inner_[0] || x >= inner_[1]) borders_[border_count_++] = {first + i, {x, y_, z_}};
         }
     }
 
@@ -156,7 +157,7 @@ class PointBatch {
         }
         if (has_stencil) {
             for (std::size_t b = 0; b < border_count_; ++b) first_[borders_[b].edge] = first;
-            stage_inner<kNormals>();
+            prefetches_ ? stage_inner<kNormals, true>() : stage_inner<kNormals, false>();
         }
         for (std::size_t b = 0; b < border_count_; ++b) stage_border(borders_[b]);
     }
@@ -171,14 +172,14 @@ class PointBatch {
         hwy::Prefetch(far + 2 * stride_[2]);
     }
 
-    template <bool kNormals>
+    template <bool kNormals, bool kPrefetches>
     HWY_INLINE void stage_inner() {
         const std::int64_t step_y = stride_[1], step_z = stride_[2];
-        for (std::size_t k = 0; prefetches_ && k < kAhead; ++k) prefetch(k);
+        for (std::size_t k = 0; kPrefetches && k < kAhead; ++k) prefetch(k);
         for (std::size_t k = 0; k < size_; ++k) {
             const T* HWY_RESTRICT p = samples_ + first_[k];
             const T* HWY_RESTRICT q = p + stride_[codes_[k] >> EdgeCode::kAxisShift];
-            if (prefetches_) prefetch(k + kAhead);
+            if constexpr (kPrefetches) prefetch(k + kAhead);
             // The surface continues in the next slice, whose stencil ends at this sample.
             hwy::Prefetch(p + 3 * step_z);
             ends_[0][k] = staged(*p);
