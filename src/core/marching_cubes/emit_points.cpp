@@ -47,7 +47,7 @@ class PointBatch {
           fractions_(fractions) {}
 
     // The following edges start in the row of samples (y, z).
-    void set_row(std::int64_t y, std::int64_t z) {
+    void set_row(std::int64_t y, std::int64_t z) noexcept {
         y_ = y;
         z_ = z;
         row_ = z * stride_[2] + y * stride_[1];
@@ -56,7 +56,7 @@ class PointBatch {
     }
 
     // Adds `count` edges of the row. Up to RowEdges::kSlack more elements are read.
-    HWY_INLINE void add(const std::uint32_t* codes, std::size_t count) {
+    HWY_INLINE void add(const std::uint32_t* codes, std::size_t count) noexcept {
         while (count > 0) {
             if (HWY_UNLIKELY(size_ == kCapacity)) flush();
             const std::size_t fit = std::min(count, kCapacity - size_);
@@ -74,7 +74,7 @@ class PointBatch {
         if (normals_ != nullptr) normals_ += count;
     }
 
-    HWY_NOINLINE void flush() {
+    HWY_NOINLINE void flush() noexcept {
         if (size_ == 0) return;
         if (normals_ != nullptr) {
             stage<true>();
@@ -182,6 +182,13 @@ class PointBatch {
     HWY_INLINE void stage_inner() {
         const std::int64_t step_y = stride_[1], step_z = stride_[2];
         for (std::size_t k = 0; prefetches_ && k < kAhead; ++k) prefetch(k);
+#if HWY_TARGET == HWY_WASM
+        // There are no prefetches. But loads that nothing waits for overlap, so that the loop after them finds in the
+        // cache what no slice before needed.
+        S sum = 0;
+        for (std::size_t k = 0; k < size_; ++k) sum += staged(samples_[first_[k] + 2 * step_z]);
+        loaded_ = sum;
+#endif
         for (std::size_t k = 0; k < size_; ++k) {
             const T* HWY_RESTRICT p = samples_ + first_[k];
             const T* HWY_RESTRICT q = p + stride_[codes_[k] >> EdgeCode::kAxisShift];
@@ -234,7 +241,9 @@ class PointBatch {
         return 0;
     }
 
-    std::size_t axis_of(std::size_t k) const { return EdgeCode::axis(codes_[k]); }
+    std::size_t axis_of(std::size_t k) const {
+        return EdgeCode::axis(codes_[k]);
+    }
 
     Vec3f along_edge(std::size_t axis, bool first_inside) const {
         Vec3f n = to_physical_.axis[axis];
@@ -453,6 +462,9 @@ class PointBatch {
     Vec3f base_{};
     std::array<std::int64_t, 2> inner_{};  // of the row, along x
     std::size_t size_ = 0, border_count_ = 0;
+#if HWY_TARGET == HWY_WASM
+    S loaded_ = 0;  // what was loaded ahead, so that compilers keep the loads
+#endif
 
     // Room for the elements that note() stores beyond the last edge, and for whole vectors.
     static constexpr std::size_t kRoom = kCapacity + 16;
