@@ -223,8 +223,7 @@ const requests = {
     return { axis, index, ...rest, samples: new arrayTypes[type](buffer) };
   },
   labelTable: ({ files }) => withFiles(files, 'labelTable', {}),
-  // A busy worker is stopped by memory that it shares with the page.
-  createExtractor: (parameters) => run('createExtractor', { ...parameters, stoppable: options.shared }),
+  createExtractor: (parameters) => run('createExtractor', { ...parameters, stoppable: options.stoppable }),
   extract({ stop, ...parameters }, transfer) {
     const start = performance.now();
     const answer = run('extract', parameters);

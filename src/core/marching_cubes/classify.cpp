@@ -44,6 +44,19 @@ HWY_INLINE std::uint64_t classify_word(const T* HWY_RESTRICT samples, T threshol
     constexpr std::size_t kLanes = hn::MaxLanes(d);
     const auto lowest_inside = hn::Set(d, threshold);
     std::uint64_t outside = 0;
+#if HWY_TARGET == HWY_WASM
+    if constexpr (sizeof(T) == 2) {
+        // The masks of two vectors become one vector of bytes.
+        const auto below = [&](std::size_t i) HWY_ATTR {
+            return hn::VecFromMask(d, hn::Lt(hn::LoadU(d, samples + i), lowest_inside)).raw;
+        };
+        for (std::size_t i = 0; i < 64; i += 2 * kLanes) {
+            const v128_t both = wasm_i8x16_narrow_i16x8(below(i), below(i + kLanes));
+            outside |= std::uint64_t{wasm_i8x16_bitmask(both)} << i;
+        }
+        return ~outside;
+    }
+#endif
     for (std::size_t i = 0; i < 64; i += kLanes) {
         const auto v = hn::LoadU(d, samples + i);
         auto below = hn::Lt(v, lowest_inside);

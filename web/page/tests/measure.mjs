@@ -22,8 +22,19 @@ function printSizes() {
   console.log(`${(sum / 1e6).toFixed(3)} MB gzipped in all`);
 }
 
-// The longest of the tasks, and how many keep the page from answering.
-const tasksText = (tasks) => (tasks.length === 0 ? 'none' : `${tasks.length}, the longest ${Math.round(Math.max(...tasks))} ms, ${tasks.filter((ms) => ms > 100).length} above 100 ms`);
+// Of the longest of these tasks, and how many keep the page from answering.
+const tasksText = (tasks) => `longest ${Math.round(Math.max(0, ...tasks))} ms, ${tasks.filter((ms) => ms > 100).length} above 100 ms`;
+
+/**
+ * The tasks of the page's main thread in a trace: how long they took, and how much of that the thread worked. The rest is
+ * waiting, for instance while a processor draws in place of a graphics card.
+ */
+function tasksOf(trace) {
+  const { traceEvents } = JSON.parse(trace);
+  const main = new Set(traceEvents.filter((e) => e.name === 'thread_name' && e.args.name === 'CrRendererMain').map((e) => `${e.pid} ${e.tid}`));
+  const tasks = traceEvents.filter((e) => e.name === 'RunTask' && e.ph === 'X' && main.has(`${e.pid} ${e.tid}`));
+  return { took: tasks.map((e) => e.dur / 1000), worked: tasks.map((e) => e.tdur / 1000) };
+}
 
 async function measure(browser, url, scan) {
   const page = await openPage(t, browser, url, { viewport: { width: 1440, height: 900 } });
