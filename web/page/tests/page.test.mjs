@@ -6,7 +6,7 @@ import { join } from 'node:path';
 import { after, before, describe, test } from 'node:test';
 import { createRequire } from 'node:module';
 import { built, serve } from '../serve.mjs';
-import { assertSameBytes, errorText, launch, marrow, openFiles, openFolder, openPage, served, settled, temporaryFolder } from './browser.mjs';
+import { assertSameBytes, errorText, launch, mainThreadTasks, marrow, openFiles, openFolder, openPage, served, settled, startTrace, temporaryFolder } from './browser.mjs';
 import { labelNrrd, niftiBall, niftiBallGz, niftiVolumes, writeHead } from './scans.mjs';
 
 let browser, shared, head;
@@ -111,11 +111,14 @@ describe('the isovalue', () => {
     const page = await openPage(t, browser, await served(t));
     await openFolder(page, head);
     const box = await page.locator('.histogram').boundingBox(), y = box.y + box.height / 2;
+    await startTrace(page);
     await page.mouse.move(box.x + box.width * 0.4, y);
     await page.mouse.down();
     for (let i = 0; i <= 20; ++i) await page.mouse.move(box.x + box.width * (0.4 + 0.01 * i), y);
     await page.mouse.up();
     await settled(page);
+    const { worked } = await mainThreadTasks(page);
+    assert.ok(worked.length > 100 && Math.max(...worked) < 100, `${worked.length} tasks, the longest worked ${Math.max(...worked)} ms`);
     const value = await numberOf(page);
     assert.ok(value > 600 && value % 1 !== 0, `${value} lies between two whole numbers`);
     assert.match(await assertSameBytes(page, shared, 'stl'), new RegExp(`--isovalue ${value}\\b`));
