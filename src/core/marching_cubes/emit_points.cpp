@@ -182,13 +182,13 @@ class PointBatch {
     HWY_INLINE void stage_inner() {
         const std::int64_t step_y = stride_[1], step_z = stride_[2];
         for (std::size_t k = 0; prefetches_ && k < kAhead; ++k) prefetch(k);
-#if HWY_TARGET == HWY_WASM
-        // There are no prefetches. But loads that nothing waits for overlap, so that the loop after them finds in the
-        // cache what no slice before needed.
-        S sum = 0;
-        for (std::size_t k = 0; k < size_; ++k) sum += staged(samples_[first_[k] + 2 * step_z]);
-        loaded_ = sum;
-#endif
+        if constexpr (HWY_TARGET == HWY_WASM) {
+            // There are no prefetches. But loads that nothing waits for overlap, so that the loop after them finds in
+            // the cache what no slice before needed.
+            S sum = 0;
+            for (std::size_t k = 0; k < size_; ++k) sum += staged(samples_[first_[k] + 2 * step_z]);
+            loaded_ = sum;
+        }
         for (std::size_t k = 0; k < size_; ++k) {
             const T* HWY_RESTRICT p = samples_ + first_[k];
             const T* HWY_RESTRICT q = p + stride_[codes_[k] >> EdgeCode::kAxisShift];
@@ -241,9 +241,7 @@ class PointBatch {
         return 0;
     }
 
-    std::size_t axis_of(std::size_t k) const {
-        return EdgeCode::axis(codes_[k]);
-    }
+    std::size_t axis_of(std::size_t k) const { return EdgeCode::axis(codes_[k]); }
 
     Vec3f along_edge(std::size_t axis, bool first_inside) const {
         Vec3f n = to_physical_.axis[axis];
@@ -462,9 +460,7 @@ class PointBatch {
     Vec3f base_{};
     std::array<std::int64_t, 2> inner_{};  // of the row, along x
     std::size_t size_ = 0, border_count_ = 0;
-#if HWY_TARGET == HWY_WASM
-    S loaded_ = 0;  // what was loaded ahead, so that compilers keep the loads
-#endif
+    [[maybe_unused]] S loaded_ = 0;  // keeps compilers from leaving out loads
 
     // Room for the elements that note() stores beyond the last edge, and for whole vectors.
     static constexpr std::size_t kRoom = kCapacity + 16;
