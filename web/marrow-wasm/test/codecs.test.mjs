@@ -103,7 +103,8 @@ test('damaged streams are refused with native\'s reason', withDcmtk, async (t) =
     await assert.rejects(readScan(join(path, 'series')), ({ code, message }) => {
       assert.equal(code, native.code);
       assert.match(message, /000\.dcm.*pixels are damaged or truncated/);
-      assert.equal(message, native.message.replace('series/', ''));  // what was opened is the folder
+      // What was opened is the folder, and CharLS's own words in brackets are not DCMTK's.
+      assert.equal(message, native.message.replace('series/', '').replace(/ \(.*\)$/, ''));
       return true;
     });
   }
