@@ -16,6 +16,9 @@ export function canUseThreads() {
   return globalThis.crossOriginIsolated === true;  // node does not state it, and gets one thread
 }
 
+/** Whether a worker can look at memory of the caller while it is busy. */
+export const canShareMemory = () => inNode || canUseThreads();
+
 export function chosenThreads() {
   if (!canUseThreads()) return 1;
   return Math.max(1, setup.threads ?? Math.min(8, globalThis.navigator?.hardwareConcurrency ?? 1));
@@ -68,6 +71,7 @@ export class Engine {
     this.ready = this.call('start', {
       threads: chosenThreads(),
       shared: canUseThreads(),
+      stoppable: canShareMemory(),
       codecs,
       baseUrl: setup.baseUrl === undefined ? undefined : new URL(setup.baseUrl, globalThis.location?.href).href,
     });

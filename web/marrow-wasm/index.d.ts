@@ -302,8 +302,8 @@ export interface ExtractOptions {
   /** 0: the full resolution; n: a preview from every 2^n-th sample along each axis. Default: 0. */
   level?: number;
   /**
-   * Cancels the extraction, which then rejects with code 130. Where the page is `crossOriginIsolated`, the worker stops at
-   * once; elsewhere it ends the extraction first.
+   * Cancels the extraction, which then rejects with code 130. In node, and where the page is `crossOriginIsolated`, the worker
+   * stops at once; elsewhere it ends the extraction first.
    */
   signal?: AbortSignal;
 }

@@ -1,7 +1,7 @@
 // The package's interface; index.d.ts documents it.
 import { commandLine } from './command_line.mjs';
 import { contour } from './contour.mjs';
-import { Engine, canUseThreads, chosenThreads, configure, prepareEngine } from './engine.mjs';
+import { Engine, canShareMemory, canUseThreads, chosenThreads, configure, prepareEngine } from './engine.mjs';
 import { MarrowError } from './errors.mjs';
 
 export { MarrowError, commandLine, contour };
@@ -142,7 +142,7 @@ export class Extractor {
     if (!Number.isFinite(isovalue)) throw new MarrowError(`the isovalue must be a finite number, not ${isovalue}`, 2);
     const latest = `${this.#number}:${level}`;
     // A busy worker hears of nothing, but it can look at memory that it shares with the page, where there is such memory.
-    const stop = signal && canUseThreads() ? new Int32Array(new SharedArrayBuffer(4)) : undefined;
+    const stop = signal && canShareMemory() ? new Int32Array(new SharedArrayBuffer(4)) : undefined;
     const onAbort = () => stop && Atomics.store(stop, 0, 1);
     signal?.addEventListener('abort', onAbort, { once: true });
     try {

@@ -201,7 +201,7 @@ const requests = {
     // Compiles what extractions need.
     const samples = new Uint8Array(512).map((_, i) => (i % 7) * 30);
     requests.adopt({ type: 'uint8', dims: [8, 8, 8], samples });
-    const { extractor } = run('createExtractor', { normals: true, closed: true, snap: 0, topology: false });
+    const { extractor } = requests.createExtractor({ normals: true, closed: true, snap: 0, topology: false });
     for (let i = 0; i < 30; ++i) run('extract', { extractor, isovalue: 50 + i, level: 0 });
     run('dropExtractor', { extractor });
     return { threads };
@@ -223,7 +223,7 @@ const requests = {
     return { axis, index, ...rest, samples: new arrayTypes[type](buffer) };
   },
   labelTable: ({ files }) => withFiles(files, 'labelTable', {}),
-  createExtractor: (parameters) => run('createExtractor', parameters),
+  createExtractor: (parameters) => run('createExtractor', { ...parameters, stoppable: options.stoppable }),
   extract({ stop, ...parameters }, transfer) {
     const start = performance.now();
     const answer = run('extract', parameters);

@@ -17,12 +17,14 @@ int last_extractor = 0;
 
 }  // namespace
 
+// Reports take time, and only a request to stop needs them.
 Json create_extractor(const Json& request) {
-    const IsosurfaceOptions options{.normals = request.at("normals").get<bool>(),
-                                    .closed = request.at("closed").get<bool>(),
-                                    .snap = request.at("snap").get<double>(),
-                                    .topology = request.at("topology").get<bool>(),
-                                    .progress = progress()};
+    const IsosurfaceOptions options{
+        .normals = request.at("normals").get<bool>(),
+        .closed = request.at("closed").get<bool>(),
+        .snap = request.at("snap").get<double>(),
+        .topology = request.at("topology").get<bool>(),
+        .progress = request.at("stoppable").get<bool>() ? progress() : Progress()};
     extractors[++last_extractor] = std::make_unique<IsosurfaceExtractor>(cropped_scan(request), options);
     return {{"extractor", last_extractor}};
 }

@@ -6,6 +6,7 @@
 #define MARROW_CELL_ROWS_INL_H
 #endif
 
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 
@@ -14,7 +15,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace marrow::internal::HWY_NAMESPACE {
 
-#if HWY_TARGET == HWY_AVX3_DL
+#if HWY_TARGET == HWY_AVX3_DL || HWY_TARGET == HWY_WASM
 
 // The samples around the 64 cells of a word: bit i of here_[r] is the sample at x = i in row r of RowBits, and of next_[r]
 // the sample at x = i + 1.
@@ -38,6 +39,7 @@ class CellRows {
 
     // Writes the indices into kRunningCases of those of the cells that `active` selects. Returns their end; 64 bytes
     // more may be overwritten.
+#if HWY_TARGET == HWY_AVX3_DL
     HWY_INLINE std::uint8_t* list(std::uint64_t active, std::uint8_t* HWY_RESTRICT out) const {
         auto cases = hn::Zero(D());
         for (std::size_t r = 0; r < 4; ++r) {
@@ -47,13 +49,32 @@ class CellRows {
         hn::StoreU(hn::Compress(cases, cells(active)), D(), out);
         return out + popcount(active);
     }
+#else
+    HWY_INLINE std::uint8_t* list(std::uint64_t active, std::uint8_t* HWY_RESTRICT out) const {
+        const auto pair = [](const std::uint64_t* words)
+                              HWY_ATTR { return wasm_u64x2_make(words[0], words[1]); };
+        const v128_t here[2] = {pair(here_), pair(here_ + 2)}, next[2] = {pair(next_), pair(next_ + 2)};
+        return list_bits(active, out, [&](std::uint64_t left, std::uint8_t& cell_case) HWY_ATTR {
+            // Shifts the corners of the lowest cell to the signs of their words, and collects these.
+            const int shift = 63 - std::countr_zero(left | std::uint64_t{1} << 63);
+            const auto signs = [shift](const v128_t(&rows)[2]) HWY_ATTR {
+                return wasm_i32x4_shuffle(wasm_i64x2_shl(rows[0], shift), wasm_i64x2_shl(rows[1], shift), 1,
+                                          3, 5, 7);
+            };
+            cell_case = static_cast<std::uint8_t>(
+                wasm_i16x8_bitmask(wasm_i16x8_narrow_i32x4(signs(here), signs(next))));
+        });
+    }
+#endif
 
   private:
+#if HWY_TARGET == HWY_AVX3_DL
     using D = hn::FixedTag<std::uint8_t, 64>;
 
     static HWY_INLINE hn::Mask<D> cells(const std::uint64_t& bits) {
         return hn::LoadMaskBits(D(), reinterpret_cast<const std::uint8_t*>(&bits));
     }
+#endif
 
     std::uint64_t here_[4], next_[4];
 };

@@ -19,6 +19,24 @@ namespace marrow::internal::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
+// The bits of a mask.
+template <class T>
+HWY_INLINE std::uint64_t bits_of(const hn::Mask<hn::ScalableTag<T>>& mask) {
+    const hn::ScalableTag<T> d;
+#if HWY_TARGET == HWY_WASM
+    // Highway multiplies, although there are instructions for it.
+    const v128_t lanes = hn::VecFromMask(d, mask).raw;
+    if constexpr (sizeof(T) == 1) return wasm_i8x16_bitmask(lanes);
+    if constexpr (sizeof(T) == 2) return wasm_i16x8_bitmask(lanes);
+    if constexpr (sizeof(T) == 4) return wasm_i32x4_bitmask(lanes);
+    return wasm_i64x2_bitmask(lanes);
+#else
+    std::uint64_t bits = 0;
+    hn::StoreMaskBits(d, mask, reinterpret_cast<std::uint8_t*>(&bits));
+    return bits;
+#endif
+}
+
 // Classifies 64 samples.
 template <class T>
 HWY_INLINE std::uint64_t classify_word(const T* HWY_RESTRICT samples, T threshold, std::int64_t& non_finite) {
@@ -26,6 +44,19 @@ HWY_INLINE std::uint64_t classify_word(const T* HWY_RESTRICT samples, T threshol
     constexpr std::size_t kLanes = hn::MaxLanes(d);
     const auto lowest_inside = hn::Set(d, threshold);
     std::uint64_t outside = 0;
+#if HWY_TARGET == HWY_WASM
+    if constexpr (sizeof(T) == 2) {
+        // The masks of two vectors become one vector of bytes.
+        const auto below = [&](std::size_t i) HWY_ATTR {
+            return hn::VecFromMask(d, hn::Lt(hn::LoadU(d, samples + i), lowest_inside)).raw;
+        };
+        for (std::size_t i = 0; i < 64; i += 2 * kLanes) {
+            const v128_t both = wasm_i8x16_narrow_i16x8(below(i), below(i + kLanes));
+            outside |= std::uint64_t{wasm_i8x16_bitmask(both)} << i;
+        }
+        return ~outside;
+    }
+#endif
     for (std::size_t i = 0; i < 64; i += kLanes) {
         const auto v = hn::LoadU(d, samples + i);
         auto below = hn::Lt(v, lowest_inside);
@@ -36,9 +67,7 @@ HWY_INLINE std::uint64_t classify_word(const T* HWY_RESTRICT samples, T threshol
                 non_finite += static_cast<std::int64_t>(kLanes - hn::CountTrue(d, finite));
             }
         }
-        std::uint64_t bits = 0;
-        hn::StoreMaskBits(d, below, reinterpret_cast<std::uint8_t*>(&bits));
-        outside |= bits << i;
+        outside |= bits_of<T>(below) << i;
     }
     return ~outside;
 }

@@ -47,7 +47,7 @@ class PointBatch {
           fractions_(fractions) {}
 
     // The following edges start in the row of samples (y, z).
-    void set_row(std::int64_t y, std::int64_t z) {
+    void set_row(std::int64_t y, std::int64_t z) noexcept {
         y_ = y;
         z_ = z;
         row_ = z * stride_[2] + y * stride_[1];
@@ -56,7 +56,7 @@ class PointBatch {
     }
 
     // Adds `count` edges of the row. Up to RowEdges::kSlack more elements are read.
-    HWY_INLINE void add(const std::uint32_t* codes, std::size_t count) {
+    HWY_INLINE void add(const std::uint32_t* codes, std::size_t count) noexcept {
         while (count > 0) {
             if (HWY_UNLIKELY(size_ == kCapacity)) flush();
             const std::size_t fit = std::min(count, kCapacity - size_);
@@ -67,7 +67,7 @@ class PointBatch {
         }
     }
 
-    HWY_NOINLINE void flush() {
+    HWY_NOINLINE void flush() noexcept {
         if (size_ == 0) return;
         if (normals_ != nullptr) {
             stage<true>();
@@ -176,6 +176,13 @@ class PointBatch {
     HWY_INLINE void stage_inner() {
         const std::int64_t step_y = stride_[1], step_z = stride_[2];
         for (std::size_t k = 0; kPrefetches && k < kAhead; ++k) prefetch(k);
+        if constexpr (HWY_TARGET == HWY_WASM) {
+            // There are no prefetches. But loads that nothing waits for overlap, so that the loop after them finds in
+            // the cache what no slice before needed.
+            S sum = 0;
+            for (std::size_t k = 0; k < size_; ++k) sum += staged(samples_[first_[k] + 2 * step_z]);
+            loaded_ = sum;
+        }
         for (std::size_t k = 0; k < size_; ++k) {
             const T* HWY_RESTRICT p = samples_ + first_[k];
             const T* HWY_RESTRICT q = p + stride_[codes_[k] >> EdgeCode::kAxisShift];
@@ -447,6 +454,7 @@ class PointBatch {
     Vec3f base_{};
     std::array<std::int64_t, 2> inner_{};  // of the row, along x
     std::size_t size_ = 0, border_count_ = 0;
+    [[maybe_unused]] S loaded_ = 0;  // keeps compilers from leaving out loads
 
     // Room for the elements that note() stores beyond the last edge, and for whole vectors.
     static constexpr std::size_t kRoom = kCapacity + 16;

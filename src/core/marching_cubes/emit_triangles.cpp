@@ -23,6 +23,54 @@ struct RowIds {
 
 constexpr std::size_t kIds = 16;  // that are written for each cell: whole vectors
 
+#if HWY_TARGET == HWY_WASM
+
+// A RunningCase for shuffles: which bytes of the lower and of the upper four counters the first twelve ids consist of,
+// and what is added to these.
+struct alignas(64) EmittedCase {
+    std::uint8_t lower[3][16], upper[3][16];
+    std::uint32_t added[3][4];
+    std::uint32_t advance[8];
+    RunningCase running;
+    std::uint32_t triangles;
+};
+
+EmittedCase emitted_case(const RunningCase& c) {
+    EmittedCase e{.running = c, .triangles = c.triangles};
+    for (std::size_t k = 0; k < 12; ++k) {
+        const unsigned counter = c.ids[k] & 7u;
+        for (std::size_t byte = 0; byte < 4; ++byte) {
+            constexpr unsigned kNone = 0x80;
+            const auto index = static_cast<std::uint8_t>(4 * (counter % 4) + byte);
+            e.lower[k / 4][4 * (k % 4) + byte] = counter < 4 ? index : kNone;
+            e.upper[k / 4][4 * (k % 4) + byte] = counter < 4 ? kNone : index;
+        }
+        e.added[k / 4][k % 4] = c.ids[k] >> 3;
+    }
+    std::copy_n(c.advance, 8, e.advance);
+    return e;
+}
+
+const EmittedCase* emitted_cases(bool mirrored) {
+    const auto all = [](const std::array<RunningCase, 256>& cases) {
+        std::array<EmittedCase, 256> emitted;
+        std::transform(cases.begin(), cases.end(), emitted.begin(), emitted_case);
+        return emitted;
+    };
+    static const auto kCases = all(kRunningCases), kMirrored = all(kMirroredRunningCases);
+    return mirrored ? kMirrored.data() : kCases.data();
+}
+
+#else
+
+using EmittedCase = RunningCase;
+
+const EmittedCase* emitted_cases(bool mirrored) {
+    return mirrored ? kMirroredRunningCases.data() : kRunningCases.data();
+}
+
+#endif
+
 // The ids of the points on the edges of a cell, while a row of cells passes by.
 //
 // Every point on the edges around a row of cells belongs to the next active cell, so ids are never looked up.
@@ -39,9 +87,22 @@ class RunningIds {
 
     // Writes kIds ids, of which the first are those of the cell's triangles, and moves on to the next active
     // cell.
-    HWY_INLINE void write(const RunningCase& c, std::uint32_t* HWY_RESTRICT out) {
+    HWY_INLINE void write(const EmittedCase& c, std::uint32_t* HWY_RESTRICT out) {
+#if HWY_TARGET == HWY_WASM
+        const v128_t lower = wasm_v128_load(counters_), upper = wasm_v128_load(counters_ + 4);
+        for (std::size_t k = 0; k < 3; ++k) {
+            const v128_t ids = wasm_v128_or(wasm_i8x16_swizzle(lower, wasm_v128_load(c.lower[k])),
+                                            wasm_i8x16_swizzle(upper, wasm_v128_load(c.upper[k])));
+            wasm_v128_store(out + 4 * k, wasm_i32x4_add(ids, wasm_v128_load(c.added[k])));
+        }
+        // Few cases have a fifth triangle.
+        if (HWY_UNLIKELY(c.triangles > 4)) write_ids<3 * kMaxTriangles>(c.running.ids, out);
+        wasm_v128_store(counters_, wasm_i32x4_add(lower, wasm_v128_load(c.advance)));
+        wasm_v128_store(counters_ + 4, wasm_i32x4_add(upper, wasm_v128_load(c.advance + 4)));
+#else
         write_ids<3 * kMaxTriangles>(c.ids, out);
         advance(c.advance);
+#endif
     }
     // The same for a shape, and RunningShape::kIds ids.
     HWY_INLINE void write(const RunningShape& s, std::uint32_t* HWY_RESTRICT out) {
@@ -112,7 +173,7 @@ HWY_INLINE std::uint8_t* list_cases(const ActiveWords& active_words, std::size_t
 // Writes the triangles of cells that follow each other in a row. `end` is the end of the memory that may be
 // written.
 HWY_INLINE std::uint32_t* emit_cells(const std::uint8_t* first, const std::uint8_t* last,
-                                     RunningIds& running_ids, const RunningCase* cases,
+                                     RunningIds& running_ids, const EmittedCase* cases,
                                      std::uint32_t* HWY_RESTRICT out, const std::uint32_t* end) {
     RunningIds ids = running_ids;
     // Each cell writes kIds ids, and the next cell overwrites those beyond its triangles. Near the end of the
@@ -120,12 +181,12 @@ HWY_INLINE std::uint32_t* emit_cells(const std::uint8_t* first, const std::uint8
     const std::uint8_t* const fast_end =
         end - out >= static_cast<std::ptrdiff_t>(kIds) * (last - first) ? last : first;
     for (; first < fast_end; ++first) {
-        const RunningCase& c = cases[*first];
+        const EmittedCase& c = cases[*first];
         ids.write(c, out);
         out += 3 * c.triangles;
     }
     for (; first < last; ++first) {
-        const RunningCase& c = cases[*first];
+        const EmittedCase& c = cases[*first];
         std::uint32_t triangles[kIds];
         ids.write(c, triangles);
         out = std::copy_n(triangles, 3 * c.triangles, out);
@@ -143,7 +204,7 @@ class AmbiguousRowWriter {
 
     // `inner_id` is the id of the row's first inner point, and `list` has room for the row's cases.
     std::uint32_t* emit(const AmbiguousRows& at, const RowBits& row, RunningIds& ids, std::uint32_t inner_id,
-                        const RunningCase* cases, std::uint8_t* list, std::uint32_t* out,
+                        const EmittedCase* cases, std::uint8_t* list, std::uint32_t* out,
                         const std::uint32_t* end) {
         const auto cells = at.cells();
         // Their indices in the list of cases.
@@ -197,8 +258,7 @@ void emit_triangles_target(const EmitInput& input, std::size_t row_begin, std::s
     const auto ny = static_cast<std::size_t>(bits.ny);
     const auto points = input.points.leaves();
     const auto triangles = input.triangles.leaves();
-    const RunningCase* cases =
-        input.to_physical.mirrored ? kMirroredRunningCases.data() : kRunningCases.data();
+    const EmittedCase* cases = emitted_cases(input.to_physical.mirrored);
     const std::uint32_t* end =
         out + 3 * (input.triangles.first_output(row_end) - input.triangles.first_output(row_begin));
     Buffer<std::uint8_t> list(64 * (bits.words_per_row + 1));

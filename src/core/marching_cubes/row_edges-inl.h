@@ -41,7 +41,7 @@ class RowEdges {
     }
 
     // One axis after the other, so that what is written beyond the end of one is overwritten by the next.
-    void list(const ActiveWords& active, const RowBits& row, std::size_t r) {
+    void list(const ActiveWords& active, const RowBits& row, std::size_t r) noexcept {
         std::uint32_t* end = codes_.data();
         const auto list_axis = [&](std::uint32_t axis, const auto& crossed) HWY_ATTR {
             for_each_active_word(active, r, [&](std::size_t w) HWY_ATTR {

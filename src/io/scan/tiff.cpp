@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <cstring>
 #include <memory>
+#include <string>
 
 #include <marrow/error.h>
 
@@ -89,6 +90,16 @@ TiffSamples tiff_samples(TIFF* tiff) {
     throw kOddSamples;
 }
 
+// libtiff knows compressions that it may have been built without.
+void check_compression(TIFF* tiff) {
+    std::uint16_t scheme = COMPRESSION_NONE;
+    TIFFGetFieldDefaulted(tiff, TIFFTAG_COMPRESSION, &scheme);
+    const TIFFCodec* const codec = TIFFFindCODEC(scheme);
+    if (codec == nullptr || TIFFIsCODECConfigured(scheme)) return;
+    throw UnreadableImage{std::string("is compressed by ") + codec->name +
+                          ", which is not supported; save it uncompressed or compressed by Deflate"};
+}
+
 // Whether the first row is the lowest one. \throw UnreadableImage the image is mirrored or turned
 bool is_upside_down(TIFF* tiff) {
     std::uint16_t orientation = ORIENTATION_TOPLEFT;
@@ -148,6 +159,7 @@ ImageHeader read_tiff_pages(TiffFile& file, const ImageTarget& target) {
         std::uint32_t columns = 0, rows = 0;
         TIFFGetField(tiff.get(), TIFFTAG_IMAGEWIDTH, &columns);
         TIFFGetField(tiff.get(), TIFFTAG_IMAGELENGTH, &rows);
+        check_compression(tiff.get());
         const auto [type, channels] = tiff_samples(tiff.get());
         const bool upside_down = is_upside_down(tiff.get());
         if (out.pages == 0) {

@@ -53,6 +53,29 @@ test('an extraction that a signal cancels rejects at once, and the extractor goe
   assert.equal(await outcome(extractor.extract(53)), 53);
 });
 
+test('a signal stops an extraction that runs, and the next one is right', async (t) => {
+  let stopped = 0;
+  const listen = (worker) => worker.on('message', ({ error }) => { stopped += error?.code === 130; });
+  process.on('worker', listen);
+  t.after(() => process.off('worker', listen));
+  const dims = [160, 160, 160], noise = Uint8Array.from({ length: 160 ** 3 }, (_, i) => Math.imul(i ^ (i >>> 7), 0x9e3779b1) >>> 24);
+  const scan = await scanOf(noise, { dims });
+  t.after(() => scan.dispose());
+  const extractor = await Extractor.create(scan);
+  // The worker answers only what it began: a request that waits is forgotten. Others may be done before the signal.
+  for (let attempt = 0; stopped === 0; ++attempt) {
+    assert.ok(attempt < 100, 'no extraction was stopped');
+    const controller = new AbortController(), running = outcome(extractor.extract(100 + attempt, { signal: controller.signal }));
+    await new Promise((resolve) => setTimeout(resolve, 5 * (attempt % 20)));
+    controller.abort();
+    await running;
+    extractor.recycle(await extractor.extract(250));
+  }
+  const after = await extractor.extract(253), fresh = await (await Extractor.create(scan)).extract(253);
+  assert.ok(after.triangles.length > 1000);
+  for (const name of ['points', 'normals', 'triangles']) assert.deepEqual(after[name], fresh[name]);
+});
+
 test('memory does not grow over 100 extractions', async (t) => {
   const scan = await scanOf(lumps('int16', large.dims), large);
   t.after(() => scan.dispose());

@@ -64,6 +64,23 @@ export async function settled(page) {
   await page.waitForSelector('#light[data-state="good"], #light[data-state="bad"]', { timeout: 120_000 });
 }
 
+/** Notes what the page does until mainThreadTasks(). */
+export function startTrace(page) {
+  return page.context().browser().startTracing(page, { categories: ['disabled-by-default-devtools.timeline'] });
+}
+
+/**
+ * The tasks of the page's main thread since startTrace(), ms: how long they took, and how long the thread worked in them.
+ * The rest is waiting, as for a processor that draws in place of a graphics card.
+ */
+export async function mainThreadTasks(page) {
+  const { traceEvents } = JSON.parse(await page.context().browser().stopTracing());
+  const threadOf = ({ pid, tid }) => `${pid} ${tid}`;
+  const main = new Set(traceEvents.filter((e) => e.name === 'thread_name' && e.args.name === 'CrRendererMain').map(threadOf));
+  const tasks = traceEvents.filter((e) => e.name === 'RunTask' && e.ph === 'X' && main.has(threadOf(e)));
+  return { took: tasks.map((e) => e.dur / 1000), worked: tasks.map((e) => (e.tdur ?? e.dur) / 1000) };
+}
+
 export async function openFolder(page, folder) {
   await page.setInputFiles('#folder-input', folder);
   await settled(page);

@@ -5,7 +5,7 @@ import { readdirSync, readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { gzipSync } from 'node:zlib';
 import { built } from '../serve.mjs';
-import { launch, openPage, served, settled } from './browser.mjs';
+import { launch, mainThreadTasks, openPage, served, settled, startTrace } from './browser.mjs';
 
 const cleanUps = [];
 const t = { after: (f) => cleanUps.unshift(f) };
@@ -22,39 +22,28 @@ function printSizes() {
   console.log(`${(sum / 1e6).toFixed(3)} MB gzipped in all`);
 }
 
-// The longest of the tasks, and how many keep the page from answering.
-const tasksText = (tasks) => (tasks.length === 0 ? 'none' : `${tasks.length}, the longest ${Math.round(Math.max(...tasks))} ms, ${tasks.filter((ms) => ms > 100).length} above 100 ms`);
+const longestText = (ms) => `${Math.round(Math.max(...ms))} ms, ${ms.filter((each) => each > 100).length} above 100 ms`;
+const tasksText = ({ took, worked }) => `longest ${longestText(took)}, of which it worked: longest ${longestText(worked)}`;
 
 async function measure(browser, url, scan) {
   const page = await openPage(t, browser, url, { viewport: { width: 1440, height: 900 } });
   const system = await browser.newBrowserCDPSession();
   const memory = async () => (await system.send('SystemInfo.getProcessInfo')).processInfo.filter((p) => p.type === 'renderer')
     .reduce((sum, p) => sum + Number(readFileSync(`/proc/${p.id}/statm`, 'utf8').split(' ')[1]) * 4096, 0);
-  await page.evaluate(() => {
-    // Tasks above 50 ms without the drawing in them, which a processor does here.
-    window.longTasks = [];
-    const draws = [];
-    new PerformanceObserver((list) => {
-      for (const e of list.getEntries()) {
-        if (e.entryType === 'measure') { draws.push(e); continue; }
-        const drawing = draws.filter((d) => d.startTime >= e.startTime && d.startTime < e.startTime + e.duration).reduce((sum, d) => sum + d.duration, 0);
-        if (e.duration - drawing > 50) window.longTasks.push(e.duration - drawing);
-      }
-    }).observe({ entryTypes: ['longtask', 'measure'] });
-  });
+  await startTrace(page);
   await page.setInputFiles('#folder-input', scan);
   await page.waitForFunction(() => performance.getEntriesByName('surface drawn').length > 0, null, { timeout: 60_000 });
   const first = await page.evaluate(() => performance.getEntriesByName('surface drawn')[0].startTime - performance.getEntriesByName('open')[0].startTime);
   await settled(page);
-  const longWhileOpening = await page.evaluate(() => window.longTasks.splice(0));
+  const opening = await mainThreadTasks(page);
   await page.waitForTimeout(4000);
 
   const box = await page.locator('.histogram').boundingBox(), y = box.y + 50, surfaces = [];
   await page.evaluate(() => {
-    window.longTasks.length = 0;
     window.drawn = [];
     new PerformanceObserver((list) => window.drawn.push(...list.getEntries().filter((e) => e.name === 'surface drawn').map((e) => e.startTime))).observe({ type: 'mark' });
   });
+  await startTrace(page);
   await page.mouse.move(box.x + box.width * 0.35, y);
   await page.mouse.down();
   const start = performance.now();
@@ -65,11 +54,11 @@ async function measure(browser, url, scan) {
   const seconds = (performance.now() - start) / 1000;
   await page.mouse.up();
   await settled(page);
-  const { drawn, longTasks } = await page.evaluate(() => ({ drawn: window.drawn, longTasks: window.longTasks }));
+  const dragging = await mainThreadTasks(page), drawn = await page.evaluate(() => window.drawn);
   for (let i = 1; i < drawn.length; ++i) surfaces.push(drawn[i] - drawn[i - 1]);
   const extraction = await page.locator('#measures dd').last().textContent();
-  console.log(`${scan}, ${await page.getAttribute('body', 'data-threads')} threads: first surface ${first.toFixed(0)} ms after opening; tasks above 50 ms, without drawing, while opening: ${tasksText(longWhileOpening)}; ` +
-    `drag of ${seconds.toFixed(1)} s: ${drawn.length} surfaces drawn, ${median(surfaces)?.toFixed(0)} ms apart (median), tasks above 50 ms, without drawing: ${tasksText(longTasks)}; ` +
+  console.log(`${scan}, ${await page.getAttribute('body', 'data-threads')} threads: first surface ${first.toFixed(0)} ms after opening; tasks of the main thread while opening: ${tasksText(opening)}; ` +
+    `drag of ${seconds.toFixed(1)} s: ${drawn.length} surfaces drawn, ${median(surfaces)?.toFixed(0)} ms apart (median), tasks of the main thread: ${tasksText(dragging)}; ` +
     `full extraction ${extraction}; ${((await memory()) / 1e6).toFixed(0)} MB in the page's process`);
   await page.context().close();
 }

@@ -5,7 +5,8 @@ import { mkdirSync, readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { after, before, describe, test } from 'node:test';
 import { createRequire } from 'node:module';
-import { assertSameBytes, errorText, launch, marrow, openFiles, openFolder, openPage, served, settled, temporaryFolder } from './browser.mjs';
+import { built, serve } from '../serve.mjs';
+import { assertSameBytes, errorText, launch, mainThreadTasks, marrow, openFiles, openFolder, openPage, served, settled, startTrace, temporaryFolder } from './browser.mjs';
 import { labelNrrd, niftiBall, niftiBallGz, niftiVolumes, writeHead } from './scans.mjs';
 
 let browser, shared, head;
@@ -110,11 +111,14 @@ describe('the isovalue', () => {
     const page = await openPage(t, browser, await served(t));
     await openFolder(page, head);
     const box = await page.locator('.histogram').boundingBox(), y = box.y + box.height / 2;
+    await startTrace(page);
     await page.mouse.move(box.x + box.width * 0.4, y);
     await page.mouse.down();
     for (let i = 0; i <= 20; ++i) await page.mouse.move(box.x + box.width * (0.4 + 0.01 * i), y);
     await page.mouse.up();
     await settled(page);
+    const { worked } = await mainThreadTasks(page);
+    assert.ok(worked.length > 100 && Math.max(...worked) < 100, `${worked.length} tasks, the longest worked ${Math.max(...worked)} ms`);
     const value = await numberOf(page);
     assert.ok(value > 600 && value % 1 !== 0, `${value} lies between two whole numbers`);
     assert.match(await assertSameBytes(page, shared, 'stl'), new RegExp(`--isovalue ${value}\\b`));
@@ -408,4 +412,38 @@ describe('the page', () => {
       assert.deepEqual(await faults(), [], 'help');
     });
   }
+});
+
+// As in node, but with several threads, and with memory that a worker shares with the page.
+test('a newer isovalue stops the extraction that runs in a worker', async (t) => {
+  const server = await serve(join(built, '..'));
+  t.after(() => server.close());
+  const page = await browser.newPage();
+  t.after(() => page.close());
+  await page.goto(`${server.url}marrow-wasm/package.json`); // any page of the same origin
+  const result = await page.evaluate(async () => {
+    let stopped = 0;
+    globalThis.Worker = class extends Worker {
+      constructor(...options) {
+        super(...options);
+        this.addEventListener('message', ({ data }) => { stopped += data.error?.code === 130; });
+      }
+    };
+    const { Extractor, scanOf, threads } = await import('/marrow-wasm/index.mjs');
+    const dims = [160, 160, 160], noise = Uint8Array.from({ length: 160 ** 3 }, (_, i) => Math.imul(i ^ (i >>> 7), 0x9e3779b1) >>> 24);
+    const scan = await scanOf(noise, { dims });
+    const extractor = await Extractor.create(scan);
+    let newest, attempt = 0;
+    for (; stopped === 0 && attempt < 100; ++attempt) {
+      const controller = new AbortController(), older = extractor.extract(100 + attempt, { signal: controller.signal }).catch(() => {});
+      await new Promise((resolve) => { setTimeout(resolve, 5 * (attempt % 20)); });
+      controller.abort();
+      newest = await extractor.extract(253);
+      await older;
+    }
+    const fresh = await (await Extractor.create(scan)).extract(253);
+    const same = ['points', 'normals', 'triangles'].every((name) => newest[name].length > 1000 && newest[name].every((value, i) => value === fresh[name][i]));
+    return { stopped, same, several: threads() > 1 === navigator.hardwareConcurrency > 1, isolated: crossOriginIsolated };
+  });
+  assert.deepEqual(result, { stopped: 1, same: true, several: true, isolated: true });
 });

@@ -241,7 +241,6 @@ export class SurfaceView {
     if (w === 0 || h === 0) return;
     if (this.orbiting && time - this.lastFrame < 500) this.frames = [...this.frames.slice(-7), time - this.lastFrame];
     this.lastFrame = time;
-    const start = performance.now();
     // A processor draws fewer pixels while something moves.
     const ratio = this.software && (this.orbiting || this.moving()) ? 0.5 : this.ratio;
     if (ratio !== this.renderer.getPixelRatio()) this.renderer.setPixelRatio(ratio);
@@ -252,8 +251,6 @@ export class SurfaceView {
     this.drawScene();
     this.renderer.clearDepth();
     this.cube.draw(this.renderer, this.camera, w, h);
-    performance.measure('draw', { start });
-    performance.clearMeasures('draw');
     this.placeTags(w, h);
     if (this.isNew && this.shown.length > 0) mark('surface drawn');
     this.isNew = false;
