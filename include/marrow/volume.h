@@ -88,6 +88,24 @@ struct MARROW_EXPORT Geometry {
 /// the range of float32
 MARROW_EXPORT void check_geometry(const Geometry& geometry);
 
+/// What the samples of a volume stand for: value = slope * sample + intercept, in double. So a scan keeps its stored
+/// 8 or 16 bits where its values have a fraction.
+///
+/// Isovalues, and all numbers in the unit of a scan that functions take and give, are values. The surface is that of
+/// the samples at sample(isovalue): a sample is inside if it is at least that, compared exactly.
+struct Rescale {
+    double slope = 1;  ///< > 0, so that larger samples have larger values
+    double intercept = 0;
+
+    bool is_identity() const { return slope == 1 && intercept == 0; }
+    /// The value that a sample stands for.
+    double value(double sample) const { return is_identity() ? sample : slope * sample + intercept; }
+    /// The sample, which may be fractional, that stands for a value: (value - intercept) / slope.
+    double sample(double value) const { return is_identity() ? value : (value - intercept) / slope; }
+
+    friend bool operator==(const Rescale&, const Rescale&) = default;
+};
+
 class Volume;
 
 /// A borrowed volume, or a part of one: its geometry, and a pointer to dims[2] * dims[1] * dims[0] samples, x
@@ -100,7 +118,7 @@ class Volume;
 /// border of the whole.
 ///
 /// Functions throw InputError for a view with samples whose pointer is null, for rows or slices that overlap,
-/// and for negative values. (A mirrored array is a view with a mirrored direction matrix.)
+/// for a bad rescale, and for negative values. (A mirrored array is a view with a mirrored direction matrix.)
 struct MARROW_EXPORT VolumeView {
     VolumeView() = default;
     template <class T>
@@ -117,6 +135,7 @@ struct MARROW_EXPORT VolumeView {
     Geometry geometry;  ///< dims: of the view; the origin is the position of the whole's sample (0, 0, 0)
     SampleType type = SampleType::uint8;
     const void* data = nullptr;                  ///< the view's first sample
+    Rescale rescale = {};                        ///< what the samples stand for
     std::array<std::int64_t, 2> pitch{0, 0};     ///< row_pitch() and slice_pitch(); 0: without gaps
     std::array<std::int64_t, 3> first{0, 0, 0};  ///< index in the whole volume of the view's first sample
     std::array<std::int64_t, 3> below{0, 0,
@@ -141,6 +160,10 @@ class MARROW_EXPORT Volume {
     /// Moves the volume in space. \throw InputError as check_geometry, or other dims than before
     void set_geometry(const Geometry& geometry);
     SampleType type() const { return type_; }
+    /// What the samples stand for.
+    const Rescale& rescale() const { return rescale_; }
+    /// \throw InputError a slope that is not positive, or numbers that are not finite
+    void set_rescale(const Rescale& rescale);
     const void* data() const { return samples_.data(); }
     void* data() { return samples_.data(); }
     /// The samples. \pre T is the volume's sample type
@@ -157,6 +180,7 @@ class MARROW_EXPORT Volume {
   private:
     Geometry geometry_;
     SampleType type_ = SampleType::uint8;
+    Rescale rescale_;
     Buffer<std::byte> samples_;
 };
 
