@@ -50,8 +50,7 @@ std::string values_text(const SeriesReport& s, const SampleReport* samples) {
     const std::string unit = unit_text(s, samples);
     if (samples == nullptr) return unit;
     if (samples->finite == 0) return fmt::format("{}, none finite", type_text(*samples));
-    return fmt::format("{} from {:g} to {:g}, {}", type_text(*samples), samples->lower, samples->upper,
-                       unit);
+    return fmt::format("{} from {:g} to {:g}, {}", type_text(*samples), samples->lower, samples->upper, unit);
 }
 
 std::string labels_text(const std::map<std::int64_t, std::int64_t>& labels) {

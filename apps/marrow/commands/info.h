@@ -13,8 +13,8 @@ namespace marrow::apps {
 struct InfoCommandOptions {
     std::vector<std::filesystem::path> inputs;
     ScanOptions scan{.keep_stored = true};  ///< as for extraction, to see what they change
-    bool headers = false;           ///< do not read the samples
-    std::filesystem::path picture;  ///< of the middle slice; empty: none
+    bool headers = false;                   ///< do not read the samples
+    std::filesystem::path picture;          ///< of the middle slice; empty: none
     bool show_patient = false;
     Reporting reporting;
 };

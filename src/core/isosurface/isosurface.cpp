@@ -274,8 +274,7 @@ IsosurfaceExtractor::IsosurfaceExtractor(IsosurfaceExtractor&&) noexcept = defau
 IsosurfaceExtractor& IsosurfaceExtractor::operator=(IsosurfaceExtractor&&) noexcept = default;
 
 void IsosurfaceExtractor::extract(double isovalue, Mesh& mesh, int level, IsosurfaceStats* stats) {
-    const double sample_isovalue =
-        checked_isovalue(isovalue, impl_->levels[0]->extraction.volume.rescale);
+    const double sample_isovalue = checked_isovalue(isovalue, impl_->levels[0]->extraction.volume.rescale);
     check_level(level);
     const auto index = static_cast<std::size_t>(level);
     auto& levels = impl_->levels;

@@ -360,8 +360,7 @@ NumberedPart extract_numbered_part(const VolumeView& part, const PartNumbers& nu
             CellsBefore before{};
             for (std::size_t a = 0; options.normals && a < 3; ++a) before[a] = part.first[a] > 0 ? 1 : 0;
             const VolumeView view = enlarged(part, before, {});
-            const PartPasses passes(view, with_cells_before(extent, before), sample_isovalue,
-                                    options);
+            const PartPasses passes(view, with_cells_before(extent, before), sample_isovalue, options);
             result.mesh = passes.emit();
             number_points(passes, numbers, before, result);
             number_triangles(passes, numbers, before, result);

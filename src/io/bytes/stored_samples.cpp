@@ -71,7 +71,8 @@ void to_native_order(void* samples, std::size_t count, StoredType type, bool big
 bool can_be_kept(const Rescale& rescale) {
     const auto has_fraction = [](double number) { return number != std::floor(number); };
     return rescale.slope >= std::numeric_limits<float>::min() && std::isfinite(rescale.slope) &&
-           std::isfinite(rescale.intercept) && (has_fraction(rescale.slope) || has_fraction(rescale.intercept));
+           std::isfinite(rescale.intercept) &&
+           (has_fraction(rescale.slope) || has_fraction(rescale.intercept));
 }
 
 bool is_loaded_as_stored(StoredType type, const Rescale& rescale) {
@@ -81,7 +82,8 @@ bool is_loaded_as_stored(StoredType type, const Rescale& rescale) {
 
 SampleType loaded_type(StoredType type, const Rescale& rescale) {
     const bool exact_as_float = stored_size(type) <= 2 || type == StoredType::float32;
-    if (!is_loaded_as_stored(type, rescale)) return exact_as_float ? SampleType::float32 : SampleType::float64;
+    if (!is_loaded_as_stored(type, rescale))
+        return exact_as_float ? SampleType::float32 : SampleType::float64;
     return with_stored_type(type, []<class T>(T) {
         if constexpr (std::is_integral_v<T> && (sizeof(T) == 8 || std::is_same_v<T, std::uint32_t>))
             return SampleType::float64;  // never loaded as stored

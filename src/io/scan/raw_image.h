@@ -28,8 +28,8 @@ struct RawImage {
     std::int64_t data_offset = 0;  ///< bytes before the samples, after decompression
     std::int64_t volumes = 1;      ///< number of volumes, one after the other
     std::int64_t volume = 0;       ///< index of the volume to read
-    Rescale rescale;  ///< to apply while reading
-    Rescale kept;     ///< to leave to the volume; the other one is then the identity
+    Rescale rescale;               ///< to apply while reading
+    Rescale kept;                  ///< to leave to the volume; the other one is then the identity
     std::vector<std::string> warnings;
 };
 
