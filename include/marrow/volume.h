@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <type_traits>
@@ -92,7 +93,8 @@ MARROW_EXPORT void check_geometry(const Geometry& geometry);
 /// 8 or 16 bits where its values have a fraction.
 ///
 /// Isovalues, and all numbers in the unit of a scan that functions take and give, are values. The surface is that of
-/// the samples at sample(isovalue): a sample is inside if it is at least that, compared exactly.
+/// the samples at sample(isovalue): a sample is inside if it is at least that, compared exactly. So is a sample whose
+/// value is the isovalue.
 struct Rescale {
     double slope = 1;  ///< > 0, so that larger samples have larger values
     double intercept = 0;
@@ -100,8 +102,12 @@ struct Rescale {
     bool is_identity() const { return slope == 1 && intercept == 0; }
     /// The value that a sample stands for.
     double value(double sample) const { return is_identity() ? sample : slope * sample + intercept; }
-    /// The sample, which may be fractional, that stands for a value: (value - intercept) / slope.
-    double sample(double value) const { return is_identity() ? value : (value - intercept) / slope; }
+    /// The sample that stands for a value: a whole one that has exactly this value, or else (value - intercept) / slope.
+    double sample(double of_value) const {
+        if (is_identity()) return of_value;
+        const double exact = (of_value - intercept) / slope, whole = std::round(exact);
+        return value(whole) == of_value ? whole : exact;
+    }
 
     friend bool operator==(const Rescale&, const Rescale&) = default;
 };
@@ -166,7 +172,7 @@ class MARROW_EXPORT Volume {
     void set_rescale(const Rescale& rescale);
     const void* data() const { return samples_.data(); }
     void* data() { return samples_.data(); }
-    /// The samples. \pre T is the volume's sample type
+    /// The samples; rescale() gives their values. \pre T is the volume's sample type
     template <class T>
     const T* samples() const {
         return reinterpret_cast<const T*>(samples_.data());

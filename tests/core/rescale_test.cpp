@@ -26,7 +26,7 @@ namespace {
 
 constexpr Rescale kCt{1, -2643.4}, kHalf{0.5, -12.25}, kOdd{0.37, 1000.1};
 
-// A head: skin, a skull with a thin wall in it, and noise. The values of kCt are those of CT.
+// A head in air, with a skull and noise. The values of kCt are those of CT.
 Volume head(const Rescale& rescale) {
     Random random(3);
     std::normal_distribution<double> noise(0, 12);
@@ -38,9 +38,19 @@ Volume head(const Rescale& rescale) {
         const double r = std::hypot(static_cast<double>(x) - 23.3, static_cast<double>(y) - 21.6,
                                     1.1 * static_cast<double>(z) - 20.2);
         const auto within = [r](double radius) { return 0.5 - 0.5 * std::erf(r - radius); };
-        const double thickness = z > 22 ? 0.4 : 3;
-        const double wall = within(15) - within(15 - thickness);
-        return 1640 + 1050 * within(19) + 1300 * wall + noise(random);
+        return 1640 + 1050 * within(19) + 1300 * (within(15) - within(12)) + noise(random);
+    });
+    volume.set_rescale(rescale);
+    return volume;
+}
+
+// A frame of bone in air, and across it a wall that is too thin to reach the isovalue 2868.5.
+Volume framed_wall(const Rescale& rescale) {
+    Volume volume = sampled<std::int16_t>(grid(40, 40, 24), [](auto x, auto y, auto z) {
+        const bool within = x > 6 && x < 33 && y > 6 && y < 33 && z > 6 && z < 17;
+        const bool frame = within && !(x > 11 && x < 28 && y > 11 && y < 28);
+        const bool wall = within && !frame && z == 12;
+        return (frame ? 3843 : wall ? 2543 : 1643) + (x * 7 + y * 13 + z * 5) % 11 - 5;
     });
     volume.set_rescale(rescale);
     return volume;
@@ -219,24 +229,30 @@ TEST_P(Rescaled, NoiseAndTrustAreThoseOfTheValues) {
 }
 
 TEST_P(Rescaled, ThinWallsAreThoseOfTheValues) {
-    const Mesh surface = extract_isosurface(volume, isovalue, {.closed = true, .topology = true});
-    const ThinWalls walls = find_thin_walls(volume, isovalue, surface),
-                    expected = find_thin_walls(values, isovalue, surface);
-    ASSERT_GT(walls.walls.size(), 0u);
-    EXPECT_EQ(walls.walls.size(), expected.walls.size());
+    const Volume scan = framed_wall(rescale), of_values = as_values(scan);
+    const double bone = rescale.value(2868.5);
+    const Mesh surface = extract_isosurface(scan, bone, {.closed = true, .topology = true});
+    const ThinWalls walls = find_thin_walls(scan, bone, surface),
+                    expected = find_thin_walls(of_values, bone, surface);
+    EXPECT_EQ(walls.walls.size(), 1u);
+    EXPECT_EQ(expected.walls.size(), 1u);
+    EXPECT_NEAR(walls.area, 16 * 16, 25);
     EXPECT_NEAR(walls.area, expected.area, 1e-3 * expected.area);
-    const Volume restored = restore_thin_walls(volume, isovalue, walls);
+    // More noise hides it.
+    EXPECT_TRUE(find_thin_walls(scan, bone, surface, {.noise = rescale.slope * 250}).walls.empty());
+
+    const Volume restored = restore_thin_walls(scan, bone, walls),
+                 restored_values = restore_thin_walls(of_values, bone, expected);
     EXPECT_EQ(restored.rescale(), rescale);
-    const double more = measure(extract_isosurface(restored, isovalue, {.closed = true})).volume,
-                 expected_more = measure(extract_isosurface(restore_thin_walls(values, isovalue, expected),
-                                                            isovalue, {.closed = true}))
-                                     .volume;
-    EXPECT_NEAR(more, expected_more, 1e-3 * expected_more) << "rounded to whole samples";
-    EXPECT_GT(more, measure(surface).volume);
+    const MeshMeasures found = measure(extract_isosurface(restored, bone, {.closed = true})),
+                       wanted = measure(extract_isosurface(restored_values, bone, {.closed = true}));
+    EXPECT_NEAR(found.volume, wanted.volume, 1e-3 * wanted.volume) << "rounded to whole samples";
+    EXPECT_EQ(found.euler_characteristic, wanted.euler_characteristic);
+    EXPECT_NE(found.euler_characteristic, measure(surface).euler_characteristic);
 }
 
 TEST_P(Rescaled, SweepsAreThoseOfTheValues) {
-    const std::vector<double> isovalues{rescale.value(2000), rescale.value(2400.4), rescale.value(2700)};
+    const std::vector<double> isovalues{rescale.value(2000.4), rescale.value(2400.6), rescale.value(2700.3)};
     for (const bool topology : {false, true}) {
         const auto found = sweep_isovalues(volume, isovalues, {.topology = topology}),
                    expected = sweep_isovalues(values, isovalues, {.topology = topology});
@@ -283,6 +299,14 @@ TEST(Rescale, ASampleAtTheIsovalueIsInside) {
     EXPECT_EQ(wall, 487.75);
     EXPECT_FALSE(extract_isosurface(volume, wall).triangles.empty());
     EXPECT_TRUE(extract_isosurface(volume, std::nextafter(wall, 1e9)).triangles.empty());
+}
+
+TEST(Rescale, AWholeSampleIsFoundByItsValue) {
+    for (const Rescale& rescale : {kCt, kHalf, kOdd, Rescale{1.0 / 3, 1e5 / 7}, Rescale{3e-5, -0.1}}) {
+        for (int sample = -32768; sample <= 65535; ++sample)
+            ASSERT_EQ(rescale.sample(rescale.value(sample)), sample);
+        EXPECT_NEAR(rescale.sample(rescale.value(17.3)), 17.3, 1e-6);
+    }
 }
 
 TEST(Rescale, IsExactlyNothingForSamplesThatAreValues) {

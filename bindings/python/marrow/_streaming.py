@@ -51,7 +51,7 @@ def extract_to_file(
         such as arrays of Zarr, h5py, Dask, or numpy.memmap. Its slices are asked for on the calling thread, in whole
         chunks where it has them.
     isovalue : float
-        In the unit of the samples.
+        In the unit of the values.
     path : path-like
         The output: .stl or .ply.
     max_memory : int or str
