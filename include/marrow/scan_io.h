@@ -54,9 +54,9 @@ struct ScanOptions {
     std::optional<std::int64_t> volume = {};
     /// The level of an OME-Zarr image's resolution pyramid, from 0, the finest.
     std::optional<std::int64_t> level = {};
-    /// Keep 8- and 16-bit samples whose values have a fraction as they are stored, in half the memory or less, with
-    /// Volume::rescale(), instead of rescaling them to float32. All functions of this library take such volumes; who
-    /// reads the samples must rescale them.
+    /// Keep 8- and 16-bit samples whose values have a fraction as they are stored, with Volume::rescale(),
+    /// instead of rescaling them to float32 in twice the memory or more. All functions of this library work
+    /// on the values of such a volume. Who reads its samples must rescale them.
     bool keep_stored = false;
     int threads = 0;         ///< threads to use; 0: all
     Progress progress = {};  ///< called while reading
@@ -107,9 +107,9 @@ struct ScanInfo {
 /// - Samples keep their type. uint32, int64 and uint64 become float64; values beyond 2^53 are an error.
 /// - DICOM is rescaled to int16, or to float32 if a value is fractional or does not fit.
 /// - Scaled NIfTI becomes float32, or float64 if it was stored as int32 or wider.
-/// - With ScanOptions::keep_stored, DICOM of up to 16 bits keeps what is stored, as int16 or uint16, if all slices have
-///   the same rescale, and so does NIfTI of 8 or 16 bits. That is where the slope or the intercept has a fraction; the
-///   slope must be positive, and slices that are resampled still become float32.
+/// - With ScanOptions::keep_stored, samples whose slope or intercept has a fraction stay as they are stored:
+///   NIfTI of 8 or 16 bits; DICOM of up to 16 bits, as int16 or uint16, if all slices have the same rescale
+///   and are not resampled. A slope below 0 makes float32 all the same.
 /// - Inverted grey (MONOCHROME1, white-is-zero TIFF) keeps its values.
 ///
 /// Not supported: colour, vectors, complex numbers, NRRD with more than three dimensions or with samples as

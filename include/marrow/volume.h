@@ -89,12 +89,12 @@ struct MARROW_EXPORT Geometry {
 /// the range of float32
 MARROW_EXPORT void check_geometry(const Geometry& geometry);
 
-/// What the samples of a volume stand for: value = slope * sample + intercept, in double. So a scan keeps its stored
-/// 8 or 16 bits where its values have a fraction.
+/// What the samples of a volume stand for: value = slope * sample + intercept, in double. So a scan whose
+/// values have a fraction keeps the 8 or 16 bits that it stores.
 ///
-/// Isovalues, and all numbers in the unit of a scan that functions take and give, are values. The surface is that of
-/// the samples at sample(isovalue): a sample is inside if it is at least that, compared exactly. So is a sample whose
-/// value is the isovalue.
+/// Isovalues, and all other numbers in the unit of a scan that functions take and give, are values. The
+/// surface is that of the samples at sample(isovalue): a sample is inside if it is finite and at least that,
+/// compared exactly. So a sample whose value is the isovalue is inside.
 struct Rescale {
     double slope = 1;  ///< > 0, so that larger samples have larger values
     double intercept = 0;
@@ -102,7 +102,8 @@ struct Rescale {
     bool is_identity() const { return slope == 1 && intercept == 0; }
     /// The value that a sample stands for.
     double value(double sample) const { return is_identity() ? sample : slope * sample + intercept; }
-    /// The sample that stands for a value: a whole one that has exactly this value, or else (value - intercept) / slope.
+    /// The sample that stands for a value: a whole one if it has exactly this value, or else
+    /// (value - intercept) / slope.
     double sample(double of_value) const {
         if (is_identity()) return of_value;
         const double exact = (of_value - intercept) / slope, whole = std::round(exact);

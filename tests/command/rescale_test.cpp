@@ -1,4 +1,4 @@
-// Scans whose values have a fraction on the command line: the samples stay as stored, and all numbers are values.
+// Scans whose values have a fraction: samples stay as stored, and all numbers of the command line are values.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -11,8 +11,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-// A frame of bone with a thin wall across it, in air, of int16 with the rescale of a CT: the samples are 2643 more
-// than in ThinWallScan.
+// A frame of bone with a thin wall across it, in air: the samples are 2643 more than in ThinWallScan.
 class RescaledScan : public testing::Test {
   protected:
     void SetUp() override {

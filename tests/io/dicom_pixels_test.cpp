@@ -24,7 +24,8 @@ TEST(DicomTable, RescaleIsAppliedToEachSlice) {
     EXPECT_EQ(read[17], 3 * 212 - 1024);
 }
 
-// Where the rescale of all slices has a fraction, 16 bits can stay as they are; all else is as without the option.
+// Where the rescale of all slices has a fraction, 16 bits can stay as they are. All else is as without the
+// option.
 TEST(DicomTable, FractionsMayStayStored) {
     const auto read = [](const std::function<void(DicomWriter&, int)>& change, bool keep,
                          ScanInfo* info = nullptr) {

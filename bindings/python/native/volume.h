@@ -34,8 +34,8 @@ class ArrayVolume {
     bool is_copy_ = false;
 };
 
-/// A volume as the tuple (array, spacing, origin, direction, rescale), where the last is (slope, intercept). The array,
-/// indexed [k, j, i], takes the samples over; they live as long as any view of it.
+/// A volume as the tuple (array, spacing, origin, direction, rescale), where the last is (slope, intercept).
+/// The array, indexed [k, j, i], takes the samples over; they live as long as any view of it.
 pybind11::tuple to_python(Volume&& volume);
 
 }  // namespace marrow::python

@@ -40,8 +40,8 @@ void check(const VolumeView& volume, const IsosurfaceOptions& options) {
     check_volume(volume);
 }
 
-// All data of an extraction except the mesh. Its isovalues are samples. An IsosurfaceExtractor keeps it, and with it the bits and ranges
-// that the next isovalue need not compute again.
+// All data of an extraction except the mesh. An IsosurfaceExtractor keeps it, and with it the bits and ranges
+// that the next isovalue need not compute again. Isovalues are those of samples.
 struct Extraction {
     Extraction(const VolumeView& view, const IsosurfaceOptions& extraction_options, bool keep_ranges)
         : volume(view),

@@ -142,8 +142,8 @@ Taps cubic_taps(std::int64_t n, double step) {
     return taps;
 }
 
-// Converts the samples to their values, as float, or as double where float cannot hold them, calls filter(values,
-// geometry), and returns its result as a volume.
+// Converts the samples to their values, as float, or as double where float cannot hold samples, calls
+// filter(values, geometry), and returns its result as a volume.
 template <class Filter>
 Volume in_floating_point(const VolumeView& volume, int threads, Filter filter) {
     Volume result;

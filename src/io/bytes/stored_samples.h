@@ -58,8 +58,8 @@ std::size_t stored_size(StoredType type);
 /// Reverses the bytes of each sample unless they are in this machine's order.
 void to_native_order(void* samples, std::size_t count, StoredType type, bool big_endian);
 
-/// Whether a Volume can keep stored samples and rescale them itself: the values have a fraction, and are in the order
-/// of the samples.
+/// Whether a Volume can keep stored samples and rescale them itself: their values have a fraction, and are in
+/// the order of the samples.
 bool can_be_kept(const Rescale& rescale);
 
 /// The type of the samples in memory: as stored, or float32 if they are rescaled. It is float64 if float32

@@ -108,8 +108,8 @@ bool rescale(const std::int32_t* from, std::size_t count, const Rescale& by, int
     return rescale(from, count, m, b, to);
 }
 
-// Decodes the slices into `volume` and reports progress from `begin` to 1. If the volume has 16 bits and a value
-// does not fit, it stops and returns the progress so far.
+// Decodes the slices into `volume` and reports progress from `begin` to 1. If the volume has 16 bits and a
+// value does not fit, it stops and returns the progress so far.
 std::optional<double> load_slices(const DicomStack& stack, const ScanOptions& options, double begin,
                                   Volume& volume) {
     // A file with many frames is decoded once.
