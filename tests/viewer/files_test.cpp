@@ -392,8 +392,8 @@ TEST_F(BallViewer, ShowsTheValuesOfAScanThatKeepsItsSamples) {
     EXPECT_EQ(scan.volume.type(), SampleType::int16);
     EXPECT_EQ(scan.volume.rescale(), (Rescale{1, -1000.4}));
     EXPECT_TRUE(scan.hounsfield);
-    EXPECT_DOUBLE_EQ(scan.histogram.lower, -1000.4);
-    EXPECT_DOUBLE_EQ(scan.histogram.upper, -0.4);
+    EXPECT_NEAR(scan.histogram.lower, -1000.4, 1e-9);
+    EXPECT_NEAR(scan.histogram.upper, -0.4, 1e-9);
     ASSERT_TRUE(scan.otsu);
     EXPECT_NEAR(*scan.otsu, -500.4, 20);
     viewer::SliceView* axial = window->slice_view(viewer::Plane::axial);
@@ -401,7 +401,7 @@ TEST_F(BallViewer, ShowsTheValuesOfAScanThatKeepsItsSamples) {
     EXPECT_EQ(axial->readout(), "-0.4 HU");
     session().set_crosshair({12, 8, 2});
     EXPECT_EQ(axial->readout(), "-1000.4 HU");
-    EXPECT_DOUBLE_EQ(viewer::sample_at(scan.volume, 3, 8, 2), -0.4);
+    EXPECT_NEAR(viewer::sample_at(scan.volume, 3, 8, 2), -0.4, 1e-9);
     EXPECT_LT(window->histogram_bar()->x_of(-900), window->histogram_bar()->x_of(-100));
     // The surface lies where the values pass the isovalue.
     session().set_isovalue(-100.4);
