@@ -197,7 +197,6 @@ export interface Scan {
   readonly options: Pick<ReadOptions, 'series' | 'spacing' | 'resample' | 'volume'>;
   /** "CT", "MR", ...; empty if not stated. */
   readonly modality: string;
-  /** The type of slices. Samples of 8 or 16 bits whose values have a fraction stay as stored, and slices are float32. */
   readonly sampleType: SampleType;
   readonly dims: Vec3;
   /** mm */
@@ -221,7 +220,7 @@ export interface Scan {
   readonly window: { lower: number; upper: number };
   /** The labels except for the background, if `unit` is "labels"; else empty. */
   readonly labels: Label[];
-  /** Bytes of the samples in memory. */
+  /** Bytes of the samples. */
   readonly bytes: number;
 
   /**
