@@ -32,6 +32,7 @@ inline bool read_scan_with(const std::filesystem::path& path, const marrow::Scan
 inline void read_any_scan(const std::filesystem::path& path, std::size_t volume) {
     marrow::ScanOptions options;
     options.threads = 1;
+    options.keep_stored = volume % 2 == 0;  // either way
     if (read_scan_with(path, options)) return;
     options.spacing = marrow::Vec3d{1, 1, 1};
     if (read_scan_with(path, options)) return;

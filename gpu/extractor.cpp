@@ -46,6 +46,7 @@ int DeviceArray::export_fd() const {
 // Where the volume has no cells there is never a surface, and nothing on the device.
 struct Extractor::Impl {
     std::optional<DeviceExtraction> extraction;
+    Rescale rescale;
     Progress progress;
     Mesh mesh;               // of those who gave none
     DeviceMesh device_mesh;  // the last one
@@ -53,12 +54,12 @@ struct Extractor::Impl {
     // Extracts, and calls use(report) for what is left to do.
     template <class F>
     void extract(double isovalue, bool release, IsosurfaceStats* stats, const F& use) {
-        check_isovalue(isovalue);
+        const double sample_isovalue = checked_isovalue(isovalue, rescale);
         IsosurfaceStats measured;
         if (extraction) {
             using Clock = std::chrono::steady_clock;
             const auto start = Clock::now();
-            const Report report = extraction->extract(isovalue, release);
+            const Report report = extraction->extract(sample_isovalue, release);
             use(report);
             measured.non_finite_samples = report.status.not_finite;
             measured.scratch_bytes = static_cast<std::int64_t>(extraction->scratch_bytes());
@@ -76,6 +77,7 @@ Extractor::Extractor(const VolumeView& volume, const IsosurfaceOptions& options,
     : impl_(std::make_unique<Impl>()) {
     check(volume, options);
     std::shared_ptr<VulkanDevice> vulkan = open_device(device);
+    impl_->rescale = volume.rescale;
     impl_->progress = options.progress;
     if (has_cells(volume.geometry, options.closed))
         impl_->extraction.emplace(std::move(vulkan), volume, options);

@@ -156,7 +156,8 @@ Json sample_numbers(const SampleReport& samples) {
     Json json{{"type", sample_type_name(samples.type)},
               {"lower", samples.finite > 0 ? Json(samples.lower) : Json()},
               {"upper", samples.finite > 0 ? Json(samples.upper) : Json()},
-              {"may_be_hounsfield_units", samples.may_be_hounsfield}};
+              {"may_be_hounsfield_units", samples.may_be_hounsfield},
+              {"rescale", {{"slope", samples.rescale.slope}, {"intercept", samples.rescale.intercept}}}};
     json["labels"] = Json::array();
     for (const auto& [label, count] : samples.labels)
         json["labels"].push_back({{"label", label}, {"samples", count}});

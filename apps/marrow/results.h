@@ -99,7 +99,8 @@ struct SurfaceResults {
 /// What the samples of a scan are.
 struct SampleReport {
     SampleType type{};
-    double lower = 0, upper = 0;     ///< the range of the finite samples
+    Rescale rescale;
+    double lower = 0, upper = 0;     ///< the range of the finite values
     std::int64_t finite = 0;         ///< samples that are neither NaN nor infinite
     bool may_be_hounsfield = false;  ///< the format does not say, but the lowest sample looks like air
     std::map<std::int64_t, std::int64_t> labels;  ///< of a label map: how many samples each has; else empty

@@ -35,6 +35,7 @@ bool looks_like_labels(const T* samples, std::int64_t nx, std::int64_t rows) {
 }  // namespace
 
 bool looks_like_label_map(const Volume& volume) {
+    if (!volume.rescale().is_identity()) return false;  // labels are not rescaled
     const auto& [nx, ny, nz] = volume.geometry().dims;
     return visit_sample_type(volume.type(), [&, rows = ny * nz, nx = nx]<class T>(T) {
         return looks_like_labels(volume.samples<T>(), nx, rows);

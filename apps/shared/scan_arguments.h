@@ -12,7 +12,7 @@ namespace marrow::apps {
 /// Where the scan is and how to read it.
 struct ScanInput {
     std::filesystem::path path;
-    ScanOptions options;  ///< without progress
+    ScanOptions options{.keep_stored = true};  ///< without progress
 };
 
 /// The help of a scan that is an input.

@@ -10,15 +10,15 @@
 
 namespace marrow {
 
-/// Counts of samples in equal bins from the smallest to the largest finite sample that is not padding.
+/// Counts of samples in equal bins from the smallest to the largest finite value that is not padding.
 struct Histogram {
-    double lower = 0;                     ///< the smallest of these samples
+    double lower = 0;                     ///< the smallest of these values
     double upper = 0;                     ///< the largest of them, which is in the last bin
     std::vector<std::int64_t> counts;     ///< empty if no sample is finite
     std::int64_t non_finite_samples = 0;  ///< NaN and infinite samples, which are in no bin
 };
 
-/// Counts the samples of a volume in `bins` bins, on one thread. Samples that equal `padding`
+/// Counts the samples of a volume in `bins` bins, on one thread. Samples with the value `padding`
 /// (ScanInfo::padding) are left out, unless that leaves fewer than two values. \throw InputError a null view,
 /// bad geometry, or bins < 2
 MARROW_EXPORT Histogram histogram(const VolumeView& volume, int bins = 256,

@@ -54,6 +54,10 @@ struct ScanOptions {
     std::optional<std::int64_t> volume = {};
     /// The level of an OME-Zarr image's resolution pyramid, from 0, the finest.
     std::optional<std::int64_t> level = {};
+    /// Keep 8- and 16-bit samples whose values have a fraction as they are stored, with Volume::rescale(),
+    /// instead of rescaling them to float32 in twice the memory or more. All functions of this library work
+    /// on the values of such a volume. Who reads its samples must rescale them.
+    bool keep_stored = false;
     int threads = 0;         ///< threads to use; 0: all
     Progress progress = {};  ///< called while reading
 };
@@ -77,7 +81,7 @@ struct ScanInfo {
     SeriesInfo series;
     std::vector<std::string> warnings;  ///< one line each
     std::int64_t volumes = 1;           ///< number of volumes that ScanOptions::volume could choose
-    /// PixelPaddingValue of DICOM as a sample: the value outside the field of view. Not set if slices differ.
+    /// PixelPaddingValue of DICOM, rescaled: the value outside the field of view. Not set if slices differ.
     std::optional<double> padding = {};
 };
 
@@ -103,6 +107,9 @@ struct ScanInfo {
 /// - Samples keep their type. uint32, int64 and uint64 become float64; values beyond 2^53 are an error.
 /// - DICOM is rescaled to int16, or to float32 if a value is fractional or does not fit.
 /// - Scaled NIfTI becomes float32, or float64 if it was stored as int32 or wider.
+/// - With ScanOptions::keep_stored, samples whose slope or intercept has a fraction stay as they are stored:
+///   NIfTI of 8 or 16 bits; DICOM of up to 16 bits, as int16 or uint16, if all slices have the same rescale
+///   and are not resampled. A slope below 0 makes float32 all the same.
 /// - Inverted grey (MONOCHROME1, white-is-zero TIFF) keeps its values.
 ///
 /// Not supported: colour, vectors, complex numbers, NRRD with more than three dimensions or with samples as

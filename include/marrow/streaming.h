@@ -24,6 +24,7 @@ struct SliceSource {
     /// The slices that are stored together, such as in chunks: read() is called with ranges that begin and end at
     /// multiples of it, or at the end of the volume.
     std::int64_t slices_at_once = 1;
+    Rescale rescale = {};  ///< what the samples stand for
 };
 
 /// A part of a surface. Points and triangles are numbered through the whole surface, and each part holds a

@@ -16,7 +16,7 @@
 namespace marrow {
 
 struct ThinWallOptions {
-    /// Standard deviation of the noise, in the unit of the samples; not set: estimate_noise() gives it
+    /// Standard deviation of the noise, in the unit of the values; not set: estimate_noise() gives it
     std::optional<double> noise = {};
     int threads = 0;  ///< 0: all
     Progress progress = {};

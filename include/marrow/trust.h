@@ -16,7 +16,7 @@
 
 namespace marrow {
 
-/// The noise of a scan, in the unit of its samples. The estimators disagree where noise is not white or where
+/// The noise of a scan, in the unit of its values. The estimators disagree where noise is not white or where
 /// tissue has texture, so their spread says how far `sigma` can be trusted.
 struct NoiseEstimate {
     double sigma = 0;                ///< standard deviation: the lower of the next two

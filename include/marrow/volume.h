@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <type_traits>
@@ -88,6 +89,30 @@ struct MARROW_EXPORT Geometry {
 /// the range of float32
 MARROW_EXPORT void check_geometry(const Geometry& geometry);
 
+/// What the samples of a volume stand for: value = slope * sample + intercept, in double. So a scan whose
+/// values have a fraction keeps the 8 or 16 bits that it stores.
+///
+/// Isovalues, and all other numbers in the unit of a scan that functions take and give, are values. The
+/// surface is that of the samples at sample(isovalue): a sample is inside if it is finite and at least that,
+/// compared exactly. So a sample whose value is the isovalue is inside.
+struct Rescale {
+    double slope = 1;  ///< > 0, so that larger samples have larger values
+    double intercept = 0;
+
+    bool is_identity() const { return slope == 1 && intercept == 0; }
+    /// The value that a sample stands for.
+    double value(double sample) const { return is_identity() ? sample : slope * sample + intercept; }
+    /// The sample that stands for a value: a whole one if it has exactly this value, or else
+    /// (value - intercept) / slope.
+    double sample(double of_value) const {
+        if (is_identity()) return of_value;
+        const double exact = (of_value - intercept) / slope, whole = std::round(exact);
+        return value(whole) == of_value ? whole : exact;
+    }
+
+    friend bool operator==(const Rescale&, const Rescale&) = default;
+};
+
 class Volume;
 
 /// A borrowed volume, or a part of one: its geometry, and a pointer to dims[2] * dims[1] * dims[0] samples, x
@@ -100,7 +125,7 @@ class Volume;
 /// border of the whole.
 ///
 /// Functions throw InputError for a view with samples whose pointer is null, for rows or slices that overlap,
-/// and for negative values. (A mirrored array is a view with a mirrored direction matrix.)
+/// for a bad rescale, and for negative values. (A mirrored array is a view with a mirrored direction matrix.)
 struct MARROW_EXPORT VolumeView {
     VolumeView() = default;
     template <class T>
@@ -117,6 +142,7 @@ struct MARROW_EXPORT VolumeView {
     Geometry geometry;  ///< dims: of the view; the origin is the position of the whole's sample (0, 0, 0)
     SampleType type = SampleType::uint8;
     const void* data = nullptr;                  ///< the view's first sample
+    Rescale rescale = {};                        ///< what the samples stand for
     std::array<std::int64_t, 2> pitch{0, 0};     ///< row_pitch() and slice_pitch(); 0: without gaps
     std::array<std::int64_t, 3> first{0, 0, 0};  ///< index in the whole volume of the view's first sample
     std::array<std::int64_t, 3> below{0, 0,
@@ -141,9 +167,13 @@ class MARROW_EXPORT Volume {
     /// Moves the volume in space. \throw InputError as check_geometry, or other dims than before
     void set_geometry(const Geometry& geometry);
     SampleType type() const { return type_; }
+    /// What the samples stand for.
+    const Rescale& rescale() const { return rescale_; }
+    /// \throw InputError a slope that is not positive, or numbers that are not finite
+    void set_rescale(const Rescale& rescale);
     const void* data() const { return samples_.data(); }
     void* data() { return samples_.data(); }
-    /// The samples. \pre T is the volume's sample type
+    /// The samples; rescale() gives their values. \pre T is the volume's sample type
     template <class T>
     const T* samples() const {
         return reinterpret_cast<const T*>(samples_.data());
@@ -157,6 +187,7 @@ class MARROW_EXPORT Volume {
   private:
     Geometry geometry_;
     SampleType type_ = SampleType::uint8;
+    Rescale rescale_;
     Buffer<std::byte> samples_;
 };
 

@@ -20,7 +20,8 @@ struct FilterOptions {
     Progress progress = {};  ///< called while filtering
 };
 
-// All filters throw InputError on a null view and on bad geometry.
+// All filters throw InputError on a null view and on bad geometry. crop and median_filter keep the volume's
+// rescale; the samples that the others make are values.
 
 /// Copies the samples from index `first` to index `last`, both included. They keep their positions in space.
 /// \throw InputError a range that is empty or leaves the volume

@@ -276,6 +276,7 @@ OpenedScan open_raw(const Input& input, const fs::path& path, ScanOptions option
         image = header();
     }
     apply_spacing(path, image.has_spacing, options, image.geometry);
+    if (options.keep_stored) keep_stored(image);
     out.files = image.files.size();
     out.geometry = image.geometry;
     out.type = loaded_type(image);

@@ -23,6 +23,14 @@ TEST(GpuExtractor, GivesTheSameBytesForEveryType) {
     EXPECT_GT(compare(scan<float>(g, random), isovalues), 5000u);
 }
 
+TEST(GpuExtractor, GivesTheSameBytesForSamplesThatStandForOtherValues) {
+    Random random(21);
+    Volume volume = scan<std::int16_t>(oblique(70, 23, 11), random);
+    volume.set_rescale({0.37, -2643.4});
+    const auto value = [&](double sample) { return volume.rescale().value(sample); };
+    EXPECT_GT(compare(volume, {value(60), value(60.4), value(17.25), value(101)}), 5000u);
+}
+
 TEST(GpuExtractor, GivesTheSameBytesForIsovaluesInAnyOrder) {
     Random random(15);
     const Volume integers = scan<std::int16_t>(oblique(70, 23, 11), random);

@@ -24,6 +24,78 @@ TEST(DicomTable, RescaleIsAppliedToEachSlice) {
     EXPECT_EQ(read[17], 3 * 212 - 1024);
 }
 
+// Where the rescale of all slices has a fraction, 16 bits can stay as they are. All else is as without the
+// option.
+TEST(DicomTable, FractionsMayStayStored) {
+    const auto read = [](const std::function<void(DicomWriter&, int)>& change, bool keep,
+                         ScanInfo* info = nullptr) {
+        const TemporaryFolder folder;
+        write_series(folder, 3, "s", change);
+        return read_scan(folder.path(), {.keep_stored = keep}, info);
+    };
+    const auto by = [](const std::string& slope, const std::string& intercept) {
+        return [=](DicomWriter& s, int) {
+            s.rescale(slope, intercept);
+            s.number(0x00280120, 7);
+        };
+    };
+    for (const auto& [slope, intercept] : {std::pair{"1", "-2643.4"}, {"0.5", "-1024"}, {"2.25", "0.125"}}) {
+        ScanInfo info;
+        const Volume kept = read(by(slope, intercept), true, &info);
+        EXPECT_EQ(samples_of<std::int16_t>(kept), volume_samples(3));
+        EXPECT_EQ(kept.rescale(), (Rescale{std::stod(slope), std::stod(intercept)}));
+        EXPECT_EQ(info.padding, kept.rescale().value(7));
+        const std::vector<float> values = samples_of<float>(read(by(slope, intercept), false));
+        ASSERT_EQ(kept.bytes() * 2, values.size() * sizeof(float));
+        for (std::size_t i = 0; i < values.size(); ++i)
+            EXPECT_EQ(static_cast<float>(kept.rescale().value(volume_samples(3)[i])), values[i]);
+    }
+
+    const auto bits = [&](int stored, bool is_signed) {
+        return [=](DicomWriter& s, int) {
+            s.rescale("1", "0.5");
+            s.pixel_format(16, stored, is_signed);
+        };
+    };
+    EXPECT_EQ(read(bits(16, true), true).type(), SampleType::int16);
+    EXPECT_EQ(read(bits(15, false), true).type(), SampleType::int16);
+    EXPECT_EQ(read(bits(16, false), true).type(), SampleType::uint16);
+    const Volume large = read(
+        [&](DicomWriter& s, int k) {
+            bits(16, false)(s, k);
+            s.pixels<std::uint16_t>(columns, rows, {0, 1, 32767, 32768, 65534, 65535});
+        },
+        true);
+    EXPECT_EQ(samples_of<std::uint16_t>(large)[5], 65535);
+
+    const auto expect_unchanged = [&](const char* what,
+                                      const std::function<void(DicomWriter&, int)>& change) {
+        SCOPED_TRACE(what);
+        const Volume kept = read(change, true), plain = read(change, false);
+        EXPECT_TRUE(kept.rescale().is_identity());
+        EXPECT_EQ(kept.type(), plain.type());
+        ASSERT_EQ(kept.bytes(), plain.bytes());
+        EXPECT_EQ(std::memcmp(kept.data(), plain.data(), kept.bytes()), 0);
+    };
+    expect_unchanged("whole numbers", by("2", "-1024"));
+    expect_unchanged("larger samples have smaller values", by("-0.5", "0"));
+    expect_unchanged("slices differ, as in PET",
+                     [](DicomWriter& s, int k) { s.rescale(std::to_string(0.5 + 0.25 * k), "0"); });
+    expect_unchanged("signed and unsigned 16 bits", [&](DicomWriter& s, int k) { bits(16, k == 1)(s, k); });
+}
+
+// Between uneven slices, values are interpolated.
+TEST(DicomTable, FractionsOfResampledSlicesBecomeFloat32) {
+    const TemporaryFolder folder;
+    write_series(folder, 4, "s", [](DicomWriter& s, int k) {
+        s.rescale("1", "0.5");
+        s.position("10\\20\\" + std::to_string(k == 3 ? 7 : 2 * k));
+    });
+    const Volume kept = read_scan(folder.path(), {.resample = true, .keep_stored = true});
+    EXPECT_TRUE(kept.rescale().is_identity());
+    EXPECT_EQ(samples_of<float>(kept), samples_of<float>(read_scan(folder.path(), {.resample = true})));
+}
+
 TEST(DicomTable, UnusableRescaleIsRefused) {
     for (const char* slope : {"0", "nan", "x"}) {
         TemporaryFolder folder;

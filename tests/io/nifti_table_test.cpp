@@ -1,7 +1,9 @@
 // The rows of the NIfTI table in docs/reliability.md.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include <marrow/error.h>
 
@@ -98,6 +100,52 @@ TEST(NiftiTable, SlopeAndIntercept) {
     n.slope = INFINITY;
     write_file(folder / "n.nii", n.header() + bytes_of(samples()));
     contains(refusal<InputError>(folder / "n.nii"), "scl_slope");
+}
+
+// Where a rescale has a fraction, 8 and 16 bits can stay as they are; all else is as without the option.
+TEST(NiftiTable, FractionsMayStayStored) {
+    TemporaryFolder folder;
+    NiftiWriter n = nifti();
+    const auto scan = [&](const std::string& data) {
+        return write_file(folder / "n.nii", n.header() + data);
+    };
+    const auto is_unchanged = [](const fs::path& path) {
+        const Volume kept = read_scan(path, {.keep_stored = true}), plain = read_scan(path);
+        return kept.rescale().is_identity() && kept.type() == plain.type() && kept.bytes() == plain.bytes() &&
+               std::memcmp(kept.data(), plain.data(), kept.bytes()) == 0;
+    };
+    for (const auto& [slope, intercept] : {std::pair{0.5f, -1.0f}, {1.0f, -1000.25f}, {3.0f, 0.5f}}) {
+        n.slope = slope, n.intercept = intercept;
+        const fs::path path = scan(bytes_of(samples()));
+        const Volume kept = read_scan(path, {.keep_stored = true});
+        EXPECT_EQ(samples_of<std::int16_t>(kept), samples());
+        EXPECT_EQ(kept.rescale(), (Rescale{slope, intercept}));
+        const std::vector<float> values = samples_of<float>(read_scan(path));
+        ASSERT_EQ(kept.bytes() * 2, values.size() * sizeof(float));
+        for (std::size_t i = 0; i < values.size(); ++i)
+            EXPECT_EQ(static_cast<float>(kept.rescale().value(samples()[i])), values[i]);
+
+        std::vector<std::int16_t> slices(nx * ny);
+        const SliceSource source = open_slices(path, {.keep_stored = true});
+        EXPECT_EQ(source.rescale, kept.rescale());
+        ASSERT_EQ(source.type, SampleType::int16);
+        source.read(1, 2, slices.data());
+        EXPECT_TRUE(std::equal(slices.begin(), slices.end(), samples().begin() + nx * ny));
+        EXPECT_EQ(inspect_scan(path, {.keep_stored = true}).series[0].memory, kept.bytes());
+        EXPECT_EQ(inspect_scan(path).series[0].memory, 2 * kept.bytes());
+    }
+    n.slope = 2, n.intercept = -1024;
+    EXPECT_TRUE(is_unchanged(scan(bytes_of(samples())))) << "whole numbers";
+    n.slope = -0.5;
+    EXPECT_TRUE(is_unchanged(scan(bytes_of(samples())))) << "larger samples have smaller values";
+    n.slope = 0.5;
+    n.datatype = 8;
+    EXPECT_TRUE(is_unchanged(scan(bytes_of(std::vector<std::int32_t>(nx * ny * nz, 7))))) << "32 bits";
+    n.datatype = 16;
+    EXPECT_TRUE(is_unchanged(scan(bytes_of(std::vector<float>(nx * ny * nz, 7))))) << "float32";
+    n.datatype = 2;
+    const std::vector<std::uint8_t> bytes(nx * ny * nz, 200);
+    EXPECT_EQ(samples_of<std::uint8_t>(read_scan(scan(bytes_of(bytes)), {.keep_stored = true})), bytes);
 }
 
 TEST(NiftiTable, PairsAndGzip) {

@@ -54,6 +54,16 @@ TEST(Distribution, BinsOfIntegersAreAlignedWithThem) {
     }
 }
 
+TEST(Distribution, IntegersThatStandForFractionsAreNone) {
+    Volume volume = volume_of(std::vector<std::int16_t>{0, 1, 2, 7}, SampleType::int16);
+    EXPECT_TRUE(has_integers(volume));
+    volume.set_rescale({0.5, -1000.25});
+    EXPECT_FALSE(has_integers(volume));
+    const Bins bins = Distribution(volume, histogram(volume)).bins(-1000.25, -996.75, 35);
+    EXPECT_NEAR(sum(bins), 4, 1e-9);
+    EXPECT_LT(bins.width, 0.5);
+}
+
 // A zoomed part has bins of its own, not magnified ones.
 TEST(Distribution, CountsFractionsAnewWhenZoomed) {
     std::mt19937 random(2);

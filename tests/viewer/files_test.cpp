@@ -396,6 +396,37 @@ void write_half_bright(const std::filesystem::path& folder, const std::string& u
     }
 }
 
+// The samples stay as stored where their values have a fraction; all that is shown are values.
+TEST_F(BallViewer, ShowsTheValuesOfAScanThatKeepsItsSamples) {
+    const TemporaryFolder series;
+    write_half_bright(series.path(), "1.2.3", 5,
+                      [](DicomWriter& slice, int) { slice.rescale("1", "-1000.4"); });
+    ASSERT_TRUE(open(series.path()));
+    const viewer::Scan& scan = *session().scan();
+    EXPECT_EQ(scan.volume.type(), SampleType::int16);
+    EXPECT_EQ(scan.volume.rescale(), (Rescale{1, -1000.4}));
+    EXPECT_TRUE(scan.hounsfield);
+    EXPECT_NEAR(scan.histogram.lower, -1000.4, 1e-9);
+    EXPECT_NEAR(scan.histogram.upper, -0.4, 1e-9);
+    ASSERT_TRUE(scan.otsu);
+    EXPECT_NEAR(*scan.otsu, -500.4, 20);
+    viewer::SliceView* axial = window->slice_view(viewer::Plane::axial);
+    session().set_crosshair({3, 8, 2});
+    EXPECT_EQ(axial->readout(), "-0.4 HU");
+    session().set_crosshair({12, 8, 2});
+    EXPECT_EQ(axial->readout(), "-1000.4 HU");
+    EXPECT_NEAR(viewer::sample_at(scan.volume, 3, 8, 2), -0.4, 1e-9);
+    EXPECT_LT(window->histogram_bar()->x_of(-900), window->histogram_bar()->x_of(-100));
+    // The surface lies where the values pass the isovalue.
+    session().set_isovalue(-100.4);
+    ASSERT_TRUE(settle());
+    const QVector<QLineF> lines = axial->contour_of(session().parameters().current);
+    ASSERT_FALSE(lines.empty());
+    double furthest = 0;
+    for (const QLineF& line : lines) furthest = std::max({furthest, line.x1(), line.x2()});
+    EXPECT_NEAR(furthest, 7.1, 1e-3);
+}
+
 class Questions : public BallViewer {
   protected:
     template <class Dialog>

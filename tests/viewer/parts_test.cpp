@@ -182,6 +182,25 @@ TEST(SliceGeometry, FollowsTheConventionOfRadiology) {
     }
 }
 
+TEST(SliceGeometry, SlicesHaveTheValuesOfTheSamples) {
+    const auto scan = noise({7, 8, 9}, kSagittal, 5);
+    Volume volume = crop(scan->volume, {0, 0, 0}, {6, 7, 8});
+    volume.set_rescale({0.37, -2643.4});
+    const SliceGeometry slice = slice_geometry(volume.geometry(), Plane::axial);
+    const std::vector<float> stored = slice_samples(scan->volume, slice, 3),
+                             values = slice_samples(volume, slice, 3);
+    for (std::size_t i = 0; i < values.size(); ++i)
+        EXPECT_EQ(values[i], static_cast<float>(0.37 * stored[i] - 2643.4));
+    const double spacing = volume.geometry().spacing[static_cast<std::size_t>(slice.through)];
+    for (const Slab::Mode mode : {Slab::Mode::maximum, Slab::Mode::mean}) {
+        const std::vector<float> of_samples = slab_samples(scan->volume, slice, 3, {mode, 3 * spacing}),
+                                 of_values = slab_samples(volume, slice, 3, {mode, 3 * spacing});
+        for (std::size_t i = 0; i < of_values.size(); ++i)
+            EXPECT_NEAR(of_values[i], 0.37 * of_samples[i] - 2643.4, 1e-3);
+    }
+    EXPECT_EQ(sample_at(volume, 3, 2, 1), 0.37 * sample_at(scan->volume, 3, 2, 1) - 2643.4);
+}
+
 TEST(RayPick, FindsTheNearestVisibleHit) {
     Mesh mesh;  // two squares across z, at 1 and 3
     for (const float z : {1.F, 3.F}) {

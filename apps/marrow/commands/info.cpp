@@ -28,6 +28,7 @@ namespace {
 SampleReport report_on(const Volume& scan, const ScanInfo& info) {
     SampleReport report;
     report.type = scan.type();
+    report.rescale = scan.rescale();
     const Histogram samples = histogram(scan);
     report.lower = samples.lower;
     report.upper = samples.upper;

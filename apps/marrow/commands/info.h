@@ -12,9 +12,9 @@ namespace marrow::apps {
 
 struct InfoCommandOptions {
     std::vector<std::filesystem::path> inputs;
-    ScanOptions scan;               ///< as for extraction, to see what they change
-    bool headers = false;           ///< do not read the samples
-    std::filesystem::path picture;  ///< of the middle slice; empty: none
+    ScanOptions scan{.keep_stored = true};  ///< as for extraction, to see what they change
+    bool headers = false;                   ///< do not read the samples
+    std::filesystem::path picture;          ///< of the middle slice; empty: none
     bool show_patient = false;
     Reporting reporting;
 };

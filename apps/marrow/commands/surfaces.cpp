@@ -140,6 +140,7 @@ StreamOptions stream_options(const SurfacesOptions& options) {
 LabelsOptions labels_options(const SurfacesOptions& options) {
     LabelsOptions result = options.labels;
     result.job = options.job;
+    result.job.scan.options.keep_stored = false;  // labels are values
     result.crop = options.extract.filters.crop;
     if (result.crop) result.crop->space = options.job.output.space;
     return result;

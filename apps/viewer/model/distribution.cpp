@@ -16,8 +16,9 @@ double bin_width(const Histogram& h) {
 
 }  // namespace
 
-bool is_integer(SampleType type) {
-    return type != SampleType::float32 && type != SampleType::float64;
+bool has_integers(const VolumeView& volume) {
+    return volume.type != SampleType::float32 && volume.type != SampleType::float64 &&
+           volume.rescale.is_identity();
 }
 
 double round_step(double minimum) {
@@ -34,7 +35,7 @@ Distribution::Distribution(const Histogram& histogram)
 Distribution::Distribution(const VolumeView& volume, const Histogram& histogram,
                            std::optional<double> padding) {
     const double range = histogram.upper - histogram.lower;
-    integers_ = is_integer(volume.type) && range < kFineBins;
+    integers_ = has_integers(volume) && range < kFineBins;
     // With one bin more than the range, the histogram puts each integer in a bin of its own.
     const double bins = integers_ ? std::max(range + 1, 2.0) : kFineBins;
     histogram_ = marrow::histogram(volume, static_cast<int>(bins), padding);

@@ -9,7 +9,8 @@
 
 namespace marrow::viewer {
 
-bool is_integer(SampleType type);
+/// Whether all values are whole numbers because of the type.
+bool has_integers(const VolumeView& volume);
 
 /// The smallest number of the form 1, 2 or 5 times a power of ten that is not below `minimum`. \pre minimum > 0
 double round_step(double minimum);

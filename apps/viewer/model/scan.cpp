@@ -11,8 +11,9 @@ namespace marrow::viewer {
 std::shared_ptr<const Scan> open_scan(const std::filesystem::path& input, const ScanOptions& options) {
     auto scan = std::make_shared<Scan>();
     scan->input = input;
-    scan->volume = read_scan(input, options, &scan->info);
     scan->options = options;
+    scan->options.keep_stored = true;
+    scan->volume = read_scan(input, scan->options, &scan->info);
     scan->options.progress = {};
     scan->histogram = histogram(scan->volume, 256, scan->info.padding);
     try {
@@ -31,9 +32,9 @@ std::shared_ptr<const Scan> open_scan(const std::filesystem::path& input, const 
 
 double sample_at(const Volume& volume, std::int64_t i, std::int64_t j, std::int64_t k) {
     const auto& dims = volume.geometry().dims;
-    return visit_sample_type(volume.type(), [&](auto type) {
+    return volume.rescale().value(visit_sample_type(volume.type(), [&](auto type) {
         return static_cast<double>(volume.samples<decltype(type)>()[(k * dims[1] + j) * dims[0] + i]);
-    });
+    }));
 }
 
 Vec3d index_of(const Geometry& geometry, const Vec3d& position) {

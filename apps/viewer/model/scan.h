@@ -24,7 +24,7 @@ struct Scan {
 /// Reads a scan and computes its histogram. \throw as read_scan
 std::shared_ptr<const Scan> open_scan(const std::filesystem::path& input, const ScanOptions& options);
 
-/// The sample at an index. \pre the index is inside
+/// The value of the sample at an index. \pre the index is inside
 double sample_at(const Volume& volume, std::int64_t i, std::int64_t j, std::int64_t k);
 
 /// The index of a position, which may be fractional: the inverse of Geometry::physical.

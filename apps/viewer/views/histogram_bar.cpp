@@ -78,7 +78,7 @@ double HistogramBar::step() const {
     if (!scan) return 1;
     const double range = scan->histogram.upper - scan->histogram.lower;
     if (range <= 0) return 1;
-    return is_integer(scan->volume.type()) ? 1 : round_step(range / 2000);
+    return has_integers(scan->volume) ? 1 : round_step(range / 2000);
 }
 
 // The colour of text, almost transparent.
@@ -191,7 +191,7 @@ void HistogramBar::paint_flag(QPainter& painter, const SurfaceParameters& curren
 
 double HistogramBar::on_grid(double value, double steps) const {
     const Histogram& h = session_.scan()->histogram;
-    const bool integers = is_integer(session_.scan()->volume.type());
+    const bool integers = has_integers(session_.scan()->volume);
     const double s = step(), offset = integers && h.upper > h.lower ? 0.5 : 0;
     return std::clamp((std::round(value / s - offset) + steps + offset) * s, h.lower + offset,
                       h.upper - offset);

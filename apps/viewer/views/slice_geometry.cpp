@@ -182,6 +182,7 @@ Vec3d SliceGeometry::to_index(const QPointF& point, const Vec3d& other) const {
 std::vector<float> slice_samples(const Volume& volume, const SliceGeometry& slice, std::int64_t through) {
     const auto [width, height] = slice.size;
     const Strides strides = strides_of(volume.geometry(), slice);
+    const Rescale rescale = volume.rescale();
     std::vector<float> result(static_cast<std::size_t>(width * height));
     visit_sample_type(volume.type(), [&, width = width, height = height](auto type) {
         const auto* samples = volume.samples<decltype(type)>();
@@ -189,7 +190,7 @@ std::vector<float> slice_samples(const Volume& volume, const SliceGeometry& slic
         for (std::int64_t v = 0; v < height; ++v) {
             const auto* from = samples + strides.first + through * strides.through + v * strides.down;
             for (std::int64_t u = 0; u < width; ++u, from += strides.across)
-                *to++ = static_cast<float>(*from);
+                *to++ = static_cast<float>(rescale.value(static_cast<double>(*from)));
         }
     });
     return result;
@@ -209,6 +210,7 @@ std::vector<float> slab_samples(const Volume& volume, const SliceGeometry& slice
     const std::int64_t beyond = std::min(through - (slices - 1) / 2 + slices, end);
     const auto width = static_cast<std::size_t>(slice.size[0]);
     const Strides strides = strides_of(geometry, slice);
+    const Rescale rescale = volume.rescale();
     const bool mean = slab.mode == Slab::Mode::mean;
     constexpr float kNothing = std::numeric_limits<float>::quiet_NaN();
 
@@ -225,7 +227,7 @@ std::vector<float> slab_samples(const Volume& volume, const SliceGeometry& slice
             for (std::int64_t t = lowest; t < beyond; ++t) {
                 const auto* from = samples + t * strides.through + v * strides.down;
                 for (std::size_t u = 0; u < width; ++u, from += strides.across) {
-                    const auto sample = static_cast<float>(*from);
+                    const auto sample = static_cast<float>(rescale.value(static_cast<double>(*from)));
                     if (!std::isfinite(sample)) continue;
                     if (mean)
                         sums[u] += sample, ++counts[u];

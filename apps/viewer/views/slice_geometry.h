@@ -51,7 +51,7 @@ struct SliceRange {
 
 SliceRange slice_range(const SliceGeometry& slice, const SampleBox& box, std::int64_t through);
 
-/// The samples of the slice at index `through`, row by row from the top left.
+/// The values of the samples of the slice at index `through`, row by row from the top left.
 std::vector<float> slice_samples(const Volume& volume, const SliceGeometry& slice, std::int64_t through);
 
 /// Neighbouring slices that are shown as one: the maximum intensity projection or the mean of their samples.
@@ -65,8 +65,8 @@ struct Slab {
 /// How many slices are in a slab, at least one. They are stacked along the scan's own axis.
 std::int64_t slices_in(const Slab& slab, const Geometry& geometry, const SliceGeometry& slice);
 
-/// The samples of a slab around the slice at index `through`, like slice_samples. The slab ends at the border
-/// of the scan. Samples that are not finite do not count.
+/// The values of a slab around the slice at index `through`, like slice_samples. The slab ends at the border
+/// of the scan. Those that are not finite do not count.
 std::vector<float> slab_samples(const Volume& volume, const SliceGeometry& slice, std::int64_t through,
                                 const Slab& slab);
 

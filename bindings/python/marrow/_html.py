@@ -22,7 +22,7 @@ def volume_html(volume: Volume) -> str:
     """Return a table, and the middle slice."""
     nz, ny, nx = volume.shape
     rows = {
-        "samples": f"{nx} x {ny} x {nz}, {volume.dtype}",
+        "samples": f"{nx} x {ny} x {nz}, {volume.samples.dtype}",
         "spacing": " x ".join(f"{value:g}" for value in volume.spacing) + " mm",
         "origin": ", ".join(f"{value:g}" for value in volume.origin) + " mm (LPS)",
     }
@@ -30,7 +30,7 @@ def volume_html(volume: Volume) -> str:
         rows["read from"] = " ".join((volume.info.format, volume.info.series.modality))
     for number, warning in enumerate(volume.warnings, 1):
         rows[f"warning {number}"] = warning
-    picture = _grey(volume.array[nz // 2]) if volume.array.size else None
+    picture = _grey(volume[nz // 2 : nz // 2 + 1, :, :].array[0]) if volume.samples.size else None
     return _html("marrow.Volume", rows, picture)
 
 

@@ -55,7 +55,7 @@ def extract(
     volume : Volume or object that `as_volume` takes
         The volume; for an array [k, j, i], the points are in samples (i, j, k).
     isovalue : float or str
-        In the unit of the samples; 'otsu', which separates dark from bright; or for CT the name of a tissue in
+        In the unit of the values; 'otsu', which separates dark from bright; or for CT the name of a tissue in
         `TISSUE_PRESETS`, such as 'bone'. The mesh takes the tissue's name and colour.
     closed : bool
         Close the surface at the border of the volume, as if outside samples surrounded it.
@@ -205,7 +205,7 @@ class IsosurfaceExtractor:
         Parameters
         ----------
         isovalue : float
-            In the unit of the samples.
+            In the unit of the values.
         level : int
             0 to 30. From 1, a preview from every 2^level-th sample along each axis, at their positions, which the CPU
             extracts.

@@ -13,7 +13,7 @@ _Path = Union[str, os.PathLike[str]]
 _Progress = Optional[Callable[[float], Any]]
 _Vector = tuple[float, float, float]
 _MeshArrays = tuple[Any, Any, Any]  # points, triangles, normals or None
-_PlacedArray = tuple[Any, Any, Any, Any]  # array, spacing, origin, direction
+_PlacedArray = tuple[Any, Any, Any, Any, tuple[float, float]]  # array, spacing, origin, direction, rescale
 _PartSurface = tuple[Any, Any, Any, Any, Any]  # extent, points, triangles, normals or None, keys
 _PartCounts = tuple[Any, Any, Any]  # extent, points, triangles by row
 _PartNumbers = tuple[Any, Any, Any]  # extent, points, triangles by row
@@ -30,7 +30,14 @@ class Cancelled(Error): ...
 class DeviceError(Error, RuntimeError): ...
 
 class ArrayVolume:
-    def __init__(self, array: NDArray[Any], spacing: ArrayLike, origin: ArrayLike, direction: ArrayLike) -> None: ...
+    def __init__(
+        self,
+        array: NDArray[Any],
+        spacing: ArrayLike,
+        origin: ArrayLike,
+        direction: ArrayLike,
+        rescale: tuple[float, float] = ...,
+    ) -> None: ...
     @property
     def is_copy(self) -> bool: ...
     @property
@@ -309,6 +316,7 @@ def extract_slices_to_file(
     spacing: ArrayLike,
     origin: ArrayLike,
     direction: ArrayLike,
+    rescale: tuple[float, float],
     isovalue: float,
     path: _Path,
     *,

@@ -109,7 +109,7 @@ def read(
     -------
     Volume
         The samples in the type of the file, shape (nz, ny, nx), in LPS. DICOM is rescaled, to Hounsfield units
-        for CT.
+        for CT. Samples of 8 or 16 bits whose values have a fraction stay as stored: see `Volume.rescale`.
 
     Raises
     ------
@@ -162,7 +162,7 @@ def inspect(
     return ScanReport(series=series_reports, **report)
 
 
-def volume_of(placed: tuple[Any, Any, Any, Any], info: Optional[ScanInfo]) -> Volume:
-    """Return the volume that C++ gives as (array, spacing, origin, direction)."""
-    array, spacing, origin, direction = placed
-    return Volume(array, spacing=spacing, origin=origin, direction=direction, info=info)
+def volume_of(placed: tuple[Any, Any, Any, Any, tuple[float, float]], info: Optional[ScanInfo]) -> Volume:
+    """Return the volume that C++ gives as (array, spacing, origin, direction, rescale)."""
+    array, spacing, origin, direction, rescale = placed
+    return Volume(array, spacing=spacing, origin=origin, direction=direction, info=info)._with_rescale(rescale)

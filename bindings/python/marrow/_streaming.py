@@ -51,7 +51,7 @@ def extract_to_file(
         such as arrays of Zarr, h5py, Dask, or numpy.memmap. Its slices are asked for on the calling thread, in whole
         chunks where it has them.
     isovalue : float
-        In the unit of the samples.
+        In the unit of the values.
     path : path-like
         The output: .stl or .ply.
     max_memory : int or str
@@ -95,7 +95,8 @@ def extract_to_file(
     if isinstance(source, (str, os.PathLike)):
         return SurfaceSize(*_marrow.extract_file_to_file(source, isovalue, path, **options))
 
-    array = source.array if isinstance(source, Volume) else source
+    array = source.samples if isinstance(source, Volume) else source
+    rescale = source.rescale if isinstance(source, Volume) else (1.0, 0.0)
     if not all(hasattr(array, name) for name in ("shape", "dtype", "__getitem__")):
         raise InputError(f"a {type(array).__qualname__} has no shape, dtype and slices: give a path or an array")
     geometry: Union[Volume, Geometry] = (
@@ -118,6 +119,7 @@ def extract_to_file(
         geometry.spacing,
         geometry.origin,
         geometry.direction,
+        rescale,
         isovalue,
         path,
         **options,

@@ -90,7 +90,7 @@ def find_thin_walls(
     mesh : Mesh
         The surface that `extract` gives at this isovalue.
     noise : float, optional
-        The standard deviation of the noise, in the unit of the samples. By default it is estimated.
+        The standard deviation of the noise, in the unit of the values. By default it is estimated.
     threads : int
         Threads to use; 0: all.
     progress : callable, optional

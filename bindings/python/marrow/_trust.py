@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True)
 class Noise:
-    """The noise of a scan in tissue, in the unit of its samples. The spread of the estimators is its uncertainty."""
+    """The noise of a scan in tissue, in the unit of its values. The spread of the estimators is its uncertainty."""
 
     sigma: float  #: standard deviation: the lower of `local_deviation` and `slices`
     lowest: float  #: of the three estimators

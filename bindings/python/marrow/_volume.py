@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 Space = Literal["LPS", "RAS"]
 Spacing = Union[float, Sequence[float], NDArray[Any]]
 
+_IDENTITY = (1.0, 0.0)  # the rescale of samples that are values
+
 
 class Geometry:
     """The position of a grid in space: spacing, origin and direction of the index axes (i, j, k), LPS in mm."""
@@ -112,17 +114,39 @@ class Volume:
         space: Space = "LPS",
         info: Optional[ScanInfo] = None,
     ) -> None:
-        self._array = as_array(array)
+        self._samples = as_array(array)
+        self._rescale = _IDENTITY
         self._info = info
         self._geometry = Geometry(
-            self._array.shape, spacing=spacing, origin=origin, direction=direction, affine=affine, space=space
+            self._samples.shape, spacing=spacing, origin=origin, direction=direction, affine=affine, space=space
         )
-        sample_dtype(self._array.dtype)
+        sample_dtype(self._samples.dtype)
+
+    def _with_rescale(self, rescale: tuple[float, float]) -> Volume:
+        self._rescale = rescale
+        return self
 
     @property
     def array(self) -> Array:
-        """The samples, shape (nz, ny, nx): the array that the volume was made of."""
-        return self._array
+        """The values, shape (nz, ny, nx): the array that the volume was made of.
+
+        With a `rescale`, it is computed anew each time: read-only float32, twice or four times the memory of `samples`.
+        """
+        return self._samples if self._rescale == _IDENTITY else _values(self._samples, self._rescale)
+
+    @property
+    def samples(self) -> Array:
+        """The samples as they are in memory, shape (nz, ny, nx): with a `rescale`, not the values."""
+        return self._samples
+
+    @property
+    def rescale(self) -> tuple[float, float]:
+        """The slope and the intercept: ``value = slope * sample + intercept``; (1.0, 0.0) if samples are values.
+
+        Only `read` gives others, for samples of 8 or 16 bits whose values have a fraction, and what is made of its
+        volume. Functions of Marrow take and give values.
+        """
+        return self._rescale
 
     @property
     def spacing(self) -> NDArray[np.float64]:
@@ -150,13 +174,13 @@ class Volume:
     @property
     def shape(self) -> tuple[int, int, int]:
         """The numbers of samples (nz, ny, nx)."""
-        nz, ny, nx = self._array.shape
+        nz, ny, nx = self._samples.shape
         return nz, ny, nx
 
     @property
     def dtype(self) -> np.dtype[Any]:
-        """The type of the samples."""
-        return self._array.dtype
+        """The type of `array`."""
+        return self._samples.dtype if self._rescale == _IDENTITY else np.dtype(np.float32)
 
     @property
     def info(self) -> Optional[ScanInfo]:
@@ -183,17 +207,17 @@ class Volume:
         first = np.array([indices.start for indices in ranges])
         step = np.array([indices.step for indices in ranges])
         return Volume(
-            self._array[key],
+            self._samples[key],
             spacing=self.spacing * np.abs(step),
             origin=self.origin + self.direction @ (self.spacing * first),
             direction=self.direction * np.sign(step),
             info=self._info,
-        )
+        )._with_rescale(self._rescale)
 
     def __repr__(self) -> str:
         nz, ny, nx = self.shape
         spacing = " x ".join(f"{value:g}" for value in self.spacing)
-        return f"<marrow.Volume: {nx} x {ny} x {nz} samples of {self.dtype}, {spacing} mm>"
+        return f"<marrow.Volume: {nx} x {ny} x {nz} samples of {self._samples.dtype}, {spacing} mm>"
 
     def _repr_html_(self) -> str:
         from ._html import volume_html
@@ -202,8 +226,18 @@ class Volume:
 
     def _native(self, array: Optional[Array] = None) -> _marrow.ArrayVolume:
         """The samples, or others at their positions, for functions of C++."""
-        samples = as_samples(self._array if array is None else array)
-        return _marrow.ArrayVolume(samples, self.spacing, self.origin, self.direction)
+        samples = as_samples(self._samples if array is None else array)
+        rescale = self._rescale if array is None else _IDENTITY
+        return _marrow.ArrayVolume(samples, self.spacing, self.origin, self.direction, rescale)
+
+
+def _values(samples: Array, rescale: tuple[float, float]) -> Array:
+    slope, intercept = rescale
+    values: Array = np.empty(samples.shape, np.float32)
+    for to, of_slice in zip(values, samples):  # float64 takes the memory of a slice only
+        to[...] = slope * of_slice.astype(np.float64) + intercept
+    values.flags.writeable = False
+    return values
 
 
 def _numbers(name: str, value: Any, shape: tuple[int, ...]) -> NDArray[np.float64]:

@@ -59,7 +59,7 @@ def extract(
         A folder of OME-Zarr or Zarr that all workers can reach; an array of Zarr, which tasks read from its store; a
         Dask array; a NumPy array; or another object with ``shape``, ``dtype`` and slices that can be sent to workers.
     isovalue : float
-        In the unit of the samples.
+        In the unit of the values.
     closed, normals
         As for `marrow.extract`.
     spacing, origin, direction, affine

@@ -26,6 +26,7 @@ ScanOptions options_of(std::optional<std::string> series, std::optional<Vec3d> s
             .resample = resample,
             .volume = volume,
             .level = level,
+            .keep_stored = true,
             .threads = threads};
 }
 

@@ -64,7 +64,8 @@ std::pair<std::uint64_t, std::uint64_t> write_surface(const SliceSource& source,
 std::pair<std::uint64_t, std::uint64_t> file_to_file(const std::filesystem::path& scan,
                                                      const FileOptions& options, const py::object& progress) {
     return compute(progress, [&](const Progress& report) {
-        return write_surface(open_slices(scan, {.threads = options.threads}), options, report);
+        return write_surface(open_slices(scan, {.keep_stored = true, .threads = options.threads}), options,
+                             report);
     });
 }
 
@@ -72,10 +73,13 @@ std::pair<std::uint64_t, std::uint64_t> file_to_file(const std::filesystem::path
 // must not keep it.
 std::pair<std::uint64_t, std::uint64_t> slices_to_file(const py::function& read, const Geometry& geometry,
                                                        const py::dtype& type, std::int64_t slices_at_once,
-                                                       const FileOptions& options,
+                                                       const Rescale& rescale, const FileOptions& options,
                                                        const py::object& progress) {
-    SliceSource source{
-        geometry, sample_type_of(type), {}, slices_at_once};  // here, where the thread holds the lock
+    SliceSource source{geometry,
+                       sample_type_of(type),
+                       {},
+                       slices_at_once,
+                       rescale};  // here, where the thread holds the lock
     std::pair<std::uint64_t, std::uint64_t> size;
     run_long_work(progress, [&](const Progress& report, const CallPython& call) {
         source.read = [&](std::int64_t first, std::int64_t last, void* samples) {
@@ -106,17 +110,18 @@ void add_streaming(py::module_& module) {
         "extract_slices_to_file",
         [](const py::function& read, const std::array<std::int64_t, 3>& shape, const py::dtype& type,
            std::int64_t slices_at_once, const Vec3d& spacing, const Vec3d& origin, const Mat3d& direction,
-           double isovalue, const std::filesystem::path& path, std::size_t max_memory, bool closed,
-           bool topology, const std::string& space, int threads, const py::object& progress) {
+           const std::array<double, 2>& rescale, double isovalue, const std::filesystem::path& path,
+           std::size_t max_memory, bool closed, bool topology, const std::string& space, int threads,
+           const py::object& progress) {
             const Geometry geometry{{shape[2], shape[1], shape[0]}, spacing, origin, direction};
-            return slices_to_file(read, geometry, type, slices_at_once,
+            return slices_to_file(read, geometry, type, slices_at_once, {rescale[0], rescale[1]},
                                   {isovalue, path, max_memory, closed, topology, space_named(space), threads},
                                   progress);
         },
         py::arg("read"), py::arg("shape"), py::arg("dtype"), py::arg("slices_at_once"), py::arg("spacing"),
-        py::arg("origin"), py::arg("direction"), py::arg("isovalue"), py::arg("path"), py::kw_only(),
-        py::arg("max_memory"), py::arg("closed"), py::arg("topology"), py::arg("space"), py::arg("threads"),
-        py::arg("progress"));
+        py::arg("origin"), py::arg("direction"), py::arg("rescale"), py::arg("isovalue"), py::arg("path"),
+        py::kw_only(), py::arg("max_memory"), py::arg("closed"), py::arg("topology"), py::arg("space"),
+        py::arg("threads"), py::arg("progress"));
 }
 
 }  // namespace marrow::python

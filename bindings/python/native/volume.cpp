@@ -98,7 +98,8 @@ SampleType sample_type_of(const py::dtype& type) {
     throw InputError("samples cannot be of type " + py::str(py::handle(type)).cast<std::string>());
 }
 
-ArrayVolume::ArrayVolume(py::array array, const Geometry& placement) : array_(std::move(array)) {
+ArrayVolume::ArrayVolume(py::array array, const Geometry& placement, const Rescale& rescale)
+    : array_(std::move(array)) {
     if (array_.ndim() != 3)
         throw InputError("a volume has three axes, and the array has " + std::to_string(array_.ndim()));
     view_.type = sample_type_of(array_.dtype());
@@ -112,17 +113,20 @@ ArrayVolume::ArrayVolume(py::array array, const Geometry& placement) : array_(st
     view_.geometry = geometry_of(layout, placement);
     view_.data = layout.first;
     view_.pitch = layout.pitch(array_.itemsize());
+    view_.rescale = rescale;
     check_geometry(view_.geometry);
 }
 
 py::tuple to_python(Volume&& volume) {
     const Geometry geometry = volume.geometry();
+    const auto [slope, intercept] = volume.rescale();
     const auto [nx, ny, nz] = geometry.dims;
     auto owner = std::make_unique<Volume>(std::move(volume));
     const py::capsule capsule(owner.get(), [](void* p) { delete static_cast<Volume*>(p); });
     Volume& samples = *owner.release();
     py::array array(dtype_of(samples.type()), std::vector<py::ssize_t>{nz, ny, nx}, samples.data(), capsule);
-    return py::make_tuple(std::move(array), geometry.spacing, geometry.origin, geometry.direction);
+    return py::make_tuple(std::move(array), geometry.spacing, geometry.origin, geometry.direction,
+                          py::make_tuple(slope, intercept));
 }
 
 void add_volume(py::module_& module) {
@@ -134,10 +138,13 @@ void add_volume(py::module_& module) {
         },
         py::arg("shape"), py::arg("spacing"), py::arg("origin"), py::arg("direction"));
     py::class_<ArrayVolume>(module, "ArrayVolume")
-        .def(py::init([](py::array array, const Vec3d& spacing, const Vec3d& origin, const Mat3d& direction) {
-                 return ArrayVolume(std::move(array), Geometry{{}, spacing, origin, direction});
+        .def(py::init([](py::array array, const Vec3d& spacing, const Vec3d& origin, const Mat3d& direction,
+                         const std::array<double, 2>& rescale) {
+                 return ArrayVolume(std::move(array), Geometry{{}, spacing, origin, direction},
+                                    {rescale[0], rescale[1]});
              }),
-             py::arg("array").noconvert(), py::arg("spacing"), py::arg("origin"), py::arg("direction"))
+             py::arg("array").noconvert(), py::arg("spacing"), py::arg("origin"), py::arg("direction"),
+             py::arg("rescale") = std::array<double, 2>{1, 0})
         .def_property_readonly("is_copy", &ArrayVolume::is_copy)
         .def_property_readonly(
             "address", [](const ArrayVolume& v) { return reinterpret_cast<std::uintptr_t>(v.view().data); });

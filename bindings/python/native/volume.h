@@ -22,7 +22,7 @@ class ArrayVolume {
   public:
     /// The array is indexed [k, j, i], and `placement` is the geometry of (i, j, k); its dims do not count.
     /// \throw InputError not three axes, not a sample type in the machine's byte order, or bad geometry
-    ArrayVolume(pybind11::array array, const Geometry& placement);
+    ArrayVolume(pybind11::array array, const Geometry& placement, const Rescale& rescale);
 
     const VolumeView& view() const { return view_; }
     /// Whether the view reads a copy of the array that it was made of.
@@ -34,8 +34,8 @@ class ArrayVolume {
     bool is_copy_ = false;
 };
 
-/// A volume as the tuple (array, spacing, origin, direction). The array, indexed [k, j, i], takes the samples over; they live
-/// as long as any view of it.
+/// A volume as the tuple (array, spacing, origin, direction, rescale), where the last is (slope, intercept).
+/// The array, indexed [k, j, i], takes the samples over; they live as long as any view of it.
 pybind11::tuple to_python(Volume&& volume);
 
 }  // namespace marrow::python

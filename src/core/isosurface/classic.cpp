@@ -88,9 +88,9 @@ Mesh march(const VolumeView& volume, double isovalue, bool closed) {
 
 Mesh extract_isosurface_classic(const VolumeView& volume, double isovalue, bool closed) {
     check_volume(volume);
-    check_isovalue(isovalue);
-    return visit_sample_type(volume.type,
-                             [&](auto sample) { return march<decltype(sample)>(volume, isovalue, closed); });
+    const double sample_isovalue = checked_isovalue(isovalue, volume.rescale);
+    return visit_sample_type(
+        volume.type, [&](auto sample) { return march<decltype(sample)>(volume, sample_isovalue, closed); });
 }
 
 }  // namespace marrow

@@ -41,7 +41,7 @@ void check(const VolumeView& volume, const IsosurfaceOptions& options) {
 }
 
 // All data of an extraction except the mesh. An IsosurfaceExtractor keeps it, and with it the bits and ranges
-// that the next isovalue need not compute again.
+// that the next isovalue need not compute again. Isovalues are those of samples.
 struct Extraction {
     Extraction(const VolumeView& view, const IsosurfaceOptions& extraction_options, bool keep_ranges)
         : volume(view),
@@ -218,13 +218,13 @@ void run(const VolumeView& volume, int threads, const Work& work) {
 Mesh extract_isosurface(const VolumeView& volume, double isovalue, const IsosurfaceOptions& options,
                         IsosurfaceStats* stats) {
     check(volume, options);
-    check_isovalue(isovalue);
+    const double sample_isovalue = checked_isovalue(isovalue, volume.rescale);
     Mesh mesh;
     if (stats != nullptr) *stats = {};
     if (!has_cells(volume.geometry, options.closed)) return mesh;
     run(volume, options.threads, [&] {
         Extraction extraction(volume, options, false);
-        extract(extraction, isovalue, mesh, stats);
+        extract(extraction, sample_isovalue, mesh, stats);
     });
     return mesh;
 }
@@ -259,7 +259,7 @@ IsosurfaceExtractor::IsosurfaceExtractor(IsosurfaceExtractor&&) noexcept = defau
 IsosurfaceExtractor& IsosurfaceExtractor::operator=(IsosurfaceExtractor&&) noexcept = default;
 
 void IsosurfaceExtractor::extract(double isovalue, Mesh& mesh, int level, IsosurfaceStats* stats) {
-    check_isovalue(isovalue);
+    const double sample_isovalue = checked_isovalue(isovalue, impl_->levels[0]->extraction.volume.rescale);
     check_level(level);
     const auto index = static_cast<std::size_t>(level);
     auto& levels = impl_->levels;
@@ -276,7 +276,7 @@ void IsosurfaceExtractor::extract(double isovalue, Mesh& mesh, int level, Isosur
         }
         Impl::Level& l = *levels[index];
         if (has_cells(l.extraction.volume.geometry, impl_->options.closed))
-            marrow::extract(l.extraction, isovalue, mesh, stats);
+            marrow::extract(l.extraction, sample_isovalue, mesh, stats);
     });
 }
 

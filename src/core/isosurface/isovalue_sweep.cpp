@@ -22,13 +22,16 @@ using namespace internal;
 
 namespace {
 
-void check(const VolumeView& volume, std::span<const double> isovalues) {
+// The isovalues as samples.
+std::vector<double> checked_isovalues(const VolumeView& volume, std::span<const double> isovalues) {
     check_volume(volume);
+    std::vector<double> samples;
     for (std::size_t i = 0; i < isovalues.size(); ++i) {
-        check_isovalue(isovalues[i]);
+        samples.push_back(checked_isovalue(isovalues[i], volume.rescale));
         if (i > 0 && !(isovalues[i - 1] < isovalues[i]))
             throw InputError("the isovalues of a sweep must ascend");
     }
+    return samples;
 }
 
 template <class T>
@@ -85,7 +88,8 @@ void measure_cells(const VolumeView& volume, std::span<const double> isovalues,
     }
 }
 
-void count_components(const VolumeView& volume, std::span<SweepSample> samples, Stage& stage) {
+void count_components(const VolumeView& volume, std::span<const double> isovalues,
+                      std::span<SweepSample> samples, Stage& stage) {
     struct Counting {
         explicit Counting(const std::array<std::int64_t, 3>& dims) : bits(dims, ClosedSides::all(true)) {}
         InsideBits bits;
@@ -96,7 +100,7 @@ void count_components(const VolumeView& volume, std::span<SweepSample> samples, 
         std::optional<Counting>& own = counting_of_threads.local();
         if (!own) own.emplace(volume.geometry.dims);
         for (std::int64_t z = 0; z < own->bits.nz; ++z)
-            classify_slice(volume, samples[k].isovalue, z, own->bits, nullptr);
+            classify_slice(volume, isovalues[k], z, own->bits, nullptr);
         samples[k].components = own->counter.count(own->bits);
         stage.step();
     });
@@ -122,7 +126,7 @@ void measure_surfaces(const VolumeView& volume, std::span<SweepSample> samples, 
 
 std::vector<SweepSample> sweep_isovalues(const VolumeView& volume, std::span<const double> isovalues,
                                          const SweepOptions& options) {
-    check(volume, isovalues);
+    const std::vector<double> sample_isovalues = checked_isovalues(volume, isovalues);
     std::vector<SweepSample> samples(isovalues.size());
     for (std::size_t k = 0; k < isovalues.size(); ++k) samples[k].isovalue = isovalues[k];
     if (!has_cells(volume.geometry, true)) return samples;
@@ -137,11 +141,11 @@ std::vector<SweepSample> sweep_isovalues(const VolumeView& volume, std::span<con
         Levels levels(volume.geometry.dims);
         for (std::size_t first = 0; first < isovalues.size(); first += Levels::kMost) {
             const std::size_t size = std::min(Levels::kMost, isovalues.size() - first);
-            measure_cells(volume, isovalues.subspan(first, size), std::span(samples).subspan(first, size),
-                          levels, cells);
+            measure_cells(volume, std::span(sample_isovalues).subspan(first, size),
+                          std::span(samples).subspan(first, size), levels, cells);
         }
         Stage components(options.progress, 0.6, 1, samples.size());
-        count_components(volume, samples, components);
+        count_components(volume, sample_isovalues, samples, components);
     });
     return samples;
 }

@@ -326,6 +326,7 @@ void emit(Slabs& s, const Pyramids& pyramids, const SurfaceSink& sink) {
 void check(const SliceSource& source, const SurfaceSink& sink, const SlabLimits& limits,
            const IsosurfaceOptions& options) {
     check_geometry(source.geometry);
+    check_rescale(source.rescale);
     if (!source.read || !sink.begin || !sink.part)
         throw InputError("extraction in slabs: a function of the source or the sink is missing");
     if (source.slices_at_once < 1) throw InputError("extraction in slabs: slices_at_once must be at least 1");
@@ -340,13 +341,13 @@ void extract_isosurface_in_slabs(const SliceSource& source, double isovalue, con
                                  const SlabLimits& limits, const IsosurfaceOptions& options,
                                  IsosurfaceStats* stats) {
     check(source, sink, limits, options);
-    check_isovalue(isovalue);
+    const double sample_isovalue = checked_isovalue(isovalue, source.rescale);
     if (stats != nullptr) *stats = {};
     if (!has_cells(source.geometry, options.closed)) return sink.begin(0, 0, options.normals);
 
     try {
         with_threads(options.threads, [&] {
-            Slabs slabs(source, isovalue, sink, limits, options);
+            Slabs slabs(source, sample_isovalue, sink, limits, options);
             const Pyramids pyramids = count(slabs);
             check_point_count(pyramids.points.total());
             slabs.check_memory(most_output_bytes(slabs, pyramids));

@@ -62,12 +62,12 @@ Buffer<std::uint64_t> keys_of(const PartPasses& passes, const PartExtent& extent
 PartSurface extract_part(const VolumeView& part, const std::array<std::int64_t, 3>& whole, double isovalue,
                          const IsosurfaceOptions& options) {
     PartSurface surface{extent_of(part, whole, options), {}, {}};
-    check_isovalue(isovalue);
+    const double sample_isovalue = checked_isovalue(isovalue, part.rescale);
     check_key_range(surface.extent.whole);
     if (!has_cells(surface.extent)) return surface;
     try {
         with_threads(options.threads, [&] {
-            const PartPasses passes(part, surface.extent, isovalue, options);
+            const PartPasses passes(part, surface.extent, sample_isovalue, options);
             surface.mesh = passes.emit();
             surface.keys = keys_of(passes, surface.extent, surface.mesh.points.size());
         });

@@ -297,7 +297,7 @@ PartCounts count_part(const VolumeView& part, const std::array<std::int64_t, 3>&
     IsosurfaceOptions options = given_options;
     options.normals = false;  // which would need more samples
     PartCounts counts{extent_of(part, whole, options), {}, {}};
-    check_isovalue(isovalue);
+    const double sample_isovalue = checked_isovalue(isovalue, part.rescale);
     const PartExtent& extent = counts.extent;
     const std::size_t rows = size(extent.owned(1) * extent.owned(2));
     counts.points.resize(3 * rows);
@@ -305,7 +305,7 @@ PartCounts count_part(const VolumeView& part, const std::array<std::int64_t, 3>&
     if (!has_cells(extent)) return counts;
     try {
         with_threads(options.threads, [&] {
-            const PartPasses passes(part, extent, isovalue, options);
+            const PartPasses passes(part, extent, sample_isovalue, options);
             std::size_t to = 0;
             for (std::int64_t z = 0; z < extent.owned(2); ++z) {
                 for (std::int64_t y = 0; y < extent.owned(1); ++y, ++to) {
@@ -348,7 +348,7 @@ NumberedPart extract_numbered_part(const VolumeView& part, const PartNumbers& nu
                                    const IsosurfaceOptions& options) {
     std::array<std::int64_t, 3> whole = numbers.extent.whole;
     for (std::int64_t& n : whole) n -= options.closed ? 2 : 0;
-    check_isovalue(isovalue);
+    const double sample_isovalue = checked_isovalue(isovalue, part.rescale);
     const PartExtent extent = extent_of(part, whole, options);
     const std::size_t rows = size(extent.dims[1] * extent.dims[2]);
     if (extent != numbers.extent || numbers.points.size() != 3 * rows || numbers.triangles.size() != rows)
@@ -360,7 +360,7 @@ NumberedPart extract_numbered_part(const VolumeView& part, const PartNumbers& nu
             CellsBefore before{};
             for (std::size_t a = 0; options.normals && a < 3; ++a) before[a] = part.first[a] > 0 ? 1 : 0;
             const VolumeView view = enlarged(part, before, {});
-            const PartPasses passes(view, with_cells_before(extent, before), isovalue, options);
+            const PartPasses passes(view, with_cells_before(extent, before), sample_isovalue, options);
             result.mesh = passes.emit();
             number_points(passes, numbers, before, result);
             number_triangles(passes, numbers, before, result);

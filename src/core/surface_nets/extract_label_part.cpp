@@ -124,6 +124,7 @@ LabelPart::Surface own_surface(const Mesh& mesh, const Buffer<std::uint32_t>& ne
 
 void check(const VolumeView& part, const std::array<std::int64_t, 3>& whole, const LabelOptions& options) {
     check_volume(part);
+    check_not_rescaled(part);
     check_label_options(options);
     Geometry geometry = part.geometry;
     geometry.dims = whole;

@@ -54,6 +54,7 @@ void count_runs(const T* begin, const T* end, LabelCounts& counts) {
 
 std::vector<LabelSurface> extract_labels(const VolumeView& map, const LabelOptions& options) {
     check_volume(map);
+    check_not_rescaled(map);
     check_label_options(options);
     std::vector<LabelSurface> surfaces;
     if (!has_cells(map.geometry, true)) return surfaces;
@@ -64,6 +65,7 @@ std::vector<LabelSurface> extract_labels(const VolumeView& map, const LabelOptio
 
 std::map<std::int64_t, std::int64_t> count_labels(const VolumeView& map, const LabelCountOptions& options) {
     check_volume(map);
+    check_not_rescaled(map);
     const std::int64_t rows = map.geometry.dims[1], slices = map.geometry.dims[2];
     Stage stage(options.progress, 0, 1, static_cast<std::size_t>(slices));
     PerThread<LabelCounts> counts_of_thread;

@@ -34,6 +34,14 @@ struct WindowValues {
         append(slice_differences, other.slice_differences);
         append(laplacians, other.laplacians);
     }
+
+    // From the unit of samples to that of values.
+    void scale(double slope) {
+        if (slope == 1) return;
+        for (std::vector<double>* differences : {&deviations, &slice_differences, &laplacians}) {
+            for (double& difference : *differences) difference *= slope;
+        }
+    }
 };
 
 // The middle of the shortest interval that contains a fifth of the values. It is the mode, also where larger values
@@ -147,7 +155,8 @@ NoiseEstimate estimate_noise(const VolumeView& volume, const NoiseOptions& optio
     const std::int64_t stride = slice_stride(dims);
     const VolumeView read = some_slices(volume, stride);
     constexpr std::int64_t kSparser = 4;  // the border between two classes needs fewer samples
-    const double lowest = tissue_begin(some_slices(volume, stride * kSparser));
+    const Rescale& rescale = volume.rescale;
+    const double lowest = rescale.sample(tissue_begin(some_slices(volume, stride * kSparser)));
     std::vector<WindowValues> by_slice(static_cast<std::size_t>(read.geometry.dims[2]));
     with_threads(options.threads, [&] {
         Stage stage(options.progress, 0, 1, by_slice.size());
@@ -162,6 +171,7 @@ NoiseEstimate estimate_noise(const VolumeView& volume, const NoiseOptions& optio
     });
     WindowValues all;
     for (const WindowValues& values : by_slice) all.append(values);
+    all.scale(rescale.slope);
     return estimate(all);
 }
 

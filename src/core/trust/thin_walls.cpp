@@ -267,16 +267,18 @@ void restore(const VolumeView& volume, double isovalue, const RidgeSample& ridge
 ThinWalls find_thin_walls(const VolumeView& volume, double isovalue, MeshView surface,
                           const ThinWallOptions& options) {
     check_volume(volume);
-    check_isovalue(isovalue);
+    const double sample_isovalue = checked_isovalue(isovalue, volume.rescale);
     const double noise =
         options.noise
             ? *options.noise
             : estimate_noise(volume, {options.threads, sub_progress(options.progress, 0, 0.5)}).sigma;
+    const double sample_noise = noise / volume.rescale.slope;
     ThinWalls found;
     try {
         with_threads(options.threads, [&] {
-            visit_sample_type(
-                volume.type, [&]<class T>(T) { found = find<T>(volume, isovalue, noise, surface, options); });
+            visit_sample_type(volume.type, [&]<class T>(T) {
+                found = find<T>(volume, sample_isovalue, sample_noise, surface, options);
+            });
         });
     } catch (const std::bad_alloc&) {
         throw_out_of_memory(volume.geometry);
@@ -286,12 +288,12 @@ ThinWalls find_thin_walls(const VolumeView& volume, double isovalue, MeshView su
 
 Volume restore_thin_walls(const VolumeView& volume, double isovalue, const ThinWalls& walls) {
     check_volume(volume);
-    check_isovalue(isovalue);
+    const double sample_isovalue = checked_isovalue(isovalue, volume.rescale);
     Volume result =
         crop(volume, {0, 0, 0},
              {volume.geometry.dims[0] - 1, volume.geometry.dims[1] - 1, volume.geometry.dims[2] - 1});
     visit_sample_type(volume.type, [&]<class T>(T) {
-        for (const RidgeSample& ridge : walls.samples) restore<T>(volume, isovalue, ridge, result);
+        for (const RidgeSample& ridge : walls.samples) restore<T>(volume, sample_isovalue, ridge, result);
     });
     return result;
 }

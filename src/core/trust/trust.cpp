@@ -150,7 +150,7 @@ TrustReport report_trust(const VolumeView& volume, std::span<const Vec3f> points
                     if (!within[i]) continue;
                     for (std::size_t a = 0; a < 3; ++a)
                         index[a] = std::clamp(index[a], 0.0, static_cast<double>(geometry.dims[a] - 1));
-                    const Vec3d g = interpolant.gradient(index);
+                    const Vec3d g = volume.rescale.slope * interpolant.gradient(index);
                     // Gradients are covectors: the transposed inverse maps them to physical space.
                     const double slope = length({dot(column(to_index, 0), g), dot(column(to_index, 1), g),
                                                  dot(column(to_index, 2), g)});

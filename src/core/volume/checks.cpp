@@ -39,15 +39,28 @@ void check_extent(const VolumeView& volume) {
 
 }  // namespace
 
+void check_rescale(const Rescale& rescale) {
+    if (!(rescale.slope >= std::numeric_limits<float>::min()) || !std::isfinite(rescale.slope) ||
+        !std::isfinite(rescale.intercept))
+        throw InputError("volume: the slope of its rescale is not positive, or a number of it is not finite");
+}
+
 void check_volume(const VolumeView& volume) {
     check_geometry(volume.geometry);
+    check_rescale(volume.rescale);
     if (volume.geometry.sample_count() > 0) check_extent(volume);
     if (volume.data == nullptr && volume.geometry.sample_count() > 0)
         throw InputError("volume: the pointer to its samples is null");
 }
 
-void check_isovalue(double isovalue) {
+void check_not_rescaled(const VolumeView& map) {
+    if (!map.rescale.is_identity())
+        throw InputError("the samples of a label map are its labels: this volume rescales its samples");
+}
+
+double checked_isovalue(double isovalue, const Rescale& rescale) {
     if (!std::isfinite(isovalue)) throw InputError("the isovalue is not a finite number");
+    return rescale.sample(isovalue);
 }
 
 void check_point_count(std::uint64_t points) {

@@ -142,8 +142,8 @@ Taps cubic_taps(std::int64_t n, double step) {
     return taps;
 }
 
-// Converts the samples to float, or to double where float cannot hold them, calls filter(samples, geometry),
-// and returns its result as a volume.
+// Converts the samples to their values, as float, or as double where float cannot hold samples, calls
+// filter(values, geometry), and returns its result as a volume.
 template <class Filter>
 Volume in_floating_point(const VolumeView& volume, int threads, Filter filter) {
     Volume result;
@@ -154,11 +154,13 @@ Volume in_floating_point(const VolumeView& volume, int threads, Filter filter) {
             const std::size_t count =
                 checked_size(static_cast<std::uint64_t>(volume.geometry.sample_count()), sizeof(A));
             const Dims& dims = volume.geometry.dims;
+            const Rescale rescale = volume.rescale;
             Buffer<A> samples(count);
             parallel_for(std::int64_t{0}, dims[1] * dims[2], [&](std::int64_t row) {
                 const T* const in = row_of<T>(volume, row % dims[1], row / dims[1]);
                 for (std::int64_t x = 0; x < dims[0]; ++x)
-                    samples[static_cast<std::size_t>(row * dims[0] + x)] = static_cast<A>(in[x]);
+                    samples[static_cast<std::size_t>(row * dims[0] + x)] =
+                        static_cast<A>(rescale.value(static_cast<double>(in[x])));
             });
             Geometry geometry = volume.own_geometry();
             samples = filter(std::move(samples), geometry);
@@ -217,6 +219,7 @@ Volume crop(const VolumeView& volume, const Dims& first, const Dims& last) {
     cropped.origin = g.physical(
         {static_cast<double>(first[0]), static_cast<double>(first[1]), static_cast<double>(first[2])});
     Volume result(cropped, volume.type);
+    result.set_rescale(volume.rescale);
     const std::size_t size = sample_size(volume.type);
     const auto* from = static_cast<const std::byte*>(volume.data);
     const auto offset = [&](std::int64_t y, std::int64_t z) {
@@ -265,6 +268,7 @@ Volume median_filter(const VolumeView& volume, int radius, const FilterOptions& 
     if (radius < 1 || radius > 16) throw InputError("median: the radius must lie between 1 and 16 samples");
     const Dims& dims = volume.geometry.dims;
     Volume result(volume.own_geometry(), volume.type);
+    result.set_rescale(volume.rescale);  // larger samples have larger values
     with_threads(options.threads, [&] {
         visit_sample_type(volume.type, [&]<class T>(T) {
             // A slice with a large window takes long. Work is divided by rows, so that it can be cancelled

@@ -14,6 +14,7 @@
 namespace marrow {
 namespace {
 
+// Bins samples, which has the same result as binning their values. `lower` and `upper` are samples.
 template <class T>
 Histogram count_samples(const VolumeView& volume, int bins, std::optional<double> padding) {
     const auto for_each_sample = [&](const auto& f) {
@@ -25,8 +26,11 @@ Histogram count_samples(const VolumeView& volume, int bins, std::optional<double
             }
         }
     };
-    const auto is_padding = [padding](T sample) {
-        return padding && static_cast<double>(sample) == *padding;
+    // Values that became float32 are equal to the padding if they are the nearest to it.
+    using Compared = std::conditional_t<std::is_same_v<T, float>, float, double>;
+    const auto is_padding = [padding, &rescale = volume.rescale](T sample) {
+        return padding && static_cast<Compared>(rescale.value(static_cast<double>(sample))) ==
+                              static_cast<Compared>(*padding);
     };
     T lower = std::numeric_limits<T>::max();
     T upper = std::numeric_limits<T>::lowest();
@@ -99,8 +103,12 @@ bool has_two_values(const Histogram& histogram) {
 Histogram histogram(const VolumeView& volume, int bins, std::optional<double> padding) {
     internal::check_volume(volume);
     if (bins < 2) throw InputError("a histogram needs at least 2 bins");
-    return visit_sample_type(volume.type,
-                             [&]<class T>(T) { return count_samples<T>(volume, bins, padding); });
+    Histogram result =
+        visit_sample_type(volume.type, [&]<class T>(T) { return count_samples<T>(volume, bins, padding); });
+    if (result.counts.empty()) return result;
+    result.lower = volume.rescale.value(result.lower);
+    result.upper = volume.rescale.value(result.upper);
+    return result;
 }
 
 double otsu_isovalue(const Histogram& histogram) {

@@ -96,7 +96,7 @@ void check_geometry(const Geometry& g) {
 }
 
 VolumeView::VolumeView(const Volume& volume)
-    : geometry(volume.geometry()), type(volume.type()), data(volume.data()) {}
+    : geometry(volume.geometry()), type(volume.type()), data(volume.data()), rescale(volume.rescale()) {}
 
 Geometry VolumeView::own_geometry() const {
     Geometry own = geometry;
@@ -146,6 +146,11 @@ void Volume::set_geometry(const Geometry& geometry) {
     check_geometry(geometry);
     if (geometry.dims != geometry_.dims) throw InputError("volume: set_geometry cannot change the dims");
     geometry_ = geometry;
+}
+
+void Volume::set_rescale(const Rescale& rescale) {
+    internal::check_rescale(rescale);
+    rescale_ = rescale;
 }
 
 }  // namespace marrow

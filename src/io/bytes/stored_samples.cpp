@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <type_traits>
 
 #include <marrow/error.h>
@@ -23,7 +24,7 @@ void swap_words(void* data, std::size_t count, Swap&& swap) {
 }
 
 template <class S, class T>
-void convert(const S* from, T* to, std::size_t count, const SampleScale& scale,
+void convert(const S* from, T* to, std::size_t count, const Rescale& rescale,
              const std::filesystem::path& path) {
     constexpr bool kMayRound = std::is_integral_v<S> && sizeof(S) == 8;
     for (std::size_t i = 0; i < count; ++i) {
@@ -35,7 +36,7 @@ void convert(const S* from, T* to, std::size_t count, const SampleScale& scale,
                                  "convert the file to a smaller type");
             }
         }
-        to[i] = static_cast<T>(scale.slope * value + scale.intercept);
+        to[i] = static_cast<T>(rescale.slope * value + rescale.intercept);
     }
 }
 
@@ -67,14 +68,22 @@ void to_native_order(void* samples, std::size_t count, StoredType type, bool big
         swap_words<std::uint64_t>(samples, count, [](std::uint64_t w) { return __builtin_bswap64(w); });
 }
 
-bool is_loaded_as_stored(StoredType type, const SampleScale& scale) {
-    return scale.is_identity() && type != StoredType::uint32 && type != StoredType::uint64 &&
+bool can_be_kept(const Rescale& rescale) {
+    const auto has_fraction = [](double number) { return number != std::floor(number); };
+    return rescale.slope >= std::numeric_limits<float>::min() && std::isfinite(rescale.slope) &&
+           std::isfinite(rescale.intercept) &&
+           (has_fraction(rescale.slope) || has_fraction(rescale.intercept));
+}
+
+bool is_loaded_as_stored(StoredType type, const Rescale& rescale) {
+    return rescale.is_identity() && type != StoredType::uint32 && type != StoredType::uint64 &&
            type != StoredType::int64;
 }
 
-SampleType loaded_type(StoredType type, const SampleScale& scale) {
+SampleType loaded_type(StoredType type, const Rescale& rescale) {
     const bool exact_as_float = stored_size(type) <= 2 || type == StoredType::float32;
-    if (!is_loaded_as_stored(type, scale)) return exact_as_float ? SampleType::float32 : SampleType::float64;
+    if (!is_loaded_as_stored(type, rescale))
+        return exact_as_float ? SampleType::float32 : SampleType::float64;
     return with_stored_type(type, []<class T>(T) {
         if constexpr (std::is_integral_v<T> && (sizeof(T) == 8 || std::is_same_v<T, std::uint32_t>))
             return SampleType::float64;  // never loaded as stored
@@ -83,14 +92,14 @@ SampleType loaded_type(StoredType type, const SampleScale& scale) {
     });
 }
 
-void load_samples(const void* from, void* to, std::size_t count, StoredType type, const SampleScale& scale,
+void load_samples(const void* from, void* to, std::size_t count, StoredType type, const Rescale& rescale,
                   const std::filesystem::path& path) {
-    const bool narrow = loaded_type(type, scale) == SampleType::float32;
+    const bool narrow = loaded_type(type, rescale) == SampleType::float32;
     with_stored_type(type, [&]<class S>(S) {
         if (narrow)
-            convert(static_cast<const S*>(from), static_cast<float*>(to), count, scale, path);
+            convert(static_cast<const S*>(from), static_cast<float*>(to), count, rescale, path);
         else
-            convert(static_cast<const S*>(from), static_cast<double*>(to), count, scale, path);
+            convert(static_cast<const S*>(from), static_cast<double*>(to), count, rescale, path);
     });
 }
 

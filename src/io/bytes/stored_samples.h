@@ -58,24 +58,20 @@ std::size_t stored_size(StoredType type);
 /// Reverses the bytes of each sample unless they are in this machine's order.
 void to_native_order(void* samples, std::size_t count, StoredType type, bool big_endian);
 
-/// How samples become those of a Volume: value = slope * stored + intercept.
-struct SampleScale {
-    double slope = 1;
-    double intercept = 0;
+/// Whether a Volume can keep stored samples and rescale them itself: their values have a fraction, and are in
+/// the order of the samples.
+bool can_be_kept(const Rescale& rescale);
 
-    bool is_identity() const { return slope == 1 && intercept == 0; }
-};
-
-/// The type of the samples in memory: as stored, or float32 if they are scaled. It is float64 if float32
+/// The type of the samples in memory: as stored, or float32 if they are rescaled. It is float64 if float32
 /// would not be exact, and for types that a Volume lacks.
-SampleType loaded_type(StoredType type, const SampleScale& scale);
+SampleType loaded_type(StoredType type, const Rescale& rescale);
 
 /// Whether samples in memory are the stored ones, in native order.
-bool is_loaded_as_stored(StoredType type, const SampleScale& scale);
+bool is_loaded_as_stored(StoredType type, const Rescale& rescale);
 
 /// Converts samples in native order to loaded_type(). `path` names the file in errors.
 /// \throw InputError a 64-bit sample is not exact as float64
-void load_samples(const void* from, void* to, std::size_t count, StoredType type, const SampleScale& scale,
+void load_samples(const void* from, void* to, std::size_t count, StoredType type, const Rescale& rescale,
                   const std::filesystem::path& path);
 
 }  // namespace marrow::internal::io

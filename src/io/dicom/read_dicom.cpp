@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <type_traits>
 
@@ -14,6 +15,7 @@
 
 #include "base/parallel.h"
 #include "file.h"
+#include "io/bytes/stored_samples.h"
 #include "io/bytes/text.h"
 #include "io/scan/parallel_slices.h"
 #include "segmentation.h"
@@ -22,12 +24,6 @@
 namespace marrow::internal::io {
 
 namespace {
-
-struct Rescale {
-    double slope, intercept;
-
-    friend bool operator==(const Rescale&, const Rescale&) = default;
-};
 
 Rescale rescale_of(const DicomSlice& s) {
     const Rescale r{s.frame().slope.value_or(1), s.frame().intercept.value_or(0)};
@@ -88,20 +84,32 @@ void drop_duplicates(DicomStack& stack, std::vector<std::string>& warnings, cons
         stack.slices.erase(stack.slices.begin() + static_cast<std::ptrdiff_t>(*i));
 }
 
-// Rescales to int16, computing in the type of `slope`. Returns false if a value does not fit.
-template <class Wide>
-bool rescale(const std::int32_t* from, std::size_t count, Wide slope, Wide intercept, std::int16_t* to) {
-    std::make_unsigned_t<Wide> beyond = 0;
+// Rescales to 16 bits, computing in the type of `slope`. Returns false if a value does not fit.
+template <class T, class Wide>
+bool rescale(const std::int32_t* from, std::size_t count, Wide slope, Wide intercept, T* to) {
+    using Unsigned = std::make_unsigned_t<Wide>;
+    constexpr auto kLowest = static_cast<Unsigned>(std::numeric_limits<T>::lowest());
+    Unsigned beyond = 0;
     for (std::size_t i = 0; i < count; ++i) {
         const Wide value = slope * from[i] + intercept;
-        to[i] = static_cast<std::int16_t>(value);
-        beyond |= (static_cast<std::make_unsigned_t<Wide>>(value) + 32768) >> 16;
+        to[i] = static_cast<T>(value);
+        beyond |= (static_cast<Unsigned>(value) - kLowest) >> 16;
     }
     return beyond == 0;
 }
 
-// Decodes the slices into `volume` and reports progress from `begin` to 1. If the volume is int16 and a value
-// does not fit, it stops and returns the progress so far.
+// Rescales to 16 bits with whole numbers. Returns false if a value does not fit.
+template <class T>
+bool rescale(const std::int32_t* from, std::size_t count, const Rescale& by, int bits_stored, T* to) {
+    const auto m = static_cast<std::int64_t>(by.slope), b = static_cast<std::int64_t>(by.intercept);
+    // 32 bits are faster; they hold 2^14 * 2^16 + 10^9.
+    if (bits_stored <= 16 && std::abs(m) <= 1 << 14)
+        return rescale(from, count, static_cast<std::int32_t>(m), static_cast<std::int32_t>(b), to);
+    return rescale(from, count, m, b, to);
+}
+
+// Decodes the slices into `volume` and reports progress from `begin` to 1. If the volume has 16 bits and a
+// value does not fit, it stops and returns the progress so far.
 std::optional<double> load_slices(const DicomStack& stack, const ScanOptions& options, double begin,
                                   Volume& volume) {
     // A file with many frames is decoded once.
@@ -124,26 +132,39 @@ std::optional<double> load_slices(const DicomStack& stack, const ScanOptions& op
         const std::int32_t* stored = decode_dicom(*files[i].first, workspaces.local(), step);
         for (const std::size_t k : files[i].second) {
             const DicomSlice& slice = stack.slices[k];
-            const auto [slope, intercept] = rescale_of(slice);
+            // A volume with a rescale keeps what is stored.
+            const Rescale by = volume.rescale().is_identity() ? rescale_of(slice) : Rescale{};
             const std::int32_t* from = stored + slice.index * area;
+            const int bits = slice.file->bits_stored;
             if (volume.type() == SampleType::float32) {
                 float* to = volume.samples<float>() + k * area;
                 for (std::size_t j = 0; j < area; ++j)
-                    to[j] = static_cast<float>(slope * from[j] + intercept);
+                    to[j] = static_cast<float>(by.slope * from[j] + by.intercept);
+            } else if (volume.type() == SampleType::int16) {
+                if (!rescale(from, area, by, bits, volume.samples<std::int16_t>() + k * area)) fits = false;
             } else {
-                std::int16_t* to = volume.samples<std::int16_t>() + k * area;
-                const auto m = static_cast<std::int64_t>(slope), b = static_cast<std::int64_t>(intercept);
-                // 32 bits are faster; they hold 2^14 * 2^16 + 10^9.
-                const bool narrow = slice.file->bits_stored <= 16 && std::abs(m) <= 1 << 14;
-                const bool all_fit = narrow ? rescale(from, area, static_cast<std::int32_t>(m),
-                                                      static_cast<std::int32_t>(b), to)
-                                            : rescale(from, area, m, b, to);
-                if (!all_fit) fits = false;
+                if (!rescale(from, area, by, bits, volume.samples<std::uint16_t>() + k * area)) fits = false;
             }
         }
     });
     if (fits) return {};
     return reached;
+}
+
+// The 16-bit type that can hold what the slices store, if they all have the same rescale and it can be kept.
+std::optional<SampleType> kept_type(const DicomStack& stack) {
+    const Rescale common = rescale_of(stack.slices[0]);
+    if (!can_be_kept(common)) return {};
+    bool fit_int16 = true, fit_uint16 = true;
+    for (const DicomSlice& slice : stack.slices) {
+        if (rescale_of(slice) != common) return {};
+        const DicomFile& file = *slice.file;
+        fit_int16 &= file.bits_stored <= (file.is_signed ? 16 : 15);
+        fit_uint16 &= file.bits_stored <= 16 && !file.is_signed;
+    }
+    if (fit_int16) return SampleType::int16;
+    if (fit_uint16) return SampleType::uint16;
+    return {};
 }
 
 // Interpolates linearly between slices at `positions`, which are fractional indices along the third axis of
@@ -454,8 +475,12 @@ Volume read_dicom(const DicomInput& input, const ScanOptions& options, ScanInfo&
     Geometry as_stored = stack_geometry.geometry;
     as_stored.dims[2] = static_cast<std::int64_t>(stack.slices.size());
     double begin = kHeadersDone;
-    if (integral) {
-        Volume volume(as_stored, SampleType::int16);
+    // Between uneven slices, values are interpolated.
+    const bool may_keep = options.keep_stored && stack_geometry.uneven.empty();
+    const std::optional<SampleType> kept = may_keep ? kept_type(stack) : std::nullopt;
+    if (integral || kept) {
+        Volume volume(as_stored, kept.value_or(SampleType::int16));
+        if (kept) volume.set_rescale(rescale_of(stack.slices[0]));
         const std::optional<double> reached = load_slices(stack, options, begin, volume);
         info.padding = padding_of(stack, volume.type());
         if (!reached) return resampled_if_uneven(std::move(volume), stack_geometry);

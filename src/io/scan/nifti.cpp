@@ -223,8 +223,8 @@ RawImage read_nifti_header(const std::filesystem::path& given, std::optional<std
     if (header.slope != 0 && !std::isnan(header.slope)) {
         if (!std::isfinite(header.slope) || !std::isfinite(header.intercept))
             header.refuse("scl_slope or scl_inter is not finite");
-        image.scale.slope = header.slope;
-        image.scale.intercept = header.intercept;
+        image.rescale.slope = header.slope;
+        image.rescale.intercept = header.intercept;
     }
 
     image.files = {header.pair ? partner(header.path, ".img") : header.path};

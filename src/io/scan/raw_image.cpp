@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include <marrow/error.h>
 
@@ -55,14 +56,14 @@ void read_samples(ByteStream& stream, const RawImage& image, std::size_t count, 
     constexpr std::size_t kChunkSamples = std::size_t{1} << 20;
     const SampleType type = loaded_type(image);
     const std::size_t stored = stored_size(image.type);
-    const bool as_stored = is_loaded_as_stored(image.type, image.scale);
+    const bool as_stored = is_loaded_as_stored(image.type, image.rescale);
     std::vector<std::byte> chunk(as_stored ? 0 : std::min(count, kChunkSamples) * stored);
     while (count > 0) {
         const std::size_t n = std::min(count, kChunkSamples);
         std::byte* to = as_stored ? out : chunk.data();
         stream.read(to, n * stored);
         to_native_order(to, n, image.type, image.big_endian);
-        if (!as_stored) load_samples(to, out, n, image.type, image.scale, image.files[0]);
+        if (!as_stored) load_samples(to, out, n, image.type, image.rescale, image.files[0]);
         out += n * sample_size(type);
         count -= n;
         done(n);
@@ -88,7 +89,12 @@ void set_columns(Geometry& geometry, const Mat3d& m) {
 }
 
 SampleType loaded_type(const RawImage& image) {
-    return loaded_type(image.type, image.scale);
+    return loaded_type(image.type, image.rescale);
+}
+
+void keep_stored(RawImage& image) {
+    if (stored_size(image.type) <= 2 && can_be_kept(image.rescale))
+        image.kept = std::exchange(image.rescale, Rescale{});
 }
 
 void check_claims(const RawImage& image) {
@@ -120,6 +126,7 @@ void choose_volume(RawImage& image, double count, std::optional<std::int64_t> vo
 Volume load_raw(const RawImage& image, const Progress& progress) {
     const std::uint64_t file_bytes = checked_file_bytes(image);
     Volume volume(image.geometry, loaded_type(image));
+    volume.set_rescale(image.kept);
     const std::size_t kept = sample_size(volume.type());
     const std::size_t total = volume.bytes() / kept;
     const std::size_t in_file = checked_size(file_bytes / stored_size(image.type));
@@ -164,7 +171,7 @@ SliceSource raw_slices(const RawImage& image) {
             at += count;
         }
     };
-    return {image.geometry, loaded_type(image), read};
+    return {.geometry = image.geometry, .type = loaded_type(image), .read = read, .rescale = image.kept};
 }
 
 }  // namespace marrow::internal::io

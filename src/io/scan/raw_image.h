@@ -28,7 +28,8 @@ struct RawImage {
     std::int64_t data_offset = 0;  ///< bytes before the samples, after decompression
     std::int64_t volumes = 1;      ///< number of volumes, one after the other
     std::int64_t volume = 0;       ///< index of the volume to read
-    SampleScale scale;
+    Rescale rescale;               ///< to apply while reading
+    Rescale kept;                  ///< to leave to the volume; the other one is then the identity
     std::vector<std::string> warnings;
 };
 
@@ -44,6 +45,9 @@ void choose_volume(RawImage& image, double count, std::optional<std::int64_t> vo
 
 /// \throw InputError the files are smaller than the header claims
 void check_claims(const RawImage& image);
+
+/// Leaves the rescale to the volume if 8 or 16 bits are then kept instead of becoming float32.
+void keep_stored(RawImage& image);
 
 /// Reads the samples, with the type of loaded_type().
 /// \throw InputError the files are smaller than the header claims, before memory is allocated; IoError;
