@@ -72,7 +72,7 @@ std::vector<std::uint8_t> chunks_without_surface(const VolumeView& part,
     IsosurfaceOptions options = given_options;
     options.normals = false;  // the samples around the part are taken if they are there
     extent_of(part, whole, options);
-    check_isovalue(isovalue);
+    const double sample_isovalue = checked_isovalue(isovalue, part.rescale);
     if (*std::min_element(chunk.begin(), chunk.end()) < 1)
         throw InputError("a chunk has at least one sample along each axis");
     std::array<std::int64_t, 3> before{}, after{};
@@ -90,7 +90,7 @@ std::vector<std::uint8_t> chunks_without_surface(const VolumeView& part,
         with_threads(options.threads, [&] {
             InsideBits bits(dims, ClosedSides{});
             parallel_for(std::int64_t{0}, bits.nz,
-                         [&](std::int64_t z) { classify_slice(view, isovalue, z, bits, nullptr); });
+                         [&](std::int64_t z) { classify_slice(view, sample_isovalue, z, bits, nullptr); });
             parallel_for(std::int64_t{0}, ny * along_z.count(), [&](std::int64_t column) {
                 const std::int64_t cy = column % ny, cz = column / ny;
                 std::vector<std::uint64_t> any(bits.words_per_row, 0),
