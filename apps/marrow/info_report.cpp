@@ -2,7 +2,6 @@
 #include "info_report.h"
 
 #include <algorithm>
-#include <cmath>
 #include <ostream>
 #include <string_view>
 
@@ -10,6 +9,7 @@
 
 #include "shared/library_options.h"
 #include "shared/orientation.h"
+#include "shared/sample_text.h"
 #include "shared/series_summary.h"
 #include "steps.h"
 
@@ -37,20 +37,13 @@ std::string unit_text(const SeriesReport& s, const SampleReport* samples) {
                : "not Hounsfield units, as the lowest is not air";
 }
 
-// "int16", or "int16 * 0.5 - 1000.5".
-std::string type_text(const SampleReport& samples) {
-    const auto& [slope, intercept] = samples.rescale;
-    std::string text = sample_type_name(samples.type);
-    if (slope != 1) text += fmt::format(" * {:g}", slope);
-    if (intercept != 0) text += fmt::format(" {} {:g}", intercept < 0 ? '-' : '+', std::abs(intercept));
-    return text;
-}
-
 std::string values_text(const SeriesReport& s, const SampleReport* samples) {
     const std::string unit = unit_text(s, samples);
     if (samples == nullptr) return unit;
-    if (samples->finite == 0) return fmt::format("{}, none finite", type_text(*samples));
-    return fmt::format("{} from {:g} to {:g}, {}", type_text(*samples), samples->lower, samples->upper, unit);
+    if (samples->finite == 0)
+        return fmt::format("{}, none finite", sample_text(samples->type, samples->rescale));
+    return fmt::format("{} from {:g} to {:g}, {}", sample_text(samples->type, samples->rescale),
+                       samples->lower, samples->upper, unit);
 }
 
 std::string labels_text(const std::map<std::int64_t, std::int64_t>& labels) {

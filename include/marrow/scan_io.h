@@ -200,7 +200,7 @@ struct BoxSource {
 MARROW_EXPORT BoxSource open_boxes(const std::filesystem::path& input, const ScanOptions& options = {});
 
 /// Opens a scan to read it slice by slice, for volumes that do not fit in memory: Zarr, and uncompressed NIfTI,
-/// NRRD and MetaImage. Samples and geometry are the same as from read_scan.
+/// NRRD and MetaImage. Samples, geometry and rescale are the same as from read_scan.
 /// \throw the errors of read_scan; InputError the input must be read as a whole
 MARROW_EXPORT SliceSource open_slices(const std::filesystem::path& input, const ScanOptions& options = {},
                                       ScanInfo* info = nullptr);

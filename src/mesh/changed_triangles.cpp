@@ -53,14 +53,13 @@ void for_each_new_triangle(const MeshView& mesh, const MeshView& before, const F
 class Cells {
   public:
     explicit Cells(const Bounds& bounds) : lower_(bounds.lower) {
-        constexpr float kMostAlongAxis = 128;
         float longest = 0;
         for (std::size_t axis = 0; axis < 3; ++axis)
             longest = std::max(longest, bounds.upper[axis] - bounds.lower[axis]);
         if (longest > 0) scale_ = kMostAlongAxis / longest;
         std::size_t size = 1;
         for (std::size_t axis = 0; axis < 3; ++axis) {
-            last_[axis] = static_cast<std::uint32_t>((bounds.upper[axis] - bounds.lower[axis]) * scale_);
+            last_[axis] = whole((bounds.upper[axis] - bounds.lower[axis]) * scale_);
             size *= last_[axis] + std::size_t{1};
         }
         marked_.assign(size, 0);
@@ -79,8 +78,11 @@ class Cells {
   private:
     // Never decreases with the coordinate, so that boxes which touch have a cell in common.
     std::uint32_t cell(std::size_t axis, float x) const {
-        const float at = (x - lower_[axis]) * scale_;
-        return at > 0 ? std::min(static_cast<std::uint32_t>(at), last_[axis]) : 0;
+        return std::min(whole((x - lower_[axis]) * scale_), last_[axis]);
+    }
+    // NaN, of a surface without extent, becomes 0.
+    static std::uint32_t whole(float cells) {
+        return cells > 0 ? static_cast<std::uint32_t>(std::min(cells, kMostAlongAxis)) : 0;
     }
 
     // Whether f is true for any cell of a box.
@@ -100,6 +102,7 @@ class Cells {
         return false;
     }
 
+    static constexpr float kMostAlongAxis = 128;
     const Vec3f lower_;
     float scale_ = 0;  // cells per mm
     std::array<std::uint32_t, 3> last_{};

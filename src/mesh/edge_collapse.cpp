@@ -184,7 +184,7 @@ HWY_INLINE EdgeCollapse::Target EdgeCollapse::target(Half h) const {
 
 EdgeCollapse::Region& EdgeCollapse::region_of(Half h) {
     const std::uint16_t at_begin = points_[from(h)].region, at_end = points_[to(h)].region;
-    return regions_[parallel_ && at_begin == at_end ? at_begin : 0];
+    return regions_[divided_ && at_begin == at_end ? at_begin : 0];
 }
 
 // Moves the entries of another region to this one.
@@ -205,12 +205,12 @@ bool EdgeCollapse::has_queued() const {
 }
 
 void EdgeCollapse::queue(Region& region, Half h, std::size_t bucket) {
-    append(region, h, bucket);
+    append(region, {h, version(h)}, bucket);
     faces_[h / 4].queued |= 1u << h % 4;
 }
 
-void EdgeCollapse::append(Region& region, Half h, std::size_t bucket) const {
-    region.buckets[bucket].entries.push_back({h, version(h)});
+void EdgeCollapse::append(Region& region, Entry entry, std::size_t bucket) {
+    region.buckets[bucket].entries.push_back(entry);
     region.lowest = std::min(region.lowest, bucket);
 }
 
@@ -240,7 +240,8 @@ void EdgeCollapse::queue_all() {
     });
     parallel_for(std::size_t{0}, regions_.size(), [&](std::size_t r) {
         for (const auto& range : costs) {
-            for (const Cost& edge : range[r]) append(regions_[r], edge.half, edge.bucket);
+            for (const Cost& edge : range[r])
+                append(regions_[r], {edge.half, version(edge.half)}, edge.bucket);
         }
     });
     for (Point& point : points_) point.changed = false;
@@ -422,7 +423,8 @@ bool EdgeCollapse::collapse(Half h, Region& region) {
     if (!find_ring(a, from_ring) || !find_ring(b, to_ring) || from_ring.size + to_ring.size > kMaxNeighbours)
         return false;
     if (!is_inside(region)) {
-        region.outside.push_back({region.lowest, h});
+        faces_[h / 4].queued |= 1u << h % 4;
+        region.outside.push_back({region.lowest, {h, version(h)}});
         return false;
     }
     if (!meets_link_condition(h, region)) return false;
@@ -433,6 +435,7 @@ bool EdgeCollapse::collapse(Half h, Region& region) {
     };
     const Quadric<double> merged = merged_quadric(a, b);
     Target there = target(h);
+    if (!is_allowed(there)) return false;
     if (!keeps(there.position)) {
         const double least = there.sum, at_a = merged.c, at_b = merged(position(b) - position(a));
         there.position = points_[at_a <= at_b ? a : b].position;
@@ -594,6 +597,7 @@ void EdgeCollapse::reduce_to(std::size_t triangles, const Progress& progress) {
     // neighbourhood changed. What is left in the queue after the last call comes first.
     for (std::size_t before = 2 * alive_; alive_ > triangles && alive_ < 0.99 * before;) {
         before = alive_;
+        divided_ = parallel_;
         if (!has_queued()) queue_all();
         if (parallel_) collapse_regions(triangles, stage);
         if (alive_ > triangles)
@@ -624,13 +628,15 @@ void EdgeCollapse::collapse_regions(std::size_t triangles, Stage& stage) {
         Region& between = regions_[0];
         for (std::size_t r = 1; r < regions_.size(); ++r) {
             alive_ -= 2 * collapsed[r];
-            for (const auto& [bucket, h] : regions_[r].outside) queue(between, h, bucket);
+            for (const auto& [bucket, entry] : regions_[r].outside) append(between, entry, bucket);
             regions_[r].outside.clear();
             between.time = std::max(between.time, regions_[r].time);
         }
         alive_ -= 2 * collapse_up_to((alive_ - triangles) / 4, lowest + 1, between, stage);
     }
+    // One thread goes on with all edges.
     for (std::size_t r = 1; r < regions_.size(); ++r) regions_[0].take(regions_[r]);
+    divided_ = false;
 }
 
 EdgeCollapse::Result EdgeCollapse::result() {

@@ -153,8 +153,8 @@ class EdgeCollapse {
         const std::uint16_t number;
         std::vector<Bucket> buckets;  // by the logarithm of the cost
         std::size_t lowest;           // all buckets below are empty
-        std::vector<std::pair<std::size_t, Half>>
-            outside;                       // for region 0: edges of the region's border, and buckets
+        std::vector<std::pair<std::size_t, Entry>>
+            outside;                       // for region 0: edges of the region's border, after their buckets
         Buffer<Collapse> log;              // of the collapses in this region
         std::uint32_t first_collapse = 0;  // the number of the first one
         std::uint32_t time = 0;            // of the last one
@@ -183,7 +183,7 @@ class EdgeCollapse {
 
     bool has_queued() const;
     void queue(Region& region, Half h, std::size_t bucket);
-    void append(Region& region, Half h, std::size_t bucket) const;
+    static void append(Region& region, Entry entry, std::size_t bucket);
     void queue_all();
     Half pop(Region& region, std::size_t end);
     void prefetch(const Bucket& bucket) const;
@@ -211,6 +211,8 @@ class EdgeCollapse {
     std::vector<Region> regions_;
     // Whether regions are collapsed on their own: not after an undo, nor with a guard that only one thread may ask.
     bool parallel_ = false;
+    // Whether edges inside of regions are queued there, and not in region 0.
+    bool divided_ = false;
 };
 
 }  // namespace marrow::internal

@@ -19,6 +19,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstring>
 
@@ -108,6 +109,9 @@ namespace {
 
 // Returns what is known of each block. Each thread looks at all triangles, and fills some slices.
 Buffer<BlockBits> fill_blocks(const TriangleBlocks& placed) {
+    // Two blocks are read and written as one number.
+    static_assert(std::endian::native == std::endian::little &&
+                  2 * sizeof(BlockBits) == sizeof(std::uint32_t));
     const BlockGrid& grid = placed.grid;
     Buffer<BlockBits> blocks(grid.size());
     const SpanRows span_rows(grid);

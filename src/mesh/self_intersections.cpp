@@ -178,11 +178,12 @@ std::vector<TrianglePair> find_self_intersections(const MeshView& mesh, const On
 }
 
 std::vector<TrianglePair> find_self_intersections_again(const MeshView& mesh, const MeshView& before,
-                                                        const std::vector<TrianglePair>& pairs_before) {
+                                                        const std::vector<TrianglePair>& pairs_before,
+                                                        const Progress& progress, double begin, double end) {
     const Buffer<std::uint32_t> numbers = triangles_around_changes(mesh, before, pairs_before);
     const Buffer<Triangle> triangles = triangles_of(mesh, numbers);
     const MeshView near(mesh.points, triangles);
-    return find_pairs(near, TrianglePyramid(near), nullptr, numbers, {}, 0, 1);
+    return find_pairs(near, TrianglePyramid(near), nullptr, numbers, progress, begin, end);
 }
 
 struct SelfIntersections::Search {

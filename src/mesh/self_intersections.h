@@ -30,9 +30,12 @@ std::vector<TrianglePair> find_self_intersections(const MeshView& mesh, const On
 
 /// The same for a mesh that was made again. It differs from the mesh `before` in places; in others, both have the same
 /// triangles at the same positions, and the points are in the same order. `pairs_before` are those of that mesh. Looks
-/// only at triangles around changed points, and around these pairs.
+/// only at triangles around changed points, and around these pairs. \pre at most two triangles meet at an edge, in both
+/// meshes \throw Cancelled
 std::vector<TrianglePair> find_self_intersections_again(const MeshView& mesh, const MeshView& before,
-                                                        const std::vector<TrianglePair>& pairs_before);
+                                                        const std::vector<TrianglePair>& pairs_before,
+                                                        const Progress& progress = {}, double begin = 0,
+                                                        double end = 1);
 
 /// Finds such pairs again where a mesh has changed.
 class SelfIntersections {

@@ -2,9 +2,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <set>
+#include <span>
 
 #include <marrow/isosurface.h>
 
@@ -111,6 +113,25 @@ TEST(EdgeCollapse, UndoesCollapsesOfRegionsToTheBit) {
     const EdgeCollapse::Result all = collapse.result();
     EXPECT_EQ(all.mesh.points, mesh.points);
     EXPECT_EQ(all.mesh.triangles, mesh.triangles);
+}
+
+// Edges that one thread has queued for later must not be forgotten with the regions.
+TEST(EdgeCollapse, GoesOnAfterRegionsToTheWantedNumber) {
+    struct AcceptAll : internal::CollapseGuard {
+        bool accept(std::span<const std::uint32_t>, std::span<const internal::PatchTriangle>) override {
+            return true;
+        }
+    } guard;
+    const Mesh mesh = large_bumpy_torus();
+    EdgeCollapse guarded(mesh), undone(mesh);
+    for (EdgeCollapse* collapse : {&guarded, &undone}) collapse->reduce_to(mesh.triangles.size() / 10, {});
+    guarded.set_guard(&guard);
+    guarded.reduce_to(150, {});
+    EXPECT_EQ(guarded.triangles(), 150u);
+    const std::uint32_t corner = undone.result().old_points[0];
+    EXPECT_GT(undone.undo(std::array{corner}, 1), 0u);
+    undone.reduce_to(150, {});
+    EXPECT_EQ(undone.triangles(), 150u);
 }
 
 TEST(EdgeCollapse, ListsTheTrianglesThatChanged) {

@@ -20,6 +20,7 @@
 #include "model/measurement_table.h"
 #include "series_dialog.h"
 #include "shared/library_options.h"
+#include "shared/sample_text.h"
 #include "theme.h"
 #include "views/screenshots.h"
 #include "views/view_menus.h"
@@ -458,6 +459,8 @@ void MainWindow::follow_scan() {
     const QString name =
         from_path(scan->input.has_filename() ? scan->input.filename() : scan->input.parent_path().filename());
     setWindowTitle(tr("%1 – Marrow Viewer").arg(name));
+    const auto samples =
+        QString::fromStdString(apps::sample_text(scan->volume.type(), scan->volume.rescale()));
     facts_->setText(QString("%1    %2%3    %4 × %5 × %6    %7 × %8 × %9 mm    %10")
                         .arg(name, QString(scan_format_name(scan->info.format)),
                              scan->info.series.modality.empty()
@@ -469,7 +472,7 @@ void MainWindow::follow_scan() {
                         .arg(g.spacing[0], 0, 'g', 4)
                         .arg(g.spacing[1], 0, 'g', 4)
                         .arg(g.spacing[2], 0, 'g', 4)
-                        .arg(sample_type_name(scan->volume.type())));
+                        .arg(samples));
 }
 
 void MainWindow::export_surface() {

@@ -22,7 +22,7 @@ def volume_html(volume: Volume) -> str:
     """Return a table, and the middle slice."""
     nz, ny, nx = volume.shape
     rows = {
-        "samples": f"{nx} x {ny} x {nz}, {volume.samples.dtype}",
+        "samples": f"{nx} x {ny} x {nz}, {volume._sample_text()}",
         "spacing": " x ".join(f"{value:g}" for value in volume.spacing) + " mm",
         "origin": ", ".join(f"{value:g}" for value in volume.origin) + " mm (LPS)",
     }

@@ -217,7 +217,13 @@ class Volume:
     def __repr__(self) -> str:
         nz, ny, nx = self.shape
         spacing = " x ".join(f"{value:g}" for value in self.spacing)
-        return f"<marrow.Volume: {nx} x {ny} x {nz} samples of {self._samples.dtype}, {spacing} mm>"
+        return f"<marrow.Volume: {nx} x {ny} x {nz} samples of {self._sample_text()}, {spacing} mm>"
+
+    def _sample_text(self) -> str:
+        if self._rescale == _IDENTITY:
+            return str(self._samples.dtype)
+        slope, intercept = self._rescale
+        return f"{self._samples.dtype} * {slope:.7g} + {intercept:.7g}"
 
     def _repr_html_(self) -> str:
         from ._html import volume_html

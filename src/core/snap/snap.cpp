@@ -126,7 +126,7 @@ std::size_t snap(const EmitInput& input, double limit, bool normals, const Progr
         }
         std::swap(before, mesh);
         bytes = snap_once(input, exceptions, limit, normals, sub_progress(progress, 1, 1), mesh);
-        pairs = find_self_intersections_again(mesh, before, pairs);
+        pairs = find_self_intersections_again(mesh, before, pairs, progress, 1, 1);
     }
 }
 

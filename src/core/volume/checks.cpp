@@ -60,7 +60,9 @@ void check_not_rescaled(const VolumeView& map) {
 
 double checked_isovalue(double isovalue, const Rescale& rescale) {
     if (!std::isfinite(isovalue)) throw InputError("the isovalue is not a finite number");
-    return rescale.sample(isovalue);
+    const double sample = rescale.sample(isovalue);
+    if (!std::isfinite(sample)) throw InputError("the isovalue is too far from the values of the samples");
+    return sample;
 }
 
 void check_point_count(std::uint64_t points) {

@@ -14,7 +14,7 @@ void check_volume(const VolumeView& volume);
 /// \throw InputError the samples stand for other values, as those of a label map never do
 void check_not_rescaled(const VolumeView& map);
 /// The isovalue as a sample. Every entry point converts it here, once; all that follows works on samples.
-/// \throw InputError the isovalue is NaN or infinite
+/// \throw InputError the isovalue, or the sample, is NaN or infinite
 double checked_isovalue(double isovalue, const Rescale& rescale);
 /// \throw LimitError more points than the indices of triangles can name
 void check_point_count(std::uint64_t points);
