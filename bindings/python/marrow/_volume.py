@@ -223,7 +223,8 @@ class Volume:
         if self._rescale == _IDENTITY:
             return str(self._samples.dtype)
         slope, intercept = self._rescale
-        return f"{self._samples.dtype} * {slope:.7g} + {intercept:.7g}"
+        sign = "-" if intercept < 0 else "+"
+        return f"{self._samples.dtype} * {slope:.7g} {sign} {abs(intercept):.7g}"
 
     def _repr_html_(self) -> str:
         from ._html import volume_html

@@ -51,6 +51,7 @@ def same(mesh, other):
 
 def test_the_array_has_values(scan, stored):
     assert scan.rescale == (SLOPE, INTERCEPT)
+    assert "int16 * 0.25 - 1011.375" in repr(scan)
     assert scan.samples.dtype == np.int16 and np.array_equal(scan.samples, stored)
     assert scan.dtype == scan.array.dtype == np.float32
     assert np.array_equal(scan.array, (SLOPE * stored.astype(float) + INTERCEPT).astype(np.float32))
