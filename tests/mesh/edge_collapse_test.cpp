@@ -20,23 +20,22 @@ namespace {
 
 using internal::EdgeCollapse;
 
-Mesh bumpy_torus() {
-    const auto field = torus({20, 20, 20}, 11, 5);
+Mesh bumpy_torus(const Geometry& geometry, const Vec3d& centre, double radius, double tube) {
+    const auto field = torus(centre, radius, tube);
     const Volume volume = sampled_in_space<float>(
-        grid(41, 41, 41), [&](const Vec3d& p) { return field(p) + 0.3 * std::sin(2 * p[0] + p[1]); });
+        geometry, [&](const Vec3d& p) { return field(p) + 0.3 * std::sin(2 * p[0] + p[1]); });
     Mesh mesh = extract_isosurface(volume, 0);
     mesh.normals.clear();
     return mesh;
 }
 
+Mesh bumpy_torus() {
+    return bumpy_torus(grid(41, 41, 41), {20, 20, 20}, 11, 5);
+}
+
 // Large enough for several regions.
 Mesh large_bumpy_torus() {
-    const auto field = torus({90, 90, 40}, 60, 28);
-    const Volume volume = sampled_in_space<float>(
-        grid(181, 181, 81), [&](const Vec3d& p) { return field(p) + 0.3 * std::sin(2 * p[0] + p[1]); });
-    Mesh mesh = extract_isosurface(volume, 0);
-    mesh.normals.clear();
-    return mesh;
+    return bumpy_torus(grid(181, 181, 81), {90, 90, 40}, 60, 28);
 }
 
 void undo_all(EdgeCollapse& collapse) {
@@ -115,7 +114,7 @@ TEST(EdgeCollapse, UndoesCollapsesOfRegionsToTheBit) {
     EXPECT_EQ(all.mesh.triangles, mesh.triangles);
 }
 
-// Edges that one thread has queued for later must not be forgotten with the regions.
+// The edges inside of regions that are still queued must not be forgotten when one thread goes on with all edges.
 TEST(EdgeCollapse, GoesOnAfterRegionsToTheWantedNumber) {
     struct AcceptAll : internal::CollapseGuard {
         bool accept(std::span<const std::uint32_t>, std::span<const internal::PatchTriangle>) override {
