@@ -50,7 +50,7 @@ python:
 web:
 	$(install) web
 	JOBS=$(JOBS) web/build build/web
-	npm --prefix web/page ci --silent --no-audit --no-fund
+	npm --prefix web/page ci --loglevel=error --no-audit --no-fund
 	npm --prefix web/page run --silent build
 
 test-web: web program
