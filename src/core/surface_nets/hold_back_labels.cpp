@@ -12,6 +12,7 @@
 #include "base/checked_size.h"
 #include "mesh/hold_back.h"
 #include "mesh/one_rings.h"
+#include "unfold.h"
 
 namespace marrow::internal {
 namespace {
@@ -53,10 +54,17 @@ void hold_back_labels(LabelMeshes& labels, std::size_t points,
     Mesh joined = join(labels, points);
     Buffer<Vec3f> start;
     const auto keep_start = [&] {
-        start = before_relaxation();
+        if (start.empty()) start = before_relaxation();
         return std::span<const Vec3f>(start);
     };
-    if (hold_back(joined, OneRings(joined), keep_start, progress) == 0) return;
+    const OneRings rings(joined);
+    bool moved = unfold(joined, keep_start) > 0;
+    // Points that are held back can fold other triangles.
+    for (double begin = 0; hold_back(joined, rings, keep_start, progress, begin, 1) > 0; begin = 1) {
+        moved = true;
+        if (unfold(joined, keep_start) == 0) break;
+    }
+    if (!moved) return;
     for_each_point(labels, [&](std::size_t l, std::size_t p, std::uint32_t net_point) {
         labels.meshes[l].points[p] = joined.points[net_point];
     });
