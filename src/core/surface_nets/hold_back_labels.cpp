@@ -10,9 +10,9 @@
 #include <marrow/error.h>
 
 #include "base/checked_size.h"
+#include "folds.h"
 #include "mesh/hold_back.h"
 #include "mesh/one_rings.h"
-#include "unfold.h"
 
 namespace marrow::internal {
 namespace {
@@ -58,15 +58,18 @@ void hold_back_labels(LabelMeshes& labels, std::size_t points,
         return std::span<const Vec3f>(start);
     };
     const OneRings rings(joined);
-    bool moved = unfold(joined, keep_start) > 0;
+    Folds folds(joined);
+    bool moved = folds.open(keep_start) > 0;
     // Points that are held back can fold other triangles.
     for (double begin = 0; hold_back(joined, rings, keep_start, progress, begin, 1) > 0; begin = 1) {
         moved = true;
-        if (unfold(joined, keep_start) == 0) break;
+        if (folds.open(keep_start) == 0) break;
     }
     if (!moved) return;
     for_each_point(labels, [&](std::size_t l, std::size_t p, std::uint32_t net_point) {
-        labels.meshes[l].points[p] = joined.points[net_point];
+        Vec3f& point = labels.meshes[l].points[p];
+        labels.held_back_points[l] += point != joined.points[net_point];
+        point = joined.points[net_point];
     });
 }
 
