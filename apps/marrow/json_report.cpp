@@ -103,7 +103,8 @@ Json surface_numbers(const Surface& surface, Space space) {
     if (surface.label)
         numbers.update({{"label", *surface.label},
                         {"samples", surface.label_volume.samples},
-                        {"samples_mm3", surface.label_volume.samples_mm3}});
+                        {"samples_mm3", surface.label_volume.samples_mm3},
+                        {"held_back", surface.held_back}});
     else
         numbers["isovalue"] = surface.isovalue;
     numbers.update({{"points", points}, {"triangles", triangles}, {"device", surface.device}});

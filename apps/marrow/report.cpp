@@ -27,6 +27,10 @@ void print_text(std::ostream& out, const SurfaceResults& results) {
                            surface.output.empty() ? surface.name : surface.output.string(),
                            surface.size().points, surface.size().triangles, source_of(surface),
                            surface.device == kCpu ? "" : ", on " + surface.device);
+        if (surface.held_back > 0)
+            out << fmt::format(
+                "  relaxation:  held back at {} points to keep surfaces from passing through each other\n",
+                surface.held_back);
         out << trust_lines(surface);
         for (const StepReport& step : surface.steps) {
             const auto change = [](double before, double after) { return 100 * (after / before - 1); };

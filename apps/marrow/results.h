@@ -68,6 +68,7 @@ struct Surface {
     std::optional<std::array<double, 3>> colour = {};  ///< red, green, blue from 0 to 1
     std::optional<std::int64_t> label = {};            ///< in a label map, instead of the isovalue
     LabelVolume label_volume = {};                     ///< with a label
+    std::int64_t held_back = 0;                        ///< points, by the relaxation of labels
     std::optional<SurfaceTrust> trust = {};            ///< if it was asked for
     std::optional<VanishedWalls> thin_walls = {};      ///< if they were looked for
     std::optional<MeshMeasures> measures = {};         ///< of the mesh, if it was measured

@@ -24,6 +24,9 @@ struct LabelOptions {
 struct LabelSurface {
     std::int64_t label = 0;
     Mesh mesh;
+    /// Its points that relaxation moved less far than they would go, so that no surface passes through itself or another,
+    /// or is folded.
+    std::int64_t held_back_points = 0;
 };
 
 /// Extracts one closed surface for each label of a map, in ascending order of labels.

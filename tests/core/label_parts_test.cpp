@@ -101,6 +101,7 @@ void expect_same(const std::vector<LabelSurface>& a, const std::vector<LabelSurf
     ASSERT_EQ(a.size(), b.size());
     for (std::size_t l = 0; l < a.size(); ++l) {
         EXPECT_EQ(a[l].label, b[l].label);
+        EXPECT_EQ(a[l].held_back_points, b[l].held_back_points) << a[l].label;
         EXPECT_TRUE(same(a[l].mesh.points, b[l].mesh.points)) << a[l].label;
         EXPECT_TRUE(same(a[l].mesh.triangles, b[l].mesh.triangles)) << a[l].label;
         EXPECT_TRUE(same(a[l].mesh.normals, b[l].mesh.normals)) << a[l].label;

@@ -304,24 +304,24 @@ void expect_valid_labels(const Volume& map, int relax) {
     const std::vector<LabelSurface> surfaces = extract_labels(map, {.relax = relax});
     std::vector<MeshView> meshes;
     for (const LabelSurface& surface : surfaces) {
+        if (relax == 0) {
+            EXPECT_EQ(surface.held_back_points, 0);
+        }
         EXPECT_EQ(check_mesh(surface.mesh).self_intersections, 0) << "label " << surface.label;
         meshes.push_back(surface.mesh);
     }
-    // After one pass, many points are at equal heights: a quad may lie folded on its neighbour, which is no
-    // intersection, while the surface of another label begins at its edge.
-    if (relax != 1) {
-        EXPECT_TRUE(find_crossings(meshes).empty());
-    }
+    EXPECT_TRUE(find_crossings(meshes).empty());
 }
 
 TEST(Labels, StayValidWhenRelaxed) {
-    for (unsigned seed = 0; seed < 40; ++seed) {
+    // After one pass or three, many points are at equal heights, and quads can be folded onto their neighbours.
+    for (unsigned seed = 0; seed < 60; ++seed) {
         Random random(seed);
         const Volume map =
             seed % 2 == 0 ? lumps(random) : sampled<std::uint8_t>(grid(7, 7, 7), [&](auto, auto, auto) {
                 return static_cast<int>(random() % (2 + seed % 3));
             });
-        for (const int relax : {0, 1, 40}) {
+        for (const int relax : {0, 1, 3, 40}) {
             SCOPED_TRACE(testing::Message() << "seed " << seed << ", relax " << relax);
             expect_valid_labels(map, relax);
         }

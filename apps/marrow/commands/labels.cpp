@@ -197,6 +197,7 @@ void extract(const LabelsOptions& options, const Volume& map, const Labels& labe
         Surface& surface = surfaces.emplace_back(Surface{label.name, 0, std::move(found.mesh), {}});
         surface.colour = label.colour;
         surface.label = found.label;
+        surface.held_back = found.held_back_points;
     }
 }
 

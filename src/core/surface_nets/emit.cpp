@@ -120,16 +120,16 @@ Buffer<Vec3f> positions_before_relaxation(SurfaceNet& net, std::vector<std::vect
     return net_positions(make_label_meshes(net, to_physical, background, {}), net.point_count());
 }
 
-std::vector<Mesh> make_relaxed_meshes(SurfaceNet& net, const IndexToPhysical& to_physical,
-                                      LabelIndex background, const Progress& progress) {
+LabelMeshes make_relaxed_meshes(SurfaceNet& net, const IndexToPhysical& to_physical, LabelIndex background,
+                                const Progress& progress) {
     std::vector<std::vector<SurfaceCounts>> counts = counts_of(net);
     LabelMeshes relaxed = make_label_meshes(net, to_physical, background, sub_progress(progress, 0, 0.5));
-    if (net.points.empty()) return std::move(relaxed.meshes);
+    if (net.points.empty()) return relaxed;
     hold_back_labels(
         relaxed, net.point_count(),
         [&] { return positions_before_relaxation(net, std::move(counts), to_physical, background); },
         sub_progress(progress, 0.5, 1));
-    return std::move(relaxed.meshes);
+    return relaxed;
 }
 
 }  // namespace marrow::internal

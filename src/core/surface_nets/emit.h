@@ -26,9 +26,8 @@ std::vector<std::vector<SurfaceCounts>> counts_of(const SurfaceNet& net);
 Buffer<Vec3f> positions_before_relaxation(SurfaceNet& net, std::vector<std::vector<SurfaceCounts>> counts,
                                           const IndexToPhysical& to_physical, LabelIndex background);
 
-/// The meshes of make_label_meshes() for a net after relax(). Where the net would pass through itself, points go back towards where they
-/// were before, in the meshes of all labels that share them.
-std::vector<Mesh> make_relaxed_meshes(SurfaceNet& net, const IndexToPhysical& to_physical,
-                                      LabelIndex background, const Progress& progress);
+/// The meshes of make_label_meshes() for a net after relax(), held back by hold_back_labels().
+LabelMeshes make_relaxed_meshes(SurfaceNet& net, const IndexToPhysical& to_physical, LabelIndex background,
+                                const Progress& progress);
 
 }  // namespace marrow::internal

@@ -10,6 +10,7 @@
 #include <marrow/error.h>
 
 #include "base/checked_size.h"
+#include "folds.h"
 #include "mesh/hold_back.h"
 #include "mesh/one_rings.h"
 
@@ -53,12 +54,22 @@ void hold_back_labels(LabelMeshes& labels, std::size_t points,
     Mesh joined = join(labels, points);
     Buffer<Vec3f> start;
     const auto keep_start = [&] {
-        start = before_relaxation();
+        if (start.empty()) start = before_relaxation();
         return std::span<const Vec3f>(start);
     };
-    if (hold_back(joined, OneRings(joined), keep_start, progress) == 0) return;
+    const OneRings rings(joined);
+    Folds folds(joined);
+    bool moved = folds.open(keep_start) > 0;
+    // Points that are held back can fold other triangles.
+    for (double begin = 0; hold_back(joined, rings, keep_start, progress, begin, 1) > 0; begin = 1) {
+        moved = true;
+        if (folds.open(keep_start) == 0) break;
+    }
+    if (!moved) return;
     for_each_point(labels, [&](std::size_t l, std::size_t p, std::uint32_t net_point) {
-        labels.meshes[l].points[p] = joined.points[net_point];
+        Vec3f& point = labels.meshes[l].points[p];
+        labels.held_back_points[l] += point != joined.points[net_point];
+        point = joined.points[net_point];
     });
 }
 

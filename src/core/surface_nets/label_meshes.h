@@ -10,10 +10,11 @@
 
 namespace marrow::internal {
 
-/// The meshes of labels, and for each of their points its index in the net.
+/// The meshes of labels, for each of their points its index in the net, and how many of their points were held back.
 struct LabelMeshes {
     std::vector<Mesh> meshes;
     std::vector<Buffer<std::uint32_t>> net_points;
+    std::vector<std::int64_t> held_back_points = std::vector<std::int64_t>(meshes.size());
 };
 
 /// Calls f(label, point of the label's mesh, point of the net).

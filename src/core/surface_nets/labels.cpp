@@ -28,11 +28,12 @@ std::vector<LabelSurface> extract(const VolumeView& view, const LabelOptions& op
     VolumeView alone = view;  // positions are those of the view by itself
     alone.geometry = view.own_geometry();
     alone.first = {};
-    std::vector<Mesh> meshes =
+    LabelMeshes relaxed =
         make_relaxed_meshes(net, IndexToPhysical(alone), background, sub_progress(progress, 0.6, 0.9));
     std::vector<LabelSurface> surfaces;
-    for (std::size_t l = 0; l < meshes.size(); ++l) {
-        if (l != background) surfaces.push_back({net.labels[l], std::move(meshes[l])});
+    for (std::size_t l = 0; l < relaxed.meshes.size(); ++l) {
+        if (l == background) continue;
+        surfaces.push_back({net.labels[l], std::move(relaxed.meshes[l]), relaxed.held_back_points[l]});
     }
     if (options.normals) add_label_normals(surfaces, sub_progress(progress, 0.9, 1));
     return surfaces;

@@ -161,7 +161,7 @@ std::vector<LabelSurface> merge(std::span<const LabelPart> parts, const LabelOpt
             sub_progress(options.progress, 0.3, 0.9));
     std::vector<LabelSurface> surfaces;
     for (std::size_t l = 0; l < labels.size(); ++l)
-        surfaces.push_back({labels[l], std::move(meshes.meshes[l])});
+        surfaces.push_back({labels[l], std::move(meshes.meshes[l]), meshes.held_back_points[l]});
     if (options.normals) add_label_normals(surfaces, sub_progress(options.progress, 0.9, 1));
     return surfaces;
 }
