@@ -17,6 +17,7 @@
 #include "simple_fans.h"
 
 #include "base/parallel.h"
+#include "load_points-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace marrow::internal::HWY_NAMESPACE {
@@ -44,39 +45,28 @@ HWY_INLINE Vectors cross(const Vectors& a, const Vectors& b) {
             hn::Sub(hn::Mul(a.x, b.y), hn::Mul(a.y, b.x))};
 }
 
-// The coordinates of one point for each lane, by axis.
-struct Lanes {
-    alignas(64) float xyz[3][kMostLanes];
-
-    void set(std::size_t lane, const Vec3f& p) {
-        for (std::size_t axis = 0; axis < 3; ++axis) xyz[axis][lane] = p[axis];
-    }
-    HWY_INLINE Vectors from(const Lanes& origin) const {
-        const D d;
-        const auto difference = [&](std::size_t axis) HWY_ATTR {
-            return hn::Sub(hn::Load(d, xyz[axis]), hn::Load(d, origin.xyz[axis]));
-        };
-        return {difference(0), difference(1), difference(2)};
-    }
-};
-
 // Tests as many fans at once as a vector has lanes. All have this number of triangles.
 template <std::size_t kTriangles>
 HWY_INLINE void test_fans(const MeshView& mesh, const OneRings& rings, std::span<const std::uint32_t> points,
                           std::uint8_t* simple) {
     const D d;
     const std::size_t lanes = hn::Lanes(d);
+    const PointLoader loader(mesh.points);
     for (std::size_t first = 0; first < points.size(); first += lanes) {
         const std::size_t count = std::min(lanes, points.size() - first);
-        Lanes centre, neighbours[kTriangles];
-        for (std::size_t lane = 0; lane < lanes; ++lane) {
-            const std::uint32_t p = points[first + std::min(lane, count - 1)];
-            const std::uint32_t* const ring = rings.of(p).data();
-            centre.set(lane, mesh.points[p]);
-            for (std::size_t n = 0; n < kTriangles; ++n) neighbours[n].set(lane, mesh.points[ring[n]]);
-        }
+        const std::uint32_t* ring[kMostLanes];
+        const auto point_of = [&](std::size_t lane) { return points[first + std::min(lane, count - 1)]; };
+        for (std::size_t lane = 0; lane < lanes; ++lane) ring[lane] = rings.of(point_of(lane)).data();
+        V centre[3];
+        loader.load(d, point_of, centre);
         Vectors edges[kTriangles], normals[kTriangles];
-        for (std::size_t n = 0; n < kTriangles; ++n) edges[n] = neighbours[n].from(centre);
+        for (std::size_t n = 0; n < kTriangles; ++n) {
+            V neighbour[3];
+            loader.load(
+                d, [&](std::size_t lane) { return ring[lane][n]; }, neighbour);
+            edges[n] = {hn::Sub(neighbour[0], centre[0]), hn::Sub(neighbour[1], centre[1]),
+                        hn::Sub(neighbour[2], centre[2])};
+        }
         Vectors sum{hn::Zero(d), hn::Zero(d), hn::Zero(d)};
         for (std::size_t n = 0; n < kTriangles; ++n) {
             const Vectors normal = normals[n] = cross(edges[n], edges[(n + 1) % kTriangles]);

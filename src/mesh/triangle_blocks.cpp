@@ -10,7 +10,6 @@
 #include <bit>
 #include <cmath>
 #include <cstddef>
-#include <cstring>
 #include <mutex>
 #include <optional>
 #include <vector>
@@ -21,6 +20,7 @@
 #include "triangle_tree.h"
 
 #include "base/parallel.h"
+#include "load_points-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace marrow::internal::HWY_NAMESPACE {
@@ -32,21 +32,6 @@ using D = hn::CappedTag<float, kMostLanes>;
 using DI = hn::RebindToSigned<D>;
 using V = hn::Vec<D>;
 using VI = hn::Vec<DI>;
-
-// Loads a corner of the triangles from `first` on, one in each lane. The last one of `count` fills the other lanes.
-HWY_INLINE void load_corners(const MeshView& mesh, std::size_t first, std::size_t count, std::size_t corner,
-                             V (&xyz)[3]) {
-    const D d;
-    HWY_ALIGN float rows[4 * kMostLanes] = {};
-    for (std::size_t lane = 0; lane < hn::Lanes(d); ++lane) {
-        const std::uint32_t p = mesh.triangles[first + std::min(lane, count - 1)][corner];
-        // Four floats make a vector. No fourth one follows the last point.
-        const std::size_t floats = p + std::size_t{1} < mesh.points.size() ? 4 : 3;
-        std::memcpy(rows + 4 * lane, mesh.points[p].data(), floats * sizeof(float));
-    }
-    V unused;
-    hn::LoadInterleaved4(d, rows, xyz[0], xyz[1], xyz[2], unused);
-}
 
 // The sides that triangles show along each axis. Both, if rounding could be wrong.
 HWY_INLINE VI sides_of(const V (&a)[3], const V (&b)[3], const V (&c)[3]) {
@@ -106,11 +91,17 @@ bool place_triangles(const MeshView& mesh, std::size_t begin, std::size_t end, T
     const VI one = hn::Set(di, 1);
     const VI strides[3] = {one, hn::Set(di, static_cast<std::int32_t>(grid.blocks[0])),
                            hn::Set(di, static_cast<std::int32_t>(grid.blocks[0] * grid.blocks[1]))};
+    const PointLoader points(mesh.points);
     auto outside = hn::Lt(hn::Zero(d), hn::Zero(d));
     for (std::size_t first = begin; first < end; first += lanes) {
         const std::size_t count = std::min(lanes, end - first);
         V corners[3][3], from_line[3][3];
-        for (std::size_t c = 0; c < 3; ++c) load_corners(mesh, first, count, c, corners[c]);
+        for (std::size_t c = 0; c < 3; ++c) {
+            // The last triangle also fills the other lanes.
+            points.load(
+                d, [&](std::size_t lane) { return mesh.triangles[first + std::min(lane, count - 1)][c]; },
+                corners[c]);
+        }
         VI block = hn::Zero(di), span = hn::Zero(di), to_line[3];
         auto is_large = hn::Lt(one, hn::Zero(di));
         decltype(is_large) has_line[3];
@@ -165,6 +156,27 @@ bool place_triangles(const MeshView& mesh, std::size_t begin, std::size_t end, T
     return hn::AllFalse(d, outside);
 }
 
+// For some of the blocks, the kinds of spans from there on that have a block with 1 in `wanted`: a bit for each. A plain
+// loop, which compilers turn into vectors.
+void find_wanted_kinds(const BlockGrid& grid, const std::uint8_t* wanted, std::size_t begin, std::size_t end,
+                       std::uint8_t* kinds) {
+    const std::uint8_t* const next[8] = {wanted,
+                                         wanted + grid.index({1, 0, 0}),
+                                         wanted + grid.index({0, 1, 0}),
+                                         wanted + grid.index({1, 1, 0}),
+                                         wanted + grid.index({0, 0, 1}),
+                                         wanted + grid.index({1, 0, 1}),
+                                         wanted + grid.index({0, 1, 1}),
+                                         wanted + grid.index({1, 1, 1})};
+    for (std::size_t b = begin; b < end; ++b) {
+        // The kinds with this block.
+        const int all = next[0][b] * 0b11111111 | next[1][b] * 0b10101010 | next[2][b] * 0b11001100 |
+                        next[3][b] * 0b10001000 | next[4][b] * 0b11110000 | next[5][b] * 0b10100000 |
+                        next[6][b] * 0b11000000 | next[7][b] * 0b10000000;
+        kinds[b] = static_cast<std::uint8_t>(all);
+    }
+}
+
 }  // namespace marrow::internal::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
@@ -172,6 +184,7 @@ HWY_AFTER_NAMESPACE();
 namespace marrow::internal {
 
 HWY_EXPORT(place_triangles);
+HWY_EXPORT(find_wanted_kinds);
 
 namespace {
 
@@ -330,7 +343,13 @@ std::optional<TriangleBlocks> find_triangle_blocks(const MeshView& mesh, const O
 }
 
 Buffer<std::uint32_t> triangles_in(const TriangleBlocks& blocks, const Buffer<std::uint8_t>& wanted) {
-    const SpanRows span_rows(blocks.grid);
+    const std::size_t size = blocks.grid.size();
+    Buffer<std::uint8_t> kinds(size + 1);
+    parallel_for_ranges(std::size_t{0}, size, 65536, [&](const auto& range) {
+        HWY_DYNAMIC_DISPATCH(find_wanted_kinds)
+        (blocks.grid, wanted.data(), range.begin(), range.end(), kinds.data());
+    });
+    kinds[size] = 0xff;  // for large triangles, whose spans begin beyond all blocks
     const std::size_t triangles = blocks.spans.size();
     Buffer<std::uint32_t> listed(triangles);
     std::vector<std::size_t> counts((triangles + kSection - 1) / kSection);
@@ -339,17 +358,9 @@ Buffer<std::uint32_t> triangles_in(const TriangleBlocks& blocks, const Buffer<st
         std::size_t count = 0;
         for (std::size_t t = begin; t < end; ++t) {
             const std::uint32_t span = blocks.spans[t];
-            unsigned is_wanted = 1;
-            if (span != TriangleBlocks::kLarge) {
-                unsigned in_first = 0, in_next = 0;
-                for (const SpanRows::Row& row : span_rows.rows(span)) {
-                    in_first |= wanted[SpanRows::first(span) + row.first];
-                    in_next |= wanted[SpanRows::first(span) + row.first + 1];
-                }
-                is_wanted = in_first | (in_next & SpanRows::has_next(span));
-            }
+            const std::size_t first = std::min<std::size_t>(SpanRows::first(span), size);
             listed[begin + count] = static_cast<std::uint32_t>(t);
-            count += is_wanted;
+            count += kinds[first] >> SpanRows::kind(span) & 1;
         }
         counts[section] = count;
     });
