@@ -148,8 +148,9 @@ Buffer<BlockBits> fill_blocks(const TriangleBlocks& placed) {
                 if (block + 1 - begin < size) blocks[block + 1] |= static_cast<BlockBits>(bits >> 16);
             }
         }
-        for (const TriangleBlocks::Mark& mark : placed.marks) {
-            if (mark.block - begin < size) blocks[mark.block] = merged(blocks[mark.block], mark.bits);
+        for (const std::vector<TriangleBlocks::Mark>& section : placed.marks) {
+            for (const TriangleBlocks::Mark& mark : section)
+                if (mark.block - begin < size) blocks[mark.block] = merged(blocks[mark.block], mark.bits);
         }
     });
     return blocks;

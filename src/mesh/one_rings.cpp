@@ -87,12 +87,12 @@ bool write_rings(const OneRings::Corner* corners, const std::size_t* first, cons
                           std::make_index_sequence<OneRings::kMostInFan>());
 }
 
-// Extends the reach of a chunk, from the lowest point to the highest, by these neighbours.
-void extend(std::array<std::uint32_t, 2>& reach, const std::uint32_t* neighbours, std::size_t count) {
+// Extends a reach, from the lowest point to the highest. A plain loop, which compilers turn into vectors.
+void extend(std::array<std::uint32_t, 2>& reach, const std::uint32_t* points, std::size_t count) {
     std::uint32_t lowest = reach[0], highest = reach[1];
     for (std::size_t i = 0; i < count; ++i) {
-        lowest = std::min(lowest, neighbours[i]);
-        highest = std::max(highest, neighbours[i]);
+        lowest = std::min(lowest, points[i]);
+        highest = std::max(highest, points[i]);
     }
     reach = {lowest, highest};
 }
@@ -113,14 +113,9 @@ constexpr std::size_t kSection = 8192;  // triangles
 std::vector<std::array<std::uint32_t, 2>> reaches_of_sections(std::span<const Triangle> triangles) {
     std::vector<std::array<std::uint32_t, 2>> reaches((triangles.size() + kSection - 1) / kSection);
     parallel_for(std::size_t{0}, reaches.size(), [&](std::size_t s) {
-        std::uint32_t lowest = ~std::uint32_t{0}, highest = 0;
-        for (std::size_t t = s * kSection; t < std::min((s + 1) * kSection, triangles.size()); ++t) {
-            for (const std::uint32_t p : triangles[t]) {
-                lowest = std::min(lowest, p);
-                highest = std::max(highest, p);
-            }
-        }
-        reaches[s] = {lowest, highest};
+        const std::size_t begin = s * kSection, end = std::min(begin + kSection, triangles.size());
+        reaches[s] = {~std::uint32_t{0}, 0};
+        HWY_DYNAMIC_DISPATCH(extend)(reaches[s], triangles[begin].data(), 3 * (end - begin));
     });
     return reaches;
 }

@@ -10,7 +10,6 @@
 #include <bit>
 #include <cmath>
 #include <cstddef>
-#include <mutex>
 #include <optional>
 #include <vector>
 
@@ -83,7 +82,7 @@ HWY_INLINE Meeting meet_line(const V (&from_line)[3][3], std::size_t j, std::siz
 // Places the triangles [begin, end), and marks the lines that they meet, except for large ones. Returns whether all
 // triangles are within the bounds of the grid, as they are if all coordinates are finite.
 bool place_triangles(const MeshView& mesh, std::size_t begin, std::size_t end, TriangleBlocks& found,
-                     std::vector<TriangleBlocks::Mark>& marks) {
+                     std::vector<TriangleBlocks::Mark>& marks, bool& has_large) {
     const D d;
     const DI di;
     const BlockGrid& grid = found.grid;
@@ -93,6 +92,7 @@ bool place_triangles(const MeshView& mesh, std::size_t begin, std::size_t end, T
                            hn::Set(di, static_cast<std::int32_t>(grid.blocks[0] * grid.blocks[1]))};
     const PointLoader points(mesh.points);
     auto outside = hn::Lt(hn::Zero(d), hn::Zero(d));
+    auto any_large = hn::RebindMask(di, outside);
     for (std::size_t first = begin; first < end; first += lanes) {
         const std::size_t count = std::min(lanes, end - first);
         V corners[3][3], from_line[3][3];
@@ -127,6 +127,7 @@ bool place_triangles(const MeshView& mesh, std::size_t begin, std::size_t end, T
             for (std::size_t k = 0; k < 3; ++k) from_line[k][axis] = hn::Sub(corners[k][axis], line);
             is_large = hn::Or(is_large, hn::Or(hn::Gt(more, one), hn::Gt(lines, one)));
         }
+        any_large = hn::Or(any_large, is_large);
         HWY_ALIGN std::int32_t spans[kMostLanes], sides[kMostLanes];
         hn::Store(hn::IfThenElse(is_large, hn::Set(di, -1),
                                  hn::Or(block, hn::ShiftLeft<BlockGrid::kIndexBits>(span))),
@@ -153,6 +154,7 @@ bool place_triangles(const MeshView& mesh, std::size_t begin, std::size_t end, T
             }
         }
     }
+    has_large = !hn::AllFalse(di, any_large);
     return hn::AllFalse(d, outside);
 }
 
@@ -314,16 +316,20 @@ std::optional<TriangleBlocks> find_triangle_blocks(const MeshView& mesh, const O
     const std::optional<BlockGrid> grid = make_grid(mesh);
     if (!grid) return {};
     const std::size_t triangles = mesh.triangles.size();
-    TriangleBlocks found{*grid, Buffer<std::uint32_t>(triangles), Buffer<std::uint8_t>(triangles), {}};
-    std::mutex mutex;
+    const std::size_t sections = (triangles + kSection - 1) / kSection;
+    TriangleBlocks found{*grid, Buffer<std::uint32_t>(triangles), Buffer<std::uint8_t>(triangles),
+                         std::vector<std::vector<TriangleBlocks::Mark>>(sections)};
     std::atomic<std::size_t> marked = 0;
     std::atomic<bool> failed = false;
     const bool all_fans = has_only_fans(rings);
-    parallel_for(std::size_t{0}, (triangles + kSection - 1) / kSection, [&](std::size_t section) {
+    parallel_for(std::size_t{0}, sections, [&](std::size_t section) {
         if (failed) return;
         const std::size_t begin = section * kSection, end = std::min(begin + kSection, triangles);
-        std::vector<TriangleBlocks::Mark> marks;
-        if (!HWY_DYNAMIC_DISPATCH(place_triangles)(mesh, begin, end, found, marks)) failed = true;
+        std::vector<TriangleBlocks::Mark>& marks = found.marks[section];
+        marks.reserve(end - begin);
+        bool has_large = false;
+        if (!HWY_DYNAMIC_DISPATCH(place_triangles)(mesh, begin, end, found, marks, has_large)) failed = true;
+        if (all_fans && !has_large) return;
         for (std::size_t t = begin; t < end && !failed; ++t) {
             const auto& [a, b, c] = mesh.triangles[t];
             if (!all_fans && (!rings.is_fan(a) || !rings.is_fan(b) || !rings.is_fan(c)))
@@ -335,8 +341,6 @@ std::optional<TriangleBlocks> find_triangle_blocks(const MeshView& mesh, const O
             mark_blocks(found.grid, reach, found.sides[t], marks);
             mark_lines(mesh, found.grid, mesh.triangles[t], reach, marks);
         }
-        const std::lock_guard lock(mutex);
-        found.marks.insert(found.marks.end(), marks.begin(), marks.end());
     });
     if (failed) return {};
     return found;

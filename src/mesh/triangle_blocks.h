@@ -77,7 +77,8 @@ struct TriangleBlocks {
     Buffer<std::uint32_t> spans;
     /// kFront and kBack; both at points that are no fans, and if rounding could be wrong.
     Buffer<std::uint8_t> sides;
-    std::vector<Mark> marks;  ///< where lines meet triangles, and the sides of large triangles, in any order
+    /// Where lines meet triangles, and the sides of large triangles, by sections of triangles.
+    std::vector<std::vector<Mark>> marks;
 };
 
 /// The blocks of spans. They are in rows along x: each is a first block, and maybe the next one.
