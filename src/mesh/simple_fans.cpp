@@ -45,25 +45,27 @@ HWY_INLINE Vectors cross(const Vectors& a, const Vectors& b) {
             hn::Sub(hn::Mul(a.x, b.y), hn::Mul(a.y, b.x))};
 }
 
-// Tests as many fans at once as a vector has lanes. All have this number of triangles.
+// Tests as many fans at once as a vector has lanes. All have this number of triangles. `wanted` are places in the list of
+// all such points of a chunk.
 template <std::size_t kTriangles>
-HWY_INLINE void test_fans(const MeshView& mesh, const OneRings& rings, std::span<const std::uint32_t> points,
+HWY_INLINE void test_fans(const MeshView& mesh, std::span<const std::uint32_t> listed,
+                          const std::uint32_t* rings, std::span<const std::uint32_t> wanted,
                           std::uint8_t* simple) {
     const D d;
     const std::size_t lanes = hn::Lanes(d);
     const PointLoader loader(mesh.points);
-    for (std::size_t first = 0; first < points.size(); first += lanes) {
-        const std::size_t count = std::min(lanes, points.size() - first);
-        const std::uint32_t* ring[kMostLanes];
-        const auto point_of = [&](std::size_t lane) { return points[first + std::min(lane, count - 1)]; };
-        for (std::size_t lane = 0; lane < lanes; ++lane) ring[lane] = rings.of(point_of(lane)).data();
+    for (std::size_t first = 0; first < wanted.size(); first += lanes) {
+        const std::size_t count = std::min(lanes, wanted.size() - first);
+        // The last fan also fills the other lanes.
+        const auto place = [&](std::size_t lane) { return wanted[first + std::min(lane, count - 1)]; };
+        const auto point_of = [&](std::size_t lane) { return listed[place(lane)]; };
         V centre[3];
         loader.load(d, point_of, centre);
         Vectors edges[kTriangles], normals[kTriangles];
         for (std::size_t n = 0; n < kTriangles; ++n) {
             V neighbour[3];
             loader.load(
-                d, [&](std::size_t lane) { return ring[lane][n]; }, neighbour);
+                d, [&](std::size_t lane) { return rings[place(lane) * kTriangles + n]; }, neighbour);
             edges[n] = {hn::Sub(neighbour[0], centre[0]), hn::Sub(neighbour[1], centre[1]),
                         hn::Sub(neighbour[2], centre[2])};
         }
@@ -100,7 +102,7 @@ HWY_INLINE void test_fans(const MeshView& mesh, const OneRings& rings, std::span
         good = hn::And(good, hn::Eq(rises, hn::Set(d, 1)));
         alignas(64) float is_good[kMostLanes];
         hn::Store(hn::IfThenElseZero(good, hn::Set(d, 1)), d, is_good);
-        for (std::size_t lane = 0; lane < count; ++lane) simple[points[first + lane]] = is_good[lane] > 0;
+        for (std::size_t lane = 0; lane < count; ++lane) simple[point_of(lane)] = is_good[lane] > 0;
     }
 }
 
@@ -108,13 +110,15 @@ HWY_INLINE void test_fans(const MeshView& mesh, const OneRings& rings, std::span
 template <std::size_t kTriangles>
 HWY_INLINE void test_wanted(const MeshView& mesh, const OneRings& rings, std::size_t chunk,
                             std::uint8_t* simple) {
+    const std::span<const std::uint32_t> listed = rings.listed(chunk, kTriangles);
+    if (listed.empty()) return;
     std::uint32_t wanted[OneRings::kChunk];
     std::size_t count = 0;
-    for (const std::uint32_t p : rings.listed(chunk, kTriangles)) {
-        wanted[count] = p;
-        count += simple[p];
+    for (std::uint32_t i = 0; i < listed.size(); ++i) {
+        wanted[count] = i;
+        count += simple[listed[i]];
     }
-    test_fans<kTriangles>(mesh, rings, {wanted, count}, simple);
+    test_fans<kTriangles>(mesh, listed, rings.of(listed[0]).data(), {wanted, count}, simple);
 }
 
 template <std::size_t... kTriangles>
