@@ -12,7 +12,9 @@ namespace marrow::internal {
 inline void check_indices(const MeshView& mesh) {
     const auto is_wrong = [&](std::uint32_t p) { return p >= mesh.points.size(); };
     bool any = false;  // without a branch, so that compilers make vectors
-    for (const auto& [a, b, c] : mesh.triangles) any |= is_wrong(a) | is_wrong(b) | is_wrong(c);
+    for (const Triangle& t : mesh.triangles) {
+        for (const std::uint32_t p : t) any |= is_wrong(p);
+    }
     if (!any) return;
     for (const Triangle& t : mesh.triangles) {
         for (const std::uint32_t p : t) {

@@ -73,9 +73,11 @@ HWY_INLINE bool write_all_fans(const OneRings::Corner* corners, const std::size_
                                const std::uint32_t* points,
                                const std::array<std::uint16_t, OneRings::kMostInFan + 2>& begin,
                                std::uint32_t* rings, std::uint8_t* lists, std::index_sequence<kCounts...>) {
-    return (write_fans<kCounts + 1>(
-                corners, first, {points + begin[kCounts + 1], points + begin[kCounts + 2]}, rings, lists) &
-            ...);
+    bool all = true;
+    ((all &= write_fans<kCounts + 1>(
+          corners, first, {points + begin[kCounts + 1], points + begin[kCounts + 2]}, rings, lists)),
+     ...);
+    return all;
 }
 
 // Writes the rings of a chunk's points that may be fans, list by list. Returns whether all are fans; the list of others
