@@ -69,13 +69,12 @@ struct Step {
         const auto share = hn::Set(d, 1 / static_cast<float>(count));
         for (std::size_t i = 0; i < 4; i += hn::Lanes(d)) {
             // Two sums, because an addition takes longer than a load.
-            auto even = hn::Load(d, from[ring[0]].xyz + i);
-            auto odd = count > 1 ? hn::Load(d, from[ring[1]].xyz + i) : hn::Zero(d);
-            for (std::size_t n = 2; n + 1 < count; n += 2) {
+            auto even = hn::Zero(d), odd = hn::Zero(d);
+            for (std::size_t n = 0; n + 1 < count; n += 2) {
                 even = hn::Add(even, hn::Load(d, from[ring[n]].xyz + i));
                 odd = hn::Add(odd, hn::Load(d, from[ring[n + 1]].xyz + i));
             }
-            if (count % 2 == 1 && count > 1) even = hn::Add(even, hn::Load(d, from[ring[count - 1]].xyz + i));
+            if (count % 2 == 1) even = hn::Add(even, hn::Load(d, from[ring[count - 1]].xyz + i));
             const auto twice_average =
                 hn::Add(hn::Load(d, from[p].xyz + i), hn::Mul(share, hn::Add(even, odd)));
             auto part = hn::Mul(hn::Set(d, coefficient), hn::Load(d, step[p].xyz + i));
