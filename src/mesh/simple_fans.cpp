@@ -45,8 +45,8 @@ HWY_INLINE Vectors cross(const Vectors& a, const Vectors& b) {
             hn::Sub(hn::Mul(a.x, b.y), hn::Mul(a.y, b.x))};
 }
 
-// Tests as many fans at once as a vector has lanes. All have this number of triangles. `wanted` are places in the list of
-// all such points of a chunk.
+// Tests as many fans at once as a vector has lanes. All have this number of triangles. `wanted` are places in the list
+// of all such points of a chunk.
 template <std::size_t kTriangles>
 HWY_INLINE void test_fans(const MeshView& mesh, std::span<const std::uint32_t> listed,
                           const std::uint32_t* rings, std::span<const std::uint32_t> wanted,

@@ -158,8 +158,8 @@ bool place_triangles(const MeshView& mesh, std::size_t begin, std::size_t end, T
     return hn::AllFalse(d, outside);
 }
 
-// For some of the blocks, the kinds of spans from there on that have a block with 1 in `wanted`: a bit for each. A plain
-// loop, which compilers turn into vectors.
+// For some of the blocks, the kinds of spans from there on that have a block with 1 in `wanted`: a bit for each. A
+// plain loop, which compilers turn into vectors.
 void find_wanted_kinds(const BlockGrid& grid, const std::uint8_t* wanted, std::size_t begin, std::size_t end,
                        std::uint8_t* kinds) {
     const std::uint8_t* const next[8] = {wanted,

@@ -39,7 +39,8 @@ struct BlockGrid {
         return double{lower[axis]} + (2.0 * block + 1) / double{halves_per_mm};
     }
     std::size_t size() const { return std::size_t{blocks[0]} * blocks[1] * blocks[2]; }
-    /// The size of an array with an entry for each block, and more: so that the next one along each axis can be read, too.
+    /// The size of an array with an entry for each block, and more, so that those next to it along the axes
+    /// can be read, too.
     std::size_t padded_size() const { return size() + index({1, 1, 1}); }
     std::uint32_t index(const std::array<std::uint32_t, 3>& block) const {
         return (block[2] * blocks[1] + block[1]) * blocks[0] + block[0];
