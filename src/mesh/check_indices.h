@@ -10,9 +10,15 @@ namespace marrow::internal {
 
 /// \throw InputError if a triangle has an index out of range
 inline void check_indices(const MeshView& mesh) {
+    const auto is_wrong = [&](std::uint32_t p) { return p >= mesh.points.size(); };
+    bool any = false;  // without a branch, so that compilers make vectors
+    for (const Triangle& t : mesh.triangles) {
+        for (const std::uint32_t p : t) any |= is_wrong(p);
+    }
+    if (!any) return;
     for (const Triangle& t : mesh.triangles) {
         for (const std::uint32_t p : t) {
-            if (p < mesh.points.size()) continue;
+            if (!is_wrong(p)) continue;
             throw InputError("mesh: a triangle refers to point " + std::to_string(p) +
                              ", but there are only " + std::to_string(mesh.points.size()) +
                              " points, numbered from 0");

@@ -148,8 +148,9 @@ Buffer<BlockBits> fill_blocks(const TriangleBlocks& placed) {
                 if (block + 1 - begin < size) blocks[block + 1] |= static_cast<BlockBits>(bits >> 16);
             }
         }
-        for (const TriangleBlocks::Mark& mark : placed.marks) {
-            if (mark.block - begin < size) blocks[mark.block] = merged(blocks[mark.block], mark.bits);
+        for (const std::vector<TriangleBlocks::Mark>& section : placed.marks) {
+            for (const TriangleBlocks::Mark& mark : section)
+                if (mark.block - begin < size) blocks[mark.block] = merged(blocks[mark.block], mark.bits);
         }
     });
     return blocks;
@@ -158,7 +159,7 @@ Buffer<BlockBits> fill_blocks(const TriangleBlocks& placed) {
 // Returns 0 for blocks in columns that are height fields, and 1 for the others.
 Buffer<std::uint8_t> find_unproven(const BlockGrid& grid, const Buffer<BlockBits>& blocks) {
     Buffer<std::uint8_t> unproven(grid.padded_size());
-    unproven.back() = 0;
+    std::fill(unproven.begin() + static_cast<std::ptrdiff_t>(grid.size()), unproven.end(), std::uint8_t{0});
     const auto for_each_layer = [&](std::size_t layers, const auto& prove) {
         parallel_for_ranges(std::size_t{0}, layers, 8, [&](const auto& range) {
             Buffer<BlockBits> scratch(grid.size() / layers);

@@ -4,9 +4,12 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include <hwy/cache_control.h>
+
 #include <algorithm>
 #include <bit>
 #include <numeric>
+#include <utility>
 #include <vector>
 
 #include "one_rings.h"
@@ -18,48 +21,82 @@ namespace marrow::internal::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Writes the neighbours in the order of a single closed fan. Returns false if the corners are no such fan.
-// Reads kMost corners, even if there are fewer. \pre count <= kMost
-template <std::size_t kMost>
-HWY_INLINE bool walk_around(std::uint32_t point, const OneRings::Corner* corners, std::size_t count,
-                            std::uint32_t* ring) {
+// Writes the neighbours in the order of a single closed fan. Returns whether the corners are such a fan. Reads some
+// corners more than there are.
+template <std::size_t kCount>
+HWY_INLINE bool walk_around(std::uint32_t point, const OneRings::Corner* corners, std::uint32_t* ring) {
+    constexpr std::size_t kRead = kCount <= 8 ? 8 : 16;
+    constexpr std::uint32_t kAll = (1u << kCount) - 1;
     const hn::CappedTag<std::uint32_t, 8> d;
-    hn::Vec<decltype(d)> next[kMost], before;
-    for (std::size_t i = 0; i < kMost; i += hn::Lanes(d)) {
+    hn::Vec<decltype(d)> next[kRead], before;
+    for (std::size_t i = 0; i < kRead; i += hn::Lanes(d))
         hn::LoadInterleaved2(d, &corners[i].next, next[i], before);
-        next[i] = hn::IfThenElse(hn::FirstN(d, std::max(i, count) - i), next[i], hn::Set(d, point));
-    }
-    std::uint32_t at = corners[0].next, visited = 0;
-    for (std::size_t n = 0; n < count; ++n) {
-        std::uint32_t same = 0;
-        for (std::size_t i = 0; i < kMost; i += hn::Lanes(d)) {
+    const auto corners_to = [&](std::uint32_t neighbour) HWY_ATTR {
+        std::uint32_t found = 0;
+        for (std::size_t i = 0; i < kRead; i += hn::Lanes(d)) {
             std::uint8_t bits[8] = {};
-            hn::StoreMaskBits(d, hn::Eq(next[i], hn::Set(d, at)), bits);
-            same |= static_cast<std::uint32_t>(bits[0]) << i;
+            hn::StoreMaskBits(d, hn::Eq(next[i], hn::Set(d, neighbour)), bits);
+            found |= static_cast<std::uint32_t>(bits[0]) << i;
         }
-        // Only one edge may leave the point to this neighbour, and not in a corner that was visited before.
-        if (same == 0 || (same & (same - 1)) != 0 || (visited & same) != 0 || at == point) return false;
-        visited |= same;
+        return found & kAll;
+    };
+    // The walk takes the first corner to each neighbour. It only comes through all corners if no neighbour has two.
+    std::uint32_t at = corners[0].next, visited = 0;
+    for (std::size_t n = 0; n < kCount; ++n) {
+        const std::uint32_t found = corners_to(at) | 1u << kCount;
+        visited |= found & (~found + 1);
         ring[n] = at;
-        at = corners[static_cast<std::size_t>(std::countr_zero(same))].before;
+        at = corners[static_cast<std::size_t>(std::countr_zero(found))].before;
     }
-    return count > 1 && at == ring[0];
+    return visited == kAll && at == ring[0] && corners_to(point) == 0;
 }
 
-// Writes the rings of the points [begin, end), and whether they are fans. The first corner of the first point
-// is corners[0]. Reads some corners more than there are.
-void list_rings(const OneRings::Corner* corners, const std::size_t* first, std::size_t begin, std::size_t end,
-                std::uint32_t* rings, std::uint8_t* are_fans) {
-    for (std::size_t p = begin; p < end; ++p) {
-        const std::size_t at = first[p] - first[begin], count = first[p + 1] - first[p];
-        const auto point = static_cast<std::uint32_t>(p);
-        are_fans[p - begin] = count <= 8 ? walk_around<8>(point, corners + at, count, rings + at)
-                              : count <= OneRings::kMostInFan
-                                  ? walk_around<OneRings::kMostInFan>(point, corners + at, count, rings + at)
-                                  : false;
-        if (are_fans[p - begin] != 0) continue;
-        for (std::size_t i = at; i < at + count; ++i) rings[i] = corners[i].next;
+// Writes the rings of points with this number of corners, one after another. Returns whether all are fans; the list of
+// others becomes 0.
+template <std::size_t kCount>
+HWY_INLINE bool write_fans(const OneRings::Corner* corners, const std::size_t* first,
+                           std::span<const std::uint32_t> points, std::uint32_t*& rings,
+                           std::uint8_t* lists) {
+    bool all = true;
+    for (const std::uint32_t p : points) {
+        if (!walk_around<kCount>(p, corners + first[p], rings)) {
+            lists[p % OneRings::kChunk] = 0;
+            all = false;
+        }
+        rings += kCount;
     }
+    return all;
+}
+
+template <std::size_t... kCounts>
+HWY_INLINE bool write_all_fans(const OneRings::Corner* corners, const std::size_t* first,
+                               const std::uint32_t* points,
+                               const std::array<std::uint16_t, OneRings::kMostInFan + 2>& begin,
+                               std::uint32_t* rings, std::uint8_t* lists, std::index_sequence<kCounts...>) {
+    bool all = true;
+    ((all &= write_fans<kCounts + 1>(
+          corners, first, {points + begin[kCounts + 1], points + begin[kCounts + 2]}, rings, lists)),
+     ...);
+    return all;
+}
+
+// Writes the rings of a chunk's points that may be fans, list by list. Returns whether all are fans; the list of others
+// becomes 0.
+bool write_rings(const OneRings::Corner* corners, const std::size_t* first, const std::uint32_t* points,
+                 const std::array<std::uint16_t, OneRings::kMostInFan + 2>& begin, std::uint32_t* rings,
+                 std::uint8_t* lists) {
+    return write_all_fans(corners, first, points, begin, rings, lists,
+                          std::make_index_sequence<OneRings::kMostInFan>());
+}
+
+// Extends a reach, from the lowest point to the highest. A plain loop, which compilers turn into vectors.
+void extend(std::array<std::uint32_t, 2>& reach, const std::uint32_t* points, std::size_t count) {
+    std::uint32_t lowest = reach[0], highest = reach[1];
+    for (std::size_t i = 0; i < count; ++i) {
+        lowest = std::min(lowest, points[i]);
+        highest = std::max(highest, points[i]);
+    }
+    reach = {lowest, highest};
 }
 
 }  // namespace marrow::internal::HWY_NAMESPACE
@@ -69,7 +106,8 @@ HWY_AFTER_NAMESPACE();
 namespace marrow::internal {
 namespace {
 
-HWY_EXPORT(list_rings);
+HWY_EXPORT(write_rings);
+HWY_EXPORT(extend);
 
 constexpr std::size_t kSection = 8192;  // triangles
 
@@ -77,14 +115,9 @@ constexpr std::size_t kSection = 8192;  // triangles
 std::vector<std::array<std::uint32_t, 2>> reaches_of_sections(std::span<const Triangle> triangles) {
     std::vector<std::array<std::uint32_t, 2>> reaches((triangles.size() + kSection - 1) / kSection);
     parallel_for(std::size_t{0}, reaches.size(), [&](std::size_t s) {
-        std::uint32_t lowest = ~std::uint32_t{0}, highest = 0;
-        for (std::size_t t = s * kSection; t < std::min((s + 1) * kSection, triangles.size()); ++t) {
-            for (const std::uint32_t p : triangles[t]) {
-                lowest = std::min(lowest, p);
-                highest = std::max(highest, p);
-            }
-        }
-        reaches[s] = {lowest, highest};
+        const std::size_t begin = s * kSection, end = std::min(begin + kSection, triangles.size());
+        reaches[s] = {~std::uint32_t{0}, 0};
+        HWY_DYNAMIC_DISPATCH(extend)(reaches[s], triangles[begin].data(), 3 * (end - begin));
     });
     return reaches;
 }
@@ -164,35 +197,41 @@ OneRings::OneRings(const MeshView& mesh)
 void OneRings::list_chunk(const Corner* corners, const std::size_t* first, std::size_t chunk) {
     const std::size_t begin = chunk * kChunk, end = std::min(begin + kChunk, size());
     Chunk& c = chunks_[chunk];
-    c.reach = {static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(end - 1)};
-    std::vector<std::uint32_t> rings(first[end] - first[begin]);
-    std::array<std::uint8_t, kChunk> are_fans, list;
-    HWY_DYNAMIC_DISPATCH(list_rings)
-    (corners + first[begin], first, begin, end, rings.data(), are_fans.data());
-    for (const std::uint32_t q : rings) c.reach = {std::min(c.reach[0], q), std::max(c.reach[1], q)};
-    std::array<std::uint16_t, kMostInFan + 2> counts{};
+    // The lists jump to and fro between the corners, which processors do not expect.
+    for (std::size_t i = first[begin]; i < first[end]; i += 64 / sizeof(Corner)) hwy::Prefetch(corners + i);
+    std::array<std::uint8_t, kChunk> lists;  // the list of each point
     for (std::size_t p = begin; p < end; ++p) {
         const std::size_t count = first[p + 1] - first[p];
         count_[p] = static_cast<std::uint32_t>(count);
-        kinds_[p] = are_fans[p - begin] != 0 ? Kind::kFan
-                    : are_manifold(static_cast<std::uint32_t>(p), {corners + first[p], count})
-                        ? Kind::kRegular
-                        : Kind::kIrregular;
-        list[p - begin] = static_cast<std::uint8_t>(is_fan(p) ? count : 0);
-        ++counts[list[p - begin] + 1u];
+        lists[p - begin] = static_cast<std::uint8_t>(count > 1 && count <= kMostInFan ? count : 0);
     }
-    std::partial_sum(counts.begin(), counts.end(), counts.begin());
-    c.begin = counts;
-    for (std::size_t p = begin; p < end; ++p)
-        listed_[begin + counts[list[p - begin]]++] = static_cast<std::uint32_t>(p);
-    // The rings go in the order of the lists.
-    std::size_t to = first[begin];
+    // The rings go in the order of the lists. They are written again if some points turn out to be no fans.
+    for (bool all_written = false; !all_written;) {
+        std::array<std::uint16_t, kMostInFan + 2> next{};
+        for (std::size_t p = begin; p < end; ++p) ++next[lists[p - begin] + 1u];
+        std::partial_sum(next.begin(), next.end(), next.begin());
+        c.begin = next;
+        for (std::size_t p = begin; p < end; ++p)
+            listed_[begin + next[lists[p - begin]]++] = static_cast<std::uint32_t>(p);
+        std::size_t to = first[begin];
+        for (const std::uint32_t p : listed(chunk, 0)) {
+            for (std::size_t i = 0; i < count_[p]; ++i) neighbours_[to + i] = corners[first[p] + i].next;
+            to += count_[p];
+        }
+        all_written = HWY_DYNAMIC_DISPATCH(write_rings)(corners, first, listed_.data() + begin, c.begin,
+                                                        neighbours_.data() + to, lists.data());
+    }
+    std::size_t start = first[begin];
     for (std::size_t i = begin; i < end; ++i) {
-        const std::size_t p = listed_[i];
-        std::copy_n(rings.data() + (first[p] - first[begin]), count_[p], neighbours_.data() + to);
-        start_[p] = to;
-        to += count_[p];
+        const std::uint32_t p = listed_[i];
+        start_[p] = start;
+        start += count_[p];
+        kinds_[p] = lists[p - begin] != 0                              ? Kind::kFan
+                    : are_manifold(p, {corners + first[p], count_[p]}) ? Kind::kRegular
+                                                                       : Kind::kIrregular;
     }
+    c.reach = {static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(end - 1)};
+    HWY_DYNAMIC_DISPATCH(extend)(c.reach, neighbours_.data() + first[begin], start - first[begin]);
 }
 
 }  // namespace marrow::internal

@@ -17,6 +17,7 @@
 #include "simple_fans.h"
 
 #include "base/parallel.h"
+#include "load_points-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace marrow::internal::HWY_NAMESPACE {
@@ -44,39 +45,30 @@ HWY_INLINE Vectors cross(const Vectors& a, const Vectors& b) {
             hn::Sub(hn::Mul(a.x, b.y), hn::Mul(a.y, b.x))};
 }
 
-// The coordinates of one point for each lane, by axis.
-struct Lanes {
-    alignas(64) float xyz[3][kMostLanes];
-
-    void set(std::size_t lane, const Vec3f& p) {
-        for (std::size_t axis = 0; axis < 3; ++axis) xyz[axis][lane] = p[axis];
-    }
-    HWY_INLINE Vectors from(const Lanes& origin) const {
-        const D d;
-        const auto difference = [&](std::size_t axis) HWY_ATTR {
-            return hn::Sub(hn::Load(d, xyz[axis]), hn::Load(d, origin.xyz[axis]));
-        };
-        return {difference(0), difference(1), difference(2)};
-    }
-};
-
-// Tests as many fans at once as a vector has lanes. All have this number of triangles.
+// Tests as many fans at once as a vector has lanes. All have this number of triangles. `wanted` are places in the list
+// of all such points of a chunk.
 template <std::size_t kTriangles>
-HWY_INLINE void test_fans(const MeshView& mesh, const OneRings& rings, std::span<const std::uint32_t> points,
+HWY_INLINE void test_fans(const MeshView& mesh, std::span<const std::uint32_t> listed,
+                          const std::uint32_t* rings, std::span<const std::uint32_t> wanted,
                           std::uint8_t* simple) {
     const D d;
     const std::size_t lanes = hn::Lanes(d);
-    for (std::size_t first = 0; first < points.size(); first += lanes) {
-        const std::size_t count = std::min(lanes, points.size() - first);
-        Lanes centre, neighbours[kTriangles];
-        for (std::size_t lane = 0; lane < lanes; ++lane) {
-            const std::uint32_t p = points[first + std::min(lane, count - 1)];
-            const std::uint32_t* const ring = rings.of(p).data();
-            centre.set(lane, mesh.points[p]);
-            for (std::size_t n = 0; n < kTriangles; ++n) neighbours[n].set(lane, mesh.points[ring[n]]);
-        }
+    const PointLoader loader(mesh.points);
+    for (std::size_t first = 0; first < wanted.size(); first += lanes) {
+        const std::size_t count = std::min(lanes, wanted.size() - first);
+        // The last fan also fills the other lanes.
+        const auto place = [&](std::size_t lane) { return wanted[first + std::min(lane, count - 1)]; };
+        const auto point_of = [&](std::size_t lane) { return listed[place(lane)]; };
+        V centre[3];
+        loader.load(d, point_of, centre);
         Vectors edges[kTriangles], normals[kTriangles];
-        for (std::size_t n = 0; n < kTriangles; ++n) edges[n] = neighbours[n].from(centre);
+        for (std::size_t n = 0; n < kTriangles; ++n) {
+            V neighbour[3];
+            loader.load(
+                d, [&](std::size_t lane) { return rings[place(lane) * kTriangles + n]; }, neighbour);
+            edges[n] = {hn::Sub(neighbour[0], centre[0]), hn::Sub(neighbour[1], centre[1]),
+                        hn::Sub(neighbour[2], centre[2])};
+        }
         Vectors sum{hn::Zero(d), hn::Zero(d), hn::Zero(d)};
         for (std::size_t n = 0; n < kTriangles; ++n) {
             const Vectors normal = normals[n] = cross(edges[n], edges[(n + 1) % kTriangles]);
@@ -110,7 +102,7 @@ HWY_INLINE void test_fans(const MeshView& mesh, const OneRings& rings, std::span
         good = hn::And(good, hn::Eq(rises, hn::Set(d, 1)));
         alignas(64) float is_good[kMostLanes];
         hn::Store(hn::IfThenElseZero(good, hn::Set(d, 1)), d, is_good);
-        for (std::size_t lane = 0; lane < count; ++lane) simple[points[first + lane]] = is_good[lane] > 0;
+        for (std::size_t lane = 0; lane < count; ++lane) simple[point_of(lane)] = is_good[lane] > 0;
     }
 }
 
@@ -118,13 +110,15 @@ HWY_INLINE void test_fans(const MeshView& mesh, const OneRings& rings, std::span
 template <std::size_t kTriangles>
 HWY_INLINE void test_wanted(const MeshView& mesh, const OneRings& rings, std::size_t chunk,
                             std::uint8_t* simple) {
+    const std::span<const std::uint32_t> listed = rings.listed(chunk, kTriangles);
+    if (listed.empty()) return;
     std::uint32_t wanted[OneRings::kChunk];
     std::size_t count = 0;
-    for (const std::uint32_t p : rings.listed(chunk, kTriangles)) {
-        wanted[count] = p;
-        count += simple[p];
+    for (std::uint32_t i = 0; i < listed.size(); ++i) {
+        wanted[count] = i;
+        count += simple[listed[i]];
     }
-    test_fans<kTriangles>(mesh, rings, {wanted, count}, simple);
+    test_fans<kTriangles>(mesh, listed, rings.of(listed[0]).data(), {wanted, count}, simple);
 }
 
 template <std::size_t... kTriangles>

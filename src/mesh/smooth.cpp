@@ -13,12 +13,12 @@
 #include "base/parallel.h"
 #include "base/progress.h"
 #include "check_indices.h"
+#include "component_volumes.h"
 #include "connected_points.h"
 #include "hold_back.h"
 #include "normals.h"
 #include "one_rings.h"
 #include "smooth_filter.h"
-#include "triangle_corners.h"
 
 namespace marrow {
 
@@ -46,58 +46,13 @@ class Bound {
     Mat3d to_index_{};
 };
 
-// The volume of a component before and after, or a part of it.
-struct Volumes {
-    std::uint32_t lowest;  // the lowest point of the component
-    double before = 0, after = 0;
-};
-
-// The volume between a triangle and the plane at this height, if the z axis points up.
-double volume_above(const Mesh& mesh, const Triangle& triangle, double height) {
-    const auto [a, b, c] = corners_of(mesh, triangle);
-    const double twice_area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
-    return twice_area * ((a[2] - height) + (b[2] - height) + (c[2] - height)) / 6;
-}
-
-// Returns the volumes of the components with triangles, ordered by their lowest points. Above those points, because
-// distant coordinates would cancel.
-std::vector<Volumes> volumes(const Mesh& before, const Mesh& after,
-                             const std::vector<std::uint32_t>& lowest) {
-    constexpr std::size_t kSection = 8192;  // triangles; the sums do not depend on the threads
-    std::vector<std::vector<Volumes>> sections((before.triangles.size() + kSection - 1) / kSection);
-    parallel_for(std::size_t{0}, sections.size(), [&](std::size_t s) {
-        const std::size_t end = std::min((s + 1) * kSection, before.triangles.size());
-        for (std::size_t i = s * kSection; i < end;) {
-            // The triangles of a component that follow each other.
-            Volumes sum{lowest[before.triangles[i][0]]};
-            const double from = before.points[sum.lowest][2], to = after.points[sum.lowest][2];
-            for (; i < end && lowest[before.triangles[i][0]] == sum.lowest; ++i) {
-                sum.before += volume_above(before, before.triangles[i], from);
-                sum.after += volume_above(after, before.triangles[i], to);
-            }
-            sections[s].push_back(sum);
-        }
-    });
-    std::vector<Volumes> parts, sums;
-    for (const std::vector<Volumes>& section : sections)
-        parts.insert(parts.end(), section.begin(), section.end());
-    std::stable_sort(parts.begin(), parts.end(),
-                     [](const Volumes& a, const Volumes& b) { return a.lowest < b.lowest; });
-    for (const Volumes& part : parts) {
-        if (sums.empty() || sums.back().lowest != part.lowest) sums.push_back({part.lowest});
-        sums.back().before += part.before;
-        sums.back().after += part.after;
-    }
-    return sums;
-}
-
 // Moves the points of closed components that the filter has nearly flattened back. These are specks of a few
 // triangles, whose shape consists of frequencies above the pass band. Returns their number. `lowest` has the
 // lowest point of each point's component.
 std::int64_t restore_flattened(const Mesh& before, const OneRings& rings,
                                const std::vector<std::uint32_t>& lowest, Mesh& mesh) {
     std::vector<std::uint32_t> flattened;
-    for (const Volumes& v : volumes(before, mesh, lowest)) {
+    for (const ComponentVolumes& v : component_volumes(before, mesh.points, lowest)) {
         if (std::abs(v.after - v.before) > std::abs(v.before) / 2) flattened.push_back(v.lowest);
     }
     if (flattened.empty()) return 0;

@@ -192,7 +192,7 @@ std::vector<float> step_coefficients(int degree, double pass_band) {
 // afterwards, pass by pass. If neighbours are far apart in the order of the points, that is nearly everything.
 class PassScheduler {
   public:
-    static constexpr int kPassesTogether = 10;
+    static constexpr int kPassesTogether = 20;
 
     explicit PassScheduler(const OneRings& rings) {
         for (std::size_t c = 0; c < rings.chunks(); ++c) {

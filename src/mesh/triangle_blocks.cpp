@@ -10,8 +10,6 @@
 #include <bit>
 #include <cmath>
 #include <cstddef>
-#include <cstring>
-#include <mutex>
 #include <optional>
 #include <vector>
 
@@ -21,6 +19,7 @@
 #include "triangle_tree.h"
 
 #include "base/parallel.h"
+#include "load_points-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace marrow::internal::HWY_NAMESPACE {
@@ -32,21 +31,6 @@ using D = hn::CappedTag<float, kMostLanes>;
 using DI = hn::RebindToSigned<D>;
 using V = hn::Vec<D>;
 using VI = hn::Vec<DI>;
-
-// Loads a corner of the triangles from `first` on, one in each lane. The last one of `count` fills the other lanes.
-HWY_INLINE void load_corners(const MeshView& mesh, std::size_t first, std::size_t count, std::size_t corner,
-                             V (&xyz)[3]) {
-    const D d;
-    HWY_ALIGN float rows[4 * kMostLanes] = {};
-    for (std::size_t lane = 0; lane < hn::Lanes(d); ++lane) {
-        const std::uint32_t p = mesh.triangles[first + std::min(lane, count - 1)][corner];
-        // Four floats make a vector. No fourth one follows the last point.
-        const std::size_t floats = p + std::size_t{1} < mesh.points.size() ? 4 : 3;
-        std::memcpy(rows + 4 * lane, mesh.points[p].data(), floats * sizeof(float));
-    }
-    V unused;
-    hn::LoadInterleaved4(d, rows, xyz[0], xyz[1], xyz[2], unused);
-}
 
 // The sides that triangles show along each axis. Both, if rounding could be wrong.
 HWY_INLINE VI sides_of(const V (&a)[3], const V (&b)[3], const V (&c)[3]) {
@@ -98,7 +82,7 @@ HWY_INLINE Meeting meet_line(const V (&from_line)[3][3], std::size_t j, std::siz
 // Places the triangles [begin, end), and marks the lines that they meet, except for large ones. Returns whether all
 // triangles are within the bounds of the grid, as they are if all coordinates are finite.
 bool place_triangles(const MeshView& mesh, std::size_t begin, std::size_t end, TriangleBlocks& found,
-                     std::vector<TriangleBlocks::Mark>& marks) {
+                     std::vector<TriangleBlocks::Mark>& marks, bool& has_large) {
     const D d;
     const DI di;
     const BlockGrid& grid = found.grid;
@@ -106,11 +90,18 @@ bool place_triangles(const MeshView& mesh, std::size_t begin, std::size_t end, T
     const VI one = hn::Set(di, 1);
     const VI strides[3] = {one, hn::Set(di, static_cast<std::int32_t>(grid.blocks[0])),
                            hn::Set(di, static_cast<std::int32_t>(grid.blocks[0] * grid.blocks[1]))};
+    const PointLoader points(mesh.points);
     auto outside = hn::Lt(hn::Zero(d), hn::Zero(d));
+    auto any_large = hn::RebindMask(di, outside);
     for (std::size_t first = begin; first < end; first += lanes) {
         const std::size_t count = std::min(lanes, end - first);
         V corners[3][3], from_line[3][3];
-        for (std::size_t c = 0; c < 3; ++c) load_corners(mesh, first, count, c, corners[c]);
+        for (std::size_t c = 0; c < 3; ++c) {
+            // The last triangle also fills the other lanes.
+            points.load(
+                d, [&](std::size_t lane) { return mesh.triangles[first + std::min(lane, count - 1)][c]; },
+                corners[c]);
+        }
         VI block = hn::Zero(di), span = hn::Zero(di), to_line[3];
         auto is_large = hn::Lt(one, hn::Zero(di));
         decltype(is_large) has_line[3];
@@ -136,6 +127,7 @@ bool place_triangles(const MeshView& mesh, std::size_t begin, std::size_t end, T
             for (std::size_t k = 0; k < 3; ++k) from_line[k][axis] = hn::Sub(corners[k][axis], line);
             is_large = hn::Or(is_large, hn::Or(hn::Gt(more, one), hn::Gt(lines, one)));
         }
+        any_large = hn::Or(any_large, is_large);
         HWY_ALIGN std::int32_t spans[kMostLanes], sides[kMostLanes];
         hn::Store(hn::IfThenElse(is_large, hn::Set(di, -1),
                                  hn::Or(block, hn::ShiftLeft<BlockGrid::kIndexBits>(span))),
@@ -162,7 +154,29 @@ bool place_triangles(const MeshView& mesh, std::size_t begin, std::size_t end, T
             }
         }
     }
+    has_large = !hn::AllFalse(di, any_large);
     return hn::AllFalse(d, outside);
+}
+
+// For some of the blocks, the kinds of spans from there on that have a block with 1 in `wanted`: a bit for each. A
+// plain loop, which compilers turn into vectors.
+void find_wanted_kinds(const BlockGrid& grid, const std::uint8_t* wanted, std::size_t begin, std::size_t end,
+                       std::uint8_t* kinds) {
+    const std::uint8_t* const next[8] = {wanted,
+                                         wanted + grid.index({1, 0, 0}),
+                                         wanted + grid.index({0, 1, 0}),
+                                         wanted + grid.index({1, 1, 0}),
+                                         wanted + grid.index({0, 0, 1}),
+                                         wanted + grid.index({1, 0, 1}),
+                                         wanted + grid.index({0, 1, 1}),
+                                         wanted + grid.index({1, 1, 1})};
+    for (std::size_t b = begin; b < end; ++b) {
+        // The kinds with this block.
+        const int all = next[0][b] * 0b11111111 | next[1][b] * 0b10101010 | next[2][b] * 0b11001100 |
+                        next[3][b] * 0b10001000 | next[4][b] * 0b11110000 | next[5][b] * 0b10100000 |
+                        next[6][b] * 0b11000000 | next[7][b] * 0b10000000;
+        kinds[b] = static_cast<std::uint8_t>(all);
+    }
 }
 
 }  // namespace marrow::internal::HWY_NAMESPACE
@@ -172,6 +186,7 @@ HWY_AFTER_NAMESPACE();
 namespace marrow::internal {
 
 HWY_EXPORT(place_triangles);
+HWY_EXPORT(find_wanted_kinds);
 
 namespace {
 
@@ -301,16 +316,20 @@ std::optional<TriangleBlocks> find_triangle_blocks(const MeshView& mesh, const O
     const std::optional<BlockGrid> grid = make_grid(mesh);
     if (!grid) return {};
     const std::size_t triangles = mesh.triangles.size();
-    TriangleBlocks found{*grid, Buffer<std::uint32_t>(triangles), Buffer<std::uint8_t>(triangles), {}};
-    std::mutex mutex;
+    const std::size_t sections = (triangles + kSection - 1) / kSection;
+    TriangleBlocks found{*grid, Buffer<std::uint32_t>(triangles), Buffer<std::uint8_t>(triangles),
+                         std::vector<std::vector<TriangleBlocks::Mark>>(sections)};
     std::atomic<std::size_t> marked = 0;
     std::atomic<bool> failed = false;
     const bool all_fans = has_only_fans(rings);
-    parallel_for(std::size_t{0}, (triangles + kSection - 1) / kSection, [&](std::size_t section) {
+    parallel_for(std::size_t{0}, sections, [&](std::size_t section) {
         if (failed) return;
         const std::size_t begin = section * kSection, end = std::min(begin + kSection, triangles);
-        std::vector<TriangleBlocks::Mark> marks;
-        if (!HWY_DYNAMIC_DISPATCH(place_triangles)(mesh, begin, end, found, marks)) failed = true;
+        std::vector<TriangleBlocks::Mark>& marks = found.marks[section];
+        marks.reserve(end - begin);
+        bool has_large = false;
+        if (!HWY_DYNAMIC_DISPATCH(place_triangles)(mesh, begin, end, found, marks, has_large)) failed = true;
+        if (all_fans && !has_large) return;
         for (std::size_t t = begin; t < end && !failed; ++t) {
             const auto& [a, b, c] = mesh.triangles[t];
             if (!all_fans && (!rings.is_fan(a) || !rings.is_fan(b) || !rings.is_fan(c)))
@@ -322,15 +341,19 @@ std::optional<TriangleBlocks> find_triangle_blocks(const MeshView& mesh, const O
             mark_blocks(found.grid, reach, found.sides[t], marks);
             mark_lines(mesh, found.grid, mesh.triangles[t], reach, marks);
         }
-        const std::lock_guard lock(mutex);
-        found.marks.insert(found.marks.end(), marks.begin(), marks.end());
     });
     if (failed) return {};
     return found;
 }
 
 Buffer<std::uint32_t> triangles_in(const TriangleBlocks& blocks, const Buffer<std::uint8_t>& wanted) {
-    const SpanRows span_rows(blocks.grid);
+    const std::size_t size = blocks.grid.size();
+    Buffer<std::uint8_t> kinds(size + 1);
+    parallel_for_ranges(std::size_t{0}, size, 65536, [&](const auto& range) {
+        HWY_DYNAMIC_DISPATCH(find_wanted_kinds)
+        (blocks.grid, wanted.data(), range.begin(), range.end(), kinds.data());
+    });
+    kinds[size] = 0xff;  // for large triangles, whose spans begin beyond all blocks
     const std::size_t triangles = blocks.spans.size();
     Buffer<std::uint32_t> listed(triangles);
     std::vector<std::size_t> counts((triangles + kSection - 1) / kSection);
@@ -339,17 +362,9 @@ Buffer<std::uint32_t> triangles_in(const TriangleBlocks& blocks, const Buffer<st
         std::size_t count = 0;
         for (std::size_t t = begin; t < end; ++t) {
             const std::uint32_t span = blocks.spans[t];
-            unsigned is_wanted = 1;
-            if (span != TriangleBlocks::kLarge) {
-                unsigned in_first = 0, in_next = 0;
-                for (const SpanRows::Row& row : span_rows.rows(span)) {
-                    in_first |= wanted[SpanRows::first(span) + row.first];
-                    in_next |= wanted[SpanRows::first(span) + row.first + 1];
-                }
-                is_wanted = in_first | (in_next & SpanRows::has_next(span));
-            }
+            const std::size_t first = std::min<std::size_t>(SpanRows::first(span), size);
             listed[begin + count] = static_cast<std::uint32_t>(t);
-            count += is_wanted;
+            count += kinds[first] >> SpanRows::kind(span) & 1;
         }
         counts[section] = count;
     });

@@ -39,8 +39,9 @@ struct BlockGrid {
         return double{lower[axis]} + (2.0 * block + 1) / double{halves_per_mm};
     }
     std::size_t size() const { return std::size_t{blocks[0]} * blocks[1] * blocks[2]; }
-    /// The size of an array with an entry for each block, and one more: so that the next one can be read, too.
-    std::size_t padded_size() const { return size() + 1; }
+    /// The size of an array with an entry for each block, and more, so that those next to it along the axes
+    /// can be read, too.
+    std::size_t padded_size() const { return size() + index({1, 1, 1}); }
     std::uint32_t index(const std::array<std::uint32_t, 3>& block) const {
         return (block[2] * blocks[1] + block[1]) * blocks[0] + block[0];
     }
@@ -77,7 +78,8 @@ struct TriangleBlocks {
     Buffer<std::uint32_t> spans;
     /// kFront and kBack; both at points that are no fans, and if rounding could be wrong.
     Buffer<std::uint8_t> sides;
-    std::vector<Mark> marks;  ///< where lines meet triangles, and the sides of large triangles, in any order
+    /// Where lines meet triangles, and the sides of large triangles, by sections of triangles.
+    std::vector<std::vector<Mark>> marks;
 };
 
 /// The blocks of spans. They are in rows along x: each is a first block, and maybe the next one.
@@ -99,9 +101,11 @@ class SpanRows {
         }
     }
     static std::uint32_t first(std::uint32_t span) { return span % (1u << BlockGrid::kIndexBits); }
+    /// Which blocks there are: a bit for each axis, as in TriangleBlocks::spans.
+    static std::uint32_t kind(std::uint32_t span) { return span >> BlockGrid::kIndexBits & 7; }
     /// 1 if the rows have two blocks, otherwise 0.
-    static std::uint32_t has_next(std::uint32_t span) { return span >> BlockGrid::kIndexBits & 1; }
-    const std::array<Row, 4>& rows(std::uint32_t span) const { return rows_[span >> BlockGrid::kIndexBits]; }
+    static std::uint32_t has_next(std::uint32_t span) { return kind(span) & 1; }
+    const std::array<Row, 4>& rows(std::uint32_t span) const { return rows_[kind(span)]; }
 
   private:
     std::array<std::array<Row, 4>, 8> rows_;
