@@ -221,7 +221,7 @@ class AmbiguousRowWriter {
                 }
             });
         list_.resize(static_cast<std::size_t>(cases_end - cases));
-        std::copy(cases, static_cast<std::uint8_t*>(cases) + list_.size(), list_.begin());
+        std::copy(cases, cases + list_.size(), list_.begin());
         for (std::size_t k = 0; k < cells.size(); ++k)
             list_[indices_[k]] = static_cast<std::uint16_t>(kFirstRunningShape + cells[k].shape);
         const std::uint16_t* from = list_.data();
