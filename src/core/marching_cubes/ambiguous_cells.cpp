@@ -12,6 +12,7 @@
 
 #include "candidate_cells.h"
 #include "core/volume/rows.h"
+#include "inner_normals.h"
 #include "inner_points.h"
 
 namespace marrow::internal {
@@ -172,33 +173,34 @@ double slope(const T* p, std::int64_t before, std::int64_t after) {
     return before != 0 && after != 0 ? rise : 2 * rise;
 }
 
-// The gradients at points of the cells of a row.
+// The slopes of the cells of a row.
 template <class T>
-class CellGradients {
+class RowSlopes {
   public:
-    CellGradients(const VolumeView& volume, std::int64_t y, std::int64_t z)
+    RowSlopes(const VolumeView& volume, std::int64_t y, std::int64_t z)
         : volume_(volume), y_(y), z_(z), stride_{1, volume.row_pitch(), volume.slice_pitch()} {
         find_neighbours(1, y);
         find_neighbours(2, z);
     }
 
-    // The following gradients are those in the cell at x.
-    void set_cell(std::int64_t x) {
-        find_neighbours(0, x);
-        x_ = x;
-    }
-
-    // That of the samples around the point, which is smooth across cells. Where it would turn the surface over, or a
-    // sample is not finite, it is that of the interpolant or of the inside bits.
-    Vec3d gradient(const CellValues& values, const Vec3d& at) const {
+    // Where a sample is not finite, those of the inside bits.
+    CellSlopes of_cell(std::int64_t x, const CellValues& values) {
+        CellSlopes cell;
         if (std::any_of(values.begin(), values.end(), [](double v) { return std::isnan(v); })) {
-            CellValues sides;
-            for (std::size_t v = 0; v < 8; ++v) sides[v] = values[v] >= 0 ? 1 : -1;
-            return Interpolant(sides, at).gradient;
+            for (std::size_t v = 0; v < 8; ++v) cell.values[v] = values[v] >= 0 ? 1 : -1;
+            return cell;
         }
-        const Vec3d smooth = interpolated(at);
-        const Vec3d own = Interpolant(well_scaled(values), at).gradient;
-        return dot(smooth, own) > 0 ? smooth : own;
+        cell.values = well_scaled(values);
+        cell.has_corners = true;
+        find_neighbours(0, x);
+        const T* const first = row_of<T>(volume_, y_, z_) + x;
+        for (std::size_t v = 0; v < 8; ++v) {
+            const T* p = first;
+            for (std::size_t a = 0; a < 3; ++a) p += (v >> a & 1) != 0 ? stride_[a] : 0;
+            for (std::size_t a = 0; a < 3; ++a)
+                cell.corners[v][a] = slope(p, before_[a][v >> a & 1], after_[a][v >> a & 1]);
+        }
+        return cell;
     }
 
   private:
@@ -211,44 +213,12 @@ class CellGradients {
         }
     }
 
-    // Between those of the cell's corners.
-    Vec3d interpolated(const Vec3d& at) const {
-        const T* const first = row_of<T>(volume_, y_, z_) + x_;
-        Vec3d gradient{};
-        for (std::size_t v = 0; v < 8; ++v) {
-            const T* p = first;
-            double weight = 1;
-            Vec3d slopes;
-            for (std::size_t a = 0; a < 3; ++a) {
-                const bool far = (v >> a & 1) != 0;
-                p += far ? stride_[a] : 0;
-                weight *= far ? at[a] : 1 - at[a];
-            }
-            for (std::size_t a = 0; a < 3; ++a)
-                slopes[a] = slope(p, before_[a][v >> a & 1], after_[a][v >> a & 1]);
-            gradient = gradient + weight * slopes;
-        }
-        return gradient;
-    }
-
     const VolumeView& volume_;
     const std::int64_t y_, z_;
-    std::int64_t x_ = 0;
     const std::array<std::int64_t, 3> stride_;
     // The steps from the samples at the two sides of the cell, by axis, or 0.
     std::array<std::array<std::int64_t, 2>, 3> before_, after_;
 };
-
-Vec3f normal_of(const IndexToPhysical& to_physical, const Vec3d& gradient) {
-    double steepest = 0;
-    for (const double g : gradient) steepest = std::max(steepest, std::abs(g));
-    Vec3d normal;
-    for (std::size_t r = 0; r < 3; ++r)
-        normal[r] = dot(to_double(to_physical.normal_matrix[r]), (1 / steepest) * gradient);
-    const double per_length = 1 / length(normal);
-    if (!std::isfinite(per_length)) return to_physical.axis[0];  // where there is no gradient
-    return to_float(per_length * normal);
-}
 
 }  // namespace
 
@@ -332,7 +302,7 @@ void AmbiguousCells::emit_points_of(std::size_t row, std::span<const AmbiguousCe
     const std::int64_t y = at.y - bits_.first_y, z = at.z - bits_.first_z;
     const auto& first = to_physical_.first;
     const CornerSamples<T> samples(volume_, y, z);
-    CellGradients<T> gradients(volume_, y, z);
+    RowSlopes<T> slopes(volume_, y, z);
     for (const AmbiguousCell& cell : cells) {
         if (cell.inner_points == 0) continue;
         const std::int64_t x = cell.x - bits_.first_x;
@@ -341,12 +311,15 @@ void AmbiguousCells::emit_points_of(std::size_t row, std::span<const AmbiguousCe
                            static_cast<double>(first[2] + z)};
         std::array<Vec3d, CellTopology::kTunnelPoints> inner;
         const int count = place_inner_points(cell.topology(), values, inner);
-        gradients.set_cell(x);
         for (int k = 0; k < count; ++k) {
-            const Vec3d& in_cell = inner[static_cast<std::size_t>(k)];
-            *points++ = to_float(to_physical_.origin + to_physical_.exact * (corner + in_cell));
-            if (normals != nullptr) *normals++ = normal_of(to_physical_, gradients.gradient(values, in_cell));
+            points[k] = to_float(to_physical_.origin +
+                                 to_physical_.exact * (corner + inner[static_cast<std::size_t>(k)]));
         }
+        points += count;
+        if (normals == nullptr) continue;
+        inner_normals(slopes.of_cell(x, values), inner.data(), static_cast<std::size_t>(count), to_physical_,
+                      normals);
+        normals += count;
     }
 }
 

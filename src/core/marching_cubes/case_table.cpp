@@ -244,34 +244,46 @@ constexpr void run(unsigned crossed, const std::uint8_t* edges, std::size_t coun
     }
 }
 
+// The index into kRunningCases of a case.
+constexpr std::size_t by_rows(std::size_t cell_case) {
+    std::size_t index = 0;
+    for (std::size_t v = 0; v < 8; ++v) index |= (cell_case >> v & 1) << (v / 2 + 4 * (v % 2));
+    return index;
+}
+
 constexpr std::array<RunningCase, 256> run(const std::array<Case, 256>& cases) {
     std::array<RunningCase, 256> result{};
     for (std::size_t i = 0; i < 256; ++i) {
         const Case& c = cases[i];
-        std::size_t by_rows = 0;
-        for (std::size_t v = 0; v < 8; ++v) by_rows |= (i >> v & 1) << (v / 2 + 4 * (v % 2));
-        result[by_rows].triangles = c.triangles;
-        run(c.crossed, c.edges.data(), 3 * kMaxTriangles, result[by_rows]);
+        RunningCase& running = result[by_rows(i)];
+        running.triangles = c.triangles;
+        run(c.crossed, c.edges.data(), 3 * kMaxTriangles, running);
     }
     return result;
 }
 
-constexpr std::array<RunningShape, kShapeCount> run(const std::array<CellShape, kShapeCount>& shapes,
-                                                    bool mirrored) {
-    std::array<RunningShape, kShapeCount> result{};
-    for (std::size_t i = 0; i < shapes.size(); ++i) {
-        const CellShape& shape = shapes[i];
-        if (shape.has_fan) continue;
-        std::array<std::uint8_t, RunningShape::kIds> corners{};
-        const std::size_t second = mirrored ? 2 : 1;
-        for (std::size_t t = 0; t < 3u * shape.triangles; t += 3) {
-            corners[t] = shape.corners[t];
-            corners[t + 1] = shape.corners[t + second];
-            corners[t + 2] = shape.corners[t + 3 - second];
-        }
-        result[i].triangles = shape.triangles;
-        run(shape.crossed, corners.data(), 3u * shape.triangles, result[i]);
+constexpr RunningShape run(const CellShape& shape, bool mirrored) {
+    RunningShape result;
+    std::array<std::uint8_t, RunningShape::kIds> corners{};
+    const std::size_t second = mirrored ? 2 : 1;
+    for (std::size_t t = 0; t < 3u * shape.triangles; t += 3) {
+        corners[t] = shape.corners[t];
+        corners[t + 1] = shape.corners[t + second];
+        corners[t + 2] = shape.corners[t + 3 - second];
     }
+    result.triangles = shape.triangles;
+    run(shape.crossed, corners.data(), 3u * shape.triangles, result);
+    return result;
+}
+
+constexpr std::array<RunningShape, kRunningShapeCount> run(const std::array<CellShape, kShapeCount>& shapes,
+                                                           const std::array<std::uint16_t, 256>& first,
+                                                           bool mirrored) {
+    std::array<RunningShape, kRunningShapeCount> result{};
+    for (std::size_t i = 0; i < shapes.size(); ++i) {
+        if (!shapes[i].has_fan) result[kFirstRunningShape + i] = run(shapes[i], mirrored);
+    }
+    for (std::size_t c = 0; c < 256; ++c) result[by_rows(c)] = result[kFirstRunningShape + first[c]];
     return result;
 }
 
@@ -285,8 +297,9 @@ constexpr std::array<Case, 256> kCases = derive_cases(kShapes, kFirstShape);
 constexpr std::array<Case, 256> kMirroredCases = turn_over(kCases);
 constexpr std::array<RunningCase, 256> kRunningCases = run(kCases);
 constexpr std::array<RunningCase, 256> kMirroredRunningCases = run(kMirroredCases);
-constexpr std::array<RunningShape, kShapeCount> kRunningShapes = run(kShapes, false);
-constexpr std::array<RunningShape, kShapeCount> kMirroredRunningShapes = run(kShapes, true);
+constexpr std::array<RunningShape, kRunningShapeCount> kRunningShapes = run(kShapes, kFirstShape, false);
+constexpr std::array<RunningShape, kRunningShapeCount> kMirroredRunningShapes =
+    run(kShapes, kFirstShape, true);
 constexpr std::array<ShapeChange, kShapeCount> kShapeChanges = find_changes(kShapes, kFirstShape);
 
 }  // namespace marrow::internal

@@ -48,7 +48,7 @@ struct alignas(32) RunningCase {
     std::uint8_t advance[16] = {};
 };
 
-/// A shape without inner points in the same form.
+/// The same of a case or of a shape without inner points, which may have more triangles.
 struct alignas(64) RunningShape {
     static constexpr std::size_t kIds = 32;
 
@@ -89,7 +89,9 @@ extern const std::array<std::uint8_t, 256> kAmbiguousFaces;
 inline constexpr int kShapeCount = 656;
 extern const std::array<std::uint16_t, 256> kFirstShape;
 extern const std::array<CellShape, kShapeCount> kShapes;
-extern const std::array<RunningShape, kShapeCount> kRunningShapes, kMirroredRunningShapes;
+/// Those of the cases in the order of kRunningCases, and from kFirstRunningShape on those of kShapes.
+inline constexpr int kFirstRunningShape = 256, kRunningShapeCount = kFirstRunningShape + kShapeCount;
+extern const std::array<RunningShape, kRunningShapeCount> kRunningShapes, kMirroredRunningShapes;
 /// What a shape has more than its case.
 struct ShapeChange {
     std::int8_t more_triangles = 0;

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <type_traits>
 
 #include "case_table.h"
 #include "cell_rows-inl.h"
@@ -104,10 +105,10 @@ class RunningIds {
         advance(c.advance);
 #endif
     }
-    // The same for a shape, and RunningShape::kIds ids.
+    // The same for a shape, and up to RunningShape::kIds ids.
     HWY_INLINE void write(const RunningShape& s, std::uint32_t* HWY_RESTRICT out) {
         write_ids<kIds>(s.ids, out);
-        write_ids<kIds>(s.ids + kIds, out + kIds);
+        if (HWY_UNLIKELY(s.triangles > kMaxTriangles)) write_ids<kIds>(s.ids + kIds, out + kIds);
         advance(s.advance);
     }
 
@@ -170,24 +171,26 @@ HWY_INLINE std::uint8_t* list_cases(const ActiveWords& active_words, std::size_t
     return list;
 }
 
-// Writes the triangles of cells that follow each other in a row. `end` is the end of the memory that may be
-// written.
-HWY_INLINE std::uint32_t* emit_cells(const std::uint8_t* first, const std::uint8_t* last,
-                                     RunningIds& running_ids, const EmittedCase* cases,
-                                     std::uint32_t* HWY_RESTRICT out, const std::uint32_t* end) {
+// Writes the triangles of cells that follow each other in a row: a list of numbers into a table of cases or of shapes.
+// `end` is the end of the memory that may be written.
+template <class Number, class Entry>
+HWY_INLINE std::uint32_t* emit_cells(const Number* first, const Number* last, RunningIds& running_ids,
+                                     const Entry* table, std::uint32_t* HWY_RESTRICT out,
+                                     const std::uint32_t* end) {
+    constexpr std::size_t kMost = std::is_same_v<Entry, RunningShape> ? RunningShape::kIds : kIds;
     RunningIds ids = running_ids;
-    // Each cell writes kIds ids, and the next cell overwrites those beyond its triangles. Near the end of the
+    // Each cell writes up to kMost ids, and the next cell overwrites those beyond its triangles. Near the end of the
     // share this is not allowed, because another thread writes there.
-    const std::uint8_t* const fast_end =
-        end - out >= static_cast<std::ptrdiff_t>(kIds) * (last - first) ? last : first;
+    const Number* const fast_end =
+        end - out >= static_cast<std::ptrdiff_t>(kMost) * (last - first) ? last : first;
     for (; first < fast_end; ++first) {
-        const EmittedCase& c = cases[*first];
+        const Entry& c = table[*first];
         ids.write(c, out);
         out += 3 * c.triangles;
     }
     for (; first < last; ++first) {
-        const EmittedCase& c = cases[*first];
-        std::uint32_t triangles[kIds];
+        const Entry& c = table[*first];
+        std::uint32_t triangles[kMost];
         ids.write(c, triangles);
         out = std::copy_n(triangles, 3 * c.triangles, out);
     }
@@ -195,61 +198,51 @@ HWY_INLINE std::uint32_t* emit_cells(const std::uint8_t* first, const std::uint8
     return out;
 }
 
-// Writes the triangles of rows that have ambiguous cells. These interrupt the list of cases.
+// Writes the triangles of rows that have ambiguous cells. Their shapes take the places of their cases in the list, so
+// that only cells with inner points interrupt it.
 class AmbiguousRowWriter {
   public:
     explicit AmbiguousRowWriter(const EmitInput& input)
         : input_(input),
-          shapes_(input.to_physical.mirrored ? kMirroredRunningShapes.data() : kRunningShapes.data()) {}
+          table_(input.to_physical.mirrored ? kMirroredRunningShapes.data() : kRunningShapes.data()) {}
 
-    // `inner_id` is the id of the row's first inner point, and `list` has room for the row's cases.
+    // `inner_id` is the id of the row's first inner point, and `cases` has room for the row's cases.
     std::uint32_t* emit(const AmbiguousRows& at, const RowBits& row, RunningIds& ids, std::uint32_t inner_id,
-                        const EmittedCase* cases, std::uint8_t* list, std::uint32_t* out,
-                        const std::uint32_t* end) {
+                        std::uint8_t* cases, std::uint32_t* out, const std::uint32_t* end) {
         const auto cells = at.cells();
-        // Their indices in the list of cases.
-        indices_.clear();
-        const std::uint8_t* const list_end = list_cases(
-            input_.active, at.row(), row, list,
+        indices_.resize(cells.size());
+        std::size_t found = 0;
+        const std::uint8_t* const cases_end = list_cases(
+            input_.active, at.row(), row, cases,
             [&](std::size_t w, std::uint64_t active, const std::uint8_t* next) {
-                for (std::size_t k = indices_.size(); k < cells.size() && cells[k].x / 64 == w; ++k) {
-                    const std::uint64_t before = active & ((std::uint64_t{1} << cells[k].x % 64) - 1);
-                    indices_.push_back(next - list + popcount(before));
+                for (; found < cells.size() && cells[found].x / 64 == w; ++found) {
+                    const std::uint64_t before = active & ((std::uint64_t{1} << cells[found].x % 64) - 1);
+                    indices_[found] = static_cast<std::size_t>(next - cases) + popcount(before);
                 }
             });
-        const std::uint8_t* from = list;
+        list_.resize(static_cast<std::size_t>(cases_end - cases));
+        std::copy(cases, cases + list_.size(), list_.begin());
+        for (std::size_t k = 0; k < cells.size(); ++k)
+            list_[indices_[k]] = static_cast<std::uint16_t>(kFirstRunningShape + cells[k].shape);
+        const std::uint16_t* from = list_.data();
         for (std::size_t k = 0; k < cells.size(); ++k) {
-            out = emit_cells(from, list + indices_[k], ids, cases, out, end);
-            out = emit_cell(at.row(), cells[k], ids, inner_id, out, end);
-            from = list + indices_[k] + 1;
+            if (HWY_LIKELY(cells[k].inner_points == 0)) continue;
+            const std::uint16_t* const here = list_.data() + indices_[k];
+            out = emit_cells(from, here, ids, table_, out, end);
+            std::uint32_t edge_ids[kCellEdges];
+            ids.write_edges(kShapes[cells[k].shape].crossed, edge_ids);
+            out = input_.ambiguous->emit_triangles(at.row(), cells[k], edge_ids, inner_id, out);
+            inner_id += cells[k].inner_points;
+            from = here + 1;
         }
-        return emit_cells(from, list_end, ids, cases, out, end);
+        return emit_cells(from, list_.data() + list_.size(), ids, table_, out, end);
     }
 
   private:
-    HWY_INLINE std::uint32_t* emit_cell(std::size_t r, const AmbiguousCell& cell, RunningIds& ids,
-                                        std::uint32_t& inner_id, std::uint32_t* HWY_RESTRICT out,
-                                        const std::uint32_t* end) const {
-        if (HWY_UNLIKELY(cell.inner_points > 0)) {
-            std::uint32_t edge_ids[kCellEdges];
-            ids.write_edges(kShapes[cell.shape].crossed, edge_ids);
-            const std::uint32_t first_inner = inner_id;
-            inner_id += cell.inner_points;
-            return input_.ambiguous->emit_triangles(r, cell, edge_ids, first_inner, out);
-        }
-        const RunningShape& shape = shapes_[cell.shape];
-        if (HWY_LIKELY(end - out >= static_cast<std::ptrdiff_t>(RunningShape::kIds))) {
-            ids.write(shape, out);
-            return out + 3 * shape.triangles;
-        }
-        std::uint32_t triangles[RunningShape::kIds];
-        ids.write(shape, triangles);
-        return std::copy_n(triangles, 3 * shape.triangles, out);
-    }
-
     const EmitInput& input_;
-    const RunningShape* const shapes_;
-    std::vector<std::ptrdiff_t> indices_;
+    const RunningShape* const table_;
+    Buffer<std::size_t> indices_;  // of the row's ambiguous cells in its list
+    Buffer<std::uint16_t> list_;   // numbers into the table
 };
 
 void emit_triangles_target(const EmitInput& input, std::size_t row_begin, std::size_t row_end,
@@ -282,7 +275,7 @@ void emit_triangles_target(const EmitInput& input, std::size_t row_begin, std::s
             const RowBits row(bits, at);
             if (HWY_UNLIKELY(ambiguous.reach(r))) {
                 const auto first_inner = static_cast<std::uint32_t>(first_next_y - ambiguous->inner_points);
-                out = ambiguous_writer.emit(ambiguous, row, ids, first_inner, cases, list.data(), out, end);
+                out = ambiguous_writer.emit(ambiguous, row, ids, first_inner, list.data(), out, end);
             } else {
                 const std::uint8_t* list_end =
                     list_cases(input.active, r, row, list.data(), [](auto...) HWY_ATTR {});
