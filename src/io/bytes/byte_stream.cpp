@@ -23,6 +23,7 @@ namespace marrow::internal::io {
 struct ByteStream::State {
     std::filesystem::path path;
     int descriptor = -1;
+    std::uint64_t size = 0;
     bool compressed = false;
     bool ended = false;  // the compressed stream
     z_stream zip{};
@@ -103,6 +104,7 @@ ByteStream::ByteStream(const std::filesystem::path& path, Compression compressio
         fail<IoError>(path, "cannot be opened: {}", std::strerror(errno));
     }
     if (!S_ISREG(status.st_mode)) fail<IoError>(path, "is not a regular file");
+    state_->size = static_cast<std::uint64_t>(status.st_size);
     if (offset > 0) seek(offset);
     if (compression != Compression::none) {
         const int window_bits = compression == Compression::deflate ? -15 : 15 + 32;  // 32: gzip or zlib
@@ -113,6 +115,10 @@ ByteStream::ByteStream(const std::filesystem::path& path, Compression compressio
 }
 
 ByteStream::~ByteStream() = default;
+
+std::uint64_t ByteStream::file_size() const {
+    return state_->size;
+}
 
 std::size_t ByteStream::read_some(void* to, std::size_t size) {
     return state_->compressed ? state_->inflate_some(to, size) : state_->read_file(to, size);

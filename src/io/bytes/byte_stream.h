@@ -24,6 +24,8 @@ class ByteStream {
     ByteStream(const ByteStream&) = delete;
     ByteStream& operator=(const ByteStream&) = delete;
 
+    /// The size of the whole file.
+    std::uint64_t file_size() const;
     /// Reads up to `size` bytes and returns their number; it is less only at the end.
     /// \throw IoError; InputError the compressed data are damaged
     std::size_t read_some(void* to, std::size_t size);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <optional>
 
 #include <marrow/error.h>
 
@@ -111,7 +112,7 @@ class BoxReader {
         if (error) throw IoError(fmt::format("{}: cannot be opened: {}", quoted(path), error.message()));
         if (array_.index) return read_shard(path, exists, file, samples);
         Buffers& buffers = buffers_.local();
-        if (exists) read_bytes(path, 0, regular_file_size(path), buffers.stored);
+        if (exists) read_bytes(path, 0, std::nullopt, buffers.stored);
         place(path, exists, buffers, file, samples);
     }
 
@@ -150,15 +151,20 @@ class BoxReader {
         return index;
     }
 
-    void read_bytes(const fs::path& path, std::uint64_t offset, std::uint64_t size,
+    // Reads `size` bytes of a file, or all that follow. The file is opened before it is asked for its size: on a
+    // distributed file system each question takes as long as to read a small chunk.
+    void read_bytes(const fs::path& path, std::uint64_t offset, std::optional<std::uint64_t> size,
                     std::vector<std::byte>& bytes) const {
+        ByteStream file(path, Compression::none);
+        const std::uint64_t held = file.file_size();
+        if (offset > held) refuse(path);
+        const std::uint64_t count = size.value_or(held - offset);
         // No compressor makes its input much larger.
-        const std::uint64_t held = regular_file_size(path);
-        if (offset > held || size > held - offset ||
-            size > 2 * chunk_samples_ * size_ + (1 << 20) + index_bytes())
+        if (count > held - offset || count > 2 * chunk_samples_ * size_ + (1 << 20) + index_bytes())
             refuse(path);
-        bytes.resize(size);
-        ByteStream(path, Compression::none, offset).read(bytes.data(), bytes.size());
+        if (offset > 0) file.seek(offset);
+        bytes.resize(count);
+        file.read(bytes.data(), bytes.size());
     }
 
     std::uint64_t index_bytes() const {
