@@ -1,13 +1,21 @@
 // The outline of the isosurface in a slice, by marching squares: on the faces of cells, marching cubes does the same.
 
 // Edges of a square, counter-clockwise: 0 below, 1 right, 2 above, 3 left. Corners 0 to 3 are the bits 1, 2, 4, 8, in the
-// order (0, 0), (1, 0), (1, 1), (0, 1). Where two opposite corners are inside, each is cut off by itself.
+// order (0, 0), (1, 0), (1, 1), (0, 1). Where two opposite corners are inside, each is cut off by itself; the pieces of the
+// other two join them.
 const kPieces = [
   [], [3, 0], [0, 1], [3, 1], [1, 2], [3, 0, 1, 2], [0, 2], [3, 2],
   [2, 3], [2, 0], [0, 1, 2, 3], [2, 1], [1, 3], [1, 0], [0, 3], [],
 ];
 
-export function contour({ width, height, samples }, isovalue) {
+// Whether two inside corners at the ends of a diagonal are joined, by the asymptotic decider. Unlike on the surface, products
+// are rounded, which can matter only where samples of floats nearly tie.
+function joins(insideA, insideB, outsideA, outsideB, isovalue) {
+  const outside = (outsideA - isovalue) * (outsideB - isovalue);
+  return Number.isFinite(outside) && (insideA - isovalue) * (insideB - isovalue) >= outside;
+}
+
+export function contour({ width, height, samples }, isovalue, { topology = false } = {}) {
   let out = new Float32Array(4096), size = 0;
   const corners = new Float64Array(4);
   const put = (edge, x, y) => {
@@ -21,16 +29,17 @@ export function contour({ width, height, samples }, isovalue) {
   for (let y = 0; y + 1 < height; ++y) {
     for (let x = 0, at = y * width; x + 1 < width; ++x, ++at) {
       const a = samples[at], b = samples[at + 1], c = samples[at + 1 + width], d = samples[at + width];
-      const pieces = kPieces[(a >= isovalue && a < Infinity ? 1 : 0) | (b >= isovalue && b < Infinity ? 2 : 0) |
-                             (c >= isovalue && c < Infinity ? 4 : 0) | (d >= isovalue && d < Infinity ? 8 : 0)];
-      if (pieces.length === 0) continue;
+      const inside = (a >= isovalue && a < Infinity ? 1 : 0) | (b >= isovalue && b < Infinity ? 2 : 0) |
+                     (c >= isovalue && c < Infinity ? 4 : 0) | (d >= isovalue && d < Infinity ? 8 : 0);
+      if (inside === 0 || inside === 15) continue;
       if (size + 8 > out.length) {
         const larger = new Float32Array(2 * out.length);
         larger.set(out);
         out = larger;
       }
       corners[0] = a, corners[1] = b, corners[2] = c, corners[3] = d;
-      for (const edge of pieces) put(edge, x, y);
+      const joined = topology && (inside === 5 ? joins(a, c, b, d, isovalue) : inside === 10 && joins(b, d, a, c, isovalue));
+      for (const edge of kPieces[joined ? 15 - inside : inside]) put(edge, x, y);
     }
   }
   return out.slice(0, size);

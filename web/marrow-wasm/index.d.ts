@@ -197,6 +197,7 @@ export interface Scan {
   readonly options: Pick<ReadOptions, 'series' | 'spacing' | 'resample' | 'volume'>;
   /** "CT", "MR", ...; empty if not stated. */
   readonly modality: string;
+  /** The type of slices. Samples of 8 or 16 bits whose values have a fraction stay as stored, and slices are float32. */
   readonly sampleType: SampleType;
   readonly dims: Vec3;
   /** mm */
@@ -220,7 +221,7 @@ export interface Scan {
   readonly window: { lower: number; upper: number };
   /** The labels except for the background, if `unit` is "labels"; else empty. */
   readonly labels: Label[];
-  /** Bytes of the samples. */
+  /** Bytes of the samples in memory. */
   readonly bytes: number;
 
   /**
@@ -247,10 +248,10 @@ export interface Slice {
 
 /**
  * The outline of the isosurface in a slice: x0, y0, x1, y1 for each piece, in columns and rows, where (0, 0) is the
- * centre of the first sample. It is where Marrow's surface cuts the slice. It runs where it is called and takes a few
- * milliseconds.
+ * centre of the first sample. It is where Marrow's surface cuts the slice, with `topology` that of an Extractor with this
+ * option. It runs where it is called and takes a few milliseconds.
  */
-export function contour(slice: Slice, isovalue: number): Float32Array;
+export function contour(slice: Slice, isovalue: number, options?: Pick<ExtractorOptions, 'topology'>): Float32Array;
 
 /** A tissue in CT: the surface encloses the samples of at least `lowest` HU. */
 export interface Preset {

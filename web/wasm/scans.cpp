@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <utility>
 
 #include <marrow/error.h>
 #include <marrow/histogram.h>
@@ -28,6 +29,7 @@ ScanOptions options_of(const Json& request) {
     if (const auto spacing = member<Json>(request, "spacing")) options.spacing = vec3_of(*spacing);
     options.resample = request.value("resample", false);
     options.volume = member<std::int64_t>(request, "volume");
+    options.keep_stored = true;
     options.threads = request.value("threads", 0);
     options.progress = progress();
     return options;
@@ -60,7 +62,25 @@ Json report_of(const SeriesReport& s, std::size_t index) {
     return out;
 }
 
-// The lowest and highest of the samples, without the outer hundredths. A million of them suffice.
+// The type of the samples that a page gets: with a rescale, their values.
+SampleType type_for_page() {
+    return scan().rescale().is_identity() ? scan().type() : SampleType::float32;
+}
+
+// Replaces samples by their values, in float32.
+void rescale(Buffer<std::byte>& samples) {
+    visit_sample_type(scan().type(), [&, by = scan().rescale()]<class T>(T) {
+        const auto* const from = reinterpret_cast<const T*>(samples.data());
+        const std::size_t count = samples.size() / sizeof(T);
+        Buffer<std::byte> values(count * sizeof(float));
+        auto* const to = reinterpret_cast<float*>(values.data());
+        for (std::size_t i = 0; i < count; ++i)
+            to[i] = static_cast<float>(by.value(static_cast<double>(from[i])));
+        samples = std::move(values);
+    });
+}
+
+// The lowest and highest of the values, without the outer hundredths. A million of them suffice.
 template <class T>
 Json window_of(const T* samples, std::size_t count) {
     constexpr std::size_t kMost = 1'000'000;
@@ -74,7 +94,7 @@ Json window_of(const T* samples, std::size_t count) {
         const auto at =
             some.begin() + static_cast<std::ptrdiff_t>(part * static_cast<double>(some.size() - 1));
         std::nth_element(some.begin(), at, some.end());
-        return static_cast<double>(*at);
+        return scan().rescale().value(static_cast<double>(*at));
     };
     const double lower = percentile(0.01), upper = percentile(0.99);
     if (lower < upper) return {{"lower", lower}, {"upper", upper}};
@@ -176,7 +196,7 @@ Json describe_scan(const Json&) {
              {"description", info.series.description},
              {"seriesId", info.series.id},
              {"modality", info.series.modality},
-             {"sampleType", sample_type_name(scan().type())},
+             {"sampleType", sample_type_name(type_for_page())},
              {"dims", g.dims},
              {"spacing", vector_of(g.spacing)},
              {"origin", vector_of(g.origin)},
@@ -241,6 +261,7 @@ Json slice(const Json& request) {
                 std::memcpy(to + x * size, row + x * stride[across], size);
         }
     }
+    if (!scan().rescale().is_identity()) rescale(slice_samples);
     return {{"width", width},
             {"height", height},
             {"spacing", {g.spacing[across], g.spacing[down]}},

@@ -24,7 +24,7 @@ IndexToPhysical::IndexToPhysical(const VolumeView& volume)
     }
 }
 
-Vec3f IndexToPhysical::row_base(std::int64_t y, std::int64_t z) const {
+Vec3f IndexToPhysical::row_base(std::int64_t y, std::int64_t z) const noexcept {
     Vec3f base;
     for (std::size_t r = 0; r < 3; ++r) {
         base[r] = static_cast<float>(origin[r] + exact[r][1] * static_cast<double>(first[1] + y) +

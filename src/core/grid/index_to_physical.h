@@ -45,7 +45,7 @@ struct IndexToPhysical {
     explicit IndexToPhysical(const VolumeView& volume);
 
     /// The position of the whole volume's sample with x = 0 in row (y, z) of the view.
-    Vec3f row_base(std::int64_t y, std::int64_t z) const;
+    Vec3f row_base(std::int64_t y, std::int64_t z) const noexcept;
 
     /// The position of the point at fraction t along `axis` from the sample of the row whose x in the whole
     /// volume is `x`.

@@ -51,24 +51,39 @@ class CellRows {
     }
 #else
     HWY_INLINE std::uint8_t* list(std::uint64_t active, std::uint8_t* HWY_RESTRICT out) const {
-        const auto pair = [](const std::uint64_t* words)
-                              HWY_ATTR { return wasm_u64x2_make(words[0], words[1]); };
-        const v128_t here[2] = {pair(here_), pair(here_ + 2)}, next[2] = {pair(next_), pair(next_ + 2)};
+        // Byte r of groups[g] has the bits of corner r of eight cells, from cell 8 g on.
+        alignas(16) std::uint64_t groups[8];
+        transpose_bytes(groups);
         return list_bits(active, out, [&](std::uint64_t left, std::uint8_t& cell_case) HWY_ATTR {
-            // Shifts the corners of the lowest cell to the signs of their words, and collects these.
-            const int shift = 63 - std::countr_zero(left | std::uint64_t{1} << 63);
-            const auto signs = [shift](const v128_t(&rows)[2]) HWY_ATTR {
-                return wasm_i32x4_shuffle(wasm_i64x2_shl(rows[0], shift), wasm_i64x2_shl(rows[1], shift), 1,
-                                          3, 5, 7);
-            };
-            cell_case = static_cast<std::uint8_t>(
-                wasm_i16x8_bitmask(wasm_i16x8_narrow_i32x4(signs(here), signs(next))));
+            const auto cell = static_cast<unsigned>(std::countr_zero(left | std::uint64_t{1} << 63));
+            // The product moves the lowest bit of byte r to bit 56 + r.
+            const std::uint64_t corners = groups[cell / 8] >> cell % 8 & 0x0101010101010101;
+            cell_case = static_cast<std::uint8_t>(corners * 0x0102040810204080 >> 56);
         });
     }
 #endif
 
   private:
-#if HWY_TARGET == HWY_AVX3_DL
+#if HWY_TARGET == HWY_WASM
+    HWY_INLINE void transpose_bytes(std::uint64_t (&groups)[8]) const {
+        // The bytes of words 2 k and 2 k + 1 in turn.
+        const auto pair = [](const std::uint64_t* words) HWY_ATTR {
+            return wasm_i8x16_shuffle(wasm_v128_load64_zero(words), wasm_v128_load64_zero(words + 1), 0, 16,
+                                      1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);
+        };
+        const auto lower = [](v128_t a, v128_t b)
+                               HWY_ATTR { return wasm_i16x8_shuffle(a, b, 0, 8, 1, 9, 2, 10, 3, 11); };
+        const auto upper = [](v128_t a, v128_t b)
+                               HWY_ATTR { return wasm_i16x8_shuffle(a, b, 4, 12, 5, 13, 6, 14, 7, 15); };
+        const v128_t here[2] = {pair(here_), pair(here_ + 2)}, next[2] = {pair(next_), pair(next_ + 2)};
+        const v128_t first[2] = {lower(here[0], here[1]), lower(next[0], next[1])},
+                     last[2] = {upper(here[0], here[1]), upper(next[0], next[1])};
+        wasm_v128_store(groups, wasm_i32x4_shuffle(first[0], first[1], 0, 4, 1, 5));
+        wasm_v128_store(groups + 2, wasm_i32x4_shuffle(first[0], first[1], 2, 6, 3, 7));
+        wasm_v128_store(groups + 4, wasm_i32x4_shuffle(last[0], last[1], 0, 4, 1, 5));
+        wasm_v128_store(groups + 6, wasm_i32x4_shuffle(last[0], last[1], 2, 6, 3, 7));
+    }
+#else
     using D = hn::FixedTag<std::uint8_t, 64>;
 
     static HWY_INLINE hn::Mask<D> cells(const std::uint64_t& bits) {

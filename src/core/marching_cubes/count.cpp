@@ -82,6 +82,18 @@ struct RowMasks {
     }
 };
 
+// The bits that are set in each word.
+HWY_INLINE WordVec count_bits(WordVec words) {
+#if HWY_TARGET == HWY_WASM
+    // Highway looks up half bytes, although there is an instruction for words outside vectors.
+    const v128_t w = words.raw;
+    return WordVec{
+        wasm_u64x2_make(popcount(wasm_u64x2_extract_lane(w, 0)), popcount(wasm_u64x2_extract_lane(w, 1)))};
+#else
+    return hn::PopulationCount(words);
+#endif
+}
+
 // Counts what a row makes, in the lanes of vectors, and marks its active words.
 struct RowCounter {
     WordVec along_x, along_y, along_z;
@@ -110,11 +122,11 @@ struct RowCounter {
         const auto any = hn::Or(hn::Or(x, y), hn::Or(z, active));
         const std::uint64_t marks = bits_of(hn::Ne(any, hn::Zero(d)));
         if (marks == 0) return 0;
-        along_x = hn::Add(along_x, hn::PopulationCount(x));
-        along_y = hn::Add(along_y, hn::PopulationCount(y));
-        along_z = hn::Add(along_z, hn::PopulationCount(z));
+        along_x = hn::Add(along_x, count_bits(x));
+        along_y = hn::Add(along_y, count_bits(y));
+        along_z = hn::Add(along_z, count_bits(z));
         const auto several = hn::And(may_have_loops(cells), active);
-        one_loop = hn::Add(one_loop, hn::PopulationCount(hn::AndNot(several, active)));
+        one_loop = hn::Add(one_loop, count_bits(hn::AndNot(several, active)));
         if (HWY_UNLIKELY(!hn::AllFalse(d, hn::Ne(several, hn::Zero(d))))) {
             if constexpr (kAmbiguous) {
                 const auto undecided = hn::Or(have_ambiguous_faces(cells), have_antipodes(cells));
@@ -130,9 +142,13 @@ struct RowCounter {
     }
 
     static std::uint64_t bits_of(hn::Mask<Words> mask) {
+#if HWY_TARGET == HWY_WASM
+        return wasm_i64x2_bitmask(hn::VecFromMask(Words(), mask).raw);
+#else
         std::uint64_t bits = 0;
         hn::StoreMaskBits(Words(), mask, reinterpret_cast<std::uint8_t*>(&bits));
         return bits;
+#endif
     }
     static std::uint32_t sum(WordVec counts) {
         return static_cast<std::uint32_t>(hn::GetLane(hn::SumOfLanes(Words(), counts)));

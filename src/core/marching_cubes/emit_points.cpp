@@ -24,6 +24,19 @@ namespace marrow::internal::HWY_NAMESPACE {
 template <class T>
 using Staged = std::conditional_t<std::is_integral_v<T> && sizeof(T) <= 2, std::int32_t, Real<T>>;
 
+// The index of a sample, as wide as an address.
+using SampleIndex = std::conditional_t<sizeof(void*) == 4, std::int32_t, std::int64_t>;
+
+// The pointer, whose origin compilers do not see: so they do not add the place of an array in its object to each of the
+// small offsets from the pointer, which WebAssembly adds at no cost.
+template <class Pointer>
+HWY_INLINE Pointer opaque(Pointer pointer) {
+#if HWY_TARGET == HWY_WASM
+    __asm__("" : "+r"(pointer));
+#endif
+    return pointer;
+}
+
 // A batch of crossed edges, from one or more rows. When it is full, one long loop fetches the samples of all
 // edges, and whole vectors interpolate them. The output has the order in which edges are added.
 template <class T>
@@ -36,9 +49,11 @@ class PointBatch {
     PointBatch(const EmitInput& input, Vec3f* points, const Vec3f* end, Vec3f* normals, float* fractions)
         : samples_(static_cast<const T*>(input.volume.data)),
           dims_(input.volume.geometry.dims),
-          stride_{1, input.volume.row_pitch(), input.volume.slice_pitch()},
+          stride_{1, static_cast<SampleIndex>(input.volume.row_pitch()),
+                  static_cast<SampleIndex>(input.volume.slice_pitch())},
           below_(input.volume.below),
           above_(input.volume.above),
+          within_{inner(0), inner(1), inner(2)},
           to_physical_(input.to_physical),
           isovalue_(static_cast<R>(input.isovalue) * kSampleScale<T>),
           points_(points),
@@ -50,9 +65,9 @@ class PointBatch {
     void set_row(std::int64_t y, std::int64_t z) noexcept {
         y_ = y;
         z_ = z;
-        row_ = z * stride_[2] + y * stride_[1];
+        row_ = static_cast<SampleIndex>(z) * stride_[2] + static_cast<SampleIndex>(y) * stride_[1];
         base_ = to_physical_.row_base(y, z);
-        inner_ = is_inner(y, 1) && is_inner(z, 2) ? inner(0) : std::array<std::int64_t, 2>{};
+        inner_ = is_inner(y, 1) && is_inner(z, 2) ? within_[0] : Range{};
     }
 
     // Adds `count` edges of the row. Up to RowEdges::kSlack more elements are read.
@@ -86,6 +101,23 @@ class PointBatch {
     static constexpr std::size_t kCapacity = 192;
     static constexpr std::size_t kAtOnce = 16;
     static constexpr std::size_t kAhead = 16;  // samples are prefetched this many edges ahead
+    // Room for the elements that note() stores beyond the last edge, and for whole vectors.
+    static constexpr std::size_t kRoom = kCapacity + 16;
+    static_assert(kAtOnce <= 16 && kAhead <= 16);
+
+    using Range = std::array<std::int64_t, 2>;
+
+    // Of each edge, eight numbers are fetched: the samples at its ends, and the slopes at the first and at the second end
+    // along x, y and z. Each has an array of its own. But in WebAssembly the numbers of kTogether edges are side by
+    // side, at small offsets from each other.
+    static constexpr bool kSideBySide = HWY_TARGET == HWY_WASM;
+    static constexpr std::size_t kTogether = kSideBySide ? hn::MaxLanes(hn::ScalableTag<R>()) : 1;
+    static constexpr std::size_t kStride = kSideBySide ? kTogether : kRoom;  // between the numbers of an edge
+    static constexpr std::size_t first_number(std::size_t k) {
+        return kSideBySide ? k / kTogether * (8 * kTogether) + k % kTogether : k;
+    }
+    HWY_INLINE S* staged_of(std::size_t k) { return opaque(staged_ + first_number(k)); }
+    HWY_INLINE const S* staged_of(std::size_t k) const { return opaque(staged_ + first_number(k)); }
 
     // An edge whose stencil leaves the volume.
     struct BorderEdge {
@@ -95,12 +127,20 @@ class PointBatch {
 
     static S staged(T sample) { return static_cast<S>(sample); }
 
+    template <class DL, class Places>
+    static HWY_INLINE hn::Vec<DL> widened(DL dl, Places places) {
+        if constexpr (sizeof(SampleIndex) == sizeof(std::uint32_t))
+            return hn::BitCast(dl, places);
+        else
+            return hn::BitCast(dl, hn::PromoteTo(hn::RebindToUnsigned<DL>(), places));
+    }
+
     // Stores edges at the end of the batch.
     HWY_INLINE void note(const std::uint32_t* codes, std::size_t count) {
         const hn::CappedTag<std::uint32_t, kAtOnce> du;
         const hn::RebindToFloat<decltype(du)> df;
         const hn::RebindToSigned<decltype(du)> di;
-        const hn::Repartition<std::int64_t, decltype(du)> dl;
+        const hn::Repartition<SampleIndex, decltype(du)> dl;
         const hn::Rebind<std::uint32_t, decltype(dl)> dh;
         const auto places = [](auto d, auto codes)
                                 HWY_ATTR { return hn::And(codes, hn::Set(d, EdgeCode::kPlaceMask)); };
@@ -119,9 +159,7 @@ class PointBatch {
         }
         for (std::size_t i = 0; i < count; i += hn::Lanes(dl)) {
             const auto place = places(dh, hn::LoadU(dh, codes + i));
-            const auto index =
-                hn::Add(hn::Set(dl, row_ - 1),
-                        hn::BitCast(dl, hn::PromoteTo(hn::RebindToUnsigned<decltype(dl)>(), place)));
+            const auto index = hn::Add(hn::Set(dl, row_ - 1), widened(dl, place));
             hn::StoreU(index, dl, first_ + size_ + i);
         }
     }
@@ -136,12 +174,12 @@ class PointBatch {
 
     // The indices along an axis at which edges lie within the volume, and their stencils within the samples that may
     // be read. Stencils reach one sample back and two ahead.
-    std::array<std::int64_t, 2> inner(std::size_t axis) const {
+    Range inner(std::size_t axis) const {
         const std::int64_t first = std::max<std::int64_t>(1 - below_[axis], 0);
         return {first, std::max(first, std::min(dims_[axis] + above_[axis] - 2, dims_[axis] - 1))};
     }
     bool is_inner(std::int64_t i, std::size_t axis) const {
-        return i >= inner(axis)[0] && i < inner(axis)[1];
+        return i >= within_[axis][0] && i < within_[axis][1];
     }
 
     // Fetches the edges' samples.
@@ -150,13 +188,14 @@ class PointBatch {
         // stage_inner() must not read beyond the samples. For border edges it reads the first stencil within
         // them, if there is one, and stage_border() replaces the result.
         bool has_stencil = true;
-        std::int64_t first = 0;
+        SampleIndex first = 0;
         for (std::size_t a = 0; a < 3; ++a) {
             has_stencil &= below_[a] + dims_[a] + above_[a] >= 4;
-            first += (1 - below_[a]) * stride_[a];
+            first += static_cast<SampleIndex>(1 - below_[a]) * stride_[a];
         }
         if (has_stencil) {
             for (std::size_t b = 0; b < border_count_; ++b) first_[borders_[b].edge] = first;
+            std::fill_n(first_ + size_, kTogether - 1, first);
             prefetches_ ? stage_inner<kNormals, true>() : stage_inner<kNormals, false>();
         }
         for (std::size_t b = 0; b < border_count_; ++b) stage_border(borders_[b]);
@@ -173,35 +212,45 @@ class PointBatch {
     }
 
     template <bool kNormals, bool kPrefetches>
-    HWY_INLINE void stage_inner() {
-        const std::int64_t step_y = stride_[1], step_z = stride_[2];
-        for (std::size_t k = 0; kPrefetches && k < kAhead; ++k) prefetch(k);
-        if constexpr (HWY_TARGET == HWY_WASM) {
-            // There are no prefetches. But loads that nothing waits for overlap, so that the loop after them finds in
-            // the cache what no slice before needed.
-            S sum = 0;
-            for (std::size_t k = 0; k < size_; ++k) sum += staged(samples_[first_[k] + 2 * step_z]);
-            loaded_ = sum;
-        }
-        for (std::size_t k = 0; k < size_; ++k) {
-            const T* HWY_RESTRICT p = samples_ + first_[k];
-            const T* HWY_RESTRICT q = p + stride_[codes_[k] >> EdgeCode::kAxisShift];
-            if constexpr (kPrefetches) prefetch(k + kAhead);
-            // The surface continues in the next slice, whose stencil ends at this sample.
-            hwy::Prefetch(p + 3 * step_z);
-            ends_[0][k] = staged(*p);
-            ends_[1][k] = staged(*q);
-            if constexpr (kNormals) {
-                slopes_[0][k] = staged(p[1]) - staged(p[-1]);
-                slopes_[1][k] = staged(p[step_y]) - staged(p[-step_y]);
-                slopes_[2][k] = staged(p[step_z]) - staged(p[-step_z]);
-                slopes_[3][k] = staged(q[1]) - staged(q[-1]);
-                slopes_[4][k] = staged(q[step_y]) - staged(q[-step_y]);
-                slopes_[5][k] = staged(q[step_z]) - staged(q[-step_z]);
-            }
+    HWY_INLINE void stage_edge(std::size_t k, S* HWY_RESTRICT to) const {
+        const SampleIndex step_y = stride_[1], step_z = stride_[2];
+        const T* HWY_RESTRICT p = samples_ + first_[k];
+        const T* HWY_RESTRICT q = p + stride_[codes_[k] >> EdgeCode::kAxisShift];
+        if constexpr (kPrefetches) prefetch(k + kAhead);
+        // The surface continues in the next slice, whose stencil ends at this sample.
+        hwy::Prefetch(p + 3 * step_z);
+        to[0] = staged(*p);
+        to[kStride] = staged(*q);
+        if constexpr (kNormals) {
+            to[2 * kStride] = staged(p[1]) - staged(p[-1]);
+            to[3 * kStride] = staged(p[step_y]) - staged(p[-step_y]);
+            to[4 * kStride] = staged(p[step_z]) - staged(p[-step_z]);
+            to[5 * kStride] = staged(q[1]) - staged(q[-1]);
+            to[6 * kStride] = staged(q[step_y]) - staged(q[-step_y]);
+            to[7 * kStride] = staged(q[step_z]) - staged(q[-step_z]);
         }
     }
 
+    template <bool kNormals, bool kPrefetches>
+    HWY_INLINE void stage_inner() {
+        for (std::size_t k = 0; kPrefetches && k < kAhead; ++k) prefetch(k);
+#if HWY_TARGET == HWY_WASM
+        // There are no prefetches. But loads that nothing waits for overlap, so that the loop after them finds in the
+        // cache what no slice before needed. Vectors would be filled lane by lane.
+        S sum = 0;
+#pragma clang loop vectorize(disable)
+        for (std::size_t k = 0; k < size_; ++k) sum += staged(samples_[first_[k] + 2 * stride_[2]]);
+        loaded_ = sum;
+#endif
+        for (std::size_t k = 0; k < size_; k += kTogether) {
+            S* const to = staged_of(k);
+            for (std::size_t e = 0; e < kTogether; ++e) stage_edge<kNormals, kPrefetches>(k + e, to + e);
+        }
+    }
+
+    SampleIndex sample_at(const std::array<std::int64_t, 3>& index) const {
+        return static_cast<SampleIndex>(index[2] * stride_[2] + index[1] * stride_[1] + index[0]);
+    }
     bool within(const std::array<std::int64_t, 3>& index) const {
         bool inside = true;
         for (std::size_t a = 0; a < 3; ++a) inside &= index[a] >= 0 && index[a] < dims_[a];
@@ -218,16 +267,18 @@ class PointBatch {
     void stage_border(const BorderEdge& b) {
         const std::array<std::int64_t, 3> ends[2] = {b.first, second_of(b)};
         if (!within(ends[0]) || !within(ends[1])) return;
+        S* const to = staged_of(b.edge);
         for (std::size_t e = 0; e < 2; ++e) {
             const auto& index = ends[e];
-            const T* p = samples_ + (index[2] * stride_[2] + index[1] * stride_[1] + index[0]);
-            ends_[e][b.edge] = staged(*p);
-            for (std::size_t a = 0; a < 3; ++a) slopes_[3 * e + a][b.edge] = slope_at_border(p, index[a], a);
+            const T* p = samples_ + sample_at(index);
+            to[e * kStride] = staged(*p);
+            for (std::size_t a = 0; a < 3; ++a)
+                to[(2 + 3 * e + a) * kStride] = slope_at_border(p, index[a], a);
         }
     }
 
     S slope_at_border(const T* p, std::int64_t i, std::size_t axis) const {
-        const std::int64_t step = stride_[axis];
+        const SampleIndex step = stride_[axis];
         const bool has_before = i > -below_[axis], has_after = i + 1 < dims_[axis] + above_[axis];
         if (has_before && has_after) return staged(p[step]) - staged(p[-step]);
         if (has_after) return 2 * (staged(p[step]) - staged(p[0]));
@@ -235,7 +286,9 @@ class PointBatch {
         return 0;
     }
 
-    std::size_t axis_of(std::size_t k) const { return EdgeCode::axis(codes_[k]); }
+    std::size_t axis_of(std::size_t k) const {
+        return EdgeCode::axis(codes_[k]);
+    }
 
     Vec3f along_edge(std::size_t axis, bool first_inside) const {
         Vec3f n = to_physical_.axis[axis];
@@ -249,6 +302,12 @@ class PointBatch {
     using VF = hn::Vec<DF>;
     using DI = hn::RebindToSigned<D>;
 
+    HWY_INLINE V load_end(std::size_t end, std::size_t i) const {
+        return load_staged(staged_of(i) + end * kStride);
+    }
+    HWY_INLINE V load_slope(std::size_t end, std::size_t axis, std::size_t i) const {
+        return load_staged(staged_of(i) + (2 + 3 * end + axis) * kStride);
+    }
     static HWY_INLINE V load_staged(const S* staged) {
         const D d;
         if constexpr (std::is_same_v<S, R>) {
@@ -282,15 +341,18 @@ class PointBatch {
     template <bool kNormals>
     void write() {
         const auto room = static_cast<std::size_t>(end_ - points_);
+        // In WebAssembly, what may have been overwritten is loaded again for each vector.
+        std::conditional_t<HWY_TARGET == HWY_WASM, const IndexToPhysical, const IndexToPhysical&>
+            to_physical = to_physical_;
         for (std::size_t i = 0; i < size_; i += hn::Lanes(D())) {
             const V t = fraction(i);
             VF point[3];
-            find_point(i, to_float(t), point);
+            find_point(to_physical, i, to_float(t), point);
             store(point, points_ + i, room - i);
             if (fractions_ != nullptr) hn::StoreU(to_float(t), DF(), fractions_ + i);
             if constexpr (kNormals) {
                 V normal[3];
-                find_normal(i, t, normal);
+                find_normal(to_physical, i, t, normal);
                 const VF narrow[3] = {to_float(normal[0]), to_float(normal[1]), to_float(normal[2])};
                 store(narrow, normals_ + i, room - i);
             }
@@ -302,7 +364,7 @@ class PointBatch {
     HWY_INLINE V fraction(std::size_t i) const {
         const D d;
         const V scale = hn::Set(d, kSampleScale<T>);
-        V first = load_staged(ends_[0] + i), second = load_staged(ends_[1] + i);
+        V first = load_end(0, i), second = load_end(1, i);
         if constexpr (std::is_floating_point_v<T>) {
             first = hn::Mul(first, scale);
             second = hn::Mul(second, scale);
@@ -317,17 +379,18 @@ class PointBatch {
         return hn::Min(hn::Max(t, hn::Set(d, R(kLeastFraction))), hn::Set(d, R(1 - kLeastFraction)));
     }
 
-    HWY_INLINE void find_normal(std::size_t i, V t, V (&normal)[3]) const {
+    HWY_INLINE void find_normal(const IndexToPhysical& to_physical, std::size_t i, V t,
+                                V (&normal)[3]) const {
         const D d;
         V gradient[3];
         for (std::size_t a = 0; a < 3; ++a) {
-            const V at_first = load_staged(slopes_[a] + i), at_second = load_staged(slopes_[3 + a] + i);
+            const V at_first = load_slope(0, a, i), at_second = load_slope(1, a, i);
             gradient[a] = hn::Add(at_first, hn::Mul(t, hn::Sub(at_second, at_first)));
         }
         steepen_along_edges(i, gradient);
         if constexpr (std::is_floating_point_v<T>) scale_extreme(gradient);
         for (std::size_t r = 0; r < 3; ++r) {
-            const Vec3f& m = to_physical_.normal_matrix[r];
+            const Vec3f& m = to_physical.normal_matrix[r];
             normal[r] = hn::Add(
                 hn::Add(hn::Mul(hn::Set(d, R(m[0])), gradient[0]), hn::Mul(hn::Set(d, R(m[1])), gradient[1])),
                 hn::Mul(hn::Set(d, R(m[2])), gradient[2]));
@@ -348,7 +411,7 @@ class PointBatch {
     // along its edge.
     HWY_INLINE void steepen_along_edges(std::size_t i, V (&gradient)[3]) const {
         const D d;
-        const V difference = hn::Sub(load_staged(ends_[1] + i), load_staged(ends_[0] + i));
+        const V difference = hn::Sub(load_end(1, i), load_end(0, i));
         const V slope = hn::Add(difference, difference);  // because central differences span two samples
         const auto axis = load_axes(i);
         const auto along_y = hn::RebindMask(d, hn::Eq(axis, hn::Set(DI(), 1)));
@@ -382,7 +445,8 @@ class PointBatch {
         for (std::size_t r = 0; r < 3; ++r) hn::Store(normal[r], d, lanes[r]);
         for (std::size_t k = 0; k < hn::Lanes(d); ++k) {
             if (undefined[k] == 0) continue;
-            const R first = static_cast<R>(ends_[0][i + k]), second = static_cast<R>(ends_[1][i + k]);
+            const S* const ends = staged_of(i + k);
+            const R first = static_cast<R>(ends[0]), second = static_cast<R>(ends[kStride]);
             const bool first_inside = std::isfinite(first) && !(std::isfinite(second) && second > first);
             const Vec3f along = along_edge(axis_of(i + k), first_inside);
             for (std::size_t r = 0; r < 3; ++r) lanes[r][k] = along[r];
@@ -391,19 +455,20 @@ class PointBatch {
     }
 
     // The same operations, in the same order, as IndexToPhysical::point.
-    HWY_INLINE void find_point(std::size_t i, VF t, VF (&point)[3]) const {
+    HWY_INLINE void find_point(const IndexToPhysical& to_physical, std::size_t i, VF t,
+                               VF (&point)[3]) const {
         const DF d;
         const hn::RebindToSigned<DF> di;
         const hn::RebindToUnsigned<DF> du;
         const auto codes = hn::Load(du, codes_ + i);
         const auto place = hn::BitCast(di, hn::And(codes, hn::Set(du, EdgeCode::kPlaceMask)));
-        const auto first_x = hn::Set(di, static_cast<std::int32_t>(to_physical_.first[0] - 1));
+        const auto first_x = hn::Set(di, static_cast<std::int32_t>(to_physical.first[0] - 1));
         const auto x = hn::ConvertTo(d, hn::Add(place, first_x));
         const auto axis = hn::BitCast(di, hn::ShiftRight<EdgeCode::kAxisShift>(codes));
         const auto along_y = hn::RebindMask(d, hn::Eq(axis, hn::Set(di, 1)));
         const auto along_z = hn::RebindMask(d, hn::Eq(axis, hn::Set(di, 2)));
         for (std::size_t r = 0; r < 3; ++r) {
-            const Vec3f& m = to_physical_.matrix[r];
+            const Vec3f& m = to_physical.matrix[r];
             const auto along_x = hn::Set(d, m[0]);
             const auto along_edge =
                 hn::IfThenElse(along_z, hn::Set(d, m[2]), hn::IfThenElse(along_y, hn::Set(d, m[1]), along_x));
@@ -412,12 +477,28 @@ class PointBatch {
         }
     }
 
+    static HWY_INLINE void store_triples(const VF (&v)[3], float* out) {
+#if HWY_TARGET == HWY_WASM
+        if constexpr (hn::MaxLanes(DF()) == 4) {
+            // Highway's shuffles are several instructions each; these are one.
+            const v128_t x = v[0].raw, y = v[1].raw, z = v[2].raw;
+            const v128_t xy = wasm_i32x4_shuffle(x, y, 0, 2, 4, 6), yz = wasm_i32x4_shuffle(y, z, 1, 3, 5, 7),
+                         zx = wasm_i32x4_shuffle(z, x, 0, 2, 5, 7);
+            wasm_v128_store(out, wasm_i32x4_shuffle(xy, zx, 0, 2, 4, 6));
+            wasm_v128_store(out + 4, wasm_i32x4_shuffle(yz, xy, 0, 2, 5, 7));
+            wasm_v128_store(out + 8, wasm_i32x4_shuffle(zx, yz, 1, 3, 5, 7));
+            return;
+        }
+#endif
+        hn::StoreInterleaved3(v[0], v[1], v[2], DF(), out);
+    }
+
     // Stores vectors as triples; at most `room` of them.
     static HWY_INLINE void store(const VF (&v)[3], Vec3f* out, std::size_t room) {
         const DF d;
-        if (HWY_LIKELY(room >= hn::Lanes(d))) return hn::StoreInterleaved3(v[0], v[1], v[2], d, out->data());
+        if (HWY_LIKELY(room >= hn::Lanes(d))) return store_triples(v, out->data());
         HWY_ALIGN float last[3 * hn::MaxLanes(DF())];
-        hn::StoreInterleaved3(v[0], v[1], v[2], d, last);
+        store_triples(v, last);
         std::copy_n(last, 3 * room, out->data());
     }
 
@@ -437,11 +518,12 @@ class PointBatch {
 
     const T* const samples_;
     const std::array<std::int64_t, 3> dims_;
-    const std::int64_t stride_[3];
+    const SampleIndex stride_[3];
     const std::array<std::int64_t, 3> below_, above_;  // samples beyond the volume that may be read
     // Large slices do not stay in the cache until the next slice needs them. In slices of 512 x 512 samples,
     // the rows of a stencil even evict each other.
     const bool prefetches_ = stride_[2] * static_cast<std::int64_t>(sizeof(T)) > 256 * 1024;
+    const std::array<Range, 3> within_;  // inner()
     const IndexToPhysical& to_physical_;
     const R isovalue_;
     Vec3f* points_;
@@ -450,20 +532,16 @@ class PointBatch {
     float* fractions_;
 
     std::int64_t y_ = 0, z_ = 0;
-    std::int64_t row_ = 0;  // index of the row's first sample
+    SampleIndex row_ = 0;  // of the row's first sample
     Vec3f base_{};
-    std::array<std::int64_t, 2> inner_{};  // of the row, along x
+    Range inner_{};  // of the row, along x
     std::size_t size_ = 0, border_count_ = 0;
     [[maybe_unused]] S loaded_ = 0;  // keeps compilers from leaving out loads
 
-    // Room for the elements that note() stores beyond the last edge, and for whole vectors.
-    static constexpr std::size_t kRoom = kCapacity + 16;
-    static_assert(kAtOnce <= 16 && kAhead <= 16);
     alignas(64) std::uint32_t codes_[kRoom] = {};  // EdgeCode
-    alignas(64) std::int64_t first_[kRoom] = {};   // indices of the samples at which edges start
+    alignas(64) SampleIndex first_[kRoom] = {};    // the samples at which edges start
     alignas(64) float row_base_[3][kRoom] = {};
-    alignas(64) S ends_[2][kRoom] = {};
-    alignas(64) S slopes_[6][kRoom] = {};
+    alignas(64) S staged_[8 * kRoom] = {};
     BorderEdge borders_[kCapacity];
 };
 

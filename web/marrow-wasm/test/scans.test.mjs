@@ -166,3 +166,27 @@ test('slices are the samples, and contours lie on the surface', async () => {
   assert.ok(onSurface.every((point) => isNear(point, inContour)));
   scan.dispose();
 });
+
+test('contours are the edges of the surface in a slice, with exact topology too', async (t) => {
+  const scan = await scanOf(lumps('int16'), geometry), slice = await scan.slice(2, 7);
+  t.after(() => scan.dispose());
+  const z = Math.fround(geometry.origin[2] + 7 * geometry.spacing[2]), found = [];
+  for (const topology of [false, true]) {
+    const { points, triangles } = await (await Extractor.create(scan, { closed: false, topology })).extract(55.5);
+    // No position is halfway between two hundredths then, and so none is rounded up here and down there.
+    const name = (...position) => position.map((x) => (x + 0.00123).toFixed(2)).join(), piece = (a, b) => [a, b].sort().join(' ');
+    const inSlice = (p) => Math.abs(points[3 * p + 2] - z) < 1e-4;
+    const nameOf = (p) => name((points[3 * p] - geometry.origin[0]) / 0.7, (points[3 * p + 1] - geometry.origin[1]) / 0.8);
+    const edges = new Set();
+    for (let i = 0; i < triangles.length; ++i) {
+      const a = triangles[i], b = triangles[i % 3 === 2 ? i - 2 : i + 1];
+      if (inSlice(a) && inSlice(b)) edges.add(piece(nameOf(a), nameOf(b)));
+    }
+    const lines = contour(slice, 55.5, { topology }), pieces = new Set();
+    for (let i = 0; i < lines.length; i += 4) pieces.add(piece(name(lines[i], lines[i + 1]), name(lines[i + 2], lines[i + 3])));
+    assert.ok(pieces.size > 50);
+    assert.deepEqual([...pieces].sort(), [...edges].sort());
+    found.push([...pieces].sort());
+  }
+  assert.notDeepEqual(found[0], found[1]);
+});

@@ -48,7 +48,7 @@ function makeIsovalue(): void {
     setTimeout(() => { copy.textContent = 'Copy'; }, 1500);
   }, fail));
   byId('isovalue').append(row, histogram.element, elementOf('div', { class: 'command', title: 'This command line writes the same bytes' }, line, copy));
-  store.on(['scan', 'isovalue', 'closed', 'largest', 'smooth', 'keep', 'crop', 'relax', 'hidden', 'table', 'labelSurfaces', 'asLabels'], () => {
+  store.on(['scan', 'isovalue', 'closed', 'topology', 'largest', 'smooth', 'keep', 'crop', 'relax', 'hidden', 'table', 'labelSurfaces', 'asLabels'], () => {
     const s = store.state;
     row.hidden = histogram.element.hidden = s.asLabels;
     if (s.scan) line.textContent = commandOf(s, `${surfaceName(s)}.${s.asLabels ? '3mf' : 'stl'}`);

@@ -37,7 +37,7 @@ export function recipeOf(s: Readonly<State>, output: string, space: Space): Reci
   return {
     scan, output, space,
     surfaces: [currentPreset(s)?.name ?? s.isovalue],
-    extractor: { closed: s.closed, ...crop },
+    extractor: { closed: s.closed, topology: s.topology, ...crop },
     ...(s.largest && { components: { largest: true } }),
     ...(s.smooth > 0 && { smooth: { iterations: s.smooth } }),
     ...(s.keep < 100 && { simplify: { keep: s.keep / 100 } }),

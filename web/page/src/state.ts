@@ -34,6 +34,7 @@ export interface State {
   colour: string; // of the surface, #rrggbb
   opacity: number;
   closed: boolean;
+  topology: boolean; // exact
   largest: boolean;
   smooth: number; // iterations
   keep: number; // % of the triangles
@@ -58,7 +59,7 @@ export interface State {
 }
 
 export const initialState: State = {
-  asLabels: false, isovalue: 0, colour: '#f2e8d4', opacity: 1, closed: true, largest: false, smooth: 0, keep: 100, relax: 40,
+  asLabels: false, isovalue: 0, colour: '#f2e8d4', opacity: 1, closed: true, topology: false, largest: false, smooth: 0, keep: 100, relax: 40,
   hidden: new Set(), window: { lower: 0, upper: 1 }, crosshair: [0, 0, 0], tool: 'navigate', distances: [], layout: 'all',
   labelSurfaces: [], light: { state: 'busy', text: '' }, note: '',
 };

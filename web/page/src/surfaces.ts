@@ -10,11 +10,11 @@ const PREVIEW_SAMPLES = 1.5e6;
 const SHORT = 50;
 
 interface Request {
-  isovalue: number; closed: boolean; largest: boolean; smooth: number; keep: number; crop: Crop | undefined;
+  isovalue: number; closed: boolean; topology: boolean; largest: boolean; smooth: number; keep: number; crop: Crop | undefined;
 }
 
 const requestOf = (s: Readonly<State>): Request =>
-  ({ isovalue: s.isovalue, closed: s.closed, largest: s.largest, smooth: s.smooth, keep: s.keep, crop: s.crop });
+  ({ isovalue: s.isovalue, closed: s.closed, topology: s.topology, largest: s.largest, smooth: s.smooth, keep: s.keep, crop: s.crop });
 
 const isCancelled = (error: unknown): boolean => error instanceof MarrowError && error.code === 130;
 
@@ -31,7 +31,7 @@ export class Surfaces {
   /** `slow()` says whether the screen cannot draw full resolution while the isovalue moves. */
   constructor(private readonly store: Store, private readonly slow: () => boolean, private readonly moving: () => boolean,
               private readonly fail: (error: unknown) => void) {
-    store.on(['scan', 'asLabels', 'isovalue', 'closed', 'largest', 'smooth', 'keep', 'crop'], () => this.update());
+    store.on(['scan', 'asLabels', 'isovalue', 'closed', 'topology', 'largest', 'smooth', 'keep', 'crop'], () => this.update());
     store.on(['scan', 'asLabels', 'relax', 'crop'], () => void this.updateLabels());
     store.on(['scan'], () => this.forget());
   }
@@ -140,11 +140,11 @@ export class Surfaces {
   private async extractorFor(request: Request): Promise<Extractor> {
     const scan = this.store.state.scan!;
     const e = this.extractor;
-    const { closed, crop } = request;
-    if (e && e.scan === scan && e.options.closed === closed && e.options.crop === crop) return e;
+    const { closed, topology, crop } = request;
+    if (e?.scan === scan && e.options.closed === closed && e.options.topology === topology && e.options.crop === crop) return e;
     e?.dispose();
     this.extractor = undefined;
-    const made = await Extractor.create(scan, { closed, ...(crop && { crop }) });
+    const made = await Extractor.create(scan, { closed, topology, ...(crop && { crop }) });
     this.extractor = made;
     this.previewLevel = 0;
     const samples = (level: number) => made.dims(level).reduce((a, b) => a * b, 1);

@@ -76,6 +76,11 @@ describe('a DICOM folder', () => {
     assert.match(await assertSameBytes(page, shared, 'ply'), /--open/);
     await page.getByLabel('Open at the border of the scan').uncheck();
 
+    await page.getByLabel('Exact topology').check();
+    await settled(page);
+    assert.match(await assertSameBytes(page, shared, 'ply'), /--topology/);
+    await page.getByLabel('Exact topology').uncheck();
+
     await page.getByLabel('Last sample along z').fill('90');
     await page.press('[aria-label="Last sample along z"]', 'Enter');
     await settled(page);

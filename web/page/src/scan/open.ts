@@ -91,9 +91,9 @@ function startOf(scan: Scan): Partial<State> {
   const geometry: Geometry = { dims: scan.dims, spacing: scan.spacing, origin: scan.origin, direction };
   const bone = presets.find((preset) => preset.name === 'bone')!, hounsfield = scan.unit === 'HU';
   const { lower, upper } = scan.histogram;
-  const { closed, largest, smooth, keep, relax, opacity, tool, layout } = initialState;
+  const { closed, topology, largest, smooth, keep, relax, opacity, tool, layout } = initialState;
   return {
-    scan, geometry, closed, largest, smooth, keep, relax, opacity, tool, layout,
+    scan, geometry, closed, topology, largest, smooth, keep, relax, opacity, tool, layout,
     asLabels: scan.unit === 'labels',
     isovalue: hounsfield ? bone.isovalue : scan.otsu ?? (lower + upper) / 2,
     colour: hounsfield ? toHex(bone.colour) : COLOUR,

@@ -28,7 +28,7 @@ class Lines {
  * The outline of the isosurface in the samples of a range, in columns and rows of the slice. A closed surface is also
  * closed half a sample beyond the range.
  */
-export function croppedContour(slice: Slice, isovalue: number, closed: boolean, range?: SliceRange): Float32Array {
+export function croppedContour(slice: Slice, isovalue: number, { closed, topology }: { closed: boolean; topology: boolean }, range?: SliceRange): Float32Array {
   const [x0, y0] = range?.first ?? [0, 0], [x1, y1] = range?.last ?? [slice.width - 1, slice.height - 1];
   const pad = closed ? 1 : 0, width = x1 - x0 + 1 + 2 * pad, height = y1 - y0 + 1 + 2 * pad;
   if (x1 < x0 || y1 < y0) return new Float32Array(0);
@@ -36,7 +36,7 @@ export function croppedContour(slice: Slice, isovalue: number, closed: boolean, 
   const samples = new Float32Array(width * height).fill(NaN);
   for (let y = y0; y <= y1; ++y)
     samples.set(slice.samples.subarray(y * slice.width + x0, y * slice.width + x1 + 1), (y - y0 + pad) * width + pad);
-  const lines = contour({ ...slice, width, height, samples }, isovalue);
+  const lines = contour({ ...slice, width, height, samples }, isovalue, { topology });
   for (let i = 0; i < lines.length; i += 2) {
     lines[i]! += x0 - pad;
     lines[i + 1]! += y0 - pad;
