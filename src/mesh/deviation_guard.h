@@ -5,12 +5,13 @@
 #include <span>
 #include <vector>
 
+#include <marrow/buffer.h>
 #include <marrow/mesh.h>
 
 #include "base/parallel.h"
 #include "collapse_guard.h"
+#include "one_rings.h"
 #include "triangle_tree.h"
-#include "vertex_triangles.h"
 
 namespace marrow::internal {
 
@@ -38,18 +39,35 @@ class DeviationGuard : public CollapseGuard {
         Vec3d at;
         std::uint32_t nearest = kNone;
     };
-    bool points_stay_near(std::span<Assignment> assignments, std::span<const PatchTriangle> patch) const;
+    // The plane of a triangle of the patch, through the common corner.
+    struct Plane {
+        Vec3d n;           // the normal, as long as twice the area
+        Vec3d to_v, to_u;  // along the plane, across its edges from that corner
+        double nn;         // n . n
+    };
+    static void set_planes(std::vector<Plane>& planes, std::span<const PatchTriangle> patch);
+    bool points_stay_near(std::span<Assignment> assignments, std::span<const Plane> planes,
+                          std::span<const PatchTriangle> patch) const;
+    bool is_nearly_flat(std::size_t i, std::span<const Plane> planes,
+                        std::span<const PatchTriangle> patch) const;
     bool patch_is_near(std::vector<Position>& positions, std::span<const Assignment> assignments,
-                       std::span<const PatchTriangle> patch) const;
+                       std::span<const Plane> planes, std::span<const PatchTriangle> patch) const;
     bool is_near(const Position& position) const;
 
     const Mesh& mesh_;
     const TriangleTree& tree_;
     const double max_distance_;
+    // A point in the list of the triangle that it is assigned to.
+    struct Listed {
+        Vec3f position;
+        std::uint32_t next;
+    };
     std::vector<std::uint32_t> first_point_;  // of each triangle: the first point of its list
-    std::vector<std::uint32_t> next_point_;   // of each point: the next one in the list of its triangle
-    const VertexTriangles fans_;              // of the original mesh
+    Buffer<Listed> listed_;
+    const OneRings rings_;  // of the original mesh
+    double most_bend_ = 0;  // squared sine of the angle between triangles that count as nearly flat
     struct Scratch {
+        std::vector<Plane> planes;
         std::vector<Assignment> assignments;
         std::vector<Position> positions;
     };

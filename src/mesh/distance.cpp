@@ -1,9 +1,13 @@
 // Spreads samples over each surface and measures their distances to the other surface.
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
+#include <cstdint>
+#include <limits>
 #include <numeric>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include <marrow/error.h>
@@ -22,8 +26,12 @@ using namespace internal;
 
 namespace {
 
+// The leaves of the tree that a thread looks at together.
+constexpr std::size_t kLeaves = 32;
+
+// \pre x >= 0
 double fraction(double x) {
-    return x - std::floor(x);
+    return x - static_cast<double>(static_cast<std::int64_t>(x));  // std::floor is a call of the C library
 }
 
 // The k-th position in a triangle, of the additive sequence of the plastic number (Roberts 2018).
@@ -33,28 +41,103 @@ Vec3d spread_position(const TriangleCorners& t, double k) {
     return t[0] + u * (t[1] - t[0]) + v * (t[2] - t[0]);
 }
 
+// A position of a mesh.
+struct Source {
+    std::uint32_t triangle;
+    std::uint8_t corner;  // of the triangle; kSample: it is a sample
+    std::size_t sample;
+
+    static constexpr std::uint8_t kSample = 3;
+};
+
+// Positions that are near each other.
+struct Group {
+    std::array<NearestQuery, kMostInGroup> queries;
+    std::array<Source, kMostInGroup> sources;
+    std::size_t size = 0;
+    double reach = 0;  // how far to look for what is nearest to them; kept from group to group
+
+    void add(const Vec3d& position, const Source& source) {
+        queries[size].position = position;
+        sources[size++] = source;
+    }
+    std::span<NearestQuery> all() { return {queries.data(), size}; }
+};
+
+// Calls f(group, range) for all positions of the triangles for which wanted(t) is true, on all threads. Each range is on
+// one thread.
+template <class Wanted, class F>
+void for_each_group(const SampledMesh& from, const Wanted& wanted, const Progress& progress, double begin,
+                    double end, const F& f) {
+    const std::span<const BoxTree::Leaf> leaves = from.tree().leaves();
+    for_each_range(leaves.size(), kLeaves, progress, begin, end, [&](std::size_t first, std::size_t last) {
+        Group group;
+        const auto look_at = [&](const Vec3d& position, const Source& source) {
+            group.add(position, source);
+            if (group.size < kMostInGroup) return;
+            f(group, first / kLeaves);
+            group.size = 0;
+        };
+        for (const BoxTree::Leaf& leaf : leaves.subspan(first, last - first)) {
+            for (std::size_t i = 0; i < leaf.count; ++i) {
+                const std::uint32_t t = leaf.triangle[i];
+                if (!wanted(t)) continue;
+                const TriangleCorners corners{to_double(leaf.corner(0, i)), to_double(leaf.corner(1, i)),
+                                              to_double(leaf.corner(2, i))};
+                for (std::size_t k = from.first_sample(t); k < from.first_sample(t + std::size_t{1}); ++k)
+                    look_at(spread_position(corners, static_cast<double>(k)), {t, Source::kSample, k});
+                for (std::uint8_t c = 0; c < 3; ++c) {
+                    if (from.owns_corner(t, c)) look_at(corners[c], {t, c, 0});
+                }
+            }
+        }
+        if (group.size > 0) f(group, first / kLeaves);
+    });
+}
+
+// Lists positions that are too far, in the same order for any number of threads.
+class FurtherPositions {
+  public:
+    explicit FurtherPositions(const SampledMesh& from)
+        : mesh_(from.mesh()), lists_(from.tree().leaves().size() / kLeaves + 2) {}
+
+    void add(std::size_t range, const Source& source) {
+        const Triangle& t = mesh_.triangles[source.triangle];
+        if (source.corner == Source::kSample)
+            lists_[range].push_back(t);
+        else
+            lists_[range].push_back({t[source.corner], t[source.corner], t[source.corner]});
+    }
+    void add_unused(std::uint32_t point) { lists_.back().push_back({point, point, point}); }
+
+    std::vector<Triangle> all() const {
+        std::vector<Triangle> result;
+        for (const std::vector<Triangle>& list : lists_)
+            result.insert(result.end(), list.begin(), list.end());
+        return result;
+    }
+
+  private:
+    const MeshView mesh_;
+    std::vector<std::vector<Triangle>> lists_;  // of each range, and of points without triangles
+};
+
 }  // namespace
 
 namespace internal {
 
-SampledMesh::SampledMesh(const MeshView& mesh, std::int64_t samples)
-    : mesh_(mesh), triangle_of_(mesh.points.size(), kNone) {
-    parallel_invoke([&] { tree_.emplace(mesh); }, [&] { spread_samples(samples); },
-                    [&] {
-                        for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-                            for (const std::uint32_t p : mesh.triangles[t]) triangle_of_[p] = t;
-                        }
-                    });
+SampledMesh::SampledMesh(const MeshView& mesh, std::int64_t samples) : mesh_(mesh) {
+    parallel_invoke([&] { tree_.emplace(mesh); }, [&] { spread_samples(samples); }, [&] { assign_points(); });
 }
 
 // Equal steps along the summed areas of the triangles choose the triangle of each sample.
 void SampledMesh::spread_samples(std::int64_t count) {
-    const std::size_t triangles = mesh_.triangles.size();
+    const std::size_t triangles = mesh_.triangles.size(),
+                      samples = checked_size(static_cast<std::uint64_t>(count), sizeof(double));
     std::vector<double> summed_area;
     summed_area.reserve(triangles);
     double sum = 0;
     for (const Triangle& t : mesh_.triangles) summed_area.push_back(sum += area(corners_of(mesh_, t)));
-    samples_.resize(checked_size(static_cast<std::uint64_t>(count), sizeof samples_[0]));
     first_sample_.reserve(triangles + 1);
     std::size_t k = 0;
     for (std::size_t t = 0; t < triangles; ++t) {
@@ -63,92 +146,88 @@ void SampledMesh::spread_samples(std::int64_t count) {
             return t + 1 == triangles ||
                    (static_cast<double>(k) + 0.5) / static_cast<double>(count) * sum < summed_area[t];
         };
-        for (; k < samples_.size() && is_within(); ++k)
-            samples_[k] = spread_position(corners_of(mesh_, mesh_.triangles[t]), static_cast<double>(k));
+        while (k < samples && is_within()) ++k;
     }
     first_sample_.push_back(k);
 }
 
-double Distances::max() const {
-    return std::max(*std::max_element(points.begin(), points.end()),
-                    *std::max_element(samples.begin(), samples.end()));
+void SampledMesh::assign_points() {
+    owned_.assign(mesh_.triangles.size(), 0);
+    std::vector<bool> used(mesh_.points.size(), false);
+    for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
+        for (std::size_t c = 0; c < 3; ++c) {
+            const std::uint32_t p = mesh_.triangles[t][c];
+            if (used[p]) continue;
+            used[p] = true;
+            owned_[t] |= static_cast<std::uint8_t>(1u << c);
+        }
+    }
+    for (std::uint32_t p = 0; p < used.size(); ++p) {
+        if (!used[p]) unused_.push_back(p);
+    }
 }
 
-double Distances::mean() const {
-    return std::accumulate(samples.begin(), samples.end(), 0.0) / static_cast<double>(samples.size());
-}
-
-Distances distances(const SampledMesh& from, const TriangleTree& to, const Progress& progress, double begin,
-                    double end) {
+Distances distances(const SampledMesh& from, const TriangleTree& to, double max_distance,
+                    const Progress& progress, double begin, double end) {
     const MeshView& mesh = from.mesh();
-    Distances d;
-    d.samples.resize(from.sample_count());
-    d.points.resize(mesh.points.size());
-    // A point that is nearer than the furthest point so far does not change the maximum.
+    FurtherPositions further(from);
+    std::vector<double> of_samples(from.sample_count());
+    // A point that is nearer than the furthest position so far does not change the maximum.
     std::atomic<double> furthest = 0;
-    const auto measure_point = [&](std::uint32_t p, std::uint32_t& guess) {
+    const auto raise = [&](double distance) {
         double known = furthest.load(std::memory_order_relaxed);
-        const double distance = to.distance(to_double(mesh.points[p]), known, guess);
         while (distance > known &&
                !furthest.compare_exchange_weak(known, distance, std::memory_order_relaxed)) {
         }
-        d.points[p] = distance;
     };
-    // Along the curve of the tree, the nearest triangle to one sample is a good guess for the next.
-    for_each_range(
-        mesh.triangles.size(), 256, progress, begin, end, [&](std::size_t first, std::size_t last) {
-            std::uint32_t for_sample = TriangleTree::kAnywhere, for_point = TriangleTree::kAnywhere;
-            for (std::size_t i = first; i < last; ++i) {
-                const std::uint32_t t = from.tree().along_curve(i);
-                for (std::size_t k = from.first_sample(t); k < from.first_sample(t + std::size_t{1}); ++k)
-                    d.samples[k] = to.distance(from.sample(k), 0, for_sample);
-                for (const std::uint32_t p : mesh.triangles[t]) {
-                    if (from.belongs_to(p, t)) measure_point(p, for_point);
-                }
-            }
-        });
-    for (std::uint32_t p = 0; p < mesh.points.size(); ++p) {
-        std::uint32_t guess = TriangleTree::kAnywhere;
-        if (from.is_unused(p)) measure_point(p, guess);
+    const auto all = [](std::uint32_t) { return true; };
+    for_each_group(from, all, progress, begin, end, [&](Group& group, std::size_t range) {
+        const double enough = std::min(furthest.load(std::memory_order_relaxed), max_distance);
+        for (std::size_t i = 0; i < group.size; ++i)
+            group.queries[i].enough = group.sources[i].corner == Source::kSample ? 0 : enough;
+        if (group.reach == 0) group.reach = 2 * to.distance(group.queries[0].position);
+        to.find_nearest(group.all(), std::numeric_limits<double>::infinity(), group.reach);
+        double reached = 0;
+        for (std::size_t i = 0; i < group.size; ++i) {
+            const double squared = group.queries[i].squared_distance, distance = std::sqrt(squared);
+            if (group.sources[i].corner == Source::kSample)
+                reached = std::max(reached, of_samples[group.sources[i].sample] = distance);
+            else
+                raise(distance);
+            if (squared > max_distance * max_distance) further.add(range, group.sources[i]);
+        }
+        raise(reached);
+        if (reached > 0) group.reach = 2 * reached;
+    });
+    for (const std::uint32_t p : from.unused()) {
+        raise(to.distance(to_double(mesh.points[p])));
+        if (!to.is_within(to_double(mesh.points[p]), max_distance)) further.add_unused(p);
     }
-    return d;
+    const double sum = std::accumulate(of_samples.begin(), of_samples.end(), 0.0);
+    return {sum / static_cast<double>(of_samples.size()), furthest, further.all()};
 }
 
-std::vector<Triangle> find_further(const SampledMesh& from, const TriangleTree& to, double max_distance,
-                                   const Progress& progress, double begin, double end) {
-    const MeshView& mesh = from.mesh();
-    constexpr std::size_t kRange = 256;
-    // A list for each range, and one for points without triangles.
-    std::vector<std::vector<Triangle>> found(mesh.triangles.size() / kRange + 2);
-    const auto look_at_point = [&](std::uint32_t p, std::uint32_t& guess, std::vector<Triangle>& list) {
-        if (!to.is_within(to_double(mesh.points[p]), max_distance, guess)) list.push_back({p, p, p});
-    };
-    for_each_range(
-        mesh.triangles.size(), kRange, progress, begin, end, [&](std::size_t first, std::size_t last) {
-            std::uint32_t guess = TriangleTree::kAnywhere;
-            std::vector<Triangle>& list = found[first / kRange];
-            for (std::size_t i = first; i < last; ++i) {
-                const std::uint32_t t = from.tree().along_curve(i);
-                const Triangle& corners = mesh.triangles[t];
-                for (std::size_t k = from.first_sample(t); k < from.first_sample(t + std::size_t{1}); ++k) {
-                    if (!to.is_within(from.sample(k), max_distance, guess)) list.push_back(corners);
-                }
-                for (const std::uint32_t p : corners) {
-                    if (from.belongs_to(p, t)) look_at_point(p, guess, list);
-                }
-            }
-        });
-    for (std::uint32_t p = 0; p < mesh.points.size(); ++p) {
-        std::uint32_t guess = TriangleTree::kAnywhere;
-        if (from.is_unused(p)) look_at_point(p, guess, found.back());
+std::vector<Triangle> find_further(const SampledMesh& from, const std::vector<bool>& wanted,
+                                   const TriangleTree& to, double max_distance, const Progress& progress,
+                                   double begin, double end) {
+    FurtherPositions further(from);
+    const auto is_wanted = [&](std::uint32_t t) { return wanted[t]; };
+    for_each_group(from, is_wanted, progress, begin, end, [&](Group& group, std::size_t range) {
+        for (NearestQuery& query : group.all()) query.enough = max_distance;
+        to.find_nearest(group.all(), max_distance, max_distance);
+        for (std::size_t i = 0; i < group.size; ++i) {
+            if (group.queries[i].squared_distance > max_distance * max_distance)
+                further.add(range, group.sources[i]);
+        }
+    });
+    for (const std::uint32_t p : from.unused()) {
+        if (!to.is_within(to_double(from.mesh().points[p]), max_distance)) further.add_unused(p);
     }
-    std::vector<Triangle> all;
-    for (const std::vector<Triangle>& list : found) all.insert(all.end(), list.begin(), list.end());
-    return all;
+    return further.all();
 }
 
 MeshDistance symmetric(const Distances& there, const Distances& back) {
-    return {(there.mean() + back.mean()) / 2, std::max(there.max(), back.max())};
+    return {(there.mean + back.mean) / 2, std::max(there.max, back.max)};
 }
 
 }  // namespace internal
@@ -164,8 +243,9 @@ MeshDistance mesh_distance(MeshView a, MeshView b, const DistanceOptions& option
         std::optional<SampledMesh> from_a, from_b;
         parallel_invoke([&] { from_a.emplace(a, options.samples); },
                         [&] { from_b.emplace(b, options.samples); });
-        const Distances there = distances(*from_a, from_b->tree(), options.progress, 0, 0.5);
-        const Distances back = distances(*from_b, from_a->tree(), options.progress, 0.5, 1);
+        constexpr double kAny = std::numeric_limits<double>::infinity();
+        const Distances there = distances(*from_a, from_b->tree(), kAny, options.progress, 0, 0.5);
+        const Distances back = distances(*from_b, from_a->tree(), kAny, options.progress, 0.5, 1);
         result = symmetric(there, back);
     });
     return result;

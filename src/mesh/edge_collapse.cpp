@@ -45,13 +45,27 @@ EdgeCollapse::Region::Region(std::uint16_t n)
 
 EdgeCollapse::EdgeCollapse(const Mesh& mesh, double max_error, CollapseGuard* guard)
     : max_squared_error_(max_error * max_error), guard_(guard), alive_(mesh.triangles.size()) {
-    points_.reserve(mesh.points.size());
-    for (const Vec3f& p : mesh.points) points_.push_back({.position = p});
-    faces_.reserve(mesh.triangles.size());
-    for (const Triangle& t : mesh.triangles) faces_.push_back({t, {kNone, kNone, kNone}});
-    pair_half_edges();
-    fix_points();
-    sum_quadrics();
+    parallel_invoke(
+        [&] {
+            points_.reserve(mesh.points.size());
+            for (const Vec3f& p : mesh.points) points_.push_back({.position = p});
+        },
+        [&] {
+            faces_.reserve(mesh.triangles.size());
+            for (const Triangle& t : mesh.triangles) faces_.push_back({t, {kNone, kNone, kNone}});
+        });
+    // Each thread goes over all triangles, and sets up a part of the points. Neighbours have similar numbers, so few
+    // triangles concern several threads.
+    const auto parts = static_cast<std::size_t>(thread_count());
+    const auto for_each_part = [&](void (EdgeCollapse::*set_up)(const PointRange&)) {
+        parallel_for(std::size_t{0}, parts, [&](std::size_t i) {
+            (this->*set_up)({static_cast<std::uint32_t>(points_.size() * i / parts),
+                             static_cast<std::uint32_t>(points_.size() * (i + 1) / parts)});
+        });
+    };
+    for_each_part(&EdgeCollapse::pair_half_edges);
+    for_each_part(&EdgeCollapse::fix_points);
+    for_each_part(&EdgeCollapse::sum_quadrics);
     divide(mesh);
 }
 
@@ -79,27 +93,34 @@ void EdgeCollapse::divide(const Mesh& mesh) {
     parallel_ = count > 0;
 }
 
-// Finds the twin of each half-edge in the neighbouring triangle. Half-edges along open and non-manifold edges
-// keep kNone.
-void EdgeCollapse::pair_half_edges() {
+// Finds the twin of each half-edge in the neighbouring triangle, if its lower point is in the range. Half-edges along
+// open and non-manifold edges keep kNone.
+void EdgeCollapse::pair_half_edges(const PointRange& range) {
     struct FromLower {  // a half-edge, listed at its lower point
         std::uint32_t higher;
         Half half;
     };
-    std::vector<std::size_t> start(points_.size() + 2, 0);
+    std::vector<std::uint32_t> start(range.size() + 2, 0);
     const auto for_each_half = [&](auto f) {
         for (Half t = 0; t < faces_.size(); ++t) {
-            for (Half h = 4 * t; h < 4 * t + 3; ++h) f(std::min(from(h), to(h)), std::max(from(h), to(h)), h);
+            const auto& [a, b, c] = faces_[t].from;
+            const auto visit = [&](std::uint32_t p, std::uint32_t q, Half h) {
+                const std::uint32_t lower = std::min(p, q);
+                if (range.contains(lower)) f(lower - range.begin, std::max(p, q), h);
+            };
+            visit(a, b, 4 * t);
+            visit(b, c, 4 * t + 1);
+            visit(c, a, 4 * t + 2);
         }
     };
     // Counts go two entries further, so that filling leaves the first entry of p in start[p].
     for_each_half([&](std::uint32_t lower, std::uint32_t, Half) { ++start[lower + std::size_t{2}]; });
     std::partial_sum(start.begin(), start.end(), start.begin());
-    Buffer<FromLower> sorted(3 * faces_.size());
+    Buffer<FromLower> sorted(start.back());
     for_each_half([&](std::uint32_t lower, std::uint32_t higher, Half h) {
         sorted[start[lower + std::size_t{1}]++] = {higher, h};
     });
-    for (std::size_t p = 0; p < points_.size(); ++p) {
+    for (std::size_t p = 0; p < range.size(); ++p) {
         const auto begin = sorted.begin() + static_cast<std::ptrdiff_t>(start[p]);
         const auto end = sorted.begin() + static_cast<std::ptrdiff_t>(start[p + 1]);
         std::sort(begin, end, [](const FromLower& a, const FromLower& b) { return a.higher < b.higher; });
@@ -113,22 +134,26 @@ void EdgeCollapse::pair_half_edges() {
 }
 
 // Fixes open points: those that have a half-edge without a twin, and those whose triangles do not form one closed fan.
-void EdgeCollapse::fix_points() {
-    std::vector<std::uint32_t> triangles_at(points_.size(), 0);
+void EdgeCollapse::fix_points(const PointRange& range) {
+    std::vector<std::uint32_t> triangles_at(range.size(), 0);
     for (Half t = 0; t < faces_.size(); ++t) {
         for (Half h = 4 * t; h < 4 * t + 3; ++h) {
-            points_[from(h)].outgoing = h;
-            ++triangles_at[from(h)];
-            if (twin(h) == kNone) points_[from(h)].open = points_[to(h)].open = true;
+            const bool is_open = twin(h) == kNone;
+            if (is_open && range.contains(to(h))) points_[to(h)].open = true;
+            const std::uint32_t p = from(h);
+            if (!range.contains(p)) continue;
+            points_[p].outgoing = h;
+            ++triangles_at[p - range.begin];
+            if (is_open) points_[p].open = true;
         }
     }
-    for (std::uint32_t p = 0; p < points_.size(); ++p) {
+    for (std::uint32_t p = range.begin; p < range.end; ++p) {
         Point& point = points_[p];
         if (point.outgoing == kNone) point.open = true;
         if (!point.open) {
             std::uint32_t in_fan = 0;
             for_each_outgoing(p, [&](Half) { ++in_fan; });
-            point.open = in_fan != triangles_at[p];
+            point.open = in_fan != triangles_at[p - range.begin];
             point.degree = static_cast<std::uint8_t>(std::min<std::uint32_t>(in_fan, kHighDegree));
         }
         point.fixed = point.open;
@@ -136,15 +161,18 @@ void EdgeCollapse::fix_points() {
 }
 
 // A point has the planes of its triangles, each with the share of the triangle's area that belongs to it.
-void EdgeCollapse::sum_quadrics() {
+void EdgeCollapse::sum_quadrics(const PointRange& range) {
     for (const Face& face : faces_) {
         const auto& [p, q, r] = face.from;
+        if (!range.contains(p) && !range.contains(q) && !range.contains(r)) continue;
         const Vec3d normal = cross(position(q) - position(p), position(r) - position(p));
         const double twice_area = length(normal);
         if (twice_area == 0) continue;
         Quadric<float> share;
         share.add_plane((1 / twice_area) * normal, twice_area / 6);
-        for (const std::uint32_t corner : face.from) points_[corner].quadric += share;
+        for (const std::uint32_t corner : face.from) {
+            if (range.contains(corner)) points_[corner].quadric += share;
+        }
     }
 }
 
@@ -244,7 +272,9 @@ void EdgeCollapse::queue_all() {
                 append(regions_[r], {edge.half, version(edge.half)}, edge.bucket);
         }
     });
-    for (Point& point : points_) point.changed = false;
+    parallel_for_ranges(std::size_t{0}, points_.size(), 4096, [&](const auto& range) {
+        for (std::size_t p = range.begin(); p < range.end(); ++p) points_[p].changed = false;
+    });
 }
 
 // The triangles and points of the next entries are scattered over the memory. Prefetches them in stages: each

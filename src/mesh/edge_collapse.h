@@ -163,13 +163,20 @@ class EdgeCollapse {
         std::vector<PatchTriangle> patch;
     };
 
-    void pair_half_edges();
+    // Points that one thread sets up.
+    struct PointRange {
+        std::uint32_t begin, end;
+
+        std::uint32_t size() const { return end - begin; }
+        bool contains(std::uint32_t p) const { return p - begin < end - begin; }
+    };
+    void pair_half_edges(const PointRange& range);
     void pair(Half a, Half b) {
         faces_[a / 4].twin[a % 4] = b;
         faces_[b / 4].twin[b % 4] = a;
     }
-    void fix_points();
-    void sum_quadrics();
+    void fix_points(const PointRange& range);
+    void sum_quadrics(const PointRange& range);
     void divide(const Mesh& mesh);
     Vec3d position(std::uint32_t point) const { return to_double(points_[point].position); }
     Quadric<double> merged_quadric(std::uint32_t a, std::uint32_t b) const;

@@ -52,9 +52,11 @@ std::vector<Place> find_intersections(const EdgeCollapse::Result& result) {
 
 // Undoes collapses until the surface passes through itself nowhere. An undone collapse often does not help, as
 // the surface came apart earlier: each time, twice as many are undone. Adds what was undone to `undone`.
-EdgeCollapse::Result make_valid(EdgeCollapse& collapse, std::int64_t& undone) {
+// Sets `changed` for the triangles that changed since the last call, as in the original mesh.
+EdgeCollapse::Result make_valid(EdgeCollapse& collapse, std::int64_t& undone, std::vector<bool>& changed) {
     for (std::size_t count = 1;; count *= 2) {
         EdgeCollapse::Result result = collapse.result();
+        for (const std::uint32_t t : result.changed) changed[result.old_triangles[t]] = true;
         const std::size_t found = undo(collapse, find_intersections(result), count);
         if (found == 0) return result;
         undone += static_cast<std::int64_t>(found);
@@ -78,7 +80,8 @@ Reduced reduce_to(const Mesh& mesh, std::size_t triangles, const Progress& progr
         triangles, static_cast<std::size_t>(kUnguarded * static_cast<double>(mesh.triangles.size())));
     collapse.reduce_to(unguarded, sub_progress(progress, 0, 0.7));
     Reduced reduced;
-    EdgeCollapse::Result result = make_valid(collapse, reduced.undone);
+    std::vector<bool> changed(mesh.triangles.size());
+    EdgeCollapse::Result result = make_valid(collapse, reduced.undone, changed);
     if (result.mesh.triangles.size() > triangles) {
         IntersectionGuard guard(mesh, std::move(result));
         collapse.set_guard(&guard);
@@ -89,15 +92,48 @@ Reduced reduce_to(const Mesh& mesh, std::size_t triangles, const Progress& progr
     return reduced;
 }
 
-// Finds where a mesh is further than `max_error` from the other one. `now` has the point of the reduced mesh for each
-// of its points, as an index in the original mesh.
-template <class Indices>
-std::vector<Place> find_far(const SampledMesh& from, const TriangleTree& to, const Indices& now,
-                            double max_error, const Progress& progress, double begin, double end) {
+// A reduced mesh, and what its distance from the original is measured with.
+struct Candidate {
+    Candidate(const EdgeCollapse& collapse, EdgeCollapse::Result r)
+        : result(std::move(r)), merged_into(collapse.merged_into()), now(result.mesh) {}
+
+    EdgeCollapse::Result result;
+    Buffer<std::uint32_t> merged_into;
+    SampledMesh now;
+};
+
+// The places of what is too far in the original mesh and in the reduced one.
+std::vector<Place> places_of(const std::vector<Triangle>& of_original, const std::vector<Triangle>& of_now,
+                             const Candidate& candidate) {
     std::vector<Place> places;
-    for (const auto& [a, b, c] : find_further(from, to, max_error, progress, begin, end))
-        places.push_back({now[a], now[b], now[c], now[a], now[b], now[c]});
+    const auto add = [&](const std::vector<Triangle>& further, const auto& old_point) {
+        for (const auto& [a, b, c] : further)
+            places.push_back(
+                {old_point[a], old_point[b], old_point[c], old_point[a], old_point[b], old_point[c]});
+    };
+    add(of_original, candidate.merged_into);
+    add(of_now, candidate.result.old_points);
     return places;
+}
+
+// Finds where either mesh is too far from the other one, around the triangles of the reduced mesh that have changed:
+// there, and where the original was merged into their points.
+std::vector<Place> find_far_around(const std::vector<bool>& changed, const SampledMesh& original,
+                                   const Candidate& candidate, double max_error, const Progress& progress) {
+    const EdgeCollapse::Result& result = candidate.result;
+    const Buffer<std::uint32_t>& merged_into = candidate.merged_into;
+    std::vector<bool> of_now, of_original, is_moved(merged_into.size());
+    for (std::size_t t = 0; t < result.mesh.triangles.size(); ++t) {
+        of_now.push_back(changed[result.old_triangles[t]]);
+        if (!of_now.back()) continue;
+        for (const std::uint32_t p : result.mesh.triangles[t]) is_moved[result.old_points[p]] = true;
+    }
+    for (const auto& [a, b, c] : original.mesh().triangles)
+        of_original.push_back(is_moved[merged_into[a]] || is_moved[merged_into[b]] ||
+                              is_moved[merged_into[c]]);
+    return places_of(
+        find_further(original, of_original, candidate.now.tree(), max_error, progress, 0.7, 0.75),
+        find_further(candidate.now, of_now, original.tree(), max_error, progress, 0.75, 0.8), candidate);
 }
 
 // Collapses until `triangles` are left, or until the guard allows no more. Then undoes collapses where the surface
@@ -110,22 +146,33 @@ Reduced reduce_within(const Mesh& mesh, std::size_t triangles, double max_error,
     EdgeCollapse collapse(mesh, kGuarded * max_error, &guard);
     collapse.reduce_to(triangles, sub_progress(progress, 0, 0.7));
     Reduced reduced;
+    std::vector<bool> changed(mesh.triangles.size(), true);
+    bool all_changed = true;
     for (std::size_t count = 1;; count *= 2) {
-        EdgeCollapse::Result result = make_valid(collapse, reduced.undone);
-        const SampledMesh now(result.mesh);
-        // Most of what is too far shows from the original, so the other direction often can wait.
-        std::vector<Place> places =
-            find_far(original, now.tree(), collapse.merged_into(), max_error, progress, 0.7, 0.75);
-        if (places.empty())
-            places = find_far(now, original.tree(), result.old_points, max_error, progress, 0.75, 0.8);
-        const std::size_t found = undo(collapse, places, count);
+        Candidate candidate(collapse, make_valid(collapse, reduced.undone, changed));
+        std::vector<Place> places = find_far_around(changed, original, candidate, max_error, progress);
+        std::size_t found = undo(collapse, places, count);
+        // The samples of the reduced mesh have moved with its area, so in the end all of it is looked at again.
+        if (found == 0 && (measured || !all_changed)) {
+            changed.assign(changed.size(), true);
+            if (measured) {
+                const Distances there =
+                    distances(original, candidate.now.tree(), max_error, progress, 0.8, 0.9);
+                const Distances back = distances(candidate.now, original.tree(), max_error, progress, 0.9, 1);
+                reduced.deviation = symmetric(there, back);
+                places = places_of(there.further, back.further, candidate);
+            } else {
+                places = find_far_around(changed, original, candidate, max_error, progress);
+            }
+            found = undo(collapse, places, count);
+        }
+        if (found == 0) {
+            reduced.mesh = std::move(candidate.result.mesh);
+            return reduced;
+        }
         reduced.undone += static_cast<std::int64_t>(found);
-        if (found > 0) continue;
-        if (measured)
-            reduced.deviation = symmetric(distances(original, now.tree(), progress, 0.8, 0.9),
-                                          distances(now, original.tree(), progress, 0.9, 1));
-        reduced.mesh = std::move(result.mesh);
-        return reduced;
+        changed.assign(changed.size(), false);
+        all_changed = false;
     }
 }
 

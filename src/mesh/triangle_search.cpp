@@ -8,6 +8,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <span>
 
 #include "triangle_distance.h"
 #include "triangle_search.h"
@@ -112,10 +113,9 @@ HWY_INLINE hn::Vec<D> squared_distances(D d, const Vec3d& position, const BoxTre
     return hn::IfThenElse(hn::And(hn::And(not_u, not_v), not_w), to_plane, to_edge);
 }
 
-// Updates `found` if a triangle of the leaf is nearer. Returns whether one is.
-HWY_INLINE bool search_leaf(const BoxTree::Leaf& leaf, const Vec3d& position, FoundTriangle& found) {
+// Updates `found` if a triangle of the leaf is nearer.
+HWY_INLINE void search_leaf(const BoxTree::Leaf& leaf, const Vec3d& position, FoundTriangle& found) {
     const hn::CappedTag<double, BoxTree::kWidth> d;
-    const double before = found.squared_distance;
     for (std::size_t c = 0; c < BoxTree::kWidth; c += hn::Lanes(d)) {
         const auto squared = squared_distances(d, position, leaf, c);
         const auto nearer = hn::Lt(squared, hn::Set(d, found.squared_distance));
@@ -125,7 +125,6 @@ HWY_INLINE bool search_leaf(const BoxTree::Leaf& leaf, const Vec3d& position, Fo
         const auto lane = static_cast<std::size_t>(hn::FindFirstTrue(d, hn::Eq(squared, least)));
         found = {hn::GetLane(least), leaf.triangle[c + lane]};
     }
-    return found.squared_distance < before;
 }
 
 // A child that a search may still visit: the squared distance to its box in the upper half,
@@ -133,16 +132,17 @@ HWY_INLINE bool search_leaf(const BoxTree::Leaf& leaf, const Vec3d& position, Fo
 // often be mispredicted.
 using Pending = std::uint64_t;
 
-FoundTriangle find_nearest_any(const BoxTree& tree, const Vec3d& position, double enough, double most,
-                               std::uint32_t* guess) {
+// A triangle at exactly the distance `most` is nearer than this.
+FoundTriangle nothing_within(double most) {
+    constexpr double kFar = std::numeric_limits<double>::infinity();
+    return {most < kFar ? std::nextafter(most * most, kFar) : kFar, 0};
+}
+
+// Searches for a triangle that is nearer than `found`.
+FoundTriangle find_nearer(const BoxTree& tree, const Vec3d& position, double enough, FoundTriangle found) {
     Pending stack[BoxTree::kMaxPending];
     alignas(64) float to_boxes[BoxTree::kWidth];
     const Query query(position);
-    constexpr double kFar = std::numeric_limits<double>::infinity();
-    // A triangle at exactly the distance `most` counts.
-    FoundTriangle found{most < kFar ? std::nextafter(most * most, kFar) : kFar, 0};
-    const std::uint32_t guessed = guess ? *guess : BoxTree::kLeaf;
-    if (guess) search_leaf(tree.leaves[*guess], position, found);
     constexpr Pending kRoot = 0, kNone = ~Pending{0};
     std::size_t depth = 0;
     stack[depth++] = kRoot;
@@ -164,11 +164,213 @@ FoundTriangle find_nearest_any(const BoxTree& tree, const Vec3d& position, doubl
                 at = is_nearer ? next : at;
             }
         }
-        const std::uint32_t leaf = static_cast<std::uint32_t>(at) ^ BoxTree::kLeaf;
-        if (at == kNone || leaf == guessed) continue;
-        if (search_leaf(tree.leaves[leaf], position, found) && guess) *guess = leaf;
+        if (at == kNone) continue;
+        search_leaf(tree.leaves[static_cast<std::uint32_t>(at) ^ BoxTree::kLeaf], position, found);
     }
     return found;
+}
+
+// A box around positions, with a margin. It is never smaller for being float.
+class Surroundings {
+  public:
+    Surroundings(std::span<const NearestQuery> queries, double margin) {
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            double lower = queries.front().position[axis], upper = lower;
+            for (const NearestQuery& query : queries) {
+                lower = std::min(lower, query.position[axis]);
+                upper = std::max(upper, query.position[axis]);
+            }
+            lower_[axis] = outwards(lower - margin, -1);
+            upper_[axis] = outwards(upper + margin, 1);
+        }
+    }
+
+    // Returns a mask of the children whose boxes overlap or touch this one.
+    HWY_INLINE std::uint32_t overlapping(const BoxTree::Node& node) const {
+        const hn::CappedTag<float, BoxTree::kWidth> d;
+        std::uint32_t bits = 0;
+        for (std::size_t c = 0; c < BoxTree::kWidth; c += hn::Lanes(d)) {
+            auto overlaps = hn::FirstN(d, hn::Lanes(d));
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                const auto below = hn::Le(hn::LoadU(d, node.lower[axis] + c), hn::Set(d, upper_[axis])),
+                           above = hn::Ge(hn::LoadU(d, node.upper[axis] + c), hn::Set(d, lower_[axis]));
+                overlaps = hn::And(overlaps, hn::And(below, above));
+            }
+            std::uint8_t mask[8] = {};
+            hn::StoreMaskBits(d, overlaps, mask);
+            bits |= static_cast<std::uint32_t>(mask[0]) << c;
+        }
+        return bits & ((1u << node.count) - 1);
+    }
+
+  private:
+    static float outwards(double x, double sign) {
+        const double ulps = std::abs(x) * std::numeric_limits<float>::epsilon();
+        return static_cast<float>(x + sign * (ulps + std::numeric_limits<float>::min()));
+    }
+    float lower_[3], upper_[3];
+};
+
+// A leaf near the positions of a group.
+struct NearLeaf {
+    float lower[3], upper[3];
+    std::uint32_t leaf;
+};
+
+// Lists leaves that overlap the surroundings. Returns their number, or kMost if there are more than that.
+template <std::size_t kMost>
+HWY_INLINE std::size_t list_leaves(const BoxTree& tree, const Surroundings& surroundings,
+                                   NearLeaf (&list)[kMost]) {
+    std::uint32_t stack[BoxTree::kMaxPending];
+    std::size_t depth = 0, count = 0;
+    stack[depth++] = 0;
+    while (depth > 0) {
+        const BoxTree::Node& node = tree.nodes[stack[--depth]];
+        for (std::uint32_t bits = surroundings.overlapping(node); bits != 0; bits &= bits - 1) {
+            const auto child = static_cast<std::uint32_t>(hwy::Num0BitsBelowLS1Bit_Nonzero32(bits));
+            if ((node.child[child] & BoxTree::kLeaf) == 0) {
+                stack[depth++] = node.child[child];
+                continue;
+            }
+            NearLeaf& near = list[count];
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                near.lower[axis] = node.lower[axis][child];
+                near.upper[axis] = node.upper[axis][child];
+            }
+            near.leaf = node.child[child] ^ BoxTree::kLeaf;
+            if (++count == kMost) return count;
+        }
+    }
+    return count;
+}
+
+// The least squared distance from a position to a triangle of a leaf.
+HWY_INLINE double least_squared_distance(const BoxTree::Leaf& leaf, const Vec3d& position) {
+    const hn::CappedTag<double, BoxTree::kWidth> d;
+    auto least = squared_distances(d, position, leaf, 0);
+    for (std::size_t c = hn::Lanes(d); c < BoxTree::kWidth; c += hn::Lanes(d))
+        least = hn::Min(least, squared_distances(d, position, leaf, c));
+    return hn::GetLane(hn::MinOfLanes(d, least));
+}
+
+// Searches a group of positions leaf by leaf.
+class GroupSearch {
+  public:
+    explicit GroupSearch(std::span<NearestQuery> queries) : queries_(queries) {
+        for (std::size_t q = 0; q < kGroup; ++q) {
+            const Vec3d& position = queries[std::min(q, queries.size() - 1)].position;
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                const auto p = static_cast<float>(position[axis]);
+                const float ulp =
+                    std::abs(p) * std::numeric_limits<float>::epsilon() + std::numeric_limits<float>::min();
+                lower_[axis][q] = p - ulp;
+                upper_[axis][q] = p + ulp;
+            }
+        }
+    }
+
+    HWY_INLINE void search(const BoxTree& tree, std::span<const NearLeaf> leaves, double most) {
+        find_first(leaves);
+        for (std::size_t q = 0; q < queries_.size(); ++q) {
+            NearestQuery& query = queries_[q];
+            query.squared_distance =
+                least_squared_distance(tree.leaves[leaves[first_[q]].leaf], query.position);
+            limit(q, most);
+        }
+        for (std::size_t l = 0; l < leaves.size(); ++l) {
+            for (std::uint32_t bits = near(leaves[l]); bits != 0; bits &= bits - 1) {
+                const auto q = static_cast<std::uint32_t>(hwy::Num0BitsBelowLS1Bit_Nonzero32(bits));
+                if (first_[q] == l) continue;
+                NearestQuery& query = queries_[q];
+                query.squared_distance =
+                    std::min(query.squared_distance,
+                             least_squared_distance(tree.leaves[leaves[l].leaf], query.position));
+                limit(q, most);
+            }
+        }
+    }
+
+  private:
+    static constexpr std::size_t kGroup = kMostInGroup;
+    using D = hn::CappedTag<float, 8>;
+
+    // Finds the leaf whose middle is nearest to each position: often it has the nearest triangle.
+    HWY_INLINE void find_first(std::span<const NearLeaf> leaves) {
+        const D d;
+        const hn::RebindToUnsigned<D> du;
+        for (std::size_t q = 0; q < kGroup; q += hn::Lanes(d)) {
+            auto least = hn::Set(d, std::numeric_limits<float>::infinity());
+            auto first = hn::Zero(du);
+            for (std::uint32_t l = 0; l < leaves.size(); ++l) {
+                auto sum = hn::Zero(d);
+                for (std::size_t axis = 0; axis < 3; ++axis) {
+                    const float middle = 0.5f * (leaves[l].lower[axis] + leaves[l].upper[axis]);
+                    const auto off = hn::Sub(hn::Load(d, lower_[axis] + q), hn::Set(d, middle));
+                    sum = hn::Add(sum, hn::Mul(off, off));
+                }
+                first = hn::IfThenElse(hn::RebindMask(du, hn::Lt(sum, least)), hn::Set(du, l), first);
+                least = hn::Min(least, sum);
+            }
+            hn::Store(first, du, first_ + q);
+        }
+    }
+
+    // Only triangles nearer than what was found are of interest, and none if that is enough.
+    HWY_INLINE void limit(std::size_t q, double most) {
+        const NearestQuery& query = queries_[q];
+        const double squared = std::min(query.squared_distance, most * most);
+        const bool done = query.squared_distance <= query.enough * query.enough;
+        // A box that contains the position is near even if `squared` is below the range of float.
+        limit_[q] =
+            done ? -1 : std::max(static_cast<float>(squared * 1.000003), std::numeric_limits<float>::min());
+    }
+
+    // Returns a mask of the positions to which the box of a leaf is near enough.
+    HWY_INLINE std::uint32_t near(const NearLeaf& leaf) const {
+        const D d;
+        std::uint32_t bits = 0;
+        for (std::size_t q = 0; q < kGroup; q += hn::Lanes(d)) {
+            auto sum = hn::Zero(d);
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                const auto below = hn::Sub(hn::Set(d, leaf.lower[axis]), hn::Load(d, upper_[axis] + q));
+                const auto above = hn::Sub(hn::Load(d, lower_[axis] + q), hn::Set(d, leaf.upper[axis]));
+                const auto outside = hn::Max(hn::Max(below, above), hn::Zero(d));
+                sum = hn::Add(sum, hn::Mul(outside, outside));
+            }
+            const auto least = hn::Min(sum, hn::Set(d, std::numeric_limits<float>::max()));
+            std::uint8_t mask[8] = {};
+            hn::StoreMaskBits(d, hn::Lt(least, hn::Load(d, limit_ + q)), mask);
+            bits |= static_cast<std::uint32_t>(mask[0]) << q;
+        }
+        return bits & ((1u << queries_.size()) - 1);
+    }
+
+    std::span<NearestQuery> queries_;
+    alignas(64) float lower_[3][kGroup], upper_[3][kGroup];
+    alignas(64) float limit_[kGroup] = {};
+    alignas(64) std::uint32_t first_[kGroup];
+};
+
+void find_nearest_of_group(const BoxTree& tree, std::span<NearestQuery> queries, double most, double reach) {
+    constexpr std::size_t kMostLeaves = 128;
+    NearLeaf list[kMostLeaves];
+    const std::size_t count = list_leaves(tree, Surroundings(queries, reach), list);
+    for (NearestQuery& query : queries) query.squared_distance = std::numeric_limits<double>::infinity();
+    if (count > 0) GroupSearch(queries).search(tree, {list, count}, most);
+    // What is not listed is further away than `reach`.
+    const double listed = count < kMostLeaves ? 0.999999 * reach * reach : -1;
+    const bool is_complete = count < kMostLeaves && reach >= most;
+    for (NearestQuery& query : queries) {
+        const double squared = query.squared_distance;
+        if (is_complete || squared <= std::max(listed, query.enough * query.enough)) continue;
+        FoundTriangle found = nothing_within(most);
+        found.squared_distance = std::min(found.squared_distance, squared);
+        query.squared_distance = find_nearer(tree, query.position, query.enough, found).squared_distance;
+    }
+}
+
+FoundTriangle find_nearest_any(const BoxTree& tree, const Vec3d& position, double enough, double most) {
+    return find_nearer(tree, position, enough, nothing_within(most));
 }
 
 }  // namespace marrow::internal::HWY_NAMESPACE
@@ -178,10 +380,14 @@ HWY_AFTER_NAMESPACE();
 namespace marrow::internal {
 
 HWY_EXPORT(find_nearest_any);
+HWY_EXPORT(find_nearest_of_group);
 
-FoundTriangle find_nearest(const BoxTree& tree, const Vec3d& position, double enough, double most,
-                           std::uint32_t* guess) {
-    return HWY_DYNAMIC_DISPATCH(find_nearest_any)(tree, position, enough, most, guess);
+FoundTriangle find_nearest(const BoxTree& tree, const Vec3d& position, double enough, double most) {
+    return HWY_DYNAMIC_DISPATCH(find_nearest_any)(tree, position, enough, most);
+}
+
+void find_nearest(const BoxTree& tree, std::span<NearestQuery> queries, double most, double reach) {
+    HWY_DYNAMIC_DISPATCH(find_nearest_of_group)(tree, queries, most, reach);
 }
 
 }  // namespace marrow::internal

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
 #include <marrow/buffer.h>
 #include <marrow/vector.h>
@@ -45,12 +46,21 @@ struct FoundTriangle {
 };
 
 /// Returns the nearest triangle within the distance `most`, or any triangle within the distance `enough`. If
-/// no triangle is within `most`, the squared distance of the result is larger than most * most.
-///
-/// The leaf `*guess`, if given, is searched first. It is replaced by the leaf of the result; it does not
-/// change the distance if `enough` is 0. The result has the same bits on every SIMD target. \pre the tree has
-/// triangles
-FoundTriangle find_nearest(const BoxTree& tree, const Vec3d& position, double enough, double most,
-                           std::uint32_t* guess);
+/// no triangle is within `most`, the squared distance of the result is larger than most * most. The result has the same
+/// bits on every SIMD target. \pre the tree has triangles
+FoundTriangle find_nearest(const BoxTree& tree, const Vec3d& position, double enough, double most);
+
+/// A position whose distance to the nearest triangle is wanted.
+struct NearestQuery {
+    Vec3d position;
+    double enough = 0;            ///< any triangle within this distance will do
+    double squared_distance = 0;  ///< set by the search
+};
+inline constexpr std::size_t kMostInGroup = 16;
+
+/// The same for up to kMostInGroup positions, in less time if they are near each other. Leaves within `reach` of them are
+/// listed, and searched one after the other for all positions; a position with no triangle within `reach` is searched on
+/// its own. So `reach`, which need not be exact, should be a little more than the largest distance.
+void find_nearest(const BoxTree& tree, std::span<NearestQuery> queries, double most, double reach);
 
 }  // namespace marrow::internal

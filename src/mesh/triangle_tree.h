@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <span>
 #include <vector>
 
 #include <marrow/mesh.h>
@@ -37,20 +38,12 @@ class TriangleTree {
     /// \pre the mesh has triangles, fewer than 2^32, and their indices are in range
     explicit TriangleTree(const MeshView& mesh);
 
-    /// The i-th triangle along the curve. Neighbours on the curve are near each other.
-    std::uint32_t along_curve(std::size_t i) const { return order_[i].triangle; }
-
-    /// The guess for a search without a better guess.
-    static constexpr std::uint32_t kAnywhere = 0;
+    /// All triangles, in leaves that are near each other if they follow each other.
+    std::span<const BoxTree::Leaf> leaves() const { return tree_.leaves; }
 
     /// The distance from a position to the nearest triangle, or to any triangle within the distance `enough`.
     double distance(const Vec3d& position, double enough = 0) const {
         return nearest(position, enough).distance;
-    }
-    /// The same, but searches the leaf `guess` first and sets it to the leaf of the found triangle. The guess
-    /// of a nearby position makes the search faster.
-    double distance(const Vec3d& position, double enough, std::uint32_t& guess) const {
-        return std::sqrt(find_nearest(tree_, position, enough, kInfinity, &guess).squared_distance);
     }
 
     struct Nearest {
@@ -59,20 +52,19 @@ class TriangleTree {
     };
     /// The nearest triangle, or any triangle within the distance `enough`.
     Nearest nearest(const Vec3d& position, double enough = 0) const {
-        const FoundTriangle found = find_nearest(tree_, position, enough, kInfinity, nullptr);
+        const FoundTriangle found = internal::find_nearest(tree_, position, enough, kInfinity);
         return {std::sqrt(found.squared_distance), found.triangle};
     }
 
     /// Whether a triangle is within `distance` of a position. Faster than finding the nearest triangle.
     bool is_within(const Vec3d& position, double distance) const {
-        return find_nearest(tree_, position, distance, distance, nullptr).squared_distance <=
+        return internal::find_nearest(tree_, position, distance, distance).squared_distance <=
                distance * distance;
     }
 
-    /// The same, but searches the leaf `guess` first and sets it to the leaf of the found triangle.
-    bool is_within(const Vec3d& position, double distance, std::uint32_t& guess) const {
-        return find_nearest(tree_, position, distance, distance, &guess).squared_distance <=
-               distance * distance;
+    /// Sets the squared distances of positions that are near each other; see triangle_search.h.
+    void find_nearest(std::span<NearestQuery> queries, double most, double reach) const {
+        internal::find_nearest(tree_, queries, most, reach);
     }
 
     /// Calls f(t, triangle) for each triangle that the ray from `origin` hits at origin + t * direction with
@@ -99,6 +91,7 @@ class TriangleTree {
     };
     std::uint32_t split_position(const Range& range) const;
     void split(std::uint32_t node, const Range& range, std::vector<Range>& leaves);
+    std::uint32_t along_curve(std::size_t i) const { return order_[i].triangle; }
     void fill(BoxTree::Leaf& leaf, const Range& range, const MeshView& mesh) const;
     void merge_bounds();
     static double hit(const BoxTree::Leaf& leaf, std::size_t i, const Vec3d& origin, const Vec3d& direction);

@@ -304,7 +304,7 @@ TEST(TriangleTree, FindsTheNearestTriangle) {
     }
 }
 
-TEST(TriangleTree, AgreesWithAllTrianglesForAnyGuess) {
+TEST(TriangleTree, AgreesWithAllTriangles) {
     test::Random random(23);
     const auto unit = [&] { return std::uniform_real_distribution<float>(-1, 1)(random); };
     for (const std::size_t n : {1u, 7u, 8u, 9u, 64u, 65u, 3000u}) {
@@ -318,7 +318,6 @@ TEST(TriangleTree, AgreesWithAllTrianglesForAnyGuess) {
             soup.triangles.push_back({3 * t, 3 * t + 1, 3 * t + 2});
         }
         const internal::TriangleTree tree(soup);
-        std::uint32_t guess = internal::TriangleTree::kAnywhere;
         for (int trial = 0; trial < 300; ++trial) {
             const Vec3d p{10.0 * unit(), 10.0 * unit(), 3.0 * unit()};
             double squared = std::numeric_limits<double>::infinity();
@@ -328,12 +327,53 @@ TEST(TriangleTree, AgreesWithAllTrianglesForAnyGuess) {
             }
             const double nearest = std::sqrt(squared);
             ASSERT_EQ(tree.distance(p), nearest);
-            ASSERT_EQ(tree.distance(p, 0, guess), nearest);
             EXPECT_TRUE(tree.is_within(p, 1.001 * nearest));
             EXPECT_FALSE(tree.is_within(p, 0.999 * nearest));
             // Any triangle within `enough` may be found. If there is none, the nearest is found.
-            EXPECT_LE(tree.distance(p, 1.5 * nearest, guess), 1.5 * nearest);
+            EXPECT_LE(tree.distance(p, 1.5 * nearest), 1.5 * nearest);
             EXPECT_EQ(tree.distance(p, 0.9 * nearest), nearest);
+        }
+    }
+}
+
+TEST(TriangleTree, FindsTheSameForGroupsOfAnySizeAndReach) {
+    test::Random random(29);
+    const auto unit = [&] { return std::uniform_real_distribution<float>(-1, 1)(random); };
+    for (const std::size_t n : {1u, 9u, 3000u}) {
+        Mesh soup;
+        for (std::uint32_t t = 0; t < n; ++t) {
+            const Vec3f middle{9 * unit(), 9 * unit(), 0.1f * unit()};
+            for (int c = 0; c < 3; ++c)
+                soup.points.push_back({middle[0] + unit(), middle[1] + unit(), middle[2] + unit()});
+            soup.triangles.push_back({3 * t, 3 * t + 1, 3 * t + 2});
+        }
+        const internal::TriangleTree tree(soup);
+        for (const std::size_t size : {std::size_t{1}, std::size_t{5}, internal::kMostInGroup}) {
+            for (const double spread :
+                 {0.0, 0.5, 20.0}) {  // the last lists too many leaves of the largest soup
+                for (const double reach : {0.0, 0.3, 3.0, 1e9}) {
+                    const Vec3d middle{10.0 * unit(), 10.0 * unit(), 3.0 * unit()};
+                    std::vector<internal::NearestQuery> queries(size);
+                    for (internal::NearestQuery& query : queries)
+                        query.position = middle + spread * Vec3d{unit(), unit(), unit()};
+                    constexpr double kAny = std::numeric_limits<double>::infinity();
+                    tree.find_nearest(queries, kAny, reach);
+                    std::vector<double> nearest;
+                    for (internal::NearestQuery& query : queries) {
+                        nearest.push_back(tree.distance(query.position));
+                        ASSERT_EQ(std::sqrt(query.squared_distance), nearest.back());
+                        query.enough = 1.5 * nearest.back();
+                    }
+                    tree.find_nearest(queries, kAny, reach);
+                    for (const internal::NearestQuery& query : queries)
+                        EXPECT_LE(std::sqrt(query.squared_distance), query.enough);
+                    const double most = 1.001 * *std::min_element(nearest.begin(), nearest.end());
+                    for (internal::NearestQuery& query : queries) query.enough = most;
+                    tree.find_nearest(queries, most, reach);
+                    for (std::size_t q = 0; q < size; ++q)
+                        EXPECT_EQ(queries[q].squared_distance <= most * most, nearest[q] <= most);
+                }
+            }
         }
     }
 }
