@@ -52,7 +52,7 @@ class PointBatch {
         z_ = z;
         row_ = z * stride_[2] + y * stride_[1];
         base_ = to_physical_.row_base(y, z);
-        inner_ = is_inner(y, 1) && is_inner(z, 2) ? inner(0) : std::array<std::int64_t, 2>{};
+        inner_ = inside(inner_of_[1], y) && inside(inner_of_[2], z) ? inner_of_[0] : Range{};
     }
 
     // Adds `count` edges of the row. Up to RowEdges::kSlack more elements are read.
@@ -83,9 +83,11 @@ class PointBatch {
     }
 
   private:
-    static constexpr std::size_t kCapacity = 192;
+    static constexpr std::size_t kCapacity = 768;
     static constexpr std::size_t kAtOnce = 16;
-    static constexpr std::size_t kAhead = 16;  // samples are prefetched this many edges ahead
+    static constexpr std::size_t kAhead = 48;  // samples are prefetched this many edges ahead
+
+    using Range = std::array<std::int64_t, 2>;  // from the first to before the second
 
     // An edge whose stencil leaves the volume.
     struct BorderEdge {
@@ -106,23 +108,22 @@ class PointBatch {
                                 HWY_ATTR { return hn::And(codes, hn::Set(d, EdgeCode::kPlaceMask)); };
         const auto first_inner = hn::Set(di, static_cast<std::int32_t>(inner_[0] + 1));
         const auto last_inner = hn::Set(di, static_cast<std::int32_t>(inner_[1]));
+        const auto row = hn::Set(dl, row_ - 1);
         for (std::size_t i = 0; i < count; i += hn::Lanes(du)) {
             const std::size_t k = size_ + i;
             const auto code = hn::LoadU(du, codes + i);
             hn::StoreU(code, du, codes_ + k);
             for (std::size_t r = 0; r < 3; ++r) hn::StoreU(hn::Set(df, base_[r]), df, row_base_[r] + k);
+            for (std::size_t half = 0; half < hn::Lanes(du); half += hn::Lanes(dl)) {
+                const auto place = hn::PromoteTo(hn::RebindToUnsigned<decltype(dl)>(),
+                                                 places(dh, hn::LoadU(dh, codes + i + half)));
+                hn::StoreU(hn::Add(row, hn::BitCast(dl, place)), dl, first_ + k + half);
+            }
             const auto place = hn::BitCast(di, places(du, code));
             const auto outer = hn::And(hn::Or(hn::Lt(place, first_inner), hn::Gt(place, last_inner)),
                                        hn::FirstN(di, count - i));
             if (HWY_UNLIKELY(!hn::AllFalse(di, outer)))
                 note_borders(codes + i, k, std::min(count - i, hn::Lanes(du)));
-        }
-        for (std::size_t i = 0; i < count; i += hn::Lanes(dl)) {
-            const auto place = places(dh, hn::LoadU(dh, codes + i));
-            const auto index =
-                hn::Add(hn::Set(dl, row_ - 1),
-                        hn::BitCast(dl, hn::PromoteTo(hn::RebindToUnsigned<decltype(dl)>(), place)));
-            hn::StoreU(index, dl, first_ + size_ + i);
         }
     }
 
@@ -130,19 +131,17 @@ class PointBatch {
     HWY_NOINLINE void note_borders(const std::uint32_t* codes, std::size_t first, std::size_t count) {
         for (std::size_t i = 0; i < count; ++i) {
             const std::int64_t x = EdgeCode::x(codes[i]);
-            if (x < inner_[0] || x >= inner_[1]) borders_[border_count_++] = {first + i, {x, y_, z_}};
+            if (!inside(inner_, x)) borders_[border_count_++] = {first + i, {x, y_, z_}};
         }
     }
 
     // The indices along an axis at which edges lie within the volume, and their stencils within the samples that may
     // be read. Stencils reach one sample back and two ahead.
-    std::array<std::int64_t, 2> inner(std::size_t axis) const {
+    Range inner(std::size_t axis) const {
         const std::int64_t first = std::max<std::int64_t>(1 - below_[axis], 0);
         return {first, std::max(first, std::min(dims_[axis] + above_[axis] - 2, dims_[axis] - 1))};
     }
-    bool is_inner(std::int64_t i, std::size_t axis) const {
-        return i >= inner(axis)[0] && i < inner(axis)[1];
-    }
+    static bool inside(const Range& range, std::int64_t i) { return i >= range[0] && i < range[1]; }
 
     // Fetches the edges' samples.
     template <bool kNormals>
@@ -452,13 +451,14 @@ class PointBatch {
     std::int64_t y_ = 0, z_ = 0;
     std::int64_t row_ = 0;  // index of the row's first sample
     Vec3f base_{};
-    std::array<std::int64_t, 2> inner_{};  // of the row, along x
+    const Range inner_of_[3] = {inner(0), inner(1), inner(2)};
+    Range inner_{};  // of the row, along x
     std::size_t size_ = 0, border_count_ = 0;
     [[maybe_unused]] S loaded_ = 0;  // keeps compilers from leaving out loads
 
-    // Room for the elements that note() stores beyond the last edge, and for whole vectors.
-    static constexpr std::size_t kRoom = kCapacity + 16;
-    static_assert(kAtOnce <= 16 && kAhead <= 16);
+    // Room for the elements that note() stores beyond the last edge, for whole vectors, and for what is read ahead.
+    static constexpr std::size_t kRoom = kCapacity + kAhead;
+    static_assert(kAtOnce <= kAhead && hn::MaxLanes(D()) <= kAhead && kRoom % 16 == 0);
     alignas(64) std::uint32_t codes_[kRoom] = {};  // EdgeCode
     alignas(64) std::int64_t first_[kRoom] = {};   // indices of the samples at which edges start
     alignas(64) float row_base_[3][kRoom] = {};
