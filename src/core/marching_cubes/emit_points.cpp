@@ -52,7 +52,7 @@ class PointBatch {
         z_ = z;
         row_ = z * stride_[2] + y * stride_[1];
         base_ = to_physical_.row_base(y, z);
-        inner_ = inside(inner_of_[1], y) && inside(inner_of_[2], z) ? inner_of_[0] : Range{};
+        inner_ = contains(inner_of_[1], y) && contains(inner_of_[2], z) ? inner_of_[0] : Range{};
     }
 
     // Adds `count` edges of the row. Up to RowEdges::kSlack more elements are read.
@@ -131,7 +131,7 @@ class PointBatch {
     HWY_NOINLINE void note_borders(const std::uint32_t* codes, std::size_t first, std::size_t count) {
         for (std::size_t i = 0; i < count; ++i) {
             const std::int64_t x = EdgeCode::x(codes[i]);
-            if (!inside(inner_, x)) borders_[border_count_++] = {first + i, {x, y_, z_}};
+            if (!contains(inner_, x)) borders_[border_count_++] = {first + i, {x, y_, z_}};
         }
     }
 
@@ -141,7 +141,7 @@ class PointBatch {
         const std::int64_t first = std::max<std::int64_t>(1 - below_[axis], 0);
         return {first, std::max(first, std::min(dims_[axis] + above_[axis] - 2, dims_[axis] - 1))};
     }
-    static bool inside(const Range& range, std::int64_t i) { return i >= range[0] && i < range[1]; }
+    static bool contains(const Range& range, std::int64_t i) { return i >= range[0] && i < range[1]; }
 
     // Fetches the edges' samples.
     template <bool kNormals>
