@@ -67,7 +67,7 @@ class PointBatch {
         z_ = z;
         row_ = static_cast<SampleIndex>(z) * stride_[2] + static_cast<SampleIndex>(y) * stride_[1];
         base_ = to_physical_.row_base(y, z);
-        inner_ = is_inner(y, 1) && is_inner(z, 2) ? within_[0] : Range{};
+        inner_ = contains(within_[1], y) && contains(within_[2], z) ? within_[0] : Range{};
     }
 
     // Adds `count` edges of the row. Up to RowEdges::kSlack more elements are read.
@@ -98,14 +98,14 @@ class PointBatch {
     }
 
   private:
-    static constexpr std::size_t kCapacity = 192;
+    static constexpr std::size_t kCapacity = 768;
     static constexpr std::size_t kAtOnce = 16;
-    static constexpr std::size_t kAhead = 16;  // samples are prefetched this many edges ahead
-    // Room for the elements that note() stores beyond the last edge, and for whole vectors.
-    static constexpr std::size_t kRoom = kCapacity + 16;
-    static_assert(kAtOnce <= 16 && kAhead <= 16);
+    static constexpr std::size_t kAhead = 48;  // samples are prefetched this many edges ahead
+    // Room for the elements that note() stores beyond the last edge, for whole vectors, and for what is read ahead.
+    static constexpr std::size_t kRoom = kCapacity + kAhead;
+    static_assert(kAtOnce <= kAhead && hn::MaxLanes(hn::ScalableTag<R>()) <= kAhead && kRoom % 16 == 0);
 
-    using Range = std::array<std::int64_t, 2>;
+    using Range = std::array<std::int64_t, 2>;  // from the first to before the second
 
     // Of each edge, eight numbers are fetched: the samples at its ends, and the slopes at the first and at the second end
     // along x, y and z. Each has an array of its own. But in WebAssembly the numbers of kTogether edges are side by
@@ -146,21 +146,21 @@ class PointBatch {
                                 HWY_ATTR { return hn::And(codes, hn::Set(d, EdgeCode::kPlaceMask)); };
         const auto first_inner = hn::Set(di, static_cast<std::int32_t>(inner_[0] + 1));
         const auto last_inner = hn::Set(di, static_cast<std::int32_t>(inner_[1]));
+        const auto row = hn::Set(dl, row_ - 1);
         for (std::size_t i = 0; i < count; i += hn::Lanes(du)) {
             const std::size_t k = size_ + i;
             const auto code = hn::LoadU(du, codes + i);
             hn::StoreU(code, du, codes_ + k);
             for (std::size_t r = 0; r < 3; ++r) hn::StoreU(hn::Set(df, base_[r]), df, row_base_[r] + k);
+            for (std::size_t half = 0; half < hn::Lanes(du); half += hn::Lanes(dl)) {
+                const auto place = widened(dl, places(dh, hn::LoadU(dh, codes + i + half)));
+                hn::StoreU(hn::Add(row, place), dl, first_ + k + half);
+            }
             const auto place = hn::BitCast(di, places(du, code));
             const auto outer = hn::And(hn::Or(hn::Lt(place, first_inner), hn::Gt(place, last_inner)),
                                        hn::FirstN(di, count - i));
             if (HWY_UNLIKELY(!hn::AllFalse(di, outer)))
                 note_borders(codes + i, k, std::min(count - i, hn::Lanes(du)));
-        }
-        for (std::size_t i = 0; i < count; i += hn::Lanes(dl)) {
-            const auto place = places(dh, hn::LoadU(dh, codes + i));
-            const auto index = hn::Add(hn::Set(dl, row_ - 1), widened(dl, place));
-            hn::StoreU(index, dl, first_ + size_ + i);
         }
     }
 
@@ -168,7 +168,7 @@ class PointBatch {
     HWY_NOINLINE void note_borders(const std::uint32_t* codes, std::size_t first, std::size_t count) {
         for (std::size_t i = 0; i < count; ++i) {
             const std::int64_t x = EdgeCode::x(codes[i]);
-            if (x < inner_[0] || x >= inner_[1]) borders_[border_count_++] = {first + i, {x, y_, z_}};
+            if (!contains(inner_, x)) borders_[border_count_++] = {first + i, {x, y_, z_}};
         }
     }
 
@@ -178,9 +178,7 @@ class PointBatch {
         const std::int64_t first = std::max<std::int64_t>(1 - below_[axis], 0);
         return {first, std::max(first, std::min(dims_[axis] + above_[axis] - 2, dims_[axis] - 1))};
     }
-    bool is_inner(std::int64_t i, std::size_t axis) const {
-        return i >= within_[axis][0] && i < within_[axis][1];
-    }
+    static bool contains(const Range& range, std::int64_t i) { return i >= range[0] && i < range[1]; }
 
     // Fetches the edges' samples.
     template <bool kNormals>
