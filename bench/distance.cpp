@@ -1,5 +1,6 @@
-// marrow-bench-distance: compares mesh_distance with a search by vtkStaticCellLocator from as many positions: the
-// distance between a surface and its reduction, on one thread, interleaved. Both build their trees each time.
+// marrow-bench-distance: compares mesh_distance with a search by vtkStaticCellLocator from as
+// many positions: the distance between a surface and its reduction, on one thread, interleaved.
+// Both build their trees each time.
 #include <vtkGenericCell.h>
 #include <vtkStaticCellLocator.h>
 

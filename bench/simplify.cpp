@@ -1,5 +1,5 @@
-// marrow-bench-simplify: compares simplify with vtkQuadricDecimation, and with OpenMesh and meshoptimizer where they
-// are installed: a tenth of the triangles, interleaved. Conversions between meshes are not timed.
+// marrow-bench-simplify: compares simplify with vtkQuadricDecimation, and with OpenMesh and meshoptimizer
+// where they are installed: a tenth of the triangles, interleaved. Conversions between meshes are not timed.
 #include <vtkQuadricDecimation.h>
 
 #include <fmt/core.h>

@@ -1,6 +1,6 @@
 // marrow-bench-smooth-steps [FILE.nhdr]: how many steps of smoothing thick slices need. Samples shapes whose
-// surfaces are known, extracts and smooths them, and prints how far they are from the truth as a Markdown table
-// (docs/printing.md). Writes the shapes as one volume if a file is given.
+// surfaces are known, extracts and smooths them, and prints how far they are from the truth as a Markdown
+// table (docs/printing.md). Writes the shapes as one volume if a file is given.
 #include <algorithm>
 #include <array>
 #include <cmath>

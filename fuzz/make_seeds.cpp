@@ -92,7 +92,8 @@ void write_zarr_seeds(const fs::path& folder) {
 
     const auto array_3 = [](const std::string& shape, const std::string& chunk, const std::string& codecs) {
         return fmt::format(
-            R"({{"zarr_format":3,"node_type":"array","shape":[{}],"data_type":"uint16","fill_value":"0x0007",)"
+            R"({{"zarr_format":3,"node_type":"array","shape":[{}],"data_type":"uint16",)"
+            R"("fill_value":"0x0007",)"
             R"("chunk_grid":{{"name":"regular","configuration":{{"chunk_shape":[{}]}}}},"codecs":[{}],)"
             R"("chunk_key_encoding":{{"name":"default","configuration":{{"separator":"/"}}}}}})",
             shape, chunk, codecs);
@@ -109,7 +110,8 @@ void write_zarr_seeds(const fs::path& folder) {
         R"({"name":"sharding_indexed","configuration":{"chunk_shape":[1,3,4,5],"codecs":[)" + bytes +
         R"(],"index_codecs":[)" + bytes + R"(],"index_location":"start"}})";
     const std::string ome_5 =
-        R"({"zarr_format":3,"node_type":"group","attributes":{"ome":{"version":"0.5","multiscales":[{"axes":[)"
+        R"({"zarr_format":3,"node_type":"group","attributes":{"ome":{"version":"0.5","multiscales":[)"
+        R"({"axes":[)"
         R"({"name":"c","type":"channel"},{"name":"z","type":"space","unit":"micrometer"},)"
         R"({"name":"y","type":"space","unit":"micrometer"},{"name":"x","type":"space","unit":"micrometer"}],)"
         R"("datasets":[{"path":"0","coordinateTransformations":[{"type":"scale","scale":[1,2,3,4]},)"

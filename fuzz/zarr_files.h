@@ -1,5 +1,5 @@
-/// How an input of the target `zarr` holds the files of a folder: each begins with a mark and the number of its
-/// name.
+/// How an input of the target `zarr` holds the files of a folder: each begins with a
+/// mark and the number of its name.
 #pragma once
 
 #include <string>

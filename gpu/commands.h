@@ -13,8 +13,8 @@ namespace marrow::gpu::internal {
 /// Who accesses memory. Values can be combined.
 enum Access : unsigned { kCopy = 1, kKernel = 2, kHost = 4 };
 
-/// Makes what the commands before it wrote as `from` visible to those after it that access memory as `to`, and lets
-/// these begin only then.
+/// Makes what the commands before it wrote as `from` visible to those after it that access memory as `to`,
+/// and lets these begin only then.
 void barrier(VkCommandBuffer commands, unsigned from, unsigned to);
 
 /// Runs batches of commands, one after the other.

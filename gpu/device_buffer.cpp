@@ -42,7 +42,8 @@ void DeviceBuffer::create(Place place) {
     info.pNext = place == Place::shared && device_->limits().exports_memory ? &external : nullptr;
     info.size = bytes_;
     info.usage = place == Place::host ? VulkanDevice::kHostUsage : VulkanDevice::kDeviceUsage;
-    // A larger buffer or allocation may still succeed on some drivers, and fails with this error on the others.
+    // A larger buffer or allocation may still succeed on some drivers, and fails
+    // with this error on the others.
     if (bytes_ > device_->limits().allocation) device_->check(VK_ERROR_OUT_OF_DEVICE_MEMORY);
     const VkDevice device = device_->handle();
     device_->check(vkCreateBuffer(device, &info, nullptr, &buffer_));

@@ -158,8 +158,8 @@ void DeviceExtraction::find_ranges() {
     });
 }
 
-// Everything is in one batch of commands. The output is written into the memory that is there. Only if it does not suffice,
-// which only the count says, a second batch follows.
+// Everything is in one batch of commands. The output is written into the memory that is there. Only if it
+// does not suffice, which only the count says, a second batch follows.
 Report DeviceExtraction::extract(double isovalue, bool release) {
     report_progress(options_.progress, 0);
     parameters_.half_isovalue = 0.5f * static_cast<float>(isovalue);
@@ -266,8 +266,8 @@ void DeviceExtraction::emit(VkCommandBuffer commands, bool release) const {
     if (release) release_output(commands);
 }
 
-// Hands the output over to other instances of Vulkan, CUDA or OpenGL. It need not be acquired again, because the next
-// surface replaces its content.
+// Hands the output over to other instances of Vulkan, CUDA or OpenGL. It need not be acquired again, because
+// the next surface replaces its content.
 void DeviceExtraction::release_output(VkCommandBuffer commands) const {
     if (!device_->limits().exports_memory) return;
     std::vector<VkBufferMemoryBarrier> barriers;

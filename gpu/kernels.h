@@ -6,7 +6,8 @@
 
 namespace marrow::gpu::internal {
 
-/// The kernels of shaders/. Devices that control how floats are rounded run points_controlled instead of points.
+/// The kernels of shaders/. Devices that control how floats are rounded run
+/// points_controlled instead of points.
 enum class Kernel { ranges, select, classify, count, reduce, descend, points, points_controlled, triangles };
 
 /// The module of a kernel, whose entry point is main.

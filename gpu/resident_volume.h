@@ -14,8 +14,8 @@
 
 namespace marrow::gpu::internal {
 
-/// The volume's samples, in as many allocations as they need, each of whole slices. Rows are padded to words of
-/// inside bits. One sample beyond the view is kept where the view has one, for normals.
+/// The volume's samples, in as many allocations as they need, each of whole slices. Rows are padded to words
+/// of inside bits. One sample beyond the view is kept where the view has one, for normals.
 class ResidentVolume {
   public:
     /// Copies the samples. \throw DeviceError not enough memory; Cancelled

@@ -20,8 +20,8 @@ struct Download {
     void* to;
 };
 
-/// Copies through two pieces of memory that both sides see: while the device copies one, the host fills or empties the
-/// other by all threads.
+/// Copies through two pieces of memory that both sides see: while the device copies one, the host fills or
+/// empties the other by all threads.
 class Staging {
   public:
     explicit Staging(std::shared_ptr<VulkanDevice> device);

@@ -43,7 +43,8 @@ const Instance& the_instance() {
 
 constexpr std::uint32_t kNoFamily = ~std::uint32_t{0};
 
-// The family of queues for the kernels; one that does not also draw is preferred, as it disturbs the desktop less.
+// The family of queues for the kernels; one that does not also draw is preferred,
+// as it disturbs the desktop less.
 std::uint32_t compute_family(VkPhysicalDevice physical) {
     std::uint32_t count = 0;
     vkGetPhysicalDeviceQueueFamilyProperties(physical, &count, nullptr);
@@ -67,7 +68,8 @@ std::uint64_t valid_timestamp_bits(VkPhysicalDevice physical, std::uint32_t fami
     return bits == 0 ? 0 : ~std::uint64_t{0} >> (64 - bits);
 }
 
-// Whether buffers of the kernels can be exported as file descriptors, without an allocation that is dedicated to them.
+// Whether buffers of the kernels can be exported as file descriptors, without an
+// allocation that is dedicated to them.
 bool can_export_memory(VkPhysicalDevice physical) {
     std::uint32_t count = 0;
     if (vkEnumerateDeviceExtensionProperties(physical, nullptr, &count, nullptr) != VK_SUCCESS) return false;

@@ -103,8 +103,8 @@ class VulkanDevice {
     std::map<std::tuple<Kernel, std::int32_t, bool, bool>, VkPipeline> pipelines_;
 };
 
-/// The device of this index in devices(). It is shared, and kept until the program ends because making it and its
-/// pipelines takes long; a lost one is replaced. \throw DeviceError there is none, or Vulkan failed
+/// The device of this index in devices(). It is shared, and kept until the program ends because making it and
+/// its pipelines takes long; a lost one is replaced. \throw DeviceError there is none, or Vulkan failed
 std::shared_ptr<VulkanDevice> open_device(std::size_t index);
 
 }  // namespace marrow::gpu::internal

@@ -18,7 +18,8 @@ namespace marrow::apps {
 namespace fs = std::filesystem;
 namespace {
 
-// Meshes in the folder of a scan may be overwritten. Pictures, tables and DICOM files there may belong to the scan.
+// Meshes in the folder of a scan may be overwritten. Pictures, tables and DICOM
+// files there may belong to the scan.
 bool is_of_scan(const fs::path& file, const fs::path& input) {
     std::error_code ignored;
     if (!fs::is_directory(input, ignored)) return fs::equivalent(file, input, ignored);

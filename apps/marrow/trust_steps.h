@@ -26,8 +26,8 @@ void add_trust_options(Arguments& arguments, TrustSteps& steps);
 /// \throw UsageError steps that contradict each other
 void check_trust(const TrustSteps& steps);
 
-/// Finds thin walls beside a surface that was just extracted with `options`, which have a progress. To keep them, extracts
-/// it again with them.
+/// Finds thin walls beside a surface that was just extracted with `options`, which have a progress. To keep
+/// them, extracts it again with them.
 void look_for_thin_walls(Surface& surface, const Volume& scan, const NoiseEstimate& noise, bool keep,
                          IsosurfaceOptions options);
 

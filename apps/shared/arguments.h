@@ -49,7 +49,8 @@ class Arguments {
     void add_inputs(const std::string& name, std::vector<std::filesystem::path>& to, const std::string& help);
 
     /// Reads the command line and stores all values. Prints help or the version to `out` and returns false if
-    /// that is wanted instead: by --help, or by "help COMMAND". \throw UsageError the first word that is wrong
+    /// that is wanted instead: by --help, or by "help COMMAND".
+    /// \throw UsageError the first word that is wrong
     bool parse(int argc, const char* const* argv, std::ostream& out);
 
     /// Whether this command was named on the command line.

@@ -21,8 +21,8 @@ struct SurfaceTrust {
     std::vector<Rgb8> colours;           ///< for each point
 };
 
-/// `report` is that of `points`, which are of a surface of `scan`. `thin_walls` are those beside it; null: they were not
-/// looked for.
+/// `report` is that of `points`, which are of a surface of `scan`. `thin_walls` are those beside it;
+/// null: they were not looked for.
 SurfaceTrust surface_trust(TrustReport report, bool hounsfield, const Volume& scan,
                            std::span<const Vec3f> points, const ThinWalls* thin_walls);
 

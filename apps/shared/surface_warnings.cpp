@@ -47,8 +47,8 @@ std::optional<std::string> coinciding_points_warning(const std::vector<MeshFile>
 }
 
 // Points around a sample are at least a thousandth of an edge apart, which float32 separates unless the
-// coordinates are more than 2000 times as large as the spacing: up to 2048, it holds 1/8192, and three roundings
-// make a coordinate. So few scans need to be searched.
+// coordinates are more than 2000 times as large as the spacing: up to 2048, it holds 1/8192, and three
+// roundings make a coordinate. So few scans need to be searched.
 std::optional<std::string> large_coordinates_warning(const std::vector<MeshFile>& files,
                                                      const Geometry& geometry) {
     double largest = 0;

@@ -38,7 +38,8 @@ std::optional<std::string> large_coordinates_warning(const std::vector<MeshFile>
 /// scan.
 std::optional<std::string> border_warning(double isovalue, const Volume& scan);
 
-/// Says that a format does not tell whether the samples are Hounsfield units, and that they are taken for such.
+/// Says that a format does not tell whether the samples are Hounsfield units,
+/// and that they are taken for such.
 std::string assumed_hounsfield_warning(ScanFormat format, double lowest_sample);
 
 /// Warns of walls that are too thin for the scan, with the place of the largest in `space`.

@@ -15,8 +15,8 @@ struct Thumbnail {
 };
 
 /// Draws the middle slice across the third index axis, with `pixels` along the longer side. It lies as
-/// radiologists show it: the patient's left or posterior to the right; down is posterior in axial slices, else
-/// inferior. Grey runs from the 1st to the 99th percentile of the slice, whatever its samples stand for;
+/// radiologists show it: the patient's left or posterior to the right; down is posterior in axial slices,
+/// else inferior. Grey runs from the 1st to the 99th percentile of the slice, whatever its samples stand for;
 /// those that are not finite are black. `direction` is that of the scan's geometry, or known from elsewhere.
 Thumbnail draw_thumbnail(const Volume& scan, const Mat3d& direction, int pixels);
 

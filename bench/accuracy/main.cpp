@@ -1,5 +1,5 @@
-// marrow-accuracy PICTURE.svg: how accurate the surfaces of phantoms of known size are. Scans balls, tubes and plates
-// with a blur of 1 mm, in slices and with noise, and prints tables in Markdown (docs/accuracy.md).
+// marrow-accuracy PICTURE.svg: how accurate the surfaces of phantoms of known size are. Scans balls, tubes
+// and plates with a blur of 1 mm, in slices and with noise, and prints tables in Markdown (docs/accuracy.md).
 #include <cmath>
 #include <fstream>
 

@@ -1,5 +1,5 @@
-/// Phantoms of known size as a scanner would show them: blurred by a Gaussian, averaged over the thickness of a
-/// slice, and noisy. The blur is exact: each shape has a formula.
+/// Phantoms of known size as a scanner would show them: blurred by a Gaussian, averaged over the thickness of
+/// a slice, and noisy. The blur is exact: each shape has a formula.
 #pragma once
 
 #include <cstdint>
@@ -38,7 +38,8 @@ struct Scanner {
 /// A scan of a cube of `size` mm around the origin; int16, as CT.
 Volume scan(const Coverage& coverage, double size, const Scanner& scanner);
 
-/// The trilinear interpolant of a scan at a position within it. \pre its direction is the identity, its samples int16
+/// The trilinear interpolant of a scan at a position within it. \pre its direction is
+/// the identity, its samples int16
 double interpolate(const Volume& scan, const Vec3d& position);
 
 }  // namespace marrow::bench

@@ -11,8 +11,8 @@
 
 namespace marrow::bench {
 
-/// While it lives, all dispatches of this process, on one thread, are timed. They wait for each other, so that all of
-/// them together take somewhat longer than otherwise.
+/// While it lives, all dispatches of this process, on one thread, are timed. They wait for each other, so
+/// that all of them together take somewhat longer than otherwise.
 class KernelTimes {
   public:
     KernelTimes(const std::shared_ptr<gpu::internal::VulkanDevice>& device,

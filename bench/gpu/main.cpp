@@ -1,5 +1,5 @@
-// marrow-bench-gpu: times the extraction on a device, kernel by kernel, beside a kernel that copies memory and the CPU.
-// Prints JSON; docs/gpu.md explains it.
+// marrow-bench-gpu: times the extraction on a device, kernel by kernel, beside a kernel that copies memory
+// and the CPU. Prints JSON; docs/gpu.md explains it.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
@@ -51,8 +51,8 @@ struct Times {
     std::vector<double> full, next, download, cpu_full, cpu_next;
 };
 
-// Bytes that an extraction cannot do without: the samples of the blocks that the surface crosses, the inside bits once
-// written and once read, and the output.
+// Bytes that an extraction cannot do without: the samples of the blocks that the surface crosses, the inside
+// bits once written and once read, and the output.
 double least_bytes(const DeviceExtraction& extraction, const Volume& volume, const Report& report) {
     const double block = 32 * 8 * static_cast<double>(sample_size(volume.type()));
     return block * report.status.mixed + 2 * 4 * static_cast<double>(extraction.samples().bit_words()) +

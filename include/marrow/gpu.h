@@ -22,8 +22,8 @@ namespace internal {
 class DeviceBuffer;
 }
 
-/// What the device cannot do: there is none of this number, it is lost, its memory is too small, or the volume or
-/// options are not for it. The CPU can do it: FallbackExtractor lets it. Also: a
+/// What the device cannot do: there is none of this number, it is lost, its memory is too small,
+/// or the volume or options are not for it. The CPU can do it: FallbackExtractor lets it. Also: a
 /// name is that of several devices.
 struct MARROW_EXPORT DeviceError : Error {
     using Error::Error;
@@ -47,13 +47,13 @@ struct Device {
     DeviceKind kind = DeviceKind::other;
     std::string driver = {};   ///< its name and version; empty: unknown
     std::uint64_t memory = 0;  ///< bytes of its largest memory
-    /// The numbers by which CUDA, OpenGL and other instances of Vulkan know the device and its driver. Those that
-    /// import memory of the device must have the same.
+    /// The numbers by which CUDA, OpenGL and other instances of Vulkan know the device and its driver. Those
+    /// that import memory of the device must have the same.
     std::array<std::uint8_t, 16> uuid{}, driver_uuid{};
 };
 
-/// The devices that can be used, in the order of the driver. Empty where there is no Vulkan loader or driver, or
-/// where Marrow was built without Vulkan (MARROW_GPU). The first call loads them, which can take a second.
+/// The devices that can be used, in the order of the driver. Empty where there is no Vulkan loader or driver,
+/// or where Marrow was built without Vulkan (MARROW_GPU). The first call loads them, which can take a second.
 MARROW_EXPORT std::vector<Device> devices();
 
 /// A device that cannot be used, and why.
@@ -68,7 +68,8 @@ MARROW_EXPORT std::string why_no_devices();
 
 /// The number in devices() of the device that a user wants, or none for the CPU. `choice` is
 /// - "cpu";
-/// - "auto": the first GPU of the first DeviceKind that there is, or else the CPU, but never a software device;
+/// - "auto": the first GPU of the first DeviceKind that there is, or else the
+///   CPU, but never a software device;
 /// - "gpu": the same GPU, which must be there;
 /// - the number of a device, or a part of its name in any case: also a software device.
 /// \throw DeviceError there is none, or several have this in their names
@@ -82,13 +83,13 @@ class MARROW_EXPORT DeviceArray {
     std::uint64_t bytes() const { return bytes_; }  ///< of the array; 0 where there is none
     /// Bytes of the whole memory, which is what imports ask for.
     std::uint64_t allocation() const;
-    /// A number that no other memory of this process has had. Memory that was imported once need not be imported
-    /// again while it stays the same.
+    /// A number that no other memory of this process has had. Memory that was imported once need not be
+    /// imported again while it stays the same.
     std::uint64_t id() const;
     /// A new file descriptor of the memory, for imports as VK_EXTERNAL_MEMORY_HANDLE_TYPE_OPAQUE_FD_BIT,
-    /// GL_HANDLE_TYPE_OPAQUE_FD_EXT or CU_EXTERNAL_MEMORY_HANDLE_TYPE_OPAQUE_FD; the allocation is not dedicated.
-    /// It belongs to the caller, until an import takes it over. \throw InputError there is no array; DeviceError
-    /// the device cannot export memory
+    /// GL_HANDLE_TYPE_OPAQUE_FD_EXT or CU_EXTERNAL_MEMORY_HANDLE_TYPE_OPAQUE_FD; the allocation is not
+    /// dedicated. It belongs to the caller, until an import takes it over. \throw InputError there is no
+    /// array; DeviceError the device cannot export memory
     int export_fd() const;
 
   private:
@@ -107,13 +108,13 @@ struct DeviceMesh {
 
 /// Extracts many surfaces from one volume, as IsosurfaceExtractor does, on a GPU.
 ///
-/// The volume is copied to the device once. The mesh is byte for byte that of extract_isosurface. The device takes
-/// samples of 8 and 16 bits and float32, and the options `normals`, `closed` and `progress`; `threads` has no
-/// meaning. Two threads must not use one extractor at the same time, but may use different ones.
+/// The volume is copied to the device once. The mesh is byte for byte that of extract_isosurface. The device
+/// takes samples of 8 and 16 bits and float32, and the options `normals`, `closed` and `progress`; `threads`
+/// has no meaning. Two threads must not use one extractor at the same time, but may use different ones.
 ///
-/// A device need not compute with denormal numbers or infinities. Where a point or normal depends on numbers so near
-/// to zero or so large that they might occur, extract() throws DeviceError instead of giving other bits
-/// (docs/gpu.md says which).
+/// A device need not compute with denormal numbers or infinities. Where a point or normal depends on numbers
+/// so near to zero or so large that they might occur, extract() throws DeviceError instead of giving other
+/// bits (docs/gpu.md says which).
 class MARROW_EXPORT Extractor {
   public:
     /// Copies the volume to the device whose index in devices() is given. The view's samples are not needed
@@ -124,18 +125,19 @@ class MARROW_EXPORT Extractor {
     Extractor(Extractor&&) noexcept;
     Extractor& operator=(Extractor&&) noexcept;
 
-    /// Replaces `mesh` by the surface at `isovalue`, and reuses its memory. After an exception the extractor can
-    /// be used as before, unless the device is lost, and the content of the mesh has no meaning. `stats` may be
-    /// null; its scratch_bytes are those on the device, and the times to classify and count are measured there (0 on
-    /// devices that have no clock). \throw InputError the isovalue is NaN or infinite;
+    /// Replaces `mesh` by the surface at `isovalue`, and reuses its memory. After an exception the extractor
+    /// can be used as before, unless the device is lost, and the content of the mesh has no meaning. `stats`
+    /// may be null; its scratch_bytes are those on the device, and the times to classify and count are
+    /// measured there (0 on devices that have no clock). \throw InputError the isovalue is NaN or infinite;
     /// LimitError not enough memory for the mesh; DeviceError see there; Cancelled
     void extract(double isovalue, Mesh& mesh, IsosurfaceStats* stats = nullptr);
 
     /// The same surface in a mesh that the extractor owns. It is valid until the next call.
     const Mesh& extract(double isovalue, IsosurfaceStats* stats = nullptr);
 
-    /// The same surface, left on the device, where it is complete when this returns. The next call of any extract
-    /// function overwrites the arrays. They move to other memory only if they have to grow. \throw as extract
+    /// The same surface, left on the device, where it is complete when this returns. The next
+    /// call of any extract function overwrites the arrays. They move to other memory only if they
+    /// have to grow. \throw as extract
     const DeviceMesh& extract_on_device(double isovalue, IsosurfaceStats* stats = nullptr);
 
   private:
@@ -143,12 +145,12 @@ class MARROW_EXPORT Extractor {
     std::unique_ptr<Impl> impl_;
 };
 
-/// Extracts many surfaces from one volume on a device, and on the CPU after a DeviceError: it has the interface
-/// of IsosurfaceExtractor, gives the same bytes, and throws no DeviceError.
+/// Extracts many surfaces from one volume on a device, and on the CPU after a DeviceError: it has the
+/// interface of IsosurfaceExtractor, gives the same bytes, and throws no DeviceError.
 class MARROW_EXPORT FallbackExtractor {
   public:
-    /// Without a device, or where the device cannot take the volume or the options, the CPU extracts. Borrows the
-    /// volume's samples, which must outlive the extractor and not change. \throw as Extractor and
+    /// Without a device, or where the device cannot take the volume or the options, the CPU extracts. Borrows
+    /// the volume's samples, which must outlive the extractor and not change. \throw as Extractor and
     /// IsosurfaceExtractor, but not DeviceError
     FallbackExtractor(const VolumeView& volume, const IsosurfaceOptions& options,
                       std::optional<std::size_t> device);

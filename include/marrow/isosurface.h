@@ -18,8 +18,8 @@ struct IsosurfaceOptions {
     /// Merge points near a sample, which gives fewer points and no slivers. No point moves further than this
     /// fraction of an edge. 0 <= snap < 0.5; 0: do not merge
     double snap = 0;
-    /// Give the surface exactly the topology of the trilinear interpolant, instead of separating inside corners
-    /// in every ambiguous face. It does not go with `snap`
+    /// Give the surface exactly the topology of the trilinear interpolant, instead of separating inside
+    /// corners in every ambiguous face. It does not go with `snap`
     bool topology = false;
     int threads = 0;         ///< threads to use; 0: all
     Progress progress = {};  ///< called during the extraction
@@ -89,9 +89,9 @@ class MARROW_EXPORT IsosurfaceExtractor {
     std::unique_ptr<Impl> impl_;
 };
 
-/// The same surface, without `snap` and `topology`, by the traditional marching cubes, which visits every cell
-/// and gives every triangle three points of its own, without normals. It is slow, and uses one thread: it is
-/// here to compare with (Visutsak 2020) and to test against. \throw InputError as extract_isosurface
+/// The same surface, without `snap` and `topology`, by the traditional marching cubes, which visits every
+/// cell and gives every triangle three points of its own, without normals. It is slow, and uses one thread:
+/// it is here to compare with (Visutsak 2020) and to test against. \throw InputError as extract_isosurface
 MARROW_EXPORT Mesh extract_isosurface_classic(const VolumeView& volume, double isovalue, bool closed = false);
 
 }  // namespace marrow

@@ -1,9 +1,10 @@
 /// Surfaces of label maps that are larger than one machine, extracted in parts by any number of processes.
 ///
-/// A part has whole rows of samples along x. Relaxation moves points by what lies around them, so a part also reads
-/// `label_part_halo(options)` samples around it along y and z, where the map has them. What remains is done for all parts
-/// together, in the memory of one process: points go back where surfaces would pass through themselves, and normals are summed
-/// up. The results have the bytes of extract_labels of the whole map.
+/// A part has whole rows of samples along x. Relaxation moves points by what lies around them, so a part
+/// also reads `label_part_halo(options)` samples around it along y and z, where the map has them. What
+/// remains is done for all parts together, in the memory of one process: points go back where surfaces
+/// would pass through themselves, and normals are summed up. The results have the bytes of
+/// extract_labels of the whole map.
 #pragma once
 
 #include <array>
@@ -32,7 +33,8 @@ struct LabelPart {
     std::array<std::int64_t, 3> whole{};  ///< samples of the whole map
     std::array<std::int64_t, 3> first{};  ///< index of the part's first sample
     std::array<std::int64_t, 3> dims{};   ///< samples of the part; no other part has them
-    /// The net's points, which the surfaces of several labels share: keys, in the order of the whole net, and positions.
+    /// The net's points, which the surfaces of several labels share: keys, in the order
+    /// of the whole net, and positions.
     Buffer<std::uint64_t> net_keys;
     Buffer<Vec3f> positions;
     Buffer<Vec3f> positions_before_relaxation;  ///< empty if there was none
@@ -44,15 +46,17 @@ inline std::int64_t label_part_halo(const LabelOptions& options) {
     return std::int64_t{options.relax} + 2;
 }
 
-/// Extracts the surfaces of a part. The samples of `part` belong to it alone; `below` and `above` say how many more there are
-/// around it. `whole` are the dims of the whole map, of which `part.first` and `part.geometry` speak; `options.normals` is not
-/// used. \throw as extract_labels; InputError the part has not whole rows, or not enough samples around it
+/// Extracts the surfaces of a part. The samples of `part` belong to it alone; `below` and `above` say how
+/// many more there are around it. `whole` are the dims of the whole map, of which `part.first` and
+/// `part.geometry` speak; `options.normals` is not used. \throw as extract_labels; InputError the part has
+/// not whole rows, or not enough samples around it
 MARROW_EXPORT LabelPart extract_label_part(const VolumeView& part, const std::array<std::int64_t, 3>& whole,
                                            const LabelOptions& options = {});
 
-/// Merges parts, in any order, which together have each row of a map once: the bytes of extract_labels. Only `normals`,
-/// `threads` and `progress` of the options are used. \pre extract_label_part() made the parts, with equal options. \throw
-/// InputError parts of different maps, or that overlap or leave a gap; LimitError as extract_labels; Cancelled
+/// Merges parts, in any order, which together have each row of a map once: the bytes of extract_labels.
+/// Only `normals`, `threads` and `progress` of the options are used. \pre extract_label_part() made the
+/// parts, with equal options. \throw InputError parts of different maps, or that overlap or leave a gap;
+/// LimitError as extract_labels; Cancelled
 MARROW_EXPORT std::vector<LabelSurface> merge_label_parts(std::span<const LabelPart> parts,
                                                           const LabelOptions& options = {});
 

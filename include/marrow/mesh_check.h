@@ -51,7 +51,8 @@ struct MeshCheck {
     }
     /// Whether neighbouring triangles agree in orientation and a closed mesh faces outward.
     bool is_oriented() const { return misoriented_edges == 0 && (!is_closed() || measures.volume > 0); }
-    /// Whether a slicer has nothing to repair. A sound mesh may have thin walls: they are a matter of the printer.
+    /// Whether a slicer has nothing to repair. A sound mesh may have thin walls:
+    /// they are a matter of the printer.
     bool is_sound() const {
         return is_closed() && is_manifold() && is_oriented() && self_intersections == 0 &&
                degenerate_triangles == 0;
@@ -72,8 +73,8 @@ struct MeshCrossing {
     std::int64_t pairs = 0;             ///< of triangles, counted as MeshCheck::self_intersections
 };
 
-/// Finds the meshes that pass through each other, ordered by their indices. Those that touch, such as the surfaces
-/// of neighbouring labels, do not. `options.min_wall` has no effect. \throw as check_mesh
+/// Finds the meshes that pass through each other, ordered by their indices. Those that touch, such as the
+/// surfaces of neighbouring labels, do not. `options.min_wall` has no effect. \throw as check_mesh
 MARROW_EXPORT std::vector<MeshCrossing> find_crossings(std::span<const MeshView> meshes,
                                                        const CheckOptions& options = {});
 

@@ -79,14 +79,16 @@ struct MeshObject {
 ///
 /// .stl.gz, .ply.gz and .obj.gz are compressed by gzip. The space is stated as SPACE=LPS or SPACE=RAS, which
 /// 3D Slicer reads too. Coordinates are float32 and read back with the same bits, except that .glb rounds
-/// them once, to metres. Normals of points that point against their faces are written as turn_normals_outward()
-/// would turn them. For several surfaces or a colour, .vtp has the cell arrays `Surface` (index in the field data's
-/// `Names`) and `Colors` (RGB). Numbers of points are float32 properties in .ply, point arrays in .vtp, and their
-/// meanings are comments or the field data's `Meanings`; other formats leave them out.
+/// them once, to metres. Normals of points that point against their faces are written as
+/// turn_normals_outward() would turn them. For several surfaces or a colour, .vtp has the cell arrays
+/// `Surface` (index in the field data's `Names`) and `Colors` (RGB). Numbers of points are float32
+/// properties in .ply, point arrays in .vtp, and their meanings are comments or the field data's
+/// `Meanings`; other formats leave them out.
 ///
-/// \throw InputError the extension is unknown, the normals, arrays or colours do not match the points, a triangle names a
-/// missing point, or RAS for .glb or .dcm; OptionError keep_patient without scan_files; LimitError more than
-/// the format can hold (.stl: 2^32 - 1 triangles; .glb and .dcm: 4 GiB); IoError; Cancelled
+/// \throw InputError the extension is unknown, the normals, arrays or colours do not match the
+/// points, a triangle names a missing point, or RAS for .glb or .dcm; OptionError keep_patient
+/// without scan_files; LimitError more than the format can hold (.stl: 2^32 - 1 triangles; .glb and
+/// .dcm: 4 GiB); IoError; Cancelled
 MARROW_EXPORT void write_mesh(MeshView mesh, const std::filesystem::path& output,
                               const MeshWriteOptions& options = {});
 
@@ -117,12 +119,12 @@ class MARROW_EXPORT MeshFiles {
 /// Reads a mesh; the extension selects the format. All encodings of STL, PLY and VTP are supported.
 /// Coordinates become millimetres in LPS: x and y are negated if the file states RAS.
 ///
-/// Several surfaces become one mesh, in the order of the file; read_meshes() keeps them apart. Polygons become
-/// fans of triangles. Normals are not read. Points keep the bits of the file, but .glb is converted from metres
-/// and rounded once. STL has no shared points: corners with the same coordinates become one point. Of 3MF, the
-/// build items are read, with units, transforms and components, also from several models of the archive, but
-/// without modifiers and supports. Of glTF, a scene is read whose nodes have no transform and no children. Other
-/// features are an error.
+/// Several surfaces become one mesh, in the order of the file; read_meshes() keeps them apart. Polygons
+/// become fans of triangles. Normals are not read. Points keep the bits of the file, but .glb is converted
+/// from metres and rounded once. STL has no shared points: corners with the same coordinates become one
+/// point. Of 3MF, the build items are read, with units, transforms and components, also from several models
+/// of the archive, but without modifiers and supports. Of glTF, a scene is read whose nodes have no transform
+/// and no children. Other features are an error.
 ///
 /// `space`, if given, receives the space that the file states; Space::none if it states none, which is read
 /// as LPS. .glb is LPS, unless its extras state none.
@@ -136,9 +138,9 @@ struct NamedMesh {
 };
 
 /// Reads the objects of a file as meshes of their own, in the order of the file: the build items of 3MF, the
-/// nodes of glTF, the objects (o) of OBJ, and the surfaces that write_meshes() puts into .vtp. Objects without
-/// triangles are left out. A file whose objects share points, or do not have them one object after the other,
-/// is one mesh, and so is any other file. \throw as read_mesh
+/// nodes of glTF, the objects (o) of OBJ, and the surfaces that write_meshes() puts into .vtp. Objects
+/// without triangles are left out. A file whose objects share points, or do not have them one object after
+/// the other, is one mesh, and so is any other file. \throw as read_mesh
 MARROW_EXPORT std::vector<NamedMesh> read_meshes(const std::filesystem::path& input, Space* space = nullptr);
 
 /// Writes a surface in parts, with only one part in memory: .stl and .ply, uncompressed. The file has the
@@ -169,13 +171,14 @@ struct SharedSurfaceFile {
     SurfaceSize size;  ///< of the whole surface
 };
 
-/// Creates and commits a surface file that other processes write: .stl and .ply, uncompressed. When all parts were
-/// written, the file has the same bytes as from write_mesh. The file appears with commit() or not at all.
+/// Creates and commits a surface file that other processes write: .stl and .ply, uncompressed.
+/// When all parts were written, the file has the same bytes as from write_mesh. The file
+/// appears with commit() or not at all.
 class MARROW_EXPORT SharedSurfaceWriter {
   public:
     /// Creates the temporary file, with its header and its size. options.progress is not called.
-    /// \throw the errors of write_mesh; InputError the format cannot be written in parts; LimitError more than 2^32 - 1
-    /// points
+    /// \throw the errors of write_mesh; InputError the format cannot be written in parts;
+    /// LimitError more than 2^32 - 1 points
     SharedSurfaceWriter(const std::filesystem::path& output, const SurfaceSize& size, bool normals,
                         const MeshWriteOptions& options = {});
     ~SharedSurfaceWriter();
@@ -189,10 +192,12 @@ class MARROW_EXPORT SharedSurfaceWriter {
     std::unique_ptr<State> state_;
 };
 
-/// Writes what a part owns to its places in the file. Writing a part again changes nothing. Any number of processes and
-/// threads may write different parts at the same time. Parts of whole rows of samples are written in large pieces, and
-/// parts that are cut across x row by row. The part is changed on the way: move it here.
-/// \throw InputError the part lies beyond the surface, or has normals and the file does not, or the reverse; IoError
+/// Writes what a part owns to its places in the file. Writing a part again changes nothing. Any
+/// number of processes and threads may write different parts at the same time. Parts of whole rows of
+/// samples are written in large pieces, and parts that are cut across x row by row. The part is
+/// changed on the way: move it here.
+/// \throw InputError the part lies beyond the surface, or has normals and the file
+/// does not, or the reverse; IoError
 MARROW_EXPORT void write_part(const SharedSurfaceFile& file, NumberedPart part);
 
 }  // namespace marrow

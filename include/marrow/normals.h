@@ -15,10 +15,10 @@ namespace marrow {
 /// positive product with the mean of the unit normals of the faces around its point, each counted once or
 /// weighted by its area. The replacement is halfway between these two means.
 ///
-/// The normals of extract_isosurface() are gradients of the samples, which in one of a few thousand points of a
-/// thin wall say something else than the triangles. Whoever shades a surface by its normals sees these points
-/// as dark specks. The result does not depend on the number of threads (0: all). A mesh without normals stays
-/// as it is. \pre indices are in range
+/// The normals of extract_isosurface() are gradients of the samples, which in one of a few thousand points of
+/// a thin wall say something else than the triangles. Whoever shades a surface by its normals sees these
+/// points as dark specks. The result does not depend on the number of threads (0: all). A mesh without
+/// normals stays as it is. \pre indices are in range
 MARROW_EXPORT std::size_t turn_normals_outward(Mesh& mesh, int threads = 0);
 
 /// Finds the same normals in a surface that comes in parts.
@@ -32,8 +32,8 @@ class MARROW_EXPORT OutwardNormals {
     /// The most that add() allocates and keeps, for each point of the part.
     static constexpr std::size_t kBytesPerPoint = 140;
 
-    /// Returns what to replace among the points of this part that the next one does not have. Expects the parts
-    /// of extract_isosurface_in_slabs(), in order, with normals.
+    /// Returns what to replace among the points of this part that the next one does not have. Expects the
+    /// parts of extract_isosurface_in_slabs(), in order, with normals.
     std::vector<Replacement> add(const SurfacePart& part, int threads = 0);
 
   private:

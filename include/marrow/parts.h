@@ -122,8 +122,8 @@ struct NumberedPart {
     static constexpr std::uint32_t kNoNumber = ~std::uint32_t{0};
 
     /// With all points that its triangles name, also those that other parts own. If there are normals, it has
-    /// all triangles around the points that the part owns, so that turn_normals_outward() turns the same ones as
-    /// in the whole surface. Only those in the runs are the part's.
+    /// all triangles around the points that the part owns, so that turn_normals_outward() turns the same ones
+    /// as in the whole surface. Only those in the runs are the part's.
     Mesh mesh;
     /// The number of each point in the whole surface; kNoNumber if only triangles of other parts name it. Its
     /// normal then has no meaning.

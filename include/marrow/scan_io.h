@@ -33,8 +33,8 @@ namespace marrow {
 /// The content of a file decides its format; the extension counts only if the content is ambiguous. Files in
 /// a folder may have any name. A folder is DICOM if it or a nested folder holds a DICOM file. One DICOM file
 /// stands for its series; the other files of that series are in the same folder. Image slices are in natural
-/// order: slice 2 comes before slice 10. A Zarr array without the metadata of OME-Zarr must have three axes, and
-/// states no spacing.
+/// order: slice 2 comes before slice 10. A Zarr array without the metadata of OME-Zarr must have
+/// three axes, and states no spacing.
 enum class ScanFormat { dicom, nifti, nrrd, metaimage, zarr, tiff, slices };
 
 /// The name of a format: "DICOM", "NIfTI", "NRRD", "MetaImage", "Zarr", "TIFF" or "slices".
@@ -117,8 +117,8 @@ struct ScanInfo {
 ///
 /// \throw IoError a file is missing or unreadable; InputError a file is damaged or not supported;
 /// OptionError an option does not apply to the input; GeometryError several series without
-/// ScanOptions::series, several volumes without ScanOptions::volume, uneven slices, or no spacing; LimitError too
-/// large; Cancelled
+/// ScanOptions::series, several volumes without ScanOptions::volume, uneven slices, or no spacing;
+/// LimitError too large; Cancelled
 MARROW_EXPORT Volume read_scan(const std::filesystem::path& input, const ScanOptions& options = {},
                                ScanInfo* info = nullptr);
 
@@ -154,8 +154,8 @@ struct SeriesReport {
     /// The size of each level that ScanOptions::level could choose; empty if the format has none.
     std::vector<std::array<std::int64_t, 3>> levels;
     std::int64_t volume_count = 1;  ///< number of volumes that ScanOptions::volume could choose
-    /// The middle slice of each volume, for a preview by read_dicom_image. Empty for segmentations and formats
-    /// other than DICOM.
+    /// The middle slice of each volume, for a preview by read_dicom_image. Empty for
+    /// segmentations and formats other than DICOM.
     std::vector<DicomImage> middle_slices;
     std::string patient_name;  ///< as in DICOM: "family^given"; show it only on request
 };
@@ -175,7 +175,8 @@ struct ScanReport {
 MARROW_EXPORT ScanReport inspect_scan(const std::filesystem::path& input, const ScanOptions& options = {});
 
 /// Reads one image of a DICOM file, to show what a series holds before it is read: the stored values, without
-/// rescaling, as int32. The volume has one slice; only its spacing along i and j is known, if the file states it.
+/// rescaling, as int32. The volume has one slice; only its spacing along i and j
+/// is known, if the file states it.
 /// \throw IoError; InputError; LimitError; Cancelled
 MARROW_EXPORT Volume read_dicom_image(const DicomImage& image, const Progress& progress = {});
 
@@ -187,20 +188,21 @@ struct BoxSource {
     /// Returns a sample that may stand for all samples of the chunk with this index, which is then not read,
     /// or null. Any thread calls it.
     using KnownChunks = std::function<const void*(const std::array<std::int64_t, 3>& chunk)>;
-    /// Writes the samples of the box that begins at `first` and has `dims` samples to `samples`, in the order of a
-    /// VolumeView, on the threads of the current oneTBB arena. `known` may be empty. Any thread may call it.
+    /// Writes the samples of the box that begins at `first` and has `dims` samples to `samples`,
+    /// in the order of a VolumeView, on the threads of the current oneTBB arena. `known` may be
+    /// empty. Any thread may call it.
     /// \throw InputError the box leaves the volume, or a chunk is damaged; IoError
     std::function<void(const std::array<std::int64_t, 3>& first, const std::array<std::int64_t, 3>& dims,
                        void* samples, const KnownChunks& known)>
         read;
 };
 
-/// Opens a scan to read boxes of it, for processes that work on parts of it: Zarr. Samples and geometry are the same
-/// as from read_scan. \throw the errors of read_scan; InputError the input is not Zarr
+/// Opens a scan to read boxes of it, for processes that work on parts of it: Zarr. Samples and geometry are
+/// the same as from read_scan. \throw the errors of read_scan; InputError the input is not Zarr
 MARROW_EXPORT BoxSource open_boxes(const std::filesystem::path& input, const ScanOptions& options = {});
 
-/// Opens a scan to read it slice by slice, for volumes that do not fit in memory: Zarr, and uncompressed NIfTI,
-/// NRRD and MetaImage. Samples, geometry and rescale are the same as from read_scan.
+/// Opens a scan to read it slice by slice, for volumes that do not fit in memory: Zarr, and uncompressed
+/// NIfTI, NRRD and MetaImage. Samples, geometry and rescale are the same as from read_scan.
 /// \throw the errors of read_scan; InputError the input must be read as a whole
 MARROW_EXPORT SliceSource open_slices(const std::filesystem::path& input, const ScanOptions& options = {},
                                       ScanInfo* info = nullptr);

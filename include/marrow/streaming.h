@@ -21,8 +21,8 @@ struct SliceSource {
     /// Writes slices [z_begin, z_end) to `samples`, in the order of a VolumeView. It is called from one
     /// thread. An exception that it throws ends the extraction.
     std::function<void(std::int64_t z_begin, std::int64_t z_end, void* samples)> read;
-    /// The slices that are stored together, such as in chunks: read() is called with ranges that begin and end at
-    /// multiples of it, or at the end of the volume.
+    /// The slices that are stored together, such as in chunks: read() is called with ranges that begin and
+    /// end at multiples of it, or at the end of the volume.
     std::int64_t slices_at_once = 1;
     Rescale rescale = {};  ///< what the samples stand for
 };

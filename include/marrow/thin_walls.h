@@ -1,4 +1,5 @@
-/// Walls thinner than a scan can carry: where they fall below the isovalue beside a surface, and how to keep them.
+/// Walls thinner than a scan can carry: where they fall below the isovalue beside a
+/// surface, and how to keep them.
 #pragma once
 
 #include <array>
@@ -42,29 +43,31 @@ struct ThinWalls {
     std::vector<RidgeSample> samples;  ///< ordered by (z, y, x)
 };
 
-/// Finds where walls beside an isosurface do not clearly reach the isovalue, because they are thinner than the scan can
-/// carry: blur lowers their peak. The surface has a hole there, or ends.
+/// Finds where walls beside an isosurface do not clearly reach the isovalue, because they are thinner than
+/// the scan can carry: blur lowers their peak. The surface has a hole there, or ends.
 ///
-/// A sample is in the middle of such a wall if it is a local maximum along the axis that crosses the wall most steeply.
-/// With T the isovalue and b the higher of the lowest samples within three samples on both sides, its contrast over b is
-/// at least five times the noise, at least 0.5 (T - b) and less than 1.1 (T - b): a wall that barely reaches T has holes
-/// between the samples. The wall is a sheet there: no second derivative is positive and more than half as large as the one
-/// across, as between two bodies that nearly touch. At the rim, where what the wall ends at raises its sides, 0.4 (T - b) is
-/// enough, and the sheet need not be flat; so is it for a sample that has three in the sheet around it.
+/// A sample is in the middle of such a wall if it is a local maximum along the axis that crosses the wall
+/// most steeply. With T the isovalue and b the higher of the lowest samples within three samples on both
+/// sides, its contrast over b is at least five times the noise, at least 0.5 (T - b) and less than 1.1 (T -
+/// b): a wall that barely reaches T has holes between the samples. The wall is a sheet there: no second
+/// derivative is positive and more than half as large as the one across, as between two bodies that nearly
+/// touch. At the rim, where what the wall ends at raises its sides, 0.4 (T - b) is enough, and the sheet need
+/// not be flat; so is it for a sample that has three in the sheet around it.
 ///
-/// Walls begin at samples beside the inside of the surface, and go on from sample to neighbouring sample. Those with
-/// fewer than five samples in their sheet are left out. A fold of soft tissue between air looks the same as a thin wall of
-/// bone, and sharp edges can look like one.
+/// Walls begin at samples beside the inside of the surface, and go on from sample to neighbouring sample.
+/// Those with fewer than five samples in their sheet are left out. A fold of soft tissue between air looks
+/// the same as a thin wall of bone, and sharp edges can look like one.
 ///
-/// `surface` is the surface that extract_isosurface gives at `isovalue`. The result is the same for any number of
-/// threads. \throw InputError a null view, bad geometry, or an isovalue that is not finite; LimitError not enough memory;
-/// Cancelled
+/// `surface` is the surface that extract_isosurface gives at `isovalue`. The result is the same for any
+/// number of threads. \throw InputError a null view, bad geometry, or an isovalue that is not finite;
+/// LimitError not enough memory; Cancelled
 MARROW_EXPORT ThinWalls find_thin_walls(const VolumeView& volume, double isovalue, MeshView surface,
                                         const ThinWallOptions& options = {});
 
-/// Returns a copy of the volume in which `walls` reach the isovalue, so that its isosurface includes them. They
-/// then begin and end where the samples pass half of the wall's own peak over each side. Their thickness
-/// is right where it is above the width of the scan's blur; thinner walls get that width. \throw LimitError not enough memory
+/// Returns a copy of the volume in which `walls` reach the isovalue, so that its isosurface includes them.
+/// They then begin and end where the samples pass half of the wall's own peak over each side. Their
+/// thickness is right where it is above the width of the scan's blur; thinner walls get that width.
+/// \throw LimitError not enough memory
 MARROW_EXPORT Volume restore_thin_walls(const VolumeView& volume, double isovalue, const ThinWalls& walls);
 
 /// Says for each point whether it is within about one sample of `walls`: on their rims, or on restored walls.

@@ -1,5 +1,5 @@
-/// How far the points of an isosurface can be trusted: how much the choice of the isovalue and the noise of the
-/// scan move them.
+/// How far the points of an isosurface can be trusted: how much the choice of the isovalue and
+/// the noise of the scan move them.
 #pragma once
 
 #include <array>
@@ -33,12 +33,13 @@ struct NoiseOptions {
 };
 
 /// Estimates the noise in tissue: in windows of 7 x 7 samples within a slice whose samples are all above the
-/// value that Otsu's method gives for the scan. Air is left out, because CT cuts it off at -1024 and MRI at 0,
-/// which makes its noise look smaller.
+/// value that Otsu's method gives for the scan. Air is left out, because CT cuts it off at -1024 and MRI at
+/// 0, which makes its noise look smaller.
 ///
-/// The mode of local standard deviations after Coupe et al. 2010 and the "global noise level" of CT (Christianson
-/// et al. 2015); the Laplacian after Immerkaer 1996, with the median absolute deviation. At most about 200,000
-/// windows are read, spread evenly over the scan. \throw InputError a null view or bad geometry; Cancelled
+/// The mode of local standard deviations after Coupe et al. 2010 and the "global noise level" of CT
+/// (Christianson et al. 2015); the Laplacian after Immerkaer 1996, with the median absolute
+/// deviation. At most about 200,000 windows are read, spread evenly over the scan. \throw InputError
+/// a null view or bad geometry; Cancelled
 MARROW_EXPORT NoiseEstimate estimate_noise(const VolumeView& volume, const NoiseOptions& options = {});
 
 struct TrustOptions {
@@ -70,24 +71,24 @@ struct TrustReport {
 
 /// Reports how far each point of an isosurface of `volume` can be trusted.
 ///
-/// With the gradient g of the samples at a point, the surface moves by step / |g|, and noise of standard deviation
-/// s moves it by s w / |g|, where w is the root of the sum of squared weights of the samples that it is interpolated
-/// from (Pöthkow and Hege 2011). g is the central difference, over one sample, of the trilinear interpolant. Noise is
-/// taken as independent between samples; w is between 0.35 and 1, so correlated noise moves a point by less than
-/// three times more.
+/// With the gradient g of the samples at a point, the surface moves by step / |g|, and noise of standard
+/// deviation s moves it by s w / |g|, where w is the root of the sum of squared weights of the samples that
+/// it is interpolated from (Pöthkow and Hege 2011). g is the central difference, over one sample, of the
+/// trilinear interpolant. Noise is taken as independent between samples; w is between 0.35 and 1, so
+/// correlated noise moves a point by less than three times more.
 ///
-/// The points need not be those of an extraction: they may be smoothed or reduced, but the report is that of the scan
-/// where they are. The result has the same bits for any number of threads. \throw InputError a null view, bad
-/// geometry, or a step that is not positive and finite; Cancelled
+/// The points need not be those of an extraction: they may be smoothed or reduced, but the report is that of
+/// the scan where they are. The result has the same bits for any number of threads. \throw InputError a null
+/// view, bad geometry, or a step that is not positive and finite; Cancelled
 MARROW_EXPORT TrustReport report_trust(const VolumeView& volume, std::span<const Vec3f> points,
                                        const TrustOptions& options = {});
 
-/// The colour, sRGB, for a distance that is this fraction of the largest: light grey for 0, over yellow and red to
-/// dark red for 1 and more. \pre not NaN
+/// The colour, sRGB, for a distance that is this fraction of the largest: light grey for 0, over yellow and
+/// red to dark red for 1 and more. \pre not NaN
 MARROW_EXPORT std::array<std::uint8_t, 3> trust_colour(double fraction);
 
-/// A colour for each point: trust_colour() of its shift, with `report.cap` as the largest. Points of `near_walls`
-/// (near_thin_walls), if given, are blue.
+/// A colour for each point: trust_colour() of its shift, with `report.cap` as the largest. Points of
+/// `near_walls` (near_thin_walls), if given, are blue.
 MARROW_EXPORT std::vector<std::array<std::uint8_t, 3>> trust_colours(
     const TrustReport& report, const std::vector<bool>& near_walls = {});
 

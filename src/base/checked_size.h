@@ -9,7 +9,8 @@
 
 namespace marrow::internal {
 
-/// The number of elements of an array, as a size. \throw LimitError no array can have so many elements of this size
+/// The number of elements of an array, as a size. \throw LimitError no array can
+/// have so many elements of this size
 inline std::size_t checked_size(std::uint64_t count, std::size_t element_size = 1) {
     if (count > static_cast<std::uint64_t>(PTRDIFF_MAX) / element_size)
         throw LimitError(std::to_string(count) + " elements of " + std::to_string(element_size) +

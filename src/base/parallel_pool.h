@@ -1,5 +1,5 @@
-/// Parallel work by a small pool of threads, where oneTBB does not exist; parallel.h describes the interface. Without
-/// support for threads everything runs on the calling thread.
+/// Parallel work by a small pool of threads, where oneTBB does not exist; parallel.h describes the interface.
+/// Without support for threads everything runs on the calling thread.
 #pragma once
 
 #include <algorithm>
@@ -21,8 +21,8 @@ int pool_size();
 /// The number of the current thread: from 1 for those of the pool, 0 for all others.
 int pool_thread();
 
-/// Calls f on up to `threads` threads at the same time, one of which is the current one. Loops within loops stay on their
-/// thread. \throw what f throws first
+/// Calls f on up to `threads` threads at the same time, one of which is the current one. Loops within loops
+/// stay on their thread. \throw what f throws first
 void run_on_pool(int threads, const std::function<void()>& f);
 
 /// The threads that loops may use, until the next with_threads().

@@ -15,8 +15,8 @@ namespace {
 
 constexpr std::uint32_t kNone = ~std::uint32_t{0};
 
-// Calls f(i, k) for each i below `count`, where k is the next of `count_before` elements with equal(i, k), or kNone.
-// Where many elements in a row are missing, it may not find it.
+// Calls f(i, k) for each i below `count`, where k is the next of `count_before` elements with equal(i, k), or
+// kNone. Where many elements in a row are missing, it may not find it.
 template <class Equal, class F>
 void match(std::size_t count, std::size_t count_before, const Equal& equal, const F& f) {
     constexpr std::size_t kMostMissing = 256;

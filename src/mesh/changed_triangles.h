@@ -11,9 +11,10 @@
 
 namespace marrow::internal {
 
-/// Returns the triangles near those that `before` does not have, and near the pairs of triangles of `before`, in
-/// ascending order. They include all triangles whose bounding boxes overlap or touch these. Points and triangles that
-/// both meshes have are in the same order in both; of others, there are few. \pre indices are in range
+/// Returns the triangles near those that `before` does not have, and near the pairs of triangles of
+/// `before`, in ascending order. They include all triangles whose bounding boxes overlap or touch
+/// these. Points and triangles that both meshes have are in the same order in both; of others, there
+/// are few. \pre indices are in range
 Buffer<std::uint32_t> triangles_around_changes(const MeshView& mesh, const MeshView& before,
                                                const std::vector<TrianglePair>& pairs);
 

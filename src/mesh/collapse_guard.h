@@ -22,8 +22,8 @@ class CollapseGuard {
   public:
     virtual ~CollapseGuard() = default;
 
-    /// Whether the triangles `removed` of the original mesh may vanish while those of `patch` change. If so, the
-    /// collapse is done. If several threads ask, then about different triangles.
+    /// Whether the triangles `removed` of the original mesh may vanish while those of `patch` change. If so,
+    /// the collapse is done. If several threads ask, then about different triangles.
     virtual bool accept(std::span<const std::uint32_t> removed, std::span<const PatchTriangle> patch) = 0;
 };
 

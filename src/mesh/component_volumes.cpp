@@ -1,5 +1,5 @@
-// Adds up the volumes between triangles and a plane, several triangles at once. Highway compiles this file once for
-// each SIMD target.
+// Adds up the volumes between triangles and a plane, several triangles at once. Highway compiles this
+// file once for each SIMD target.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "mesh/component_volumes.cpp"
 #include <hwy/foreach_target.h>

@@ -14,9 +14,9 @@ struct ComponentVolumes {
     double before = 0, after = 0;  ///< mm3, as precise as float
 };
 
-/// Returns the volumes of the components with triangles, ordered by their lowest points. `after` are the positions that
-/// the points of `before` moved to; `lowest` has the lowest point of each point's component. The result has the same
-/// bits for any number of threads and any processor.
+/// Returns the volumes of the components with triangles, ordered by their lowest points. `after` are the
+/// positions that the points of `before` moved to; `lowest` has the lowest point of each point's component.
+/// The result has the same bits for any number of threads and any processor.
 std::vector<ComponentVolumes> component_volumes(const MeshView& before, std::span<const Vec3f> after,
                                                 const std::vector<std::uint32_t>& lowest);
 

@@ -16,8 +16,8 @@ DeviationGuard::DeviationGuard(const Mesh& mesh, const TriangleTree& tree, doubl
       max_distance_(max_distance),
       first_point_(mesh.triangles.size(), kNone),
       rings_(mesh) {
-    // A triangle of the original that lies across an edge of the patch is on average half an edge beyond it: there, the
-    // planes may be as far apart as the error.
+    // A triangle of the original that lies across an edge of the patch is on average half an edge beyond it:
+    // there, the planes may be as far apart as the error.
     double squared_edges = 0;
     for (const Triangle& t : mesh.triangles) {
         const Vec3d edge = to_double(mesh.points[t[1]]) - to_double(mesh.points[t[0]]);
@@ -77,8 +77,8 @@ void DeviationGuard::set_planes(std::vector<Plane>& planes, std::span<const Patc
     }
 }
 
-// Assigns each point to a triangle of the patch that it is above or below and near, or else to the nearest one. False
-// if one is too far from all of them.
+// Assigns each point to a triangle of the patch that it is above or below and near, or else to the nearest
+// one. False if one is too far from all of them.
 bool DeviationGuard::points_stay_near(std::span<Assignment> assignments, std::span<const Plane> planes,
                                       std::span<const PatchTriangle> patch) const {
     if (patch.empty()) return assignments.empty();
@@ -111,8 +111,8 @@ bool DeviationGuard::points_stay_near(std::span<Assignment> assignments, std::sp
     return true;
 }
 
-// Whether the patch bends little at the edge from its corner to triangle i's next point. Then an original triangle
-// whose points are near the patch is near it at the edge too.
+// Whether the patch bends little at the edge from its corner to triangle i's next point. Then an original
+// triangle whose points are near the patch is near it at the edge too.
 bool DeviationGuard::is_nearly_flat(std::size_t i, std::span<const Plane> planes,
                                     std::span<const PatchTriangle> patch) const {
     const auto is_beside = [&](const PatchTriangle& t) { return t.points[2] == patch[i].points[1]; };
@@ -126,11 +126,11 @@ bool DeviationGuard::is_nearly_flat(std::size_t i, std::span<const Plane> planes
     return dot(a.n, b.n) > 0 && dot(bend, bend) <= most_bend_ * a.nn * b.nn;
 }
 
-// Looks at the common corner and at the middle of each new edge at which the patch bends. Within a triangle the patch is
-// flat, so it is furthest from the original at the original points, or where it bends itself.
+// Looks at the common corner and at the middle of each new edge at which the patch bends. Within a triangle
+// the patch is flat, so it is furthest from the original at the original points, or where it bends itself.
 //
-// Such a position mostly is above or below one of the triangles at the nearest of the patch's points. These triangles
-// may be anywhere in memory, so they are fetched in stages, for all positions at once.
+// Such a position mostly is above or below one of the triangles at the nearest of the patch's points. These
+// triangles may be anywhere in memory, so they are fetched in stages, for all positions at once.
 bool DeviationGuard::patch_is_near(std::vector<Position>& positions, std::span<const Assignment> assignments,
                                    std::span<const Plane> planes,
                                    std::span<const PatchTriangle> patch) const {

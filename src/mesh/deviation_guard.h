@@ -24,7 +24,8 @@ class DeviationGuard : public CollapseGuard {
     /// `tree` is the tree of `mesh`. Both must outlive the guard. \pre fewer than 2^32 triangles
     DeviationGuard(const Mesh& mesh, const TriangleTree& tree, double max_distance);
 
-    /// If it accepts a collapse, assigns the points of the triangles to the patch. Threads may call it at the same time.
+    /// If it accepts a collapse, assigns the points of the triangles to the patch.
+    /// Threads may call it at the same time.
     bool accept(std::span<const std::uint32_t> removed, std::span<const PatchTriangle> patch) override;
 
   private:

@@ -64,8 +64,8 @@ struct Group {
     std::span<NearestQuery> all() { return {queries.data(), size}; }
 };
 
-// Calls f(group, range) for all positions of the triangles for which wanted(t) is true, on all threads. Each range is on
-// one thread.
+// Calls f(group, range) for all positions of the triangles for which wanted(t) is true, on all
+// threads. Each range is on one thread.
 template <class Wanted, class F>
 void for_each_group(const SampledMesh& from, const Wanted& wanted, const Progress& progress, double begin,
                     double end, const F& f) {

@@ -13,12 +13,12 @@
 
 namespace marrow::internal {
 
-/// A mesh, its tree, and the positions at which its distance to another mesh is measured: samples, which are spread
-/// evenly over its area, and its points.
+/// A mesh, its tree, and the positions at which its distance to another mesh is measured: samples, which are
+/// spread evenly over its area, and its points.
 class SampledMesh {
   public:
-    /// The arrays of `mesh` must outlive this. Uses all threads. \pre the mesh has triangles, fewer than 2^32, whose
-    /// indices are in range; samples > 0
+    /// The arrays of `mesh` must outlive this. Uses all threads. \pre the mesh has triangles, fewer than
+    /// 2^32, whose indices are in range; samples > 0
     explicit SampledMesh(const MeshView& mesh, std::int64_t samples = DistanceOptions{}.samples);
 
     const MeshView& mesh() const { return mesh_; }
@@ -51,13 +51,13 @@ struct Distances {
     std::vector<Triangle> further;
 };
 
-/// Measures from `from` to the mesh of the tree `to`, and lists what is further than `max_distance`. Reports progress from
-/// `begin` to `end`. \throw Cancelled
+/// Measures from `from` to the mesh of the tree `to`, and lists what is further than `max_distance`. Reports
+/// progress from `begin` to `end`. \throw Cancelled
 Distances distances(const SampledMesh& from, const TriangleTree& to, double max_distance,
                     const Progress& progress, double begin, double end);
 
-/// Lists the samples and points of the triangles `wanted` that are further than `max_distance`, as distances() does.
-/// Takes less time. \throw Cancelled
+/// Lists the samples and points of the triangles `wanted` that are further than `max_distance`, as
+/// distances() does. Takes less time. \throw Cancelled
 std::vector<Triangle> find_further(const SampledMesh& from, const std::vector<bool>& wanted,
                                    const TriangleTree& to, double max_distance, const Progress& progress,
                                    double begin, double end);

@@ -15,8 +15,8 @@ namespace marrow::internal {
 
 namespace {
 
-// The middle of an edge counts as a point with this fraction of the weight of its planes. Where the surface is flat
-// or bends along the edge only, it determines the position, and short edges are collapsed first.
+// The middle of an edge counts as a point with this fraction of the weight of its planes. Where the surface
+// is flat or bends along the edge only, it determines the position, and short edges are collapsed first.
 constexpr double kHold = 1e-4;
 // A triangle is thin if its height is below this fraction of its longest edge. A collapse must not make it
 // thinner by more than this factor: the points around a sample that equals the isovalue are so close to each
@@ -27,8 +27,8 @@ constexpr double kMinCosine = 0.2;  // between the normals of a triangle before 
 // The sum of squared distances at an end of an edge may be this many times the least sum.
 constexpr double kMostIncrease = 30;
 
-// A region has about this many points. The larger it is, the fewer of its edges are at its border, which one thread
-// collapses.
+// A region has about this many points. The larger it is, the fewer of its edges are at its
+// border, which one thread collapses.
 constexpr std::size_t kRegionPoints = 32768;
 constexpr std::size_t kMostRegions = 1024;
 // While regions have this many triangles on average, they are worth a thread.
@@ -54,8 +54,8 @@ EdgeCollapse::EdgeCollapse(const Mesh& mesh, double max_error, CollapseGuard* gu
             faces_.reserve(mesh.triangles.size());
             for (const Triangle& t : mesh.triangles) faces_.push_back({t, {kNone, kNone, kNone}});
         });
-    // Each thread goes over all triangles, and sets up a part of the points. Neighbours have similar numbers, so few
-    // triangles concern several threads.
+    // Each thread goes over all triangles, and sets up a part of the points. Neighbours have similar numbers,
+    // so few triangles concern several threads.
     const auto parts = static_cast<std::size_t>(thread_count());
     const auto for_each_part = [&](void (EdgeCollapse::*set_up)(const PointRange&)) {
         parallel_for(std::size_t{0}, parts, [&](std::size_t i) {
@@ -93,8 +93,8 @@ void EdgeCollapse::divide(const Mesh& mesh) {
     parallel_ = count > 0;
 }
 
-// Finds the twin of each half-edge in the neighbouring triangle, if its lower point is in the range. Half-edges along
-// open and non-manifold edges keep kNone.
+// Finds the twin of each half-edge in the neighbouring triangle, if its lower point is in the range.
+// Half-edges along open and non-manifold edges keep kNone.
 void EdgeCollapse::pair_half_edges(const PointRange& range) {
     struct FromLower {  // a half-edge, listed at its lower point
         std::uint32_t higher;
@@ -133,7 +133,8 @@ void EdgeCollapse::pair_half_edges(const PointRange& range) {
     }
 }
 
-// Fixes open points: those that have a half-edge without a twin, and those whose triangles do not form one closed fan.
+// Fixes open points: those that have a half-edge without a twin, and those whose
+// triangles do not form one closed fan.
 void EdgeCollapse::fix_points(const PointRange& range) {
     std::vector<std::uint32_t> triangles_at(range.size(), 0);
     for (Half t = 0; t < faces_.size(); ++t) {
@@ -317,9 +318,9 @@ HWY_INLINE void EdgeCollapse::prefetch(const Bucket& bucket) const {
     }
 }
 
-// Returns a half-edge of the region's edge with the least cost, or kNone if no bucket before `end` has one. If an end
-// has changed since the edge was queued, its cost is computed again, and the edge is mostly queued again with a larger
-// cost.
+// Returns a half-edge of the region's edge with the least cost, or kNone if no bucket before `end` has one.
+// If an end has changed since the edge was queued, its cost is computed again, and the edge is mostly
+// queued again with a larger cost.
 EdgeCollapse::Half EdgeCollapse::pop(Region& region, std::size_t end) {
     for (; region.lowest < end; ++region.lowest) {
         Bucket& bucket = region.buckets[region.lowest];
@@ -403,8 +404,8 @@ bool EdgeCollapse::has_few_triangles(std::uint32_t point) const {
 }
 
 // Whether the triangles at `point`, except those at `other`, keep their shape if `point` moves `there`:
-// they neither flip nor become much thinner while thin. The normal of a thin triangle means little, so the sum of
-// the one-ring's normals replaces it.
+// they neither flip nor become much thinner while thin. The normal of a thin triangle means little, so the
+// sum of the one-ring's normals replaces it.
 bool EdgeCollapse::keeps_shape(const Ring& ring, std::uint32_t point, std::uint32_t other,
                                const Vec3d& there) const {
     const Vec3d here = position(point);
@@ -602,8 +603,8 @@ void EdgeCollapse::queue_around(std::uint32_t point, Region& region) {
     });
 }
 
-// Collapses up to `most` of the region's edges, cheapest first, from the buckets before `end`. Returns how many it
-// collapsed.
+// Collapses up to `most` of the region's edges, cheapest first, from the buckets before `end`.
+// Returns how many it collapsed.
 std::size_t EdgeCollapse::collapse_up_to(std::size_t most, std::size_t end, Region& region, Stage& stage) {
     std::size_t collapsed = 0, reported = 0;
     Half h = kNone;
@@ -636,8 +637,8 @@ void EdgeCollapse::reduce_to(std::size_t triangles, const Progress& progress) {
     }
 }
 
-// Collapses the inner edges of all regions at the same time, cheapest first, and those between regions in turn, bucket
-// by bucket, until few are left to collapse.
+// Collapses the inner edges of all regions at the same time, cheapest first, and those between regions in
+// turn, bucket by bucket, until few are left to collapse.
 void EdgeCollapse::collapse_regions(std::size_t triangles, Stage& stage) {
     const std::size_t few = std::max(faces_.size() / 64, 16 * regions_.size());
     std::vector<std::size_t> queued(regions_.size()), collapsed(regions_.size());
@@ -648,8 +649,8 @@ void EdgeCollapse::collapse_regions(std::size_t triangles, Stage& stage) {
             queued[r] = regions_[r].buckets[lowest].left();
             regions_[r].time = regions_[0].time;
         }
-        // Each region gets a share of half of the collapses that are left, so that all stop at about the same cost. A
-        // few more, as each may do at least one, are still fewer than all.
+        // Each region gets a share of half of the collapses that are left, so that all stop at about the same
+        // cost. A few more, as each may do at least one, are still fewer than all.
         const std::size_t all = std::accumulate(queued.begin(), queued.end(), std::size_t{1}),
                           wanted = (alive_ - triangles) / 4;
         parallel_for(std::size_t{1}, regions_.size(), [&](std::size_t r) {

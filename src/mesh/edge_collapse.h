@@ -18,41 +18,41 @@
 
 namespace marrow::internal {
 
-/// Collapses edges to points. Next is always roughly the edge whose collapse adds the least to the squared distance
-/// from the original planes, summed over their area.
+/// Collapses edges to points. Next is always roughly the edge whose collapse adds the least to the squared
+/// distance from the original planes, summed over their area.
 ///
 /// An edge is collapsed only if the link condition holds (Dey, Edelsbrunner, Guha and Nekhayev 1999): so a
 /// closed, manifold mesh stays closed and manifold, with the same components and handles. No triangle may
 /// flip or become much thinner, and neither end may be on an open or non-manifold edge. The result has the
 /// same bits every time.
 ///
-/// Large meshes are divided into regions, which threads collapse at the same time. The regions, and what happens in
-/// them, do not depend on the threads.
+/// Large meshes are divided into regions, which threads collapse at the same time. The regions, and what
+/// happens in them, do not depend on the threads.
 ///
 /// A log of the collapses allows to undo some of them later, where the result turns out to be bad. A collapse
-/// can be undone once all later ones around its point are (Hoppe 1996, Xia and Varshney 1996). Or else a guard looks at
-/// each collapse before it is done.
+/// can be undone once all later ones around its point are (Hoppe 1996, Xia and Varshney 1996). Or else a
+/// guard looks at each collapse before it is done.
 class EdgeCollapse {
   public:
     /// \pre indices are in range; fewer than 2^30 triangles
     explicit EdgeCollapse(const Mesh& mesh)
         : EdgeCollapse(mesh, std::numeric_limits<double>::infinity(), nullptr) {}
     /// Collapses no edge that would leave a root mean square distance above `max_error` mm to the merged
-    /// planes, and no edge that the guard rejects, if there is one. Several threads ask this guard. \pre while there is
-    /// a guard, no edge is collapsed after one was undone
+    /// planes, and no edge that the guard rejects, if there is one. Several threads ask this guard.
+    /// \pre while there is a guard, no edge is collapsed after one was undone
     EdgeCollapse(const Mesh& mesh, double max_error, CollapseGuard* guard);
 
     /// Collapses until `triangles` are left, or until no edge can be collapsed. It may be called again with
     /// the same number after undo(). \throw Cancelled
     void reduce_to(std::size_t triangles, const Progress& progress);
 
-    /// From now on, collapses no edge that the guard rejects, which only one thread asks. Points of undone collapses
-    /// take part again.
+    /// From now on, collapses no edge that the guard rejects, which only one thread asks. Points of
+    /// undone collapses take part again.
     void set_guard(CollapseGuard* guard);
 
     /// Undoes up to `count` collapses that made the triangles that have these corners, the latest first, and
-    /// the later ones around them. Points are as in the original mesh. The points of these collapses take part
-    /// in none any more; those of the later ones around them do. Returns how many collapses it undid.
+    /// the later ones around them. Points are as in the original mesh. The points of these collapses take
+    /// part in none any more; those of the later ones around them do. Returns how many collapses it undid.
     /// \pre no corner is merged into another point
     std::size_t undo(std::span<const std::uint32_t> corners, std::size_t count);
 
@@ -138,14 +138,14 @@ class EdgeCollapse {
 
         std::size_t left() const { return entries.size() - first; }
     };
-    // The edges between the points of a region, and what the thread that collapses them needs. Region 0 has the other
-    // edges. Its points are those that edges between regions were collapsed to.
+    // The edges between the points of a region, and what the thread that collapses them needs. Region 0 has
+    // the other edges. Its points are those that edges between regions were collapsed to.
     //
-    // A thread collapses an edge of its region if all neighbours of both ends are points of the region too. So it
-    // changes only triangles with three corners in the region, and of others the twins and queue entries of edges in
-    // the region. Other threads do not look at these, because they stay at the triangles around points of their region
-    // and of region 0. Points change only to region 0, and not meanwhile, so no edge moves from one queue into another
-    // region.
+    // A thread collapses an edge of its region if all neighbours of both ends are points of the region too.
+    // So it changes only triangles with three corners in the region, and of others the twins and queue
+    // entries of edges in the region. Other threads do not look at these, because they stay at the triangles
+    // around points of their region and of region 0. Points change only to region 0, and not meanwhile, so no
+    // edge moves from one queue into another region.
     struct Region {
         explicit Region(std::uint16_t n);
         void take(Region& other);
@@ -216,7 +216,8 @@ class EdgeCollapse {
     Buffer<Face> faces_;
     std::size_t alive_;  // the number of faces that are left
     std::vector<Region> regions_;
-    // Whether regions are collapsed on their own: not after an undo, nor with a guard that only one thread may ask.
+    // Whether regions are collapsed on their own: not after an undo, nor with a
+    // guard that only one thread may ask.
     bool parallel_ = false;
     // Whether edges inside of regions are queued there, and not in region 0.
     bool divided_ = false;

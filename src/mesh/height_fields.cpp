@@ -1,13 +1,14 @@
-// Divides space into blocks, and looks for columns of them in which the surface is a height field. Highway compiles
-// this file once for each SIMD target.
+// Divides space into blocks, and looks for columns of them in which the surface is a height field. Highway
+// compiles this file once for each SIMD target.
 //
-// A column is a row of successive blocks along an axis, as long as some triangle is in each two of them. Triangles are
-// in all blocks that their bounding boxes overlap, so the surface only leaves a column sideways. Suppose that all
-// triangles of a column show the same side along the axis, and that each of their edges has two triangles. Then where a
-// triangle ends within the column, another one continues on the far side of the edge. So all lines along the axis within
-// the column meet the same number of its triangles. If that is one, then the surface is a height field there: no triangle
-// is above another one, and they only meet in the edges and corners that they share. If it is none, then they are
-// beside the column, although their bounding boxes are not.
+// A column is a row of successive blocks along an axis, as long as some triangle is in each two of them.
+// Triangles are in all blocks that their bounding boxes overlap, so the surface only leaves a column
+// sideways. Suppose that all triangles of a column show the same side along the axis, and that each of
+// their edges has two triangles. Then where a triangle ends within the column, another one continues on the
+// far side of the edge. So all lines along the axis within the column meet the same number of its
+// triangles. If that is one, then the surface is a height field there: no triangle is above another one,
+// and they only meet in the edges and corners that they share. If it is none, then they are beside the
+// column, although their bounding boxes are not.
 //
 // A triangle intersects no other one if each of its blocks is in such a column, along any axis.
 //
@@ -41,8 +42,8 @@ HWY_INLINE BlockBits all_if_linked(BlockBits block, int axis) {
     return static_cast<BlockBits>(-(block / kLinked >> axis & 1));
 }
 
-// Sets `unproven` to 0 for the blocks of a layer in columns that are height fields. The columns go along `axis`, side
-// by side. `scratch` is as large as the layer.
+// Sets `unproven` to 0 for the blocks of a layer in columns that are height fields. The columns go along
+// `axis`, side by side. `scratch` is as large as the layer.
 HWY_INLINE void prove_side_by_side(const BlockBits* blocks, std::size_t columns, std::size_t length,
                                    std::size_t stride, int axis, BlockBits* scratch, std::uint8_t* unproven) {
     // What is known of each block and those before it in its column.

@@ -9,8 +9,8 @@
 
 namespace marrow::internal {
 
-/// Returns the triangles of a mesh that may intersect others, in ascending order. All others certainly meet triangles
-/// only in the edges and corners that they share. Runs on all threads.
+/// Returns the triangles of a mesh that may intersect others, in ascending order. All others certainly meet
+/// triangles only in the edges and corners that they share. Runs on all threads.
 Buffer<std::uint32_t> triangles_outside_height_fields(const TriangleBlocks& placed);
 
 }  // namespace marrow::internal

@@ -86,8 +86,8 @@ class Region {
     Buffer<std::uint8_t> wanted_;
 };
 
-// Moves points back along their paths. Knows only some triangles of the mesh: those in a region, or all if there is no
-// region.
+// Moves points back along their paths. Knows only some triangles of the mesh: those in a
+// region, or all if there is no region.
 class Retreat {
   public:
     // `numbers` are those of the triangles, in ascending order.
@@ -103,8 +103,8 @@ class Retreat {
         search_.emplace(MeshView(points_, triangles_));
     }
 
-    // Returns how many points moved back. If it would have to know triangles outside of the region, it moves none and
-    // returns nothing. `pairs` are those of the mesh.
+    // Returns how many points moved back. If it would have to know triangles outside of the region, it moves
+    // none and returns nothing. `pairs` are those of the mesh.
     std::optional<std::size_t> run(std::vector<TrianglePair> pairs) {
         for (TrianglePair& pair : pairs) pair = {index_of(pair[0]), index_of(pair[1])};
         for (int round = 0;; ++round) {
@@ -137,7 +137,8 @@ class Retreat {
         return std::nullopt;
     }
 
-    // The corners of the intersecting triangles, except where all are at their starts: it was so at the start.
+    // The corners of the intersecting triangles, except where all are at their
+    // starts: it was so at the start.
     Numbers corners_that_intersect(const std::vector<TrianglePair>& pairs) const {
         Numbers points;
         for (const auto& [s, t] : pairs) {

@@ -14,8 +14,8 @@
 
 namespace marrow::internal {
 
-/// Accepts a collapse only if the changed triangles pass through no other ones. So edges stay where the surface passed
-/// through itself before.
+/// Accepts a collapse only if the changed triangles pass through no other ones. So edges stay where the
+/// surface passed through itself before.
 class IntersectionGuard : public CollapseGuard {
   public:
     /// Guards what follows `now`, a result of a reduction of `original`.

@@ -20,8 +20,8 @@ namespace marrow::internal::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Loads points of a mesh, one into each lane. It reads four floats at each; no fourth one follows the last point, so
-// there is a copy of that.
+// Loads points of a mesh, one into each lane. It reads four floats at each; no fourth one follows the last
+// point, so there is a copy of that.
 class PointLoader {
   public:
     explicit PointLoader(std::span<const Vec3f> points) : points_(points.data()), last_(points.size() - 1) {

@@ -9,8 +9,8 @@
 
 namespace marrow::internal {
 
-/// Moves the 10 lower bits of a number apart, so that there are two zeros between them. Three such numbers make
-/// a key, one for each axis.
+/// Moves the 10 lower bits of a number apart, so that there are two zeros between them. Three such numbers
+/// make a key, one for each axis.
 constexpr std::uint32_t spread_bits(std::uint32_t x) {
     x = (x | x << 16) & 0x030000ff;
     x = (x | x << 8) & 0x0300f00f;
@@ -29,10 +29,10 @@ struct MortonKey {
 /// \pre fewer than 2^32 triangles, whose indices are in range
 std::vector<MortonKey> along_morton_curve(const MeshView& mesh);
 
-/// Returns the triangles sorted by the cells of their first corners, in a grid of 64^3 cells or fewer, along the
-/// same curve. Takes less time, on all threads, and serves meshes whose successive triangles are near each other
-/// within a cell. Triangles of the same cell keep their order. \pre fewer than 2^32 triangles, whose indices are
-/// in range
+/// Returns the triangles sorted by the cells of their first corners, in a grid of 64^3 cells or fewer,
+/// along the same curve. Takes less time, on all threads, and serves meshes whose successive triangles are
+/// near each other within a cell. Triangles of the same cell keep their order. \pre fewer than 2^32
+/// triangles, whose indices are in range
 Buffer<std::uint32_t> by_morton_cells(const MeshView& mesh);
 
 }  // namespace marrow::internal

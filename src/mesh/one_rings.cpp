@@ -21,8 +21,8 @@ namespace marrow::internal::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Writes the neighbours in the order of a single closed fan. Returns whether the corners are such a fan. Reads some
-// corners more than there are.
+// Writes the neighbours in the order of a single closed fan. Returns whether the corners are such a fan.
+// Reads some corners more than there are.
 template <std::size_t kCount>
 HWY_INLINE bool walk_around(std::uint32_t point, const OneRings::Corner* corners, std::uint32_t* ring) {
     constexpr std::size_t kRead = kCount <= 8 ? 8 : 16;
@@ -40,7 +40,8 @@ HWY_INLINE bool walk_around(std::uint32_t point, const OneRings::Corner* corners
         }
         return found & kAll;
     };
-    // The walk takes the first corner to each neighbour. It only comes through all corners if no neighbour has two.
+    // The walk takes the first corner to each neighbour. It only comes through all
+    // corners if no neighbour has two.
     std::uint32_t at = corners[0].next, visited = 0;
     for (std::size_t n = 0; n < kCount; ++n) {
         const std::uint32_t found = corners_to(at) | 1u << kCount;
@@ -51,8 +52,8 @@ HWY_INLINE bool walk_around(std::uint32_t point, const OneRings::Corner* corners
     return visited == kAll && at == ring[0] && corners_to(point) == 0;
 }
 
-// Writes the rings of points with this number of corners, one after another. Returns whether all are fans; the list of
-// others becomes 0.
+// Writes the rings of points with this number of corners, one after another. Returns whether all are
+// fans; the list of others becomes 0.
 template <std::size_t kCount>
 HWY_INLINE bool write_fans(const OneRings::Corner* corners, const std::size_t* first,
                            std::span<const std::uint32_t> points, std::uint32_t*& rings,
@@ -80,8 +81,8 @@ HWY_INLINE bool write_all_fans(const OneRings::Corner* corners, const std::size_
     return all;
 }
 
-// Writes the rings of a chunk's points that may be fans, list by list. Returns whether all are fans; the list of others
-// becomes 0.
+// Writes the rings of a chunk's points that may be fans, list by list. Returns whether all are
+// fans; the list of others becomes 0.
 bool write_rings(const OneRings::Corner* corners, const std::size_t* first, const std::uint32_t* points,
                  const std::array<std::uint16_t, OneRings::kMostInFan + 2>& begin, std::uint32_t* rings,
                  std::uint8_t* lists) {

@@ -11,8 +11,8 @@
 
 namespace marrow::internal {
 
-/// The points at the other ends of each point's edges. In chunks of successive points, they are also listed by
-/// the number of their neighbours, because loops whose length changes at random are slow.
+/// The points at the other ends of each point's edges. In chunks of successive points, they are also listed
+/// by the number of their neighbours, because loops whose length changes at random are slow.
 class OneRings {
   public:
     static constexpr std::size_t kChunk = 512;     ///< points
@@ -24,16 +24,16 @@ class OneRings {
     std::size_t size() const { return kinds_.size(); }
     /// Whether all edges of a point are manifold. Only then its neighbours are complete and listed once each.
     bool is_regular(std::size_t p) const { return kinds_[p] != Kind::kIrregular; }
-    /// Whether the triangles of a point are a single closed fan, of kMostInFan at most. Then each runs from the
-    /// point to a neighbour and on to the next one; the last neighbour is followed by the first.
+    /// Whether the triangles of a point are a single closed fan, of kMostInFan at most. Then each runs from
+    /// the point to a neighbour and on to the next one; the last neighbour is followed by the first.
     bool is_fan(std::size_t p) const { return kinds_[p] == Kind::kFan; }
     std::span<const std::uint32_t> of(std::size_t p) const {
         return {neighbours_.data() + start_[p], count_[p]};
     }
 
     std::size_t chunks() const { return chunks_.size(); }
-    /// The fans of a chunk with this number of neighbours, from 1 to kMostInFan; with 0, its other points. The
-    /// neighbours of successive points in a list follow each other in memory.
+    /// The fans of a chunk with this number of neighbours, from 1 to kMostInFan; with 0, its other points.
+    /// The neighbours of successive points in a list follow each other in memory.
     std::span<const std::uint32_t> listed(std::size_t chunk, std::size_t neighbours) const {
         const std::uint32_t* const points = listed_.data() + chunk * kChunk;
         return {points + chunks_[chunk].begin[neighbours], points + chunks_[chunk].begin[neighbours + 1]};

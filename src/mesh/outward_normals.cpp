@@ -1,5 +1,5 @@
-// Replaces normals that point against their faces. Only a point with a face that its normal points against can
-// be one of them, so the faces are summed at these points alone: one in thirty.
+// Replaces normals that point against their faces. Only a point with a face that its normal points against
+// can be one of them, so the faces are summed at these points alone: one in thirty.
 #include <algorithm>
 #include <atomic>
 #include <cstddef>

@@ -9,8 +9,8 @@
 namespace marrow::internal {
 
 /// The weighted sum of squared distances to planes and points, of the position x relative to an origin:
-/// x.Ax - 2 b.x + c with symmetric A. After Garland and Heckbert 1997. Near the planes and points, it loses no
-/// digits, so that floats can store it.
+/// x.Ax - 2 b.x + c with symmetric A. After Garland and Heckbert 1997. Near the planes and points, it loses
+/// no digits, so that floats can store it.
 template <class T>
 struct Quadric {
     T xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;  ///< A

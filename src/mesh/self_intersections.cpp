@@ -1,9 +1,9 @@
 // Finds the pairs of triangles whose bounding boxes overlap, and decides them with exact predicates.
 //
-// Where the surface is a height field, no pairs need to be looked at. Elsewhere, most pairs are neighbours that share a
-// point. At nearly all points, one look at all triangles around the point proves that they do not intersect. At the
-// others, pairs only need a plane through the point, and the plane between the directions to the two triangles nearly
-// always does.
+// Where the surface is a height field, no pairs need to be looked at. Elsewhere, most pairs are neighbours
+// that share a point. At nearly all points, one look at all triangles around the point proves that they do
+// not intersect. At the others, pairs only need a plane through the point, and the plane between the
+// directions to the two triangles nearly always does.
 #include "self_intersections.h"
 
 #include <algorithm>
@@ -44,8 +44,9 @@ bool are_separate_at(const Vec3d& p, const Vec3d& a, const Vec3d& b, const Vec3d
 // Decides for pairs of triangles of a mesh whether the surface passes through itself there.
 class Decider {
   public:
-    // `rings` may be those of a mesh with more triangles. Then all triangles at points that are no fans belong to
-    // `mesh`. If it is null, then none are missing that meet a point where triangles of `mesh` could intersect.
+    // `rings` may be those of a mesh with more triangles. Then all triangles at points that are no
+    // fans belong to `mesh`. If it is null, then none are missing that meet a point where
+    // triangles of `mesh` could intersect.
     Decider(const MeshView& mesh, const TrianglePyramid& pyramid, const OneRings* rings)
         : mesh_(mesh), pyramid_(pyramid), rings_(rings) {}
 
@@ -87,8 +88,8 @@ class Decider {
                             {corners_s[found.s.apex], *beyond_s}, {corners_t[found.t.apex], *beyond_t});
     }
 
-    // Returns the far corner of the neighbour across the edge opposite to a corner. Returns nothing if the edge
-    // does not have exactly two triangles.
+    // Returns the far corner of the neighbour across the edge opposite to a corner. Returns nothing if the
+    // edge does not have exactly two triangles.
     std::optional<Vec3d> across_edge(const Triangle& triangle, std::size_t corner) const {
         const std::uint32_t a = triangle[(corner + 1) % 3], b = triangle[(corner + 2) % 3];
         for (const auto& [from, to] : {std::array{a, b}, std::array{b, a}}) {
@@ -134,7 +135,8 @@ Buffer<Triangle> triangles_of(const MeshView& mesh, const Buffer<std::uint32_t>&
     return triangles;
 }
 
-// Finds the pairs of a mesh of some triangles of another. `numbers` are those in the other one, in ascending order.
+// Finds the pairs of a mesh of some triangles of another. `numbers` are those in the
+// other one, in ascending order.
 std::vector<TrianglePair> find_pairs(const MeshView& mesh, const TrianglePyramid& pyramid,
                                      const OneRings* rings, const Buffer<std::uint32_t>& numbers,
                                      const Progress& progress, double begin, double end) {

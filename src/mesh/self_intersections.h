@@ -15,8 +15,8 @@
 
 namespace marrow::internal {
 
-/// Finds the pairs of triangles that MeshCheck::self_intersections counts, with progress from `begin` to `end`.
-/// They are sorted and do not depend on the number of threads. `rings` are those of the mesh.
+/// Finds the pairs of triangles that MeshCheck::self_intersections counts, with progress from `begin` to
+/// `end`. They are sorted and do not depend on the number of threads. `rings` are those of the mesh.
 /// \pre fewer than 2^32 triangles, none with equal indices \throw Cancelled
 std::vector<TrianglePair> find_self_intersections(const MeshView& mesh, const OneRings& rings,
                                                   const Progress& progress = {}, double begin = 0,
@@ -28,10 +28,10 @@ std::vector<TrianglePair> find_self_intersections(const MeshView& mesh, const On
                                                   const Progress& progress = {}, double begin = 0,
                                                   double end = 1);
 
-/// The same for a mesh that was made again. It differs from the mesh `before` in places; in others, both have the same
-/// triangles at the same positions, and the points are in the same order. `pairs_before` are those of that mesh. Looks
-/// only at triangles around changed points, and around these pairs. \pre at most two triangles meet at an edge, in both
-/// meshes \throw Cancelled
+/// The same for a mesh that was made again. It differs from the mesh `before` in places; in others, both have
+/// the same triangles at the same positions, and the points are in the same order. `pairs_before` are those
+/// of that mesh. Looks only at triangles around changed points, and around these pairs. \pre at most two
+/// triangles meet at an edge, in both meshes \throw Cancelled
 std::vector<TrianglePair> find_self_intersections_again(const MeshView& mesh, const MeshView& before,
                                                         const std::vector<TrianglePair>& pairs_before,
                                                         const Progress& progress = {}, double begin = 0,

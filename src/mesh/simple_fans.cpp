@@ -1,9 +1,10 @@
-// Looks at each fan along the mean of its normals. If each of its triangles shows its front, and they go around
-// the point only once, then none hides another. Highway compiles this file once for each SIMD target.
+// Looks at each fan along the mean of its normals. If each of its triangles shows its front, and they go
+// around the point only once, then none hides another. Highway compiles this file once for each SIMD target.
 //
-// The coordinates are float values, so the float difference of two is as exact as a float can be. What follows
-// has errors of some 1e-6 times the lengths of the edges. That is far below kLeastSine, the sine of the least
-// angle at the point, as it is seen. Edges that could make a float overflow or underflow are left out.
+// The coordinates are float values, so the float difference of two is as exact as a float can be.
+// What follows has errors of some 1e-6 times the lengths of the edges. That is far below
+// kLeastSine, the sine of the least angle at the point, as it is seen. Edges that could make a
+// float overflow or underflow are left out.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "mesh/simple_fans.cpp"
 #include <hwy/foreach_target.h>
@@ -45,8 +46,8 @@ HWY_INLINE Vectors cross(const Vectors& a, const Vectors& b) {
             hn::Sub(hn::Mul(a.x, b.y), hn::Mul(a.y, b.x))};
 }
 
-// Tests as many fans at once as a vector has lanes. All have this number of triangles. `wanted` are places in the list
-// of all such points of a chunk.
+// Tests as many fans at once as a vector has lanes. All have this number of triangles. `wanted` are places in
+// the list of all such points of a chunk.
 template <std::size_t kTriangles>
 HWY_INLINE void test_fans(const MeshView& mesh, std::span<const std::uint32_t> listed,
                           const std::uint32_t* rings, std::span<const std::uint32_t> wanted,

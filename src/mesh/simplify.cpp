@@ -1,4 +1,5 @@
-// Collapses edges, and undoes collapses where the surface passes through itself or is too far from the original.
+// Collapses edges, and undoes collapses where the surface passes through itself
+// or is too far from the original.
 #include <algorithm>
 #include <array>
 #include <optional>
@@ -50,8 +51,8 @@ std::vector<Place> find_intersections(const EdgeCollapse::Result& result) {
     return places;
 }
 
-// Undoes collapses until the surface passes through itself nowhere. An undone collapse often does not help, as
-// the surface came apart earlier: each time, twice as many are undone. Adds what was undone to `undone`.
+// Undoes collapses until the surface passes through itself nowhere. An undone collapse often does not help,
+// as the surface came apart earlier: each time, twice as many are undone. Adds what was undone to `undone`.
 // Sets `changed` for the triangles that changed since the last call, as in the original mesh.
 EdgeCollapse::Result make_valid(EdgeCollapse& collapse, std::int64_t& undone, std::vector<bool>& changed) {
     for (std::size_t count = 1;; count *= 2) {
@@ -63,16 +64,17 @@ EdgeCollapse::Result make_valid(EdgeCollapse& collapse, std::int64_t& undone, st
     }
 }
 
-// A reduced mesh, the number of collapses that were undone, and its distance from the original mesh if that was
-// measured.
+// A reduced mesh, the number of collapses that were undone, and its distance from the
+// original mesh if that was measured.
 struct Reduced {
     Mesh mesh;
     std::int64_t undone = 0;
     MeshDistance deviation = {};
 };
 
-// Collapses until `triangles` are left, or until no more can be collapsed. Before a tenth is left, the surface hardly
-// ever passes through itself, so that it is looked at only then. From there on, each collapse is looked at.
+// Collapses until `triangles` are left, or until no more can be collapsed. Before a tenth is
+// left, the surface hardly ever passes through itself, so that it is looked at only then. From
+// there on, each collapse is looked at.
 Reduced reduce_to(const Mesh& mesh, std::size_t triangles, const Progress& progress) {
     constexpr double kUnguarded = 0.1;
     EdgeCollapse collapse(mesh);
@@ -116,8 +118,8 @@ std::vector<Place> places_of(const std::vector<Triangle>& of_original, const std
     return places;
 }
 
-// Finds where either mesh is too far from the other one, around the triangles of the reduced mesh that have changed:
-// there, and where the original was merged into their points.
+// Finds where either mesh is too far from the other one, around the triangles of the reduced mesh that have
+// changed: there, and where the original was merged into their points.
 std::vector<Place> find_far_around(const std::vector<bool>& changed, const SampledMesh& original,
                                    const Candidate& candidate, double max_error, const Progress& progress) {
     const EdgeCollapse::Result& result = candidate.result;
@@ -136,8 +138,9 @@ std::vector<Place> find_far_around(const std::vector<bool>& changed, const Sampl
         find_further(candidate.now, of_now, original.tree(), max_error, progress, 0.75, 0.8), candidate);
 }
 
-// Collapses until `triangles` are left, or until the guard allows no more. Then undoes collapses where the surface
-// passes through itself or is too far from the original, since the guard only looks at some positions.
+// Collapses until `triangles` are left, or until the guard allows no more. Then undoes
+// collapses where the surface passes through itself or is too far from the original, since the
+// guard only looks at some positions.
 Reduced reduce_within(const Mesh& mesh, std::size_t triangles, double max_error, bool measured,
                       const Progress& progress) {
     constexpr double kGuarded = 0.7;  // of the error: then few collapses must be undone
@@ -152,7 +155,8 @@ Reduced reduce_within(const Mesh& mesh, std::size_t triangles, double max_error,
         Candidate candidate(collapse, make_valid(collapse, reduced.undone, changed));
         std::vector<Place> places = find_far_around(changed, original, candidate, max_error, progress);
         std::size_t found = undo(collapse, places, count);
-        // The samples of the reduced mesh have moved with its area, so in the end all of it is looked at again.
+        // The samples of the reduced mesh have moved with its area, so in the
+        // end all of it is looked at again.
         if (found == 0 && (measured || !all_changed)) {
             changed.assign(changed.size(), true);
             if (measured) {

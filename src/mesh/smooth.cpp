@@ -1,5 +1,5 @@
-// Smooths in three steps: a low-pass filter moves the points, components that it has nearly flattened go back,
-// and points go back part of their way where the surface would pass through itself.
+// Smooths in three steps: a low-pass filter moves the points, components that it has nearly flattened go
+// back, and points go back part of their way where the surface would pass through itself.
 #include <algorithm>
 #include <cmath>
 #include <limits>

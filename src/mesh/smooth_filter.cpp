@@ -57,7 +57,8 @@ struct Start {
     }
 };
 
-// Computes b_n at a point from b_n+1, and from b_n+2, which it replaces. In the first pass, the latter is zero.
+// Computes b_n at a point from b_n+1, and from b_n+2, which it replaces. In the
+// first pass, the latter is zero.
 template <bool kFirst>
 struct Step {
     const Displacement *step, *from;
@@ -187,9 +188,10 @@ std::vector<float> step_coefficients(int degree, double pass_band) {
 // Runs several passes over the chunks of points.
 //
 // A chunk may go through a pass when all chunks from the first to the last with neighbours of its points are
-// through the pass before. In a band of chunks, a thread goes forward and lets each pass follow the one before
-// as closely as this allows, while the points are in the cache. What needs the chunks of other bands is done
-// afterwards, pass by pass. If neighbours are far apart in the order of the points, that is nearly everything.
+// through the pass before. In a band of chunks, a thread goes forward and lets each pass follow the
+// one before as closely as this allows, while the points are in the cache. What needs the chunks of
+// other bands is done afterwards, pass by pass. If neighbours are far apart in the order of the
+// points, that is nearly everything.
 class PassScheduler {
   public:
     static constexpr int kPassesTogether = 20;

@@ -61,8 +61,8 @@ HWY_INLINE unsigned bits_of(Tag tag, const Mask& mask) {
     return bits[0] | static_cast<unsigned>(bits[1]) << 8;
 }
 
-// Whether triangles may and whether they certainly do meet a line. The line is perpendicular to the axes j and k;
-// `from_line` is the way from it to the corners.
+// Whether triangles may and whether they certainly do meet a line. The line is perpendicular to the axes j
+// and k; `from_line` is the way from it to the corners.
 struct Meeting {
     hn::Mask<D> possible, certain;
 };
@@ -79,8 +79,8 @@ HWY_INLINE Meeting meet_line(const V (&from_line)[3][3], std::size_t j, std::siz
     return {hn::Not(misses), hn::Or(left, right)};
 }
 
-// Places the triangles [begin, end), and marks the lines that they meet, except for large ones. Returns whether all
-// triangles are within the bounds of the grid, as they are if all coordinates are finite.
+// Places the triangles [begin, end), and marks the lines that they meet, except for large ones. Returns
+// whether all triangles are within the bounds of the grid, as they are if all coordinates are finite.
 bool place_triangles(const MeshView& mesh, std::size_t begin, std::size_t end, TriangleBlocks& found,
                      std::vector<TriangleBlocks::Mark>& marks, bool& has_large) {
     const D d;
@@ -158,8 +158,8 @@ bool place_triangles(const MeshView& mesh, std::size_t begin, std::size_t end, T
     return hn::AllFalse(d, outside);
 }
 
-// For some of the blocks, the kinds of spans from there on that have a block with 1 in `wanted`: a bit for each. A
-// plain loop, which compilers turn into vectors.
+// For some of the blocks, the kinds of spans from there on that have a block with 1 in `wanted`: a bit for
+// each. A plain loop, which compilers turn into vectors.
 void find_wanted_kinds(const BlockGrid& grid, const std::uint8_t* wanted, std::size_t begin, std::size_t end,
                        std::uint8_t* kinds) {
     const std::uint8_t* const next[8] = {wanted,
@@ -249,8 +249,8 @@ struct Reach {
     }
 };
 
-// What is known of the block whose line along an axis may meet a triangle. `at` is where the line is on the two other
-// axes.
+// What is known of the block whose line along an axis may meet a triangle. `at` is where the
+// line is on the two other axes.
 BlockBits meet(const TriangleCorners& corners, const BlockGrid& grid, std::size_t axis,
                const std::array<double, 2>& at) {
     const std::size_t j = (axis + 1) % 3, k = (axis + 2) % 3;

@@ -15,8 +15,9 @@
 
 namespace marrow::internal {
 
-/// A grid of equal blocks over the points of a mesh. It numbers half blocks along each axis by float operations that
-/// never decrease with the coordinate. So all points between two others are in the half blocks between theirs.
+/// A grid of equal blocks over the points of a mesh. It numbers half blocks along each axis by
+/// float operations that never decrease with the coordinate. So all points between two others are
+/// in the half blocks between theirs.
 struct BlockGrid {
     /// A block's index takes as many bits. The rest of a span says how many blocks follow the first.
     static constexpr int kIndexBits = 28;
@@ -26,15 +27,15 @@ struct BlockGrid {
     float halves_per_mm = 0;       ///< half blocks
     std::uint32_t blocks[3] = {};  ///< along each axis; fewer than 2^kIndexBits in all
     Vec3d line_error = {};         ///< the most by which line() is off, mm
-    /// By axis: the most by which twice the area of a triangle between an edge and a line along the axis is off, mm2.
-    /// It holds for edges that are in two successive blocks at most along the other axes.
+    /// By axis: the most by which twice the area of a triangle between an edge and a line along the axis is
+    /// off, mm2. It holds for edges that are in two successive blocks at most along the other axes.
     Vec3f turn_error = {};
 
     std::uint32_t half_block(std::size_t axis, float x) const {
         return static_cast<std::uint32_t>((x - lower[axis]) * halves_per_mm);
     }
-    /// The line of a block, which is where its first half ends. No point of type float is there: what begins in the
-    /// first half and ends in the second crosses the line.
+    /// The line of a block, which is where its first half ends. No point of type float is there: what begins
+    /// in the first half and ends in the second crosses the line.
     double line(std::size_t axis, std::uint32_t block) const {
         return double{lower[axis]} + (2.0 * block + 1) / double{halves_per_mm};
     }
@@ -62,8 +63,8 @@ constexpr BlockBits merged(BlockBits a, BlockBits b) {
     return static_cast<BlockBits>(a | b | twice * (kMoreOnLine / kOnLine));
 }
 
-/// Which blocks the triangles of a mesh are in: those that their bounding boxes overlap. Also which sides they show
-/// along the axes.
+/// Which blocks the triangles of a mesh are in: those that their bounding boxes overlap. Also which
+/// sides they show along the axes.
 struct TriangleBlocks {
     static constexpr std::uint32_t kLarge = ~std::uint32_t{0};
     /// Adds to what is known of a block.
@@ -73,8 +74,8 @@ struct TriangleBlocks {
     };
 
     BlockGrid grid;
-    /// The index of the first block of each triangle, and for each axis a bit: whether it is in the next block, too.
-    /// kLarge if it is in more blocks, or crosses two lines on an axis.
+    /// The index of the first block of each triangle, and for each axis a bit: whether it is in the next
+    /// block, too. kLarge if it is in more blocks, or crosses two lines on an axis.
     Buffer<std::uint32_t> spans;
     /// kFront and kBack; both at points that are no fans, and if rounding could be wrong.
     Buffer<std::uint8_t> sides;
@@ -85,7 +86,8 @@ struct TriangleBlocks {
 /// The blocks of spans. They are in rows along x: each is a first block, and maybe the next one.
 class SpanRows {
   public:
-    /// A row, relative to the first block of all, and kLinked for its first block. Some rows are listed more than once.
+    /// A row, relative to the first block of all, and kLinked for its first block. Some
+    /// rows are listed more than once.
     struct Row {
         std::uint32_t first;
         BlockBits links;
@@ -111,12 +113,12 @@ class SpanRows {
     std::array<std::array<Row, 4>, 8> rows_;
 };
 
-/// Finds the blocks of a mesh. Returns nothing if coordinates are not finite, or if the triangles are of too different
-/// sizes. Runs on all threads. `rings` are those of the mesh. \pre fewer than 2^32 triangles
+/// Finds the blocks of a mesh. Returns nothing if coordinates are not finite, or if the triangles are of too
+/// different sizes. Runs on all threads. `rings` are those of the mesh. \pre fewer than 2^32 triangles
 std::optional<TriangleBlocks> find_triangle_blocks(const MeshView& mesh, const OneRings& rings);
 
-/// Returns the triangles with a block whose entry in `wanted` is 1 instead of 0, and large ones, in ascending order.
-/// Runs on all threads. `wanted` has padded_size() entries.
+/// Returns the triangles with a block whose entry in `wanted` is 1 instead of 0, and large ones, in ascending
+/// order. Runs on all threads. `wanted` has padded_size() entries.
 Buffer<std::uint32_t> triangles_in(const TriangleBlocks& blocks, const Buffer<std::uint8_t>& wanted);
 
 }  // namespace marrow::internal

@@ -17,21 +17,21 @@ namespace marrow::internal {
 /// The indices of two triangles, the lower index first.
 using TrianglePair = std::array<std::uint32_t, 2>;
 
-/// A bounding volume hierarchy without pointers: triangles that are near each other are put in a row, and each
-/// box of a level bounds eight successive boxes of the level below.
+/// A bounding volume hierarchy without pointers: triangles that are near each other are put in a row, and
+/// each box of a level bounds eight successive boxes of the level below.
 class TrianglePyramid {
   public:
     static constexpr std::size_t kWidth = 8;
 
-    /// `simple` is 1 for points at which no two triangles need to be looked at, and 0 for the others; if it is
-    /// empty, no point is simple. \pre fewer than 2^32 triangles
+    /// `simple` is 1 for points at which no two triangles need to be looked at, and 0 for the others; if it
+    /// is empty, no point is simple. \pre fewer than 2^32 triangles
     explicit TrianglePyramid(MeshView mesh, std::span<const std::uint8_t> simple = {});
 
     /// The number of parts of the work of pairs_from().
     std::size_t units() const { return levels_[0].size(); }
 
-    /// Appends the pairs of triangles whose boxes overlap or touch and of which the first in the row is in the
-    /// units [begin, end). Leaves out those that share a simple point. The order of the pairs is fixed.
+    /// Appends the pairs of triangles whose boxes overlap or touch and of which the first in the row is in
+    /// the units [begin, end). Leaves out those that share a simple point. The order of the pairs is fixed.
     void pairs_from(std::size_t begin, std::size_t end, std::vector<TrianglePair>& pairs) const;
 
     /// Returns the triangles whose boxes overlap or touch a box, in a fixed order.

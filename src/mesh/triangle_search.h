@@ -46,8 +46,8 @@ struct FoundTriangle {
 };
 
 /// Returns the nearest triangle within the distance `most`, or any triangle within the distance `enough`. If
-/// no triangle is within `most`, the squared distance of the result is larger than most * most. The result has the same
-/// bits on every SIMD target. \pre the tree has triangles
+/// no triangle is within `most`, the squared distance of the result is larger than most * most. The result
+/// has the same bits on every SIMD target. \pre the tree has triangles
 FoundTriangle find_nearest(const BoxTree& tree, const Vec3d& position, double enough, double most);
 
 /// A position whose distance to the nearest triangle is wanted.
@@ -58,9 +58,10 @@ struct NearestQuery {
 };
 inline constexpr std::size_t kMostInGroup = 16;
 
-/// The same for up to kMostInGroup positions, in less time if they are near each other. Leaves within `reach` of them are
-/// listed, and searched one after the other for all positions; a position with no triangle within `reach` is searched on
-/// its own. So `reach`, which need not be exact, should be a little more than the largest distance.
+/// The same for up to kMostInGroup positions, in less time if they are near each other. Leaves within
+/// `reach` of them are listed, and searched one after the other for all positions; a position with no
+/// triangle within `reach` is searched on its own. So `reach`, which need not be exact, should be a little
+/// more than the largest distance.
 void find_nearest(const BoxTree& tree, std::span<NearestQuery> queries, double most, double reach);
 
 }  // namespace marrow::internal

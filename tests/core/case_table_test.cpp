@@ -153,8 +153,8 @@ TEST(CellShapes, BeginWithTheCaseThatJoinsNothing) {
     }
 }
 
-// Every line of the faces is the outer side of one triangle, and no other side lies in a face: so cells that agree
-// on the lines of their shared face fit together to a manifold, whatever is decided for other faces.
+// Every line of the faces is the outer side of one triangle, and no other side lies in a face: so cells that
+// agree on the lines of their shared face fit together to a manifold, whatever is decided for other faces.
 TEST(CellShapes, TrianglesHaveTheLinesAsOutlineAndNoOtherSideInAFace) {
     int fans = 0;
     for (const CellShape& shape : kShapes) {
@@ -182,8 +182,8 @@ TEST(CellShapes, TrianglesHaveTheLinesAsOutlineAndNoOtherSideInAFace) {
     EXPECT_EQ(fans, 116);
 }
 
-// The lines on a face depend on its four corners and on whether the face is joined, and on nothing else. Seen from
-// the other side they are the same, in the opposite direction.
+// The lines on a face depend on its four corners and on whether the face is joined, and on nothing else. Seen
+// from the other side they are the same, in the opposite direction.
 TEST(CellShapes, LinesDependOnTheFaceAlone) {
     for (int axis = 0; axis < 3; ++axis) {
         std::map<std::pair<unsigned, bool>, std::set<Line>> lines_of_face;

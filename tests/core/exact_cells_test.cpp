@@ -1,7 +1,7 @@
-// Surfaces with exact topology against straightforward marching cubes, cell by cell: the reference draws the lines
-// of each face by its definition, follows them to loops, and says which loops a tunnel joins. It shares no table,
-// decision or arithmetic with the library. Points and plain surfaces are compared with the classic algorithm
-// elsewhere.
+// Surfaces with exact topology against straightforward marching cubes, cell by cell: the reference draws
+// the lines of each face by its definition, follows them to loops, and says which loops a tunnel joins. It
+// shares no table, decision or arithmetic with the library. Points and plain surfaces are compared with
+// the classic algorithm elsewhere.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -134,7 +134,8 @@ using Tunnel = std::pair<std::size_t, std::size_t>;
 Tunnel tunnel_of(const std::array<std::int64_t, 8>& f, const std::vector<std::vector<int>>& loops) {
     if (loops.size() < 2 || !has_waist(f)) return {0, 0};
     if (loops.size() == 2) return {0, 1};
-    // The loop of six points is joined with the triangle around the corner that is inside, or the one outside.
+    // The loop of six points is joined with the triangle around the corner that
+    // is inside, or the one outside.
     const bool joins_inside = Determinants(f, 0).level() >= 0;
     Tunnel tunnel{0, 0};
     for (std::size_t i = 0; i < loops.size(); ++i) {

@@ -1,5 +1,5 @@
-// Surfaces with exact topology have the topology of the trilinear interpolant, which is computed here by Morse
-// theory, without cases, faces' decisions or triangles.
+// Surfaces with exact topology have the topology of the trilinear interpolant, which is computed here by
+// Morse theory, without cases, faces' decisions or triangles.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -76,8 +76,8 @@ int sign_of(const Number& x) {
     return sign;
 }
 
-// What the samples add to the Euler characteristic of the inside: the values around a sample on its three axes
-// that are higher are where its upper link begins.
+// What the samples add to the Euler characteristic of the inside: the values around a sample on its three
+// axes that are higher are where its upper link begins.
 int chi_of_sample(const Cube& cube, int x, int y, int z) {
     const std::int64_t f = cube.at(x, y, z);
     if (f < 0) return 0;
@@ -124,9 +124,9 @@ int chi_of_face(const Cube& cube, int x, int y, int z, std::size_t axis) {
     });
 }
 
-// The same for the saddles within a cell. With f = one + kx x + ... + kxy xy + ... + h xyz, these are at h x + kyz = sD/A,
-// h y + kxz = sD/B, h z + kxy = sD/C for s = -1 and 1, where D is the square root of ABC, and have the value
-// (E - 2 sD) / h^2.
+// The same for the saddles within a cell. With f = one + kx x + ... + kxy xy + ... + h xyz, these are at h x
+// + kyz = sD/A, h y + kxz = sD/B, h z + kxy = sD/C for s = -1 and 1, where D is the square root of ABC, and
+// have the value (E - 2 sD) / h^2.
 template <class Number>
 int chi_of_saddles(const std::array<std::int64_t, 8>& corners) {
     const auto f = [&](std::size_t v) { return Number(corners[v]); };
@@ -182,16 +182,17 @@ int chi_by_morse_theory(const Cube& cube) {
     return chi;
 }
 
-// Small values, all raised by 2^-15, so that ties go to the inside, and then moved by random amounts of less than 2^-45,
-// so that critical points are isolated. In units of 2^-60.
+// Small values, all raised by 2^-15, so that ties go to the inside, and then moved by random amounts of less
+// than 2^-45, so that critical points are isolated. In units of 2^-60.
 //
-// Neither changes which critical values are at least 0, and so it does not change the topology of the inside. Raising:
-// the values f have magnitudes of at most 5. The critical values of faces are d / al, with integers |al| <= 20. Those of
-// cells are (E - 2 sD) / h^2, and their product is H / h^2 with the integer H = (E^2 - 4 D^2) / h^2. So one that is not 0
-// is at least 1 / (|E| + 2 D) > 1 / 18000. Moving: a critical value can pass 0 only where the determinant of a face or H
-// does. Raised by e, these are polynomials in e with integers as coefficients. So they are 0 for every e or at least
-// e^2 / 2, and the amounts change them by less, H by 12,000 amounts at most. If they are 0 for every e, the interpolant
-// varies in fewer directions, and its critical values are ratios of small integers.
+// Neither changes which critical values are at least 0, and so it does not change the topology of the inside.
+// Raising: the values f have magnitudes of at most 5. The critical values of faces are d / al, with integers
+// |al| <= 20. Those of cells are (E - 2 sD) / h^2, and their product is H / h^2 with the integer H = (E^2 - 4
+// D^2) / h^2. So one that is not 0 is at least 1 / (|E| + 2 D) > 1 / 18000. Moving: a critical value can pass
+// 0 only where the determinant of a face or H does. Raised by e, these are polynomials in e with integers as
+// coefficients. So they are 0 for every e or at least e^2 / 2, and the amounts change them by less, H by
+// 12,000 amounts at most. If they are 0 for every e, the interpolant varies in fewer directions, and its
+// critical values are ratios of small integers.
 Cube without_ties(const Cube& cube, Random& random) {
     Cube moved = cube;
     for (std::int64_t& f : moved.f) {
@@ -212,8 +213,8 @@ int chi_with_ties(const Cube& cube, Random& random) {
     throw std::runtime_error("a hundred draws were degenerate");
 }
 
-// The pieces of the inside and of the outside of a cube, and the Euler characteristic of the inside, counted cell
-// by cell from what is decided for each.
+// The pieces of the inside and of the outside of a cube, and the Euler characteristic of the inside, counted
+// cell by cell from what is decided for each.
 struct CountedCells {
     int components = 0;  // of the surface
     int chi = 0;
@@ -239,7 +240,8 @@ bool joins_inside(const std::array<std::int64_t, 8>& f) {
 
 using Corners = std::array<std::int64_t, 8>;
 
-// How the corners of a cell are connected: inside and outside ones along edges and across the diagonals of faces.
+// How the corners of a cell are connected: inside and outside ones along edges and
+// across the diagonals of faces.
 struct ConnectedCorners {
     std::array<std::uint32_t, 8> sets{0, 1, 2, 3, 4, 5, 6, 7};
     // Of the inside on the cell's boundary: its Euler characteristic.
@@ -527,7 +529,8 @@ TEST(ExactTopologyOfCells, ConnectsWhatALatticeConnects) {
     EXPECT_GT(tunnels, 3);
 }
 
-// The same values in all types that hold them have the same topology, and so do values beside another isovalue.
+// The same values in all types that hold them have the same topology, and so do
+// values beside another isovalue.
 TEST(ExactTopologyOfShapes, DoesNotDependOnTheSampleType) {
     Random random(4);
     for (int i = 0; i < 300; ++i) {
@@ -582,8 +585,8 @@ TEST(ExactTopologyOfShapes, IsWithoutEffectWhereNothingIsAmbiguous) {
               mesh_hash(extract_isosurface(volume, 0)));
 }
 
-// Ties in which critical points easily coincide: if the values are moved by integers from -62 to 62 in units of 2^-26, 6 %
-// of the draws are degenerate.
+// Ties in which critical points easily coincide: if the values are moved by integers from -62 to 62 in units
+// of 2^-26, 6 % of the draws are degenerate.
 TEST(ExactTopologyOfShapes, IsTheSameHoweverTiesAreMovedApart) {
     constexpr std::array<int, 27> kInner{0,  -1, 0, 1,  -1, 1,  -1, -1, -1, 0, 1,  0, 0, -1,
                                          -1, 0,  0, -1, 0,  -1, -1, 0,  -1, 1, -1, 0, 0};

@@ -151,8 +151,8 @@ struct Edge {
     std::array<float, 2> samples{};
 };
 
-// Points never lie on samples, so rounding finds the ends of their edges. \pre a diagonal matrix, and spacings
-// that are powers of two
+// Points never lie on samples, so rounding finds the ends of their edges. \pre a diagonal matrix, and
+// spacings that are powers of two
 Edge edge_of(const Volume& volume, const Vec3f& point) {
     const auto& [dims, spacing, origin, direction] = volume.geometry();
     Edge edge;

@@ -1,4 +1,5 @@
-// The trust report and the estimate of noise, against closed forms and against surfaces that are extracted again.
+// The trust report and the estimate of noise, against closed forms and against
+// surfaces that are extracted again.
 #include <marrow/trust.h>
 
 #include <cmath>

@@ -1,4 +1,5 @@
-// Surfaces that stay on the device: another device of Vulkan, made for the same hardware, imports their memory.
+// Surfaces that stay on the device: another device of Vulkan, made for the same
+// hardware, imports their memory.
 #include <marrow/gpu.h>
 
 #include <unistd.h>

@@ -1,4 +1,5 @@
-// The extractor gives the CPU's mesh on the device, and after the device has failed. The tests use the first device.
+// The extractor gives the CPU's mesh on the device, and after the device has failed.
+// The tests use the first device.
 #include <gtest/gtest.h>
 
 #include <marrow/gpu.h>

@@ -1,5 +1,5 @@
-// Every call of Vulkan that can fail does so in its turn. The validation layer reports what is left behind when a
-// device is destroyed, so the tests end with a new device.
+// Every call of Vulkan that can fail does so in its turn. The validation layer reports what is left behind
+// when a device is destroyed, so the tests end with a new device.
 #include <marrow/gpu.h>
 
 #include <unistd.h>
@@ -13,8 +13,8 @@
 namespace marrow::test {
 namespace {
 
-// While this lives, call number n of a function of Vulkan, counted from 0, does nothing and fails. A device must have
-// been opened before, because that loads the functions.
+// While this lives, call number n of a function of Vulkan, counted from 0, does nothing and fails. A device
+// must have been opened before, because that loads the functions.
 template <auto* Function>
 class FailingCall;
 

@@ -97,7 +97,8 @@ TEST(GpuLimits, CopiesInPiecesHaveTheSameBytes) {
     }
 }
 
-// The blocks of 32 x 8 samples of a slice with samples on both sides of an isovalue: 2, or all inside: 1, or outside: 0.
+// The blocks of 32 x 8 samples of a slice with samples on both sides of an isovalue: 2,
+// or all inside: 1, or outside: 0.
 std::vector<int> states_of_blocks(const Volume& volume, std::int16_t isovalue) {
     const auto [nx, ny, nz] = volume.geometry().dims;
     const std::int16_t* samples = volume.samples<std::int16_t>();

@@ -114,7 +114,8 @@ TEST(EdgeCollapse, UndoesCollapsesOfRegionsToTheBit) {
     EXPECT_EQ(all.mesh.triangles, mesh.triangles);
 }
 
-// The edges inside of regions that are still queued must not be forgotten when one thread goes on with all edges.
+// The edges inside of regions that are still queued must not be forgotten when one
+// thread goes on with all edges.
 TEST(EdgeCollapse, GoesOnAfterRegionsToTheWantedNumber) {
     struct AcceptAll : internal::CollapseGuard {
         bool accept(std::span<const std::uint32_t>, std::span<const internal::PatchTriangle>) override {

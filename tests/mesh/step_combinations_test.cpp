@@ -279,8 +279,8 @@ TEST_F(VisibleHuman, StaysValidThroughEveryCombination) {
     }
 }
 
-// Lumps of labels, whose relaxed surfaces come close to each other: each sample has the label of about the nearest of
-// some points.
+// Lumps of labels, whose relaxed surfaces come close to each other: each sample has the label of
+// about the nearest of some points.
 Volume lumps(Random& random) {
     constexpr int kSize = 16, kLabels = 6, kPoints = 18;
     std::uniform_real_distribution<double> anywhere(0, kSize), noise(0, 6);
@@ -314,7 +314,8 @@ void expect_valid_labels(const Volume& map, int relax) {
 }
 
 TEST(Labels, StayValidWhenRelaxed) {
-    // After one pass or three, many points are at equal heights, and quads can be folded onto their neighbours.
+    // After one pass or three, many points are at equal heights, and quads can
+    // be folded onto their neighbours.
     for (unsigned seed = 0; seed < 60; ++seed) {
         Random random(seed);
         const Volume map =

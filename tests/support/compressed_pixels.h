@@ -54,8 +54,8 @@ inline std::string jpeg_segment(int marker, const std::string& content) {
            bytes_of(static_cast<std::uint16_t>(content.size() + 2), true) + content;
 }
 
-/// The start of a grey JPEG. Sizes from 0 to 16, or less, have codes of five bits. The only AC code is one zero
-/// bit: end of block.
+/// The start of a grey JPEG. Sizes from 0 to 16, or less, have codes of five bits. The only AC code
+/// is one zero bit: end of block.
 inline std::string jpeg_start(int frame_marker, int bits, int columns, int rows, char most = 16) {
     std::string dc = std::string(5, '\0') + static_cast<char>(most + 1) + std::string(11, '\0');
     for (char size = 0; size <= most; ++size) dc += size;
@@ -128,8 +128,8 @@ inline std::string flat_jpeg(int columns, int rows, const std::vector<int>& valu
            jpeg_scan(0, 0, 0x10, rest.bytes()) + "\xff\xd9";
 }
 
-/// A progressive JPEG of 16 x 8 samples, all 128, with this number of scans, at most 883. Each makes a decoder
-/// process the whole image.
+/// A progressive JPEG of 16 x 8 samples, all 128, with this number of scans, at most 883. Each makes a
+/// decoder process the whole image.
 inline std::string jpeg_of_many_scans(int scans) {
     std::string out = jpeg_start(0xc2, 8, 16, 8, 11);  // libjpeg knows no larger sizes
     out.insert(2, jpeg_segment(0xdb, std::string(1, '\0') + std::string(64, '\1')));

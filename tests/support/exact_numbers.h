@@ -1,5 +1,5 @@
-/// Numbers whose signs are never wrong: rounded ones with a bound of their error, and wide integers where that leaves
-/// doubt.
+/// Numbers whose signs are never wrong: rounded ones with a bound of their error, and wide
+/// integers where that leaves doubt.
 #pragma once
 
 #include <cmath>

@@ -87,8 +87,8 @@ double rough_with_holes(int i, int j) {
     return hole ? kUnknown : rough(i, j);
 }
 
-// Where the density is zero on the edge of a point. extract_isosurface keeps points 1/1024 of an edge, here 9.8 mm, away
-// from samples, but terrain goes through them. \pre the direction is the identity
+// Where the density is zero on the edge of a point. extract_isosurface keeps points 1/1024 of an edge, here
+// 9.8 mm, away from samples, but terrain goes through them. \pre the direction is the identity
 Vec3f exact_crossing(const Volume& density, const Vec3f& point) {
     const Geometry& g = density.geometry();
     std::array<std::int64_t, 3> first{};

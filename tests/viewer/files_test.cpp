@@ -176,8 +176,8 @@ TEST_F(BallViewer, WarnsAtExport) {
     EXPECT_TRUE(window->banner().contains("border of the scan"));
 }
 
-// A wall of bone that is too thin for the scan, in a box that is open on two sides. The command line looks for it
-// beside the surface as it was extracted, before the other component is removed.
+// A wall of bone that is too thin for the scan, in a box that is open on two sides. The command line looks
+// for it beside the surface as it was extracted, before the other component is removed.
 TEST_F(BallViewer, WarnsOfThinWallsAtExport) {
     write_nrrd(folder / "thin.nrrd", 40, 40, 24, [](int x, int y, int z) {
         const bool within = x > 6 && x < 33 && y > 6 && y < 33 && z > 6 && z < 17;

@@ -136,8 +136,8 @@ TEST(SliceContour, IsWhereTheMeshMeetsTheSlice) {
     }
 }
 
-// Ties join corners, and samples that are not finite leave them separated, on the surface and on the outline. All
-// slices are equal, so that there are no points within cells.
+// Ties join corners, and samples that are not finite leave them separated, on the surface and on the outline.
+// All slices are equal, so that there are no points within cells.
 TEST(SliceContour, DecidesAsTheSurfaceDoes) {
     const auto scan = noise({20, 20, 4}, kStraight, 8);
     Volume samples(scan->volume.geometry(), SampleType::float32);

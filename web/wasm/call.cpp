@@ -60,7 +60,8 @@ int fail(const std::string& message, int code) {
 EM_JS(int, marrow_progress, (double fraction), { return Module["onProgress"](fraction) ? 1 : 0; });
 
 Progress progress() {
-    // The other threads have no JavaScript of their own; the calling thread takes part in all loops and reports for them.
+    // The other threads have no JavaScript of their own; the calling thread takes part in
+    // all loops and reports for them.
     return [](double fraction) { return internal::pool_thread() != 0 || marrow_progress(fraction) != 0; };
 }
 
@@ -68,8 +69,8 @@ Progress progress() {
 
 extern "C" {
 
-/// Does the work of a request, JSON with the member `operation`. Returns 0, or the exit code of the command line, or -1:
-/// the module with codecs can do it.
+/// Does the work of a request, JSON with the member `operation`. Returns 0, or the exit code of the command
+/// line, or -1: the module with codecs can do it.
 EMSCRIPTEN_KEEPALIVE int marrow_call(const char* request) {
     using namespace marrow;
     using web::Json;

@@ -31,7 +31,8 @@ struct Encoding {
     const char* name;
 };
 
-// PS3.3, C.12.1.1.2. With code extensions, text begins in the first set, and escape sequences change to the others.
+// PS3.3, C.12.1.1.2. With code extensions, text begins in the first set, and escape
+// sequences change to the others.
 constexpr std::array kEncodings{Encoding{"ISO_IR 6", "us-ascii"},      Encoding{"ISO_IR 100", "iso-8859-1"},
                                 Encoding{"ISO_IR 101", "iso-8859-2"},  Encoding{"ISO_IR 109", "iso-8859-3"},
                                 Encoding{"ISO_IR 110", "iso-8859-4"},  Encoding{"ISO_IR 144", "iso-8859-5"},

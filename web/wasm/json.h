@@ -1,4 +1,5 @@
-/// How the face speaks with JavaScript: requests and answers are JSON, and large arrays are addresses in the memory.
+/// How the face speaks with JavaScript: requests and answers are JSON, and large
+/// arrays are addresses in the memory.
 #pragma once
 
 #include <array>

@@ -21,7 +21,8 @@ struct CheckCommandOptions {
 void add_options(Arguments& arguments, CheckCommandOptions& options);
 
 /// Checks all meshes and prints what was found; a mesh that cannot be read does not stop the others. Returns
-/// kUnreadable if one cannot be read, and with options.strict kCheckFailed if one is not sound or has thin walls.
+/// kUnreadable if one cannot be read, and with options.strict kCheckFailed if one
+/// is not sound or has thin walls.
 ExitCode run(const CheckCommandOptions& options, const Console& console, const std::atomic<bool>& stop);
 
 }  // namespace marrow::apps

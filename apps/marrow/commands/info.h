@@ -22,8 +22,8 @@ struct InfoCommandOptions {
 void add_options(Arguments& arguments, InfoCommandOptions& options);
 
 /// Inspects all inputs and prints what was found; an input that cannot be described does not stop the others.
-/// Returns the exit code of the first one that cannot. A scan that would be refused is described, too, but cannot
-/// have a picture.
+/// Returns the exit code of the first one that cannot. A scan that would be refused is described,
+/// too, but cannot have a picture.
 ExitCode run(const InfoCommandOptions& options, const Console& console, const std::atomic<bool>& stop);
 
 }  // namespace marrow::apps

@@ -12,7 +12,8 @@ namespace marrow::viewer {
 /// Whether all values are whole numbers because of the type.
 bool has_integers(const VolumeView& volume);
 
-/// The smallest number of the form 1, 2 or 5 times a power of ten that is not below `minimum`. \pre minimum > 0
+/// The smallest number of the form 1, 2 or 5 times a power of ten that is not
+/// below `minimum`. \pre minimum > 0
 double round_step(double minimum);
 
 /// Counts in bins of equal width, the first of which begins at `first`.
@@ -27,7 +28,8 @@ class Distribution {
     Distribution() = default;
     /// Approximates the values by a histogram with few bins.
     explicit Distribution(const Histogram& histogram);
-    /// Counts each integer, or fractions in bins so fine that they are not visible; `padding` as by histogram().
+    /// Counts each integer, or fractions in bins so fine that they are not
+    /// visible; `padding` as by histogram().
     Distribution(const VolumeView& volume, const Histogram& histogram, std::optional<double> padding = {});
 
     /// The bins from `lower` to `upper`, about `count` of them. Their width is a round number and their

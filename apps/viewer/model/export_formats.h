@@ -30,7 +30,8 @@ inline constexpr std::array<ExportFormat, 6> kExportFormats{{
     {".glb", "GLB, for the web, with name and colour"},
 }};
 
-/// The approximate size of the file, with how far the surface can be `trust`ed; nothing for compressed formats.
+/// The approximate size of the file, with how far the surface can be `trust`ed;
+/// nothing for compressed formats.
 std::optional<double> estimated_bytes(const std::string& extension, std::size_t points, std::size_t triangles,
                                       bool trust);
 /// The size as text, such as "12.3 MB".

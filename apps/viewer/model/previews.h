@@ -20,7 +20,8 @@ class Previews : public QObject {
     Previews(std::filesystem::path input, const ScanOptions& options, QObject* parent = nullptr);
 
     /// Starts to make the picture of a series: the middle slice of one of its volumes, as `marrow info
-    /// --picture` draws it, on a black square. Replaces an earlier request for the same series. A series that cannot be read gets none.
+    /// --picture` draws it, on a black square. Replaces an earlier request for the same series. A series
+    /// that cannot be read gets none.
     void request(int series, const SeriesReport& report, std::int64_t volume);
 
   signals:

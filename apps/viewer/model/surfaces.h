@@ -63,8 +63,8 @@ class Surfaces : public QObject {
     void measured(int id);
     void removed(int id);
     void failed(const QString& message);
-    /// What extracts has changed. `reason`, if it is not empty, is why the device failed; the CPU takes over until the
-    /// next scan.
+    /// What extracts has changed. `reason`, if it is not empty, is why the device failed; the CPU
+    /// takes over until the next scan.
     void device_changed(const QString& reason);
 
   private:

@@ -10,8 +10,8 @@
 
 namespace marrow::viewer {
 
-/// Dragging or clicking sets the isovalue, the wheel zooms. Arrow keys move by one step, page keys by ten. All
-/// of them choose isovalues between integer samples, so that the surface meets no sample.
+/// Dragging or clicking sets the isovalue, the wheel zooms. Arrow keys move by one step, page keys by ten.
+/// All of them choose isovalues between integer samples, so that the surface meets no sample.
 class HistogramBar : public QWidget {
     Q_OBJECT
   public:

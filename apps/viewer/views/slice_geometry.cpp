@@ -47,9 +47,9 @@ struct Face {
     float a, b, c, d;
 };
 
-// Whether two inside corners at the ends of a diagonal are joined, by the asymptotic decider: whether the bilinear
-// interpolant at its saddle is at least the isovalue. As on the surface, the decision is not rounded, ties join,
-// and beside a sample that is not finite corners stay separated.
+// Whether two inside corners at the ends of a diagonal are joined, by the asymptotic decider: whether the
+// bilinear interpolant at its saddle is at least the isovalue. As on the surface, the decision is not
+// rounded, ties join, and beside a sample that is not finite corners stay separated.
 bool joins(float inside_a, float inside_b, float outside_a, float outside_b, double isovalue) {
     const double a = inside_a - isovalue, b = inside_b - isovalue, c = outside_a - isovalue,
                  d = outside_b - isovalue;

@@ -182,7 +182,8 @@ Times Measurer::move_isovalue(double start) {
     return times;
 }
 
-// Without a graphics card, drawing takes most of the time. What remains is measured while the 3D view is hidden.
+// Without a graphics card, drawing takes most of the time. What remains is
+// measured while the 3D view is hidden.
 void Measurer::move_undrawn_and_drawn() {
     const double start = session_.current()->isovalue;
     window_.views()->show_alone(window_.slice_view(Plane::axial));

@@ -11,8 +11,8 @@
 
 namespace marrow::python {
 
-/// The mapping from positions to indices, for a volume whose index axes are parallel to axes of space: index m of a position
-/// p is p[axis[m]] * scale[m] + offset[m].
+/// The mapping from positions to indices, for a volume whose index axes are parallel to axes of space: index
+/// m of a position p is p[axis[m]] * scale[m] + offset[m].
 struct IndexMapping {
     std::array<std::int64_t, 3> dims;
     std::array<std::size_t, 3> axis{};  ///< the axis of space along which index axis m runs

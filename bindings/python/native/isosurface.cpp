@@ -38,8 +38,8 @@ py::tuple extract(const ArrayVolume& volume, double isovalue, bool closed, bool 
     }));
 }
 
-// An extractor that several Python threads may use, one after the other. It keeps the array alive. `device` is
-// as gpu::choose_device() takes it.
+// An extractor that several Python threads may use, one after the other. It keeps the array alive. `device`
+// is as gpu::choose_device() takes it.
 class ArrayExtractor {
   public:
     ArrayExtractor(const ArrayVolume& volume, bool closed, bool normals, double snap, bool topology,
@@ -98,8 +98,8 @@ class ArrayExtractor {
         return turn;
     }
 
-    // The mesh of an earlier call whose arrays are gone, so that its memory need not be touched for the first time again;
-    // otherwise a new one. At most one unused mesh is kept.
+    // The mesh of an earlier call whose arrays are gone, so that its memory need not be touched for the first
+    // time again; otherwise a new one. At most one unused mesh is kept.
     std::shared_ptr<Mesh> unused_mesh() {
         if (last_.use_count() != 1) last_ = std::make_shared<Mesh>();
         std::atomic_thread_fence(

@@ -13,7 +13,8 @@ namespace marrow::python {
 
 namespace {
 
-// The work that goes on in the whole process. It is never destroyed, because threads may use it until the process ends.
+// The work that goes on in the whole process. It is never destroyed, because threads may
+// use it until the process ends.
 class Running {
   public:
     void begin() {
@@ -30,8 +31,8 @@ class Running {
 
     bool is_shutting_down() const { return shutting_down_; }
 
-    // After it, threads that the interpreter abandons are not in the middle of C++ code. The limit is for a process that
-    // was forked while another thread worked: that thread is not there to end.
+    // After it, threads that the interpreter abandons are not in the middle of C++ code. The limit is for a
+    // process that was forked while another thread worked: that thread is not there to end.
     void shut_down() {
         std::unique_lock lock(mutex_);
         shutting_down_ = true;

@@ -1,4 +1,5 @@
-/// Runs long work without the interpreter's lock, so that Ctrl-C, progress and other Python threads go on meanwhile.
+/// Runs long work without the interpreter's lock, so that Ctrl-C, progress and other
+/// Python threads go on meanwhile.
 #pragma once
 
 #include <pybind11/pybind11.h>
@@ -12,13 +13,13 @@
 
 namespace marrow::python {
 
-/// Calls work(progress) on a thread of its own and waits for it without the interpreter's lock. Every 50 ms the calling
-/// thread takes the lock, handles signals, and calls `progress` with the fraction that is done, unless it is None. An
-/// exception from a signal handler or from `progress`, or its return value False, cancels the work: the exception goes on
-/// to the caller once the work has stopped.
+/// Calls work(progress) on a thread of its own and waits for it without the interpreter's lock. Every 50 ms
+/// the calling thread takes the lock, handles signals, and calls `progress` with the fraction that is done,
+/// unless it is None. An exception from a signal handler or from `progress`, or its return value False,
+/// cancels the work: the exception goes on to the caller once the work has stopped.
 ///
-/// No Python code runs on other threads: they could wait for a lock that the caller holds. \pre the caller holds the
-/// lock, and `work` touches no Python object
+/// No Python code runs on other threads: they could wait for a lock that the caller holds. \pre the caller
+/// holds the lock, and `work` touches no Python object
 void run_long_work(const pybind11::object& progress, const std::function<void(const Progress&)>& work);
 
 /// Returns function(progress), which run_long_work calls.
@@ -29,9 +30,9 @@ auto compute(const pybind11::object& progress, const Function& function) {
     return std::move(*result);
 }
 
-/// Runs a function on the thread that called run_long_work, which takes the interpreter's lock for it, and waits until it has
-/// returned. The work's own thread calls it. \throw Cancelled the function raised a Python exception, which then goes on
-/// to the caller as above
+/// Runs a function on the thread that called run_long_work, which takes the interpreter's lock for it, and
+/// waits until it has returned. The work's own thread calls it. \throw Cancelled the function raised a Python
+/// exception, which then goes on to the caller as above
 using CallPython = std::function<void(const std::function<void()>& function)>;
 
 /// As above, for work that needs Python in between.

@@ -1,4 +1,5 @@
-// The native module below the package `marrow`. It converts types and errors; the package is the public interface.
+// The native module below the package `marrow`. It converts types and errors; the
+// package is the public interface.
 #include "module.h"
 
 #include <marrow/version.h>

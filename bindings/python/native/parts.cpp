@@ -201,8 +201,8 @@ SharedSurfaceFile to_file(const py::tuple& file) {
             {file[4].cast<std::uint64_t>(), file[5].cast<std::uint64_t>()}};
 }
 
-// A file that appears with commit(). Python may keep it alive after an error, with the traceback, so discard() removes the
-// temporary file.
+// A file that appears with commit(). Python may keep it alive after an error, with the traceback, so
+// discard() removes the temporary file.
 class FileOfParts {
   public:
     FileOfParts(const std::filesystem::path& path, std::uint64_t points, std::uint64_t triangles,

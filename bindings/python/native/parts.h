@@ -23,7 +23,8 @@ using Index = std::array<std::int64_t, 3>;  ///< x, y, z
 /// The samples of a part, and those around it that it may read.
 class ArrayPart {
   public:
-    /// `array` [k, j, i] begins at index `array_first` of the whole volume, and the part, of `dims` samples, at `first`.
+    /// `array` [k, j, i] begins at index `array_first` of the whole volume, and the part,
+    /// of `dims` samples, at `first`.
     /// \throw InputError other arrays, or a part that is not within its array
     ArrayPart(pybind11::array array, const Index& array_first, const Index& first, const Index& dims,
               const Index& whole, const Vec3d& spacing, const Vec3d& origin, const Mat3d& direction)
@@ -69,8 +70,8 @@ pybind11::array to_array(Vector&& values) {
     return pybind11::array_t<T>(static_cast<pybind11::ssize_t>(owned.size()), owned.data(), capsule);
 }
 
-/// Copies an array of what Vector holds. Arrays that came from another process need not be aligned. \throw InputError
-/// the array has not whole elements
+/// Copies an array of what Vector holds. Arrays that came from another process need not be aligned.
+/// \throw InputError the array has not whole elements
 template <class Vector>
 Vector to_vector(const pybind11::handle& object) {
     using Element = typename Vector::value_type;

@@ -1,5 +1,5 @@
-// For each point, the largest range of the samples of a cell at its edge. The work is the same for each edge and goes in
-// batches, in plain loops that the compiler makes vectors of, once for each SIMD target.
+// For each point, the largest range of the samples of a cell at its edge. The work is the same for each edge
+// and goes in batches, in plain loops that the compiler makes vectors of, once for each SIMD target.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "point_values.cpp"
 #include <hwy/foreach_target.h>
@@ -40,8 +40,8 @@ HWY_INLINE std::int32_t below(double index) {
     return static_cast<std::int32_t>(index + 1) - 1;
 }
 
-// Finds the edges on which points lie. Two of a point's indices are integers, but for rounding; the edge runs along the
-// third axis. For points that are on no edge it is a nearby one.
+// Finds the edges on which points lie. Two of a point's indices are integers, but for rounding; the edge runs
+// along the third axis. For points that are on no edge it is a nearby one.
 void find_edges(const IndexMapping& mapping, const Vec3f* points, std::size_t count, GridEdges& edges) {
     std::int32_t nearest[3][kBatch];
     std::int32_t along[3][kBatch];  // where the edge starts if it runs along this axis
@@ -72,8 +72,8 @@ void find_edges(const IndexMapping& mapping, const Vec3f* points, std::size_t co
     }
 }
 
-// The samples around some edges: [v][u][end][edge]. The edge itself runs between the ends of [1][1], and [0] and [2] lie
-// before and after it along the other axes, u and v.
+// The samples around some edges: [v][u][end][edge]. The edge itself runs between the ends of [1][1], and [0]
+// and [2] lie before and after it along the other axes, u and v.
 template <class T>
 using Samples = T[3][3][2][kBatch];
 
@@ -105,7 +105,8 @@ class Grid {
         }
     }
 
-    // Asks for the rows around the edges in the next slice; edges before these have read those of the other slices.
+    // Asks for the rows around the edges in the next slice; edges before these have
+    // read those of the other slices.
     void prefetch(const GridEdges& edges, std::size_t count) const {
         for (std::size_t i = 0; i < count; ++i) {
             const T* next = at(edges, i) + (edges.first[2][i] + 1 < dims_[2] ? step_[2] : 0);
@@ -118,8 +119,8 @@ class Grid {
         return first_ + edges.first[0][i] + edges.first[1][i] * step_[1] + edges.first[2][i] * step_[2];
     }
 
-    // The distances in memory to the samples before and after along an axis. Beyond the border the nearest sample stands
-    // in: a cell of such samples has no larger range than the one beside it.
+    // The distances in memory to the samples before and after along an axis. Beyond the border the nearest
+    // sample stands in: a cell of such samples has no larger range than the one beside it.
     std::array<std::int64_t, 2> neighbours(const GridEdges& edges, std::size_t i, std::size_t axis) const {
         const std::int64_t index = edges.first[axis][i];
         return {index > 0 ? -step_[axis] : 0, index + 1 < dims_[axis] ? step_[axis] : 0};

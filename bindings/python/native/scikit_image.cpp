@@ -1,4 +1,5 @@
-// What scikit-image's marching_cubes returns beyond an isosurface: another winding, and a value for each point.
+// What scikit-image's marching_cubes returns beyond an isosurface: another
+// winding, and a value for each point.
 #include <pybind11/numpy.h>
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
@@ -62,8 +63,8 @@ std::pair<double, double> cell_range(const VolumeView& volume, const std::array<
     });
 }
 
-// Keeps the triangles of cells whose eight samples are not 0 in the mask, and their points. The cells that are left also
-// decide the values.
+// Keeps the triangles of cells whose eight samples are not 0 in the mask, and their points. The cells that
+// are left also decide the values.
 void keep_masked(const VolumeView& volume, const VolumeView& mask, Mesh& mesh, Buffer<float>& values) {
     const IndexMapping in_volume(volume.geometry), in_mask(mask.geometry);
     std::fill(values.begin(), values.end(), -1.0F);  // the point is not used

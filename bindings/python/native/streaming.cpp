@@ -69,8 +69,8 @@ std::pair<std::uint64_t, std::uint64_t> file_to_file(const std::filesystem::path
     });
 }
 
-// Calls read(first, last, out) on the calling thread. It fills `out`, an array [k, j, i] of the slices first <= k < last, and
-// must not keep it.
+// Calls read(first, last, out) on the calling thread. It fills `out`, an array [k, j, i] of the slices first
+// <= k < last, and must not keep it.
 std::pair<std::uint64_t, std::uint64_t> slices_to_file(const py::function& read, const Geometry& geometry,
                                                        const py::dtype& type, std::int64_t slices_at_once,
                                                        const Rescale& rescale, const FileOptions& options,

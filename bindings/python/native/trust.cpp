@@ -59,8 +59,8 @@ py::array_t<std::uint8_t> colours_of(const TrustReport& report, const std::vecto
     return result;
 }
 
-// `near_walls` is for each point whether it is near a thin wall, or None. `walls_restored` is None if no walls were looked
-// for.
+// `near_walls` is for each point whether it is near a thin wall, or None. `walls_restored` is
+// None if no walls were looked for.
 py::dict trust(const ArrayVolume& volume, const ArrayMesh& mesh, bool hounsfield,
                const std::optional<py::array_t<bool>>& near_walls, std::optional<bool> walls_restored,
                int threads, const py::object& progress) {

@@ -1,4 +1,5 @@
-/// Vectors and matrices as sequences of numbers in Python. Include it wherever a function takes or returns them.
+/// Vectors and matrices as sequences of numbers in Python. Include it wherever a
+/// function takes or returns them.
 #pragma once
 
 #include <pybind11/pybind11.h>

@@ -20,7 +20,8 @@ namespace marrow::python {
 
 namespace {
 
-// How an array lies in memory. Axis m of the view is axis `axes[m]` of the array; its step in bytes is positive.
+// How an array lies in memory. Axis m of the view is axis `axes[m]` of the array;
+// its step in bytes is positive.
 struct Layout {
     explicit Layout(const py::array& array) {
         const auto stride = [&](py::ssize_t axis) { return std::abs(array.strides(axis)); };
@@ -35,7 +36,8 @@ struct Layout {
         }
     }
 
-    // Whether a VolumeView can describe it: the samples of a row follow each other, and rows and slices do not overlap.
+    // Whether a VolumeView can describe it: the samples of a row follow each other, and
+    // rows and slices do not overlap.
     bool has_rows(py::ssize_t sample_bytes) const {
         if (size[0] > 1 && step[0] != sample_bytes) return false;
         py::ssize_t extent = size[0] * sample_bytes;

@@ -15,9 +15,9 @@ pybind11::dtype dtype_of(SampleType type);
 
 /// A view of an array's samples that keeps the array alive.
 ///
-/// Any axis can be the fastest in memory, and axes can run backward: the view's axes are sorted by stride, and its geometry
-/// is permuted and flipped with them, so that each sample keeps its position. Only arrays without rows are copied: where
-/// no axis has its samples next to each other, or where samples overlap.
+/// Any axis can be the fastest in memory, and axes can run backward: the view's axes are sorted by stride,
+/// and its geometry is permuted and flipped with them, so that each sample keeps its position. Only arrays
+/// without rows are copied: where no axis has its samples next to each other, or where samples overlap.
 class ArrayVolume {
   public:
     /// The array is indexed [k, j, i], and `placement` is the geometry of (i, j, k); its dims do not count.

@@ -8,16 +8,16 @@
 class vtkContourValues;
 
 /// Extracts isosurfaces of point scalars by marching cubes with histogram pyramids, with the methods of
-/// vtkFlyingEdges3D. The points are those of vtkFlyingEdges3D, but for the floats' last digits; the triangles leave no holes
-/// and no edge that more than two of them share.
+/// vtkFlyingEdges3D. The points are those of vtkFlyingEdges3D, but for the floats' last digits; the triangles
+/// leave no holes and no edge that more than two of them share.
 ///
-/// Samples are read where they are, without a copy: unsigned char, signed char, char, short, unsigned short, int, float or
-/// double, of one component, in VTK's standard memory layout. Any spacing, origin, extent and direction will do. The arrays of
-/// the output are Marrow's own, also without a copy, if there is one value.
+/// Samples are read where they are, without a copy: unsigned char, signed char, char, short, unsigned short,
+/// int, float or double, of one component, in VTK's standard memory layout. Any spacing, origin, extent and
+/// direction will do. The arrays of the output are Marrow's own, also without a copy, if there is one value.
 ///
-/// In a pipeline of pieces, as with MPI, each piece has the cells of its input that are not ghost cells, and each of its points
-/// and normals has the bits of the whole surface's. Normals at a piece's border need one ghost level, for which the filter asks.
-/// The output has no ghost cells.
+/// In a pipeline of pieces, as with MPI, each piece has the cells of its input that are not ghost cells, and
+/// each of its points and normals has the bits of the whole surface's. Normals at a piece's border need one
+/// ghost level, for which the filter asks. The output has no ghost cells.
 ///
 /// Abort requests and progress are handled during the work, on the thread that called Update().
 class VTKMARROW_EXPORT vtkMarrowContour : public vtkPolyDataAlgorithm {
@@ -47,21 +47,21 @@ class VTKMARROW_EXPORT vtkMarrowContour : public vtkPolyDataAlgorithm {
     vtkGetMacro(ComputeScalars, vtkTypeBool);
     vtkBooleanMacro(ComputeScalars, vtkTypeBool);
 
-    /// Global ids of points, which tell equal points of different pieces: numbers of the grid edges of the whole volume on which
-    /// they lie, and the same for any pieces. With several isovalues, the ids of the second follow those of the first, and so
-    /// on. Off by default.
+    /// Global ids of points, which tell equal points of different pieces: numbers of the grid edges of the
+    /// whole volume on which they lie, and the same for any pieces. With several isovalues, the ids of the
+    /// second follow those of the first, and so on. Off by default.
     vtkSetMacro(ComputeGlobalIds, vtkTypeBool);
     vtkGetMacro(ComputeGlobalIds, vtkTypeBool);
     vtkBooleanMacro(ComputeGlobalIds, vtkTypeBool);
 
-    /// Whether the surface is closed at the border of the whole volume, as if outside samples surrounded it; off by
-    /// default.
+    /// Whether the surface is closed at the border of the whole volume, as if outside samples
+    /// surrounded it; off by default.
     vtkSetMacro(Closed, vtkTypeBool);
     vtkGetMacro(Closed, vtkTypeBool);
     vtkBooleanMacro(Closed, vtkTypeBool);
 
-    /// Whether the surface has exactly the topology of the trilinear interpolant, as docs/algorithm.md describes; off by
-    /// default. It needs the whole volume in one piece, and has no global ids.
+    /// Whether the surface has exactly the topology of the trilinear interpolant, as docs/algorithm.md
+    /// describes; off by default. It needs the whole volume in one piece, and has no global ids.
     vtkSetMacro(ExactTopology, vtkTypeBool);
     vtkGetMacro(ExactTopology, vtkTypeBool);
     vtkBooleanMacro(ExactTopology, vtkTypeBool);

@@ -136,8 +136,8 @@ struct Slabs {
     ActiveWords active;
     const std::int64_t halo;  // slices in memory beside those of a slab
     const IndexToPhysical to_physical;
-    // With exact topology. Between the two readings only the rows that have such cells are kept, so that the memory does
-    // not depend on the surface.
+    // With exact topology. Between the two readings only the rows that have such cells are kept, so that the
+    // memory does not depend on the surface.
     std::optional<AmbiguousCells> ambiguous;
     const std::int64_t most_slices;  // in a slab
     const std::size_t sink_bytes_per_point;
@@ -154,15 +154,17 @@ struct Slabs {
     }
 
   private:
-    // Stencils reach one slice back and two ahead, and the last slice of points is made with the slab before it.
+    // Stencils reach one slice back and two ahead, and the last slice of points
+    // is made with the slab before it.
     static constexpr std::int64_t kHalo = 5;
-    // Five arrays are rounded up to huge pages of 2 MiB at both ends, which should be a small part of the memory.
+    // Five arrays are rounded up to huge pages of 2 MiB at both ends, which should
+    // be a small part of the memory.
     static constexpr std::size_t kRounding = std::size_t{5} * 2 * 2 << 20;
     static constexpr std::size_t kLeastForHugePages = 16 * kRounding;
 
     std::size_t fixed_memory(std::size_t reserved) const {
-        // RowCounts has four numbers per row, and the levels of the two pyramids above its rows add up to less than
-        // two bytes per row. Any row may have ambiguous cells.
+        // RowCounts has four numbers per row, and the levels of the two pyramids above its rows add up to
+        // less than two bytes per row. Any row may have ambiguous cells.
         const std::size_t bytes_per_row =
             4 * sizeof(std::uint32_t) + 2 + (options.topology ? sizeof(AmbiguousRow) : 0);
         return reserved + (huge_pages ? kRounding : 0) + bytes_per_row * window.bits().rows() +
@@ -227,7 +229,8 @@ struct SlabOutput {
     std::uint64_t most_ambiguous_cells() const { return (point_triangle_end - triangle_begin) / 2; }
 };
 
-// The bytes that a slab's output takes here and in the sink, with its ambiguous cells and as much for finding them.
+// The bytes that a slab's output takes here and in the sink, with its ambiguous
+// cells and as much for finding them.
 std::size_t output_bytes(const Slabs& s, const SlabOutput& slab) {
     const std::uint64_t cells = s.options.topology ? 2 * slab.most_ambiguous_cells() : 0;
     return cells * sizeof(AmbiguousCell) +

@@ -140,8 +140,8 @@ class CandidateSamples {
     CornerSamples<T> samples_;
 };
 
-// Calls found(cell, topology) for each candidate, in their order. Each asks for its samples a while before it is
-// decided: those of a large volume are not in the cache, and a miss takes longer than a decision.
+// Calls found(cell, topology) for each candidate, in their order. Each asks for its samples a while before it
+// is decided: those of a large volume are not in the cache, and a miss takes longer than a decision.
 template <class T, class Found>
 void decide(const VolumeView& volume, double isovalue, const Candidates& candidates, const Found& found) {
     constexpr std::size_t kAtOnce = CellBatch::kCells, kAhead = 2 * kAtOnce;
@@ -164,8 +164,9 @@ void decide(const VolumeView& volume, double isovalue, const Candidates& candida
     }
 }
 
-// The derivative of the samples at *p along an axis: central differences where the samples allow, else one-sided ones,
-// as for the normals of points on edges. `before` and `after` are the steps to the samples beside it, or 0.
+// The derivative of the samples at *p along an axis: central differences where the samples allow,
+// else one-sided ones, as for the normals of points on edges. `before` and `after` are the steps
+// to the samples beside it, or 0.
 template <class T>
 double slope(const T* p, std::int64_t before, std::int64_t after) {
     // Halved before the difference, so that it does not overflow.
@@ -243,8 +244,8 @@ void AmbiguousCells::find(std::int64_t slice, const std::uint64_t* masks) {
     Buffer<AmbiguousCell>& cells = slices_[static_cast<std::size_t>(slice)].cells;
     rows.clear();
     const Candidates candidates(bits_, slice, masks);
-    // Branches on what the samples decide would often be mispredicted. So each cell is written, and the next one
-    // overwrites it if it is not ambiguous.
+    // Branches on what the samples decide would often be mispredicted. So each cell is written, and the next
+    // one overwrites it if it is not ambiguous.
     cells.resize(candidates.cells.size() + 1);
     std::size_t found = 0;
     auto candidate_row = candidates.rows.begin();

@@ -1,8 +1,8 @@
 /// The cells whose topology the samples decide, for surfaces with exact topology.
 ///
 /// The inside bits find the few words that may have such cells, and everything else runs as without exact
-/// topology. What the samples decide is a function of the eight samples of a cell alone, and so the same for all
-/// threads and parts of a volume. It is decided when cells are counted, and kept for emission.
+/// topology. What the samples decide is a function of the eight samples of a cell alone, and so the same for
+/// all threads and parts of a volume. It is decided when cells are counted, and kept for emission.
 #pragma once
 
 #include <cstddef>
@@ -40,7 +40,8 @@ struct AmbiguousRow {
     std::uint32_t y;             ///< of the row, in its slice
     std::uint32_t cells_end;     ///< in its slice's cells; they begin where those of the row before end
     std::uint32_t inner_points;  ///< of the row's cells
-    /// How many triangles the samples add to those that the bits alone give (modulo 2^32, as there may be fewer).
+    /// How many triangles the samples add to those that the bits alone give
+    /// (modulo 2^32, as there may be fewer).
     std::uint32_t more_triangles;
 };
 
@@ -68,8 +69,8 @@ class AmbiguousCells {
     /// Writes the inner points of a row's cells, in the order of x, and their normals unless these are null.
     void emit_points(std::size_t row, std::span<const AmbiguousCell> cells, Vec3f* points,
                      Vec3f* normals) const;
-    /// Writes the triangles of a cell with inner points, which have ids from `first_inner` on. The others have the ids
-    /// `edge_ids`, by edge. Returns the end of what it wrote.
+    /// Writes the triangles of a cell with inner points, which have ids from `first_inner` on. The others
+    /// have the ids `edge_ids`, by edge. Returns the end of what it wrote.
     std::uint32_t* emit_triangles(std::size_t row, const AmbiguousCell& cell, const std::uint32_t* edge_ids,
                                   std::uint32_t first_inner, std::uint32_t* out) const;
 
@@ -102,7 +103,8 @@ class AmbiguousRows {
         if (cells != nullptr) find(from);
     }
 
-    /// Goes on to `row` or after it. Returns whether it has ambiguous cells. \pre `row` is not before that of the last call
+    /// Goes on to `row` or after it. Returns whether it has ambiguous cells. \pre `row` is
+    /// not before that of the last call
     bool reach(std::size_t row) { return row >= row_ && catch_up(row); }
     void advance();
 

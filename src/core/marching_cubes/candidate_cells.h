@@ -1,5 +1,5 @@
-/// Lists the cells in which the samples may decide the topology: those with an ambiguous face, or with two antipodal
-/// corners that differ from the other six.
+/// Lists the cells in which the samples may decide the topology: those with an ambiguous face, or with two
+/// antipodal corners that differ from the other six.
 #pragma once
 
 #include <cstddef>

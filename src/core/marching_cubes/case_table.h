@@ -10,8 +10,9 @@
 /// triangles, chosen so that no diagonal lies in a face: a neighbour could have the same diagonal there, and
 /// four triangles would meet at it.
 ///
-/// With exact topology, the samples decide which ambiguous faces join their inside corners instead. In a joined
-/// face the surface cuts off the two outside corners, and the same derivation makes the shapes of kShapes.
+/// With exact topology, the samples decide which ambiguous faces join their inside corners
+/// instead. In a joined face the surface cuts off the two outside corners, and the same
+/// derivation makes the shapes of kShapes.
 ///
 /// Bit v of a case is set if corner v is inside. core/grid/cell.h numbers corners and edges.
 #pragma once
@@ -60,8 +61,8 @@ struct alignas(64) RunningShape {
 /// How the surface passes through a cell in which some ambiguous faces join their inside corners.
 struct CellShape {
     static constexpr int kMaxTriangles = 12, kMaxLoops = 4;
-    /// The number, in `corners`, of the point inside the cell. Twelve cells out of a hundred such shapes have a
-    /// loop that no triangles without sides in the faces fill. It becomes a fan around this point.
+    /// The number, in `corners`, of the point inside the cell. Twelve cells out of a hundred such shapes have
+    /// a loop that no triangles without sides in the faces fill. It becomes a fan around this point.
     static constexpr std::uint8_t kInnerPoint = kCellEdges;
 
     std::uint16_t crossed = 0;  ///< bit e: edge e has a point
@@ -84,8 +85,9 @@ extern const std::array<RunningCase, 256> kRunningCases, kMirroredRunningCases;
 
 /// Bit f: face f of the case is ambiguous (the order of the faces is that of kFaceCorners).
 extern const std::array<std::uint8_t, 256> kAmbiguousFaces;
-/// The shapes of all cases. Those of case c begin at kFirstShape[c], in the order of their joined faces: bit k of
-/// a shape's place is set if the k-th ambiguous face is joined. So the first joins none, and is that of kCases.
+/// The shapes of all cases. Those of case c begin at kFirstShape[c], in the order of their joined
+/// faces: bit k of a shape's place is set if the k-th ambiguous face is joined. So the first
+/// joins none, and is that of kCases.
 inline constexpr int kShapeCount = 656;
 extern const std::array<std::uint16_t, 256> kFirstShape;
 extern const std::array<CellShape, kShapeCount> kShapes;

@@ -17,8 +17,8 @@ namespace marrow::internal::HWY_NAMESPACE {
 
 #if HWY_TARGET == HWY_AVX3_DL || HWY_TARGET == HWY_WASM
 
-// The samples around the 64 cells of a word: bit i of here_[r] is the sample at x = i in row r of RowBits, and of next_[r]
-// the sample at x = i + 1.
+// The samples around the 64 cells of a word: bit i of here_[r] is the sample at x = i in row r of RowBits,
+// and of next_[r] the sample at x = i + 1.
 class CellRows {
   public:
     CellRows(const RowBits& row, std::size_t w) {
@@ -37,8 +37,8 @@ class CellRows {
         return some & ~all;
     }
 
-    // Writes the indices into kRunningCases of those of the cells that `active` selects. Returns their end; 64 bytes
-    // more may be overwritten.
+    // Writes the indices into kRunningCases of those of the cells that `active` selects. Returns their end;
+    // 64 bytes more may be overwritten.
 #if HWY_TARGET == HWY_AVX3_DL
     HWY_INLINE std::uint8_t* list(std::uint64_t active, std::uint8_t* HWY_RESTRICT out) const {
         auto cases = hn::Zero(D());
@@ -127,8 +127,8 @@ class CellRows {
 #endif
         return hn::GetLane(hn::AndNot(all, some));
     }
-    // Writes the indices into kRunningCases of those of the cells that `active` selects. Returns their end; four bytes
-    // more may be overwritten.
+    // Writes the indices into kRunningCases of those of the cells that `active` selects. Returns their end;
+    // four bytes more may be overwritten.
     HWY_INLINE std::uint8_t* list(std::uint64_t active, std::uint8_t* HWY_RESTRICT out) const {
         return list_bits(active, out, [&](std::uint64_t left, std::uint8_t& cell_case) HWY_ATTR {
             cell_case = running_case(left & (~left + 1));

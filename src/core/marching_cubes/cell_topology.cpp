@@ -42,9 +42,9 @@ int determinant_sign(double a, double b, double c, double d) {
     return sign_of(lost_ad - lost_bc);
 }
 
-// Whether the two inside corners of an ambiguous face are joined, if rounded products do not show it: whether the
-// bilinear interpolant at its saddle, (inside product - outside product) / (a positive number), is at least the
-// isovalue. In a tie it is.
+// Whether the two inside corners of an ambiguous face are joined, if rounded products do not show it: whether
+// the bilinear interpolant at its saddle, (inside product - outside product) / (a positive number), is at
+// least the isovalue. In a tie it is.
 bool joins_in_doubt(const CellValues& values, unsigned face) {
     const auto& ring = kFaceCorners[face];
     std::array<double, 4> f{values[ring[0]], values[ring[1]], values[ring[3]], values[ring[2]]};
@@ -64,8 +64,8 @@ constexpr std::array<std::uint8_t, 256> kFirstInside = [] {
     return faces;
 }();
 
-// The place of a shape among those of its case, by the ambiguous faces and the joined ones: bit k is set if the k-th
-// ambiguous face is joined.
+// The place of a shape among those of its case, by the ambiguous faces and the joined ones: bit k is set if
+// the k-th ambiguous face is joined.
 constexpr std::array<std::array<std::uint8_t, 64>, 64> kShapePlace = [] {
     std::array<std::array<std::uint8_t, 64>, 64> places{};
     for (unsigned ambiguous = 0; ambiguous < 64; ++ambiguous) {
@@ -218,8 +218,8 @@ int level_sign(const OppositeFaces& s) {
     return exact_level_sign(TunnelTerms(s));
 }
 
-// Whether Cayley's hyperdeterminant is positive, and so every axis has two slices whose contour is a cross. In a
-// tie its growth decides, and then the growth of that, a square.
+// Whether Cayley's hyperdeterminant is positive, and so every axis has two slices whose contour is a cross.
+// In a tie its growth decides, and then the growth of that, a square.
 bool has_two_crosses(const OppositeFaces& s) {
     const RoundedTerms r(s);
     const Bounded hyperdeterminant = r.mixed * r.mixed - bounded(4) * (r.d0 * r.d1);
@@ -232,8 +232,8 @@ bool has_two_crosses(const OppositeFaces& s) {
     return exact_sign(difference) != 0;
 }
 
-// Whether the surface has a waist in the cell: on each axis both crosses lie in it. Then `tunnel` gets the signs of the
-// determinants of the faces across each axis.
+// Whether the surface has a waist in the cell: on each axis both crosses lie in it. Then `tunnel` gets the
+// signs of the determinants of the faces across each axis.
 bool has_waist(const CellValues& f, CellTopology::Tunnel& tunnel) {
     unsigned positive = 0;
     for (unsigned axis = 0; axis < 3; ++axis) {
@@ -262,8 +262,8 @@ unsigned corner_of_loop(const CellShape& shape, unsigned loop) {
 }
 
 // Chooses the loops that a tunnel joins, if there is one. Two loops are those. Of three, in a cell whose
-// corners all alternate, it joins the one of six points with the triangle around an inside corner or with that
-// around an outside corner. Any other loops are without a tunnel.
+// corners all alternate, it joins the one of six points with the triangle around an inside corner or with
+// that around an outside corner. Any other loops are without a tunnel.
 bool choose_loops(unsigned cell_case, const CellValues& f, const CellShape& shape,
                   CellTopology::Tunnel& tunnel) {
     tunnel.first_loop = 0;

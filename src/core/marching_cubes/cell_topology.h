@@ -1,10 +1,10 @@
 /// Decides how the surface of the trilinear interpolant passes through a cell.
 ///
-/// The inside bits alone do not say whether the two inside corners of an ambiguous face are joined, nor whether
-/// two parts of the surface in a cell are joined by a tunnel. The samples do: faces by the asymptotic decider
-/// (Nielson and Hamann 1991) without its division, tunnels by Cayley's hyperdeterminant. Every decision is
-/// exact, and ties have one rule: everything is decided as if the isovalue were lower by an infinitely small
-/// amount. So a tie joins the inside, as a sample that equals the isovalue is inside.
+/// The inside bits alone do not say whether the two inside corners of an ambiguous face are joined, nor
+/// whether two parts of the surface in a cell are joined by a tunnel. The samples do: faces by the asymptotic
+/// decider (Nielson and Hamann 1991) without its division, tunnels by Cayley's hyperdeterminant. Every
+/// decision is exact, and ties have one rule: everything is decided as if the isovalue were lower by an
+/// infinitely small amount. So a tie joins the inside, as a sample that equals the isovalue is inside.
 #pragma once
 
 #include <array>
@@ -17,8 +17,8 @@ namespace marrow::internal {
 
 /// The topology of the surface in a cell.
 struct CellTopology {
-    /// The loops of `shape` that a tunnel joins. Bit a of `positive_faces` is set if the determinants of the cell's
-    /// two faces across axis a, which have the same sign, are positive.
+    /// The loops of `shape` that a tunnel joins. Bit a of `positive_faces` is set if the determinants of the
+    /// cell's two faces across axis a, which have the same sign, are positive.
     struct Tunnel {
         std::uint8_t first_loop : 2 = 0, second_loop : 2 = 0, positive_faces : 3 = 0;
     };

@@ -24,8 +24,8 @@ struct RowCounts {
 
 /// Counts the points of the rows [row_begin, row_end) and marks their active words. Does not count triangles
 /// yet, because that takes the next rows: `counts.triangles` gets the number that count_triangles()
-/// subtracts. Unless `ambiguous` is null, it gets a mask like that of ActiveWords for each of these rows: the words with
-/// cells in which the samples may decide the topology.
+/// subtracts. Unless `ambiguous` is null, it gets a mask like that of ActiveWords for each of these rows: the
+/// words with cells in which the samples may decide the topology.
 void count_rows(const InsideBits& bits, std::size_t row_begin, std::size_t row_end, RowCounts& counts,
                 ActiveWords& active, std::uint64_t* ambiguous = nullptr);
 

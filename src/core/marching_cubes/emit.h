@@ -30,9 +30,9 @@ struct EmitInput {
 
 /// Writes the points of the rows [row_begin, row_end) to their positions in the whole output. Writes their
 /// normals and their fractions (the position of each point along its edge) too, unless these are null. Rows
-/// are ordered by (z, y). In a row come first the edges along x, then y, then z, each in order of x, and last the
-/// points inside the cells of the row. These have no fractions. Up to 16 values after the last fraction are
-/// overwritten.
+/// are ordered by (z, y). In a row come first the edges along x, then y, then z, each in order of x,
+/// and last the points inside the cells of the row. These have no fractions. Up to 16 values after the
+/// last fraction are overwritten.
 void emit_points(const EmitInput& input, std::size_t row_begin, std::size_t row_end, Vec3f* points,
                  Vec3f* normals, float* fractions = nullptr);
 

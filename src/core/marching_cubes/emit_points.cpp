@@ -27,8 +27,8 @@ using Staged = std::conditional_t<std::is_integral_v<T> && sizeof(T) <= 2, std::
 // The index of a sample, as wide as an address.
 using SampleIndex = std::conditional_t<sizeof(void*) == 4, std::int32_t, std::int64_t>;
 
-// The pointer, whose origin compilers do not see: so they do not add the place of an array in its object to each of the
-// small offsets from the pointer, which WebAssembly adds at no cost.
+// The pointer, whose origin compilers do not see: so they do not add the place of an array in its object to
+// each of the small offsets from the pointer, which WebAssembly adds at no cost.
 template <class Pointer>
 HWY_INLINE Pointer opaque(Pointer pointer) {
 #if HWY_TARGET == HWY_WASM
@@ -101,15 +101,16 @@ class PointBatch {
     static constexpr std::size_t kCapacity = 768;
     static constexpr std::size_t kAtOnce = 16;
     static constexpr std::size_t kAhead = 48;  // samples are prefetched this many edges ahead
-    // Room for the elements that note() stores beyond the last edge, for whole vectors, and for what is read ahead.
+    // Room for the elements that note() stores beyond the last edge, for whole
+    // vectors, and for what is read ahead.
     static constexpr std::size_t kRoom = kCapacity + kAhead;
     static_assert(kAtOnce <= kAhead && hn::MaxLanes(hn::ScalableTag<R>()) <= kAhead && kRoom % 16 == 0);
 
     using Range = std::array<std::int64_t, 2>;  // from the first to before the second
 
-    // Of each edge, eight numbers are fetched: the samples at its ends, and the slopes at the first and at the second end
-    // along x, y and z. Each has an array of its own. But in WebAssembly the numbers of kTogether edges are side by
-    // side, at small offsets from each other.
+    // Of each edge, eight numbers are fetched: the samples at its ends, and the slopes at the first and at
+    // the second end along x, y and z. Each has an array of its own. But in WebAssembly the numbers of
+    // kTogether edges are side by side, at small offsets from each other.
     static constexpr bool kSideBySide = HWY_TARGET == HWY_WASM;
     static constexpr std::size_t kTogether = kSideBySide ? hn::MaxLanes(hn::ScalableTag<R>()) : 1;
     static constexpr std::size_t kStride = kSideBySide ? kTogether : kRoom;  // between the numbers of an edge
@@ -172,8 +173,8 @@ class PointBatch {
         }
     }
 
-    // The indices along an axis at which edges lie within the volume, and their stencils within the samples that may
-    // be read. Stencils reach one sample back and two ahead.
+    // The indices along an axis at which edges lie within the volume, and their stencils within the samples
+    // that may be read. Stencils reach one sample back and two ahead.
     Range inner(std::size_t axis) const {
         const std::int64_t first = std::max<std::int64_t>(1 - below_[axis], 0);
         return {first, std::max(first, std::min(dims_[axis] + above_[axis] - 2, dims_[axis] - 1))};
@@ -233,8 +234,8 @@ class PointBatch {
     HWY_INLINE void stage_inner() {
         for (std::size_t k = 0; kPrefetches && k < kAhead; ++k) prefetch(k);
 #if HWY_TARGET == HWY_WASM
-        // There are no prefetches. But loads that nothing waits for overlap, so that the loop after them finds in the
-        // cache what no slice before needed. Vectors would be filled lane by lane.
+        // There are no prefetches. But loads that nothing waits for overlap, so that the loop after them
+        // finds in the cache what no slice before needed. Vectors would be filled lane by lane.
         S sum = 0;
 #pragma clang loop vectorize(disable)
         for (std::size_t k = 0; k < size_; ++k) sum += staged(samples_[first_[k] + 2 * stride_[2]]);
@@ -403,10 +404,10 @@ class PointBatch {
         if (HWY_UNLIKELY(!hn::AllTrue(d, defined))) set_along_edges(i, hn::Not(defined), normal);
     }
 
-    // In a thin wall or gap, central differences reach across to the other side and can turn the normal against
-    // the surface. Where the gradient along the edge is less than a quarter of the edge's own slope, this slope
-    // replaces it: at a sharp step, central differences still are a half of it. So no normal points inwards
-    // along its edge.
+    // In a thin wall or gap, central differences reach across to the other side and can turn the normal
+    // against the surface. Where the gradient along the edge is less than a quarter of the edge's own slope,
+    // this slope replaces it: at a sharp step, central differences still are a half of it. So no normal
+    // points inwards along its edge.
     HWY_INLINE void steepen_along_edges(std::size_t i, V (&gradient)[3]) const {
         const D d;
         const V difference = hn::Sub(load_end(1, i), load_end(0, i));

@@ -26,8 +26,8 @@ constexpr std::size_t kIds = 16;  // that are written for each cell: whole vecto
 
 #if HWY_TARGET == HWY_WASM
 
-// A RunningCase for shuffles: which bytes of the lower and of the upper four counters the first twelve ids consist of,
-// and what is added to these.
+// A RunningCase for shuffles: which bytes of the lower and of the upper four counters the first twelve ids
+// consist of, and what is added to these.
 struct alignas(64) EmittedCase {
     std::uint8_t lower[3][16], upper[3][16];
     std::uint32_t added[3][4];
@@ -171,16 +171,16 @@ HWY_INLINE std::uint8_t* list_cases(const ActiveWords& active_words, std::size_t
     return list;
 }
 
-// Writes the triangles of cells that follow each other in a row: a list of numbers into a table of cases or of shapes.
-// `end` is the end of the memory that may be written.
+// Writes the triangles of cells that follow each other in a row: a list of numbers into a table of cases or
+// of shapes. `end` is the end of the memory that may be written.
 template <class Number, class Entry>
 HWY_INLINE std::uint32_t* emit_cells(const Number* first, const Number* last, RunningIds& running_ids,
                                      const Entry* table, std::uint32_t* HWY_RESTRICT out,
                                      const std::uint32_t* end) {
     constexpr std::size_t kMost = std::is_same_v<Entry, RunningShape> ? RunningShape::kIds : kIds;
     RunningIds ids = running_ids;
-    // Each cell writes up to kMost ids, and the next cell overwrites those beyond its triangles. Near the end of the
-    // share this is not allowed, because another thread writes there.
+    // Each cell writes up to kMost ids, and the next cell overwrites those beyond its triangles. Near the end
+    // of the share this is not allowed, because another thread writes there.
     const Number* const fast_end =
         end - out >= static_cast<std::ptrdiff_t>(kMost) * (last - first) ? last : first;
     for (; first < fast_end; ++first) {
@@ -198,8 +198,8 @@ HWY_INLINE std::uint32_t* emit_cells(const Number* first, const Number* last, Ru
     return out;
 }
 
-// Writes the triangles of rows that have ambiguous cells. Their shapes take the places of their cases in the list, so
-// that only cells with inner points interrupt it.
+// Writes the triangles of rows that have ambiguous cells. Their shapes take the places of their cases in the
+// list, so that only cells with inner points interrupt it.
 class AmbiguousRowWriter {
   public:
     explicit AmbiguousRowWriter(const EmitInput& input)

@@ -27,8 +27,8 @@ class CellBatch {
     alignas(64) double corners[8][kCells] = {};
 };
 
-/// The signs of the determinants of a cell's faces, as far as rounding leaves no doubt. The determinant of face f is
-/// that of the ring kFaceCorners[f]: the product of its corners 0 and 2 minus that of the others.
+/// The signs of the determinants of a cell's faces, as far as rounding leaves no doubt. The determinant of
+/// face f is that of the ring kFaceCorners[f]: the product of its corners 0 and 2 minus that of the others.
 struct FaceSigns {
     static constexpr unsigned kNegative = 6, kNoWaist = 12;
 
@@ -36,7 +36,8 @@ struct FaceSigns {
 
     unsigned positive() const { return static_cast<unsigned>(bits) & 63; }
     unsigned negative() const { return static_cast<unsigned>(bits >> kNegative) & 63; }
-    /// In a waist, the determinants of opposite faces have the same sign, and their mixed determinant the other one.
+    /// In a waist, the determinants of opposite faces have the same sign, and their
+    /// mixed determinant the other one.
     bool may_have_waist() const { return (bits >> kNoWaist) == 0; }
 };
 

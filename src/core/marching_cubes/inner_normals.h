@@ -20,9 +20,9 @@ struct CellSlopes {
     std::array<Vec3d, 8> corners;
 };
 
-/// Computes the normals at up to eight points of a cell whose corners are at 0 and 1 on each axis. They have the direction
-/// of what lies between the gradients at the corners. Where there are none, or that would turn the surface over, they have
-/// the direction of the interpolant's gradient. The same on every SIMD target.
+/// Computes the normals at up to eight points of a cell whose corners are at 0 and 1 on each axis. They have
+/// the direction of what lies between the gradients at the corners. Where there are none, or that would turn
+/// the surface over, they have the direction of the interpolant's gradient. The same on every SIMD target.
 void inner_normals(const CellSlopes& cell, const Vec3d* points, std::size_t count,
                    const IndexToPhysical& to_physical, Vec3f* normals);
 

@@ -105,8 +105,8 @@ void add_band(const LoopEdges& loop, const Band& band, TunnelTriangles& triangle
     }
 }
 
-// The surface runs around the tunnel: seen along it, one loop is clockwise, and the other counter-clockwise. So
-// their bands go around the ring in opposite directions.
+// The surface runs around the tunnel: seen along it, one loop is clockwise, and the other counter-clockwise.
+// So their bands go around the ring in opposite directions.
 void add_tunnel(const CellTopology& topology, const CellValues& f, TunnelTriangles& triangles) {
     const auto ring = tunnel_points(topology.tunnel, f);
     const LoopEdges first(*topology.shape, topology.tunnel.first_loop),

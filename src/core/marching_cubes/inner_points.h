@@ -13,13 +13,13 @@ namespace marrow::internal {
 
 /// The points inside a cell whose corners are at 0 and 1 on each axis. Returns how many there are.
 ///
-/// A fan has its point near the middle of its loop, moved towards the surface. A tunnel has a hexagon of points
-/// that lie on the surface where the slices with a cross meet.
+/// A fan has its point near the middle of its loop, moved towards the surface. A tunnel has a hexagon of
+/// points that lie on the surface where the slices with a cross meet.
 int place_inner_points(const CellTopology& topology, const CellValues& values,
                        std::array<Vec3d, CellTopology::kTunnelPoints>& points);
 
-/// The triangles of a cell with a tunnel. Numbers below kCellEdges are edges; higher ones, less kCellEdges, inner
-/// points.
+/// The triangles of a cell with a tunnel. Numbers below kCellEdges are edges; higher ones,
+/// less kCellEdges, inner points.
 struct TunnelTriangles {
     static constexpr std::size_t kMost = 22;
 

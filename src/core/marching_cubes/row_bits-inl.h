@@ -93,8 +93,8 @@ HWY_INLINE Element* list_bits(std::uint64_t bits, Element* HWY_RESTRICT out, con
     return end;
 }
 
-// Writes `first` plus the index of each set bit of a word to `out`, in ascending order. Returns the end of these
-// numbers. Up to 16 elements after it are overwritten.
+// Writes `first` plus the index of each set bit of a word to `out`, in ascending order. Returns the end of
+// these numbers. Up to 16 elements after it are overwritten.
 HWY_INLINE std::uint32_t* list_indices(std::uint64_t bits, std::uint32_t first,
                                        std::uint32_t* HWY_RESTRICT out) {
 #if HWY_TARGET == HWY_AVX3_DL
@@ -181,8 +181,8 @@ HWY_INLINE WordVec may_have_antipodes(const CellVecs& cells) {
                   hn::AndNot(hn::Or(x[0], x[3]), hn::And(x[1], x[2])));
 }
 
-// The cells with two antipodal corners that differ from the other six: of the edges along y and z, too, only those
-// that end at one of the two are crossed.
+// The cells with two antipodal corners that differ from the other six: of the edges along y and z, too, only
+// those that end at one of the two are crossed.
 HWY_INLINE WordVec have_antipodes(const CellVecs& cells) {
     const auto& c = cells.corners;
     const WordVec x[4] = {hn::Xor(c[0], c[1]), hn::Xor(c[2], c[3]), hn::Xor(c[4], c[5]), hn::Xor(c[6], c[7])};

@@ -16,8 +16,8 @@
 HWY_BEFORE_NAMESPACE();
 namespace marrow::internal::HWY_NAMESPACE {
 
-// A crossed edge of a row in 32 bits: its axis, and one more than the x of the sample at which it starts, which is -1
-// if it enters the volume.
+// A crossed edge of a row in 32 bits: its axis, and one more than the x of the sample at which it starts,
+// which is -1 if it enters the volume.
 struct EdgeCode {
     static constexpr unsigned kAxisShift = 30;
     static constexpr std::uint32_t kPlaceMask = (std::uint32_t{1} << kAxisShift) - 1;

@@ -1,4 +1,5 @@
-// Finds the shortest bands by dynamic programming over the points of a loop, with a start in each lane of vectors.
+// Finds the shortest bands by dynamic programming over the points of a loop, with a
+// start in each lane of vectors.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "core/marching_cubes/tunnel_bands.cpp"
 #include <hwy/foreach_target.h>

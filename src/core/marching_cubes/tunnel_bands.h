@@ -9,9 +9,9 @@
 
 namespace marrow::internal {
 
-/// A band of triangles between a loop and the ring of a tunnel's points. From each point of the loop it takes up
-/// to two steps along the ring, and then the one along the loop. So no point of either is linked to all points
-/// of the other, and the band is a manifold whatever the positions are.
+/// A band of triangles between a loop and the ring of a tunnel's points. From each point of the loop it takes
+/// up to two steps along the ring, and then the one along the loop. So no point of either is linked to all
+/// points of the other, and the band is a manifold whatever the positions are.
 struct Band {
     static constexpr std::size_t kRing = CellTopology::kTunnelPoints;
     /// The squared distances of the points of a loop from those of the ring.
@@ -35,8 +35,8 @@ struct BandsOfStarts {
     alignas(64) double steps[2][kCellEdges][kPlaces][kStarts];
 };
 
-/// The shortest band in each of the two directions around the ring, for a loop of `size` points. Among several, it is that
-/// of the least start. The same on every SIMD target.
+/// The shortest band in each of the two directions around the ring, for a loop of `size` points. Among
+/// several, it is that of the least start. The same on every SIMD target.
 std::array<Band, 2> shortest_bands(const Band::Distances& squared, std::size_t size);
 
 }  // namespace marrow::internal

@@ -217,8 +217,8 @@ void append(std::vector<NumberedRun>& runs, const NumberedRun& run) {
 }
 
 // The cells that an extraction has before those of its part, along each axis. With them, all triangles around
-// the points that the part owns are known. The part has their samples already, for normals; only the normals of
-// the points that come with these cells are not right.
+// the points that the part owns are known. The part has their samples already, for normals; only the normals
+// of the points that come with these cells are not right.
 using CellsBefore = std::array<std::int64_t, 3>;
 
 PartExtent with_cells_before(const PartExtent& part, const CellsBefore& before) {

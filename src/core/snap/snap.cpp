@@ -105,8 +105,8 @@ std::size_t snap_once(const EmitInput& input, const SnapExceptions& exceptions, 
 
 }  // namespace
 
-// Without snapping, the surface does not pass through itself. So it is made again, with more and more exceptions
-// around the places where it does.
+// Without snapping, the surface does not pass through itself. So it is made again, with more and more
+// exceptions around the places where it does.
 std::size_t snap(const EmitInput& input, double limit, bool normals, const Progress& progress, Mesh& mesh) {
     SnapExceptions exceptions(input);
     std::size_t bytes = snap_once(input, exceptions, limit, normals, sub_progress(progress, 0, 0.5), mesh);

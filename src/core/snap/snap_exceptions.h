@@ -14,16 +14,16 @@
 
 namespace marrow::internal {
 
-/// Snapped surfaces can pass through each other where two walls are close. Around the samples of one set, points
-/// do not merge. Around those of another, caps are not widened either. Points that only move along their edges
-/// leave the surface valid: it is that of other samples with the same inside bits.
+/// Snapped surfaces can pass through each other where two walls are close. Around the samples of one set,
+/// points do not merge. Around those of another, caps are not widened either. Points that only move along
+/// their edges leave the surface valid: it is that of other samples with the same inside bits.
 class SnapExceptions {
   public:
     explicit SnapExceptions(const EmitInput& input)
         : input_(input), to_index_(inverse(input.to_physical.exact)) {}
 
-    /// Adds the samples nearest to the corners of a triangle, and those up to `rings` further away: to the first
-    /// set, and those that are there already to the second.
+    /// Adds the samples nearest to the corners of a triangle, and those up to `rings` further away: to the
+    /// first set, and those that are there already to the second.
     void add(const Mesh& mesh, const Triangle& triangle, std::int64_t rings);
 
     std::size_t size() const { return unmerged_.size() + unwidened_.size(); }

@@ -17,8 +17,8 @@ namespace marrow::internal::HWY_NAMESPACE {
 // the cells around an edge: without it, writing the meshes takes a fifth longer.
 //
 // Quads wait until a row is complete, or some hundreds are together. Their number varies from word to word of
-// the edges' bits, so a loop over the quads of one word would end in a mispredicted branch. The order within a
-// row depends on this row alone: parts of whole rows write it as the whole does.
+// the edges' bits, so a loop over the quads of one word would end in a mispredicted branch. The order within
+// a row depends on this row alone: parts of whole rows write it as the whole does.
 class QuadEmitter {
   public:
     QuadEmitter(const SurfaceNet& net, bool mirrored, TriangleWriter* writers)

@@ -1,4 +1,5 @@
-// Extracts the surfaces of the labels of a part from the samples around it, and keeps what begins in its rows.
+// Extracts the surfaces of the labels of a part from the samples around it, and
+// keeps what begins in its rows.
 #include <marrow/label_parts.h>
 
 #include <algorithm>
@@ -93,7 +94,8 @@ class Selection {
     std::vector<std::uint32_t> index_;
 };
 
-// The triangles of a label that begin in the part's own rows, and their points. `net_points` still counts in the net.
+// The triangles of a label that begin in the part's own rows, and their points.
+// `net_points` still counts in the net.
 LabelPart::Surface own_surface(const Mesh& mesh, const Buffer<std::uint32_t>& net_points,
                                const std::vector<Origin>& origins, const OwnRows& rows,
                                const LabelPartKeys& keys) {

@@ -1,5 +1,5 @@
-// Finds folds by looking at all triangles of each edge, and moves their corners back by half of their path, three
-// quarters, and so on to the start.
+// Finds folds by looking at all triangles of each edge, and moves their corners back by half of their path,
+// three quarters, and so on to the start.
 #include "folds.h"
 
 #include <algorithm>

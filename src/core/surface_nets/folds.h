@@ -13,17 +13,17 @@
 
 namespace marrow::internal {
 
-/// Folds: edges where two triangles lie on each other. A fold passes through nothing, but the surface of another label
-/// that begins at the edge is then on the wrong side of one of the two triangles.
+/// Folds: edges where two triangles lie on each other. A fold passes through nothing, but the surface of
+/// another label that begins at the edge is then on the wrong side of one of the two triangles.
 class Folds {
   public:
     /// Lists the edges of a net. Only its points may change later.
     explicit Folds(Mesh& net);
 
-    /// Moves the corners of both triangles back along straight paths, towards the positions that they came from, until
-    /// there are no folds except those that there were at the start. Returns how many points it moved.
-    /// `start` returns the positions at the start, which it keeps; it is called only if they are needed.
-    /// The result does not depend on the number of threads.
+    /// Moves the corners of both triangles back along straight paths, towards the positions that they came
+    /// from, until there are no folds except those that there were at the start. Returns how many points it
+    /// moved. `start` returns the positions at the start, which it keeps; it is called only if they are
+    /// needed. The result does not depend on the number of threads.
     std::size_t open(const std::function<std::span<const Vec3f>()>& start);
 
   private:

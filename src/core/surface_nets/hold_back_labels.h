@@ -12,9 +12,9 @@
 
 namespace marrow::internal {
 
-/// Where the net would pass through itself or be folded, points go back towards where they were before relaxation, in the
-/// meshes of all labels that share them, and are counted. The net has `points` points. `before_relaxation` returns their
-/// positions then; it is called at most once.
+/// Where the net would pass through itself or be folded, points go back towards where they were before
+/// relaxation, in the meshes of all labels that share them, and are counted. The net has `points` points.
+/// `before_relaxation` returns their positions then; it is called at most once.
 void hold_back_labels(LabelMeshes& labels, std::size_t points,
                       const std::function<Buffer<Vec3f>()>& before_relaxation, const Progress& progress);
 

@@ -10,7 +10,8 @@
 
 namespace marrow::internal {
 
-/// The meshes of labels, for each of their points its index in the net, and how many of their points were held back.
+/// The meshes of labels, for each of their points its index in the net, and how many
+/// of their points were held back.
 struct LabelMeshes {
     std::vector<Mesh> meshes;
     std::vector<Buffer<std::uint32_t>> net_points;

@@ -8,7 +8,8 @@
 
 namespace marrow::internal {
 
-/// Gives the points of surfaces unit normals: the sum of the normals of the triangles around each, weighted by area.
+/// Gives the points of surfaces unit normals: the sum of the normals of the triangles
+/// around each, weighted by area.
 void add_label_normals(std::vector<LabelSurface>& surfaces, const Progress& progress);
 
 }  // namespace marrow::internal

@@ -1,4 +1,5 @@
-/// The keys by which points of different parts are the same, and by which points and triangles are ordered as in the whole.
+/// The keys by which points of different parts are the same, and by which points and
+/// triangles are ordered as in the whole.
 #pragma once
 
 #include <algorithm>
@@ -29,7 +30,8 @@ class LabelPartKeys {
         return (number > 0 ? std::uint64_t{1} << 63 : 0) | (index(cell) * kPoints + number);
     }
 
-    /// A point of a label. As slabs write them, those of two-label cells come before those of multi-label cells.
+    /// A point of a label. As slabs write them, those of two-label cells come
+    /// before those of multi-label cells.
     std::uint64_t label_point(const Index3& cell, bool multi_label, std::uint64_t number) const {
         const Index3 in_slab{cell[0], cell[1], cell[2] % SlabOfCells::kSlices};
         const std::uint64_t run =
@@ -59,8 +61,8 @@ class LabelPartKeys {
     const std::uint64_t nx_, ny_;  // cells
 };
 
-/// The row (j, k) of samples in which the edge of a triangle begins, given the cells of its corners. These are around the edge,
-/// and one of them has the highest j and k.
+/// The row (j, k) of samples in which the edge of a triangle begins, given the cells of its corners. These
+/// are around the edge, and one of them has the highest j and k.
 struct EdgeRow {
     std::int64_t j, k;
 

@@ -1,4 +1,5 @@
-// Merges the surfaces of labels from parts: points by their keys, and triangles by the rows in which they begin.
+// Merges the surfaces of labels from parts: points by their keys, and triangles
+// by the rows in which they begin.
 #include <marrow/label_parts.h>
 
 #include <algorithm>

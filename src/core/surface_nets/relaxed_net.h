@@ -16,7 +16,8 @@ struct RelaxedNet {
     LabelIndex background;  ///< of the labels of the net
 };
 
-/// Makes the net of a map and relaxes it. \throw as extract_labels \pre the volume and the options were checked
+/// Makes the net of a map and relaxes it. \throw as extract_labels \pre the
+/// volume and the options were checked
 RelaxedNet make_relaxed_net(const VolumeView& map, const LabelOptions& options, const Progress& progress);
 
 }  // namespace marrow::internal

@@ -44,8 +44,8 @@ struct WindowValues {
     }
 };
 
-// The middle of the shortest interval that contains a fifth of the values. It is the mode, also where larger values
-// are frequent, as those of windows that contain an edge.
+// The middle of the shortest interval that contains a fifth of the values. It is the mode, also where larger
+// values are frequent, as those of windows that contain an edge.
 double mode(std::vector<double>& values) {
     std::sort(values.begin(), values.end());
     const std::size_t share = std::max<std::size_t>(values.size() / 5, 1) - 1;

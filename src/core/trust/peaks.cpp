@@ -1,5 +1,5 @@
-// Compares samples with those before and after them, in plain loops that the compiler makes vectors of, once for each
-// SIMD target.
+// Compares samples with those before and after them, in plain loops that the compiler makes vectors
+// of, once for each SIMD target.
 #include "peaks.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -21,7 +21,8 @@ namespace marrow::internal::HWY_NAMESPACE {
 
 constexpr std::int64_t kBlock = 64;
 
-// By value, unlike std::min and std::max, so that loops of them become vectors. A NaN counts only if it comes first.
+// By value, unlike std::min and std::max, so that loops of them become vectors. A NaN
+// counts only if it comes first.
 template <class T>
 HWY_INLINE T lower(T a, T b) {
     return b < a ? b : a;
@@ -115,8 +116,8 @@ class PeakRow {
         return find(line + kReach, x, std::min(kBlock, size_ - x));
     }
 
-    // Asks for the samples of the next row, which are seldom in the cache yet: most rows have their peaks beside those of
-    // the row before.
+    // Asks for the samples of the next row, which are seldom in the cache yet: most rows have their peaks
+    // beside those of the row before.
     HWY_INLINE void prefetch_next_row(std::int64_t x) const {
         for (const T* row : next_rows_) {
             for (std::int64_t i = 0; i < kBlock; i += kLine) hwy::Prefetch(row + x + i);

@@ -15,9 +15,9 @@ struct RidgeNormal {
 };
 
 /// The direction in which a field with these second derivatives falls off most steeply on both sides: the
-/// eigenvector of the lowest eigenvalue. None if there is no such direction. The ridge is a sheet if the largest
-/// eigenvalue is at most half as large as the lowest one, which is negative: else the field rises along the ridge, as it
-/// does between two bodies that nearly touch and beside a sharp edge.
+/// eigenvector of the lowest eigenvalue. None if there is no such direction. The ridge is a sheet if the
+/// largest eigenvalue is at most half as large as the lowest one, which is negative: else the field rises
+/// along the ridge, as it does between two bodies that nearly touch and beside a sharp edge.
 inline std::optional<RidgeNormal> ridge_normal(Mat3d h) {
     // Jacobi's method: rotations that make one off-diagonal element 0 after the other.
     Mat3d vectors{Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}};

@@ -102,14 +102,15 @@ class RidgeTest {
     }
 
   private:
-    // Chosen on phantoms and on a head (docs/accuracy.md). The contrast of a wall over its higher side is at least so
-    // many standard deviations of the noise, and a part of what it would take to reach the isovalue: the sheet of a wall
-    // has more than soft tissue in fat, and the rim may have less, because what it ends at raises its sides. A wall
-    // that exceeds the isovalue by less than the last part has holes between the samples.
+    // Chosen on phantoms and on a head (docs/accuracy.md). The contrast of a wall over its higher side
+    // is at least so many standard deviations of the noise, and a part of what it would take to reach
+    // the isovalue: the sheet of a wall has more than soft tissue in fat, and the rim may have less,
+    // because what it ends at raises its sides. A wall that exceeds the isovalue by less than the last
+    // part has holes between the samples.
     static constexpr double kLeastInNoise = 5, kSheetContrast = 0.5, kRimContrast = 0.4, kMostContrast = 1.1;
 
-    // The contrast of a peak along an axis, as a part of what it would take to reach the isovalue; 0: no peak. Of two
-    // equal samples, the second is the peak.
+    // The contrast of a peak along an axis, as a part of what it would take to reach the isovalue; 0: no
+    // peak. Of two equal samples, the second is the peak.
     double peak_contrast(const std::array<std::int64_t, 3>& index, double value, std::size_t axis) const {
         const T* const sample = profile_.at(index);
         const std::int64_t pitch = profile_.pitches[axis];

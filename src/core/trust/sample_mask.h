@@ -19,8 +19,8 @@ struct SampleBox {
     std::array<std::int64_t, 3> lower, upper;
 };
 
-/// The samples of the cells that touch a position, as far as they are in the volume. The position is an index. It may be
-/// rounded: a position very close to a sample is on it.
+/// The samples of the cells that touch a position, as far as they are in the volume. The position is an
+/// index. It may be rounded: a position very close to a sample is on it.
 inline SampleBox samples_at(const Vec3d& index, const std::array<std::int64_t, 3>& dims) {
     constexpr double kRounding = 0.01;
     SampleBox box;
@@ -113,8 +113,8 @@ class SampleMask {
         if (dims_[0] % 64 != 0) row[words_per_row_ - 1] &= ~(~std::uint64_t{0} << dims_[0] % 64);
     }
 
-    // Of `count` rows from `first` on, joins each piece of `step` rows with those before and after it. Rows that stay
-    // empty are not touched, so that they take no memory.
+    // Of `count` rows from `first` on, joins each piece of `step` rows with those before and after it. Rows
+    // that stay empty are not touched, so that they take no memory.
     void dilate_pieces(std::size_t first, std::size_t step, std::size_t count) {
         const auto width = static_cast<std::size_t>(words_per_row_);
         std::vector<std::uint64_t> before(step * width), own(step * width);

@@ -62,8 +62,8 @@ SampleMask beside_surface(const VolumeView& volume, std::span<const Vec3f> point
     return mask;
 }
 
-// The ridges among the candidates of a slice that have a neighbour inside the surface. The words of candidates then hold
-// the peaks of all their samples instead.
+// The ridges among the candidates of a slice that have a neighbour inside the surface. The words of
+// candidates then hold the peaks of all their samples instead.
 template <class T>
 std::vector<Ridge> first_ridges(const VolumeView& volume, const RidgeTest<T>& ridge_at,
                                 SampleMask& candidates, std::int64_t z) {
@@ -94,8 +94,8 @@ std::vector<Ridge> first_ridges(const VolumeView& volume, const RidgeTest<T>& ri
     return found;
 }
 
-// Follows walls from the first ridges to neighbouring sheets, adds the ridges among at least three sheets, and orders
-// all. Where a word of `peaks` has any, it has all: other samples of the word are no ridges.
+// Follows walls from the first ridges to neighbouring sheets, adds the ridges among at least three sheets,
+// and orders all. Where a word of `peaks` has any, it has all: other samples of the word are no ridges.
 template <class T>
 void follow_walls(const RidgeTest<T>& ridge_at, const SampleMask& peaks, const Index& dims,
                   std::vector<Ridge>& ridges) {
@@ -129,8 +129,8 @@ void follow_walls(const RidgeTest<T>& ridge_at, const SampleMask& peaks, const I
               [](const Ridge& a, const Ridge& b) { return is_before(a.sample.index, b.sample.index); });
 }
 
-// Calls f(i, k) for all neighbouring ridges with k < i. They are ordered, so those before a ridge are the last one and those
-// in four earlier rows, whose places in the list only grow.
+// Calls f(i, k) for all neighbouring ridges with k < i. They are ordered, so those before a ridge are the
+// last one and those in four earlier rows, whose places in the list only grow.
 template <class F>
 void for_each_pair(const std::vector<Ridge>& ridges, const F& f) {
     constexpr std::array<std::array<std::int64_t, 2>, 4> kEarlierRows{{{-1, 0}, {-1, -1}, {0, -1}, {1, -1}}};

@@ -58,7 +58,8 @@ class Interpolant {
         return value;
     }
 
-    // The change per sample along each axis: the central difference over one sample, at the border over half of one.
+    // The change per sample along each axis: the central difference over one sample,
+    // at the border over half of one.
     Vec3d gradient(const Vec3d& index) const {
         Vec3d g{0, 0, 0};
         for (std::size_t a = 0; a < 3; ++a) {

@@ -13,8 +13,8 @@ namespace {
 
 constexpr std::size_t kHugePage = std::size_t{1} << 21;
 
-// How much of an array is on huge pages. The system takes about as long for a huge page as for eighty small ones, so the
-// last page is huge too if the array uses a quarter of it.
+// How much of an array is on huge pages. The system takes about as long for a huge page as for eighty small
+// ones, so the last page is huge too if the array uses a quarter of it.
 std::size_t on_huge_pages(std::size_t bytes) {
     return (bytes + kHugePage * 3 / 4) & ~(kHugePage - 1);
 }

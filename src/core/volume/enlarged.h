@@ -9,8 +9,8 @@
 
 namespace marrow::internal {
 
-/// The view with `before` samples more before it and `after` samples more after it, along each axis. \pre `below` and
-/// `above` have as many
+/// The view with `before` samples more before it and `after` samples more after it, along each axis.
+/// \pre `below` and `above` have as many
 inline VolumeView enlarged(const VolumeView& part, const std::array<std::int64_t, 3>& before,
                            const std::array<std::int64_t, 3>& after) {
     VolumeView view = part;

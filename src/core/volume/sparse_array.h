@@ -13,9 +13,9 @@
 
 namespace marrow::internal {
 
-/// An array of n elements, all of whose bits are 0. A page takes memory from its first write until it is released. So
-/// a pass over a part of a volume can use the indices of the whole volume. Huge pages are a few times faster to get and
-/// to release, but round up what is in use at both ends.
+/// An array of n elements, all of whose bits are 0. A page takes memory from its first write until it is
+/// released. So a pass over a part of a volume can use the indices of the whole volume. Huge pages are a few
+/// times faster to get and to release, but round up what is in use at both ends.
 template <class T>
 class SparseArray {
   public:

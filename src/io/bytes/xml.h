@@ -31,8 +31,9 @@ class XmlVisitor {
     /// A piece of the text of the current element.
     virtual void text(std::string_view) {}
     virtual void declare_prefix(std::string_view /*prefix*/, std::string_view /*space*/) {}
-    /// Reads complete elements from the start of the bytes that follow a tag, instead of the parser, and returns
-    /// their size; 0 leaves all to the parser. For millions of equal elements, which the parser would slow down.
+    /// Reads complete elements from the start of the bytes that follow a tag, instead of the
+    /// parser, and returns their size; 0 leaves all to the parser. For millions of equal elements,
+    /// which the parser would slow down.
     virtual std::size_t take(std::string_view /*bytes*/) { return 0; }
 };
 

@@ -23,8 +23,8 @@ class ZipReader {
     bool next();
     /// The file's name in lower case.
     const std::string& name() const { return name_; }
-    /// The next piece of the file's bytes, valid until the next call; empty at its end. Meanwhile, another thread
-    /// decompresses the piece after it.
+    /// The next piece of the file's bytes, valid until the next call; empty at its end. Meanwhile, another
+    /// thread decompresses the piece after it.
     /// \throw InputError the file is damaged, encrypted, compressed by an unknown method, or a small one that
     /// expands to far more bytes than meshes do
     std::string_view piece();

@@ -19,7 +19,8 @@ struct DecodedFrame {
     int bits = 0;
 };
 
-/// Checks what a stream claims. \throw InputError it is not one component of the wanted size, with 2 to 16 bits
+/// Checks what a stream claims. \throw InputError it is not one component of the
+/// wanted size, with 2 to 16 bits
 void check_size(std::int64_t columns, std::int64_t rows, std::int64_t components, int bits,
                 std::int64_t wanted_columns, std::int64_t wanted_rows);
 

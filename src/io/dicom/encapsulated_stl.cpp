@@ -1,5 +1,5 @@
-// Reads and writes Encapsulated STL objects (DICOM PS3.3, A.85.1). The elements that surround the STL file are written
-// by DCMTK; the file itself is written as a stream between them.
+// Reads and writes Encapsulated STL objects (DICOM PS3.3, A.85.1). The elements that surround the STL file
+// are written by DCMTK; the file itself is written as a stream between them.
 #include "encapsulated_stl.h"
 
 #include <array>
@@ -28,8 +28,8 @@ namespace {
 
 constexpr char kMimeType[] = "model/stl";
 
-// A UID below 2.25, which is a UUID as a decimal number (PS3.5, B.2). The UUID is made of a 128-bit FNV-1a hash, as
-// version 8 of RFC 9562 allows.
+// A UID below 2.25, which is a UUID as a decimal number (PS3.5, B.2). The UUID is made of a 128-bit FNV-1a
+// hash, as version 8 of RFC 9562 allows.
 std::string uid_of(std::initializer_list<std::string_view> content) {
     __extension__ using Wide = unsigned __int128;
     constexpr Wide kPrime = (Wide{1} << 88) + 0x13b;
@@ -71,7 +71,8 @@ void put_millimetres(DcmItem& to) {
     put(unit, DCM_CodeMeaning, EVR_LO, "mm");
 }
 
-// The attributes that describe the patient and the study, which are present in each object, perhaps without a value.
+// The attributes that describe the patient and the study, which are present in each
+// object, perhaps without a value.
 struct Attribute {
     DcmTagKey tag;
     DcmEVR vr;

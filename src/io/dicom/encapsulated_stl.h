@@ -34,8 +34,8 @@ struct StlWrapping {
 };
 
 /// Makes the object around an STL file in millimetres. Its frame of reference is that of the scan. The same
-/// input always gives the same bytes. \throw IoError, InputError a file of the scan cannot be read; OptionError
-/// keep_patient without a scan
+/// input always gives the same bytes. \throw IoError, InputError a file of the scan cannot be read;
+/// OptionError keep_patient without a scan
 StlWrapping wrap_stl(const StlObject& object);
 
 }  // namespace marrow::internal::io

@@ -107,8 +107,8 @@ void read_frames(DicomFile& file, const DicomDataSet& data_set) {
     }
 }
 
-// Makes a frame of each tile of a Siemens mosaic. The stated position is that of an image of the mosaic's size
-// around the centre of the first slice.
+// Makes a frame of each tile of a Siemens mosaic. The stated position is that of an image of the mosaic's
+// size around the centre of the first slice.
 void divide_mosaic(DicomFile& file, const DicomDataSet& data_set) {
     const std::optional<DicomMosaic> mosaic = read_mosaic(data_set);
     if (!mosaic || file.refusal) return;

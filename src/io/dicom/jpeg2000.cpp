@@ -58,8 +58,8 @@ void check_jpeg2000_start(std::string_view stream, std::int64_t columns, std::in
         throw InputError("its JPEG 2000 pixels have implausibly small tiles");
 }
 
-// Whether a stream asks for high-throughput coding in a COD or COC marker (ITU-T T.800 A.6.1, A.6.2). They may be
-// in the header of any tile, so they are looked for everywhere; other data hardly ever look like them.
+// Whether a stream asks for high-throughput coding in a COD or COC marker (ITU-T T.800 A.6.1, A.6.2). They
+// may be in the header of any tile, so they are looked for everywhere; other data hardly ever look like them.
 bool is_high_throughput(std::string_view stream) {
     const auto at = [&](std::size_t offset) {
         return offset < stream.size() ? static_cast<unsigned char>(stream[offset]) : 0u;

@@ -33,10 +33,11 @@ std::string take_text(std::string_view& bytes, std::size_t size) {
     return std::string(trimmed(all.substr(0, all.find('\0'))));
 }
 
-// The entries of a CSA header. The format has no specification; nibabel.nicom and dcm2niix describe it: "SV10",
-// 4 bytes, the number of entries, 4 bytes, and for each entry a name of 64 bytes, the number of values, a type
-// of 4 bytes, a number, the number of items, 4 bytes; for each item four numbers, the second its length, and
-// the text, padded to a multiple of 4 bytes. Without "SV10", it begins with the number of entries.
+// The entries of a CSA header. The format has no specification; nibabel.nicom and dcm2niix describe
+// it: "SV10", 4 bytes, the number of entries, 4 bytes, and for each entry a name of 64 bytes, the
+// number of values, a type of 4 bytes, a number, the number of items, 4 bytes; for each item four
+// numbers, the second its length, and the text, padded to a multiple of 4 bytes. Without "SV10", it
+// begins with the number of entries.
 CsaEntries read_csa(std::string_view bytes) {
     constexpr std::uint32_t kMostEntries = 1000, kMostItems = 1000;
     CsaEntries out;

@@ -47,8 +47,8 @@ SeriesChoice choose_series(DicomHeaders& headers, const DicomInput& input, const
 /// \throw GeometryError there are several candidates
 DicomSeries& only_candidate(const SeriesChoice& choice, const DicomHeaders& headers);
 
-/// Which of several volumes options.volume chooses, or the only one. `differences` tell them apart; `what` begins the
-/// message that there are several: "the series holds 2 volumes".
+/// Which of several volumes options.volume chooses, or the only one. `differences` tell them apart; `what`
+/// begins the message that there are several: "the series holds 2 volumes".
 /// \throw GeometryError there are several and no choice; OptionError there is none of that number
 std::size_t choose_volume(const std::vector<std::string>& differences, const std::string& what,
                           const ScanOptions& options);

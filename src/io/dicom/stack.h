@@ -56,7 +56,7 @@ struct DicomSeries {
 /// | ImagePositionPatient present       | always: a slice without a position has no place among the others |
 /// | ImageType LOCALIZER                | always: a scout is never part of a volume                        |
 /// | a gap of ten slices or more        | if there are three slices or more on either side                 |
-/// | FrameOfReferenceUID, Modality      | unless the positions form one even stack; anonymisers replace them |
+/// | FrameOfReferenceUID, Modality      | if the positions form no even stack; anonymisers replace them    |
 /// | the attributes of volumes          | if slices have the same position; see divide_into_volumes        |
 /// | anything else                      | never                                                            |
 ///
@@ -65,8 +65,8 @@ std::vector<DicomSeries> group_into_series(const std::vector<DicomFile>& files);
 
 inline constexpr char kBadOrientation[] = "its ImageOrientationPatient is not two perpendicular unit vectors";
 
-/// The directions of a frame's rows, columns and normal, as unit vectors. No value if ImageOrientationPatient is not
-/// two perpendicular unit vectors. \pre the frame states it
+/// The directions of a frame's rows, columns and normal, as unit vectors. No value if ImageOrientationPatient
+/// is not two perpendicular unit vectors. \pre the frame states it
 std::optional<Mat3d> axes_of(const DicomFrame& frame);
 
 /// Groups of slices that have the same position, as indices into the stack's slices.

@@ -85,9 +85,9 @@ class RelationsReader : public XmlVisitor {
     void end(std::string_view, std::string_view) override {}
 };
 
-// Takes an element with three attributes off the text, in the form in which almost all programs write it, and the
-// white space before it. Returns false at anything else, which is left to the XML parser. `starts` is what comes
-// before each value.
+// Takes an element with three attributes off the text, in the form in which almost all programs write it,
+// and the white space before it. Returns false at anything else, which is left to the XML parser. `starts`
+// is what comes before each value.
 template <class T>
 bool take_element(std::string_view& text, const std::array<std::string_view, 3>& starts,
                   std::optional<T> (*parse)(std::string_view), std::array<T, 3>& values) {

@@ -129,8 +129,8 @@ ZarrArray read_version_2(const fs::path& folder) {
     return array;
 }
 
-// Reads the codecs of chunks, in the order of writing: transpose, bytes, a compressor, crc32c; each but bytes may
-// be absent.
+// Reads the codecs of chunks, in the order of writing: transpose, bytes, a compressor,
+// crc32c; each but bytes may be absent.
 void read_codecs(const std::vector<Metadata>& codecs, ZarrArray& array) {
     array.order = c_order(array.shape.size());
     bool is_bytes = false;  // what the codecs so far have made

@@ -14,8 +14,8 @@
 
 namespace marrow::internal::io {
 
-/// An array, of which each chunk is a file, or with shards a part of a file. Axes are in the array's order, the
-/// first changes slowest.
+/// An array, of which each chunk is a file, or with shards a part of a file. Axes are in the array's
+/// order, the first changes slowest.
 struct ZarrArray {
     using Index = std::vector<std::int64_t>;
 
@@ -45,10 +45,10 @@ bool is_zarr(const std::filesystem::path& folder);
 /// \throw IoError; InputError they are damaged, or a sample type, codec or filter is not supported
 ZarrArray read_zarr_array(const std::filesystem::path& folder);
 
-/// Reads the samples from `begin` to `end` in C order, as stored but in native byte order, on the threads around.
-/// Chunks that are missing have the fill value. Calls done() after each chunk, from any thread. Unless
-/// `known` is empty, known(index) returns null, or a sample, as stored but in native byte order, that stands
-/// for all of a chunk, which is then not read.
+/// Reads the samples from `begin` to `end` in C order, as stored but in native byte order, on the threads
+/// around. Chunks that are missing have the fill value. Calls done() after each chunk, from any thread.
+/// Unless `known` is empty, known(index) returns null, or a sample, as stored but in native byte order, that
+/// stands for all of a chunk, which is then not read.
 /// \throw IoError; InputError a chunk is damaged; what done() throws
 void read_zarr(const ZarrArray& array, const ZarrArray::Index& begin, const ZarrArray::Index& end,
                void* samples, const std::function<void()>& done,

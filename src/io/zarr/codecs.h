@@ -21,7 +21,8 @@ struct ByteCodecs {
     bool checksum = false;  ///< a CRC-32C follows
 };
 
-/// Decodes `bytes`, which must give exactly `size` bytes, to `out`, whose memory is used again. False if they are damaged.
+/// Decodes `bytes`, which must give exactly `size` bytes, to `out`, whose memory is used
+/// again. False if they are damaged.
 bool decode(std::span<const std::byte> bytes, const ByteCodecs& codecs, std::size_t size,
             std::vector<std::byte>& out);
 

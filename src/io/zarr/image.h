@@ -26,8 +26,8 @@ struct ZarrImage {
     std::vector<std::string> warnings;
 };
 
-/// Reads the metadata of a folder: OME-Zarr 0.4 and 0.5, or an array with three axes. Without ScanOptions::volume, the
-/// first of several volumes is described, and `volume` has no value.
+/// Reads the metadata of a folder: OME-Zarr 0.4 and 0.5, or an array with three axes. Without
+/// ScanOptions::volume, the first of several volumes is described, and `volume` has no value.
 /// \throw IoError; InputError they are damaged or not supported; OptionError there is no such volume or level
 ZarrImage read_zarr_image(const std::filesystem::path& folder, const ScanOptions& options);
 

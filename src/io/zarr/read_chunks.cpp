@@ -96,8 +96,8 @@ class BoxReader {
     }
 
   private:
-    // The bytes of one chunk. Each thread keeps its memory from chunk to chunk: to get it anew from the system would take
-    // as long as to decompress the chunk.
+    // The bytes of one chunk. Each thread keeps its memory from chunk to chunk: to get it anew from the
+    // system would take as long as to decompress the chunk.
     struct Buffers {
         std::vector<std::byte> stored, decoded, row;
     };
@@ -151,8 +151,8 @@ class BoxReader {
         return index;
     }
 
-    // Reads `size` bytes of a file, or all that follow. The file is opened before it is asked for its size: on a
-    // distributed file system each question takes as long as to read a small chunk.
+    // Reads `size` bytes of a file, or all that follow. The file is opened before it is asked for its size:
+    // on a distributed file system each question takes as long as to read a small chunk.
     void read_bytes(const fs::path& path, std::uint64_t offset, std::optional<std::uint64_t> size,
                     std::vector<std::byte>& bytes) const {
         ByteStream file(path, Compression::none);

@@ -1,5 +1,5 @@
-// The codecs of images, in the module that does without them. What needs them fails, and is done again by the other
-// module, which is loaded then.
+// The codecs of images, in the module that does without them. What needs them fails, and is done again by the
+// other module, which is loaded then.
 #include <marrow/error.h>
 
 #include "io/dicom/grey_jpeg.h"
