@@ -29,7 +29,7 @@ void print_text(std::ostream& out, const SurfaceResults& results) {
                            surface.device == kCpu ? "" : ", on " + surface.device);
         if (surface.held_back > 0)
             out << fmt::format(
-                "  relaxation:  held back at {} points to keep surfaces from passing through each other\n",
+                "  relaxation: held back at {} points to keep surfaces from passing through each other\n",
                 surface.held_back);
         out << trust_lines(surface);
         for (const StepReport& step : surface.steps) {

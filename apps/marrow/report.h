@@ -11,8 +11,8 @@
 
 namespace marrow::apps {
 
-/// Prints one line a surface, one below it for each step that changed it, and
-/// whether the files were verified.
+/// Prints one line a surface, one below it if relaxation held points back, one for each step that changed it,
+/// and whether the files were verified.
 void print_text(std::ostream& out, const SurfaceResults& results);
 
 /// Prints JSON or text to the console, as the options want it.

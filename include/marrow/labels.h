@@ -24,8 +24,8 @@ struct LabelOptions {
 struct LabelSurface {
     std::int64_t label = 0;
     Mesh mesh;
-    /// Its points that relaxation moved less far than they would go, so that no surface passes through
-    /// itself or another, or is folded.
+    /// Points that relaxation moved less far than it would otherwise, so that no surface is folded or passes
+    /// through itself or another.
     std::int64_t held_back_points = 0;
 };
 
@@ -35,8 +35,8 @@ struct LabelSurface {
 /// two labels has a quad, whose corners are the points of the four cells around the edge. Both labels have
 /// this quad, facing opposite ways. Relaxation moves each point towards the mean of its neighbours, but not
 /// out of its cell: steps between samples become slopes, and neighbouring surfaces keep common points. A line
-/// where three labels meet is smoothed along the line. Points are held back where surfaces would pass
-/// through themselves or each other.
+/// where three labels meet is smoothed along the line. Points are held back where surfaces would be
+/// folded or pass through themselves or each other.
 ///
 /// Each surface is manifold. For this, a cell with several separate borders has several points. Parts of a
 /// label that touch only at an edge or corner of the grid are separated; where two labels cross on a face of

@@ -40,10 +40,12 @@ double volume_above(std::span<const Vec3f> points, std::span<const Triangle> tri
                                         hn::Mul(hn::Sub(b[1], a[1]), hn::Sub(c[0], a[0])));
         const auto thrice_height =
             hn::Add(hn::Add(hn::Sub(a[2], plane), hn::Sub(b[2], plane)), hn::Sub(c[2], plane));
-        HWY_ALIGN float volumes[kMostLanes];
-        hn::Store(hn::Mul(twice_area, thrice_height), d, volumes);
-        // One after another, so that the sum does not depend on the number of lanes.
-        for (std::size_t lane = 0; lane < count; ++lane) sum += double{volumes[lane]};
+        HWY_ALIGN float areas[kMostLanes], heights[kMostLanes];
+        hn::Store(twice_area, d, areas);
+        hn::Store(thrice_height, d, heights);
+        // One after another, so that the sum does not depend on the number of lanes; in
+        // double, which does not overflow.
+        for (std::size_t lane = 0; lane < count; ++lane) sum += double{areas[lane]} * double{heights[lane]};
     }
     return sum;
 }

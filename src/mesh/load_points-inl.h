@@ -31,7 +31,7 @@ class PointLoader {
     // Loads the point with the number point_of(lane) into each lane.
     template <class D, class PointOf>
     HWY_INLINE void load(D d, const PointOf& point_of, hn::Vec<D> (&xyz)[3]) const {
-#if HWY_HAVE_SCALABLE || HWY_TARGET == HWY_SCALAR
+#if HWY_TARGET == HWY_SCALAR
         HWY_ALIGN float rows[4 * hn::MaxLanes(D())] = {};
         for (std::size_t lane = 0; lane < hn::Lanes(d); ++lane)
             std::copy_n(floats(point_of(lane)), 4, rows + 4 * lane);
@@ -55,7 +55,7 @@ class PointLoader {
         return point == last_ ? padded_ : points_[point].data();
     }
 
-#if !HWY_HAVE_SCALABLE && HWY_TARGET != HWY_SCALAR
+#if HWY_TARGET != HWY_SCALAR
     // Loads four floats from address(block) into each block of four lanes.
     template <class D, class Address>
     static HWY_INLINE hn::Vec<D> load_blocks(D d, const Address& address) {

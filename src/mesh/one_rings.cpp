@@ -22,7 +22,7 @@ namespace marrow::internal::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 // Writes the neighbours in the order of a single closed fan. Returns whether the corners are such a fan.
-// Reads some corners more than there are.
+// Reads up to sixteen corners, also beyond those of the point.
 template <std::size_t kCount>
 HWY_INLINE bool walk_around(std::uint32_t point, const OneRings::Corner* corners, std::uint32_t* ring) {
     constexpr std::size_t kRead = kCount <= 8 ? 8 : 16;

@@ -53,11 +53,14 @@ std::vector<Place> find_intersections(const EdgeCollapse::Result& result) {
 
 // Undoes collapses until the surface passes through itself nowhere. An undone collapse often does not help,
 // as the surface came apart earlier: each time, twice as many are undone. Adds what was undone to `undone`.
-// Sets `changed` for the triangles that changed since the last call, as in the original mesh.
-EdgeCollapse::Result make_valid(EdgeCollapse& collapse, std::int64_t& undone, std::vector<bool>& changed) {
+// Sets `changed`, if it is not null, for the triangles that changed since the last
+// call, as in the original mesh.
+EdgeCollapse::Result make_valid(EdgeCollapse& collapse, std::int64_t& undone, std::vector<bool>* changed) {
     for (std::size_t count = 1;; count *= 2) {
         EdgeCollapse::Result result = collapse.result();
-        for (const std::uint32_t t : result.changed) changed[result.old_triangles[t]] = true;
+        if (changed != nullptr) {
+            for (const std::uint32_t t : result.changed) (*changed)[result.old_triangles[t]] = true;
+        }
         const std::size_t found = undo(collapse, find_intersections(result), count);
         if (found == 0) return result;
         undone += static_cast<std::int64_t>(found);
@@ -82,8 +85,7 @@ Reduced reduce_to(const Mesh& mesh, std::size_t triangles, const Progress& progr
         triangles, static_cast<std::size_t>(kUnguarded * static_cast<double>(mesh.triangles.size())));
     collapse.reduce_to(unguarded, sub_progress(progress, 0, 0.7));
     Reduced reduced;
-    std::vector<bool> changed(mesh.triangles.size());
-    EdgeCollapse::Result result = make_valid(collapse, reduced.undone, changed);
+    EdgeCollapse::Result result = make_valid(collapse, reduced.undone, nullptr);
     if (result.mesh.triangles.size() > triangles) {
         IntersectionGuard guard(mesh, std::move(result));
         collapse.set_guard(&guard);
@@ -152,7 +154,7 @@ Reduced reduce_within(const Mesh& mesh, std::size_t triangles, double max_error,
     std::vector<bool> changed(mesh.triangles.size(), true);
     bool all_changed = true;
     for (std::size_t count = 1;; count *= 2) {
-        Candidate candidate(collapse, make_valid(collapse, reduced.undone, changed));
+        Candidate candidate(collapse, make_valid(collapse, reduced.undone, &changed));
         std::vector<Place> places = find_far_around(changed, original, candidate, max_error, progress);
         std::size_t found = undo(collapse, places, count);
         // The samples of the reduced mesh have moved with its area, so in the

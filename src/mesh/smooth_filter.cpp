@@ -273,12 +273,13 @@ Buffer<Displacement> low_pass(const MeshView& mesh, const OneRings& rings, int d
             odd[p] = {{mesh.points[p][0], mesh.points[p][1], mesh.points[p][2], 0}};
     });
     PassScheduler scheduler(rings);
+    Stage stage(progress, 0, 1, static_cast<std::size_t>(degree) * rings.chunks());
     constexpr int kTogether = PassScheduler::kPassesTogether;
     for (int first = 0; first < degree; first += kTogether) {
-        report_progress(progress, static_cast<double>(first) / degree);
         scheduler.run(std::min(kTogether, degree - first), [&](int n, std::size_t chunk) {
             const auto pass = static_cast<std::size_t>(first + n);
             HWY_DYNAMIC_DISPATCH(run_pass)(rings, chunk, pass, e[e.size() - 1 - pass], step.data(), b);
+            stage.step();
         });
     }
     return degree % 2 == 1 ? std::move(even) : std::move(odd);

@@ -170,7 +170,7 @@ FoundTriangle find_nearer(const BoxTree& tree, const Vec3d& position, double eno
     return found;
 }
 
-// A box around positions, with a margin. It is never smaller for being float.
+// A box around positions, with a margin. Rounding to float only makes it larger.
 class Surroundings {
   public:
     Surroundings(std::span<const NearestQuery> queries, double margin) {

@@ -58,7 +58,7 @@ struct NearestQuery {
 };
 inline constexpr std::size_t kMostInGroup = 16;
 
-/// The same for up to kMostInGroup positions, in less time if they are near each other. Leaves within
+/// The same for 1 to kMostInGroup positions, in less time if they are near each other. Leaves within
 /// `reach` of them are listed, and searched one after the other for all positions; a position with no
 /// triangle within `reach` is searched on its own. So `reach`, which need not be exact, should be a little
 /// more than the largest distance.

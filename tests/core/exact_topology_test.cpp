@@ -124,9 +124,9 @@ int chi_of_face(const Cube& cube, int x, int y, int z, std::size_t axis) {
     });
 }
 
-// The same for the saddles within a cell. With f = one + kx x + ... + kxy xy + ... + h xyz, these are at h x
-// + kyz = sD/A, h y + kxz = sD/B, h z + kxy = sD/C for s = -1 and 1, where D is the square root of ABC, and
-// have the value (E - 2 sD) / h^2.
+// The same for the saddles within a cell. With f = one + kx x + ... + kxy xy + ... + h xyz, these are at
+// h x + kyz = sD/A, h y + kxz = sD/B, h z + kxy = sD/C for s = -1 and 1, where D is the square root of ABC,
+// and have the value (E - 2 sD) / h^2.
 template <class Number>
 int chi_of_saddles(const std::array<std::int64_t, 8>& corners) {
     const auto f = [&](std::size_t v) { return Number(corners[v]); };
@@ -187,12 +187,12 @@ int chi_by_morse_theory(const Cube& cube) {
 //
 // Neither changes which critical values are at least 0, and so it does not change the topology of the inside.
 // Raising: the values f have magnitudes of at most 5. The critical values of faces are d / al, with integers
-// |al| <= 20. Those of cells are (E - 2 sD) / h^2, and their product is H / h^2 with the integer H = (E^2 - 4
-// D^2) / h^2. So one that is not 0 is at least 1 / (|E| + 2 D) > 1 / 18000. Moving: a critical value can pass
-// 0 only where the determinant of a face or H does. Raised by e, these are polynomials in e with integers as
-// coefficients. So they are 0 for every e or at least e^2 / 2, and the amounts change them by less, H by
-// 12,000 amounts at most. If they are 0 for every e, the interpolant varies in fewer directions, and its
-// critical values are ratios of small integers.
+// |al| <= 20. Those of cells are (E - 2 sD) / h^2, and their product is H / h^2 with the integer
+// H = (E^2 - 4 D^2) / h^2. So one that is not 0 is at least 1 / (|E| + 2 D) > 1 / 18000. Moving: a critical
+// value can pass 0 only where the determinant of a face or H does. Raised by e, these are polynomials in e
+// with integers as coefficients. So they are 0 for every e or at least e^2 / 2, and the amounts change them
+// by less, H by 12,000 amounts at most. If they are 0 for every e, the interpolant varies in fewer
+// directions, and its critical values are ratios of small integers.
 Cube without_ties(const Cube& cube, Random& random) {
     Cube moved = cube;
     for (std::int64_t& f : moved.f) {

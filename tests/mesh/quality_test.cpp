@@ -349,8 +349,8 @@ TEST(TriangleTree, FindsTheSameForGroupsOfAnySizeAndReach) {
         }
         const internal::TriangleTree tree(soup);
         for (const std::size_t size : {std::size_t{1}, std::size_t{5}, internal::kMostInGroup}) {
-            for (const double spread :
-                 {0.0, 0.5, 20.0}) {  // the last lists too many leaves of the largest soup
+            // A spread of 20 lists too many leaves of the largest soup.
+            for (const double spread : {0.0, 0.5, 20.0}) {
                 for (const double reach : {0.0, 0.3, 3.0, 1e9}) {
                     const Vec3d middle{10.0 * unit(), 10.0 * unit(), 3.0 * unit()};
                     std::vector<internal::NearestQuery> queries(size);

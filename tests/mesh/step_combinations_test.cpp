@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <limits>
+#include <map>
 #include <random>
 
 #include <marrow/components.h>
@@ -300,20 +301,22 @@ Volume lumps(Random& random) {
 }
 
 // Expects that the surfaces of labels pass neither through themselves nor through each other.
-void expect_valid_labels(const Volume& map, int relax) {
+// Returns how many points were held back.
+std::int64_t expect_valid_labels(const Volume& map, int relax) {
     const std::vector<LabelSurface> surfaces = extract_labels(map, {.relax = relax});
     std::vector<MeshView> meshes;
+    std::int64_t held_back = 0;
     for (const LabelSurface& surface : surfaces) {
-        if (relax == 0) {
-            EXPECT_EQ(surface.held_back_points, 0);
-        }
+        held_back += surface.held_back_points;
         EXPECT_EQ(check_mesh(surface.mesh).self_intersections, 0) << "label " << surface.label;
         meshes.push_back(surface.mesh);
     }
     EXPECT_TRUE(find_crossings(meshes).empty());
+    return held_back;
 }
 
 TEST(Labels, StayValidWhenRelaxed) {
+    std::map<int, std::int64_t> held_back;
     // After one pass or three, many points are at equal heights, and quads can
     // be folded onto their neighbours.
     for (unsigned seed = 0; seed < 60; ++seed) {
@@ -324,9 +327,12 @@ TEST(Labels, StayValidWhenRelaxed) {
             });
         for (const int relax : {0, 1, 3, 40}) {
             SCOPED_TRACE(testing::Message() << "seed " << seed << ", relax " << relax);
-            expect_valid_labels(map, relax);
+            held_back[relax] += expect_valid_labels(map, relax);
         }
     }
+    EXPECT_EQ(held_back[0], 0);
+    EXPECT_GT(held_back[1], 0);
+    EXPECT_GT(held_back[3], 0);
 }
 
 class LabelMaps : public testing::TestWithParam<const char*> {};

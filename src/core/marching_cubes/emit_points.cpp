@@ -24,7 +24,7 @@ namespace marrow::internal::HWY_NAMESPACE {
 template <class T>
 using Staged = std::conditional_t<std::is_integral_v<T> && sizeof(T) <= 2, std::int32_t, Real<T>>;
 
-// The index of a sample, as wide as an address.
+// The index of a sample, as wide as an address: arrays have at most PTRDIFF_MAX bytes.
 using SampleIndex = std::conditional_t<sizeof(void*) == 4, std::int32_t, std::int64_t>;
 
 // The pointer, whose origin compilers do not see: so they do not add the place of an array in its object to
@@ -98,7 +98,8 @@ class PointBatch {
     }
 
   private:
-    static constexpr std::size_t kCapacity = 768;
+    // In WebAssembly the cache must hold what the samples of the whole batch bring into it.
+    static constexpr std::size_t kCapacity = HWY_TARGET == HWY_WASM ? 192 : 768;
     static constexpr std::size_t kAtOnce = 16;
     static constexpr std::size_t kAhead = 48;  // samples are prefetched this many edges ahead
     // Room for the elements that note() stores beyond the last edge, for whole
@@ -232,7 +233,7 @@ class PointBatch {
 
     template <bool kNormals, bool kPrefetches>
     HWY_INLINE void stage_inner() {
-        for (std::size_t k = 0; kPrefetches && k < kAhead; ++k) prefetch(k);
+        for (std::size_t k = 0; kPrefetches && k < std::min(kAhead, size_); ++k) prefetch(k);
 #if HWY_TARGET == HWY_WASM
         // There are no prefetches. But loads that nothing waits for overlap, so that the loop after them
         // finds in the cache what no slice before needed. Vectors would be filled lane by lane.

@@ -105,7 +105,7 @@ class RunningIds {
         advance(c.advance);
 #endif
     }
-    // The same for a shape, and up to RunningShape::kIds ids.
+    // The same for a case or a shape, and up to RunningShape::kIds ids.
     HWY_INLINE void write(const RunningShape& s, std::uint32_t* HWY_RESTRICT out) {
         write_ids<kIds>(s.ids, out);
         if (HWY_UNLIKELY(s.triangles > kMaxTriangles)) write_ids<kIds>(s.ids + kIds, out + kIds);

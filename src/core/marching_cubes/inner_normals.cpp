@@ -8,6 +8,8 @@
 
 #include "inner_normals.h"
 
+#include "cell_topology.h"
+
 HWY_BEFORE_NAMESPACE();
 namespace marrow::internal::HWY_NAMESPACE {
 
@@ -84,7 +86,9 @@ HWY_INLINE Vectors normals_of(const IndexToPhysical& to_physical, const Vectors&
 void inner_normals_target(const CellSlopes& cell, const Vec3d* points, std::size_t count,
                           const IndexToPhysical& to_physical, Vec3f* normals) {
     const Points d;
-    HWY_ALIGN double lanes[3][8] = {};
+    constexpr std::size_t kMostPoints = 8;  // whole vectors
+    static_assert(CellTopology::kTunnelPoints <= kMostPoints && kMostPoints % hn::MaxLanes(Points()) == 0);
+    HWY_ALIGN double lanes[3][kMostPoints] = {};
     for (std::size_t k = 0; k < count; ++k) {
         for (std::size_t a = 0; a < 3; ++a) lanes[a][k] = points[k][a];
     }

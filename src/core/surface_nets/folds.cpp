@@ -39,7 +39,7 @@ Folds::Folds(Mesh& net) : net_(net), first_(net.points.size() + 1), sides_(3 * n
     });
 }
 
-std::size_t Folds::open(const std::function<std::span<const Vec3f>()>& start) {
+bool Folds::open(const std::function<std::span<const Vec3f>()>& start) {
     struct Path {
         Vec3f end;
         int steps = 0;
@@ -48,7 +48,7 @@ std::size_t Folds::open(const std::function<std::span<const Vec3f>()>& start) {
     std::map<std::uint32_t, Path> paths;
     for (;;) {
         std::vector<Hinge> folded = find();
-        if (folded.empty()) return paths.size();
+        if (folded.empty()) return !paths.empty();
         const std::span<const Vec3f> from = start();
         std::erase_if(folded, [&](const Hinge& hinge) { return is_folded(from, hinge); });
         std::vector<std::uint32_t> corners;
@@ -58,7 +58,7 @@ std::size_t Folds::open(const std::function<std::span<const Vec3f>()>& start) {
         std::erase_if(corners, [&](std::uint32_t p) {
             return paths.try_emplace(p, Path{net_.points[p]}).first->second.steps == kAtStart;
         });
-        if (corners.empty()) return paths.size();
+        if (corners.empty()) return !paths.empty();
         for (const std::uint32_t p : corners) {
             Path& path = paths.at(p);
             const Vec3d begin = to_double(from[p]), way = to_double(path.end) - begin;

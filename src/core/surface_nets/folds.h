@@ -21,10 +21,10 @@ class Folds {
     explicit Folds(Mesh& net);
 
     /// Moves the corners of both triangles back along straight paths, towards the positions that they came
-    /// from, until there are no folds except those that there were at the start. Returns how many points it
-    /// moved. `start` returns the positions at the start, which it keeps; it is called only if they are
+    /// from, until there are no folds except those that there were at the start. Returns whether it moved
+    /// any. `start` returns the positions at the start, which it keeps; it is called only if they are
     /// needed. The result does not depend on the number of threads.
-    std::size_t open(const std::function<std::span<const Vec3f>()>& start);
+    bool open(const std::function<std::span<const Vec3f>()>& start);
 
   private:
     // Two triangles at an edge: both ends of the edge, and the corners opposite to it.
@@ -38,7 +38,7 @@ class Folds {
     std::vector<Hinge> find() const;
 
     Mesh& net_;
-    Buffer<std::size_t> first_;  // side of each point
+    Buffer<std::size_t> first_;  // the first side of each point
     Buffer<Side> sides_;
 };
 

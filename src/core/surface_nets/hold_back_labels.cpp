@@ -10,6 +10,7 @@
 #include <marrow/error.h>
 
 #include "base/checked_size.h"
+#include "base/progress.h"
 #include "folds.h"
 #include "mesh/hold_back.h"
 #include "mesh/one_rings.h"
@@ -58,12 +59,16 @@ void hold_back_labels(LabelMeshes& labels, std::size_t points,
         return std::span<const Vec3f>(start);
     };
     const OneRings rings(joined);
+    report_progress(progress, 0);
     Folds folds(joined);
-    bool moved = folds.open(keep_start) > 0;
-    // Points that are held back can fold other triangles.
-    for (double begin = 0; hold_back(joined, rings, keep_start, progress, begin, 1) > 0; begin = 1) {
+    bool moved = folds.open(keep_start);
+    // Points that are held back can fold other triangles. This ends, because points
+    // only move towards their start.
+    double begin = 0;
+    while (hold_back(joined, rings, keep_start, progress, begin, 1) > 0) {
         moved = true;
-        if (folds.open(keep_start) == 0) break;
+        if (!folds.open(keep_start)) break;
+        begin = 1;
     }
     if (!moved) return;
     for_each_point(labels, [&](std::size_t l, std::size_t p, std::uint32_t net_point) {

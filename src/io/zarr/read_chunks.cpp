@@ -151,8 +151,8 @@ class BoxReader {
         return index;
     }
 
-    // Reads `size` bytes of a file, or all that follow. The file is opened before it is asked for its size:
-    // on a distributed file system each question takes as long as to read a small chunk.
+    // Reads `size` bytes of a file, or all that follow. It is opened once and then asked for its size: on a
+    // distributed file system, each question by its path takes as long as to read a small chunk.
     void read_bytes(const fs::path& path, std::uint64_t offset, std::optional<std::uint64_t> size,
                     std::vector<std::byte>& bytes) const {
         ByteStream file(path, Compression::none);
