@@ -1,8 +1,8 @@
 // The outline of the isosurface in a slice, by marching squares: on the faces of cells, marching cubes does the same.
 
 // Edges of a square, counter-clockwise: 0 below, 1 right, 2 above, 3 left. Corners 0 to 3 are the bits 1, 2, 4, 8, in the
-// order (0, 0), (1, 0), (1, 1), (0, 1). Where two opposite corners are inside, each is cut off by itself; the pieces of the
-// other two join them.
+// order (0, 0), (1, 0), (1, 1), (0, 1). Where two opposite corners are inside, each is cut off by itself. To join them instead,
+// the pieces for the other two corners are used.
 const kPieces = [
   [], [3, 0], [0, 1], [3, 1], [1, 2], [3, 0, 1, 2], [0, 2], [3, 2],
   [2, 3], [2, 0], [0, 1, 2, 3], [2, 1], [1, 3], [1, 0], [0, 3], [],
@@ -15,7 +15,8 @@ function joins(insideA, insideB, outsideA, outsideB, isovalue) {
   return Number.isFinite(outside) && (insideA - isovalue) * (insideB - isovalue) >= outside;
 }
 
-export function contour({ width, height, samples }, isovalue, { topology = false } = {}) {
+export function contour({ width, height, samples, rescaled }, isovalue, { topology = false } = {}) {
+  if (rescaled) isovalue = Math.fround(isovalue);  // as the values: where it is that of a sample, the sample is inside
   let out = new Float32Array(4096), size = 0;
   const corners = new Float64Array(4);
   const put = (edge, x, y) => {

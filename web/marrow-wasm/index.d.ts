@@ -197,7 +197,10 @@ export interface Scan {
   readonly options: Pick<ReadOptions, 'series' | 'spacing' | 'resample' | 'volume'>;
   /** "CT", "MR", ...; empty if not stated. */
   readonly modality: string;
-  /** The type of slices. Samples of 8 or 16 bits whose values have a fraction stay as stored, and slices are float32. */
+  /**
+   * The type of the samples of slices. Where stored samples of 8 or 16 bits stand for values with a fraction, this is
+   * float32, although the scan keeps them as stored.
+   */
   readonly sampleType: SampleType;
   readonly dims: Vec3;
   /** mm */
@@ -242,14 +245,16 @@ export interface Slice {
   height: number;
   /** mm between columns and between rows. */
   spacing: [number, number];
+  /** Whether the samples are values, rounded to float32, of samples that the scan keeps as stored. */
+  rescaled: boolean;
   /** width * height samples, row by row. */
   samples: Samples;
 }
 
 /**
  * The outline of the isosurface in a slice: x0, y0, x1, y1 for each piece, in columns and rows, where (0, 0) is the
- * centre of the first sample. It is where Marrow's surface cuts the slice, with `topology` that of an Extractor with this
- * option. It runs where it is called and takes a few milliseconds.
+ * centre of the first sample. It is where Marrow's surface cuts the slice; with `topology`, the surface of an Extractor
+ * with that option. It runs where it is called and takes a few milliseconds.
  */
 export function contour(slice: Slice, isovalue: number, options?: Pick<ExtractorOptions, 'topology'>): Float32Array;
 
@@ -374,6 +379,8 @@ export interface LabelSurface extends Mesh {
   samples: number;
   samplesVolume: number;
   volume: number;
+  /** Points that relaxation held back, so that no surface is folded or passes through itself or another. */
+  heldBack: number;
 }
 
 /** One closed surface for each label of a label map, in ascending order of labels. */

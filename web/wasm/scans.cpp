@@ -62,6 +62,24 @@ Json report_of(const SeriesReport& s, std::size_t index) {
     return out;
 }
 
+// The value of a sample, as reading without ScanOptions::keep_stored would give it.
+template <class T>
+float value_of(T sample) {
+    return static_cast<float>(scan().rescale().value(static_cast<double>(sample)));
+}
+
+// Whether samples stay as stored although their values are whole numbers from 0, as labels are.
+bool keeps_whole_values() {
+    if (scan().rescale().is_identity()) return false;
+    return visit_sample_type(scan().type(), []<class T>(T) {
+        const T* const samples = scan().samples<T>();
+        return std::all_of(samples, samples + scan().bytes() / sizeof(T), [](T sample) {
+            const float value = value_of(sample);
+            return value >= 0 && value == std::floor(value);
+        });
+    });
+}
+
 // The type of the samples that a page gets: with a rescale, their values.
 SampleType type_for_page() {
     return scan().rescale().is_identity() ? scan().type() : SampleType::float32;
@@ -69,13 +87,12 @@ SampleType type_for_page() {
 
 // Replaces samples by their values, in float32.
 void rescale(Buffer<std::byte>& samples) {
-    visit_sample_type(scan().type(), [&, by = scan().rescale()]<class T>(T) {
+    visit_sample_type(scan().type(), [&]<class T>(T) {
         const auto* const from = reinterpret_cast<const T*>(samples.data());
         const std::size_t count = samples.size() / sizeof(T);
         Buffer<std::byte> values(count * sizeof(float));
         auto* const to = reinterpret_cast<float*>(values.data());
-        for (std::size_t i = 0; i < count; ++i)
-            to[i] = static_cast<float>(by.value(static_cast<double>(from[i])));
+        std::transform(from, from + count, to, value_of<T>);
         samples = std::move(values);
     });
 }
@@ -155,9 +172,18 @@ Json inspect(const Json& request) {
 }
 
 Json read(const Json& request) {
-    volume.reset();
-    info = {};
-    volume = read_scan(request.at("path").get<std::string>(), options_of(request), &info);
+    ScanOptions options = options_of(request);
+    const auto read_with_options = [&] {
+        volume.reset();  // before the next one needs memory
+        info = {};
+        volume = read_scan(request.at("path").get<std::string>(), options, &info);
+    };
+    read_with_options();
+    // The samples of a label map must be its labels, so a map that stays as stored is read again.
+    if (keeps_whole_values()) {
+        options.keep_stored = false;
+        read_with_options();
+    }
     return describe_scan(request);
 }
 
@@ -265,6 +291,7 @@ Json slice(const Json& request) {
     return {{"width", width},
             {"height", height},
             {"spacing", {g.spacing[across], g.spacing[down]}},
+            {"rescaled", !scan().rescale().is_identity()},
             {"samples", array_of(slice_samples.data(), slice_samples.size())}};
 }
 

@@ -50,7 +50,8 @@ Json labels(const Json& request) {
         if (only && !only->contains(surface.label)) continue;
         Json one{{"label", surface.label},
                  {"samples", samples.at(surface.label)},
-                 {"volume", marrow::measure(surface.mesh).volume}};
+                 {"volume", marrow::measure(surface.mesh).volume},
+                 {"heldBack", surface.held_back_points}};
         one.update(keep_mesh(std::move(surface.mesh)));
         out.push_back(std::move(one));
     }

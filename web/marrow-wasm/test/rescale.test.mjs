@@ -6,13 +6,13 @@ import test from 'node:test';
 
 import { bytesOf, folder, geometry, lumps, marrow, runNative, withNative } from './support.mjs';
 
-const { Extractor, readScan, writeMesh } = marrow;
+const { Extractor, commandLine, contour, labels, readScan, scanOf, writeMesh } = marrow;
 const [nx, ny, nz] = geometry.dims;
-const slope = 0.25, intercept = -1000.375;  // exact in float32
-const value = (sample) => slope * sample + intercept;
+const exact = { slope: 0.25, intercept: -1000.375 };  // in float32
+const value = (sample) => exact.slope * sample + exact.intercept;
 
-/** Writes lumps of int16 as NIfTI with this slope and intercept. */
-function writeNifti(path, samples) {
+/** Writes samples of int16 as NIfTI. */
+function writeNifti(path, samples, { slope, intercept } = exact) {
   const header = Buffer.alloc(352);
   header.writeInt32LE(348, 0);
   [3, nx, ny, nz, 1, 1, 1, 1].forEach((size, i) => header.writeInt16LE(size, 40 + 2 * i));
@@ -57,3 +57,42 @@ test('the surface at a value is native\'s', withNative, async (t) => {
   assert.ok((await bytesOf(await writeMesh(mesh, 'a.ply'))).equals(readFileSync(join(path, 'native.ply'))));
   scan.dispose();
 });
+
+test('contours enclose samples of the isovalue, as the surface does', async (t) => {
+  const slope = Math.fround(0.1), samples = new Int16Array(nx * ny * nz).fill(3);
+  for (let k = 5; k < 15; ++k)
+    for (let j = 6; j < 20; ++j) samples.fill(2870, (k * ny + j) * nx + 8, (k * ny + j) * nx + 25);
+  const isovalue = slope * 2870;
+  assert.ok(isovalue > Math.fround(isovalue));
+  const scan = await readScan(writeNifti(join(folder(t), 'scan.nii'), samples, { slope, intercept: 0 }));
+  const slice = await scan.slice(2, 7);
+  assert.equal(slice.rescaled, true);
+  assert.ok((await (await Extractor.create(scan)).extract(isovalue)).triangles.length > 0);
+  assert.equal(contour(slice, isovalue).length, 4 * 2 * (17 + 14));
+  scan.dispose();
+
+  // Samples that are float32 themselves are below it.
+  const values = await scanOf(Float32Array.from(samples, (sample) => slope * sample), geometry);
+  const plain = await values.slice(2, 7);
+  assert.equal(plain.rescaled, false);
+  assert.equal((await (await Extractor.create(values)).extract(isovalue)).triangles.length, 0);
+  assert.equal(contour(plain, isovalue).length, 0);
+  values.dispose();
+});
+
+for (const [name, slope] of [['a half', 0.5], ['a 255th', 1 / 255]]) {
+  test(`labels are values where the slope is ${name}`, withNative, async (t) => {
+    const path = folder(t);
+    const map = lumps('int16').map((v) => (v < 40 ? 0 : v < 60 ? 1 : v < 75 ? 2 : 4));
+    for (let i = 0; i < map.length; i += 37) map.fill(map[i], i, i + 12);
+    const stored = map.map((label) => Math.round(label / slope));
+    const scan = await readScan(writeNifti(join(path, 'map.nii'), stored, { slope, intercept: 0 }));
+    t.after(() => scan.dispose());
+    assert.equal(scan.unit, 'labels');
+    assert.deepEqual(scan.labels.map(({ label }) => label), [1, 2, 4]);
+    assert.equal((await scan.slice(2, 7)).rescaled, false);
+    const words = commandLine({ scan, labels: {}, output: 'map.3mf' }).split(' ').slice(1);
+    assert.deepEqual(await runNative(['-q', ...words], path), { code: 0, message: '' });
+    assert.ok((await bytesOf(await writeMesh(await labels(scan), 'map.3mf'))).equals(readFileSync(join(path, 'map.3mf'))));
+  });
+}

@@ -83,6 +83,8 @@ test('surfaces of labels are native\'s', withNative, async (t) => {
   assert.deepEqual(await runNative(['-q', ...words], path), { code: 0, message: '' });
   const surfaces = await labels(scan);
   assert.deepEqual(surfaces.map(({ name }) => name), ['label-1', 'label-2', 'label-7']);
+  assert.ok(surfaces.every(({ heldBack }) => Number.isInteger(heldBack) && heldBack >= 0));
+  assert.deepEqual((await labels(scan, { relax: 0 })).map(({ heldBack }) => heldBack), [0, 0, 0]);
   assert.ok((await bytesOf(await writeMesh(surfaces, 'map.3mf'))).equals(readFileSync(join(path, 'map.3mf'))));
 
   const data = Buffer.from('# names\n1 liver 255 0 10\n2 "left kidney"\n9 none\n');

@@ -34,7 +34,7 @@ export interface State {
   colour: string; // of the surface, #rrggbb
   opacity: number;
   closed: boolean;
-  topology: boolean; // exact
+  topology: boolean; // whether it is exact
   largest: boolean;
   smooth: number; // iterations
   keep: number; // % of the triangles
