@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <set>
 
 #include <marrow/error.h>
 #include <marrow/isosurface.h>
@@ -115,6 +116,16 @@ TEST(Smooth, ComputesOutwardUnitNormals) {
         EXPECT_NEAR(size, 1, 1e-5);
         EXPECT_GT(outward, 0.9);
     }
+}
+
+// So that the filter can be cancelled between them.
+TEST(Smooth, ReportsProgressInEachPass) {
+    std::set<double> fractions;
+    smooth(stepped_ball(5), {.iterations = 20, .progress = [&](double fraction) {
+                                 fractions.insert(fraction);
+                                 return true;
+                             }});
+    EXPECT_GE(fractions.size(), 20u);
 }
 
 TEST(Smooth, RejectsInvalidInputAndCanBeCancelled) {
