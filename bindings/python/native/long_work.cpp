@@ -56,31 +56,25 @@ using Work = std::function<void(const Progress&, const CallPython&)>;
 // What the thread of the work and the calling thread tell each other.
 class LongWork {
   public:
-    explicit LongWork(const Work& work) {
-        running().begin();
-        try {
-            thread_ = std::thread([this, &work] { run(work); });
-        } catch (...) {
-            running().end();
-            throw;
-        }
-    }
+    LongWork() { running().begin(); }
 
     ~LongWork() {
-        thread_.join();
+        if (thread_.joinable()) thread_.join();
         running().end();
     }
 
     LongWork(const LongWork&) = delete;
     LongWork& operator=(const LongWork&) = delete;
 
-    // Waits for the end of the work, on the calling thread.
-    void wait(const py::object& progress) {
-        for (bool done = false; !done;) {
-            const State state = wait_for_change();
-            if (state == State::calls) answer();
-            report(progress);
-            done = state == State::done;
+    // Starts the work and waits for its end, on the calling thread. The first report comes before the start,
+    // so that even work that takes no time can be cancelled.
+    void run(const Work& work, const py::object& progress) {
+        report(progress);
+        if (cancel_) {
+            thrown_ = std::make_exception_ptr(Cancelled());
+        } else {
+            thread_ = std::thread([this, &work] { do_work(work); });
+            wait(progress);
         }
         if (raised_) std::rethrow_exception(raised_);
         if (thrown_) std::rethrow_exception(thrown_);
@@ -89,8 +83,17 @@ class LongWork {
   private:
     enum class State { works, calls, done };
 
+    void wait(const py::object& progress) {
+        for (bool done = false; !done;) {
+            const State state = wait_for_change();
+            if (state == State::calls) answer();
+            report(progress);
+            done = state == State::done;
+        }
+    }
+
     // On the work's thread.
-    void run(const Work& work) {
+    void do_work(const Work& work) {
         const auto progress = [this](double fraction) {
             fraction_ = fraction;
             return !cancel_;
@@ -169,7 +172,7 @@ void run_long_work(const py::object& progress, const std::function<void(const Pr
 }
 
 void run_long_work(const py::object& progress, const Work& work) {
-    LongWork(work).wait(progress);
+    LongWork().run(work, progress);
 }
 
 void stop_long_work_at_exit() {

@@ -31,9 +31,17 @@ def test_progress_rises_to_one(noise):
     assert 0 <= fractions[0] and fractions[-1] == 1
 
 
-def test_false_cancels(rough):
+def test_false_cancels_before_work_starts(ball):
+    for _ in range(100):  # work that is over before the next report
+        with pytest.raises(marrow.Cancelled):
+            marrow.extract(ball[:3, :3, :3], -999.5, progress=lambda fraction: False)
+
+
+def test_false_cancels_work_that_has_started(rough):
+    answers = [True, False]
     with pytest.raises(marrow.Cancelled):
-        rough.simplify(100, progress=lambda fraction: False)
+        rough.simplify(100, progress=lambda fraction: answers.pop(0))
+    assert not answers
 
 
 def test_none_and_true_do_not_cancel(noise):
@@ -56,12 +64,19 @@ def test_an_exception_of_the_callback_arrives(rough):
 def test_an_extractor_goes_on_after_a_cancelled_call(noise):
     extractor = marrow.IsosurfaceExtractor(noise)
     with pytest.raises(Stop):
-        extractor.extract(500.5, progress=raise_stop)
+        extractor.extract(500.5, progress=raise_stop_after_start())
     assert np.array_equal(extractor.extract(500.5).points, marrow.extract(noise, 500.5).points)
 
 
-def raise_stop(fraction):
-    raise Stop
+def raise_stop_after_start():
+    fractions = []
+
+    def progress(fraction):
+        fractions.append(fraction)
+        if len(fractions) > 1:
+            raise Stop
+
+    return progress
 
 
 def test_ctrl_c_arrives(rough):
@@ -158,7 +173,7 @@ def test_a_call_that_waits_for_its_turn_can_be_cancelled(noise):
     running.wait()
     try:
         with pytest.raises(Stop):
-            extractor.extract(500.5, progress=raise_stop)
+            extractor.extract(500.5, progress=raise_stop_after_start())
     finally:
         release.set()
         holder.join()
