@@ -37,11 +37,12 @@ struct RowBits {
 
     RowBits(const InsideBits& bits, const GridRow& row) : words(bits.words_per_row) {
         const bool last_y = row.y == bits.ny - 1, last_z = row.z == bits.nz - 1;
-        const std::size_t step_y = last_y ? 0 : 1, step_z = last_z ? 0 : static_cast<std::size_t>(bits.ny);
+        const std::size_t step_y = last_y ? 0 : words;
+        const std::size_t step_z = last_z ? 0 : words * static_cast<std::size_t>(bits.ny);
         rows[kRow] = bits.row(row.index);
-        rows[kNextY] = bits.row(row.index + step_y);
-        rows[kNextZ] = bits.row(row.index + step_z);
-        rows[kNextYZ] = bits.row(row.index + step_y + step_z);
+        rows[kNextY] = rows[kRow] + step_y;
+        rows[kNextZ] = rows[kRow] + step_z;
+        rows[kNextYZ] = rows[kNextZ] + step_y;
         last_valid = bits.last_cells();
         has_cells = !last_y && !last_z;
     }
