@@ -11,19 +11,19 @@ from paraview import servermanager, simple
 
 def menu_of(prototype):
     hints = prototype.GetHints()
-    found = hints and hints.FindNestedElementByName("ShowInMenu")
-    return found.GetAttribute("category") if found else None
+    menu = hints and hints.FindNestedElementByName("ShowInMenu")
+    return menu.GetAttribute("category") if menu else None
 
 
 def describe(name):
     prototype = servermanager.ProxyManager().GetPrototypeProxy("filters", name)
     properties = {}
-    each = prototype.NewPropertyIterator()
-    each.Begin()
-    while not each.IsAtEnd():
-        property = each.GetProperty()
-        properties[each.GetKey()] = [property.GetXMLLabel(), property.GetClassName()]
-        each.Next()
+    iterator = prototype.NewPropertyIterator()
+    iterator.Begin()
+    while not iterator.IsAtEnd():
+        found = iterator.GetProperty()
+        properties[iterator.GetKey()] = [found.GetXMLLabel(), found.GetClassName()]
+        iterator.Next()
     return {"label": prototype.GetXMLLabel(), "menu": menu_of(prototype), "properties": properties}
 
 
