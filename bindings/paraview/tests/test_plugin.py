@@ -25,9 +25,6 @@ JOBS = [
     ("tiny", "{folder}/tiny.vti", {"Isosurfaces": [2]}),  # two cells, so that ranks stay without any
     ("empty", "wavelet", {"Isosurfaces": [1e6]}),
 ]
-SCAN = Path(os.environ.get("MARROW_TEST_DATA", ""), "tooth_sci/tooth_sci/tooth.nhdr")
-if SCAN.exists():
-    JOBS.append(("scan", str(SCAN), {"Isosurfaces": [650], "Closed": 1}))
 
 
 def write_vti(path, arrays, extent, direction):
