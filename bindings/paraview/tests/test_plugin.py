@@ -59,7 +59,7 @@ def write_images(folder):
     )
 
 
-def pvbatch(ranks, jobs):
+def pvbatch(ranks, name, *arguments):
     paraview = Path(os.environ["PARAVIEW"])
     environment = {
         **os.environ,
@@ -68,10 +68,10 @@ def pvbatch(ranks, jobs):
         "OMPI_ALLOW_RUN_AS_ROOT": "1",
         "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
     }
-    script = Path(__file__).with_name("extract.py")
+    script = Path(__file__).with_name(name)
     # Ranks that wait for others leave them the processor.
     mpi = ["mpirun", "--oversubscribe", "--mca", "mpi_yield_when_idle", "1", "-n", str(ranks)]
-    command = [*mpi, str(paraview / "bin/pvbatch"), str(script), os.environ["MARROW_PLUGIN"], json.dumps(jobs)]
+    command = [*mpi, str(paraview / "bin/pvbatch"), str(script), os.environ["MARROW_PLUGIN"], *arguments]
     done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout + done.stderr
@@ -92,7 +92,7 @@ def surfaces(tmp_path_factory):
             jobs.append(["wavelet", "Contour", JOBS[0][2], str(folder / "contour-1.npz")])
             exact = {"Isosurfaces": [2], "Closed": 1, "ExactTopology": 1, "ComputeGlobalIds": 0}
             jobs.append([f"{folder}/noise.vti", "MarrowContour", exact, str(folder / "exact-1.npz")])
-        assert "ERR" not in pvbatch(ranks, jobs)
+        assert "ERR" not in pvbatch(ranks, "extract.py", json.dumps(jobs))
         for path in folder.glob(f"*-{ranks}.npz"):
             results[path.stem] = dict(np.load(path))
     return results
@@ -139,6 +139,16 @@ def test_a_closed_surface_has_no_seams(surfaces):
 def test_exact_topology_can_be_chosen_on_one_rank(surfaces):
     exact, separated = (set(map(tuple, surfaces[name]["points"])) for name in ("exact-1", "noise-1"))
     assert separated < exact  # it has points inside cells too
+
+
+def test_the_menu_has_a_filter_with_the_properties_of_contour(tmp_path):
+    pvbatch(1, "describe.py", str(tmp_path / "filters.json"))
+    ours, theirs = json.loads((tmp_path / "filters.json").read_text()).values()
+    assert (ours["label"], ours["menu"]) == ("Marrow Contour", "Common")
+    shared = {"Input", "SelectInputScalars", "ContourValues", "ComputeNormals", "ComputeScalars"}
+    assert ours["properties"].keys() & theirs["properties"].keys() == shared
+    for name in shared:
+        assert ours["properties"][name] == theirs["properties"][name]
 
 
 def test_properties_choose_what_points_have(surfaces):

@@ -136,6 +136,24 @@ def test_any_number_of_workers_gives_the_same_bytes(tmp_path, count):
     assert (tmp_path / "surface.ply").read_bytes() == (tmp_path / "whole.ply").read_bytes()
 
 
+@pytest.mark.parametrize("count", [1, 3, 4])
+def test_random_cuts_of_a_scan_give_the_same_bytes(tmp_path, count):
+    path = Path(os.environ.get("MARROW_TEST_DATA", ""), "tooth_sci/tooth_sci/tooth.nhdr")
+    if not path.exists():
+        pytest.skip("MARROW_TEST_DATA names no folder with tooth_sci")
+    rng = np.random.default_rng(count)
+    volume = marrow.read(path)
+    source = stored(tmp_path, volume.array, rng.integers(10, 40, 3).tolist())
+    whole = marrow.extract(volume.array, 650, closed=True)
+    whole.write(tmp_path / "whole.ply")
+    with workers(count, tmp_path / "workers") as client:
+        for _ in range(2):
+            settings = {"closed": True, "blocks": rng.integers(20, 160, 3), "client": client}
+            marrow.dask.extract_to_file(source, 650, tmp_path / "surface.ply", **settings)
+            assert (tmp_path / "surface.ply").read_bytes() == (tmp_path / "whole.ply").read_bytes()
+            assert same_bytes(marrow.dask.extract(source, 650, **settings), whole)
+
+
 def test_a_killed_worker_changes_nothing(client, tmp_path):
     """A worker is killed in the middle of counting, and another in the middle of writing."""
     k, j, i = np.mgrid[:120, :90, :100]

@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include <marrow/buffer.h>
 #include <marrow/parts.h>
 
 #include "base/parallel.h"
@@ -63,8 +64,8 @@ class RowNumbers {
         : parts_(parts), next_(next), ny_(parts.front().extent.whole[1]) {
         find_range();
         const std::size_t rows = size(ny_ * (end_ - begin_ + (next_.empty() ? 0 : 1)));
-        points_.resize(3 * rows);
-        triangles_.resize(rows);
+        points_.assign(3 * rows, 0);
+        triangles_.assign(rows, 0);
         std::int64_t x = 0;  // at which the next column must begin
         for_each_column([&](const Column& column) {
             check_coverage(column, x);
@@ -200,7 +201,7 @@ class RowNumbers {
     const std::span<const PartCounts> parts_, next_;
     const std::int64_t ny_;
     std::int64_t begin_ = 0, end_ = 0;  // slices of the grid that the parts own
-    std::vector<std::uint64_t> points_, triangles_;
+    Buffer<std::uint64_t> points_, triangles_;
 };
 
 // Lists runs, joining those that follow each other.
