@@ -204,45 +204,55 @@ class AmbiguousRowWriter {
   public:
     explicit AmbiguousRowWriter(const EmitInput& input)
         : input_(input),
-          table_(input.to_physical.mirrored ? kMirroredRunningShapes.data() : kRunningShapes.data()) {}
+          table_(input.to_physical.mirrored ? kMirroredRunningShapes.data() : kRunningShapes.data()),
+          words_(input.ambiguous != nullptr ? input.bits.words_per_row : 0),
+          list_(64 * words_.size()) {}
 
     // `inner_id` is the id of the row's first inner point, and `cases` has room for the row's cases.
     std::uint32_t* emit(const AmbiguousRows& at, const RowBits& row, RunningIds& ids, std::uint32_t inner_id,
                         std::uint8_t* cases, std::uint32_t* out, const std::uint32_t* end) {
+        const std::uint8_t* const cases_end =
+            list_cases(input_.active, at.row(), row, cases,
+                       [&](std::size_t w, std::uint64_t active, const std::uint8_t* next) {
+                           words_[w] = {active, static_cast<std::size_t>(next - cases)};
+                       });
+        const auto size = static_cast<std::size_t>(cases_end - cases);
+        std::copy_n(cases, size, list_.data());
         const auto cells = at.cells();
-        indices_.resize(cells.size());
-        std::size_t found = 0;
-        const std::uint8_t* const cases_end = list_cases(
-            input_.active, at.row(), row, cases,
-            [&](std::size_t w, std::uint64_t active, const std::uint8_t* next) {
-                for (; found < cells.size() && cells[found].x / 64 == w; ++found) {
-                    const std::uint64_t before = active & ((std::uint64_t{1} << cells[found].x % 64) - 1);
-                    indices_[found] = static_cast<std::size_t>(next - cases) + popcount(before);
-                }
-            });
-        list_.resize(static_cast<std::size_t>(cases_end - cases));
-        std::copy(cases, cases + list_.size(), list_.begin());
-        for (std::size_t k = 0; k < cells.size(); ++k)
-            list_[indices_[k]] = static_cast<std::uint16_t>(kFirstRunningShape + cells[k].shape);
+        for (const AmbiguousCell& cell : cells)
+            list_[index_of(cell)] = static_cast<std::uint16_t>(kFirstRunningShape + cell.shape);
         const std::uint16_t* from = list_.data();
-        for (std::size_t k = 0; k < cells.size(); ++k) {
-            if (HWY_LIKELY(cells[k].inner_points == 0)) continue;
-            const std::uint16_t* const here = list_.data() + indices_[k];
-            out = emit_cells(from, here, ids, table_, out, end);
-            std::uint32_t edge_ids[kCellEdges];
-            ids.write_edges(kShapes[cells[k].shape].crossed, edge_ids);
-            out = input_.ambiguous->emit_triangles(at.row(), cells[k], edge_ids, inner_id, out);
-            inner_id += cells[k].inner_points;
-            from = here + 1;
+        if (HWY_UNLIKELY(at->inner_points > 0)) {
+            for (const AmbiguousCell& cell : cells) {
+                if (HWY_LIKELY(cell.inner_points == 0)) continue;
+                const std::uint16_t* const here = list_.data() + index_of(cell);
+                out = emit_cells(from, here, ids, table_, out, end);
+                std::uint32_t edge_ids[kCellEdges];
+                ids.write_edges(kShapes[cell.shape].crossed, edge_ids);
+                out = input_.ambiguous->emit_triangles(at.row(), cell, edge_ids, inner_id, out);
+                inner_id += cell.inner_points;
+                from = here + 1;
+            }
         }
-        return emit_cells(from, list_.data() + list_.size(), ids, table_, out, end);
+        return emit_cells(from, list_.data() + size, ids, table_, out, end);
     }
 
   private:
+    // The active cells of a word, and the index of the first in the list.
+    struct ListedWord {
+        std::uint64_t active;
+        std::size_t index;
+    };
+
+    std::size_t index_of(const AmbiguousCell& cell) const {
+        const ListedWord& word = words_[cell.x / 64];
+        return word.index + popcount(word.active & ((std::uint64_t{1} << cell.x % 64) - 1));
+    }
+
     const EmitInput& input_;
     const RunningShape* const table_;
-    Buffer<std::size_t> indices_;  // of the row's ambiguous cells in its list
-    Buffer<std::uint16_t> list_;   // numbers into the table
+    Buffer<ListedWord> words_;    // of the row
+    Buffer<std::uint16_t> list_;  // numbers into the table
 };
 
 void emit_triangles_target(const EmitInput& input, std::size_t row_begin, std::size_t row_end,
