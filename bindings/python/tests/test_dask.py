@@ -53,6 +53,12 @@ def noise(rng, shape, dtype):
     return rng.integers(0, 5, shape).astype(dtype)
 
 
+def alternating_noise(rng, shape, dtype):
+    """The same, but most neighbours are on different sides: surfaces with exact topology have points inside cells."""
+    inside = np.indices(shape).sum(0) % 2 == (rng.random(shape) < 0.2)
+    return np.where(inside, 2 + rng.integers(0, 3, shape), rng.integers(0, 2, shape)).astype(dtype)
+
+
 def same_bytes(a, b):
     return all(
         x is y is None or x.dtype == y.dtype and x.tobytes() == y.tobytes()
@@ -95,6 +101,26 @@ def test_extract_has_the_bytes_of_the_whole(client, tmp_path, dtype):
         assert same_bytes(mesh, marrow.extract(marrow.Volume(samples, **OBLIQUE), isovalue, closed=closed))
 
 
+@pytest.mark.parametrize("dtype", ["u1", "i1", "u2", "i2", "i4", "f4", "f8"])
+def test_exact_topology_has_the_bytes_of_the_whole(client, tmp_path, dtype):
+    rng = np.random.default_rng(11)
+    for closed in (False, True):
+        samples = alternating_noise(rng, rng.integers(9, 30, 3), dtype)
+        volume = marrow.Volume(samples, **OBLIQUE)
+        settings = {"closed": closed, "topology": True}
+        whole = marrow.extract(volume, 2, **settings)
+        assert len(whole.points) > 100 + len(marrow.extract(volume, 2, closed=closed).points)
+        source = zarr.array(samples, chunks=tuple(rng.integers(2, 9, 3)), store=zarr.TempStore(dir=str(tmp_path)))
+        mesh = marrow.dask.extract(source, 2, blocks=rng.integers(3, 14, 3), **settings, **OBLIQUE)
+        assert same_bytes(mesh, whole)
+        for name in ("surface.ply", "surface.stl"):
+            whole.write(tmp_path / ("whole-" + name))
+            blocks = rng.integers(3, 14, 3)
+            size = marrow.dask.extract_to_file(source, 2, tmp_path / name, blocks=blocks, **settings, **OBLIQUE)
+            assert size == (len(whole.points), len(whole.triangles))
+            assert (tmp_path / name).read_bytes() == (tmp_path / ("whole-" + name)).read_bytes()
+
+
 @pytest.mark.parametrize("kind", ["numpy", "dask", "zarr", "path"])
 @pytest.mark.parametrize("name", ["surface.ply", "surface.stl"])
 def test_files_have_the_bytes_of_the_whole(client, tmp_path, kind, name):
@@ -125,15 +151,17 @@ def test_files_have_the_bytes_of_the_whole(client, tmp_path, kind, name):
 @pytest.mark.parametrize("count", [1, 3, 4])
 def test_any_number_of_workers_gives_the_same_bytes(tmp_path, count):
     rng = np.random.default_rng(8)
-    samples = noise(rng, (40, 30, 35), "u2")
+    samples = alternating_noise(rng, (40, 30, 35), "u2")
     source = stored(tmp_path, samples, (8, 8, 8))
-    whole = marrow.extract(samples, 2)
-    whole.write(tmp_path / "whole.ply")
     with workers(count, tmp_path / "workers") as client:
         assert len(client.scheduler_info()["workers"]) == count
-        marrow.dask.extract_to_file(source, 2, tmp_path / "surface.ply", blocks=(8, 16, 35), client=client)
-        assert same_bytes(marrow.dask.extract(source, 2, blocks=(16, 8, 16), client=client), whole)
-    assert (tmp_path / "surface.ply").read_bytes() == (tmp_path / "whole.ply").read_bytes()
+        for topology in (False, True):
+            whole = marrow.extract(samples, 2, topology=topology)
+            whole.write(tmp_path / "whole.ply")
+            settings = {"topology": topology, "client": client}
+            marrow.dask.extract_to_file(source, 2, tmp_path / "surface.ply", blocks=(8, 16, 35), **settings)
+            assert same_bytes(marrow.dask.extract(source, 2, blocks=(16, 8, 16), **settings), whole)
+            assert (tmp_path / "surface.ply").read_bytes() == (tmp_path / "whole.ply").read_bytes()
 
 
 def test_a_killed_worker_changes_nothing(client, tmp_path):
@@ -196,11 +224,13 @@ def test_real_scans_have_the_bytes_of_the_whole(client, tmp_path):
     volume = marrow.read(scans[0])
     source = stored(tmp_path, volume.array, (32, 32, 32))
     isovalue = marrow.otsu(volume)
-    whole = marrow.extract(volume, isovalue, closed=True)
-    mesh = marrow.dask.extract(source, isovalue, closed=True, blocks=(50, 70, 90), affine=volume.affine)
     placed = marrow.Volume(volume.array, affine=volume.affine)
-    assert len(whole.triangles) == len(mesh.triangles) > 10000
-    assert same_bytes(mesh, marrow.extract(placed, isovalue, closed=True))
+    for topology in (False, True):
+        settings = {"closed": True, "topology": topology}
+        whole = marrow.extract(volume, isovalue, **settings)
+        mesh = marrow.dask.extract(source, isovalue, blocks=(50, 70, 90), affine=volume.affine, **settings)
+        assert len(whole.triangles) == len(mesh.triangles) > 10000
+        assert same_bytes(mesh, marrow.extract(placed, isovalue, **settings))
 
 
 def label_map(rng, shape, dtype, values):
@@ -262,11 +292,13 @@ def test_atlases_have_the_bytes_of_the_whole(client):
     assert all(same_bytes(mesh, whole[label]) for label, mesh in surfaces.items())
 
 
-def test_fragments_of_neuroglancer(client, tmp_path):
+@pytest.mark.parametrize("topology", [False, True])
+def test_fragments_of_neuroglancer(client, tmp_path, topology):
     rng = np.random.default_rng(5)
     samples = noise(rng, (20, 21, 22), "u1")
     folder = tmp_path / "mesh"
-    size = marrow.dask.write_fragments(samples, 2, folder, segment=7, blocks=(8, 9, 10), **OBLIQUE)
+    settings = {"segment": 7, "blocks": (8, 9, 10), "topology": topology}
+    size = marrow.dask.write_fragments(samples, 2, folder, **settings, **OBLIQUE)
     assert json.loads((folder / "info").read_text()) == {"@type": "neuroglancer_legacy_mesh"}
     names = json.loads((folder / "7:0").read_text())["fragments"]
     assert sorted(os.listdir(folder)) == sorted(["info", "7:0", *names]) and len(names) > 8
@@ -281,7 +313,7 @@ def test_fragments_of_neuroglancer(client, tmp_path):
     corners = np.concatenate(corners)
     assert size == (points, len(corners))
     # The same triangles, in another order: neighbouring fragments have equal points.
-    whole = marrow.extract(marrow.Volume(samples, **OBLIQUE), 2)
+    whole = marrow.extract(marrow.Volume(samples, **OBLIQUE), 2, topology=topology)
     expected = (whole.points[whole.triangles].astype(float) * 1e6).astype("<f4")
     assert {c.tobytes() for c in corners} == {c.tobytes() for c in expected}
     assert len(corners) == len(expected)
