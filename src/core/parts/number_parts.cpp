@@ -325,8 +325,8 @@ PartCounts count_part(const VolumeView& part, const std::array<std::int64_t, 3>&
                 for (std::int64_t y = 0; y < extent.owned(1); ++y, ++to) {
                     const std::size_t r = passes.bits().row_index(y, z);
                     const PointGroups points = owned_points(passes, extent, r);
-                    std::copy_n(points.begin(), groups,
-                                counts.points.begin() + static_cast<std::ptrdiff_t>(groups * to));
+                    for (std::size_t group = 0; group < groups; ++group)
+                        counts.points[groups * to + group] = points[group];
                     counts.triangles[to] = passes.rows().triangles[r];
                 }
             }
