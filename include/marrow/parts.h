@@ -51,13 +51,13 @@ struct PartExtent {
 struct MARROW_EXPORT PartSurface {
     PartExtent extent;
     Mesh mesh;
-    /// What tells each point from all others of the whole grid, in ascending order. With k keys a sample, that
-    /// of a point on the edge along `axis` from sample (x, y, z) is ((z * ny + y) * k + axis) * nx + x. Point i
-    /// of those inside the cell that begins there, up to six, has ((z * ny + y) * k + 3) * nx + 6 * x + i.
+    /// What tells each point from all others of the whole grid, in ascending order. With k = keys_per_sample(),
+    /// a point on the edge along `axis` from sample (x, y, z) has ((z * ny + y) * k + axis) * nx + x. With exact
+    /// topology, point i of up to six inside the cell from there has ((z * ny + y) * k + 3) * nx + 6 * x + i.
     Buffer<std::uint64_t> keys;
     bool topology = false;  ///< as IsosurfaceOptions::topology
 
-    /// 3 for the edges that start at a sample; with exact topology 9, as there are points inside cells too.
+    /// 3 for the edges that start at a sample, and with exact topology 6 more for the points inside a cell.
     std::uint64_t keys_per_sample() const { return keys_per_sample(topology); }
     static constexpr std::uint64_t keys_per_sample(bool topology) { return topology ? 9 : 3; }
     /// More than any key of the whole grid. \throw LimitError it does not fit in 64 bits

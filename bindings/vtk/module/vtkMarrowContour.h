@@ -48,9 +48,9 @@ class VTKMARROW_EXPORT vtkMarrowContour : public vtkPolyDataAlgorithm {
     vtkBooleanMacro(ComputeScalars, vtkTypeBool);
 
     /// Global ids of points, which tell equal points of different pieces: numbers of the grid edges of the
-    /// whole volume on which they lie, or of the cells with exact topology that they lie in, and the same for
-    /// any pieces. With several isovalues, the ids of the second follow those of the first, and so on. Off by
-    /// default.
+    /// whole volume on which they lie, and the same for any pieces. With exact topology there are ids of points
+    /// inside cells too, and those of edges are others than without it. With several isovalues, the ids of the
+    /// second follow those of the first, and so on. Off by default.
     vtkSetMacro(ComputeGlobalIds, vtkTypeBool);
     vtkGetMacro(ComputeGlobalIds, vtkTypeBool);
     vtkBooleanMacro(ComputeGlobalIds, vtkTypeBool);

@@ -180,6 +180,8 @@ def test_pieces_have_the_bits_of_the_whole(pieces, settings, exact):
     levels = (0.02, -0.1) if exact else (150.3, 190.1)
     settings = {**settings, "ExactTopology": exact}
     expected = by_id(extract(source, *levels, ComputeGlobalIds=True, **settings))
+    separated = extract(source, *levels, **{**settings, "ExactTopology": False})
+    assert (len(expected[0]) > separated.GetNumberOfPoints()) == exact  # points inside cells
     contour = vtkMarrowContour()
     contour.SetInputConnection(source.GetOutputPort())
     contour.SetComputeGlobalIds(True)

@@ -29,8 +29,8 @@ void write_keys(const PartPasses& passes, const PartExtent& extent, std::size_t 
     const RowBits row(bits, at);
     const auto nx = static_cast<std::uint64_t>(extent.whole[0]);
     const std::int64_t whole_row = (extent.first[2] + at.z) * extent.whole[1] + extent.first[1] + at.y;
-    const std::uint64_t row_key =
-        static_cast<std::uint64_t>(whole_row) * PartSurface::keys_per_sample(passes.ambiguous()) * nx;
+    const std::uint64_t row_key = static_cast<std::uint64_t>(whole_row) *
+                                  PartSurface::keys_per_sample(passes.ambiguous() != nullptr) * nx;
     // Before the samples there are bits of a closed surface, of which the last is the grid's first sample.
     const std::int64_t first_bit = bits.first_x == 0 ? 0 : bits.first_x - 1;
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -45,6 +45,7 @@ void write_keys(const PartPasses& passes, const PartExtent& extent, std::size_t 
         });
     }
     if (!inner.reach(r)) return;
+    static_assert(PartSurface::keys_per_sample(true) == 3 + CellTopology::kTunnelPoints);
     for (const AmbiguousCell& cell : inner.cells()) {
         const std::int64_t x = cell.x - first_bit + extent.first[0];
         for (std::uint64_t i = 0; i < cell.inner_points; ++i)
@@ -82,7 +83,7 @@ PartSurface extract_part(const VolumeView& part, const std::array<std::int64_t, 
                          const IsosurfaceOptions& options) {
     PartSurface surface{extent_of(part, whole, options), {}, {}, options.topology};
     const double sample_isovalue = checked_isovalue(isovalue, part.rescale);
-    surface.key_count();  // all keys must fit in 64 bits
+    surface.key_count();  // throws if it does not fit in 64 bits
     if (!has_cells(surface.extent)) return surface;
     try {
         with_threads(options.threads, [&] {
