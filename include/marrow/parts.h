@@ -51,9 +51,10 @@ struct PartExtent {
 struct MARROW_EXPORT PartSurface {
     PartExtent extent;
     Mesh mesh;
-    /// What tells each point from all others of the whole grid, in ascending order. With k = keys_per_sample(),
-    /// a point on the edge along `axis` from sample (x, y, z) has ((z * ny + y) * k + axis) * nx + x. With exact
-    /// topology, point i of up to six inside the cell from there has ((z * ny + y) * k + 3) * nx + 6 * x + i.
+    /// What tells each point from all others of the whole grid, in ascending order. Let k be
+    /// keys_per_sample(). A point on the edge along `axis` from sample (x, y, z) has the key
+    /// ((z * ny + y) * k + axis) * nx + x. With exact topology, point i of up to six inside the cell
+    /// that begins there has ((z * ny + y) * k + 3) * nx + 6 * x + i.
     Buffer<std::uint64_t> keys;
     bool topology = false;  ///< as IsosurfaceOptions::topology
 
@@ -85,8 +86,8 @@ struct SurfaceSize {
 /// fastest.
 struct MARROW_EXPORT PartCounts {
     PartExtent extent;
-    /// For each row the points on its owned edges along x, y and z, and with `topology` those inside the cells
-    /// that begin at its samples.
+    /// For each row the points on its owned edges along x, y and z, and with `topology` those inside the
+    /// cells that begin at its samples.
     std::vector<std::uint32_t> points;
     std::vector<std::uint32_t> triangles;  ///< for each row those of the cells that begin at its samples
     bool topology = false;                 ///< as IsosurfaceOptions::topology

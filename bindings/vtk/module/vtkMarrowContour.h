@@ -48,8 +48,8 @@ class VTKMARROW_EXPORT vtkMarrowContour : public vtkPolyDataAlgorithm {
     vtkBooleanMacro(ComputeScalars, vtkTypeBool);
 
     /// Global ids of points, which tell equal points of different pieces: numbers of the grid edges of the
-    /// whole volume on which they lie, and the same for any pieces. With exact topology there are ids of points
-    /// inside cells too, and those of edges are others than without it. With several isovalues, the ids of the
+    /// whole volume on which they lie, and the same for any pieces. With exact topology, points inside cells
+    /// have ids too, and those of edges are others than without it. With several isovalues, the ids of the
     /// second follow those of the first, and so on. Off by default.
     vtkSetMacro(ComputeGlobalIds, vtkTypeBool);
     vtkGetMacro(ComputeGlobalIds, vtkTypeBool);
