@@ -364,17 +364,17 @@ def test_an_error_in_the_middle_of_writing_leaves_the_old_file(client, tmp_path)
     assert sorted(os.listdir(tmp_path)) == ["reads", "samples.zarr", "surface.ply"]
 
 
-@pytest.mark.parametrize("dtype", ["u1", ">u2", "f4"])
-def test_chunks_without_surface_are_read_once(tmp_path, dtype):
+@pytest.mark.parametrize("dtype, topology", [("u1", False), (">u2", False), ("f4", False), ("f4", True)])
+def test_chunks_without_surface_are_read_once(tmp_path, dtype, topology):
     """They are damaged after the samples were counted."""
     z, y, x = np.ogrid[:40, :36, :50]
     samples = (250 - 5 * np.sqrt((z - 18) ** 2 + (y - 16) ** 2 + (x - 30.0) ** 2)).clip(0).astype(dtype)
-    isovalue = 180
+    isovalue, options = 180, (False, topology)
     stored(tmp_path, samples, (6, 5, 7))
     source = _blocks.Source(image(tmp_path, (1, 1, 1), (0, 0, 0)))
     layers = list(source.layers((18, 15, 50), whole_rows=True, threads=2))
     counted = [
-        [marrow.dask._count(source.array, block, source.geometry, isovalue, False) for block in layer]
+        [marrow.dask._count(source.array, block, source.geometry, isovalue, *options) for block in layer]
         for layer in layers
     ]
     chunks = {True: set(), False: set()}
@@ -392,14 +392,15 @@ def test_chunks_without_surface_are_read_once(tmp_path, dtype):
     for layer, blocks, following in zip(layers, counted, [*counted[1:], []]):
         numbered = marrow.dask._number(blocks, [marrow.dask._first_slice(block) for block in following], before)
         for block, numbers in zip(layer, numbered):
-            marrow.dask._write(source.array, block, source.geometry, isovalue, False, numbers, file.description)
+            marrow.dask._write(source.array, block, source.geometry, isovalue, *options, numbers, file.description)
         before = marrow.dask._total([before, *map(marrow.dask._size, blocks)])
     file.commit()
-    marrow.extract(samples.astype(samples.dtype.newbyteorder("=")), isovalue).write(tmp_path / "whole.ply")
+    native = samples.astype(samples.dtype.newbyteorder("="))
+    marrow.extract(native, isovalue, topology=topology).write(tmp_path / "whole.ply")
     assert (tmp_path / "surface.ply").read_bytes() == (tmp_path / "whole.ply").read_bytes()
 
     with pytest.raises(marrow.InputError, match="damaged"):
-        marrow.dask._count(source.array, layers[0][0], source.geometry, isovalue, False)
+        marrow.dask._count(source.array, layers[0][0], source.geometry, isovalue, *options)
     out = np.empty((6, 5, 7), source.array.dtype)
     with pytest.raises(marrow.InputError, match="an element for each chunk"):
         source.array.open().read((0, 0, 0), out, (np.ones((1, 1, 2), "u1"), np.ones((1, 1, 1), out.dtype)))
