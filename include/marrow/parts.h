@@ -12,9 +12,9 @@
 /// that is read from a store twice can leave out chunks_without_surface() the second time.
 ///
 /// In all functions `whole` are the dims of the whole volume. With `options.closed` the surface is closed at
-/// the border of the whole, not between parts. `options.snap` must be 0, and `options.topology` false. All
-/// throw InputError as extract_isosurface, for a view that leaves the whole, and for a missing sample for
-/// normals; LimitError not enough memory; Cancelled.
+/// the border of the whole, not between parts. `options.snap` must be 0. All throw InputError as
+/// extract_isosurface, for a view that leaves the whole, for a missing sample for normals, and for parts of
+/// which some have exact topology and some have not; LimitError not enough memory; Cancelled.
 #pragma once
 
 #include <array>
@@ -48,12 +48,21 @@ struct PartExtent {
 };
 
 /// The surface of a part. It has all points that its triangles name, so that neighbouring parts share points.
-struct PartSurface {
+struct MARROW_EXPORT PartSurface {
     PartExtent extent;
     Mesh mesh;
-    /// The edge of the whole grid on which each point lies, ((z * ny + y) * 3 + axis) * nx + x, in ascending
-    /// order.
+    /// What tells each point from all others of the whole grid, in ascending order. Let k be
+    /// keys_per_sample(). A point on the edge along `axis` from sample (x, y, z) has the key
+    /// ((z * ny + y) * k + axis) * nx + x. With exact topology, point i of up to six inside the cell
+    /// that begins there has ((z * ny + y) * k + 3) * nx + 6 * x + i.
     Buffer<std::uint64_t> keys;
+    bool topology = false;  ///< as IsosurfaceOptions::topology
+
+    /// 3 for the edges that start at a sample, and with exact topology 6 more for the points inside a cell.
+    std::uint64_t keys_per_sample() const { return keys_per_sample(topology); }
+    static constexpr std::uint64_t keys_per_sample(bool topology) { return topology ? 9 : 3; }
+    /// More than any key of the whole grid. \throw LimitError it does not fit in 64 bits
+    std::uint64_t key_count() const;
 };
 
 /// Extracts the surface of a part.
@@ -77,8 +86,11 @@ struct SurfaceSize {
 /// fastest.
 struct MARROW_EXPORT PartCounts {
     PartExtent extent;
-    std::vector<std::uint32_t> points;     ///< for each row the points on its owned edges along x, y and z
+    /// For each row the points on its owned edges along x, y and z, and with `topology` those inside the
+    /// cells that begin at its samples.
+    std::vector<std::uint32_t> points;
     std::vector<std::uint32_t> triangles;  ///< for each row those of the cells that begin at its samples
+    bool topology = false;                 ///< as IsosurfaceOptions::topology
 
     SurfaceSize total() const;
 };
@@ -94,8 +106,10 @@ MARROW_EXPORT PartCounts first_slice(const PartCounts& counts);
 /// dims[2] rows of samples of the part, y fastest.
 struct PartNumbers {
     PartExtent extent;
-    std::vector<std::uint32_t> points;     ///< for each row the number of the first point along x, y and z
+    /// For each row the number of the first point along x, y and z, and with `topology` inside a cell.
+    std::vector<std::uint32_t> points;
     std::vector<std::uint64_t> triangles;  ///< for each row the number of the first triangle
+    bool topology = false;                 ///< as IsosurfaceOptions::topology
 };
 
 /// Numbers the points and triangles of parts, in the order of `parts`, which are all between two cuts across

@@ -212,6 +212,22 @@ Geometry random_geometry(Random& random) {
     return g;
 }
 
+// Noise of few values, so that some equal the isovalue 2.
+template <class T>
+Volume noise(Random& random) {
+    return sampled<T>(random_geometry(random), [&](auto, auto, auto) { return random() % 5; });
+}
+
+// The same, but most neighbours are on different sides, so that many cells are ambiguous and some have
+// tunnels.
+template <class T>
+Volume alternating_noise(Random& random) {
+    return sampled<T>(random_geometry(random), [&](auto x, auto y, auto z) {
+        const bool inside = (x + y + z) % 2 == (random() % 5 == 0 ? 1 : 0);
+        return inside ? 2 + random() % 3 : random() % 2;
+    });
+}
+
 template <class T>
 class DistributedParts : public testing::Test {};
 
@@ -223,9 +239,7 @@ TYPED_TEST(DistributedParts, HaveTheBytesOfTheWhole) {
     Random random(4);
     std::size_t parts = 0;
     for (int i = 0; i < 60; ++i) {
-        // Noise of few values, so that some equal the isovalue 2.
-        const Volume volume =
-            sampled<TypeParam>(random_geometry(random), [&](auto, auto, auto) { return random() % 5; });
+        const Volume volume = noise<TypeParam>(random);
         const IsosurfaceOptions options{.normals = i % 4 != 0, .closed = i % 2 == 0, .threads = 1 + i % 2};
         const Mesh whole = extract_isosurface(volume, 2, options);
         const std::vector<Box> planes = cut_by_planes(volume.geometry().dims, random, 1 + i % 7);
@@ -239,32 +253,92 @@ TYPED_TEST(DistributedParts, HaveTheBytesOfTheWhole) {
     EXPECT_GT(parts, 1000u);
 }
 
+// With exact topology, also the points inside cells, at cuts and between them.
+TYPED_TEST(DistributedParts, WithExactTopologyHaveTheBytesOfTheWhole) {
+    Random random(10);
+    std::size_t fans = 0, tunnels = 0;
+    for (int i = 0; i < 60; ++i) {
+        const Volume volume = i % 3 == 0 ? noise<TypeParam>(random) : alternating_noise<TypeParam>(random);
+        const Index& dims = volume.geometry().dims;
+        const IsosurfaceOptions options{
+            .normals = i % 4 != 0, .closed = i % 2 == 0, .topology = true, .threads = 1 + i % 2};
+        const Mesh whole = extract_isosurface(volume, 2, options);
+        const std::vector<Box> planes = cut_by_planes(dims, random, 1 + i % 7);
+        ASSERT_TRUE(same_bytes(assembled(volume, planes, 2, options), whole)) << i;
+        std::vector<Box> anyhow;
+        cut_anyhow({{0, 0, 0}, dims}, random, anyhow);
+        std::shuffle(anyhow.begin(), anyhow.end(), random);
+        ASSERT_TRUE(same_bytes(merged(volume, anyhow, 2, options), whole)) << i;
+        for (const std::uint64_t key : extract_part(volume, dims, 2, options).keys) {
+            const auto nx = static_cast<std::uint64_t>(dims[0] + (options.closed ? 2 : 0));
+            if (key % (9 * nx) < 3 * nx) continue;
+            const std::uint64_t number = (key % (9 * nx) - 3 * nx) % 6;
+            fans += number == 0 ? 1 : 0;
+            tunnels += number == 5 ? 1 : 0;
+        }
+    }
+    EXPECT_GT(fans, 1000u);
+    EXPECT_GT(tunnels, 50u);
+}
+
+// A point has the same key in any part, and different points have different ones.
+TEST(DistributedPartsTest, KeysDoNotDependOnTheCuts) {
+    Random random(11);
+    for (int i = 0; i < 60; ++i) {
+        const Volume volume = alternating_noise<std::int16_t>(random);
+        const Index& dims = volume.geometry().dims;
+        const IsosurfaceOptions options{.closed = i % 2 == 0, .topology = i % 3 != 0, .threads = 1};
+        const PartSurface whole = extract_part(volume, dims, 2, options);
+        ASSERT_EQ(std::adjacent_find(whole.keys.begin(), whole.keys.end(), std::greater_equal<>()),
+                  whole.keys.end());
+        ASSERT_TRUE(whole.keys.empty() || whole.keys.back() < whole.key_count());
+        std::vector<Box> boxes;
+        cut_anyhow({{0, 0, 0}, dims}, random, boxes);
+        std::size_t found = 0;
+        for (const Box& box : boxes) {
+            const OwnSamples own(volume, box, true);
+            const PartSurface part = extract_part(own.view, dims, 2, options);
+            for (std::size_t p = 0; p < part.keys.size(); ++p, ++found) {
+                const auto at = std::lower_bound(whole.keys.begin(), whole.keys.end(), part.keys[p]);
+                ASSERT_TRUE(at != whole.keys.end() && *at == part.keys[p]) << i;
+                const auto q = static_cast<std::size_t>(at - whole.keys.begin());
+                ASSERT_EQ(bits_of(part.mesh.points[p]), bits_of(whole.mesh.points[q])) << i;
+                ASSERT_EQ(bits_of(part.mesh.normals[p]), bits_of(whole.mesh.normals[q])) << i;
+            }
+        }
+        ASSERT_GE(found, whole.keys.size()) << i;
+    }
+}
+
 TEST(DistributedPartsTest, DifficultCellsHaveTheBytesOfTheWhole) {
     Random random(5);
     for (int i = 0; i < 300; ++i) {
         const auto [volume, isovalue] = random_grid(random);
-        const IsosurfaceOptions options{.closed = i % 2 == 0, .threads = 1};
-        const Mesh whole = extract_isosurface(volume, isovalue, options);
         const std::vector<Box> boxes = cut_by_planes(volume.geometry().dims, random, 7);
-        ASSERT_TRUE(same_bytes(assembled(volume, boxes, isovalue, options), whole)) << i;
-        ASSERT_TRUE(same_bytes(merged(volume, boxes, isovalue, options), whole)) << i;
+        for (const bool topology : {false, true}) {
+            const IsosurfaceOptions options{.closed = i % 2 == 0, .topology = topology, .threads = 1};
+            const Mesh whole = extract_isosurface(volume, isovalue, options);
+            ASSERT_TRUE(same_bytes(assembled(volume, boxes, isovalue, options), whole)) << i;
+            ASSERT_TRUE(same_bytes(merged(volume, boxes, isovalue, options), whole)) << i;
+        }
     }
 }
 
 // Thin walls at the borders of parts, where the triangles around a point are in several parts.
 TEST(DistributedPartsTest, TurnTheNormalsOutwardThatTheWholeTurns) {
     Random random(8);
-    std::size_t turned = 0;
-    for (int i = 0; i < 100; ++i) {
-        const Volume volume =
-            sampled<std::uint8_t>(random_geometry(random), [&](auto, auto, auto) { return random() % 5; });
-        const IsosurfaceOptions options{.closed = i % 2 == 0, .threads = 1};
-        Mesh whole = extract_isosurface(volume, 2, options);
-        turned += turn_normals_outward(whole);
-        const std::vector<Box> boxes = cut_by_planes(volume.geometry().dims, random, 1 + i % 7);
-        ASSERT_TRUE(same_bytes(assembled(volume, boxes, 2, options, true), whole)) << i;
+    for (const bool topology : {false, true}) {
+        std::size_t turned = 0;
+        for (int i = 0; i < 100; ++i) {
+            const Volume volume = noise<std::uint8_t>(random);
+            const IsosurfaceOptions options{.closed = i % 2 == 0, .topology = topology, .threads = 1};
+            Mesh whole = extract_isosurface(volume, 2, options);
+            turned += turn_normals_outward(whole);
+            const std::vector<Box> boxes = cut_by_planes(volume.geometry().dims, random, 1 + i % 7);
+            ASSERT_TRUE(same_bytes(assembled(volume, boxes, 2, options, true), whole)) << i;
+        }
+        EXPECT_GT(turned, 1000u);
     }
-    EXPECT_GT(turned, 1000u);
 }
 
 // Blobs, whose samples matter near the surface alone.
@@ -281,7 +355,8 @@ TYPED_TEST(DistributedParts, ChunksWithoutSurfaceNeedNotBeReadAgain) {
             return std::round(50 + 20 * (std::sin(x / scale) + std::sin(y / scale) + std::sin(z / scale)));
         });
         const double isovalue = 20 + static_cast<double>(random() % 60);
-        const IsosurfaceOptions options{.normals = i % 4 != 0, .closed = i % 2 == 0, .threads = 1};
+        const IsosurfaceOptions options{
+            .normals = i % 4 != 0, .closed = i % 2 == 0, .topology = i % 5 == 0, .threads = 1};
         const Index& dims = volume.geometry().dims;
         Index chunk;
         for (std::int64_t& n : chunk) n = 1 + static_cast<std::int64_t>(random() % 8);
@@ -300,6 +375,34 @@ TYPED_TEST(DistributedParts, ChunksWithoutSurfaceNeedNotBeReadAgain) {
     EXPECT_GT(changed, all / 10);
 }
 
+// Drops of noise, with cells that the samples decide beside chunks without surface.
+TEST(DistributedPartsTest, ChunksWithoutSurfaceDecideNothing) {
+    Random random(12);
+    std::size_t changed = 0, inner = 0;
+    for (int i = 0; i < 60; ++i) {
+        Geometry geometry = random_geometry(random);
+        geometry.dims = {40, 20, 18};
+        const Volume volume = sampled<std::int16_t>(geometry, [&](double x, double y, double z) {
+            const bool is_drop = std::fmod(x, 13) < 5 && std::fmod(y, 11) < 4 && std::fmod(z, 9) < 4;
+            return is_drop ? static_cast<int>(random() % 4) : static_cast<int>(random() % 2);
+        });
+        const IsosurfaceOptions options{.closed = i % 2 == 0, .topology = true, .threads = 1};
+        const Index chunk{1 + i % 5, 1 + i % 4, 1 + i % 3};
+        const auto reread = [&](const Box& box) {
+            OwnSamples own(volume, box, true);
+            changed += fill_chunks_without_surface(own, geometry.dims, chunk, 2, options);
+            return own;
+        };
+        const Mesh whole = extract_isosurface(volume, 2, options);
+        inner +=
+            whole.points.size() - extract_isosurface(volume, 2, {.closed = options.closed}).points.size();
+        const std::vector<Box> boxes = cut_by_planes(geometry.dims, random, 1 + i % 7);
+        ASSERT_TRUE(same_bytes(assembled(volume, boxes, 2, options, false, reread), whole)) << i;
+    }
+    EXPECT_GT(changed, 100'000u);
+    EXPECT_GT(inner, 1000u);
+}
+
 // A single slice has a closed surface, and no open one.
 TEST(DistributedPartsTest, FlatVolumesHaveTheBytesOfTheWhole) {
     Random random(6);
@@ -307,10 +410,13 @@ TEST(DistributedPartsTest, FlatVolumesHaveTheBytesOfTheWhole) {
         const Volume volume = sampled<std::uint8_t>(grid(dims[0], dims[1], dims[2]),
                                                     [&](auto, auto, auto) { return random() % 5; });
         for (const bool closed : {false, true}) {
-            const Mesh whole = extract_isosurface(volume, 2, {.closed = closed});
-            const std::vector<Box> boxes{{{0, 0, 0}, dims}};
-            ASSERT_TRUE(same_bytes(assembled(volume, boxes, 2, {.closed = closed}), whole));
-            ASSERT_TRUE(same_bytes(merged(volume, boxes, 2, {.closed = closed}), whole));
+            for (const bool topology : {false, true}) {
+                const IsosurfaceOptions options{.closed = closed, .topology = topology};
+                const Mesh whole = extract_isosurface(volume, 2, options);
+                const std::vector<Box> boxes{{{0, 0, 0}, dims}};
+                ASSERT_TRUE(same_bytes(assembled(volume, boxes, 2, options), whole));
+                ASSERT_TRUE(same_bytes(merged(volume, boxes, 2, options), whole));
+            }
         }
     }
 }
@@ -320,7 +426,6 @@ TEST(DistributedPartsTest, RefusesWhatCannotGiveTheBytesOfTheWhole) {
     const Index whole{8, 8, 8};
     VolumeView part = part_of(volume, {0, 0, 0}, {4, 8, 8});
     EXPECT_THROW(extract_part(part, whole, 0.5, {.snap = 0.3}), InputError);
-    EXPECT_THROW(extract_part(part, whole, 0.5, {.topology = true}), InputError);
     EXPECT_THROW(extract_part(part, {3, 8, 8}, 0.5), InputError);
     part.above[0] = 0;  // so normals would differ
     EXPECT_THROW(extract_part(part, whole, 0.5), InputError);
@@ -332,6 +437,10 @@ TEST(DistributedPartsTest, RefusesWhatCannotGiveTheBytesOfTheWhole) {
     EXPECT_THROW(merge_parts(std::vector{open, closed}), InputError);
     EXPECT_THROW(merge_parts(std::vector{open, open}), InputError);  // the same cells
     EXPECT_THROW(merge_parts(std::vector{open, extract_part(volume, whole, 0.5, {.normals = false})}),
+                 InputError);
+    const VolumeView next = part_of(volume, {3, 0, 0}, {5, 8, 8});
+    EXPECT_THROW(merge_parts(std::vector{extract_part(part_of(volume, {0, 0, 0}, {4, 8, 8}), whole, 0.5),
+                                         extract_part(next, whole, 0.5, {.topology = true})}),
                  InputError);
     EXPECT_TRUE(merge_parts({}).points.empty());
 
@@ -347,6 +456,9 @@ TEST(DistributedPartsTest, RefusesWhatCannotGiveTheBytesOfTheWhole) {
     EXPECT_THROW(number_parts(std::vector{all}, {}, {.points = 0xffffffff}), LimitError);
     const auto numbers = number_parts(std::vector{all});
     EXPECT_THROW(extract_numbered_part(part_of(volume, {0, 0, 0}, {8, 8, 4}), numbers[0], 0.5), InputError);
+    EXPECT_THROW(extract_numbered_part(volume, numbers[0], 0.5, {.topology = true}), InputError);
+    EXPECT_THROW(number_parts(std::vector{low, count_part(next, whole, 0.5, {.topology = true})}),
+                 InputError);
 }
 
 TEST(DistributedPartsTest, CanBeCancelled) {

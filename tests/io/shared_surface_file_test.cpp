@@ -52,12 +52,15 @@ Volume noise(Random& random) {
 TEST(SharedSurfaceFile, HasTheBytesOfWriteMesh) {
     Random random(7);
     const Volume volume = noise(random);
-    Mesh mesh = extract_isosurface(volume, kIsovalue, {.closed = true});
-    ASSERT_GT(turn_normals_outward(mesh), 5u);  // by writers
+    for (const bool topology : {false, true}) {
+        Mesh mesh = extract_isosurface(volume, kIsovalue, {.closed = true, .topology = topology});
+        ASSERT_GT(turn_normals_outward(mesh), 5u);  // by writers
+    }
     for (const char* name : {"surface.ply", "surface.stl"}) {
         for (const Space space : {Space::LPS, Space::RAS, Space::none}) {
-            for (const bool normals : {true, false}) {
-                const IsosurfaceOptions extraction{.normals = normals, .closed = true};
+            for (const int kind : {0, 1, 2, 3}) {
+                const bool normals = kind % 2 == 0, topology = kind / 2 == 1;
+                const IsosurfaceOptions extraction{.normals = normals, .closed = true, .topology = topology};
                 SurfaceSize size;
                 std::vector<NumberedPart> parts = cut_up(volume, extraction, size);
                 std::shuffle(parts.begin(), parts.end(), random);

@@ -20,6 +20,7 @@ JOBS = [
     ("closed", "wavelet", {"Isosurfaces": [120.25], "Closed": 1, "ComputeScalars": 0}),
     ("chosen", "{folder}/noise.vti", {"Isosurfaces": [2], "ContourBy": ["POINTS", "other"]}),
     ("noise", "{folder}/noise.vti", {"Isosurfaces": [2], "Closed": 1}),  # oblique, and many samples are 2
+    ("exact", "{folder}/noise.vti", {"Isosurfaces": [2], "Closed": 1, "ExactTopology": 1}),
     ("in_pieces", "{folder}/noise.nhdr", {"Isosurfaces": [2]}),
     ("on_one_rank", "{folder}/noise.mhd", {"Isosurfaces": [2]}),  # ParaView gives all of it to the first rank
     ("tiny", "{folder}/tiny.vti", {"Isosurfaces": [2]}),  # two cells, so that ranks stay without any
@@ -90,8 +91,6 @@ def surfaces(tmp_path_factory):
         ]
         if ranks == 1:
             jobs.append(["wavelet", "Contour", JOBS[0][2], str(folder / "contour-1.npz")])
-            exact = {"Isosurfaces": [2], "Closed": 1, "ExactTopology": 1, "ComputeGlobalIds": 0}
-            jobs.append([f"{folder}/noise.vti", "MarrowContour", exact, str(folder / "exact-1.npz")])
         assert "ERR" not in pvbatch(ranks, "extract.py", json.dumps(jobs))
         for path in folder.glob(f"*-{ranks}.npz"):
             results[path.stem] = dict(np.load(path))
@@ -127,7 +126,7 @@ def test_the_surface_is_that_of_contour(surfaces):
 
 
 def test_a_closed_surface_has_no_seams(surfaces):
-    for name in ("closed", "noise"):
+    for name in ("closed", "noise", "exact"):
         ids, triangles = (surfaces[f"{name}-4"][key] for key in ("ids", "triangles"))
         corners = ids[triangles.astype(int)]
         edges = np.concatenate([corners[:, [0, 1]], corners[:, [1, 2]], corners[:, [2, 0]]])
@@ -136,9 +135,9 @@ def test_a_closed_surface_has_no_seams(surfaces):
         assert {tuple(edge) for edge in edges} == {tuple(edge) for edge in edges[:, ::-1]}
 
 
-def test_exact_topology_can_be_chosen_on_one_rank(surfaces):
+def test_exact_topology_has_points_inside_cells(surfaces):
     exact, separated = (set(map(tuple, surfaces[name]["points"])) for name in ("exact-1", "noise-1"))
-    assert separated < exact  # it has points inside cells too
+    assert separated < exact
 
 
 def test_the_menu_has_a_filter_with_the_properties_of_contour(tmp_path):

@@ -14,9 +14,9 @@ _Progress = Optional[Callable[[float], Any]]
 _Vector = tuple[float, float, float]
 _MeshArrays = tuple[Any, Any, Any]  # points, triangles, normals or None
 _PlacedArray = tuple[Any, Any, Any, Any, tuple[float, float]]  # array, spacing, origin, direction, rescale
-_PartSurface = tuple[Any, Any, Any, Any, Any]  # extent, points, triangles, normals or None, keys
-_PartCounts = tuple[Any, Any, Any]  # extent, points, triangles by row
-_PartNumbers = tuple[Any, Any, Any]  # extent, points, triangles by row
+_PartSurface = tuple[Any, Any, Any, Any, Any, bool]  # extent, points, triangles, normals or None, keys, topology
+_PartCounts = tuple[Any, Any, Any, bool]  # extent, points, triangles by row, topology
+_PartNumbers = tuple[Any, Any, Any, bool]  # extent, points, triangles by row, topology
 _SharedFile = tuple[Any, ...]
 _LabelPart = tuple[Any, ...]  # whole, first, dims, net_keys, positions, positions before relaxation, surfaces
 
@@ -107,7 +107,14 @@ class FileOfParts:
     def discard(self) -> None: ...
 
 def extract_part(
-    part: ArrayPart, isovalue: float, *, closed: bool, normals: bool, threads: int, progress: _Progress = None
+    part: ArrayPart,
+    isovalue: float,
+    *,
+    closed: bool,
+    normals: bool,
+    topology: bool,
+    threads: int,
+    progress: _Progress = None,
 ) -> _PartSurface: ...
 def merge_parts(parts: list[_PartSurface], progress: _Progress = None) -> _MeshArrays: ...
 def label_part_halo(relax: int) -> int: ...
@@ -118,7 +125,7 @@ def merge_label_parts(
     parts: list[_LabelPart], *, normals: bool, progress: _Progress = None
 ) -> dict[int, _MeshArrays]: ...
 def count_part(
-    part: ArrayPart, isovalue: float, *, closed: bool, threads: int, progress: _Progress = None
+    part: ArrayPart, isovalue: float, *, closed: bool, topology: bool, threads: int, progress: _Progress = None
 ) -> _PartCounts: ...
 def chunks_without_surface(
     part: ArrayPart, chunk: Sequence[int], isovalue: float, *, closed: bool, threads: int
@@ -134,6 +141,7 @@ def extract_to_shared_file(
     file: _SharedFile,
     *,
     closed: bool,
+    topology: bool,
     threads: int,
     progress: _Progress = None,
 ) -> None: ...

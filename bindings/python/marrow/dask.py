@@ -44,6 +44,7 @@ def extract(
     *,
     closed: bool = False,
     normals: bool = True,
+    topology: bool = False,
     spacing: Optional[Spacing] = None,
     origin: Optional[ArrayLike] = None,
     direction: Optional[ArrayLike] = None,
@@ -60,7 +61,7 @@ def extract(
         Dask array; a NumPy array; or another object with ``shape``, ``dtype`` and slices that can be sent to workers.
     isovalue : float
         In the unit of the values.
-    closed, normals
+    closed, normals, topology
         As for `marrow.extract`.
     spacing, origin, direction, affine
         As for `marrow.Volume`. A folder states its own.
@@ -97,6 +98,7 @@ def extract(
                 isovalue,
                 closed,
                 normals,
+                topology,
             )
             for layer in source.layers(blocks, whole_rows=False)
             for block in layer
@@ -113,6 +115,7 @@ def extract_to_file(
     path: Path,
     *,
     closed: bool = False,
+    topology: bool = False,
     space: FileSpace = "LPS",
     spacing: Optional[Spacing] = None,
     origin: Optional[ArrayLike] = None,
@@ -129,7 +132,7 @@ def extract_to_file(
 
     Parameters
     ----------
-    array, isovalue, closed, spacing, origin, direction, affine, client
+    array, isovalue, closed, topology, spacing, origin, direction, affine, client
         As for `extract`.
     path : path-like
         The output, .stl or .ply, in a folder that all workers can write to. It appears when it is complete.
@@ -158,7 +161,16 @@ def extract_to_file(
         layers = list(source.layers(blocks, whole_rows=True, threads=tasks.threads()))
         counts = [
             [
-                tasks.submit("count", _count, tasks.samples(source, block), block, source.geometry, isovalue, closed)
+                tasks.submit(
+                    "count",
+                    _count,
+                    tasks.samples(source, block),
+                    block,
+                    source.geometry,
+                    isovalue,
+                    closed,
+                    topology,
+                )
                 for block in layer
             ]
             for layer in layers
@@ -170,7 +182,7 @@ def extract_to_file(
             _raise_empty(isovalue)
         file = _marrow.FileOfParts(path, size.points, size.triangles, normals=True, space=space)
         try:
-            _write_blocks(tasks, source, isovalue, closed, layers, counts, sizes, file.description)
+            _write_blocks(tasks, source, isovalue, closed, topology, layers, counts, sizes, file.description)
             file.commit()
         finally:
             file.discard()
@@ -182,6 +194,7 @@ def _write_blocks(
     source: Source,
     isovalue: float,
     closed: bool,
+    topology: bool,
     layers: list[list[Block]],
     counts: list[list[distributed.Future]],
     sizes: list[list[SurfaceSize]],
@@ -200,7 +213,7 @@ def _write_blocks(
             samples = tasks.samples(source, block)
             place = tasks.submit("place", operator.getitem, numbers, index)
             written.append(
-                tasks.submit("write", _write, samples, block, source.geometry, isovalue, closed, place, file)
+                tasks.submit("write", _write, samples, block, source.geometry, isovalue, closed, topology, place, file)
             )
         before = _total([before, *sizes[number]])
     tasks.gather(written)
@@ -213,6 +226,7 @@ def write_fragments(
     *,
     segment: int = 1,
     closed: bool = False,
+    topology: bool = False,
     spacing: Optional[Spacing] = None,
     origin: Optional[ArrayLike] = None,
     direction: Optional[ArrayLike] = None,
@@ -227,7 +241,7 @@ def write_fragments(
 
     Parameters
     ----------
-    array, isovalue, closed, spacing, origin, direction, affine, blocks, client
+    array, isovalue, closed, topology, spacing, origin, direction, affine, blocks, client
         As for `extract`.
     folder : path-like
         A folder that all workers can write to, for example ``mesh`` in a folder of the Precomputed format. It gets ``info``,
@@ -263,6 +277,7 @@ def write_fragments(
                     source.geometry,
                     isovalue,
                     closed,
+                    topology,
                     target / name,
                 )
                 for block, name in zip(all_blocks, names)
@@ -389,9 +404,11 @@ class _Tasks:
 # The tasks. Each works on one thread: the workers of a cluster have as many at a time as they have threads.
 
 
-def _extract(samples: Any, block: Block, geometry: Geometry, isovalue: float, closed: bool, normals: bool) -> Any:
+def _extract(
+    samples: Any, block: Block, geometry: Geometry, isovalue: float, closed: bool, normals: bool, topology: bool
+) -> Any:
     part = part_of(samples, block, geometry)
-    return _marrow.extract_part(part, isovalue, closed=closed, normals=normals, threads=1)
+    return _marrow.extract_part(part, isovalue, closed=closed, normals=normals, topology=topology, threads=1)
 
 
 class _Counted(NamedTuple):
@@ -404,11 +421,13 @@ class _Numbered(NamedTuple):
     chunks: Optional[KnownChunks]
 
 
-def _count(samples: Any, block: Block, geometry: Geometry, isovalue: float, closed: bool) -> _Counted:
+def _count(
+    samples: Any, block: Block, geometry: Geometry, isovalue: float, closed: bool, topology: bool
+) -> _Counted:
     steps = block.steps()
     counted = _Counted([], chunks_of(samples, block))
     for step, part in zip(steps, parts_of(samples, steps, geometry)):
-        counted.counts.append(_marrow.count_part(part, isovalue, closed=closed, threads=1))
+        counted.counts.append(_marrow.count_part(part, isovalue, closed=closed, topology=topology, threads=1))
         if counted.chunks:
             counted.chunks.add(part, step, isovalue, closed)
     return counted
@@ -417,7 +436,7 @@ def _count(samples: Any, block: Block, geometry: Geometry, isovalue: float, clos
 def _size(block: _Counted) -> SurfaceSize:
     return _total(
         SurfaceSize(int(points.sum(dtype=np.uint64)), int(triangles.sum(dtype=np.uint64)))
-        for _, points, triangles in block.counts
+        for _, points, triangles, _ in block.counts
     )
 
 
@@ -433,18 +452,27 @@ def _number(blocks: list[_Counted], following: list[Any], before: SurfaceSize) -
 
 
 def _write(
-    samples: Any, block: Block, geometry: Geometry, isovalue: float, closed: bool, numbered: _Numbered, file: Any
+    samples: Any,
+    block: Block,
+    geometry: Geometry,
+    isovalue: float,
+    closed: bool,
+    topology: bool,
+    numbered: _Numbered,
+    file: Any,
 ) -> None:
     parts = parts_of(samples, block.steps(), geometry, numbered.chunks)
     for part, places in zip(parts, numbered.numbers):
-        _marrow.extract_to_shared_file(part, places, isovalue, file, closed=closed, threads=1)
+        _marrow.extract_to_shared_file(part, places, isovalue, file, closed=closed, topology=topology, threads=1)
 
 
 def _write_fragment(
-    samples: Any, block: Block, geometry: Geometry, isovalue: float, closed: bool, path: FilePath
+    samples: Any, block: Block, geometry: Geometry, isovalue: float, closed: bool, topology: bool, path: FilePath
 ) -> SurfaceSize:
     part = part_of(samples, block, geometry)
-    _, points, triangles, _, _ = _marrow.extract_part(part, isovalue, closed=closed, normals=False, threads=1)
+    _, points, triangles, *_ = _marrow.extract_part(
+        part, isovalue, closed=closed, normals=False, topology=topology, threads=1
+    )
     if len(triangles):
         nanometres = (points.astype(float) * 1e6).astype("<f4")
         count = np.array([len(points)], "<u4")

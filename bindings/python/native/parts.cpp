@@ -103,13 +103,14 @@ PartExtent to_extent(const py::handle& extent) {
 
 py::tuple as_tuple(PartCounts&& counts) {
     return py::make_tuple(as_tuple(counts.extent), to_array(std::move(counts.points)),
-                          to_array(std::move(counts.triangles)));
+                          to_array(std::move(counts.triangles)), counts.topology);
 }
 
 PartCounts to_counts(const py::handle& counts) {
-    const auto [extent, points, triangles] = counts.cast<std::tuple<py::object, py::object, py::object>>();
+    const auto [extent, points, triangles, topology] =
+        counts.cast<std::tuple<py::object, py::object, py::object, bool>>();
     return {to_extent(extent), to_vector<std::vector<std::uint32_t>>(points),
-            to_vector<std::vector<std::uint32_t>>(triangles)};
+            to_vector<std::vector<std::uint32_t>>(triangles), topology};
 }
 
 std::vector<PartCounts> to_counts(const py::list& list) {
@@ -120,19 +121,21 @@ std::vector<PartCounts> to_counts(const py::list& list) {
 
 py::tuple as_tuple(PartNumbers&& numbers) {
     return py::make_tuple(as_tuple(numbers.extent), to_array(std::move(numbers.points)),
-                          to_array(std::move(numbers.triangles)));
+                          to_array(std::move(numbers.triangles)), numbers.topology);
 }
 
 PartNumbers to_numbers(const py::handle& numbers) {
-    const auto [extent, points, triangles] = numbers.cast<std::tuple<py::object, py::object, py::object>>();
+    const auto [extent, points, triangles, topology] =
+        numbers.cast<std::tuple<py::object, py::object, py::object, bool>>();
     return {to_extent(extent), to_vector<std::vector<std::uint32_t>>(points),
-            to_vector<std::vector<std::uint64_t>>(triangles)};
+            to_vector<std::vector<std::uint64_t>>(triangles), topology};
 }
 
 PartSurface to_surface(const py::handle& part) {
-    const auto [extent, points, triangles, normals, keys] =
-        part.cast<std::tuple<py::object, py::object, py::object, py::object, py::object>>();
+    const auto [extent, points, triangles, normals, keys, topology] =
+        part.cast<std::tuple<py::object, py::object, py::object, py::object, py::object, bool>>();
     PartSurface surface;
+    surface.topology = topology;
     surface.extent = to_extent(extent);
     surface.mesh.points = to_vector<Buffer<Vec3f>>(points);
     if (!normals.is_none()) surface.mesh.normals = to_vector<Buffer<Vec3f>>(normals);
@@ -141,19 +144,21 @@ PartSurface to_surface(const py::handle& part) {
     return surface;
 }
 
-IsosurfaceOptions options_of(bool closed, bool normals, int threads, const Progress& progress) {
-    return {.normals = normals, .closed = closed, .threads = threads, .progress = progress};
+IsosurfaceOptions options_of(bool closed, bool normals, bool topology, int threads,
+                             const Progress& progress) {
+    return {
+        .normals = normals, .closed = closed, .topology = topology, .threads = threads, .progress = progress};
 }
 
-py::tuple python_extract_part(const ArrayPart& part, double isovalue, bool closed, bool normals, int threads,
-                              const py::object& progress) {
+py::tuple python_extract_part(const ArrayPart& part, double isovalue, bool closed, bool normals,
+                              bool topology, int threads, const py::object& progress) {
     PartSurface surface = compute(progress, [&](const Progress& report) {
         return extract_part(part.view(), part.whole(), isovalue,
-                            options_of(closed, normals, threads, report));
+                            options_of(closed, normals, topology, threads, report));
     });
     const py::tuple mesh = to_python(std::move(surface.mesh));
     return py::make_tuple(as_tuple(surface.extent), mesh[0], mesh[1], mesh[2],
-                          to_array(std::move(surface.keys)));
+                          to_array(std::move(surface.keys)), surface.topology);
 }
 
 py::tuple python_merge_parts(const py::list& list, const py::object& progress) {
@@ -162,10 +167,11 @@ py::tuple python_merge_parts(const py::list& list, const py::object& progress) {
     return to_python(compute(progress, [&](const Progress& report) { return merge_parts(parts, report); }));
 }
 
-py::tuple python_count_part(const ArrayPart& part, double isovalue, bool closed, int threads,
+py::tuple python_count_part(const ArrayPart& part, double isovalue, bool closed, bool topology, int threads,
                             const py::object& progress) {
     return as_tuple(compute(progress, [&](const Progress& report) {
-        return count_part(part.view(), part.whole(), isovalue, options_of(closed, false, threads, report));
+        return count_part(part.view(), part.whole(), isovalue,
+                          options_of(closed, false, topology, threads, report));
     }));
 }
 
@@ -173,7 +179,7 @@ py::array_t<std::uint8_t> python_chunks_without_surface(const ArrayPart& part, c
                                                         double isovalue, bool closed, int threads) {
     const auto flags = compute(py::none(), [&](const Progress& report) {
         return chunks_without_surface(part.view(), part.whole(), chunk, isovalue,
-                                      options_of(closed, false, threads, report));
+                                      {.closed = closed, .threads = threads, .progress = report});
     });
     return py::array_t<std::uint8_t>(static_cast<py::ssize_t>(flags.size()), flags.data());
 }
@@ -231,12 +237,14 @@ class FileOfParts {
 };
 
 void extract_to_shared_file(const ArrayPart& part, const py::tuple& numbers, double isovalue,
-                            const py::tuple& file, bool closed, int threads, const py::object& progress) {
+                            const py::tuple& file, bool closed, bool topology, int threads,
+                            const py::object& progress) {
     const SharedSurfaceFile target = to_file(file);
     const PartNumbers part_numbers = to_numbers(numbers);
     run_long_work(progress, [&](const Progress& report) {
-        write_part(target, extract_numbered_part(part.view(), part_numbers, isovalue,
-                                                 options_of(closed, target.normals, threads, report)));
+        write_part(target,
+                   extract_numbered_part(part.view(), part_numbers, isovalue,
+                                         options_of(closed, target.normals, topology, threads, report)));
     });
 }
 
@@ -269,10 +277,11 @@ void add_parts(py::module_& module) {
         .def("read", &BoxReader::read, py::arg("first"), py::arg("out").noconvert(),
              py::arg("known") = py::none());
     module.def("extract_part", &python_extract_part, py::arg("part"), py::arg("isovalue"), py::kw_only(),
-               py::arg("closed"), py::arg("normals"), py::arg("threads"), py::arg("progress") = py::none());
+               py::arg("closed"), py::arg("normals"), py::arg("topology"), py::arg("threads"),
+               py::arg("progress") = py::none());
     module.def("merge_parts", &python_merge_parts, py::arg("parts"), py::arg("progress") = py::none());
     module.def("count_part", &python_count_part, py::arg("part"), py::arg("isovalue"), py::kw_only(),
-               py::arg("closed"), py::arg("threads"), py::arg("progress") = py::none());
+               py::arg("closed"), py::arg("topology"), py::arg("threads"), py::arg("progress") = py::none());
     module.def("chunks_without_surface", &python_chunks_without_surface, py::arg("part"), py::arg("chunk"),
                py::arg("isovalue"), py::kw_only(), py::arg("closed"), py::arg("threads"));
     module.def(
@@ -281,8 +290,8 @@ void add_parts(py::module_& module) {
     module.def("number_parts", &python_number_parts, py::arg("parts"), py::arg("next"),
                py::arg("points_before"), py::arg("triangles_before"));
     module.def("extract_to_shared_file", &extract_to_shared_file, py::arg("part"), py::arg("numbers"),
-               py::arg("isovalue"), py::arg("file"), py::kw_only(), py::arg("closed"), py::arg("threads"),
-               py::arg("progress") = py::none());
+               py::arg("isovalue"), py::arg("file"), py::kw_only(), py::arg("closed"), py::arg("topology"),
+               py::arg("threads"), py::arg("progress") = py::none());
     py::class_<FileOfParts>(module, "FileOfParts")
         .def(py::init<const std::filesystem::path&, std::uint64_t, std::uint64_t, bool, const std::string&>(),
              py::arg("path"), py::arg("points"), py::arg("triangles"), py::kw_only(), py::arg("normals"),

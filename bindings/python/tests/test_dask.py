@@ -53,6 +53,12 @@ def noise(rng, shape, dtype):
     return rng.integers(0, 5, shape).astype(dtype)
 
 
+def alternating_noise(rng, shape, dtype):
+    """The same, but most neighbours are on different sides: surfaces with exact topology have points inside cells."""
+    inside = np.indices(shape).sum(0) % 2 == (rng.random(shape) < 0.2)
+    return np.where(inside, 2 + rng.integers(0, 3, shape), rng.integers(0, 2, shape)).astype(dtype)
+
+
 def same_bytes(a, b):
     return all(
         x is y is None or x.dtype == y.dtype and x.tobytes() == y.tobytes()
@@ -95,6 +101,26 @@ def test_extract_has_the_bytes_of_the_whole(client, tmp_path, dtype):
         assert same_bytes(mesh, marrow.extract(marrow.Volume(samples, **OBLIQUE), isovalue, closed=closed))
 
 
+@pytest.mark.parametrize("dtype", ["u1", "i1", "u2", "i2", "i4", "f4", "f8"])
+def test_exact_topology_has_the_bytes_of_the_whole(client, tmp_path, dtype):
+    rng = np.random.default_rng(11)
+    for closed in (False, True):
+        samples = alternating_noise(rng, rng.integers(9, 30, 3), dtype)
+        volume = marrow.Volume(samples, **OBLIQUE)
+        settings = {"closed": closed, "topology": True}
+        whole = marrow.extract(volume, 2, **settings)
+        assert len(whole.points) > 100 + len(marrow.extract(volume, 2, closed=closed).points)
+        source = zarr.array(samples, chunks=tuple(rng.integers(2, 9, 3)), store=zarr.TempStore(dir=str(tmp_path)))
+        mesh = marrow.dask.extract(source, 2, blocks=rng.integers(3, 14, 3), **settings, **OBLIQUE)
+        assert same_bytes(mesh, whole)
+        for name in ("surface.ply", "surface.stl"):
+            whole.write(tmp_path / ("whole-" + name))
+            blocks = rng.integers(3, 14, 3)
+            size = marrow.dask.extract_to_file(source, 2, tmp_path / name, blocks=blocks, **settings, **OBLIQUE)
+            assert size == (len(whole.points), len(whole.triangles))
+            assert (tmp_path / name).read_bytes() == (tmp_path / ("whole-" + name)).read_bytes()
+
+
 @pytest.mark.parametrize("kind", ["numpy", "dask", "zarr", "path"])
 @pytest.mark.parametrize("name", ["surface.ply", "surface.stl"])
 def test_files_have_the_bytes_of_the_whole(client, tmp_path, kind, name):
@@ -125,15 +151,17 @@ def test_files_have_the_bytes_of_the_whole(client, tmp_path, kind, name):
 @pytest.mark.parametrize("count", [1, 3, 4])
 def test_any_number_of_workers_gives_the_same_bytes(tmp_path, count):
     rng = np.random.default_rng(8)
-    samples = noise(rng, (40, 30, 35), "u2")
+    samples = alternating_noise(rng, (40, 30, 35), "u2")
     source = stored(tmp_path, samples, (8, 8, 8))
-    whole = marrow.extract(samples, 2)
-    whole.write(tmp_path / "whole.ply")
     with workers(count, tmp_path / "workers") as client:
         assert len(client.scheduler_info()["workers"]) == count
-        marrow.dask.extract_to_file(source, 2, tmp_path / "surface.ply", blocks=(8, 16, 35), client=client)
-        assert same_bytes(marrow.dask.extract(source, 2, blocks=(16, 8, 16), client=client), whole)
-    assert (tmp_path / "surface.ply").read_bytes() == (tmp_path / "whole.ply").read_bytes()
+        for topology in (False, True):
+            whole = marrow.extract(samples, 2, topology=topology)
+            whole.write(tmp_path / "whole.ply")
+            settings = {"topology": topology, "client": client}
+            marrow.dask.extract_to_file(source, 2, tmp_path / "surface.ply", blocks=(8, 16, 35), **settings)
+            assert same_bytes(marrow.dask.extract(source, 2, blocks=(16, 8, 16), **settings), whole)
+            assert (tmp_path / "surface.ply").read_bytes() == (tmp_path / "whole.ply").read_bytes()
 
 
 @pytest.mark.parametrize("count", [1, 3, 4])
@@ -214,11 +242,13 @@ def test_real_scans_have_the_bytes_of_the_whole(client, tmp_path):
     volume = marrow.read(scans[0])
     source = stored(tmp_path, volume.array, (32, 32, 32))
     isovalue = marrow.otsu(volume)
-    whole = marrow.extract(volume, isovalue, closed=True)
-    mesh = marrow.dask.extract(source, isovalue, closed=True, blocks=(50, 70, 90), affine=volume.affine)
     placed = marrow.Volume(volume.array, affine=volume.affine)
-    assert len(whole.triangles) == len(mesh.triangles) > 10000
-    assert same_bytes(mesh, marrow.extract(placed, isovalue, closed=True))
+    for topology in (False, True):
+        settings = {"closed": True, "topology": topology}
+        whole = marrow.extract(volume, isovalue, **settings)
+        mesh = marrow.dask.extract(source, isovalue, blocks=(50, 70, 90), affine=volume.affine, **settings)
+        assert len(whole.triangles) == len(mesh.triangles) > 10000
+        assert same_bytes(mesh, marrow.extract(placed, isovalue, **settings))
 
 
 def label_map(rng, shape, dtype, values):
@@ -280,11 +310,13 @@ def test_atlases_have_the_bytes_of_the_whole(client):
     assert all(same_bytes(mesh, whole[label]) for label, mesh in surfaces.items())
 
 
-def test_fragments_of_neuroglancer(client, tmp_path):
+@pytest.mark.parametrize("topology", [False, True])
+def test_fragments_of_neuroglancer(client, tmp_path, topology):
     rng = np.random.default_rng(5)
     samples = noise(rng, (20, 21, 22), "u1")
     folder = tmp_path / "mesh"
-    size = marrow.dask.write_fragments(samples, 2, folder, segment=7, blocks=(8, 9, 10), **OBLIQUE)
+    settings = {"segment": 7, "blocks": (8, 9, 10), "topology": topology}
+    size = marrow.dask.write_fragments(samples, 2, folder, **settings, **OBLIQUE)
     assert json.loads((folder / "info").read_text()) == {"@type": "neuroglancer_legacy_mesh"}
     names = json.loads((folder / "7:0").read_text())["fragments"]
     assert sorted(os.listdir(folder)) == sorted(["info", "7:0", *names]) and len(names) > 8
@@ -299,7 +331,7 @@ def test_fragments_of_neuroglancer(client, tmp_path):
     corners = np.concatenate(corners)
     assert size == (points, len(corners))
     # The same triangles, in another order: neighbouring fragments have equal points.
-    whole = marrow.extract(marrow.Volume(samples, **OBLIQUE), 2)
+    whole = marrow.extract(marrow.Volume(samples, **OBLIQUE), 2, topology=topology)
     expected = (whole.points[whole.triangles].astype(float) * 1e6).astype("<f4")
     assert {c.tobytes() for c in corners} == {c.tobytes() for c in expected}
     assert len(corners) == len(expected)
@@ -350,17 +382,17 @@ def test_an_error_in_the_middle_of_writing_leaves_the_old_file(client, tmp_path)
     assert sorted(os.listdir(tmp_path)) == ["reads", "samples.zarr", "surface.ply"]
 
 
-@pytest.mark.parametrize("dtype", ["u1", ">u2", "f4"])
-def test_chunks_without_surface_are_read_once(tmp_path, dtype):
+@pytest.mark.parametrize("dtype, topology", [("u1", False), (">u2", False), ("f4", False), ("f4", True)])
+def test_chunks_without_surface_are_read_once(tmp_path, dtype, topology):
     """They are damaged after the samples were counted."""
     z, y, x = np.ogrid[:40, :36, :50]
     samples = (250 - 5 * np.sqrt((z - 18) ** 2 + (y - 16) ** 2 + (x - 30.0) ** 2)).clip(0).astype(dtype)
-    isovalue = 180
+    isovalue, options = 180, (False, topology)
     stored(tmp_path, samples, (6, 5, 7))
     source = _blocks.Source(image(tmp_path, (1, 1, 1), (0, 0, 0)))
     layers = list(source.layers((18, 15, 50), whole_rows=True, threads=2))
     counted = [
-        [marrow.dask._count(source.array, block, source.geometry, isovalue, False) for block in layer]
+        [marrow.dask._count(source.array, block, source.geometry, isovalue, *options) for block in layer]
         for layer in layers
     ]
     chunks = {True: set(), False: set()}
@@ -378,14 +410,15 @@ def test_chunks_without_surface_are_read_once(tmp_path, dtype):
     for layer, blocks, following in zip(layers, counted, [*counted[1:], []]):
         numbered = marrow.dask._number(blocks, [marrow.dask._first_slice(block) for block in following], before)
         for block, numbers in zip(layer, numbered):
-            marrow.dask._write(source.array, block, source.geometry, isovalue, False, numbers, file.description)
+            marrow.dask._write(source.array, block, source.geometry, isovalue, *options, numbers, file.description)
         before = marrow.dask._total([before, *map(marrow.dask._size, blocks)])
     file.commit()
-    marrow.extract(samples.astype(samples.dtype.newbyteorder("=")), isovalue).write(tmp_path / "whole.ply")
+    native = samples.astype(samples.dtype.newbyteorder("="))
+    marrow.extract(native, isovalue, topology=topology).write(tmp_path / "whole.ply")
     assert (tmp_path / "surface.ply").read_bytes() == (tmp_path / "whole.ply").read_bytes()
 
     with pytest.raises(marrow.InputError, match="damaged"):
-        marrow.dask._count(source.array, layers[0][0], source.geometry, isovalue, False)
+        marrow.dask._count(source.array, layers[0][0], source.geometry, isovalue, *options)
     out = np.empty((6, 5, 7), source.array.dtype)
     with pytest.raises(marrow.InputError, match="an element for each chunk"):
         source.array.open().read((0, 0, 0), out, (np.ones((1, 1, 2), "u1"), np.ones((1, 1, 1), out.dtype)))

@@ -196,12 +196,11 @@ void append(const marrow::PartSurface& surface, std::uint64_t first_id, marrow::
     }
 }
 
-// The first id of the next isovalue's points, whose keys are those of the same edges. \throw marrow::LimitError
-std::uint64_t next_first_id(std::uint64_t first_id, const marrow::PartExtent& extent) {
-    std::uint64_t next = 3;
-    for (const std::int64_t n : extent.whole)
-        next *= static_cast<std::uint64_t>(n);  // extract_part() checked this
-    if (__builtin_add_overflow(first_id, next, &next) || next > std::uint64_t{VTK_ID_MAX})
+// The first id of the next isovalue's points, whose keys are those of the same edges and cells.
+// \throw marrow::LimitError
+std::uint64_t next_first_id(std::uint64_t first_id, const marrow::PartSurface& surface) {
+    std::uint64_t next = 0;
+    if (__builtin_add_overflow(first_id, surface.key_count(), &next) || next > std::uint64_t{VTK_ID_MAX})
         throw marrow::LimitError(
             "the global ids of all isovalues do not fit in vtkIdType; extract fewer values at once");
     return next;
@@ -283,11 +282,6 @@ int vtkMarrowContour::RequestData(vtkInformation*, vtkInformationVector** inputs
         const marrow::VolumeView view = view_of(*image, samples, type, whole, present, piece);
         const bool keys = this->ComputeGlobalIds != 0;
         const bool in_parts = keys || piece != whole;
-        if (this->ExactTopology && keys)
-            throw std::runtime_error("ExactTopology has no global ids; turn ComputeGlobalIds off");
-        if (this->ExactTopology && in_parts)
-            throw std::runtime_error(
-                "ExactTopology needs the whole image in one piece; turn it off, or run on one rank");
 
         // The work has a thread of its own: observers of progress belong to this one.
         std::atomic<double> done = 0;
@@ -325,7 +319,7 @@ int vtkMarrowContour::RequestData(vtkInformation*, vtkInformationVector** inputs
                     *all = std::move(one);
                 } else {
                     append(one, first_id, *all);
-                    if (keys) first_id = next_first_id(first_id, one.extent);
+                    if (keys) first_id = next_first_id(first_id, one);
                 }
                 points_until.push_back(all->mesh.points.size());
                 ++before;

@@ -48,7 +48,8 @@ class VTKMARROW_EXPORT vtkMarrowContour : public vtkPolyDataAlgorithm {
     vtkBooleanMacro(ComputeScalars, vtkTypeBool);
 
     /// Global ids of points, which tell equal points of different pieces: numbers of the grid edges of the
-    /// whole volume on which they lie, and the same for any pieces. With several isovalues, the ids of the
+    /// whole volume on which they lie, and the same for any pieces. With exact topology, points inside cells
+    /// have ids too, and those of edges are others than without it. With several isovalues, the ids of the
     /// second follow those of the first, and so on. Off by default.
     vtkSetMacro(ComputeGlobalIds, vtkTypeBool);
     vtkGetMacro(ComputeGlobalIds, vtkTypeBool);
@@ -61,7 +62,7 @@ class VTKMARROW_EXPORT vtkMarrowContour : public vtkPolyDataAlgorithm {
     vtkBooleanMacro(Closed, vtkTypeBool);
 
     /// Whether the surface has exactly the topology of the trilinear interpolant, as docs/algorithm.md
-    /// describes; off by default. It needs the whole volume in one piece, and has no global ids.
+    /// describes; off by default.
     vtkSetMacro(ExactTopology, vtkTypeBool);
     vtkGetMacro(ExactTopology, vtkTypeBool);
     vtkBooleanMacro(ExactTopology, vtkTypeBool);

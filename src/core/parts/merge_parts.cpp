@@ -14,6 +14,7 @@
 #include "base/checked_size.h"
 #include "base/parallel.h"
 #include "core/volume/checks.h"
+#include "part_passes.h"
 
 namespace marrow {
 
@@ -23,7 +24,8 @@ namespace {
 
 // The cell of a triangle, as (z * ny + y) * nx + x of its first corner. An edge of a cell starts at the
 // cell's first corner or one further, and never all edges of a triangle one further along the same axis: they
-// would lie in a face, and so would the triangle.
+// would lie in a face, and so would the triangle. A point inside a cell tells it alone.
+template <std::uint64_t kKeysPerSample>
 class Cells {
   public:
     explicit Cells(const std::array<std::int64_t, 3>& whole)
@@ -39,11 +41,18 @@ class Cells {
     }
 
   private:
-    // The sample at which an edge starts.
+    // The sample at which an edge, or the cell around a point, starts.
     std::array<std::uint64_t, 3> start(std::uint64_t key) const {
-        const std::uint64_t row = key / nx_ / 3;
-        return {key % nx_, row % ny_, row / ny_};
+        const std::uint64_t row = key / nx_ / kKeysPerSample;
+        std::uint64_t x = key % nx_;
+        if constexpr (kKeysPerSample > kEdges) {
+            const std::uint64_t group = key / nx_ % kKeysPerSample;
+            if (group >= kEdges) x = ((group - kEdges) * nx_ + x) / (kKeysPerSample - kEdges);
+        }
+        return {x, row % ny_, row / ny_};
     }
+
+    static constexpr std::uint64_t kEdges = 3;
 
     const std::uint64_t nx_, ny_;
 };
@@ -137,6 +146,7 @@ void check(std::span<const PartSurface> parts) {
     for (const PartSurface& part : parts) {
         if (part.extent.whole != parts.front().extent.whole)
             throw InputError("the parts are of different volumes, or some of them are closed");
+        if (part.topology != parts.front().topology) throw_mixed_topology();
         const std::size_t points = part.mesh.points.size();
         if (part.keys.size() != points || (has_normals(part) && part.mesh.normals.size() != points))
             throw InputError("a part does not have one key for each point, and as many normals or none");
@@ -150,17 +160,16 @@ void check(std::span<const PartSurface> parts) {
 class Merger {
   public:
     Merger(std::span<const PartSurface> parts, const Progress& progress)
-        : parts_(parts),
-          progress_(progress),
-          whole_(parts.front().extent.whole),
-          cells_(whole_),
-          numbers_(parts.size()) {
+        : parts_(parts), progress_(progress), whole_(parts.front().extent.whole), numbers_(parts.size()) {
         for (std::size_t p = 0; p < parts.size(); ++p) numbers_[p].resize(parts[p].keys.size());
     }
 
     Mesh merge_points_and_triangles() {
         merge_points();
-        merge_triangles();
+        if (parts_.front().topology)
+            merge_triangles(Cells<PartSurface::keys_per_sample(true)>(whole_));
+        else
+            merge_triangles(Cells<PartSurface::keys_per_sample(false)>(whole_));
         return std::move(mesh_);
     }
 
@@ -168,7 +177,7 @@ class Merger {
     void merge_points() {
         const auto key = [&](std::size_t p, std::size_t i) { return parts_[p].keys[i]; };
         const auto shares = divide(
-            parts_.size(), whole_[2], 3 * slice_samples(),
+            parts_.size(), whole_[2], parts_.front().keys_per_sample() * slice_samples(),
             [&](std::size_t p) { return parts_[p].keys.size(); }, key);
         // Calls emit(part, point, number in the share) for each point, and returns how many different ones
         // there are.
@@ -207,8 +216,9 @@ class Merger {
         });
     }
 
-    void merge_triangles() {
-        const auto key = [&](std::size_t p, std::size_t i) { return cells_.of(parts_[p], i); };
+    template <class Cells>
+    void merge_triangles(const Cells& cells) {
+        const auto key = [&](std::size_t p, std::size_t i) { return cells.of(parts_[p], i); };
         const auto shares = divide(
             parts_.size(), whole_[2], slice_samples(),
             [&](std::size_t p) { return parts_[p].mesh.triangles.size(); }, key);
@@ -242,7 +252,6 @@ class Merger {
     const std::span<const PartSurface> parts_;
     const Progress& progress_;
     const std::array<std::int64_t, 3> whole_;
-    const Cells cells_;
     std::vector<Buffer<std::uint32_t>> numbers_;  // of each part's points in the whole surface
     Mesh mesh_;
 };

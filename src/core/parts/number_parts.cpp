@@ -27,14 +27,8 @@ std::size_t size(std::int64_t n) {
     return static_cast<std::size_t>(n);
 }
 
-using AxisCounts = std::array<std::uint32_t, 3>;
-
-AxisCounts points_of_row(const PartPasses& passes, std::size_t r) {
-    return {passes.rows().along_x[r], passes.rows().along_y[r], passes.points_along_z(r)};
-}
-
 // The points on the edges that start at sample x of a row.
-AxisCounts points_at(const InsideBits& bits, std::size_t r, std::size_t x) {
+PointGroups points_at(const InsideBits& bits, std::size_t r, std::size_t x) {
     const auto inside = [&](std::size_t row, std::size_t at) {
         return bits.row(row)[at / 64] >> (at % 64) & 1;
     };
@@ -43,28 +37,38 @@ AxisCounts points_at(const InsideBits& bits, std::size_t r, std::size_t x) {
     };
     const auto ny = size(bits.ny);
     return {x < size(bits.cells_x) ? differs(r, x + 1) : 0, r % ny + 1 < ny ? differs(r + 1, x) : 0,
-            r + ny < bits.rows() ? differs(r + ny, x) : 0};
+            r + ny < bits.rows() ? differs(r + ny, x) : 0, 0};
 }
 
-// Points of the row on edges along each axis that start at samples which the part owns. Those along y and z
-// at the row's last sample may belong to the next part.
-AxisCounts owned_points(const PartPasses& passes, const PartExtent& extent, std::size_t r) {
-    AxisCounts points = points_of_row(passes, r);
+// The points inside the first cell of a row that has no samples beyond it.
+std::uint32_t inner_points_at_start(const AmbiguousRows& row) {
+    const AmbiguousCell& first = row.cells().front();
+    return first.x == 0 ? first.inner_points : 0;
+}
+
+// The points of the row that the part owns: those on edges that start at its samples, and those inside its
+// cells. Those along y and z at the row's last sample may belong to the next part.
+PointGroups owned_points(const PartPasses& passes, const PartExtent& extent, std::size_t r) {
+    PointGroups points = passes.points_of_row(r);
     if (extent.owned(0) == extent.dims[0]) return points;
-    const AxisCounts last = points_at(passes.bits(), r, size(passes.bits().cells_x));
+    const PointGroups last = points_at(passes.bits(), r, size(passes.bits().cells_x));
     for (std::size_t axis = 0; axis < 3; ++axis) points[axis] -= last[axis];
     return points;
 }
 
-// The numbers of the next point along each axis, and of the next triangle, of every row between two cuts
+// The numbers of the next point of each group, and of the next triangle, of every row between two cuts
 // across z, and of the first slice after them.
 class RowNumbers {
   public:
     RowNumbers(std::span<const PartCounts> parts, std::span<const PartCounts> next, const SurfaceSize& before)
-        : parts_(parts), next_(next), ny_(parts.front().extent.whole[1]) {
+        : parts_(parts),
+          next_(next),
+          ny_(parts.front().extent.whole[1]),
+          topology_(parts.front().topology),
+          groups_(point_groups(topology_)) {
         find_range();
         const std::size_t rows = size(ny_ * (end_ - begin_ + (next_.empty() ? 0 : 1)));
-        points_.assign(3 * rows, 0);
+        points_.assign(groups_ * rows, 0);
         triangles_.assign(rows, 0);
         std::int64_t x = 0;  // at which the next column must begin
         for_each_column([&](const Column& column) {
@@ -130,13 +134,14 @@ class RowNumbers {
         const PartExtent& extent = counts.extent;
         if (extent.whole != parts_.front().extent.whole)
             throw InputError("the parts are of different volumes, or some of them are closed");
+        if (counts.topology != topology_) throw_mixed_topology();
         for (std::size_t a = 0; a < 3; ++a) {
             const std::int64_t last = extent.whole[a] - extent.dims[a];  // place for the part's first sample
             if (extent.dims[a] < 1 || extent.first[a] < 0 || extent.first[a] > last)
                 throw InputError("a part leaves the whole volume along axis " + std::to_string(a));
         }
         const std::size_t rows = size(extent.owned(1) * extent.owned(2));
-        if (counts.points.size() != 3 * rows || counts.triangles.size() != rows)
+        if (counts.points.size() != groups_ * rows || counts.triangles.size() != rows)
             throw InputError("the counts of a part do not have its number of rows");
     }
 
@@ -176,22 +181,22 @@ class RowNumbers {
         for (std::int64_t z = 0; z < slices_here(extent); ++z) {
             for (std::int64_t y = 0; y < extent.owned(1); ++y, ++from) {
                 const std::size_t row = row_index(extent, y, z);
-                for (std::size_t axis = 0; axis < 3; ++axis)
-                    points_[3 * row + axis] += counts.points[3 * from + axis];
+                for (std::size_t group = 0; group < groups_; ++group)
+                    points_[groups_ * row + group] += counts.points[groups_ * from + group];
                 triangles_[row] += counts.triangles[from];
             }
         }
     }
 
     PartNumbers numbers_of(const PartExtent& extent) const {
-        PartNumbers numbers{extent, {}, {}};
-        numbers.points.reserve(3 * size(extent.dims[1] * extent.dims[2]));
+        PartNumbers numbers{extent, {}, {}, topology_};
+        numbers.points.reserve(groups_ * size(extent.dims[1] * extent.dims[2]));
         numbers.triangles.reserve(size(extent.dims[1] * extent.dims[2]));
         for (std::int64_t z = 0; z < extent.dims[2]; ++z) {
             for (std::int64_t y = 0; y < extent.dims[1]; ++y) {
                 const std::size_t row = row_index(extent, y, z);
-                for (std::size_t axis = 0; axis < 3; ++axis)
-                    numbers.points.push_back(static_cast<std::uint32_t>(points_[3 * row + axis]));
+                for (std::size_t group = 0; group < groups_; ++group)
+                    numbers.points.push_back(static_cast<std::uint32_t>(points_[groups_ * row + group]));
                 numbers.triangles.push_back(triangles_[row]);
             }
         }
@@ -200,6 +205,8 @@ class RowNumbers {
 
     const std::span<const PartCounts> parts_, next_;
     const std::int64_t ny_;
+    const bool topology_;
+    const std::size_t groups_;          // of points in each row
     std::int64_t begin_ = 0, end_ = 0;  // slices of the grid that the parts own
     Buffer<std::uint64_t> points_, triangles_;
 };
@@ -245,6 +252,8 @@ void number_points(const PartPasses& passes, const PartNumbers& numbers, const C
                    NumberedPart& part) {
     const PartExtent& extent = numbers.extent;
     part.numbers.assign(part.mesh.points.size(), NumberedPart::kNoNumber);
+    const std::size_t groups = point_groups(numbers.topology);
+    AmbiguousRows ambiguous(passes.ambiguous(), 0);
     std::size_t point = 0;
     for_each_row(
         passes.bits(), extent, before, [&](std::size_t r, std::size_t row, std::int64_t y, std::int64_t z) {
@@ -254,15 +263,19 @@ void number_points(const PartPasses& passes, const PartNumbers& numbers, const C
                 return;
             }
             const bool owns_row = y < extent.owned(1) && z < extent.owned(2);
-            const AxisCounts counts = points_of_row(passes, r), owned = owned_points(passes, extent, r);
-            const AxisCounts skipped = before[0] > 0 ? points_at(passes.bits(), r, 0) : AxisCounts{};
-            for (std::size_t axis = 0; axis < 3; ++axis) {
-                const std::uint32_t first = numbers.points[3 * row + axis];
-                const std::size_t begin = point + skipped[axis];
-                point += counts[axis];
+            const PointGroups counts = passes.points_of_row(r), owned = owned_points(passes, extent, r);
+            PointGroups skipped{};
+            if (before[0] > 0) {
+                skipped = points_at(passes.bits(), r, 0);
+                if (ambiguous.reach(r)) skipped[kInner] = inner_points_at_start(ambiguous);
+            }
+            for (std::size_t group = 0; group < groups; ++group) {
+                const std::uint32_t first = numbers.points[groups * row + group];
+                const std::size_t begin = point + skipped[group];
+                point += counts[group];
                 std::iota(part.numbers.begin() + static_cast<std::ptrdiff_t>(begin),
                           part.numbers.begin() + static_cast<std::ptrdiff_t>(point), first);
-                if (owns_row) append(part.points, {first, begin, owned[axis] - skipped[axis]});
+                if (owns_row) append(part.points, {first, begin, owned[group] - skipped[group]});
             }
         });
 }
@@ -297,11 +310,12 @@ PartCounts count_part(const VolumeView& part, const std::array<std::int64_t, 3>&
                       const IsosurfaceOptions& given_options) {
     IsosurfaceOptions options = given_options;
     options.normals = false;  // which would need more samples
-    PartCounts counts{extent_of(part, whole, options), {}, {}};
+    PartCounts counts{extent_of(part, whole, options), {}, {}, options.topology};
     const double sample_isovalue = checked_isovalue(isovalue, part.rescale);
     const PartExtent& extent = counts.extent;
     const std::size_t rows = size(extent.owned(1) * extent.owned(2));
-    counts.points.resize(3 * rows);
+    const std::size_t groups = point_groups(options.topology);
+    counts.points.resize(groups * rows);
     counts.triangles.resize(rows);
     if (!has_cells(extent)) return counts;
     try {
@@ -311,9 +325,9 @@ PartCounts count_part(const VolumeView& part, const std::array<std::int64_t, 3>&
             for (std::int64_t z = 0; z < extent.owned(2); ++z) {
                 for (std::int64_t y = 0; y < extent.owned(1); ++y, ++to) {
                     const std::size_t r = passes.bits().row_index(y, z);
-                    const AxisCounts points = owned_points(passes, extent, r);
-                    std::copy(points.begin(), points.end(),
-                              counts.points.begin() + static_cast<std::ptrdiff_t>(3 * to));
+                    const PointGroups points = owned_points(passes, extent, r);
+                    for (std::size_t group = 0; group < groups; ++group)
+                        counts.points[groups * to + group] = points[group];
                     counts.triangles[to] = passes.rows().triangles[r];
                 }
             }
@@ -329,7 +343,7 @@ PartCounts first_slice(const PartCounts& counts) {
     PartCounts slice = counts;
     slice.extent.dims[2] = std::min<std::int64_t>(slice.extent.dims[2], 2);  // of which it owns the first
     const std::size_t rows = size(slice.extent.owned(1) * slice.extent.owned(2));
-    slice.points.resize(3 * rows);
+    slice.points.resize(point_groups(slice.topology) * rows);
     slice.triangles.resize(rows);
     return slice;
 }
@@ -352,8 +366,9 @@ NumberedPart extract_numbered_part(const VolumeView& part, const PartNumbers& nu
     const double sample_isovalue = checked_isovalue(isovalue, part.rescale);
     const PartExtent extent = extent_of(part, whole, options);
     const std::size_t rows = size(extent.dims[1] * extent.dims[2]);
-    if (extent != numbers.extent || numbers.points.size() != 3 * rows || numbers.triangles.size() != rows)
-        throw InputError("the numbers belong to another part");
+    if (extent != numbers.extent || numbers.topology != options.topology ||
+        numbers.points.size() != point_groups(numbers.topology) * rows || numbers.triangles.size() != rows)
+        throw InputError("the numbers belong to another part, or to one with other options");
     NumberedPart result;
     if (!has_cells(extent)) return result;
     try {

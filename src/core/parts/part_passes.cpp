@@ -35,8 +35,6 @@ std::array<std::int64_t, 3> volume_dims(const VolumeView& part) {
 PartExtent extent_of(const VolumeView& part, const std::array<std::int64_t, 3>& whole,
                      const IsosurfaceOptions& options) {
     if (options.snap != 0) throw InputError("a part cannot be snapped: options.snap must be 0");
-    if (options.topology)
-        throw InputError("a part cannot have exact topology: options.topology must be false");
     check_volume(part);
     Geometry geometry = part.geometry;
     geometry.dims = whole;
@@ -62,12 +60,8 @@ PartExtent extent_of(const VolumeView& part, const std::array<std::int64_t, 3>& 
     return extent;
 }
 
-void check_key_range(const std::array<std::int64_t, 3>& dims) {
-    std::uint64_t keys = 3;
-    for (const std::int64_t n : dims) {
-        if (__builtin_mul_overflow(keys, static_cast<std::uint64_t>(n), &keys))
-            throw LimitError("the volume has more edges than 64 bits can number; crop or coarsen it");
-    }
+void throw_mixed_topology() {
+    throw InputError("some parts have exact topology, and some have not: give all of them the same options");
 }
 
 PartPasses::PartPasses(const VolumeView& part, const PartExtent& extent, double isovalue,
@@ -75,6 +69,7 @@ PartPasses::PartPasses(const VolumeView& part, const PartExtent& extent, double 
     : part_(part),
       isovalue_(isovalue),
       options_(options),
+      to_physical_(part),
       bits_(volume_dims(part), closed_sides(extent, options.closed)),
       active_(bits_),
       rows_(bits_.rows()) {
@@ -83,11 +78,23 @@ PartPasses::PartPasses(const VolumeView& part, const PartExtent& extent, double 
         classify_slice(part_, isovalue_, z, bits_, nullptr);
         stage.step();
     });
+    if (options.topology) ambiguous_.emplace(part_, isovalue_, to_physical_, bits_);
     parallel_for(std::int64_t{0}, bits_.nz, [&](std::int64_t z) {
-        count_rows(bits_, bits_.row_index(0, z), bits_.row_index(0, z + 1), rows_, active_);
+        if (ambiguous_)
+            ambiguous_->count(z, rows_, active_);
+        else
+            count_rows(bits_, bits_.row_index(0, z), bits_.row_index(0, z + 1), rows_, active_);
         stage.step();
     });
     count_triangles(bits_, 0, bits_.rows(), rows_);
+    if (ambiguous_) add_ambiguous_cells();
+}
+
+void PartPasses::add_ambiguous_cells() {
+    for (std::int64_t z = 0; z < bits_.nz; ++z) ambiguous_->add_to(rows_, z);
+    inner_points_.resize(bits_.rows());
+    for (AmbiguousRows rows(&*ambiguous_, 0); rows.row() < bits_.rows(); rows.advance())
+        inner_points_[rows.row()] = rows->inner_points;
 }
 
 Mesh PartPasses::emit() const {
@@ -97,9 +104,8 @@ Mesh PartPasses::emit() const {
     mesh.points.resize(checked_size(points.total(), sizeof(Vec3f)));
     mesh.normals.resize(options_.normals ? mesh.points.size() : 0);
     mesh.triangles.resize(checked_size(triangles.total(), sizeof(Triangle)));
-    const IndexToPhysical to_physical(part_);
-    const EmitInput input{part_,  isovalue_, to_physical,   bits_,        active_,
-                          points, triangles, rows_.along_x, rows_.along_y};
+    const EmitInput input{part_,  isovalue_, to_physical_,  bits_,         active_,
+                          points, triangles, rows_.along_x, rows_.along_y, ambiguous()};
     Stage stage(options_.progress, 0.4, 1, 2 * share_count());
     Vec3f* const normals = options_.normals ? mesh.normals.data() : nullptr;
     for_each_share(points, 0, bits_.rows(), [&](std::size_t row_begin, std::size_t row_end) {
