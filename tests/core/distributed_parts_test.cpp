@@ -133,7 +133,8 @@ void cut_anyhow(const Box& box, Random& random, std::vector<Box>& boxes) {
 
 bool same_bytes(const Mesh& a, const Mesh& b) {
     const auto same = [](const auto& p, const auto& q) {
-        return p.size() == q.size() && std::memcmp(p.data(), q.data(), p.size() * sizeof p[0]) == 0;
+        return p.size() == q.size() &&
+               (p.empty() || std::memcmp(p.data(), q.data(), p.size() * sizeof p[0]) == 0);
     };
     return same(a.points, b.points) && same(a.normals, b.normals) && same(a.triangles, b.triangles);
 }

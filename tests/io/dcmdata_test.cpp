@@ -4,6 +4,7 @@
 
 #include <cstdlib>
 
+#include <sys/resource.h>
 #include <sys/wait.h>
 
 #define HAVE_CONFIG_H  // required by DCMTK's headers
@@ -46,6 +47,8 @@ TEST(WhyNotDcmdata, DeepSequencesEndTheProcess) {
 #else
     GTEST_FLAG_SET(death_test_style, "threadsafe");
     const auto load = [&] {
+        const rlimit usual{8 << 20, 8 << 20};  // of the stack, which may be unlimited here
+        setrlimit(RLIMIT_STACK, &usual);
         OFLog::configure(OFLogger::OFF_LOG_LEVEL);
         DcmFileFormat().loadFile(path.c_str());
         std::_Exit(0);

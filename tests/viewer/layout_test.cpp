@@ -11,13 +11,13 @@ namespace {
 
 TEST_F(BallViewer, FitsOnASmallScreen) {
     window->resize(800, 500);  // also 1600 x 1000 at twice the scale
-    QTest::qWait(50);
-    EXPECT_EQ(window->size(), QSize(800, 500));
     const auto visible = [&](QWidget* widget) {
         return widget->isVisible() && widget->visibleRegion().boundingRect() == widget->rect();
     };
+    // The histogram is below the others. The new size takes effect when the display confirms it.
+    EXPECT_TRUE(wait([&] { return visible(window->histogram_bar()); }));
+    EXPECT_EQ(window->size(), QSize(800, 500));
     EXPECT_TRUE(visible(view()));
-    EXPECT_TRUE(visible(window->histogram_bar()));
     for (const auto plane : {viewer::Plane::axial, viewer::Plane::coronal, viewer::Plane::sagittal})
         EXPECT_TRUE(visible(window->slice_view(plane))) << static_cast<int>(plane);
     EXPECT_FALSE(window->findChild<QWidget*>("welcome")->isVisible());  // it showed through

@@ -45,7 +45,7 @@ QString sentence(QString message) {
 }  // namespace
 
 MainWindow::MainWindow(std::optional<std::size_t> device, QWidget* parent)
-    : QMainWindow(parent), surfaces_(session_, device) {
+    : QMainWindow(parent), surfaces_(session_, device), writer_(this) {
     setWindowTitle("Marrow Viewer");
     setAcceptDrops(true);
     resize(QSize(1440, 900).boundedTo(screen()->availableSize() - kFrame));

@@ -15,8 +15,9 @@ namespace marrow::python {
 
 /// Calls work(progress) on a thread of its own and waits for it without the interpreter's lock. Before it
 /// starts the work, every 50 ms, and at the end, the calling thread takes the lock, handles signals, and
-/// calls `progress` with the fraction that is done, unless it is None. An exception from a signal handler or from `progress`, or its return value False,
-/// cancels the work: the exception goes on to the caller once the work has stopped.
+/// calls `progress` with the fraction that is done, unless it is None. An exception from a signal handler or
+/// from `progress`, or its return value False, cancels the work: the exception goes on to the caller once the
+/// work has stopped.
 ///
 /// No Python code runs on other threads: they could wait for a lock that the caller holds. \pre the caller
 /// holds the lock, and `work` touches no Python object

@@ -204,14 +204,17 @@ def test_an_empty_surface_is_an_error_but_not_for_a_slider(ball):
 
 def test_meshes_outlive_the_interpreter():
     code = """
-import marrow, numpy, threading, time
+import marrow, numpy, threading
 ball = numpy.fromfunction(lambda z, y, x: 1000 - (x - 50) ** 2 - (y - 50) ** 2 - (z - 50) ** 2, (100, 100, 100))
 extractor = marrow.IsosurfaceExtractor(ball)
 mesh = extractor.extract(10)
 points = mesh.points[3:]
 class Cycle: pass
 cycle = Cycle(); cycle.self = cycle; cycle.mesh = mesh; cycle.extractor = extractor
+working = threading.Barrier(4)
 def work():
+    marrow.extract(ball, 10)
+    working.wait()
     try:
         while True:
             marrow.extract(ball, 10)
@@ -219,7 +222,7 @@ def work():
         pass
 for _ in range(3):
     threading.Thread(target=work, daemon=True).start()
-time.sleep(0.2)
+working.wait()
 print(len(points))
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)

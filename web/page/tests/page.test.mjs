@@ -329,10 +329,13 @@ describe('the views', () => {
     await page.waitForFunction(() => document.querySelector('[data-view="axial"] .br').textContent === '96 / 170');
     await page.keyboard.press('k');
     assert.equal(await page.getAttribute('[data-tool="crop"]', 'aria-pressed'), 'true');
-    const before = await page.locator('[data-view="surface"] canvas').screenshot();
+    const surface = page.locator('[data-view="surface"] canvas'), before = await surface.screenshot();
     await page.keyboard.press('4');
-    await page.waitForTimeout(3000);
-    assert.ok(!before.equals(await page.locator('[data-view="surface"] canvas').screenshot()), 'the surface is seen from elsewhere');
+    // A processor draws, which may take long.
+    for (let attempt = 0; before.equals(await surface.screenshot()); ++attempt) {
+      assert.ok(attempt < 600, 'the surface is seen from elsewhere');
+      await page.waitForTimeout(100);
+    }
   });
 
   test('a picture is saved as PNG', async (t) => {
