@@ -1,33 +1,62 @@
 // Copies what is left after collapses, and follows where points went.
 #include "edge_collapse.h"
 
+#include <algorithm>
 #include <numeric>
 #include <utility>
 
 namespace marrow::internal {
 
+namespace {
+
+constexpr std::size_t kSection = 8192;
+
+template <class F>
+void for_each_number(std::size_t count, const F& f) {
+    parallel_for_ranges(std::size_t{0}, count, kSection, [&](const auto& range) {
+        for (std::size_t i = range.begin(); i < range.end(); ++i) f(i);
+    });
+}
+
+// The numbers below `count` for which f is true, in ascending order.
+template <class F>
+std::vector<std::uint32_t> numbers_where(std::size_t count, const F& f) {
+    std::vector<std::vector<std::uint32_t>> sections((count + kSection - 1) / kSection);
+    parallel_for(std::size_t{0}, sections.size(), [&](std::size_t s) {
+        for (std::size_t i = s * kSection; i < std::min((s + 1) * kSection, count); ++i)
+            if (f(i)) sections[s].push_back(static_cast<std::uint32_t>(i));
+    });
+    std::vector<std::uint32_t> numbers;
+    for (const std::vector<std::uint32_t>& section : sections)
+        numbers.insert(numbers.end(), section.begin(), section.end());
+    return numbers;
+}
+
+}  // namespace
+
 EdgeCollapse::Result EdgeCollapse::result() {
     Result result;
+    result.old_points =
+        numbers_where(points_.size(), [&](std::size_t p) { return points_[p].outgoing != kNone; });
+    result.old_triangles = numbers_where(faces_.size(), [&](std::size_t t) { return faces_[t].alive; });
+    const std::vector<std::uint32_t>&points = result.old_points, &triangles = result.old_triangles;
+    result.changed = numbers_where(triangles.size(), [&](std::size_t t) {
+        const auto& [a, b, c] = faces_[triangles[t]].from;
+        return points_[a].is_new || points_[b].is_new || points_[c].is_new;
+    });
     Buffer<std::uint32_t> new_index(points_.size());
-    result.mesh.points.reserve(alive_ / 2);
-    result.old_points.reserve(alive_ / 2);
-    for (std::uint32_t p = 0; p < points_.size(); ++p) {
-        if (points_[p].outgoing == kNone) continue;
-        new_index[p] = static_cast<std::uint32_t>(result.mesh.points.size());
-        result.mesh.points.push_back(points_[p].position);
-        result.old_points.push_back(p);
-    }
-    result.mesh.triangles.reserve(alive_);
-    result.old_triangles.reserve(alive_);
-    for (std::uint32_t t = 0; t < faces_.size(); ++t) {
-        if (!faces_[t].alive) continue;
-        result.old_triangles.push_back(t);
-        const auto& [a, b, c] = faces_[t].from;
-        if (points_[a].is_new || points_[b].is_new || points_[c].is_new)
-            result.changed.push_back(static_cast<std::uint32_t>(result.mesh.triangles.size()));
-        result.mesh.triangles.push_back({new_index[a], new_index[b], new_index[c]});
-    }
-    for (const std::uint32_t p : result.old_points) points_[p].is_new = false;
+    result.mesh.points.resize(points.size());
+    for_each_number(points.size(), [&](std::size_t p) {
+        Point& point = points_[points[p]];
+        point.is_new = false;
+        new_index[points[p]] = static_cast<std::uint32_t>(p);
+        result.mesh.points[p] = point.position;
+    });
+    result.mesh.triangles.resize(triangles.size());
+    for_each_number(triangles.size(), [&](std::size_t t) {
+        const auto& [a, b, c] = faces_[triangles[t]].from;
+        result.mesh.triangles[t] = {new_index[a], new_index[b], new_index[c]};
+    });
     return result;
 }
 

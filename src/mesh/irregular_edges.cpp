@@ -48,8 +48,7 @@ std::vector<Edge> irregular_edges(const OneRings& rings) {
     };
     // Counts go two entries further, so that filling leaves the first half-edge of p in start[p].
     std::vector<std::size_t> start(rings.size() + 2, 0);
-    for_each_half_edge(
-        [&](std::uint32_t p, std::uint32_t q) { ++start[std::min(p, q) + std::size_t{2}]; });
+    for_each_half_edge([&](std::uint32_t p, std::uint32_t q) { ++start[std::min(p, q) + std::size_t{2}]; });
     std::partial_sum(start.begin(), start.end(), start.begin());
     std::vector<HalfEdge> half_edges(start.back());
     for_each_half_edge([&](std::uint32_t p, std::uint32_t q) {
@@ -57,7 +56,8 @@ std::vector<Edge> irregular_edges(const OneRings& rings) {
     });
     std::vector<Edge> edges;
     for (const std::uint32_t p : irregular)
-        list_edges_of(p, std::span(half_edges).subspan(start[p], start[p + std::size_t{1}] - start[p]), edges);
+        list_edges_of(p, std::span(half_edges).subspan(start[p], start[p + std::size_t{1}] - start[p]),
+                      edges);
     return edges;
 }
 
