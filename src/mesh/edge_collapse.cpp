@@ -383,6 +383,16 @@ std::size_t EdgeCollapse::collapse_up_to(std::size_t most, std::size_t end, Regi
     return collapsed;
 }
 
+void EdgeCollapse::set_guard(CollapseGuard* guard) {
+    guard_ = guard;
+    parallel_ = false;
+    for (Point& point : points_) {
+        if (!point.fixed || point.open) continue;
+        point.fixed = false;
+        point.changed = true;
+    }
+}
+
 void EdgeCollapse::reduce_to(std::size_t triangles, const Progress& progress) {
     if (alive_ <= triangles) return;
     Stage stage(progress, 0, 1, (alive_ - triangles + 1) / 2);

@@ -5,16 +5,6 @@
 
 namespace marrow::internal {
 
-void EdgeCollapse::set_guard(CollapseGuard* guard) {
-    guard_ = guard;
-    parallel_ = false;
-    for (Point& point : points_) {
-        if (!point.fixed || point.open) continue;
-        point.fixed = false;
-        point.changed = true;
-    }
-}
-
 // The record of a collapse, which is in the log of its region.
 EdgeCollapse::Collapse& EdgeCollapse::logged(std::uint32_t collapse) {
     const auto after =

@@ -19,8 +19,8 @@ struct Run {
     double volume = 0;
 };
 
-// Returns the runs of each section. Volumes are relative to the lowest point of the component, because distant
-// coordinates would cancel.
+// Returns the runs of each section. Volumes are relative to the lowest point of the component, because
+// distant coordinates would cancel.
 std::vector<std::vector<Run>> find_runs(const MeshView& mesh, const std::vector<std::uint32_t>& lowest) {
     constexpr std::size_t kSection = 8192;  // triangles; the sums do not depend on the threads
     const std::size_t triangles = mesh.triangles.size();

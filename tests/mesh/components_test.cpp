@@ -1,4 +1,5 @@
-// Tests which components, cavities and points keep_components keeps, and how measure counts components and edges.
+// Tests which components, cavities and points keep_components keeps, and how measure counts components and
+// edges.
 #include <gtest/gtest.h>
 
 #include <cmath>
