@@ -233,14 +233,15 @@ void filter_scan(Volume& scan, const FilterSteps& steps, int threads, const Prog
 std::vector<StepReport> refine_surface(Mesh& mesh, const SurfaceSteps& steps, const Mat3d& index_to_physical,
                                        int threads, const Progress& progress) {
     std::vector<StepReport> reports;
+    const auto measured = [&](const Mesh& m) { return measure(m, {.threads = threads}); };
     const auto step = [&](const char* name, auto change) {
         report(progress, 0);
-        const MeshMeasures before = reports.empty() ? measure(mesh) : reports.back().after;
+        const MeshMeasures before = reports.empty() ? measured(mesh) : reports.back().after;
         StepReport done;
         done.name = name;
         done.before = before;
         mesh = change(done);
-        done.after = measure(mesh);
+        done.after = measured(mesh);
         reports.push_back(std::move(done));
     };
     if (steps.choose_components())

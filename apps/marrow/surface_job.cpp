@@ -81,7 +81,7 @@ void SurfaceJob::deliver() {
     seconds.total = seconds_since(start_);
     if (options_.reporting.json) {
         for (Surface& surface : results.surfaces) {
-            if (!surface.measures) surface.measures = measure(surface.mesh);
+            if (!surface.measures) surface.measures = measure(surface.mesh, {.threads = threads()});
         }
     }
     print_results(reporter_, results, output.space);

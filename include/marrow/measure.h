@@ -27,8 +27,14 @@ struct MeshMeasures {
     Vec3f upper{0, 0, 0};  ///< upper corner of the bounding box
 };
 
-/// Measures a mesh in nearly linear time. \throw InputError if a triangle has an index out of range
-MARROW_EXPORT MeshMeasures measure(MeshView mesh);
+/// How measure() runs.
+struct MeasureOptions {
+    int threads = 0;  ///< 0: all
+};
+
+/// Measures a mesh in nearly linear time. The result has the same bits for any number of threads.
+/// \throw InputError if a triangle has an index out of range
+MARROW_EXPORT MeshMeasures measure(MeshView mesh, const MeasureOptions& options = {});
 
 /// The result of triangle_quality().
 struct TriangleQuality {

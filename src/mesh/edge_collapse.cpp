@@ -9,8 +9,6 @@
 #include <numeric>
 #include <utility>
 
-#include "point_regions.h"
-
 namespace marrow::internal {
 
 namespace {
@@ -27,10 +25,6 @@ constexpr double kMinCosine = 0.2;  // between the normals of a triangle before 
 // The sum of squared distances at an end of an edge may be this many times the least sum.
 constexpr double kMostIncrease = 30;
 
-// A region has about this many points. The larger it is, the fewer of its edges are at its
-// border, which one thread collapses.
-constexpr std::size_t kRegionPoints = 32768;
-constexpr std::size_t kMostRegions = 1024;
 // While regions have this many triangles on average, they are worth a thread.
 constexpr std::size_t kFewTriangles = 1024;
 
@@ -42,151 +36,6 @@ std::uint32_t bucket_of(float cost) {
 
 EdgeCollapse::Region::Region(std::uint16_t n)
     : number(n), buckets(bucket_of(std::numeric_limits<float>::infinity()) + 1), lowest(buckets.size()) {}
-
-EdgeCollapse::EdgeCollapse(const Mesh& mesh, double max_error, CollapseGuard* guard)
-    : max_squared_error_(max_error * max_error), guard_(guard), alive_(mesh.triangles.size()) {
-    parallel_invoke(
-        [&] {
-            points_.reserve(mesh.points.size());
-            for (const Vec3f& p : mesh.points) points_.push_back({.position = p});
-        },
-        [&] {
-            faces_.reserve(mesh.triangles.size());
-            for (const Triangle& t : mesh.triangles) faces_.push_back({t, {kNone, kNone, kNone}});
-        });
-    // Each thread goes over all triangles, and sets up a part of the points. Neighbours have similar numbers,
-    // so few triangles concern several threads.
-    const auto parts = static_cast<std::size_t>(thread_count());
-    const auto for_each_part = [&](void (EdgeCollapse::*set_up)(const PointRange&)) {
-        parallel_for(std::size_t{0}, parts, [&](std::size_t i) {
-            (this->*set_up)({static_cast<std::uint32_t>(points_.size() * i / parts),
-                             static_cast<std::uint32_t>(points_.size() * (i + 1) / parts)});
-        });
-    };
-    for_each_part(&EdgeCollapse::pair_half_edges);
-    for_each_part(&EdgeCollapse::fix_points);
-    for_each_part(&EdgeCollapse::sum_quadrics);
-    divide(mesh);
-}
-
-// Assigns the points to regions. Small meshes have region 0 only.
-void EdgeCollapse::divide(const Mesh& mesh) {
-    std::size_t count = std::min(points_.size() / kRegionPoints, kMostRegions);
-    if (count == 1) count = 0;
-    std::vector<std::uint32_t> size(count + 1, 0);
-    if (count > 0) {
-        const Buffer<std::uint16_t> region = divide_points(mesh.points, count);
-        for (std::size_t p = 0; p < points_.size(); ++p) {
-            points_[p].region = region[p];
-            if (points_[p].outgoing != kNone) ++size[region[p]];
-        }
-    }
-    regions_.reserve(count + 1);
-    for (std::size_t r = 0; r <= count; ++r) regions_.emplace_back(static_cast<std::uint16_t>(r));
-    // Each collapse removes a point, so that a region has no more of them than points. Number 0 means none.
-    std::uint32_t first_collapse = 1;
-    for (std::size_t r = 1; r <= count; ++r) {
-        regions_[r].first_collapse = first_collapse;
-        first_collapse += size[r];
-    }
-    regions_[0].first_collapse = first_collapse;
-    parallel_ = count > 0;
-}
-
-// Finds the twin of each half-edge in the neighbouring triangle, if its lower point is in the range.
-// Half-edges along open and non-manifold edges keep kNone.
-void EdgeCollapse::pair_half_edges(const PointRange& range) {
-    struct FromLower {  // a half-edge, listed at its lower point
-        std::uint32_t higher;
-        Half half;
-    };
-    std::vector<std::uint32_t> start(range.size() + 2, 0);
-    const auto for_each_half = [&](auto f) {
-        for (Half t = 0; t < faces_.size(); ++t) {
-            const auto& [a, b, c] = faces_[t].from;
-            const auto visit = [&](std::uint32_t p, std::uint32_t q, Half h) {
-                const std::uint32_t lower = std::min(p, q);
-                if (range.contains(lower)) f(lower - range.begin, std::max(p, q), h);
-            };
-            visit(a, b, 4 * t);
-            visit(b, c, 4 * t + 1);
-            visit(c, a, 4 * t + 2);
-        }
-    };
-    // Counts go two entries further, so that filling leaves the first entry of p in start[p].
-    for_each_half([&](std::uint32_t lower, std::uint32_t, Half) { ++start[lower + std::size_t{2}]; });
-    std::partial_sum(start.begin(), start.end(), start.begin());
-    Buffer<FromLower> sorted(start.back());
-    for_each_half([&](std::uint32_t lower, std::uint32_t higher, Half h) {
-        sorted[start[lower + std::size_t{1}]++] = {higher, h};
-    });
-    for (std::size_t p = 0; p < range.size(); ++p) {
-        const auto begin = sorted.begin() + static_cast<std::ptrdiff_t>(start[p]);
-        const auto end = sorted.begin() + static_cast<std::ptrdiff_t>(start[p + 1]);
-        std::sort(begin, end, [](const FromLower& a, const FromLower& b) { return a.higher < b.higher; });
-        for (auto at = begin; at != end;) {
-            auto after = at;
-            while (after != end && after->higher == at->higher) ++after;
-            if (after - at == 2 && from(at[0].half) != from(at[1].half)) pair(at[0].half, at[1].half);
-            at = after;
-        }
-    }
-}
-
-// Fixes open points: those that have a half-edge without a twin, and those whose
-// triangles do not form one closed fan.
-void EdgeCollapse::fix_points(const PointRange& range) {
-    std::vector<std::uint32_t> triangles_at(range.size(), 0);
-    for (Half t = 0; t < faces_.size(); ++t) {
-        for (Half h = 4 * t; h < 4 * t + 3; ++h) {
-            const bool is_open = twin(h) == kNone;
-            if (is_open && range.contains(to(h))) points_[to(h)].open = true;
-            const std::uint32_t p = from(h);
-            if (!range.contains(p)) continue;
-            points_[p].outgoing = h;
-            ++triangles_at[p - range.begin];
-            if (is_open) points_[p].open = true;
-        }
-    }
-    for (std::uint32_t p = range.begin; p < range.end; ++p) {
-        Point& point = points_[p];
-        if (point.outgoing == kNone) point.open = true;
-        if (!point.open) {
-            std::uint32_t in_fan = 0;
-            for_each_outgoing(p, [&](Half) { ++in_fan; });
-            point.open = in_fan != triangles_at[p - range.begin];
-            point.degree = static_cast<std::uint8_t>(std::min<std::uint32_t>(in_fan, kHighDegree));
-        }
-        point.fixed = point.open;
-    }
-}
-
-// A point has the planes of its triangles, each with the share of the triangle's area that belongs to it.
-void EdgeCollapse::sum_quadrics(const PointRange& range) {
-    for (const Face& face : faces_) {
-        const auto& [p, q, r] = face.from;
-        if (!range.contains(p) && !range.contains(q) && !range.contains(r)) continue;
-        const Vec3d normal = cross(position(q) - position(p), position(r) - position(p));
-        const double twice_area = length(normal);
-        if (twice_area == 0) continue;
-        Quadric<float> share;
-        share.add_plane((1 / twice_area) * normal, twice_area / 6);
-        for (const std::uint32_t corner : face.from) {
-            if (range.contains(corner)) points_[corner].quadric += share;
-        }
-    }
-}
-
-// \pre `point` is not open
-template <class F>
-void EdgeCollapse::for_each_outgoing(std::uint32_t point, F f) const {
-    const Half first = points_[point].outgoing;
-    Half h = first;
-    do {
-        f(h);
-        h = twin(prev(h));
-    } while (h != first);
-}
 
 // The sum of the quadrics of two points, relative to point a.
 HWY_INLINE Quadric<double> EdgeCollapse::merged_quadric(std::uint32_t a, std::uint32_t b) const {
@@ -503,93 +352,6 @@ bool EdgeCollapse::collapse(Half h, Region& region) {
     return true;
 }
 
-void EdgeCollapse::set_guard(CollapseGuard* guard) {
-    guard_ = guard;
-    parallel_ = false;
-    for (Point& point : points_) {
-        if (!point.fixed || point.open) continue;
-        point.fixed = false;
-        point.changed = true;
-    }
-}
-
-// The record of a collapse, which is in the log of its region.
-EdgeCollapse::Collapse& EdgeCollapse::logged(std::uint32_t collapse) {
-    const auto after =
-        std::upper_bound(regions_.begin() + 1, regions_.end(), collapse,
-                         [](std::uint32_t c, const Region& r) { return c < r.first_collapse; });
-    Region& region = collapse < regions_[0].first_collapse ? after[-1] : regions_[0];
-    return region.log[collapse - region.first_collapse];
-}
-
-// The later one of two collapses, or the first if they are independent. 0: none.
-std::uint32_t EdgeCollapse::later_of(std::uint32_t a, std::uint32_t b) {
-    if (a == 0 || b == 0) return std::max(a, b);
-    return logged(b).time > logged(a).time ? b : a;
-}
-
-std::size_t EdgeCollapse::undo(std::span<const std::uint32_t> corners, std::size_t count) {
-    std::size_t undone = 0;
-    parallel_ = false;
-    for (; count > 0; --count) {
-        std::uint32_t latest = 0;
-        for (const std::uint32_t p : corners) latest = later_of(latest, points_[p].latest);
-        if (latest == 0) break;
-        undone += undo(latest);
-    }
-    return undone;
-}
-
-// A collapse can be undone if no later one has changed the triangles at its point. A collapse changes the
-// triangles at the point that it keeps, so none of their corners may have a later one.
-std::size_t EdgeCollapse::undo(std::uint32_t collapse) {
-    std::size_t undone = 0;
-    std::vector<std::uint32_t> pending{collapse};
-    while (!pending.empty()) {
-        const std::uint32_t i = pending.back();
-        const std::uint32_t kept = from(logged(i).half);
-        std::uint32_t latest = i;
-        if (points_[kept].latest == i)
-            for_each_outgoing(kept, [&](Half out) { latest = later_of(latest, points_[to(out)].latest); });
-        if (latest != i) {
-            pending.push_back(latest);
-            continue;
-        }
-        if (points_[kept].latest == i) {
-            if (i == collapse) points_[kept].fixed = points_[logged(i).removed].fixed = true;
-            undo_one(logged(i)), ++undone;
-        }
-        pending.pop_back();
-    }
-    return undone;
-}
-
-// The inverse of collapse().
-void EdgeCollapse::undo_one(Collapse& collapse) {
-    const Half h = collapse.half, g = twin(h);
-    const std::uint32_t a = from(h), b = collapse.removed;
-    for (const Half side : {next(h), prev(h), next(g), prev(g)}) pair(side, twin(side));
-    for (const Half revived : {h, g}) {
-        faces_[revived / 4].alive = true;
-        std::uint8_t& degree = points_[from(prev(revived))].degree;
-        if (degree != kHighDegree) ++degree;
-    }
-    alive_ += 2;
-    Half out = g;
-    do {
-        faces_[out / 4].from[out % 4] = b;
-        out = twin(prev(out));
-    } while (out != g);
-    Point &kept = points_[a], &revived = points_[b];
-    const bool is_fixed = kept.fixed;
-    kept = collapse.kept;
-    kept.fixed = is_fixed;
-    kept.outgoing = h;
-    revived.outgoing = g;
-    kept.changed = revived.changed = kept.is_new = revived.is_new = true;
-    collapse.removed = kNone;
-}
-
 // Queues the edges around a point that has moved.
 void EdgeCollapse::queue_around(std::uint32_t point, Region& region) {
     points_[point].changed = true;
@@ -619,6 +381,16 @@ std::size_t EdgeCollapse::collapse_up_to(std::size_t most, std::size_t end, Regi
     }
     stage.step(static_cast<double>(collapsed - reported));
     return collapsed;
+}
+
+void EdgeCollapse::set_guard(CollapseGuard* guard) {
+    guard_ = guard;
+    parallel_ = false;
+    for (Point& point : points_) {
+        if (!point.fixed || point.open) continue;
+        point.fixed = false;
+        point.changed = true;
+    }
 }
 
 void EdgeCollapse::reduce_to(std::size_t triangles, const Progress& progress) {
@@ -668,48 +440,6 @@ void EdgeCollapse::collapse_regions(std::size_t triangles, Stage& stage) {
     // One thread goes on with all edges.
     for (std::size_t r = 1; r < regions_.size(); ++r) regions_[0].take(regions_[r]);
     divided_ = false;
-}
-
-EdgeCollapse::Result EdgeCollapse::result() {
-    Result result;
-    Buffer<std::uint32_t> new_index(points_.size());
-    result.mesh.points.reserve(alive_ / 2);
-    result.old_points.reserve(alive_ / 2);
-    for (std::uint32_t p = 0; p < points_.size(); ++p) {
-        if (points_[p].outgoing == kNone) continue;
-        new_index[p] = static_cast<std::uint32_t>(result.mesh.points.size());
-        result.mesh.points.push_back(points_[p].position);
-        result.old_points.push_back(p);
-    }
-    result.mesh.triangles.reserve(alive_);
-    result.old_triangles.reserve(alive_);
-    for (std::uint32_t t = 0; t < faces_.size(); ++t) {
-        if (!faces_[t].alive) continue;
-        result.old_triangles.push_back(t);
-        const auto& [a, b, c] = faces_[t].from;
-        if (points_[a].is_new || points_[b].is_new || points_[c].is_new)
-            result.changed.push_back(static_cast<std::uint32_t>(result.mesh.triangles.size()));
-        result.mesh.triangles.push_back({new_index[a], new_index[b], new_index[c]});
-    }
-    for (const std::uint32_t p : result.old_points) points_[p].is_new = false;
-    return result;
-}
-
-Buffer<std::uint32_t> EdgeCollapse::merged_into() const {
-    Buffer<std::uint32_t> result(points_.size());
-    std::iota(result.begin(), result.end(), 0u);
-    for (const Region& region : regions_) {
-        for (const Collapse& c : region.log) {
-            if (c.removed != kNone) result[c.removed] = from(c.half);
-        }
-    }
-    // Follows each chain of points to its end, and shortens it.
-    for (std::uint32_t p = 0; p < points_.size(); ++p) {
-        std::uint32_t end = p;
-        while (result[end] != end) end = result[end];
-        for (std::uint32_t at = p; at != end;) at = std::exchange(result[at], end);
-    }
-    return result;
 }
 
 }  // namespace marrow::internal

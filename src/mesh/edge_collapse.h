@@ -223,4 +223,15 @@ class EdgeCollapse {
     bool divided_ = false;
 };
 
+// \pre `point` is not open
+template <class F>
+void EdgeCollapse::for_each_outgoing(std::uint32_t point, F f) const {
+    const Half first = points_[point].outgoing;
+    Half h = first;
+    do {
+        f(h);
+        h = twin(prev(h));
+    } while (h != first);
+}
+
 }  // namespace marrow::internal

@@ -1,52 +1,85 @@
-// Numbers the components of a mesh, and sums up their triangles, volumes and edges.
+// Numbers the components of a mesh, and sums up their triangles and volumes.
 #include "find_components.h"
 
+#include <algorithm>
+
+#include "base/parallel.h"
 #include "connected_points.h"
-#include "half_edges.h"
 #include "triangle_corners.h"
 
 namespace marrow::internal {
 
-Components find_components(const MeshView& mesh, bool edges_are_manifold) {
+namespace {
+
+// Triangles of a component that follow each other.
+struct Run {
+    std::uint32_t lowest;  // the lowest point of the component
+    std::uint32_t first_triangle;
+    std::int64_t triangles = 0;
+    double volume = 0;
+};
+
+// Returns the runs of each section. Volumes are relative to the lowest point of the component, because
+// distant coordinates would cancel.
+std::vector<std::vector<Run>> find_runs(const MeshView& mesh, const std::vector<std::uint32_t>& lowest) {
+    constexpr std::size_t kSection = 8192;  // triangles; the sums do not depend on the threads
+    const std::size_t triangles = mesh.triangles.size();
+    std::vector<std::vector<Run>> sections((triangles + kSection - 1) / kSection);
+    parallel_for(std::size_t{0}, sections.size(), [&](std::size_t s) {
+        const std::size_t end = std::min((s + 1) * kSection, triangles);
+        for (std::size_t i = s * kSection; i < end;) {
+            Run run{lowest[mesh.triangles[i][0]], static_cast<std::uint32_t>(i)};
+            const Vec3d origin = to_double(mesh.points[run.lowest]);
+            for (; i < end && lowest[mesh.triangles[i][0]] == run.lowest; ++i, ++run.triangles) {
+                const auto [a, b, c] = corners_of(mesh, mesh.triangles[i]);
+                run.volume += dot(a - origin, cross(b - origin, c - origin)) / 6;
+            }
+            sections[s].push_back(run);
+        }
+    });
+    return sections;
+}
+
+// Numbers the points that are the lowest of a component with triangles in their order, and
+// then all points. Returns the number of components.
+std::size_t number_points(const std::vector<std::vector<Run>>& sections,
+                          const std::vector<std::uint32_t>& lowest, std::vector<std::uint32_t>& of_point) {
+    of_point.assign(lowest.size(), Components::kNone);
+    std::vector<std::uint32_t> of_components;
+    for (const std::vector<Run>& runs : sections) {
+        for (const Run& run : runs) {
+            if (of_point[run.lowest] != Components::kNone) continue;
+            of_point[run.lowest] = 0;
+            of_components.push_back(run.lowest);
+        }
+    }
+    std::sort(of_components.begin(), of_components.end());
+    for (std::size_t i = 0; i < of_components.size(); ++i)
+        of_point[of_components[i]] = static_cast<std::uint32_t>(i);
+    parallel_for_ranges(std::size_t{0}, lowest.size(), 8192, [&](const auto& range) {
+        for (std::size_t p = range.begin(); p < range.end(); ++p) {
+            if (lowest[p] != p) of_point[p] = of_point[lowest[p]];
+        }
+    });
+    return of_components.size();
+}
+
+}  // namespace
+
+Components find_components(const MeshView& mesh, const std::vector<Edge>& edges) {
     Components components;
     const std::vector<std::uint32_t> lowest = lowest_connected_points(mesh);
-    std::vector<std::uint32_t>& of_point = components.of_point;
-    of_point.assign(mesh.points.size(), Components::kNone);
-    for (const Triangle& t : mesh.triangles) of_point[lowest[t[0]]] = 0;
-    // The lowest point of a component precedes its other points, so one pass numbers all points.
-    std::uint32_t count = 0;
-    for (std::size_t p = 0; p < of_point.size(); ++p) {
-        if (lowest[p] != p)
-            of_point[p] = of_point[lowest[p]];
-        else if (of_point[p] != Components::kNone)
-            of_point[p] = count++;
-    }
-
-    components.all.resize(count);
-    // Volumes are computed relative to a point of the component, because distant coordinates would cancel.
-    std::vector<Vec3d> origins(count);
-    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-        const Triangle& t = mesh.triangles[i];
-        Component& component = components.all[components.of(t)];
-        Vec3d& origin = origins[components.of(t)];
-        if (component.triangles++ == 0) {
-            component.first_triangle = static_cast<std::uint32_t>(i);
-            origin = to_double(mesh.points[t[0]]);
+    const std::vector<std::vector<Run>> sections = find_runs(mesh, lowest);
+    components.all.resize(number_points(sections, lowest, components.of_point));
+    for (const std::vector<Run>& runs : sections) {
+        for (const Run& run : runs) {
+            Component& component = components.all[components.of_point[run.lowest]];
+            if (component.triangles == 0) component.first_triangle = run.first_triangle;
+            component.triangles += run.triangles;
+            component.volume += run.volume;
         }
-        const auto [a, b, c] = corners_of(mesh, t);
-        component.volume += dot(a - origin, cross(b - origin, c - origin)) / 6;
     }
-    EdgeCounts& edges = components.edges;
-    if (edges_are_manifold) {
-        edges.all = 3 * static_cast<std::int64_t>(mesh.triangles.size()) / 2;
-        return components;
-    }
-    for_each_edge(mesh, [&](const Edge& edge) {
-        ++edges.all;
-        if (edge.is_manifold()) return;
-        ++(edge.is_border() ? edges.boundary : edges.nonmanifold);
-        components.all[of_point[edge.lower]].closed = false;
-    });
+    for (const Edge& edge : edges) components.all[components.of_point[edge.lower]].closed = false;
     return components;
 }
 

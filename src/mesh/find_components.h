@@ -7,6 +7,8 @@
 #include <marrow/measure.h>
 #include <marrow/mesh.h>
 
+#include "irregular_edges.h"
+
 namespace marrow::internal {
 
 /// Triangles that are connected through shared points.
@@ -20,24 +22,20 @@ struct Component {
     bool is_cavity() const { return closed && volume < 0; }
 };
 
-/// How many edges there are, and how many of them are no border between two triangles.
-struct EdgeCounts {
-    std::int64_t all = 0, boundary = 0, nonmanifold = 0;
-};
-
 struct Components {
     std::vector<Component> all;           ///< in the order of their lowest points
-    EdgeCounts edges;                     ///< of all components
     std::vector<std::uint32_t> of_point;  ///< an index into `all`; kNone for a point without a triangle
     static constexpr std::uint32_t kNone = ~std::uint32_t{0};
 
     std::uint32_t of(const Triangle& t) const { return of_point[t[0]]; }
 };
 
-/// Takes nearly linear time, and half of it if all edges are known to be manifold. \pre indices are in range
-Components find_components(const MeshView& mesh, bool edges_are_manifold = false);
+/// Takes nearly linear time, on all threads. The result has the same bits for any number of them. `edges` are
+/// the irregular edges of the mesh. \pre indices are in range
+Components find_components(const MeshView& mesh, const std::vector<Edge>& edges);
 
-/// The same as measure(), given the components of the mesh.
-MeshMeasures measure_components(const MeshView& mesh, const Components& components);
+/// The same as measure(), given the components and the irregular edges of the mesh.
+MeshMeasures measure_components(const MeshView& mesh, const Components& components,
+                                const std::vector<Edge>& edges);
 
 }  // namespace marrow::internal

@@ -91,15 +91,18 @@ Mesh keep_components(MeshView mesh, const ComponentOptions& options) {
     if (!(options.min_volume >= 0))
         throw InputError("components: the smallest volume must be a number of mm^3 from 0 upwards");
     check_indices(mesh);
-    const Components components = find_components(mesh);
-    std::vector<bool> keep;
-    for (const Component& c : components.all) {
-        const bool too_small = c.closed && std::abs(c.volume) < options.min_volume;
-        keep.push_back(!too_small && (options.cavities || !c.is_cavity()));
-    }
-    if (options.count)
-        with_threads(options.threads, [&] { keep_largest(*options.count, mesh, components, keep); });
-    return copy_components(mesh, components, keep);
+    Mesh result;
+    with_threads(options.threads, [&] {
+        const Components components = find_components(mesh, irregular_edges(OneRings(mesh)));
+        std::vector<bool> keep;
+        for (const Component& c : components.all) {
+            const bool too_small = c.closed && std::abs(c.volume) < options.min_volume;
+            keep.push_back(!too_small && (options.cavities || !c.is_cavity()));
+        }
+        if (options.count) keep_largest(*options.count, mesh, components, keep);
+        result = copy_components(mesh, components, keep);
+    });
+    return result;
 }
 
 }  // namespace marrow

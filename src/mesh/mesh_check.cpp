@@ -15,7 +15,7 @@
 #include "check_indices.h"
 #include "find_components.h"
 #include "for_each_range.h"
-#include "half_edges.h"
+#include "irregular_edges.h"
 #include "one_rings.h"
 #include "self_intersections.h"
 #include "triangle_corners.h"
@@ -79,12 +79,34 @@ bool is_one_fan(const Triangle* begin, const Triangle* end) {
     return fans <= 1;
 }
 
-void count_nonmanifold_points(const MeshView& mesh, MeshCheck& check) {
-    const VertexTriangles vertex_triangles(mesh);
-    for (std::size_t p = 0; p < mesh.points.size(); ++p) {
-        const Triangle *begin = vertex_triangles.begin(p), *end = vertex_triangles.end(p);
-        check.nonmanifold_points += begin != end && !is_one_fan(begin, end);
+// Only looks at the points that are not closed fans.
+void look_at_points(const MeshView& mesh, const OneRings& rings, MeshCheck& check) {
+    std::vector<std::uint32_t> others;
+    for (std::size_t chunk = 0; chunk < rings.chunks(); ++chunk) {
+        for (const std::uint32_t p : rings.listed(chunk, 0)) {
+            if (rings.of(p).empty())
+                ++check.unused_points;
+            else
+                others.push_back(p);
+        }
     }
+    if (others.empty()) return;
+    const VertexTriangles vertex_triangles(mesh);
+    for (const std::uint32_t p : others)
+        check.nonmanifold_points += !is_one_fan(vertex_triangles.begin(p), vertex_triangles.end(p));
+}
+
+std::int64_t count_triangles_without_area(const MeshView& mesh) {
+    return parallel_reduce(
+        std::size_t{0}, mesh.triangles.size(), 8192, std::int64_t{0},
+        [&](const auto& range, std::int64_t count) {
+            for (std::size_t t = range.begin(); t < range.end(); ++t) {
+                const Vec3d normal = scaled_normal(corners_of(mesh, mesh.triangles[t]));
+                count += dot(normal, normal) == 0;
+            }
+            return count;
+        },
+        [](std::int64_t a, std::int64_t b) { return a + b; });
 }
 
 // Returns for each triangle the length of the ray from its centre inward until it leaves the object; infinity
@@ -123,31 +145,20 @@ void check_walls(const MeshView& mesh, const std::vector<double>& thickness, Mes
 // The counts are independent, so they run at the same time.
 // \pre no triangle has equal indices
 void check_surface(const MeshView& mesh, const CheckOptions& options, MeshCheck& check) {
-    for (const Triangle& t : mesh.triangles) check.degenerate_triangles += area(corners_of(mesh, t)) == 0;
     const double walls_begin = options.min_wall ? 0.6 : 1;
     const OneRings rings(mesh);
-    // If all triangles are in closed fans, then each edge has two triangles, which run along it in opposite
-    // directions, and nothing is left to count.
-    bool all_fans = true;
-    for (std::size_t p = 0; p < rings.size(); ++p) {
-        check.unused_points += rings.of(p).empty();
-        all_fans &= rings.of(p).empty() || rings.is_fan(p);
-    }
     parallel_invoke(
         [&] {
             check.self_intersections = static_cast<std::int64_t>(
                 find_self_intersections(mesh, rings, options.progress, 0, walls_begin).size());
         },
-        [&] { check.measures = measure_components(mesh, find_components(mesh, all_fans)); },
         [&] {
-            if (all_fans) return;
-            for_each_edge(mesh, [&](const Edge& e) {
-                check.misoriented_edges += e.up + e.down == 2 && (e.up == 2 || e.down == 2);
-            });
+            const std::vector<Edge> edges = irregular_edges(rings);
+            for (const Edge& edge : edges) check.misoriented_edges += edge.is_misoriented();
+            check.measures = measure_components(mesh, find_components(mesh, edges), edges);
         },
-        [&] {
-            if (!all_fans) count_nonmanifold_points(mesh, check);
-        });
+        [&] { check.degenerate_triangles += count_triangles_without_area(mesh); },
+        [&] { look_at_points(mesh, rings, check); });
     check.cavities = check.measures.cavities;
     const MeshMeasures& m = check.measures;
     if (check.is_closed() && check.is_manifold() && check.misoriented_edges == 0)

@@ -1,8 +1,14 @@
-// Tests which components, cavities and points keep_components keeps.
+// Tests which components, cavities and points keep_components keeps, and how measure counts components and
+// edges.
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <functional>
+#include <map>
+#include <numeric>
+#include <random>
+#include <utility>
+#include <vector>
 
 #include <marrow/components.h>
 #include <marrow/error.h>
@@ -124,6 +130,64 @@ TEST(KeepComponents, KeepsOpenComponentsAndDropsUnusedPoints) {
     const Mesh result = keep_components(sheet, {.min_volume = 5, .cavities = false});
     EXPECT_TRUE(result.points == (Buffer<Vec3f>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}));
     EXPECT_TRUE(result.triangles == (Buffer<Triangle>{{0, 2, 1}}));
+}
+
+// Triangles that share edges in any number and orientation, also with themselves.
+Mesh tangle(std::uint32_t points, std::size_t triangles, Random& random) {
+    Mesh mesh;
+    for (std::uint32_t p = 0; p < points; ++p) {
+        const float x = static_cast<float>(p);
+        mesh.points.push_back({x, std::sin(x), std::cos(x)});
+    }
+    std::uniform_int_distribution<std::uint32_t> any(0, points - 1), near(0, 3);
+    for (std::size_t t = 0; t < triangles; ++t) {
+        const std::uint32_t p = any(random);
+        const auto neighbour = [&] { return std::min(p + near(random), points - 1); };
+        mesh.triangles.push_back({p, neighbour(), neighbour()});
+    }
+    return mesh;
+}
+
+TEST(Measure, CountsTheEdgesAndComponentsOfAnyTriangles) {
+    Random random(7);
+    for (const auto& [points, triangles] :
+         {std::pair{12u, 5u}, {12u, 40u}, {100u, 60u}, {40000u, 30000u}, {40000u, 12000u}}) {
+        const Mesh mesh = tangle(points, triangles, random);
+        struct Directions {
+            int up = 0, down = 0;
+        };
+        std::map<std::pair<std::uint32_t, std::uint32_t>, Directions> edges;
+        std::vector<std::uint32_t> lowest(points);
+        std::iota(lowest.begin(), lowest.end(), 0u);
+        std::vector<bool> used(points, false);
+        for (bool any_changed = true; std::exchange(any_changed, false);) {
+            for (const Triangle& t : mesh.triangles) {
+                const std::uint32_t least = std::min({lowest[t[0]], lowest[t[1]], lowest[t[2]]});
+                for (const std::uint32_t p : t) any_changed |= std::exchange(lowest[p], least) != least;
+            }
+        }
+        for (const Triangle& t : mesh.triangles) {
+            for (std::size_t c = 0; c < 3; ++c) {
+                const std::uint32_t a = t[c], b = t[(c + 1) % 3];
+                Directions& edge = edges[{std::min(a, b), std::max(a, b)}];
+                ++(a < b ? edge.up : edge.down);
+                used[a] = true;
+            }
+        }
+        std::int64_t boundary = 0, manifold = 0, components = 0;
+        for (const auto& [ends, edge] : edges) {
+            boundary += edge.up + edge.down == 1;
+            manifold += edge.up == 1 && edge.down == 1;
+        }
+        for (std::uint32_t p = 0; p < points; ++p) components += used[p] && lowest[p] == p;
+
+        const MeshMeasures m = measure(mesh);
+        const auto all = static_cast<std::int64_t>(edges.size());
+        EXPECT_EQ(m.boundary_edges, boundary);
+        EXPECT_EQ(m.nonmanifold_edges, all - boundary - manifold);
+        EXPECT_EQ(m.euler_characteristic, m.points - all + m.triangles);
+        EXPECT_EQ(m.components, components);
+    }
 }
 
 TEST(KeepComponents, RejectsInvalidInput) {

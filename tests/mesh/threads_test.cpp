@@ -67,6 +67,12 @@ std::vector<Function> functions() {
              const Mesh reduced = simplify(mesh, {.max_error = 0.3, .threads = threads}, &stats);
              return Words{mesh_hash(reduced), bits(stats.deviation.mean), bits(stats.deviation.max)};
          }},
+        {"measure",
+         [](const Mesh& mesh, int threads) {
+             const MeshMeasures m = measure(mesh, {.threads = threads});
+             return Words{static_cast<std::uint64_t>(m.components), static_cast<std::uint64_t>(m.cavities),
+                          static_cast<std::uint64_t>(m.euler_characteristic), bits(m.area), bits(m.volume)};
+         }},
         {"check_mesh",
          [](const Mesh& mesh, int threads) {
              const MeshCheck check = check_mesh(smooth(mesh), {.min_wall = 0.5, .threads = threads});

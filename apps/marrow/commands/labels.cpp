@@ -201,12 +201,13 @@ void extract(const LabelsOptions& options, const Volume& map, const Labels& labe
     }
 }
 
-void measure_volumes(const Counts& counts, const Mat3d& index_to_physical, std::vector<Surface>& surfaces) {
+void measure_volumes(const Counts& counts, const Mat3d& index_to_physical, int threads,
+                     std::vector<Surface>& surfaces) {
     const Mat3d& step = index_to_physical;
     const double sample_mm3 = std::abs(dot(step[0], cross(step[1], step[2])));
     for (Surface& surface : surfaces) {
         const std::int64_t samples = counts.at(*surface.label);
-        surface.measures = measure(surface.mesh);
+        surface.measures = measure(surface.mesh, {.threads = threads});
         surface.label_volume = {samples, static_cast<double>(samples) * sample_mm3, surface.measures->volume};
     }
 }
@@ -261,7 +262,7 @@ void run(const LabelsOptions& options, const Console& console, const std::atomic
     }
     std::sort(results.surfaces.begin(), results.surfaces.end(),
               [](const Surface& a, const Surface& b) { return *a.label < *b.label; });
-    measure_volumes(counts, maps[0].geometry().index_to_physical(), results.surfaces);
+    measure_volumes(counts, maps[0].geometry().index_to_physical(), job.threads(), results.surfaces);
     warn_of_loss(results.surfaces, results.warnings);
     name_files(options, labels, results.surfaces);
     warn_of_coinciding_points(results.surfaces, "if that matters, write .3mf or .ply", results.warnings);

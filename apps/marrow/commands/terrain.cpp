@@ -180,7 +180,8 @@ void run(const TerrainCommandOptions& options, const Console& console, const std
     results.total_seconds = seconds_since(start);
 
     if (options.reporting.json) {
-        for (TerrainLevel& level : results.levels) level.measures = measure(level.mesh);
+        for (TerrainLevel& level : results.levels)
+            level.measures = measure(level.mesh, {.threads = options.threads});
         console.out << terrain_json(results);
     } else if (!options.reporting.quiet) {
         for (const TerrainLevel& level : results.levels) console.out << level_text(level);

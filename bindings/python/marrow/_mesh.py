@@ -114,15 +114,20 @@ class Mesh:
 
         return mesh_html(self)
 
-    def measure(self) -> MeshMeasures:
+    def measure(self, *, threads: int = 0) -> MeshMeasures:
         """Measure size and topology.
+
+        Parameters
+        ----------
+        threads : int
+            Threads to use; 0: all.
 
         Raises
         ------
         InputError
             A triangle names a point that does not exist; so for all methods.
         """
-        return MeshMeasures(**_marrow.measure(self._native()))
+        return MeshMeasures(**_marrow.measure(self._native(), threads=threads))
 
     def check(
         self, min_wall: Optional[float] = None, *, threads: int = 0, progress: Optional[Progress] = None

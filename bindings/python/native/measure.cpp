@@ -81,10 +81,11 @@ py::tuple distance(const ArrayMesh& a, const ArrayMesh& b, std::int64_t samples,
 void add_measure(py::module_& module) {
     module.def(
         "measure",
-        [](const ArrayMesh& mesh) {
-            return dict_of(compute(py::none(), [&](const Progress&) { return measure(mesh.view()); }));
+        [](const ArrayMesh& mesh, int threads) {
+            return dict_of(compute(
+                py::none(), [&](const Progress&) { return measure(mesh.view(), {.threads = threads}); }));
         },
-        py::arg("mesh"));
+        py::arg("mesh"), py::kw_only(), py::arg("threads") = 0);
     module.def(
         "triangle_quality",
         [](const ArrayMesh& mesh) {

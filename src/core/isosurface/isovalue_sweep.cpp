@@ -113,7 +113,7 @@ void measure_surfaces(const VolumeView& volume, std::span<SweepSample> samples, 
     Mesh mesh;
     for (std::size_t k = 0; k < samples.size(); ++k) {
         extractor.extract(samples[k].isovalue, mesh);
-        const MeshMeasures found = measure(mesh);
+        const MeshMeasures found = measure(mesh, {.threads = options.threads});
         samples[k].volume = found.volume;
         samples[k].area = found.area;
         samples[k].components = found.components;
