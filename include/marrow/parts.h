@@ -14,7 +14,8 @@
 /// In all functions `whole` are the dims of the whole volume. With `options.closed` the surface is closed at
 /// the border of the whole, not between parts. `options.snap` must be 0. All throw InputError as
 /// extract_isosurface, for a view that leaves the whole, for a missing sample for normals, and for parts of
-/// which some have exact topology and some have not; LimitError not enough memory; Cancelled.
+/// which some have exact topology and some have not; LimitError not enough memory, or keys that do not fit in
+/// 64 bits; Cancelled.
 #pragma once
 
 #include <array>

@@ -292,7 +292,7 @@ TEST_F(BallViewer, StopsAnExport) {
     const auto write = [&] {
         window->write({{session().parameters().current, out / "ball.stl"}}, Space::LPS);
     };
-    // Later, the export may have ended.
+    // At once, because a moment later the export may have ended.
     const auto connection =
         QObject::connect(window->findChild<viewer::MeshWriter*>(), &viewer::MeshWriter::started, [&] {
             EXPECT_TRUE(window->busy());

@@ -202,7 +202,7 @@ std::uint64_t next_first_id(std::uint64_t first_id, const marrow::PartSurface& s
     std::uint64_t next = 0;
     if (__builtin_add_overflow(first_id, surface.key_count(), &next) || next > std::uint64_t{VTK_ID_MAX})
         throw marrow::LimitError(
-            "the global ids of all isovalues do not fit in vtkIdType; extract fewer values at once");
+            "the global ids do not fit in vtkIdType; extract fewer isovalues at once, or no global ids");
     return next;
 }
 
@@ -315,12 +315,12 @@ int vtkMarrowContour::RequestData(vtkInformation*, vtkInformationVector** inputs
                 else
                     one = marrow::extract_part(view, dims_of(whole), isovalue, options);
                 if (!keys) one.keys.clear();
-                if (values == 1) {
+                const std::uint64_t next_id = keys ? next_first_id(first_id, one) : 0;
+                if (values == 1)
                     *all = std::move(one);
-                } else {
+                else
                     append(one, first_id, *all);
-                    if (keys) first_id = next_first_id(first_id, one);
-                }
+                first_id = next_id;
                 points_until.push_back(all->mesh.points.size());
                 ++before;
             }

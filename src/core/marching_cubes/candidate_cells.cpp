@@ -20,7 +20,7 @@ void list_candidates(const InsideBits& bits, std::int64_t slice, std::span<const
                      std::uint8_t* HWY_RESTRICT cases) {
     const std::uint32_t* const begin = x;
     std::uint32_t* const first_y = y;
-    const hn::ScalableTag<std::uint32_t> d;
+    const hn::CappedTag<std::uint32_t, 16> d;
     GridRow at(bits, bits.row_index(0, slice));
     for (const UndecidedCells& cells : undecided) {
         at.y = cells.y;

@@ -94,6 +94,11 @@ HWY_INLINE WordVec count_bits(WordVec words) {
 #endif
 }
 
+void add_cells(std::int64_t y, std::size_t w, std::uint64_t cells, std::vector<UndecidedCells>& undecided) {
+    if (cells != 0)
+        undecided.push_back({static_cast<std::uint32_t>(y), static_cast<std::uint32_t>(w), cells});
+}
+
 // Counts what a row makes, in the lanes of vectors, and marks its active words.
 struct RowCounter {
     WordVec along_x, along_y, along_z;
@@ -136,15 +141,13 @@ struct RowCounter {
             if constexpr (kUndecided) {
                 if (!row.has_cells) return marks;
                 hn::Store(hn::And(are_undecided(cells), valid), d, of_word);
-                for (std::size_t k = 0; k < hn::Lanes(d); ++k) add(row_y, w + k, of_word[k], *undecided);
+                for (std::size_t k = 0; k < hn::Lanes(d); ++k)
+                    add_cells(row_y, w + k, of_word[k], *undecided);
             }
         }
         return marks;
     }
 
-    static void add(std::int64_t y, std::size_t w, std::uint64_t bits, std::vector<UndecidedCells>& to) {
-        if (bits != 0) to.push_back({static_cast<std::uint32_t>(y), static_cast<std::uint32_t>(w), bits});
-    }
     static std::uint64_t bits_of(hn::Mask<Words> mask) {
 #if HWY_TARGET == HWY_WASM
         return wasm_i64x2_bitmask(hn::VecFromMask(Words(), mask).raw);
@@ -206,7 +209,7 @@ void list_undecided_target(const InsideBits& bits, std::size_t row_begin, std::s
         const RowBits row(bits, at);
         if (!row.has_cells) continue;
         for_each_active_word(active, at.index, [&](std::size_t w) HWY_ATTR {
-            RowCounter::add(at.y, w, hn::GetLane(are_undecided(CellVecs(row, w))) & row.valid(w), undecided);
+            add_cells(at.y, w, hn::GetLane(are_undecided(CellVecs(row, w))) & row.valid(w), undecided);
         });
     }
 }

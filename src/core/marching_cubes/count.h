@@ -33,10 +33,12 @@ struct UndecidedCells {
 /// Counts the points of the rows [row_begin, row_end) and marks their active words. Does not count triangles
 /// yet, because that takes the next rows: `counts.triangles` gets the number that count_triangles()
 /// subtracts. Unless `undecided` is null, the rows' undecided cells are added to it, in the order of (y, x).
+/// \pre the rows are of one slice, or `undecided` is null
 void count_rows(const InsideBits& bits, std::size_t row_begin, std::size_t row_end, RowCounts& counts,
                 ActiveWords& active, std::vector<UndecidedCells>* undecided = nullptr);
 
 /// Adds the undecided cells of the rows [row_begin, row_end) as count_rows() does, which marked `active`.
+/// \pre the rows are of one slice
 void list_undecided(const InsideBits& bits, std::size_t row_begin, std::size_t row_end,
                     const ActiveWords& active, std::vector<UndecidedCells>& undecided);
 

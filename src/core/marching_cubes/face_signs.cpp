@@ -20,8 +20,8 @@ struct Signs {
     LaneMask positive, negative;
 };
 
-// More than the rounding error of a polynomial per magnitude of its terms, and than that of a product which
-// is nearly too small for doubles.
+// More than the rounding error of a polynomial per magnitude of its terms, as fewer than 16 roundings follow
+// each other, and than that of a product which is nearly too small for doubles.
 constexpr double kRounding = 16 * 0x1p-53, kLeast = 0x1p-1000;
 
 // The products of the two diagonals of a face, whose difference is its determinant.
@@ -98,6 +98,7 @@ void find_signs_target(const CellBatch& batch, std::size_t count, FaceSigns* sig
             set(hn::Or(hn::And(any_positive, hn::Or(any_negative, mixed.positive)),
                        hn::And(any_negative, mixed.negative)),
                 FaceSigns::kNoWaist);
+            // The hyperdeterminant is the same on every axis.
             if (axis == 0) set(without_crosses(near_face, far_face, mixed_faces), FaceSigns::kNoWaist);
         }
         hn::StoreU(bits, du, &signs[i].bits);

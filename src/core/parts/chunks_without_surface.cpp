@@ -21,7 +21,8 @@ using namespace internal;
 namespace {
 
 // An edge that the surface crosses reads the samples at its ends, and gradients one more around these. So a
-// sample is read only if there is another one on the other side of the surface within this distance.
+// sample is read only if there is another one on the other side of the surface within this distance. The same
+// holds for a point inside a cell, which reads gradients at all corners: one of them is on the other side.
 constexpr std::int64_t kReach = 2;
 
 // The chunks along an axis that a view overlaps.

@@ -74,7 +74,8 @@ std::uint64_t PartSurface::key_count() const {
     std::uint64_t count = keys_per_sample();
     for (const std::int64_t n : extent.whole) {
         if (__builtin_mul_overflow(count, static_cast<std::uint64_t>(n), &count))
-            throw LimitError("the volume has more edges than 64 bits can number; crop or coarsen it");
+            throw LimitError(
+                "the volume has more edges and cells than 64 bits can number; crop or coarsen it");
     }
     return count;
 }

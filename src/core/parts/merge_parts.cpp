@@ -216,8 +216,7 @@ class Merger {
         });
     }
 
-    template <class Cells>
-    void merge_triangles(const Cells& cells) {
+    void merge_triangles(const auto& cells) {
         const auto key = [&](std::size_t p, std::size_t i) { return cells.of(parts_[p], i); };
         const auto shares = divide(
             parts_.size(), whole_[2], slice_samples(),

@@ -40,9 +40,10 @@ PointGroups points_at(const InsideBits& bits, std::size_t r, std::size_t x) {
             r + ny < bits.rows() ? differs(r + ny, x) : 0, 0};
 }
 
-// The points inside the first cell of a row that has no samples beyond it.
-std::uint32_t inner_points_at_start(const AmbiguousRows& row) {
-    const AmbiguousCell& first = row.cells().front();
+// The points inside the first cell of the row that `ambiguous` is at. \pre the row begins with a sample: the
+// surface is not closed before it
+std::uint32_t inner_points_at_start(const AmbiguousRows& ambiguous) {
+    const AmbiguousCell& first = ambiguous.cells().front();
     return first.x == 0 ? first.inner_points : 0;
 }
 
@@ -65,7 +66,7 @@ class RowNumbers {
           next_(next),
           ny_(parts.front().extent.whole[1]),
           topology_(parts.front().topology),
-          groups_(point_groups(topology_)) {
+          groups_(point_group_count(topology_)) {
         find_range();
         const std::size_t rows = size(ny_ * (end_ - begin_ + (next_.empty() ? 0 : 1)));
         points_.assign(groups_ * rows, 0);
@@ -252,7 +253,7 @@ void number_points(const PartPasses& passes, const PartNumbers& numbers, const C
                    NumberedPart& part) {
     const PartExtent& extent = numbers.extent;
     part.numbers.assign(part.mesh.points.size(), NumberedPart::kNoNumber);
-    const std::size_t groups = point_groups(numbers.topology);
+    const std::size_t groups = point_group_count(numbers.topology);
     AmbiguousRows ambiguous(passes.ambiguous(), 0);
     std::size_t point = 0;
     for_each_row(
@@ -314,7 +315,7 @@ PartCounts count_part(const VolumeView& part, const std::array<std::int64_t, 3>&
     const double sample_isovalue = checked_isovalue(isovalue, part.rescale);
     const PartExtent& extent = counts.extent;
     const std::size_t rows = size(extent.owned(1) * extent.owned(2));
-    const std::size_t groups = point_groups(options.topology);
+    const std::size_t groups = point_group_count(options.topology);
     counts.points.resize(groups * rows);
     counts.triangles.resize(rows);
     if (!has_cells(extent)) return counts;
@@ -343,7 +344,7 @@ PartCounts first_slice(const PartCounts& counts) {
     PartCounts slice = counts;
     slice.extent.dims[2] = std::min<std::int64_t>(slice.extent.dims[2], 2);  // of which it owns the first
     const std::size_t rows = size(slice.extent.owned(1) * slice.extent.owned(2));
-    slice.points.resize(point_groups(slice.topology) * rows);
+    slice.points.resize(point_group_count(slice.topology) * rows);
     slice.triangles.resize(rows);
     return slice;
 }
@@ -367,7 +368,8 @@ NumberedPart extract_numbered_part(const VolumeView& part, const PartNumbers& nu
     const PartExtent extent = extent_of(part, whole, options);
     const std::size_t rows = size(extent.dims[1] * extent.dims[2]);
     if (extent != numbers.extent || numbers.topology != options.topology ||
-        numbers.points.size() != point_groups(numbers.topology) * rows || numbers.triangles.size() != rows)
+        numbers.points.size() != point_group_count(numbers.topology) * rows ||
+        numbers.triangles.size() != rows)
         throw InputError("the numbers belong to another part, or to one with other options");
     NumberedPart result;
     if (!has_cells(extent)) return result;

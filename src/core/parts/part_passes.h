@@ -30,7 +30,7 @@ using PointGroups = std::array<std::uint32_t, 4>;
 inline constexpr std::size_t kInner = 3;
 
 /// How many of these groups have counts and numbers.
-inline std::size_t point_groups(bool topology) {
+inline std::size_t point_group_count(bool topology) {
     return topology ? 4 : 3;
 }
 
