@@ -21,55 +21,48 @@ namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-// The samples of the cells of a slice.
+// The samples of the cells of a row.
 template <class T>
 class CornerSamples {
   public:
-    CornerSamples(const VolumeView& volume, std::int64_t z)
-        : volume_(volume),
-          z_(z),
-          row_pitch_(volume.row_pitch()),
-          slice_pitch_(volume.slice_pitch()),
-          all_slices_(z >= 0 && z + 1 < volume.geometry.dims[2]) {}
+    CornerSamples() = default;
+    CornerSamples(const VolumeView& volume, std::int64_t y, std::int64_t z) : nx_(volume.geometry.dims[0]) {
+        const auto [nx, ny, nz] = volume.geometry.dims;
+        for (std::size_t r = 0; r < 4; ++r) {
+            const std::int64_t row_y = y + static_cast<std::int64_t>(r & 1),
+                               row_z = z + static_cast<std::int64_t>(r >> 1);
+            const bool within = row_y >= 0 && row_y < ny && row_z >= 0 && row_z < nz;
+            rows_[r] = within ? row_of<T>(volume, row_y, row_z) : nullptr;
+            all_rows_ &= within;
+        }
+    }
 
-    CellValues minus(double isovalue, std::int64_t x, std::int64_t y) const {
+    CellValues minus(double isovalue, std::int64_t x) const {
         CellValues values;
-        if (HWY_LIKELY(contains(x, y))) {
-            const T* const first = row_of<T>(volume_, y, z_) + x;
+        if (HWY_LIKELY(all_rows_ && x >= 0 && x + 1 < nx_)) {
             double check = 0;  // becomes NaN if a value is not finite
             for (std::size_t v = 0; v < 8; ++v) {
-                values[v] = static_cast<double>(first[step_to(v)]) - isovalue;
+                values[v] =
+                    static_cast<double>(rows_[v >> 1][x + static_cast<std::int64_t>(v & 1)]) - isovalue;
                 if constexpr (std::is_floating_point_v<T>) check += 0 * values[v];
             }
             if (HWY_LIKELY(check == 0)) return values;
         }
-        const auto [nx, ny, nz] = volume_.geometry.dims;
         for (std::size_t v = 0; v < 8; ++v) {
-            const std::int64_t at_x = x + static_cast<std::int64_t>(v & 1),
-                               at_y = y + static_cast<std::int64_t>(v >> 1 & 1),
-                               at_z = z_ + static_cast<std::int64_t>(v >> 2);
-            const bool within = at_x >= 0 && at_x < nx && at_y >= 0 && at_y < ny && at_z >= 0 && at_z < nz;
-            values[v] = within ? difference(row_of<T>(volume_, at_y, at_z)[at_x], isovalue) : kNan;
+            const std::int64_t at = x + static_cast<std::int64_t>(v & 1);
+            const T* const row = rows_[v >> 1];
+            values[v] = row != nullptr && at >= 0 && at < nx_ ? difference(row[at], isovalue) : kNan;
         }
         return values;
     }
 
-    void prefetch(std::int64_t x, std::int64_t y) const {
-        if (HWY_UNLIKELY(!contains(x, y))) return;
-        const T* const first = row_of<T>(volume_, y, z_) + x;
-        for (std::size_t v = 0; v < 8; v += 2) hwy::Prefetch(first + step_to(v));
+    void prefetch(std::int64_t x) const {
+        for (const T* row : rows_) {
+            if (row != nullptr) hwy::Prefetch(row + x);
+        }
     }
 
   private:
-    bool contains(std::int64_t x, std::int64_t y) const {
-        const auto& dims = volume_.geometry.dims;
-        return all_slices_ && x >= 0 && x + 1 < dims[0] && y >= 0 && y + 1 < dims[1];
-    }
-    // From corner 0 to corner v.
-    std::int64_t step_to(std::size_t v) const {
-        return static_cast<std::int64_t>(v & 1) + ((v & 2) != 0 ? row_pitch_ : 0) +
-               ((v & 4) != 0 ? slice_pitch_ : 0);
-    }
     // It has the right sign: a rounded difference is 0 only if the exact one is.
     static double difference(T sample, double isovalue) {
         const double result = static_cast<double>(sample) - isovalue;
@@ -82,32 +75,90 @@ class CornerSamples {
         return result;
     }
 
-    const VolumeView& volume_;
-    const std::int64_t z_, row_pitch_, slice_pitch_;
-    const bool all_slices_;
+    std::int64_t nx_ = 0;
+    const T* rows_[4] = {};
+    bool all_rows_ = true;
 };
 
-// Calls found(cell, case, topology) for each candidate of a slice, in their order. Each asks for its samples
-// a while before it is decided: those of a large volume are not in the cache, and a miss takes longer than a
-// decision.
-template <class T, class Found>
-void decide(const CornerSamples<T>& samples, const InsideBits& bits, double isovalue,
-            const CandidateCells& candidates, const Found& found) {
-    constexpr std::size_t kAtOnce = CellBatch::kCells;
-    const auto x_of = [&](std::size_t cell) { return candidates.x(cell) - bits.first_x; };
-    const auto y_of = [&](std::size_t cell) { return candidates.y(cell) - bits.first_y; };
-    CellBatch batch;
-    std::uint8_t cases[kAtOnce];
-    CellTopology topologies[kAtOnce];
-    std::size_t asked = 0;
-    for (std::size_t begin = 0; begin < candidates.size(); begin += kAtOnce) {
-        for (const std::size_t end = std::min(begin + 2 * kAtOnce, candidates.size()); asked < end; ++asked)
-            samples.prefetch(x_of(asked), y_of(asked));
-        const std::size_t count = std::min(kAtOnce, candidates.size() - begin);
-        for (std::size_t i = 0; i < count; ++i) {
-            cases[i] = candidates.cell_case(begin + i);
-            batch.set(i, samples.minus(isovalue, x_of(begin + i), y_of(begin + i)));
+// A row with candidates, and where these end.
+struct CandidateRow {
+    std::int64_t y;
+    std::size_t end;
+};
+
+// The candidates of a slice.
+struct Candidates {
+    const InsideBits& bits;
+    std::int64_t slice;
+    CandidateCells cells;
+    std::vector<CandidateRow> rows;
+
+    // Those in the words that are marked in the masks of the slice's rows.
+    Candidates(const InsideBits& inside_bits, std::int64_t z, const std::uint64_t* masks)
+        : bits(inside_bits), slice(z) {
+        const std::size_t per_row = ActiveWords::masks_per_row_of(bits);
+        const std::size_t first = bits.row_index(0, z);
+        if (z + 1 == bits.nz) return;  // no cells begin there
+        for (std::int64_t y = 0; y + 1 < bits.ny; ++y, masks += per_row) {
+            if (std::all_of(masks, masks + per_row, [](std::uint64_t m) { return m == 0; })) continue;
+            const std::size_t before = cells.size();
+            cells.add_row(bits, first + static_cast<std::size_t>(y), masks, per_row);
+            if (cells.size() > before) rows.push_back({y, cells.size()});
         }
+    }
+};
+
+// The samples of the candidates of a slice, which are asked for in their order.
+template <class T>
+class CandidateSamples {
+  public:
+    CandidateSamples(const VolumeView& volume, const Candidates& candidates)
+        : volume_(volume), candidates_(candidates), next_row_(candidates.rows.begin()) {}
+
+    void prefetch(std::size_t cell) {
+        reach(cell);
+        samples_.prefetch(x_of(cell));
+    }
+    CellValues minus(double isovalue, std::size_t cell) {
+        reach(cell);
+        return samples_.minus(isovalue, x_of(cell));
+    }
+
+  private:
+    void reach(std::size_t cell) {
+        if (HWY_LIKELY(cell < end_)) return;
+        const InsideBits& bits = candidates_.bits;
+        samples_ = {volume_, next_row_->y - bits.first_y, candidates_.slice - bits.first_z};
+        end_ = next_row_++->end;
+    }
+    std::int64_t x_of(std::size_t cell) const { return candidates_.cells.x(cell) - candidates_.bits.first_x; }
+
+    const VolumeView& volume_;
+    const Candidates& candidates_;
+    std::vector<CandidateRow>::const_iterator next_row_;
+    std::size_t end_ = 0;  // of the row's candidates
+    CornerSamples<T> samples_;
+};
+
+// Calls found(cell, topology) for each candidate, in their order. Each asks for its samples a while before it
+// is decided: those of a large volume are not in the cache, and a miss takes longer than a decision.
+template <class T, class Found>
+void decide(const VolumeView& volume, double isovalue, const Candidates& candidates, const Found& found) {
+    constexpr std::size_t kAtOnce = CellBatch::kCells, kAhead = 2 * kAtOnce;
+    const CandidateCells& cells = candidates.cells;
+    CandidateSamples<T> ahead(volume, candidates), samples(volume, candidates);
+    CellBatch batch;
+    std::size_t asked = 0;
+    for (std::size_t begin = 0; begin < cells.size(); begin += kAtOnce) {
+        for (const std::size_t end = std::min(begin + kAtOnce + kAhead, cells.size()); asked < end; ++asked)
+            ahead.prefetch(asked);
+        const std::size_t count = std::min(kAtOnce, cells.size() - begin);
+        std::uint8_t cases[kAtOnce] = {};
+        for (std::size_t i = 0; i < count; ++i) {
+            cases[i] = cells.cell_case(begin + i);
+            batch.set(i, samples.minus(isovalue, begin + i));
+        }
+        CellTopology topologies[kAtOnce];
         decide_topologies(batch, cases, count, topologies);
         for (std::size_t i = 0; i < count; ++i) found(begin + i, cases[i], topologies[i]);
     }
@@ -173,15 +224,13 @@ class RowSlopes {
 }  // namespace
 
 void AmbiguousCells::count(std::int64_t slice, RowCounts& counts, ActiveWords& active) {
-    std::vector<UndecidedCells> undecided;
-    count_rows(bits_, bits_.row_index(0, slice), bits_.row_index(0, slice + 1), counts, active, &undecided);
-    find(slice, undecided);
+    std::vector<std::uint64_t> masks(active.masks_per_row * static_cast<std::size_t>(bits_.ny));
+    count_rows(bits_, bits_.row_index(0, slice), bits_.row_index(0, slice + 1), counts, active, masks.data());
+    find(slice, masks.data());
 }
 
 void AmbiguousCells::find_again(std::int64_t slice, const ActiveWords& active) {
-    std::vector<UndecidedCells> undecided;
-    list_undecided(bits_, bits_.row_index(0, slice), bits_.row_index(0, slice + 1), active, undecided);
-    find(slice, undecided);
+    find(slice, active.row(bits_.row_index(0, slice)));
 }
 
 void AmbiguousCells::forget(std::int64_t slice) {
@@ -190,35 +239,36 @@ void AmbiguousCells::forget(std::int64_t slice) {
     kept.rows.shrink_to_fit();
 }
 
-void AmbiguousCells::find(std::int64_t slice, std::span<const UndecidedCells> undecided) {
+void AmbiguousCells::find(std::int64_t slice, const std::uint64_t* masks) {
     std::vector<AmbiguousRow>& rows = slices_[static_cast<std::size_t>(slice)].rows;
     Buffer<AmbiguousCell>& cells = slices_[static_cast<std::size_t>(slice)].cells;
     rows.clear();
-    const CandidateCells candidates(bits_, slice, undecided);
+    const Candidates candidates(bits_, slice, masks);
     // Branches on what the samples decide would often be mispredicted. So each cell is written, and the next
     // one overwrites it if it is not ambiguous.
-    cells.resize(candidates.size() + 1);
-    std::size_t found = 0, row_begin = 0;
+    cells.resize(candidates.cells.size() + 1);
+    std::size_t found = 0;
+    auto candidate_row = candidates.rows.begin();
     AmbiguousRow row{};
-    const auto add = [&](std::size_t candidate, std::uint8_t cell_case, const CellTopology& topology) {
-        const std::size_t shape = static_cast<std::size_t>(topology.shape - kShapes.data());
-        ShapeChange change = kShapeChanges[shape];
-        if (HWY_UNLIKELY(topology.has_tunnel)) change = topology.change(cell_case);
-        cells[found] = {candidates.x(candidate), static_cast<std::uint16_t>(shape), topology.tunnel,
-                        change.inner_points};
-        row.inner_points += change.inner_points;
-        row.more_triangles += static_cast<std::uint32_t>(change.more_triangles);
-        found += topology.is_default(cell_case) ? 0 : 1;
-        row.y = candidates.y(candidate);
-        if (HWY_LIKELY(candidate + 1 < candidates.size() && candidates.y(candidate + 1) == row.y)) return;
-        row.cells_end = static_cast<std::uint32_t>(found);
-        if (found > row_begin) rows.push_back(row);
-        row_begin = found;
-        row = {};
-    };
     visit_sample_type(volume_.type, [&](auto sample) {
-        const CornerSamples<decltype(sample)> samples(volume_, slice - bits_.first_z);
-        decide(samples, bits_, isovalue_, candidates, add);
+        decide<decltype(sample)>(
+            volume_, isovalue_, candidates,
+            [&](std::size_t candidate, std::uint8_t cell_case, const CellTopology& topology) {
+                const std::size_t shape = static_cast<std::size_t>(topology.shape - kShapes.data());
+                AmbiguousCell& cell = cells[found];
+                ShapeChange change = kShapeChanges[shape];
+                if (HWY_UNLIKELY(topology.has_tunnel)) change = topology.change(cell_case);
+                cell = {candidates.cells.x(candidate), static_cast<std::uint16_t>(shape), topology.tunnel,
+                        change.inner_points};
+                row.inner_points += change.inner_points;
+                row.more_triangles += static_cast<std::uint32_t>(change.more_triangles);
+                found += topology.is_default(cell_case) ? 0 : 1;
+                if (HWY_LIKELY(candidate + 1 < candidate_row->end)) return;
+                row.y = static_cast<std::uint32_t>(candidate_row++->y);
+                row.cells_end = static_cast<std::uint32_t>(found);
+                if (found > (rows.empty() ? 0 : rows.back().cells_end)) rows.push_back(row);
+                row = {};
+            });
     });
     cells.resize(found);
 }
@@ -252,12 +302,12 @@ void AmbiguousCells::emit_points_of(std::size_t row, std::span<const AmbiguousCe
     const GridRow at(bits_, row);
     const std::int64_t y = at.y - bits_.first_y, z = at.z - bits_.first_z;
     const auto& first = to_physical_.first;
-    const CornerSamples<T> samples(volume_, z);
+    const CornerSamples<T> samples(volume_, y, z);
     RowSlopes<T> slopes(volume_, y, z);
     for (const AmbiguousCell& cell : cells) {
         if (cell.inner_points == 0) continue;
         const std::int64_t x = cell.x - bits_.first_x;
-        const CellValues values = samples.minus(isovalue_, x, y);
+        const CellValues values = samples.minus(isovalue_, x);
         const Vec3d corner{static_cast<double>(first[0] + x), static_cast<double>(first[1] + y),
                            static_cast<double>(first[2] + z)};
         std::array<Vec3d, CellTopology::kTunnelPoints> inner;
@@ -293,8 +343,9 @@ std::uint32_t* AmbiguousCells::emit_triangles(std::size_t row, const AmbiguousCe
         const GridRow at(bits_, row);
         CellValues values;
         visit_sample_type(volume_.type, [&](auto sample) {
-            const CornerSamples<decltype(sample)> samples(volume_, at.z - bits_.first_z);
-            values = samples.minus(isovalue_, cell.x - bits_.first_x, at.y - bits_.first_y);
+            const CornerSamples<decltype(sample)> samples(volume_, at.y - bits_.first_y,
+                                                          at.z - bits_.first_z);
+            values = samples.minus(isovalue_, cell.x - bits_.first_x);
         });
         const TunnelTriangles triangles = triangulate_tunnel(topology, values);
         emit(triangles.corners.data(), triangles.count);

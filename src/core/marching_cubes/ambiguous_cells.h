@@ -83,7 +83,7 @@ class AmbiguousCells {
         std::vector<AmbiguousRow> rows;  // in the order of y
         Buffer<AmbiguousCell> cells;     // in the order of (y, x)
     };
-    void find(std::int64_t slice, std::span<const UndecidedCells> undecided);
+    void find(std::int64_t slice, const std::uint64_t* masks);
     template <class T>
     void emit_points_of(std::size_t row, std::span<const AmbiguousCell> cells, Vec3f* points,
                         Vec3f* normals) const;

@@ -1,4 +1,4 @@
-// Lists candidates with vectors.
+// Finds candidates with bit logic, and lists them with vectors.
 #define HWY_WANT_AVX3_DL 1  // which lists cells without branches
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "core/marching_cubes/candidate_cells.cpp"
@@ -6,7 +6,6 @@
 #include <hwy/highway.h>
 
 #include <array>
-#include <bit>
 
 #include "candidate_cells.h"
 #include "cell_rows-inl.h"
@@ -15,22 +14,20 @@
 HWY_BEFORE_NAMESPACE();
 namespace marrow::internal::HWY_NAMESPACE {
 
-void list_candidates(const InsideBits& bits, std::int64_t slice, std::span<const UndecidedCells> undecided,
-                     std::uint32_t* HWY_RESTRICT x, std::uint32_t* HWY_RESTRICT y,
-                     std::uint8_t* HWY_RESTRICT cases) {
+// Returns how many cells were listed.
+std::size_t list_candidates(const InsideBits& bits, std::size_t row, const std::uint64_t* masks,
+                            std::size_t mask_count, std::uint32_t* HWY_RESTRICT x,
+                            std::uint8_t* HWY_RESTRICT cases) {
+    const RowBits row_bits(bits, GridRow(bits, row));
     const std::uint32_t* const begin = x;
-    std::uint32_t* const first_y = y;
-    const hn::CappedTag<std::uint32_t, 16> d;
-    GridRow at(bits, bits.row_index(0, slice));
-    for (const UndecidedCells& cells : undecided) {
-        at.y = cells.y;
-        at.index = bits.row_index(at.y, slice);
-        x = list_indices(cells.bits, 64 * cells.word, x);
-        cases = CellRows(RowBits(bits, at), cells.word).list(cells.bits, cases);
-        const std::uint32_t* const end = first_y + (x - begin);
-        for (; y < end; y += hn::Lanes(d)) hn::StoreU(hn::Set(d, cells.y), d, y);
-        y = first_y + (x - begin);
-    }
+    for_each_marked_word(masks, mask_count, [&](std::size_t w) HWY_ATTR {
+        const CellVecs cells(row_bits, w);
+        const std::uint64_t which =
+            hn::GetLane(hn::Or(have_ambiguous_faces(cells), have_antipodes(cells))) & row_bits.valid(w);
+        x = list_indices(which, static_cast<std::uint32_t>(64 * w), x);
+        cases = CellRows(row_bits, w).list(which, cases);
+    });
+    return static_cast<std::size_t>(x - begin);
 }
 
 }  // namespace marrow::internal::HWY_NAMESPACE
@@ -41,8 +38,10 @@ namespace marrow::internal {
 
 HWY_EXPORT(list_candidates);
 
+namespace {
+
 // From the order of kRunningCases to that of kCases.
-constexpr std::array<std::uint8_t, 256> CandidateCells::kCaseOfRunning = [] {
+constexpr std::array<std::uint8_t, 256> kCaseOfRunning = [] {
     std::array<std::uint8_t, 256> cases{};
     for (unsigned c = 0; c < 256; ++c) {
         unsigned by_rows = 0;
@@ -52,15 +51,21 @@ constexpr std::array<std::uint8_t, 256> CandidateCells::kCaseOfRunning = [] {
     return cases;
 }();
 
-CandidateCells::CandidateCells(const InsideBits& bits, std::int64_t slice,
-                               std::span<const UndecidedCells> undecided) {
-    for (const UndecidedCells& cells : undecided)
-        size_ += static_cast<std::size_t>(std::popcount(cells.bits));
-    constexpr std::size_t kBeyond = 64;  // lists are overwritten beyond their end
-    x_.resize(size_ + kBeyond);
-    y_.resize(size_ + kBeyond);
-    cases_.resize(size_ + kBeyond);
-    HWY_DYNAMIC_DISPATCH(list_candidates)(bits, slice, undecided, x_.data(), y_.data(), cases_.data());
+}  // namespace
+
+std::uint8_t CandidateCells::cell_case(std::size_t cell) const {
+    return kCaseOfRunning[cases_[cell]];
+}
+
+void CandidateCells::add_row(const InsideBits& bits, std::size_t row, const std::uint64_t* masks,
+                             std::size_t mask_count) {
+    const std::size_t most = size_ + 64 * (bits.words_per_row + 1);  // lists are overwritten beyond their end
+    if (most > x_.size()) {
+        x_.resize(2 * most);
+        cases_.resize(2 * most);
+    }
+    size_ += HWY_DYNAMIC_DISPATCH(list_candidates)(bits, row, masks, mask_count, x_.data() + size_,
+                                                   cases_.data() + size_);
 }
 
 }  // namespace marrow::internal

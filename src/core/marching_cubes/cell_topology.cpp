@@ -300,10 +300,10 @@ int CellTopology::triangles() const {
     return std::popcount(shape->crossed) - 2 * shape->loops + 4 + 2 * kTunnelPoints;
 }
 
-void decide_topologies(const CellBatch& batch, const std::uint8_t* cases, std::size_t count,
-                       CellTopology* topologies) {
+void decide_topologies(const CellBatch& batch, const std::uint8_t (&cases)[CellBatch::kCells],
+                       std::size_t count, CellTopology* topologies) {
     FaceSigns signs[CellBatch::kCells];
-    find_signs(batch, count, signs);
+    find_signs(batch, signs);
     for (std::size_t i = 0; i < count; ++i) {
         const unsigned joined = joined_faces(batch, i, cases[i], signs[i]);
         const std::size_t place = kShapePlace[kAmbiguousFaces[cases[i]]][joined];
@@ -316,8 +316,7 @@ CellTopology decide_topology(unsigned cell_case, const CellValues& values) {
     CellBatch batch;
     batch.set(0, values);
     CellTopology topology;
-    const auto only_case = static_cast<std::uint8_t>(cell_case);
-    decide_topologies(batch, &only_case, 1, &topology);
+    decide_topologies(batch, {static_cast<std::uint8_t>(cell_case)}, 1, &topology);
     return topology;
 }
 

@@ -45,8 +45,8 @@ struct CellTopology {
 };
 
 /// Decides the first `count` cells of a batch. \pre a corner is inside exactly if its value is >= 0
-void decide_topologies(const CellBatch& batch, const std::uint8_t* cases, std::size_t count,
-                       CellTopology* topologies);
+void decide_topologies(const CellBatch& batch, const std::uint8_t (&cases)[CellBatch::kCells],
+                       std::size_t count, CellTopology* topologies);
 
 /// The same for one cell.
 CellTopology decide_topology(unsigned cell_case, const CellValues& values);

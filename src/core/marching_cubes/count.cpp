@@ -94,11 +94,6 @@ HWY_INLINE WordVec count_bits(WordVec words) {
 #endif
 }
 
-void add_cells(std::int64_t y, std::size_t w, std::uint64_t cells, std::vector<UndecidedCells>& undecided) {
-    if (cells != 0)
-        undecided.push_back({static_cast<std::uint32_t>(y), static_cast<std::uint32_t>(w), cells});
-}
-
 // Counts what a row makes, in the lanes of vectors, and marks its active words.
 struct RowCounter {
     WordVec along_x, along_y, along_z;
@@ -111,10 +106,10 @@ struct RowCounter {
     }
 
     // Counts in a vector of words, of which w is the first. Returns a bit for each word that is active. With
-    // kUndecided, adds the undecided cells of the row at row_y to `undecided`.
-    template <bool kUndecided>
+    // kAmbiguous, `ambiguous` gets a bit for each word with cells whose topology the samples may decide.
+    template <bool kAmbiguous>
     HWY_INLINE std::uint64_t count(const RowBits& row, const RowMasks& masks, std::size_t w,
-                                   std::int64_t row_y, std::vector<UndecidedCells>* undecided) {
+                                   std::uint64_t& ambiguous) {
         const Words d;
         const CellVecs cells(row, w);
         const auto& c = cells.corners;
@@ -133,16 +128,14 @@ struct RowCounter {
         const auto several = hn::And(may_have_loops(cells), active);
         one_loop = hn::Add(one_loop, count_bits(hn::AndNot(several, active)));
         if (HWY_UNLIKELY(!hn::AllFalse(d, hn::Ne(several, hn::Zero(d))))) {
+            if constexpr (kAmbiguous) {
+                const auto undecided = hn::Or(have_ambiguous_faces(cells), have_antipodes(cells));
+                ambiguous = bits_of(hn::Ne(hn::And(undecided, valid), hn::Zero(d)));
+            }
             HWY_ALIGN std::uint64_t of_word[hn::MaxLanes(Words())];
             hn::Store(several, d, of_word);
             for (std::size_t k = 0; k < hn::Lanes(d); ++k) {
                 if (of_word[k] != 0) more_loops += count_loops(CellBits(row, w + k), of_word[k]);
-            }
-            if constexpr (kUndecided) {
-                if (!row.has_cells) return marks;
-                hn::Store(hn::And(are_undecided(cells), valid), d, of_word);
-                for (std::size_t k = 0; k < hn::Lanes(d); ++k)
-                    add_cells(row_y, w + k, of_word[k], *undecided);
             }
         }
         return marks;
@@ -162,9 +155,9 @@ struct RowCounter {
     }
 };
 
-template <bool kUndecided>
+template <bool kAmbiguous>
 void count_rows_of(const InsideBits& bits, std::size_t row_begin, std::size_t row_end, RowCounts& counts,
-                   ActiveWords& active, std::vector<UndecidedCells>* undecided) {
+                   ActiveWords& active, std::uint64_t* ambiguous_words) {
     constexpr std::size_t kLanes = hn::MaxLanes(Words());
     static_assert(kLanes < InsideBits::kSlack);
     const RowMasks masks(bits);
@@ -174,10 +167,14 @@ void count_rows_of(const InsideBits& bits, std::size_t row_begin, std::size_t ro
         RowCounter counter;
         std::uint64_t any = 0;
         for (std::size_t begin = 0; begin < row.words; begin += 64) {
-            std::uint64_t marks = 0;
-            for (std::size_t w = begin; w < std::min(begin + 64, row.words); w += kLanes)
-                marks |= counter.count<kUndecided>(row, masks, w, at.y, undecided) << (w - begin);
+            std::uint64_t marks = 0, ambiguous_marks = 0;
+            for (std::size_t w = begin; w < std::min(begin + 64, row.words); w += kLanes) {
+                std::uint64_t ambiguous = 0;
+                marks |= counter.count<kAmbiguous>(row, masks, w, ambiguous) << (w - begin);
+                if constexpr (kAmbiguous) ambiguous_marks |= ambiguous << (w - begin);
+            }
             active.row(r)[begin / 64] = marks;
+            if constexpr (kAmbiguous) *ambiguous_words++ = ambiguous_marks;
             any |= marks;
         }
         std::uint32_t along_x = 0, along_y = 0, along_z = 0, to_subtract = 0;
@@ -196,22 +193,11 @@ void count_rows_of(const InsideBits& bits, std::size_t row_begin, std::size_t ro
 }
 
 void count_rows_target(const InsideBits& bits, std::size_t row_begin, std::size_t row_end, RowCounts& counts,
-                       ActiveWords& active, std::vector<UndecidedCells>* undecided) {
-    if (undecided != nullptr)
-        count_rows_of<true>(bits, row_begin, row_end, counts, active, undecided);
+                       ActiveWords& active, std::uint64_t* ambiguous) {
+    if (ambiguous != nullptr)
+        count_rows_of<true>(bits, row_begin, row_end, counts, active, ambiguous);
     else
         count_rows_of<false>(bits, row_begin, row_end, counts, active, nullptr);
-}
-
-void list_undecided_target(const InsideBits& bits, std::size_t row_begin, std::size_t row_end,
-                           const ActiveWords& active, std::vector<UndecidedCells>& undecided) {
-    for (GridRow at(bits, row_begin); at.index < row_end; at.advance(bits)) {
-        const RowBits row(bits, at);
-        if (!row.has_cells) continue;
-        for_each_active_word(active, at.index, [&](std::size_t w) HWY_ATTR {
-            add_cells(at.y, w, hn::GetLane(are_undecided(CellVecs(row, w))) & row.valid(w), undecided);
-        });
-    }
 }
 
 }  // namespace marrow::internal::HWY_NAMESPACE
@@ -221,16 +207,10 @@ HWY_AFTER_NAMESPACE();
 namespace marrow::internal {
 
 HWY_EXPORT(count_rows_target);
-HWY_EXPORT(list_undecided_target);
 
 void count_rows(const InsideBits& bits, std::size_t row_begin, std::size_t row_end, RowCounts& counts,
-                ActiveWords& active, std::vector<UndecidedCells>* undecided) {
-    HWY_DYNAMIC_DISPATCH(count_rows_target)(bits, row_begin, row_end, counts, active, undecided);
-}
-
-void list_undecided(const InsideBits& bits, std::size_t row_begin, std::size_t row_end,
-                    const ActiveWords& active, std::vector<UndecidedCells>& undecided) {
-    HWY_DYNAMIC_DISPATCH(list_undecided_target)(bits, row_begin, row_end, active, undecided);
+                ActiveWords& active, std::uint64_t* ambiguous) {
+    HWY_DYNAMIC_DISPATCH(count_rows_target)(bits, row_begin, row_end, counts, active, ambiguous);
 }
 
 void count_triangles(const InsideBits& bits, std::size_t row_begin, std::size_t row_end,

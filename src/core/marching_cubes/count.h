@@ -22,25 +22,12 @@ struct RowCounts {
     std::vector<std::uint32_t> triangles;  ///< triangles of the row of cells
 };
 
-/// Those cells of a word in which the samples may decide the topology: they have an ambiguous face, or two
-/// antipodal corners that differ from the other six.
-struct UndecidedCells {
-    std::uint32_t y;     ///< of their row, in its slice
-    std::uint32_t word;  ///< in the row
-    std::uint64_t bits;  ///< those of their first corners
-};
-
 /// Counts the points of the rows [row_begin, row_end) and marks their active words. Does not count triangles
 /// yet, because that takes the next rows: `counts.triangles` gets the number that count_triangles()
-/// subtracts. Unless `undecided` is null, the rows' undecided cells are added to it, in the order of (y, x).
-/// \pre the rows are of one slice, or `undecided` is null
+/// subtracts. Unless `ambiguous` is null, it gets a mask like that of ActiveWords for each of these rows: the
+/// words with cells in which the samples may decide the topology.
 void count_rows(const InsideBits& bits, std::size_t row_begin, std::size_t row_end, RowCounts& counts,
-                ActiveWords& active, std::vector<UndecidedCells>* undecided = nullptr);
-
-/// Adds the undecided cells of the rows [row_begin, row_end) as count_rows() does, which marked `active`.
-/// \pre the rows are of one slice
-void list_undecided(const InsideBits& bits, std::size_t row_begin, std::size_t row_end,
-                    const ActiveWords& active, std::vector<UndecidedCells>& undecided);
+                ActiveWords& active, std::uint64_t* ambiguous = nullptr);
 
 /// Counts the triangles of the rows [row_begin, row_end). \pre count_rows() of these rows, the next row and
 /// the next slice

@@ -13,7 +13,7 @@ using CellValues = std::array<double, 8>;
 /// Cells side by side, for vectors.
 class CellBatch {
   public:
-    static constexpr std::size_t kCells = 32;
+    static constexpr std::size_t kCells = 8;
 
     void set(std::size_t cell, const CellValues& values) {
         for (std::size_t v = 0; v < 8; ++v) corners[v][cell] = values[v];
@@ -36,12 +36,12 @@ struct FaceSigns {
 
     unsigned positive() const { return static_cast<unsigned>(bits) & 63; }
     unsigned negative() const { return static_cast<unsigned>(bits >> kNegative) & 63; }
-    /// In a waist, the determinants of opposite faces have the same sign, and their mixed determinant the
-    /// other one. The hyperdeterminant is positive.
+    /// In a waist, the determinants of opposite faces have the same sign, and their
+    /// mixed determinant the other one.
     bool may_have_waist() const { return (bits >> kNoWaist) == 0; }
 };
 
-/// Finds those of the first `count` cells of a batch. The same on every SIMD target.
-void find_signs(const CellBatch& batch, std::size_t count, FaceSigns (&signs)[CellBatch::kCells]);
+/// Finds those of all cells of a batch. The same on every SIMD target.
+void find_signs(const CellBatch& batch, FaceSigns (&signs)[CellBatch::kCells]);
 
 }  // namespace marrow::internal
