@@ -54,6 +54,9 @@ class OneRings {
     };
 
     void list_chunk(const Corner* corners, const std::size_t* first, std::size_t chunk);
+    // Moves the rings of a chunk's fans up to their `end`, over the rings of points whose list is now 0.
+    void close_gaps(std::size_t chunk, std::uint32_t* end,
+                    const std::array<std::uint8_t, kChunk>& lists) const;
 
     Buffer<std::size_t> start_;
     Buffer<std::uint32_t> count_, neighbours_, listed_;
