@@ -210,23 +210,18 @@ void OneRings::list_chunk(const Corner* corners, const std::size_t* first, std::
         count_[p] = static_cast<std::uint32_t>(count);
         lists[p - begin] = static_cast<std::uint8_t>(count > 1 && count <= kMostInFan ? count : 0);
     }
-    const auto sort_into_lists = [&] {
-        std::array<std::uint16_t, kMostInFan + 2> next{};
-        for (std::size_t p = begin; p < end; ++p) ++next[lists[p - begin] + 1u];
-        std::partial_sum(next.begin(), next.end(), next.begin());
-        c.begin = next;
-        for (std::size_t p = begin; p < end; ++p)
-            listed_[begin + next[lists[p - begin]]++] = static_cast<std::uint32_t>(p);
-    };
-    sort_into_lists();
+    std::array<std::uint16_t, kMostInFan + 2> next{};
+    for (std::size_t p = begin; p < end; ++p) ++next[lists[p - begin] + 1u];
+    std::partial_sum(next.begin(), next.end(), next.begin());
+    c.begin = next;
+    for (std::size_t p = begin; p < end; ++p)
+        listed_[begin + next[lists[p - begin]]++] = static_cast<std::uint32_t>(p);
     // The rings go in the order of the lists, those of fans behind the others.
     std::size_t fans = first[begin];
     for (const std::uint32_t p : listed(chunk, 0)) fans += count_[p];
     if (!HWY_DYNAMIC_DISPATCH(write_rings)(corners, first, listed_.data() + begin, c.begin,
-                                           neighbours_.data() + fans, lists.data())) {
-        close_gaps(chunk, neighbours_.data() + first[end], lists);
-        sort_into_lists();
-    }
+                                           neighbours_.data() + fans, lists.data()))
+        move_to_others(chunk, lists, neighbours_.data() + first[end]);
     std::size_t start = first[begin];
     for (const std::uint32_t p : listed(chunk, 0)) {
         for (std::size_t i = 0; i < count_[p]; ++i) neighbours_[start + i] = corners[first[p] + i].next;
@@ -245,20 +240,31 @@ void OneRings::list_chunk(const Corner* corners, const std::size_t* first, std::
     HWY_DYNAMIC_DISPATCH(extend)(c.reach, neighbours_.data() + first[begin], start - first[begin]);
 }
 
-void OneRings::close_gaps(std::size_t chunk, std::uint32_t* end,
-                          const std::array<std::uint8_t, kChunk>& lists) const {
+void OneRings::move_to_others(std::size_t chunk, const std::array<std::uint8_t, kChunk>& lists,
+                              std::uint32_t* end) {
+    std::array<std::uint16_t, kMostInFan + 2>& begin = chunks_[chunk].begin;
+    const std::size_t size = begin[kMostInFan + 1];
+    std::uint32_t* const points = listed_.data() + chunk * kChunk;
     // The rings of [ring, last) are still to be moved, to where they end at `to`.
     std::uint32_t *ring = end, *last = end, *to = end;
-    for (std::size_t count = kMostInFan; count > 0; --count) {
-        const std::span<const std::uint32_t> points = listed(chunk, count);
-        for (auto p = points.rbegin(); p != points.rend(); ++p) {
+    std::size_t kept = size;
+    for (std::size_t i = size, count = kMostInFan; count > 0; --count) {
+        while (i > begin[count]) {
+            const std::uint32_t p = points[--i];
             ring -= count;
-            if (lists[*p % kChunk] != 0) continue;
-            to = std::copy_backward(ring + count, last, to);
-            last = ring;
+            if (lists[p % kChunk] != 0) {
+                points[--kept] = p;
+            } else {
+                to = std::copy_backward(ring + count, last, to);
+                last = ring;
+            }
         }
+        begin[count] = static_cast<std::uint16_t>(kept);
     }
     std::copy_backward(ring, last, to);
+    for (std::size_t i = 0, other = 0; i < size; ++i) {
+        if (lists[i] == 0) points[other++] = static_cast<std::uint32_t>(chunk * kChunk + i);
+    }
 }
 
 }  // namespace marrow::internal
