@@ -81,8 +81,7 @@ Components find_components(const MeshView& mesh, const OneRings& rings) {
             component.volume += run.volume;
         }
     }
-    rings.for_each_irregular(
-        [&](std::uint32_t p) { components.all[components.of_point[p]].closed = false; });
+    rings.for_each_irregular([&](std::uint32_t p) { components.all[components.of_point[p]].closed = false; });
     return components;
 }
 
