@@ -21,8 +21,9 @@ namespace {
 
 constexpr std::size_t kGrain = 8192;  // points or triangles
 
-// Calls f(Index) for each index below `count`, on all threads. Each range has its own copy of f, since compilers keep
-// what a local variable has captured in registers; other memory they load again after each atomic operation.
+// Calls f(Index) for each index below `count`, on all threads. Each range has its own copy of f, since
+// compilers keep what a local variable has captured in registers. Other memory is loaded again after each
+// atomic operation.
 template <class Index, class F>
 void for_each(std::size_t count, const F& f) {
     parallel_for_ranges(std::size_t{0}, count, kGrain, [&](const auto& range) {
