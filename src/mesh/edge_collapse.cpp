@@ -1,4 +1,5 @@
-// Half-edge collapse with a bucket queue.
+// Half-edge collapse with a bucket queue. How it is set up, how collapses are undone, and how the result is
+// written is in edge_collapse_set_up.cpp, edge_collapse_undo.cpp and edge_collapse_result.cpp.
 #include "edge_collapse.h"
 
 #include <hwy/cache_control.h>

@@ -11,6 +11,9 @@ namespace marrow::internal {
 
 namespace {
 
+constexpr std::size_t kSection = 8192;  // triangles; decides the last bits of volumes
+constexpr std::size_t kGrain = 8192;    // points
+
 // Triangles of a component that follow each other.
 struct Run {
     std::uint32_t lowest;  // the lowest point of the component
@@ -22,7 +25,6 @@ struct Run {
 // Returns the runs of each section. Volumes are relative to the lowest point of the component, because
 // distant coordinates would cancel.
 std::vector<std::vector<Run>> find_runs(const MeshView& mesh, const std::vector<std::uint32_t>& lowest) {
-    constexpr std::size_t kSection = 8192;  // triangles; the sums do not depend on the threads
     const std::size_t triangles = mesh.triangles.size();
     std::vector<std::vector<Run>> sections((triangles + kSection - 1) / kSection);
     parallel_for(std::size_t{0}, sections.size(), [&](std::size_t s) {
@@ -40,33 +42,33 @@ std::vector<std::vector<Run>> find_runs(const MeshView& mesh, const std::vector<
     return sections;
 }
 
-// Numbers the points that are the lowest of a component with triangles in their order, and
-// then all points. Returns the number of components.
+// Numbers components by their lowest points, and gives each point the number of its component. Returns the
+// number of components.
 std::size_t number_points(const std::vector<std::vector<Run>>& sections,
                           const std::vector<std::uint32_t>& lowest, std::vector<std::uint32_t>& of_point) {
     of_point.assign(lowest.size(), Components::kNone);
-    std::vector<std::uint32_t> of_components;
+    std::vector<std::uint32_t> lowest_points;
     for (const std::vector<Run>& runs : sections) {
         for (const Run& run : runs) {
             if (of_point[run.lowest] != Components::kNone) continue;
-            of_point[run.lowest] = 0;
-            of_components.push_back(run.lowest);
+            of_point[run.lowest] = 0;  // marks it as seen
+            lowest_points.push_back(run.lowest);
         }
     }
-    std::sort(of_components.begin(), of_components.end());
-    for (std::size_t i = 0; i < of_components.size(); ++i)
-        of_point[of_components[i]] = static_cast<std::uint32_t>(i);
-    parallel_for_ranges(std::size_t{0}, lowest.size(), 8192, [&](const auto& range) {
+    std::sort(lowest_points.begin(), lowest_points.end());
+    for (std::size_t i = 0; i < lowest_points.size(); ++i)
+        of_point[lowest_points[i]] = static_cast<std::uint32_t>(i);
+    parallel_for_ranges(std::size_t{0}, lowest.size(), kGrain, [&](const auto& range) {
         for (std::size_t p = range.begin(); p < range.end(); ++p) {
             if (lowest[p] != p) of_point[p] = of_point[lowest[p]];
         }
     });
-    return of_components.size();
+    return lowest_points.size();
 }
 
 }  // namespace
 
-Components find_components(const MeshView& mesh, const std::vector<Edge>& edges) {
+Components find_components(const MeshView& mesh, const OneRings& rings) {
     Components components;
     const std::vector<std::uint32_t> lowest = lowest_connected_points(mesh);
     const std::vector<std::vector<Run>> sections = find_runs(mesh, lowest);
@@ -79,7 +81,7 @@ Components find_components(const MeshView& mesh, const std::vector<Edge>& edges)
             component.volume += run.volume;
         }
     }
-    for (const Edge& edge : edges) components.all[components.of_point[edge.lower]].closed = false;
+    rings.for_each_irregular([&](std::uint32_t p) { components.all[components.of_point[p]].closed = false; });
     return components;
 }
 

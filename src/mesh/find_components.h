@@ -7,7 +7,8 @@
 #include <marrow/measure.h>
 #include <marrow/mesh.h>
 
-#include "irregular_edges.h"
+#include "count_edges.h"
+#include "one_rings.h"
 
 namespace marrow::internal {
 
@@ -30,12 +31,11 @@ struct Components {
     std::uint32_t of(const Triangle& t) const { return of_point[t[0]]; }
 };
 
-/// Takes nearly linear time, on all threads. The result has the same bits for any number of them. `edges` are
-/// the irregular edges of the mesh. \pre indices are in range
-Components find_components(const MeshView& mesh, const std::vector<Edge>& edges);
+/// Takes nearly linear time, on all threads. The result has the same bits for any number of them. `rings` are
+/// those of the mesh. \pre indices are in range
+Components find_components(const MeshView& mesh, const OneRings& rings);
 
-/// The same as measure(), given the components and the irregular edges of the mesh.
-MeshMeasures measure_components(const MeshView& mesh, const Components& components,
-                                const std::vector<Edge>& edges);
+/// The same as measure(), given the components and the edges of the mesh.
+MeshMeasures measure_components(const MeshView& mesh, const Components& components, const EdgeCounts& edges);
 
 }  // namespace marrow::internal

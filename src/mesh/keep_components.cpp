@@ -93,7 +93,7 @@ Mesh keep_components(MeshView mesh, const ComponentOptions& options) {
     check_indices(mesh);
     Mesh result;
     with_threads(options.threads, [&] {
-        const Components components = find_components(mesh, irregular_edges(OneRings(mesh)));
+        const Components components = find_components(mesh, OneRings(mesh));
         std::vector<bool> keep;
         for (const Component& c : components.all) {
             const bool too_small = c.closed && std::abs(c.volume) < options.min_volume;

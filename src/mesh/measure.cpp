@@ -1,11 +1,10 @@
 // Counts and sums over all edges, components and triangles of a mesh.
 #include <marrow/measure.h>
 
-#include <vector>
-
 #include "base/parallel.h"
 #include "bounds.h"
 #include "check_indices.h"
+#include "count_edges.h"
 #include "find_components.h"
 #include "triangle_corners.h"
 
@@ -15,6 +14,8 @@ using namespace internal;
 
 namespace {
 
+constexpr std::size_t kGrain = 8192;  // triangles; decides the last bits of sums
+
 struct Sums {
     double area = 0, volume = 0;
 };
@@ -23,7 +24,7 @@ struct Sums {
 Sums sum_area_and_volume(const MeshView& mesh) {
     const Vec3d origin = mesh.points.empty() ? Vec3d{} : to_double(mesh.points.front());
     return parallel_reduce(
-        std::size_t{0}, mesh.triangles.size(), 8192, Sums{},
+        std::size_t{0}, mesh.triangles.size(), kGrain, Sums{},
         [&](const auto& range, Sums sums) {
             for (std::size_t t = range.begin(); t < range.end(); ++t) {
                 TriangleCorners corners = corners_of(mesh, mesh.triangles[t]);
@@ -39,45 +40,38 @@ Sums sum_area_and_volume(const MeshView& mesh) {
         });
 }
 
-// Each half-edge of a triangle belongs to an edge, and each edge that is not irregular has two.
-void count_edges(const std::vector<Edge>& irregular, MeshMeasures& m) {
-    std::int64_t half_edges_of_irregular = 0;
-    for (const Edge& edge : irregular) {
-        half_edges_of_irregular += edge.up + edge.down;
-        ++(edge.is_border() ? m.boundary_edges : m.nonmanifold_edges);
-    }
-    const std::int64_t edges =
-        (3 * m.triangles - half_edges_of_irregular) / 2 + static_cast<std::int64_t>(irregular.size());
-    m.euler_characteristic = m.points - edges + m.triangles;
-}
-
 }  // namespace
 
 MeshMeasures measure(MeshView mesh, const MeasureOptions& options) {
     check_indices(mesh);
     MeshMeasures measures;
     with_threads(options.threads, [&] {
-        const std::vector<Edge> edges = irregular_edges(OneRings(mesh));
-        measures = measure_components(mesh, find_components(mesh, edges), edges);
+        const OneRings rings(mesh);
+        measures = measure_components(mesh, find_components(mesh, rings), count_edges(mesh, rings));
     });
     return measures;
 }
 
 namespace internal {
 
-MeshMeasures measure_components(const MeshView& mesh, const Components& components,
-                                const std::vector<Edge>& edges) {
+MeshMeasures measure_components(const MeshView& mesh, const Components& components, const EdgeCounts& edges) {
     MeshMeasures m;
     m.points = static_cast<std::int64_t>(mesh.points.size());
     m.triangles = static_cast<std::int64_t>(mesh.triangles.size());
-    count_edges(edges, m);
+    m.boundary_edges = edges.boundary;
+    m.nonmanifold_edges = edges.nonmanifold;
+    m.euler_characteristic = m.points - edges.all + m.triangles;
     m.components = static_cast<std::int64_t>(components.all.size());
     for (const Component& component : components.all) m.cavities += component.is_cavity();
     const Sums sums = sum_area_and_volume(mesh);
     m.area = sums.area;
     m.volume = sums.volume;
     if (mesh.points.empty()) return m;
-    const Bounds bounds = bounds_of(mesh.points);
+    // With the first point, so that coordinates which are all NaN have no bounds of infinity.
+    Bounds bounds{mesh.points.front(), mesh.points.front()};
+    const Bounds all = bounds_of(mesh.points);
+    bounds.include(all.lower);
+    bounds.include(all.upper);
     m.lower = bounds.lower;
     m.upper = bounds.upper;
     return m;

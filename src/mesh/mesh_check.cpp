@@ -13,9 +13,9 @@
 #include "base/disjoint_sets.h"
 #include "base/parallel.h"
 #include "check_indices.h"
+#include "count_edges.h"
 #include "find_components.h"
 #include "for_each_range.h"
-#include "irregular_edges.h"
 #include "one_rings.h"
 #include "self_intersections.h"
 #include "triangle_corners.h"
@@ -27,6 +27,8 @@ namespace marrow {
 using namespace internal;
 
 namespace {
+
+constexpr std::size_t kGrain = 8192;  // triangles
 
 bool has_equal_indices(const Triangle& t) {
     return t[0] == t[1] || t[1] == t[2] || t[2] == t[0];
@@ -79,31 +81,29 @@ bool is_one_fan(const Triangle* begin, const Triangle* end) {
     return fans <= 1;
 }
 
-// Only looks at the points that are not closed fans.
-void look_at_points(const MeshView& mesh, const OneRings& rings, MeshCheck& check) {
-    std::vector<std::uint32_t> others;
+// Only the points that are not closed fans can be at fault.
+void count_faulty_points(const MeshView& mesh, const OneRings& rings, MeshCheck& check) {
+    std::vector<std::uint32_t> not_in_closed_fans;
     for (std::size_t chunk = 0; chunk < rings.chunks(); ++chunk) {
         for (const std::uint32_t p : rings.listed(chunk, 0)) {
             if (rings.of(p).empty())
                 ++check.unused_points;
             else
-                others.push_back(p);
+                not_in_closed_fans.push_back(p);
         }
     }
-    if (others.empty()) return;
+    if (not_in_closed_fans.empty()) return;
     const VertexTriangles vertex_triangles(mesh);
-    for (const std::uint32_t p : others)
+    for (const std::uint32_t p : not_in_closed_fans)
         check.nonmanifold_points += !is_one_fan(vertex_triangles.begin(p), vertex_triangles.end(p));
 }
 
 std::int64_t count_triangles_without_area(const MeshView& mesh) {
     return parallel_reduce(
-        std::size_t{0}, mesh.triangles.size(), 8192, std::int64_t{0},
+        std::size_t{0}, mesh.triangles.size(), kGrain, std::int64_t{0},
         [&](const auto& range, std::int64_t count) {
-            for (std::size_t t = range.begin(); t < range.end(); ++t) {
-                const Vec3d normal = scaled_normal(corners_of(mesh, mesh.triangles[t]));
-                count += dot(normal, normal) == 0;
-            }
+            for (std::size_t t = range.begin(); t < range.end(); ++t)
+                count += area(corners_of(mesh, mesh.triangles[t])) == 0;
             return count;
         },
         [](std::int64_t a, std::int64_t b) { return a + b; });
@@ -153,12 +153,12 @@ void check_surface(const MeshView& mesh, const CheckOptions& options, MeshCheck&
                 find_self_intersections(mesh, rings, options.progress, 0, walls_begin).size());
         },
         [&] {
-            const std::vector<Edge> edges = irregular_edges(rings);
-            for (const Edge& edge : edges) check.misoriented_edges += edge.is_misoriented();
-            check.measures = measure_components(mesh, find_components(mesh, edges), edges);
+            const EdgeCounts edges = count_edges(mesh, rings);
+            check.misoriented_edges = edges.misoriented;
+            check.measures = measure_components(mesh, find_components(mesh, rings), edges);
         },
         [&] { check.degenerate_triangles += count_triangles_without_area(mesh); },
-        [&] { look_at_points(mesh, rings, check); });
+        [&] { count_faulty_points(mesh, rings, check); });
     check.cavities = check.measures.cavities;
     const MeshMeasures& m = check.measures;
     if (check.is_closed() && check.is_manifold() && check.misoriented_edges == 0)

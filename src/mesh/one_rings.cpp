@@ -143,6 +143,10 @@ void for_each_corner_backward(std::span<const Triangle> triangles,
 // Whether each edge of a point leaves it once and arrives once. Then each neighbour occurs in one corner as
 // the next one, and in one as the one before.
 bool are_manifold(std::uint32_t point, std::span<const OneRings::Corner> corners) {
+    // Neighbours that occur as both cancel out. At the border of a surface, two are left.
+    std::uint32_t left = 0;
+    for (const OneRings::Corner& c : corners) left ^= c.next ^ c.before;
+    if (left != 0) return false;
     std::vector<std::uint32_t> next, before;
     for (const OneRings::Corner& c : corners) {
         next.push_back(c.next);
@@ -206,23 +210,24 @@ void OneRings::list_chunk(const Corner* corners, const std::size_t* first, std::
         count_[p] = static_cast<std::uint32_t>(count);
         lists[p - begin] = static_cast<std::uint8_t>(count > 1 && count <= kMostInFan ? count : 0);
     }
-    // The rings go in the order of the lists. They are written again if some points turn out to be no fans.
-    for (bool all_written = false; !all_written;) {
-        std::array<std::uint16_t, kMostInFan + 2> next{};
-        for (std::size_t p = begin; p < end; ++p) ++next[lists[p - begin] + 1u];
-        std::partial_sum(next.begin(), next.end(), next.begin());
-        c.begin = next;
-        for (std::size_t p = begin; p < end; ++p)
-            listed_[begin + next[lists[p - begin]]++] = static_cast<std::uint32_t>(p);
-        std::size_t to = first[begin];
-        for (const std::uint32_t p : listed(chunk, 0)) {
-            for (std::size_t i = 0; i < count_[p]; ++i) neighbours_[to + i] = corners[first[p] + i].next;
-            to += count_[p];
-        }
-        all_written = HWY_DYNAMIC_DISPATCH(write_rings)(corners, first, listed_.data() + begin, c.begin,
-                                                        neighbours_.data() + to, lists.data());
-    }
+    std::array<std::uint16_t, kMostInFan + 2> next{};
+    for (std::size_t p = begin; p < end; ++p) ++next[lists[p - begin] + 1u];
+    std::partial_sum(next.begin(), next.end(), next.begin());
+    c.begin = next;
+    for (std::size_t p = begin; p < end; ++p)
+        listed_[begin + next[lists[p - begin]]++] = static_cast<std::uint32_t>(p);
+    // The rings go in the order of the lists, those of fans behind the others.
+    std::size_t fans = first[begin];
+    for (const std::uint32_t p : listed(chunk, 0)) fans += count_[p];
+    if (!HWY_DYNAMIC_DISPATCH(write_rings)(corners, first, listed_.data() + begin, c.begin,
+                                           neighbours_.data() + fans, lists.data()))
+        move_to_others(chunk, lists, neighbours_.data() + first[end]);
     std::size_t start = first[begin];
+    for (const std::uint32_t p : listed(chunk, 0)) {
+        for (std::size_t i = 0; i < count_[p]; ++i) neighbours_[start + i] = corners[first[p] + i].next;
+        start += count_[p];
+    }
+    start = first[begin];
     for (std::size_t i = begin; i < end; ++i) {
         const std::uint32_t p = listed_[i];
         start_[p] = start;
@@ -233,6 +238,33 @@ void OneRings::list_chunk(const Corner* corners, const std::size_t* first, std::
     }
     c.reach = {static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(end - 1)};
     HWY_DYNAMIC_DISPATCH(extend)(c.reach, neighbours_.data() + first[begin], start - first[begin]);
+}
+
+void OneRings::move_to_others(std::size_t chunk, const std::array<std::uint8_t, kChunk>& lists,
+                              std::uint32_t* end) {
+    std::array<std::uint16_t, kMostInFan + 2>& begin = chunks_[chunk].begin;
+    const std::size_t size = begin[kMostInFan + 1];
+    std::uint32_t* const points = listed_.data() + chunk * kChunk;
+    // The rings of [ring, last) are still to be moved, to where they end at `to`.
+    std::uint32_t *ring = end, *last = end, *to = end;
+    std::size_t kept = size;
+    for (std::size_t i = size, count = kMostInFan; count > 0; --count) {
+        while (i > begin[count]) {
+            const std::uint32_t p = points[--i];
+            ring -= count;
+            if (lists[p % kChunk] != 0) {
+                points[--kept] = p;
+            } else {
+                to = std::copy_backward(ring + count, last, to);
+                last = ring;
+            }
+        }
+        begin[count] = static_cast<std::uint16_t>(kept);
+    }
+    std::copy_backward(ring, last, to);
+    for (std::size_t i = 0, other = 0; i < size; ++i) {
+        if (lists[i] == 0) points[other++] = static_cast<std::uint32_t>(chunk * kChunk + i);
+    }
 }
 
 }  // namespace marrow::internal

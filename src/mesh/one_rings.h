@@ -31,6 +31,16 @@ class OneRings {
         return {neighbours_.data() + start_[p], count_[p]};
     }
 
+    /// Calls f(p) for each point that is not regular, in ascending order.
+    template <class F>
+    void for_each_irregular(const F& f) const {
+        for (std::size_t chunk = 0; chunk < chunks(); ++chunk) {
+            for (const std::uint32_t p : listed(chunk, 0)) {
+                if (!is_regular(p)) f(p);
+            }
+        }
+    }
+
     std::size_t chunks() const { return chunks_.size(); }
     /// The fans of a chunk with this number of neighbours, from 1 to kMostInFan; with 0, its other points.
     /// The neighbours of successive points in a list follow each other in memory.
@@ -54,6 +64,9 @@ class OneRings {
     };
 
     void list_chunk(const Corner* corners, const std::size_t* first, std::size_t chunk);
+    // Moves points that turned out to be no fans to list 0, and the rings of the fans up to their `end`, so
+    // that no gap is left between them.
+    void move_to_others(std::size_t chunk, const std::array<std::uint8_t, kChunk>& lists, std::uint32_t* end);
 
     Buffer<std::size_t> start_;
     Buffer<std::uint32_t> count_, neighbours_, listed_;

@@ -190,6 +190,18 @@ TEST(Measure, CountsTheEdgesAndComponentsOfAnyTriangles) {
     }
 }
 
+TEST(Measure, HasNoBoundsWhereAllCoordinatesAreNan) {
+    const float nan = std::nanf("");
+    Mesh mesh;
+    mesh.points = {{nan, 1, 2}, {nan, 4, 3}, {nan, 2, nan}};
+    const MeshMeasures m = measure(mesh);
+    EXPECT_TRUE(std::isnan(m.lower[0]) && std::isnan(m.upper[0]));
+    EXPECT_EQ(m.lower[1], 1);
+    EXPECT_EQ(m.upper[1], 4);
+    EXPECT_EQ(m.lower[2], 2);
+    EXPECT_EQ(m.upper[2], 3);
+}
+
 TEST(KeepComponents, RejectsInvalidInput) {
     Mesh broken;
     broken.triangles = {{0, 1, 2}};

@@ -2,12 +2,14 @@
 // than asked.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <bit>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <iterator>
 #include <mutex>
+#include <numeric>
 #include <random>
 #include <set>
 #include <string>
@@ -70,8 +72,17 @@ std::vector<Function> functions() {
         {"measure",
          [](const Mesh& mesh, int threads) {
              const MeshMeasures m = measure(mesh, {.threads = threads});
-             return Words{static_cast<std::uint64_t>(m.components), static_cast<std::uint64_t>(m.cavities),
-                          static_cast<std::uint64_t>(m.euler_characteristic), bits(m.area), bits(m.volume)};
+             Words words{static_cast<std::uint64_t>(m.components),
+                         static_cast<std::uint64_t>(m.cavities),
+                         static_cast<std::uint64_t>(m.euler_characteristic),
+                         static_cast<std::uint64_t>(m.boundary_edges),
+                         static_cast<std::uint64_t>(m.nonmanifold_edges),
+                         bits(m.area),
+                         bits(m.volume)};
+             for (const Vec3f& corner : {m.lower, m.upper}) {
+                 for (const float x : corner) words.push_back(bits(x));
+             }
+             return words;
          }},
         {"check_mesh",
          [](const Mesh& mesh, int threads) {
@@ -108,6 +119,46 @@ TEST(MeshThreads, AnyNumberGivesTheSameBits) {
     }
 }
 
+// The same surface with its points and triangles in random order.
+Mesh shuffled(const Mesh& mesh) {
+    Random random(5);
+    std::vector<std::uint32_t> place(mesh.points.size());
+    std::iota(place.begin(), place.end(), 0u);
+    std::shuffle(place.begin(), place.end(), random);
+    Mesh result = mesh;
+    for (std::size_t p = 0; p < place.size(); ++p) {
+        result.points[place[p]] = mesh.points[p];
+        result.normals[place[p]] = mesh.normals[p];
+    }
+    for (Triangle& t : result.triangles) t = {place[t[0]], place[t[1]], place[t[2]]};
+    std::shuffle(result.triangles.begin(), result.triangles.end(), random);
+    return result;
+}
+
+// Large enough that threads share the points and the triangles, and so disordered that they meet everywhere.
+TEST(MeshThreads, FindTheComponentsOfAShuffledMesh) {
+    const auto large = sphere({36, 36, 36}, 33), cavity = sphere({36, 36, 36}, 22),
+               small = sphere({95, 36, 36}, 20);
+    const Volume volume = sampled_in_space<float>(grid(120, 73, 73), [&](const Vec3d& p) {
+        return std::max(std::min(large(p), -cavity(p)), small(p));
+    });
+    const Mesh ordered = extract_isosurface(volume, 0);
+    ASSERT_GT(ordered.triangles.size(), 50000u);
+    const Mesh kept = keep_components(ordered, {.count = 1});
+    const Mesh mesh = shuffled(ordered);
+    const double volume_of_all = measure(mesh, {.threads = 1}).volume;
+    for (const int threads : {0, 1, 2, 3}) {
+        const MeshMeasures m = measure(mesh, {.threads = threads});
+        EXPECT_EQ(m.components, 3);
+        EXPECT_EQ(m.cavities, 1);
+        EXPECT_EQ(m.boundary_edges, 0);
+        EXPECT_EQ(bits(m.volume), bits(volume_of_all)) << threads;
+        const Mesh largest = keep_components(mesh, {.count = 1, .threads = threads});
+        EXPECT_EQ(largest.points.size(), kept.points.size());
+        EXPECT_EQ(largest.triangles.size(), kept.triangles.size());
+    }
+}
+
 // Functions that run on one thread must do all work on the thread of the caller. Those that report progress
 // do so from the threads that work.
 TEST(MeshThreads, OneThreadIsTheCaller) {
@@ -137,6 +188,7 @@ TEST(MeshThreads, OneThreadStartsNoOther) {
     const Mesh mesh = extract_isosurface(volume, 0, {.threads = 1});
     const std::ptrdiff_t before = threads_of_process();
     keep_components(mesh, {.count = 1, .threads = 1});
+    measure(mesh, {.threads = 1});
     const Mesh smoothed = smooth(mesh, {.threads = 1});
     simplify(mesh, {.max_error = 0.3, .threads = 1});
     check_mesh(mesh, {.min_wall = 0.5, .threads = 1});

@@ -1,6 +1,7 @@
 """Meshes: their arrays, how long these live, what is measured on them and done to them."""
 
 import gc
+import os
 import subprocess
 import sys
 import weakref
@@ -228,6 +229,25 @@ print(len(points))
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
     assert (done.returncode, done.stderr) == (0, "")
     assert int(done.stdout) > 1000
+
+
+@pytest.mark.skipif(not os.path.isdir("/proc/self/task"), reason="threads are counted in /proc")
+def test_measures_on_one_thread():
+    code = """
+import os
+import marrow
+import numpy as np
+def threads():
+    return len(os.listdir("/proc/self/task"))
+z, y, x = np.mgrid[:40, :40, :40]
+mesh = marrow.extract(np.float32(200 - (x - 20) ** 2 - (y - 20) ** 2 - (z - 20) ** 2), 0, threads=1)
+before = threads()
+one = mesh.measure(threads=1)
+assert threads() == before
+assert one.volume == mesh.measure().volume
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stderr) == (0, "")
 
 
 def test_measures_of_a_ball():
