@@ -171,7 +171,9 @@ OneRings::OneRings(const MeshView& mesh)
     const std::span<const Triangle> triangles = mesh.triangles;
     const std::vector<std::array<std::uint32_t, 2>> reaches = reaches_of_sections(triangles);
     const std::size_t points = mesh.points.size();
-    const auto parts = static_cast<std::size_t>(thread_count());
+    // A small mesh is one part: waiting for another thread would take longer than the work.
+    const std::size_t parts =
+        std::clamp(reaches.size(), std::size_t{1}, static_cast<std::size_t>(thread_count()));
     const auto for_each_part = [&](const auto& f) {
         parallel_for(std::size_t{0}, parts,
                      [&](std::size_t i) { f(i, points * i / parts, points * (i + 1) / parts); });
