@@ -61,6 +61,14 @@ check_folder(include/marrow include "" "")
 # What the libraries share.
 check_folder(src/base src "" "tbb/")  # and nothing else may
 
+# The meshes' part of the core: each folder may include those before it, and src/mesh itself all of them.
+set(mesh_folders)
+foreach(room IN ITEMS geometry connectivity search intersections smoothing reduction)
+  check_folder(src/mesh/${room} src "base;${mesh_folders}" "hwy/")
+  list(APPEND mesh_folders mesh/${room})
+endforeach()
+check_folder(src/mesh src "base;${mesh_folders}" "hwy/")
+
 # The core: each folder may include those before it.
 set(rooms volume grid marching_cubes snap surface_nets trust isosurface parts)
 set(before base)
@@ -68,12 +76,11 @@ foreach(room IN LISTS rooms)
   # These two change surfaces that are valid, and ask src/mesh whether they still are.
   set(also "")
   if(room STREQUAL snap OR room STREQUAL surface_nets)
-    set(also ";mesh")
+    set(also ";${mesh_folders}")
   endif()
   check_folder(src/core/${room} src "${before}${also}" "hwy/")
   list(APPEND before core/${room})
 endforeach()
-check_folder(src/mesh src "base" "hwy/")
 
 set(image_libraries "png.h;tiffio.h;turbojpeg.h;zlib.h;charls/;dcmtk/;openjpeg-2.5/;openjpeg.h")
 check_folder(src/io/bytes src "base" "fmt/;zlib.h;archive;expat.h")

@@ -8,11 +8,11 @@
 #include <marrow/error.h>
 #include <marrow/measure.h>
 
+#include "base/for_each_range.h"
 #include "base/parallel.h"
-#include "check_indices.h"
-#include "for_each_range.h"
-#include "triangle_corners.h"
-#include "vertex_triangles.h"
+#include "mesh/connectivity/check_indices.h"
+#include "mesh/connectivity/vertex_triangles.h"
+#include "mesh/geometry/triangle_corners.h"
 
 namespace marrow {
 

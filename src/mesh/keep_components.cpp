@@ -10,10 +10,10 @@
 #include <marrow/error.h>
 
 #include "base/parallel.h"
-#include "check_indices.h"
-#include "find_components.h"
-#include "triangle_corners.h"
-#include "triangle_tree.h"
+#include "mesh/connectivity/check_indices.h"
+#include "mesh/connectivity/find_components.h"
+#include "mesh/geometry/triangle_corners.h"
+#include "mesh/search/triangle_tree.h"
 
 namespace marrow {
 

@@ -2,11 +2,11 @@
 #include <marrow/measure.h>
 
 #include "base/parallel.h"
-#include "bounds.h"
-#include "check_indices.h"
-#include "count_edges.h"
-#include "find_components.h"
-#include "triangle_corners.h"
+#include "mesh/connectivity/check_indices.h"
+#include "mesh/connectivity/count_edges.h"
+#include "mesh/connectivity/find_components.h"
+#include "mesh/geometry/bounds.h"
+#include "mesh/geometry/triangle_corners.h"
 
 namespace marrow {
 

@@ -11,16 +11,16 @@
 #include <marrow/mesh_check.h>
 
 #include "base/disjoint_sets.h"
+#include "base/for_each_range.h"
 #include "base/parallel.h"
-#include "check_indices.h"
-#include "count_edges.h"
-#include "find_components.h"
-#include "for_each_range.h"
-#include "one_rings.h"
-#include "self_intersections.h"
-#include "triangle_corners.h"
-#include "triangle_tree.h"
-#include "vertex_triangles.h"
+#include "mesh/connectivity/check_indices.h"
+#include "mesh/connectivity/count_edges.h"
+#include "mesh/connectivity/find_components.h"
+#include "mesh/connectivity/one_rings.h"
+#include "mesh/connectivity/vertex_triangles.h"
+#include "mesh/geometry/triangle_corners.h"
+#include "mesh/intersections/self_intersections.h"
+#include "mesh/search/triangle_tree.h"
 
 namespace marrow {
 

@@ -7,8 +7,8 @@
 
 #include <marrow/measure.h>
 
-#include "check_indices.h"
-#include "triangle_corners.h"
+#include "mesh/connectivity/check_indices.h"
+#include "mesh/geometry/triangle_corners.h"
 
 namespace marrow {
 

@@ -11,7 +11,7 @@
 #include <marrow/isosurface.h>
 
 #include "base/parallel.h"
-#include "mesh/edge_collapse.h"
+#include "mesh/reduction/edge_collapse.h"
 #include "support/fields.h"
 #include "support/mesh_checks.h"
 

@@ -11,7 +11,7 @@
 #include <CGAL/Triangle_3.h>
 #include <CGAL/intersections.h>
 
-#include "mesh/triangle_intersection.h"
+#include "mesh/geometry/triangle_intersection.h"
 
 namespace marrow::test {
 namespace {

@@ -12,9 +12,9 @@
 #include <marrow/isosurface.h>
 #include <marrow/measure.h>
 
-#include "mesh/triangle_corners.h"
-#include "mesh/triangle_distance.h"
-#include "mesh/triangle_tree.h"
+#include "mesh/geometry/triangle_corners.h"
+#include "mesh/search/triangle_distance.h"
+#include "mesh/search/triangle_tree.h"
 #include "support/fields.h"
 
 namespace marrow {

@@ -10,9 +10,9 @@
 #include <marrow/isosurface.h>
 #include <marrow/mesh.h>
 
-#include "mesh/changed_triangles.h"
-#include "mesh/one_rings.h"
-#include "mesh/self_intersections.h"
+#include "mesh/connectivity/one_rings.h"
+#include "mesh/intersections/changed_triangles.h"
+#include "mesh/intersections/self_intersections.h"
 #include "support/fields.h"
 
 namespace marrow::test {

@@ -23,7 +23,7 @@
 #include "base/parallel.h"
 #include "base/progress.h"
 #include "core/grid/shares.h"
-#include "mesh/self_intersections.h"
+#include "mesh/intersections/self_intersections.h"
 #include "relax_caps.h"
 #include "slab.h"
 

@@ -10,7 +10,7 @@
 #include <marrow/vector.h>
 
 #include "base/parallel.h"
-#include "mesh/triangle_intersection.h"
+#include "mesh/geometry/triangle_intersection.h"
 
 namespace marrow::internal {
 namespace {

@@ -12,8 +12,8 @@
 #include "base/checked_size.h"
 #include "base/progress.h"
 #include "folds.h"
-#include "mesh/hold_back.h"
-#include "mesh/one_rings.h"
+#include "mesh/connectivity/one_rings.h"
+#include "mesh/smoothing/hold_back.h"
 
 namespace marrow::internal {
 namespace {

@@ -1,0 +1,273 @@
+// Lists the corners at each point by counting, and walks around the point from corner to corner.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "mesh/connectivity/one_rings.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include <hwy/cache_control.h>
+
+#include <algorithm>
+#include <bit>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+#include "one_rings.h"
+
+#include "base/parallel.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace marrow::internal::HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+// Writes the neighbours in the order of a single closed fan. Returns whether the corners are such a fan.
+// Reads up to sixteen corners, also beyond those of the point.
+template <std::size_t kCount>
+HWY_INLINE bool walk_around(std::uint32_t point, const OneRings::Corner* corners, std::uint32_t* ring) {
+    constexpr std::size_t kRead = kCount <= 8 ? 8 : 16;
+    constexpr std::uint32_t kAll = (1u << kCount) - 1;
+    const hn::CappedTag<std::uint32_t, 8> d;
+    hn::Vec<decltype(d)> next[kRead], before;
+    for (std::size_t i = 0; i < kRead; i += hn::Lanes(d))
+        hn::LoadInterleaved2(d, &corners[i].next, next[i], before);
+    const auto corners_to = [&](std::uint32_t neighbour) HWY_ATTR {
+        std::uint32_t found = 0;
+        for (std::size_t i = 0; i < kRead; i += hn::Lanes(d)) {
+            std::uint8_t bits[8] = {};
+            hn::StoreMaskBits(d, hn::Eq(next[i], hn::Set(d, neighbour)), bits);
+            found |= static_cast<std::uint32_t>(bits[0]) << i;
+        }
+        return found & kAll;
+    };
+    // The walk takes the first corner to each neighbour. It only comes through all
+    // corners if no neighbour has two.
+    std::uint32_t at = corners[0].next, visited = 0;
+    for (std::size_t n = 0; n < kCount; ++n) {
+        const std::uint32_t found = corners_to(at) | 1u << kCount;
+        visited |= found & (~found + 1);
+        ring[n] = at;
+        at = corners[static_cast<std::size_t>(std::countr_zero(found))].before;
+    }
+    return visited == kAll && at == ring[0] && corners_to(point) == 0;
+}
+
+// Writes the rings of points with this number of corners, one after another. Returns whether all are
+// fans; the list of others becomes 0.
+template <std::size_t kCount>
+HWY_INLINE bool write_fans(const OneRings::Corner* corners, const std::size_t* first,
+                           std::span<const std::uint32_t> points, std::uint32_t*& rings,
+                           std::uint8_t* lists) {
+    bool all = true;
+    for (const std::uint32_t p : points) {
+        if (!walk_around<kCount>(p, corners + first[p], rings)) {
+            lists[p % OneRings::kChunk] = 0;
+            all = false;
+        }
+        rings += kCount;
+    }
+    return all;
+}
+
+template <std::size_t... kCounts>
+HWY_INLINE bool write_all_fans(const OneRings::Corner* corners, const std::size_t* first,
+                               const std::uint32_t* points,
+                               const std::array<std::uint16_t, OneRings::kMostInFan + 2>& begin,
+                               std::uint32_t* rings, std::uint8_t* lists, std::index_sequence<kCounts...>) {
+    bool all = true;
+    ((all &= write_fans<kCounts + 1>(
+          corners, first, {points + begin[kCounts + 1], points + begin[kCounts + 2]}, rings, lists)),
+     ...);
+    return all;
+}
+
+// Writes the rings of a chunk's points that may be fans, list by list. Returns whether all are
+// fans; the list of others becomes 0.
+bool write_rings(const OneRings::Corner* corners, const std::size_t* first, const std::uint32_t* points,
+                 const std::array<std::uint16_t, OneRings::kMostInFan + 2>& begin, std::uint32_t* rings,
+                 std::uint8_t* lists) {
+    return write_all_fans(corners, first, points, begin, rings, lists,
+                          std::make_index_sequence<OneRings::kMostInFan>());
+}
+
+// Extends a reach, from the lowest point to the highest. A plain loop, which compilers turn into vectors.
+void extend(std::array<std::uint32_t, 2>& reach, const std::uint32_t* points, std::size_t count) {
+    std::uint32_t lowest = reach[0], highest = reach[1];
+    for (std::size_t i = 0; i < count; ++i) {
+        lowest = std::min(lowest, points[i]);
+        highest = std::max(highest, points[i]);
+    }
+    reach = {lowest, highest};
+}
+
+}  // namespace marrow::internal::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace marrow::internal {
+namespace {
+
+HWY_EXPORT(write_rings);
+HWY_EXPORT(extend);
+
+constexpr std::size_t kSection = 8192;  // triangles
+
+// The lowest and the highest point of each section of successive triangles.
+std::vector<std::array<std::uint32_t, 2>> reaches_of_sections(std::span<const Triangle> triangles) {
+    std::vector<std::array<std::uint32_t, 2>> reaches((triangles.size() + kSection - 1) / kSection);
+    parallel_for(std::size_t{0}, reaches.size(), [&](std::size_t s) {
+        const std::size_t begin = s * kSection, end = std::min(begin + kSection, triangles.size());
+        reaches[s] = {~std::uint32_t{0}, 0};
+        HWY_DYNAMIC_DISPATCH(extend)(reaches[s], triangles[begin].data(), 3 * (end - begin));
+    });
+    return reaches;
+}
+
+// Calls f(t, corner) for the corners at the points [begin, end), from the last triangle to the first.
+template <class F>
+void for_each_corner_backward(std::span<const Triangle> triangles,
+                              const std::vector<std::array<std::uint32_t, 2>>& reaches, std::size_t begin,
+                              std::size_t end, const F& f) {
+    for (std::size_t s = reaches.size(); s-- > 0;) {
+        const auto [lowest, highest] = reaches[s];
+        if (highest < begin || lowest >= end) continue;
+        const bool all = lowest >= begin && highest < end;
+        for (std::size_t t = std::min((s + 1) * kSection, triangles.size()); t-- > s * kSection;) {
+            for (std::size_t c = 3; c-- > 0;) {
+                if (all || (triangles[t][c] >= begin && triangles[t][c] < end)) f(triangles[t], c);
+            }
+        }
+    }
+}
+
+// Whether each edge of a point leaves it once and arrives once. Then each neighbour occurs in one corner as
+// the next one, and in one as the one before.
+bool are_manifold(std::uint32_t point, std::span<const OneRings::Corner> corners) {
+    // Neighbours that occur as both cancel out. At the border of a surface, two are left.
+    std::uint32_t left = 0;
+    for (const OneRings::Corner& c : corners) left ^= c.next ^ c.before;
+    if (left != 0) return false;
+    std::vector<std::uint32_t> next, before;
+    for (const OneRings::Corner& c : corners) {
+        next.push_back(c.next);
+        before.push_back(c.before);
+    }
+    std::sort(next.begin(), next.end());
+    std::sort(before.begin(), before.end());
+    return next == before && std::adjacent_find(next.begin(), next.end()) == next.end() &&
+           !std::binary_search(next.begin(), next.end(), point);
+}
+
+}  // namespace
+
+OneRings::OneRings(const MeshView& mesh)
+    : start_(mesh.points.size()),
+      count_(mesh.points.size()),
+      neighbours_(3 * mesh.triangles.size()),
+      listed_(mesh.points.size()),
+      kinds_(mesh.points.size()),
+      chunks_((mesh.points.size() + kChunk - 1) / kChunk) {
+    // Each thread counts and lists the corners at a part of the points.
+    const std::span<const Triangle> triangles = mesh.triangles;
+    const std::vector<std::array<std::uint32_t, 2>> reaches = reaches_of_sections(triangles);
+    const std::size_t points = mesh.points.size();
+    // A small mesh is one part: waiting for another thread would take longer than the work.
+    const std::size_t parts =
+        std::clamp(reaches.size(), std::size_t{1}, static_cast<std::size_t>(thread_count()));
+    const auto for_each_part = [&](const auto& f) {
+        parallel_for(std::size_t{0}, parts,
+                     [&](std::size_t i) { f(i, points * i / parts, points * (i + 1) / parts); });
+    };
+    Buffer<std::size_t> first(points + 1);  // the first corner at each point
+    std::vector<std::size_t> before(parts + 1, 0);
+    for_each_part([&](std::size_t part, std::size_t begin, std::size_t end) {
+        std::fill(first.data() + begin, first.data() + end, std::size_t{0});
+        for_each_corner_backward(triangles, reaches, begin, end,
+                                 [&](const Triangle& t, std::size_t c) { ++first[t[c]]; });
+        before[part + 1] = std::accumulate(first.data() + begin, first.data() + end, std::size_t{0});
+    });
+    std::partial_sum(before.begin(), before.end(), before.begin());
+    Buffer<Corner> corners(neighbours_.size() + OneRings::kMostInFan);
+    for_each_part([&](std::size_t part, std::size_t begin, std::size_t end) {
+        // Each entry begins as the end of a list, and goes down to its begin.
+        std::size_t sum = before[part];
+        for (std::size_t p = begin; p < end; ++p) first[p] = sum += first[p];
+        for_each_corner_backward(triangles, reaches, begin, end, [&](const Triangle& t, std::size_t c) {
+            corners[--first[t[c]]] = {t[(c + 1) % 3], t[(c + 2) % 3]};
+        });
+    });
+    first[points] = neighbours_.size();
+    parallel_for(std::size_t{0}, chunks_.size(),
+                 [&](std::size_t chunk) { list_chunk(corners.data(), first.data(), chunk); });
+}
+
+void OneRings::list_chunk(const Corner* corners, const std::size_t* first, std::size_t chunk) {
+    const std::size_t begin = chunk * kChunk, end = std::min(begin + kChunk, size());
+    Chunk& c = chunks_[chunk];
+    // The lists jump to and fro between the corners, which processors do not expect.
+    for (std::size_t i = first[begin]; i < first[end]; i += 64 / sizeof(Corner)) hwy::Prefetch(corners + i);
+    std::array<std::uint8_t, kChunk> lists;  // the list of each point
+    for (std::size_t p = begin; p < end; ++p) {
+        const std::size_t count = first[p + 1] - first[p];
+        count_[p] = static_cast<std::uint32_t>(count);
+        lists[p - begin] = static_cast<std::uint8_t>(count > 1 && count <= kMostInFan ? count : 0);
+    }
+    std::array<std::uint16_t, kMostInFan + 2> next{};
+    for (std::size_t p = begin; p < end; ++p) ++next[lists[p - begin] + 1u];
+    std::partial_sum(next.begin(), next.end(), next.begin());
+    c.begin = next;
+    for (std::size_t p = begin; p < end; ++p)
+        listed_[begin + next[lists[p - begin]]++] = static_cast<std::uint32_t>(p);
+    // The rings go in the order of the lists, those of fans behind the others.
+    std::size_t fans = first[begin];
+    for (const std::uint32_t p : listed(chunk, 0)) fans += count_[p];
+    if (!HWY_DYNAMIC_DISPATCH(write_rings)(corners, first, listed_.data() + begin, c.begin,
+                                           neighbours_.data() + fans, lists.data()))
+        move_to_others(chunk, lists, neighbours_.data() + first[end]);
+    std::size_t start = first[begin];
+    for (const std::uint32_t p : listed(chunk, 0)) {
+        for (std::size_t i = 0; i < count_[p]; ++i) neighbours_[start + i] = corners[first[p] + i].next;
+        start += count_[p];
+    }
+    start = first[begin];
+    for (std::size_t i = begin; i < end; ++i) {
+        const std::uint32_t p = listed_[i];
+        start_[p] = start;
+        start += count_[p];
+        kinds_[p] = lists[p - begin] != 0                              ? Kind::kFan
+                    : are_manifold(p, {corners + first[p], count_[p]}) ? Kind::kRegular
+                                                                       : Kind::kIrregular;
+    }
+    c.reach = {static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(end - 1)};
+    HWY_DYNAMIC_DISPATCH(extend)(c.reach, neighbours_.data() + first[begin], start - first[begin]);
+}
+
+void OneRings::move_to_others(std::size_t chunk, const std::array<std::uint8_t, kChunk>& lists,
+                              std::uint32_t* end) {
+    std::array<std::uint16_t, kMostInFan + 2>& begin = chunks_[chunk].begin;
+    const std::size_t size = begin[kMostInFan + 1];
+    std::uint32_t* const points = listed_.data() + chunk * kChunk;
+    // The rings of [ring, last) are still to be moved, to where they end at `to`.
+    std::uint32_t *ring = end, *last = end, *to = end;
+    std::size_t kept = size;
+    for (std::size_t i = size, count = kMostInFan; count > 0; --count) {
+        while (i > begin[count]) {
+            const std::uint32_t p = points[--i];
+            ring -= count;
+            if (lists[p % kChunk] != 0) {
+                points[--kept] = p;
+            } else {
+                to = std::copy_backward(ring + count, last, to);
+                last = ring;
+            }
+        }
+        begin[count] = static_cast<std::uint16_t>(kept);
+    }
+    std::copy_backward(ring, last, to);
+    for (std::size_t i = 0, other = 0; i < size; ++i) {
+        if (lists[i] == 0) points[other++] = static_cast<std::uint32_t>(chunk * kChunk + i);
+    }
+}
+
+}  // namespace marrow::internal
+#endif

@@ -1,0 +1,254 @@
+// Spreads samples over each surface and measures their distances to the other surface.
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <numeric>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include <marrow/error.h>
+#include <marrow/measure.h>
+
+#include "base/checked_size.h"
+#include "base/for_each_range.h"
+#include "base/parallel.h"
+#include "distance.h"
+#include "mesh/connectivity/check_indices.h"
+#include "mesh/geometry/triangle_corners.h"
+
+namespace marrow {
+
+using namespace internal;
+
+namespace {
+
+// The leaves of the tree that a thread looks at together.
+constexpr std::size_t kLeaves = 32;
+
+// \pre x >= 0
+double fraction(double x) {
+    return x - static_cast<double>(static_cast<std::int64_t>(x));  // std::floor is a call of the C library
+}
+
+// The k-th position in a triangle, of the additive sequence of the plastic number (Roberts 2018).
+Vec3d spread_position(const TriangleCorners& t, double k) {
+    double u = fraction(0.7548776662466927 * k), v = fraction(0.5698402909980532 * k);
+    if (u + v > 1) u = 1 - u, v = 1 - v;
+    return t[0] + u * (t[1] - t[0]) + v * (t[2] - t[0]);
+}
+
+// A position of a mesh.
+struct Source {
+    std::uint32_t triangle;
+    std::uint8_t corner;  // of the triangle; kSample: it is a sample
+    std::size_t sample;
+
+    static constexpr std::uint8_t kSample = 3;
+};
+
+// Positions that are near each other.
+struct Group {
+    std::array<NearestQuery, kMostInGroup> queries;
+    std::array<Source, kMostInGroup> sources;
+    std::size_t size = 0;
+    double reach = 0;  // how far to look for what is nearest to them; kept from group to group
+
+    void add(const Vec3d& position, const Source& source) {
+        queries[size].position = position;
+        sources[size++] = source;
+    }
+    std::span<NearestQuery> all() { return {queries.data(), size}; }
+};
+
+// Calls f(group, range) for all positions of the triangles for which wanted(t) is true, on all
+// threads. Each range is on one thread.
+template <class Wanted, class F>
+void for_each_group(const SampledMesh& from, const Wanted& wanted, const Progress& progress, double begin,
+                    double end, const F& f) {
+    const std::span<const BoxTree::Leaf> leaves = from.tree().leaves();
+    for_each_range(leaves.size(), kLeaves, progress, begin, end, [&](std::size_t first, std::size_t last) {
+        Group group;
+        const auto look_at = [&](const Vec3d& position, const Source& source) {
+            group.add(position, source);
+            if (group.size < kMostInGroup) return;
+            f(group, first / kLeaves);
+            group.size = 0;
+        };
+        for (const BoxTree::Leaf& leaf : leaves.subspan(first, last - first)) {
+            for (std::size_t i = 0; i < leaf.count; ++i) {
+                const std::uint32_t t = leaf.triangle[i];
+                if (!wanted(t)) continue;
+                const TriangleCorners corners{to_double(leaf.corner(0, i)), to_double(leaf.corner(1, i)),
+                                              to_double(leaf.corner(2, i))};
+                for (std::size_t k = from.first_sample(t); k < from.first_sample(t + std::size_t{1}); ++k)
+                    look_at(spread_position(corners, static_cast<double>(k)), {t, Source::kSample, k});
+                for (std::uint8_t c = 0; c < 3; ++c) {
+                    if (from.owns_corner(t, c)) look_at(corners[c], {t, c, 0});
+                }
+            }
+        }
+        if (group.size > 0) f(group, first / kLeaves);
+    });
+}
+
+// Lists positions that are too far, in the same order for any number of threads.
+class FurtherPositions {
+  public:
+    explicit FurtherPositions(const SampledMesh& from)
+        : mesh_(from.mesh()), lists_(from.tree().leaves().size() / kLeaves + 2) {}
+
+    void add(std::size_t range, const Source& source) {
+        const Triangle& t = mesh_.triangles[source.triangle];
+        if (source.corner == Source::kSample)
+            lists_[range].push_back(t);
+        else
+            lists_[range].push_back({t[source.corner], t[source.corner], t[source.corner]});
+    }
+    void add_unused(std::uint32_t point) { lists_.back().push_back({point, point, point}); }
+
+    std::vector<Triangle> all() const {
+        std::vector<Triangle> result;
+        for (const std::vector<Triangle>& list : lists_)
+            result.insert(result.end(), list.begin(), list.end());
+        return result;
+    }
+
+  private:
+    const MeshView mesh_;
+    std::vector<std::vector<Triangle>> lists_;  // of each range, and of points without triangles
+};
+
+}  // namespace
+
+namespace internal {
+
+SampledMesh::SampledMesh(const MeshView& mesh, std::int64_t samples) : mesh_(mesh) {
+    parallel_invoke([&] { tree_.emplace(mesh); }, [&] { spread_samples(samples); }, [&] { assign_points(); });
+}
+
+// Equal steps along the summed areas of the triangles choose the triangle of each sample.
+void SampledMesh::spread_samples(std::int64_t count) {
+    const std::size_t triangles = mesh_.triangles.size(),
+                      samples = checked_size(static_cast<std::uint64_t>(count), sizeof(double));
+    std::vector<double> summed_area;
+    summed_area.reserve(triangles);
+    double sum = 0;
+    for (const Triangle& t : mesh_.triangles) summed_area.push_back(sum += area(corners_of(mesh_, t)));
+    first_sample_.reserve(triangles + 1);
+    std::size_t k = 0;
+    for (std::size_t t = 0; t < triangles; ++t) {
+        first_sample_.push_back(k);
+        const auto is_within = [&] {
+            return t + 1 == triangles ||
+                   (static_cast<double>(k) + 0.5) / static_cast<double>(count) * sum < summed_area[t];
+        };
+        while (k < samples && is_within()) ++k;
+    }
+    first_sample_.push_back(k);
+}
+
+void SampledMesh::assign_points() {
+    owned_.assign(mesh_.triangles.size(), 0);
+    std::vector<bool> used(mesh_.points.size(), false);
+    for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
+        for (std::size_t c = 0; c < 3; ++c) {
+            const std::uint32_t p = mesh_.triangles[t][c];
+            if (used[p]) continue;
+            used[p] = true;
+            owned_[t] |= static_cast<std::uint8_t>(1u << c);
+        }
+    }
+    for (std::uint32_t p = 0; p < used.size(); ++p) {
+        if (!used[p]) unused_.push_back(p);
+    }
+}
+
+Distances distances(const SampledMesh& from, const TriangleTree& to, double max_distance,
+                    const Progress& progress, double begin, double end) {
+    const MeshView& mesh = from.mesh();
+    FurtherPositions further(from);
+    std::vector<double> of_samples(from.sample_count());
+    // A point that is nearer than the furthest position so far does not change the maximum.
+    std::atomic<double> furthest = 0;
+    const auto raise = [&](double distance) {
+        double known = furthest.load(std::memory_order_relaxed);
+        while (distance > known &&
+               !furthest.compare_exchange_weak(known, distance, std::memory_order_relaxed)) {
+        }
+    };
+    const auto all = [](std::uint32_t) { return true; };
+    for_each_group(from, all, progress, begin, end, [&](Group& group, std::size_t range) {
+        const double enough = std::min(furthest.load(std::memory_order_relaxed), max_distance);
+        for (std::size_t i = 0; i < group.size; ++i)
+            group.queries[i].enough = group.sources[i].corner == Source::kSample ? 0 : enough;
+        if (group.reach == 0) group.reach = 2 * to.distance(group.queries[0].position);
+        to.find_nearest(group.all(), std::numeric_limits<double>::infinity(), group.reach);
+        double reached = 0;
+        for (std::size_t i = 0; i < group.size; ++i) {
+            const double squared = group.queries[i].squared_distance, distance = std::sqrt(squared);
+            if (group.sources[i].corner == Source::kSample)
+                reached = std::max(reached, of_samples[group.sources[i].sample] = distance);
+            else
+                raise(distance);
+            if (squared > max_distance * max_distance) further.add(range, group.sources[i]);
+        }
+        raise(reached);
+        if (reached > 0) group.reach = 2 * reached;
+    });
+    for (const std::uint32_t p : from.unused()) {
+        raise(to.distance(to_double(mesh.points[p])));
+        if (!to.is_within(to_double(mesh.points[p]), max_distance)) further.add_unused(p);
+    }
+    const double sum = std::accumulate(of_samples.begin(), of_samples.end(), 0.0);
+    return {sum / static_cast<double>(of_samples.size()), furthest, further.all()};
+}
+
+std::vector<Triangle> find_further(const SampledMesh& from, const std::vector<bool>& wanted,
+                                   const TriangleTree& to, double max_distance, const Progress& progress,
+                                   double begin, double end) {
+    FurtherPositions further(from);
+    const auto is_wanted = [&](std::uint32_t t) { return wanted[t]; };
+    for_each_group(from, is_wanted, progress, begin, end, [&](Group& group, std::size_t range) {
+        for (NearestQuery& query : group.all()) query.enough = max_distance;
+        to.find_nearest(group.all(), max_distance, max_distance);
+        for (std::size_t i = 0; i < group.size; ++i) {
+            if (group.queries[i].squared_distance > max_distance * max_distance)
+                further.add(range, group.sources[i]);
+        }
+    });
+    for (const std::uint32_t p : from.unused()) {
+        if (!to.is_within(to_double(from.mesh().points[p]), max_distance)) further.add_unused(p);
+    }
+    return further.all();
+}
+
+MeshDistance symmetric(const Distances& there, const Distances& back) {
+    return {(there.mean + back.mean) / 2, std::max(there.max, back.max)};
+}
+
+}  // namespace internal
+
+MeshDistance mesh_distance(MeshView a, MeshView b, const DistanceOptions& options) {
+    if (options.samples < 1) throw InputError("mesh distance: there must be at least one sample");
+    for (const MeshView& mesh : {a, b}) {
+        if (mesh.triangles.empty()) throw InputError("mesh distance: a mesh has no triangles");
+        check_indices(mesh);
+    }
+    MeshDistance result;
+    with_threads(options.threads, [&] {
+        std::optional<SampledMesh> from_a, from_b;
+        parallel_invoke([&] { from_a.emplace(a, options.samples); },
+                        [&] { from_b.emplace(b, options.samples); });
+        constexpr double kAny = std::numeric_limits<double>::infinity();
+        const Distances there = distances(*from_a, from_b->tree(), kAny, options.progress, 0, 0.5);
+        const Distances back = distances(*from_b, from_a->tree(), kAny, options.progress, 0.5, 1);
+        result = symmetric(there, back);
+    });
+    return result;
+}
+
+}  // namespace marrow

@@ -1,0 +1,126 @@
+// Computes the Morton keys of triangles and sorts by them.
+#include "morton_curve.h"
+
+#include <algorithm>
+#include <array>
+#include <numeric>
+#include <utility>
+
+#include "base/parallel.h"
+#include "mesh/geometry/bounds.h"
+
+namespace marrow::internal {
+
+namespace {
+
+// A stable radix sort by the 30 lower bits of the keys.
+void sort_by_key(std::vector<MortonKey>& keys) {
+    constexpr std::uint32_t kDigit = 1 << 10;
+    std::vector<MortonKey> sorted(keys.size());
+    for (int shift = 0; shift < 30; shift += 10) {
+        std::array<std::size_t, kDigit + 1> start{};
+        for (const MortonKey& k : keys) ++start[(k.key >> shift) % kDigit + 1];
+        std::partial_sum(start.begin(), start.end(), start.begin());
+        for (const MortonKey& k : keys) sorted[start[(k.key >> shift) % kDigit]++] = k;
+        keys.swap(sorted);
+    }
+}
+
+// A counting sort of triangles by the cells of their first corners.
+class CellSort {
+  public:
+    explicit CellSort(const MeshView& mesh)
+        : keys_(mesh.triangles.size()), triangles_(mesh.triangles.size()) {
+        // About as many cells as triangles, so that small meshes take little time.
+        while (axis_cells_ < kMostAxisCells && cells() < mesh.triangles.size()) axis_cells_ *= 2;
+        set_keys(mesh);
+        // Each thread counts and lists the triangles of some of the cells.
+        const auto parts = static_cast<std::size_t>(thread_count());
+        std::vector<std::uint32_t> count(parts + 1, 0);
+        Buffer<std::uint32_t> ends(cells());
+        const auto for_each_part = [&](const auto& f) {
+            parallel_for(std::size_t{0}, parts, [&](std::size_t part) {
+                f(part, static_cast<std::uint32_t>(cells() * part / parts),
+                  static_cast<std::uint32_t>(cells() * (part + 1) / parts));
+            });
+        };
+        for_each_part([&](std::size_t part, std::uint32_t begin, std::uint32_t end) {
+            std::fill(ends.data() + begin, ends.data() + end, 0u);
+            for (const std::uint32_t key : keys_) {
+                if (key - begin < end - begin) ++ends[key];
+            }
+            for (std::uint32_t cell = begin; cell < end; ++cell) count[part + 1] += ends[cell];
+        });
+        std::partial_sum(count.begin(), count.end(), count.begin());
+        for_each_part([&](std::size_t part, std::uint32_t begin, std::uint32_t end) {
+            std::uint32_t sum = count[part];
+            for (std::uint32_t cell = begin; cell < end; ++cell) {
+                const std::uint32_t first = sum;
+                sum += ends[cell];
+                ends[cell] = first;
+            }
+            for (std::uint32_t t = 0; t < keys_.size(); ++t) {
+                const std::uint32_t key = keys_[t];
+                if (key - begin < end - begin) triangles_[ends[key]++] = t;
+            }
+        });
+    }
+    Buffer<std::uint32_t> take() { return std::move(triangles_); }
+
+  private:
+    static constexpr std::uint32_t kMostAxisCells = 64;
+
+    std::size_t cells() const { return std::size_t{axis_cells_} * axis_cells_ * axis_cells_; }
+
+    void set_keys(const MeshView& mesh) {
+        const Bounds bounds = bounds_of(mesh.points);
+        float longest = 0;
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            longest = std::max(longest, bounds.upper[axis] - bounds.lower[axis]);
+        const auto cells = static_cast<float>(axis_cells_);
+        const float scale = longest > 0 ? cells / longest : 0;
+        parallel_for_ranges(std::size_t{0}, keys_.size(), 4096, [&](const auto& range) {
+            for (std::size_t t = range.begin(); t < range.end(); ++t) {
+                const Vec3f& p = mesh.points[mesh.triangles[t][0]];
+                keys_[t] = 0;
+                for (std::size_t axis = 0; axis < 3; ++axis) {
+                    const float cell = (p[axis] - bounds.lower[axis]) * scale;
+                    const float within = cell > 0 ? std::min(cell, cells - 1) : 0;
+                    keys_[t] |= spread_bits(static_cast<std::uint32_t>(within)) << axis;
+                }
+            }
+        });
+    }
+
+    std::uint32_t axis_cells_ = 1;
+    Buffer<std::uint32_t> keys_, triangles_;
+};
+
+}  // namespace
+
+std::vector<MortonKey> along_morton_curve(const MeshView& mesh) {
+    const Bounds bounds = bounds_of(mesh.points);
+    float longest = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+        longest = std::max(longest, bounds.upper[axis] - bounds.lower[axis]);
+    const float scale = longest > 0 ? 1023 / (3 * longest) : 0;
+    std::vector<MortonKey> keys(mesh.triangles.size());
+    parallel_for(std::size_t{0}, keys.size(), [&](std::size_t i) {
+        const Triangle& t = mesh.triangles[i];
+        std::uint32_t key = 0;
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const float sum = mesh.points[t[0]][axis] + mesh.points[t[1]][axis] + mesh.points[t[2]][axis];
+            const float cell = (sum - 3 * bounds.lower[axis]) * scale;
+            key |= spread_bits(cell > 0 ? static_cast<std::uint32_t>(std::min(cell, 1023.0f)) : 0) << axis;
+        }
+        keys[i] = {key, static_cast<std::uint32_t>(i)};
+    });
+    sort_by_key(keys);
+    return keys;
+}
+
+Buffer<std::uint32_t> by_morton_cells(const MeshView& mesh) {
+    return CellSort(mesh).take();
+}
+
+}  // namespace marrow::internal

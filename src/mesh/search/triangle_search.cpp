@@ -1,0 +1,394 @@
+// Finds the nearest triangle of a tree. Highway compiles this file once for each SIMD target.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "mesh/search/triangle_search.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <span>
+
+#include "triangle_distance.h"
+#include "triangle_search.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace marrow::internal::HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+// Computes lower bounds of the distances from a position to boxes. The arithmetic is float, so the bounds are
+// reduced by more than the rounding error. Otherwise a search could skip a box that contains the nearest
+// triangle.
+class Query {
+  public:
+    explicit Query(const Vec3d& position) {
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const auto p = static_cast<float>(position[axis]);
+            const float ulp =
+                std::abs(p) * std::numeric_limits<float>::epsilon() + std::numeric_limits<float>::min();
+            lower_[axis] = p - ulp;
+            upper_[axis] = p + ulp;
+        }
+    }
+
+    // Stores the squared distances to the children's boxes. Returns a mask of the children nearer than
+    // sqrt(most).
+    HWY_INLINE std::uint32_t near(const BoxTree::Node& node, double most, float* to_boxes) const {
+        const D d;
+        std::uint32_t bits = 0;
+        const auto largest = hn::Set(d, std::numeric_limits<float>::max());
+        // A box that contains the position is near even if `most` is below the range of float.
+        const auto limit =
+            hn::Set(d, std::max(static_cast<float>(most * 1.000001), std::numeric_limits<float>::min()));
+        for (std::size_t c = 0; c < BoxTree::kWidth; c += hn::Lanes(d)) {
+            auto sum = hn::Zero(d);
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                const auto below = hn::Sub(hn::LoadU(d, node.lower[axis] + c), hn::Set(d, upper_[axis]));
+                const auto above = hn::Sub(hn::Set(d, lower_[axis]), hn::LoadU(d, node.upper[axis] + c));
+                const auto outside = hn::Max(hn::Max(below, above), hn::Zero(d));
+                sum = hn::Add(sum, hn::Mul(outside, outside));
+            }
+            const auto least = hn::Min(hn::Mul(sum, hn::Set(d, 0.999998f)), largest);
+            hn::Store(least, d, to_boxes + c);
+            std::uint8_t mask[8] = {};
+            hn::StoreMaskBits(d, hn::Lt(least, limit), mask);
+            bits |= static_cast<std::uint32_t>(mask[0]) << c;
+        }
+        return bits & ((1u << node.count) - 1);
+    }
+
+  private:
+    using D = hn::CappedTag<float, BoxTree::kWidth>;
+    float lower_[3], upper_[3];
+};
+
+// Computes squared_distance_to_triangle, bit for bit, for the triangles of a leaf from index c on.
+template <class D>
+HWY_INLINE hn::Vec<D> squared_distances(D d, const Vec3d& position, const BoxTree::Leaf& leaf,
+                                        std::size_t c) {
+    using V = hn::Vec<D>;
+    const auto dot = [](V ax, V ay, V az, V bx, V by, V bz) {
+        return hn::Add(hn::Add(hn::Mul(ax, bx), hn::Mul(ay, by)), hn::Mul(az, bz));
+    };
+    const auto corner = [&](std::size_t which, std::size_t axis) {
+        return hn::PromoteTo(d, hn::LoadU(hn::Rebind<float, D>(), leaf.corners[which][axis] + c));
+    };
+    const V ax = corner(0, 0), ay = corner(0, 1), az = corner(0, 2);
+    const V ux = hn::Sub(corner(1, 0), ax), uy = hn::Sub(corner(1, 1), ay), uz = hn::Sub(corner(1, 2), az);
+    const V vx = hn::Sub(corner(2, 0), ax), vy = hn::Sub(corner(2, 1), ay), vz = hn::Sub(corner(2, 2), az);
+    const V fx = hn::Sub(hn::Set(d, position[0]), ax), fy = hn::Sub(hn::Set(d, position[1]), ay),
+            fz = hn::Sub(hn::Set(d, position[2]), az);
+    const V nx = hn::Sub(hn::Mul(uy, vz), hn::Mul(uz, vy)), ny = hn::Sub(hn::Mul(uz, vx), hn::Mul(ux, vz)),
+            nz = hn::Sub(hn::Mul(ux, vy), hn::Mul(uy, vx));
+    const V uu = dot(ux, uy, uz, ux, uy, uz), uv = dot(ux, uy, uz, vx, vy, vz),
+            vv = dot(vx, vy, vz, vx, vy, vz), nn = dot(nx, ny, nz, nx, ny, nz);
+    const V u_from = dot(ux, uy, uz, fx, fy, fz), v_from = dot(vx, vy, vz, fx, fy, fz);
+    const V s = hn::Sub(hn::Mul(vv, u_from), hn::Mul(uv, v_from)),
+            t = hn::Sub(hn::Mul(uu, v_from), hn::Mul(uv, u_from)), st = hn::Add(s, t);
+    const V zero = hn::Zero(d), one = hn::Set(d, 1.0);
+    const V height = dot(fx, fy, fz, nx, ny, nz);
+    const V to_plane = hn::Div(hn::Mul(height, height), nn);
+    // The nearest points on the edges.
+    const auto fraction = [&](V part, V total) {
+        return hn::IfThenElseZero(hn::Gt(total, zero), hn::Min(hn::Max(hn::Div(part, total), zero), one));
+    };
+    const auto squared = [&](V x, V y, V z) { return dot(x, y, z, x, y, z); };
+    const V on_u = fraction(u_from, uu), on_v = fraction(v_from, vv);
+    const V along_w = fraction(hn::Add(hn::Sub(v_from, u_from), hn::Sub(uu, uv)),
+                               hn::Add(hn::Sub(uu, uv), hn::Sub(vv, uv)));
+    const V along_u = hn::Sub(one, along_w);
+    const auto away = [](V f, V p, V u) { return hn::Sub(f, hn::Mul(p, u)); };
+    const V to_u = squared(away(fx, on_u, ux), away(fy, on_u, uy), away(fz, on_u, uz));
+    const V to_v = squared(away(fx, on_v, vx), away(fy, on_v, vy), away(fz, on_v, vz));
+    const V to_w = squared(away(away(fx, along_u, ux), along_w, vx), away(away(fy, along_u, uy), along_w, vy),
+                           away(away(fz, along_u, uz), along_w, vz));
+    const V far = hn::Set(d, std::numeric_limits<double>::infinity());
+    const auto is_large = hn::Gt(nn, hn::Mul(hn::Set(d, kFlat), hn::Mul(uu, vv)));
+    const auto not_u = hn::And(is_large, hn::Ge(t, zero)), not_v = hn::And(is_large, hn::Ge(s, zero)),
+               not_w = hn::And(is_large, hn::Le(st, nn));
+    const V to_edge = hn::Min(hn::Min(hn::IfThenElse(not_u, far, to_u), hn::IfThenElse(not_v, far, to_v)),
+                              hn::IfThenElse(not_w, far, to_w));
+    return hn::IfThenElse(hn::And(hn::And(not_u, not_v), not_w), to_plane, to_edge);
+}
+
+// Updates `found` if a triangle of the leaf is nearer.
+HWY_INLINE void search_leaf(const BoxTree::Leaf& leaf, const Vec3d& position, FoundTriangle& found) {
+    const hn::CappedTag<double, BoxTree::kWidth> d;
+    for (std::size_t c = 0; c < BoxTree::kWidth; c += hn::Lanes(d)) {
+        const auto squared = squared_distances(d, position, leaf, c);
+        const auto nearer = hn::Lt(squared, hn::Set(d, found.squared_distance));
+        if (hn::AllFalse(d, nearer)) continue;
+        const auto far = hn::Set(d, std::numeric_limits<double>::infinity());
+        const auto least = hn::MinOfLanes(d, hn::IfThenElse(nearer, squared, far));
+        const auto lane = static_cast<std::size_t>(hn::FindFirstTrue(d, hn::Eq(squared, least)));
+        found = {hn::GetLane(least), leaf.triangle[c + lane]};
+    }
+}
+
+// A child that a search may still visit: the squared distance to its box in the upper half,
+// BoxTree::Node::child in the lower half. Choosing between two single numbers needs no branch, which would
+// often be mispredicted.
+using Pending = std::uint64_t;
+
+// A triangle at exactly the distance `most` is nearer than this.
+FoundTriangle nothing_within(double most) {
+    constexpr double kFar = std::numeric_limits<double>::infinity();
+    return {most < kFar ? std::nextafter(most * most, kFar) : kFar, 0};
+}
+
+// Searches for a triangle that is nearer than `found`.
+FoundTriangle find_nearer(const BoxTree& tree, const Vec3d& position, double enough, FoundTriangle found) {
+    Pending stack[BoxTree::kMaxPending];
+    alignas(64) float to_boxes[BoxTree::kWidth];
+    const Query query(position);
+    constexpr Pending kRoot = 0, kNone = ~Pending{0};
+    std::size_t depth = 0;
+    stack[depth++] = kRoot;
+    while (depth > 0 && found.squared_distance > enough * enough) {
+        Pending at = stack[--depth];
+        if (!(std::bit_cast<float>(static_cast<std::uint32_t>(at >> 32)) < found.squared_distance)) continue;
+        // Descends to a leaf, always to the nearest child.
+        while ((at & BoxTree::kLeaf) == 0) {
+            const BoxTree::Node& node = tree.nodes[static_cast<std::uint32_t>(at)];
+            at = kNone;
+            for (std::uint32_t bits = query.near(node, found.squared_distance, to_boxes); bits != 0;
+                 bits &= bits - 1) {
+                const auto child = static_cast<std::uint32_t>(hwy::Num0BitsBelowLS1Bit_Nonzero32(bits));
+                const Pending next =
+                    Pending{std::bit_cast<std::uint32_t>(to_boxes[child])} << 32 | node.child[child];
+                const bool is_nearer = next >> 32 <= at >> 32;
+                stack[depth] = is_nearer ? at : next;
+                depth += stack[depth] != kNone ? 1 : 0;
+                at = is_nearer ? next : at;
+            }
+        }
+        if (at == kNone) continue;
+        search_leaf(tree.leaves[static_cast<std::uint32_t>(at) ^ BoxTree::kLeaf], position, found);
+    }
+    return found;
+}
+
+// A box around positions, with a margin. Rounding to float only makes it larger.
+class Surroundings {
+  public:
+    Surroundings(std::span<const NearestQuery> queries, double margin) {
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            double lower = queries.front().position[axis], upper = lower;
+            for (const NearestQuery& query : queries) {
+                lower = std::min(lower, query.position[axis]);
+                upper = std::max(upper, query.position[axis]);
+            }
+            lower_[axis] = outwards(lower - margin, -1);
+            upper_[axis] = outwards(upper + margin, 1);
+        }
+    }
+
+    // Returns a mask of the children whose boxes overlap or touch this one.
+    HWY_INLINE std::uint32_t overlapping(const BoxTree::Node& node) const {
+        const hn::CappedTag<float, BoxTree::kWidth> d;
+        std::uint32_t bits = 0;
+        for (std::size_t c = 0; c < BoxTree::kWidth; c += hn::Lanes(d)) {
+            auto overlaps = hn::FirstN(d, hn::Lanes(d));
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                const auto below = hn::Le(hn::LoadU(d, node.lower[axis] + c), hn::Set(d, upper_[axis])),
+                           above = hn::Ge(hn::LoadU(d, node.upper[axis] + c), hn::Set(d, lower_[axis]));
+                overlaps = hn::And(overlaps, hn::And(below, above));
+            }
+            std::uint8_t mask[8] = {};
+            hn::StoreMaskBits(d, overlaps, mask);
+            bits |= static_cast<std::uint32_t>(mask[0]) << c;
+        }
+        return bits & ((1u << node.count) - 1);
+    }
+
+  private:
+    static float outwards(double x, double sign) {
+        const double ulps = std::abs(x) * std::numeric_limits<float>::epsilon();
+        return static_cast<float>(x + sign * (ulps + std::numeric_limits<float>::min()));
+    }
+    float lower_[3], upper_[3];
+};
+
+// A leaf near the positions of a group.
+struct NearLeaf {
+    float lower[3], upper[3];
+    std::uint32_t leaf;
+};
+
+// Lists leaves that overlap the surroundings. Returns their number, or kMost if there are more than that.
+template <std::size_t kMost>
+HWY_INLINE std::size_t list_leaves(const BoxTree& tree, const Surroundings& surroundings,
+                                   NearLeaf (&list)[kMost]) {
+    std::uint32_t stack[BoxTree::kMaxPending];
+    std::size_t depth = 0, count = 0;
+    stack[depth++] = 0;
+    while (depth > 0) {
+        const BoxTree::Node& node = tree.nodes[stack[--depth]];
+        for (std::uint32_t bits = surroundings.overlapping(node); bits != 0; bits &= bits - 1) {
+            const auto child = static_cast<std::uint32_t>(hwy::Num0BitsBelowLS1Bit_Nonzero32(bits));
+            if ((node.child[child] & BoxTree::kLeaf) == 0) {
+                stack[depth++] = node.child[child];
+                continue;
+            }
+            NearLeaf& near = list[count];
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                near.lower[axis] = node.lower[axis][child];
+                near.upper[axis] = node.upper[axis][child];
+            }
+            near.leaf = node.child[child] ^ BoxTree::kLeaf;
+            if (++count == kMost) return count;
+        }
+    }
+    return count;
+}
+
+// The least squared distance from a position to a triangle of a leaf.
+HWY_INLINE double least_squared_distance(const BoxTree::Leaf& leaf, const Vec3d& position) {
+    const hn::CappedTag<double, BoxTree::kWidth> d;
+    auto least = squared_distances(d, position, leaf, 0);
+    for (std::size_t c = hn::Lanes(d); c < BoxTree::kWidth; c += hn::Lanes(d))
+        least = hn::Min(least, squared_distances(d, position, leaf, c));
+    return hn::GetLane(hn::MinOfLanes(d, least));
+}
+
+// Searches a group of positions leaf by leaf.
+class GroupSearch {
+  public:
+    explicit GroupSearch(std::span<NearestQuery> queries) : queries_(queries) {
+        for (std::size_t q = 0; q < kGroup; ++q) {
+            const Vec3d& position = queries[std::min(q, queries.size() - 1)].position;
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                const auto p = static_cast<float>(position[axis]);
+                const float ulp =
+                    std::abs(p) * std::numeric_limits<float>::epsilon() + std::numeric_limits<float>::min();
+                lower_[axis][q] = p - ulp;
+                upper_[axis][q] = p + ulp;
+            }
+        }
+    }
+
+    HWY_INLINE void search(const BoxTree& tree, std::span<const NearLeaf> leaves, double most) {
+        find_first(leaves);
+        for (std::size_t q = 0; q < queries_.size(); ++q) {
+            NearestQuery& query = queries_[q];
+            query.squared_distance =
+                least_squared_distance(tree.leaves[leaves[first_[q]].leaf], query.position);
+            limit(q, most);
+        }
+        for (std::size_t l = 0; l < leaves.size(); ++l) {
+            for (std::uint32_t bits = near(leaves[l]); bits != 0; bits &= bits - 1) {
+                const auto q = static_cast<std::uint32_t>(hwy::Num0BitsBelowLS1Bit_Nonzero32(bits));
+                if (first_[q] == l) continue;
+                NearestQuery& query = queries_[q];
+                query.squared_distance =
+                    std::min(query.squared_distance,
+                             least_squared_distance(tree.leaves[leaves[l].leaf], query.position));
+                limit(q, most);
+            }
+        }
+    }
+
+  private:
+    static constexpr std::size_t kGroup = kMostInGroup;
+    using D = hn::CappedTag<float, 8>;
+
+    // Finds the leaf whose middle is nearest to each position: often it has the nearest triangle.
+    HWY_INLINE void find_first(std::span<const NearLeaf> leaves) {
+        const D d;
+        const hn::RebindToUnsigned<D> du;
+        for (std::size_t q = 0; q < kGroup; q += hn::Lanes(d)) {
+            auto least = hn::Set(d, std::numeric_limits<float>::infinity());
+            auto first = hn::Zero(du);
+            for (std::uint32_t l = 0; l < leaves.size(); ++l) {
+                auto sum = hn::Zero(d);
+                for (std::size_t axis = 0; axis < 3; ++axis) {
+                    const float middle = 0.5f * (leaves[l].lower[axis] + leaves[l].upper[axis]);
+                    const auto off = hn::Sub(hn::Load(d, lower_[axis] + q), hn::Set(d, middle));
+                    sum = hn::Add(sum, hn::Mul(off, off));
+                }
+                first = hn::IfThenElse(hn::RebindMask(du, hn::Lt(sum, least)), hn::Set(du, l), first);
+                least = hn::Min(least, sum);
+            }
+            hn::Store(first, du, first_ + q);
+        }
+    }
+
+    // Only triangles nearer than what was found are of interest, and none if that is enough.
+    HWY_INLINE void limit(std::size_t q, double most) {
+        const NearestQuery& query = queries_[q];
+        const double squared = std::min(query.squared_distance, most * most);
+        const bool done = query.squared_distance <= query.enough * query.enough;
+        // A box that contains the position is near even if `squared` is below the range of float.
+        limit_[q] =
+            done ? -1 : std::max(static_cast<float>(squared * 1.000003), std::numeric_limits<float>::min());
+    }
+
+    // Returns a mask of the positions to which the box of a leaf is near enough.
+    HWY_INLINE std::uint32_t near(const NearLeaf& leaf) const {
+        const D d;
+        std::uint32_t bits = 0;
+        for (std::size_t q = 0; q < kGroup; q += hn::Lanes(d)) {
+            auto sum = hn::Zero(d);
+            for (std::size_t axis = 0; axis < 3; ++axis) {
+                const auto below = hn::Sub(hn::Set(d, leaf.lower[axis]), hn::Load(d, upper_[axis] + q));
+                const auto above = hn::Sub(hn::Load(d, lower_[axis] + q), hn::Set(d, leaf.upper[axis]));
+                const auto outside = hn::Max(hn::Max(below, above), hn::Zero(d));
+                sum = hn::Add(sum, hn::Mul(outside, outside));
+            }
+            const auto least = hn::Min(sum, hn::Set(d, std::numeric_limits<float>::max()));
+            std::uint8_t mask[8] = {};
+            hn::StoreMaskBits(d, hn::Lt(least, hn::Load(d, limit_ + q)), mask);
+            bits |= static_cast<std::uint32_t>(mask[0]) << q;
+        }
+        return bits & ((1u << queries_.size()) - 1);
+    }
+
+    std::span<NearestQuery> queries_;
+    alignas(64) float lower_[3][kGroup], upper_[3][kGroup];
+    alignas(64) float limit_[kGroup] = {};
+    alignas(64) std::uint32_t first_[kGroup];
+};
+
+void find_nearest_of_group(const BoxTree& tree, std::span<NearestQuery> queries, double most, double reach) {
+    constexpr std::size_t kMostLeaves = 128;
+    NearLeaf list[kMostLeaves];
+    const std::size_t count = list_leaves(tree, Surroundings(queries, reach), list);
+    for (NearestQuery& query : queries) query.squared_distance = std::numeric_limits<double>::infinity();
+    if (count > 0) GroupSearch(queries).search(tree, {list, count}, most);
+    // What is not listed is further away than `reach`.
+    const double listed = count < kMostLeaves ? 0.999999 * reach * reach : -1;
+    const bool is_complete = count < kMostLeaves && reach >= most;
+    for (NearestQuery& query : queries) {
+        const double squared = query.squared_distance;
+        if (is_complete || squared <= std::max(listed, query.enough * query.enough)) continue;
+        FoundTriangle found = nothing_within(most);
+        found.squared_distance = std::min(found.squared_distance, squared);
+        query.squared_distance = find_nearer(tree, query.position, query.enough, found).squared_distance;
+    }
+}
+
+FoundTriangle find_nearest_any(const BoxTree& tree, const Vec3d& position, double enough, double most) {
+    return find_nearer(tree, position, enough, nothing_within(most));
+}
+
+}  // namespace marrow::internal::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace marrow::internal {
+
+HWY_EXPORT(find_nearest_any);
+HWY_EXPORT(find_nearest_of_group);
+
+FoundTriangle find_nearest(const BoxTree& tree, const Vec3d& position, double enough, double most) {
+    return HWY_DYNAMIC_DISPATCH(find_nearest_any)(tree, position, enough, most);
+}
+
+void find_nearest(const BoxTree& tree, std::span<NearestQuery> queries, double most, double reach) {
+    HWY_DYNAMIC_DISPATCH(find_nearest_of_group)(tree, queries, most, reach);
+}
+
+}  // namespace marrow::internal
+#endif
