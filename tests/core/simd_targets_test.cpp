@@ -182,5 +182,20 @@ TEST(SimdTargets, RandomGridsAreClosedAndClassicOnEach) {
     }
 }
 
+TEST(SimdTargets, AnyNumberOfActiveCellsInAWordIsClassicOnEach) {
+    // From row to row more samples are inside: none in the first, all in the last.
+    const Volume volume = sampled<std::int16_t>(grid(130, 65, 9), [](auto x, auto y, auto z) {
+        const auto hash = static_cast<std::uint32_t>(x * 7919 + y * 104729 + z * 1299709) * 2654435761u;
+        return hash >> 26 < static_cast<std::uint32_t>(y) ? 1.0 : 0.0;
+    });
+    const auto classic = triangle_positions(extract_isosurface_classic(volume, 0.5, false));
+    ASSERT_FALSE(classic.empty());
+    for (const std::int64_t target : available_targets()) {
+        const Forced forced(target);
+        ASSERT_EQ(triangle_positions(extract_isosurface(volume, 0.5, {.threads = 1})), classic)
+            << hwy::TargetName(target);
+    }
+}
+
 }  // namespace
 }  // namespace marrow::test
