@@ -20,6 +20,42 @@ namespace marrow::internal::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
+#if HWY_TARGET != HWY_SCALAR
+// Loads four floats from address(block) into each block of four lanes.
+template <class D, class Address>
+HWY_INLINE hn::Vec<D> load_blocks(D d, const Address& address) {
+    if constexpr (hn::MaxLanes(D()) <= 4) {
+        return hn::LoadU(d, address(0));
+    } else {
+        const hn::Half<D> half;
+        const auto upper = [&](std::size_t block) { return address(block + hn::MaxLanes(D()) / 8); };
+        return hn::Combine(d, load_blocks(half, upper), load_blocks(half, address));
+    }
+}
+#endif
+
+// Loads four floats at address(lane) into each lane.
+template <class D, class Address>
+HWY_INLINE void load_fours(D d, const Address& address, hn::Vec<D> (&fours)[4]) {
+#if HWY_TARGET == HWY_SCALAR
+    HWY_ALIGN float rows[4 * hn::MaxLanes(D())] = {};
+    for (std::size_t lane = 0; lane < hn::Lanes(d); ++lane) std::copy_n(address(lane), 4, rows + 4 * lane);
+    hn::LoadInterleaved4(d, rows, fours[0], fours[1], fours[2], fours[3]);
+#else
+    // Blocks of four floats, side by side, are transposed.
+    const auto every_fourth = [&](std::size_t first) HWY_ATTR {
+        return load_blocks(d, [&](std::size_t block) { return address(4 * block + first); });
+    };
+    const auto p0 = every_fourth(0), p1 = every_fourth(1), p2 = every_fourth(2), p3 = every_fourth(3);
+    const auto lower02 = hn::InterleaveLower(d, p0, p2), lower13 = hn::InterleaveLower(d, p1, p3),
+               upper02 = hn::InterleaveUpper(d, p0, p2), upper13 = hn::InterleaveUpper(d, p1, p3);
+    fours[0] = hn::InterleaveLower(d, lower02, lower13);
+    fours[1] = hn::InterleaveUpper(d, lower02, lower13);
+    fours[2] = hn::InterleaveLower(d, upper02, upper13);
+    fours[3] = hn::InterleaveUpper(d, upper02, upper13);
+#endif
+}
+
 // Loads points of a mesh, one into each lane. It reads four floats at each; no fourth one follows the last
 // point, so there is a copy of that.
 class PointLoader {
@@ -31,43 +67,16 @@ class PointLoader {
     // Loads the point with the number point_of(lane) into each lane.
     template <class D, class PointOf>
     HWY_INLINE void load(D d, const PointOf& point_of, hn::Vec<D> (&xyz)[3]) const {
-#if HWY_TARGET == HWY_SCALAR
-        HWY_ALIGN float rows[4 * hn::MaxLanes(D())] = {};
-        for (std::size_t lane = 0; lane < hn::Lanes(d); ++lane)
-            std::copy_n(floats(point_of(lane)), 4, rows + 4 * lane);
-        hn::Vec<D> unused;
-        hn::LoadInterleaved4(d, rows, xyz[0], xyz[1], xyz[2], unused);
-#else
-        // Blocks of four points, side by side, are transposed.
-        const auto every_fourth = [&](std::size_t first) HWY_ATTR {
-            return load_blocks(d, [&](std::size_t block) { return floats(point_of(4 * block + first)); });
-        };
-        const auto p0 = every_fourth(0), p1 = every_fourth(1), p2 = every_fourth(2), p3 = every_fourth(3);
-        const auto xy02 = hn::InterleaveLower(d, p0, p2), xy13 = hn::InterleaveLower(d, p1, p3);
-        xyz[0] = hn::InterleaveLower(d, xy02, xy13);
-        xyz[1] = hn::InterleaveUpper(d, xy02, xy13);
-        xyz[2] = hn::InterleaveLower(d, hn::InterleaveUpper(d, p0, p2), hn::InterleaveUpper(d, p1, p3));
-#endif
+        hn::Vec<D> fours[4];
+        load_fours(
+            d, [&](std::size_t lane) { return floats(point_of(lane)); }, fours);
+        for (std::size_t axis = 0; axis < 3; ++axis) xyz[axis] = fours[axis];
     }
 
   private:
     HWY_INLINE const float* floats(std::size_t point) const {
         return point == last_ ? padded_ : points_[point].data();
     }
-
-#if HWY_TARGET != HWY_SCALAR
-    // Loads four floats from address(block) into each block of four lanes.
-    template <class D, class Address>
-    static HWY_INLINE hn::Vec<D> load_blocks(D d, const Address& address) {
-        if constexpr (hn::MaxLanes(D()) <= 4) {
-            return hn::LoadU(d, address(0));
-        } else {
-            const hn::Half<D> half;
-            const auto upper = [&](std::size_t block) { return address(block + hn::MaxLanes(D()) / 8); };
-            return hn::Combine(d, load_blocks(half, upper), load_blocks(half, address));
-        }
-    }
-#endif
 
     const Vec3f* points_;
     std::size_t last_;
