@@ -16,6 +16,8 @@ inline constexpr double kCapSlope = 0.11;
 struct CapTriangle {
     Triangle triangle;
     std::array<float, 3> moved;  ///< how far merging moved each of its points, in edges
+    // When all triangles are made, the positions of its points before and after caps are widened.
+    std::array<Vec3f, 3> before, after;
 };
 
 /// Appends to `caps` the indices of the triangles that may be caps: their height over the longest side is

@@ -62,7 +62,19 @@ PointBits find_offsets(float limit, std::uint32_t count, float* fractions) {
     return bits;
 }
 
-void measure_slice_target(const EmitInput& input, float limit, std::int64_t z, SnapSlice& slice) {
+// Writes the x of the samples of a word that have a bit. Four are written without a branch.
+HWY_INLINE void list_x(std::uint64_t bits, std::size_t word, std::uint32_t* x) {
+    const auto first = static_cast<std::uint32_t>(64 * word);
+    for (const std::uint32_t* const end = x + popcount(bits); x < end; x += 4) {
+        for (std::size_t k = 0; k < 4; ++k) {
+            x[k] = first + static_cast<std::uint32_t>(std::countr_zero(bits));
+            bits &= bits - 1;
+        }
+    }
+}
+
+void measure_slice_target(const EmitInput& input, float limit, std::int64_t z, SnapSlice& slice,
+                          std::uint32_t* edge_x) {
     const InsideBits& bits = input.bits;
     const PointBits point_bits = find_offsets(limit, slice.point_count, slice.offsets.data());
     std::uint32_t point = 0;
@@ -80,6 +92,7 @@ void measure_slice_target(const EmitInput& input, float limit, std::int64_t z, S
                     deposit(point_bits.from(point_bits.at_second_end, point), crossed);
                 edges[w].near[axis] = deposit(point_bits.from(point_bits.near, point), crossed);
                 edges[w].first_point[axis] = point;
+                list_x(crossed, w, edge_x + point);
                 point += popcount(crossed);
                 // If the next word is not active, its first sample still has an edge in direction -x.
                 edges[w + 1].first_point[axis] = point;
@@ -99,8 +112,9 @@ namespace marrow::internal {
 
 HWY_EXPORT(measure_slice_target);
 
-void measure_slice(const EmitInput& input, float limit, std::int64_t z, SnapSlice& slice) {
-    HWY_DYNAMIC_DISPATCH(measure_slice_target)(input, limit, z, slice);
+void measure_slice(const EmitInput& input, float limit, std::int64_t z, SnapSlice& slice,
+                   std::uint32_t* edge_x) {
+    HWY_DYNAMIC_DISPATCH(measure_slice_target)(input, limit, z, slice, edge_x);
 }
 
 }  // namespace marrow::internal

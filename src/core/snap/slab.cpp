@@ -15,10 +15,12 @@ void PointWindow::append(std::uint32_t first, std::uint32_t next, std::uint32_t 
     if (end - begin_ > representatives_.size()) {
         std::copy(representatives() + first, representatives() + next, representatives_.data());
         std::copy(moved() + first, moved() + next, moved_.data());
+        std::copy(edge_x() + first, edge_x() + next, edge_x_.data());
         begin_ = first;
         if (end - begin_ > representatives_.size()) {
             representatives_.resize(2 * (end - begin_));
             moved_.resize(representatives_.size());
+            edge_x_.resize(representatives_.size() + kListSlack);
         }
     }
     std::iota(representatives() + next, representatives() + end, next);
@@ -31,6 +33,7 @@ SnapSlab::SnapSlab(const EmitInput& input, const SnapExceptions& exceptions, flo
       exceptions_(exceptions),
       limit_(limit),
       normals_wanted_(normals),
+      cell_numbers_(input.bits),
       begin_(begin),
       end_(end),
       first_(std::max<std::int64_t>(begin - 2, 0)),
@@ -50,14 +53,21 @@ void SnapSlab::run(Stage& stage) {
         if (z > begin_ + 1) make_triangles(z - 2);
         if (z >= begin_ && z < end_) stage.step();
     }
-    points.resize(point_count_);
-    normals.resize(normals_wanted_ ? point_count_ : 0);
-    triangles.resize(checked_size(triangle_count_, sizeof(Triangle)));
+    output.starts.back() = {point_count_, triangle_count_, output.caps.size()};
+    // No cells start at the samples of the last slice.
+    if (end_ == input_.bits.nz) {
+        SliceStart& last = output.starts[output.slices() - 1];
+        last.triangle = triangle_count_;
+        last.cap = output.caps.size();
+    }
+    output.mesh.points.resize(point_count_);
+    output.mesh.normals.resize(normals_wanted_ ? point_count_ : 0);
+    output.mesh.triangles.resize(checked_size(triangle_count_, sizeof(Triangle)));
+    output.cells.resize(output.mesh.triangles.size());
 }
 
 std::size_t SnapSlab::bytes() const {
-    std::size_t bytes = clusters_.bytes() + window_.bytes() + points.capacity() * sizeof points[0] +
-                        normals.capacity() * sizeof normals[0] + triangles.capacity() * sizeof triangles[0] +
+    std::size_t bytes = clusters_.bytes() + window_.bytes() + output.bytes() +
                         layer_.size() * (sizeof layer_[0] + sizeof layer_indices_[0]);
     for (const SnapSlice& s : slices_) bytes += s.bytes();
     return bytes;
@@ -72,10 +82,12 @@ std::uint64_t SnapSlab::first_output(const HistoPyramid& pyramid, std::int64_t z
 void SnapSlab::reserve() {
     const std::uint64_t most_points =
         first_output(input_.points, end_ + 1) - first_output(input_.points, begin_) + 1;
-    resize_discarding(points, most_points);
-    resize_discarding(normals, normals_wanted_ ? most_points : 0);
-    resize_discarding(triangles,
+    resize_discarding(output.mesh.points, most_points);
+    resize_discarding(output.mesh.normals, normals_wanted_ ? most_points : 0);
+    resize_discarding(output.mesh.triangles,
                       first_output(input_.triangles, end_) - first_output(input_.triangles, begin_));
+    resize_discarding(output.cells, output.mesh.triangles.size());
+    output.starts.resize(static_cast<std::size_t>(end_ - begin_) + 1);
 }
 
 void SnapSlab::make_points(std::int64_t z) {
@@ -88,7 +100,7 @@ void SnapSlab::make_points(std::int64_t z) {
     if (s.point_count == 0) return;
     emit_points(input_, input_.bits.row_index(0, z), input_.bits.row_index(0, z + 1), s.points.data() - first,
                 normals_wanted_ ? s.normals.data() - first : nullptr, s.offsets.data() - first);
-    measure_slice(input_, limit_, z, s);
+    measure_slice(input_, limit_, z, s, window_.edge_x() + s.first_point);
 }
 
 void SnapSlab::merge_slice(std::int64_t z) {
@@ -102,6 +114,8 @@ void SnapSlab::number_points(std::int64_t z) {
     const SnapSlice& s = slice(z);
     std::uint32_t* const representatives = window_.representatives();
     const std::uint32_t first = s.first_point, count = s.point_count;
+    auto& [points, normals, triangles] = output.mesh;
+    if (z < end_) output.starts[static_cast<std::size_t>(z - begin_)].point = point_count_;
     if (normals_wanted_) {
         std::uint32_t index = point_count_;
         for (std::uint32_t i = 0; i < count; ++i) {
@@ -127,6 +141,9 @@ void SnapSlab::number_points(std::int64_t z) {
 
 // Makes the triangles of the cells between slices z and z + 1.
 void SnapSlab::make_triangles(std::int64_t z) {
+    SliceStart& start = output.starts[static_cast<std::size_t>(z - begin_)];
+    start.triangle = triangle_count_;
+    start.cap = output.caps.size();
     const std::uint64_t first = first_output(input_.triangles, z),
                         count = first_output(input_.triangles, z + 1) - first;
     if (count == 0) return;
@@ -134,37 +151,57 @@ void SnapSlab::make_triangles(std::int64_t z) {
     layer_indices_.resize(layer_.size());
     emit_triangles(input_, input_.bits.row_index(0, z), input_.bits.row_index(0, z + 1),
                    layer_.data() - first);
-    Triangle* const made = triangles.data() + triangle_count_;
-    const std::size_t remaining = renumber_layer(made);
-    list_caps(made, remaining);
+    const std::size_t remaining = renumber_layer(z);
+    list_caps(remaining);
     triangle_count_ += remaining;
 }
 
-// Writes the triangles of the layer that did not collapse, with the indices of their points in the output.
-// Returns how many there are.
-std::size_t SnapSlab::renumber_layer(Triangle* to) {
-    const std::uint32_t* const indices = window_.representatives() - first_point_;
-    const Triangle* const layer = layer_.data();
-    std::uint32_t* const layer_indices = layer_indices_.data();
-    const auto count = static_cast<std::uint32_t>(layer_.size());
-    std::size_t written = 0;
-    for (std::uint32_t t = 0; t < count; ++t) {
-        const std::uint64_t a = indices[layer[t][0]], b = indices[layer[t][1]], c = indices[layer[t][2]];
-        const std::uint64_t ab = a | b << 32;
-        std::memcpy(to[written].data(), &ab, sizeof ab);
-        to[written][2] = static_cast<std::uint32_t>(c);
-        layer_indices[written] = t;
-        written += static_cast<std::size_t>(a != b) & static_cast<std::size_t>(b != c) &
-                   static_cast<std::size_t>(c != a);
+// Writes the triangles of the layer that did not collapse, with the indices of their points in the output,
+// and the numbers of their cells. Returns how many there are.
+std::size_t SnapSlab::renumber_layer(std::int64_t z) {
+    const auto rows = input_.triangles.leaves();
+    std::size_t read = 0, written = 0;
+    for (std::int64_t y = 0; y < input_.bits.ny; ++y) {
+        const std::size_t count = rows[input_.bits.row_index(y, z)];
+        if (count == 0) continue;
+        const auto cell = static_cast<std::uint32_t>(cell_numbers_.of(0, static_cast<std::size_t>(y)));
+        written = renumber_row(read, count, cell, written);
+        read += count;
     }
     return written;
 }
 
-void SnapSlab::list_caps(const Triangle* made, std::size_t count) {
+// Writes the triangles of a row, which begins with this cell. `first` and `to` are where it begins in the
+// layer and in what is written of it. Returns where that ends.
+std::size_t SnapSlab::renumber_row(std::size_t first, std::size_t count, std::uint32_t first_cell,
+                                   std::size_t to) {
+    const std::uint32_t* const indices = window_.representatives() - first_point_;
+    const std::uint32_t* const edge_x = window_.edge_x() - first_point_;
+    const Triangle* const layer = layer_.data();
+    std::uint32_t* const layer_indices = layer_indices_.data();
+    Triangle* const triangles = output.mesh.triangles.data() + triangle_count_;
+    std::uint32_t* const cells = output.cells.data() + triangle_count_;
+    for (std::size_t t = first; t < first + count; ++t) {
+        const auto [p, q, r] = layer[t];
+        const std::uint64_t a = indices[p], b = indices[q], c = indices[r];
+        const std::uint64_t ab = a | b << 32;
+        std::memcpy(triangles[to].data(), &ab, sizeof ab);
+        triangles[to][2] = static_cast<std::uint32_t>(c);
+        // No triangle lies in the face of a cell at the far end. So some edge starts at the near end.
+        cells[to] = first_cell + std::min({edge_x[p], edge_x[q], edge_x[r]});
+        layer_indices[to] = static_cast<std::uint32_t>(t);
+        to += static_cast<std::size_t>(a != b) & static_cast<std::size_t>(b != c) &
+              static_cast<std::size_t>(c != a);
+    }
+    return to;
+}
+
+void SnapSlab::list_caps(std::size_t count) {
+    const Triangle* const made = output.mesh.triangles.data() + triangle_count_;
     cap_indices_.clear();
-    find_caps(points.data(), made, count, cap_indices_);
+    find_caps(output.mesh.points.data(), made, count, cap_indices_);
     for (const std::uint32_t t : cap_indices_) {
-        CapTriangle& cap = caps.emplace_back();
+        CapTriangle& cap = output.caps.emplace_back();
         cap.triangle = made[t];
         const Triangle& unsnapped = layer_[layer_indices_[t]];
         for (std::size_t c = 0; c < 3; ++c) cap.moved[c] = window_.moved()[unsnapped[c] - first_point_];

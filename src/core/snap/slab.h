@@ -9,11 +9,11 @@
 #include <marrow/mesh.h>
 
 #include "base/parallel.h"
-#include "cap_triangles.h"
 #include "core/marching_cubes/emit.h"
 #include "merge_clusters.h"
 #include "slice.h"
 #include "snap_exceptions.h"
+#include "snap_output.h"
 
 namespace marrow::internal {
 
@@ -24,16 +24,19 @@ class PointWindow {
     std::uint32_t* representatives() { return representatives_.data() - begin_; }
     /// How far each was moved, in edges.
     float* moved() { return moved_.data() - begin_; }
+    /// The x of the sample at which the edge of each starts, in the grid of the inside bits.
+    std::uint32_t* edge_x() { return edge_x_.data() - begin_; }
 
     /// Adds the points [next, end), which represent themselves, and forgets those before `first`.
     void append(std::uint32_t first, std::uint32_t next, std::uint32_t end);
     std::size_t bytes() const {
-        return representatives_.size() * (sizeof representatives_[0] + sizeof moved_[0]);
+        return representatives_.size() * (sizeof representatives_[0] + sizeof moved_[0] + sizeof edge_x_[0]);
     }
 
   private:
     Buffer<std::uint32_t> representatives_;
     Buffer<float> moved_;
+    Buffer<std::uint32_t> edge_x_;
     std::uint32_t begin_ = 0;  // the number of the first point
 };
 
@@ -49,13 +52,11 @@ class SnapSlab {
     /// Makes the output, with a step for each slice of the slab. \throw Cancelled; std::bad_alloc
     void run(Stage& stage);
 
+    std::int64_t begin() const { return begin_; }
     /// The bytes of memory in use. Output that was moved to a mesh does not count.
     std::size_t bytes() const;
 
-    // The output.
-    Buffer<Vec3f> points, normals;
-    Buffer<Triangle> triangles;
-    std::vector<CapTriangle> caps;
+    SnapOutput output;
 
   private:
     SnapSlice& slice(std::int64_t z) { return slices_[static_cast<std::size_t>(z + 3) % 3]; }
@@ -66,13 +67,15 @@ class SnapSlab {
     void merge_slice(std::int64_t z);
     void number_points(std::int64_t z);
     void make_triangles(std::int64_t z);
-    std::size_t renumber_layer(Triangle* to);
-    void list_caps(const Triangle* made, std::size_t count);
+    std::size_t renumber_layer(std::int64_t z);
+    std::size_t renumber_row(std::size_t first, std::size_t count, std::uint32_t first_cell, std::size_t to);
+    void list_caps(std::size_t count);
 
     const EmitInput& input_;
     const SnapExceptions& exceptions_;
     const float limit_;
     const bool normals_wanted_;
+    const CellNumbers cell_numbers_;
     const std::int64_t begin_, end_;
     const std::int64_t first_, last_;  // the first and the last slice that are processed
     const std::uint64_t first_point_;  // the first point of slice first_ in the output without snapping

@@ -10,124 +10,93 @@
 // 3. Write the remaining points of the slice before to the output. No later slice changes them.
 // 4. Make the triangles between that slice and the one before it, except those that collapsed.
 //
-// Then cap triangles are widened. Where the result passes through itself, all of this is repeated with
-// less snapping around the samples there. The slabs run in parallel. Each processes a few slices more than it
-// outputs, so that neighbouring slabs decide alike.
+// The slabs run in parallel. Each processes a few slices more than it outputs, so that neighbouring slabs
+// decide alike. Then cap triangles are widened. Where the result passes through itself, the slices there are
+// made again, with less snapping around their samples, and take the place of the others.
 #include "snap.h"
 
 #include <algorithm>
 #include <utility>
 #include <vector>
 
-#include "base/checked_size.h"
-#include "base/parallel.h"
 #include "base/progress.h"
-#include "core/grid/shares.h"
-#include "mesh/intersections/self_intersections.h"
+#include "find_intersections.h"
 #include "relax_caps.h"
-#include "slab.h"
+#include "surface.h"
 
 namespace marrow::internal {
 
 namespace {
 
-std::vector<SnapSlab> make_slabs(const EmitInput& input, const SnapExceptions& exceptions, float limit,
-                                 bool normals) {
-    constexpr std::int64_t kFewestSlices = 16;  // because a slab processes up to four more than these
-    const auto threads = static_cast<std::int64_t>(share_count() / kSharesPerThread);
-    const std::int64_t nz = input.bits.nz, slabs = threads == 1 ? 1 : 4 * threads;
-    const std::int64_t slices = std::max((nz + slabs - 1) / slabs, kFewestSlices);
-    std::vector<SnapSlab> result;
-    for (std::int64_t z = 0; z < nz; z += slices)
-        result.emplace_back(input, exceptions, limit, normals, z, std::min(z + slices, nz));
-    return result;
-}
-
-// Copies the output of the slabs to the mesh. Returns their cap triangles.
-std::vector<CapTriangle> gather(const std::vector<SnapSlab>& slabs, bool normals, Mesh& mesh) {
-    std::vector<CapTriangle> caps;
-    std::vector<std::uint64_t> first_point{0}, first_triangle{0};
-    const auto shifted = [](Triangle triangle, std::uint64_t by) {
-        for (std::uint32_t& p : triangle) p += static_cast<std::uint32_t>(by);
-        return triangle;
+// Widens the caps of a surface, and marks the layers of triangles whose corners are not where they were after
+// caps were widened the last time.
+void widen_caps(const EmitInput& input, const SnapExceptions& exceptions, double limit, SnapOutput& surface,
+                std::vector<std::uint8_t>& layers) {
+    const auto for_each_corner = [&](const auto& f) {
+        for (CapTriangle& cap : surface.caps) {
+            for (std::size_t c = 0; c < 3; ++c) f(cap.triangle[c], cap.before[c], cap.after[c]);
+        }
     };
-    for (const SnapSlab& slab : slabs) {
-        for (const CapTriangle& cap : slab.caps)
-            caps.push_back({shifted(cap.triangle, first_point.back()), cap.moved});
-        first_point.push_back(first_point.back() + slab.points.size());
-        first_triangle.push_back(first_triangle.back() + slab.triangles.size());
-    }
-    mesh.points.resize(checked_size(first_point.back(), sizeof(Vec3f)));
-    mesh.normals.resize(normals ? mesh.points.size() : 0);
-    mesh.triangles.resize(checked_size(first_triangle.back(), sizeof(Triangle)));
-    parallel_for(std::size_t{0}, slabs.size(), [&](std::size_t s) {
-        const SnapSlab& slab = slabs[s];
-        const auto point = static_cast<std::ptrdiff_t>(first_point[s]),
-                   triangle = static_cast<std::ptrdiff_t>(first_triangle[s]);
-        std::copy(slab.points.begin(), slab.points.end(), mesh.points.begin() + point);
-        if (normals) std::copy(slab.normals.begin(), slab.normals.end(), mesh.normals.begin() + point);
-        std::transform(slab.triangles.begin(), slab.triangles.end(), mesh.triangles.begin() + triangle,
-                       [&](const Triangle& t) { return shifted(t, first_point[s]); });
-    });
-    return caps;
-}
-
-std::size_t snap_once(const EmitInput& input, const SnapExceptions& exceptions, double limit, bool normals,
-                      const Progress& progress, Mesh& mesh) {
-    std::vector<SnapSlab> slabs = make_slabs(input, exceptions, static_cast<float>(limit), normals);
-    const auto swap_with_mesh = [&](SnapSlab& slab) {
-        slab.points.swap(mesh.points);
-        slab.normals.swap(mesh.normals);
-        slab.triangles.swap(mesh.triangles);
-    };
-    // A single slab writes directly to the memory of the mesh.
-    if (slabs.size() == 1) swap_with_mesh(slabs[0]);
-    Stage stage(progress, 0, 1, static_cast<std::size_t>(input.bits.nz));
-    parallel_for(std::size_t{0}, slabs.size(), [&](std::size_t s) { slabs[s].run(stage); });
-    std::vector<CapTriangle> caps;
-    if (slabs.size() == 1) {
-        swap_with_mesh(slabs[0]);
-        caps = std::move(slabs[0].caps);
-    } else {
-        caps = gather(slabs, normals, mesh);
-    }
-    if (exceptions.size() > 0) {
-        std::erase_if(caps, [&](const CapTriangle& cap) {
-            return std::any_of(cap.triangle.begin(), cap.triangle.end(),
-                               [&](std::uint32_t p) { return exceptions.forbid_widening(mesh.points[p]); });
+    const Buffer<Vec3f>& points = surface.mesh.points;
+    for_each_corner([&](std::uint32_t p, Vec3f& before, const Vec3f&) { before = points[p]; });
+    if (exceptions.forbid_any_widening()) {
+        std::vector<CapTriangle> allowed = surface.caps;
+        std::erase_if(allowed, [&](const CapTriangle& cap) {
+            return std::any_of(cap.before.begin(), cap.before.end(),
+                               [&](const Vec3f& p) { return exceptions.forbid_widening(p); });
         });
+        relax_caps(input, limit, allowed, surface.mesh);
+    } else {
+        relax_caps(input, limit, surface.caps, surface.mesh);
     }
-    relax_caps(input, limit, caps, mesh);
-    std::size_t bytes = 0;
-    for (const SnapSlab& slab : slabs) bytes += slab.bytes();
-    return bytes;
+    for_each_corner([&](std::uint32_t p, const Vec3f&, Vec3f& after) {
+        if (std::exchange(after, points[p]) == points[p]) return;
+        const auto next =
+            std::upper_bound(surface.starts.begin(), surface.starts.end(), p,
+                             [](std::uint32_t point, const SliceStart& s) { return point < s.point; });
+        const auto z = static_cast<std::size_t>(next - surface.starts.begin()) - 1;
+        layers[z] = layers[z > 0 ? z - 1 : 0] = 1;
+    });
+}
+
+// Moves the corners of caps back to where they were before caps were widened.
+void restore_caps(SnapOutput& surface) {
+    for (const CapTriangle& cap : surface.caps) {
+        for (std::size_t c = 0; c < 3; ++c) surface.mesh.points[cap.triangle[c]] = cap.before[c];
+    }
 }
 
 }  // namespace
 
-// Without snapping, the surface does not pass through itself. So it is made again, with more and more
-// exceptions around the places where it does.
+// Without snapping, the surface does not pass through itself. So parts of it are made again, with more and
+// more exceptions around the places where it does.
 std::size_t snap(const EmitInput& input, double limit, bool normals, const Progress& progress, Mesh& mesh) {
+    const auto limit_in_edges = static_cast<float>(limit);
     SnapExceptions exceptions(input);
-    std::size_t bytes = snap_once(input, exceptions, limit, normals, sub_progress(progress, 0, 0.5), mesh);
-    std::vector<TrianglePair> pairs = find_self_intersections(mesh, OneRings(mesh), progress, 0.5, 1);
-    Mesh before;
+    SnapOutput surface;
+    std::swap(surface.mesh, mesh);
+    const std::size_t bytes =
+        make_surface(input, exceptions, limit_in_edges, normals, sub_progress(progress, 0, 0.5), surface);
+    std::vector<std::uint8_t> layers(surface.slices(), 1);
+    widen_caps(input, exceptions, limit, surface, layers);
+    std::vector<TrianglePair> pairs = find_intersections(input, limit, surface, layers, progress, 0.5, 1);
     for (std::int64_t round = 0;; ++round) {
         const std::size_t known = exceptions.size();
         for (const auto& [s, t] : pairs) {
-            exceptions.add(mesh, mesh.triangles[s], round / 2);
+            exceptions.add(surface.mesh, surface.mesh.triangles[s], round / 2);
             // Less snapping on one side is often enough.
-            if (round > 0) exceptions.add(mesh, mesh.triangles[t], round / 2);
+            if (round > 0) exceptions.add(surface.mesh, surface.mesh.triangles[t], round / 2);
         }
-        if (exceptions.size() == known) {
-            report_progress(progress, 1);
-            return bytes + before.points.capacity() * sizeof(Vec3f) +
-                   before.normals.capacity() * sizeof(Vec3f) + before.triangles.capacity() * sizeof(Triangle);
-        }
-        std::swap(before, mesh);
-        bytes = snap_once(input, exceptions, limit, normals, sub_progress(progress, 1, 1), mesh);
-        pairs = find_self_intersections_again(mesh, before, pairs, progress, 1, 1);
+        if (exceptions.size() == known) break;
+        restore_caps(surface);
+        std::fill(layers.begin(), layers.end(), std::uint8_t{0});
+        make_again(input, exceptions, limit_in_edges, exceptions.take_changed_slices(), surface, layers);
+        widen_caps(input, exceptions, limit, surface, layers);
+        pairs = find_intersections(input, limit, surface, layers, progress, 1, 1);
     }
+    report_progress(progress, 1);
+    std::swap(surface.mesh, mesh);
+    return bytes + surface.bytes();
 }
 
 }  // namespace marrow::internal

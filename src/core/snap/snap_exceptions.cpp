@@ -23,8 +23,10 @@ void SnapExceptions::add(const Mesh& mesh, const Triangle& triangle, std::int64_
             }
         }
     }
-    for (const Sample& sample : samples)
+    for (const Sample& sample : samples) {
+        changed_slices_.insert(sample[0]);
         if (!unmerged_.insert(sample).second) unwidened_.insert(sample);
+    }
 }
 
 void SnapExceptions::forbid_merging(const SliceMerge& merge) const {

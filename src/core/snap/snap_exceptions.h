@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <set>
+#include <utility>
 
 #include <marrow/mesh.h>
 #include <marrow/vector.h>
@@ -27,6 +28,10 @@ class SnapExceptions {
     void add(const Mesh& mesh, const Triangle& triangle, std::int64_t rings);
 
     std::size_t size() const { return unmerged_.size() + unwidened_.size(); }
+    bool forbid_any_widening() const { return !unwidened_.empty(); }
+    /// Returns the slices of the samples that were added since the last call, also if they were there
+    /// already.
+    std::set<std::int64_t> take_changed_slices() { return std::exchange(changed_slices_, {}); }
     /// Marks the clusters of a slice that may not merge.
     void forbid_merging(const SliceMerge& merge) const;
     /// Whether caps at this point may not be widened.
@@ -40,6 +45,7 @@ class SnapExceptions {
     const EmitInput& input_;
     const Mat3d to_index_;
     std::set<Sample> unmerged_, unwidened_;
+    std::set<std::int64_t> changed_slices_;
 };
 
 }  // namespace marrow::internal

@@ -15,7 +15,6 @@
 #include <span>
 
 #include "base/for_each_range.h"
-#include "changed_triangles.h"
 #include "height_fields.h"
 #include "mesh/geometry/triangle_intersection.h"
 #include "mesh/search/triangle_tree.h"
@@ -41,6 +40,32 @@ bool are_separate_at(const Vec3d& p, const Vec3d& a, const Vec3d& b, const Vec3d
            dot(normal, to_d) < -least;
 }
 
+// A line segment that two triangles have in common, which do not share an edge.
+struct Contact {
+    TriangleIntersection found;
+    bool at_point;  // they share a point
+};
+
+std::optional<Contact> find_contact(const MeshView& mesh, std::uint32_t i, std::uint32_t j) {
+    const Triangle &s = mesh.triangles[i], &t = mesh.triangles[j];
+    std::size_t shared = 0, at_s = 0, at_t = 0;
+    for (std::size_t c = 0; c < 3; ++c) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            if (s[c] == t[k]) ++shared, at_s = c, at_t = k;
+        }
+    }
+    if (shared > 1) return {};
+    const auto point = [&](const Triangle& triangle, std::size_t corner) {
+        return to_double(mesh.points[triangle[corner % 3]]);
+    };
+    if (shared == 1 && are_separate_at(point(s, at_s), point(s, at_s + 1), point(s, at_s + 2),
+                                       point(t, at_t + 1), point(t, at_t + 2)))
+        return {};
+    const std::optional<TriangleIntersection> found = intersect(corners_of(mesh, s), corners_of(mesh, t));
+    if (!found) return {};
+    return Contact{*found, shared == 1};
+}
+
 // Decides for pairs of triangles of a mesh whether the surface passes through itself there.
 class Decider {
   public:
@@ -51,21 +76,11 @@ class Decider {
         : mesh_(mesh), pyramid_(pyramid), rings_(rings) {}
 
     bool pass_through(std::uint32_t i, std::uint32_t j) const {
-        const Triangle &s = mesh_.triangles[i], &t = mesh_.triangles[j];
-        std::size_t shared = 0, at_s = 0, at_t = 0;
-        for (std::size_t c = 0; c < 3; ++c) {
-            for (std::size_t k = 0; k < 3; ++k) {
-                if (s[c] == t[k]) ++shared, at_s = c, at_t = k;
-            }
-        }
-        if (shared > 1) return false;
-        if (shared == 1 && are_separate_at(point(s[at_s]), point(s[(at_s + 1) % 3]), point(s[(at_s + 2) % 3]),
-                                           point(t[(at_t + 1) % 3]), point(t[(at_t + 2) % 3])))
-            return false;
-        const TriangleCorners corners_s = corners_of(mesh_, s), corners_t = corners_of(mesh_, t);
-        const std::optional<TriangleIntersection> found = intersect(corners_s, corners_t);
-        if (!found || found->is_of_interiors()) return found.has_value();
-        return shared == 0 && continue_beyond(s, corners_s, t, corners_t, *found);
+        const std::optional<Contact> contact = find_contact(mesh_, i, j);
+        if (!contact || contact->found.is_of_interiors()) return contact.has_value();
+        return !contact->at_point &&
+               continue_beyond(mesh_.triangles[i], corners_of(mesh_, mesh_.triangles[i]), mesh_.triangles[j],
+                               corners_of(mesh_, mesh_.triangles[j]), contact->found);
     }
 
   private:
@@ -179,13 +194,15 @@ std::vector<TrianglePair> find_self_intersections(const MeshView& mesh, const On
     return find_self_intersections(mesh, rings, find_triangle_blocks(mesh, rings), progress, begin, end);
 }
 
-std::vector<TrianglePair> find_self_intersections_again(const MeshView& mesh, const MeshView& before,
-                                                        const std::vector<TrianglePair>& pairs_before,
-                                                        const Progress& progress, double begin, double end) {
-    const Buffer<std::uint32_t> numbers = triangles_around_changes(mesh, before, pairs_before);
-    const Buffer<Triangle> triangles = triangles_of(mesh, numbers);
-    const MeshView near(mesh.points, triangles);
-    return find_pairs(near, TrianglePyramid(near), nullptr, numbers, progress, begin, end);
+std::vector<TrianglePair> find_self_intersections_among(const MeshView& mesh,
+                                                        const Buffer<std::uint32_t>& triangles) {
+    const Buffer<Triangle> listed = triangles_of(mesh, triangles);
+    const MeshView part(mesh.points, listed);
+    return find_pairs(part, TrianglePyramid(part), nullptr, triangles, {}, 0, 1);
+}
+
+bool may_pass_through(const MeshView& mesh, const TrianglePair& pair) {
+    return find_contact(mesh, pair[0], pair[1]).has_value();
 }
 
 struct SelfIntersections::Search {

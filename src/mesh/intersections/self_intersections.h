@@ -28,14 +28,13 @@ std::vector<TrianglePair> find_self_intersections(const MeshView& mesh, const On
                                                   const Progress& progress = {}, double begin = 0,
                                                   double end = 1);
 
-/// The same for a mesh that was made again. It differs from the mesh `before` in places; in others, both have
-/// the same triangles at the same positions, and the points are in the same order. `pairs_before` are those
-/// of that mesh. Looks only at triangles around changed points, and around these pairs. \pre at most two
-/// triangles meet at an edge, in both meshes \throw Cancelled
-std::vector<TrianglePair> find_self_intersections_again(const MeshView& mesh, const MeshView& before,
-                                                        const std::vector<TrianglePair>& pairs_before,
-                                                        const Progress& progress = {}, double begin = 0,
-                                                        double end = 1);
+/// Finds those of these pairs that have only triangles of a list, in ascending order. The list has all
+/// triangles that share an edge with one of such a pair.
+std::vector<TrianglePair> find_self_intersections_among(const MeshView& mesh,
+                                                        const Buffer<std::uint32_t>& triangles);
+
+/// Whether a pair can be one of these. True for few others: then the triangles touch.
+bool may_pass_through(const MeshView& mesh, const TrianglePair& pair);
 
 /// Finds such pairs again where a mesh has changed.
 class SelfIntersections {
