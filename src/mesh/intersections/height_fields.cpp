@@ -10,7 +10,7 @@
 // and they only meet in the edges and corners that they share. If it is none, then they are beside the
 // column, although their bounding boxes are not.
 //
-// A triangle intersects no other one if each of its blocks is in such a column, along any axis.
+// Two triangles can only intersect in a block that both are in, and that is in no such column, along any axis.
 //
 // The loops over blocks are plain ones, which compilers turn into vectors.
 #undef HWY_TARGET_INCLUDE
@@ -175,8 +175,8 @@ Buffer<std::uint8_t> find_unproven(const BlockGrid& grid, const Buffer<BlockBits
 
 }  // namespace
 
-Buffer<std::uint32_t> triangles_outside_height_fields(const TriangleBlocks& placed) {
-    return triangles_in(placed, find_unproven(placed.grid, fill_blocks(placed)));
+Buffer<std::uint8_t> blocks_outside_height_fields(const TriangleBlocks& placed) {
+    return find_unproven(placed.grid, fill_blocks(placed));
 }
 
 }  // namespace marrow::internal

@@ -9,8 +9,8 @@
 
 namespace marrow::internal {
 
-/// Returns the triangles of a mesh that may intersect others, in ascending order. All others certainly meet
-/// triangles only in the edges and corners that they share. Runs on all threads.
-Buffer<std::uint32_t> triangles_outside_height_fields(const TriangleBlocks& placed);
+/// Returns 0 for blocks in which the triangles certainly meet only in the edges and corners that they share, and
+/// 1 for the others. There are padded_size() entries. Runs on all threads.
+Buffer<std::uint8_t> blocks_outside_height_fields(const TriangleBlocks& placed);
 
 }  // namespace marrow::internal

@@ -15,6 +15,7 @@
 #include <span>
 
 #include "base/for_each_range.h"
+#include "block_pairs.h"
 #include "height_fields.h"
 #include "mesh/geometry/triangle_intersection.h"
 #include "mesh/search/triangle_tree.h"
@@ -71,8 +72,8 @@ class Decider {
   public:
     // `rings` may be those of a mesh with more triangles. Then all triangles at points that are no
     // fans belong to `mesh`. If it is null, then none are missing that meet a point where
-    // triangles of `mesh` could intersect.
-    Decider(const MeshView& mesh, const TrianglePyramid& pyramid, const OneRings* rings)
+    // triangles of `mesh` could intersect. A pyramid is only made, on first use, if there is none.
+    Decider(const MeshView& mesh, const TrianglePyramid* pyramid, const OneRings* rings)
         : mesh_(mesh), pyramid_(pyramid), rings_(rings) {}
 
     bool pass_through(std::uint32_t i, std::uint32_t j) const {
@@ -85,6 +86,13 @@ class Decider {
 
   private:
     Vec3d point(std::uint32_t p) const { return to_double(mesh_.points[p]); }
+
+    const TrianglePyramid& pyramid() const {
+        if (pyramid_) return *pyramid_;
+        // Otherwise this thread could decide another pair while it waits, and then wait for itself.
+        std::call_once(is_made_, [&] { isolate([&] { made_.emplace(mesh_); }); });
+        return *made_;
+    }
 
     // The segment is on an edge. The surface only touches if it continues beyond the edge on the same side.
     bool continue_beyond(const Triangle& s, const TriangleCorners& corners_s, const Triangle& t,
@@ -115,7 +123,7 @@ class Decider {
         edge.include(mesh_.points[b]);
         std::uint32_t far = triangle[corner];
         int triangles = 0;
-        for (const std::uint32_t t : pyramid_.overlapping(edge)) {
+        for (const std::uint32_t t : pyramid().overlapping(edge)) {
             std::uint32_t third = a;
             int others = 0;
             for (const std::uint32_t p : mesh_.triangles[t]) {
@@ -139,8 +147,10 @@ class Decider {
     }
 
     const MeshView mesh_;
-    const TrianglePyramid& pyramid_;
+    const TrianglePyramid* const pyramid_;
     const OneRings* const rings_;
+    mutable std::once_flag is_made_;
+    mutable std::optional<TrianglePyramid> made_;
 };
 
 Buffer<Triangle> triangles_of(const MeshView& mesh, const Buffer<std::uint32_t>& numbers) {
@@ -150,17 +160,17 @@ Buffer<Triangle> triangles_of(const MeshView& mesh, const Buffer<std::uint32_t>&
     return triangles;
 }
 
-// Finds the pairs of a mesh of some triangles of another. `numbers` are those in the
-// other one, in ascending order.
-std::vector<TrianglePair> find_pairs(const MeshView& mesh, const TrianglePyramid& pyramid,
-                                     const OneRings* rings, const Buffer<std::uint32_t>& numbers,
+// Finds the pairs of a mesh of some triangles of another. `numbers` are those in the other one, in ascending
+// order. find(first, last, pairs) appends those that may intersect in some of the parts of the search.
+template <class Find>
+std::vector<TrianglePair> find_pairs(const Decider& decider, std::size_t parts, std::size_t together,
+                                     const Find& find, const Buffer<std::uint32_t>& numbers,
                                      const Progress& progress, double begin, double end) {
-    const Decider decider(mesh, pyramid, rings);
     std::mutex mutex;
     std::vector<TrianglePair> all;
-    for_each_range(pyramid.units(), 64, progress, begin, end, [&](std::size_t first, std::size_t last) {
+    for_each_range(parts, together, progress, begin, end, [&](std::size_t first, std::size_t last) {
         std::vector<TrianglePair> pairs;
-        pyramid.pairs_from(first, last, pairs);
+        find(first, last, pairs);
         std::erase_if(pairs,
                       [&](const TrianglePair& pair) { return !decider.pass_through(pair[0], pair[1]); });
         if (pairs.empty()) return;
@@ -168,7 +178,19 @@ std::vector<TrianglePair> find_pairs(const MeshView& mesh, const TrianglePyramid
         for (const auto& [s, t] : pairs) all.push_back({numbers[s], numbers[t]});
     });
     std::sort(all.begin(), all.end());
+    all.erase(std::unique(all.begin(), all.end()), all.end());
     return all;
+}
+
+// The same, with a pyramid of the mesh.
+std::vector<TrianglePair> find_pairs(const MeshView& mesh, const TrianglePyramid& pyramid,
+                                     const OneRings* rings, const Buffer<std::uint32_t>& numbers,
+                                     const Progress& progress, double begin, double end) {
+    const auto find = [&](std::size_t first, std::size_t last, std::vector<TrianglePair>& pairs) {
+        pyramid.pairs_from(first, last, pairs);
+    };
+    return find_pairs(Decider(mesh, &pyramid, rings), pyramid.units(), 64, find, numbers, progress, begin,
+                      end);
 }
 
 }  // namespace
@@ -176,17 +198,22 @@ std::vector<TrianglePair> find_pairs(const MeshView& mesh, const TrianglePyramid
 std::vector<TrianglePair> find_self_intersections(const MeshView& mesh, const OneRings& rings,
                                                   const std::optional<TriangleBlocks>& blocks,
                                                   const Progress& progress, double begin, double end) {
-    Buffer<std::uint32_t> numbers;
-    if (blocks) {
-        numbers = triangles_outside_height_fields(*blocks);
-    } else {
-        numbers.resize(mesh.triangles.size());
-        std::iota(numbers.begin(), numbers.end(), std::uint32_t{0});
+    if (!blocks) {
+        Buffer<std::uint32_t> all(mesh.triangles.size());
+        std::iota(all.begin(), all.end(), std::uint32_t{0});
+        const TrianglePyramid pyramid(mesh, find_simple_fans(mesh, rings));
+        return find_pairs(mesh, pyramid, &rings, all, progress, begin, end);
     }
+    const Buffer<std::uint8_t> wanted = blocks_outside_height_fields(*blocks);
+    const Buffer<std::uint32_t> numbers = triangles_in(*blocks, wanted);
     const Buffer<Triangle> triangles = triangles_of(mesh, numbers);
     const MeshView rest(mesh.points, triangles);
-    const TrianglePyramid pyramid(rest, find_simple_fans(rest, rings));
-    return find_pairs(rest, pyramid, &rings, numbers, progress, begin, end);
+    const Buffer<std::uint8_t> simple = find_simple_fans(rest, rings);
+    const BlockPairs search(rest, *blocks, numbers, wanted, simple);
+    const auto find = [&](std::size_t first, std::size_t last, std::vector<TrianglePair>& pairs) {
+        for (std::size_t part = first; part < last; ++part) search.pairs_in(part, pairs);
+    };
+    return find_pairs(Decider(rest, nullptr, &rings), search.parts(), 1, find, numbers, progress, begin, end);
 }
 
 std::vector<TrianglePair> find_self_intersections(const MeshView& mesh, const OneRings& rings,
@@ -210,7 +237,7 @@ struct SelfIntersections::Search {
     TrianglePyramid pyramid;
     Decider decider;
 
-    explicit Search(const MeshView& wanted) : mesh(wanted), pyramid(mesh), decider(mesh, pyramid, nullptr) {}
+    explicit Search(const MeshView& wanted) : mesh(wanted), pyramid(mesh), decider(mesh, &pyramid, nullptr) {}
 };
 
 SelfIntersections::SelfIntersections(MeshView mesh) : search_(std::make_unique<Search>(mesh)) {}

@@ -13,9 +13,7 @@
 #include <optional>
 #include <vector>
 
-#include "mesh/geometry/bounds.h"
 #include "mesh/geometry/triangle_corners.h"
-#include "mesh/search/triangle_tree.h"
 #include "triangle_blocks.h"
 
 #include "base/parallel.h"
@@ -231,24 +229,6 @@ std::optional<BlockGrid> make_grid(const MeshView& mesh) {
     return grid;
 }
 
-// The first and the last half block of a triangle along each axis.
-struct Reach {
-    std::array<std::uint32_t, 3> low, high;
-
-    Reach(const MeshView& mesh, const BlockGrid& grid, const Triangle& triangle) {
-        const Bounds box = bounds_of(mesh, triangle);
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-            low[axis] = grid.half_block(axis, box.lower[axis]);
-            high[axis] = grid.half_block(axis, box.upper[axis]);
-        }
-    }
-    std::size_t blocks() const {
-        std::size_t count = 1;
-        for (std::size_t axis = 0; axis < 3; ++axis) count *= high[axis] / 2 - low[axis] / 2 + 1;
-        return count;
-    }
-};
-
 // What is known of the block whose line along an axis may meet a triangle. `at` is where the
 // line is on the two other axes.
 BlockBits meet(const TriangleCorners& corners, const BlockGrid& grid, std::size_t axis,
@@ -268,8 +248,8 @@ BlockBits meet(const TriangleCorners& corners, const BlockGrid& grid, std::size_
 }
 
 // Marks the lines through the middle of blocks that a triangle meets.
-void mark_lines(const MeshView& mesh, const BlockGrid& grid, const Triangle& triangle, const Reach& reach,
-                std::vector<TriangleBlocks::Mark>& marks) {
+void mark_lines(const MeshView& mesh, const BlockGrid& grid, const Triangle& triangle,
+                const BlockReach& reach, std::vector<TriangleBlocks::Mark>& marks) {
     const TriangleCorners corners = corners_of(mesh, triangle);
     for (std::size_t axis = 0; axis < 3; ++axis) {
         const std::size_t j = (axis + 1) % 3, k = (axis + 2) % 3;
@@ -285,19 +265,14 @@ void mark_lines(const MeshView& mesh, const BlockGrid& grid, const Triangle& tri
     }
 }
 
-void mark_blocks(const BlockGrid& grid, const Reach& reach, BlockBits sides,
+void mark_blocks(const BlockGrid& grid, const BlockReach& reach, BlockBits sides,
                  std::vector<TriangleBlocks::Mark>& marks) {
-    std::array<std::uint32_t, 3> block;
-    for (block[2] = reach.low[2] / 2; block[2] <= reach.high[2] / 2; ++block[2]) {
-        for (block[1] = reach.low[1] / 2; block[1] <= reach.high[1] / 2; ++block[1]) {
-            for (block[0] = reach.low[0] / 2; block[0] <= reach.high[0] / 2; ++block[0]) {
-                int bits = sides;
-                for (std::size_t axis = 0; axis < 3; ++axis)
-                    bits |= block[axis] < reach.high[axis] / 2 ? kLinked << axis : 0;
-                marks.push_back({grid.index(block), static_cast<BlockBits>(bits)});
-            }
-        }
-    }
+    reach.for_each_block([&](const std::array<std::uint32_t, 3>& block) {
+        int bits = sides;
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            bits |= block[axis] < reach.high[axis] / 2 ? kLinked << axis : 0;
+        marks.push_back({grid.index(block), static_cast<BlockBits>(bits)});
+    });
 }
 
 bool has_only_fans(const OneRings& rings) {
@@ -335,7 +310,7 @@ std::optional<TriangleBlocks> find_triangle_blocks(const MeshView& mesh, const O
             if (!all_fans && (!rings.is_fan(a) || !rings.is_fan(b) || !rings.is_fan(c)))
                 found.sides[t] = kAllAxes * (kFront | kBack);
             if (found.spans[t] != TriangleBlocks::kLarge) continue;
-            const Reach reach(mesh, found.grid, mesh.triangles[t]);
+            const BlockReach reach(mesh, found.grid, mesh.triangles[t]);
             if ((marked += reach.blocks()) > kMostInLarge * triangles) failed = true;
             if (failed) return;
             mark_blocks(found.grid, reach, found.sides[t], marks);

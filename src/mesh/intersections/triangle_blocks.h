@@ -12,6 +12,8 @@
 #include <marrow/vector.h>
 
 #include "mesh/connectivity/one_rings.h"
+#include "mesh/geometry/bounds.h"
+#include "mesh/search/triangle_tree.h"
 
 namespace marrow::internal {
 
@@ -108,9 +110,47 @@ class SpanRows {
     /// 1 if the rows have two blocks, otherwise 0.
     static std::uint32_t has_next(std::uint32_t span) { return kind(span) & 1; }
     const std::array<Row, 4>& rows(std::uint32_t span) const { return rows_[kind(span)]; }
+    /// Calls f(index) once for each block of a span.
+    template <class F>
+    void for_each_block(std::uint32_t span, const F& f) const {
+        const std::uint32_t has = kind(span), begin = first(span);
+        for (std::uint32_t row = 0; row < 4; ++row) {
+            if ((2 * row & ~has) != 0) continue;
+            f(begin + rows_[has][row].first);
+            if ((has & 1) != 0) f(begin + rows_[has][row].first + 1);
+        }
+    }
 
   private:
     std::array<std::array<Row, 4>, 8> rows_;
+};
+
+/// The first and the last half block of a triangle along each axis.
+struct BlockReach {
+    std::array<std::uint32_t, 3> low, high;
+
+    BlockReach(const MeshView& mesh, const BlockGrid& grid, const Triangle& triangle) {
+        const Bounds box = bounds_of(mesh, triangle);
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            low[axis] = grid.half_block(axis, box.lower[axis]);
+            high[axis] = grid.half_block(axis, box.upper[axis]);
+        }
+    }
+    std::size_t blocks() const {
+        std::size_t count = 1;
+        for (std::size_t axis = 0; axis < 3; ++axis) count *= high[axis] / 2 - low[axis] / 2 + 1;
+        return count;
+    }
+    /// Calls f(x, y, z as an array) for the blocks of the triangle.
+    template <class F>
+    void for_each_block(const F& f) const {
+        std::array<std::uint32_t, 3> block;
+        for (block[2] = low[2] / 2; block[2] <= high[2] / 2; ++block[2]) {
+            for (block[1] = low[1] / 2; block[1] <= high[1] / 2; ++block[1]) {
+                for (block[0] = low[0] / 2; block[0] <= high[0] / 2; ++block[0]) f(block);
+            }
+        }
+    }
 };
 
 /// Finds the blocks of a mesh. Returns nothing if coordinates are not finite, or if the triangles are of too

@@ -2,29 +2,16 @@
 #include "morton_curve.h"
 
 #include <algorithm>
-#include <array>
 #include <numeric>
 #include <utility>
 
 #include "base/parallel.h"
+#include "base/radix_sort.h"
 #include "mesh/geometry/bounds.h"
 
 namespace marrow::internal {
 
 namespace {
-
-// A stable radix sort by the 30 lower bits of the keys.
-void sort_by_key(std::vector<MortonKey>& keys) {
-    constexpr std::uint32_t kDigit = 1 << 10;
-    std::vector<MortonKey> sorted(keys.size());
-    for (int shift = 0; shift < 30; shift += 10) {
-        std::array<std::size_t, kDigit + 1> start{};
-        for (const MortonKey& k : keys) ++start[(k.key >> shift) % kDigit + 1];
-        std::partial_sum(start.begin(), start.end(), start.begin());
-        for (const MortonKey& k : keys) sorted[start[(k.key >> shift) % kDigit]++] = k;
-        keys.swap(sorted);
-    }
-}
 
 // A counting sort of triangles by the cells of their first corners.
 class CellSort {
@@ -115,7 +102,7 @@ std::vector<MortonKey> along_morton_curve(const MeshView& mesh) {
         }
         keys[i] = {key, static_cast<std::uint32_t>(i)};
     });
-    sort_by_key(keys);
+    radix_sort(keys, 30, [](const MortonKey& k) { return k.key; });
     return keys;
 }
 
