@@ -148,14 +148,15 @@ BlockPairs::BlockPairs(MeshView mesh, const TriangleBlocks& placed, const Buffer
     const SpanRows span_rows(grid_);
     parallel_for(std::size_t{0}, sections_.size(), [&](std::size_t s) {
         Section& section = sections_[s];
+        const std::size_t begin = s * kSection, end = std::min(begin + kSection, numbers.size());
+        std::size_t count = 0;
+        // Without branches: it is unpredictable which blocks are wanted.
         const auto add = [&](std::uint32_t block, std::size_t triangle) {
-            if (wanted[block] == 0) return;
-            section.entries.push_back({block, static_cast<std::uint32_t>(triangle)});
-            section.first = std::min(section.first, block);
-            section.last = std::max(section.last, block);
+            if (count == section.entries.size()) section.entries.resize(2 * count + 8 * kSection);
+            section.entries[count] = {block, static_cast<std::uint32_t>(triangle)};
+            count += wanted[block];
         };
-        section.entries.reserve(2 * kSection);
-        for (std::size_t i = s * kSection; i < std::min((s + 1) * kSection, numbers.size()); ++i) {
+        for (std::size_t i = begin; i < end; ++i) {
             const std::uint32_t span = placed.spans[numbers[i]];
             if (span == TriangleBlocks::kLarge)
                 BlockReach(mesh, grid_, mesh.triangles[i]).for_each_block([&](const auto& block) {
@@ -163,6 +164,11 @@ BlockPairs::BlockPairs(MeshView mesh, const TriangleBlocks& placed, const Buffer
                 });
             else
                 span_rows.for_each_block(span, [&](std::uint32_t block) { add(block, i); });
+        }
+        section.entries.resize(count);
+        for (const Entry& entry : section.entries) {
+            section.first = std::min(section.first, entry.block);
+            section.last = std::max(section.last, entry.block);
         }
     });
     std::size_t entries = 0;

@@ -51,7 +51,7 @@ class BlockPairs {
   private:
     // Successive triangles, and the first and the last of their blocks.
     struct Section {
-        std::vector<Entry> entries;
+        Buffer<Entry> entries;
         std::uint32_t first = ~std::uint32_t{0}, last = 0;
     };
 

@@ -18,36 +18,59 @@ namespace marrow::internal::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Returns six times the volume between triangles and the plane at this height, if the z axis points up.
-double volume_above(std::span<const Vec3f> points, std::span<const Triangle> triangles, float height) {
-    constexpr std::size_t kMostLanes = 16;
-    const hn::CappedTag<float, kMostLanes> d;
-    const PointLoader loader(points);
-    const auto plane = hn::Set(d, height);
-    double sum = 0;
-    for (std::size_t first = 0; first < triangles.size(); first += hn::Lanes(d)) {
-        const std::size_t count = std::min(hn::Lanes(d), triangles.size() - first);
-        hn::Vec<decltype(d)> a[3], b[3], c[3];
-        const auto load = [&](std::size_t corner, auto& xyz) HWY_ATTR {
-            loader.load(
-                d, [&](std::size_t lane) { return triangles[first + std::min(lane, count - 1)][corner]; },
-                xyz);
-        };
-        load(0, a);
-        load(1, b);
-        load(2, c);
+constexpr std::size_t kMostLanes = 16;
+using D = hn::CappedTag<float, kMostLanes>;
+
+// Adds up six times the volume between triangles and the plane at a height, if the z axis points up.
+class VolumeAbove {
+  public:
+    VolumeAbove(std::span<const Vec3f> points, float height) : loader_(points), height_(height) {}
+
+    HWY_INLINE void add(const Triangle* triangles, std::size_t count) {
+        const D d;
+        hn::Vec<D> a[3], b[3], c[3];
+        load(triangles, count, 0, a);
+        load(triangles, count, 1, b);
+        load(triangles, count, 2, c);
         const auto twice_area = hn::Sub(hn::Mul(hn::Sub(b[0], a[0]), hn::Sub(c[1], a[1])),
                                         hn::Mul(hn::Sub(b[1], a[1]), hn::Sub(c[0], a[0])));
+        const auto plane = hn::Set(d, height_);
         const auto thrice_height =
             hn::Add(hn::Add(hn::Sub(a[2], plane), hn::Sub(b[2], plane)), hn::Sub(c[2], plane));
         HWY_ALIGN float areas[kMostLanes], heights[kMostLanes];
         hn::Store(twice_area, d, areas);
         hn::Store(thrice_height, d, heights);
-        // One after another, so that the sum does not depend on the number of lanes; in
-        // double, which does not overflow.
-        for (std::size_t lane = 0; lane < count; ++lane) sum += double{areas[lane]} * double{heights[lane]};
+        // One after another, so that the sum does not depend on the number of lanes; in double, which does not
+        // overflow.
+        for (std::size_t lane = 0; lane < count; ++lane) sum_ += double{areas[lane]} * double{heights[lane]};
     }
-    return sum;
+    double sum() const { return sum_; }
+
+  private:
+    HWY_INLINE void load(const Triangle* triangles, std::size_t count, std::size_t corner,
+                         hn::Vec<D> (&xyz)[3]) const {
+        loader_.load(
+            D(), [&](std::size_t lane) HWY_ATTR { return triangles[std::min(lane, count - 1)][corner]; },
+            xyz);
+    }
+
+    const PointLoader loader_;
+    const float height_;
+    double sum_ = 0;
+};
+
+// Adds the volumes between triangles and the plane through a point, before and after points moved.
+// Both together, as each sum waits for itself.
+void add_volumes(std::span<const Vec3f> before, std::span<const Vec3f> after,
+                 std::span<const Triangle> triangles, ComponentVolumes& volumes) {
+    VolumeAbove above_before(before, before[volumes.lowest][2]), above_after(after, after[volumes.lowest][2]);
+    for (std::size_t first = 0; first < triangles.size(); first += hn::Lanes(D())) {
+        const std::size_t count = std::min(hn::Lanes(D()), triangles.size() - first);
+        above_before.add(&triangles[first], count);
+        above_after.add(&triangles[first], count);
+    }
+    volumes.before += above_before.sum() / 6;
+    volumes.after += above_after.sum() / 6;
 }
 
 }  // namespace marrow::internal::HWY_NAMESPACE
@@ -56,7 +79,7 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace marrow::internal {
 
-HWY_EXPORT(volume_above);
+HWY_EXPORT(add_volumes);
 
 // Above the lowest point of each component, because distant coordinates would cancel.
 std::vector<ComponentVolumes> component_volumes(const MeshView& before, std::span<const Vec3f> after,
@@ -71,12 +94,9 @@ std::vector<ComponentVolumes> component_volumes(const MeshView& before, std::spa
             const std::size_t begin = i;
             const std::uint32_t own = lowest[triangles[i][0]];
             while (i < end && lowest[triangles[i][0]] == own) ++i;
-            const auto volume = [&](std::span<const Vec3f> points) {
-                return HWY_DYNAMIC_DISPATCH(volume_above)(points, triangles.subspan(begin, i - begin),
-                                                          points[own][2]) /
-                       6;
-            };
-            sections[s].push_back({own, volume(before.points), volume(after)});
+            ComponentVolumes& volumes = sections[s].emplace_back(ComponentVolumes{own});
+            HWY_DYNAMIC_DISPATCH(add_volumes)
+            (before.points, after, triangles.subspan(begin, i - begin), volumes);
         }
     });
     std::vector<ComponentVolumes> parts, sums;
