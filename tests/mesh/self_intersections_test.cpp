@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
 #include <random>
 #include <vector>
@@ -11,7 +12,9 @@
 #include <marrow/mesh.h>
 
 #include "mesh/connectivity/one_rings.h"
+#include "mesh/intersections/block_pairs.h"
 #include "mesh/intersections/self_intersections.h"
+#include "mesh/intersections/triangle_blocks.h"
 #include "support/fields.h"
 
 namespace marrow::test {
@@ -66,6 +69,47 @@ TEST(SelfIntersectionsTest, FindsPairsAmongTheTrianglesAroundThem) {
         found += expected.size();
     }
     EXPECT_GT(found, 100u);
+}
+
+TEST(SelfIntersectionsTest, FindsInBlocksWhatAPyramidFinds) {
+    std::mt19937 random(17);
+    std::size_t found = 0;
+    for (int round = 0; round < 40; ++round) {
+        Mesh mesh = thick_bowl();
+        shake(mesh, random, 5 * round);
+        const OneRings rings(mesh);
+        ASSERT_TRUE(find_triangle_blocks(mesh, rings));
+        const std::vector<TrianglePair> pairs = find_self_intersections(mesh, rings);
+        EXPECT_EQ(pairs, find_self_intersections(mesh, rings, std::nullopt)) << round;
+        found += pairs.size();
+    }
+    EXPECT_GT(found, 1000u);
+}
+
+TEST(SelfIntersectionsTest, FindsWhatAPyramidFindsInACrowdedBlock) {
+    std::mt19937 random(18);
+    std::normal_distribution<float> by(0, 0.1f);
+    Mesh mesh = thick_bowl();
+    const Vec3f middle = mesh.points[mesh.points.size() / 3];
+    for (std::size_t p = 0; p < mesh.points.size(); ++p) {
+        if (length(to_double(mesh.points[p]) - to_double(middle)) >= 6) continue;
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            mesh.points[p][axis] = middle[axis] + 0.02f * (mesh.points[p][axis] - middle[axis]) + by(random);
+    }
+    const OneRings rings(mesh);
+    const std::optional<TriangleBlocks> blocks = find_triangle_blocks(mesh, rings);
+    ASSERT_TRUE(blocks);
+    std::map<std::uint32_t, std::size_t> in_block;
+    for (const Triangle& t : mesh.triangles) {
+        BlockReach(mesh, blocks->grid, t).for_each_block([&](const auto& block) {
+            ++in_block[blocks->grid.index(block)];
+        });
+    }
+    const auto fuller = [](const auto& a, const auto& b) { return a.second < b.second; };
+    EXPECT_GT(std::max_element(in_block.begin(), in_block.end(), fuller)->second, BlockPairs::kMostInBlock);
+    const std::vector<TrianglePair> pairs = find_self_intersections(mesh, rings, blocks);
+    EXPECT_EQ(pairs, find_self_intersections(mesh, rings, std::nullopt));
+    EXPECT_GT(pairs.size(), 1000u);
 }
 
 // A wall that is two to three edges thick, bent and tilted. Its two sides are in columns of their own.

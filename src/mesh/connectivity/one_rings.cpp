@@ -60,7 +60,7 @@ HWY_INLINE bool write_fans(const OneRings::Corner* corners, const std::size_t* f
                            std::uint8_t* lists) {
     bool all = true;
     for (const std::uint32_t p : points) {
-        if (!walk_around<kCount>(p, corners + first[p], rings)) {
+        if (!walk_around<kCount>(p, corners + first[p % OneRings::kBand], rings)) {
             lists[p % OneRings::kChunk] = 0;
             all = false;
         }
@@ -167,51 +167,49 @@ OneRings::OneRings(const MeshView& mesh)
       listed_(mesh.points.size()),
       kinds_(mesh.points.size()),
       chunks_((mesh.points.size() + kChunk - 1) / kChunk) {
-    // Each thread counts and lists the corners at a part of the points.
     const std::span<const Triangle> triangles = mesh.triangles;
     const std::vector<std::array<std::uint32_t, 2>> reaches = reaches_of_sections(triangles);
-    const std::size_t points = mesh.points.size();
-    // A small mesh is one part: waiting for another thread would take longer than the work.
-    const std::size_t parts =
-        std::clamp(reaches.size(), std::size_t{1}, static_cast<std::size_t>(thread_count()));
-    const auto for_each_part = [&](const auto& f) {
-        parallel_for(std::size_t{0}, parts,
-                     [&](std::size_t i) { f(i, points * i / parts, points * (i + 1) / parts); });
+    const std::size_t points = mesh.points.size(), bands = (points + kBand - 1) / kBand;
+    const auto for_each_band = [&](const auto& f) {
+        parallel_for(std::size_t{0}, bands,
+                     [&](std::size_t i) { f(i, i * kBand, std::min((i + 1) * kBand, points)); });
     };
-    Buffer<std::size_t> first(points + 1);  // the first corner at each point
-    std::vector<std::size_t> before(parts + 1, 0);
-    for_each_part([&](std::size_t part, std::size_t begin, std::size_t end) {
-        std::fill(first.data() + begin, first.data() + end, std::size_t{0});
+    std::vector<std::size_t> start(bands + 1, 0);  // of the rings of each band
+    for_each_band([&](std::size_t band, std::size_t begin, std::size_t end) {
+        std::fill(count_.data() + begin, count_.data() + end, std::uint32_t{0});
         for_each_corner_backward(triangles, reaches, begin, end,
-                                 [&](const Triangle& t, std::size_t c) { ++first[t[c]]; });
-        before[part + 1] = std::accumulate(first.data() + begin, first.data() + end, std::size_t{0});
+                                 [&](const Triangle& t, std::size_t c) { ++count_[t[c]]; });
+        start[band + 1] = std::accumulate(count_.data() + begin, count_.data() + end, std::size_t{0});
     });
-    std::partial_sum(before.begin(), before.end(), before.begin());
-    Buffer<Corner> corners(neighbours_.size() + OneRings::kMostInFan);
-    for_each_part([&](std::size_t part, std::size_t begin, std::size_t end) {
+    std::partial_sum(start.begin(), start.end(), start.begin());
+    PerThread<Band> band_of_thread;
+    for_each_band([&](std::size_t i, std::size_t begin, std::size_t end) {
+        Band& band = band_of_thread.local();
+        band.corners.resize(std::max(band.corners.size(), start[i + 1] - start[i] + kMostInFan));
+        band.first.resize(kBand + 1);
         // Each entry begins as the end of a list, and goes down to its begin.
-        std::size_t sum = before[part];
-        for (std::size_t p = begin; p < end; ++p) first[p] = sum += first[p];
+        std::size_t sum = 0;
+        for (std::size_t p = begin; p < end; ++p) band.first[p - begin] = sum += count_[p];
+        band.first[end - begin] = sum;
         for_each_corner_backward(triangles, reaches, begin, end, [&](const Triangle& t, std::size_t c) {
-            corners[--first[t[c]]] = {t[(c + 1) % 3], t[(c + 2) % 3]};
+            band.corners[--band.first[t[c] % kBand]] = {t[(c + 1) % 3], t[(c + 2) % 3]};
         });
+        for (std::size_t chunk = begin / kChunk; chunk * kChunk < end; ++chunk)
+            list_chunk(band, start[i] + band.first[chunk * kChunk % kBand], chunk);
     });
-    first[points] = neighbours_.size();
-    parallel_for(std::size_t{0}, chunks_.size(),
-                 [&](std::size_t chunk) { list_chunk(corners.data(), first.data(), chunk); });
 }
 
-void OneRings::list_chunk(const Corner* corners, const std::size_t* first, std::size_t chunk) {
+void OneRings::list_chunk(const Band& band, std::size_t first_ring, std::size_t chunk) {
     const std::size_t begin = chunk * kChunk, end = std::min(begin + kChunk, size());
+    const std::size_t* const first = band.first.data() + begin % kBand;
     Chunk& c = chunks_[chunk];
     // The lists jump to and fro between the corners, which processors do not expect.
-    for (std::size_t i = first[begin]; i < first[end]; i += 64 / sizeof(Corner)) hwy::Prefetch(corners + i);
+    for (std::size_t i = first[0]; i < first[end - begin]; i += 64 / sizeof(Corner))
+        hwy::Prefetch(&band.corners[i]);
     std::array<std::uint8_t, kChunk> lists;  // the list of each point
-    for (std::size_t p = begin; p < end; ++p) {
-        const std::size_t count = first[p + 1] - first[p];
-        count_[p] = static_cast<std::uint32_t>(count);
-        lists[p - begin] = static_cast<std::uint8_t>(count > 1 && count <= kMostInFan ? count : 0);
-    }
+    for (std::size_t p = begin; p < end; ++p)
+        lists[p - begin] =
+            static_cast<std::uint8_t>(count_[p] > 1 && count_[p] <= kMostInFan ? count_[p] : 0);
     std::array<std::uint16_t, kMostInFan + 2> next{};
     for (std::size_t p = begin; p < end; ++p) ++next[lists[p - begin] + 1u];
     std::partial_sum(next.begin(), next.end(), next.begin());
@@ -219,27 +217,26 @@ void OneRings::list_chunk(const Corner* corners, const std::size_t* first, std::
     for (std::size_t p = begin; p < end; ++p)
         listed_[begin + next[lists[p - begin]]++] = static_cast<std::uint32_t>(p);
     // The rings go in the order of the lists, those of fans behind the others.
-    std::size_t fans = first[begin];
+    std::size_t fans = first_ring;
     for (const std::uint32_t p : listed(chunk, 0)) fans += count_[p];
-    if (!HWY_DYNAMIC_DISPATCH(write_rings)(corners, first, listed_.data() + begin, c.begin,
-                                           neighbours_.data() + fans, lists.data()))
-        move_to_others(chunk, lists, neighbours_.data() + first[end]);
-    std::size_t start = first[begin];
-    for (const std::uint32_t p : listed(chunk, 0)) {
-        for (std::size_t i = 0; i < count_[p]; ++i) neighbours_[start + i] = corners[first[p] + i].next;
-        start += count_[p];
-    }
-    start = first[begin];
+    if (!HWY_DYNAMIC_DISPATCH(write_rings)(band.corners.data(), band.first.data(), listed_.data() + begin,
+                                           c.begin, neighbours_.data() + fans, lists.data()))
+        move_to_others(chunk, lists, neighbours_.data() + first_ring + first[end - begin] - first[0]);
+    std::size_t ring = first_ring;
     for (std::size_t i = begin; i < end; ++i) {
         const std::uint32_t p = listed_[i];
-        start_[p] = start;
-        start += count_[p];
-        kinds_[p] = lists[p - begin] != 0                              ? Kind::kFan
-                    : are_manifold(p, {corners + first[p], count_[p]}) ? Kind::kRegular
-                                                                       : Kind::kIrregular;
+        start_[p] = ring;
+        ring += count_[p];
+        if (lists[p - begin] != 0) {
+            kinds_[p] = Kind::kFan;
+            continue;
+        }
+        const std::span<const Corner> corners(&band.corners[first[p - begin]], count_[p]);
+        for (std::size_t k = 0; k < corners.size(); ++k) neighbours_[start_[p] + k] = corners[k].next;
+        kinds_[p] = are_manifold(p, corners) ? Kind::kRegular : Kind::kIrregular;
     }
     c.reach = {static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(end - 1)};
-    HWY_DYNAMIC_DISPATCH(extend)(c.reach, neighbours_.data() + first[begin], start - first[begin]);
+    HWY_DYNAMIC_DISPATCH(extend)(c.reach, neighbours_.data() + first_ring, ring - first_ring);
 }
 
 void OneRings::move_to_others(std::size_t chunk, const std::array<std::uint8_t, kChunk>& lists,
