@@ -36,8 +36,8 @@ class BlockTriangles {
                    const std::uint8_t* simple)
         : mesh_(mesh), loader_(mesh.points), grid_(grid), wanted_(wanted), simple_(simple) {}
 
-    // Appends the pairs of triangles of a block. There are kMostInBlock triangles at most. A pair is only found
-    // in the first block that both are in, if that is wanted.
+    // Appends the pairs of triangles of a block, which has kMostInBlock at most. If the first block that both
+    // triangles are in is a wanted one, then they are only found there.
     void find_pairs(std::span<const Entry> entries, std::vector<TrianglePair>& pairs) {
         load(entries);
         for (std::size_t i = 0; i + 1 < entries.size(); ++i) {

@@ -17,10 +17,10 @@ namespace marrow::internal {
 /// Compares the triangles of each block with each other.
 class BlockPairs {
   public:
-    /// Looks at the blocks whose entry in `wanted` is 1 instead of 0; it has padded_size() entries. `numbers` are
-    /// those that the triangles of `mesh` have in `placed`; they include all triangles in such blocks. `simple`
-    /// is 1 for points at which no two triangles need to be looked at, and 0 for the others. Refers to all of
-    /// these. Runs on all threads.
+    /// Looks at the blocks whose entry in `wanted` is 1 instead of 0; it has padded_size() entries.
+    /// `numbers` are those that the triangles of `mesh` have in `placed`; they include all triangles in such
+    /// blocks. `simple` is 1 for points at which no two triangles need to be looked at, and 0 for the others.
+    /// Refers to all of these but `numbers`. Runs on all threads.
     BlockPairs(MeshView mesh, const TriangleBlocks& placed, const Buffer<std::uint32_t>& numbers,
                const Buffer<std::uint8_t>& wanted, const Buffer<std::uint8_t>& simple);
 

@@ -10,7 +10,8 @@
 // and they only meet in the edges and corners that they share. If it is none, then they are beside the
 // column, although their bounding boxes are not.
 //
-// Two triangles can only intersect in a block that both are in, and that is in no such column, along any axis.
+// Two triangles can only intersect in a block that both are in, and that is in no such column, along any
+// axis.
 //
 // The loops over blocks are plain ones, which compilers turn into vectors.
 #undef HWY_TARGET_INCLUDE

@@ -40,8 +40,8 @@ class VolumeAbove {
         HWY_ALIGN float areas[kMostLanes], heights[kMostLanes];
         hn::Store(twice_area, d, areas);
         hn::Store(thrice_height, d, heights);
-        // One after another, so that the sum does not depend on the number of lanes; in double, which does not
-        // overflow.
+        // One after another, so that the sum does not depend on the number of lanes; in
+        // double, which does not overflow.
         for (std::size_t lane = 0; lane < count; ++lane) sum_ += double{areas[lane]} * double{heights[lane]};
     }
     double sum() const { return sum_; }
