@@ -5,6 +5,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include <algorithm>
 #include <iterator>
 
 #include "tunnel_bands.h"
@@ -17,37 +18,45 @@ namespace hn = hwy::HWY_NAMESPACE;
 using Starts = hn::CappedTag<double, BandsOfStarts::kStarts>;
 using StartVec = hn::Vec<Starts>;
 
-// The distances of a point of the loop from the ring's points, which go round twice.
-struct TwoRounds {
-    double squared[2 * Band::kRing + BandsOfStarts::kStarts];
+// The distances of the loop's points from the ring's points, which go round more than twice.
+struct Rounds {
+    static constexpr std::size_t kPoints = 2 * Band::kRing + BandsOfStarts::kStarts;
+    double squared[kCellEdges][kPoints];
 
-    explicit TwoRounds(const double (&once)[Band::kRing]) {
-        for (std::size_t k = 0; k < std::size(squared); ++k) squared[k] = once[k % Band::kRing];
+    Rounds(const Band::Distances& once, std::size_t size) {
+        for (std::size_t i = 0; i < size; ++i) {
+            for (std::size_t k = 0; k < kPoints; ++k)
+                squared[i][k] = k < Band::kRing ? once[i][k] : squared[i][k - Band::kRing];
+        }
     }
     // From the point that each start reaches after so many steps.
-    HWY_INLINE StartVec after(std::size_t steps, bool backwards, std::size_t first_start) const {
-        return hn::LoadU(Starts(), squared + first_start + (backwards ? Band::kRing - steps : steps));
+    HWY_INLINE StartVec after(std::size_t point, std::size_t steps, bool backwards,
+                              std::size_t first_start) const {
+        return hn::LoadU(Starts(), squared[point] + first_start + (backwards ? Band::kRing - steps : steps));
     }
 };
 
-HWY_INLINE void find_bands_of(const Band::Distances& squared, std::size_t size, bool backwards,
-                              std::size_t first_start, BandsOfStarts& bands) {
+HWY_INLINE void find_bands_of(const Rounds& rounds, std::size_t size, bool backwards, std::size_t first_start,
+                              BandsOfStarts& bands) {
     constexpr std::size_t kPlaces = BandsOfStarts::kPlaces;
     const Starts d;
     const auto unreachable = hn::Set(d, 1e300);
     // The cost of the links until a point of the loop is linked with the ring's point at each place.
     StartVec cost[kPlaces], here[kPlaces], next[kPlaces];
     const auto find_links = [&](std::size_t point, StartVec(&links)[kPlaces]) HWY_ATTR {
-        const TwoRounds rounds(squared[point]);
-        for (std::size_t j = 0; j < kPlaces; ++j) links[j] = rounds.after(j, backwards, first_start);
+        for (std::size_t j = 0; j < kPlaces; ++j) links[j] = rounds.after(point, j, backwards, first_start);
     };
     for (std::size_t j = 0; j < kPlaces; ++j) cost[j] = j == 0 ? hn::Zero(d) : unreachable;
     find_links(0, next);
     for (std::size_t i = 0; i < size; ++i) {
         for (std::size_t j = 0; j < kPlaces; ++j) here[j] = next[j];
         find_links(i + 1 < size ? i + 1 : 0, next);
-        for (std::size_t j = kPlaces;
-             j-- > 0;) {  // so that the costs before are still those of the last point
+        // Two steps at each point must lead here, and from here to the end.
+        const std::size_t to_come = 2 * (size - 1 - i);
+        const std::size_t least = to_come < Band::kRing ? Band::kRing - to_come : 0;
+        const std::size_t most = std::min(2 * (i + 1), Band::kRing);
+        // Downwards, so that the costs before are still those of the last point.
+        for (std::size_t j = most + 1; j-- > least;) {
             auto best = unreachable, steps = hn::Set(d, 2.0);
             if (j >= 2) best = hn::Add(hn::Add(hn::Add(cost[j - 2], here[j - 1]), here[j]), next[j]);
             if (j >= 1) {
@@ -61,14 +70,16 @@ HWY_INLINE void find_bands_of(const Band::Distances& squared, std::size_t size, 
             cost[j] = hn::IfThenElse(shorter, after_none, best);
             hn::Store(hn::IfThenZeroElse(shorter, steps), d, bands.steps[backwards][i][j] + first_start);
         }
+        for (std::size_t j = 0; j < least; ++j) cost[j] = unreachable;
     }
     hn::Store(cost[Band::kRing], d, bands.cost[backwards] + first_start);
 }
 
 void find_bands(const Band::Distances& squared, std::size_t size, BandsOfStarts& bands) {
+    const Rounds rounds(squared, size);
     for (std::size_t first = 0; first < Band::kRing; first += hn::Lanes(Starts())) {
-        find_bands_of(squared, size, false, first, bands);
-        find_bands_of(squared, size, true, first, bands);
+        find_bands_of(rounds, size, false, first, bands);
+        find_bands_of(rounds, size, true, first, bands);
     }
 }
 
