@@ -14,8 +14,12 @@ namespace {
 template <std::size_t N>
 std::array<double, N> scaled(std::array<double, N> values) {
     constexpr double kLarge = 0x1p64, kLeast = 0x1p-200;
-    double largest = 0;
-    for (const double v : values) largest = std::max(largest, std::abs(v));
+    double largest = 0, least = kLarge;
+    for (const double v : values) {
+        largest = std::max(largest, std::abs(v));
+        least = std::min(least, std::abs(v));
+    }
+    if (largest <= kLarge && largest >= 1 / kLarge && least >= kLeast) return values;
     if (largest > kLarge || largest < 1 / kLarge) {
         int exponent = 0;
         std::frexp(largest, &exponent);
@@ -235,6 +239,7 @@ bool has_two_crosses(const OppositeFaces& s) {
 // Whether the surface has a waist in the cell: on each axis both crosses lie in it. Then `tunnel` gets the
 // signs of the determinants of the faces across each axis.
 bool has_waist(const CellValues& f, CellTopology::Tunnel& tunnel) {
+    if (!has_two_crosses(OppositeFaces(f, 0))) return false;
     unsigned positive = 0;
     for (unsigned axis = 0; axis < 3; ++axis) {
         const OppositeFaces s(f, axis);
@@ -244,7 +249,7 @@ bool has_waist(const CellValues& f, CellTopology::Tunnel& tunnel) {
         positive |= (sign > 0 ? 1u : 0u) << axis;
     }
     tunnel.positive_faces = positive & 7;
-    return has_two_crosses(OppositeFaces(f, 0));
+    return true;
 }
 
 int loop_size(const CellShape& shape, unsigned loop) {
