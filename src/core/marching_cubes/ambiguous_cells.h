@@ -7,6 +7,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <span>
 #include <vector>
@@ -15,6 +16,7 @@
 #include <marrow/mesh.h>
 #include <marrow/volume.h>
 
+#include "candidate_cells.h"
 #include "cell_topology.h"
 #include "core/grid/index_to_physical.h"
 #include "count.h"
@@ -56,8 +58,11 @@ class AmbiguousCells {
           bits_(bits),
           slices_(static_cast<std::size_t>(bits.nz)) {}
 
-    /// Counts the rows of a slice as count_rows() does, and finds its ambiguous cells.
-    void count(std::int64_t slice, RowCounts& counts, ActiveWords& active);
+    /// Counts the rows of the slices [slice_begin, slice_end) as count_rows() does, and finds their ambiguous
+    /// cells, on all threads. Any of these first calls classify(slice) for each slice, which makes its inside
+    /// bits unless they are there already. So the samples are still in the cache when they decide.
+    void count(std::int64_t slice_begin, std::int64_t slice_end, RowCounts& counts, ActiveWords& active,
+               const std::function<void(std::int64_t)>& classify);
     /// Adds what the ambiguous cells of a slice change. \pre count_triangles() of all rows
     void add_to(RowCounts& counts, std::int64_t slice) const;
 
@@ -83,7 +88,7 @@ class AmbiguousCells {
         std::vector<AmbiguousRow> rows;  // in the order of y
         Buffer<AmbiguousCell> cells;     // in the order of (y, x)
     };
-    void find(std::int64_t slice, const std::uint64_t* masks);
+    void decide(const CandidateCells& candidates);
     template <class T>
     void emit_points_of(std::size_t row, std::span<const AmbiguousCell> cells, Vec3f* points,
                         Vec3f* normals) const;

@@ -2,10 +2,13 @@
 #define HWY_WANT_AVX3_DL 1  // which lists cells without branches
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "core/marching_cubes/candidate_cells.cpp"
+#include <hwy/cache_control.h>
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include <algorithm>
 #include <array>
+#include <bit>
 
 #include "candidate_cells.h"
 #include "cell_rows-inl.h"
@@ -14,20 +17,35 @@
 HWY_BEFORE_NAMESPACE();
 namespace marrow::internal::HWY_NAMESPACE {
 
-// Returns how many cells were listed.
-std::size_t list_candidates(const InsideBits& bits, std::size_t row, const std::uint64_t* masks,
-                            std::size_t mask_count, std::uint32_t* HWY_RESTRICT x,
-                            std::uint8_t* HWY_RESTRICT cases) {
-    const RowBits row_bits(bits, GridRow(bits, row));
+// Writes `y` for each of `count` cells. Returns their end; up to four elements after it are overwritten.
+HWY_INLINE std::uint32_t* repeat(std::uint32_t y, std::size_t count, std::uint32_t* HWY_RESTRICT out) {
+    for (std::size_t k = 0; k < count; k += 4) std::fill_n(out + k, 4, y);
+    return out + count;
+}
+
+// Lists the cells in all words. Returns how many there are.
+std::size_t list_undecided(const InsideBits& bits, std::int64_t slice, const Buffer<UndecidedWords>& words,
+                           std::uint32_t* x, std::uint32_t* y, std::uint8_t* cases) {
+    const Words d;
     const std::uint32_t* const begin = x;
-    for_each_marked_word(masks, mask_count, [&](std::size_t w) HWY_ATTR {
-        const CellVecs cells(row_bits, w);
-        const std::uint64_t which =
-            hn::GetLane(hn::Or(have_ambiguous_faces(cells), have_antipodes(cells))) & row_bits.valid(w);
-        x = list_indices(which, static_cast<std::uint32_t>(64 * w), x);
-        cases = CellRows(row_bits, w).list(which, cases);
-    });
+    for (const UndecidedWords& some : words) {
+        const RowBits row(bits, GridRow(bits, some.y, slice));
+        if (!row.has_cells) break;
+        HWY_ALIGN std::uint64_t undecided[hn::MaxLanes(Words())];
+        hn::Store(may_be_ambiguous(CellVecs(row, some.first)), d, undecided);
+        for (std::size_t w = some.first; w < std::min(some.first + hn::Lanes(d), row.words); ++w) {
+            const std::uint64_t cells = undecided[w - some.first] & row.valid(w);
+            if (cells == 0) continue;
+            x = list_indices(cells, static_cast<std::uint32_t>(64 * w), x);
+            y = repeat(some.y, popcount(cells), y);
+            cases = CellRows(row, w).list(cells, cases);
+        }
+    }
     return static_cast<std::size_t>(x - begin);
+}
+
+std::size_t words_at_once() {
+    return hn::Lanes(Words());
 }
 
 }  // namespace marrow::internal::HWY_NAMESPACE
@@ -36,7 +54,8 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace marrow::internal {
 
-HWY_EXPORT(list_candidates);
+HWY_EXPORT(list_undecided);
+HWY_EXPORT(words_at_once);
 
 namespace {
 
@@ -57,15 +76,44 @@ std::uint8_t CandidateCells::cell_case(std::size_t cell) const {
     return kCaseOfRunning[cases_[cell]];
 }
 
-void CandidateCells::add_row(const InsideBits& bits, std::size_t row, const std::uint64_t* masks,
-                             std::size_t mask_count) {
-    const std::size_t most = size_ + 64 * (bits.words_per_row + 1);  // lists are overwritten beyond their end
+void CandidateCells::find_words(const InsideBits& bits, const ActiveWords& active) {
+    const std::size_t at_once = HWY_DYNAMIC_DISPATCH(words_at_once)();
+    words.clear();
+    for (std::int64_t y = 0; y + 1 < bits.ny; ++y) {
+        std::size_t end = 0;  // of the words that are listed
+        const std::uint64_t* const masks = active.row(bits.row_index(y, slice));
+        for (std::size_t w = 0; w < bits.words_per_row; ++w) {
+            if ((masks[w / 64] >> w % 64 & 1) == 0 || w < end) continue;
+            words.push_back({static_cast<std::uint32_t>(y), static_cast<std::uint32_t>(w)});
+            end = w + at_once;
+        }
+    }
+}
+
+void CandidateCells::list_cells(const VolumeView& volume, const InsideBits& bits) {
+    const std::size_t at_once = HWY_DYNAMIC_DISPATCH(words_at_once)();
+    const std::size_t most = 64 * (at_once * words.size() + 1);  // lists are overwritten beyond their end
     if (most > x_.size()) {
         x_.resize(2 * most);
+        y_.resize(2 * most);
         cases_.resize(2 * most);
     }
-    size_ += HWY_DYNAMIC_DISPATCH(list_candidates)(bits, row, masks, mask_count, x_.data() + size_,
-                                                   cases_.data() + size_);
+    size_ = HWY_DYNAMIC_DISPATCH(list_undecided)(bits, slice, words, x_.data(), y_.data(), cases_.data());
+
+    const auto bytes = static_cast<std::int64_t>(sample_size(volume.type));
+    const auto [nx, ny, nz] = volume.geometry.dims;
+    const auto step_y = volume.row_pitch() * bytes, step_z = volume.slice_pitch() * bytes;
+    // Cells at the volume's border may have samples beyond it; others are near these.
+    const auto within = [](std::int64_t i, std::int64_t n) { return std::clamp<std::int64_t>(i, 0, n - 2); };
+    if (nx < 2 || ny < 2 || nz < 2) return;
+    const auto* const samples =
+        static_cast<const std::uint8_t*>(volume.data) + within(slice - bits.first_z, nz) * step_z;
+    for (std::size_t cell = 0; cell < size_; ++cell) {
+        const std::uint8_t* const first = samples + within(y_[cell] - bits.first_y, ny) * step_y +
+                                          within(x_[cell] - bits.first_x, nx) * bytes;
+        for (const std::int64_t row : {std::int64_t{0}, step_y, step_z, step_y + step_z})
+            hwy::Prefetch(first + row);
+    }
 }
 
 }  // namespace marrow::internal

@@ -6,25 +6,36 @@
 #include <cstdint>
 
 #include <marrow/buffer.h>
+#include <marrow/volume.h>
 
+#include "count.h"
 #include "inside_bits.h"
 
 namespace marrow::internal {
 
-/// Cells row after row, each row in the order of x.
+/// The candidates of a slice. Its memory serves one slice after the other.
 class CandidateCells {
   public:
+    std::int64_t slice = 0;
+    Buffer<UndecidedWords> words;  ///< of the slice, from count_rows()
+
+    /// Finds `words` again, among the active ones.
+    void find_words(const InsideBits& bits, const ActiveWords& active);
+    /// Lists the cells in `words`, and asks for their samples: those of a large volume are not in the cache, and a
+    /// miss takes longer than a decision.
+    void list_cells(const VolumeView& volume, const InsideBits& bits);
+
+    /// How many cells are listed. They have the order of (y, x).
     std::size_t size() const { return size_; }
+    /// The row of a cell in its slice.
+    std::uint32_t y(std::size_t cell) const { return y_[cell]; }
     /// The bit of its first corner in the row.
     std::uint32_t x(std::size_t cell) const { return x_[cell]; }
     std::uint8_t cell_case(std::size_t cell) const;
 
-    /// Adds the candidates of a row of cells, which are in the words that are marked in its `masks`.
-    void add_row(const InsideBits& bits, std::size_t row, const std::uint64_t* masks, std::size_t mask_count);
-
   private:
     std::size_t size_ = 0;
-    Buffer<std::uint32_t> x_;
+    Buffer<std::uint32_t> x_, y_;
     Buffer<std::uint8_t> cases_;  // in the order of kRunningCases
 };
 

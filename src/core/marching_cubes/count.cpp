@@ -105,11 +105,11 @@ struct RowCounter {
         along_x = along_y = along_z = one_loop = hn::Zero(d);
     }
 
-    // Counts in a vector of words, of which w is the first. Returns a bit for each word that is active. With
-    // kAmbiguous, `ambiguous` gets a bit for each word with cells whose topology the samples may decide.
-    template <bool kAmbiguous>
+    // Counts in a vector of words, of which w is the first. Returns a bit for each word that is active. Calls
+    // note() if there may be undecided cells.
+    template <class Note>
     HWY_INLINE std::uint64_t count(const RowBits& row, const RowMasks& masks, std::size_t w,
-                                   std::uint64_t& ambiguous) {
+                                   const Note& note) {
         const Words d;
         const CellVecs cells(row, w);
         const auto& c = cells.corners;
@@ -128,10 +128,7 @@ struct RowCounter {
         const auto several = hn::And(may_have_loops(cells), active);
         one_loop = hn::Add(one_loop, count_bits(hn::AndNot(several, active)));
         if (HWY_UNLIKELY(!hn::AllFalse(d, hn::Ne(several, hn::Zero(d))))) {
-            if constexpr (kAmbiguous) {
-                const auto undecided = hn::Or(have_ambiguous_faces(cells), have_antipodes(cells));
-                ambiguous = bits_of(hn::Ne(hn::And(undecided, valid), hn::Zero(d)));
-            }
+            note();
             HWY_ALIGN std::uint64_t of_word[hn::MaxLanes(Words())];
             hn::Store(several, d, of_word);
             for (std::size_t k = 0; k < hn::Lanes(d); ++k) {
@@ -155,26 +152,32 @@ struct RowCounter {
     }
 };
 
-template <bool kAmbiguous>
+template <bool kUndecided>
 void count_rows_of(const InsideBits& bits, std::size_t row_begin, std::size_t row_end, RowCounts& counts,
-                   ActiveWords& active, std::uint64_t* ambiguous_words) {
+                   ActiveWords& active, Buffer<UndecidedWords>* undecided) {
     constexpr std::size_t kLanes = hn::MaxLanes(Words());
     static_assert(kLanes < InsideBits::kSlack);
     const RowMasks masks(bits);
+    [[maybe_unused]] UndecidedWords* next = nullptr;
+    if constexpr (kUndecided) {
+        undecided->resize((row_end - row_begin) * ((bits.words_per_row + kLanes - 1) / kLanes));
+        next = undecided->data();
+    }
     for (GridRow at(bits, row_begin); at.index < row_end; at.advance(bits)) {
         const std::size_t r = at.index;
         const RowBits row(bits, at);
         RowCounter counter;
         std::uint64_t any = 0;
         for (std::size_t begin = 0; begin < row.words; begin += 64) {
-            std::uint64_t marks = 0, ambiguous_marks = 0;
+            std::uint64_t marks = 0;
             for (std::size_t w = begin; w < std::min(begin + 64, row.words); w += kLanes) {
-                std::uint64_t ambiguous = 0;
-                marks |= counter.count<kAmbiguous>(row, masks, w, ambiguous) << (w - begin);
-                if constexpr (kAmbiguous) ambiguous_marks |= ambiguous << (w - begin);
+                const auto note = [&] {
+                    if constexpr (kUndecided)
+                        *next++ = {static_cast<std::uint32_t>(at.y), static_cast<std::uint32_t>(w)};
+                };
+                marks |= counter.count(row, masks, w, note) << (w - begin);
             }
             active.row(r)[begin / 64] = marks;
-            if constexpr (kAmbiguous) *ambiguous_words++ = ambiguous_marks;
             any |= marks;
         }
         std::uint32_t along_x = 0, along_y = 0, along_z = 0, to_subtract = 0;
@@ -190,12 +193,13 @@ void count_rows_of(const InsideBits& bits, std::size_t row_begin, std::size_t ro
         counts.along_y[r] = along_y;
         counts.triangles[r] = row.has_cells ? to_subtract : 0;
     }
+    if constexpr (kUndecided) undecided->resize(static_cast<std::size_t>(next - undecided->data()));
 }
 
 void count_rows_target(const InsideBits& bits, std::size_t row_begin, std::size_t row_end, RowCounts& counts,
-                       ActiveWords& active, std::uint64_t* ambiguous) {
-    if (ambiguous != nullptr)
-        count_rows_of<true>(bits, row_begin, row_end, counts, active, ambiguous);
+                       ActiveWords& active, Buffer<UndecidedWords>* undecided) {
+    if (undecided != nullptr)
+        count_rows_of<true>(bits, row_begin, row_end, counts, active, undecided);
     else
         count_rows_of<false>(bits, row_begin, row_end, counts, active, nullptr);
 }
@@ -209,8 +213,8 @@ namespace marrow::internal {
 HWY_EXPORT(count_rows_target);
 
 void count_rows(const InsideBits& bits, std::size_t row_begin, std::size_t row_end, RowCounts& counts,
-                ActiveWords& active, std::uint64_t* ambiguous) {
-    HWY_DYNAMIC_DISPATCH(count_rows_target)(bits, row_begin, row_end, counts, active, ambiguous);
+                ActiveWords& active, Buffer<UndecidedWords>* undecided) {
+    HWY_DYNAMIC_DISPATCH(count_rows_target)(bits, row_begin, row_end, counts, active, undecided);
 }
 
 void count_triangles(const InsideBits& bits, std::size_t row_begin, std::size_t row_end,

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include <marrow/buffer.h>
 #include <marrow/histo_pyramid.h>
 
 #include "inside_bits.h"
@@ -22,12 +23,17 @@ struct RowCounts {
     std::vector<std::uint32_t> triangles;  ///< triangles of the row of cells
 };
 
+/// Words of a row with cells in which the samples may decide the topology: as many words as a vector has.
+struct UndecidedWords {
+    std::uint32_t y;      ///< of the row, in its slice
+    std::uint32_t first;  ///< in the row
+};
+
 /// Counts the points of the rows [row_begin, row_end) and marks their active words. Does not count triangles
 /// yet, because that takes the next rows: `counts.triangles` gets the number that count_triangles()
-/// subtracts. Unless `ambiguous` is null, it gets a mask like that of ActiveWords for each of these rows: the
-/// words with cells in which the samples may decide the topology.
+/// subtracts. Unless `undecided` is null, it becomes the list of the words of these rows that may have undecided cells.
 void count_rows(const InsideBits& bits, std::size_t row_begin, std::size_t row_end, RowCounts& counts,
-                ActiveWords& active, std::uint64_t* ambiguous = nullptr);
+                ActiveWords& active, Buffer<UndecidedWords>* undecided = nullptr);
 
 /// Counts the triangles of the rows [row_begin, row_end). \pre count_rows() of these rows, the next row and
 /// the next slice

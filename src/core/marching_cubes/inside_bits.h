@@ -92,6 +92,8 @@ struct GridRow {
         : index(row),
           y(static_cast<std::int64_t>(row) % bits.ny),
           z(static_cast<std::int64_t>(row) / bits.ny) {}
+    GridRow(const InsideBits& bits, std::int64_t row_y, std::int64_t row_z)
+        : index(bits.row_index(row_y, row_z)), y(row_y), z(row_z) {}
     void advance(const InsideBits& bits) {
         ++index;
         if (++y == bits.ny) y = 0, ++z;

@@ -199,6 +199,11 @@ HWY_INLINE WordVec have_antipodes(const CellVecs& cells) {
     return hn::Or(alone(0, 2), alone(1, 3));
 }
 
+// The cells in which the samples may decide the topology.
+HWY_INLINE WordVec may_be_ambiguous(const CellVecs& cells) {
+    return hn::Or(have_ambiguous_faces(cells), have_antipodes(cells));
+}
+
 // The cells that may have more than one loop.
 HWY_INLINE WordVec may_have_loops(const CellVecs& cells) {
     return hn::Or(have_ambiguous_faces(cells), may_have_antipodes(cells));
