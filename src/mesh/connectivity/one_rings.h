@@ -65,7 +65,7 @@ class OneRings {
         std::array<std::uint32_t, 2> reach;
     };
 
-    // The corners at the points of a band, which is small enough for a cache, and the first one of each point.
+    // The corners at the points of a band, and the first one of each point. A band fits into a cache.
     struct Band {
         Buffer<Corner> corners;
         std::vector<std::size_t> first;
