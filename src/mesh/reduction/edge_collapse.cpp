@@ -14,15 +14,6 @@ namespace marrow::internal {
 
 namespace {
 
-// The middle of an edge counts as a point with this fraction of the weight of its planes. Where the surface
-// is flat or bends along the edge only, it determines the position, and short edges are collapsed first.
-constexpr double kHold = 1e-4;
-// A triangle is thin if its height is below this fraction of its longest edge. A collapse must not make it
-// thinner by more than this factor: the points around a sample that equals the isovalue are so close to each
-// other that merging any two changes the slivers beside them much, until these vanish too.
-constexpr double kThin = 0.05;
-constexpr double kMostThinning = 2;
-constexpr double kMinCosine = 0.2;  // between the normals of a triangle before and after a collapse
 // The sum of squared distances at an end of an edge may be this many times the least sum.
 constexpr double kMostIncrease = 30;
 
@@ -45,20 +36,16 @@ HWY_INLINE Quadric<double> EdgeCollapse::merged_quadric(std::uint32_t a, std::ui
     return merged;
 }
 
-HWY_INLINE EdgeCollapse::Target EdgeCollapse::target(Half h) const {
-    const std::uint32_t a = from(h), b = to(h);
-    const Quadric<double> merged = merged_quadric(a, b);
-    const Vec3d along = position(b) - position(a), middle = 0.5 * along;
-    Quadric<double> held = merged;
-    held.add_point(middle, kHold * merged.weight());
-    Vec3d best = held.minimum().value_or(middle);
-    // If the minimum is far away, the planes are nearly parallel to a line, and rounding errors decide.
-    if (const Vec3d off = best - middle; dot(off, off) > 4 * dot(along, along)) best = middle;
-    const Vec3f there = to_float(position(a) + best);
-    const double sum = merged(to_double(there) - position(a)),
-                 before = static_cast<double>(points_[a].quadric.c) + points_[b].quadric.c,
-                 hold = kHold * merged.weight() * dot(along, along);
-    return {there, static_cast<float>(std::max(0.0, sum - before) + hold), sum, merged.weight()};
+void EdgeCollapse::add_to(CollapseBatch& batch, Half h) const {
+    const Point &a = points_[from(h)], &b = points_[to(h)];
+    batch.add(a.position, a.quadric, b.position, b.quadric);
+}
+
+CollapseTarget EdgeCollapse::target(Half h) const {
+    CollapseBatch batch;
+    add_to(batch, h);
+    batch.evaluate();
+    return batch[0];
 }
 
 EdgeCollapse::Region& EdgeCollapse::region_of(Half h) {
@@ -104,18 +91,30 @@ void EdgeCollapse::queue_all() {
     std::vector<std::vector<std::vector<Cost>>> costs(ranges);
     parallel_for(std::size_t{0}, ranges, [&](std::size_t range) {
         costs[range].resize(regions_.size());
+        CollapseBatch batch;
+        std::array<Half, CollapseBatch::kMost> edges;
+        const auto list_batch = [&] {
+            batch.evaluate();
+            for (std::size_t i = 0; i < batch.size(); ++i) {
+                const Half h = edges[i];
+                if (!is_allowed(batch[i])) continue;
+                costs[range][region_of(h).number].push_back({h, bucket_of(batch[i].cost)});
+                faces_[h / 4].queued |= 1u << h % 4;
+            }
+            batch.clear();
+        };
         const std::size_t end = std::min((range + 1) * kRange, faces_.size());
         for (auto t = static_cast<Half>(range * kRange); t < end; ++t) {
             for (Half h = 4 * t; h < 4 * t + 3; ++h) {
                 const bool wanted = is_alive(h) && twin(h) != kNone && h < twin(h) && !is_fixed(h) &&
                                     (points_[from(h)].changed || points_[to(h)].changed);
                 if (!wanted) continue;
-                const Target there = target(h);
-                if (!is_allowed(there)) continue;
-                costs[range][region_of(h).number].push_back({h, bucket_of(there.cost)});
-                faces_[t].queued |= 1u << h % 4;
+                edges[batch.size()] = h;
+                add_to(batch, h);
+                if (batch.size() == CollapseBatch::kMost) list_batch();
             }
         }
+        list_batch();
     });
     parallel_for(std::size_t{0}, regions_.size(), [&](std::size_t r) {
         for (const auto& range : costs) {
@@ -128,90 +127,108 @@ void EdgeCollapse::queue_all() {
     });
 }
 
-// The triangles and points of the next entries are scattered over the memory. Prefetches them in stages: each
-// stage follows the indices that an earlier stage has fetched for the same entry.
+// Evaluates the next entries of a bucket together, and fetches what the next calls and the collapses need: their
+// triangles and points are scattered over the memory.
 //
 // Everything here must be inlined: GCC treats a function that only prefetches as free of effects and removes
 // calls of it. So the lambdas return addresses.
-HWY_INLINE void EdgeCollapse::prefetch(const Bucket& bucket) const {
-    constexpr std::size_t kStep = 5;
-    const std::size_t left = bucket.entries.size() - bucket.first;
-    const auto entry = [&](std::size_t steps) { return bucket.entries[bucket.first + steps * kStep]; };
-    const auto face = [&](Half h) { return &faces_[h / 4]; };
-    const auto apex = [&](Half h) { return &points_[from(prev(h))]; };
-    if (left > 5 * kStep) hwy::Prefetch(face(entry(5).half));
-    if (left > 4 * kStep && is_alive(entry(4).half)) {
-        const Half h = entry(4).half;
-        hwy::Prefetch(face(twin(h)));
+HWY_INLINE void EdgeCollapse::evaluate(const Bucket& bucket, Evaluated& evaluated) const {
+    constexpr std::size_t kMost = CollapseBatch::kMost;
+    const std::vector<Entry>& entries = bucket.entries;
+    const auto end_of = [&](std::size_t calls) {
+        return std::min(bucket.first + calls * kMost, entries.size());
+    };
+    for (std::size_t i = end_of(2); i < end_of(3); ++i) hwy::Prefetch(&faces_[entries[i].half / 4]);
+    for (std::size_t i = end_of(1); i < end_of(2); ++i) {
+        const Half h = entries[i].half;
+        if (!is_alive(h)) continue;
+        hwy::Prefetch(&faces_[twin(h) / 4]);
         for (const std::uint32_t p : {from(h), to(h)}) hwy::Prefetch(&points_[p]);
     }
-    for (const std::size_t steps : {3, 2, 1}) {
-        if (left <= steps * kStep) continue;
-        const auto [h, version_then] = entry(steps);
-        if (!is_alive(h) || version(h) != version_then) continue;
-        for (const Half side : {h, twin(h)}) {
-            // The next triangles around the end and around the beginning of `side`.
-            Half at_end = twin(next(side)), at_begin = twin(prev(side));
-            if (steps == 3) {
-                hwy::Prefetch(apex(side));
-                hwy::Prefetch(face(at_end));
-                hwy::Prefetch(face(at_begin));
-                continue;
-            }
-            if (steps == 1) at_end = twin(next(at_end)), at_begin = twin(prev(at_begin));
-            hwy::Prefetch(apex(at_end));
-            hwy::Prefetch(apex(at_begin));
-            if (steps == 1) continue;
-            hwy::Prefetch(face(twin(next(at_end))));
-            hwy::Prefetch(face(twin(prev(at_begin))));
-        }
+    evaluated.batch.clear();
+    evaluated.begin = bucket.first;
+    evaluated.end = end_of(1);
+    std::array<Half, 2 * kMost> sides;  // of the edges that are probably collapsed
+    std::size_t side_count = 0;
+    for (std::size_t i = evaluated.begin; i < evaluated.end; ++i) {
+        const Half h = entries[i].half;
+        std::uint8_t& place = evaluated.place[i - evaluated.begin];
+        place = Evaluated::kNowhere;
+        if (!may_collapse(h)) continue;
+        place = static_cast<std::uint8_t>(evaluated.batch.size());
+        evaluated.version[place] = version(h);
+        add_to(evaluated.batch, h);
+        if (evaluated.version[place] != entries[i].version) continue;
+        sides[side_count++] = h;
+        sides[side_count++] = twin(h);
+    }
+    const std::span<const Half> wanted(sides.data(), side_count);
+    const auto face = [&](Half h) { return &faces_[h / 4]; };
+    const auto apex = [&](Half h) { return &points_[from(prev(h))]; };
+    // The next triangle around the end and around the beginning.
+    const auto at_end = [&](Half h) { return twin(next(h)); };
+    const auto at_begin = [&](Half h) { return twin(prev(h)); };
+    for (const Half side : wanted) {
+        hwy::Prefetch(apex(side));
+        hwy::Prefetch(face(at_end(side)));
+        hwy::Prefetch(face(at_begin(side)));
+    }
+    evaluated.batch.evaluate();
+    for (const Half side : wanted) {
+        const Half end = at_end(side), begin = at_begin(side);
+        hwy::Prefetch(apex(end));
+        hwy::Prefetch(apex(begin));
+        hwy::Prefetch(face(at_end(end)));
+        hwy::Prefetch(face(at_begin(begin)));
+    }
+    for (const Half side : wanted) {
+        hwy::Prefetch(apex(at_end(at_end(side))));
+        hwy::Prefetch(apex(at_begin(at_begin(side))));
     }
 }
 
-// Returns a half-edge of the region's edge with the least cost, or kNone if no bucket before `end` has one.
-// If an end has changed since the edge was queued, its cost is computed again, and the edge is mostly
-// queued again with a larger cost.
-EdgeCollapse::Half EdgeCollapse::pop(Region& region, std::size_t end) {
+// Finds the region's edge with the least cost. False if no bucket before `end` has one. If an end has changed
+// since the edge was queued, its cost is computed again, and the edge is mostly queued again with a larger cost.
+bool EdgeCollapse::pop(Region& region, std::size_t end, Evaluated& evaluated, Due& due) {
     for (; region.lowest < end; ++region.lowest) {
         Bucket& bucket = region.buckets[region.lowest];
         while (bucket.first < bucket.entries.size()) {
-            prefetch(bucket);
+            if (evaluated.bucket != region.lowest || bucket.first < evaluated.begin ||
+                bucket.first >= evaluated.end) {
+                evaluated.bucket = region.lowest;
+                evaluate(bucket, evaluated);
+            }
+            const std::uint8_t place = evaluated.place[bucket.first - evaluated.begin];
             const auto [h, version_then] = bucket.entries[bucket.first++];
             faces_[h / 4].queued &= ~(1u << h % 4);
-            if (!is_alive(h) || h > twin(h) || is_fixed(h)) continue;
-            if (version(h) == version_then) return h;
-            const Target there = target(h);
-            if (!is_allowed(there)) continue;
-            const std::size_t new_bucket = bucket_of(there.cost);
-            if (new_bucket <= region.lowest) return h;
+            if (!may_collapse(h)) continue;
+            const std::uint32_t version_now = version(h);
+            const bool is_evaluated = place != Evaluated::kNowhere && evaluated.version[place] == version_now;
+            due = {h, is_evaluated ? evaluated.batch[place] : target(h)};
+            if (version_now == version_then) return true;
+            if (!is_allowed(due.target)) continue;
+            const std::size_t new_bucket = bucket_of(due.target.cost);
+            if (new_bucket <= region.lowest) return true;
             queue(region, h, new_bucket);
         }
         bucket = {};
+        evaluated.end = 0;
     }
-    return kNone;
+    return false;
 }
 
-// Finds the neighbours of a point. False if there are too many.
-bool EdgeCollapse::find_ring(std::uint32_t point, Ring& ring) const {
+// Finds the neighbours of the point at the beginning of a half-edge, the point at its end first. False if there
+// are too many.
+bool EdgeCollapse::find_ring(Half first, Ring& ring) const {
     ring.size = 0;
-    const Half first = points_[point].outgoing;
     Half h = first;
     do {
-        if (ring.size == kMaxNeighbours) return false;
-        ring.points[ring.size++] = to(h);
+        if (ring.size == Ring::kMost) return false;
+        ring.set(ring.size++, to(h), points_[to(h)].position);
         h = twin(prev(h));
     } while (h != first);
+    ring.set(ring.size, to(first), points_[to(first)].position);
     return true;
-}
-
-void EdgeCollapse::find_normals(std::uint32_t point, Ring& ring) const {
-    const Vec3d at = position(point);
-    ring.normal = {};
-    for (std::size_t k = 0; k < ring.size; ++k) {
-        const Vec3d u = position(ring.points[k]), w = position(ring.points[ring.after(k)]);
-        ring.normals[k] = cross(u - at, w - at);
-        ring.normal = ring.normal + ring.normals[k];
-    }
 }
 
 // Whether no other thread changes triangles around the ends of the edge, nor their other neighbours.
@@ -219,8 +236,7 @@ bool EdgeCollapse::is_inside(const Region& region) const {
     if (region.number == 0) return true;
     const auto is_of_region = [&](std::uint32_t p) { return points_[p].region == region.number; };
     const auto is_inside = [&](const Ring& ring) {
-        return std::all_of(ring.points.begin(), ring.points.begin() + static_cast<std::ptrdiff_t>(ring.size),
-                           is_of_region);
+        return std::all_of(ring.points, ring.points + ring.size, is_of_region);
     };
     return is_inside(region.from_ring) && is_inside(region.to_ring);
 }
@@ -228,12 +244,7 @@ bool EdgeCollapse::is_inside(const Region& region) const {
 // The link condition: the one-rings of the ends of h share exactly the two points opposite to h. These points
 // must also keep at least three triangles each.
 bool EdgeCollapse::meets_link_condition(Half h, const Region& region) const {
-    const Ring &a = region.from_ring, &b = region.to_ring;
-    int shared = 0;  // counted without branches, which would often be mispredicted
-    for (std::size_t k = 0; k < b.size; ++k) {
-        for (std::size_t i = 0; i < a.size; ++i) shared += a.points[i] == b.points[k] ? 1 : 0;
-    }
-    if (shared != 2) return false;
+    if (count_shared(region.from_ring, region.to_ring) != 2) return false;
     for (const Half towards : {next(h), next(twin(h))}) {
         const std::uint32_t opposite = to(towards);
         if (!points_[opposite].open && has_few_triangles(opposite)) return false;
@@ -253,36 +264,6 @@ bool EdgeCollapse::has_few_triangles(std::uint32_t point) const {
     return false;
 }
 
-// Whether the triangles at `point`, except those at `other`, keep their shape if `point` moves `there`:
-// they neither flip nor become much thinner while thin. The normal of a thin triangle means little, so the
-// sum of the one-ring's normals replaces it.
-bool EdgeCollapse::keeps_shape(const Ring& ring, std::uint32_t point, std::uint32_t other,
-                               const Vec3d& there) const {
-    const Vec3d here = position(point);
-    for (std::size_t k = 0; k < ring.size; ++k) {
-        const std::uint32_t i = ring.points[k], j = ring.points[ring.after(k)];
-        if (i == other || j == other) continue;
-        const Vec3d u = position(i), w = position(j), &old_normal = ring.normals[k];
-        const Vec3d normal = cross(u - there, w - there);
-        // Areas are squared and edges to the fourth power, so that their ratio compares with kThin squared.
-        const double area = dot(normal, normal), old_area = dot(old_normal, old_normal);
-        const auto longest_edge = [&](const Vec3d& p) {
-            const double edge = std::max({dot(u - p, u - p), dot(w - p, w - p), dot(w - u, w - u)});
-            return edge * edge;
-        };
-        const double edge = longest_edge(there), old_edge = longest_edge(here);
-        const bool was_thin = !(old_area > kThin * kThin * old_edge);
-        const bool is_thinner =
-            edge > 0 ? kMostThinning * kMostThinning * area * old_edge < old_area * edge : old_area > 0;
-        const Vec3d& facing = was_thin ? ring.normal : old_normal;
-        const double cosine = dot(facing, normal), sizes = dot(facing, facing) * area;
-        const bool flips = sizes > 0 && !(cosine > 0 && cosine * cosine > kMinCosine * kMinCosine * sizes);
-        const bool thins = !(area > kThin * kThin * edge) && is_thinner;
-        if (flips || thins) return false;
-    }
-    return true;
-}
-
 bool EdgeCollapse::guard_accepts(Half h, const Vec3d& there, std::vector<PatchTriangle>& patch) {
     patch.clear();
     const std::uint32_t removed[2] = {h / 4, twin(h) / 4};
@@ -298,25 +279,24 @@ bool EdgeCollapse::guard_accepts(Half h, const Vec3d& there, std::vector<PatchTr
 
 // Merges the end of h into its beginning, at the position with the least cost or at the better end. False if
 // no position is acceptable, or if the edge is left for later because it is at the border of the region.
-bool EdgeCollapse::collapse(Half h, Region& region) {
-    Ring &from_ring = region.from_ring, &to_ring = region.to_ring;
+bool EdgeCollapse::collapse(const Due& due, Region& region) {
+    const Half h = due.half, g = twin(h);
     const std::uint32_t a = from(h), b = to(h);
-    if (!find_ring(a, from_ring) || !find_ring(b, to_ring) || from_ring.size + to_ring.size > kMaxNeighbours)
+    Ring &from_ring = region.from_ring, &to_ring = region.to_ring;
+    if (!find_ring(h, from_ring) || !find_ring(g, to_ring) || from_ring.size + to_ring.size > Ring::kMost)
         return false;
     if (!is_inside(region)) {
         faces_[h / 4].queued |= 1u << h % 4;
         region.outside.push_back({region.lowest, {h, version(h)}});
         return false;
     }
-    if (!meets_link_condition(h, region)) return false;
-    find_normals(a, from_ring);
-    find_normals(b, to_ring);
+    CollapseTarget there = due.target;
+    if (!meets_link_condition(h, region) || !is_allowed(there)) return false;
     const auto keeps = [&](const Vec3f& p) {
-        return keeps_shape(from_ring, a, b, to_double(p)) && keeps_shape(to_ring, b, a, to_double(p));
+        return keeps_shape(from_ring, position(a), to_double(p)) &&
+               keeps_shape(to_ring, position(b), to_double(p));
     };
     const Quadric<double> merged = merged_quadric(a, b);
-    Target there = target(h);
-    if (!is_allowed(there)) return false;
     if (!keeps(there.position)) {
         const double least = there.sum, at_a = merged.c, at_b = merged(position(b) - position(a));
         there.position = points_[at_a <= at_b ? a : b].position;
@@ -324,7 +304,6 @@ bool EdgeCollapse::collapse(Half h, Region& region) {
         if (there.sum > kMostIncrease * least || !is_allowed(there) || !keeps(there.position)) return false;
     }
     if (guard_ && !guard_accepts(h, to_double(there.position), region.patch)) return false;
-    const Half g = twin(h);
     for_each_outgoing(b, [&](Half out) { faces_[out / 4].from[out % 4] = a; });
     // Removes the two triangles along h. Each had an edge to a and an edge to b, which become one edge.
     const auto close = [&](Half left, Half right) {
@@ -360,7 +339,7 @@ void EdgeCollapse::queue_around(std::uint32_t point, Region& region) {
         points_[to(out)].changed = true;
         const Half edge = std::min(out, twin(out));
         if (is_queued(edge) || is_fixed(edge)) return;
-        const Target there = target(edge);
+        const CollapseTarget there = target(edge);
         if (is_allowed(there))
             queue(region.number == 0 ? region_of(edge) : region, edge, bucket_of(there.cost));
     });
@@ -370,10 +349,11 @@ void EdgeCollapse::queue_around(std::uint32_t point, Region& region) {
 // Returns how many it collapsed.
 std::size_t EdgeCollapse::collapse_up_to(std::size_t most, std::size_t end, Region& region, Stage& stage) {
     std::size_t collapsed = 0, reported = 0;
-    Half h = kNone;
-    for (std::size_t tried = 1; collapsed < most && (h = pop(region, end)) != kNone; ++tried) {
-        const std::uint32_t kept = from(h);
-        if (collapse(h, region)) {
+    Evaluated evaluated;
+    Due due;
+    for (std::size_t tried = 1; collapsed < most && pop(region, end, evaluated, due); ++tried) {
+        const std::uint32_t kept = from(due.half);
+        if (collapse(due, region)) {
             ++collapsed;
             queue_around(kept, region);
         }

@@ -14,6 +14,8 @@
 
 #include "base/parallel.h"
 #include "collapse_guard.h"
+#include "collapse_ring.h"
+#include "collapse_target.h"
 #include "quadric.h"
 
 namespace marrow::internal {
@@ -103,26 +105,22 @@ class EdgeCollapse {
         bool is_new : 1 = false;            // a collapse or its undoing has changed it since the last result
         Quadric<float> quadric{};  // of the planes of the points that it replaces, relative to its position
     };
-    static constexpr std::size_t kMaxNeighbours = 32;
-    // The one-ring of a point. Triangle k has the neighbours k and k + 1. Normals are as long as twice the
-    // area.
-    struct Ring {
-        std::size_t size = 0;
-        std::array<std::uint32_t, kMaxNeighbours> points;
-        std::array<Vec3d, kMaxNeighbours> normals;
-        Vec3d normal;  // the sum of the normals
-
-        std::size_t after(std::size_t k) const { return k + 1 == size ? 0 : k + 1; }
-    };
-    // Where the collapse of an edge would put its point.
-    struct Target {
-        Vec3f position;
-        float cost;          // by how much the sum of squared distances grows
-        double sum, weight;  // of the squared distances there, and of their planes
-    };
     struct Entry {
         Half half;
         std::uint32_t version;  // the sum of both ends' latest collapses when the entry was queued
+    };
+    // Entries of a bucket whose collapses were evaluated, unless they had become impossible.
+    struct Evaluated {
+        std::size_t bucket = 0, begin = 0, end = 0;
+        CollapseBatch batch;
+        static constexpr std::uint8_t kNowhere = 255;
+        std::array<std::uint8_t, CollapseBatch::kMost> place;     // of each entry in the batch
+        std::array<std::uint32_t, CollapseBatch::kMost> version;  // of each edge in the batch
+    };
+    // An edge that is next to be collapsed.
+    struct Due {
+        Half half;
+        CollapseTarget target;
     };
     // A collapse merges the end of a half-edge into its beginning.
     struct Collapse {
@@ -180,10 +178,14 @@ class EdgeCollapse {
     void divide(const Mesh& mesh);
     Vec3d position(std::uint32_t point) const { return to_double(points_[point].position); }
     Quadric<double> merged_quadric(std::uint32_t a, std::uint32_t b) const;
-    Target target(Half h) const;
-    bool is_allowed(const Target& target) const { return target.sum <= max_squared_error_ * target.weight; }
+    void add_to(CollapseBatch& batch, Half h) const;
+    CollapseTarget target(Half h) const;
+    bool is_allowed(const CollapseTarget& target) const {
+        return target.sum <= max_squared_error_ * target.weight;
+    }
     std::uint32_t version(Half h) const { return points_[from(h)].latest + points_[to(h)].latest; }
     bool is_fixed(Half h) const { return points_[from(h)].fixed || points_[to(h)].fixed; }
+    bool may_collapse(Half h) const { return is_alive(h) && h < twin(h) && !is_fixed(h); }
     Region& region_of(Half h);
     Collapse& logged(std::uint32_t collapse);
     std::uint32_t later_of(std::uint32_t a, std::uint32_t b);
@@ -192,16 +194,14 @@ class EdgeCollapse {
     void queue(Region& region, Half h, std::size_t bucket);
     static void append(Region& region, Entry entry, std::size_t bucket);
     void queue_all();
-    Half pop(Region& region, std::size_t end);
-    void prefetch(const Bucket& bucket) const;
-    bool find_ring(std::uint32_t point, Ring& ring) const;
-    void find_normals(std::uint32_t point, Ring& ring) const;
+    void evaluate(const Bucket& bucket, Evaluated& evaluated) const;
+    bool pop(Region& region, std::size_t end, Evaluated& evaluated, Due& due);
+    bool find_ring(Half first, Ring& ring) const;
     bool is_inside(const Region& region) const;
     bool meets_link_condition(Half h, const Region& region) const;
     bool has_few_triangles(std::uint32_t point) const;
-    bool keeps_shape(const Ring& ring, std::uint32_t point, std::uint32_t other, const Vec3d& position) const;
     bool guard_accepts(Half h, const Vec3d& position, std::vector<PatchTriangle>& patch);
-    bool collapse(Half h, Region& region);
+    bool collapse(const Due& due, Region& region);
     void queue_around(std::uint32_t point, Region& region);
     std::size_t collapse_up_to(std::size_t most, std::size_t end, Region& region, Stage& stage);
     void collapse_regions(std::size_t triangles, Stage& stage);
