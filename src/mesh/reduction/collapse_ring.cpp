@@ -1,4 +1,4 @@
-// Compares rings of triangles before and after a collapse. Highway compiles this file once for each SIMD target.
+// Compares rings before and after a collapse. Highway compiles this file once for each SIMD target.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "mesh/reduction/collapse_ring.cpp"
 #include <hwy/foreach_target.h>
@@ -41,8 +41,8 @@ struct Normals {
     Vec3d sum{};
 };
 
-// The longest edge of triangles with the edges u and w, and a third one whose squared length is `across`, to the
-// fourth power.
+// The longest edge of triangles with the edges u and w, and a third one whose squared length is `across`,
+// to the fourth power.
 HWY_INLINE V longest_edge(const Vectors& u, const Vectors& w, V across) {
     const V edge = hn::Max(hn::Max(dot(u, u), dot(w, w)), across);
     return hn::Mul(edge, edge);

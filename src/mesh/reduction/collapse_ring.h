@@ -8,8 +8,8 @@
 
 namespace marrow::internal {
 
-/// The neighbours of a point. Triangle k has the neighbours k and k + 1. The first neighbour is repeated after
-/// the last one, and kernels read beyond it.
+/// The neighbours of a point. Triangle k has the neighbours k and k + 1. The first neighbour is repeated
+/// after the last one, and kernels read beyond it.
 struct Ring {
     static constexpr std::size_t kMost = 32;
     static constexpr std::size_t kCapacity = kMost + 8;

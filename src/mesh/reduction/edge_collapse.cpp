@@ -20,8 +20,10 @@ constexpr double kMostIncrease = 30;
 // While regions have this many triangles on average, they are worth a thread.
 constexpr std::size_t kFewTriangles = 1024;
 
+constexpr std::size_t kPerOctave = 8;  // buckets
+
 std::uint32_t bucket_of(float cost) {
-    return std::bit_cast<std::uint32_t>(cost) >> 20;  // eight buckets per octave
+    return std::bit_cast<std::uint32_t>(cost) >> 20;
 }
 
 }  // namespace
@@ -127,8 +129,8 @@ void EdgeCollapse::queue_all() {
     });
 }
 
-// Evaluates the next entries of a bucket together, and fetches what the next calls and the collapses need: their
-// triangles and points are scattered over the memory.
+// Evaluates the next entries of a bucket together, and fetches what the next calls and the collapses need:
+// their triangles and points are scattered over the memory.
 //
 // Everything here must be inlined: GCC treats a function that only prefetches as free of effects and removes
 // calls of it. So the lambdas return addresses.
@@ -187,8 +189,9 @@ HWY_INLINE void EdgeCollapse::evaluate(const Bucket& bucket, Evaluated& evaluate
     }
 }
 
-// Finds the region's edge with the least cost. False if no bucket before `end` has one. If an end has changed
-// since the edge was queued, its cost is computed again, and the edge is mostly queued again with a larger cost.
+// Finds the region's edge with the least cost. False if no bucket before `end` has one. If an end has
+// changed since the edge was queued, its cost is computed again, and the edge is mostly queued again with a
+// larger cost.
 bool EdgeCollapse::pop(Region& region, std::size_t end, Evaluated& evaluated, Due& due) {
     for (; region.lowest < end; ++region.lowest) {
         Bucket& bucket = region.buckets[region.lowest];
@@ -217,8 +220,8 @@ bool EdgeCollapse::pop(Region& region, std::size_t end, Evaluated& evaluated, Du
     return false;
 }
 
-// Finds the neighbours of the point at the beginning of a half-edge, the point at its end first. False if there
-// are too many.
+// Finds the neighbours of the point at the beginning of a half-edge, the point at its end first. False if
+// there are too many.
 bool EdgeCollapse::find_ring(Half first, Ring& ring) const {
     ring.size = 0;
     Half h = first;
@@ -391,15 +394,20 @@ void EdgeCollapse::reduce_to(std::size_t triangles, const Progress& progress) {
 }
 
 // Collapses the inner edges of all regions at the same time, cheapest first, and those between regions in
-// turn, bucket by bucket, until few are left to collapse.
+// turn, until few are left to collapse. The shared cost rises bucket by bucket; at first by octaves, as
+// the order matters little between edges that all go in the end.
 void EdgeCollapse::collapse_regions(std::size_t triangles, Stage& stage) {
     const std::size_t few = std::max(faces_.size() / 64, 16 * regions_.size());
     std::vector<std::size_t> queued(regions_.size()), collapsed(regions_.size());
+    const std::size_t half = triangles + (alive_ - triangles) / 2;
     while (has_queued() && alive_ > std::max(triangles + few, kFewTriangles * regions_.size())) {
         std::size_t lowest = regions_[0].lowest;
         for (const Region& region : regions_) lowest = std::min(lowest, region.lowest);
+        const std::size_t end =
+            std::min(lowest + (alive_ > half ? kPerOctave : 1), regions_[0].buckets.size());
         for (std::size_t r = 0; r < regions_.size(); ++r) {
-            queued[r] = regions_[r].buckets[lowest].left();
+            queued[r] = 0;
+            for (std::size_t b = lowest; b < end; ++b) queued[r] += regions_[r].buckets[b].left();
             regions_[r].time = regions_[0].time;
         }
         // Each region gets a share of half of the collapses that are left, so that all stop at about the same
@@ -407,7 +415,7 @@ void EdgeCollapse::collapse_regions(std::size_t triangles, Stage& stage) {
         const std::size_t all = std::accumulate(queued.begin(), queued.end(), std::size_t{1}),
                           wanted = (alive_ - triangles) / 4;
         parallel_for(std::size_t{1}, regions_.size(), [&](std::size_t r) {
-            collapsed[r] = collapse_up_to(1 + wanted * queued[r] / all, lowest + 1, regions_[r], stage);
+            collapsed[r] = collapse_up_to(1 + wanted * queued[r] / all, end, regions_[r], stage);
         });
         Region& between = regions_[0];
         for (std::size_t r = 1; r < regions_.size(); ++r) {
@@ -416,7 +424,7 @@ void EdgeCollapse::collapse_regions(std::size_t triangles, Stage& stage) {
             regions_[r].outside.clear();
             between.time = std::max(between.time, regions_[r].time);
         }
-        alive_ -= 2 * collapse_up_to((alive_ - triangles) / 4, lowest + 1, between, stage);
+        alive_ -= 2 * collapse_up_to((alive_ - triangles) / 4, end, between, stage);
     }
     // One thread goes on with all edges.
     for (std::size_t r = 1; r < regions_.size(); ++r) regions_[0].take(regions_[r]);

@@ -50,10 +50,10 @@ void EdgeCollapse::divide(const Mesh& mesh) {
     std::vector<std::uint32_t> size(count + 1, 0);
     if (count > 0) {
         const Buffer<std::uint16_t> region = divide_points(mesh.points, count);
-        for (std::size_t p = 0; p < points_.size(); ++p) {
-            points_[p].region = region[p];
-            if (points_[p].outgoing != kNone) ++size[region[p]];
-        }
+        parallel_for_ranges(std::size_t{0}, points_.size(), 4096, [&](const auto& range) {
+            for (std::size_t p = range.begin(); p < range.end(); ++p) points_[p].region = region[p];
+        });
+        for (const std::uint16_t r : region) ++size[r];
     }
     regions_.reserve(count + 1);
     for (std::size_t r = 0; r <= count; ++r) regions_.emplace_back(static_cast<std::uint16_t>(r));
@@ -61,6 +61,7 @@ void EdgeCollapse::divide(const Mesh& mesh) {
     std::uint32_t first_collapse = 1;
     for (std::size_t r = 1; r <= count; ++r) {
         regions_[r].first_collapse = first_collapse;
+        regions_[r].log.reserve(size[r]);
         first_collapse += size[r];
     }
     regions_[0].first_collapse = first_collapse;
