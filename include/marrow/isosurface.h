@@ -29,7 +29,7 @@ struct IsosurfaceOptions {
 struct IsosurfaceStats {
     std::int64_t non_finite_samples = 0;  ///< NaN and infinite samples; they count as outside
     std::int64_t scratch_bytes = 0;       ///< memory in addition to the volume and the mesh
-    double classify_seconds = 0;          ///< with `topology`, also most of counting
+    double classify_seconds = 0;
     double count_seconds = 0;
     double emit_seconds = 0;  ///< points, normals and triangles, with `snap` also merging
 };

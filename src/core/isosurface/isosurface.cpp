@@ -66,24 +66,22 @@ struct Extraction {
     std::size_t slices() const { return static_cast<std::size_t>(bits.nz); }
 };
 
-// With exact topology, `ambiguous` counts the rows of a slice as soon as it can.
-void classify(Extraction& e, double isovalue, AmbiguousCells* ambiguous) {
+void classify(Extraction& e, double isovalue) {
     Stage stage(e.options.progress, 0, 0.3, e.slices());
     BlockRanges* ranges = e.ranges ? &*e.ranges : nullptr;
-    const auto from = std::exchange(e.classified_for, std::nullopt);
-    std::atomic<std::int64_t> non_finite = 0;
-    const auto classify_slice_of = [&](std::int64_t z) {
-        if (from)
+    if (const auto from = std::exchange(e.classified_for, std::nullopt)) {
+        parallel_for(std::int64_t{0}, e.bits.nz, [&](std::int64_t z) {
             reclassify_slice(e.volume, *from, isovalue, z, e.bits, *ranges);
-        else
+            stage.step();
+        });
+    } else {
+        std::atomic<std::int64_t> non_finite = 0;
+        parallel_for(std::int64_t{0}, e.bits.nz, [&](std::int64_t z) {
             non_finite += classify_slice(e.volume, isovalue, z, e.bits, ranges);
-        stage.step();
-    };
-    if (ambiguous != nullptr)
-        ambiguous->count(0, e.bits.nz, e.rows, e.active, classify_slice_of);
-    else
-        parallel_for(std::int64_t{0}, e.bits.nz, classify_slice_of);
-    if (!from) e.non_finite_samples = non_finite;
+            stage.step();
+        });
+        e.non_finite_samples = non_finite;
+    }
     if (ranges != nullptr) e.classified_for = isovalue;
 }
 
@@ -92,20 +90,24 @@ struct Pyramids {
     HistoPyramid points, triangles;
 };
 
-// `ambiguous` is null without exact topology. It has counted the rows.
-Pyramids count(Extraction& e, const AmbiguousCells* ambiguous) {
+// `ambiguous` is null without exact topology.
+Pyramids count(Extraction& e, AmbiguousCells* ambiguous) {
+    // If the previous extraction was cancelled, its pyramids took these arrays with them.
+    e.rows.points.resize(e.bits.rows());
+    e.rows.triangles.resize(e.bits.rows());
     Stage stage(e.options.progress, 0.3, 0.4, e.slices());
     const auto for_each_slice = [&](const auto& f) {
         parallel_for(std::int64_t{0}, e.bits.nz,
-                     [&](std::int64_t z) { f(e.bits.row_index(0, z), e.bits.row_index(0, z + 1)); });
+                     [&](std::int64_t z) { f(z, e.bits.row_index(0, z), e.bits.row_index(0, z + 1)); });
     };
-    if (ambiguous == nullptr) {
-        for_each_slice([&](std::size_t row_begin, std::size_t row_end) {
+    for_each_slice([&](std::int64_t z, std::size_t row_begin, std::size_t row_end) {
+        if (ambiguous != nullptr)
+            ambiguous->count(z, e.rows, e.active);
+        else
             count_rows(e.bits, row_begin, row_end, e.rows, e.active);
-            stage.step();
-        });
-    }
-    for_each_slice([&](std::size_t row_begin, std::size_t row_end) {
+        stage.step();
+    });
+    for_each_slice([&](std::int64_t, std::size_t row_begin, std::size_t row_end) {
         count_triangles(e.bits, row_begin, row_end, e.rows);
     });
     if (ambiguous != nullptr) {
@@ -148,14 +150,11 @@ std::size_t emit(const Extraction& e, const Pyramids& pyramids, double isovalue,
 // Extracts one surface, and measures the time of each pass.
 void extract(Extraction& e, double isovalue, Mesh& mesh, IsosurfaceStats* stats) {
     const auto start = Clock::now();
-    // If the previous extraction was cancelled, its pyramids took these arrays with them.
-    e.rows.points.resize(e.bits.rows());
-    e.rows.triangles.resize(e.bits.rows());
+    classify(e, isovalue);
+    const auto classified = Clock::now();
     std::optional<AmbiguousCells> ambiguous;
     if (e.options.topology) ambiguous.emplace(e.volume, isovalue, e.to_physical, e.bits);
     AmbiguousCells* const cells = ambiguous ? &*ambiguous : nullptr;
-    classify(e, isovalue, cells);
-    const auto classified = Clock::now();
     Pyramids pyramids = count(e, cells);
     const auto counted = Clock::now();
     const std::uint64_t points = pyramids.points.total(), triangles = pyramids.triangles.total();

@@ -186,14 +186,12 @@ Pyramids count(Slabs& s) {
     for (std::int64_t z = 0; z < bits.nz; z += slices) {
         const std::int64_t end = std::min(z + slices, bits.nz);
         window.advance(end + 1, 0);
-        if (s.ambiguous) {
-            s.ambiguous->count(z, end, s.rows, s.active, [](std::int64_t) {});
-            for (std::int64_t slice = z; slice < end; ++slice) s.ambiguous->forget(slice);
-        } else {
-            parallel_for(z, end, [&](std::int64_t slice) {
-                count_rows(bits, bits.row_index(0, slice), bits.row_index(0, slice + 1), s.rows, s.active);
-            });
-        }
+        parallel_for(z, end, [&](std::int64_t slice) {
+            const std::size_t row_begin = bits.row_index(0, slice), row_end = bits.row_index(0, slice + 1);
+            if (!s.ambiguous) return count_rows(bits, row_begin, row_end, s.rows, s.active);
+            s.ambiguous->count(slice, s.rows, s.active);
+            s.ambiguous->forget(slice);
+        });
         // The bits that the next slab begins with are there already, so none of the samples is needed again,
         // except those that ambiguous cells ask.
         window.release(end, s.ambiguous ? 0 : -1);

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <type_traits>
 
-#include "base/parallel.h"
 #include "candidate_cells.h"
 #include "core/volume/rows.h"
 #include "corner_samples.h"
@@ -126,44 +125,23 @@ void decide(const SliceSamples<T>& samples, const CandidateCells& candidates, Sl
 
 }  // namespace
 
-void AmbiguousCells::count(std::int64_t slice_begin, std::int64_t slice_end, RowCounts& counts,
-                           ActiveWords& active, const std::function<void(std::int64_t)>& classify) {
-    const auto count_slice = [&](std::int64_t slice, CandidateCells& candidates) {
-        candidates.slice = slice;
-        count_rows(bits_, bits_.row_index(0, slice), bits_.row_index(0, slice + 1), counts, active,
-                   &candidates.words);
-        candidates.list_cells(volume_, bits_);
-        decide(candidates);
-    };
-    // Blocks of slices, of which the last takes the bits of the next block.
-    constexpr std::int64_t kMost = 32;
-    const std::int64_t block =
-        std::clamp<std::int64_t>((slice_end - slice_begin) / (4 * thread_count()), 1, kMost);
-    const std::int64_t blocks = (slice_end - slice_begin + block - 1) / block;
-    const auto end_of = [&](std::int64_t b) { return std::min(slice_begin + (b + 1) * block, slice_end); };
-    parallel_for(std::int64_t{0}, blocks, [&](std::int64_t b) {
-        CandidateCells candidates;
-        const std::int64_t begin = slice_begin + b * block;
-        for (std::int64_t slice = begin; slice < end_of(b); ++slice) {
-            classify(slice);
-            if (slice > begin) count_slice(slice - 1, candidates);
-        }
-    });
-    parallel_for(std::int64_t{0}, blocks, [&](std::int64_t b) {
-        CandidateCells candidates;
-        count_slice(end_of(b) - 1, candidates);
-    });
-}
-
-void AmbiguousCells::find_again(std::int64_t slice, const ActiveWords& active) {
-    CandidateCells candidates;
+void AmbiguousCells::count(std::int64_t slice, RowCounts& counts, ActiveWords& active) {
+    CandidateCells& candidates = candidates_.local();
     candidates.slice = slice;
-    candidates.find_words(bits_, active);
-    candidates.list_cells(volume_, bits_);
+    count_rows(bits_, bits_.row_index(0, slice), bits_.row_index(0, slice + 1), counts, active,
+               &candidates.words);
     decide(candidates);
 }
 
-void AmbiguousCells::decide(const CandidateCells& candidates) {
+void AmbiguousCells::find_again(std::int64_t slice, const ActiveWords& active) {
+    CandidateCells& candidates = candidates_.local();
+    candidates.slice = slice;
+    candidates.find_words(bits_, active);
+    decide(candidates);
+}
+
+void AmbiguousCells::decide(CandidateCells& candidates) {
+    candidates.list_cells(volume_, bits_);
     Slice& slice = slices_[static_cast<std::size_t>(candidates.slice)];
     SliceWriter writer(candidates.size(), static_cast<std::size_t>(bits_.ny), slice.rows, slice.cells);
     visit_sample_type(volume_.type, [&](auto sample) {

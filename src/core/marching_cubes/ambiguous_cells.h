@@ -7,7 +7,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <limits>
 #include <span>
 #include <vector>
@@ -16,6 +15,7 @@
 #include <marrow/mesh.h>
 #include <marrow/volume.h>
 
+#include "base/parallel.h"
 #include "candidate_cells.h"
 #include "cell_topology.h"
 #include "core/grid/index_to_physical.h"
@@ -58,11 +58,8 @@ class AmbiguousCells {
           bits_(bits),
           slices_(static_cast<std::size_t>(bits.nz)) {}
 
-    /// Counts the rows of the slices [slice_begin, slice_end) as count_rows() does, and finds their ambiguous
-    /// cells, on all threads. Any of these first calls classify(slice) for each slice, which makes its inside
-    /// bits unless they are there already. So the samples are still in the cache when they decide.
-    void count(std::int64_t slice_begin, std::int64_t slice_end, RowCounts& counts, ActiveWords& active,
-               const std::function<void(std::int64_t)>& classify);
+    /// Counts the rows of a slice as count_rows() does, and finds its ambiguous cells.
+    void count(std::int64_t slice, RowCounts& counts, ActiveWords& active);
     /// Adds what the ambiguous cells of a slice change. \pre count_triangles() of all rows
     void add_to(RowCounts& counts, std::int64_t slice) const;
 
@@ -88,7 +85,7 @@ class AmbiguousCells {
         std::vector<AmbiguousRow> rows;  // in the order of y
         Buffer<AmbiguousCell> cells;     // in the order of (y, x)
     };
-    void decide(const CandidateCells& candidates);
+    void decide(CandidateCells& candidates);
     template <class T>
     void emit_points_of(std::size_t row, std::span<const AmbiguousCell> cells, Vec3f* points,
                         Vec3f* normals) const;
@@ -98,6 +95,7 @@ class AmbiguousCells {
     const IndexToPhysical& to_physical_;
     const InsideBits& bits_;
     std::vector<Slice> slices_;
+    PerThread<CandidateCells> candidates_;  // whose memory serves one slice after the other
 };
 
 /// Visits the rows that have ambiguous cells, in ascending order.

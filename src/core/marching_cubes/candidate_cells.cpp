@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 
 #include "candidate_cells.h"
 #include "cell_rows-inl.h"
@@ -17,7 +16,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace marrow::internal::HWY_NAMESPACE {
 
-// Writes `y` for each of `count` cells. Returns their end; up to four elements after it are overwritten.
+// Writes `y` for each of `count` cells. Returns their end; up to three elements after it are overwritten.
 HWY_INLINE std::uint32_t* repeat(std::uint32_t y, std::size_t count, std::uint32_t* HWY_RESTRICT out) {
     for (std::size_t k = 0; k < count; k += 4) std::fill_n(out + k, 4, y);
     return out + count;

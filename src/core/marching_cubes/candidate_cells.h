@@ -13,7 +13,7 @@
 
 namespace marrow::internal {
 
-/// The candidates of a slice. Its memory serves one slice after the other.
+/// The candidates of a slice.
 class CandidateCells {
   public:
     std::int64_t slice = 0;
@@ -21,8 +21,8 @@ class CandidateCells {
 
     /// Finds `words` again, among the active ones.
     void find_words(const InsideBits& bits, const ActiveWords& active);
-    /// Lists the cells in `words`, and asks for their samples: those of a large volume are not in the cache, and a
-    /// miss takes longer than a decision.
+    /// Lists the cells in `words`, and asks for their samples: those of a large volume are not in the cache,
+    /// and a miss takes longer than a decision.
     void list_cells(const VolumeView& volume, const InsideBits& bits);
 
     /// How many cells are listed. They have the order of (y, x).

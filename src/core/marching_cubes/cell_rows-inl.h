@@ -149,7 +149,7 @@ class CellRows {
     // eight bytes more may be overwritten.
     HWY_INLINE std::uint8_t* list(std::uint64_t active, std::uint8_t* HWY_RESTRICT out) const {
 #if HWY_CAP_GE256
-        // How many of more than four cells there are is unpredictable, so that a loop over them would often be
+        // How many of more than four cells there are is unpredictable, so a loop over them would often be
         // mispredicted. The cases of all 64 take as long as those of some eight.
         if (popcount(active) > 4) return list_many(active, out);
 #endif

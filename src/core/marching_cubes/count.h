@@ -23,7 +23,7 @@ struct RowCounts {
     std::vector<std::uint32_t> triangles;  ///< triangles of the row of cells
 };
 
-/// Words of a row with cells in which the samples may decide the topology: as many words as a vector has.
+/// Words of a row that may have cells whose topology the samples decide: as many as a vector has.
 struct UndecidedWords {
     std::uint32_t y;      ///< of the row, in its slice
     std::uint32_t first;  ///< in the row
@@ -31,7 +31,7 @@ struct UndecidedWords {
 
 /// Counts the points of the rows [row_begin, row_end) and marks their active words. Does not count triangles
 /// yet, because that takes the next rows: `counts.triangles` gets the number that count_triangles()
-/// subtracts. Unless `undecided` is null, it becomes the list of the words of these rows that may have undecided cells.
+/// subtracts. Unless `undecided` is null, it becomes the list of such words of these rows.
 void count_rows(const InsideBits& bits, std::size_t row_begin, std::size_t row_end, RowCounts& counts,
                 ActiveWords& active, Buffer<UndecidedWords>* undecided = nullptr);
 

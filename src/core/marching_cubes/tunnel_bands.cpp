@@ -6,7 +6,6 @@
 #include <hwy/highway.h>
 
 #include <algorithm>
-#include <iterator>
 
 #include "tunnel_bands.h"
 

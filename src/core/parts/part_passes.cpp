@@ -73,21 +73,19 @@ PartPasses::PartPasses(const VolumeView& part, const PartExtent& extent, double 
       bits_(volume_dims(part), closed_sides(extent, options.closed)),
       active_(bits_),
       rows_(bits_.rows()) {
-    Stage stage(options.progress, 0, 0.4, (options.topology ? 1 : 2) * static_cast<std::size_t>(bits_.nz));
-    const auto classify = [&](std::int64_t z) {
+    Stage stage(options.progress, 0, 0.4, 2 * static_cast<std::size_t>(bits_.nz));
+    parallel_for(std::int64_t{0}, bits_.nz, [&](std::int64_t z) {
         classify_slice(part_, isovalue_, z, bits_, nullptr);
         stage.step();
-    };
-    if (options.topology) {
-        ambiguous_.emplace(part_, isovalue_, to_physical_, bits_);
-        ambiguous_->count(0, bits_.nz, rows_, active_, classify);
-    } else {
-        parallel_for(std::int64_t{0}, bits_.nz, classify);
-        parallel_for(std::int64_t{0}, bits_.nz, [&](std::int64_t z) {
+    });
+    if (options.topology) ambiguous_.emplace(part_, isovalue_, to_physical_, bits_);
+    parallel_for(std::int64_t{0}, bits_.nz, [&](std::int64_t z) {
+        if (ambiguous_)
+            ambiguous_->count(z, rows_, active_);
+        else
             count_rows(bits_, bits_.row_index(0, z), bits_.row_index(0, z + 1), rows_, active_);
-            stage.step();
-        });
-    }
+        stage.step();
+    });
     count_triangles(bits_, 0, bits_.rows(), rows_);
     if (ambiguous_) add_ambiguous_cells();
 }
