@@ -7,6 +7,8 @@
 #include <set>
 #include <vector>
 
+#include <marrow/isosurface.h>
+
 #include "core/grid/index_to_physical.h"
 #include "core/marching_cubes/classify.h"
 #include "core/marching_cubes/count.h"
@@ -162,7 +164,7 @@ TEST_P(SnapSearch, SlicesThatAreMadeAgainAreThoseOfAWholeSurface) {
                 exceptions.add(surface.mesh, surface.mesh.triangles[t], round / 2);
             }
             std::vector<std::uint8_t> layers(surface.slices());
-            make_again(input, exceptions, 0.3f, exceptions.take_changed_slices(), surface, layers);
+            make_again(input, exceptions, 0.3f, exceptions.take_changed_slices(), {}, surface, layers);
             const SnapOutput whole = surface_of(input, exceptions, 0.3);
             ASSERT_EQ(mesh_hash(surface.mesh), mesh_hash(whole.mesh)) << round;
             EXPECT_GE(surface.mesh.points.size(), points_before);
@@ -178,6 +180,21 @@ TEST_P(SnapSearch, SlicesThatAreMadeAgainAreThoseOfAWholeSurface) {
                 EXPECT_EQ(surface.starts[z].triangle, whole.starts[z].triangle);
                 EXPECT_EQ(surface.starts[z].cap, whole.starts[z].cap);
             }
+        }
+    }
+}
+
+TEST_P(SnapSearch, LeavesNothingThatIntersects) {
+    Random random(static_cast<std::uint64_t>(300 + GetParam()));
+    std::uniform_real_distribution<double> noise(-1, 1);
+    const Volume volume = sampled<float>(grid(70, 6, 40), [&](auto, auto, auto) { return noise(random); });
+    for (const bool closed : {true, false}) {
+        const Counted counted(volume, 0, closed);
+        for (const double limit : {0.3, 0.45}) {
+            const SnapOutput first = surface_of(counted.input(), SnapExceptions(counted.input()), limit);
+            EXPECT_FALSE(find_self_intersections(first.mesh, OneRings(first.mesh)).empty());
+            const Mesh mesh = extract_isosurface(volume, 0, {.closed = closed, .snap = limit});
+            EXPECT_TRUE(find_self_intersections(mesh, OneRings(mesh)).empty()) << limit << closed;
         }
     }
 }

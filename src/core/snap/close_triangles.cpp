@@ -18,6 +18,7 @@
 
 #include "close_triangles.h"
 
+#include "base/resize_discarding.h"
 #include "mesh/geometry/load_points-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -270,8 +271,8 @@ HWY_EXPORT(list_neighbours_target);
 
 void pack_layer(const SnapOutput& surface, std::size_t begin, std::size_t end, LayerTriangles& to) {
     to.count = end - begin;
-    to.corners.resize(to.count * LayerTriangles::kFloats);
-    to.cells.resize(to.count + LayerTriangles::kSlack);
+    resize_discarding(to.corners, to.count * LayerTriangles::kFloats);
+    resize_discarding(to.cells, to.count + LayerTriangles::kSlack);
     float* corner = to.corners.data();
     for (std::size_t t = begin; t < end; ++t) {
         to.cells[t - begin] = static_cast<std::int32_t>(surface.cells[t]);
@@ -290,8 +291,8 @@ void list_neighbours(const LayerTriangles& layer, const LayerTriangles& next, st
     const std::size_t most = 5 * layer.count;
     for (LayerPairs* list : {&pairs, &pairs_to_next}) {
         const std::size_t cells = list == &pairs ? 5 : 9;
-        list->first.resize(cells * most + LayerPairs::kSlack);
-        list->second.resize(list->first.size());
+        resize_discarding(list->first, cells * most + LayerPairs::kSlack);
+        resize_discarding(list->second, list->first.size());
     }
     HWY_DYNAMIC_DISPATCH(list_neighbours_target)
     (layer, next, static_cast<std::int32_t>(cells_per_row), pairs, pairs_to_next);

@@ -145,7 +145,7 @@ std::vector<TrianglePair> find_intersections(const EmitInput& input, double limi
     }
     std::sort(around.begin(), around.end());
     around.erase(std::unique(around.begin(), around.end()), around.end());
-    return find_self_intersections_among(mesh, around);
+    return find_self_intersections_among(mesh, around, progress, end, end);
 }
 
 }  // namespace marrow::internal

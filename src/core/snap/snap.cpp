@@ -19,6 +19,8 @@
 #include <utility>
 #include <vector>
 
+#include <marrow/error.h>
+
 #include "base/progress.h"
 #include "find_intersections.h"
 #include "relax_caps.h"
@@ -66,12 +68,26 @@ void restore_caps(SnapOutput& surface) {
     }
 }
 
+// Marks the layers beside those that are marked, too. Their triangles share points with these, and such a
+// point is no longer moved if it was a corner of a cap that is gone.
+void mark_neighbours(std::vector<std::uint8_t>& layers) {
+    const std::vector<std::uint8_t> marked = layers;
+    for (std::size_t z = 0; z < marked.size(); ++z) {
+        if (marked[z] == 0) continue;
+        if (z > 0) layers[z - 1] = 1;
+        if (z + 1 < layers.size()) layers[z + 1] = 1;
+    }
+}
+
 }  // namespace
 
 // Without snapping, the surface does not pass through itself. So parts of it are made again, with more and
 // more exceptions around the places where it does.
 std::size_t snap(const EmitInput& input, double limit, bool normals, const Progress& progress, Mesh& mesh) {
+    if (input.triangles.total() >> 32)
+        throw LimitError("snap: the surface has 2^32 triangles or more; crop or coarsen the volume");
     const auto limit_in_edges = static_cast<float>(limit);
+    const Progress progress_again = sub_progress(progress, 1, 1);
     SnapExceptions exceptions(input);
     SnapOutput surface;
     std::swap(surface.mesh, mesh);
@@ -90,7 +106,9 @@ std::size_t snap(const EmitInput& input, double limit, bool normals, const Progr
         if (exceptions.size() == known) break;
         restore_caps(surface);
         std::fill(layers.begin(), layers.end(), std::uint8_t{0});
-        make_again(input, exceptions, limit_in_edges, exceptions.take_changed_slices(), surface, layers);
+        make_again(input, exceptions, limit_in_edges, exceptions.take_changed_slices(), progress_again,
+                   surface, layers);
+        mark_neighbours(layers);
         widen_caps(input, exceptions, limit, surface, layers);
         pairs = find_intersections(input, limit, surface, layers, progress, 1, 1);
     }

@@ -46,7 +46,7 @@ std::size_t make_surface(const EmitInput& input, const SnapExceptions& exception
 }
 
 void make_again(const EmitInput& input, const SnapExceptions& exceptions, float limit,
-                const std::set<std::int64_t>& changed, SnapOutput& surface,
+                const std::set<std::int64_t>& changed, const Progress& progress, SnapOutput& surface,
                 std::vector<std::uint8_t>& layers) {
     // The points of a sample's cluster are in its slice and the one before. Triangles use the points of their
     // slice and of the next.
@@ -56,13 +56,15 @@ void make_again(const EmitInput& input, const SnapExceptions& exceptions, float 
     }
     const bool normals = !surface.mesh.normals.empty();
     std::vector<SnapSlab> slabs;
+    std::size_t slices = 0;
     for (std::size_t begin = 0, end = 0; begin < layers.size(); begin = end + 1) {
         for (end = begin; end < layers.size() && layers[end] != 0;) ++end;
         if (end == begin) continue;
         slabs.emplace_back(input, exceptions, limit, normals, static_cast<std::int64_t>(begin),
                            static_cast<std::int64_t>(end));
+        slices += end - begin;
     }
-    Stage stage({}, 0, 1, 1);
+    Stage stage(progress, 0, 1, slices);
     parallel_for(std::size_t{0}, slabs.size(), [&](std::size_t s) { slabs[s].run(stage); });
     std::vector<SnapPart> parts;
     for (SnapSlab& slab : slabs)

@@ -20,9 +20,9 @@ std::size_t make_surface(const EmitInput& input, const SnapExceptions& exception
 
 /// Makes the slices again that may differ because the samples in the slices `changed` have become exceptions,
 /// and marks them with 1. `layers` has an element for each slice; slices that are marked already are made
-/// again, too. \pre caps are not widened
+/// again, too. \pre caps are not widened \throw Cancelled
 void make_again(const EmitInput& input, const SnapExceptions& exceptions, float limit,
-                const std::set<std::int64_t>& changed, SnapOutput& surface,
+                const std::set<std::int64_t>& changed, const Progress& progress, SnapOutput& surface,
                 std::vector<std::uint8_t>& layers);
 
 }  // namespace marrow::internal

@@ -31,7 +31,9 @@ std::vector<TrianglePair> find_self_intersections(const MeshView& mesh, const On
 /// Finds those of these pairs that have only triangles of a list, in ascending order. The list has all
 /// triangles that share an edge with one of such a pair.
 std::vector<TrianglePair> find_self_intersections_among(const MeshView& mesh,
-                                                        const Buffer<std::uint32_t>& triangles);
+                                                        const Buffer<std::uint32_t>& triangles,
+                                                        const Progress& progress = {}, double begin = 0,
+                                                        double end = 1);
 
 /// Whether a pair can be one of these. True for few others: then the triangles touch.
 bool may_pass_through(const MeshView& mesh, const TrianglePair& pair);
