@@ -60,7 +60,7 @@ HWY_INLINE bool write_fans(const OneRings::Corner* corners, const std::size_t* f
                            std::uint8_t* lists) {
     bool all = true;
     for (const std::uint32_t p : points) {
-        if (!walk_around<kCount>(p, corners + first[p % OneRings::kBand], rings)) {
+        if (!walk_around<kCount>(p, corners + first[p % OneRings::kChunk], rings)) {
             lists[p % OneRings::kChunk] = 0;
             all = false;
         }
@@ -140,6 +140,18 @@ void for_each_corner_backward(std::span<const Triangle> triangles,
     }
 }
 
+// The number of points in a band. The corners of a band fit into a cache. But if the triangles are in no
+// spatial order, each band goes over most of them. Then there is one for each thread.
+std::size_t band_width(const std::vector<std::array<std::uint32_t, 2>>& reaches, std::size_t points) {
+    constexpr std::size_t kBand = 64 * OneRings::kChunk,
+                          kMostReached = 4;  // bands by each section, on average
+    std::size_t reached = 0;
+    for (const auto& [lowest, highest] : reaches) reached += highest / kBand - lowest / kBand + 1;
+    if (reached <= kMostReached * reaches.size()) return kBand;
+    const std::size_t chunks = points / OneRings::kChunk + 1;
+    return OneRings::kChunk * (chunks / static_cast<std::size_t>(thread_count()) + 1);
+}
+
 // Whether each edge of a point leaves it once and arrives once. Then each neighbour occurs in one corner as
 // the next one, and in one as the one before.
 bool are_manifold(std::uint32_t point, std::span<const OneRings::Corner> corners) {
@@ -169,10 +181,11 @@ OneRings::OneRings(const MeshView& mesh)
       chunks_((mesh.points.size() + kChunk - 1) / kChunk) {
     const std::span<const Triangle> triangles = mesh.triangles;
     const std::vector<std::array<std::uint32_t, 2>> reaches = reaches_of_sections(triangles);
-    const std::size_t points = mesh.points.size(), bands = (points + kBand - 1) / kBand;
+    const std::size_t points = mesh.points.size(), width = band_width(reaches, points),
+                      bands = (points + width - 1) / width;
     const auto for_each_band = [&](const auto& f) {
         parallel_for(std::size_t{0}, bands,
-                     [&](std::size_t i) { f(i, i * kBand, std::min((i + 1) * kBand, points)); });
+                     [&](std::size_t i) { f(i, i * width, std::min((i + 1) * width, points)); });
     };
     std::vector<std::size_t> start(bands + 1, 0);  // of the rings of each band
     for_each_band([&](std::size_t band, std::size_t begin, std::size_t end) {
@@ -186,26 +199,28 @@ OneRings::OneRings(const MeshView& mesh)
     for_each_band([&](std::size_t i, std::size_t begin, std::size_t end) {
         Band& band = band_of_thread.local();
         band.corners.resize(std::max(band.corners.size(), start[i + 1] - start[i] + kMostInFan));
-        band.first.resize(kBand + 1);
+        band.first.resize(width + 1);
         // Each entry begins as the end of a list, and goes down to its begin.
         std::size_t sum = 0;
         for (std::size_t p = begin; p < end; ++p) band.first[p - begin] = sum += count_[p];
         band.first[end - begin] = sum;
         for_each_corner_backward(triangles, reaches, begin, end, [&](const Triangle& t, std::size_t c) {
-            band.corners[--band.first[t[c] % kBand]] = {t[(c + 1) % 3], t[(c + 2) % 3]};
+            band.corners[--band.first[t[c] - begin]] = {t[(c + 1) % 3], t[(c + 2) % 3]};
         });
-        for (std::size_t chunk = begin / kChunk; chunk * kChunk < end; ++chunk)
-            list_chunk(band, start[i] + band.first[chunk * kChunk % kBand], chunk);
+        for (std::size_t chunk = begin / kChunk; chunk * kChunk < end; ++chunk) {
+            const std::size_t* const first = &band.first[chunk * kChunk - begin];
+            list_chunk(band.corners.data(), first, start[i] + *first, chunk);
+        }
     });
 }
 
-void OneRings::list_chunk(const Band& band, std::size_t first_ring, std::size_t chunk) {
+void OneRings::list_chunk(const Corner* corners, const std::size_t* first, std::size_t first_ring,
+                          std::size_t chunk) {
     const std::size_t begin = chunk * kChunk, end = std::min(begin + kChunk, size());
-    const std::size_t* const first = band.first.data() + begin % kBand;
     Chunk& c = chunks_[chunk];
     // The lists jump to and fro between the corners, which processors do not expect.
     for (std::size_t i = first[0]; i < first[end - begin]; i += 64 / sizeof(Corner))
-        hwy::Prefetch(&band.corners[i]);
+        hwy::Prefetch(corners + i);
     std::array<std::uint8_t, kChunk> lists;  // the list of each point
     for (std::size_t p = begin; p < end; ++p)
         lists[p - begin] =
@@ -219,8 +234,8 @@ void OneRings::list_chunk(const Band& band, std::size_t first_ring, std::size_t 
     // The rings go in the order of the lists, those of fans behind the others.
     std::size_t fans = first_ring;
     for (const std::uint32_t p : listed(chunk, 0)) fans += count_[p];
-    if (!HWY_DYNAMIC_DISPATCH(write_rings)(band.corners.data(), band.first.data(), listed_.data() + begin,
-                                           c.begin, neighbours_.data() + fans, lists.data()))
+    if (!HWY_DYNAMIC_DISPATCH(write_rings)(corners, first, listed_.data() + begin, c.begin,
+                                           neighbours_.data() + fans, lists.data()))
         move_to_others(chunk, lists, neighbours_.data() + first_ring + first[end - begin] - first[0]);
     std::size_t ring = first_ring;
     for (std::size_t i = begin; i < end; ++i) {
@@ -231,9 +246,9 @@ void OneRings::list_chunk(const Band& band, std::size_t first_ring, std::size_t 
             kinds_[p] = Kind::kFan;
             continue;
         }
-        const std::span<const Corner> corners(&band.corners[first[p - begin]], count_[p]);
-        for (std::size_t k = 0; k < corners.size(); ++k) neighbours_[start_[p] + k] = corners[k].next;
-        kinds_[p] = are_manifold(p, corners) ? Kind::kRegular : Kind::kIrregular;
+        const std::span<const Corner> at_point(corners + first[p - begin], count_[p]);
+        for (std::size_t k = 0; k < at_point.size(); ++k) neighbours_[start_[p] + k] = at_point[k].next;
+        kinds_[p] = are_manifold(p, at_point) ? Kind::kRegular : Kind::kIrregular;
     }
     c.reach = {static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(end - 1)};
     HWY_DYNAMIC_DISPATCH(extend)(c.reach, neighbours_.data() + first_ring, ring - first_ring);

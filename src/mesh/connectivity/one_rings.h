@@ -16,9 +16,8 @@ namespace marrow::internal {
 /// by the number of their neighbours, because loops whose length changes at random are slow.
 class OneRings {
   public:
-    static constexpr std::size_t kChunk = 512;         ///< points
-    static constexpr std::size_t kBand = 64 * kChunk;  ///< points
-    static constexpr std::size_t kMostInFan = 16;      ///< triangles; points with more are no fans
+    static constexpr std::size_t kChunk = 512;     ///< points
+    static constexpr std::size_t kMostInFan = 16;  ///< triangles; points with more are no fans
 
     /// Takes nearly linear time, on all threads. \pre indices are in range
     explicit OneRings(const MeshView& mesh);
@@ -65,14 +64,16 @@ class OneRings {
         std::array<std::uint32_t, 2> reach;
     };
 
-    // The corners at the points of a band, and the first one of each point. A band fits into a cache.
+    // The corners at the points of a band, and the first one of each point.
     struct Band {
         Buffer<Corner> corners;
         std::vector<std::size_t> first;
     };
 
-    // Lists the points of a chunk, whose rings begin at `first_ring`.
-    void list_chunk(const Band& band, std::size_t first_ring, std::size_t chunk);
+    // Lists the points of a chunk, whose rings begin at `first_ring`. `first` has the first corner of each of
+    // its points, and the end of the last one.
+    void list_chunk(const Corner* corners, const std::size_t* first, std::size_t first_ring,
+                    std::size_t chunk);
     // Moves points that turned out to be no fans to list 0, and the rings of the fans up to their `end`, so
     // that no gap is left between them.
     void move_to_others(std::size_t chunk, const std::array<std::uint8_t, kChunk>& lists, std::uint32_t* end);

@@ -172,11 +172,21 @@ BlockPairs::BlockPairs(MeshView mesh, const TriangleBlocks& placed, const Buffer
         }
     });
     std::size_t entries = 0;
-    for (const Section& section : sections_) entries += section.entries.size();
+    double reaches = 0;  // of the sections, as parts of the grid
+    for (const Section& section : sections_) {
+        entries += section.entries.size();
+        if (!section.entries.empty()) reaches += section.last - section.first;
+    }
+    reaches /= static_cast<double>(grid_.size());
     parts_ = 1 + entries / kEntriesInPart;
+    // Each part goes over all sections that reach it. If triangles are in no spatial order, that is most.
+    constexpr double kMostReached = 4;  // parts by each section, on average
+    if (reaches * static_cast<double>(parts_) > kMostReached * static_cast<double>(sections_.size()))
+        parts_ = std::min(parts_, 4 * static_cast<std::size_t>(thread_count()));
 }
 
-void BlockPairs::pairs_in(std::size_t part, std::vector<TrianglePair>& pairs) const {
+void BlockPairs::pairs_in(std::size_t part, std::vector<TrianglePair>& pairs,
+                          std::vector<std::uint32_t>& crowded) const {
     const auto begin = static_cast<std::uint32_t>(grid_.size() * part / parts_),
                end = static_cast<std::uint32_t>(grid_.size() * (part + 1) / parts_);
     std::vector<Entry> entries;
@@ -188,18 +198,9 @@ void BlockPairs::pairs_in(std::size_t part, std::vector<TrianglePair>& pairs) co
     radix_sort(entries, std::bit_width(end - begin), [&](const Entry& entry) { return entry.block - begin; });
     HWY_DYNAMIC_DISPATCH(find_pairs)(mesh_, grid_, wanted_.data(), simple_.data(), entries, pairs);
     for_each_block(entries, [&](std::span<const Entry> block) {
-        if (block.size() > kMostInBlock) find_in_crowd(block, pairs);
+        if (block.size() <= kMostInBlock) return;
+        for (const Entry& entry : block) crowded.push_back(entry.triangle);
     });
-}
-
-void BlockPairs::find_in_crowd(std::span<const Entry> block, std::vector<TrianglePair>& pairs) const {
-    Buffer<Triangle> triangles(block.size());
-    std::transform(block.begin(), block.end(), triangles.begin(),
-                   [&](const Entry& entry) { return mesh_.triangles[entry.triangle]; });
-    const TrianglePyramid pyramid(MeshView(mesh_.points, triangles), simple_);
-    std::vector<TrianglePair> found;
-    pyramid.pairs_from(0, pyramid.units(), found);
-    for (const auto& [s, t] : found) pairs.push_back({block[s].triangle, block[t].triangle});
 }
 
 }  // namespace marrow::internal

@@ -28,10 +28,11 @@ class BlockPairs {
     std::size_t parts() const { return parts_; }
 
     /// Appends the pairs of triangles whose boxes overlap or touch in the blocks of a part, some of them more
-    /// than once. Leaves out those that share a simple point. The order of the pairs is fixed.
-    void pairs_in(std::size_t part, std::vector<TrianglePair>& pairs) const;
+    /// than once. Leaves out those that share a point if one of the two has only simple points. In blocks
+    /// with more than kMostInBlock triangles, it looks for no pairs and appends the triangles to `crowded`.
+    void pairs_in(std::size_t part, std::vector<TrianglePair>& pairs,
+                  std::vector<std::uint32_t>& crowded) const;
 
-    /// Blocks with more triangles are searched by a TrianglePyramid of their own.
     static constexpr std::size_t kMostInBlock = 128;
 
     /// A triangle in a block.
@@ -54,8 +55,6 @@ class BlockPairs {
         Buffer<Entry> entries;
         std::uint32_t first = ~std::uint32_t{0}, last = 0;
     };
-
-    void find_in_crowd(std::span<const Entry> block, std::vector<TrianglePair>& pairs) const;
 
     const MeshView mesh_;
     const BlockGrid& grid_;

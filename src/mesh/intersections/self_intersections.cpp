@@ -153,6 +153,13 @@ class Decider {
     mutable std::optional<TrianglePyramid> made_;
 };
 
+// Sorts a list, and leaves only one of equal elements.
+template <class List>
+void sort_out(List& list) {
+    std::sort(list.begin(), list.end());
+    list.erase(std::unique(list.begin(), list.end()), list.end());
+}
+
 Buffer<Triangle> triangles_of(const MeshView& mesh, const Buffer<std::uint32_t>& numbers) {
     Buffer<Triangle> triangles(numbers.size());
     std::transform(numbers.begin(), numbers.end(), triangles.begin(),
@@ -177,8 +184,7 @@ std::vector<TrianglePair> find_pairs(const Decider& decider, std::size_t parts, 
         const std::lock_guard lock(mutex);
         for (const auto& [s, t] : pairs) all.push_back({numbers[s], numbers[t]});
     });
-    std::sort(all.begin(), all.end());
-    all.erase(std::unique(all.begin(), all.end()), all.end());
+    sort_out(all);
     return all;
 }
 
@@ -209,11 +215,31 @@ std::vector<TrianglePair> find_self_intersections(const MeshView& mesh, const On
     const Buffer<Triangle> triangles = triangles_of(mesh, numbers);
     const MeshView rest(mesh.points, triangles);
     const Buffer<std::uint8_t> simple = find_simple_fans(rest, rings);
+    const Decider decider(rest, nullptr, &rings);
     const BlockPairs search(rest, *blocks, numbers, wanted, simple);
+    std::mutex mutex;
+    Buffer<std::uint32_t> crowded;
     const auto find = [&](std::size_t first, std::size_t last, std::vector<TrianglePair>& pairs) {
-        for (std::size_t part = first; part < last; ++part) search.pairs_in(part, pairs);
+        std::vector<std::uint32_t> in_crowds;
+        for (std::size_t part = first; part < last; ++part) search.pairs_in(part, pairs, in_crowds);
+        const std::lock_guard lock(mutex);
+        crowded.insert(crowded.end(), in_crowds.begin(), in_crowds.end());
     };
-    return find_pairs(Decider(rest, nullptr, &rings), search.parts(), 1, find, numbers, progress, begin, end);
+    std::vector<TrianglePair> found =
+        find_pairs(decider, search.parts(), 1, find, numbers, progress, begin, end);
+    if (crowded.empty()) return found;
+    sort_out(crowded);
+    const Buffer<Triangle> crowd = triangles_of(rest, crowded);
+    const TrianglePyramid pyramid(MeshView(mesh.points, crowd), simple);
+    const auto find_in_crowd = [&](std::size_t first, std::size_t last, std::vector<TrianglePair>& pairs) {
+        pyramid.pairs_from(first, last, pairs);
+        for (auto& [s, t] : pairs) s = crowded[s], t = crowded[t];
+    };
+    const std::vector<TrianglePair> more =
+        find_pairs(decider, pyramid.units(), 64, find_in_crowd, numbers, progress, end, end);
+    found.insert(found.end(), more.begin(), more.end());
+    sort_out(found);
+    return found;
 }
 
 std::vector<TrianglePair> find_self_intersections(const MeshView& mesh, const OneRings& rings,
@@ -222,10 +248,11 @@ std::vector<TrianglePair> find_self_intersections(const MeshView& mesh, const On
 }
 
 std::vector<TrianglePair> find_self_intersections_among(const MeshView& mesh,
-                                                        const Buffer<std::uint32_t>& triangles) {
+                                                        const Buffer<std::uint32_t>& triangles,
+                                                        const Progress& progress, double begin, double end) {
     const Buffer<Triangle> listed = triangles_of(mesh, triangles);
     const MeshView part(mesh.points, listed);
-    return find_pairs(part, TrianglePyramid(part), nullptr, triangles, {}, 0, 1);
+    return find_pairs(part, TrianglePyramid(part), nullptr, triangles, progress, begin, end);
 }
 
 bool may_pass_through(const MeshView& mesh, const TrianglePair& pair) {
