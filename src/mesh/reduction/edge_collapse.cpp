@@ -23,7 +23,8 @@ constexpr std::size_t kFewTriangles = 1024;
 constexpr std::size_t kPerOctave = 8;  // buckets
 
 std::uint32_t bucket_of(float cost) {
-    return std::bit_cast<std::uint32_t>(cost) >> 20;
+    constexpr int kMantissaBits = 23;
+    return std::bit_cast<std::uint32_t>(cost) >> (kMantissaBits - std::countr_zero(kPerOctave));
 }
 
 }  // namespace
@@ -158,9 +159,9 @@ HWY_INLINE void EdgeCollapse::evaluate(const Bucket& bucket, Evaluated& evaluate
         place = Evaluated::kNowhere;
         if (!may_collapse(h)) continue;
         place = static_cast<std::uint8_t>(evaluated.batch.size());
-        evaluated.version[place] = version(h);
+        evaluated.ends[place] = ends(h);
         add_to(evaluated.batch, h);
-        if (evaluated.version[place] != entries[i].version) continue;
+        if (version(h) != entries[i].version) continue;
         sides[side_count++] = h;
         sides[side_count++] = twin(h);
     }
@@ -205,10 +206,9 @@ bool EdgeCollapse::pop(Region& region, std::size_t end, Evaluated& evaluated, Du
             const auto [h, version_then] = bucket.entries[bucket.first++];
             faces_[h / 4].queued &= ~(1u << h % 4);
             if (!may_collapse(h)) continue;
-            const std::uint32_t version_now = version(h);
-            const bool is_evaluated = place != Evaluated::kNowhere && evaluated.version[place] == version_now;
+            const bool is_evaluated = place != Evaluated::kNowhere && evaluated.ends[place] == ends(h);
             due = {h, is_evaluated ? evaluated.batch[place] : target(h)};
-            if (version_now == version_then) return true;
+            if (version(h) == version_then) return true;
             if (!is_allowed(due.target)) continue;
             const std::size_t new_bucket = bucket_of(due.target.cost);
             if (new_bucket <= region.lowest) return true;

@@ -109,13 +109,18 @@ class EdgeCollapse {
         Half half;
         std::uint32_t version;  // the sum of both ends' latest collapses when the entry was queued
     };
+    // What the evaluation of a collapse depends on.
+    struct Ends {
+        std::uint32_t from, to, latest_from, latest_to;
+        bool operator==(const Ends&) const = default;
+    };
     // Entries of a bucket whose collapses were evaluated, unless they had become impossible.
     struct Evaluated {
         std::size_t bucket = 0, begin = 0, end = 0;
         CollapseBatch batch;
         static constexpr std::uint8_t kNowhere = 255;
-        std::array<std::uint8_t, CollapseBatch::kMost> place;     // of each entry in the batch
-        std::array<std::uint32_t, CollapseBatch::kMost> version;  // of each edge in the batch
+        std::array<std::uint8_t, CollapseBatch::kMost> place;  // of each entry in the batch
+        std::array<Ends, CollapseBatch::kMost> ends;           // of each edge in the batch
     };
     // An edge that is next to be collapsed.
     struct Due {
@@ -184,6 +189,10 @@ class EdgeCollapse {
         return target.sum <= max_squared_error_ * target.weight;
     }
     std::uint32_t version(Half h) const { return points_[from(h)].latest + points_[to(h)].latest; }
+    Ends ends(Half h) const {
+        const std::uint32_t a = from(h), b = to(h);
+        return {a, b, points_[a].latest, points_[b].latest};
+    }
     bool is_fixed(Half h) const { return points_[from(h)].fixed || points_[to(h)].fixed; }
     bool may_collapse(Half h) const { return is_alive(h) && h < twin(h) && !is_fixed(h); }
     Region& region_of(Half h);

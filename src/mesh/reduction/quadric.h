@@ -1,16 +1,15 @@
-/// The quadric error metric: weighted squared distances to planes and points.
+/// The quadric error metric: weighted squared distances to planes.
 #pragma once
 
 #include <algorithm>
-#include <optional>
 
 #include <marrow/vector.h>
 
 namespace marrow::internal {
 
-/// The weighted sum of squared distances to planes and points, of the position x relative to an origin:
-/// x.Ax - 2 b.x + c with symmetric A. After Garland and Heckbert 1997. Near the planes and points, it loses
-/// no digits, so that floats can store it.
+/// The weighted sum of squared distances to planes, of the position x relative to an origin: x.Ax - 2 b.x + c
+/// with symmetric A. After Garland and Heckbert 1997. Near the planes, it loses no digits, so that floats can
+/// store it.
 template <class T>
 struct Quadric {
     T xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;  ///< A
@@ -38,14 +37,6 @@ struct Quadric {
         yz += static_cast<T>(weight * n[1] * n[2]);
         zz += static_cast<T>(weight * n[2] * n[2]);
     }
-    /// Adds a point.
-    void add_point(const Vec3<T>& p, T weight) {
-        xx += weight;
-        yy += weight;
-        zz += weight;
-        b = b + weight * p;
-        c += weight * dot(p, p);
-    }
     Quadric& operator+=(const Quadric& q) {
         xx += q.xx;
         xy += q.xy;
@@ -70,19 +61,6 @@ struct Quadric {
         result.b = b - times(x);
         result.c = (*this)(x);
         return result;
-    }
-
-    /// The sum of the weights of the planes, if there are no points.
-    T weight() const { return xx + yy + zz; }
-
-    /// The position with the least sum, by Cramer's rule; nothing if A is nearly singular.
-    std::optional<Vec3<T>> minimum() const {
-        const Vec3<T> r0{xx, xy, xz}, r1{xy, yy, yz}, r2{xz, yz, zz};
-        const Vec3<T> c12 = cross(r1, r2);
-        const T determinant = dot(r0, c12), trace = weight();
-        if (!(determinant > 1e-11 * trace * trace * trace)) return std::nullopt;
-        const Vec3<T> c20 = cross(r2, r0), c01 = cross(r0, r1);
-        return (1 / determinant) * (b[0] * c12 + b[1] * c20 + b[2] * c01);
     }
 };
 
