@@ -184,19 +184,22 @@ TEST_P(SnapSearch, SlicesThatAreMadeAgainAreThoseOfAWholeSurface) {
     }
 }
 
-TEST_P(SnapSearch, LeavesNothingThatIntersects) {
-    Random random(static_cast<std::uint64_t>(300 + GetParam()));
+TEST(SnappedNoise, DoesNotPassThroughItselfWhereItDidAtFirst) {
     std::uniform_real_distribution<double> noise(-1, 1);
-    const Volume volume = sampled<float>(grid(70, 6, 40), [&](auto, auto, auto) { return noise(random); });
-    for (const bool closed : {true, false}) {
-        const Counted counted(volume, 0, closed);
-        for (const double limit : {0.3, 0.45}) {
+    std::size_t passed_through = 0;
+    for (std::uint64_t seed = 0; seed < 8; ++seed) {
+        Random random(seed);
+        const Volume volume =
+            sampled<float>(grid(70, 12, 40), [&](auto, auto, auto) { return noise(random); });
+        const Counted counted(volume, 0, true);
+        for (const double limit : {0.45, 0.49}) {
             const SnapOutput first = surface_of(counted.input(), SnapExceptions(counted.input()), limit);
-            EXPECT_FALSE(find_self_intersections(first.mesh, OneRings(first.mesh)).empty());
-            const Mesh mesh = extract_isosurface(volume, 0, {.closed = closed, .snap = limit});
-            EXPECT_TRUE(find_self_intersections(mesh, OneRings(mesh)).empty()) << limit << closed;
+            passed_through += find_self_intersections(first.mesh, OneRings(first.mesh)).size();
+            const Mesh mesh = extract_isosurface(volume, 0, {.closed = true, .snap = limit});
+            EXPECT_TRUE(find_self_intersections(mesh, OneRings(mesh)).empty()) << seed << ' ' << limit;
         }
     }
+    EXPECT_GT(passed_through, 5u);
 }
 
 }  // namespace
