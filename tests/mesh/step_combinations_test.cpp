@@ -6,7 +6,9 @@
 #include <filesystem>
 #include <limits>
 #include <map>
+#include <ostream>
 #include <random>
+#include <string>
 
 #include <marrow/components.h>
 #include <marrow/isosurface.h>
@@ -335,24 +337,39 @@ TEST(Labels, StayValidWhenRelaxed) {
     EXPECT_GT(held_back[3], 0);
 }
 
-class LabelMaps : public testing::TestWithParam<const char*> {};
+struct LabelMap {
+    const char *name, *path;
+};
+
+void PrintTo(const LabelMap& map, std::ostream* out) {
+    *out << map.path;
+}
+
+class LabelMaps : public testing::TestWithParam<LabelMap> {};
 
 TEST_P(LabelMaps, StayValidWhenRelaxed) {
     if (!wants_long_tests()) GTEST_SKIP() << kLong;
-    const std::filesystem::path path = test_data(GetParam());
-    if (path.empty()) GTEST_SKIP() << GetParam() << " is missing";
+    const std::filesystem::path path = test_data(GetParam().path);
+    if (path.empty()) GTEST_SKIP() << GetParam().path << " is missing";
     expect_valid_labels(read_scan(path), 40);
 }
 
 INSTANTIATE_TEST_SUITE_P(
     All, LabelMaps,
-    testing::Values("/usr/share/mricron/templates/aal.nii.gz", "frog_labels/frog_labels/frogtissue.mhd",
-                    "dental_labels/dental_labels/PostDentalSurgery_Segmentation.nii.gz"));
+    testing::Values(LabelMap{"Brain", "/usr/share/mricron/templates/aal.nii.gz"},
+                    LabelMap{"Frog", "frog_labels/frog_labels/frogtissue.mhd"},
+                    LabelMap{"Jaws", "dental_labels/dental_labels/PostDentalSurgery_Segmentation.nii.gz"}),
+    [](const auto& info) { return std::string(info.param.name); });
 
 struct ScanCase {
-    const char* path;
+    const char *name, *path;
     double dense, skin;  // isovalues
+    ScanOptions options = {};
 };
+
+void PrintTo(const ScanCase& scan, std::ostream* out) {
+    *out << scan.path;
+}
 
 class OtherScans : public testing::TestWithParam<ScanCase> {};
 
@@ -360,7 +377,7 @@ TEST_P(OtherScans, StayValidThroughEveryCombination) {
     if (!wants_long_tests()) GTEST_SKIP() << kLong;
     const std::filesystem::path path = test_data(GetParam().path);
     if (path.empty()) GTEST_SKIP() << GetParam().path << " is missing";
-    const Volume scan = read_scan(path);
+    const Volume scan = read_scan(path, GetParam().options);
     Random random(1);
     for (const double isovalue : {GetParam().dense, GetParam().skin}) {
         for (const double snap : {0.0, 0.3})
@@ -369,11 +386,15 @@ TEST_P(OtherScans, StayValidThroughEveryCombination) {
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(All, OtherScans,
-                         testing::Values(ScanCase{"slicer_cthead_dcm", 1150, 500},
-                                         ScanCase{"tooth_sci/tooth_sci/tooth.nhdr", 600, 300},
-                                         ScanCase{"totalseg/totalseg/example_ct.nii.gz", kBone, kSkin},
-                                         ScanCase{"vhf_ankle_ct", kBone, kSkin}));
+INSTANTIATE_TEST_SUITE_P(
+    All, OtherScans,
+    testing::Values(ScanCase{"SmallHead", "slicer_cthead_dcm", 1150, 500},
+                    ScanCase{"Tooth", "tooth_sci/tooth_sci/tooth.nhdr", 600, 300},
+                    ScanCase{"Abdomen", "totalseg/totalseg/example_ct.nii.gz", kBone, kSkin},
+                    ScanCase{"Ankle", "vhf_ankle_ct", kBone, kSkin},
+                    ScanCase{"TiltedHead", "qa_ct_ge_tilt", kBone, kSkin, {.resample = true}},
+                    ScanCase{"KneeMr", "knee_t2_2echo_bigendian", 2000, 500, {.volume = 0}}),
+    [](const auto& info) { return std::string(info.param.name); });
 
 TEST(Noise, StaysClosedThroughAllSteps) {
     Random random(41);
