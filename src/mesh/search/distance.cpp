@@ -28,6 +28,8 @@ namespace {
 
 // The leaves of the tree that a thread looks at together.
 constexpr std::size_t kLeaves = 32;
+// How many leaves ahead the positions of a leaf are fetched.
+constexpr std::size_t kAhead = 2;
 
 // \pre x >= 0
 double fraction(double x) {
@@ -37,7 +39,9 @@ double fraction(double x) {
 // The k-th position in a triangle, of the additive sequence of the plastic number (Roberts 2018).
 Vec3d spread_position(const TriangleCorners& t, double k) {
     double u = fraction(0.7548776662466927 * k), v = fraction(0.5698402909980532 * k);
-    if (u + v > 1) u = 1 - u, v = 1 - v;
+    // Beyond the triangle, 1 - u and 1 - v are within it. This happens half of the time, so there is no branch.
+    const double beyond = u + v > 1 ? 1 : 0;
+    u = std::abs(beyond - u), v = std::abs(beyond - v);
     return t[0] + u * (t[1] - t[0]) + v * (t[2] - t[0]);
 }
 
@@ -78,7 +82,11 @@ void for_each_group(const SampledMesh& from, const Wanted& wanted, const Progres
             f(group, first / kLeaves);
             group.size = 0;
         };
-        for (const BoxTree::Leaf& leaf : leaves.subspan(first, last - first)) {
+        for (std::size_t l = first; l < last; ++l) {
+            const BoxTree::Leaf& leaf = leaves[l];
+            // Triangles that are near each other may be anywhere in the mesh.
+            if (l + kAhead < last)
+                for (const std::uint32_t t : leaves[l + kAhead].triangle) from.prefetch(t);
             for (std::size_t i = 0; i < leaf.count; ++i) {
                 const std::uint32_t t = leaf.triangle[i];
                 if (!wanted(t)) continue;
@@ -127,7 +135,11 @@ class FurtherPositions {
 namespace internal {
 
 SampledMesh::SampledMesh(const MeshView& mesh, std::int64_t samples) : mesh_(mesh) {
-    parallel_invoke([&] { tree_.emplace(mesh); }, [&] { spread_samples(samples); }, [&] { assign_points(); });
+    parallel_invoke([&] { tree_.emplace(mesh); },
+                    [&] {
+                        spread_samples(samples);
+                        assign_points();
+                    });
 }
 
 // Equal steps along the summed areas of the triangles choose the triangle of each sample.
@@ -138,28 +150,27 @@ void SampledMesh::spread_samples(std::int64_t count) {
     summed_area.reserve(triangles);
     double sum = 0;
     for (const Triangle& t : mesh_.triangles) summed_area.push_back(sum += area(corners_of(mesh_, t)));
-    first_sample_.reserve(triangles + 1);
+    positions_.resize(triangles + 1);
     std::size_t k = 0;
     for (std::size_t t = 0; t < triangles; ++t) {
-        first_sample_.push_back(k);
+        positions_[t] = {k, 0};
         const auto is_within = [&] {
             return t + 1 == triangles ||
                    (static_cast<double>(k) + 0.5) / static_cast<double>(count) * sum < summed_area[t];
         };
         while (k < samples && is_within()) ++k;
     }
-    first_sample_.push_back(k);
+    positions_[triangles] = {k, 0};
 }
 
 void SampledMesh::assign_points() {
-    owned_.assign(mesh_.triangles.size(), 0);
     std::vector<bool> used(mesh_.points.size(), false);
     for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
         for (std::size_t c = 0; c < 3; ++c) {
             const std::uint32_t p = mesh_.triangles[t][c];
             if (used[p]) continue;
             used[p] = true;
-            owned_[t] |= static_cast<std::uint8_t>(1u << c);
+            positions_[t].owned |= std::uint64_t{1} << c;
         }
     }
     for (std::uint32_t p = 0; p < used.size(); ++p) {

@@ -1,11 +1,14 @@
 /// Measures how far one mesh is from another, in one direction.
 #pragma once
 
+#include <hwy/cache_control.h>
+
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <vector>
 
+#include <marrow/buffer.h>
 #include <marrow/measure.h>
 #include <marrow/mesh.h>
 
@@ -25,10 +28,12 @@ class SampledMesh {
     const TriangleTree& tree() const { return *tree_; }
 
     /// Triangle t has the samples first_sample(t) to first_sample(t + 1) - 1.
-    std::size_t first_sample(std::size_t t) const { return first_sample_[t]; }
-    std::size_t sample_count() const { return first_sample_.back(); }
+    std::size_t first_sample(std::size_t t) const { return positions_[t].first_sample; }
+    std::size_t sample_count() const { return positions_.back().first_sample; }
     /// Whether the point at this corner belongs to triangle t. Each point belongs to one of its triangles.
-    bool owns_corner(std::uint32_t t, std::size_t corner) const { return owned_[t] >> corner & 1; }
+    bool owns_corner(std::uint32_t t, std::size_t corner) const { return positions_[t].owned >> corner & 1; }
+    /// Fetches what the above need of triangle t.
+    void prefetch(std::uint32_t t) const { hwy::Prefetch(&positions_[t]); }
     /// The points without triangles.
     const std::vector<std::uint32_t>& unused() const { return unused_; }
 
@@ -38,8 +43,11 @@ class SampledMesh {
 
     MeshView mesh_;
     std::optional<TriangleTree> tree_;
-    std::vector<std::size_t> first_sample_;
-    std::vector<std::uint8_t> owned_;  // bits of corners
+    struct OfTriangle {
+        std::uint64_t first_sample : 61;
+        std::uint64_t owned : 3;  // bits of corners
+    };
+    Buffer<OfTriangle> positions_;  // after those of all triangles, the number of samples
     std::vector<std::uint32_t> unused_;
 };
 

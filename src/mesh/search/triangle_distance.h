@@ -32,23 +32,20 @@ inline double squared_distance_to_triangle(const Vec3d& p, const Vec3d& a, const
     const bool flat = !(nn > kFlat * (uu * vv));
     if (!flat && s >= 0 && t >= 0 && s + t <= nn) {
         const double height = dot(from_a, n);
-        return height * height / nn;
+        return height * height * (1 / nn);
     }
     // Otherwise the nearest point is on an edge that has the projection on its outer side.
-    const auto squared = [&](double along_u, double along_v) {
-        const Vec3d difference = from_a - along_u * u - along_v * v;
+    const auto squared = [](const Vec3d& from, const Vec3d& edge, double part, double total) {
+        const double along = total > 0 ? std::clamp(part * (1 / total), 0.0, 1.0) : 0;
+        const Vec3d difference = from - along * edge;
         return dot(difference, difference);
     };
-    const auto fraction = [](double part, double total) {
-        return total > 0 ? std::clamp(part / total, 0.0, 1.0) : 0;
-    };
     double nearest = std::numeric_limits<double>::infinity();
-    if (flat || t < 0) nearest = squared(fraction(u_from, uu), 0);
-    if (flat || s < 0) nearest = std::min(nearest, squared(0, fraction(v_from, vv)));
-    if (flat || s + t > nn) {
-        const double k = fraction((v_from - u_from) + (uu - uv), (uu - uv) + (vv - uv));
-        nearest = std::min(nearest, squared(1 - k, k));
-    }
+    if (flat || t < 0) nearest = squared(from_a, u, u_from, uu);
+    if (flat || s < 0) nearest = std::min(nearest, squared(from_a, v, v_from, vv));
+    if (flat || s + t > nn)
+        nearest = std::min(
+            nearest, squared(from_a - u, v - u, (v_from - u_from) + (uu - uv), (uu - uv) + (vv - uv)));
     return nearest;
 }
 

@@ -64,60 +64,103 @@ class Query {
     float lower_[3], upper_[3];
 };
 
-// Computes squared_distance_to_triangle, bit for bit, for the triangles of a leaf from index c on.
+// Vectors in space, one in each lane.
 template <class D>
-HWY_INLINE hn::Vec<D> squared_distances(D d, const Vec3d& position, const BoxTree::Leaf& leaf,
-                                        std::size_t c) {
+struct Vectors {
     using V = hn::Vec<D>;
-    const auto dot = [](V ax, V ay, V az, V bx, V by, V bz) {
-        return hn::Add(hn::Add(hn::Mul(ax, bx), hn::Mul(ay, by)), hn::Mul(az, bz));
-    };
-    const auto corner = [&](std::size_t which, std::size_t axis) {
-        return hn::PromoteTo(d, hn::LoadU(hn::Rebind<float, D>(), leaf.corners[which][axis] + c));
-    };
-    const V ax = corner(0, 0), ay = corner(0, 1), az = corner(0, 2);
-    const V ux = hn::Sub(corner(1, 0), ax), uy = hn::Sub(corner(1, 1), ay), uz = hn::Sub(corner(1, 2), az);
-    const V vx = hn::Sub(corner(2, 0), ax), vy = hn::Sub(corner(2, 1), ay), vz = hn::Sub(corner(2, 2), az);
-    const V fx = hn::Sub(hn::Set(d, position[0]), ax), fy = hn::Sub(hn::Set(d, position[1]), ay),
-            fz = hn::Sub(hn::Set(d, position[2]), az);
-    const V nx = hn::Sub(hn::Mul(uy, vz), hn::Mul(uz, vy)), ny = hn::Sub(hn::Mul(uz, vx), hn::Mul(ux, vz)),
-            nz = hn::Sub(hn::Mul(ux, vy), hn::Mul(uy, vx));
-    const V uu = dot(ux, uy, uz, ux, uy, uz), uv = dot(ux, uy, uz, vx, vy, vz),
-            vv = dot(vx, vy, vz, vx, vy, vz), nn = dot(nx, ny, nz, nx, ny, nz);
-    const V u_from = dot(ux, uy, uz, fx, fy, fz), v_from = dot(vx, vy, vz, fx, fy, fz);
-    const V s = hn::Sub(hn::Mul(vv, u_from), hn::Mul(uv, v_from)),
-            t = hn::Sub(hn::Mul(uu, v_from), hn::Mul(uv, u_from)), st = hn::Add(s, t);
-    const V zero = hn::Zero(d), one = hn::Set(d, 1.0);
-    const V height = dot(fx, fy, fz, nx, ny, nz);
-    const V to_plane = hn::Div(hn::Mul(height, height), nn);
-    // The nearest points on the edges.
-    const auto fraction = [&](V part, V total) {
-        return hn::IfThenElseZero(hn::Gt(total, zero), hn::Min(hn::Max(hn::Div(part, total), zero), one));
-    };
-    const auto squared = [&](V x, V y, V z) { return dot(x, y, z, x, y, z); };
-    const V on_u = fraction(u_from, uu), on_v = fraction(v_from, vv);
-    const V along_w = fraction(hn::Add(hn::Sub(v_from, u_from), hn::Sub(uu, uv)),
-                               hn::Add(hn::Sub(uu, uv), hn::Sub(vv, uv)));
-    const V along_u = hn::Sub(one, along_w);
-    const auto away = [](V f, V p, V u) { return hn::Sub(f, hn::Mul(p, u)); };
-    const V to_u = squared(away(fx, on_u, ux), away(fy, on_u, uy), away(fz, on_u, uz));
-    const V to_v = squared(away(fx, on_v, vx), away(fy, on_v, vy), away(fz, on_v, vz));
-    const V to_w = squared(away(away(fx, along_u, ux), along_w, vx), away(away(fy, along_u, uy), along_w, vy),
-                           away(away(fz, along_u, uz), along_w, vz));
-    const V far = hn::Set(d, std::numeric_limits<double>::infinity());
-    const auto is_large = hn::Gt(nn, hn::Mul(hn::Set(d, kFlat), hn::Mul(uu, vv)));
-    const auto not_u = hn::And(is_large, hn::Ge(t, zero)), not_v = hn::And(is_large, hn::Ge(s, zero)),
-               not_w = hn::And(is_large, hn::Le(st, nn));
-    const V to_edge = hn::Min(hn::Min(hn::IfThenElse(not_u, far, to_u), hn::IfThenElse(not_v, far, to_v)),
-                              hn::IfThenElse(not_w, far, to_w));
-    return hn::IfThenElse(hn::And(hn::And(not_u, not_v), not_w), to_plane, to_edge);
-}
+    V x, y, z;
+
+    HWY_INLINE Vectors operator-(const Vectors& b) const {
+        return {hn::Sub(x, b.x), hn::Sub(y, b.y), hn::Sub(z, b.z)};
+    }
+    HWY_INLINE Vectors times(V s) const { return {hn::Mul(s, x), hn::Mul(s, y), hn::Mul(s, z)}; }
+    HWY_INLINE V dot(const Vectors& b) const {
+        return hn::Add(hn::Add(hn::Mul(x, b.x), hn::Mul(y, b.y)), hn::Mul(z, b.z));
+    }
+    HWY_INLINE Vectors cross(const Vectors& b) const {
+        return {hn::Sub(hn::Mul(y, b.z), hn::Mul(z, b.y)), hn::Sub(hn::Mul(z, b.x), hn::Mul(x, b.z)),
+                hn::Sub(hn::Mul(x, b.y), hn::Mul(y, b.x))};
+    }
+};
+
+// Triangles of a leaf, from index c on, with what their distance from a position depends on but the position.
+template <class D>
+class LeafTriangles {
+  public:
+    using V = hn::Vec<D>;
+
+    HWY_INLINE LeafTriangles(const BoxTree::Leaf& leaf, std::size_t c)
+        : a_(corners(leaf, 0, c)),
+          u_(corners(leaf, 1, c) - a_),
+          v_(corners(leaf, 2, c) - a_),
+          w_(v_ - u_),
+          n_(u_.cross(v_)),
+          uu_(u_.dot(u_)),
+          uv_(u_.dot(v_)),
+          vv_(v_.dot(v_)),
+          nn_(n_.dot(n_)),
+          u_to_w_(hn::Sub(uu_, uv_)) {
+        const D d;
+        per_uu_ = inverse(uu_);
+        per_vv_ = inverse(vv_);
+        per_ww_ = inverse(hn::Add(u_to_w_, hn::Sub(vv_, uv_)));
+        per_nn_ = hn::Div(hn::Set(d, 1.0), nn_);
+        // No position is within the edges of a triangle that is flat: s + t <= nn is then false.
+        const auto is_large = hn::Gt(nn_, hn::Mul(hn::Set(d, kFlat), hn::Mul(uu_, vv_)));
+        is_flat_ = hn::Not(is_large);
+    }
+
+    // Computes squared_distance_to_triangle, bit for bit.
+    HWY_INLINE V squared_distances(const Vec3d& position) const {
+        const D d;
+        const Vectors<D> from = Vectors<D>{hn::Set(d, position[0]), hn::Set(d, position[1]),
+                                           hn::Set(d, position[2])} -
+                                a_;
+        const V u_from = u_.dot(from), v_from = v_.dot(from), height = from.dot(n_);
+        const V s = hn::Sub(hn::Mul(vv_, u_from), hn::Mul(uv_, v_from)),
+                t = hn::Sub(hn::Mul(uu_, v_from), hn::Mul(uv_, u_from));
+        const V to_plane = hn::Mul(hn::Mul(height, height), per_nn_);
+        const V to_u = to_edge(from, u_, hn::Mul(u_from, per_uu_)),
+                to_v = to_edge(from, v_, hn::Mul(v_from, per_vv_)),
+                to_w = to_edge(from - u_, w_, hn::Mul(hn::Add(hn::Sub(v_from, u_from), u_to_w_), per_ww_));
+        const V zero = hn::Zero(d), far = hn::Set(d, std::numeric_limits<double>::infinity());
+        const auto beyond_u = hn::Or(is_flat_, hn::Lt(t, zero)), beyond_v = hn::Or(is_flat_, hn::Lt(s, zero)),
+                   beyond_w = hn::Or(is_flat_, hn::Gt(hn::Add(s, t), nn_));
+        const V to_edges =
+            hn::Min(hn::Min(hn::IfThenElse(beyond_u, to_u, far), hn::IfThenElse(beyond_v, to_v, far)),
+                    hn::IfThenElse(beyond_w, to_w, far));
+        return hn::IfThenElse(hn::Or(hn::Or(beyond_u, beyond_v), beyond_w), to_edges, to_plane);
+    }
+
+  private:
+    static HWY_INLINE Vectors<D> corners(const BoxTree::Leaf& leaf, std::size_t which, std::size_t c) {
+        const auto along = [&](std::size_t axis) HWY_ATTR {
+            return hn::PromoteTo(D(), hn::LoadU(hn::Rebind<float, D>(), leaf.corners[which][axis] + c));
+        };
+        return {along(0), along(1), along(2)};
+    }
+    static HWY_INLINE V inverse(V total) {
+        const D d;
+        return hn::IfThenElseZero(hn::Gt(total, hn::Zero(d)), hn::Div(hn::Set(d, 1.0), total));
+    }
+    static HWY_INLINE V to_edge(const Vectors<D>& from, const Vectors<D>& edge, V along) {
+        const D d;
+        const Vectors<D> off =
+            from - edge.times(hn::Min(hn::Max(along, hn::Zero(d)), hn::Set(d, 1.0)));
+        return off.dot(off);
+    }
+
+    const Vectors<D> a_, u_, v_, w_, n_;
+    const V uu_, uv_, vv_, nn_, u_to_w_;
+    V per_uu_, per_vv_, per_ww_, per_nn_;
+    hn::Mask<D> is_flat_;
+};
 
 // Updates `found` if a triangle of the leaf is nearer.
 HWY_INLINE void search_leaf(const BoxTree::Leaf& leaf, const Vec3d& position, FoundTriangle& found) {
     const hn::CappedTag<double, BoxTree::kWidth> d;
     for (std::size_t c = 0; c < BoxTree::kWidth; c += hn::Lanes(d)) {
-        const auto squared = squared_distances(d, position, leaf, c);
+        const auto squared = LeafTriangles<decltype(d)>(leaf, c).squared_distances(position);
         const auto nearer = hn::Lt(squared, hn::Set(d, found.squared_distance));
         if (hn::AllFalse(d, nearer)) continue;
         const auto far = hn::Set(d, std::numeric_limits<double>::infinity());
@@ -244,15 +287,6 @@ HWY_INLINE std::size_t list_leaves(const BoxTree& tree, const Surroundings& surr
     return count;
 }
 
-// The least squared distance from a position to a triangle of a leaf.
-HWY_INLINE double least_squared_distance(const BoxTree::Leaf& leaf, const Vec3d& position) {
-    const hn::CappedTag<double, BoxTree::kWidth> d;
-    auto least = squared_distances(d, position, leaf, 0);
-    for (std::size_t c = hn::Lanes(d); c < BoxTree::kWidth; c += hn::Lanes(d))
-        least = hn::Min(least, squared_distances(d, position, leaf, c));
-    return hn::GetLane(hn::MinOfLanes(d, least));
-}
-
 // Searches a group of positions leaf by leaf.
 class GroupSearch {
   public:
@@ -271,28 +305,28 @@ class GroupSearch {
 
     HWY_INLINE void search(const BoxTree& tree, std::span<const NearLeaf> leaves, double most) {
         find_first(leaves);
-        for (std::size_t q = 0; q < queries_.size(); ++q) {
-            NearestQuery& query = queries_[q];
-            query.squared_distance =
-                least_squared_distance(tree.leaves[leaves[first_[q]].leaf], query.position);
-            limit(q, most);
-        }
-        for (std::size_t l = 0; l < leaves.size(); ++l) {
-            for (std::uint32_t bits = near(leaves[l]); bits != 0; bits &= bits - 1) {
-                const auto q = static_cast<std::uint32_t>(hwy::Num0BitsBelowLS1Bit_Nonzero32(bits));
-                if (first_[q] == l) continue;
-                NearestQuery& query = queries_[q];
-                query.squared_distance =
-                    std::min(query.squared_distance,
-                             least_squared_distance(tree.leaves[leaves[l].leaf], query.position));
-                limit(q, most);
-            }
-        }
+        for (std::size_t l = 0; l < leaves.size(); ++l)
+            search_leaf(tree.leaves[leaves[l].leaf], has_first(l), most);
+        for (std::size_t l = 0; l < leaves.size(); ++l)
+            search_leaf(tree.leaves[leaves[l].leaf], near(leaves[l]) & ~has_first(l), most);
     }
 
   private:
     static constexpr std::size_t kGroup = kMostInGroup;
-    using D = hn::CappedTag<float, 8>;
+    using D = hn::CappedTag<float, kGroup>;
+
+    // A bit for each position that mask(first lane) sets.
+    template <class Mask>
+    HWY_INLINE std::uint32_t positions_where(const Mask& mask) const {
+        const D d;
+        std::uint32_t bits = 0;
+        for (std::size_t q = 0; q < kGroup; q += hn::Lanes(d)) {
+            std::uint8_t part[8] = {};
+            hn::StoreMaskBits(d, mask(q), part);
+            bits |= (part[0] | static_cast<std::uint32_t>(part[1]) << 8) << q;
+        }
+        return bits & ((1u << queries_.size()) - 1);
+    }
 
     // Finds the leaf whose middle is nearest to each position: often it has the nearest triangle.
     HWY_INLINE void find_first(std::span<const NearLeaf> leaves) {
@@ -315,6 +349,32 @@ class GroupSearch {
         }
     }
 
+    // Returns a mask of the positions whose first leaf this is.
+    HWY_INLINE std::uint32_t has_first(std::size_t leaf) const {
+        const hn::RebindToUnsigned<D> du;
+        const auto number = hn::Set(du, static_cast<std::uint32_t>(leaf));
+        return positions_where([&](std::size_t q) HWY_ATTR {
+            return hn::RebindMask(D(), hn::Eq(hn::Load(du, first_ + q), number));
+        });
+    }
+
+    // Updates the positions of a mask.
+    HWY_INLINE void search_leaf(const BoxTree::Leaf& leaf, std::uint32_t positions, double most) {
+        if (positions == 0) return;
+        const hn::CappedTag<double, BoxTree::kWidth> d;
+        for (std::size_t c = 0; c < BoxTree::kWidth; c += hn::Lanes(d)) {
+            const LeafTriangles<decltype(d)> triangles(leaf, c);
+            for (std::uint32_t bits = positions; bits != 0; bits &= bits - 1) {
+                const auto q = static_cast<std::uint32_t>(hwy::Num0BitsBelowLS1Bit_Nonzero32(bits));
+                const auto squared = triangles.squared_distances(queries_[q].position);
+                queries_[q].squared_distance =
+                    std::min(queries_[q].squared_distance, hn::GetLane(hn::MinOfLanes(d, squared)));
+            }
+        }
+        for (std::uint32_t bits = positions; bits != 0; bits &= bits - 1)
+            limit(static_cast<std::uint32_t>(hwy::Num0BitsBelowLS1Bit_Nonzero32(bits)), most);
+    }
+
     // Only triangles nearer than what was found are of interest, and none if that is enough.
     HWY_INLINE void limit(std::size_t q, double most) {
         const NearestQuery& query = queries_[q];
@@ -328,8 +388,7 @@ class GroupSearch {
     // Returns a mask of the positions to which the box of a leaf is near enough.
     HWY_INLINE std::uint32_t near(const NearLeaf& leaf) const {
         const D d;
-        std::uint32_t bits = 0;
-        for (std::size_t q = 0; q < kGroup; q += hn::Lanes(d)) {
+        return positions_where([&](std::size_t q) HWY_ATTR {
             auto sum = hn::Zero(d);
             for (std::size_t axis = 0; axis < 3; ++axis) {
                 const auto below = hn::Sub(hn::Set(d, leaf.lower[axis]), hn::Load(d, upper_[axis] + q));
@@ -338,11 +397,8 @@ class GroupSearch {
                 sum = hn::Add(sum, hn::Mul(outside, outside));
             }
             const auto least = hn::Min(sum, hn::Set(d, std::numeric_limits<float>::max()));
-            std::uint8_t mask[8] = {};
-            hn::StoreMaskBits(d, hn::Lt(least, hn::Load(d, limit_ + q)), mask);
-            bits |= static_cast<std::uint32_t>(mask[0]) << q;
-        }
-        return bits & ((1u << queries_.size()) - 1);
+            return hn::Lt(least, hn::Load(d, limit_ + q));
+        });
     }
 
     std::span<NearestQuery> queries_;
