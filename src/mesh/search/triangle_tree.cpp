@@ -1,6 +1,8 @@
 // Builds a tree of boxes over triangles.
 #include "triangle_tree.h"
 
+#include <hwy/cache_control.h>
+
 #include <bit>
 #include <vector>
 
@@ -88,7 +90,15 @@ void TriangleTree::split(std::uint32_t node, const Range& range, std::vector<Ran
     }
 }
 
+// Triangles that follow each other along the curve may be anywhere in the mesh, so those of the next leaves
+// are fetched.
 void TriangleTree::fill(BoxTree::Leaf& leaf, const Range& range, const MeshView& mesh) const {
+    constexpr std::size_t kAhead = 24;
+    for (std::size_t i = range.begin; i < range.end; ++i) {
+        if (i + 2 * kAhead >= order_.size()) break;
+        hwy::Prefetch(&mesh.triangles[along_curve(i + 2 * kAhead)]);
+        for (const std::uint32_t p : mesh.triangles[along_curve(i + kAhead)]) hwy::Prefetch(&mesh.points[p]);
+    }
     leaf.count = range.size();
     for (std::uint32_t i = 0; i < BoxTree::kWidth; ++i) {
         const std::uint32_t t = leaf.triangle[i] = along_curve(range.begin + std::min(i, range.size() - 1));
