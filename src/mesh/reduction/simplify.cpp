@@ -2,6 +2,7 @@
 // or is too far from the original.
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -98,87 +99,79 @@ Reduced reduce_to(const Mesh& mesh, std::size_t triangles, const Progress& progr
 
 // A reduced mesh, and what its distance from the original is measured with.
 struct Candidate {
-    Candidate(const EdgeCollapse& collapse, EdgeCollapse::Result r)
-        : result(std::move(r)), merged_into(collapse.merged_into()), now(result.mesh) {}
+    explicit Candidate(EdgeCollapse::Result r) : result(std::move(r)), now(result.mesh) {}
 
     EdgeCollapse::Result result;
-    Buffer<std::uint32_t> merged_into;
     SampledMesh now;
 };
 
 // The places of what is too far in the original mesh and in the reduced one.
 std::vector<Place> places_of(const std::vector<Triangle>& of_original, const std::vector<Triangle>& of_now,
-                             const Candidate& candidate) {
+                             const EdgeCollapse& collapse, const Candidate& candidate) {
     std::vector<Place> places;
     const auto add = [&](const std::vector<Triangle>& further, const auto& old_point) {
         for (const auto& [a, b, c] : further)
             places.push_back(
                 {old_point[a], old_point[b], old_point[c], old_point[a], old_point[b], old_point[c]});
     };
-    add(of_original, candidate.merged_into);
+    if (!of_original.empty()) add(of_original, collapse.merged_into());
     add(of_now, candidate.result.old_points);
     return places;
 }
 
-// Finds where either mesh is too far from the other one, around the triangles of the reduced mesh that have
-// changed: there, and where the original was merged into their points.
-std::vector<Place> find_far_around(const std::vector<bool>& changed, const SampledMesh& original,
-                                   const Candidate& candidate, double max_error, const Progress& progress) {
-    const EdgeCollapse::Result& result = candidate.result;
-    const Buffer<std::uint32_t>& merged_into = candidate.merged_into;
-    std::vector<bool> of_now, of_original, is_moved(merged_into.size());
-    for (std::size_t t = 0; t < result.mesh.triangles.size(); ++t) {
-        of_now.push_back(changed[result.old_triangles[t]]);
-        if (!of_now.back()) continue;
-        for (const std::uint32_t p : result.mesh.triangles[t]) is_moved[result.old_points[p]] = true;
+// Marks the triangles of the original mesh that are within `distance` of the reduced triangles that changed.
+void mark_near_changed(const EdgeCollapse::Result& reduced, const std::vector<bool>& changed,
+                       const TriangleTree& original, double distance, std::vector<bool>& marked) {
+    const auto margin = static_cast<float>(1.0001 * distance);
+    for (std::size_t t = 0; t < reduced.mesh.triangles.size(); ++t) {
+        if (!changed[reduced.old_triangles[t]]) continue;
+        Bounds bounds = bounds_of(reduced.mesh, reduced.mesh.triangles[t]);
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            bounds.lower[axis] = std::nextafter(bounds.lower[axis] - margin, -Bounds::kInfinity);
+            bounds.upper[axis] = std::nextafter(bounds.upper[axis] + margin, Bounds::kInfinity);
+        }
+        original.for_each_in(bounds, [&](std::uint32_t near) { marked[near] = true; });
     }
-    for (const auto& [a, b, c] : original.mesh().triangles)
-        of_original.push_back(is_moved[merged_into[a]] || is_moved[merged_into[b]] ||
-                              is_moved[merged_into[c]]);
-    return places_of(
-        find_further(original, of_original, candidate.now.tree(), max_error, progress, 0.7, 0.75),
-        find_further(candidate.now, of_now, original.tree(), max_error, progress, 0.75, 0.8), candidate);
 }
 
 // Collapses until `triangles` are left, or until the guard allows no more. Then undoes
 // collapses where the surface passes through itself or is too far from the original, since the
 // guard only looks at some positions.
-Reduced reduce_within(const Mesh& mesh, std::size_t triangles, double max_error, bool measured,
-                      const Progress& progress) {
+Reduced reduce_within(const Mesh& mesh, std::size_t triangles, double max_error, const Progress& progress) {
     constexpr double kGuarded = 0.7;  // of the error: then few collapses must be undone
     const SampledMesh original(mesh);
     DeviationGuard guard(mesh, original.tree(), kGuarded * max_error);
     EdgeCollapse collapse(mesh, kGuarded * max_error, &guard);
     collapse.reduce_to(triangles, sub_progress(progress, 0, 0.7));
     Reduced reduced;
-    std::vector<bool> changed(mesh.triangles.size(), true);
-    bool all_changed = true;
+    // By triangles of the original: which of the reduced ones have changed since they were
+    // measured, and which of the original ones are near these.
+    std::vector<bool> changed(mesh.triangles.size(), true), near_changed = changed;
+    Distances there, back;
+    std::optional<Candidate> candidate;
     for (std::size_t count = 1;; count *= 2) {
-        Candidate candidate(collapse, make_valid(collapse, reduced.undone, &changed));
-        std::vector<Place> places = find_far_around(changed, original, candidate, max_error, progress);
-        std::size_t found = undo(collapse, places, count);
-        // The samples of the reduced mesh have moved with its area, so in the
-        // end all of it is looked at again.
-        if (found == 0 && (measured || !all_changed)) {
-            changed.assign(changed.size(), true);
-            if (measured) {
-                const Distances there =
-                    distances(original, candidate.now.tree(), max_error, progress, 0.8, 0.9);
-                const Distances back = distances(candidate.now, original.tree(), max_error, progress, 0.9, 1);
-                reduced.deviation = symmetric(there, back);
-                places = places_of(there.further, back.further, candidate);
-            } else {
-                places = find_far_around(changed, original, candidate, max_error, progress);
-            }
-            found = undo(collapse, places, count);
+        EdgeCollapse::Result result = make_valid(collapse, reduced.undone, &changed);
+        if (candidate) {
+            near_changed.assign(near_changed.size(), false);
+            for (const EdgeCollapse::Result* r : {&candidate->result, &result})
+                mark_near_changed(*r, changed, original.tree(), max_error, near_changed);
         }
+        candidate.emplace(std::move(result));
+        const std::vector<Triangle> further_there =
+            there.measure_again(original, {.names = {}, .stale = near_changed}, candidate->now.tree(),
+                                max_error, progress, 0.8, 0.9);
+        const std::vector<Triangle> further_back =
+            back.measure_again(candidate->now, {.names = candidate->result.old_triangles, .stale = changed},
+                               original.tree(), max_error, progress, 0.9, 1);
+        const std::size_t found =
+            undo(collapse, places_of(further_there, further_back, collapse, *candidate), count);
         if (found == 0) {
-            reduced.mesh = std::move(candidate.result.mesh);
+            reduced.mesh = std::move(candidate->result.mesh);
+            reduced.deviation = symmetric(there, back);
             return reduced;
         }
         reduced.undone += static_cast<std::int64_t>(found);
         changed.assign(changed.size(), false);
-        all_changed = false;
     }
 }
 
@@ -191,9 +184,8 @@ Mesh simplified(const Mesh& mesh, const SimplifyOptions& options, SimplifyStats*
         furthest = std::max(furthest, fraction);
         return !options.progress || options.progress(furthest);
     };
-    Reduced reduced = options.max_error
-                          ? reduce_within(mesh, triangles, *options.max_error, stats != nullptr, progress)
-                          : reduce_to(mesh, triangles, progress);
+    Reduced reduced = options.max_error ? reduce_within(mesh, triangles, *options.max_error, progress)
+                                        : reduce_to(mesh, triangles, progress);
     if (stats) {
         if (!options.max_error)
             reduced.deviation =

@@ -68,8 +68,7 @@ struct Group {
     std::span<NearestQuery> all() { return {queries.data(), size}; }
 };
 
-// Calls f(group, range) for all positions of the triangles for which wanted(t) is true, on all
-// threads. Each range is on one thread.
+// Calls f(group, range) for all positions that are wanted, on all threads. Each range is on one thread.
 template <class Wanted, class F>
 void for_each_group(const SampledMesh& from, const Wanted& wanted, const Progress& progress, double begin,
                     double end, const F& f) {
@@ -89,11 +88,13 @@ void for_each_group(const SampledMesh& from, const Wanted& wanted, const Progres
                 for (const std::uint32_t t : leaves[l + kAhead].triangle) from.prefetch(t);
             for (std::size_t i = 0; i < leaf.count; ++i) {
                 const std::uint32_t t = leaf.triangle[i];
-                if (!wanted(t)) continue;
                 const TriangleCorners corners{to_double(leaf.corner(0, i)), to_double(leaf.corner(1, i)),
                                               to_double(leaf.corner(2, i))};
-                for (std::size_t k = from.first_sample(t); k < from.first_sample(t + std::size_t{1}); ++k)
-                    look_at(spread_position(corners, static_cast<double>(k)), {t, Source::kSample, k});
+                for (std::size_t k = from.first_sample(t); k < from.first_sample(t + std::size_t{1}); ++k) {
+                    if (wanted.sample(k))
+                        look_at(spread_position(corners, static_cast<double>(k)), {t, Source::kSample, k});
+                }
+                if (!wanted.points(t)) continue;
                 for (std::uint8_t c = 0; c < 3; ++c) {
                     if (from.owns_corner(t, c)) look_at(corners[c], {t, c, 0});
                 }
@@ -178,67 +179,113 @@ void SampledMesh::assign_points() {
     }
 }
 
-Distances distances(const SampledMesh& from, const TriangleTree& to, double max_distance,
-                    const Progress& progress, double begin, double end) {
-    const MeshView& mesh = from.mesh();
-    FurtherPositions further(from);
-    std::vector<double> of_samples(from.sample_count());
+// The positions that are to be measured.
+struct Distances::Wanted {
+    bool all = true;
+    std::vector<bool> samples = {}, points_of = {};  // points by their triangle
+
+    bool sample(std::size_t k) const { return all || samples[k]; }
+    bool points(std::uint32_t t) const { return all || points_of[t]; }
+};
+
+// Keeps what has not changed. A point that is nearer than a sample that is kept does not matter.
+Distances::Wanted Distances::find_wanted(const SampledMesh& from, const Changing& changing,
+                                         double max_distance) {
+    constexpr std::uint32_t kNone = ~std::uint32_t{0};
+    const std::size_t triangles = from.mesh().triangles.size();
+    Wanted wanted{false, std::vector<bool>(from.sample_count()), std::vector<bool>(triangles)};
+    of_samples_.resize(from.sample_count());
+    names_.resize(from.sample_count(), kNone);
+    of_points_.resize(changing.stale.size());
+    max_ = 0;
+    const auto name = [&](std::size_t t) {
+        return changing.names.empty() ? static_cast<std::uint32_t>(t) : changing.names[t];
+    };
+    for (std::size_t t = 0; t < triangles; ++t) {
+        for (std::size_t k = from.first_sample(t); k < from.first_sample(t + 1); ++k) {
+            const bool is_kept =
+                names_[k] == name(t) && !changing.stale[name(t)] && of_samples_[k] <= max_distance;
+            names_[k] = name(t);
+            wanted.samples[k] = !is_kept;
+            if (is_kept) max_ = std::max(max_, of_samples_[k]);
+        }
+    }
+    for (std::size_t t = 0; t < triangles; ++t) {
+        wanted.points_of[t] = changing.stale[name(t)] || of_points_[name(t)] > max_;
+        if (wanted.points_of[t]) of_points_[name(t)] = 0;
+    }
+    return wanted;
+}
+
+// Calls f(range, source, distance) for each position, where the distance of a point may be larger than it is
+// unless the point is the furthest.
+template <class F>
+void Distances::measure_positions(const SampledMesh& from, const Wanted& wanted, const TriangleTree& to,
+                                  double max_distance, const Progress& progress, double begin, double end,
+                                  const F& f) {
     // A point that is nearer than the furthest position so far does not change the maximum.
-    std::atomic<double> furthest = 0;
+    std::atomic<double> furthest = max_;
     const auto raise = [&](double distance) {
         double known = furthest.load(std::memory_order_relaxed);
         while (distance > known &&
                !furthest.compare_exchange_weak(known, distance, std::memory_order_relaxed)) {
         }
     };
-    const auto all = [](std::uint32_t) { return true; };
-    for_each_group(from, all, progress, begin, end, [&](Group& group, std::size_t range) {
+    for_each_group(from, wanted, progress, begin, end, [&](Group& group, std::size_t range) {
         const double enough = std::min(furthest.load(std::memory_order_relaxed), max_distance);
         for (std::size_t i = 0; i < group.size; ++i)
             group.queries[i].enough = group.sources[i].corner == Source::kSample ? 0 : enough;
         if (group.reach == 0) group.reach = 2 * to.distance(group.queries[0].position);
-        to.find_nearest(group.all(), std::numeric_limits<double>::infinity(), group.reach);
+        to.find_nearest(group.all(), group.reach);
         double reached = 0;
         for (std::size_t i = 0; i < group.size; ++i) {
-            const double squared = group.queries[i].squared_distance, distance = std::sqrt(squared);
+            const double distance = std::sqrt(group.queries[i].squared_distance);
             if (group.sources[i].corner == Source::kSample)
-                reached = std::max(reached, of_samples[group.sources[i].sample] = distance);
+                reached = std::max(reached, of_samples_[group.sources[i].sample] = distance);
             else
                 raise(distance);
-            if (squared > max_distance * max_distance) further.add(range, group.sources[i]);
+            f(range, group.sources[i], distance);
         }
         raise(reached);
         if (reached > 0) group.reach = 2 * reached;
     });
-    for (const std::uint32_t p : from.unused()) {
-        raise(to.distance(to_double(mesh.points[p])));
-        if (!to.is_within(to_double(mesh.points[p]), max_distance)) further.add_unused(p);
-    }
-    const double sum = std::accumulate(of_samples.begin(), of_samples.end(), 0.0);
-    return {sum / static_cast<double>(of_samples.size()), furthest, further.all()};
+    for (const std::uint32_t p : from.unused()) raise(to.distance(to_double(from.mesh().points[p])));
+    max_ = furthest;
 }
 
-std::vector<Triangle> find_further(const SampledMesh& from, const std::vector<bool>& wanted,
-                                   const TriangleTree& to, double max_distance, const Progress& progress,
-                                   double begin, double end) {
+void Distances::measure(const SampledMesh& from, const TriangleTree& to, const Progress& progress,
+                        double begin, double end) {
+    of_samples_.resize(from.sample_count());
+    measure_positions(from, {}, to, std::numeric_limits<double>::infinity(), progress, begin, end,
+                      [](std::size_t, const Source&, double) {});
+}
+
+std::vector<Triangle> Distances::measure_again(const SampledMesh& from, const Changing& changing,
+                                               const TriangleTree& to, double max_distance,
+                                               const Progress& progress, double begin, double end) {
+    const Wanted wanted = find_wanted(from, changing, max_distance);
     FurtherPositions further(from);
-    const auto is_wanted = [&](std::uint32_t t) { return wanted[t]; };
-    for_each_group(from, is_wanted, progress, begin, end, [&](Group& group, std::size_t range) {
-        for (NearestQuery& query : group.all()) query.enough = max_distance;
-        to.find_nearest(group.all(), max_distance, max_distance);
-        for (std::size_t i = 0; i < group.size; ++i) {
-            if (group.queries[i].squared_distance > max_distance * max_distance)
-                further.add(range, group.sources[i]);
-        }
-    });
+    measure_positions(from, wanted, to, max_distance, progress, begin, end,
+                      [&](std::size_t range, const Source& source, double distance) {
+                          if (distance > max_distance) further.add(range, source);
+                          if (source.corner == Source::kSample) return;
+                          const std::uint32_t t = source.triangle;
+                          double& of_points = of_points_[changing.names.empty() ? t : changing.names[t]];
+                          of_points = std::max(of_points, distance);
+                      });
     for (const std::uint32_t p : from.unused()) {
-        if (!to.is_within(to_double(from.mesh().points[p]), max_distance)) further.add_unused(p);
+        if (to.distance(to_double(from.mesh().points[p])) > max_distance) further.add_unused(p);
     }
     return further.all();
 }
 
+double Distances::mean() const {
+    return std::accumulate(of_samples_.begin(), of_samples_.end(), 0.0) /
+           static_cast<double>(of_samples_.size());
+}
+
 MeshDistance symmetric(const Distances& there, const Distances& back) {
-    return {(there.mean + back.mean) / 2, std::max(there.max, back.max)};
+    return {(there.mean() + back.mean()) / 2, std::max(there.max(), back.max())};
 }
 
 }  // namespace internal
@@ -254,9 +301,9 @@ MeshDistance mesh_distance(MeshView a, MeshView b, const DistanceOptions& option
         std::optional<SampledMesh> from_a, from_b;
         parallel_invoke([&] { from_a.emplace(a, options.samples); },
                         [&] { from_b.emplace(b, options.samples); });
-        constexpr double kAny = std::numeric_limits<double>::infinity();
-        const Distances there = distances(*from_a, from_b->tree(), kAny, options.progress, 0, 0.5);
-        const Distances back = distances(*from_b, from_a->tree(), kAny, options.progress, 0.5, 1);
+        Distances there, back;
+        there.measure(*from_a, from_b->tree(), options.progress, 0, 0.5);
+        back.measure(*from_b, from_a->tree(), options.progress, 0.5, 1);
         result = symmetric(there, back);
     });
     return result;

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include <marrow/buffer.h>
@@ -51,24 +52,46 @@ class SampledMesh {
     std::vector<std::uint32_t> unused_;
 };
 
-/// The distance of a mesh to another mesh, in mm.
-struct Distances {
-    double mean = 0;  ///< over the area
-    double max = 0;   ///< of all samples and points
-    /// Where it is further than wanted: the triangle of each such sample, and each such point three times.
-    std::vector<Triangle> further;
+/// The distances of the positions of a mesh to another mesh, in mm.
+class Distances {
+  public:
+    /// Measures from `from` to the mesh of the tree `to`. Reports progress from `begin` to `end`.
+    /// \throw Cancelled
+    void measure(const SampledMesh& from, const TriangleTree& to, const Progress& progress, double begin,
+                 double end);
+
+    /// A mesh that changes in places. Each triangle has a name, which it keeps.
+    struct Changing {
+        std::span<const std::uint32_t> names;  ///< of the triangles; empty: their indices
+        /// By name: whether since the last measurement the triangle may have changed, or the part of the other
+        /// mesh that is within `max_distance` of it.
+        const std::vector<bool>& stale;
+    };
+    /// The same, but measures only what may be another distance than last time. Returns what is further than
+    /// `max_distance`: the triangle of each such sample, and each such point three times.
+    /// \pre at first everything is stale, and `max_distance` is always the same
+    std::vector<Triangle> measure_again(const SampledMesh& from, const Changing& changing,
+                                        const TriangleTree& to, double max_distance, const Progress& progress,
+                                        double begin, double end);
+
+    double mean() const;                 ///< over the area
+    double max() const { return max_; }  ///< of all samples and points
+
+  private:
+    struct Wanted;
+    Wanted find_wanted(const SampledMesh& from, const Changing& changing, double max_distance);
+    template <class F>
+    void measure_positions(const SampledMesh& from, const Wanted& wanted, const TriangleTree& to,
+                           double max_distance, const Progress& progress, double begin, double end,
+                           const F& f);
+
+    std::vector<double> of_samples_;
+    double max_ = 0;
+    // To measure again: the names of the samples' triangles, and by name, how far the points of a triangle are
+    // at most. It is exact for the furthest point only.
+    std::vector<std::uint32_t> names_;
+    std::vector<double> of_points_;
 };
-
-/// Measures from `from` to the mesh of the tree `to`, and lists what is further than `max_distance`. Reports
-/// progress from `begin` to `end`. \throw Cancelled
-Distances distances(const SampledMesh& from, const TriangleTree& to, double max_distance,
-                    const Progress& progress, double begin, double end);
-
-/// Lists the samples and points of the triangles `wanted` that are further than `max_distance`, as
-/// distances() does. Takes less time. \throw Cancelled
-std::vector<Triangle> find_further(const SampledMesh& from, const std::vector<bool>& wanted,
-                                   const TriangleTree& to, double max_distance, const Progress& progress,
-                                   double begin, double end);
 
 /// Combines the two directions.
 MeshDistance symmetric(const Distances& there, const Distances& back);

@@ -44,8 +44,8 @@ inline double squared_distance_to_triangle(const Vec3d& p, const Vec3d& a, const
     if (flat || t < 0) nearest = squared(from_a, u, u_from, uu);
     if (flat || s < 0) nearest = std::min(nearest, squared(from_a, v, v_from, vv));
     if (flat || s + t > nn)
-        nearest = std::min(
-            nearest, squared(from_a - u, v - u, (v_from - u_from) + (uu - uv), (uu - uv) + (vv - uv)));
+        nearest = std::min(nearest,
+                           squared(from_a - u, v - u, (v_from - u_from) + (uu - uv), (uu - uv) + (vv - uv)));
     return nearest;
 }
 

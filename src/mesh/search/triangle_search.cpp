@@ -113,9 +113,8 @@ class LeafTriangles {
     // Computes squared_distance_to_triangle, bit for bit.
     HWY_INLINE V squared_distances(const Vec3d& position) const {
         const D d;
-        const Vectors<D> from = Vectors<D>{hn::Set(d, position[0]), hn::Set(d, position[1]),
-                                           hn::Set(d, position[2])} -
-                                a_;
+        const Vectors<D> from =
+            Vectors<D>{hn::Set(d, position[0]), hn::Set(d, position[1]), hn::Set(d, position[2])} - a_;
         const V u_from = u_.dot(from), v_from = v_.dot(from), height = from.dot(n_);
         const V s = hn::Sub(hn::Mul(vv_, u_from), hn::Mul(uv_, v_from)),
                 t = hn::Sub(hn::Mul(uu_, v_from), hn::Mul(uv_, u_from));
@@ -145,8 +144,7 @@ class LeafTriangles {
     }
     static HWY_INLINE V to_edge(const Vectors<D>& from, const Vectors<D>& edge, V along) {
         const D d;
-        const Vectors<D> off =
-            from - edge.times(hn::Min(hn::Max(along, hn::Zero(d)), hn::Set(d, 1.0)));
+        const Vectors<D> off = from - edge.times(hn::Min(hn::Max(along, hn::Zero(d)), hn::Set(d, 1.0)));
         return off.dot(off);
     }
 
@@ -303,12 +301,12 @@ class GroupSearch {
         }
     }
 
-    HWY_INLINE void search(const BoxTree& tree, std::span<const NearLeaf> leaves, double most) {
+    HWY_INLINE void search(const BoxTree& tree, std::span<const NearLeaf> leaves) {
         find_first(leaves);
         for (std::size_t l = 0; l < leaves.size(); ++l)
-            search_leaf(tree.leaves[leaves[l].leaf], has_first(l), most);
+            search_leaf(tree.leaves[leaves[l].leaf], has_first(l));
         for (std::size_t l = 0; l < leaves.size(); ++l)
-            search_leaf(tree.leaves[leaves[l].leaf], near(leaves[l]) & ~has_first(l), most);
+            search_leaf(tree.leaves[leaves[l].leaf], near(leaves[l]) & ~has_first(l));
     }
 
   private:
@@ -359,7 +357,7 @@ class GroupSearch {
     }
 
     // Updates the positions of a mask.
-    HWY_INLINE void search_leaf(const BoxTree::Leaf& leaf, std::uint32_t positions, double most) {
+    HWY_INLINE void search_leaf(const BoxTree::Leaf& leaf, std::uint32_t positions) {
         if (positions == 0) return;
         const hn::CappedTag<double, BoxTree::kWidth> d;
         for (std::size_t c = 0; c < BoxTree::kWidth; c += hn::Lanes(d)) {
@@ -372,14 +370,14 @@ class GroupSearch {
             }
         }
         for (std::uint32_t bits = positions; bits != 0; bits &= bits - 1)
-            limit(static_cast<std::uint32_t>(hwy::Num0BitsBelowLS1Bit_Nonzero32(bits)), most);
+            limit(static_cast<std::uint32_t>(hwy::Num0BitsBelowLS1Bit_Nonzero32(bits)));
     }
 
     // Only triangles nearer than what was found are of interest, and none if that is enough.
-    HWY_INLINE void limit(std::size_t q, double most) {
+    HWY_INLINE void limit(std::size_t q) {
         const NearestQuery& query = queries_[q];
-        const double squared = std::min(query.squared_distance, most * most);
-        const bool done = query.squared_distance <= query.enough * query.enough;
+        const double squared = query.squared_distance;
+        const bool done = squared <= query.enough * query.enough;
         // A box that contains the position is near even if `squared` is below the range of float.
         limit_[q] =
             done ? -1 : std::max(static_cast<float>(squared * 1.000003), std::numeric_limits<float>::min());
@@ -407,21 +405,19 @@ class GroupSearch {
     alignas(64) std::uint32_t first_[kGroup];
 };
 
-void find_nearest_of_group(const BoxTree& tree, std::span<NearestQuery> queries, double most, double reach) {
+void find_nearest_of_group(const BoxTree& tree, std::span<NearestQuery> queries, double reach) {
     constexpr std::size_t kMostLeaves = 128;
     NearLeaf list[kMostLeaves];
     const std::size_t count = list_leaves(tree, Surroundings(queries, reach), list);
     for (NearestQuery& query : queries) query.squared_distance = std::numeric_limits<double>::infinity();
-    if (count > 0) GroupSearch(queries).search(tree, {list, count}, most);
+    if (count > 0) GroupSearch(queries).search(tree, {list, count});
     // What is not listed is further away than `reach`.
     const double listed = count < kMostLeaves ? 0.999999 * reach * reach : -1;
-    const bool is_complete = count < kMostLeaves && reach >= most;
     for (NearestQuery& query : queries) {
         const double squared = query.squared_distance;
-        if (is_complete || squared <= std::max(listed, query.enough * query.enough)) continue;
-        FoundTriangle found = nothing_within(most);
-        found.squared_distance = std::min(found.squared_distance, squared);
-        query.squared_distance = find_nearer(tree, query.position, query.enough, found).squared_distance;
+        if (squared <= std::max(listed, query.enough * query.enough)) continue;
+        query.squared_distance =
+            find_nearer(tree, query.position, query.enough, {squared, 0}).squared_distance;
     }
 }
 
@@ -442,8 +438,8 @@ FoundTriangle find_nearest(const BoxTree& tree, const Vec3d& position, double en
     return HWY_DYNAMIC_DISPATCH(find_nearest_any)(tree, position, enough, most);
 }
 
-void find_nearest(const BoxTree& tree, std::span<NearestQuery> queries, double most, double reach) {
-    HWY_DYNAMIC_DISPATCH(find_nearest_of_group)(tree, queries, most, reach);
+void find_nearest(const BoxTree& tree, std::span<NearestQuery> queries, double reach) {
+    HWY_DYNAMIC_DISPATCH(find_nearest_of_group)(tree, queries, reach);
 }
 
 }  // namespace marrow::internal

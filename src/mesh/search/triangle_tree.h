@@ -63,8 +63,8 @@ class TriangleTree {
     }
 
     /// Sets the squared distances of positions that are near each other; see triangle_search.h.
-    void find_nearest(std::span<NearestQuery> queries, double most, double reach) const {
-        internal::find_nearest(tree_, queries, most, reach);
+    void find_nearest(std::span<NearestQuery> queries, double reach) const {
+        internal::find_nearest(tree_, queries, reach);
     }
 
     /// Calls f(t, triangle) for each triangle that the ray from `origin` hits at origin + t * direction with
