@@ -6,16 +6,13 @@
 #include <algorithm>
 #include <limits>
 
+#include "mesh/connectivity/one_rings.h"
 #include "mesh/search/triangle_distance.h"
 
 namespace marrow::internal {
 
 DeviationGuard::DeviationGuard(const Mesh& mesh, const TriangleTree& tree, double max_distance)
-    : mesh_(mesh),
-      tree_(tree),
-      max_distance_(max_distance),
-      first_point_(mesh.triangles.size(), kNone),
-      rings_(mesh) {
+    : mesh_(mesh), tree_(tree), max_distance_(max_distance), first_point_(mesh.triangles.size(), kNone) {
     // A triangle of the original that lies across an edge of the patch is on average half an edge beyond it:
     // there, the planes may be as far apart as the error.
     double squared_edges = 0;
@@ -26,8 +23,15 @@ DeviationGuard::DeviationGuard(const Mesh& mesh, const TriangleTree& tree, doubl
     if (squared_edges > 0)
         most_bend_ =
             4 * max_distance * max_distance * static_cast<double>(mesh.triangles.size()) / squared_edges;
+    const OneRings rings(mesh);
     listed_.reserve(mesh.points.size());
-    for (const Vec3f& p : mesh.points) listed_.push_back({p, kNone});
+    neighbours_.reserve(3 * mesh.triangles.size());
+    for (std::uint32_t p = 0; p < mesh.points.size(); ++p) {
+        const auto first = static_cast<std::uint32_t>(neighbours_.size());
+        if (rings.is_fan(p)) neighbours_.insert(neighbours_.end(), rings.of(p).begin(), rings.of(p).end());
+        listed_.push_back(
+            {mesh.points[p], kNone, first, static_cast<std::uint32_t>(neighbours_.size()) - first});
+    }
     std::vector<bool> assigned(mesh.points.size(), false);
     for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
         for (const std::uint32_t p : mesh.triangles[t]) {
@@ -57,8 +61,9 @@ bool DeviationGuard::accept(std::span<const std::uint32_t> removed, std::span<co
     };
     for (const std::uint32_t t : removed) list(t, 0);
     for (std::uint32_t i = 0; i < patch.size(); ++i) list(patch[i].index, i);
-    if (!points_stay_near(assignments, scratch.planes, patch) ||
-        !patch_is_near(scratch.positions, assignments, scratch.planes, patch))
+    if (patch.empty()) return false;
+    list_positions(scratch.positions, assignments, scratch.planes, patch);
+    if (!points_stay_near(assignments, scratch.planes, patch) || !patch_is_near(scratch.positions))
         return false;
     for (const std::uint32_t t : removed) first_point_[t] = kNone;
     for (const PatchTriangle& t : patch) first_point_[t.index] = kNone;
@@ -81,7 +86,6 @@ void DeviationGuard::set_planes(std::vector<Plane>& planes, std::span<const Patc
 // one. False if one is too far from all of them.
 bool DeviationGuard::points_stay_near(std::span<Assignment> assignments, std::span<const Plane> planes,
                                       std::span<const PatchTriangle> patch) const {
-    if (patch.empty()) return assignments.empty();
     const double most = max_distance_ * max_distance_;
     for (Assignment& a : assignments) {
         const Vec3d from_corner = a.position - patch.front().corners[0];
@@ -126,15 +130,12 @@ bool DeviationGuard::is_nearly_flat(std::size_t i, std::span<const Plane> planes
     return dot(a.n, b.n) > 0 && dot(bend, bend) <= most_bend_ * a.nn * b.nn;
 }
 
-// Looks at the common corner and at the middle of each new edge at which the patch bends. Within a triangle
-// the patch is flat, so it is furthest from the original at the original points, or where it bends itself.
-//
-// Such a position mostly is above or below one of the triangles at the nearest of the patch's points. These
-// triangles may be anywhere in memory, so they are fetched in stages, for all positions at once.
-bool DeviationGuard::patch_is_near(std::vector<Position>& positions, std::span<const Assignment> assignments,
-                                   std::span<const Plane> planes,
-                                   std::span<const PatchTriangle> patch) const {
-    if (patch.empty()) return false;
+// Lists the common corner and the middle of each new edge at which the patch bends, each with the nearest of
+// the patch's points. Within a triangle the patch is flat, so it is furthest from the original at the original
+// points, or where it bends itself.
+void DeviationGuard::list_positions(std::vector<Position>& positions, std::span<const Assignment> assignments,
+                                    std::span<const Plane> planes,
+                                    std::span<const PatchTriangle> patch) const {
     positions.clear();
     positions.push_back({patch.front().corners[0]});
     for (std::size_t i = 0; i < patch.size(); ++i) {
@@ -148,14 +149,16 @@ bool DeviationGuard::patch_is_near(std::vector<Position>& positions, std::span<c
             if (const double d = dot(difference, difference); d < least)
                 least = d, position.nearest = a.point;
         }
+        if (position.nearest != kNone) hwy::Prefetch(fan_of(position.nearest).data());
     }
+}
+
+// A position mostly is above or below one of the triangles at its nearest point. These triangles may be
+// anywhere in memory, so they are fetched for all positions at once.
+bool DeviationGuard::patch_is_near(std::span<const Position> positions) const {
     for (const Position& position : positions) {
         if (position.nearest == kNone) continue;
-        hwy::Prefetch(rings_.of(position.nearest).data());
-    }
-    for (const Position& position : positions) {
-        if (position.nearest == kNone) continue;
-        for (const std::uint32_t p : rings_.of(position.nearest)) hwy::Prefetch(&mesh_.points[p]);
+        for (const std::uint32_t p : fan_of(position.nearest)) hwy::Prefetch(&mesh_.points[p]);
     }
     return std::all_of(positions.begin(), positions.end(),
                        [&](const Position& position) { return is_near(position); });
@@ -164,11 +167,11 @@ bool DeviationGuard::patch_is_near(std::vector<Position>& positions, std::span<c
 // Whether a position is near the original surface.
 bool DeviationGuard::is_near(const Position& position) const {
     const double most = max_distance_ * max_distance_;
-    if (position.nearest != kNone && rings_.is_fan(position.nearest)) {
-        const Vec3d p = to_double(mesh_.points[position.nearest]);
-        const std::span<const std::uint32_t> ring = rings_.of(position.nearest);
-        Vec3d q = to_double(mesh_.points[ring.back()]);
-        for (const std::uint32_t next : ring) {
+    if (position.nearest != kNone && !fan_of(position.nearest).empty()) {
+        const Vec3d p = to_double(listed_[position.nearest].position);
+        const std::span<const std::uint32_t> fan = fan_of(position.nearest);
+        Vec3d q = to_double(mesh_.points[fan.back()]);
+        for (const std::uint32_t next : fan) {
             const Vec3d r = to_double(mesh_.points[next]);
             if (is_across(position.at, p, q, r, most)) return true;
             q = r;

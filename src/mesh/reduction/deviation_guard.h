@@ -10,7 +10,6 @@
 
 #include "base/parallel.h"
 #include "collapse_guard.h"
-#include "mesh/connectivity/one_rings.h"
 #include "mesh/search/triangle_tree.h"
 
 namespace marrow::internal {
@@ -51,21 +50,27 @@ class DeviationGuard : public CollapseGuard {
                           std::span<const PatchTriangle> patch) const;
     bool is_nearly_flat(std::size_t i, std::span<const Plane> planes,
                         std::span<const PatchTriangle> patch) const;
-    bool patch_is_near(std::vector<Position>& positions, std::span<const Assignment> assignments,
-                       std::span<const Plane> planes, std::span<const PatchTriangle> patch) const;
+    void list_positions(std::vector<Position>& positions, std::span<const Assignment> assignments,
+                        std::span<const Plane> planes, std::span<const PatchTriangle> patch) const;
+    bool patch_is_near(std::span<const Position> positions) const;
     bool is_near(const Position& position) const;
 
     const Mesh& mesh_;
     const TriangleTree& tree_;
     const double max_distance_;
-    // A point in the list of the triangle that it is assigned to.
-    struct Listed {
+    // A point in the list of the triangle that it is assigned to, and the fan of its triangles. It takes half
+    // a cache line.
+    struct alignas(32) Listed {
         Vec3f position;
         std::uint32_t next;
+        std::uint32_t first_neighbour, neighbours;  // in neighbours_; none: its triangles are no fan
     };
+    std::span<const std::uint32_t> fan_of(std::uint32_t point) const {
+        return {neighbours_.data() + listed_[point].first_neighbour, listed_[point].neighbours};
+    }
     std::vector<std::uint32_t> first_point_;  // of each triangle: the first point of its list
     Buffer<Listed> listed_;
-    const OneRings rings_;  // of the original mesh
+    Buffer<std::uint32_t> neighbours_;  // in the original mesh
     double most_bend_ = 0;  // squared sine of the angle between triangles that count as nearly flat
     struct Scratch {
         std::vector<Plane> planes;
