@@ -152,14 +152,14 @@ void SampledMesh::spread_samples(std::int64_t count) {
     double sum = 0;
     for (const Triangle& t : mesh_.triangles) summed_area.push_back(sum += area(corners_of(mesh_, t)));
     positions_.resize(triangles + 1);
+    const auto place = [&](std::size_t sample) {
+        return (static_cast<double>(sample) + 0.5) / static_cast<double>(count) * sum;
+    };
     std::size_t k = 0;
+    double next = place(k);
     for (std::size_t t = 0; t < triangles; ++t) {
         positions_[t] = {k, 0};
-        const auto is_within = [&] {
-            return t + 1 == triangles ||
-                   (static_cast<double>(k) + 0.5) / static_cast<double>(count) * sum < summed_area[t];
-        };
-        while (k < samples && is_within()) ++k;
+        while (k < samples && (next < summed_area[t] || t + 1 == triangles)) next = place(++k);
     }
     positions_[triangles] = {k, 0};
 }
