@@ -1,6 +1,7 @@
 // Finds the nearest triangle of a tree. Highway compiles this file once for each SIMD target.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "mesh/search/triangle_search.cpp"
+#include <hwy/cache_control.h>
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
@@ -258,7 +259,8 @@ struct NearLeaf {
     std::uint32_t leaf;
 };
 
-// Lists leaves that overlap the surroundings. Returns their number, or kMost if there are more than that.
+// Lists leaves that overlap the surroundings, and fetches them, as they may be anywhere in memory. Returns
+// their number, or kMost if there are more than that.
 template <std::size_t kMost>
 HWY_INLINE std::size_t list_leaves(const BoxTree& tree, const Surroundings& surroundings,
                                    NearLeaf (&list)[kMost]) {
@@ -279,6 +281,10 @@ HWY_INLINE std::size_t list_leaves(const BoxTree& tree, const Surroundings& surr
                 near.upper[axis] = node.upper[axis][child];
             }
             near.leaf = node.child[child] ^ BoxTree::kLeaf;
+            for (const auto& corner : tree.leaves[near.leaf].corners) {
+                hwy::Prefetch(&corner[0]);
+                hwy::Prefetch(&corner[2]);
+            }
             if (++count == kMost) return count;
         }
     }
