@@ -131,8 +131,8 @@ bool DeviationGuard::is_nearly_flat(std::size_t i, std::span<const Plane> planes
 }
 
 // Lists the common corner and the middle of each new edge at which the patch bends, each with the nearest of
-// the patch's points. Within a triangle the patch is flat, so it is furthest from the original at the original
-// points, or where it bends itself.
+// the patch's points. Within a triangle the patch is flat, so it is furthest from the original at the
+// original points, or where it bends itself.
 void DeviationGuard::list_positions(std::vector<Position>& positions, std::span<const Assignment> assignments,
                                     std::span<const Plane> planes,
                                     std::span<const PatchTriangle> patch) const {

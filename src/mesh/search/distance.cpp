@@ -39,7 +39,8 @@ double fraction(double x) {
 // The k-th position in a triangle, of the additive sequence of the plastic number (Roberts 2018).
 Vec3d spread_position(const TriangleCorners& t, double k) {
     double u = fraction(0.7548776662466927 * k), v = fraction(0.5698402909980532 * k);
-    // Beyond the triangle, 1 - u and 1 - v are within it. This happens half of the time, so there is no branch.
+    // Beyond the triangle, 1 - u and 1 - v are within it. This happens half of the time, so there is no
+    // branch.
     const double beyond = u + v > 1 ? 1 : 0;
     u = std::abs(beyond - u), v = std::abs(beyond - v);
     return t[0] + u * (t[1] - t[0]) + v * (t[2] - t[0]);

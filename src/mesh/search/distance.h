@@ -63,8 +63,8 @@ class Distances {
     /// A mesh that changes in places. Each triangle has a name, which it keeps.
     struct Changing {
         std::span<const std::uint32_t> names;  ///< of the triangles; empty: their indices
-        /// By name: whether since the last measurement the triangle may have changed, or the part of the other
-        /// mesh that is within `max_distance` of it.
+        /// By name: whether since the last measurement the triangle may have changed, or the part of the
+        /// other mesh that is within `max_distance` of it.
         const std::vector<bool>& stale;
     };
     /// The same, but measures only what may be another distance than last time. Returns what is further than
@@ -87,8 +87,8 @@ class Distances {
 
     std::vector<double> of_samples_;
     double max_ = 0;
-    // To measure again: the names of the samples' triangles, and by name, how far the points of a triangle are
-    // at most. It is exact for the furthest point only.
+    // To measure again: the names of the samples' triangles, and by name, how far the points of a triangle
+    // are at most. It is exact for the furthest point only.
     std::vector<std::uint32_t> names_;
     std::vector<double> of_points_;
 };

@@ -58,10 +58,10 @@ struct NearestQuery {
 };
 inline constexpr std::size_t kMostInGroup = 16;
 
-/// Sets the squared distances of 1 to kMostInGroup positions, in less time if they are near each other. Leaves
-/// within `reach` of them are listed, and searched one after the other for all positions; a position with no
-/// triangle within `reach` is searched on its own. So `reach`, which need not be exact, should be a little
-/// more than the largest distance.
+/// Sets the squared distances of 1 to kMostInGroup positions, in less time if they are near each other.
+/// Leaves within `reach` of them are listed, and searched one after the other for all positions; a position
+/// with no triangle within `reach` is searched on its own. So `reach`, which need not be exact, should be a
+/// little more than the largest distance.
 void find_nearest(const BoxTree& tree, std::span<NearestQuery> queries, double reach);
 
 }  // namespace marrow::internal
