@@ -24,6 +24,7 @@
 #include <bit>
 #include <cstddef>
 #include <cstring>
+#include <span>
 
 #include "height_fields.h"
 
@@ -124,30 +125,31 @@ Buffer<BlockBits> fill_blocks(const TriangleBlocks& placed) {
         };
         const std::uint32_t begin = first_block(part), size = first_block(part + 1) - begin;
         std::fill_n(blocks.data() + begin, size, BlockBits{0});
-        for (std::size_t t = 0; t < placed.spans.size(); ++t) {
-            const std::uint32_t span = placed.spans[t];
+        // In local variables, as compilers load other ones again after each block that is written.
+        const std::span<const std::uint32_t> spans = placed.spans;
+        const std::uint8_t* const sides = placed.sides.data();
+        BlockBits* const to = blocks.data();
+        for (std::size_t t = 0; t < spans.size(); ++t) {
+            const std::uint32_t span = spans[t];
             if (span == TriangleBlocks::kLarge) continue;
             const std::uint32_t first = SpanRows::first(span);
             const std::array<SpanRows::Row, 4>& rows = span_rows.rows(span);
-            const std::uint32_t has_next = SpanRows::has_next(span), sides = placed.sides[t];
-            const auto bits_of = [&](const SpanRows::Row& row) {
-                return sides | row.links | (sides | (row.links & ~kLinked)) * has_next << 16;
-            };
+            const std::uint32_t all_sides = sides[t] * (1 | SpanRows::has_next(span) << 16);
             if (first - begin < size && first + rows[3].first + 1 - begin < size) {
                 // All are read before the first one is written, as this need not wait.
                 std::uint32_t pairs[4];
                 for (std::size_t i = 0; i < 4; ++i)
-                    std::memcpy(&pairs[i], &blocks[first + rows[i].first], sizeof pairs[i]);
+                    std::memcpy(&pairs[i], to + first + rows[i].first, sizeof pairs[i]);
                 for (std::size_t i = 0; i < 4; ++i) {
-                    pairs[i] |= bits_of(rows[i]);
-                    std::memcpy(&blocks[first + rows[i].first], &pairs[i], sizeof pairs[i]);
+                    pairs[i] |= all_sides | rows[i].links;
+                    std::memcpy(to + first + rows[i].first, &pairs[i], sizeof pairs[i]);
                 }
                 continue;
             }
             for (const SpanRows::Row& row : rows) {
-                const std::uint32_t block = first + row.first, bits = bits_of(row);
-                if (block - begin < size) blocks[block] |= static_cast<BlockBits>(bits);
-                if (block + 1 - begin < size) blocks[block + 1] |= static_cast<BlockBits>(bits >> 16);
+                const std::uint32_t block = first + row.first, bits = all_sides | row.links;
+                if (block - begin < size) to[block] |= static_cast<BlockBits>(bits);
+                if (block + 1 - begin < size) to[block + 1] |= static_cast<BlockBits>(bits >> 16);
             }
         }
         for (const std::vector<TriangleBlocks::Mark>& section : placed.marks) {

@@ -88,19 +88,19 @@ struct TriangleBlocks {
 /// The blocks of spans. They are in rows along x: each is a first block, and maybe the next one.
 class SpanRows {
   public:
-    /// A row, relative to the first block of all, and kLinked for its first block. Some
-    /// rows are listed more than once.
+    /// A row, relative to the first block of all. Some rows are listed more than once.
     struct Row {
         std::uint32_t first;
-        BlockBits links;
+        std::uint32_t links;  ///< kLinked for its first block, and in the upper half for the next one
     };
 
     explicit SpanRows(const BlockGrid& grid) {
         for (std::uint32_t span = 0; span < 8; ++span) {
             for (std::uint32_t row = 0; row < 4; ++row) {
                 const std::uint32_t at = span & 2 * row, linked = span & ~at;
-                rows_[span][row] = {grid.index({0, at >> 1 & 1, at >> 2}),
-                                    static_cast<BlockBits>(linked * kLinked)};
+                // The next block is the last one along x.
+                const std::uint32_t next = has_next(span << BlockGrid::kIndexBits) * (linked & ~1u) * kLinked;
+                rows_[span][row] = {grid.index({0, at >> 1 & 1, at >> 2}), linked * kLinked | next << 16};
             }
         }
     }
