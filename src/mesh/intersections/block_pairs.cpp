@@ -24,7 +24,7 @@ namespace marrow::internal::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 using Entry = BlockPairs::Entry;
 
-constexpr std::size_t kMostLanes = 8;
+constexpr std::size_t kMostLanes = 16;
 constexpr std::size_t kMostInBlock = BlockPairs::kMostInBlock;
 using D = hn::CappedTag<float, kMostLanes>;
 using DU = hn::RebindToUnsigned<D>;
@@ -100,7 +100,7 @@ class BlockTriangles {
         const auto meet = hn::AndNot(hn::RebindMask(d, hn::And(shared, is_simple)), hn::Le(gap, hn::Zero(d)));
         std::uint8_t bytes[8] = {};
         hn::StoreMaskBits(d, meet, bytes);
-        unsigned bits = bytes[0];
+        unsigned bits = bytes[0] | static_cast<unsigned>(bytes[1]) << 8;
         if (c + hn::Lanes(d) > count) bits &= (1u << (count - c)) - 1;
         return c > i ? bits : bits & ~0u << (i - c + 1);
     }
