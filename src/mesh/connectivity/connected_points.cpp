@@ -75,10 +75,10 @@ class Parents {
 
 }  // namespace
 
-std::vector<std::uint32_t> lowest_connected_points(const MeshView& mesh) {
+Buffer<std::uint32_t> lowest_connected_points(const MeshView& mesh) {
     const std::size_t points = mesh.points.size();
     const std::span<const Triangle> triangles = mesh.triangles;
-    std::vector<std::atomic<std::uint32_t>> memory(points);
+    Buffer<std::atomic<std::uint32_t>> memory(points);
     const Parents parents(memory.data());
     for_each<std::uint32_t>(points, [parents](std::uint32_t p) { parents.set(p, p); });
     // Without branches. This forgets that some points are connected, but of neighbouring triangles only few.
@@ -96,7 +96,7 @@ std::vector<std::uint32_t> lowest_connected_points(const MeshView& mesh) {
         parents.unite(a, b);
         parents.unite(a, c);
     });
-    std::vector<std::uint32_t> lowest(points);
+    Buffer<std::uint32_t> lowest(points);
     for_each<std::uint32_t>(
         points, [parents, to = lowest.data()](std::uint32_t p) { to[p] = parents.representative(p); });
     return lowest;

@@ -24,7 +24,7 @@ struct Run {
 
 // Returns the runs of each section. Volumes are relative to the lowest point of the component, because
 // distant coordinates would cancel.
-std::vector<std::vector<Run>> find_runs(const MeshView& mesh, const std::vector<std::uint32_t>& lowest) {
+std::vector<std::vector<Run>> find_runs(const MeshView& mesh, const Buffer<std::uint32_t>& lowest) {
     const std::size_t triangles = mesh.triangles.size();
     std::vector<std::vector<Run>> sections((triangles + kSection - 1) / kSection);
     parallel_for(std::size_t{0}, sections.size(), [&](std::size_t s) {
@@ -44,8 +44,8 @@ std::vector<std::vector<Run>> find_runs(const MeshView& mesh, const std::vector<
 
 // Numbers components by their lowest points, and gives each point the number of its component. Returns the
 // number of components.
-std::size_t number_points(const std::vector<std::vector<Run>>& sections,
-                          const std::vector<std::uint32_t>& lowest, std::vector<std::uint32_t>& of_point) {
+std::size_t number_points(const std::vector<std::vector<Run>>& sections, const Buffer<std::uint32_t>& lowest,
+                          std::vector<std::uint32_t>& of_point) {
     of_point.assign(lowest.size(), Components::kNone);
     std::vector<std::uint32_t> lowest_points;
     for (const std::vector<Run>& runs : sections) {
@@ -70,7 +70,7 @@ std::size_t number_points(const std::vector<std::vector<Run>>& sections,
 
 Components find_components(const MeshView& mesh, const OneRings& rings) {
     Components components;
-    const std::vector<std::uint32_t> lowest = lowest_connected_points(mesh);
+    const Buffer<std::uint32_t> lowest = lowest_connected_points(mesh);
     const std::vector<std::vector<Run>> sections = find_runs(mesh, lowest);
     components.all.resize(number_points(sections, lowest, components.of_point));
     for (const std::vector<Run>& runs : sections) {

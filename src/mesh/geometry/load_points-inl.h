@@ -13,6 +13,7 @@
 #include <cstdint>
 #include <span>
 
+#include <marrow/mesh.h>
 #include <marrow/vector.h>
 
 HWY_BEFORE_NAMESPACE();
@@ -82,6 +83,15 @@ class PointLoader {
     std::size_t last_;
     float padded_[4] = {};
 };
+
+// Returns `count` triangles, at most as many as there are lanes, as an array with one for each lane. If there
+// are fewer, that is `padded`, where the last one fills the other lanes.
+HWY_INLINE const Triangle* in_all_lanes(const Triangle* triangles, std::size_t count, std::size_t lanes,
+                                        Triangle* padded) {
+    if (count == lanes) return triangles;
+    for (std::size_t lane = 0; lane < lanes; ++lane) padded[lane] = triangles[std::min(lane, count - 1)];
+    return padded;
+}
 
 }  // namespace marrow::internal::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

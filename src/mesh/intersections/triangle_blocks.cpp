@@ -93,12 +93,12 @@ bool place_triangles(const MeshView& mesh, std::size_t begin, std::size_t end, T
     auto any_large = hn::RebindMask(di, outside);
     for (std::size_t first = begin; first < end; first += lanes) {
         const std::size_t count = std::min(lanes, end - first);
+        Triangle padded[kMostLanes];
+        const Triangle* const triangles = in_all_lanes(&mesh.triangles[first], count, lanes, padded);
         V corners[3][3], from_line[3][3];
         for (std::size_t c = 0; c < 3; ++c) {
-            // The last triangle also fills the other lanes.
             points.load(
-                d, [&](std::size_t lane) { return mesh.triangles[first + std::min(lane, count - 1)][c]; },
-                corners[c]);
+                d, [&](std::size_t lane) { return triangles[lane][c]; }, corners[c]);
         }
         VI block = hn::Zero(di), span = hn::Zero(di), to_line[3];
         auto is_large = hn::Lt(one, hn::Zero(di));

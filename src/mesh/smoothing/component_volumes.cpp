@@ -26,12 +26,13 @@ class VolumeAbove {
   public:
     VolumeAbove(std::span<const Vec3f> points, float height) : loader_(points), height_(height) {}
 
+    // Adds the first `count` of the triangles in all lanes.
     HWY_INLINE void add(const Triangle* triangles, std::size_t count) {
         const D d;
         hn::Vec<D> a[3], b[3], c[3];
-        load(triangles, count, 0, a);
-        load(triangles, count, 1, b);
-        load(triangles, count, 2, c);
+        load(triangles, 0, a);
+        load(triangles, 1, b);
+        load(triangles, 2, c);
         const auto twice_area = hn::Sub(hn::Mul(hn::Sub(b[0], a[0]), hn::Sub(c[1], a[1])),
                                         hn::Mul(hn::Sub(b[1], a[1]), hn::Sub(c[0], a[0])));
         const auto plane = hn::Set(d, height_);
@@ -47,11 +48,9 @@ class VolumeAbove {
     double sum() const { return sum_; }
 
   private:
-    HWY_INLINE void load(const Triangle* triangles, std::size_t count, std::size_t corner,
-                         hn::Vec<D> (&xyz)[3]) const {
+    HWY_INLINE void load(const Triangle* triangles, std::size_t corner, hn::Vec<D> (&xyz)[3]) const {
         loader_.load(
-            D(), [&](std::size_t lane) HWY_ATTR { return triangles[std::min(lane, count - 1)][corner]; },
-            xyz);
+            D(), [&](std::size_t lane) HWY_ATTR { return triangles[lane][corner]; }, xyz);
     }
 
     const PointLoader loader_;
@@ -66,8 +65,10 @@ void add_volumes(std::span<const Vec3f> before, std::span<const Vec3f> after,
     VolumeAbove above_before(before, before[volumes.lowest][2]), above_after(after, after[volumes.lowest][2]);
     for (std::size_t first = 0; first < triangles.size(); first += hn::Lanes(D())) {
         const std::size_t count = std::min(hn::Lanes(D()), triangles.size() - first);
-        above_before.add(&triangles[first], count);
-        above_after.add(&triangles[first], count);
+        Triangle padded[kMostLanes];
+        const Triangle* const group = in_all_lanes(&triangles[first], count, hn::Lanes(D()), padded);
+        above_before.add(group, count);
+        above_after.add(group, count);
     }
     volumes.before += above_before.sum() / 6;
     volumes.after += above_after.sum() / 6;
@@ -83,7 +84,7 @@ HWY_EXPORT(add_volumes);
 
 // Above the lowest point of each component, because distant coordinates would cancel.
 std::vector<ComponentVolumes> component_volumes(const MeshView& before, std::span<const Vec3f> after,
-                                                const std::vector<std::uint32_t>& lowest) {
+                                                const Buffer<std::uint32_t>& lowest) {
     constexpr std::size_t kSection = 8192;  // triangles; the sums do not depend on the threads
     const std::span<const Triangle> triangles = before.triangles;
     std::vector<std::vector<ComponentVolumes>> sections((triangles.size() + kSection - 1) / kSection);

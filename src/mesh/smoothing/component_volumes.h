@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include <marrow/buffer.h>
 #include <marrow/mesh.h>
 
 namespace marrow::internal {
@@ -18,6 +19,6 @@ struct ComponentVolumes {
 /// positions that the points of `before` moved to; `lowest` has the lowest point of each point's component.
 /// The result has the same bits for any number of threads and any processor.
 std::vector<ComponentVolumes> component_volumes(const MeshView& before, std::span<const Vec3f> after,
-                                                const std::vector<std::uint32_t>& lowest);
+                                                const Buffer<std::uint32_t>& lowest);
 
 }  // namespace marrow::internal

@@ -50,8 +50,8 @@ class Bound {
 // Moves the points of closed components that the filter has nearly flattened back. These are specks of a few
 // triangles, whose shape consists of frequencies above the pass band. Returns their number. `lowest` has the
 // lowest point of each point's component.
-std::int64_t restore_flattened(const Mesh& before, const OneRings& rings,
-                               const std::vector<std::uint32_t>& lowest, Mesh& mesh) {
+std::int64_t restore_flattened(const Mesh& before, const OneRings& rings, const Buffer<std::uint32_t>& lowest,
+                               Mesh& mesh) {
     std::vector<std::uint32_t> flattened;
     for (const ComponentVolumes& v : component_volumes(before, mesh.points, lowest)) {
         if (std::abs(v.after - v.before) > std::abs(v.before) / 2) flattened.push_back(v.lowest);
@@ -98,7 +98,7 @@ Mesh smoothed(const Mesh& mesh, const SmoothOptions& options, SmoothStats& stats
     const std::optional<Bound> bound = options.bound ? std::optional<Bound>(*options.bound) : std::nullopt;
     const OneRings rings(mesh);
     Buffer<Displacement> displacements;
-    std::vector<std::uint32_t> lowest;
+    Buffer<std::uint32_t> lowest;
     const Progress filtering = sub_progress(options.progress, 0, 0.5);
     parallel_invoke(
         [&] { displacements = low_pass(mesh, rings, options.iterations, options.pass_band, filtering); },
