@@ -9,7 +9,6 @@
 #include <array>
 #include <bit>
 #include <cstddef>
-#include <iterator>
 #include <span>
 
 #include "block_pairs.h"
@@ -146,26 +145,33 @@ BlockPairs::BlockPairs(MeshView mesh, const TriangleBlocks& placed, const Buffer
     constexpr std::size_t kSection = 4096, kEntriesInPart = 16384;
     sections_.resize((numbers.size() + kSection - 1) / kSection);
     const SpanRows span_rows(grid_);
+    PerThread<Buffer<Entry>> entries_of_thread;  // as their number is not known beforehand
     parallel_for(std::size_t{0}, sections_.size(), [&](std::size_t s) {
         Section& section = sections_[s];
+        Buffer<Entry>& listed = entries_of_thread.local();
         const std::size_t begin = s * kSection, end = std::min(begin + kSection, numbers.size());
         std::size_t count = 0;
+        const auto make_room = [&](std::size_t more) {
+            if (count + more > listed.size()) listed.resize(2 * count + 8 * kSection);
+        };
         // Without branches: it is unpredictable which blocks are wanted.
-        const auto add = [&](std::uint32_t block, std::size_t triangle) {
-            if (count == section.entries.size()) section.entries.resize(2 * count + 8 * kSection);
-            section.entries[count] = {block, static_cast<std::uint32_t>(triangle)};
-            count += wanted[block];
+        const auto add = [&](std::uint32_t block, std::size_t triangle, std::uint32_t is_in) {
+            listed[count] = {block, static_cast<std::uint32_t>(triangle)};
+            count += wanted[block] & is_in;
         };
         for (std::size_t i = begin; i < end; ++i) {
+            make_room(8);
             const std::uint32_t span = placed.spans[numbers[i]];
             if (span == TriangleBlocks::kLarge)
                 BlockReach(mesh, grid_, mesh.triangles[i]).for_each_block([&](const auto& block) {
-                    add(grid_.index(block), i);
+                    make_room(1);
+                    add(grid_.index(block), i, 1);
                 });
             else
-                span_rows.for_each_block(span, [&](std::uint32_t block) { add(block, i); });
+                span_rows.for_each_near(
+                    span, [&](std::uint32_t block, std::uint32_t is_in) { add(block, i, is_in); });
         }
-        section.entries.resize(count);
+        section.entries.assign(listed.begin(), listed.begin() + static_cast<std::ptrdiff_t>(count));
         for (const Entry& entry : section.entries) {
             section.first = std::min(section.first, entry.block);
             section.last = std::max(section.last, entry.block);
@@ -190,11 +196,19 @@ void BlockPairs::pairs_in(std::size_t part, std::vector<TrianglePair>& pairs,
     const auto begin = static_cast<std::uint32_t>(grid_.size() * part / parts_),
                end = static_cast<std::uint32_t>(grid_.size() * (part + 1) / parts_);
     std::vector<Entry> entries;
+    std::size_t count = 0;
     for (const Section& section : sections_) {
         if (section.first >= end || section.last < begin) continue;
-        std::copy_if(section.entries.begin(), section.entries.end(), std::back_inserter(entries),
-                     [&](const Entry& entry) { return entry.block >= begin && entry.block < end; });
+        if (count + section.entries.size() > entries.size())
+            entries.resize(2 * count + section.entries.size());
+        // Without branches, like above.
+        Entry* const to = entries.data();
+        for (const Entry& entry : section.entries) {
+            to[count] = entry;
+            count += entry.block - begin < end - begin ? 1 : 0;
+        }
     }
+    entries.resize(count);
     radix_sort(entries, std::bit_width(end - begin), [&](const Entry& entry) { return entry.block - begin; });
     HWY_DYNAMIC_DISPATCH(find_pairs)(mesh_, grid_, wanted_.data(), simple_.data(), entries, pairs);
     for_each_block(entries, [&](std::span<const Entry> block) {

@@ -96,6 +96,7 @@ class SpanRows {
 
     explicit SpanRows(const BlockGrid& grid) {
         for (std::uint32_t span = 0; span < 8; ++span) {
+            near_[span] = grid.index({span & 1, span >> 1 & 1, span >> 2});
             for (std::uint32_t row = 0; row < 4; ++row) {
                 const std::uint32_t at = span & 2 * row, linked = span & ~at;
                 // The next block is the last one along x.
@@ -110,19 +111,17 @@ class SpanRows {
     /// 1 if the rows have two blocks, otherwise 0.
     static std::uint32_t has_next(std::uint32_t span) { return kind(span) & 1; }
     const std::array<Row, 4>& rows(std::uint32_t span) const { return rows_[kind(span)]; }
-    /// Calls f(index) once for each block of a span.
+    /// Calls f(index, 1 if the span has this block and 0 if not) for its first block and the seven behind it.
+    /// Without branches, as it is unpredictable which blocks there are.
     template <class F>
-    void for_each_block(std::uint32_t span, const F& f) const {
-        const std::uint32_t has = kind(span), begin = first(span);
-        for (std::uint32_t row = 0; row < 4; ++row) {
-            if ((2 * row & ~has) != 0) continue;
-            f(begin + rows_[has][row].first);
-            if ((has & 1) != 0) f(begin + rows_[has][row].first + 1);
-        }
+    void for_each_near(std::uint32_t span, const F& f) const {
+        const std::uint32_t begin = first(span), missing = ~kind(span);
+        for (std::uint32_t i = 0; i < 8; ++i) f(begin + near_[i], (i & missing) == 0 ? 1u : 0u);
     }
 
   private:
     std::array<std::array<Row, 4>, 8> rows_;
+    std::array<std::uint32_t, 8> near_;  // relative to the first block
 };
 
 /// The first and the last half block of a triangle along each axis.
