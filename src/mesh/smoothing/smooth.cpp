@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <span>
 #include <vector>
@@ -103,7 +102,6 @@ Mesh smoothed(const Mesh& mesh, const SmoothOptions& options, SmoothStats& stats
     parallel_invoke(
         [&] { displacements = low_pass(mesh, rings, options.iterations, options.pass_band, filtering); },
         [&] { lowest = lowest_connected_points(mesh); });
-    const double longest = options.max_move.value_or(std::numeric_limits<double>::infinity());
     Mesh result;
     result.triangles.resize(mesh.triangles.size());
     parallel_for_ranges(std::size_t{0}, mesh.triangles.size(), 65536, [&](const auto& range) {
@@ -118,7 +116,10 @@ Mesh smoothed(const Mesh& mesh, const SmoothOptions& options, SmoothStats& stats
             const float* const xyz = displacements[p].xyz;
             Vec3d move{xyz[0], xyz[1], xyz[2]};
             if (bound) move = bound->limited(move);
-            if (const double size = length(move); size > longest) move = (longest / size) * move;
+            if (options.max_move) {
+                const double longest = *options.max_move, size = length(move);
+                if (size > longest) move = (longest / size) * move;
+            }
             result.points[p] = to_float(to_double(mesh.points[p]) + move);
         }
     });
