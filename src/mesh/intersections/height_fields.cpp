@@ -23,6 +23,7 @@
 #include <array>
 #include <bit>
 #include <cstddef>
+#include <cstdint>
 #include <cstring>
 #include <span>
 
@@ -74,8 +75,15 @@ HWY_INLINE void prove_side_by_side(const BlockBits* blocks, std::size_t columns,
 
 // The same for a single column along the x axis.
 HWY_INLINE void prove_row(const BlockBits* blocks, std::size_t length, std::uint8_t* unproven) {
+    constexpr std::size_t kTogether = sizeof(std::uint64_t) / sizeof(BlockBits);
     for (std::size_t i = 0; i < length; ++i) {
-        if (blocks[i] == 0) continue;
+        // Most blocks have no triangles.
+        for (std::uint64_t several = 0; i + kTogether <= length; i += kTogether) {
+            std::memcpy(&several, blocks + i, sizeof several);
+            if (several != 0) break;
+        }
+        while (i < length && blocks[i] == 0) ++i;
+        if (i == length) return;
         const std::size_t begin = i;
         BlockBits column = blocks[i];
         while ((blocks[i] & kLinked) != 0) column = merged(column, blocks[++i]);

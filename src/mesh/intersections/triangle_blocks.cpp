@@ -216,6 +216,10 @@ std::optional<BlockGrid> make_grid(const MeshView& mesh) {
             const float extent = bounds.upper[axis] - bounds.lower[axis];
             if (!(extent * grid.halves_per_mm < kMostHalves)) return {};
             grid.blocks[axis] = grid.half_block(axis, bounds.upper[axis]) / 2 + 1;
+            // Some more that stay empty, so that loops over long rows have no rest that does not fill a vector.
+            constexpr std::uint32_t kLanes = 16;
+            if (axis == 0 && grid.blocks[0] > kLanes)
+                grid.blocks[0] = (grid.blocks[0] + kLanes - 1) / kLanes * kLanes;
             size *= grid.blocks[axis];
             // Differences and products round, and a line is between two successive floats.
             const float furthest = std::max(std::abs(bounds.lower[axis]), std::abs(bounds.upper[axis]));
