@@ -131,12 +131,17 @@ void for_each_corner_backward(std::span<const Triangle> triangles,
     for (std::size_t s = reaches.size(); s-- > 0;) {
         const auto [lowest, highest] = reaches[s];
         if (highest < begin || lowest >= end) continue;
-        const bool all = lowest >= begin && highest < end;
-        for (std::size_t t = std::min((s + 1) * kSection, triangles.size()); t-- > s * kSection;) {
-            for (std::size_t c = 3; c-- > 0;) {
-                if (all || (triangles[t][c] >= begin && triangles[t][c] < end)) f(triangles[t], c);
+        const auto for_each = [&](const auto& is_wanted) {
+            for (std::size_t t = std::min((s + 1) * kSection, triangles.size()); t-- > s * kSection;) {
+                for (std::size_t c = 3; c-- > 0;) {
+                    if (is_wanted(triangles[t][c])) f(triangles[t], c);
+                }
             }
-        }
+        };
+        if (lowest >= begin && highest < end)
+            for_each([](std::uint32_t) { return true; });
+        else
+            for_each([&](std::uint32_t p) { return p >= begin && p < end; });
     }
 }
 
