@@ -201,7 +201,7 @@ double mean_edge(const MeshView& mesh) {
 // Returns nothing if there are no blocks of a suitable size.
 std::optional<BlockGrid> make_grid(const MeshView& mesh) {
     constexpr double kBlockEdges = 1.5;     // the side of a block, in edges of triangles
-    constexpr double kMostPerTriangle = 8;  // blocks
+    constexpr double kMostPerTriangle = 5;  // blocks
     constexpr float kMostHalves = 1 << 22;
     const Bounds bounds = bounds_of(mesh.points);
     BlockGrid grid{.lower = bounds.lower, .upper = bounds.upper};
