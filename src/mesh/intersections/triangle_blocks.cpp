@@ -216,7 +216,7 @@ std::optional<BlockGrid> make_grid(const MeshView& mesh) {
             const float extent = bounds.upper[axis] - bounds.lower[axis];
             if (!(extent * grid.halves_per_mm < kMostHalves)) return {};
             grid.blocks[axis] = grid.half_block(axis, bounds.upper[axis]) / 2 + 1;
-            // Some more that stay empty, so that loops over long rows have no rest that does not fill a vector.
+            // Some more that stay empty, so that loops over long rows only have whole vectors.
             constexpr std::uint32_t kLanes = 16;
             if (axis == 0 && grid.blocks[0] > kLanes)
                 grid.blocks[0] = (grid.blocks[0] + kLanes - 1) / kLanes * kLanes;
@@ -286,8 +286,8 @@ bool has_only_fans(const OneRings& rings) {
     return true;
 }
 
-// Lets triangles at points that are no fans show both sides along all axes. Without branches, which takes half
-// as long.
+// Lets triangles at points that are no fans show both sides along all axes. Without branches, which
+// takes half as long.
 void show_both_sides_without_fans(const MeshView& mesh, const OneRings& rings, std::size_t begin,
                                   std::size_t end, std::uint8_t* sides) {
     for (std::size_t t = begin; t < end; ++t) {
