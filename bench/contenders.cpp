@@ -1,7 +1,6 @@
 // Wraps Marrow, VTK and the classic algorithm.
 #include "contenders.h"
 
-#include <malloc.h>
 #include <vtkCellArray.h>
 #include <vtkFlyingEdges3D.h>
 #include <vtkImageData.h>
@@ -10,7 +9,6 @@
 #include <vtkPolyData.h>
 
 #include <chrono>
-#include <limits>
 #include <memory>
 
 #include <marrow/isosurface.h>
@@ -96,19 +94,6 @@ std::vector<Contender> make_contenders(const VolumeView& volume, double isovalue
         contenders.push_back(classic_contender(volume, isovalue));
     }
     return contenders;
-}
-
-void set_memory(Memory memory) {
-    if (memory == Memory::fresh) {
-        mallopt(M_MMAP_MAX, 1 << 16);
-        mallopt(M_MMAP_THRESHOLD, 1 << 17);
-        mallopt(M_TRIM_THRESHOLD, 1 << 17);
-        malloc_trim(0);
-    } else {
-        mallopt(M_MMAP_MAX, 0);
-        mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
-        mallopt(M_TOP_PAD, 1 << 26);
-    }
 }
 
 }  // namespace marrow::bench

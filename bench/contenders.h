@@ -28,9 +28,4 @@ struct Contender {
 /// classic. All read the same buffer, and the volume must outlive them.
 std::vector<Contender> make_contenders(const VolumeView& volume, double isovalue, int threads);
 
-/// Whether every large allocation maps new pages, as in the first call of a program, or reuses the pages of
-/// the heap. Affects all later allocations of every contender.
-enum class Memory { fresh, retained };
-void set_memory(Memory memory);
-
 }  // namespace marrow::bench

@@ -14,6 +14,7 @@
 
 #include "bandwidth.h"
 #include "contenders.h"
+#include "memory.h"
 #include "timing.h"
 #include "volumes.h"
 
@@ -195,8 +196,8 @@ int main(int argc, char** argv) {
         ->capture_default_str()
         ->check(CLI::PositiveNumber);
     app.add_option("--volumes", settings.volumes,
-                   "phantom-N, gyroid-N, waves-N-PERIOD, cranium (package invesalius-examples), "
-                   "vhf-head (folder MARROW_TEST_DATA)")
+                   "phantom-N, gyroid-N, waves-N-PERIOD, noise-N, cranium (package invesalius-examples), "
+                   "vhf-head or vhf-ankle (folder MARROW_TEST_DATA)")
         ->capture_default_str()
         ->delimiter(',');
     app.add_option("--contenders", settings.contenders, "run only these contenders")->delimiter(',');

@@ -104,12 +104,24 @@ Case waves(std::int64_t n, std::int64_t period) {
             gyroid_samples<std::int16_t>(n, static_cast<double>(period), 1000), 100};
 }
 
+Case white_noise(std::int64_t n) {
+    return {"noise-" + std::to_string(n),
+            sampled<std::int16_t>(n,
+                                  [](std::int64_t k) {
+                                      return [=](std::int64_t i, std::int64_t j) {
+                                          return 1000 * noise(i, j, k);
+                                      };
+                                  }),
+            0.5};
+}
+
 std::optional<Case> named_volume(const std::string& name) {
     const auto dash = name.find('-');
     if (dash != std::string::npos) {
         const std::int64_t n = std::atoll(name.c_str() + dash + 1);
         if (n >= 2 && name.substr(0, dash) == "phantom") return head_phantom(n);
         if (n >= 2 && name.substr(0, dash) == "gyroid") return gyroid(n);
+        if (n >= 2 && name.substr(0, dash) == "noise") return white_noise(n);
         const auto second = name.find('-', dash + 1);
         if (n >= 2 && second != std::string::npos && name.substr(0, dash) == "waves") {
             const std::int64_t period = std::atoll(name.c_str() + second + 1);
@@ -121,14 +133,15 @@ std::optional<Case> named_volume(const std::string& name) {
         if (!scan) return std::nullopt;
         return Case{name, std::move(*scan), kBone};
     }
-    if (name == "vhf-head") {
+    if (name == "vhf-head" || name == "vhf-ankle") {
         const char* data = std::getenv("MARROW_TEST_DATA");
-        const auto folder = std::filesystem::path(data ? data : "") / "vhf_head_ct";
+        const auto folder =
+            std::filesystem::path(data ? data : "") / (name == "vhf-head" ? "vhf_head_ct" : "vhf_ankle_ct");
         if (!data || !std::filesystem::exists(folder)) return std::nullopt;
         return Case{name, read_scan(folder), kBone};
     }
     throw InputError("unknown volume '" + name +
-                     "'; use phantom-N, gyroid-N, waves-N-PERIOD, cranium or vhf-head");
+                     "'; use phantom-N, gyroid-N, waves-N-PERIOD, noise-N, cranium, vhf-head or vhf-ankle");
 }
 
 std::int64_t active_cells(const Case& c) {
