@@ -27,7 +27,8 @@ Case waves(std::int64_t n, std::int64_t period);
 Case white_noise(std::int64_t n);
 /// The volume with this name: phantom-N, gyroid-N, waves-N-PERIOD, noise-N, cranium (the head CT of the
 /// package invesalius-examples), vhf-head or vhf-ankle (vhf_head_ct and vhf_ankle_ct in the folder
-/// MARROW_TEST_DATA). Nothing if the scan is not available. \throw InputError for an unknown name, and as read_scan
+/// MARROW_TEST_DATA). Nothing if the scan is not available. \throw InputError for an unknown name, and as
+/// read_scan
 std::optional<Case> named_volume(const std::string& name);
 /// The number of cells with corners on both sides of the isovalue.
 std::int64_t active_cells(const Case& c);
