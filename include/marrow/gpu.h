@@ -22,9 +22,9 @@ namespace internal {
 class DeviceBuffer;
 }
 
-/// What the device cannot do: there is none of this number, it is lost, its memory is too small,
-/// or the volume or options are not for it. The CPU can do it: FallbackExtractor lets it. Also: a
-/// name is that of several devices.
+/// A device cannot extract: no device or several have the number or name, it was lost, its memory is too
+/// small, or it does not support the volume or the options. The CPU can extract instead, as FallbackExtractor
+/// does.
 struct MARROW_EXPORT DeviceError : Error {
     using Error::Error;
 };
@@ -61,15 +61,16 @@ struct UnusableDevice {
     Device device;
     std::string reason;
 };
+/// The devices of Vulkan that Marrow cannot use, in the order of the driver.
 MARROW_EXPORT std::vector<UnusableDevice> unusable_devices();
 
-/// Where there is neither kind of device: what is missing, such as "no Vulkan driver is installed".
+/// Why devices() and unusable_devices() are both empty, such as "no Vulkan driver is installed".
 MARROW_EXPORT std::string why_no_devices();
 
 /// The number in devices() of the device that a user wants, or none for the CPU. `choice` is
 /// - "cpu";
-/// - "auto": the first GPU of the first DeviceKind that there is, or else the
-///   CPU, but never a software device;
+/// - "auto": the first GPU of the first DeviceKind that there is, or else the CPU, but never a software
+///   device;
 /// - "gpu": the same GPU, which must be there;
 /// - the number of a device, or a part of its name in any case: also a software device.
 /// \throw DeviceError there is none, or several have this in their names

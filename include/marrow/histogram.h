@@ -35,8 +35,8 @@ MARROW_EXPORT Histogram histogram(const VolumeView& volume, int bins = 256,
 MARROW_EXPORT double otsu_isovalue(const Histogram& histogram);
 
 /// The distance between the means of the two classes that otsu_isovalue() separates, with the precision of a
-/// bin and without padding. In CT this is about the contrast between air and tissue. 0 if
-/// fewer than two bins hold samples
+/// bin and without padding. In CT this is about the contrast between air and tissue. 0 if fewer than two bins
+/// hold samples.
 MARROW_EXPORT double otsu_contrast(const Histogram& histogram);
 
 }  // namespace marrow

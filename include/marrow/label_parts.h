@@ -48,8 +48,8 @@ inline std::int64_t label_part_halo(const LabelOptions& options) {
 
 /// Extracts the surfaces of a part. The samples of `part` belong to it alone; `below` and `above` say how
 /// many more there are around it. `whole` are the dims of the whole map, of which `part.first` and
-/// `part.geometry` speak; `options.normals` is not used. \throw as extract_labels; InputError the part has
-/// not whole rows, or not enough samples around it
+/// `part.geometry` speak; `options.normals` is not used. \throw as extract_labels; InputError the part does
+/// not have whole rows, or not enough samples around it
 MARROW_EXPORT LabelPart extract_label_part(const VolumeView& part, const std::array<std::int64_t, 3>& whole,
                                            const LabelOptions& options = {});
 

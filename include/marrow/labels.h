@@ -24,7 +24,7 @@ struct LabelOptions {
 struct LabelSurface {
     std::int64_t label = 0;
     Mesh mesh;
-    /// Points that relaxation moved less far than it would otherwise, so that no surface is folded or passes
+    /// Points that relaxation moved less far than it otherwise would, so that no surface is folded or passes
     /// through itself or another.
     std::int64_t held_back_points = 0;
 };

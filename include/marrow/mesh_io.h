@@ -60,8 +60,8 @@ struct MeshObject {
     std::string name = {};                             ///< UTF-8; invalid bytes are replaced
     std::optional<std::array<double, 3>> colour = {};  ///< red, green, blue from 0 to 1, sRGB
     std::vector<PointArray> arrays = {};  ///< for .ply and .vtp; at most 16, of the same names in all objects
-    std::span<const Rgb8> point_colours =
-        {};  ///< borrowed; one per point or none; for .glb, instead of `colour`
+    /// Borrowed; one for each point or none; for .glb, instead of `colour`.
+    std::span<const Rgb8> point_colours = {};
 };
 
 /// Writes a mesh; the extension selects the format. The file appears complete or not at all; until then an

@@ -16,7 +16,7 @@ namespace marrow {
 /// weighted by its area. The replacement is halfway between these two means.
 ///
 /// The normals of extract_isosurface() are gradients of the samples, which in one of a few thousand points of
-/// a thin wall say something else than the triangles. Whoever shades a surface by its normals sees these
+/// a thin wall disagree with the triangles. Whoever shades a surface by its normals sees these
 /// points as dark specks. The result does not depend on the number of threads (0: all). A mesh without
 /// normals stays as it is. \pre indices are in range
 MARROW_EXPORT std::size_t turn_normals_outward(Mesh& mesh, int threads = 0);

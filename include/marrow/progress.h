@@ -1,4 +1,4 @@
-/// How long tasks report their progress, and how they are cancelled.
+/// How long-running tasks report their progress, and how they are cancelled.
 #pragma once
 
 #include <functional>

@@ -88,9 +88,9 @@ struct ScanInfo {
 /// Reads a scan into memory. `info`, if given, receives a description.
 ///
 /// DICOM:
-/// - Slices are sorted by position. The frames of one series form several parts, with their own ids, if they
-///   differ in size, orientation or spacing, or if a large gap separates them; if their positions do not form
-///   one even stack, also if they differ in frame of reference or modality.
+/// - Slices are sorted by position. A series is split into parts with ids of their own where its slices
+///   differ in size, orientation or spacing, and where a large gap separates them. If their positions do not
+///   form one even stack, it is also split where they differ in frame of reference or modality.
 /// - If a part has several slices at a position, and attributes tell them apart (ImageType, EchoTime,
 ///   b-value, TemporalPositionIdentifier, TriggerTime, AcquisitionNumber, ...), it holds several volumes, and
 ///   ScanOptions::volume chooses one.
@@ -100,7 +100,8 @@ struct ScanInfo {
 /// - Slices whose spacing differs by more than 1 % or 0.01 mm are an error, unless ScanOptions::resample is
 ///   set.
 /// - A segmentation is a label map, of uint8 or uint16. Segments that overlap are in different maps, of which
-///   ScanOptions::volume chooses one. Fractions count from half of the largest on.
+///   ScanOptions::volume chooses one. A sample of a fractional segmentation belongs to the segment if its
+///   fraction is at least half of the largest one that can be stored.
 /// - A tilted gantry gives a sheared geometry and a warning.
 ///
 /// Sample types:
@@ -175,8 +176,8 @@ struct ScanReport {
 MARROW_EXPORT ScanReport inspect_scan(const std::filesystem::path& input, const ScanOptions& options = {});
 
 /// Reads one image of a DICOM file, to show what a series holds before it is read: the stored values, without
-/// rescaling, as int32. The volume has one slice; only its spacing along i and j
-/// is known, if the file states it.
+/// rescaling, as int32. The volume has one slice; only its spacing along i and j is known, if the file states
+/// it.
 /// \throw IoError; InputError; LimitError; Cancelled
 MARROW_EXPORT Volume read_dicom_image(const DicomImage& image, const Progress& progress = {});
 

@@ -36,7 +36,7 @@ struct SimplifyStats {
 /// triangles. The result has the same bits for any number of threads.
 ///
 /// With `max_error`, simplify measures the result, and undoes collapses where the error is too large, until
-/// the error is kept everywhere. Without `max_error` and `stats` it measures nothing, which is faster.
+/// it is within the limit everywhere. Without `max_error` and `stats` it measures nothing, which is faster.
 ///
 /// \throw InputError if `triangles` is negative, if `max_error` is not positive, or if a triangle has an
 /// index out of range

@@ -36,16 +36,14 @@ struct SmoothStats {
     double moved_mean = 0, moved_max = 0;
 };
 
-/// Removes noise and steps from a mesh with a windowed sinc filter over its edges.
-/// Unlike averaging, this filter does not shrink the mesh.
-/// After Taubin, Zhang and Golub 1996.
+/// Removes noise and steps from a mesh with a windowed sinc filter over its edges (Taubin, Zhang and Golub
+/// 1996). Unlike averaging, this filter does not shrink the mesh.
 ///
 /// Only points move, so the surface stays as closed and as manifold as it was. Where it would pass through
 /// itself, points go back part of the way that they came: MeshCheck::self_intersections does not increase,
-/// and stays 0. Points on open or non-manifold
-/// edges do not move. A closed component keeps its shape if its volume would change by more than half; this
-/// happens to specks of a few samples. If the mesh has normals, they are computed again from the triangles.
-/// The result has the same bits for any number of threads.
+/// and stays 0. Points on open or non-manifold edges do not move. A closed component keeps its shape if its
+/// volume would change by more than half; this happens to specks of a few samples. If the mesh has normals,
+/// they are computed again from the triangles. The result has the same bits for any number of threads.
 ///
 /// \throw InputError if `iterations` or `max_move` is negative, if `pass_band` is outside its range, if
 /// `bound` is singular, or if a triangle has an index out of range

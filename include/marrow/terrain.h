@@ -19,8 +19,8 @@ namespace marrow {
 inline constexpr double kMostTerrainBase = 10;
 
 struct TerrainOptions {
-    std::optional<double> cell =
-        {};                 ///< metres between samples, horizontally and vertically; else the raster's
+    /// Metres between samples, horizontally and vertically; not set: the raster's.
+    std::optional<double> cell = {};
     double exaggerate = 1;  ///< factor for heights
     /// mm from the bottom of a closed block to the lowest ground; without it the surface is open. At most
     /// kMostTerrainBase times the model's length.

@@ -47,12 +47,13 @@ struct ThinWalls {
 /// the scan can carry: blur lowers their peak. The surface has a hole there, or ends.
 ///
 /// A sample is in the middle of such a wall if it is a local maximum along the axis that crosses the wall
-/// most steeply. With T the isovalue and b the higher of the lowest samples within three samples on both
-/// sides, its contrast over b is at least five times the noise, at least 0.5 (T - b) and less than 1.1 (T -
-/// b): a wall that barely reaches T has holes between the samples. The wall is a sheet there: no second
-/// derivative is positive and more than half as large as the one across, as between two bodies that nearly
-/// touch. At the rim, where what the wall ends at raises its sides, 0.4 (T - b) is enough, and the sheet need
-/// not be flat; so is it for a sample that has three in the sheet around it.
+/// most steeply, and its contrast is right. Let T be the isovalue, and b the higher of the lowest samples
+/// within three samples on either side. The contrast over b is at least five times the noise. It is also
+/// between 0.5 and 1.1 times T - b, as a wall that barely reaches T has holes between the samples. And the
+/// wall is a sheet: no second derivative is positive and more than half as large as the one across, as it is
+/// between two bodies that nearly touch. At the rim, the body at which the wall ends raises the samples
+/// beside it. So there, and where three samples around are in the sheet, a contrast of 0.4 times T - b is
+/// enough, and the sheet need not be flat.
 ///
 /// Walls begin at samples beside the inside of the surface, and go on from sample to neighbouring sample.
 /// Those with fewer than five samples in their sheet are left out. A fold of soft tissue between air looks

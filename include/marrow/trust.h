@@ -63,10 +63,10 @@ struct TrustReport {
     double cap = 0;       ///< mm; the largest distance between neighbouring samples
     NoiseEstimate noise;  ///< of the scan
     Buffer<float> shift;  ///< mm for each point: how far the surface moves if the isovalue changes by `step`
-    Buffer<float> noise_shift;  ///< mm for each point: the standard deviation of its position by noise
+    Buffer<float> noise_shift;  ///< mm for each point: the standard deviation of its position due to noise
     TrustPercentiles shifts, noise_shifts;
-    std::int64_t border_points =
-        0;  ///< points that close the surface at the border; they have 0, and no share above
+    /// Points that close the surface at the border. Their values are 0, and do not count in the percentiles.
+    std::int64_t border_points = 0;
 };
 
 /// Reports how far each point of an isosurface of `volume` can be trusted.
@@ -75,7 +75,7 @@ struct TrustReport {
 /// deviation s moves it by s w / |g|, where w is the root of the sum of squared weights of the samples that
 /// it is interpolated from (Pöthkow and Hege 2011). g is the central difference, over one sample, of the
 /// trilinear interpolant. Noise is taken as independent between samples; w is between 0.35 and 1, so
-/// correlated noise moves a point by less than three times more.
+/// correlated noise moves a point by less than three times as much.
 ///
 /// The points need not be those of an extraction: they may be smoothed or reduced, but the report is that of
 /// the scan where they are. The result has the same bits for any number of threads. \throw InputError a null

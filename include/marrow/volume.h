@@ -145,9 +145,8 @@ struct MARROW_EXPORT VolumeView {
     Rescale rescale = {};                        ///< what the samples stand for
     std::array<std::int64_t, 2> pitch{0, 0};     ///< row_pitch() and slice_pitch(); 0: without gaps
     std::array<std::int64_t, 3> first{0, 0, 0};  ///< index in the whole volume of the view's first sample
-    std::array<std::int64_t, 3> below{0, 0,
-                                      0};  ///< samples before the view that may be read, along each axis
-    std::array<std::int64_t, 3> above{0, 0, 0};  ///< the same after it
+    /// Samples before the view, and after it, that may be read along each axis.
+    std::array<std::int64_t, 3> below{0, 0, 0}, above{0, 0, 0};
 };
 
 /// The part of a view that begins at its sample `begin` and has `dims` samples. No samples are copied.

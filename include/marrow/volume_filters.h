@@ -30,8 +30,8 @@ MARROW_EXPORT Volume crop(const VolumeView& volume, const std::array<std::int64_
 
 /// Copies the smallest block of samples that holds all of the volume's samples in `box`. If the volume's axes
 /// are parallel to those of physical space, these are exactly the samples in the box. An oblique volume keeps
-/// more, because it can be cut only along its own axes. \throw InputError no sample lies in the box, or lower
-/// > upper
+/// more, because it can be cut only along its own axes. \throw InputError no sample lies in the box, or its
+/// lower end is above its upper end
 MARROW_EXPORT Volume crop(const VolumeView& volume, const Box& box);
 
 /// Replaces each sample by the median of the samples up to `radius` away along each axis: a window of 2
