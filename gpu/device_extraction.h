@@ -39,7 +39,7 @@ class DeviceExtraction {
     const std::shared_ptr<const DeviceBuffer>& indices() const { return indices_; }
 
     const ResidentVolume& samples() const { return samples_; }
-    /// Of the last surface.
+    /// How long passes of the last extraction took.
     double classify_seconds() const { return clock_.seconds(0, 1); }
     double count_seconds() const { return clock_.seconds(1, 2); }
     /// The memory on the device beside the samples and the output.

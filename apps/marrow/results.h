@@ -60,7 +60,7 @@ struct Surface {
     Mesh mesh;
     std::filesystem::path output;        ///< empty: not written
     std::vector<StepReport> steps = {};  ///< what was done to it
-    /// Of a surface that was written slab by slab only the size is known; the mesh is empty.
+    /// If a surface was written slab by slab, only its size is known, and the mesh is empty.
     struct Size {
         std::uint64_t points = 0, triangles = 0;
     };

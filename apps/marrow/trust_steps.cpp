@@ -14,7 +14,7 @@ std::string percentile_text(const TrustPercentiles& p) {
                        p.percentile_90, p.percentile_99);
 }
 
-// Of the samples.
+// The unit of the samples, if it is known.
 const char* unit_of(const SurfaceTrust& trust) {
     return trust.hounsfield ? " HU" : "";
 }

@@ -87,6 +87,8 @@ bool same_samples(const Volume& a, const Volume& b) {
     return a.type() == b.type() && a.bytes() == b.bytes() && std::memcmp(a.data(), b.data(), a.bytes()) == 0;
 }
 
+constexpr const char* kRescaleNames[] = {"Ct", "Half", "Odd"};
+
 class Rescaled : public testing::TestWithParam<Rescale> {
   protected:
     const Rescale rescale = GetParam();
@@ -95,7 +97,8 @@ class Rescaled : public testing::TestWithParam<Rescale> {
     const double isovalue = rescale.value(2500.3);  // of bone
 };
 
-INSTANTIATE_TEST_SUITE_P(Rescales, Rescaled, testing::Values(kCt, kHalf, kOdd));
+INSTANTIATE_TEST_SUITE_P(Rescales, Rescaled, testing::Values(kCt, kHalf, kOdd),
+                         [](const auto& info) { return kRescaleNames[info.index]; });
 
 TEST_P(Rescaled, SurfacesAreThoseOfTheSamples) {
     const double sample = (isovalue - rescale.intercept) / rescale.slope;

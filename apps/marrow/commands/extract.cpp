@@ -191,7 +191,7 @@ class Extraction {
         }
     }
 
-    // Of the scan, so it is the same for all surfaces.
+    // It is that of the scan, so all surfaces share it.
     const NoiseEstimate& noise() {
         if (!noise_) noise_ = estimate_noise(scan_, {.threads = job_.threads()});
         return *noise_;

@@ -23,6 +23,11 @@ def crop(volume: Any, lower: Sequence[float], upper: Sequence[float]) -> Volume:
     lower, upper : sequence of 3 floats
         The corners of the box (x, y, z), LPS in mm.
 
+    Returns
+    -------
+    Volume
+        A copy of the samples, with the geometry of their place.
+
     Raises
     ------
     InputError

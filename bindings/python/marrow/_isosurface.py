@@ -87,7 +87,8 @@ def extract(
     EmptySurface
         All samples are on one side of the isovalue.
     InputError
-        The isovalue is not finite, `snap` is out of range or goes with `topology`, or a tissue for what is not CT.
+        The isovalue is not finite, `snap` is out of range or goes with `topology`, or a tissue is named but the volume
+        is not CT.
     LimitError
         More than 2^32 - 1 points, or not enough memory.
     Cancelled
@@ -266,17 +267,20 @@ def _choose_isovalue(
 
 
 def _is_hounsfield(volume: Volume, samples: _marrow.ArrayVolume) -> bool:
+    return _marrow.presets_apply(*_signs_of_ct(volume, samples))
+
+
+def _signs_of_ct(volume: Volume, samples: _marrow.ArrayVolume) -> tuple[str, bool, float]:
+    """The modality, whether the scan is DICOM, and the lowest sample."""
     modality = volume.info.series.modality if volume.info else ""
     is_dicom = volume.info is not None and volume.info.format == "DICOM"
-    return _marrow.presets_apply(modality, is_dicom, _marrow.histogram(samples, 2)["lower"])
+    return modality, is_dicom, _marrow.histogram(samples, 2)["lower"]
 
 
 def _check_hounsfield(volume: Volume, samples: _marrow.ArrayVolume, tissue: TissuePreset) -> None:
-    if _is_hounsfield(volume, samples):
+    modality, is_dicom, lowest = _signs_of_ct(volume, samples)
+    if _marrow.presets_apply(modality, is_dicom, lowest):
         return
-    modality = volume.info.series.modality if volume.info else ""
-    is_dicom = volume.info is not None and volume.info.format == "DICOM"
-    lowest = _marrow.histogram(samples, 2)["lower"]
     if modality:
         reason = f"the modality of this scan is {modality}"
     elif is_dicom:

@@ -110,6 +110,20 @@ def named(surfaces: Mapping[int, Any], table: Union[Path, Mapping[int, LabelEntr
 def count_labels(volume: Any, *, threads: int = 0, progress: Optional[Progress] = None) -> dict[int, int]:
     """Count the samples of each label of a label map, including the background.
 
+    Parameters
+    ----------
+    volume : Volume or object that `as_volume` takes
+        The label map.
+    threads : int
+        Threads to use; 0: all.
+    progress : callable, optional
+        Called with the fraction done, from 0 to 1; returning False cancels.
+
+    Returns
+    -------
+    dict
+        The number of samples of each label that occurs.
+
     Raises
     ------
     InputError

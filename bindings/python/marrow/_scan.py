@@ -143,6 +143,11 @@ def inspect(
 ) -> ScanReport:
     """Report what `read` would do with the same arguments, from the headers alone.
 
+    Parameters
+    ----------
+    path, series, spacing, resample, volume, level, threads, progress
+        As for `read`.
+
     Returns
     -------
     ScanReport

@@ -26,7 +26,7 @@ HWY_INLINE Signs determinant_signs(const DoubleVec (&f)[8], const std::uint8_t (
     return {hn::Gt(first, second), hn::Lt(first, second)};
 }
 
-// Of the mixed determinant of the faces across an axis, whose first corners are 0 and `across`.
+// The signs of the mixed determinants of the faces across an axis, whose first corners are 0 and `across`.
 HWY_INLINE Signs mixed_signs(const DoubleVec (&f)[8], unsigned across, unsigned u, unsigned v) {
     const Doubles d;
     const auto a = hn::Mul(f[0], f[across | u | v]), b = hn::Mul(f[u | v], f[across]);

@@ -145,7 +145,9 @@ void check(std::span<const PartSurface> parts) {
     const PartSurface* first = nullptr;  // that has points, so that it shows whether there are normals
     for (const PartSurface& part : parts) {
         if (part.extent.whole != parts.front().extent.whole)
-            throw InputError("the parts are of different volumes, or some of them are closed");
+            throw InputError(
+                "the parts are of different volumes, or only some are closed; extract all parts of one "
+                "volume alike");
         if (part.topology != parts.front().topology) throw_mixed_topology();
         const std::size_t points = part.mesh.points.size();
         if (part.keys.size() != points || (has_normals(part) && part.mesh.normals.size() != points))

@@ -134,7 +134,9 @@ class RowNumbers {
     void check(const PartCounts& counts) const {
         const PartExtent& extent = counts.extent;
         if (extent.whole != parts_.front().extent.whole)
-            throw InputError("the parts are of different volumes, or some of them are closed");
+            throw InputError(
+                "the parts are of different volumes, or only some are closed; extract all parts of one "
+                "volume alike");
         if (counts.topology != topology_) throw_mixed_topology();
         for (std::size_t a = 0; a < 3; ++a) {
             const std::int64_t last = extent.whole[a] - extent.dims[a];  // place for the part's first sample

@@ -28,7 +28,7 @@ void check(std::span<const LabelPart> parts) {
         if (part.whole != whole) throw InputError("the parts are of different label maps");
         if (part.positions_before_relaxation.empty() != parts.front().positions_before_relaxation.empty() &&
             !part.positions.empty() && !parts.front().positions.empty())
-            throw InputError("some parts are relaxed, and some are not");
+            throw InputError("only some of the parts are relaxed; extract all parts with the same options");
         for (std::int64_t z = part.first[2]; z < part.first[2] + part.dims[2]; ++z) {
             for (std::int64_t y = part.first[1]; y < part.first[1] + part.dims[1]; ++y, ++rows) {
                 if (std::exchange(covered.at(static_cast<std::size_t>(z * whole[1] + y)), 1) != 0)

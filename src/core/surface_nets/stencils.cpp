@@ -73,7 +73,7 @@ class StencilBuilder {
   private:
     using PointsByFace = std::array<std::uint32_t, 7>;
 
-    // Of a neighbouring multi-label cell, the point on the common face may be another than its first.
+    // If a neighbour is a multi-label cell, its point on the common face may be another than its first.
     HWY_NOINLINE void use_extra_points(std::int64_t k, unsigned faces, PointsByFace& points) const {
         for (std::size_t f = 0; f < 6; ++f) {
             if ((faces >> f & 1) == 0 || net_.cases[points[f]] != 0) continue;

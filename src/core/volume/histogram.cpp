@@ -61,7 +61,7 @@ Histogram count_samples(const VolumeView& volume, int bins, std::optional<double
         return result.counts[static_cast<std::size_t>(std::min(static_cast<int>(fraction * bins), bins - 1))];
     };
     if constexpr (std::is_integral_v<T> && sizeof(T) <= 2) {
-        // Of few values, each has its bin computed once.
+        // There are few values, so the bin of each is computed once.
         const int first = lower, values = upper - first + 1;
         if (values <= volume.geometry.sample_count()) {
             std::vector<std::int64_t> count_of_value(static_cast<std::size_t>(values));

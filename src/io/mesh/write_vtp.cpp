@@ -96,7 +96,7 @@ struct Contents {
     std::uint64_t points = 0, triangles = 0;
     bool normals = true;       // all surfaces have normals
     bool cell_arrays = false;  // triangles have a surface and a colour
-    // Of each surface.
+    // An element for each surface.
     std::vector<std::uint64_t> first_point, first_triangle;
     std::vector<std::string> names;
     std::vector<Rgb> colours;

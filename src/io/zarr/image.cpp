@@ -22,7 +22,7 @@ struct Axis {
     std::string name, type, unit;
 };
 
-// Of an image: scale * index + translation is the position along each axis.
+// Where the samples of an image are: at scale * index + translation along each axis.
 struct Transform {
     std::vector<double> scale, translation;
 };
