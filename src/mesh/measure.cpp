@@ -69,9 +69,7 @@ MeshMeasures measure_components(const MeshView& mesh, const Components& componen
     if (mesh.points.empty()) return m;
     // With the first point, so that coordinates which are all NaN have no bounds of infinity.
     Bounds bounds{mesh.points.front(), mesh.points.front()};
-    const Bounds all = bounds_of(mesh.points);
-    bounds.include(all.lower);
-    bounds.include(all.upper);
+    bounds.include(bounds_of(mesh.points));
     m.lower = bounds.lower;
     m.upper = bounds.upper;
     return m;

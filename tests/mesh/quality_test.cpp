@@ -12,6 +12,7 @@
 #include <marrow/isosurface.h>
 #include <marrow/measure.h>
 
+#include "mesh/geometry/bounds.h"
 #include "mesh/geometry/triangle_corners.h"
 #include "mesh/search/distance.h"
 #include "mesh/search/triangle_distance.h"
@@ -336,6 +337,16 @@ TEST(MeshDistance, IsTheSameIfOnlyWhatMayHaveChangedIsMeasuredAgain) {
         EXPECT_EQ(there.max(), all_there.max());
         EXPECT_EQ(back.max(), all_back.max());
     }
+}
+
+TEST(Bounds, LeaveOutRangesOfNan) {
+    constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+    std::vector<Vec3f> points(20'000, Vec3f{kNan, kNan, kNan});
+    points.front() = {1, -2, 3};
+    points.back() = {-4, 5, 6};
+    const internal::Bounds bounds = internal::bounds_of(points);
+    EXPECT_EQ(bounds.lower, (Vec3f{-4, -2, 3}));
+    EXPECT_EQ(bounds.upper, (Vec3f{1, 5, 6}));
 }
 
 TEST(TriangleTree, FindsTheNearestTriangle) {

@@ -23,7 +23,7 @@ Mesh join(const LabelMeshes& labels, std::size_t points) {
     constexpr std::uint32_t kNone = ~std::uint32_t{0};
     Mesh net;
     net.points = net_positions(labels, points);
-    // For each point, the last triangle that has it as its lowest corner; for each triangle, the one before it.
+    // For each point, the last triangle whose lowest corner it is; for each triangle, the one before it.
     std::vector<std::uint32_t> last(points, kNone), before;
     std::uint64_t at_most = 0;
     for (const Mesh& mesh : labels.meshes) at_most += mesh.triangles.size();

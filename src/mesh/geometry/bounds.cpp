@@ -13,8 +13,7 @@ Bounds bounds_of(std::span<const Vec3f> points) {
             return sum;
         },
         [](Bounds a, const Bounds& b) {
-            a.include(b.lower);
-            a.include(b.upper);
+            a.include(b);
             return a;
         });
 }

@@ -22,9 +22,16 @@ struct Bounds {
             upper[axis] = std::max(upper[axis], p[axis]);
         }
     }
+    /// Other bounds, which may be empty.
+    void include(const Bounds& other) {
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            lower[axis] = std::min(lower[axis], other.lower[axis]);
+            upper[axis] = std::max(upper[axis], other.upper[axis]);
+        }
+    }
 };
 
-/// The bounds of points. Runs on all threads.
+/// The bounds of points, without coordinates that are NaN. Runs on all threads.
 Bounds bounds_of(std::span<const Vec3f> points);
 
 }  // namespace marrow::internal
