@@ -45,13 +45,14 @@ Json step_numbers(const StepReport& step) {
     const auto distance = [](const std::optional<MeshDistance>& d) {
         return d ? Json{{"max", d->max}, {"mean", d->mean}} : Json();
     };
+    const MeshMeasures &before = step.before.measures.value(), &after = step.after.measures.value();
     return {{"step", step.name},
-            {"triangles", pair(step.before.triangles, step.after.triangles)},
-            {"components", pair(step.before.components, step.after.components)},
-            {"boundary_edges", pair(step.before.boundary_edges, step.after.boundary_edges)},
-            {"nonmanifold_edges", pair(step.before.nonmanifold_edges, step.after.nonmanifold_edges)},
-            {"volume_mm3", pair(step.before.volume, step.after.volume)},
-            {"area_mm2", pair(step.before.area, step.after.area)},
+            {"triangles", pair(before.triangles, after.triangles)},
+            {"components", pair(before.components, after.components)},
+            {"boundary_edges", pair(before.boundary_edges, after.boundary_edges)},
+            {"nonmanifold_edges", pair(before.nonmanifold_edges, after.nonmanifold_edges)},
+            {"volume_mm3", pair(before.volume, after.volume)},
+            {"area_mm2", pair(before.area, after.area)},
             {"deviation_mm", distance(step.deviation)},
             {"moved_mm", distance(step.moved)},
             {"held_back", step.held_back}};

@@ -36,8 +36,8 @@ void print_text(std::ostream& out, const SurfaceResults& results) {
             const auto change = [](double before, double after) { return 100 * (after / before - 1); };
             out << fmt::format("  {:<12}{} of {} triangles, volume {:+.3f} %, area {:+.3f} %",
                                step.name + ":", step.after.triangles, step.before.triangles,
-                               change(step.before.volume, step.after.volume),
-                               change(step.before.area, step.after.area));
+                               change(step.before.size.volume, step.after.size.volume),
+                               change(step.before.size.area, step.after.size.area));
             if (const auto& moved = step.deviation ? step.deviation : step.moved)
                 out << fmt::format(", moved {:.3g} mm at most and {:.3g} mm on average", moved->max,
                                    moved->mean);

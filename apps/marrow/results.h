@@ -32,10 +32,17 @@ struct LabelVolume {
     double change() const { return 100 * (enclosed_mm3 / samples_mm3 - 1); }
 };
 
+/// A surface before or after a step.
+struct StepSurface {
+    std::int64_t triangles = 0;
+    AreaAndVolume size;
+    std::optional<MeshMeasures> measures;  ///< for the report in JSON, as they take longer
+};
+
 /// The effect of one step on a surface.
 struct StepReport {
     std::string name;  ///< "components", "smooth" or "reduce"
-    MeshMeasures before, after;
+    StepSurface before, after;
     std::optional<MeshDistance> deviation;  ///< of the surface after from the one before, if it was measured
     std::optional<MeshDistance> moved;      ///< how far smoothing moved the points
     /// Points that smoothing held back, or collapses that reduction undid, because the surface would have

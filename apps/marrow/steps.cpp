@@ -231,12 +231,22 @@ void filter_scan(Volume& scan, const FilterSteps& steps, int threads, const Prog
 }
 
 std::vector<StepReport> refine_surface(Mesh& mesh, const SurfaceSteps& steps, const Mat3d& index_to_physical,
-                                       int threads, const Progress& progress) {
+                                       bool json, int threads, const Progress& progress) {
     std::vector<StepReport> reports;
-    const auto measured = [&](const Mesh& m) { return measure(m, {.threads = threads}); };
+    const auto measured = [&](const Mesh& m) {
+        const MeasureOptions options{.threads = threads};
+        StepSurface surface{static_cast<std::int64_t>(m.triangles.size()), {}, {}};
+        if (json) {
+            surface.measures = measure(m, options);
+            surface.size = {surface.measures->area, surface.measures->volume};
+        } else {
+            surface.size = area_and_volume(m, options);
+        }
+        return surface;
+    };
     const auto step = [&](const char* name, auto change) {
         report(progress, 0);
-        const MeshMeasures before = reports.empty() ? measured(mesh) : reports.back().after;
+        const StepSurface before = reports.empty() ? measured(mesh) : reports.back().after;
         StepReport done;
         done.name = name;
         done.before = before;

@@ -27,7 +27,7 @@ struct MeshMeasures {
     Vec3f upper{0, 0, 0};  ///< upper corner of the bounding box
 };
 
-/// How measure() runs.
+/// How measure() and area_and_volume() run.
 struct MeasureOptions {
     int threads = 0;  ///< 0: all
 };
@@ -35,6 +35,16 @@ struct MeasureOptions {
 /// Measures a mesh in nearly linear time. The result has the same bits for any number of threads.
 /// \throw InputError if a triangle has an index out of range
 MARROW_EXPORT MeshMeasures measure(MeshView mesh, const MeasureOptions& options = {});
+
+/// The result of area_and_volume().
+struct AreaAndVolume {
+    double area = 0;    ///< mm^2
+    double volume = 0;  ///< mm^3; only meaningful without boundary edges
+};
+
+/// Measures only the area and the volume of a mesh, with the same bits as measure(), in a fraction of its
+/// time. \throw InputError if a triangle has an index out of range
+MARROW_EXPORT AreaAndVolume area_and_volume(MeshView mesh, const MeasureOptions& options = {});
 
 /// The result of triangle_quality().
 struct TriangleQuality {

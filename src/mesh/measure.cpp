@@ -16,16 +16,12 @@ namespace {
 
 constexpr std::size_t kGrain = 8192;  // triangles; decides the last bits of sums
 
-struct Sums {
-    double area = 0, volume = 0;
-};
-
 // Relative to the first point, because distant coordinates would cancel.
-Sums sum_area_and_volume(const MeshView& mesh) {
+AreaAndVolume sum_area_and_volume(const MeshView& mesh) {
     const Vec3d origin = mesh.points.empty() ? Vec3d{} : to_double(mesh.points.front());
     return parallel_reduce(
-        std::size_t{0}, mesh.triangles.size(), kGrain, Sums{},
-        [&](const auto& range, Sums sums) {
+        std::size_t{0}, mesh.triangles.size(), kGrain, AreaAndVolume{},
+        [&](const auto& range, AreaAndVolume sums) {
             for (std::size_t t = range.begin(); t < range.end(); ++t) {
                 TriangleCorners corners = corners_of(mesh, mesh.triangles[t]);
                 for (Vec3d& corner : corners) corner = corner - origin;
@@ -35,8 +31,8 @@ Sums sum_area_and_volume(const MeshView& mesh) {
             }
             return sums;
         },
-        [](const Sums& a, const Sums& b) {
-            return Sums{a.area + b.area, a.volume + b.volume};
+        [](const AreaAndVolume& a, const AreaAndVolume& b) {
+            return AreaAndVolume{a.area + b.area, a.volume + b.volume};
         });
 }
 
@@ -52,6 +48,13 @@ MeshMeasures measure(MeshView mesh, const MeasureOptions& options) {
     return measures;
 }
 
+AreaAndVolume area_and_volume(MeshView mesh, const MeasureOptions& options) {
+    check_indices(mesh);
+    AreaAndVolume sums;
+    with_threads(options.threads, [&] { sums = sum_area_and_volume(mesh); });
+    return sums;
+}
+
 namespace internal {
 
 MeshMeasures measure_components(const MeshView& mesh, const Components& components, const EdgeCounts& edges) {
@@ -63,7 +66,7 @@ MeshMeasures measure_components(const MeshView& mesh, const Components& componen
     m.euler_characteristic = m.points - edges.all + m.triangles;
     m.components = static_cast<std::int64_t>(components.all.size());
     for (const Component& component : components.all) m.cavities += component.is_cavity();
-    const Sums sums = sum_area_and_volume(mesh);
+    const AreaAndVolume sums = sum_area_and_volume(mesh);
     m.area = sums.area;
     m.volume = sums.volume;
     if (mesh.points.empty()) return m;

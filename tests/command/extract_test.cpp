@@ -1,6 +1,7 @@
 // `marrow INPUT` on the command line: extraction, its options and its reports.
 #include <fstream>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
@@ -300,9 +301,22 @@ TEST_F(CommandLine, ReportsEachStepAfterExtraction) {
         return std::max({ball(12, 12, 6, 8)(x, y, z), ball(31, 12, 6, 4)(x, y, z),
                          x == 37 && y == 3 && z == 2 ? 900.0 : -1e3});
     });
-    const Json json = extract_json({"-o", mesh, "--isovalue", "0", "--clean-small", "20", "--smooth", "10",
-                                    "--smooth-bound", "--keep", "0.5", "--max-error", "1", "--verify"});
+    const std::vector<std::string> arguments{
+        "-o",     mesh,  "--isovalue",  "0", "--clean-small", "20", "--smooth", "10", "--smooth-bound",
+        "--keep", "0.5", "--max-error", "1", "--verify"};
+    const Json json = extract_json(arguments);
     ASSERT_EQ(json["steps"].size(), 3u);
+    // The summary has the same numbers, without all measures.
+    const std::string summary = extract(arguments).out;
+    for (const Json& step : json["steps"]) {
+        const auto percent = [&](const char* name) {
+            return 100 * (step[name][1].get<double>() / step[name][0].get<double>() - 1);
+        };
+        const std::string line = fmt::format("{} of {} triangles, volume {:+.3f} %, area {:+.3f} %",
+                                             step["triangles"][1].get<int>(), step["triangles"][0].get<int>(),
+                                             percent("volume_mm3"), percent("area_mm2"));
+        EXPECT_NE(summary.find(line), summary.npos) << line << '\n' << summary;
+    }
     EXPECT_EQ(json["steps"][0]["step"], "components");
     EXPECT_EQ(json["steps"][0]["components"], Json({3, 2}));
     EXPECT_EQ(json["steps"][1]["step"], "smooth");

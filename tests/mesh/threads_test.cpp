@@ -149,6 +149,9 @@ TEST(MeshThreads, FindTheComponentsOfAShuffledMesh) {
     const double volume_of_all = measure(mesh, {.threads = 1}).volume;
     for (const int threads : {0, 1, 2, 3}) {
         const MeshMeasures m = measure(mesh, {.threads = threads});
+        const AreaAndVolume size = area_and_volume(mesh, {.threads = threads});
+        EXPECT_EQ(bits(size.area), bits(m.area));
+        EXPECT_EQ(bits(size.volume), bits(m.volume));
         EXPECT_EQ(m.components, 3);
         EXPECT_EQ(m.cavities, 1);
         EXPECT_EQ(m.boundary_edges, 0);

@@ -179,7 +179,8 @@ class Extraction {
     void refine(Surface& surface) {
         job_.results.seconds.refine += job_.stage("refine", [&](const Progress& progress) {
             surface.steps = refine_surface(surface.mesh, options_.steps, scan_.geometry().index_to_physical(),
-                                           job_.threads(), progress);
+                                           options_.job.reporting.json, job_.threads(), progress);
+            surface.measures = surface.steps.back().after.measures;
             if (surface.mesh.triangles.empty())
                 throw EmptySurface(
                     fmt::format("no component of the surface at isovalue {:g} encloses {:g} mm3",
