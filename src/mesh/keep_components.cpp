@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numeric>
 #include <vector>
 
 #include <marrow/buffer.h>
@@ -21,29 +22,66 @@ using namespace internal;
 
 namespace {
 
+// The elements of an array that is_kept(i) chooses, numbered in the same order.
+template <class IsKept>
+class Kept {
+  public:
+    Kept(std::size_t size, const IsKept& is_kept)
+        : size_(size), is_kept_(is_kept), starts_((size + kSection - 1) / kSection + 1, 0) {
+        for_each_section([&](std::size_t section, std::size_t begin, std::size_t end) {
+            std::size_t kept = 0;
+            for (std::size_t i = begin; i < end; ++i) kept += is_kept_(i) ? 1 : 0;
+            starts_[section + 1] = kept;
+        });
+        std::partial_sum(starts_.begin(), starts_.end(), starts_.begin());
+    }
+
+    std::size_t count() const { return starts_.back(); }
+    // Calls f(i, its number) for each element i that is kept, on all threads.
+    template <class F>
+    void for_each(const F& f) const {
+        for_each_section([&](std::size_t section, std::size_t begin, std::size_t end) {
+            std::size_t number = starts_[section];
+            for (std::size_t i = begin; i < end; ++i)
+                if (is_kept_(i)) f(i, number++);
+        });
+    }
+
+  private:
+    static constexpr std::size_t kSection = 16384;
+
+    template <class F>
+    void for_each_section(const F& f) const {
+        parallel_for(std::size_t{0}, starts_.size() - 1, [&](std::size_t section) {
+            f(section, section * kSection, std::min((section + 1) * kSection, size_));
+        });
+    }
+
+    const std::size_t size_;
+    const IsKept is_kept_;
+    std::vector<std::size_t> starts_;  // the numbers that sections begin with, and how many are kept
+};
+
 Mesh copy_components(const MeshView& mesh, const Components& components, const std::vector<bool>& keep) {
-    const auto is_kept = [&](std::size_t p) {
+    const Kept points(mesh.points.size(), [&](std::size_t p) {
         return components.of_point[p] != Components::kNone && keep[components.of_point[p]];
-    };
-    std::size_t points = 0, triangles = 0;
-    for (std::size_t p = 0; p < mesh.points.size(); ++p) points += is_kept(p) ? 1 : 0;
-    for (std::size_t c = 0; c < keep.size(); ++c)
-        triangles += keep[c] ? static_cast<std::size_t>(components.all[c].triangles) : 0;
+    });
+    const Kept triangles(mesh.triangles.size(),
+                         [&](std::size_t t) { return keep[components.of(mesh.triangles[t])]; });
     Mesh result;
-    result.points.reserve(points);
-    result.triangles.reserve(triangles);
-    if (!mesh.normals.empty()) result.normals.reserve(points);
+    result.points.resize(points.count());
+    result.triangles.resize(triangles.count());
+    if (!mesh.normals.empty()) result.normals.resize(points.count());
     Buffer<std::uint32_t> new_index(mesh.points.size());
-    for (std::size_t p = 0; p < mesh.points.size(); ++p) {
-        if (!is_kept(p)) continue;
-        new_index[p] = static_cast<std::uint32_t>(result.points.size());
-        result.points.push_back(mesh.points[p]);
-        if (!mesh.normals.empty()) result.normals.push_back(mesh.normals[p]);
-    }
-    for (const Triangle& t : mesh.triangles) {
-        if (keep[components.of(t)])
-            result.triangles.push_back({new_index[t[0]], new_index[t[1]], new_index[t[2]]});
-    }
+    points.for_each([&](std::size_t p, std::size_t number) {
+        new_index[p] = static_cast<std::uint32_t>(number);
+        result.points[number] = mesh.points[p];
+        if (!mesh.normals.empty()) result.normals[number] = mesh.normals[p];
+    });
+    triangles.for_each([&](std::size_t t, std::size_t number) {
+        const auto [a, b, c] = mesh.triangles[t];
+        result.triangles[number] = {new_index[a], new_index[b], new_index[c]};
+    });
     return result;
 }
 

@@ -15,6 +15,7 @@
 #include <span>
 
 #include "base/for_each_range.h"
+#include "base/parallel.h"
 #include "block_pairs.h"
 #include "height_fields.h"
 #include "mesh/geometry/triangle_intersection.h"
@@ -162,8 +163,9 @@ void sort_out(List& list) {
 
 Buffer<Triangle> triangles_of(const MeshView& mesh, const Buffer<std::uint32_t>& numbers) {
     Buffer<Triangle> triangles(numbers.size());
-    std::transform(numbers.begin(), numbers.end(), triangles.begin(),
-                   [&](std::uint32_t t) { return mesh.triangles[t]; });
+    parallel_for_ranges(std::size_t{0}, numbers.size(), 4096, [&](const auto& range) {
+        for (std::size_t i = range.begin(); i < range.end(); ++i) triangles[i] = mesh.triangles[numbers[i]];
+    });
     return triangles;
 }
 

@@ -11,6 +11,7 @@
 #include <hwy/highway.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cstddef>
 #include <span>
 #include <utility>
@@ -147,9 +148,12 @@ HWY_EXPORT(test_chunk);
 Buffer<std::uint8_t> find_simple_fans(const MeshView& mesh, const OneRings& rings) {
     Buffer<std::uint8_t> simple(rings.size());
     std::fill(simple.begin(), simple.end(), std::uint8_t{0});
-    for (const Triangle& t : mesh.triangles) {
-        for (const std::uint32_t p : t) simple[p] = 1;
-    }
+    parallel_for_ranges(std::size_t{0}, mesh.triangles.size(), 4096, [&](const auto& range) {
+        for (std::size_t t = range.begin(); t < range.end(); ++t) {
+            for (const std::uint32_t p : mesh.triangles[t])
+                std::atomic_ref(simple[p]).store(1, std::memory_order_relaxed);
+        }
+    });
     parallel_for(std::size_t{0}, rings.chunks(), [&](std::size_t chunk) {
         HWY_DYNAMIC_DISPATCH(test_chunk)(mesh, rings, chunk, simple.data());
     });

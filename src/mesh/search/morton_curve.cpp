@@ -85,13 +85,13 @@ class CellSort {
 
 }  // namespace
 
-std::vector<MortonKey> along_morton_curve(const MeshView& mesh) {
+Buffer<MortonKey> along_morton_curve(const MeshView& mesh) {
     const Bounds bounds = bounds_of(mesh.points);
     float longest = 0;
     for (std::size_t axis = 0; axis < 3; ++axis)
         longest = std::max(longest, bounds.upper[axis] - bounds.lower[axis]);
     const float scale = longest > 0 ? 1023 / (3 * longest) : 0;
-    std::vector<MortonKey> keys(mesh.triangles.size());
+    Buffer<MortonKey> keys(mesh.triangles.size());
     parallel_for(std::size_t{0}, keys.size(), [&](std::size_t i) {
         const Triangle& t = mesh.triangles[i];
         std::uint32_t key = 0;

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <vector>
 
 #include <marrow/buffer.h>
 #include <marrow/mesh.h>
@@ -27,7 +26,7 @@ struct MortonKey {
 
 /// Returns the triangles sorted by key. Triangles with the same key keep their order. After Morton 1966.
 /// \pre fewer than 2^32 triangles, whose indices are in range
-std::vector<MortonKey> along_morton_curve(const MeshView& mesh);
+Buffer<MortonKey> along_morton_curve(const MeshView& mesh);
 
 /// Returns the triangles sorted by the cells of their first corners, in a grid of 64^3 cells or fewer,
 /// along the same curve. Takes less time, on all threads, and serves meshes whose successive triangles are

@@ -3,6 +3,7 @@
 
 #include <hwy/cache_control.h>
 
+#include <algorithm>
 #include <bit>
 #include <vector>
 
@@ -38,12 +39,15 @@ Bounds bounds_of_leaf(const BoxTree::Leaf& leaf) {
 }  // namespace
 
 TriangleTree::TriangleTree(const MeshView& mesh) : order_(along_morton_curve(mesh)) {
-    std::vector<Range> ranges;  // of leaves
-    tree_.nodes.emplace_back();
-    split(0, {0, static_cast<std::uint32_t>(order_.size())}, ranges);
+    Splits splits{{{}}, {}};
+    split(0, {0, static_cast<std::uint32_t>(order_.size())}, splits);
+    const std::vector<Range>& ranges = splits.leaves;
+    tree_.nodes.resize(splits.nodes.size());
     tree_.leaves.resize(ranges.size());
     parallel_for(std::size_t{0}, tree_.nodes.size(), [&](std::size_t n) {
         BoxTree::Node& node = tree_.nodes[n];
+        std::copy(splits.nodes[n].child.begin(), splits.nodes[n].child.end(), node.child);
+        node.count = splits.nodes[n].count;
         for (std::size_t i = 0; i < node.count; ++i) {
             if ((node.child[i] & BoxTree::kLeaf) == 0) continue;
             const std::uint32_t leaf = node.child[i] ^ BoxTree::kLeaf;
@@ -66,7 +70,7 @@ std::uint32_t TriangleTree::split_position(const Range& range) const {
 }
 
 // Splits a range into up to eight children of a node, and splits these in turn.
-void TriangleTree::split(std::uint32_t node, const Range& range, std::vector<Range>& leaves) {
+void TriangleTree::split(std::size_t node, const Range& range, Splits& splits) const {
     const auto is_smaller = [](const Range& a, const Range& b) { return a.size() < b.size(); };
     std::uint32_t count = 1;
     std::array<Range, BoxTree::kWidth> children{range};
@@ -77,16 +81,17 @@ void TriangleTree::split(std::uint32_t node, const Range& range, std::vector<Ran
         children[count++] = {middle, largest.end};
         largest.end = middle;
     }
-    tree_.nodes[node].count = count;
+    splits.nodes[node].count = count;
     for (std::uint32_t i = 0; i < count; ++i) {
         if (children[i].size() <= BoxTree::kWidth) {
-            tree_.nodes[node].child[i] = BoxTree::kLeaf | static_cast<std::uint32_t>(leaves.size());
-            leaves.push_back(children[i]);
+            splits.nodes[node].child[i] = BoxTree::kLeaf | static_cast<std::uint32_t>(splits.leaves.size());
+            splits.leaves.push_back(children[i]);
             continue;
         }
-        const auto child = tree_.nodes[node].child[i] = static_cast<std::uint32_t>(tree_.nodes.size());
-        tree_.nodes.emplace_back();
-        split(child, children[i], leaves);
+        const auto child = static_cast<std::uint32_t>(splits.nodes.size());
+        splits.nodes[node].child[i] = child;
+        splits.nodes.emplace_back();
+        split(child, children[i], splits);
     }
 }
 

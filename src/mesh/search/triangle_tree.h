@@ -10,6 +10,7 @@
 #include <span>
 #include <vector>
 
+#include <marrow/buffer.h>
 #include <marrow/mesh.h>
 
 #include "mesh/geometry/bounds.h"
@@ -89,14 +90,23 @@ class TriangleTree {
 
         std::uint32_t size() const { return end - begin; }
     };
+    /// What the nodes will be, without their boxes: a seventh of the memory, as it grows.
+    struct Splits {
+        struct Node {
+            std::array<std::uint32_t, BoxTree::kWidth> child;  ///< as in BoxTree::Node
+            std::uint32_t count;
+        };
+        std::vector<Node> nodes;
+        std::vector<Range> leaves;
+    };
     std::uint32_t split_position(const Range& range) const;
-    void split(std::uint32_t node, const Range& range, std::vector<Range>& leaves);
+    void split(std::size_t node, const Range& range, Splits& splits) const;
     std::uint32_t along_curve(std::size_t i) const { return order_[i].triangle; }
     void fill(BoxTree::Leaf& leaf, const Range& range, const MeshView& mesh) const;
     void merge_bounds();
     static double hit(const BoxTree::Leaf& leaf, std::size_t i, const Vec3d& origin, const Vec3d& direction);
 
-    std::vector<MortonKey> order_;
+    Buffer<MortonKey> order_;
     BoxTree tree_;
 };
 
