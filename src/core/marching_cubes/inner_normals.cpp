@@ -18,11 +18,12 @@ namespace hn = hwy::HWY_NAMESPACE;
 using Points = hn::CappedTag<double, 8>;
 using PointVec = hn::Vec<Points>;
 
-struct Vectors {
+// Vectors in space, of a point in each lane.
+struct PointVectors {
     PointVec values[3];
 };
 
-HWY_INLINE PointVec dot(const Vectors& a, const Vectors& b) {
+HWY_INLINE PointVec dot(const PointVectors& a, const PointVectors& b) {
     return hn::Add(hn::Add(hn::Mul(a.values[0], b.values[0]), hn::Mul(a.values[1], b.values[1])),
                    hn::Mul(a.values[2], b.values[2]));
 }
@@ -32,9 +33,9 @@ HWY_INLINE PointVec constant(double value) {
 }
 
 // Between the gradients at the corners.
-HWY_INLINE Vectors between_corners(const std::array<Vec3d, 8>& corners, const Vectors& at) {
+HWY_INLINE PointVectors between_corners(const std::array<Vec3d, 8>& corners, const PointVectors& at) {
     const Points d;
-    Vectors gradient{{hn::Zero(d), hn::Zero(d), hn::Zero(d)}};
+    PointVectors gradient{{hn::Zero(d), hn::Zero(d), hn::Zero(d)}};
     for (std::size_t v = 0; v < 8; ++v) {
         auto weight = constant(1);
         for (std::size_t a = 0; a < 3; ++a)
@@ -46,7 +47,7 @@ HWY_INLINE Vectors between_corners(const std::array<Vec3d, 8>& corners, const Ve
 }
 
 // That of the interpolant, with the operations of Interpolant.
-HWY_INLINE Vectors of_interpolant(const CellValues& f, const Vectors& at) {
+HWY_INLINE PointVectors of_interpolant(const CellValues& f, const PointVectors& at) {
     const auto mix = [](PointVec a, PointVec b, PointVec t)
                          HWY_ATTR { return hn::Add(a, hn::Mul(t, hn::Sub(b, a))); };
     const auto along_x = [&](std::size_t v)
@@ -59,7 +60,7 @@ HWY_INLINE Vectors of_interpolant(const CellValues& f, const Vectors& at) {
 }
 
 // The gradients as directions in space.
-HWY_INLINE Vectors normals_of(const IndexToPhysical& to_physical, const Vectors& gradient) {
+HWY_INLINE PointVectors normals_of(const IndexToPhysical& to_physical, const PointVectors& gradient) {
     const Points d;
     auto steepest = hn::Zero(d);
     for (const PointVec g : gradient.values) {
@@ -67,7 +68,7 @@ HWY_INLINE Vectors normals_of(const IndexToPhysical& to_physical, const Vectors&
         steepest = hn::IfThenElse(hn::Lt(steepest, magnitude), magnitude, steepest);
     }
     const auto scale = hn::Div(constant(1), steepest);
-    Vectors scaled, normal;
+    PointVectors scaled, normal;
     for (std::size_t a = 0; a < 3; ++a) scaled.values[a] = hn::Mul(scale, gradient.values[a]);
     for (std::size_t r = 0; r < 3; ++r) {
         const Vec3d row = to_double(to_physical.normal_matrix[r]);
@@ -93,15 +94,16 @@ void inner_normals_target(const CellSlopes& cell, const Vec3d* points, std::size
         for (std::size_t a = 0; a < 3; ++a) lanes[a][k] = points[k][a];
     }
     for (std::size_t i = 0; i < count; i += hn::Lanes(d)) {
-        const Vectors at{{hn::Load(d, lanes[0] + i), hn::Load(d, lanes[1] + i), hn::Load(d, lanes[2] + i)}};
-        Vectors gradient = of_interpolant(cell.values, at);
+        const PointVectors at{
+            {hn::Load(d, lanes[0] + i), hn::Load(d, lanes[1] + i), hn::Load(d, lanes[2] + i)}};
+        PointVectors gradient = of_interpolant(cell.values, at);
         if (HWY_LIKELY(cell.has_corners)) {
-            const Vectors smooth = between_corners(cell.corners, at);
+            const PointVectors smooth = between_corners(cell.corners, at);
             const auto same_side = hn::Gt(dot(smooth, gradient), hn::Zero(d));
             for (std::size_t a = 0; a < 3; ++a)
                 gradient.values[a] = hn::IfThenElse(same_side, smooth.values[a], gradient.values[a]);
         }
-        const Vectors normal = normals_of(to_physical, gradient);
+        const PointVectors normal = normals_of(to_physical, gradient);
         for (std::size_t a = 0; a < 3; ++a) hn::Store(normal.values[a], d, lanes[a] + i);
     }
     for (std::size_t k = 0; k < count; ++k) normals[k] = to_float({lanes[0][k], lanes[1][k], lanes[2][k]});

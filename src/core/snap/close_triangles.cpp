@@ -20,6 +20,7 @@
 
 #include "base/resize_discarding.h"
 #include "mesh/geometry/load_points-inl.h"
+#include "mesh/geometry/vectors-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace marrow::internal::HWY_NAMESPACE {
@@ -31,28 +32,12 @@ using DI = hn::RebindToSigned<D>;
 using V = hn::Vec<D>;
 using VI = hn::Vec<DI>;
 
-// A vector of space in each lane.
-struct Vectors {
-    V x, y, z;
-};
-HWY_INLINE Vectors operator-(const Vectors& a, const Vectors& b) {
-    return {hn::Sub(a.x, b.x), hn::Sub(a.y, b.y), hn::Sub(a.z, b.z)};
-}
-HWY_INLINE Vectors operator+(const Vectors& a, const Vectors& b) {
-    return {hn::Add(a.x, b.x), hn::Add(a.y, b.y), hn::Add(a.z, b.z)};
-}
-HWY_INLINE Vectors operator*(V factor, const Vectors& a) {
-    return {hn::Mul(factor, a.x), hn::Mul(factor, a.y), hn::Mul(factor, a.z)};
-}
-HWY_INLINE V dot(const Vectors& a, const Vectors& b) {
-    return hn::Add(hn::Add(hn::Mul(a.x, b.x), hn::Mul(a.y, b.y)), hn::Mul(a.z, b.z));
-}
-HWY_INLINE Vectors if_then_else_zero(hn::Mask<D> mask, const Vectors& a) {
+HWY_INLINE Vectors<D> if_then_else_zero(hn::Mask<D> mask, const Vectors<D>& a) {
     return {hn::IfThenElseZero(mask, a.x), hn::IfThenElseZero(mask, a.y), hn::IfThenElseZero(mask, a.z)};
 }
 
 struct Corners {
-    Vectors position[3];
+    Vectors<D> position[3];
     VI point[3];
 
     // Loads triangles of a layer from where they begin.
@@ -91,25 +76,26 @@ struct Common {
 
 // The direction from triangles s to triangles t in which they may be separate, of any length. All corners are
 // relative to the same position; the first of s is there.
-HWY_INLINE Vectors direction_between(const Vectors (&s)[3], const Vectors (&t)[3], const Common& common) {
+HWY_INLINE Vectors<D> direction_between(const Vectors<D> (&s)[3], const Vectors<D> (&t)[3],
+                                        const Common& common) {
     const D d;
-    const Vectors s_sum = s[1] + s[2], t_sum = t[0] + t[1] + t[2];
-    const Vectors at_point = if_then_else_zero(common.s[1], s[1]) + if_then_else_zero(common.s[2], s[2]);
+    const Vectors<D> s_sum = s[1] + s[2], t_sum = t[0] + t[1] + t[2];
+    const Vectors<D> at_point = if_then_else_zero(common.s[1], s[1]) + if_then_else_zero(common.s[2], s[2]);
     const V sixth = hn::IfThenZeroElse(common.any(), hn::Set(d, 1.0f / 6));
-    const Vectors from = at_point + sixth * (s_sum + t_sum);
-    const Vectors from3 = hn::Set(d, 3) * from;
-    const Vectors to_s = s_sum - from3, to_t = t_sum - from3;
+    const Vectors<D> from = at_point + sixth * (s_sum + t_sum);
+    const Vectors<D> from3 = hn::Set(d, 3) * from;
+    const Vectors<D> to_s = s_sum - from3, to_t = t_sum - from3;
     const V one = hn::Set(d, 1);
     return hn::Div(one, dot(to_t, to_t)) * to_t - hn::Div(one, dot(to_s, to_s)) * to_s;
 }
 
-HWY_INLINE V sum_of_sizes(const Vectors& a) {
+HWY_INLINE V sum_of_sizes(const Vectors<D>& a) {
     return hn::Add(hn::Add(hn::Abs(a.x), hn::Abs(a.y)), hn::Abs(a.z));
 }
 
 // Whether triangles s and t are on different sides of a plane across this direction.
-HWY_INLINE hn::Mask<D> are_separate(const Vectors& direction, const Vectors (&s)[3], const Vectors (&t)[3],
-                                    const Common& common, V most_apart) {
+HWY_INLINE hn::Mask<D> are_separate(const Vectors<D>& direction, const Vectors<D> (&s)[3],
+                                    const Vectors<D> (&t)[3], const Common& common, V most_apart) {
     const D d;
     const V along_s[3] = {hn::Zero(d), dot(direction, s[1]), dot(direction, s[2])};
     const V along_t[3] = {dot(direction, t[0]), dot(direction, t[1]), dot(direction, t[2])};
@@ -126,13 +112,11 @@ HWY_INLINE hn::Mask<D> are_separate(const Vectors& direction, const Vectors (&s)
 }
 
 // Whether all corners of others, except for common ones, are on one side of the plane through triangles.
-HWY_INLINE hn::Mask<D> are_beside(const Vectors (&triangle)[3], const Vectors (&others)[3],
+HWY_INLINE hn::Mask<D> are_beside(const Vectors<D> (&triangle)[3], const Vectors<D> (&others)[3],
                                   const hn::Mask<D> (&common)[3], V most_apart) {
     const D d;
-    const Vectors a = triangle[1] - triangle[0], b = triangle[2] - triangle[0];
-    const Vectors normal{hn::Sub(hn::Mul(a.y, b.z), hn::Mul(a.z, b.y)),
-                         hn::Sub(hn::Mul(a.z, b.x), hn::Mul(a.x, b.z)),
-                         hn::Sub(hn::Mul(a.x, b.y), hn::Mul(a.y, b.x))};
+    const Vectors<D> a = triangle[1] - triangle[0], b = triangle[2] - triangle[0];
+    const Vectors<D> normal = cross(a, b);
     // More than rounding changes in the normal, in these differences and in products with both.
     const V margin =
         hn::Mul(hn::Mul(hn::Set(d, 8e-6f), most_apart), hn::Mul(sum_of_sizes(a), sum_of_sizes(b)));
@@ -148,7 +132,7 @@ HWY_INLINE hn::Mask<D> are_beside(const Vectors (&triangle)[3], const Vectors (&
 // Which of several pairs may intersect.
 HWY_INLINE hn::Mask<D> may_intersect(const Corners& a, const Corners& b, V most_apart) {
     const Common common(a, b);
-    Vectors s[3], t[3];
+    Vectors<D> s[3], t[3];
     for (std::size_t c = 0; c < 3; ++c) {
         s[c] = a.position[c] - a.position[0];
         t[c] = b.position[c] - a.position[0];

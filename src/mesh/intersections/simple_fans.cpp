@@ -20,6 +20,7 @@
 
 #include "base/parallel.h"
 #include "mesh/geometry/load_points-inl.h"
+#include "mesh/geometry/vectors-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace marrow::internal::HWY_NAMESPACE {
@@ -32,20 +33,6 @@ constexpr std::size_t kMostLanes = 8;
 
 using D = hn::CappedTag<float, kMostLanes>;
 using V = hn::Vec<D>;
-
-// A vector of space in each lane.
-struct Vectors {
-    V x, y, z;
-};
-
-HWY_INLINE V dot(const Vectors& a, const Vectors& b) {
-    return hn::Add(hn::Add(hn::Mul(a.x, b.x), hn::Mul(a.y, b.y)), hn::Mul(a.z, b.z));
-}
-
-HWY_INLINE Vectors cross(const Vectors& a, const Vectors& b) {
-    return {hn::Sub(hn::Mul(a.y, b.z), hn::Mul(a.z, b.y)), hn::Sub(hn::Mul(a.z, b.x), hn::Mul(a.x, b.z)),
-            hn::Sub(hn::Mul(a.x, b.y), hn::Mul(a.y, b.x))};
-}
 
 // Tests as many fans at once as a vector has lanes. All have this number of triangles. `wanted` are places in
 // the list of all such points of a chunk.
@@ -63,7 +50,7 @@ HWY_INLINE void test_fans(const MeshView& mesh, std::span<const std::uint32_t> l
         const auto point_of = [&](std::size_t lane) { return listed[place(lane)]; };
         V centre[3];
         loader.load(d, point_of, centre);
-        Vectors edges[kTriangles], normals[kTriangles];
+        Vectors<D> edges[kTriangles], normals[kTriangles];
         for (std::size_t n = 0; n < kTriangles; ++n) {
             V neighbour[3];
             loader.load(
@@ -71,18 +58,18 @@ HWY_INLINE void test_fans(const MeshView& mesh, std::span<const std::uint32_t> l
             edges[n] = {hn::Sub(neighbour[0], centre[0]), hn::Sub(neighbour[1], centre[1]),
                         hn::Sub(neighbour[2], centre[2])};
         }
-        Vectors sum{hn::Zero(d), hn::Zero(d), hn::Zero(d)};
+        Vectors<D> sum{hn::Zero(d), hn::Zero(d), hn::Zero(d)};
         for (std::size_t n = 0; n < kTriangles; ++n) {
-            const Vectors normal = normals[n] = cross(edges[n], edges[(n + 1) % kTriangles]);
+            const Vectors<D> normal = normals[n] = cross(edges[n], edges[(n + 1) % kTriangles]);
             sum = {hn::Add(sum.x, normal.x), hn::Add(sum.y, normal.y), hn::Add(sum.z, normal.z)};
         }
         const V factor = hn::Div(hn::Set(d, 1), hn::Sqrt(dot(sum, sum)));
-        const Vectors view{hn::Mul(factor, sum.x), hn::Mul(factor, sum.y), hn::Mul(factor, sum.z)};
+        const Vectors<D> view{hn::Mul(factor, sum.x), hn::Mul(factor, sum.y), hn::Mul(factor, sum.z)};
         // An axis across the view. Edges rise above it once for each time that the fan goes around.
         const auto use_x = hn::Lt(hn::Abs(view.x), hn::Set(d, 0.8f));
         const V zero = hn::Zero(d);
-        const Vectors up{hn::IfThenElse(use_x, zero, hn::Neg(view.z)), hn::IfThenElse(use_x, view.z, zero),
-                         hn::IfThenElse(use_x, hn::Neg(view.y), view.x)};
+        const Vectors<D> up{hn::IfThenElse(use_x, zero, hn::Neg(view.z)), hn::IfThenElse(use_x, view.z, zero),
+                            hn::IfThenElse(use_x, hn::Neg(view.y), view.x)};
         V squares[kTriangles], heights[kTriangles];
         for (std::size_t n = 0; n < kTriangles; ++n) {
             squares[n] = dot(edges[n], edges[n]);

@@ -5,7 +5,7 @@
 #include <hwy/highway.h>
 
 #include "collapse_ring.h"
-#include "vectors-inl.h"
+#include "lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace marrow::internal::HWY_NAMESPACE {
@@ -24,15 +24,15 @@ struct Normals {
     HWY_INLINE Normals(const Ring& ring, const Vec3d& at) {
         const D d;
         for (std::size_t k = 0; k < ring.size; k += hn::Lanes(d)) {
-            const Vectors n =
-                cross(load(ring.position, k) - everywhere(at), load(ring.position, k + 1) - everywhere(at));
+            const Vectors<D> n = cross(load(ring.position, k) - everywhere(D(), at),
+                                       load(ring.position, k + 1) - everywhere(D(), at));
             hn::Store(n.x, d, x + k);
             hn::Store(n.y, d, y + k);
             hn::Store(n.z, d, z + k);
         }
         for (std::size_t k = 0; k < ring.size; ++k) sum = sum + Vec3d{x[k], y[k], z[k]};
     }
-    HWY_INLINE Vectors from(std::size_t k) const {
+    HWY_INLINE Vectors<D> from(std::size_t k) const {
         const D d;
         return {hn::Load(d, x + k), hn::Load(d, y + k), hn::Load(d, z + k)};
     }
@@ -43,7 +43,7 @@ struct Normals {
 
 // The longest edge of triangles with the edges u and w, and a third one whose squared length is `across`,
 // to the fourth power.
-HWY_INLINE V longest_edge(const Vectors& u, const Vectors& w, V across) {
+HWY_INLINE V longest_edge(const Vectors<D>& u, const Vectors<D>& w, V across) {
     const V edge = hn::Max(hn::Max(dot(u, u), dot(w, w)), across);
     return hn::Mul(edge, edge);
 }
@@ -54,14 +54,14 @@ bool ring_keeps_shape(const Ring& ring, const Vec3d& here, const Vec3d& there) {
     const V zero = hn::Zero(d);
     const Normals normals(ring, here);
     for (std::size_t k = 0; k + 1 < ring.size; k += hn::Lanes(d)) {
-        const Vectors u = load(ring.position, k), w = load(ring.position, k + 1),
-                      old_normal = normals.from(k);
-        const Vectors new_u = u - everywhere(there), new_w = w - everywhere(there);
-        const Vectors normal = cross(new_u, new_w);
+        const Vectors<D> u = load(ring.position, k), w = load(ring.position, k + 1),
+                         old_normal = normals.from(k);
+        const Vectors<D> new_u = u - everywhere(D(), there), new_w = w - everywhere(D(), there);
+        const Vectors<D> normal = cross(new_u, new_w);
         // Areas are squared and edges to the fourth power, so that their ratio compares with kThin squared.
         const V area = dot(normal, normal), old_area = dot(old_normal, old_normal);
         const V across = dot(w - u, w - u), edge = longest_edge(new_u, new_w, across),
-                old_edge = longest_edge(u - everywhere(here), w - everywhere(here), across);
+                old_edge = longest_edge(u - everywhere(D(), here), w - everywhere(D(), here), across);
         const auto times = [&](double factor, V v) HWY_ATTR { return hn::Mul(hn::Set(d, factor), v); };
         const auto is_thin = hn::Not(hn::Gt(area, times(kThin * kThin, edge))),
                    was_thin = hn::Not(hn::Gt(old_area, times(kThin * kThin, old_edge)));
@@ -70,7 +70,7 @@ bool ring_keeps_shape(const Ring& ring, const Vec3d& here, const Vec3d& there) {
             hn::Or(hn::And(has_edge, hn::Lt(hn::Mul(times(kMostThinning * kMostThinning, area), old_edge),
                                             hn::Mul(old_area, edge))),
                    hn::AndNot(has_edge, hn::Gt(old_area, zero)));
-        const Vectors facing = choose(was_thin, everywhere(normals.sum), old_normal);
+        const Vectors<D> facing = choose(was_thin, everywhere(D(), normals.sum), old_normal);
         const V cosine = dot(facing, normal), sizes = hn::Mul(dot(facing, facing), area);
         const auto agrees = hn::And(hn::Gt(cosine, zero),
                                     hn::Gt(hn::Mul(cosine, cosine), times(kMinCosine * kMinCosine, sizes)));

@@ -5,7 +5,7 @@
 #include <hwy/highway.h>
 
 #include "collapse_target.h"
-#include "vectors-inl.h"
+#include "lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace marrow::internal::HWY_NAMESPACE {
@@ -19,7 +19,7 @@ constexpr double kHold = 1e-4;
 // As Quadric<double>, in each lane.
 struct Quadrics {
     V xx, xy, xz, yy, yz, zz;
-    Vectors b;
+    Vectors<D> b;
     V c;
 
     HWY_INLINE Quadrics(const CollapseBatch::Ends& ends, std::size_t i)
@@ -32,17 +32,17 @@ struct Quadrics {
           b(load(ends.b, i)),
           c(load(ends.c + i)) {}
 
-    HWY_INLINE Vectors times(const Vectors& v) const {
+    HWY_INLINE Vectors<D> times(const Vectors<D>& v) const {
         return {dot({xx, xy, xz}, v), dot({xy, yy, yz}, v), dot({xz, yz, zz}, v)};
     }
-    HWY_INLINE V at(const Vectors& v) const {
+    HWY_INLINE V at(const Vectors<D>& v) const {
         const D d;
         const V twice = hn::Mul(hn::Set(d, 2.0), dot(b, v));
         const V value = hn::Add(hn::Sub(dot(v, times(v)), twice), c);
         return hn::IfThenElseZero(hn::Gt(value, hn::Zero(d)), value);
     }
     HWY_INLINE V weight() const { return hn::Add(hn::Add(xx, yy), zz); }
-    HWY_INLINE void move_origin_to(const Vectors& v) {
+    HWY_INLINE void move_origin_to(const Vectors<D>& v) {
         c = at(v);
         b = b - times(v);
     }
@@ -56,7 +56,7 @@ struct Quadrics {
         b = b + q.b;
         c = hn::Add(c, q.c);
     }
-    HWY_INLINE void hold(const Vectors& point, V w) {
+    HWY_INLINE void hold(const Vectors<D>& point, V w) {
         xx = hn::Add(xx, w);
         yy = hn::Add(yy, w);
         zz = hn::Add(zz, w);
@@ -65,15 +65,15 @@ struct Quadrics {
 };
 
 // The position with the least sum, by Cramer's rule, or `otherwise` where the matrix is nearly singular.
-HWY_INLINE Vectors minimum_or(const Quadrics& q, const Vectors& otherwise) {
+HWY_INLINE Vectors<D> minimum_or(const Quadrics& q, const Vectors<D>& otherwise) {
     const D d;
-    const Vectors r0{q.xx, q.xy, q.xz}, r1{q.xy, q.yy, q.yz}, r2{q.xz, q.yz, q.zz};
-    const Vectors c12 = cross(r1, r2), c20 = cross(r2, r0), c01 = cross(r0, r1);
+    const Vectors<D> r0{q.xx, q.xy, q.xz}, r1{q.xy, q.yy, q.yz}, r2{q.xz, q.yz, q.zz};
+    const Vectors<D> c12 = cross(r1, r2), c20 = cross(r2, r0), c01 = cross(r0, r1);
     const V determinant = dot(r0, c12), trace = q.weight();
     const V least = hn::Mul(hn::Mul(hn::Mul(hn::Set(d, 1e-11), trace), trace), trace);
     const auto regular = hn::Gt(determinant, least);
-    const Vectors scaled = q.b.x * c12 + q.b.y * c20 + q.b.z * c01;
-    const Vectors found = hn::Div(hn::Set(d, 1.0), determinant) * scaled;
+    const Vectors<D> scaled = q.b.x * c12 + q.b.y * c20 + q.b.z * c01;
+    const Vectors<D> found = hn::Div(hn::Set(d, 1.0), determinant) * scaled;
     return choose(regular, found, otherwise);
 }
 
@@ -81,8 +81,8 @@ void find_targets(CollapseBatch& batch) {
     const D d;
     const hn::Rebind<float, D> df;
     for (std::size_t i = 0; i < batch.size(); i += hn::Lanes(d)) {
-        const Vectors a = load(batch.from_.position, i), b = load(batch.to_.position, i), along = b - a,
-                      middle = hn::Set(d, 0.5) * along;
+        const Vectors<D> a = load(batch.from_.position, i), b = load(batch.to_.position, i), along = b - a,
+                         middle = hn::Set(d, 0.5) * along;
         const Quadrics of_a(batch.from_, i), of_b(batch.to_, i);
         Quadrics merged = of_b;
         merged.move_origin_to(a - b);
@@ -91,7 +91,7 @@ void find_targets(CollapseBatch& batch) {
                 squared_length = dot(along, along);
         Quadrics held = merged;
         held.hold(middle, hold_weight);
-        const Vectors least = minimum_or(held, middle), off = least - middle;
+        const Vectors<D> least = minimum_or(held, middle), off = least - middle;
         // If the minimum is far away, the planes are nearly parallel to a line, and rounding errors decide.
         const auto is_far = hn::Gt(dot(off, off), hn::Mul(hn::Set(d, 4.0), squared_length));
         const auto round = [&](V origin, V found, V otherwise, float* to) HWY_ATTR {

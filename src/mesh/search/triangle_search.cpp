@@ -11,6 +11,7 @@
 #include <limits>
 #include <span>
 
+#include "mesh/geometry/vectors-inl.h"
 #include "triangle_distance.h"
 #include "triangle_search.h"
 
@@ -65,43 +66,23 @@ class Query {
     float lower_[3], upper_[3];
 };
 
-// Vectors in space, one in each lane.
-template <class D>
-struct Vectors {
-    using V = hn::Vec<D>;
-    V x, y, z;
-
-    HWY_INLINE Vectors operator-(const Vectors& b) const {
-        return {hn::Sub(x, b.x), hn::Sub(y, b.y), hn::Sub(z, b.z)};
-    }
-    HWY_INLINE Vectors times(V s) const { return {hn::Mul(s, x), hn::Mul(s, y), hn::Mul(s, z)}; }
-    HWY_INLINE V dot(const Vectors& b) const {
-        return hn::Add(hn::Add(hn::Mul(x, b.x), hn::Mul(y, b.y)), hn::Mul(z, b.z));
-    }
-    HWY_INLINE Vectors cross(const Vectors& b) const {
-        return {hn::Sub(hn::Mul(y, b.z), hn::Mul(z, b.y)), hn::Sub(hn::Mul(z, b.x), hn::Mul(x, b.z)),
-                hn::Sub(hn::Mul(x, b.y), hn::Mul(y, b.x))};
-    }
-};
-
 // Triangles of a leaf, from index c on, with what their distance from a position depends on but the position.
 template <class D>
 class LeafTriangles {
   public:
     using V = hn::Vec<D>;
 
-    HWY_INLINE LeafTriangles(const BoxTree::Leaf& leaf, std::size_t c)
+    HWY_INLINE LeafTriangles(D d, const BoxTree::Leaf& leaf, std::size_t c)
         : a_(corners(leaf, 0, c)),
           u_(corners(leaf, 1, c) - a_),
           v_(corners(leaf, 2, c) - a_),
           w_(v_ - u_),
-          n_(u_.cross(v_)),
-          uu_(u_.dot(u_)),
-          uv_(u_.dot(v_)),
-          vv_(v_.dot(v_)),
-          nn_(n_.dot(n_)),
+          n_(cross(u_, v_)),
+          uu_(dot(u_, u_)),
+          uv_(dot(u_, v_)),
+          vv_(dot(v_, v_)),
+          nn_(dot(n_, n_)),
           u_to_w_(hn::Sub(uu_, uv_)) {
-        const D d;
         per_uu_ = inverse(uu_);
         per_vv_ = inverse(vv_);
         per_ww_ = inverse(hn::Add(u_to_w_, hn::Sub(vv_, uv_)));
@@ -114,9 +95,8 @@ class LeafTriangles {
     // Computes squared_distance_to_triangle, bit for bit.
     HWY_INLINE V squared_distances(const Vec3d& position) const {
         const D d;
-        const Vectors<D> from =
-            Vectors<D>{hn::Set(d, position[0]), hn::Set(d, position[1]), hn::Set(d, position[2])} - a_;
-        const V u_from = u_.dot(from), v_from = v_.dot(from), height = from.dot(n_);
+        const Vectors<D> from = everywhere(d, position) - a_;
+        const V u_from = dot(u_, from), v_from = dot(v_, from), height = dot(from, n_);
         const V s = hn::Sub(hn::Mul(vv_, u_from), hn::Mul(uv_, v_from)),
                 t = hn::Sub(hn::Mul(uu_, v_from), hn::Mul(uv_, u_from));
         const V to_plane = hn::Mul(hn::Mul(height, height), per_nn_);
@@ -145,8 +125,8 @@ class LeafTriangles {
     }
     static HWY_INLINE V to_edge(const Vectors<D>& from, const Vectors<D>& edge, V along) {
         const D d;
-        const Vectors<D> off = from - edge.times(hn::Min(hn::Max(along, hn::Zero(d)), hn::Set(d, 1.0)));
-        return off.dot(off);
+        const Vectors<D> off = from - hn::Min(hn::Max(along, hn::Zero(d)), hn::Set(d, 1.0)) * edge;
+        return dot(off, off);
     }
 
     const Vectors<D> a_, u_, v_, w_, n_;
@@ -159,7 +139,7 @@ class LeafTriangles {
 HWY_INLINE void search_leaf(const BoxTree::Leaf& leaf, const Vec3d& position, FoundTriangle& found) {
     const hn::CappedTag<double, BoxTree::kWidth> d;
     for (std::size_t c = 0; c < BoxTree::kWidth; c += hn::Lanes(d)) {
-        const auto squared = LeafTriangles<decltype(d)>(leaf, c).squared_distances(position);
+        const auto squared = LeafTriangles(d, leaf, c).squared_distances(position);
         const auto nearer = hn::Lt(squared, hn::Set(d, found.squared_distance));
         if (hn::AllFalse(d, nearer)) continue;
         const auto far = hn::Set(d, std::numeric_limits<double>::infinity());
@@ -367,7 +347,7 @@ class GroupSearch {
         if (positions == 0) return;
         const hn::CappedTag<double, BoxTree::kWidth> d;
         for (std::size_t c = 0; c < BoxTree::kWidth; c += hn::Lanes(d)) {
-            const LeafTriangles<decltype(d)> triangles(leaf, c);
+            const LeafTriangles triangles(d, leaf, c);
             for (std::uint32_t bits = positions; bits != 0; bits &= bits - 1) {
                 const auto q = static_cast<std::uint32_t>(hwy::Num0BitsBelowLS1Bit_Nonzero32(bits));
                 const auto squared = triangles.squared_distances(queries_[q].position);
