@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <ostream>
 
 #include <marrow/error.h>
 #include <marrow/histogram.h>
@@ -87,18 +88,25 @@ bool same_samples(const Volume& a, const Volume& b) {
     return a.type() == b.type() && a.bytes() == b.bytes() && std::memcmp(a.data(), b.data(), a.bytes()) == 0;
 }
 
-constexpr const char* kRescaleNames[] = {"Ct", "Half", "Odd"};
+struct RescaleCase {
+    const char* name;
+    Rescale rescale;
 
-class Rescaled : public testing::TestWithParam<Rescale> {
+    friend void PrintTo(const RescaleCase& c, std::ostream* out) { *out << c.name; }
+};
+
+class Rescaled : public testing::TestWithParam<RescaleCase> {
   protected:
-    const Rescale rescale = GetParam();
+    const Rescale rescale = GetParam().rescale;
     const Volume volume = head(rescale);
     const Volume values = as_values(volume);
     const double isovalue = rescale.value(2500.3);  // of bone
 };
 
-INSTANTIATE_TEST_SUITE_P(Rescales, Rescaled, testing::Values(kCt, kHalf, kOdd),
-                         [](const auto& info) { return kRescaleNames[info.index]; });
+INSTANTIATE_TEST_SUITE_P(Rescales, Rescaled,
+                         testing::Values(RescaleCase{"Ct", kCt}, RescaleCase{"Half", kHalf},
+                                         RescaleCase{"Odd", kOdd}),
+                         [](const auto& info) { return info.param.name; });
 
 TEST_P(Rescaled, SurfacesAreThoseOfTheSamples) {
     const double sample = (isovalue - rescale.intercept) / rescale.slope;

@@ -19,9 +19,9 @@ from ._volume import Geometry
 
 # The samples of a block take at most about so many bytes, unless the caller chooses the blocks.
 BLOCK_BYTES = 2**27
-# Blocks of which a task has only some slices in memory at a time may be larger. These slices take at most about STEP_BYTES,
-# so blocks are long along z. Larger blocks read fewer chunks twice, but each thread should have some of them, and a block
-# is lost with its worker.
+# Blocks of which a task has only some slices in memory at a time may be larger. These slices take at most about
+# STEP_BYTES, so blocks are long along z. Larger blocks read fewer chunks twice, but each thread should have some of
+# them, and a block is lost with its worker.
 LEAST_STREAMED_BYTES = 2**29
 MOST_STREAMED_BYTES = 2**30
 BLOCKS_PER_THREAD = 4
@@ -54,7 +54,8 @@ class Block:
     def steps(self) -> list[Block]:
         """Cut the block across z, so that each step needs some slices more that are stored together.
 
-        A step ends two samples before these slices do, because it shares one with the next step and normals need one more.
+        A step ends two samples before these slices do, because it shares one with the next step and normals need one
+        more.
         """
         begin, last = self.first[2], self.first[2] + self.dims[2] - 1
         at_once = self.slices_at_once
@@ -209,8 +210,8 @@ def _streamed_blocks(
 def _ranges(samples: int, block: int, chunk: int) -> list[tuple[int, int]]:
     """Return the first sample of each block along an axis, and the one after its last; the blocks are about equal.
 
-    Blocks share a sample. Cuts are one sample after the begin of a chunk, so that the sample more that gradients need lies
-    in the same chunk, and only the few samples at the end of a block are in a chunk that the next block reads too.
+    Blocks share a sample. Cuts are one sample after the begin of a chunk, so that the sample more that gradients need
+    lies in the same chunk, and only the few samples at the end of a block are in a chunk that the next block reads too.
     """
     chunks = -(-samples // chunk)
     count = -(-chunks // -(-block // chunk))

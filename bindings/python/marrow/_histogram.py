@@ -96,7 +96,8 @@ def sweep(
     Cancelled
         `progress` returned False.
     """
-    return Sweep(**_marrow.sweep(as_volume(volume)._native(), isovalues, topology=topology, threads=threads, progress=progress))
+    native = as_volume(volume)._native()
+    return Sweep(**_marrow.sweep(native, isovalues, topology=topology, threads=threads, progress=progress))
 
 
 def find_plateaus(sweep: Sweep, volume: Any) -> list[tuple[float, float]]:

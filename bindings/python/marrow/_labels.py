@@ -140,10 +140,11 @@ def count_labels(volume: Any, *, threads: int = 0, progress: Optional[Progress] 
 def renumbered(array: Array, background: int = 0) -> tuple[Optional[Array], Array, int]:
     """Return the labels of a map, ascending, and the map of their indices, of a type that the core takes.
 
-    The background is one of these labels, and its index comes last. Maps of types that the core takes anyway are returned as
-    they are, with None and the background itself.
+    The background is one of these labels, and its index comes last. Maps of types that the core takes anyway are
+    returned as they are, with None and the background itself.
     """
-    if array.dtype.kind not in "ui" or array.dtype.itemsize < 4 or array.dtype.kind == "i" and array.dtype.itemsize == 4:
+    kind, size = array.dtype.kind, array.dtype.itemsize
+    if kind not in "ui" or size < 4 or (kind == "i" and size == 4):
         return None, array, background
     if array.size == 0:
         return None, array.astype(np.int32), background

@@ -125,7 +125,14 @@ def read(
         `progress` returned False.
     """
     placed, info = _marrow.read(
-        path, series=series, spacing=spacing, resample=resample, volume=volume, level=level, threads=threads, progress=progress
+        path,
+        series=series,
+        spacing=spacing,
+        resample=resample,
+        volume=volume,
+        level=level,
+        threads=threads,
+        progress=progress,
     )
     return volume_of(placed, ScanInfo(info["format"], SeriesInfo(**info["series"]), info["warnings"], info["padding"]))
 
@@ -159,7 +166,14 @@ def inspect(
         As `read`, if there is no image at all.
     """
     report = _marrow.inspect(
-        path, series=series, spacing=spacing, resample=resample, volume=volume, level=level, threads=threads, progress=progress
+        path,
+        series=series,
+        spacing=spacing,
+        resample=resample,
+        volume=volume,
+        level=level,
+        threads=threads,
+        progress=progress,
     )
     series_reports = tuple(
         SeriesReport(series=SeriesInfo(**one.pop("series")), **one) for one in report.pop("series")

@@ -47,9 +47,9 @@ def extract_to_file(
     Parameters
     ----------
     source : path-like, Volume, or array-like, shape (nz, ny, nx)
-        A Zarr folder; an uncompressed NIfTI, NRRD or MetaImage file; or anything with ``shape``, ``dtype`` and ``[z0:z1]``,
-        such as arrays of Zarr, h5py, Dask, or numpy.memmap. Its slices are asked for on the calling thread, in whole
-        chunks where it has them.
+        A Zarr folder; an uncompressed NIfTI, NRRD or MetaImage file; or anything with ``shape``, ``dtype`` and
+        ``[z0:z1]``, such as arrays of Zarr, h5py, Dask, or numpy.memmap. Its slices are asked for on the calling
+        thread, in whole chunks where it has them.
     isovalue : float
         In the unit of the values.
     path : path-like

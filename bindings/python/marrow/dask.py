@@ -127,8 +127,8 @@ def extract_to_file(
     """Extract a surface of any size to a file, which all workers write at the same time.
 
     The array is read twice: tasks first count the points and triangles of their blocks, so that each block knows its
-    place in the file, and then write them. Of a folder, the second reading leaves out the chunks that the surface does not
-    depend on. Neither this process nor any worker holds more than a few blocks.
+    place in the file, and then write them. Of a folder, the second reading leaves out the chunks that the surface does
+    not depend on. Neither this process nor any worker holds more than a few blocks.
 
     Parameters
     ----------
@@ -139,9 +139,9 @@ def extract_to_file(
     space : {'LPS', 'RAS', 'none'}
         The space of the file's coordinates, as for `marrow.Mesh.write`.
     blocks : sequence of 3 ints, optional
-        As for `extract`. By default they have whole rows, because blocks that are cut along the last axis are written in
-        many small pieces. A task has some slices of its block in memory at a time, about 64 MiB; there are some blocks
-        for each thread of the workers, of at most about 1 GiB.
+        As for `extract`. By default they have whole rows, because blocks that are cut along the last axis are written
+        in many small pieces. A task has some slices of its block in memory at a time, about 64 MiB; there are some
+        blocks for each thread of the workers, of at most about 1 GiB.
 
     Returns
     -------
@@ -244,8 +244,8 @@ def write_fragments(
     array, isovalue, closed, topology, spacing, origin, direction, affine, blocks, client
         As for `extract`.
     folder : path-like
-        A folder that all workers can write to, for example ``mesh`` in a folder of the Precomputed format. It gets ``info``,
-        ``<segment>:0`` with the names of the fragments, and the fragments, with coordinates in nanometres.
+        A folder that all workers can write to, for example ``mesh`` in a folder of the Precomputed format. It gets
+        ``info``, ``<segment>:0`` with the names of the fragments, and the fragments, with coordinates in nanometres.
     segment : int
         The number of the segment that the surface belongs to.
 
@@ -308,8 +308,8 @@ def labels(
 ) -> dict[int, Mesh]:
     """Extract one closed surface for each label of a label map.
 
-    Tasks extract and relax the surfaces of their blocks. This process merges them in its memory, keeps them from passing
-    through each other, and computes normals.
+    Tasks extract and relax the surfaces of their blocks. This process merges them in its memory, keeps them from
+    passing through each other, and computes normals.
 
     Parameters
     ----------
@@ -318,8 +318,8 @@ def labels(
     background, relax, normals, table
         As for `marrow.labels`.
     blocks : sequence of 3 ints, optional
-        As for `extract`, but blocks always have whole rows along the last axis. Tasks read `relax` + 2 samples more on all other
-        sides, so that small blocks cost much.
+        As for `extract`, but blocks always have whole rows along the last axis. Tasks read `relax` + 2 samples more on
+        all other sides, so that small blocks cost much.
 
     Returns
     -------

@@ -23,7 +23,7 @@ void check_background(std::int64_t background) {
 }  // namespace
 
 void check_label_options(const LabelOptions& options) {
-    if (options.relax < 0) throw InputError("the number of relaxation passes must not be negative");
+    if (options.relax < 0) throw InputError("labels: the number of relaxation passes must be 0 or more");
 }
 
 RelaxedNet make_relaxed_net(const VolumeView& view, const LabelOptions& options, const Progress& progress) {
