@@ -231,12 +231,12 @@ void filter_scan(Volume& scan, const FilterSteps& steps, int threads, const Prog
 }
 
 std::vector<StepReport> refine_surface(Mesh& mesh, const SurfaceSteps& steps, const Mat3d& index_to_physical,
-                                       bool json, int threads, const Progress& progress) {
+                                       bool all_measures, int threads, const Progress& progress) {
     std::vector<StepReport> reports;
     const auto measured = [&](const Mesh& m) {
         const MeasureOptions options{.threads = threads};
         StepSurface surface{static_cast<std::int64_t>(m.triangles.size()), {}, {}};
-        if (json) {
+        if (all_measures) {
             surface.measures = measure(m, options);
             surface.size = {surface.measures->area, surface.measures->volume};
         } else {

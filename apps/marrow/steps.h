@@ -67,9 +67,9 @@ Box bounds(const Geometry& geometry);
 void filter_scan(Volume& scan, const FilterSteps& steps, int threads, const Progress& progress);
 
 /// Does the steps after extraction. `index_to_physical` is that of the volume that the surface was extracted
-/// from. The reports have all measures if `json` is set.
+/// from. The reports have all measures, and not only the size, if these are wanted.
 /// \throw as in components.h, smooth.h and simplify.h
 std::vector<StepReport> refine_surface(Mesh& mesh, const SurfaceSteps& steps, const Mat3d& index_to_physical,
-                                       bool json, int threads, const Progress& progress);
+                                       bool all_measures, int threads, const Progress& progress);
 
 }  // namespace marrow::apps

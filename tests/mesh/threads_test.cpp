@@ -145,6 +145,10 @@ TEST(MeshThreads, FindTheComponentsOfAShuffledMesh) {
     const Mesh ordered = extract_isosurface(volume, 0);
     ASSERT_GT(ordered.triangles.size(), 50000u);
     const Mesh kept = keep_components(ordered, {.count = 1});
+    // The copy is divided among threads, and keeps the order.
+    const Volume without_small = sampled_in_space<float>(
+        grid(120, 73, 73), [&](const Vec3d& p) { return std::min(large(p), -cavity(p)); });
+    EXPECT_EQ(mesh_hash(kept), mesh_hash(extract_isosurface(without_small, 0)));
     const Mesh mesh = shuffled(ordered);
     const double volume_of_all = measure(mesh, {.threads = 1}).volume;
     for (const int threads : {0, 1, 2, 3}) {

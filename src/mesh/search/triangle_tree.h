@@ -90,7 +90,7 @@ class TriangleTree {
 
         std::uint32_t size() const { return end - begin; }
     };
-    /// What the nodes will be, without their boxes: a seventh of the memory, as it grows.
+    /// What the nodes will be, without their boxes: a sixth of the memory, as it grows.
     struct Splits {
         struct Node {
             std::array<std::uint32_t, BoxTree::kWidth> child;  ///< as in BoxTree::Node
