@@ -26,6 +26,13 @@ void SurfaceJob::check_outputs(const std::vector<fs::path>& files) const {
     if (!options_.output.picture.empty()) require_display("--picture");
 }
 
+bool SurfaceJob::shows_normals(const std::vector<fs::path>& files) const {
+    return !options_.output.picture.empty() ||
+           std::any_of(files.begin(), files.end(), [](const fs::path& file) {
+               return !file.empty() && holds_normals(mesh_format(file));
+           });
+}
+
 Volume SurfaceJob::read_scan(const FilterSteps& steps, const std::function<void(const Volume&)>& inspect) {
     return read(options_.scan.options, steps, inspect);
 }

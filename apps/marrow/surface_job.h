@@ -24,6 +24,9 @@ class SurfaceJob {
     /// Checks where the results go, before the work starts. \throw UsageError, IoError
     void check_outputs(const std::vector<std::filesystem::path>& files) const;
 
+    /// Whether a file of one of these names, or the picture, shows normals of points.
+    bool shows_normals(const std::vector<std::filesystem::path>& files) const;
+
     /// Reads the scan, calls `inspect` with it, and does the steps before extraction.
     /// \throw as read_scan and filter_scan
     Volume read_scan(const FilterSteps& steps, const std::function<void(const Volume&)>& inspect = {});

@@ -35,6 +35,9 @@ MARROW_EXPORT MeshFormat mesh_format(const std::filesystem::path& output);
 /// Whether a file of this format can hold several separate surfaces.
 MARROW_EXPORT bool holds_several(MeshFormat format);
 
+/// Whether a file of this format has normals of points. Writers of the others do not look at them.
+MARROW_EXPORT bool holds_normals(MeshFormat format);
+
 struct MeshWriteOptions {
     Space space = Space::LPS;  ///< RAS negates x and y of points and normals; .glb does not support it
     Progress progress = {};    ///< called while writing

@@ -236,6 +236,20 @@ TEST_P(EveryFormat, ProgressRisesToOne) {
     EXPECT_EQ(last, 1);
 }
 
+TEST(WriteMesh, FilesThatHoldNoNormalsDoNotDependOnThem) {
+    const Mesh with = ball();
+    Mesh without = with;
+    without.normals.clear();
+    for (const char* const ending : {"stl", "ply", "obj", "vtp", "3mf", "glb"}) {
+        const TemporaryFolder folder;
+        const auto file = folder / (std::string("ball.") + ending),
+                   other = folder / (std::string("other.") + ending);
+        write_mesh(with, file);
+        write_mesh(without, other);
+        EXPECT_EQ(read_file(file) != read_file(other), holds_normals(mesh_format(file))) << ending;
+    }
+}
+
 TEST(WriteStl, FacetNormalsAreUnitAndFaceOutward) {
     const TemporaryFolder folder;
     const Mesh mesh = ball();

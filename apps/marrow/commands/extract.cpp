@@ -107,8 +107,9 @@ double choose_isovalue(const SurfaceRequest& request, const Volume& scan, const 
 
 class Extraction {
   public:
-    Extraction(const ExtractOptions& options, SurfaceJob& job, const Volume& scan, bool hounsfield)
-        : options_(options), job_(job), scan_(scan), hounsfield_(hounsfield) {}
+    Extraction(const ExtractOptions& options, SurfaceJob& job, const Volume& scan, bool normals,
+               bool hounsfield)
+        : options_(options), job_(job), scan_(scan), normals_(normals), hounsfield_(hounsfield) {}
 
     // Copies the scan to a device, which then extracts. What it cannot do, the CPU does.
     void use_device(std::size_t device) {
@@ -170,7 +171,8 @@ class Extraction {
 
   private:
     IsosurfaceOptions isosurface_options() const {
-        return {.closed = !options_.open,
+        return {.normals = normals_,
+                .closed = !options_.open,
                 .snap = options_.snap,
                 .topology = options_.topology,
                 .threads = job_.threads()};
@@ -201,6 +203,7 @@ class Extraction {
     const ExtractOptions& options_;
     SurfaceJob& job_;
     const Volume& scan_;
+    const bool normals_;
     const bool hounsfield_;
     std::optional<NoiseEstimate> noise_;
     std::int64_t non_finite_samples_ = 0;
@@ -281,7 +284,7 @@ void run(const ExtractOptions& options, const Console& console, const std::atomi
     });
     if (!assumption.empty()) job.results.warnings.push_back(assumption);
     job.results.surfaces.reserve(surfaces.size());
-    Extraction extraction(options, job, scan, hounsfield);
+    Extraction extraction(options, job, scan, job.shows_normals(files), hounsfield);
     if (device) extraction.use_device(*device);
     for (std::size_t i = 0; i < surfaces.size(); ++i) extraction.extract(surfaces[i], files[i]);
     extraction.add_warnings();

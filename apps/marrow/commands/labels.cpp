@@ -187,11 +187,9 @@ std::vector<Volume> read_maps(const LabelsOptions& options, SurfaceJob& job) {
 }
 
 // All labels are extracted, so that a surface does not depend on which of its neighbours are wanted.
-void extract(const LabelsOptions& options, const Volume& map, const Labels& labels, const Progress& progress,
+void extract(const LabelOptions& options, const Volume& map, const Labels& labels,
              std::vector<Surface>& surfaces) {
-    for (LabelSurface& found : extract_labels(
-             map,
-             {.relax = options.relax, .threads = options.job.scan.options.threads, .progress = progress})) {
+    for (LabelSurface& found : extract_labels(map, options)) {
         const Label& label = labels.at(found.label);
         if (!label.wanted) continue;
         Surface& surface = surfaces.emplace_back(Surface{label.name, 0, std::move(found.mesh), {}});
@@ -233,7 +231,8 @@ void check(const LabelsOptions& options) {
 
 void run(const LabelsOptions& options, const Console& console, const std::atomic<bool>& stop) {
     SurfaceJob job(options.job, console, stop);
-    job.check_outputs(file_pattern(options));
+    const std::vector<fs::path> pattern = file_pattern(options);
+    job.check_outputs(pattern);
     LabelTable table = options.table.empty() ? LabelTable{} : read_label_table(options.table);
 
     const std::vector<Volume> maps = read_maps(options, job);
@@ -257,7 +256,11 @@ void run(const LabelsOptions& options, const Console& console, const std::atomic
 
     for (const Volume& map : maps) {
         results.seconds.extract += job.stage("extract", [&](const Progress& progress) {
-            extract(options, map, labels, progress, results.surfaces);
+            extract({.relax = options.relax,
+                     .normals = job.shows_normals(pattern),
+                     .threads = job.threads(),
+                     .progress = progress},
+                    map, labels, results.surfaces);
         });
     }
     std::sort(results.surfaces.begin(), results.surfaces.end(),

@@ -61,22 +61,23 @@ void run(const StreamOptions& options, const Console& console, const std::atomic
 
     SurfaceResults results;
     const SliceSource source = open_slices(scan.path, scan.options, &results.info);
+    const bool normals = holds_normals(mesh_format(surface.output));
     SurfaceWriter writer(surface.output, {space, {}});
     SurfaceSink sink = writer.sink();
     const auto begin = sink.begin;
-    sink.begin = [&](std::uint64_t points, std::uint64_t triangles, bool normals) {
+    sink.begin = [&](std::uint64_t points, std::uint64_t triangles, bool with_normals) {
         if (triangles == 0)
             throw EmptySurface(fmt::format("no surface at isovalue {:g}: all samples are on one side of it",
                                            surface.isovalue));
         surface.in_slabs = {points, triangles};
-        begin(points, triangles, normals);
+        begin(points, triangles, with_normals);
     };
     IsosurfaceStats stats;
     results.seconds.extract = reporter.stage("extract", [&](const Progress& progress) {
-        // With normals, so that the file has the same bytes as that of a surface extracted in memory.
         extract_isosurface_in_slabs(source, surface.isovalue, sink,
                                     {.memory = *options.memory, .reserved = program_memory()},
-                                    {.closed = !options.open,
+                                    {.normals = normals,
+                                     .closed = !options.open,
                                      .topology = options.topology,
                                      .threads = scan.options.threads,
                                      .progress = progress},

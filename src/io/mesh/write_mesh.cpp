@@ -69,11 +69,6 @@ void check_objects(MeshObjects objects, MeshFormat format, const std::filesystem
     }
 }
 
-bool has_point_normals(MeshFormat format) {
-    return format == MeshFormat::ply || format == MeshFormat::obj || format == MeshFormat::vtp ||
-           format == MeshFormat::glb;
-}
-
 // Lets the normals of the mesh point outward. If some of them change, `normals` has those of all points.
 void turn_normals_outward(MeshView& mesh, std::vector<Vec3f>& normals) {
     if (mesh.normals.empty()) return;
@@ -179,6 +174,10 @@ bool holds_several(MeshFormat format) {
     return format != MeshFormat::stl && format != MeshFormat::ply && format != MeshFormat::dicom;
 }
 
+bool holds_normals(MeshFormat format) {
+    return format != MeshFormat::stl && format != MeshFormat::threemf && format != MeshFormat::dicom;
+}
+
 void write_mesh(MeshView mesh, const std::filesystem::path& output, const MeshWriteOptions& options) {
     write_meshes(std::array{MeshObject{mesh}}, output, options);
 }
@@ -199,7 +198,7 @@ void MeshFiles::write(std::span<const MeshObject> objects, const std::filesystem
     check_objects(objects, format, output, options.space);
     std::vector<MeshObject> written(objects.begin(), objects.end());
     std::vector<std::vector<Vec3f>> normals(objects.size());
-    if (has_point_normals(format)) {
+    if (holds_normals(format)) {
         for (std::size_t i = 0; i < written.size(); ++i) turn_normals_outward(written[i].mesh, normals[i]);
     }
     auto file = std::make_unique<AtomicFile>(output);
