@@ -15,6 +15,7 @@
 #include "one_rings.h"
 
 #include "base/parallel.h"
+#include "point_bands.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace marrow::internal::HWY_NAMESPACE {
@@ -90,16 +91,6 @@ bool write_rings(const OneRings::Corner* corners, const std::size_t* first, cons
                           std::make_index_sequence<OneRings::kMostInFan>());
 }
 
-// Extends a reach, from the lowest point to the highest. A plain loop, which compilers turn into vectors.
-void extend(std::array<std::uint32_t, 2>& reach, const std::uint32_t* points, std::size_t count) {
-    std::uint32_t lowest = reach[0], highest = reach[1];
-    for (std::size_t i = 0; i < count; ++i) {
-        lowest = std::min(lowest, points[i]);
-        highest = std::max(highest, points[i]);
-    }
-    reach = {lowest, highest};
-}
-
 }  // namespace marrow::internal::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
@@ -108,54 +99,6 @@ namespace marrow::internal {
 namespace {
 
 HWY_EXPORT(write_rings);
-HWY_EXPORT(extend);
-
-constexpr std::size_t kSection = 8192;  // triangles
-
-// The lowest and the highest point of each section of successive triangles.
-std::vector<std::array<std::uint32_t, 2>> reaches_of_sections(std::span<const Triangle> triangles) {
-    std::vector<std::array<std::uint32_t, 2>> reaches((triangles.size() + kSection - 1) / kSection);
-    parallel_for(std::size_t{0}, reaches.size(), [&](std::size_t s) {
-        const std::size_t begin = s * kSection, end = std::min(begin + kSection, triangles.size());
-        reaches[s] = {~std::uint32_t{0}, 0};
-        HWY_DYNAMIC_DISPATCH(extend)(reaches[s], triangles[begin].data(), 3 * (end - begin));
-    });
-    return reaches;
-}
-
-// Calls f(t, corner) for the corners at the points [begin, end), from the last triangle to the first.
-template <class F>
-void for_each_corner_backward(std::span<const Triangle> triangles,
-                              const std::vector<std::array<std::uint32_t, 2>>& reaches, std::size_t begin,
-                              std::size_t end, const F& f) {
-    for (std::size_t s = reaches.size(); s-- > 0;) {
-        const auto [lowest, highest] = reaches[s];
-        if (highest < begin || lowest >= end) continue;
-        const auto for_each = [&](const auto& is_wanted) {
-            for (std::size_t t = std::min((s + 1) * kSection, triangles.size()); t-- > s * kSection;) {
-                for (std::size_t c = 3; c-- > 0;) {
-                    if (is_wanted(triangles[t][c])) f(triangles[t], c);
-                }
-            }
-        };
-        if (lowest >= begin && highest < end)
-            for_each([](std::uint32_t) { return true; });
-        else
-            for_each([&](std::uint32_t p) { return p >= begin && p < end; });
-    }
-}
-
-// The number of points in a band. The corners of a band fit into a cache. But if the triangles are in no
-// spatial order, each band goes over most of them. Then there is one for each thread.
-std::size_t band_width(const std::vector<std::array<std::uint32_t, 2>>& reaches, std::size_t points) {
-    constexpr std::size_t kBand = 64 * OneRings::kChunk,
-                          kMostReached = 4;  // bands by each section, on average
-    std::size_t reached = 0;
-    for (const auto& [lowest, highest] : reaches) reached += highest / kBand - lowest / kBand + 1;
-    if (reached <= kMostReached * reaches.size()) return kBand;
-    const std::size_t chunks = points / OneRings::kChunk + 1;
-    return OneRings::kChunk * (chunks / static_cast<std::size_t>(thread_count()) + 1);
-}
 
 // Whether each edge of a point leaves it once and arrives once. Then each neighbour occurs in one corner as
 // the next one, and in one as the one before.
@@ -185,36 +128,38 @@ OneRings::OneRings(const MeshView& mesh)
       kinds_(mesh.points.size()),
       chunks_((mesh.points.size() + kChunk - 1) / kChunk) {
     const std::span<const Triangle> triangles = mesh.triangles;
-    const std::vector<std::array<std::uint32_t, 2>> reaches = reaches_of_sections(triangles);
-    const std::size_t points = mesh.points.size(), width = band_width(reaches, points),
-                      bands = (points + width - 1) / width;
-    const auto for_each_band = [&](const auto& f) {
-        parallel_for(std::size_t{0}, bands,
-                     [&](std::size_t i) { f(i, i * width, std::min((i + 1) * width, points)); });
-    };
-    std::vector<std::size_t> start(bands + 1, 0);  // of the rings of each band
-    for_each_band([&](std::size_t band, std::size_t begin, std::size_t end) {
-        std::fill(count_.data() + begin, count_.data() + end, std::uint32_t{0});
-        for_each_corner_backward(triangles, reaches, begin, end,
-                                 [&](const Triangle& t, std::size_t c) { ++count_[t[c]]; });
-        start[band + 1] = std::accumulate(count_.data() + begin, count_.data() + end, std::size_t{0});
+    const PointBands bands(mesh);
+    std::vector<std::size_t> start(bands.size() + 1, 0);  // of the rings of each band
+    bands.for_each([&](const PointBands::Band& band) {
+        std::uint32_t* const begin = count_.data() + band.begin;
+        std::fill_n(begin, band.size(), std::uint32_t{0});
+        bands.for_each_triangle(band, [&](std::size_t t, const auto& is_inside) {
+            for (const std::uint32_t p : triangles[t])
+                if (is_inside(p)) ++count_[p];
+        });
+        start[band.index + 1] = std::accumulate(begin, begin + band.size(), std::size_t{0});
     });
     std::partial_sum(start.begin(), start.end(), start.begin());
-    PerThread<Band> band_of_thread;
-    for_each_band([&](std::size_t i, std::size_t begin, std::size_t end) {
-        Band& band = band_of_thread.local();
-        band.corners.resize(std::max(band.corners.size(), start[i + 1] - start[i] + kMostInFan));
-        band.first.resize(width + 1);
+    PerThread<Lists> lists_of_thread;
+    bands.for_each([&](const PointBands::Band& band) {
+        Lists& lists = lists_of_thread.local();
+        const std::size_t first_ring = start[band.index];
+        lists.corners.resize(std::max(lists.corners.size(), start[band.index + 1] - first_ring + kMostInFan));
+        lists.first.resize(bands.width() + 1);
         // Each entry begins as the end of a list, and goes down to its begin.
         std::size_t sum = 0;
-        for (std::size_t p = begin; p < end; ++p) band.first[p - begin] = sum += count_[p];
-        band.first[end - begin] = sum;
-        for_each_corner_backward(triangles, reaches, begin, end, [&](const Triangle& t, std::size_t c) {
-            band.corners[--band.first[t[c] - begin]] = {t[(c + 1) % 3], t[(c + 2) % 3]};
+        for (std::size_t p = band.begin; p < band.end; ++p) lists.first[p - band.begin] = sum += count_[p];
+        lists.first[band.size()] = sum;
+        bands.for_each_triangle_backward(band, [&](std::size_t i, const auto& is_inside) {
+            const Triangle& t = triangles[i];
+            for (std::size_t c = 3; c-- > 0;) {
+                if (is_inside(t[c]))
+                    lists.corners[--lists.first[t[c] - band.begin]] = {t[(c + 1) % 3], t[(c + 2) % 3]};
+            }
         });
-        for (std::size_t chunk = begin / kChunk; chunk * kChunk < end; ++chunk) {
-            const std::size_t* const first = &band.first[chunk * kChunk - begin];
-            list_chunk(band.corners.data(), first, start[i] + *first, chunk);
+        for (std::size_t chunk = band.begin / kChunk; chunk * kChunk < band.end; ++chunk) {
+            const std::size_t* const first = &lists.first[chunk * kChunk - band.begin];
+            list_chunk(lists.corners.data(), first, first_ring + *first, chunk);
         }
     });
 }
@@ -256,7 +201,7 @@ void OneRings::list_chunk(const Corner* corners, const std::size_t* first, std::
         kinds_[p] = are_manifold(p, at_point) ? Kind::kRegular : Kind::kIrregular;
     }
     c.reach = {static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(end - 1)};
-    HWY_DYNAMIC_DISPATCH(extend)(c.reach, neighbours_.data() + first_ring, ring - first_ring);
+    extend_reach(c.reach, {neighbours_.data() + first_ring, ring - first_ring});
 }
 
 void OneRings::move_to_others(std::size_t chunk, const std::array<std::uint8_t, kChunk>& lists,

@@ -10,14 +10,16 @@
 #include <marrow/buffer.h>
 #include <marrow/mesh.h>
 
+#include "point_bands.h"
+
 namespace marrow::internal {
 
 /// The points at the other ends of each point's edges. In chunks of successive points, they are also listed
 /// by the number of their neighbours, because loops whose length changes at random are slow.
 class OneRings {
   public:
-    static constexpr std::size_t kChunk = 512;     ///< points
-    static constexpr std::size_t kMostInFan = 16;  ///< triangles; points with more are no fans
+    static constexpr std::size_t kChunk = PointBands::kChunk;  ///< points
+    static constexpr std::size_t kMostInFan = 16;              ///< triangles; points with more are no fans
 
     /// Takes nearly linear time, on all threads. \pre indices are in range
     explicit OneRings(const MeshView& mesh);
@@ -50,7 +52,7 @@ class OneRings {
         return {points + chunks_[chunk].begin[neighbours], points + chunks_[chunk].begin[neighbours + 1]};
     }
     /// The lowest and the highest point among those of a chunk and their neighbours.
-    std::array<std::uint32_t, 2> reach(std::size_t chunk) const { return chunks_[chunk].reach; }
+    Reach reach(std::size_t chunk) const { return chunks_[chunk].reach; }
 
     /// A triangle at a point. It runs from one neighbour to the point, and on to the next one.
     struct Corner {
@@ -61,11 +63,11 @@ class OneRings {
     enum class Kind : std::uint8_t { kIrregular, kRegular, kFan };
     struct Chunk {
         std::array<std::uint16_t, kMostInFan + 2> begin;
-        std::array<std::uint32_t, 2> reach;
+        Reach reach;
     };
 
     // The corners at the points of a band, and the first one of each point.
-    struct Band {
+    struct Lists {
         Buffer<Corner> corners;
         std::vector<std::size_t> first;
     };

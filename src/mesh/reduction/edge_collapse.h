@@ -16,6 +16,7 @@
 #include "collapse_guard.h"
 #include "collapse_ring.h"
 #include "collapse_target.h"
+#include "mesh/connectivity/point_bands.h"
 #include "quadric.h"
 
 namespace marrow::internal {
@@ -166,20 +167,13 @@ class EdgeCollapse {
         std::vector<PatchTriangle> patch;
     };
 
-    // Points that one thread sets up.
-    struct PointRange {
-        std::uint32_t begin, end;
-
-        std::uint32_t size() const { return end - begin; }
-        bool contains(std::uint32_t p) const { return p - begin < end - begin; }
-    };
-    void pair_half_edges(const PointRange& range);
+    void pair_half_edges(const MeshView& mesh, const PointBands& bands);
     void pair(Half a, Half b) {
         faces_[a / 4].twin[a % 4] = b;
         faces_[b / 4].twin[b % 4] = a;
     }
-    void fix_points(const PointRange& range);
-    void sum_quadrics(const PointRange& range);
+    void fix_points(const MeshView& mesh, const PointBands& bands);
+    void sum_quadrics(const MeshView& mesh, const PointBands& bands);
     void divide(const Mesh& mesh);
     Vec3d position(std::uint32_t point) const { return to_double(points_[point].position); }
     Quadric<double> merged_quadric(std::uint32_t a, std::uint32_t b) const;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "mesh/geometry/triangle_corners.h"
 #include "point_regions.h"
 
 namespace marrow::internal {
@@ -28,18 +29,10 @@ EdgeCollapse::EdgeCollapse(const Mesh& mesh, double max_error, CollapseGuard* gu
             faces_.reserve(mesh.triangles.size());
             for (const Triangle& t : mesh.triangles) faces_.push_back({t, {kNone, kNone, kNone}});
         });
-    // Each thread goes over all triangles, and sets up a part of the points. Neighbours have similar numbers,
-    // so few triangles concern several threads.
-    const auto parts = static_cast<std::size_t>(thread_count());
-    const auto for_each_part = [&](void (EdgeCollapse::*set_up)(const PointRange&)) {
-        parallel_for(std::size_t{0}, parts, [&](std::size_t i) {
-            (this->*set_up)({static_cast<std::uint32_t>(points_.size() * i / parts),
-                             static_cast<std::uint32_t>(points_.size() * (i + 1) / parts)});
-        });
-    };
-    for_each_part(&EdgeCollapse::pair_half_edges);
-    for_each_part(&EdgeCollapse::fix_points);
-    for_each_part(&EdgeCollapse::sum_quadrics);
+    const PointBands bands(mesh);
+    pair_half_edges(mesh, bands);
+    fix_points(mesh, bands);
+    sum_quadrics(mesh, bands);
     divide(mesh);
 }
 
@@ -68,88 +61,104 @@ void EdgeCollapse::divide(const Mesh& mesh) {
     parallel_ = count > 0;
 }
 
-// Finds the twin of each half-edge in the neighbouring triangle, if its lower point is in the range.
-// Half-edges along open and non-manifold edges keep kNone.
-void EdgeCollapse::pair_half_edges(const PointRange& range) {
+// Finds the twin of each half-edge in the neighbouring triangle. Half-edges along open and non-manifold edges
+// keep kNone.
+void EdgeCollapse::pair_half_edges(const MeshView& mesh, const PointBands& bands) {
     struct FromLower {  // a half-edge, listed at its lower point
         std::uint32_t higher;
         Half half;
     };
-    std::vector<std::uint32_t> start(range.size() + 2, 0);
-    const auto for_each_half = [&](auto f) {
-        for (Half t = 0; t < faces_.size(); ++t) {
-            const auto& [a, b, c] = faces_[t].from;
-            const auto visit = [&](std::uint32_t p, std::uint32_t q, Half h) {
-                const std::uint32_t lower = std::min(p, q);
-                if (range.contains(lower)) f(lower - range.begin, std::max(p, q), h);
-            };
-            visit(a, b, 4 * t);
-            visit(b, c, 4 * t + 1);
-            visit(c, a, 4 * t + 2);
-        }
+    struct Lists {
+        std::vector<std::uint32_t> start;
+        Buffer<FromLower> sorted;
     };
-    // Counts go two entries further, so that filling leaves the first entry of p in start[p].
-    for_each_half([&](std::uint32_t lower, std::uint32_t, Half) { ++start[lower + std::size_t{2}]; });
-    std::partial_sum(start.begin(), start.end(), start.begin());
-    Buffer<FromLower> sorted(start.back());
-    for_each_half([&](std::uint32_t lower, std::uint32_t higher, Half h) {
-        sorted[start[lower + std::size_t{1}]++] = {higher, h};
-    });
-    for (std::size_t p = 0; p < range.size(); ++p) {
-        const auto begin = sorted.begin() + static_cast<std::ptrdiff_t>(start[p]);
-        const auto end = sorted.begin() + static_cast<std::ptrdiff_t>(start[p + 1]);
-        std::sort(begin, end, [](const FromLower& a, const FromLower& b) { return a.higher < b.higher; });
-        for (auto at = begin; at != end;) {
-            auto after = at;
-            while (after != end && after->higher == at->higher) ++after;
-            if (after - at == 2 && from(at[0].half) != from(at[1].half)) pair(at[0].half, at[1].half);
-            at = after;
+    PerThread<Lists> lists;
+    bands.for_each([&](const PointBands::Band& band) {
+        auto& [start, sorted] = lists.local();
+        const auto for_each_half = [&](const auto& f) {
+            bands.for_each_triangle(band, [&](std::size_t t, const auto& is_inside) {
+                const auto& [a, b, c] = mesh.triangles[t];
+                const auto first = static_cast<Half>(4 * t);
+                const auto visit = [&](std::uint32_t p, std::uint32_t q, Half h) {
+                    const std::uint32_t lower = std::min(p, q);
+                    if (is_inside(lower)) f(lower - band.begin, std::max(p, q), h);
+                };
+                visit(a, b, first);
+                visit(b, c, first + 1);
+                visit(c, a, first + 2);
+            });
+        };
+        // Counts go two entries further, so that filling leaves the first entry of p in start[p].
+        start.assign(band.size() + 2, 0);
+        for_each_half([&](std::size_t lower, std::uint32_t, Half) { ++start[lower + 2]; });
+        std::partial_sum(start.begin(), start.end(), start.begin());
+        sorted.resize(std::max<std::size_t>(sorted.size(), start.back()));
+        for_each_half([&](std::size_t lower, std::uint32_t higher, Half h) {
+            sorted[start[lower + 1]++] = {higher, h};
+        });
+        for (std::size_t p = 0; p < band.size(); ++p) {
+            FromLower* const begin = sorted.data() + start[p];
+            FromLower* const end = sorted.data() + start[p + 1];
+            std::sort(begin, end, [](const FromLower& a, const FromLower& b) { return a.higher < b.higher; });
+            for (FromLower* at = begin; at != end;) {
+                FromLower* after = at;
+                while (after != end && after->higher == at->higher) ++after;
+                if (after - at == 2 && from(at[0].half) != from(at[1].half)) pair(at[0].half, at[1].half);
+                at = after;
+            }
         }
-    }
+    });
 }
 
-// Fixes open points: those that have a half-edge without a twin, and those whose
-// triangles do not form one closed fan.
-void EdgeCollapse::fix_points(const PointRange& range) {
-    std::vector<std::uint32_t> triangles_at(range.size(), 0);
-    for (Half t = 0; t < faces_.size(); ++t) {
-        for (Half h = 4 * t; h < 4 * t + 3; ++h) {
-            const bool is_open = twin(h) == kNone;
-            if (is_open && range.contains(to(h))) points_[to(h)].open = true;
-            const std::uint32_t p = from(h);
-            if (!range.contains(p)) continue;
-            points_[p].outgoing = h;
-            ++triangles_at[p - range.begin];
-            if (is_open) points_[p].open = true;
+// Fixes open points: those that have a half-edge without a twin, and those whose triangles do not form one
+// closed fan.
+void EdgeCollapse::fix_points(const MeshView& mesh, const PointBands& bands) {
+    Buffer<std::uint32_t> triangles_at(points_.size());
+    bands.for_each([&](const PointBands::Band& band) {
+        std::fill_n(triangles_at.data() + band.begin, band.size(), 0u);
+        bands.for_each_triangle(band, [&](std::size_t t, const auto& is_inside) {
+            for (std::size_t k = 0; k < 3; ++k) {
+                const auto h = static_cast<Half>(4 * t + k);
+                const bool is_open = twin(h) == kNone;
+                const std::uint32_t p = mesh.triangles[t][k], q = mesh.triangles[t][(k + 1) % 3];
+                if (is_open && is_inside(q)) points_[q].open = true;
+                if (!is_inside(p)) continue;
+                points_[p].outgoing = h;
+                ++triangles_at[p];
+                if (is_open) points_[p].open = true;
+            }
+        });
+        for (std::size_t i = band.begin; i < band.end; ++i) {
+            Point& point = points_[i];
+            if (point.outgoing == kNone) point.open = true;
+            if (!point.open) {
+                std::uint32_t in_fan = 0;
+                for_each_outgoing(static_cast<std::uint32_t>(i), [&](Half) { ++in_fan; });
+                point.open = in_fan != triangles_at[i];
+                point.degree = static_cast<std::uint8_t>(std::min<std::uint32_t>(in_fan, kHighDegree));
+            }
+            point.fixed = point.open;
         }
-    }
-    for (std::uint32_t p = range.begin; p < range.end; ++p) {
-        Point& point = points_[p];
-        if (point.outgoing == kNone) point.open = true;
-        if (!point.open) {
-            std::uint32_t in_fan = 0;
-            for_each_outgoing(p, [&](Half) { ++in_fan; });
-            point.open = in_fan != triangles_at[p - range.begin];
-            point.degree = static_cast<std::uint8_t>(std::min<std::uint32_t>(in_fan, kHighDegree));
-        }
-        point.fixed = point.open;
-    }
+    });
 }
 
 // A point has the planes of its triangles, each with the share of the triangle's area that belongs to it.
-void EdgeCollapse::sum_quadrics(const PointRange& range) {
-    for (const Face& face : faces_) {
-        const auto& [p, q, r] = face.from;
-        if (!range.contains(p) && !range.contains(q) && !range.contains(r)) continue;
-        const Vec3d normal = cross(position(q) - position(p), position(r) - position(p));
-        const double twice_area = length(normal);
-        if (twice_area == 0) continue;
-        Quadric<float> share;
-        share.add_plane((1 / twice_area) * normal, twice_area / 6);
-        for (const std::uint32_t corner : face.from) {
-            if (range.contains(corner)) points_[corner].quadric += share;
-        }
-    }
+void EdgeCollapse::sum_quadrics(const MeshView& mesh, const PointBands& bands) {
+    bands.for_each([&](const PointBands::Band& band) {
+        bands.for_each_triangle(band, [&](std::size_t t, const auto& is_inside) {
+            const Triangle& corners = mesh.triangles[t];
+            if (std::none_of(corners.begin(), corners.end(), is_inside)) return;
+            const auto [p, q, r] = corners_of(mesh, corners);
+            const Vec3d normal = cross(q - p, r - p);
+            const double twice_area = length(normal);
+            if (twice_area == 0) return;
+            Quadric<float> share;
+            share.add_plane((1 / twice_area) * normal, twice_area / 6);
+            for (const std::uint32_t corner : corners) {
+                if (is_inside(corner)) points_[corner].quadric += share;
+            }
+        });
+    });
 }
 
 }  // namespace marrow::internal
