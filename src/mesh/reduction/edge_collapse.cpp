@@ -85,7 +85,7 @@ void EdgeCollapse::append(Region& region, Entry entry, std::size_t bucket) {
 
 void EdgeCollapse::queue_all() {
     struct Cost {
-        Half half;
+        Entry entry;
         std::uint32_t bucket;
     };
     // Each range of triangles lists the edges of each region.
@@ -101,7 +101,7 @@ void EdgeCollapse::queue_all() {
             for (std::size_t i = 0; i < batch.size(); ++i) {
                 const Half h = edges[i];
                 if (!is_allowed(batch[i])) continue;
-                costs[range][region_of(h).number].push_back({h, bucket_of(batch[i].cost)});
+                costs[range][region_of(h).number].push_back({{h, version(h)}, bucket_of(batch[i].cost)});
                 faces_[h / 4].queued |= 1u << h % 4;
             }
             batch.clear();
@@ -121,8 +121,7 @@ void EdgeCollapse::queue_all() {
     });
     parallel_for(std::size_t{0}, regions_.size(), [&](std::size_t r) {
         for (const auto& range : costs) {
-            for (const Cost& edge : range[r])
-                append(regions_[r], {edge.half, version(edge.half)}, edge.bucket);
+            for (const Cost& edge : range[r]) append(regions_[r], edge.entry, edge.bucket);
         }
     });
     parallel_for_ranges(std::size_t{0}, points_.size(), 4096, [&](const auto& range) {

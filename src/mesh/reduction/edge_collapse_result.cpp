@@ -40,22 +40,24 @@ EdgeCollapse::Result EdgeCollapse::result() {
         numbers_where(points_.size(), [&](std::size_t p) { return points_[p].outgoing != kNone; });
     result.old_triangles = numbers_where(faces_.size(), [&](std::size_t t) { return faces_[t].alive; });
     const std::vector<std::uint32_t>&points = result.old_points, &triangles = result.old_triangles;
-    result.changed = numbers_where(triangles.size(), [&](std::size_t t) {
-        const auto& [a, b, c] = faces_[triangles[t]].from;
-        return points_[a].is_new || points_[b].is_new || points_[c].is_new;
-    });
     Buffer<std::uint32_t> new_index(points_.size());
+    Buffer<std::uint8_t> is_new(points.size());
     result.mesh.points.resize(points.size());
     for_each_number(points.size(), [&](std::size_t p) {
         Point& point = points_[points[p]];
-        point.is_new = false;
         new_index[points[p]] = static_cast<std::uint32_t>(p);
         result.mesh.points[p] = point.position;
+        is_new[p] = point.is_new ? 1 : 0;
+        point.is_new = false;
     });
     result.mesh.triangles.resize(triangles.size());
     for_each_number(triangles.size(), [&](std::size_t t) {
         const auto& [a, b, c] = faces_[triangles[t]].from;
         result.mesh.triangles[t] = {new_index[a], new_index[b], new_index[c]};
+    });
+    result.changed = numbers_where(triangles.size(), [&](std::size_t t) {
+        const auto& [a, b, c] = result.mesh.triangles[t];
+        return (is_new[a] | is_new[b] | is_new[c]) != 0;
     });
     return result;
 }
