@@ -29,6 +29,14 @@ struct Bounds {
             upper[axis] = std::max(upper[axis], other.upper[axis]);
         }
     }
+    bool operator==(const Bounds&) const = default;
+    /// Whether other bounds overlap or touch these. Without branches.
+    bool overlaps(const Bounds& other) const {
+        bool apart = false;
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            apart |= (lower[axis] > other.upper[axis]) | (other.lower[axis] > upper[axis]);
+        return !apart;
+    }
 };
 
 /// The bounds of points, without coordinates that are NaN. Runs on all threads.

@@ -274,18 +274,41 @@ SelfIntersections::SelfIntersections(SelfIntersections&&) noexcept = default;
 SelfIntersections::~SelfIntersections() = default;
 
 std::vector<TrianglePair> SelfIntersections::find_changed(const std::vector<std::uint32_t>& changed) {
-    Search& s = *search_;
+    const Search& s = *search_;
     update(changed);
+    std::mutex mutex;
     std::vector<TrianglePair> found;
-    for (const std::uint32_t t : changed) {
-        for (const std::uint32_t other : s.pyramid.overlapping(bounds_of(s.mesh, s.mesh.triangles[t]))) {
-            const auto [i, j] = std::minmax(t, other);
-            if (i != j && s.decider.pass_through(i, j)) found.push_back({i, j});
+    parallel_for_ranges(std::size_t{0}, changed.size(), 64, [&](const auto& range) {
+        for (std::size_t c = range.begin(); c < range.end(); ++c) {
+            const std::uint32_t t = changed[c];
+            for (const std::uint32_t other : s.pyramid.overlapping(bounds_of(s.mesh, s.mesh.triangles[t]))) {
+                const auto [i, j] = std::minmax(t, other);
+                if (i == j || !s.decider.pass_through(i, j)) continue;
+                const std::lock_guard lock(mutex);
+                found.push_back({i, j});
+            }
         }
-    }
-    std::sort(found.begin(), found.end());
-    found.erase(std::unique(found.begin(), found.end()), found.end());
+    });
+    sort_out(found);
     return found;
+}
+
+bool SelfIntersections::any_changed(const std::vector<std::uint32_t>& changed) {
+    const Search& s = *search_;
+    update(changed);
+    const auto box_of = [&](std::uint32_t t) { return bounds_of(s.mesh, s.mesh.triangles[t]); };
+    Bounds all;
+    for (const std::uint32_t t : changed) all.include(box_of(t));
+    for (const std::uint32_t other : s.pyramid.overlapping(all)) {
+        const Bounds box = box_of(other);
+        // A changed triangle is compared with those that are listed before it.
+        const auto end = std::find(changed.begin(), changed.end(), other);
+        const bool found = std::any_of(changed.begin(), end, [&](std::uint32_t t) {
+            return box.overlaps(box_of(t)) && s.decider.pass_through(std::min(t, other), std::max(t, other));
+        });
+        if (found) return true;
+    }
+    return false;
 }
 
 void SelfIntersections::update(const std::vector<std::uint32_t>& changed) {

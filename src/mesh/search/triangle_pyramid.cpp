@@ -260,6 +260,10 @@ void TrianglePyramid::Group::set(std::size_t i, const Bounds& box) {
     }
 }
 
+Bounds TrianglePyramid::Group::box(std::size_t i) const {
+    return {{lower[0][i], lower[1][i], lower[2][i]}, {upper[0][i], upper[1][i], upper[2][i]}};
+}
+
 Bounds TrianglePyramid::Group::bounds() const {
     Bounds all;
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -334,8 +338,10 @@ void TrianglePyramid::set_box(std::uint32_t triangle, const Bounds& box) {
     Bounds bounds = leaves_[place / kWidth].boxes.bounds();
     for (Buffer<Group>& level : levels_) {
         place /= kWidth;
-        level[place / kWidth].set(place % kWidth, bounds);
-        bounds = level[place / kWidth].bounds();
+        Group& group = level[place / kWidth];
+        if (bounds == group.box(place % kWidth)) break;  // then nothing above changes either
+        group.set(place % kWidth, bounds);
+        bounds = group.bounds();
     }
 }
 

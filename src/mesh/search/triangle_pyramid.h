@@ -45,6 +45,7 @@ class TrianglePyramid {
         float lower[3][kWidth], upper[3][kWidth];
 
         void set(std::size_t i, const Bounds& box);
+        Bounds box(std::size_t i) const;
         /// The bounds of all eight.
         Bounds bounds() const;
     };
