@@ -35,7 +35,7 @@ MARROW_EXPORT MeshFormat mesh_format(const std::filesystem::path& output);
 /// Whether a file of this format can hold several separate surfaces.
 MARROW_EXPORT bool holds_several(MeshFormat format);
 
-/// Whether a file of this format has normals of points. Writers of the others do not look at them.
+/// Whether a file of this format has normals of points. The other formats do not store them.
 MARROW_EXPORT bool holds_normals(MeshFormat format);
 
 struct MeshWriteOptions {

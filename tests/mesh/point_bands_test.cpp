@@ -24,6 +24,8 @@ struct Order {
     friend void PrintTo(const Order& order, std::ostream* out) { *out << order.name; }
 };
 
+constexpr std::size_t kBandsOfOrderedTriangles = 7;  // of 32768 points
+
 class EveryOrder : public testing::TestWithParam<Order> {};
 
 INSTANTIATE_TEST_SUITE_P(, EveryOrder,
@@ -31,7 +33,36 @@ INSTANTIATE_TEST_SUITE_P(, EveryOrder,
                                          Order{"shuffled", 50, true}),
                          [](const auto& info) { return std::string(info.param.name); });
 
-// Some points, the last ones among them, have no triangle.
+// Each band has the triangles with corners there, in both orders.
+void expect_triangles_around_bands(const Mesh& mesh, const PointBands& bands) {
+    bands.for_each([&](const PointBands::Band& band) {
+        const auto is_expected = [&](std::uint32_t p) { return p >= band.begin && p < band.end; };
+        std::vector<std::size_t> expected, forward, backward;
+        for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+            if (std::any_of(mesh.triangles[t].begin(), mesh.triangles[t].end(), is_expected))
+                expected.push_back(t);
+        }
+        bool agrees = true;
+        const auto list_in = [&](std::vector<std::size_t>& list) {
+            return [&](std::size_t t, const auto& is_inside) {
+                bool any = false;
+                for (const std::uint32_t p : mesh.triangles[t]) {
+                    agrees &= is_inside(p) == is_expected(p);
+                    any |= is_expected(p);
+                }
+                if (any) list.push_back(t);
+            };
+        };
+        bands.for_each_triangle(band, list_in(forward));
+        bands.for_each_triangle_backward(band, list_in(backward));
+        std::reverse(backward.begin(), backward.end());
+        EXPECT_TRUE(agrees) << band.index;
+        EXPECT_EQ(forward, expected) << band.index;
+        EXPECT_EQ(backward, expected) << band.index;
+    });
+}
+
+// Some points, the last one among them, have no triangle.
 Mesh triangles_of(const Order& order) {
     constexpr std::uint32_t kPoints = 200'001, kTriangles = 300'000;
     Random random(5);
@@ -52,9 +83,9 @@ TEST_P(EveryOrder, BandsHaveAllPointsAndTheTrianglesAroundThem) {
     for (const int threads : {1, 2, 3}) {
         internal::with_threads(threads, [&] {
             const PointBands bands(mesh);
-            // Bands of triangles without order are as many as threads.
-            EXPECT_EQ(bands.size(),
-                      GetParam().shuffled ? static_cast<std::size_t>(internal::thread_count()) : 7u);
+            // Where triangles have no order, there are as many bands as threads.
+            EXPECT_EQ(bands.size(), GetParam().shuffled ? static_cast<std::size_t>(internal::thread_count())
+                                                        : kBandsOfOrderedTriangles);
             std::vector<PointBands::Band> all(bands.size());
             bands.for_each([&](const PointBands::Band& band) { all[band.index] = band; });
             std::size_t points = 0;
@@ -66,33 +97,34 @@ TEST_P(EveryOrder, BandsHaveAllPointsAndTheTrianglesAroundThem) {
                 points = band.end;
             }
             EXPECT_EQ(points, mesh.points.size());
-
-            for (const PointBands::Band& band : all) {
-                std::vector<std::size_t> expected, forward, backward;
-                for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-                    const Triangle& corners = mesh.triangles[t];
-                    if (std::any_of(corners.begin(), corners.end(),
-                                    [&](std::uint32_t p) { return p >= band.begin && p < band.end; }))
-                        expected.push_back(t);
-                }
-                const auto list_in = [&](std::vector<std::size_t>& list) {
-                    return [&](std::size_t t, const auto& is_inside) {
-                        bool any = false;
-                        for (const std::uint32_t p : mesh.triangles[t]) {
-                            ASSERT_EQ(is_inside(p), p >= band.begin && p < band.end);
-                            any |= is_inside(p);
-                        }
-                        if (any) list.push_back(t);
-                    };
-                };
-                bands.for_each_triangle(band, list_in(forward));
-                bands.for_each_triangle_backward(band, list_in(backward));
-                EXPECT_EQ(forward, expected);
-                std::reverse(backward.begin(), backward.end());
-                EXPECT_EQ(backward, expected);
-            }
+            expect_triangles_around_bands(mesh, bands);
         });
     }
+}
+
+// The first and the last point of a band are the last and the first ones that sections reach.
+TEST(PointBands, SectionsMayEndAtTheirBorders) {
+    constexpr std::uint32_t kBand = 64 * PointBands::kChunk, kSection = 8192;
+    Mesh mesh;
+    mesh.points.resize(8 * kBand, Vec3f{});
+    const auto add_section = [&](std::uint32_t lowest, std::uint32_t highest) {
+        for (std::uint32_t t = 0; t + 1 < kSection; ++t)
+            mesh.triangles.push_back({lowest + t % 2, lowest + 2 + t % 3, lowest + 5 + t % 7});
+        mesh.triangles.push_back({lowest, lowest + 1, highest});
+    };
+    for (std::uint32_t band = 1; band < 6; ++band) {
+        const std::uint32_t first = band * kBand, end = first + kBand;
+        add_section(first, end - 1);
+        add_section(first, end);
+        add_section(first - 20, first);
+        add_section(end - 1, end + 20);
+        add_section(first - 20, first - 1);
+    }
+    internal::with_threads(1, [&] {
+        const PointBands bands(mesh);
+        ASSERT_EQ(bands.width(), kBand);
+        expect_triangles_around_bands(mesh, bands);
+    });
 }
 
 TEST(PointBands, AMeshWithoutPointsHasNone) {

@@ -71,6 +71,67 @@ TEST(SelfIntersectionsTest, FindsPairsAmongTheTrianglesAroundThem) {
     EXPECT_GT(found, 100u);
 }
 
+// The triangles whose boxes overlap that of one.
+std::vector<std::uint32_t> overlapping(const Mesh& mesh, std::uint32_t t) {
+    std::vector<std::uint32_t> found;
+    for (std::uint32_t other = 0; other < mesh.triangles.size(); ++other) {
+        if (bounds_of(mesh, mesh.triangles[t]).overlaps(bounds_of(mesh, mesh.triangles[other])))
+            found.push_back(other);
+    }
+    return found;
+}
+
+// Points move far and back again, so that the boxes of the tree grow, shrink and stay.
+TEST(SelfIntersectionsTest, FindsPairsOfChangedTriangles) {
+    std::mt19937 random(31);
+    const Mesh bowl = thick_bowl();
+    Mesh mesh = bowl;
+    SelfIntersections search(mesh);
+    TrianglePyramid pyramid(mesh);
+    std::size_t found = 0, without = 0;
+    for (int round = 0; round < 300; ++round) {
+        const std::uint32_t p = mesh.triangles[random() % mesh.triangles.size()][0];
+        const float scale = round % 3 == 0 ? 0 : round % 3 == 1 ? 1 : 30;
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            mesh.points[p][axis] =
+                bowl.points[p][axis] + scale * (static_cast<float>(random() % 1001) / 500 - 1);
+        std::vector<std::uint32_t> changed;
+        for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+            const Triangle& corners = mesh.triangles[t];
+            if (std::find(corners.begin(), corners.end(), p) != corners.end()) changed.push_back(t);
+        }
+        std::vector<TrianglePair> expected = all_pairs(mesh);
+        std::erase_if(expected, [&](const TrianglePair& pair) {
+            return std::none_of(changed.begin(), changed.end(),
+                                [&](std::uint32_t t) { return t == pair[0] || t == pair[1]; });
+        });
+        std::shuffle(changed.begin(), changed.end(), random);
+        EXPECT_EQ(search.any_changed_pair(changed), !expected.empty()) << round;
+        EXPECT_EQ(search.find_changed(changed), expected) << round;
+        for (const std::uint32_t t : changed) {
+            const bool is_in_one =
+                std::any_of(expected.begin(), expected.end(),
+                            [&](const TrianglePair& pair) { return t == pair[0] || t == pair[1]; });
+            EXPECT_EQ(search.any_changed_pair({t}), is_in_one) << round;
+            pyramid.set_box(t, bounds_of(mesh, mesh.triangles[t]));
+        }
+        for (const std::uint32_t t : {changed.front(), changed.back()}) {
+            std::vector<std::uint32_t> near = pyramid.overlapping(bounds_of(mesh, mesh.triangles[t]));
+            std::sort(near.begin(), near.end());
+            EXPECT_EQ(near, overlapping(mesh, t)) << round;
+        }
+        // From here on, the surface only passes through itself where the next point moves to.
+        if (round % 3 != 0) {
+            mesh.points[p] = bowl.points[p];
+            search.update(changed);
+            for (const std::uint32_t t : changed) pyramid.set_box(t, bounds_of(mesh, mesh.triangles[t]));
+        }
+        ++(expected.empty() ? without : found);
+    }
+    EXPECT_GT(found, 50u);
+    EXPECT_GT(without, 50u);
+}
+
 TEST(SelfIntersectionsTest, FindsInBlocksWhatAPyramidFinds) {
     std::mt19937 random(17);
     std::size_t found = 0;

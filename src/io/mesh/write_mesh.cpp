@@ -175,7 +175,8 @@ bool holds_several(MeshFormat format) {
 }
 
 bool holds_normals(MeshFormat format) {
-    return format != MeshFormat::stl && format != MeshFormat::threemf && format != MeshFormat::dicom;
+    return format == MeshFormat::ply || format == MeshFormat::obj || format == MeshFormat::vtp ||
+           format == MeshFormat::glb;
 }
 
 void write_mesh(MeshView mesh, const std::filesystem::path& output, const MeshWriteOptions& options) {

@@ -28,16 +28,17 @@ namespace {
 
 HWY_EXPORT(extend);
 
-// If the triangles are in no spatial order, each band goes over most of them. Then there is one band for each
-// thread.
+// All threads take part. If the triangles are in no spatial order, each band goes over most of them, so that
+// there are no more bands than threads.
 std::size_t band_width(const std::vector<Reach>& reaches, std::size_t points) {
-    constexpr std::size_t kBand = 64 * PointBands::kChunk,
+    constexpr std::size_t kMostChunks = 64,
                           kMostReached = 4;  // bands by each section, on average
+    const std::size_t chunks =
+        (points / PointBands::kChunk + 1) / static_cast<std::size_t>(thread_count()) + 1;
+    const std::size_t width = PointBands::kChunk * std::min(chunks, kMostChunks);
     std::size_t reached = 0;
-    for (const auto& [lowest, highest] : reaches) reached += highest / kBand - lowest / kBand + 1;
-    if (reached <= kMostReached * reaches.size()) return kBand;
-    const std::size_t chunks = points / PointBands::kChunk + 1;
-    return PointBands::kChunk * (chunks / static_cast<std::size_t>(thread_count()) + 1);
+    for (const auto& [lowest, highest] : reaches) reached += highest / width - lowest / width + 1;
+    return reached <= kMostReached * reaches.size() ? width : PointBands::kChunk * chunks;
 }
 
 }  // namespace

@@ -14,15 +14,15 @@
 
 namespace marrow::internal {
 
-/// From the lowest number of some points to the highest.
+/// The lowest and the highest index of some points.
 using Reach = std::array<std::uint32_t, 2>;
 
 /// Extends a reach to these points.
 void extend_reach(Reach& reach, std::span<const std::uint32_t> points);
 
-/// Bands of points with successive numbers. Each thread takes bands of its own, so that it alone writes what
-/// belongs to their points, which fits into a cache. Triangles and points mostly have a similar order, so
-/// that few triangles concern several bands.
+/// Bands of points with successive indices. Each thread takes bands of its own, so that it alone writes what
+/// belongs to their points, which usually fits into a cache. Triangles and points mostly have a similar order,
+/// so that few triangles concern several bands.
 class PointBands {
   public:
     /// The width of a band is a multiple of this.
@@ -52,7 +52,8 @@ class PointBands {
     }
 
     /// Calls f(t, is_inside) for the triangles with corners in a band, and for some others, in ascending
-    /// order. is_inside(p) says whether a corner is in the band; where all are, it is no comparison.
+    /// order. is_inside(p) says whether a corner is in the band; for sections of triangles that are inside as
+    /// a whole, it is the constant true.
     template <class F>
     void for_each_triangle(const Band& band, const F& f) const {
         for (std::size_t s = 0; s < reaches_.size(); ++s) {

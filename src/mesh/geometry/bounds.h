@@ -30,11 +30,13 @@ struct Bounds {
         }
     }
     bool operator==(const Bounds&) const = default;
-    /// Whether other bounds overlap or touch these. Without branches.
+    /// Whether other bounds overlap or touch these. Without branches, as the answer is unpredictable.
     bool overlaps(const Bounds& other) const {
         bool apart = false;
-        for (std::size_t axis = 0; axis < 3; ++axis)
-            apart |= (lower[axis] > other.upper[axis]) | (other.lower[axis] > upper[axis]);
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            apart |= lower[axis] > other.upper[axis];
+            apart |= other.lower[axis] > upper[axis];
+        }
         return !apart;
     }
 };

@@ -293,7 +293,7 @@ std::vector<TrianglePair> SelfIntersections::find_changed(const std::vector<std:
     return found;
 }
 
-bool SelfIntersections::any_changed(const std::vector<std::uint32_t>& changed) {
+bool SelfIntersections::any_changed_pair(const std::vector<std::uint32_t>& changed) {
     const Search& s = *search_;
     update(changed);
     const auto box_of = [&](std::uint32_t t) { return bounds_of(s.mesh, s.mesh.triangles[t]); };

@@ -50,8 +50,8 @@ class SelfIntersections {
     /// that have changed since the last search. The pairs are sorted.
     std::vector<TrianglePair> find_changed(const std::vector<std::uint32_t>& changed);
 
-    /// Whether there is such a pair. The triangles are few and near each other.
-    bool any_changed(const std::vector<std::uint32_t>& changed);
+    /// Whether find_changed() would find a pair. This is faster if the triangles are few and near each other.
+    bool any_changed_pair(const std::vector<std::uint32_t>& changed);
 
     /// Takes note of triangles that have changed, without a search.
     void update(const std::vector<std::uint32_t>& changed);

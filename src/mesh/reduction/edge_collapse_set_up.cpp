@@ -74,7 +74,8 @@ void EdgeCollapse::pair_half_edges(const MeshView& mesh, const PointBands& bands
     };
     PerThread<Lists> lists;
     bands.for_each([&](const PointBands::Band& band) {
-        auto& [start, sorted] = lists.local();
+        std::vector<std::uint32_t>& start = lists.local().start;
+        Buffer<FromLower>& sorted = lists.local().sorted;
         const auto for_each_half = [&](const auto& f) {
             bands.for_each_triangle(band, [&](std::size_t t, const auto& is_inside) {
                 const auto& [a, b, c] = mesh.triangles[t];

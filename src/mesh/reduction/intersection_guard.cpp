@@ -26,7 +26,7 @@ bool IntersectionGuard::accept(std::span<const std::uint32_t> removed, std::span
         const Triangle now{point_[t.points[0]], point_[t.points[1]], point_[t.points[2]]};
         before_.push_back(std::exchange(mesh_.triangles[changed_.back()], now));
     }
-    if (!search_.any_changed(changed_)) return true;
+    if (!search_.any_changed_pair(changed_)) return true;
     moved = moved_from;
     for (std::size_t i = 0; i < changed_.size(); ++i) mesh_.triangles[changed_[i]] = before_[i];
     for (const std::uint32_t t : removed) changed_.push_back(triangle_[t]);
