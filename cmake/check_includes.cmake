@@ -63,7 +63,7 @@ check_folder(src/base src "" "tbb/")  # and nothing else may
 
 # The meshes' part of the core: each folder may include those before it, and src/mesh itself all of them.
 set(mesh_folders)
-foreach(room IN ITEMS geometry connectivity search intersections smoothing reduction)
+foreach(room IN ITEMS connectivity geometry search intersections smoothing reduction)
   check_folder(src/mesh/${room} src "base;${mesh_folders}" "hwy/")
   list(APPEND mesh_folders mesh/${room})
 endforeach()

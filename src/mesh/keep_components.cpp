@@ -11,8 +11,8 @@
 #include <marrow/error.h>
 
 #include "base/parallel.h"
+#include "find_components.h"
 #include "mesh/connectivity/check_indices.h"
-#include "mesh/connectivity/find_components.h"
 #include "mesh/geometry/triangle_corners.h"
 #include "mesh/search/triangle_tree.h"
 

@@ -2,9 +2,9 @@
 #include <marrow/measure.h>
 
 #include "base/parallel.h"
+#include "find_components.h"
 #include "mesh/connectivity/check_indices.h"
 #include "mesh/connectivity/count_edges.h"
-#include "mesh/connectivity/find_components.h"
 #include "mesh/geometry/bounds.h"
 #include "mesh/geometry/triangle_corners.h"
 

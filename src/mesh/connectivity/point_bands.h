@@ -21,8 +21,8 @@ using Reach = std::array<std::uint32_t, 2>;
 void extend_reach(Reach& reach, std::span<const std::uint32_t> points);
 
 /// Bands of points with successive indices. Each thread takes bands of its own, so that it alone writes what
-/// belongs to their points, which usually fits into a cache. Triangles and points mostly have a similar order,
-/// so that few triangles concern several bands.
+/// belongs to their points, which usually fits into a cache. Triangles and points mostly have a similar
+/// order, so that few triangles concern several bands.
 class PointBands {
   public:
     /// The width of a band is a multiple of this.

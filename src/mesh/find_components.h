@@ -7,8 +7,8 @@
 #include <marrow/measure.h>
 #include <marrow/mesh.h>
 
-#include "count_edges.h"
-#include "one_rings.h"
+#include "mesh/connectivity/count_edges.h"
+#include "mesh/connectivity/one_rings.h"
 
 namespace marrow::internal {
 

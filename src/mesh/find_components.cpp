@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "base/parallel.h"
-#include "connected_points.h"
+#include "mesh/connectivity/connected_points.h"
 #include "mesh/geometry/triangle_corners.h"
 
 namespace marrow::internal {
