@@ -159,14 +159,8 @@ void TriangleTree::for_each_hit(const Vec3d& origin, const Vec3d& direction, dou
 
 template <class F>
 void TriangleTree::for_each_in(const Bounds& bounds, F f) const {
-    const auto overlaps = [&](const Bounds& other) {
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-            if (other.lower[axis] > bounds.upper[axis] || other.upper[axis] < bounds.lower[axis])
-                return false;
-        }
-        return true;
-    };
-    visit(overlaps, [&](const BoxTree::Leaf& leaf, std::size_t i) { f(leaf.triangle[i]); });
+    visit([&](const Bounds& other) { return bounds.overlaps(other); },
+          [&](const BoxTree::Leaf& leaf, std::size_t i) { f(leaf.triangle[i]); });
 }
 
 }  // namespace marrow::internal
