@@ -197,8 +197,8 @@ std::string draw(const std::vector<Point>& points, const Fit& f) {
 
 void print_table(const std::vector<Point>& points, const Fit& f, const Fit& linear) {
     fmt::print(
-        "| volume | samples N | active cells M | M / N | ms | fit | ns/sample | Flying Edges, ms | ratio "
-        "|\n"
+        "| volume | samples N | active cells M | M / N | ms | fit | ns a sample | Flying Edges, ms | "
+        "ratio |\n"
         "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n");
     const std::vector<Point> rivals = chosen(points, "flying-edges", "");
     for (const Point& p : chosen(points, "marrow", "")) {
@@ -215,14 +215,12 @@ void print_table(const std::vector<Point>& points, const Fit& f, const Fit& line
     const auto print_fit = [&](const char* formula, const Fit& g, const char* cells) {
         const Deviation d = deviation(chosen(points, "marrow", ""), g);
         fmt::print(
-            "- {}: a = {:.3f} ns per sample, b = {:.2f} ns {}; relative error {:.0f} % (root mean square), "
-            "at "
-            "most {:.0f} %.\n",
+            "- {}: a = {:.3f} ns a sample, b = {:.2f} ns {}; off by {:.0f} % (RMS), at most {:.0f} %.\n",
             formula, 1e6 * g.a, 1e6 * g.b, cells, 100 * d.typical, 100 * d.largest);
     };
     fmt::print("\n");
-    print_fit("a N + b M log2 N", f, "per active cell and level");
-    print_fit("a N + b M", linear, "per active cell");
+    print_fit("a N + b M log2 N", f, "an active cell and level");
+    print_fit("a N + b M", linear, "an active cell");
 }
 
 void run(const std::string& plot, int files, char** names) {
