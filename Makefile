@@ -103,7 +103,7 @@ test-paraview:
 	scripts/install-paraview build/paraview/root
 	scripts/test-paraview build/paraview/root build/core build/paraview
 
-# Everything by clang, where a warning is an error.
+# Everything by clang, where a warning is an error. What is built is not for use, as it is not optimized.
 clang:
 	$(install) program viewer terrain python gpu tests clang
 	$(call configure,clang)

@@ -17,7 +17,7 @@ foreach(file IN LISTS files)
     list(APPEND tests ${name})
   endforeach()
 endforeach()
-file(STRINGS ${SOURCE}/Makefile make_targets REGEX "^[a-z]+:")
+file(STRINGS ${SOURCE}/Makefile make_targets REGEX "^[a-z-]+:")
 list(TRANSFORM make_targets REPLACE ":.*" "")
 
 # The anchor of each heading of a page, as GitHub makes it.
@@ -64,7 +64,7 @@ endfunction()
 
 # Paths in backticks that begin with a folder of the tree. NAME and TARGET stand for any name.
 function(check_paths page text)
-  string(REGEX MATCHALL "`(apps|bench|cmake|docs|examples|fuzz|include|scripts|src|tests)/[A-Za-z0-9_./*-]*"
+  string(REGEX MATCHALL "`(apps|bench|bindings|cmake|docs|examples|fuzz|gpu|include|packaging|scripts|src|tests|web)/[A-Za-z0-9_./*-]*"
     paths "${text}")
   string(REGEX MATCHALL "scripts/[a-z][a-z0-9-]*" scripts "${text}")
   foreach(path IN LISTS paths scripts)
@@ -81,7 +81,7 @@ function(check_paths page text)
 endfunction()
 
 function(check_make_targets page text)
-  string(REGEX MATCHALL "(`|\n *)make [a-z]+" calls "${text}")
+  string(REGEX MATCHALL "(`|\n *)make [a-z-]*[a-z]" calls "${text}")
   foreach(call IN LISTS calls)
     string(REGEX REPLACE ".*make " "" target "${call}")
     if(NOT target IN_LIST make_targets)

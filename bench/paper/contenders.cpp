@@ -30,8 +30,7 @@ struct Hash {
     }
 };
 
-// Merges points at the same position. Triangles that lose their area, because a sample equals the isovalue,
-// are dropped.
+// Merges points at the same position.
 Mesh weld(const Mesh& soup) {
     Mesh mesh;
     std::unordered_map<PositionBits, std::uint32_t, Hash> index;
@@ -44,10 +43,8 @@ Mesh weld(const Mesh& soup) {
         if (added) mesh.points.push_back(soup.points[p]);
         welded[p] = at->second;
     }
-    for (const Triangle& t : soup.triangles) {
-        const Triangle w{welded[t[0]], welded[t[1]], welded[t[2]]};
-        if (w[0] != w[1] && w[1] != w[2] && w[2] != w[0]) mesh.triangles.push_back(w);
-    }
+    for (const Triangle& t : soup.triangles)
+        mesh.triangles.push_back({welded[t[0]], welded[t[1]], welded[t[2]]});
     return mesh;
 }
 

@@ -31,7 +31,8 @@ class MARROW_EXPORT AtomicFile {
     void seek(std::uint64_t offset);
     /// The temporary file, so that other processes can write to it too.
     const std::filesystem::path& temporary() const { return temporary_; }
-    /// Flushes and closes the temporary file, so that only the rename can still fail. \pre no write follows
+    /// Flushes and closes the temporary file, so that only the rename, and flushing its folder, can still
+    /// fail. \pre no write follows
     void finish();
     /// Renames the file to its target, after finish() if that was not called.
     void commit();

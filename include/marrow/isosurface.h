@@ -39,8 +39,9 @@ struct IsosurfaceStats {
 /// A sample is inside if it is finite and >= isovalue. Each grid edge with exactly one end inside has one
 /// point, which the triangles around it share. Where a face of a cell is ambiguous, its inside corners are
 /// separated, in the same way from both sides, so the surface has no holes. Without `closed` it is open at
-/// the volume's border. Points and triangles are ordered by (z, y, x). Their order and every bit of them are
-/// the same for any number of threads and any processor.
+/// the volume's border. Points and triangles are ordered by the row (z, y) where their edge begins or their
+/// cell is; in a row, triangles by x, and points by the axis of the edge and then by x. Their order and every
+/// bit of them are the same for any number of threads and any processor.
 ///
 /// With `topology`, the samples decide whether inside corners are joined across an ambiguous face, by the
 /// asymptotic decider (Nielson and Hamann 1991), and within a cell by a tunnel, by Cayley's hyperdeterminant.

@@ -53,8 +53,10 @@ struct LabelSurface {
 ///
 /// After Gibson 1998 (constrained elastic surface nets), and Schaefer, Ju and Warren 2007 (manifold dual
 /// contouring).
-/// \throw InputError bad geometry, no samples, samples that are not integers, or more than 65535 different
-/// values; LimitError more points than triangles can name, or 2^32 triangles or more to relax; Cancelled
+/// \throw InputError bad geometry, a null view, a rescale, samples that are not integers or, in float32,
+/// beyond 2^24, more than 65535 different values, a background that the samples' type does not have, or a
+/// negative `relax`; LimitError more points than triangles can name, or 2^32 triangles or more to relax;
+/// Cancelled
 MARROW_EXPORT std::vector<LabelSurface> extract_labels(const VolumeView& map,
                                                        const LabelOptions& options = {});
 
@@ -64,7 +66,8 @@ struct LabelCountOptions {
 };
 
 /// Counts the samples of each label of a map, including the background.
-/// \throw InputError bad geometry, no samples, or samples that are not integers; Cancelled
+/// \throw InputError bad geometry, a null view, a rescale, or samples that are not integers or, in float32,
+/// beyond 2^24; Cancelled
 MARROW_EXPORT std::map<std::int64_t, std::int64_t> count_labels(const VolumeView& map,
                                                                 const LabelCountOptions& options = {});
 

@@ -28,7 +28,8 @@ struct MeshCheck {
     std::int64_t unused_points = 0;         ///< points without a triangle
     std::int64_t degenerate_triangles = 0;  ///< triangles without area or with two equal indices
     std::int64_t cavities = 0;              ///< closed components that face inward
-    /// The number of handles of all components. It is set if the mesh is closed, manifold and oriented.
+    /// The number of handles of all components. It is set if the mesh is closed and manifold and has no
+    /// misoriented edges.
     std::optional<std::int64_t> genus;
     /// Pairs of triangles at which the surface passes through itself. The decision is exact for the given
     /// coordinates. A pair counts if the interiors of the triangles intersect along a line. It also counts if
@@ -74,7 +75,7 @@ struct MeshCrossing {
 };
 
 /// Finds the meshes that pass through each other, ordered by their indices. Those that touch, such as the
-/// surfaces of neighbouring labels, do not. `options.min_wall` has no effect. \throw as check_mesh
+/// surfaces of neighbouring labels, do not. `options.min_wall` changes nothing. \throw as check_mesh
 MARROW_EXPORT std::vector<MeshCrossing> find_crossings(std::span<const MeshView> meshes,
                                                        const CheckOptions& options = {});
 

@@ -88,10 +88,10 @@ struct MeshObject {
 /// properties in .ply, point arrays in .vtp, and their meanings are comments or the field data's
 /// `Meanings`; other formats leave them out.
 ///
-/// \throw InputError the extension is unknown, the normals, arrays or colours do not match the
-/// points, a triangle names a missing point, or RAS for .glb or .dcm; OptionError keep_patient
-/// without scan_files; LimitError more than the format can hold (.stl: 2^32 - 1 triangles; .glb and
-/// .dcm: 4 GiB); IoError; Cancelled
+/// \throw InputError the extension is unknown, the normals, arrays or colours do not match the points, a
+/// triangle names a missing point, RAS for .glb or .dcm, or no space for .dcm; OptionError keep_patient
+/// without scan_files; LimitError more than the format can hold (.stl: 2^32 - 1 triangles; .glb and .dcm: 4
+/// GiB); IoError; Cancelled
 MARROW_EXPORT void write_mesh(MeshView mesh, const std::filesystem::path& output,
                               const MeshWriteOptions& options = {});
 

@@ -172,7 +172,7 @@ struct ScanReport {
 };
 
 /// Reports what read_scan would do with these options, from the headers alone.
-/// \throw the errors of read_scan, if there is no image at all
+/// \throw the errors of read_scan, if there is no image at all or an option does not apply to the input
 MARROW_EXPORT ScanReport inspect_scan(const std::filesystem::path& input, const ScanOptions& options = {});
 
 /// Reads one image of a DICOM file, to show what a series holds before it is read: the stored values, without

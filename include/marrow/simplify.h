@@ -30,10 +30,11 @@ struct SimplifyStats {
 /// After Garland and Heckbert 1997.
 ///
 /// The topology does not change: a closed, manifold mesh stays closed and manifold, with the same components,
-/// cavities and handles. No component vanishes, so the result may have more than `triangles` triangles.
-/// Nor does the surface pass through itself where it did not before: MeshCheck::self_intersections stays 0.
+/// cavities and handles. No component vanishes, so the result may have more than `triangles` triangles. Nor
+/// does the surface pass through itself where it did not before: MeshCheck::self_intersections stays 0.
 /// Points on open or non-manifold edges stay. If the mesh has normals, they are computed again from the
-/// triangles. The result has the same bits for any number of threads.
+/// triangles, unless it has few enough triangles already. The result has the same bits for any number of
+/// threads.
 ///
 /// With `max_error`, simplify measures the result, and undoes collapses where the error is too large, until
 /// it is within the limit everywhere. Without `max_error` and `stats` it measures nothing, which is faster.

@@ -68,7 +68,8 @@ MARROW_EXPORT ThinWalls find_thin_walls(const VolumeView& volume, double isovalu
 /// Returns a copy of the volume in which `walls` reach the isovalue, so that its isosurface includes them.
 /// They then begin and end where the samples pass half of the wall's own peak over each side. Their
 /// thickness is right where it is above the width of the scan's blur; thinner walls get that width.
-/// \throw LimitError not enough memory
+/// \throw InputError a null view, no samples, bad geometry, or an isovalue that is not finite; LimitError not
+/// enough memory
 MARROW_EXPORT Volume restore_thin_walls(const VolumeView& volume, double isovalue, const ThinWalls& walls);
 
 /// Says for each point whether it is within about one sample of `walls`: on their rims, or on restored walls.

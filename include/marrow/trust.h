@@ -24,7 +24,7 @@ struct NoiseEstimate {
     std::optional<double> slices;    ///< from differences of neighbouring slices; not set: there is one slice
     double laplacian = 0;            ///< from second differences within slices; sees only fine noise
     double lowest = 0, highest = 0;  ///< of these three
-    std::int64_t windows = 0;        ///< windows that were used; 0: none suits, and nothing is known
+    std::int64_t windows = 0;        ///< windows that were used; 0: too few suit, and nothing is known
 };
 
 struct NoiseOptions {
@@ -44,7 +44,7 @@ MARROW_EXPORT NoiseEstimate estimate_noise(const VolumeView& volume, const Noise
 
 struct TrustOptions {
     /// The change of the isovalue whose effect is reported, such as 100 for Hounsfield units; > 0. Not set: a
-    /// tenth of the contrast, which otsu_contrast() gives
+    /// tenth of the contrast, which otsu_contrast() gives, or 1 without contrast
     std::optional<double> step = {};
     std::optional<NoiseEstimate> noise = {};  ///< of the scan; not set: it is estimated
     int threads = 0;                          ///< 0: all
@@ -65,7 +65,8 @@ struct TrustReport {
     Buffer<float> shift;  ///< mm for each point: how far the surface moves if the isovalue changes by `step`
     Buffer<float> noise_shift;  ///< mm for each point: the standard deviation of its position due to noise
     TrustPercentiles shifts, noise_shifts;
-    /// Points that close the surface at the border. Their values are 0, and do not count in the percentiles.
+    /// Points outside the samples, such as those that close the surface at the border. Their values are 0,
+    /// and do not count in the percentiles.
     std::int64_t border_points = 0;
 };
 

@@ -71,6 +71,16 @@ const Work kWorks[] = {
      }},
 };
 
+TEST(Parallel, ProgressEndsAtOneWhereNothingIsToBeDone) {
+    double last = 0;
+    const Volume volume(Geometry{.dims = {3, 3, 3}}, SampleType::float32);
+    resample_isotropic(volume, volume.geometry().spacing[0], {0, [&](double fraction) {
+                                                                  last = fraction;
+                                                                  return true;
+                                                              }});
+    EXPECT_EQ(last, 1);
+}
+
 TEST(Parallel, ProgressNeverDecreasesAndEndsAtOne) {
     for (const bool with_nan : {false, true}) {
         const Volume volume = blobs(with_nan);

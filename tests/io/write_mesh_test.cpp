@@ -1,4 +1,4 @@
-// write_mesh, write_meshes and MeshFiles.
+// write_mesh, write_meshes, MeshFiles and SurfaceWriter.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -22,6 +22,7 @@
 #include <marrow/isosurface.h>
 #include <marrow/mesh_io.h>
 #include <marrow/normals.h>
+#include <marrow/streaming.h>
 
 #include "support/fields.h"
 #include "support/temporary_folder.h"
@@ -380,6 +381,22 @@ TEST(MeshFiles, AppearTogetherOrNotAtAll) {
     files.commit();
     EXPECT_EQ(folder.files(), (Names{"a.stl", "b.ply"}));
     EXPECT_EQ(read_mesh(folder / "a.stl").triangles.size(), mesh.triangles.size());
+}
+
+// The parts of a surface would each report from 0 to 1, and a caller could take false for their end.
+TEST(SurfaceWriter, DoesNotCallProgress) {
+    const TemporaryFolder folder;
+    const Mesh mesh = ball();
+    for (const char* const name : {"a.stl", "b.ply"}) {
+        int calls = 0;
+        SurfaceWriter writer(folder / name, {Space::LPS, [&](double) { return ++calls < 0; }});
+        const SurfaceSink sink = writer.sink();
+        sink.begin(mesh.points.size(), mesh.triangles.size(), true);
+        sink.part({0, mesh.points, mesh.normals, 0, mesh.triangles, mesh.points.size()});
+        writer.commit();
+        EXPECT_EQ(calls, 0) << name;
+        EXPECT_EQ(read_mesh(folder / name).triangles.size(), mesh.triangles.size()) << name;
+    }
 }
 
 // A label map may have more labels than a process may have open files.

@@ -133,7 +133,8 @@ TEST(Smooth, RejectsInvalidInputAndCanBeCancelled) {
     EXPECT_THROW(smooth(mesh, {.iterations = -1}), InputError);
     EXPECT_THROW(smooth(mesh, {.pass_band = 0}), InputError);
     EXPECT_THROW(smooth(mesh, {.pass_band = std::nan("")}), InputError);
-    EXPECT_THROW(smooth(mesh, {.bound = Mat3d{}}), InputError);
+    for (const int iterations : {0, 20})
+        EXPECT_THROW(smooth(mesh, {.iterations = iterations, .bound = Mat3d{}}), InputError);
     EXPECT_THROW(smooth(mesh, {.progress = [](double) { return false; }}), Cancelled);
     EXPECT_TRUE(smooth(mesh, {.iterations = 0}).points == mesh.points);
     EXPECT_TRUE(smooth({}).points.empty());

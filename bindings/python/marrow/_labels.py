@@ -78,7 +78,8 @@ def labels(
     Raises
     ------
     InputError
-        Samples are not integers, or there are more than 65535 labels.
+        Samples are not integers, there are more than 65535 labels, their type does not have `background`, or
+        `relax` is negative.
     Cancelled
         `progress` returned False.
     """

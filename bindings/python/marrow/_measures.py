@@ -33,7 +33,7 @@ class MeshCheck:
     unused_points: int  #: points without a triangle
     degenerate_triangles: int  #: triangles without area or with two equal indices
     cavities: int  #: closed components that face inward
-    genus: Optional[int]  #: handles of all components; None unless closed, manifold and oriented
+    genus: Optional[int]  #: handles of all components; None unless closed and manifold, without misoriented edges
     self_intersections: int  #: pairs of triangles at which the surface passes through itself, decided exactly
     thin_triangles: int  #: triangles with a wall thinner than `min_wall` behind them
     thin_area: float  #: mm^2; the area of these triangles

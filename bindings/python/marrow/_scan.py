@@ -163,7 +163,7 @@ def inspect(
     Raises
     ------
     IoError, InputError, GeometryError, Cancelled
-        As `read`, if there is no image at all.
+        As `read`, if there is no image at all or an argument does not apply to the input.
     """
     report = _marrow.inspect(
         path,

@@ -55,8 +55,8 @@ def marching_cubes(
     Parameters
     ----------
     volume : array_like, shape (M, N, P)
-        The samples, at least 2 along each axis. They are not copied, unless their type is float16, uint32,
-        int64 or uint64.
+        The samples, at least 2 along each axis. They are copied only if their type is float16, uint32, int64 or
+        uint64, if their bytes are in another order than the processor's, or with `step_size`.
     level : float, optional
         The isovalue: samples greater than `level` are inside. By default the mean of the lowest and the
         highest sample.

@@ -43,7 +43,9 @@ class Trust:
     noise_shift: NDArray[np.float32]  #: mm for each point: the standard deviation of its position by noise
     shifts: TrustPercentiles  #: of `shift`
     noise_shifts: TrustPercentiles  #: of `noise_shift`
-    border_points: int  #: points that close the surface at the border; they have 0, and no share in the percentiles
+    #: points outside the samples, such as those that close the surface at the border; they have 0, and no share in the
+    #: percentiles
+    border_points: int
     near_thin_walls: NDArray[np.bool_]  #: for each point: whether it is on or beside a wall that `keep_thin` restored
     colours: NDArray[np.uint8]  #: sRGB for each point, from light grey to dark red; blue beside restored walls; (n, 3)
     _meanings: tuple[tuple[str, str], ...]  # the names and meanings of the arrays in files

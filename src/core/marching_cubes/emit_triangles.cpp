@@ -77,7 +77,7 @@ const EmittedCase* emitted_cases(bool mirrored) {
 // Every point on the edges around a row of cells belongs to the next active cell, so ids are never looked up.
 // Eight counters advance with the cells, one for each of the cell's edges except those at its far x. A
 // crossed edge uses its counter and advances it. The crossed edges along y and z at the far x have the
-// counters' next values. The edges are numbered (see case_table.h) so that edge e < 8 has counter e.
+// counters' next values. The edges are numbered (see core/grid/cell.h) so that edge e < 8 has counter e.
 class RunningIds {
   public:
     RunningIds(const RowIds& row, const RowIds& next_y, const RowIds& next_z, const RowIds& next_yz)

@@ -114,7 +114,7 @@ struct CellRow {
     CellWord word(std::size_t w) const { return {active[w], first + cells_before[w]}; }
 };
 
-/// The crossed edges of a row of cells, numbered as in case_table.h.
+/// The crossed edges of a row of cells, numbered as in core/grid/cell.h.
 struct CrossedEdges {
     /// The bits of edge e of the cells. For edges at the upper x of their cells, bit i + 1 belongs to cell i.
     std::array<const std::uint64_t*, kCellEdges> bits_of_edge;

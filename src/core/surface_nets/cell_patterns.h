@@ -1,6 +1,6 @@
 /// The shape of a label map's surfaces within one cell, as it follows from the labels of the cell's corners.
 ///
-/// Corners, edges and faces are numbered as in case_table.h. On each face of the cell, junctions connect
+/// Corners, edges and faces are numbered as in core/grid/cell.h. On each face of the cell, junctions connect
 /// crossed edges:
 ///
 ///   two or three crossed edges, or four labels   one junction connects all of them

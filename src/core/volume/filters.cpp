@@ -11,6 +11,7 @@
 
 #include "base/checked_size.h"
 #include "base/parallel.h"
+#include "base/progress.h"
 #include "checks.h"
 #include "rows.h"
 
@@ -317,6 +318,7 @@ Volume resample_isotropic(const VolumeView& volume, double spacing, const Filter
             }
             g.spacing[axis] = spacing;
         }
+        report_progress(options.progress, 1);
         return samples;
     });
 }

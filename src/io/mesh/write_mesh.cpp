@@ -216,7 +216,13 @@ void MeshFiles::commit() {
 // The layout of a file that is written in parts.
 struct SurfaceWriter::State {
     State(const std::filesystem::path& output, const MeshWriteOptions& options)
-        : format(mesh_format(output)), file(output), to(into(file), options) {}
+        : format(mesh_format(output)), file(output), to(into(file), without_progress(options)) {}
+
+    // Each part would report from 0 to 1; those who make the parts report how far they are.
+    static MeshWriteOptions without_progress(MeshWriteOptions options) {
+        options.progress = {};
+        return options;
+    }
 
     MeshFormat format;
     AtomicFile file;

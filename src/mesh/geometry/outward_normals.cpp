@@ -58,15 +58,16 @@ std::vector<OutwardNormals::Replacement> OutwardNormals::add(const SurfacePart& 
     // Any of the points that the next part shares may turn out to have such a face there.
     const std::size_t complete = part.complete_points;
     std::vector<std::size_t> summed;
+    const auto is_summed = [&](std::size_t p) { return p >= complete || marks[p] != 0; };
     for (std::size_t p = 0; p < part.points.size(); ++p) {
-        if (p >= complete || marks[p] != 0) summed.push_back(p);
+        if (is_summed(p)) summed.push_back(p);
     }
     std::vector<Faces> faces(summed.size());
     for (std::size_t i = 0; i < summed.size(); ++i) {
         if (summed[i] < shared_.size()) faces[i] = shared_[summed[i]];
         faces[i].face_against = marks[summed[i]] != 0;
     }
-    const auto is_summed = [&](std::size_t p) { return p >= complete || marks[p] != 0; };
+    shared_ = std::vector<Faces>();  // gives the memory back
     for (const Triangle& triangle : part.triangles) {
         const std::array<std::size_t, 3> t = in_part(part, triangle);
         if (std::none_of(t.begin(), t.end(), is_summed)) continue;
@@ -81,6 +82,7 @@ std::vector<OutwardNormals::Replacement> OutwardNormals::add(const SurfacePart& 
     }
 
     std::vector<Replacement> replaced;
+    replaced.reserve(summed.size());
     std::size_t i = 0;
     for (; i < summed.size() && summed[i] < complete; ++i) {
         const Vec3d normal = to_double(part.normals[summed[i]]);

@@ -29,11 +29,8 @@ namespace {
 // Limits the move of a point to half a sample along each index axis.
 class Bound {
   public:
-    explicit Bound(const Mat3d& index_to_physical) : to_physical_(index_to_physical) {
-        if (!(std::abs(determinant(to_physical_)) > 0))
-            throw InputError("smooth: the matrix of the bound is singular");
-        to_index_ = inverse(to_physical_);
-    }
+    explicit Bound(const Mat3d& index_to_physical)
+        : to_physical_(index_to_physical), to_index_(inverse(index_to_physical)) {}
 
     Vec3d limited(const Vec3d& move) const {
         Vec3d steps = to_index_ * move;
@@ -42,8 +39,7 @@ class Bound {
     }
 
   private:
-    const Mat3d to_physical_;
-    Mat3d to_index_{};
+    const Mat3d to_physical_, to_index_;
 };
 
 // Moves the points of closed components that the filter has nearly flattened back. These are specks of a few
@@ -141,6 +137,8 @@ Mesh smooth(const Mesh& mesh, const SmoothOptions& options, SmoothStats* stats) 
         throw InputError("smooth: the pass band must be above 0 and below 2");
     if (options.max_move && !(*options.max_move >= 0))
         throw InputError("smooth: the largest move must be a number of mm from 0 upwards");
+    if (options.bound && !(std::abs(determinant(*options.bound)) > 0))
+        throw InputError("smooth: the matrix of the bound is singular");
     check_indices(mesh);
     if (std::uint64_t{mesh.triangles.size()} >> 32)
         throw LimitError("smooth: the mesh has 2^32 triangles or more");
