@@ -29,9 +29,9 @@ std::string bounds_text(const Geometry& geometry) {
 }
 
 std::string unit_text(const SeriesReport& s, const SampleReport* samples) {
+    if (samples != nullptr && !samples->labels.empty()) return "labels";
     if (s.hounsfield) return *s.hounsfield ? "Hounsfield units" : "not Hounsfield units";
     if (samples == nullptr) return "";
-    if (!samples->labels.empty()) return "labels";
     return samples->may_be_hounsfield
                ? "probably Hounsfield units, as the lowest looks like air; the format does not say"
                : "not Hounsfield units, as the lowest is not air";
@@ -46,13 +46,15 @@ std::string values_text(const SeriesReport& s, const SampleReport* samples) {
                        samples->lower, samples->upper, unit);
 }
 
-std::string labels_text(const std::map<std::int64_t, std::int64_t>& labels) {
+std::string labels_text(const std::map<std::int64_t, std::int64_t>& labels, const LabelTable& names) {
     constexpr std::size_t kMost = 10;
     std::string text;
     std::size_t listed = 0;
     for (const auto& [label, count] : labels) {
         if (++listed > kMost) return text + fmt::format(", and {} more", labels.size() - kMost);
-        text += fmt::format("{}{} ({})", text.empty() ? "" : ", ", label, count_of(count, "sample"));
+        const auto named = names.find(label);
+        text += fmt::format("{}{}{} ({})", text.empty() ? "" : ", ", label,
+                            named == names.end() ? "" : ' ' + named->second.name, count_of(count, "sample"));
     }
     return text;
 }
@@ -98,7 +100,7 @@ void print_details(std::ostream& out, ScanFormat format, const SeriesReport& s, 
     for (std::size_t i = 0; i < std::min(kMostGaps, s.gaps.size()); ++i) line("gap", s.gaps[i]);
     if (s.gaps.size() > kMostGaps) line("gap", fmt::format("{} more", s.gaps.size() - kMostGaps));
     line("values", values_text(s, samples));
-    if (samples != nullptr) line("labels", labels_text(samples->labels));
+    if (samples != nullptr) line("labels", labels_text(samples->labels, s.series.labels));
     line("not stated", fmt::format("{}", fmt::join(unknown_facts(s), ", ")));
     if (s.smallest_feature)
         line("smallest detail", fmt::format("{:.3g} mm, two samples wide", *s.smallest_feature));

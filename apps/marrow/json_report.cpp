@@ -200,7 +200,8 @@ Json series_numbers(const SeriesReport& s, bool show_patient) {
 Json finding_numbers(const Finding& finding, bool show_patient) {
     Json json{{"input", finding.input.string()}};
     if (!finding.refusal.empty()) {
-        json["refused"] = name_flags(finding.refusal);
+        json["error"] = name_flags(finding.refusal);
+        json["exit_code"] = finding.exit_code;
         return json;
     }
     const ScanReport& report = finding.report;
@@ -281,7 +282,8 @@ void add_numbers(Json& sum, const Json& numbers) {
 }
 
 Json check_numbers(const CheckedFile& file, double min_wall) {
-    if (!file.refusal.empty()) return {{"mesh", file.file.string()}, {"error", file.refusal}};
+    if (!file.refusal.empty())
+        return {{"mesh", file.file.string()}, {"error", file.refusal}, {"exit_code", kUnreadable}};
     Json json{{"mesh", file.file.string()},
               {"space", file.space != Space::none ? Json(file.space == Space::RAS ? "RAS" : "LPS") : Json()}};
     Json objects = Json::array(), crossings = Json::array(), sum;

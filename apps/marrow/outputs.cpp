@@ -83,7 +83,9 @@ std::vector<fs::path> files_for(const fs::path& output, const std::vector<std::s
             "from a "
             "part: give -o FILE");
     std::string pattern = output.string();
-    if (!output.has_filename() || fs::is_directory(output)) pattern = (output / "{name}.stl").string();
+    std::error_code ignored;
+    if (!output.has_filename() || fs::is_directory(output, ignored))
+        pattern = (output / "{name}.stl").string();
     format_of(pattern);
     const bool is_pattern = pattern.find(kName) != pattern.npos;
     const std::string name = fs::path(pattern).filename().string();
@@ -106,7 +108,8 @@ bool is_shared_file(const std::vector<fs::path>& files) {
 }
 
 bool is_dicom_output(const fs::path& output) {
-    return !output.empty() && output.has_filename() && output != "-" && !fs::is_directory(output) &&
+    std::error_code ignored;
+    return !output.empty() && output.has_filename() && output != "-" && !fs::is_directory(output, ignored) &&
            format_of(output) == MeshFormat::dicom;
 }
 
@@ -128,7 +131,8 @@ std::vector<fs::path> surface_files(const fs::path& output, Space space,
 void check_output(const fs::path& file, const fs::path& input) {
     if (file.empty()) return;
     const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
-    if (!fs::is_directory(folder))
+    std::error_code ignored;
+    if (!fs::is_directory(folder, ignored))
         throw IoError(fmt::format("cannot write '{}': there is no folder '{}'; create it first",
                                   file.string(), folder.string()));
     if (is_of_scan(file, input))

@@ -19,6 +19,7 @@
 #include <marrow/terrain.h>
 #include <marrow/thin_walls.h>
 
+#include "shared/console.h"
 #include "shared/surface_trust.h"
 
 namespace marrow::apps {
@@ -119,6 +120,7 @@ struct Finding {
     std::filesystem::path input;
     ScanReport report;
     std::string refusal;                  ///< why there is no report; empty: there is
+    ExitCode exit_code = kOk;             ///< of the refusal
     std::optional<SampleReport> samples;  ///< of the series that would be read
 };
 

@@ -6,8 +6,8 @@
 
 namespace marrow::apps {
 
-/// Becomes true on SIGINT and SIGTERM. A file that exceeds its size limit then causes an error, as a full
-/// disk does.
+/// Becomes true on SIGINT and SIGTERM, and on SIGHUP, which comes when the terminal closes, unless `nohup`
+/// ignores it. A file that exceeds its size limit then causes an error, as a full disk does.
 inline const std::atomic<bool>& stopped_by_signals() {
     static std::atomic<bool> stop{false};
     static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler sets it");
@@ -16,6 +16,9 @@ inline const std::atomic<bool>& stopped_by_signals() {
     action.sa_flags = SA_RESTART;
     sigaction(SIGINT, &action, nullptr);
     sigaction(SIGTERM, &action, nullptr);
+    struct sigaction before {};
+    sigaction(SIGHUP, nullptr, &before);
+    if (before.sa_handler != SIG_IGN) sigaction(SIGHUP, &action, nullptr);
     std::signal(SIGXFSZ, SIG_IGN);
     return stop;
 }

@@ -156,9 +156,9 @@ void add_crop_option(Arguments& arguments, std::optional<CropBox>& crop, const s
 
 void add_filter_options(Arguments& arguments, FilterSteps& steps, const std::string& axes) {
     add_crop_option(arguments, steps.crop, axes);
-    arguments.add_option(
-        "--median", integer_value("N", steps.median, 0, 16),
-        "Remove noise: replace each sample by the median of its neighbours up to N samples away, 1 to 16.");
+    arguments.add_option("--median", integer_value("N", steps.median, 0, 16),
+                         "Remove noise: replace each sample by the median of its neighbours up to N samples "
+                         "away, 1 to 16; 0: not.");
     arguments.add_option(
         "--blur",
         number_value("MM", "a standard deviation in mm", steps.blur, [](double x) { return x >= 0; }),
@@ -179,9 +179,9 @@ void add_surface_options(Arguments& arguments, SurfaceSteps& steps) {
         number_value("MM3", "a volume in mm3", steps.min_volume, [](double x) { return x >= 0; }),
         "Remove components and fill cavities that enclose less than MM3.");
     arguments.add_flag("--no-cavities", steps.no_cavities, "Fill all cavities: remove the shells inside.");
-    arguments.add_option(
-        "--smooth", integer_value("N", steps.smooth, 0, 1000),
-        "Smooth the surface without shrinking it, with N iterations of a windowed sinc filter; 20 is usual.");
+    arguments.add_option("--smooth", integer_value("N", steps.smooth, 0, 1000),
+                         "Smooth the surface with N iterations of a windowed sinc filter, which shrinks only "
+                         "thin parts; 20 is usual.");
     arguments.add_option(
         "--smooth-bound", bound_value(steps.smooth_bound),
         "With --smooth: move no point further than DISTANCE, such as 0.5mm; without a DISTANCE, no further "

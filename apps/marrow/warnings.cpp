@@ -36,6 +36,11 @@ void warn_of_large_coordinates(const std::vector<Surface>& surfaces, const Geome
     add(large_coordinates_warning(files_of(surfaces), geometry), warnings);
 }
 
+void warn_of_large_coordinates(MeshFormat format, const Geometry& geometry,
+                               std::vector<std::string>& warnings) {
+    add(large_coordinates_warning(format, geometry), warnings);
+}
+
 void warn_of_box(const std::vector<Surface>& surfaces, const Volume& scan,
                  std::vector<std::string>& warnings) {
     double lowest = std::numeric_limits<double>::infinity();

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include <marrow/mesh_io.h>
 #include <marrow/volume.h>
 
 #include "results.h"
@@ -23,6 +24,10 @@ void warn_of_coinciding_points(const std::vector<Surface>& surfaces, const std::
 /// The same for isosurfaces. Their points coincide only where the coordinates of a scan are so large that
 /// float32 cannot separate them.
 void warn_of_large_coordinates(const std::vector<Surface>& surfaces, const Geometry& geometry,
+                               std::vector<std::string>& warnings);
+
+/// The same for a surface that is written in slabs, whose points are not compared.
+void warn_of_large_coordinates(MeshFormat format, const Geometry& geometry,
                                std::vector<std::string>& warnings);
 
 /// Warns of closed surfaces of a scan that has no sample outside, so that the surface is the border of the

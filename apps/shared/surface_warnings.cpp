@@ -23,6 +23,26 @@ std::size_t coinciding_points(MeshView mesh) {
     return coinciding;
 }
 
+// Also in DICOM.
+bool is_stl(MeshFormat format) {
+    return format == MeshFormat::stl || format == MeshFormat::dicom;
+}
+
+// Points around a sample are at least a thousandth of an edge apart, which float32 separates unless the
+// coordinates are more than 2000 times as large as the spacing: up to 2048, it holds 1/8192, and three
+// roundings make a coordinate. So few scans need to be searched.
+bool has_large_coordinates(const Geometry& geometry) {
+    double largest = 0;
+    for (unsigned corner = 0; corner < 8; ++corner) {
+        Vec3d index{};
+        for (std::size_t a = 0; a < 3; ++a)
+            index[a] = (corner >> a & 1) != 0 ? static_cast<double>(geometry.dims[a]) : -1.0;
+        for (const double coordinate : geometry.physical(index))
+            largest = std::max(largest, std::abs(coordinate));
+    }
+    return largest > 2000 * *std::min_element(geometry.spacing.begin(), geometry.spacing.end());
+}
+
 }  // namespace
 
 std::optional<std::string> non_finite_warning(std::int64_t samples) {
@@ -34,7 +54,7 @@ std::optional<std::string> coinciding_points_warning(const std::vector<MeshFile>
                                                      const std::string& remedy) {
     std::size_t points = 0, affected = 0;
     for (const MeshFile& file : files) {
-        if (file.file.empty() || mesh_format(file.file) != MeshFormat::stl) continue;
+        if (file.file.empty() || !is_stl(mesh_format(file.file))) continue;
         const std::size_t coinciding = coinciding_points(file.mesh);
         points += coinciding;
         affected += coinciding > 0;
@@ -46,24 +66,18 @@ std::optional<std::string> coinciding_points_warning(const std::vector<MeshFile>
         points, files.size() > 1 ? fmt::format(" in {} of {} surfaces", affected, files.size()) : "", remedy);
 }
 
-// Points around a sample are at least a thousandth of an edge apart, which float32 separates unless the
-// coordinates are more than 2000 times as large as the spacing: up to 2048, it holds 1/8192, and three
-// roundings make a coordinate. So few scans need to be searched.
 std::optional<std::string> large_coordinates_warning(const std::vector<MeshFile>& files,
                                                      const Geometry& geometry) {
-    double largest = 0;
-    for (unsigned corner = 0; corner < 8; ++corner) {
-        Vec3d index{};
-        for (std::size_t a = 0; a < 3; ++a)
-            index[a] = (corner >> a & 1) != 0 ? static_cast<double>(geometry.dims[a]) : -1.0;
-        for (const double coordinate : geometry.physical(index))
-            largest = std::max(largest, std::abs(coordinate));
-    }
-    const double spacing = *std::min_element(geometry.spacing.begin(), geometry.spacing.end());
-    if (largest <= 2000 * spacing) return {};
+    if (!has_large_coordinates(geometry)) return {};
     return coinciding_points_warning(files,
                                      "the coordinates are too large for float32; write .3mf or .ply, or move "
                                      "the scan closer to the origin");
+}
+
+std::optional<std::string> large_coordinates_warning(MeshFormat format, const Geometry& geometry) {
+    if (!is_stl(format) || !has_large_coordinates(geometry)) return {};
+    return "the coordinates are so large that float32 may not keep neighbouring points apart, and readers of "
+           "STL join such points: write .ply, or move the scan closer to the origin";
 }
 
 std::optional<std::string> border_warning(double isovalue, const Volume& scan) {

@@ -34,6 +34,9 @@ std::optional<std::string> coinciding_points_warning(const std::vector<MeshFile>
 std::optional<std::string> large_coordinates_warning(const std::vector<MeshFile>& files,
                                                      const Geometry& geometry);
 
+/// The same for a surface that is not in memory, whose points are not compared.
+std::optional<std::string> large_coordinates_warning(MeshFormat format, const Geometry& geometry);
+
 /// Warns of a closed surface of a scan that has no sample outside, so that the surface is the border of the
 /// scan.
 std::optional<std::string> border_warning(double isovalue, const Volume& scan);

@@ -123,8 +123,9 @@ struct ScanInfo {
 MARROW_EXPORT Volume read_scan(const std::filesystem::path& input, const ScanOptions& options = {},
                                ScanInfo* info = nullptr);
 
-/// Whether a file is a DICOM segmentation, which read_scan reads as a label map. False if it cannot be read.
-MARROW_EXPORT bool is_segmentation(const std::filesystem::path& file);
+/// Whether read_scan would read a DICOM segmentation with these options, which gives a label map. False if
+/// the input cannot be read, or if it has several series and none is chosen. options.progress is not called.
+MARROW_EXPORT bool is_segmentation(const std::filesystem::path& input, const ScanOptions& options = {});
 
 /// An image in a DICOM file.
 struct DicomImage {

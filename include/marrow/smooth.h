@@ -1,4 +1,4 @@
-/// Smooths a mesh without shrinking it.
+/// Smooths a mesh with little shrinking.
 #pragma once
 
 #include <cstdint>
@@ -37,7 +37,7 @@ struct SmoothStats {
 };
 
 /// Removes noise and steps from a mesh with a windowed sinc filter over its edges (Taubin, Zhang and Golub
-/// 1996). Unlike averaging, this filter does not shrink the mesh.
+/// 1996). Unlike averaging, this filter shrinks only parts that are a few samples thick.
 ///
 /// Only points move, so the surface stays as closed and as manifold as it was. Where it would pass through
 /// itself, points go back part of the way that they came: MeshCheck::self_intersections does not increase,

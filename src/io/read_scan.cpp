@@ -371,11 +371,13 @@ Volume read_dicom_image(const DicomImage& image, const Progress& progress) {
     return read_image(image, progress);
 }
 
-bool is_segmentation(const fs::path& file) {
+bool is_segmentation(const fs::path& path, const ScanOptions& given) {
+    ScanOptions options = given;
+    options.progress = {};
     try {
-        if (!is_dicom(read_head(file, kHeadSize))) return false;
-        const std::optional<DicomFile> header = read_dicom_header(file);
-        return header && header->segmentation;
+        const Input input = identify(path, options);
+        return input.format == ScanFormat::dicom &&
+               is_dicom_segmentation({input.files, input.named}, after_search(options));
     } catch (const Error&) {
         return false;
     }

@@ -145,7 +145,7 @@ void Raster::open() {
         const std::string message = errors.message();
         throw InputError(
             fmt::format("{}: cannot be read as an elevation raster (GeoTIFF, USGS DEM, SRTM .hgt, "
-                        "DTED, Arc/Info grid, ERDAS Imagine, PNG){}{}",
+                        "DTED, Arc/Info ASCII grid, ERDAS Imagine, PNG){}{}",
                         name_, message.empty() ? "" : ": ", message));
     }
     dataset_ = source_.get();

@@ -212,6 +212,12 @@ TEST_F(CommandLine, RefusesWhatMakesNoSense) {
         {scan, "-o", mesh, "--type", "brain"},
         {scan, "-o", mesh, "--isovalue", "0", "--isovalue", "1"},
         {scan, "-o", folder / "{name}.stl", "--isovalue", "0", "--isovalue", "0"},
+        {scan, "-o", folder / "{name}.stl", "--isovalue", "0", "--isovalue", "0.0"},
+        {scan, "-o", folder / "{name}.stl", "--isovalue", "-300.5", "--type", "skin"},
+        {scan, "-o", folder / "{name}.stl", "--isovalue", "otsu", "--isovalue", "otsu"},
+        {scan, "-o", mesh, "--isovalue", "0", "--isovalue", "1", "--max-memory", "1G"},
+        {scan, "-o", mesh, "--isovalue", "0", "--no-alarm"},
+        {scan, "-o", mesh, "--isovalue", "0", "--snap", "0", "--topology"},
         {scan, "-o", mesh, "--isovalue", "0", "--spacing", "1,2"},
         {scan, "-o", mesh, "--isovalue", "0", "--spacing", "1,2,0"},
         {scan, "-o", mesh, "--isovalue", "0", "--spacing", "1,2,3,4"},
@@ -456,6 +462,47 @@ TEST_F(CommandLine, RefusesPresetsWithoutHounsfieldUnits) {
     EXPECT_EQ(outcome.code, 2);
     EXPECT_NE(outcome.err.find("--isovalue otsu"), outcome.err.npos) << outcome.err;
     EXPECT_EQ(folder.files(), Names{"ball.nrrd"});
+}
+
+TEST_F(CommandLine, RefusesOtsusMethodWhereItHasNothingToSeparate) {
+    write_nrrd(scan, 5, 6, 7, [](int, int, int) { return 40; });
+    const Outcome outcome = extract({"-o", mesh, "--isovalue", "otsu"});
+    EXPECT_EQ(outcome.code, 2);
+    EXPECT_NE(outcome.err.find("all samples are 40: give --isovalue N"), outcome.err.npos) << outcome.err;
+}
+
+// A file of STL has no list of points: where float32 cannot separate them, its readers join them.
+TEST_F(CommandLine, WarnsWhereCoordinatesAreTooLargeForStl) {
+    std::string header = read_file(scan);
+    const std::string origin = "space origin: (";
+    const std::size_t at = header.find(origin) + origin.size();
+    ASSERT_GE(at, origin.size());
+    header.replace(at, header.find(')', at) - at, "1e7,0,0");
+    write_file(scan, header);
+    const auto warns = [&](const std::string& name, const std::vector<std::string>& more) {
+        std::vector<std::string> arguments{"-o", folder / name, "--isovalue", "0"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        const Outcome outcome = extract(arguments);
+        EXPECT_EQ(outcome.code, 0) << outcome.err;
+        return outcome.err.find("float32") != outcome.err.npos;
+    };
+    for (const char* const name : {"a.stl", "a.stl.gz", "a.dcm"}) EXPECT_TRUE(warns(name, {})) << name;
+    EXPECT_TRUE(warns("a.stl", {"--max-memory", "1G"}));
+    EXPECT_FALSE(warns("a.ply", {}));
+    EXPECT_FALSE(warns("a.ply", {"--max-memory", "1G"}));
+}
+
+TEST_F(CommandLine, RefusesAGeometryWithTheFilesName) {
+    std::string header = read_file(scan);
+    const std::string directions = "space directions: ";
+    const std::size_t at = header.find(directions) + directions.size();
+    ASSERT_GE(at, directions.size());
+    header.replace(at, header.find('\n', at) - at, "(1,0,0) (2,0,0) (0,0,1)");
+    write_file(scan, header);
+    const Outcome outcome = extract({"-o", mesh, "--isovalue", "0"});
+    EXPECT_EQ(outcome.code, kGeometry);
+    EXPECT_NE(outcome.err.find("ball.nrrd': volume: the direction matrix is singular"), outcome.err.npos)
+        << outcome.err;
 }
 
 TEST_F(CommandLine, SaysWhyItCannotReadOrWrite) {

@@ -64,6 +64,13 @@ TEST(Segmentation, BecomesOneFileOfItsSegments) {
     EXPECT_EQ(surfaces[1]["name"], "left kidney");
     EXPECT_EQ(surfaces[1]["samples"], 8);
     EXPECT_EQ(marrow_with({folder / "seg.dcm", "-o", folder / "one.stl", "--only", "left kidney"}).code, 0);
+    const std::string of_folder = folder / "of_folder.glb";
+    ASSERT_EQ(marrow_with({folder.path(), "-o", of_folder, "--relax", "0"}).code, 0);
+    EXPECT_EQ(read_file(of_folder), read_file(folder / "parts.glb"));
+    const Outcome info = marrow_with({"info", folder / "seg.dcm"});
+    EXPECT_EQ(info.err, "");
+    EXPECT_NE(info.out.find("volume 1         segments 2"), info.out.npos) << info.out;
+    EXPECT_NE(info.out.find("labels           1 liver (4 samples)"), info.out.npos) << info.out;
     EXPECT_EQ(marrow_with({folder / "seg.dcm", "-o", folder / "b.stl", "--volume", "2"}).code, 2);
     EXPECT_NE(marrow_with({folder / "seg.dcm", "-o", folder / "b.stl", "--snap", "0.3"})
                   .err.find("--snap does not go with --labels or a DICOM segmentation"),

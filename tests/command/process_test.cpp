@@ -49,7 +49,7 @@ TEST(Process, InterruptedLeavesTheOldFileOrTheWholeNewOne) {
     int interrupted = 0;
     // On a busy machine the program needs longer before it handles signals.
     for (int delay = 30; delay <= 600 || (interrupted == 0 && delay < 20'000); delay = delay * 3 / 2) {
-        for (const int signal : {SIGINT, SIGTERM}) {
+        for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
             write_file(mesh, "old");
             const int code = exit_code_after(command, signal, std::chrono::milliseconds(delay));
             if (code == 130) {

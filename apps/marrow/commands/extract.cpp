@@ -79,28 +79,48 @@ std::string check_presets(const std::vector<SurfaceRequest>& surfaces, const Sca
                                  is_ct ? ", or for CT --type bone" : ""));
 }
 
+bool is_bone(const SurfaceRequest& request) {
+    return request.preset && request.preset->name == "bone";
+}
+
+bool asks_for_bone(const ExtractOptions& options) {
+    return std::any_of(options.presets.begin(), options.presets.end(), is_bone);
+}
+
 void check_surfaces(const std::vector<SurfaceRequest>& surfaces) {
     for (auto surface = surfaces.begin(); surface != surfaces.end(); ++surface) {
-        const bool again = std::any_of(surfaces.begin(), surface, [&](const SurfaceRequest& other) {
-            return other.name == surface->name;
+        const std::optional<double> isovalue = surface->known_isovalue();
+        const auto same = std::find_if(surfaces.begin(), surface, [&](const SurfaceRequest& other) {
+            return isovalue ? other.known_isovalue() == isovalue : !other.known_isovalue();
         });
-        if (again) throw UsageError(fmt::format("the surface {} is given twice", surface->name));
+        if (same == surface) continue;
+        if (same->name == surface->name)
+            throw UsageError(fmt::format("the surface {} is given twice", surface->name));
+        throw UsageError(fmt::format("the surfaces {} and {} have the same isovalue: leave one of them out",
+                                     same->name, surface->name));
     }
 }
 
+void check_finite(const Histogram& samples) {
+    if (samples.counts.empty()) throw EmptySurface("the scan has no finite sample, so there is no surface");
+}
+
 double choose_isovalue(const SurfaceRequest& request, const Volume& scan, const ScanInfo& info) {
-    if (request.preset) return request.preset->isovalue();
-    if (request.isovalue) return *request.isovalue;
+    if (const auto isovalue = request.known_isovalue()) return *isovalue;
+    const Histogram samples = histogram(scan, 256, info.padding);
+    check_finite(samples);
     try {
-        return otsu_isovalue(histogram(scan, 256, info.padding));
-    } catch (const InputError& error) {
-        throw InputError(fmt::format("{}; give --isovalue N", error.what()));
+        return otsu_isovalue(samples);
+    } catch (const InputError&) {
+        throw UsageError(fmt::format(
+            "--isovalue otsu separates dark from bright, and all samples are {:g}: give --isovalue N",
+            samples.lower));
     }
 }
 
 [[noreturn]] void throw_empty(double isovalue, const Volume& scan) {
     const Histogram samples = histogram(scan);
-    if (samples.counts.empty()) throw EmptySurface("the scan has no finite sample, so there is no surface");
+    check_finite(samples);
     throw EmptySurface(fmt::format("no surface at isovalue {:g}: samples range from {:g} to {:g}", isovalue,
                                    samples.lower, samples.upper));
 }
@@ -142,8 +162,7 @@ class Extraction {
             non_finite_samples_ = stats.non_finite_samples;
             if (surface.mesh.triangles.empty()) throw_empty(surface.isovalue, scan_);
         });
-        const bool is_bone = request.preset && request.preset->name == "bone";
-        if (options_.trust.look_for_walls(is_bone))
+        if (options_.trust.look_for_walls(is_bone(request)))
             job_.results.seconds.extract += job_.stage("thin walls", [&](const Progress& progress) {
                 extraction.progress = progress;
                 look_for_thin_walls(surface, scan_, noise(), options_.trust.keep_thin, extraction);
@@ -220,6 +239,10 @@ std::vector<std::filesystem::path> files_of(const ExtractOptions& options) {
 
 }  // namespace
 
+std::optional<double> SurfaceRequest::known_isovalue() const {
+    return preset ? preset->isovalue() : isovalue;
+}
+
 std::vector<SurfaceRequest> ExtractOptions::surfaces() const {
     std::vector<SurfaceRequest> all = isovalues;
     all.insert(all.end(), presets.begin(), presets.end());
@@ -260,8 +283,8 @@ void check(const ExtractOptions& options) {
     check_surfaces(options.surfaces());
     check_steps(options.steps);
     check_trust(options.trust);
-    if (options.topology && options.snap > 0)
-        throw UsageError("--topology does not go with --snap: leave one of them out");
+    if (options.trust.no_alarm && !asks_for_bone(options))
+        throw UsageError("--no-alarm goes only with --type bone, which looks for thin walls");
     files_of(options);  // so that mistakes in the output are found before the work
 }
 

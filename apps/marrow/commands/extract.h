@@ -18,6 +18,9 @@ struct SurfaceRequest {
     std::string name;  ///< replaces {name} in the output; as given on the command line
     std::optional<double> isovalue = {};
     const Preset* preset = nullptr;
+
+    /// Nothing for Otsu's method, which needs the scan.
+    std::optional<double> known_isovalue() const;
 };
 
 struct ExtractOptions {

@@ -35,7 +35,9 @@ SampleReport report_on(const Volume& scan, const ScanInfo& info) {
     report.finite = scan.geometry().sample_count() - samples.non_finite_samples;
     report.may_be_hounsfield =
         report.finite > 0 && presets_apply(info.series.modality, info.format, samples.lower);
-    if (info.series.modality.empty() && looks_like_label_map(scan)) {
+    const bool is_map =
+        info.series.modality.empty() ? looks_like_label_map(scan) : !info.series.labels.empty();
+    if (is_map) {
         report.labels = count_labels(scan);
         report.labels.erase(LabelOptions{}.background);
     }
@@ -57,13 +59,23 @@ void write_thumbnail(const Volume& scan, const fs::path& file) {
     out.commit();
 }
 
+bool is_overlapping_segmentation(const ScanReport& report) {
+    return report.series.size() == 1 && report.series[0].volumes.size() > 1 &&
+           !report.series[0].series.labels.empty();
+}
+
 // Inspects one input, and reads the samples of the series that would be read.
 Finding inspect(const fs::path& input, const InfoCommandOptions& options, const ProgressReporter& reporter) {
-    Finding finding{input, {}, {}, {}};
+    Finding finding{input, {}, {}, kOk, {}};
     ScanOptions scan = options.scan;
     reporter.stage("inspect", [&](const Progress& progress) {
         scan.progress = progress;
         finding.report = inspect_scan(input, scan);
+        // The program makes the surfaces of all label maps of a segmentation. The first one stands for them.
+        if (!scan.volume && is_overlapping_segmentation(finding.report)) {
+            scan.volume = 0;
+            finding.report = inspect_scan(input, scan);
+        }
     });
     if (!finding.report.chosen || options.headers) return finding;
     reporter.stage("read", [&](const Progress& progress) {
@@ -110,9 +122,9 @@ ExitCode run(const InfoCommandOptions& options, const Console& console, const st
         } catch (const Cancelled&) {
             throw;
         } catch (const Error& error) {
-            findings.push_back({input, {}, error.what(), {}});
+            findings.push_back({input, {}, error.what(), exit_code_of(error), {}});
             if (code == kOk) code = exit_code_of(error);
-            if (!options.reporting.json) console.error(name_flags(error.what()));
+            console.error(name_flags(error.what()));
         }
     }
     if (options.reporting.json) console.out << findings_json(findings, options.show_patient);

@@ -177,7 +177,7 @@ std::vector<Volume> read_maps(const LabelsOptions& options, SurfaceJob& job) {
     const FilterSteps steps{.crop = options.crop};
     const ScanInput& scan = options.job.scan;
     std::vector<Volume> maps;
-    if (scan.options.volume || !is_segmentation(scan.path)) {
+    if (scan.options.volume || !is_segmentation(scan.path, scan.options)) {
         maps.push_back(job.read_scan(steps));
         return maps;
     }
@@ -249,7 +249,7 @@ void run(const LabelsOptions& options, const Console& console, const std::atomic
                                        options.crop ? "the box of --crop holds" : "the map holds"));
     if (options.only)
         choose_labels(*options.only, labels);
-    else if (!is_segmentation(options.job.scan.path))
+    else if (!is_segmentation(options.job.scan.path, options.job.scan.options))
         refuse_scan(options.job.scan.path, counts, maps[0]);
     warn_of_table(options.table, table, labels, results.warnings);
     job.print_warnings();

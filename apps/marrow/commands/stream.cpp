@@ -88,6 +88,7 @@ void run(const StreamOptions& options, const Console& console, const std::atomic
     results.surfaces = {surface};
     results.warnings = results.info.warnings;
     warn_of_non_finite(stats.non_finite_samples, results.warnings);
+    warn_of_large_coordinates(mesh_format(surface.output), source.geometry, results.warnings);
     for (const std::string& warning : results.warnings) reporter.warn(warning);
     results.seconds.total = seconds_since(start);
     print_results(reporter, results, space);

@@ -63,14 +63,16 @@ constexpr unsigned modes_of(std::string_view option) {
     return kExtract | kStream | kLabels;
 }
 
+bool has(const std::vector<std::string>& given, std::string_view option) {
+    return std::find(given.begin(), given.end(), option) != given.end();
+}
+
 // A DICOM segmentation is a label map without --labels too, unless an isovalue is given.
-Mode mode_of(const std::vector<std::string>& given, const std::filesystem::path& input) {
-    const auto has = [&](const char* option) {
-        return std::find(given.begin(), given.end(), option) != given.end();
-    };
-    if (has("--labels")) return kLabels;
-    if (has("--max-memory")) return kStream;
-    return !has("--isovalue") && !has("--type") && is_segmentation(input) ? kLabels : kExtract;
+Mode mode_of(const std::vector<std::string>& given, const ScanInput& scan) {
+    if (has(given, "--labels")) return kLabels;
+    if (has(given, "--max-memory")) return kStream;
+    if (has(given, "--isovalue") || has(given, "--type")) return kExtract;
+    return is_segmentation(scan.path, scan.options) ? kLabels : kExtract;
 }
 
 std::string why_not(Mode mode, std::string_view option) {
@@ -99,6 +101,8 @@ void check_modes(Mode mode, const std::vector<std::string>& given) {
     for (const std::string& option : given) {
         if ((modes_of(option) & mode) == 0) throw UsageError(why_not(mode, option));
     }
+    if (has(given, "--topology") && has(given, "--snap"))
+        throw UsageError("--topology does not go with --snap: leave one of them out");
 }
 
 void check_shared(const SurfacesOptions& options) {
@@ -133,6 +137,8 @@ StreamOptions stream_options(const SurfacesOptions& options) {
     result.job = options.job;
     result.open = options.extract.open;
     result.topology = options.extract.topology;
+    if (options.extract.isovalues.size() > 1)
+        throw UsageError("--max-memory extracts one surface at a time: leave all but one --isovalue out");
     if (options.extract.isovalues.size() == 1) result.surface = options.extract.isovalues.front();
     return result;
 }
@@ -178,7 +184,7 @@ void run(const Arguments& arguments, const SurfacesOptions& options, const Conso
          const std::atomic<bool>& stop) {
     check_shared(options);
     const std::vector<std::string> given = arguments.given();
-    const Mode mode = mode_of(given, options.job.scan.path);
+    const Mode mode = mode_of(given, options.job.scan);
     check_modes(mode, given);
     if (mode == kLabels)
         check_and_run(labels_options(options), console, stop);

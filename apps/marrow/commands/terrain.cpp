@@ -134,7 +134,7 @@ void draw(const TerrainCommandOptions& options, const Mesh& mesh, const Progress
 void add_options(Arguments& arguments, TerrainCommandOptions& options) {
     const char* positive = "a positive number";
     arguments.add_input("DEM", options.input,
-                        "GeoTIFF, USGS DEM, SRTM .hgt, DTED, Arc/Info or ERDAS grid, PNG heights");
+                        "GeoTIFF, USGS DEM, SRTM .hgt, DTED, Arc/Info ASCII or ERDAS grid, PNG heights");
     arguments.start_group("Surface");
     arguments.add_option("--base", number_value("MM", positive, options.base, is_positive),
                          fmt::format("Make a closed block that reaches MM below the lowest ground. Without "

@@ -92,7 +92,7 @@ void AtomicFile::fail(int error) const {
     std::string reason = std::generic_category().message(error);
     std::error_code ignored;
     if (error == ENOENT && !fs::exists(folder_of(named_), ignored))
-        reason = "there is no folder '" + folder_of(named_).string() + "'";
+        reason = "there is no folder '" + folder_of(named_).string() + "'; create it first";
     throw IoError("cannot write '" + named_.string() + "': " + reason);
 }
 

@@ -78,8 +78,10 @@ void drop_duplicates(DicomStack& stack, std::vector<std::string>& warnings, cons
         dropped.insert(dropped.end(), group.begin() + 1, group.end());
     }
     if (dropped.empty()) return;
-    warnings.push_back(fmt::format("{} duplicate slices are skipped, for example {}", dropped.size(),
-                                   stack.slices[dropped[0]].name()));
+    warnings.push_back(fmt::format(
+        "{} skipped, for example {}",
+        dropped.size() == 1 ? "1 duplicate slice is" : fmt::format("{} duplicate slices are", dropped.size()),
+        stack.slices[dropped[0]].name()));
     for (auto i = dropped.rbegin(); i != dropped.rend(); ++i)
         stack.slices.erase(stack.slices.begin() + static_cast<std::ptrdiff_t>(*i));
 }
@@ -415,6 +417,12 @@ ScanReport inspect_dicom(const DicomInput& input, const ScanOptions& options) {
         out.reason = reason_for_none(out.series, headers, choice, options);
     }
     return out;
+}
+
+bool is_dicom_segmentation(const DicomInput& input, const ScanOptions& options) {
+    DicomHeaders headers = read_dicom_headers(input, options.threads, {});
+    const SeriesChoice choice = choose_series(headers, input, options);
+    return choice.candidates.size() == 1 && choice.candidates[0]->first().segmentation;
 }
 
 Volume read_image(const DicomImage& image, const Progress& progress) {

@@ -210,6 +210,10 @@ std::array<std::size_t, 3> spatial_axes(const Header& header, const std::vector<
         const bool of_space = std::find(spatial.begin(), spatial.end(), to_lower(kinds[a])) != spatial.end();
         if (in_space && of_space && (axes == 3 || space.size() < 3)) {
             space.push_back(a);
+        } else if (sizes[a] != 1 && kinds[a] == "???") {
+            header.refuse(fmt::format(
+                "has more than three dimensions; split it into volumes along axis {}, which has size {:.0f}",
+                a, sizes[a]));
         } else if (sizes[a] != 1) {
             header.refuse(fmt::format(
                 "axis {} has {:.0f} values per point (kind {}); only one value per point is supported", a,
