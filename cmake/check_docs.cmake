@@ -64,8 +64,8 @@ endfunction()
 
 # Paths in backticks that begin with a folder of the tree. NAME and TARGET stand for any name.
 function(check_paths page text)
-  string(REGEX MATCHALL "`(apps|bench|bindings|cmake|docs|examples|fuzz|gpu|include|packaging|scripts|src|tests|web)/[A-Za-z0-9_./*-]*"
-    paths "${text}")
+  set(folders "apps|bench|bindings|cmake|docs|examples|fuzz|gpu|include|packaging|scripts|src|tests|web")
+  string(REGEX MATCHALL "`(${folders})/[A-Za-z0-9_./*-]*" paths "${text}")
   string(REGEX MATCHALL "scripts/[a-z][a-z0-9-]*" scripts "${text}")
   foreach(path IN LISTS paths scripts)
     string(REPLACE "`" "" path "${path}")

@@ -29,7 +29,7 @@ std::string bounds_text(const Geometry& geometry) {
 }
 
 std::string unit_text(const SeriesReport& s, const SampleReport* samples) {
-    if (samples != nullptr && !samples->labels.empty()) return "labels";
+    if (!s.series.labels.empty() || (samples != nullptr && !samples->labels.empty())) return "labels";
     if (s.hounsfield) return *s.hounsfield ? "Hounsfield units" : "not Hounsfield units";
     if (samples == nullptr) return "";
     return samples->may_be_hounsfield

@@ -154,7 +154,7 @@ Json scan_bounds(const Geometry& geometry) {
     return {box.lower, box.upper};
 }
 
-Json sample_numbers(const SampleReport& samples) {
+Json sample_numbers(const SampleReport& samples, const LabelTable& names) {
     Json json{{"type", sample_type_name(samples.type)},
               {"lower", samples.finite > 0 ? Json(samples.lower) : Json()},
               {"upper", samples.finite > 0 ? Json(samples.upper) : Json()},
@@ -162,7 +162,9 @@ Json sample_numbers(const SampleReport& samples) {
               {"rescale", {{"slope", samples.rescale.slope}, {"intercept", samples.rescale.intercept}}}};
     json["labels"] = Json::array();
     for (const auto& [label, count] : samples.labels)
-        json["labels"].push_back({{"label", label}, {"samples", count}});
+        json["labels"].push_back({{"label", label},
+                                  {"name", names.contains(label) ? Json(names.at(label).name) : Json()},
+                                  {"samples", count}});
     return json;
 }
 
@@ -200,7 +202,7 @@ Json series_numbers(const SeriesReport& s, bool show_patient) {
 Json finding_numbers(const Finding& finding, bool show_patient) {
     Json json{{"input", finding.input.string()}};
     if (!finding.refusal.empty()) {
-        json["error"] = name_flags(finding.refusal);
+        json["refused"] = json["error"] = name_flags(finding.refusal);
         json["exit_code"] = finding.exit_code;
         return json;
     }
@@ -213,7 +215,9 @@ Json finding_numbers(const Finding& finding, bool show_patient) {
     json["warnings"] = message_list(report.warnings);
     json["series"] = Json::array();
     for (const SeriesReport& s : report.series) json["series"].push_back(series_numbers(s, show_patient));
-    json["values"] = finding.samples ? sample_numbers(*finding.samples) : Json();
+    json["values"] = finding.samples
+                         ? sample_numbers(*finding.samples, report.series[*report.chosen].series.labels)
+                         : Json();
     return json;
 }
 
@@ -283,7 +287,7 @@ void add_numbers(Json& sum, const Json& numbers) {
 
 Json check_numbers(const CheckedFile& file, double min_wall) {
     if (!file.refusal.empty())
-        return {{"mesh", file.file.string()}, {"error", file.refusal}, {"exit_code", kUnreadable}};
+        return {{"mesh", file.file.string()}, {"error", file.refusal}, {"exit_code", file.exit_code}};
     Json json{{"mesh", file.file.string()},
               {"space", file.space != Space::none ? Json(file.space == Space::RAS ? "RAS" : "LPS") : Json()}};
     Json objects = Json::array(), crossings = Json::array(), sum;

@@ -131,10 +131,14 @@ std::vector<fs::path> surface_files(const fs::path& output, Space space,
 void check_output(const fs::path& file, const fs::path& input) {
     if (file.empty()) return;
     const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
-    std::error_code ignored;
-    if (!fs::is_directory(folder, ignored))
-        throw IoError(fmt::format("cannot write '{}': there is no folder '{}'; create it first",
-                                  file.string(), folder.string()));
+    std::error_code error;
+    if (!fs::is_directory(folder, error)) {
+        const bool missing = !error || error == std::errc::no_such_file_or_directory;
+        throw IoError(
+            fmt::format("cannot write '{}': {}", file.string(),
+                        missing ? fmt::format("there is no folder '{}'; create it first", folder.string())
+                                : error.message()));
+    }
     if (is_of_scan(file, input))
         throw UsageError(fmt::format("'{}' would overwrite the scan: give another output", file.string()));
 }

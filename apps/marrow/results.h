@@ -150,6 +150,7 @@ struct CheckedFile {
     std::vector<CheckedObject> objects;
     std::vector<MeshCrossing> crossings;  ///< of the objects
     std::string refusal;                  ///< why nothing was found; empty: something was
+    ExitCode exit_code = kOk;             ///< of the refusal
 
     /// Objects may pass through each other: slicers take several objects as such.
     bool is_sound() const {

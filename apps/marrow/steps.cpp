@@ -33,7 +33,7 @@ bool store_crop(std::string_view text, std::optional<CropBox>& crop) {
 
 // Stores a distance in mm, or 0 if there is no text.
 Value bound_value(std::optional<double>& to) {
-    Value value{"DISTANCE", "a distance above 0 in mm, such as 0.5mm", [&to](const std::string& text) {
+    Value value{"[DISTANCE]", "a distance above 0 in mm, such as 0.5mm", [&to](const std::string& text) {
                     const std::string_view number =
                         text.ends_with("mm") ? std::string_view(text).substr(0, text.size() - 2) : text;
                     to = text.empty() ? 0.0 : parse_number(number);
@@ -158,7 +158,7 @@ void add_filter_options(Arguments& arguments, FilterSteps& steps, const std::str
     add_crop_option(arguments, steps.crop, axes);
     arguments.add_option("--median", integer_value("N", steps.median, 0, 16),
                          "Remove noise: replace each sample by the median of its neighbours up to N samples "
-                         "away, 1 to 16; 0: not.");
+                         "away, 1 to 16; 0: none.");
     arguments.add_option(
         "--blur",
         number_value("MM", "a standard deviation in mm", steps.blur, [](double x) { return x >= 0; }),

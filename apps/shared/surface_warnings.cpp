@@ -23,7 +23,7 @@ std::size_t coinciding_points(MeshView mesh) {
     return coinciding;
 }
 
-// Also in DICOM.
+// A .dcm file holds an STL file.
 bool is_stl(MeshFormat format) {
     return format == MeshFormat::stl || format == MeshFormat::dicom;
 }

@@ -123,8 +123,8 @@ struct ScanInfo {
 MARROW_EXPORT Volume read_scan(const std::filesystem::path& input, const ScanOptions& options = {},
                                ScanInfo* info = nullptr);
 
-/// Whether read_scan would read a DICOM segmentation with these options, which gives a label map. False if
-/// the input cannot be read, or if it has several series and none is chosen. options.progress is not called.
+/// Whether the headers say that read_scan would read a DICOM segmentation with these options, which gives
+/// label maps. options.volume is not looked at. \throw the errors of read_scan that the headers show
 MARROW_EXPORT bool is_segmentation(const std::filesystem::path& input, const ScanOptions& options = {});
 
 /// An image in a DICOM file.

@@ -63,9 +63,10 @@ struct SlabLimits {
 ///
 /// The volume is read twice. The first reading counts, so that the sink learns the size of the surface before
 /// it gets the first part. Points, normals and triangles are byte for byte those of extract_isosurface.
-/// `options.snap` must be 0. \throw InputError as extract_isosurface, or a function of the source or the sink
-/// is missing; LimitError as extract_isosurface, or limits.memory is too little; Cancelled. Of `stats`, only
-/// the number of samples that are not finite is set.
+/// `options.snap` must be 0. Of `stats`, only the number of samples that are not finite is set.
+///
+/// \throw InputError as extract_isosurface, or a function of the source or the sink is missing; LimitError as
+/// extract_isosurface, or limits.memory is too little; Cancelled
 MARROW_EXPORT void extract_isosurface_in_slabs(const SliceSource& source, double isovalue,
                                                const SurfaceSink& sink, const SlabLimits& limits,
                                                const IsosurfaceOptions& options = {},

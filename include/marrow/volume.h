@@ -85,8 +85,8 @@ struct MARROW_EXPORT Geometry {
 };
 
 /// Checks that a geometry can be worked with. \throw InputError dims that are negative, 2^30 or more, or
-/// whose product overflows; a spacing that is not finite or less than float32 can hold; an origin that is not
-/// finite; a direction that is singular or nearly so; or a corner beyond the range of float32
+/// whose product overflows; a spacing that is not finite, or smaller than float32 can hold; an origin that is
+/// not finite; a direction that is singular or nearly so; or a corner beyond the range of float32
 MARROW_EXPORT void check_geometry(const Geometry& geometry);
 
 /// What the samples of a volume stand for: value = slope * sample + intercept, in double. So a scan whose
@@ -168,7 +168,8 @@ class MARROW_EXPORT Volume {
     SampleType type() const { return type_; }
     /// What the samples stand for.
     const Rescale& rescale() const { return rescale_; }
-    /// \throw InputError a slope that is less than float32 can hold, or numbers that are not finite
+    /// \throw InputError a slope that is not above 0 or smaller than float32 can hold, or numbers that are
+    /// not finite
     void set_rescale(const Rescale& rescale);
     const void* data() const { return samples_.data(); }
     void* data() { return samples_.data(); }

@@ -372,15 +372,10 @@ Volume read_dicom_image(const DicomImage& image, const Progress& progress) {
 }
 
 bool is_segmentation(const fs::path& path, const ScanOptions& given) {
-    ScanOptions options = given;
-    options.progress = {};
-    try {
-        const Input input = identify(path, options);
-        return input.format == ScanFormat::dicom &&
-               is_dicom_segmentation({input.files, input.named}, after_search(options));
-    } catch (const Error&) {
-        return false;
-    }
+    const Input input = identify(path, given);
+    const ScanOptions options = after_search(given);
+    check_options(input, path, options);
+    return input.format == ScanFormat::dicom && is_dicom_segmentation({input.files, input.named}, options);
 }
 
 SliceSource open_slices(const fs::path& path, const ScanOptions& options, ScanInfo* info) {

@@ -70,7 +70,19 @@ TEST(Segmentation, BecomesOneFileOfItsSegments) {
     const Outcome info = marrow_with({"info", folder / "seg.dcm"});
     EXPECT_EQ(info.err, "");
     EXPECT_NE(info.out.find("volume 1         segments 2"), info.out.npos) << info.out;
-    EXPECT_NE(info.out.find("labels           1 liver (4 samples)"), info.out.npos) << info.out;
+    EXPECT_NE(info.out.find("1 liver (4 samples), 2 left kidney (8 samples)"), info.out.npos) << info.out;
+    // The same beside another series.
+    write_series(folder, 3, "scan/s");
+    std::filesystem::copy(folder / "seg.dcm", folder / "scan" / "seg.dcm");
+    const Outcome beside = marrow_with({"info", folder / "scan" / "seg.dcm", "--json"});
+    const Json report = Json::parse(beside.out);
+    EXPECT_TRUE(report.at("refused").is_null()) << beside.out;
+    EXPECT_EQ(report["values"]["labels"], Json::parse(R"([{"label": 1, "name": "liver", "samples": 4},
+                              {"label": 2, "name": "left kidney", "samples": 8}])"));
+    const Outcome open_choice =
+        marrow_with({(folder / "scan").string(), "-o", folder / "c.glb", "--only", "liver"});
+    EXPECT_EQ(open_choice.code, kGeometry);
+    EXPECT_NE(open_choice.err.find("there are 2 series"), open_choice.err.npos) << open_choice.err;
     EXPECT_EQ(marrow_with({folder / "seg.dcm", "-o", folder / "b.stl", "--volume", "2"}).code, 2);
     EXPECT_NE(marrow_with({folder / "seg.dcm", "-o", folder / "b.stl", "--snap", "0.3"})
                   .err.find("--snap does not go with --labels or a DICOM segmentation"),

@@ -63,10 +63,10 @@ TEST(DicomSegmentation, IsToldFromScansInAFolderToo) {
     write_series(folder, 3, "scan/s");
     fs::create_directory(folder / "alone");
     for (const auto& file : {folder / "alone" / "seg.dcm", folder / "scan" / "seg.dcm"})
-        segmentation({{1, 0, {1, 1, 0, 0, 0, 0}}}, "BINARY").write(file);
+        segmentation({{1, 0, {1, 1, 0, 0, 0, 0}}, {1, 0.5, {0, 1, 1, 0, 0, 0}}}, "BINARY").write(file);
     EXPECT_TRUE(is_segmentation(folder / "alone"));
     EXPECT_TRUE(is_segmentation(folder / "scan" / "seg.dcm"));
-    EXPECT_FALSE(is_segmentation(folder / "scan")) << "one of two series must be chosen";
+    EXPECT_THROW(is_segmentation(folder / "scan"), GeometryError) << "one of two series must be chosen";
     const ScanReport report = inspect_scan(folder / "scan");
     ASSERT_EQ(report.series.size(), 2u);
     for (std::size_t s = 0; s < 2; ++s) {
@@ -74,9 +74,10 @@ TEST(DicomSegmentation, IsToldFromScansInAFolderToo) {
         options.series = std::to_string(s + 1);
         EXPECT_EQ(is_segmentation(folder / "scan", options), report.series[s].series.modality == "SEG") << s;
     }
-    EXPECT_FALSE(is_segmentation(folder / "missing"));
-    write_file(folder / "letter.txt", "Dear colleague");
-    EXPECT_FALSE(is_segmentation(folder / "letter.txt"));
+    EXPECT_THROW(is_segmentation(folder / "missing"), IoError);
+    ScanOptions stopped;
+    stopped.progress = [](double) { return false; };
+    EXPECT_THROW(is_segmentation(folder / "alone", stopped), Cancelled);
 }
 
 TEST(DicomSegmentation, FractionsCountFromHalfOfTheLargest) {

@@ -126,7 +126,7 @@ Progress share_of(const Progress& whole, double begin, double end) {
 
 CheckedFile check_file(const fs::path& path, const CheckCommandOptions& wanted,
                        const ProgressReporter& reporter) {
-    CheckedFile file{path, {}, {}, {}, {}};
+    CheckedFile file{path, {}, {}, {}, {}, kOk};
     try {
         reporter.stage("check", [&](const Progress& progress) {
             std::vector<NamedMesh> meshes = read_meshes(path, &file.space);
@@ -150,6 +150,7 @@ CheckedFile check_file(const fs::path& path, const CheckCommandOptions& wanted,
         throw;
     } catch (const Error& error) {
         file.refusal = error.what();
+        file.exit_code = exit_code_of(error);
         reporter.console().error(file.refusal);
     }
     return file;
@@ -175,18 +176,19 @@ void add_options(Arguments& arguments, CheckCommandOptions& options) {
 ExitCode run(const CheckCommandOptions& options, const Console& console, const std::atomic<bool>& stop) {
     const ProgressReporter reporter(options.reporting, console, stop);
     std::vector<CheckedFile> files;
-    bool readable = true, fit = true;
+    ExitCode code = kOk;
+    bool fit = true;
     for (const fs::path& input : options.inputs) {
         const CheckedFile& file = files.emplace_back(check_file(input, options, reporter));
         if (!file.refusal.empty()) {
-            readable = false;
+            if (code == kOk) code = file.exit_code;
             continue;
         }
         fit = fit && file.is_sound() && !file.has_thin_walls();
         if (!options.reporting.json && !options.reporting.quiet) print(console.out, file, options.min_wall);
     }
     if (options.reporting.json) console.out << checks_json(files, options.min_wall);
-    if (!readable) return kUnreadable;
+    if (code != kOk) return code;
     return options.strict && !fit ? kCheckFailed : kOk;
 }
 

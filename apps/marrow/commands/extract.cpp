@@ -89,9 +89,8 @@ bool asks_for_bone(const ExtractOptions& options) {
 
 void check_surfaces(const std::vector<SurfaceRequest>& surfaces) {
     for (auto surface = surfaces.begin(); surface != surfaces.end(); ++surface) {
-        const std::optional<double> isovalue = surface->known_isovalue();
         const auto same = std::find_if(surfaces.begin(), surface, [&](const SurfaceRequest& other) {
-            return isovalue ? other.known_isovalue() == isovalue : !other.known_isovalue();
+            return other.known_isovalue() == surface->known_isovalue();
         });
         if (same == surface) continue;
         if (same->name == surface->name)

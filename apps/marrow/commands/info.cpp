@@ -25,6 +25,14 @@ namespace marrow::apps {
 namespace fs = std::filesystem;
 namespace {
 
+void add_labels(const Volume& map, SampleReport& report) {
+    for (const auto& [label, count] : count_labels(map)) {
+        if (label == LabelOptions{}.background) continue;
+        report.labels[label] += count;
+        report.upper = std::max(report.upper, static_cast<double>(label));
+    }
+}
+
 SampleReport report_on(const Volume& scan, const ScanInfo& info) {
     SampleReport report;
     report.type = scan.type();
@@ -37,10 +45,7 @@ SampleReport report_on(const Volume& scan, const ScanInfo& info) {
         report.finite > 0 && presets_apply(info.series.modality, info.format, samples.lower);
     const bool is_map =
         info.series.modality.empty() ? looks_like_label_map(scan) : !info.series.labels.empty();
-    if (is_map) {
-        report.labels = count_labels(scan);
-        report.labels.erase(LabelOptions{}.background);
-    }
+    if (is_map) add_labels(scan, report);
     return report;
 }
 
@@ -59,30 +64,40 @@ void write_thumbnail(const Volume& scan, const fs::path& file) {
     out.commit();
 }
 
-bool is_overlapping_segmentation(const ScanReport& report) {
-    return report.series.size() == 1 && report.series[0].volumes.size() > 1 &&
-           !report.series[0].series.labels.empty();
+// Where the segments of a segmentation overlap, the library reads one of its label maps, and the program
+// makes the surfaces of all. So the series is described by the first one. Returns whether this is so.
+bool describe_all_maps(const fs::path& input, ScanOptions scan, ScanReport& report) {
+    if (report.chosen || scan.volume || report.format != ScanFormat::dicom) return false;
+    scan.volume = 0;
+    ScanReport first = inspect_scan(input, scan);
+    if (!first.chosen || first.series[*first.chosen].series.labels.empty()) return false;
+    report.chosen = first.chosen;
+    report.reason = first.reason;
+    report.series[*first.chosen] = std::move(first.series[*first.chosen]);
+    return true;
 }
 
 // Inspects one input, and reads the samples of the series that would be read.
 Finding inspect(const fs::path& input, const InfoCommandOptions& options, const ProgressReporter& reporter) {
     Finding finding{input, {}, {}, kOk, {}};
     ScanOptions scan = options.scan;
+    bool all_maps = false;
     reporter.stage("inspect", [&](const Progress& progress) {
         scan.progress = progress;
         finding.report = inspect_scan(input, scan);
-        // The program makes the surfaces of all label maps of a segmentation. The first one stands for them.
-        if (!scan.volume && is_overlapping_segmentation(finding.report)) {
-            scan.volume = 0;
-            finding.report = inspect_scan(input, scan);
-        }
+        all_maps = describe_all_maps(input, scan, finding.report);
     });
     if (!finding.report.chosen || options.headers) return finding;
     reporter.stage("read", [&](const Progress& progress) {
         scan.progress = progress;
         ScanInfo info;
+        if (all_maps) scan.volume = 0;
         const Volume volume = read_scan(input, scan, &info);
         finding.samples = report_on(volume, info);
+        for (std::int64_t map = 1; all_maps && map < info.volumes; ++map) {
+            scan.volume = map;
+            add_labels(read_scan(input, scan), *finding.samples);
+        }
         if (!options.picture.empty()) write_thumbnail(volume, options.picture);
     });
     return finding;

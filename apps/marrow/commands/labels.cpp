@@ -172,12 +172,11 @@ void warn_of_loss(const std::vector<Surface>& surfaces, std::vector<std::string>
                         shrunken, surfaces.size(), worst->name, worst->label_volume.change()));
 }
 
-// The label maps of the scan: one, or all those of a segmentation whose segments overlap.
+// The label maps of the scan: one, or all those of a DICOM segmentation, whose segments may overlap.
 std::vector<Volume> read_maps(const LabelsOptions& options, SurfaceJob& job) {
     const FilterSteps steps{.crop = options.crop};
-    const ScanInput& scan = options.job.scan;
     std::vector<Volume> maps;
-    if (scan.options.volume || !is_segmentation(scan.path, scan.options)) {
+    if (options.job.scan.options.volume || !options.segmentation) {
         maps.push_back(job.read_scan(steps));
         return maps;
     }
@@ -249,7 +248,7 @@ void run(const LabelsOptions& options, const Console& console, const std::atomic
                                        options.crop ? "the box of --crop holds" : "the map holds"));
     if (options.only)
         choose_labels(*options.only, labels);
-    else if (!is_segmentation(options.job.scan.path, options.job.scan.options))
+    else if (!options.segmentation)
         refuse_scan(options.job.scan.path, counts, maps[0]);
     warn_of_table(options.table, table, labels, results.warnings);
     job.print_warnings();

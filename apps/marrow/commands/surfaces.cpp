@@ -10,6 +10,7 @@
 #include <marrow/scan_io.h>
 
 #include "outputs.h"
+#include "progress_reporter.h"
 #include "shared/device_argument.h"
 
 namespace marrow::apps {
@@ -67,12 +68,24 @@ bool has(const std::vector<std::string>& given, std::string_view option) {
     return std::find(given.begin(), given.end(), option) != given.end();
 }
 
-// A DICOM segmentation is a label map without --labels too, unless an isovalue is given.
-Mode mode_of(const std::vector<std::string>& given, const ScanInput& scan) {
-    if (has(given, "--labels")) return kLabels;
-    if (has(given, "--max-memory")) return kStream;
-    if (has(given, "--isovalue") || has(given, "--type")) return kExtract;
-    return is_segmentation(scan.path, scan.options) ? kLabels : kExtract;
+// Whether the surfaces are those of a DICOM segmentation, which is a label map without --labels too, unless
+// an isovalue is given.
+bool is_of_segmentation(const std::vector<std::string>& given, const SurfaceJobOptions& job,
+                        const Console& console, const std::atomic<bool>& stop) {
+    for (const char* const other : {"--max-memory", "--isovalue", "--type"})
+        if (has(given, other)) return false;
+    bool found = false;
+    ProgressReporter(job.reporting, console, stop).stage("inspect", [&](const Progress& progress) {
+        ScanOptions options = job.scan.options;
+        options.progress = progress;
+        found = is_segmentation(job.scan.path, options);
+    });
+    return found;
+}
+
+Mode mode_of(const std::vector<std::string>& given, bool segmentation) {
+    if (has(given, "--labels") || segmentation) return kLabels;
+    return has(given, "--max-memory") ? kStream : kExtract;
 }
 
 std::string why_not(Mode mode, std::string_view option) {
@@ -94,7 +107,7 @@ std::string why_not(Mode mode, std::string_view option) {
         case kExtract:
             break;
     }
-    return fmt::format("{} goes only with --labels", option);
+    return fmt::format("{} goes only with --labels or a DICOM segmentation", option);
 }
 
 void check_modes(Mode mode, const std::vector<std::string>& given) {
@@ -143,9 +156,10 @@ StreamOptions stream_options(const SurfacesOptions& options) {
     return result;
 }
 
-LabelsOptions labels_options(const SurfacesOptions& options) {
+LabelsOptions labels_options(const SurfacesOptions& options, bool segmentation) {
     LabelsOptions result = options.labels;
     result.job = options.job;
+    result.segmentation = segmentation;
     result.job.scan.options.keep_stored = false;  // labels are values
     result.crop = options.extract.filters.crop;
     if (result.crop) result.crop->space = options.job.output.space;
@@ -184,10 +198,11 @@ void run(const Arguments& arguments, const SurfacesOptions& options, const Conso
          const std::atomic<bool>& stop) {
     check_shared(options);
     const std::vector<std::string> given = arguments.given();
-    const Mode mode = mode_of(given, options.job.scan);
+    const bool segmentation = is_of_segmentation(given, options.job, console, stop);
+    const Mode mode = mode_of(given, segmentation);
     check_modes(mode, given);
     if (mode == kLabels)
-        check_and_run(labels_options(options), console, stop);
+        check_and_run(labels_options(options, segmentation), console, stop);
     else if (mode == kStream)
         check_and_run(stream_options(options), console, stop);
     else

@@ -348,9 +348,9 @@ void SidePanel::add_refinement(QVBoxLayout* layout) {
         add("components", tr("Components"), 0, Parameters::kMostComponents,
             tr("Keep this many components, those with the most triangles"), &Parameters::components);
     components_->setSpecialValueText(tr("all"));
-    smooth_ =
-        add("smooth", tr("Smoothing"), 0, Parameters::kMostSmoothing,
-            tr("Iterations of a filter that smooths without shrinking; 20 is usual"), &Parameters::smooth);
+    smooth_ = add("smooth", tr("Smoothing"), 0, Parameters::kMostSmoothing,
+                  tr("Iterations of a filter that smooths and shrinks only thin parts; 20 is usual"),
+                  &Parameters::smooth);
     smooth_->setSpecialValueText(tr("none"));
     keep_ = add("keep", tr("Keep triangles"), 1, 100,
                 tr("Reduce surfaces to this part of their triangles, without changing their topology"),

@@ -233,7 +233,7 @@ class Mesh:
         threads: int = 0,
         progress: Optional[Progress] = None,
     ) -> Mesh:
-        """Remove noise and steps without shrinking the mesh, with a windowed sinc filter (Taubin et al. 1996).
+        """Remove noise and steps with a windowed sinc filter, which shrinks only thin parts (Taubin et al. 1996).
 
         Parameters
         ----------

@@ -420,9 +420,10 @@ ScanReport inspect_dicom(const DicomInput& input, const ScanOptions& options) {
 }
 
 bool is_dicom_segmentation(const DicomInput& input, const ScanOptions& options) {
-    DicomHeaders headers = read_dicom_headers(input, options.threads, {});
-    const SeriesChoice choice = choose_series(headers, input, options);
-    return choice.candidates.size() == 1 && choice.candidates[0]->first().segmentation;
+    DicomHeaders headers = read_dicom_headers(input, options.threads, options.progress);
+    const DicomSeries& series = only_candidate(choose_series(headers, input, options), headers);
+    if (headers.damage) throw InputError(*headers.damage);
+    return series.first().segmentation.has_value();
 }
 
 Volume read_image(const DicomImage& image, const Progress& progress) {

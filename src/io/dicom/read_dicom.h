@@ -10,7 +10,7 @@ namespace marrow::internal::io {
 /// \throw the errors of inspect_scan
 ScanReport inspect_dicom(const DicomInput& input, const ScanOptions& options);
 
-/// As marrow::is_segmentation. \throw the errors of inspect_scan
+/// As marrow::is_segmentation.
 bool is_dicom_segmentation(const DicomInput& input, const ScanOptions& options);
 
 /// As marrow::read_dicom_image.

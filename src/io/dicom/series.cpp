@@ -93,10 +93,12 @@ std::string listed(const std::vector<DicomSeries*>& candidates, const DicomHeade
         const SeriesInfo info = describe(series.volumes[0]);
         const std::size_t volumes = series.volumes.size();
         const std::string one =
-            fmt::format("{} ({}{}, {} x {} x {}, {})", number_of(series, headers),
+            fmt::format("{} ({}{}, {} x {}{}, {})", number_of(series, headers),
                         info.modality.empty() ? "modality unknown" : info.modality,
                         info.description.empty() ? "" : fmt::format(" {}", quoted(info.description)),
-                        info.dims[0], info.dims[1], info.dims[2],
+                        info.dims[0], info.dims[1],
+                        // A segmentation has several frames for a slice.
+                        series.first().segmentation ? "" : fmt::format(" x {}", info.dims[2]),
                         volumes > 1 ? count_of(volumes, "volume") : count_of(info.files, "file"));
         if (i > 0 && all.size() + one.size() > kLongest)
             return all + fmt::format(" and {} more", candidates.size() - i);

@@ -74,7 +74,7 @@ function surfaceSection(store: Store): HTMLElement {
     checkBox(store, 'Largest component only', 'Without the table, the head rest, and cavities: --largest', (s) => s.largest, (largest) => ({ largest }), ['largest']),
     checkBox(store, 'Open at the border of the scan', 'Do not close the surface where the scan ends: --open', (s) => !s.closed, (open) => ({ closed: !open }), ['closed']),
     checkBox(store, 'Exact topology', 'The pieces and holes that the samples have; thin walls askew in the grid are not perforated: --topology', (s) => s.topology, (topology) => ({ topology }), ['topology']),
-    numberField(store, { label: 'Smoothing', unit: '', title: 'Iterations of a filter that does not shrink; 20 is usual: --smooth', min: 0, max: 200, step: 5, key: 'smooth' }),
+    numberField(store, { label: 'Smoothing', unit: '', title: 'Iterations of a filter that shrinks only thin parts; 20 is usual: --smooth', min: 0, max: 200, step: 5, key: 'smooth' }),
     numberField(store, { label: 'Keep triangles', unit: '%', title: 'Reduce the surface to this part of its triangles: --keep', min: 1, max: 100, step: 5, key: 'keep' }));
   const note = elementOf('p', { class: 'faint' });
   made.append(note);
