@@ -216,7 +216,6 @@ TEST_F(CommandLine, RefusesWhatMakesNoSense) {
         {scan, "-o", folder / "{name}.stl", "--isovalue", "-300.5", "--type", "skin"},
         {scan, "-o", folder / "{name}.stl", "--isovalue", "otsu", "--isovalue", "otsu"},
         {scan, "-o", mesh, "--isovalue", "0", "--isovalue", "1", "--max-memory", "1G"},
-        {scan, "-o", mesh, "--isovalue", "0", "--no-alarm"},
         {scan, "-o", mesh, "--isovalue", "0", "--snap", "0", "--topology"},
         {scan, "-o", mesh, "--isovalue", "0", "--spacing", "1,2"},
         {scan, "-o", mesh, "--isovalue", "0", "--spacing", "1,2,0"},

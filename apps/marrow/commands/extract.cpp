@@ -79,14 +79,6 @@ std::string check_presets(const std::vector<SurfaceRequest>& surfaces, const Sca
                                  is_ct ? ", or for CT --type bone" : ""));
 }
 
-bool is_bone(const SurfaceRequest& request) {
-    return request.preset && request.preset->name == "bone";
-}
-
-bool asks_for_bone(const ExtractOptions& options) {
-    return std::any_of(options.presets.begin(), options.presets.end(), is_bone);
-}
-
 void check_surfaces(const std::vector<SurfaceRequest>& surfaces) {
     for (auto surface = surfaces.begin(); surface != surfaces.end(); ++surface) {
         const auto same = std::find_if(surfaces.begin(), surface, [&](const SurfaceRequest& other) {
@@ -161,7 +153,8 @@ class Extraction {
             non_finite_samples_ = stats.non_finite_samples;
             if (surface.mesh.triangles.empty()) throw_empty(surface.isovalue, scan_);
         });
-        if (options_.trust.look_for_walls(is_bone(request)))
+        const bool is_bone = request.preset && request.preset->name == "bone";
+        if (options_.trust.look_for_walls(is_bone))
             job_.results.seconds.extract += job_.stage("thin walls", [&](const Progress& progress) {
                 extraction.progress = progress;
                 look_for_thin_walls(surface, scan_, noise(), options_.trust.keep_thin, extraction);
@@ -282,8 +275,6 @@ void check(const ExtractOptions& options) {
     check_surfaces(options.surfaces());
     check_steps(options.steps);
     check_trust(options.trust);
-    if (options.trust.no_alarm && !asks_for_bone(options))
-        throw UsageError("--no-alarm goes only with --type bone, which looks for thin walls");
     files_of(options);  // so that mistakes in the output are found before the work
 }
 
