@@ -14,8 +14,8 @@ struct Preset {
     double lowest;
     std::array<double, 3> colour;  ///< for pictures: red, green, blue from 0 to 1
 
-    /// Half a unit below `lowest`. Samples of CT are integers, so the same samples are inside, and the
-    /// surface is not drawn to those that equal `lowest`.
+    /// Half a unit below `lowest`. Samples of CT are integers, so the same samples are inside, and none
+    /// lies on the surface.
     constexpr double isovalue() const { return lowest - 0.5; }
 };
 

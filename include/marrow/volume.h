@@ -168,7 +168,7 @@ class MARROW_EXPORT Volume {
     SampleType type() const { return type_; }
     /// What the samples stand for.
     const Rescale& rescale() const { return rescale_; }
-    /// \throw InputError a slope that is not above 0 or smaller than float32 can hold, or numbers that are
+    /// \throw InputError a slope that is negative, 0 or smaller than float32 can hold, or numbers that are
     /// not finite
     void set_rescale(const Rescale& rescale);
     const void* data() const { return samples_.data(); }

@@ -212,10 +212,7 @@ TEST_F(CommandLine, RefusesWhatMakesNoSense) {
         {scan, "-o", mesh, "--type", "brain"},
         {scan, "-o", mesh, "--isovalue", "0", "--isovalue", "1"},
         {scan, "-o", folder / "{name}.stl", "--isovalue", "0", "--isovalue", "0"},
-        {scan, "-o", folder / "{name}.stl", "--isovalue", "0", "--isovalue", "0.0"},
         {scan, "-o", folder / "{name}.stl", "--isovalue", "-300.5", "--type", "skin"},
-        {scan, "-o", folder / "{name}.stl", "--isovalue", "otsu", "--isovalue", "otsu"},
-        {scan, "-o", mesh, "--isovalue", "0", "--isovalue", "1", "--max-memory", "1G"},
         {scan, "-o", mesh, "--isovalue", "0", "--snap", "0", "--topology"},
         {scan, "-o", mesh, "--isovalue", "0", "--spacing", "1,2"},
         {scan, "-o", mesh, "--isovalue", "0", "--spacing", "1,2,0"},
@@ -463,6 +460,30 @@ TEST_F(CommandLine, RefusesPresetsWithoutHounsfieldUnits) {
     EXPECT_EQ(folder.files(), Names{"ball.nrrd"});
 }
 
+TEST_F(CommandLine, SaysWhichSurfacesAreTooMany) {
+    const std::string files = folder / "{name}.stl";
+    const std::vector<std::pair<std::vector<std::string>, std::string>> cases{
+        {{"--isovalue", "0", "--isovalue", "0.0"}, "the surfaces 0 and 0.0 have the same isovalue"},
+        {{"--isovalue", "otsu", "--isovalue", "otsu"}, "the surface otsu is given twice"},
+        {{"--isovalue", "0", "--isovalue", "1", "--max-memory", "1G"}, "one surface at a time"}};
+    for (auto [arguments, why] : cases) {
+        arguments.insert(arguments.begin(), {"-o", files});
+        const Outcome outcome = extract(arguments);
+        EXPECT_EQ(outcome.code, 2);
+        EXPECT_NE(outcome.err.find(why), outcome.err.npos) << outcome.err;
+    }
+    EXPECT_EQ(folder.files(), Names{"ball.nrrd"});
+}
+
+TEST_F(CommandLine, SaysWhatIsWrongWithANameThatIsTooLong) {
+    for (const std::string& file : {std::string(300, 'a') + ".stl", std::string(300, 'a') + "/b.stl"}) {
+        const Outcome outcome = extract({"-o", folder / file, "--isovalue", "0"});
+        EXPECT_EQ(outcome.code, 3);
+        EXPECT_EQ(outcome.err.find("marrow: cannot write '"), 0u) << outcome.err;
+        EXPECT_NE(outcome.err.find("': File name too long\n"), outcome.err.npos) << outcome.err;
+    }
+}
+
 TEST_F(CommandLine, RefusesOtsusMethodWhereItHasNothingToSeparate) {
     write_nrrd(scan, 5, 6, 7, [](int, int, int) { return 40; });
     const Outcome outcome = extract({"-o", mesh, "--isovalue", "otsu"});
@@ -470,14 +491,18 @@ TEST_F(CommandLine, RefusesOtsusMethodWhereItHasNothingToSeparate) {
     EXPECT_NE(outcome.err.find("all samples are 40: give --isovalue N"), outcome.err.npos) << outcome.err;
 }
 
+// Changes a line of the header of an NRRD file.
+void set_field(const std::filesystem::path& file, const std::string& name, const std::string& value) {
+    std::string text = read_file(file);
+    const std::size_t at = text.find(name);
+    ASSERT_NE(at, text.npos);
+    text.replace(at, text.find('\n', at) - at, name + value);
+    write_file(file, text);
+}
+
 // A file of STL has no list of points: where float32 cannot separate them, its readers join them.
 TEST_F(CommandLine, WarnsWhereCoordinatesAreTooLargeForStl) {
-    std::string header = read_file(scan);
-    const std::string origin = "space origin: (";
-    const std::size_t at = header.find(origin) + origin.size();
-    ASSERT_GE(at, origin.size());
-    header.replace(at, header.find(')', at) - at, "1e7,0,0");
-    write_file(scan, header);
+    set_field(scan, "space origin: ", "(1e7,0,0)");
     const auto warns = [&](const std::string& name, const std::vector<std::string>& more) {
         std::vector<std::string> arguments{"-o", folder / name, "--isovalue", "0"};
         arguments.insert(arguments.end(), more.begin(), more.end());
@@ -492,12 +517,7 @@ TEST_F(CommandLine, WarnsWhereCoordinatesAreTooLargeForStl) {
 }
 
 TEST_F(CommandLine, RefusesAGeometryWithTheFilesName) {
-    std::string header = read_file(scan);
-    const std::string directions = "space directions: ";
-    const std::size_t at = header.find(directions) + directions.size();
-    ASSERT_GE(at, directions.size());
-    header.replace(at, header.find('\n', at) - at, "(1,0,0) (2,0,0) (0,0,1)");
-    write_file(scan, header);
+    set_field(scan, "space directions: ", "(1,0,0) (2,0,0) (0,0,1)");
     const Outcome outcome = extract({"-o", mesh, "--isovalue", "0"});
     EXPECT_EQ(outcome.code, kGeometry);
     EXPECT_NE(outcome.err.find("ball.nrrd': volume: the direction matrix is singular"), outcome.err.npos)

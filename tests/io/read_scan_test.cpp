@@ -257,6 +257,11 @@ TEST(ReadScan, MissingEmptyAndOtherFilesAreRefused) {
     contains(refusal<InputError>(folder / "empty"), "no files");
     contains(refusal<InputError>(write_file(folder / "letter.nii", "Dear colleague")), "not a NIfTI file");
     contains(refusal<InputError>(write_file(folder / "letter.nrrd", "Dear colleague")), "not a NRRD file");
+    contains(refusal<InputError>(write_file(folder / "4d.nrrd",
+                                            "NRRD0004\ntype: uchar\ndimension: 4\nsizes: 2 2 2 3\n"
+                                            "encoding: raw\n\n" +
+                                                std::string(24, '\0'))),
+             "more than three dimensions; split it into volumes along axis 3");
     contains(refusal<InputError>(write_file(folder / "letter.mha", "Dear colleague")),
              "not a MetaImage file");
     contains(refusal<InputError>(write_file(folder / "letter.txt", "Dear colleague")), "not a scan");
